@@ -1,0 +1,56 @@
+"""The program's way in: find the subcommand, run it, turn errors into one line and an exit code."""
+
+from __future__ import annotations
+
+import argparse
+import sys
+from collections.abc import Sequence
+from importlib import import_module
+
+from autobalance import __version__
+from autobalance.errors import AutobalanceError
+
+COMMANDS: dict[str, str] = {}
+"""Name of a subcommand → what it does, in the order of the help text.
+
+Each is a module ``autobalance.command.<name>`` with ``add_arguments(parser)`` and ``run(arguments) -> int``.
+Only the one that is called is imported, so that ``--help`` stays fast.
+"""
+
+INTERRUPTED = 130
+
+
+def main(argv: Sequence[str] | None = None) -> int:
+    """Run the command line and return its exit code; never raises for anything a user can cause."""
+    arguments = sys.argv[1:] if argv is None else list(argv)
+    try:
+        return _run(arguments)
+    except AutobalanceError as error:
+        print(f"autobalance: error: {error}", file=sys.stderr)  # noqa: T201
+        return error.exit_code
+    except KeyboardInterrupt:
+        print("autobalance: interrupted; nothing half-written was left", file=sys.stderr)  # noqa: T201
+        return INTERRUPTED
+    except SystemExit as stop:  # argparse: 0 for --help and --version, 2 for wrong use
+        return stop.code if isinstance(stop.code, int) else 2
+
+
+def _run(arguments: list[str]) -> int:
+    parser = argparse.ArgumentParser(
+        prog="autobalance",
+        description="Balances crankshafts from their solid models: measures, cuts, measures again.",
+        epilog="autobalance COMMAND --help tells more about each.",
+    )
+    parser.add_argument("--version", action="version", version=f"autobalance {__version__}")
+    subparsers = parser.add_subparsers(dest="command", metavar="COMMAND", required=True)
+    called = next((word for word in arguments if not word.startswith("-")), None)
+    for name, summary in COMMANDS.items():
+        subparser = subparsers.add_parser(
+            name, help=summary, description=summary, formatter_class=argparse.RawDescriptionHelpFormatter
+        )
+        if name == called:
+            module = import_module(f"autobalance.command.{name}")
+            module.add_arguments(subparser)
+            subparser.set_defaults(run=module.run)
+    parsed = parser.parse_args(arguments)
+    return int(parsed.run(parsed))

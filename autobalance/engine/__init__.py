@@ -1,0 +1,1 @@
+"""Weights and forces of an engine; no geometry."""

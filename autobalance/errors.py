@@ -1,0 +1,40 @@
+"""The tree of errors that a user can cause; each owns its exit code."""
+
+
+class AutobalanceError(Exception):
+    """Base of every error with a message for the user.
+
+    The message is one line: what was found, what was needed, where.
+    """
+
+    exit_code = 3
+
+
+class UsageError(AutobalanceError):
+    """The command line was used wrongly."""
+
+    exit_code = 2
+
+
+class FileError(AutobalanceError, OSError):
+    """A file or folder cannot be read or written."""
+
+
+class FormatError(AutobalanceError, ValueError):
+    """A file is not what its format says."""
+
+
+class SolidError(AutobalanceError, ValueError):
+    """A mesh or solid cannot be trusted: open, inverted, empty, self-contradictory."""
+
+
+class JobError(AutobalanceError, ValueError):
+    """A job file says something impossible, unknown or contradictory."""
+
+
+class RecognitionError(AutobalanceError, ValueError):
+    """No crankshaft, or not enough of one, was found in the solid."""
+
+
+class CorrectionError(AutobalanceError, ValueError):
+    """A correction cannot be set up as asked."""

@@ -1,0 +1,1 @@
+"""A TOML job becomes dataclasses; outside units come in here."""

@@ -1,0 +1,1 @@
+"""Choose the parameters of a correction; pure numbers."""

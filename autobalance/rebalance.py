@@ -1,0 +1,1 @@
+"""The loop: measure, plan, cut, measure again."""

@@ -1,0 +1,1 @@
+"""Results become JSON, text, pages, sheets; units go out here; nothing is computed."""

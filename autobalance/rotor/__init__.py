@@ -1,0 +1,1 @@
+"""What adds up: mass moments, unbalance, tolerance. numpy only."""

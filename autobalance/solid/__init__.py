@@ -1,0 +1,1 @@
+"""Triangles and solids: read, weld, check, measure, cut, write."""
