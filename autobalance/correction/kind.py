@@ -1,0 +1,81 @@
+"""What every kind of correction offers to the planner, the loop and the report."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import Any, Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+
+from autobalance.rotor.moments import Moments
+from autobalance.solid.csg import Solid
+
+Array = NDArray[np.float64]
+
+
+class Cut(Protocol):
+    """One place where metal may be changed, with one depth to choose.
+
+    Everything is in the rotor frame. A cut belongs to one state of the solid: after a pass the loop sets
+    the cuts up anew on the measured solid, or asks for the same cut, deeper.
+    """
+
+    @property
+    def label(self) -> str:
+        """Short name for messages: ``face w1-a``, ``hole 3 (⌀10)``."""
+        ...
+
+    @property
+    def least_depth_mm(self) -> float:
+        """Least depth that can be made, if any is made at all; 0 where any depth can."""
+        ...
+
+    @property
+    def max_depth_mm(self) -> float:
+        """Greatest depth that the metal and the limits allow [mm]."""
+        ...
+
+    @property
+    def depth_step_mm(self) -> float:
+        """Step in which the machine sets the depth; 0 where any depth can be set [mm]."""
+        ...
+
+    @property
+    def limit(self) -> str:
+        """What ends the depth, for messages: ``max_depth_mm = 2``, ``the shoulder's height``."""
+        ...
+
+    def effect(self, depth_mm: float) -> Moments:
+        """Return the change of the rotor's moments by a cut of this depth (negative mass: metal removed)."""
+        ...
+
+    def rate(self, depth_mm: float) -> Moments:
+        """Return the derivative of ``effect`` with the depth [per mm]."""
+        ...
+
+    def tool(self, depth_mm: float) -> Solid:
+        """Return the body to subtract from the crank (to add, for kinds that add metal)."""
+        ...
+
+    def correction(self, depth_mm: float) -> Correction:
+        """Return what the machinist and the report need to know of a cut of this depth."""
+        ...
+
+
+@dataclass(frozen=True, eq=False)
+class Correction:
+    """One finished correction, as the report lists it.
+
+    ``change`` is the exact change of the rotor's moments; ``details`` holds what the kind needs to be
+    machined, with JSON values and keys that end in their unit.
+    """
+
+    kind: str
+    face: str | None
+    web: int | None
+    position_mm: Array
+    depth_mm: float
+    change: Moments
+    removed_volume_mm3: float
+    details: dict[str, Any] = field(default_factory=dict)

@@ -1,0 +1,142 @@
+"""The parts of a crankshaft, in the rotor frame: z is the crank axis, x points to crankpin 1."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+Array = NDArray[np.float64]
+Indices = NDArray[np.int64]
+
+
+@dataclass(frozen=True, eq=False)
+class Pin:
+    """A bare cylinder parallel to the crank axis: a main journal or a crankpin.
+
+    ``centre_mm`` (3,) is the middle of the bare cylinder, ``width_mm`` its length between webs or fillets.
+    """
+
+    centre_mm: Array
+    diameter_mm: float
+    width_mm: float
+
+    @property
+    def z_range_mm(self) -> tuple[float, float]:
+        """Least and greatest z of the bare cylinder [mm]."""
+        half = 0.5 * self.width_mm
+        return float(self.centre_mm[2]) - half, float(self.centre_mm[2]) + half
+
+
+@dataclass(frozen=True, eq=False)
+class MainJournal(Pin):
+    """A main journal; numbered from 1 along increasing z."""
+
+    number: int
+
+
+@dataclass(frozen=True, eq=False)
+class Throw:
+    """A crankpin and where it stands; numbered from 1 along increasing z.
+
+    ``crank_radius_mm`` is the distance of the crankpin from the axis (half the stroke), ``angle_rad`` its
+    angle from throw 1, counter-clockwise seen from +z.
+    """
+
+    number: int
+    crank_radius_mm: float
+    angle_rad: float
+    crankpin: Pin
+
+    @property
+    def direction(self) -> Array:
+        """Unit vector (2,) from the axis to the crankpin."""
+        x, y = self.crankpin.centre_mm[:2]
+        return np.array([x, y]) / self.crank_radius_mm
+
+
+@dataclass(frozen=True)
+class Web:
+    """A web with its counterweight if it has one; numbered from 1 along increasing z."""
+
+    number: int
+    z_min_mm: float
+    z_max_mm: float
+    counterweight: bool
+
+
+@dataclass(frozen=True, eq=False)
+class Face:
+    """A largest connected set of triangles on one plane (or cylinder) that a correction can use.
+
+    Attributes
+    ----------
+    id : str
+        Stays the same from run to run on the same file.
+    web : int or None
+        Number of the web it belongs to.
+    normal : (3,) float
+        Outward, rotor frame.
+    centroid_mm : (3,) float
+        Centroid of its area, rotor frame; ``normal @ centroid_mm`` is the plane's height.
+    area_mm2 : float
+    triangles : (k,) int64
+        Rows of the mesh's triangles that make it up.
+    spread_mm : float
+        How far its vertices lie from the plane, at most.
+    """
+
+    id: str
+    kind: Literal["plane", "cylinder"]
+    web: int | None
+    area_mm2: float
+    normal: Array
+    centroid_mm: Array
+    triangles: Indices
+    spread_mm: float
+
+
+@dataclass(frozen=True, eq=False)
+class Anatomy:
+    """A recognised crankshaft.
+
+    ``file_to_rotor`` (4, 4) takes file coordinates (in mm) to the rotor frame;
+    ``journal_misalignment_mm`` is the greatest distance of a main journal's centre from the common axis.
+    """
+
+    file_to_rotor: Array
+    main_journals: tuple[MainJournal, ...]
+    throws: tuple[Throw, ...]
+    webs: tuple[Web, ...]
+    journal_misalignment_mm: float
+
+    @property
+    def rotor_to_file(self) -> Array:
+        """The inverse of ``file_to_rotor`` (4, 4), a rigid motion."""
+        turn, shift = self.file_to_rotor[:3, :3], self.file_to_rotor[:3, 3]
+        back = np.eye(4)
+        back[:3, :3] = turn.T
+        back[:3, 3] = -turn.T @ shift
+        return back
+
+
+@dataclass(frozen=True, eq=False)
+class PinHint:
+    """A journal or crankpin as a job gives it: file axes, mm; ``width_mm`` may be unknown."""
+
+    centre_mm: Array
+    diameter_mm: float | None = None
+    width_mm: float | None = None
+
+
+@dataclass(frozen=True, eq=False)
+class Overrides:
+    """What a job says about the anatomy instead of, or in aid of, recognition; file axes, mm."""
+
+    axis_point_mm: Array | None = None
+    axis_direction: Array | None = None
+    crankpins: tuple[PinHint, ...] | None = None
+    main_journals: tuple[PinHint, ...] | None = None
+    crankpin_in_file: bool = True

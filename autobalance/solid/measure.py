@@ -1,0 +1,61 @@
+"""Exact mass moments of a closed triangle mesh, from the divergence theorem."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from autobalance.rotor.moments import Moments
+from autobalance.solid.mesh import Array, Indices, Mesh
+
+CHUNK = 1 << 15
+"""Triangles at a time: their corners stay in the processor's cache."""
+
+
+def mesh_moments(mesh: Mesh, density_g_mm3: float, frame: Array | None = None) -> Moments:
+    """Return the mass moments of the solid that a closed mesh bounds.
+
+    Each triangle spans a tetrahedron with a point near the part, so that no digits are lost when the part
+    lies far from the origin; signed, the tetrahedra add up to the solid.
+
+    Parameters
+    ----------
+    mesh : Mesh
+        Closed, outward [mm].
+    density_g_mm3 : float
+        Density [g/mm³].
+    frame : (4, 4) float, optional
+        Rigid motion from the mesh's coordinates to those the moments are wanted in.
+
+    Returns
+    -------
+    Moments
+        About the origin of the wanted frame.
+
+    References
+    ----------
+    C. Zhang, T. Chen, "Efficient feature extraction for 2D/3D objects in mesh representation", 2001: signed
+    tetrahedra; second moments of a tetrahedron with a corner at the origin, det/120 (s sᵀ + Σ v vᵀ).
+    """
+    low, high = mesh.bounds
+    near = 0.5 * (low + high)
+    volume, first, second = _volume_moments(mesh.vertices - near, mesh.triangles)
+    local = Moments(density_g_mm3 * volume, density_g_mm3 * first, density_g_mm3 * second)
+    shift = np.eye(4)
+    shift[:3, 3] = near
+    return local.moved(shift if frame is None else frame @ shift)
+
+
+def _volume_moments(vertices: Array, triangles: Indices) -> tuple[float, Array, Array]:
+    """Return ∫ dV, ∫ r dV (3,) and ∫ r rᵀ dV (3, 3) about the origin."""
+    volume = 0.0
+    first = np.zeros(3)
+    second = np.zeros((3, 3))
+    for start in range(0, len(triangles), CHUNK):
+        a, b, c = (vertices[column] for column in triangles[start : start + CHUNK].T)
+        det = np.einsum("ij,ij->i", a, np.cross(b, c))
+        total = a + b + c
+        volume += det.sum()
+        first += det @ total
+        for corner in (total, a, b, c):
+            second += (det[:, None] * corner).T @ corner
+    return volume / 6.0, first / 24.0, second / 120.0

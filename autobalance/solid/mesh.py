@@ -1,0 +1,113 @@
+"""Triangles with shared vertices, and the exact weld that makes them from loose corners."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+Array = NDArray[np.float64]
+Indices = NDArray[np.int64]
+
+
+@dataclass(frozen=True, eq=False)
+class Mesh:
+    """Triangles over shared vertices, counter-clockwise seen from outside.
+
+    Attributes
+    ----------
+    vertices : (n, 3) float64
+        Positions in the file's axes [mm].
+    triangles : (m, 3) int64
+        Vertex numbers.
+    """
+
+    vertices: Array
+    triangles: Indices
+
+    @property
+    def corners(self) -> Array:
+        """The triangles' corners (m, 3, 3) [mm]."""
+        return self.vertices[self.triangles]
+
+    @property
+    def bounds(self) -> Array:
+        """Least and greatest coordinates (2, 3) [mm]."""
+        return np.stack([self.vertices.min(axis=0), self.vertices.max(axis=0)])
+
+    @property
+    def diagonal_mm(self) -> float:
+        """Length of the diagonal of the bounding box [mm]."""
+        low, high = self.bounds
+        return float(np.linalg.norm(high - low))
+
+    def flipped(self) -> Mesh:
+        """Return the mesh turned inside out."""
+        return Mesh(self.vertices, self.triangles[:, ::-1])
+
+    def moved(self, placement: Array) -> Mesh:
+        """Return the mesh with the homogeneous matrix ``placement`` (4, 4) applied to its vertices."""
+        return Mesh(self.vertices @ placement[:3, :3].T + placement[:3, 3], self.triangles)
+
+
+def weld(points: NDArray[np.float32] | Array) -> tuple[NDArray[np.float32] | Array, Indices]:
+    """Find the distinct points among many, by exact equality of their coordinates.
+
+    Parameters
+    ----------
+    points : (k, 3) float32 or float64
+        Finite coordinates; −0 counts as 0.
+
+    Returns
+    -------
+    distinct : (n, 3), of the same type
+        In the order of their first appearance.
+    number : (k,) int64
+        For each point its row in ``distinct``.
+    """
+    points = points + points.dtype.type(0.0)  # −0 becomes 0, so that equal numbers have equal bits
+    words = np.ascontiguousarray(points).view(np.uint32).reshape(len(points), -1)
+    key = _hash(words)
+    order = np.argsort(key)
+    ranked = key[order]
+    starts = np.ones(len(key), dtype=bool)
+    np.not_equal(ranked[1:], ranked[:-1], out=starts[1:])
+    group = np.cumsum(starts) - 1
+    first = np.minimum.reduceat(order, np.flatnonzero(starts)) if len(key) else order
+    by_appearance = np.argsort(first)
+    rank = np.zeros(len(first), dtype=np.int64)
+    rank[by_appearance] = np.arange(len(first))
+    number = np.zeros(len(key), dtype=np.int64)
+    number[order] = rank[group]
+    distinct = points[first[by_appearance]]
+    if not np.array_equal(distinct[number], points):  # two points with one hash: about once in 10⁷ files
+        unique, inverse = np.unique(points, axis=0, return_inverse=True)
+        return unique, inverse.reshape(-1).astype(np.int64)
+    return distinct, number
+
+
+def _hash(words: NDArray[np.uint32]) -> NDArray[np.uint64]:
+    """Mix the words of each row into 64 bits (multiply and rotate, as in FNV)."""
+    key = words[:, 0].astype(np.uint64)
+    for column in words.T[1:]:
+        key *= np.uint64(0x9E3779B97F4A7C15)
+        key ^= key >> np.uint64(32)
+        key += column
+    key *= np.uint64(0xD6E8FEB86659FD93)
+    key ^= key >> np.uint64(32)
+    return key
+
+
+def without_collapsed(triangles: Indices) -> Indices:
+    """Return the triangles whose three vertex numbers differ; the others bound nothing."""
+    a, b, c = triangles.T
+    whole = (a != b) & (b != c) & (c != a)
+    return triangles if whole.all() else triangles[whole]
+
+
+def mesh_of_soup(soup: NDArray[np.float32] | Array, mm_per_unit: float = 1.0) -> Mesh:
+    """Weld loose triangles (m, 3, 3), in any unit, to a mesh in mm; collapsed triangles are dropped."""
+    distinct, number = weld(soup.reshape(-1, 3))
+    vertices = distinct.astype(np.float64) * mm_per_unit
+    return Mesh(vertices, without_collapsed(number.reshape(-1, 3)))
