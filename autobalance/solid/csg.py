@@ -42,11 +42,11 @@ class Solid:
         SolidError
             If the mesh is open or not manifold, is inside out, or bounds nothing.
         """
-        body = m3.Manifold(
-            m3.Mesh64(
-                np.ascontiguousarray(mesh.vertices), np.ascontiguousarray(mesh.triangles).astype(np.uint64)
-            )
-        )
+        if len(mesh.triangles) == 0:
+            raise SolidError("the mesh bounds no volume: it has no triangles")
+        vertices = np.array(mesh.vertices, dtype=np.float64, order="C")
+        triangles = np.array(mesh.triangles, dtype=np.uint64, order="C")
+        body = m3.Manifold(m3.Mesh64(vertices, triangles))
         if body.status() != m3.Error.NoError:
             raise SolidError(f"the mesh does not bound a solid: {_status_name(body)}")
         if body.is_empty() or body.volume() == 0.0:

@@ -3,12 +3,15 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 Array = NDArray[np.float64]
 Indices = NDArray[np.int64]
+Floats = NDArray[Any]
+"""float32 or float64."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -51,7 +54,7 @@ class Mesh:
         return Mesh(self.vertices @ placement[:3, :3].T + placement[:3, 3], self.triangles)
 
 
-def weld(points: NDArray[np.float32] | Array) -> tuple[NDArray[np.float32] | Array, Indices]:
+def weld(points: Floats) -> tuple[Floats, Indices]:
     """Find the distinct points among many, by exact equality of their coordinates.
 
     Parameters
@@ -106,7 +109,7 @@ def without_collapsed(triangles: Indices) -> Indices:
     return triangles if whole.all() else triangles[whole]
 
 
-def mesh_of_soup(soup: NDArray[np.float32] | Array, mm_per_unit: float = 1.0) -> Mesh:
+def mesh_of_soup(soup: Floats, mm_per_unit: float = 1.0) -> Mesh:
     """Weld loose triangles (m, 3, 3), in any unit, to a mesh in mm; collapsed triangles are dropped."""
     distinct, number = weld(soup.reshape(-1, 3))
     vertices = distinct.astype(np.float64) * mm_per_unit

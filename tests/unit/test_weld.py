@@ -7,7 +7,7 @@ from autobalance.errors import SolidError
 from autobalance.solid import mesh as mesh_module
 from autobalance.solid.csg import Region, Solid, union
 from autobalance.solid.measure import mesh_moments
-from autobalance.solid.mesh import Mesh, mesh_of_soup, weld, without_collapsed
+from autobalance.solid.mesh import Floats, Mesh, mesh_of_soup, weld, without_collapsed
 
 ROUNDING = 1e-12
 
@@ -18,7 +18,7 @@ def box(low: list[float], high: list[float]) -> Solid:
 
 @pytest.mark.parametrize("kind", [np.float32, np.float64])
 def test_weld_joins_equal_points_only(kind: type) -> None:
-    points = np.array([[0.0, 1, 2], [-0.0, 1, 2], [0, 1, np.nextafter(kind(2), kind(3))]], dtype=kind)
+    points: Floats = np.array([[0.0, 1, 2], [-0.0, 1, 2], [0, 1, np.nextafter(kind(2), kind(3))]], dtype=kind)
     distinct, number = weld(points)
     assert number.tolist() == [0, 0, 1]
     assert distinct.dtype == kind
@@ -67,7 +67,7 @@ def test_moments_of_a_box() -> None:
 def test_moments_far_from_the_origin_lose_no_digits() -> None:
     near, far = box([-1, -1, -1], [1, 2, 3]), np.eye(4)
     far[:3, 3] = [20.0, -30.0, 25.0]
-    back = np.linalg.inv(far)
+    back = np.linalg.inv(far).astype(np.float64)
     here = near.moments(1.0)
     there = near.moved(far).moments(1.0, back)
     scale = here.mass_g * 3.0
@@ -98,6 +98,9 @@ def test_a_mesh_without_volume_is_refused() -> None:
     mesh = box([0, 0, 0], [1, 1, 1]).mesh
     with pytest.raises(SolidError, match="bounds no volume"):
         Solid.from_mesh(Mesh(mesh.vertices, mesh.triangles[:0]))
+    two_sided = np.concatenate([mesh.triangles[:1], mesh.triangles[:1, ::-1]])
+    with pytest.raises(SolidError, match="bounds no volume"):
+        Solid.from_mesh(Mesh(mesh.vertices, two_sided))
 
 
 def test_booleans_of_boxes() -> None:
