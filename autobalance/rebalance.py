@@ -6,6 +6,7 @@ from dataclasses import dataclass
 from typing import Literal
 
 from autobalance.correction.kind import Correction
+from autobalance.crank.anatomy import Anatomy
 from autobalance.rotor.moments import Moments
 from autobalance.rotor.unbalance import Unbalance
 from autobalance.solid.csg import Solid
@@ -47,3 +48,16 @@ class Result:
     steps: tuple[Step, ...]
     solid: Solid | None
     written: bytes | None
+
+
+@dataclass(frozen=True, eq=False)
+class Rotor:
+    """What is balanced: the crank in file coordinates [mm] and what turns with it.
+
+    ``loads`` are the moments of bob-weights and attached rotors, in the rotor frame.
+    """
+
+    solid: Solid
+    density_g_mm3: float
+    anatomy: Anatomy
+    loads: Moments

@@ -98,9 +98,8 @@ def test_a_mesh_without_volume_is_refused() -> None:
     mesh = box([0, 0, 0], [1, 1, 1]).mesh
     with pytest.raises(SolidError, match="bounds no volume"):
         Solid.from_mesh(Mesh(mesh.vertices, mesh.triangles[:0]))
-    two_sided = np.concatenate([mesh.triangles[:1], mesh.triangles[:1, ::-1]])
     with pytest.raises(SolidError, match="bounds no volume"):
-        Solid.from_mesh(Mesh(mesh.vertices, two_sided))
+        Solid.from_mesh(Mesh(mesh.vertices * [1.0, 1.0, 0.0], mesh.triangles))
 
 
 def test_booleans_of_boxes() -> None:
