@@ -1,1 +1,274 @@
-"""Choose the parameters of a correction; pure numbers."""
+"""Choose the depths of cuts; pure numbers.
+
+The judged residual is a smooth function of the depths, known exactly with its derivative. Each step solves
+the linear programme of its tangent (HiGHS through scipy); a few steps reach the exact curves, as Newton's
+method does.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from autobalance.correction.kind import Cut, SharedDepth
+from autobalance.rotor.tolerance import Tolerance
+from autobalance.rotor.unbalance import Unbalance
+
+Array = NDArray[np.float64]
+
+AIM = 0.01
+"""Share of the permissible value that a plan aims to stay within; well inside, not just passing."""
+SIDES = 32
+"""Sides of the polygon that stands for a circle in the linear programme; inscribed, so it never flatters."""
+STEPS = 20
+SETTLED_MM = 1e-7
+EVENNESS = 1e-4
+"""Weight of the greatest depth beside the removed mass: between equals, even depths win."""
+
+
+@dataclass(frozen=True, eq=False)
+class Plan:
+    """Depths for a list of cuts and what they are predicted to leave.
+
+    Attributes
+    ----------
+    depths_mm : (n,) float
+    predicted : Unbalance
+        The residual, as judged.
+    share : float
+        Its greatest judged magnitude ÷ the permissible value.
+    binding : tuple of str
+        The limits that keep the plan from less, where ``share`` is above the aim.
+    """
+
+    depths_mm: Array
+    predicted: Unbalance
+    share: float
+    binding: tuple[str, ...]
+
+
+def plan_depths(
+    residual: Unbalance,
+    tolerance: Tolerance,
+    cuts: Sequence[Cut],
+    *,
+    start_mm: Array | None = None,
+    same_depth: bool = False,
+    shared: Sequence[SharedDepth] = (),
+    aim: float = AIM,
+) -> Plan:
+    """Return the depths that leave the least judged residual down to ``aim``, then remove the least metal.
+
+    Parameters
+    ----------
+    residual : Unbalance
+        With every cut at depth zero, as judged.
+    tolerance : Tolerance
+        What is judged, and against what.
+    cuts : sequence of Cut
+    start_mm : (n,) float, optional
+        Where to start; default zero.
+    same_depth : bool
+        One depth for all cuts.
+    shared : sequence of SharedDepth
+    aim : float
+        Share of the permissible value below which less residual is worth no metal.
+
+    Returns
+    -------
+    Plan
+    """
+    count = len(cuts)
+    most = np.array([cut.max_depth_mm for cut in cuts])
+    depths = np.zeros(count) if start_mm is None else np.clip(start_mm, 0.0, most)
+    if same_depth and count:
+        depths = np.full(count, min(depths.mean(), most.min()))
+    best = _judged(residual, tolerance, cuts, depths)
+    for _ in range(STEPS):
+        if not count:
+            break
+        wanted = _tangent_step(residual, tolerance, cuts, depths, most, same_depth, shared, aim)
+        here = _judged(residual, tolerance, cuts, wanted)
+        moved = float(np.abs(wanted - depths).max())
+        depths = wanted
+        if _is_better(here, best, cuts, aim):
+            best = here
+        if moved <= SETTLED_MM:
+            break
+    binding = tuple(
+        dict.fromkeys(
+            cut.limit
+            for cut, depth in zip(cuts, best.depths_mm, strict=True)
+            if depth >= cut.max_depth_mm - 1e-6
+        )
+    )
+    return Plan(best.depths_mm, best.predicted, best.share, binding if best.share > aim else ())
+
+
+def _judged(residual: Unbalance, tolerance: Tolerance, cuts: Sequence[Cut], depths: Array) -> Plan:
+    for cut, depth in zip(cuts, depths, strict=True):
+        residual = residual + Unbalance.of(cut.effect(float(depth)))
+    return Plan(depths, residual, tolerance.used_share(residual), ())
+
+
+def _is_better(one: Plan, other: Plan, cuts: Sequence[Cut], aim: float) -> bool:
+    if max(one.share, other.share) <= aim * (1.0 + 1e-6):
+        return _mass_g(one, cuts) < _mass_g(other, cuts)
+    return one.share < other.share
+
+
+def _mass_g(plan: Plan, cuts: Sequence[Cut]) -> float:
+    return sum(abs(cut.effect(float(depth)).mass_g) for cut, depth in zip(cuts, plan.depths_mm, strict=True))
+
+
+def judged_rows(tolerance: Tolerance) -> Array:
+    """Return the matrix (k, 4) that takes (U, P) to the judged vectors ÷ their permissible values.
+
+    Two rows each: the resultant; with a dynamic verdict planes A and B.
+    """
+    eye = np.eye(2)
+    blocks = [np.hstack([eye, 0.0 * eye]) / tolerance.permissible_g_mm]
+    if tolerance.judge == "dynamic":
+        a, b = tolerance.planes
+        span = b.z_mm - a.z_mm
+        blocks.append(np.hstack([b.z_mm * eye, -eye]) / span / a.permissible_g_mm)
+        blocks.append(np.hstack([-a.z_mm * eye, eye]) / span / b.permissible_g_mm)
+    return np.vstack(blocks)
+
+
+def _tangent_step(
+    residual: Unbalance,
+    tolerance: Tolerance,
+    cuts: Sequence[Cut],
+    depths: Array,
+    most: Array,
+    same_depth: bool,
+    shared: Sequence[SharedDepth],
+    aim: float,
+) -> Array:
+    """Solve the linear programme of the tangent at ``depths`` for (depths, excess share, greatest depth)."""
+    from scipy.optimize import linprog
+
+    count = len(cuts)
+    rates = [cut.rate(float(depth)) for cut, depth in zip(cuts, depths, strict=True)]
+    slopes = np.array([[*rate.first_g_mm[:2], *rate.second_g_mm2[:2, 2]] for rate in rates]).T
+    here = _judged(residual, tolerance, cuts, depths).predicted
+    now = np.concatenate([here.resultant_g_mm, here.moment_g_mm2])
+    rows = judged_rows(tolerance)
+    matrix, at_zero = rows @ slopes, rows @ (now - slopes @ depths)
+
+    angle = np.arange(SIDES) * (2.0 * math.pi / SIDES)
+    directions = np.stack([np.cos(angle), np.sin(angle)], axis=1)
+    inner = math.cos(math.pi / SIDES)
+    # direction · (at_zero + matrix d) <= inner (aim + excess), in units of the aim to keep numbers near 1
+    a_ub, b_ub = [], []
+    for k in range(0, len(rows), 2):
+        a_ub.append(
+            np.hstack(
+                [directions @ matrix[k : k + 2] / aim, np.full((SIDES, 1), -inner), np.zeros((SIDES, 1))]
+            )
+        )
+        b_ub.append(inner * 0.5 - directions @ at_zero[k : k + 2] / aim)
+    a_ub.append(np.hstack([np.eye(count), np.zeros((count, 1)), -np.ones((count, 1))]))
+    b_ub.append(np.zeros(count))
+    for pair in shared:
+        row = np.zeros(count + 2)
+        row[[pair.first, pair.second]] = 1.0
+        a_ub.append(row[None])
+        b_ub.append(np.array([pair.most_mm]))
+    masses = np.array([abs(rate.mass_g) for rate in rates])
+    worst = float(masses @ most) or 1.0
+    cost = np.concatenate([masses / worst, [10.0], [EVENNESS / max(float(most.max()), 1e-9)]])
+    equal = None
+    if same_depth and count > 1:
+        equal = np.zeros((count - 1, count + 2))
+        equal[:, 0] = 1.0
+        equal[np.arange(count - 1), np.arange(1, count)] = -1.0
+    answer = linprog(
+        cost,
+        A_ub=np.vstack(a_ub),
+        b_ub=np.concatenate(b_ub),
+        A_eq=equal,
+        b_eq=None if equal is None else np.zeros(count - 1),
+        bounds=[*((0.0, top) for top in most), (0.0, None), (0.0, None)],
+        method="highs",
+    )
+    if answer.x is None:  # the depths at hand are always feasible: the excess is free
+        raise ArithmeticError(f"the planner's linear programme failed: {answer.message}")
+    return np.clip(answer.x[:count], 0.0, most)
+
+
+# --- when it cannot be done ---------------------------------------------------------------------------------
+
+
+@dataclass(frozen=True, eq=False)
+class Shortfall:
+    """A residual above the permissible value and what was tried."""
+
+    residual: Unbalance
+    tolerance: Tolerance
+    per_factor: Unbalance
+    factor: float
+    cuts: Sequence[Cut]
+    depths_mm: Array
+    binding: tuple[str, ...]
+
+
+def explain_shortfall(short: Shortfall) -> str:
+    """Say by how much, in which plane, what limits it, and what would fix it."""
+    worst, value, permitted = max(_judged_values(short), key=lambda row: row[1] / row[2])
+    text = (
+        f"the residual of {worst} is {value:.2f} g·mm, {value - permitted:.2f} g·mm above the permissible "
+        f"{permitted:.2f} g·mm"
+    )
+    if not short.cuts:
+        text += "; no face can be lowered on the heavy side"
+    elif short.binding:
+        text += "; the metal ends at " + ", ".join(short.binding)
+    else:
+        text += "; none of the cuts at hand acts in the direction that is left"
+    return text + "; " + ", or ".join(_fixes(short))
+
+
+def _judged_values(short: Shortfall) -> list[tuple[str, float, float]]:
+    rows = [("the resultant", short.residual.magnitude_g_mm, short.tolerance.permissible_g_mm)]
+    if short.tolerance.judge == "dynamic":
+        a, b = short.tolerance.planes
+        for plane, vector in zip((a, b), short.residual.in_planes(a.z_mm, b.z_mm), strict=True):
+            rows.append((f"plane {plane.name}", math.hypot(*vector), plane.permissible_g_mm))
+    return rows
+
+
+def _fixes(short: Shortfall) -> list[str]:
+    fixes = []
+    factor = reachable_factor(short)
+    if factor is not None:
+        fixes.append(f"a balance factor of {factor:.4f} can be reached as it is")
+    pull = sum(
+        abs(float(cut.rate(float(depth)).first_g_mm[:2] @ short.residual.resultant_g_mm))
+        for cut, depth in zip(short.cuts, short.depths_mm, strict=True)
+        if depth >= cut.max_depth_mm - 1e-6
+    )
+    if short.binding and pull > 0.0:
+        deeper = short.residual.magnitude_g_mm**2 / pull
+        fixes.append(f"about {deeper:.3g} mm more depth where it ends")
+    light = math.degrees(short.residual.angle_rad + math.pi) % 360.0
+    fixes.append(f"add {short.residual.magnitude_g_mm:.1f} g·mm of metal at {light:.1f}° from throw 1")
+    return fixes
+
+
+def reachable_factor(short: Shortfall) -> float | None:
+    """Return the balance factor nearest to the one asked for that the same cuts bring within tolerance."""
+    slope = short.per_factor.resultant_g_mm
+    size = float(slope @ slope)
+    if size == 0.0:
+        return None
+    exact = short.factor - float(short.residual.resultant_g_mm @ slope) / size
+    if not 0.0 <= exact <= 1.0:
+        return None
+    moved = short.residual + short.per_factor.scaled(exact - short.factor)
+    return exact if short.tolerance.used_share(moved) <= 1.0 else None

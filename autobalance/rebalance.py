@@ -1,17 +1,31 @@
-"""The loop: measure, plan, cut, measure again."""
+"""The loop: measure, plan, cut, measure again. The only loop of the program."""
 
 from __future__ import annotations
 
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Literal
 
-from autobalance.correction.kind import Correction
-from autobalance.crank.anatomy import Anatomy
+import numpy as np
+
+from autobalance import correction
+from autobalance.correction import Limits
+from autobalance.correction.kind import Array, Correction, Cut, Offer, SharedDepth, Workpiece
+from autobalance.crank.anatomy import Anatomy, Face
+from autobalance.plan import AIM, Plan, Shortfall, explain_shortfall, plan_depths
 from autobalance.rotor.moments import Moments
+from autobalance.rotor.tolerance import Tolerance
 from autobalance.rotor.unbalance import Unbalance
-from autobalance.solid.csg import Solid
+from autobalance.solid.csg import Solid, union
+from autobalance.solid.measure import mesh_moments
+from autobalance.solid.mesh import Mesh
 
 Outcome = Literal["within_tolerance", "already_within_tolerance", "above_tolerance"]
+
+PASSES = 6
+"""Cuts of the whole crank at most; one or two are usual."""
+LOOKS = 8
+"""How often to look for metal four times deeper."""
 
 
 @dataclass(frozen=True)
@@ -26,6 +40,23 @@ class Step:
     depths_mm: tuple[float, ...]
     predicted_g_mm: float
     measured_g_mm: float
+
+
+@dataclass(frozen=True, eq=False)
+class Rotor:
+    """What is balanced: the crank in file coordinates [mm] and what turns with it.
+
+    ``loads`` are the moments of bob-weights and attached rotors, in the rotor frame, and
+    ``loads_per_factor`` their derivative with the balance factor ``factor``.
+    """
+
+    solid: Solid
+    density_g_mm3: float
+    anatomy: Anatomy
+    faces: tuple[Face, ...]
+    loads: Moments
+    loads_per_factor: Moments
+    factor: float
 
 
 @dataclass(frozen=True, eq=False)
@@ -51,13 +82,208 @@ class Result:
 
 
 @dataclass(frozen=True, eq=False)
-class Rotor:
-    """What is balanced: the crank in file coordinates [mm] and what turns with it.
+class _Pass:
+    """A cut crank, as written and as measured."""
 
-    ``loads`` are the moments of bob-weights and attached rotors, in the rotor frame.
-    """
-
+    depths_mm: Array
     solid: Solid
-    density_g_mm3: float
-    anatomy: Anatomy
-    loads: Moments
+    written: bytes
+    moments: Moments
+    residual: Unbalance
+    share: float
+
+
+def balance(
+    rotor: Rotor,
+    tolerance: Tolerance,
+    methods: Sequence[Limits],
+    encode: Callable[[Mesh], bytes],
+    decode: Callable[[bytes], Mesh],
+    progress: Callable[[str], None] = lambda _: None,
+) -> Result:
+    """Cut a crank until its residual unbalance is within tolerance, or as near as the metal allows.
+
+    Parameters
+    ----------
+    rotor : Rotor
+    tolerance : Tolerance
+    methods : sequence of limits
+        The kinds of correction that may be mixed.
+    encode, decode : callable
+        Write a mesh [mm] as the bytes of a file, and read it back: the verdict is measured on these.
+    progress : callable
+        Told in a few words what runs.
+
+    Returns
+    -------
+    Result
+        Not reaching the tolerance is a result (``above_tolerance`` with its reason), not an error.
+
+    Raises
+    ------
+    CorrectionError
+        If a correction cannot be set up as the job asks.
+    """
+    frame = rotor.anatomy.file_to_rotor
+    initial_moments = rotor.solid.moments(rotor.density_g_mm3, frame)
+    initial = Unbalance.of(initial_moments + rotor.loads)
+    if tolerance.is_met_by(initial):
+        return Result(
+            "already_within_tolerance",
+            None,
+            initial,
+            initial,
+            initial_moments,
+            initial_moments,
+            (),
+            (),
+            None,
+            None,
+        )
+    progress("planning the correction")
+    offer, plan = _best_offer(rotor, tolerance, methods, initial)
+    if not plan.depths_mm.any():
+        reason = _reason(rotor, tolerance, offer, plan, initial)
+        return Result(
+            "above_tolerance", reason, initial, initial, initial_moments, initial_moments, (), (), None, None
+        )
+
+    steps: list[Step] = []
+    best: _Pass | None = None
+    drift = Unbalance(np.zeros(2), np.zeros(2))
+    for number in range(1, PASSES + 1):
+        progress(f"cutting, pass {number}")
+        done = _cut_and_measure(rotor, tolerance, offer.cuts, plan, encode, decode)
+        steps.append(
+            Step(
+                number,
+                tuple(float(depth) for depth in plan.depths_mm if depth > 0.0),
+                plan.predicted.magnitude_g_mm,
+                done.residual.magnitude_g_mm,
+            )
+        )
+        better = best is None or done.share < best.share
+        best = done if best is None or better else best
+        if done.share <= max(AIM, plan.share * (1.0 + AIM)) or not better:
+            break
+        drift = drift + (done.residual - plan.predicted)
+        plan = plan_depths(
+            initial + drift,
+            tolerance,
+            offer.cuts,
+            start_mm=plan.depths_mm,
+            same_depth=offer.same_depth,
+            shared=offer.shared,
+        )
+    assert best is not None
+    within = best.share <= 1.0
+    return Result(
+        outcome="within_tolerance" if within else "above_tolerance",
+        reason=None if within else _reason(rotor, tolerance, offer, plan, best.residual),
+        initial=initial,
+        residual=best.residual,
+        initial_moments=initial_moments,
+        final_moments=best.moments,
+        corrections=tuple(
+            cut.correction(float(depth))
+            for cut, depth in zip(offer.cuts, best.depths_mm, strict=True)
+            if depth > 0.0
+        ),
+        steps=tuple(steps),
+        solid=best.solid,
+        written=best.written,
+    )
+
+
+def _best_offer(
+    rotor: Rotor, tolerance: Tolerance, methods: Sequence[Limits], initial: Unbalance
+) -> tuple[Offer, Plan]:
+    """Return the first set of cuts that reaches the aim, else the one that comes nearest."""
+    best: tuple[Offer, Plan] | None = None
+    for effort in range(max(correction.efforts(limits) for limits in methods)):
+        look = 1.0
+        for _ in range(LOOKS):
+            work = Workpiece(
+                rotor.solid,
+                rotor.anatomy,
+                rotor.faces,
+                rotor.density_g_mm3,
+                heavy_vectors(initial, tolerance, rotor.anatomy),
+                look,
+            )
+            offer = _joined(
+                [
+                    correction.offer(work, limits, min(effort, correction.efforts(limits) - 1))
+                    for limits in methods
+                ]
+            )
+            plan = plan_depths(
+                initial, tolerance, offer.cuts, same_depth=offer.same_depth, shared=offer.shared
+            )
+            if best is None or plan.share < best[1].share * (1.0 - AIM):
+                best = offer, plan
+            at_end = [
+                cut.limit_is_reach and depth >= cut.max_depth_mm - 1e-9
+                for cut, depth in zip(offer.cuts, plan.depths_mm, strict=True)
+            ]
+            if plan.share <= AIM or not any(at_end):
+                break
+            look *= 4.0
+        if best is not None and best[1].share <= AIM:
+            break
+    assert best is not None
+    return best
+
+
+def _joined(offers: Sequence[Offer]) -> Offer:
+    """Return the offers of several kinds as one."""
+    cuts: list[Cut] = []
+    shared: list[SharedDepth] = []
+    for offer in offers:
+        shift = len(cuts)
+        shared += [
+            SharedDepth(pair.first + shift, pair.second + shift, pair.most_mm) for pair in offer.shared
+        ]
+        cuts += offer.cuts
+    return Offer(tuple(cuts), tuple(shared), len(offers) == 1 and offers[0].same_depth)
+
+
+def heavy_vectors(
+    unbalance: Unbalance, tolerance: Tolerance, anatomy: Anatomy
+) -> tuple[tuple[float, Array], tuple[float, Array]]:
+    """Return the unbalance as vectors at the first and the last web: where metal can be taken.
+
+    A static verdict, or a crank with one web, takes half of the resultant at each.
+    """
+    first, last = anatomy.webs[0], anatomy.webs[-1]
+    z0 = 0.5 * (first.z_min_mm + first.z_max_mm)
+    z1 = 0.5 * (last.z_min_mm + last.z_max_mm)
+    if tolerance.judge == "static" or z0 == z1:
+        half = 0.5 * unbalance.resultant_g_mm
+        return (z0, half), (z1, half)
+    a, b = unbalance.in_planes(z0, z1)
+    return (z0, a), (z1, b)
+
+
+def _cut_and_measure(
+    rotor: Rotor,
+    tolerance: Tolerance,
+    cuts: Sequence[Cut],
+    plan: Plan,
+    encode: Callable[[Mesh], bytes],
+    decode: Callable[[bytes], Mesh],
+) -> _Pass:
+    """Cut the untouched crank to the plan's depths and measure what is written."""
+    tools = [cut.tool(float(depth)) for cut, depth in zip(cuts, plan.depths_mm, strict=True) if depth > 0.0]
+    solid = rotor.solid - union(tools).moved(rotor.anatomy.rotor_to_file)
+    written = encode(solid.mesh)
+    moments = mesh_moments(decode(written), rotor.density_g_mm3, rotor.anatomy.file_to_rotor)
+    residual = Unbalance.of(moments + rotor.loads)
+    return _Pass(plan.depths_mm, solid, written, moments, residual, tolerance.used_share(residual))
+
+
+def _reason(rotor: Rotor, tolerance: Tolerance, offer: Offer, plan: Plan, residual: Unbalance) -> str:
+    per_factor = Unbalance.of(rotor.loads_per_factor)
+    return explain_shortfall(
+        Shortfall(residual, tolerance, per_factor, rotor.factor, offer.cuts, plan.depths_mm, plan.binding)
+    )

@@ -8,6 +8,7 @@ from typing import Any, Protocol
 import numpy as np
 from numpy.typing import NDArray
 
+from autobalance.crank.anatomy import Anatomy, Face
 from autobalance.rotor.moments import Moments
 from autobalance.solid.csg import Solid
 
@@ -46,6 +47,11 @@ class Cut(Protocol):
         """What ends the depth, for messages: ``max_depth_mm = 2``, ``the shoulder's height``."""
         ...
 
+    @property
+    def limit_is_reach(self) -> bool:
+        """Whether ``max_depth_mm`` is only how far was looked (``Workpiece.look`` widens that)."""
+        ...
+
     def effect(self, depth_mm: float) -> Moments:
         """Return the change of the rotor's moments by a cut of this depth (negative mass: metal removed)."""
         ...
@@ -61,6 +67,55 @@ class Cut(Protocol):
     def correction(self, depth_mm: float) -> Correction:
         """Return what the machinist and the report need to know of a cut of this depth."""
         ...
+
+
+@dataclass(frozen=True, eq=False)
+class Workpiece:
+    """The crank as a kind of correction finds it.
+
+    Attributes
+    ----------
+    solid : Solid
+        In file coordinates [mm].
+    anatomy : Anatomy
+    faces : tuple of Face
+        What ``crank.faces.find_faces`` found on the solid's mesh.
+    density_g_mm3 : float
+    heavy_at : two of (float, (2,) float)
+        Heavy vector (rotor frame) at two places along the axis [mm, g·mm].
+    look : float
+        How much farther than the unbalance seems to need a kind should look for metal; 1 at first.
+    """
+
+    solid: Solid
+    anatomy: Anatomy
+    faces: tuple[Face, ...]
+    density_g_mm3: float
+    heavy_at: tuple[tuple[float, Array], tuple[float, Array]]
+    look: float = 1.0
+
+    @property
+    def need_g_mm(self) -> float:
+        """Unbalance to move, at most [g·mm]."""
+        return sum(float(np.linalg.norm(vector)) for _, vector in self.heavy_at)
+
+
+@dataclass(frozen=True, eq=False)
+class Offer:
+    """Cuts that a kind offers on a workpiece, and what they have to share."""
+
+    cuts: tuple[Cut, ...]
+    shared: tuple[SharedDepth, ...] = ()
+    same_depth: bool = False
+
+
+@dataclass(frozen=True)
+class SharedDepth:
+    """Two cuts, by their places in a list, whose depths together must not exceed ``most_mm``."""
+
+    first: int
+    second: int
+    most_mm: float
 
 
 @dataclass(frozen=True, eq=False)

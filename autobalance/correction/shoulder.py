@@ -1,11 +1,39 @@
-"""Offset of planar faces inward: the shoulder is ground or milled lower."""
+"""Offset of planar faces inward: the shoulder is ground or milled lower.
+
+A face is a largest connected set of triangles on one plane. Lowering it by a depth removes the metal between
+the old plane and the new one that hangs together with the face, except under what stands on the face (a
+journal, collar, fillet or pin keeps its footprint). Neighbours that lean are trimmed by the new plane, so the
+removed cross-section changes with depth; where it would jump, the depth ends.
+"""
 
 from __future__ import annotations
 
+import math
+from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Literal
 
+import numpy as np
+
+from autobalance.correction.kind import Array, Correction, Offer, SharedDepth, Workpiece
+from autobalance.crank.anatomy import Anatomy, Face, Web
+from autobalance.errors import CorrectionError
+from autobalance.rotor.moments import Moments
+from autobalance.solid.csg import Region, Solid, union
+from autobalance.solid.mesh import Mesh
+
 FacePoint = tuple[float, float, float]
+
+ROUNDING_SHARE = 1e-6
+"""Lengths below this share of the part's diagonal are rounding, not shape (float32 keeps 6e-8 of it)."""
+DEFAULT_WALL_SHARE = 0.25
+"""Metal left behind a face when the job names no ``min_wall_mm``, as a share of the web's width (ours)."""
+BACKWARD = -0.5
+"""A surface counts as the next one behind the face if its normal has at most this component along the face's:
+side walls that lean back a little are no wall behind the face (ours)."""
+FLAT = 1.0 - 1e-5
+"""Triangles whose normal has at least this component along the face's are planes that face the same way."""
 
 
 @dataclass(frozen=True)
@@ -22,7 +50,8 @@ class ShoulderLimits:
     same_depth : bool
         One depth for all faces.
     min_wall_mm : float or None
-        Metal to leave, from every point of the new face along −n to the next surface [mm].
+        Metal to leave, from every point of the new face along −n to the next surface [mm]; default a quarter
+        of the web's width.
     depth_step_mm : float
         Step in which the machine sets the depth; 0: any depth [mm].
     """
@@ -33,3 +62,552 @@ class ShoulderLimits:
     same_depth: bool = False
     min_wall_mm: float | None = None
     depth_step_mm: float = 0.0
+
+
+@dataclass(frozen=True, eq=False)
+class Patch:
+    """A face and the part of space, if not all, to which a cut of it keeps (rotor frame)."""
+
+    face: Face
+    within: Solid | None = None
+
+
+EFFORTS = 3
+"""How many ever wider sets of faces ``faces = "auto"`` can offer."""
+
+
+def offer(work: Workpiece, limits: ShoulderLimits, effort: int) -> Offer:
+    """Return the cuts that a job's limits allow; more of them with more ``effort`` (from 0)."""
+    mesh = work.solid.mesh
+    if limits.faces == "auto":
+        patches = auto_patches(mesh, work.anatomy, work.faces, work.heavy_at, limits, effort)
+    else:
+        patches = chosen_patches(limits, mesh, work.anatomy, work.faces)
+    worth = sum(_worth_g_mm_per_mm(patch, work) for patch in patches)
+    reach = work.look * LOOK_AHEAD * work.need_g_mm / worth if worth > 0.0 else math.inf
+    found = cuts(work.solid, work.anatomy, patches, work.density_g_mm3, limits, min(reach, mesh.diagonal_mm))
+    return Offer(tuple(found), tuple(shared_depths(found, work.anatomy, limits)), limits.same_depth)
+
+
+LOOK_AHEAD = 1.5
+"""How much deeper to look than the faces' first worth says is needed: drafts and sectors change it."""
+
+
+def _worth_g_mm_per_mm(patch: Patch, work: Workpiece) -> float:
+    heavy = _heavy_direction(work.heavy_at, float(patch.face.centroid_mm[2]))
+    if heavy is None:
+        return 0.0
+    corners = _face_corners(work.solid.mesh, work.anatomy, patch.face)
+    return work.density_g_mm3 * _half_plane_worth(corners[:, :, :2], heavy)[0]
+
+
+# --- where -------------------------------------------------------------------------------------------------
+
+
+def chosen_patches(
+    limits: ShoulderLimits, mesh: Mesh, anatomy: Anatomy, faces: Sequence[Face]
+) -> list[Patch]:
+    """Return the faces that a job names, by id or by a point on them.
+
+    Raises
+    ------
+    CorrectionError
+        If an id is unknown, a point lies on no planar face, or a face is named twice.
+    """
+    assert limits.faces != "auto"
+    planes = [face for face in faces if face.kind == "plane"]
+    picked = [
+        _face_by_id(key, planes) if isinstance(key, str) else _face_at(key, mesh, anatomy, planes)
+        for key in limits.faces
+    ]
+    for place, face in enumerate(picked):
+        if face.id in [other.id for other in picked[:place]]:
+            raise CorrectionError(f"correction faces name face {face.id} twice")
+    within = None if limits.sector_deg is None else sector(limits.sector_deg, _reach_mm(mesh, anatomy))
+    return [Patch(face, within) for face in picked]
+
+
+def _face_by_id(name: str, planes: Sequence[Face]) -> Face:
+    for face in planes:
+        if face.id == name:
+            return face
+    known = ", ".join(face.id for face in planes[:12]) + (", ..." if len(planes) > 12 else "")
+    raise CorrectionError(f"correction face {name!r} is not on this crank; its faces are {known}")
+
+
+def _face_at(point: FacePoint, mesh: Mesh, anatomy: Anatomy, planes: Sequence[Face]) -> Face:
+    frame = anatomy.file_to_rotor
+    place = frame[:3, :3] @ np.asarray(point) + frame[:3, 3]
+    slack = max(1e-2, ROUNDING_SHARE * mesh.diagonal_mm)
+    nearest = math.inf
+    for face in planes:
+        off_plane = abs(float(face.normal @ (place - face.centroid_mm)))
+        if off_plane > slack + face.spread_mm:
+            nearest = min(nearest, off_plane)
+            continue
+        to_face = face_frame(face.normal)
+        x, y, _ = to_face[:3, :3] @ place
+        outline = face_region(mesh, anatomy, face, to_face).grown(slack)
+        if not (outline & Region.rectangle([x - 1e-6, y - 1e-6], [x + 1e-6, y + 1e-6])).is_empty:
+            return face
+    text = ", ".join(f"{value:g}" for value in point)
+    hint = f"; the nearest plane is {nearest:.3g} mm away" if math.isfinite(nearest) else ""
+    raise CorrectionError(f"correction face point [{text}] mm lies on no planar face{hint}")
+
+
+def auto_patches(
+    mesh: Mesh,
+    anatomy: Anatomy,
+    faces: Sequence[Face],
+    heavy_at: Sequence[tuple[float, Array]],
+    limits: ShoulderLimits,
+    effort: int,
+) -> list[Patch]:
+    """Return the web faces that suit, each kept to the side that is too heavy, beyond the crank axis.
+
+    Parameters
+    ----------
+    mesh, anatomy, faces
+        The crank; faces in the rotor frame.
+    heavy_at : sequence of (float, (2,) float)
+        Heavy direction at two places along the axis; between them it is interpolated.
+    limits : ShoulderLimits
+        ``sector_deg`` takes the place of the heavy side.
+    effort : int
+        0: of each web the face whose metal stands farthest out, among those worth at least ``WORTHWHILE`` of
+        the web's best; 1: every face of some worth; 2: the same, each in two halves with their own depths,
+        left and right of the heavy direction.
+
+    Returns
+    -------
+    list of Patch
+    """
+    reach = _reach_mm(mesh, anatomy)
+    offers: list[tuple[Face, float, float, list[Patch]]] = []
+    for face in faces:
+        if face.kind != "plane" or face.web is None or abs(face.normal[2]) < AXIAL:
+            continue
+        heavy = _heavy_direction(heavy_at, float(face.centroid_mm[2]))
+        if heavy is None:
+            continue
+        within = sector(limits.sector_deg, reach) if limits.sector_deg else None
+        corners = _face_corners(mesh, anatomy, face)
+        heavy = _snapped(heavy, anatomy, face)
+        worth, area, spans = _half_plane_worth(corners[:, :, :2], heavy)
+        patches = [Patch(face, within)]
+        if within is None and spans:
+            patches = [Patch(face, half_space(heavy, reach))]
+        if effort >= 2 and within is None:
+            angle = math.degrees(math.atan2(heavy[1], heavy[0]))
+            patches = [
+                Patch(face, sector((angle - 90.0, angle), reach)),
+                Patch(face, sector((angle, angle + 90.0), reach)),
+            ]
+        if worth > 0.0 and area > 0.0:
+            offers.append((face, worth, worth / area, patches))
+    if not offers:
+        return []
+    best = max(worth for _, worth, _, _ in offers)
+    offers = [offer for offer in offers if offer[1] >= SOME_WORTH * best]
+    if effort == 0:
+        offers = _farthest_out_of_each_web(offers)
+    return [patch for *_, patches in offers for patch in patches]
+
+
+WORTHWHILE = 0.3
+SOME_WORTH = 0.05
+AXIAL = 0.7
+"""A web face looks along the axis when its normal has at least this component along it."""
+SNAP_DEG = 10.0
+"""A heavy direction this close to a crankpin's direction, or its opposite, is taken as just that."""
+STRAY_SHARE = 0.02
+"""A face with less than this share of its area on the light side is cut whole."""
+
+
+def _farthest_out_of_each_web(
+    offers: Sequence[tuple[Face, float, float, list[Patch]]],
+) -> list[tuple[Face, float, float, list[Patch]]]:
+    chosen = []
+    for web in sorted({offer[0].web for offer in offers if offer[0].web is not None}):
+        of_web = [offer for offer in offers if offer[0].web == web]
+        most = max(offer[1] for offer in of_web)
+        chosen.append(
+            max((offer for offer in of_web if offer[1] >= WORTHWHILE * most), key=lambda offer: offer[2])
+        )
+    return chosen
+
+
+def _heavy_direction(heavy_at: Sequence[tuple[float, Array]], z_mm: float) -> Array | None:
+    (z0, u0), (z1, u1) = heavy_at
+    share = min(max((z_mm - z0) / (z1 - z0), 0.0), 1.0) if z1 != z0 else 0.0
+    vector = (1.0 - share) * u0 + share * u1
+    length = math.hypot(*vector)
+    scale = max(math.hypot(*u0), math.hypot(*u1))
+    return vector / length if length > 1e-6 * scale else None
+
+
+def _snapped(heavy: Array, anatomy: Anatomy, face: Face) -> Array:
+    throw = min(
+        anatomy.throws, key=lambda throw: abs(float(throw.crankpin.centre_mm[2] - face.centroid_mm[2]))
+    )
+    along = float(heavy @ throw.direction)
+    if abs(along) >= math.cos(math.radians(SNAP_DEG)):
+        return math.copysign(1.0, along) * throw.direction
+    return heavy
+
+
+def _half_plane_worth(corners: Array, direction: Array) -> tuple[float, float, bool]:
+    """Return first moment and area of the part of flat triangles (k, 3, 2) on the side of ``direction``.
+
+    Triangles count whole, by their centroid; the third value tells whether the face reaches over to the other
+    side by more than a stray.
+    """
+    (ax, ay), (bx, by) = (corners[:, 1] - corners[:, 0]).T, (corners[:, 2] - corners[:, 0]).T
+    areas = 0.5 * np.abs(ax * by - ay * bx)
+    lever = corners.mean(axis=1) @ direction
+    side = lever > 0.0
+    other = float(areas[~side].sum())
+    return (
+        float(areas[side] @ lever[side]),
+        float(areas[side].sum()),
+        other > STRAY_SHARE * float(areas.sum()),
+    )
+
+
+def sector(angles_deg: tuple[float, float], reach_mm: float) -> Solid:
+    """Return the wedge between two angles about the crank axis, counter-clockwise from the first [deg]."""
+    start, end = angles_deg
+    span = (end - start) % 360.0 or 360.0
+    angles = np.radians(start + np.linspace(0.0, span, max(2, math.ceil(span / 45.0) + 1)))
+    arc = 2.0 * reach_mm * np.stack([np.cos(angles), np.sin(angles)], axis=1)
+    outline = arc[:-1] if span == 360.0 else np.concatenate([np.zeros((1, 2)), arc])
+    return Solid.prism(Region.of([outline]), -2.0 * reach_mm, 2.0 * reach_mm)
+
+
+def half_space(direction: Array, reach_mm: float) -> Solid:
+    """Return the side of the crank axis that ``direction`` (2,) points to."""
+    angle = math.degrees(math.atan2(direction[1], direction[0]))
+    return sector((angle - 90.0, angle + 90.0), reach_mm)
+
+
+def _reach_mm(mesh: Mesh, anatomy: Anatomy) -> float:
+    """Return a distance from the rotor's origin that no point of the crank exceeds."""
+    frame = anatomy.file_to_rotor
+    centre = mesh.bounds.mean(axis=0)
+    return float(np.linalg.norm(frame[:3, :3] @ centre + frame[:3, 3])) + mesh.diagonal_mm
+
+
+# --- the face's own frame -----------------------------------------------------------------------------------
+
+
+def face_frame(normal: Array) -> Array:
+    """Return a rotation (4, 4) from the rotor frame that turns ``normal`` to +z."""
+    n = np.asarray(normal, dtype=np.float64) / np.linalg.norm(normal)
+    helper = np.eye(3)[int(np.argmin(np.abs(n)))]
+    x = helper - (helper @ n) * n
+    x /= np.linalg.norm(x)
+    frame = np.eye(4)
+    frame[:3, :3] = np.stack([x, np.cross(n, x), n])
+    return frame
+
+
+def _face_corners(mesh: Mesh, anatomy: Anatomy, face: Face) -> Array:
+    corners = mesh.vertices[mesh.triangles[face.triangles]]
+    frame = anatomy.file_to_rotor
+    placed: Array = corners @ frame[:3, :3].T + frame[:3, 3]
+    return placed
+
+
+def face_region(mesh: Mesh, anatomy: Anatomy, face: Face, to_face: Array) -> Region:
+    """Return a face's outline as a region in its own frame, from the edges that only one triangle has."""
+    triangles = mesh.triangles[face.triangles]
+    edges = np.concatenate([triangles[:, [0, 1]], triangles[:, [1, 2]], triangles[:, [2, 0]]])
+    count = len(mesh.vertices)
+    forward, backward = edges[:, 0] * count + edges[:, 1], edges[:, 1] * count + edges[:, 0]
+    rim = edges[~np.isin(forward, backward)]
+    frame = to_face @ anatomy.file_to_rotor
+    following: dict[int, list[int]] = {}
+    for a, b in rim.tolist():
+        following.setdefault(a, []).append(b)
+    outlines = []
+    while following:
+        start, ends = next(iter(following.items()))
+        loop, here = [start], start
+        while (ends := following.get(here, [])) != []:
+            nxt = ends.pop()
+            if not ends:
+                del following[here]
+            if nxt == start:
+                break
+            loop.append(nxt)
+            here = nxt
+        placed = mesh.vertices[loop] @ frame[:3, :3].T + frame[:3, 3]
+        outlines.append(placed[:, :2])
+    return Region.of(outlines)
+
+
+# --- the cut ------------------------------------------------------------------------------------------------
+
+
+@dataclass(frozen=True, eq=False)
+class ShoulderCut:
+    """The lowering of one face, of which only the depth is open; implements ``correction.kind.Cut``.
+
+    ``metal`` is what can go, in the face's frame, down to the reach; ``standing`` the footprint of what
+    stands on the face, ``spared`` other metal at the same height.
+    """
+
+    face: Face
+    to_face: Array
+    height_mm: float
+    metal: Solid
+    standing: Region
+    spared: Region
+    within: Solid | None
+    density_g_mm3: float
+    grain_mm: float
+    max_depth_mm: float
+    limit: str
+    limit_is_reach: bool
+    depth_step_mm: float
+    least_depth_mm: float = 0.0
+    kind: str = "shoulder"
+
+    @property
+    def label(self) -> str:
+        """Short name for messages."""
+        return f"face {self.face.id}"
+
+    @cached_property
+    def _to_rotor(self) -> Array:
+        back = np.eye(4)
+        back[:3, :3] = self.to_face[:3, :3].T
+        return back
+
+    def removed(self, depth_mm: float) -> Solid:
+        """Return the metal that a cut of this depth takes, in the face's frame."""
+        return self.metal.above(self.height_mm - depth_mm)
+
+    def effect(self, depth_mm: float) -> Moments:
+        """Return the change of the crank's moments, rotor frame: exact on the solid's facets."""
+        if depth_mm <= 0.0:
+            return Moments.zero()
+        return self.removed(depth_mm).moments(-self.density_g_mm3, self._to_rotor)
+
+    def rate(self, depth_mm: float) -> Moments:
+        """Return d effect / d depth = −ρ ∫ (1, r, r rᵀ) dA over the new face, rotor frame."""
+        z = self.height_mm - max(depth_mm, self.grain_mm)
+        area, first, second = self.metal.section(z).area_moments()
+        first3 = np.array([*first, area * z])
+        second3 = np.zeros((3, 3))
+        second3[:2, :2] = second
+        second3[:2, 2] = second3[2, :2] = first * z
+        second3[2, 2] = area * z * z
+        return Moments(area, first3, second3).moved(self._to_rotor).scaled(-self.density_g_mm3)
+
+    def tool(self, depth_mm: float) -> Solid:
+        """Return the body to subtract, rotor frame: a prism from the new face to just above the old one."""
+        (x0, y0, _), (x1, y1, _) = self.metal.bounds
+        clear = 0.05 * max(x1 - x0, y1 - y0)
+        outline = Region.rectangle([x0 - clear, y0 - clear], [x1 + clear, y1 + clear])
+        outline = outline - self.standing - self.spared
+        body = Solid.prism(outline, self.height_mm - depth_mm, self.height_mm + 3.0 * self.grain_mm)
+        placed = body.moved(self._to_rotor)
+        return placed if self.within is None else placed & self.within
+
+    def correction(self, depth_mm: float) -> Correction:
+        """Return what the report lists."""
+        change = self.effect(depth_mm)
+        return Correction(
+            kind=self.kind,
+            face=self.face.id,
+            web=self.face.web,
+            position_mm=change.centre_mm if change.mass_g else self.face.centroid_mm,
+            depth_mm=depth_mm,
+            change=change,
+            removed_volume_mm3=-change.mass_g / self.density_g_mm3,
+            details={
+                "normal": [float(value) for value in self.face.normal],
+                "face_height_mm": self.height_mm,
+                "new_height_mm": self.height_mm - depth_mm,
+                "new_face_area_mm2": self.metal.section(self.height_mm - depth_mm).area_mm2,
+            },
+        )
+
+
+def cuts(
+    solid: Solid,
+    anatomy: Anatomy,
+    patches: Sequence[Patch],
+    density_g_mm3: float,
+    limits: ShoulderLimits,
+    reach_mm: float,
+) -> list[ShoulderCut]:
+    """Set up the cuts of faces, each with its limits measured on the solid.
+
+    Parameters
+    ----------
+    solid : Solid
+        The crank in file coordinates.
+    anatomy : Anatomy
+    patches : sequence of Patch
+        The faces, and where on them.
+    density_g_mm3 : float
+    limits : ShoulderLimits
+    reach_mm : float
+        How deep to look at most; a cut whose limit is only this says so in ``limit_is_reach``.
+
+    Returns
+    -------
+    list of ShoulderCut
+        One a patch, in the same order; patches with no metal to take are left out.
+    """
+    mesh = solid.mesh
+    grain = ROUNDING_SHARE * mesh.diagonal_mm
+    slabs = []
+    for patch in patches:
+        wall = _wall_mm(patch.face, anatomy, limits)
+        depth = reach_mm if limits.max_depth_mm is None else min(reach_mm, limits.max_depth_mm)
+        slabs.append(
+            _Slab(patch, face_frame(patch.face.normal), depth, wall, max(grain, 4.0 * patch.face.spread_mm))
+        )
+    size = _reach_mm(mesh, anatomy)
+    metal = solid & union([slab.box(size).moved(anatomy.rotor_to_file) for slab in slabs]) if slabs else solid
+    metal = metal.moved(anatomy.file_to_rotor)
+    found = (_cut(slab, metal & slab.box(size), mesh, anatomy, density_g_mm3, limits) for slab in slabs)
+    return [cut for cut in found if cut is not None]
+
+
+@dataclass(frozen=True, eq=False)
+class _Slab:
+    """The layer of space that a cut of one face can concern."""
+
+    patch: Patch
+    to_face: Array
+    depth_mm: float
+    wall_mm: float
+    grain_mm: float
+
+    @property
+    def height_mm(self) -> float:
+        return float(self.patch.face.normal @ self.patch.face.centroid_mm)
+
+    @property
+    def bottom_mm(self) -> float:
+        return self.height_mm - self.depth_mm - self.wall_mm - 4.0 * self.grain_mm
+
+    def box(self, size_mm: float) -> Solid:
+        """Return the layer as a box, rotor frame."""
+        low = np.array([-size_mm, -size_mm, self.bottom_mm])
+        high = np.array([size_mm, size_mm, self.height_mm + 8.0 * self.grain_mm])
+        return Solid.box(low, high).moved(self.to_face.T)
+
+
+def _cut(
+    slab: _Slab, metal: Solid, mesh: Mesh, anatomy: Anatomy, density_g_mm3: float, limits: ShoulderLimits
+) -> ShoulderCut | None:
+    face, height, grain = slab.patch.face, slab.height_mm, slab.grain_mm
+    layer = metal.moved(slab.to_face)
+    standing = layer.section(height + grain).grown(grain)
+    body = layer.below(height + 0.5 * grain)
+    if not standing.is_empty:
+        body = body - Solid.prism(standing, slab.bottom_mm - 1.0, height + 9.0 * grain)
+    if slab.patch.within is not None:
+        body = body & slab.patch.within.moved(slab.to_face)
+    outline = face_region(mesh, anatomy, face, slab.to_face)
+    kept: list[Solid] = []
+    spared: list[Solid] = []
+    for piece in body.pieces():
+        overlap = piece.section(height - grain) & outline
+        (kept if overlap.area_mm2 > grain * grain else spared).append(piece)
+    if not kept:
+        return None
+    own = union(kept)
+    depth, limit, is_reach = _depth_limit(slab, own, limits)
+    if depth <= grain:
+        return None
+    beside = [piece.shadow() for piece in spared if piece.bounds[1, 2] > height - depth]
+    aside = beside[0] if beside else Region.of([])
+    for shadow in beside[1:]:
+        aside = aside + shadow
+    return ShoulderCut(
+        face=face,
+        to_face=slab.to_face,
+        height_mm=height,
+        metal=own,
+        standing=standing,
+        spared=aside if aside.is_empty else aside.grown(grain),
+        within=slab.patch.within,
+        density_g_mm3=density_g_mm3,
+        grain_mm=grain,
+        max_depth_mm=depth,
+        limit=limit,
+        limit_is_reach=is_reach,
+        depth_step_mm=limits.depth_step_mm,
+    )
+
+
+def _depth_limit(slab: _Slab, metal: Solid, limits: ShoulderLimits) -> tuple[float, str, bool]:
+    """Return the greatest depth, what ends it, and whether that is only how far was looked."""
+    height, grain = slab.height_mm, slab.grain_mm
+    ends = [(slab.depth_mm, "how far was looked", True)]
+    if limits.max_depth_mm is not None and limits.max_depth_mm <= slab.depth_mm:
+        ends = [(limits.max_depth_mm, f"max_depth_mm = {limits.max_depth_mm:g}", False)]
+    corners = metal.mesh.corners
+    cross = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+    length = np.linalg.norm(cross, axis=1)
+    up = np.divide(cross[:, 2], length, out=np.zeros_like(length), where=length > 0.0)
+    top = corners[:, :, 2].max(axis=1)
+    step = top[(up >= FLAT) & (top < height - 2.0 * grain) & (length > grain * grain)]
+    if step.size:
+        ends.append(
+            (height - float(step.max()) - grain, "the height of the shoulder over the next plane", False)
+        )
+    summit = _second_summit_mm(metal.mesh, height - 2.0 * grain)
+    if summit is not None:
+        ends.append((height - summit - grain, "another raised part beside the face", False))
+    behind = top[(up <= BACKWARD) & (top > slab.bottom_mm + 2.0 * grain) & (top < height - 2.0 * grain)]
+    if behind.size:
+        ends.append(
+            (
+                height - float(behind.max()) - slab.wall_mm,
+                f"the wall of {slab.wall_mm:.3g} mm behind it",
+                False,
+            )
+        )
+    return min(ends, key=lambda end: end[0])
+
+
+def _second_summit_mm(mesh: Mesh, below_mm: float) -> float | None:
+    """Return the height of the highest vertex under ``below_mm`` that has no higher neighbour."""
+    z = mesh.vertices[:, 2]
+    highest = np.full(len(z), -math.inf)
+    for a, b in ((0, 1), (1, 2), (2, 0)):
+        i, j = mesh.triangles[:, a], mesh.triangles[:, b]
+        np.maximum.at(highest, i, z[j])
+        np.maximum.at(highest, j, z[i])
+    alone = z[(highest <= z) & (z < below_mm) & np.isfinite(highest)]
+    bottom = float(z.min())
+    alone = alone[alone > bottom]
+    return float(alone.max()) if alone.size else None
+
+
+def _wall_mm(face: Face, anatomy: Anatomy, limits: ShoulderLimits) -> float:
+    if limits.min_wall_mm is not None:
+        return limits.min_wall_mm
+    web: Web | None = next((web for web in anatomy.webs if web.number == face.web), None)
+    return 0.0 if web is None else DEFAULT_WALL_SHARE * (web.z_max_mm - web.z_min_mm)
+
+
+def shared_depths(cuts: Sequence[ShoulderCut], anatomy: Anatomy, limits: ShoulderLimits) -> list[SharedDepth]:
+    """Return what two cuts on opposite faces of one web may take together, wall left between them."""
+    shared = []
+    for i, one in enumerate(cuts):
+        for j in range(i + 1, len(cuts)):
+            other = cuts[j]
+            facing = float(one.face.normal @ other.face.normal)
+            if one.face.web is None or one.face.web != other.face.web or facing > BACKWARD:
+                continue
+            metal = one.height_mm + other.height_mm - _wall_mm(one.face, anatomy, limits)
+            shared.append(SharedDepth(i, j, max(metal, 0.0)))
+    return shared
