@@ -206,6 +206,10 @@ class Region:
         """Return the region with its outline moved outward by ``by_mm`` (inward if < 0), corners kept."""
         return Region(self.section.offset(by_mm, m3.JoinType.Miter))
 
+    def simplified(self, by_mm: float) -> Region:
+        """Return the region with corners left out that stand off its outline by less than ``by_mm``."""
+        return Region(self.section.simplify(by_mm))
+
     def pieces(self) -> list[Region]:
         """Return the connected parts, each with its holes."""
         return [Region(part) for part in self.section.decompose()]

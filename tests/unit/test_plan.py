@@ -1,0 +1,155 @@
+"""The planner on cuts whose effect is a formula."""
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+import pytest
+
+from autobalance.correction.kind import Correction, SharedDepth
+from autobalance.plan import AIM, Shortfall, explain_shortfall, plan_depths, reachable_factor
+from autobalance.rotor.moments import Moments
+from autobalance.rotor.tolerance import Tolerance
+from autobalance.rotor.unbalance import Unbalance
+from autobalance.solid.csg import Solid
+
+
+@dataclass(frozen=True)
+class Column:
+    """Removes ``1 + bend·d/2`` grams a millimetre at one place."""
+
+    x: float
+    y: float
+    z: float
+    max_depth_mm: float = 10.0
+    bend: float = 0.0
+    label: str = "column"
+    limit: str = "the end of the column"
+    limit_is_reach: bool = False
+    least_depth_mm: float = 0.0
+    depth_step_mm: float = 0.0
+
+    def effect(self, depth_mm: float) -> Moments:
+        mass = depth_mm + 0.5 * self.bend * depth_mm**2
+        return Moments.point(-mass, np.array([self.x, self.y, self.z]))
+
+    def rate(self, depth_mm: float) -> Moments:
+        return Moments.point(-(1.0 + self.bend * depth_mm), np.array([self.x, self.y, self.z]))
+
+    def tool(self, depth_mm: float) -> Solid:
+        raise NotImplementedError
+
+    def correction(self, depth_mm: float) -> Correction:
+        raise NotImplementedError
+
+
+def tolerance(judge: str = "dynamic", permissible: float = 10.0) -> Tolerance:
+    return Tolerance.of(
+        grade_mm_s=permissible,
+        service_speed_rad_s=1.0,
+        rotor_mass_g=1.0,
+        z_centre_mm=0.0,
+        planes_z_mm=(-40.0, 40.0),
+        judge=judge,  # type: ignore[arg-type]
+    )
+
+
+def unbalance(x: float, y: float = 0.0, px: float = 0.0, py: float = 0.0) -> Unbalance:
+    return Unbalance(np.array([x, y]), np.array([px, py]))
+
+
+def test_two_equal_columns_share_a_static_unbalance() -> None:
+    cuts = [Column(-20.0, 0.0, -25.0), Column(-20.0, 0.0, 25.0)]
+    for judge in ("dynamic", "static"):
+        plan = plan_depths(unbalance(-200.0), tolerance(judge), cuts)
+        assert plan.share <= AIM
+        assert plan.depths_mm == pytest.approx([5.0, 5.0], abs=0.005)
+
+
+def test_curved_effects_are_followed_exactly() -> None:
+    cuts = [Column(-20.0, 0.0, -25.0, bend=0.3), Column(-20.0, 0.0, 25.0, bend=0.3)]
+    plan = plan_depths(unbalance(-400.0), tolerance(permissible=1e-3), cuts)
+    exact = (math.sqrt(1.0 + 2.0 * 0.3 * 10.0) - 1.0) / 0.3
+    assert plan.depths_mm == pytest.approx([exact, exact], rel=1e-6)
+
+
+def test_a_pure_couple_is_corrected() -> None:
+    cuts = [Column(-20.0, 0.0, -25.0), Column(20.0, 0.0, 25.0)]
+    plan = plan_depths(unbalance(0.0, 0.0, 2500.0), tolerance(), cuts)
+    assert plan.share <= AIM
+    assert plan.depths_mm == pytest.approx([2.5, 2.5], abs=0.01)
+
+
+def test_the_least_metal_wins() -> None:
+    cuts = [Column(-20.0, 0.0, 0.0), Column(-40.0, 0.0, 0.0)]
+    plan = plan_depths(unbalance(-200.0), tolerance(), cuts)
+    assert plan.depths_mm == pytest.approx([0.0, 5.0], abs=0.005)
+
+
+def test_what_cannot_be_reached_is_left_least() -> None:
+    cuts = [Column(-20.0, 0.0, 0.0)]
+    plan = plan_depths(unbalance(-100.0, 70.0), tolerance(), cuts)
+    assert plan.share == pytest.approx(7.0, rel=0.01)
+    assert plan.depths_mm == pytest.approx([5.0], abs=0.4)
+    assert plan.binding == ()
+
+
+def test_a_limit_that_binds_is_named() -> None:
+    cuts = [Column(-20.0, 0.0, 0.0, max_depth_mm=2.0)]
+    plan = plan_depths(unbalance(-100.0), tolerance(), cuts)
+    assert plan.depths_mm.tolist() == [2.0]
+    assert plan.binding == ("the end of the column",)
+    assert plan.share == pytest.approx(6.0)
+
+
+def test_one_depth_for_all() -> None:
+    cuts = [Column(-20.0, 0.0, 0.0), Column(-40.0, 0.0, 0.0)]
+    plan = plan_depths(unbalance(-180.0), tolerance(), cuts, same_depth=True)
+    assert plan.depths_mm == pytest.approx([3.0, 3.0], abs=0.005)
+
+
+def test_shared_metal_is_not_taken_twice() -> None:
+    cuts = [Column(-40.0, 0.0, 0.0), Column(-40.0, 0.0, 0.0), Column(-20.0, 0.0, 0.0)]
+    plan = plan_depths(unbalance(-200.0), tolerance(), cuts, shared=[SharedDepth(0, 1, 3.0)])
+    assert plan.depths_mm[:2].sum() <= 3.0 + 1e-6
+    assert plan.share <= AIM
+
+
+def test_no_cuts_leave_everything() -> None:
+    plan = plan_depths(unbalance(-100.0), tolerance(), [])
+    assert plan.share == pytest.approx(10.0)
+    assert len(plan.depths_mm) == 0
+
+
+def short(residual: Unbalance, cuts: list[Column], depths: list[float], *binding: str) -> Shortfall:
+    return Shortfall(residual, tolerance(), unbalance(1000.0), 0.5, cuts, np.array(depths), binding)
+
+
+def test_a_shortfall_says_how_much_where_why_and_what_helps() -> None:
+    cuts = [Column(-20.0, 0.0, 0.0, max_depth_mm=2.0)]
+    text = explain_shortfall(short(unbalance(-60.0), cuts, [2.0], "max_depth_mm = 2"))
+    assert "the resultant is 60.00 g·mm, 50.00 g·mm above the permissible 10.00" in text
+    assert "max_depth_mm = 2" in text
+    assert "balance factor of 0.5600 can be reached" in text
+    assert "3 mm more depth" in text
+    assert "60.0 g·mm of metal at 0.0°" in text
+
+
+def test_a_couple_is_told_by_its_plane() -> None:
+    text = explain_shortfall(short(unbalance(0.0, 0.0, -1600.0), [], []))
+    assert "plane A is 20.00 g·mm, 15.00 g·mm above the permissible 5.00" in text
+
+
+def test_a_shortfall_across_says_that_nothing_acts_there() -> None:
+    cuts = [Column(-20.0, 0.0, 0.0)]
+    text = explain_shortfall(short(unbalance(0.0, 60.0), cuts, [1.0]))
+    assert "none of the cuts at hand acts in the direction that is left" in text
+    assert "balance factor" not in text
+    assert "no face" in explain_shortfall(short(unbalance(0.0, 60.0), [], []))
+
+
+def test_a_factor_outside_0_to_1_is_not_offered() -> None:
+    assert reachable_factor(short(unbalance(-600.0), [], [])) is None
+    assert reachable_factor(short(unbalance(-400.0), [], [])) == pytest.approx(0.9)
+    inline_four = Shortfall(unbalance(-60.0), tolerance(), unbalance(0.0), 0.5, [], np.array([]), ())
+    assert reachable_factor(inline_four) is None
