@@ -142,11 +142,14 @@ def balance(
         )
     progress("planning the correction")
     offer, plan = _best_offer(rotor, tolerance, methods, initial)
-    if not plan.depths_mm.any():
+
+    def left_alone(steps: Sequence[Step] = ()) -> Result:
         reason = _reason(rotor, tolerance, offer, plan, initial)
-        return Result(
-            "above_tolerance", reason, initial, initial, initial_moments, initial_moments, (), (), None, None
-        )
+        untouched = initial_moments, initial_moments
+        return Result("above_tolerance", reason, initial, initial, *untouched, (), tuple(steps), None, None)
+
+    if not plan.depths_mm.any():
+        return left_alone()
 
     steps: list[Step] = []
     best: _Pass | None = None
@@ -176,6 +179,8 @@ def balance(
             shared=offer.shared,
         )
     assert best is not None
+    if best.share >= tolerance.used_share(initial):
+        return left_alone(steps)
     within = best.share <= 1.0
     return Result(
         outcome="within_tolerance" if within else "above_tolerance",
