@@ -1,0 +1,282 @@
+"""Twist-drilled holes, radial into the rim or axial into the web, point included."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from autobalance.correction.hole import (
+    Direction,
+    Hole,
+    Sectors,
+    Site,
+    find_sites,
+    make_holes,
+    reach_of,
+    refuse_wide,
+    site_angles,
+)
+from autobalance.correction.kind import Correction, Cut
+from autobalance.correction.walls import Room, Surface, wall_left_mm
+from autobalance.crank.anatomy import Anatomy
+from autobalance.errors import CorrectionError
+from autobalance.rotor.moments import Moments
+from autobalance.solid.csg import Solid
+from autobalance.solid.mesh import Array
+
+
+@dataclass(frozen=True)
+class DrillLimits:
+    """What a job asks of drilled holes. The defaults are ours: no standard gives them.
+
+    Attributes
+    ----------
+    direction : "radial" or "axial"
+        Into the rim, towards the axis; or into the web, along the axis.
+    diameters_mm : tuple of float
+        Drills at hand.
+    point_angle_deg : float
+        118 is that of a common twist drill; 180 a flat bottom.
+    min_depth_mm, max_depth_mm, depth_step_mm : float
+        Of the full diameter, without the point, from the surface on the hole's axis; step 0: any depth.
+    max_holes : int
+        On each counterweight.
+    min_wall_mm : float
+        From the hole's surface to any surface but the one it enters and its continuation.
+    min_spacing_mm : float
+        Between holes.
+    sectors_deg : tuple of (float, float)
+        Where the axes of holes may lie: angles in the rotor frame, counter-clockwise from the first to
+        the second; (0, 360) is all around.
+    deepen : bool
+        Holes that are there may be deepened.
+    """
+
+    direction: Direction = "radial"
+    diameters_mm: tuple[float, ...] = (8.0, 10.0, 12.0)
+    point_angle_deg: float = 118.0
+    min_depth_mm: float = 2.0
+    max_depth_mm: float = 25.0
+    depth_step_mm: float = 0.1
+    max_holes: int = 6
+    min_wall_mm: float = 3.0
+    min_spacing_mm: float = 3.0
+    sectors_deg: Sectors = ((0.0, 360.0),)
+    deepen: bool = False
+
+    def __post_init__(self) -> None:
+        """Refuse limits that contradict each other."""
+        if self.direction not in ("radial", "axial"):
+            raise CorrectionError(f"drill.direction is {self.direction!r}; must be 'radial' or 'axial'")
+        refuse_diameters("drill", self.diameters_mm)
+        refuse_sectors("drill", self.sectors_deg)
+        if not 30.0 <= self.point_angle_deg <= 180.0:
+            raise CorrectionError(f"drill.point_angle_deg is {self.point_angle_deg:g}; must be 30 to 180")
+        for name, value in (
+            ("depth_step_mm", self.depth_step_mm),
+            ("min_wall_mm", self.min_wall_mm),
+            ("min_spacing_mm", self.min_spacing_mm),
+            ("min_depth_mm", self.min_depth_mm),
+        ):
+            if not 0.0 <= value < math.inf:
+                raise CorrectionError(f"drill.{name} is {value:g}; must be ≥ 0")
+        if not self.min_depth_mm <= self.max_depth_mm < math.inf:
+            raise CorrectionError(
+                f"drill.min_depth_mm = {self.min_depth_mm:g} is above max_depth_mm = {self.max_depth_mm:g}"
+            )
+        step = self.depth_step_mm
+        if step and on_step(self.max_depth_mm, step, math.floor) < on_step(
+            self.min_depth_mm, step, math.ceil
+        ):
+            raise CorrectionError(
+                f"drill.depth_step_mm = {step:g} leaves no depth between min_depth_mm = "
+                f"{self.min_depth_mm:g} and max_depth_mm = {self.max_depth_mm:g}"
+            )
+        if self.max_holes < 1:
+            raise CorrectionError(f"drill.max_holes is {self.max_holes}; must be ≥ 1")
+
+
+def refuse_diameters(kind: str, diameters_mm: Sequence[float]) -> None:
+    """Refuse a list of diameters that is empty or not positive."""
+    if not diameters_mm:
+        raise CorrectionError(f"{kind}.diameters_mm is empty; at least one diameter is needed")
+    for diameter in diameters_mm:
+        if not 0.0 < diameter < math.inf:
+            raise CorrectionError(f"{kind}.diameters_mm holds {diameter:g}; must be > 0")
+
+
+def refuse_sectors(kind: str, sectors_deg: Sectors) -> None:
+    """Refuse angle sectors that exclude everything."""
+    if not sectors_deg:
+        raise CorrectionError(f"{kind}.sectors_deg is empty: it excludes every angle")
+    for start, end in sectors_deg:
+        if not (math.isfinite(start) and math.isfinite(end)) or start == end:
+            raise CorrectionError(
+                f"{kind}.sectors_deg holds [{start:g}, {end:g}], which excludes every angle; "
+                "all around is [0, 360]"
+            )
+
+
+def on_step(depth_mm: float, step_mm: float, rounding: Callable[[float], float] = round) -> float:
+    """Return a depth rounded to the machine's step (``round``, ``math.floor`` or ``math.ceil``)."""
+    if step_mm == 0.0:
+        return depth_mm
+    steps = depth_mm / step_mm
+    nearest = round(steps)
+    if abs(steps - nearest) > 1e-6:
+        nearest = math.floor(steps) if rounding is math.floor else math.ceil(steps)
+    return nearest * step_mm
+
+
+@dataclass(frozen=True, eq=False)
+class DrillCut:
+    """One hole that may be drilled (a `Cut`)."""
+
+    hole: Hole
+    site: Site
+    density_g_mm3: float
+    limits: DrillLimits
+    least_depth_mm: float
+    max_depth_mm: float
+    depth_step_mm: float
+    limit: str
+    rotor_to_file: Array
+
+    @property
+    def web(self) -> int:
+        """Number of the web."""
+        return self.site.web
+
+    @property
+    def label(self) -> str:
+        """Short name for messages."""
+        degrees = math.degrees(self.site.angle_rad) % 360.0
+        return f"hole ⌀{2.0 * self.hole.radius_mm:g} in web {self.web} at {degrees:.4g}°"
+
+    def effect(self, depth_mm: float) -> Moments:
+        """Return the change of the rotor's moments by a hole of this depth."""
+        return self.hole.removed(depth_mm).scaled(-self.density_g_mm3)
+
+    def rate(self, depth_mm: float) -> Moments:
+        """Return the derivative of ``effect`` with the depth [per mm]."""
+        return self.hole.rate(depth_mm).scaled(-self.density_g_mm3)
+
+    def tool(self, depth_mm: float) -> Solid:
+        """Return the drill's body in file coordinates."""
+        return self.hole.body(depth_mm, self.rotor_to_file)
+
+    def correction(self, depth_mm: float) -> Correction:
+        """Return what the machinist needs to know."""
+        change = self.effect(depth_mm)
+        hole, entry = self.hole, self.hole.axis.entry_mm
+        return Correction(
+            kind="drill",
+            face=None,
+            web=self.web,
+            position_mm=entry,
+            depth_mm=depth_mm,
+            change=change,
+            removed_volume_mm3=-change.mass_g / self.density_g_mm3,
+            details={
+                "direction": self.limits.direction,
+                "diameter_mm": 2.0 * hole.radius_mm,
+                "point_angle_deg": self.limits.point_angle_deg,
+                "point_mm": hole.point_mm,
+                "angle_deg": math.degrees(self.site.angle_rad) % 360.0,
+                "z_mm": float(entry[2]),
+                "entry_radius_mm": math.hypot(entry[0], entry[1]),
+                "inward": [float(v) for v in hole.axis.inward],
+                "wall_left_mm": wall_left_mm(self.site.others, hole.radius_mm, depth_mm, hole.half_point_rad),
+                "depth_left_mm": self.max_depth_mm - depth_mm,
+            },
+        )
+
+
+def cuts(
+    solid: Solid, anatomy: Anatomy, density_g_mm3: float, wanted: Array, limits: DrillLimits
+) -> list[Cut]:
+    """Set up every hole that may be drilled, each diameter and place by itself.
+
+    Parameters
+    ----------
+    solid : Solid
+        The crank in file coordinates.
+    wanted : (2,) float
+        A direction that one of the places tried lies in, where the sectors allow all angles.
+
+    Raises
+    ------
+    CorrectionError
+        If no drill fits anywhere: larger than the counterweight, no wall left, no metal in the sectors.
+    """
+    refuse_wide("drill", limits.diameters_mm, limits.min_wall_mm, anatomy, limits.direction)
+    surface = Surface.of(solid.mesh, anatomy.file_to_rotor)
+    angles = site_angles(limits.sectors_deg, np.asarray(wanted, dtype=np.float64))
+    half_point = math.radians(0.5 * limits.point_angle_deg)
+    room = Room(limits.min_wall_mm, half_point, limits.min_depth_mm, limits.max_depth_mm)
+    found: list[Cut] = []
+    seen = False
+    radii = sorted(0.5 * diameter for diameter in set(limits.diameters_mm))
+    for group in [radii] if limits.direction == "radial" else [[radius] for radius in radii]:
+        margin = group[-1] + limits.min_wall_mm
+        sites = list(find_sites(surface, anatomy, limits.direction, angles, margin))
+        seen |= bool(sites)
+        for web, metal in reach_of(solid, anatomy, sites, group[-1]).items():
+            here = [site for site in sites if site.web == web]
+            for radius in group:
+                for site, hole, deepest in make_holes(here, metal, radius, room):
+                    cut = _cut(
+                        site,
+                        hole,
+                        deepest,
+                        limits,
+                        density_g_mm3=density_g_mm3,
+                        rotor_to_file=anatomy.rotor_to_file,
+                    )
+                    found += [] if cut is None else [cut]
+    if not found:
+        raise CorrectionError(_why_none(limits, seen))
+    return found
+
+
+def _cut(
+    site: Site,
+    hole: Hole,
+    deepest_mm: float,
+    limits: DrillLimits,
+    *,
+    density_g_mm3: float,
+    rotor_to_file: Array,
+) -> DrillCut | None:
+    """Return the cut of a hole, its depths rounded inward to the machine's step; None if none is left."""
+    step = limits.depth_step_mm
+    least = on_step(max(limits.min_depth_mm, hole.whole_mm), step, math.ceil)
+    most = on_step(deepest_mm, step, math.floor)
+    if least > most:
+        return None
+    by_wall = deepest_mm < limits.max_depth_mm
+    return DrillCut(
+        hole,
+        site,
+        density_g_mm3,
+        limits,
+        least,
+        most,
+        step,
+        f"min_wall_mm = {limits.min_wall_mm:g}" if by_wall else f"max_depth_mm = {limits.max_depth_mm:g}",
+        rotor_to_file,
+    )
+
+
+def _why_none(limits: DrillLimits, seen: bool) -> str:
+    sizes = ", ".join(f"{diameter:g}" for diameter in limits.diameters_mm)
+    if not seen:
+        sectors = ", ".join(f"[{start:g}, {end:g}]" for start, end in limits.sectors_deg)
+        return f"drill.sectors_deg = {sectors}: no web has a surface there that a drill can start on"
+    return (
+        f"no hole of {sizes} mm fits into any counterweight with min_wall_mm = {limits.min_wall_mm:g} and "
+        f"min_depth_mm = {limits.min_depth_mm:g}; a smaller drill, wall or depth is needed"
+    )

@@ -1,0 +1,287 @@
+"""Metal left around a hole, measured on the solid's own triangles.
+
+A hole is a cylinder with a cone (or a flat) at its end. Its wall is the distance from its surface to any
+surface of the crank but the one it enters and that surface's continuation: the triangles around the mouth
+that hang together and face the drill within `CONTINUATION_RAD`.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from autobalance.solid.mesh import Array, Indices, Mesh
+
+CONTINUATION_RAD = math.radians(40.0)
+"""A surface that turns further away from the drill than this is another surface (a 45° chamfer is)."""
+DEPTH_TOLERANCE_MM = 1e-3
+"""Depths found here are short of the exact limit by at most this, never beyond it."""
+SLACK_MM = 2e-5
+"""Rounding of float32 files at crank size; a wall may be thinner by this."""
+LEVELS = 30
+MOST_PIECES = 400_000
+
+
+@dataclass(frozen=True, eq=False)
+class Axis:
+    """Where a hole starts and which way it goes, rotor frame.
+
+    Local coordinates are (x, y, τ): τ is the depth along ``inward`` (unit) from ``entry_mm``.
+    """
+
+    entry_mm: Array
+    inward: Array
+
+    @property
+    def placement(self) -> Array:
+        """Rigid motion (4, 4) from local coordinates to the rotor frame."""
+        u = self.inward
+        helper = np.eye(3)[int(np.argmin(np.abs(u)))]
+        x = np.cross(helper, u)
+        x /= np.linalg.norm(x)
+        place = np.eye(4)
+        place[:3, 0], place[:3, 1], place[:3, 2], place[:3, 3] = x, np.cross(u, x), u, self.entry_mm
+        return place
+
+    def local(self, points_mm: Array) -> Array:
+        """Return points (..., 3) of the rotor frame in local coordinates."""
+        place = self.placement
+        out: Array = (points_mm - place[:3, 3]) @ place[:3, :3]
+        return out
+
+
+@dataclass(frozen=True, eq=False)
+class Surface:
+    """Triangles of the crank's boundary in the rotor frame.
+
+    ``corners`` (m, 3, 3) and ``centre`` (m, 3), ``reach`` (m,) the distance of the farthest corner from it;
+    ``vertex`` (m, 3) tells which corners are one point.
+    """
+
+    corners: Array
+    vertex: Indices
+    centre: Array
+    reach: Array
+
+    @classmethod
+    def of(cls, mesh: Mesh, file_to_rotor: Array) -> Surface:
+        """Return the whole boundary of a mesh that is given in file coordinates."""
+        turned = mesh.moved(file_to_rotor)
+        corners = turned.corners
+        centre = corners.mean(axis=1)
+        return cls(corners, mesh.triangles, centre, np.sqrt(((corners - centre[:, None]) ** 2).sum(2).max(1)))
+
+    def within(self, z_low_mm: float, z_high_mm: float) -> Surface:
+        """Return the triangles that reach into a slab."""
+        z = self.corners[:, :, 2]
+        return self._take(np.flatnonzero((z.max(1) >= z_low_mm) & (z.min(1) <= z_high_mm)))
+
+    def around(self, axis: Axis, radius_mm: float) -> Surface:
+        """Return the triangles that may come within ``radius_mm`` of the line along an axis."""
+        arm = self.centre - axis.entry_mm
+        along = arm @ axis.inward
+        off2 = (arm**2).sum(1) - along**2
+        return self._take(np.flatnonzero(off2 <= (radius_mm + self.reach) ** 2))
+
+    def _take(self, rows: Indices) -> Surface:
+        return Surface(self.corners[rows], self.vertex[rows], self.centre[rows], self.reach[rows])
+
+    def hits(self, axis: Axis) -> tuple[Array, Indices]:
+        """Return where the line along an axis meets the triangles: τ, ascending, and the triangles' rows."""
+        local = axis.local(self.corners)
+        a, b, c = local[:, 0, :2], local[:, 1, :2], local[:, 2, :2]
+        weights = np.stack([cross2(b, c), cross2(c, a), cross2(a, b)], axis=1)
+        total = weights.sum(1)
+        across = np.abs(total) > 1e-12  # seen edge-on, a triangle is met through its neighbours
+        weights = weights[across] / total[across, None]
+        inside = (weights >= -1e-9).all(1)  # a line through an edge meets both its triangles
+        rows = np.flatnonzero(across)[inside]
+        depth = (weights[inside] * local[rows][:, :, 2]).sum(1)
+        order = np.argsort(depth, kind="stable")
+        return depth[order], rows[order]
+
+    def others(self, axis: Axis, entry_row: int) -> tuple[Array | None, float]:
+        """Return the triangles (k, 3, 3) that are no continuation of the entry, and the entry's least τ.
+
+        Both in local coordinates; None where the entry itself is too slanted to start a drill on.
+        """
+        normal = np.cross(self.corners[:, 1] - self.corners[:, 0], self.corners[:, 2] - self.corners[:, 0])
+        length = np.linalg.norm(normal, axis=1)
+        facing = -(normal @ axis.inward) >= math.cos(CONTINUATION_RAD) * length
+        facing &= length > 0.0
+        if not facing[entry_row]:
+            return None, 0.0
+        rows = np.flatnonzero(facing)
+        same = rows[_connected(self.vertex[rows], int(np.searchsorted(rows, entry_row)))]
+        other = np.ones(len(self.corners), dtype=bool)
+        other[same] = False
+        local = axis.local(self.corners)
+        return local[other], float(local[same][:, :, 2].min())
+
+
+def _connected(vertex: Indices, start: int) -> NDArray[np.bool_]:
+    """Tell which triangles hang together with triangle ``start`` through shared edges."""
+    from scipy.sparse import coo_array
+    from scipy.sparse.csgraph import connected_components
+
+    count = len(vertex)
+    edges = np.sort(vertex[:, [[0, 1], [1, 2], [2, 0]]].reshape(-1, 2), axis=1)
+    owner = np.repeat(np.arange(count), 3)
+    order = np.lexsort((edges[:, 1], edges[:, 0]))
+    edges, owner = edges[order], owner[order]
+    twin = np.flatnonzero((edges[1:] == edges[:-1]).all(1))
+    pairs = coo_array((np.ones(len(twin)), (owner[twin], owner[twin + 1])), shape=(count, count))
+    _, label = connected_components(pairs, directed=False)
+    same: NDArray[np.bool_] = label == label[start]
+    return same
+
+
+@dataclass(frozen=True)
+class Room:
+    """What a hole must keep: its wall, and depths that matter (of the full diameter).
+
+    ``half_point_rad`` is half of the point angle; π/2 for a flat bottom.
+    """
+
+    wall_mm: float
+    half_point_rad: float
+    least_mm: float
+    most_mm: float
+
+
+def greatest_depth_mm(others: Array, radius_mm: float, room: Room) -> float:
+    """Return how deep a hole may go and leave its wall all around; −inf if not even the least.
+
+    A point at distance s from the axis and depth τ is clear of a hole of depth t, inflated by the wall, when
+    τ − φ(s) ≥ t, where φ is the front of the inflated point. The least of that over all triangles is found
+    by halving triangles, with the exact least s and τ of each piece as a bound.
+
+    Parameters
+    ----------
+    others : (k, 3, 3) float
+        Triangles in local coordinates.
+
+    Returns
+    -------
+    float
+        Depth of the full diameter [mm]; at most `DEPTH_TOLERANCE_MM` short of the exact limit.
+    """
+    best, pieces = room.most_mm, others
+    bound = np.zeros(0)
+    for _ in range(LEVELS):
+        bound = _bound(pieces, radius_mm, room)
+        best = min(best, float(_value(pieces, radius_mm, room).min(initial=math.inf)))
+        if best < room.least_mm:
+            return -math.inf
+        still = bound < best - DEPTH_TOLERANCE_MM
+        pieces, bound = pieces[still], bound[still]
+        if len(pieces) == 0:
+            break
+        if len(pieces) > MOST_PIECES:  # not resolved: stay on the safe side
+            best = min(best, float(bound.min()))
+            break
+        pieces = _halved(pieces)
+    else:
+        best = min(best, float(bound.min()))
+    if best < room.most_mm:
+        best -= DEPTH_TOLERANCE_MM
+    return best if best >= room.least_mm else -math.inf
+
+
+def wall_left_mm(others: Array, radius_mm: float, depth_mm: float, half_point_rad: float) -> float:
+    """Return the least distance from a hole's surface to other surfaces, to `DEPTH_TOLERANCE_MM`."""
+    low, high = 0.0, radius_mm
+    while _fits(others, radius_mm, depth_mm, half_point_rad, high) and high < 1e3:
+        low, high = high, 2.0 * high
+    while high - low > DEPTH_TOLERANCE_MM:
+        middle = 0.5 * (low + high)
+        if _fits(others, radius_mm, depth_mm, half_point_rad, middle):
+            low = middle
+        else:
+            high = middle
+    return low
+
+
+def _fits(others: Array, radius_mm: float, depth_mm: float, half_point_rad: float, wall_mm: float) -> bool:
+    deep = depth_mm + DEPTH_TOLERANCE_MM
+    return greatest_depth_mm(others, radius_mm, Room(wall_mm, half_point_rad, depth_mm, deep)) >= depth_mm
+
+
+def _front(s: Array, a: float, room: Room) -> Array:
+    """Return how far ahead of the shoulder a point of radius ``a``, inflated by the wall, reaches at s."""
+    cos, sin, wall = math.cos(room.half_point_rad), math.sin(room.half_point_rad), room.wall_mm
+    tip = a * cos / sin + np.sqrt(np.maximum(wall**2 - s**2, 0.0))
+    cone = ((a - s) * cos + wall) / sin
+    edge = np.sqrt(np.maximum(wall**2 - (s - a) ** 2, 0.0))
+    return np.where(s <= wall * cos, tip, np.where(s <= a + wall * cos, cone, edge))
+
+
+def _bound(pieces: Array, a: float, room: Room) -> Array:
+    """Return a depth (k,) that no point of a piece undercuts; inf for pieces out of reach."""
+    depth = pieces[:, :, 2]
+    return _clear(_distance_from_axis(pieces), depth.min(1), depth.max(1), a, room)
+
+
+def _value(pieces: Array, a: float, room: Room) -> Array:
+    """Return the depths that corners and middles of pieces allow (k, 4)."""
+    points = np.concatenate([pieces, pieces.mean(axis=1, keepdims=True)], axis=1)
+    depth = points[:, :, 2]
+    return _clear(np.hypot(points[:, :, 0], points[:, :, 1]), depth, depth, a, room)
+
+
+def _clear(s: Array, low: Array, high: Array, a: float, room: Room) -> Array:
+    """Return the depth that surfaces at distance s from the axis, τ from low to high, allow."""
+    above = high < -room.wall_mm  # in the drill's way, not beside the hole
+    depth = np.where(above, -np.inf, low - _front(s, a, room))
+    depth[s >= a + np.where(above, 0.0, room.wall_mm) - SLACK_MM] = np.inf
+    return depth
+
+
+def _distance_from_axis(pieces: Array) -> Array:
+    """Return the least distance (k,) of triangles from the local axis, exactly."""
+    corners = pieces[:, :, :2]
+    onward = np.roll(corners, -1, axis=1)
+    edge = onward - corners
+    length2 = (edge**2).sum(2)
+    share = np.clip(-(corners * edge).sum(2) / np.where(length2 > 0.0, length2, 1.0), 0.0, 1.0)
+    nearest = corners + share[:, :, None] * edge
+    distance: Array = np.hypot(nearest[:, :, 0], nearest[:, :, 1]).min(axis=1)
+    turn = cross2(corners, onward)
+    distance[(turn > 0.0).all(1) | (turn < 0.0).all(1)] = 0.0
+    return distance
+
+
+def _halved(pieces: Array) -> Array:
+    """Return each triangle's four parts, one after the other (4k, 3, 3)."""
+    a, b, c = pieces[:, 0], pieces[:, 1], pieces[:, 2]
+    ab, bc, ca = 0.5 * (a + b), 0.5 * (b + c), 0.5 * (c + a)
+    parts = [(a, ab, ca), (ab, b, bc), (ca, bc, c), (ab, bc, ca)]
+    return np.stack([np.stack(part, axis=1) for part in parts], axis=1).reshape(-1, 3, 3)
+
+
+def cross2(p: Array, q: Array) -> Array:
+    """Return the z components of the cross products of vectors (..., 2)."""
+    out: Array = p[..., 0] * q[..., 1] - p[..., 1] * q[..., 0]
+    return out
+
+
+def segments_distance_mm(p0: Array, p1: Array, q0: Array, q1: Array) -> float:
+    """Return the least distance between two straight segments.
+
+    References
+    ----------
+    C. Ericson, *Real-Time Collision Detection*, 2005, 5.1.9.
+    """
+    d1, d2, r = p1 - p0, q1 - q0, p0 - q0
+    a, e, f = float(d1 @ d1), float(d2 @ d2), float(d2 @ r)
+    b, c = float(d1 @ d2), float(d1 @ r)
+    denominator = a * e - b * b
+    s = min(max((b * f - c * e) / denominator, 0.0), 1.0) if denominator > 1e-12 * a * e else 0.0
+    t = (b * s + f) / e if e > 0.0 else 0.0
+    if not 0.0 <= t <= 1.0:
+        t = min(max(t, 0.0), 1.0)
+        s = min(max((b * t - c) / a, 0.0), 1.0) if a > 0.0 else 0.0
+    return float(np.linalg.norm(p0 + s * d1 - q0 - t * d2))
