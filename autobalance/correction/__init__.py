@@ -2,11 +2,12 @@
 
 from typing import Any, Protocol
 
-from autobalance.correction import shoulder
+from autobalance.correction import drill, shoulder
+from autobalance.correction.drill import DrillLimits
 from autobalance.correction.kind import Offer, Workpiece
 from autobalance.correction.shoulder import ShoulderLimits
 
-Limits = ShoulderLimits
+Limits = ShoulderLimits | DrillLimits
 """The limits of any one kind of correction."""
 
 
@@ -18,7 +19,7 @@ class _Kind(Protocol):
     def offer(self, work: Workpiece, limits: Any, effort: int) -> Offer: ...
 
 
-_KINDS: dict[type, _Kind] = {ShoulderLimits: shoulder}
+_KINDS: dict[type, _Kind] = {ShoulderLimits: shoulder, DrillLimits: drill}
 
 
 def efforts(limits: Limits) -> int:

@@ -14,12 +14,13 @@ from autobalance.correction.hole import (
     Sectors,
     Site,
     find_sites,
+    keep_apart,
     make_holes,
     reach_of,
     refuse_wide,
     site_angles,
 )
-from autobalance.correction.kind import Correction, Cut
+from autobalance.correction.kind import Correction, Count, Offer, Workpiece
 from autobalance.correction.walls import Room, Surface, wall_left_mm
 from autobalance.crank.anatomy import Anatomy
 from autobalance.errors import CorrectionError
@@ -143,7 +144,7 @@ class DrillCut:
     max_depth_mm: float
     depth_step_mm: float
     limit: str
-    rotor_to_file: Array
+    limit_is_reach: bool = False
 
     @property
     def web(self) -> int:
@@ -165,8 +166,8 @@ class DrillCut:
         return self.hole.rate(depth_mm).scaled(-self.density_g_mm3)
 
     def tool(self, depth_mm: float) -> Solid:
-        """Return the drill's body in file coordinates."""
-        return self.hole.body(depth_mm, self.rotor_to_file)
+        """Return the drill's body, rotor frame."""
+        return self.hole.body(depth_mm)
 
     def correction(self, depth_mm: float) -> Correction:
         """Return what the machinist needs to know."""
@@ -195,9 +196,27 @@ class DrillCut:
         )
 
 
+EFFORTS = 1
+"""All places are offered at once."""
+
+
+def offer(work: Workpiece, limits: DrillLimits, effort: int) -> Offer:
+    """Return the holes that a job's limits allow, which keep a spacing and are limited in number."""
+    heavy = sum((vector for _, vector in work.heavy_at), np.zeros(2))
+    found = cuts(work.solid, work.anatomy, work.density_g_mm3, heavy, limits)
+    apart = keep_apart(
+        [cut.hole for cut in found], [cut.max_depth_mm for cut in found], limits.min_spacing_mm
+    )
+    counts = []
+    for web in sorted({cut.web for cut in found}):
+        members = tuple(k for k, cut in enumerate(found) if cut.web == web)
+        counts.append(Count(members, limits.max_holes, f"max_holes = {limits.max_holes} in web {web}"))
+    return Offer(tuple(found), apart=apart, counts=tuple(counts))
+
+
 def cuts(
     solid: Solid, anatomy: Anatomy, density_g_mm3: float, wanted: Array, limits: DrillLimits
-) -> list[Cut]:
+) -> list[DrillCut]:
     """Set up every hole that may be drilled, each diameter and place by itself.
 
     Parameters
@@ -217,7 +236,7 @@ def cuts(
     angles = site_angles(limits.sectors_deg, np.asarray(wanted, dtype=np.float64))
     half_point = math.radians(0.5 * limits.point_angle_deg)
     room = Room(limits.min_wall_mm, half_point, limits.min_depth_mm, limits.max_depth_mm)
-    found: list[Cut] = []
+    found: list[DrillCut] = []
     seen = False
     radii = sorted(0.5 * diameter for diameter in set(limits.diameters_mm))
     for group in [radii] if limits.direction == "radial" else [[radius] for radius in radii]:
@@ -228,14 +247,7 @@ def cuts(
             here = [site for site in sites if site.web == web]
             for radius in group:
                 for site, hole, deepest in make_holes(here, metal, radius, room):
-                    cut = _cut(
-                        site,
-                        hole,
-                        deepest,
-                        limits,
-                        density_g_mm3=density_g_mm3,
-                        rotor_to_file=anatomy.rotor_to_file,
-                    )
+                    cut = _cut(site, hole, deepest, limits, density_g_mm3)
                     found += [] if cut is None else [cut]
     if not found:
         raise CorrectionError(_why_none(limits, seen))
@@ -243,13 +255,7 @@ def cuts(
 
 
 def _cut(
-    site: Site,
-    hole: Hole,
-    deepest_mm: float,
-    limits: DrillLimits,
-    *,
-    density_g_mm3: float,
-    rotor_to_file: Array,
+    site: Site, hole: Hole, deepest_mm: float, limits: DrillLimits, density_g_mm3: float
 ) -> DrillCut | None:
     """Return the cut of a hole, its depths rounded inward to the machine's step; None if none is left."""
     step = limits.depth_step_mm
@@ -267,7 +273,6 @@ def _cut(
         most,
         step,
         f"min_wall_mm = {limits.min_wall_mm:g}" if by_wall else f"max_depth_mm = {limits.max_depth_mm:g}",
-        rotor_to_file,
     )
 
 

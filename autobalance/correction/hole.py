@@ -8,7 +8,9 @@ from dataclasses import dataclass, replace
 from typing import Literal
 
 import numpy as np
+from numpy.typing import NDArray
 
+from autobalance.correction.kind import Apart
 from autobalance.correction.walls import Axis, Room, Surface, cross2, greatest_depth_mm, segments_distance_mm
 from autobalance.crank.anatomy import Anatomy, Web
 from autobalance.errors import CorrectionError
@@ -72,35 +74,10 @@ class Hole:
         tip: Array = self.axis.entry_mm + (depth_mm + self.point_mm) * self.axis.inward
         return tip
 
-    def body(self, depth_mm: float, placement: Array | None = None) -> Solid:
-        """Return the tool body, which starts outside the metal, moved by ``placement``."""
-        place = self.axis.placement if placement is None else placement @ self.axis.placement
-        return drill_body(self.radius_mm, -self.lift_mm, depth_mm, self.point_mm).moved(place)
-
-    def shared_depth_mm(self, other: Hole, spacing_mm: float, most_mm: float) -> float:
-        """Return the greatest depth that this and another hole may both have, a spacing apart; −inf if none.
-
-        The points count as cylinders, so the true spacing is never less.
-        """
-        need = self.radius_mm + other.radius_mm + spacing_mm
-
-        def apart(depth: float) -> bool:
-            return (
-                segments_distance_mm(
-                    self.axis.entry_mm, self.tip_mm(depth), other.axis.entry_mm, other.tip_mm(depth)
-                )
-                >= need
-            )
-
-        if apart(most_mm):
-            return math.inf
-        if not apart(0.0):
-            return -math.inf
-        low, high = 0.0, most_mm
-        while high - low > 1e-3:
-            middle = 0.5 * (low + high)
-            low, high = (middle, high) if apart(middle) else (low, middle)
-        return low
+    def body(self, depth_mm: float) -> Solid:
+        """Return the tool body, rotor frame; it starts outside the metal."""
+        shape = drill_body(self.radius_mm, -self.lift_mm, depth_mm, self.point_mm)
+        return shape.moved(self.axis.placement)
 
     def _column(self, start_mm: float, end_mm: float) -> Moments:
         length = end_mm - start_mm
@@ -157,8 +134,7 @@ def site_angles(sectors_deg: Sectors, wanted: Array) -> Array:
     total = sum(span for _, span in spans)
     if total >= 360.0:
         towards = math.atan2(float(wanted[1]), float(wanted[0]))
-        around: Array = towards + np.arange(SITES_PER_WEB) * (2.0 * math.pi / SITES_PER_WEB)
-        return around
+        return np.array([towards + k * (2.0 * math.pi / SITES_PER_WEB) for k in range(SITES_PER_WEB)])
     angles = []
     for place in (np.arange(SITES_PER_WEB) + 0.5) * (total / SITES_PER_WEB):
         left = float(place)
@@ -297,6 +273,43 @@ def _whole_below(corners: Array, radius_mm: float, bottom_mm: float) -> float:
     depth = corners[:, :, 2]
     upper = depth[depth < bottom_mm - 1e-6]
     return float(upper.max()) if len(upper) else 0.0
+
+
+def keep_apart(holes: Sequence[Hole], most_mm: Sequence[float], spacing_mm: float) -> tuple[Apart, ...]:
+    """Return the pairs of holes that come closer than a spacing, with the depth that both may have.
+
+    The points count as cylinders, so the true spacing is never less.
+    """
+    count = len(holes)
+    if count < 2:
+        return ()
+    entry = np.array([hole.axis.entry_mm for hole in holes])
+    inward = np.array([hole.axis.inward for hole in holes])
+    radius = np.array([hole.radius_mm for hole in holes])
+    point = np.array([hole.point_mm for hole in holes])
+    most = np.asarray(most_mm)
+    i, j = np.triu_indices(count, 1)
+    need = radius[i] + radius[j] + spacing_mm
+
+    def apart(depth: Array) -> NDArray[np.bool_]:
+        one = entry[i] + (np.minimum(depth, most[i]) + point[i])[:, None] * inward[i]
+        other = entry[j] + (np.minimum(depth, most[j]) + point[j])[:, None] * inward[j]
+        clear: NDArray[np.bool_] = segments_distance_mm(entry[i], one, entry[j], other) >= need
+        return clear
+
+    close = ~apart(np.full(len(i), math.inf))
+    i, j, need = i[close], j[close], need[close]
+    low = np.where(apart(np.zeros(len(i))), 0.0, -1.0)
+    high = np.maximum(most[i], most[j])
+    for _ in range(APART_STEPS):
+        middle = 0.5 * (low + high)
+        clear = apart(middle)
+        low, high = np.where(clear, middle, low), np.where(clear, high, middle)
+    low[low < 0.0] = -1.0
+    return tuple(Apart(int(a), int(b), float(depth)) for a, b, depth in zip(i, j, low, strict=True))
+
+
+APART_STEPS = 16
 
 
 def reach_of(solid: Solid, anatomy: Anatomy, sites: Sequence[Site], radius_mm: float) -> dict[int, Solid]:

@@ -107,6 +107,8 @@ class Offer:
     cuts: tuple[Cut, ...]
     shared: tuple[SharedDepth, ...] = ()
     same_depth: bool = False
+    apart: tuple[Apart, ...] = ()
+    counts: tuple[Count, ...] = ()
 
 
 @dataclass(frozen=True)
@@ -116,6 +118,24 @@ class SharedDepth:
     first: int
     second: int
     most_mm: float
+
+
+@dataclass(frozen=True)
+class Apart:
+    """Two cuts that come too close where both are deeper than ``most_mm``; below 0: never both."""
+
+    first: int
+    second: int
+    most_mm: float
+
+
+@dataclass(frozen=True)
+class Count:
+    """Cuts of which at most ``most`` may be made; ``limit`` says so: ``max_holes = 6 in web 2``."""
+
+    members: tuple[int, ...]
+    most: int
+    limit: str
 
 
 @dataclass(frozen=True, eq=False)

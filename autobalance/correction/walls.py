@@ -268,20 +268,21 @@ def cross2(p: Array, q: Array) -> Array:
     return out
 
 
-def segments_distance_mm(p0: Array, p1: Array, q0: Array, q1: Array) -> float:
-    """Return the least distance between two straight segments.
+def segments_distance_mm(p0: Array, p1: Array, q0: Array, q1: Array) -> Array:
+    """Return the least distances (k,) between straight segments of some length, pair by pair (k, 3).
 
     References
     ----------
     C. Ericson, *Real-Time Collision Detection*, 2005, 5.1.9.
     """
     d1, d2, r = p1 - p0, q1 - q0, p0 - q0
-    a, e, f = float(d1 @ d1), float(d2 @ d2), float(d2 @ r)
-    b, c = float(d1 @ d2), float(d1 @ r)
-    denominator = a * e - b * b
-    s = min(max((b * f - c * e) / denominator, 0.0), 1.0) if denominator > 1e-12 * a * e else 0.0
-    t = (b * s + f) / e if e > 0.0 else 0.0
-    if not 0.0 <= t <= 1.0:
-        t = min(max(t, 0.0), 1.0)
-        s = min(max((b * t - c) / a, 0.0), 1.0) if a > 0.0 else 0.0
-    return float(np.linalg.norm(p0 + s * d1 - q0 - t * d2))
+    a, e, f = (d1 * d1).sum(1), (d2 * d2).sum(1), (d2 * r).sum(1)
+    b, c = (d1 * d2).sum(1), (d1 * r).sum(1)
+    crossing = a * e - b * b
+    slanted = crossing > 1e-12 * a * e
+    s = np.clip(np.where(slanted, b * f - c * e, 0.0) / np.where(slanted, crossing, 1.0), 0.0, 1.0)
+    t = np.clip((b * s + f) / e, 0.0, 1.0)
+    s = np.clip((b * t - c) / a, 0.0, 1.0)
+    gap = r + s[:, None] * d1 - t[:, None] * d2
+    distance: Array = np.sqrt((gap * gap).sum(1))
+    return distance

@@ -6,8 +6,8 @@ import pytest
 from numpy.testing import assert_allclose
 
 from autobalance.correction import drill
-from autobalance.correction.drill import DrillCut, DrillLimits
-from autobalance.correction.hole import Hole, drill_body
+from autobalance.correction.drill import DrillLimits
+from autobalance.correction.hole import Hole, drill_body, keep_apart
 from autobalance.correction.walls import Axis, Room, greatest_depth_mm, wall_left_mm
 from autobalance.crank.anatomy import Anatomy, Web
 from autobalance.rotor.moments import Moments
@@ -62,10 +62,10 @@ def test_planned_effect_is_what_the_cut_solid_loses(
     solid, anatomy = make_crank([0.0, 90.0], placement=placement)
     limits = DrillLimits(direction=direction, diameters_mm=(8.0, 12.0))
     cuts = drill.cuts(solid, anatomy, STEEL, np.array([-1.0, 0.2]), limits)
-    assert {cut.web for cut in cuts if isinstance(cut, DrillCut)} == {1, 2, 3, 4}
+    assert {cut.web for cut in cuts} == {1, 2, 3, 4}
     for cut in cuts[::5]:
         for depth in (cut.least_depth_mm, cut.max_depth_mm):
-            drilled = solid - cut.tool(depth)
+            drilled = solid - cut.tool(depth).moved(anatomy.rotor_to_file)
             assert_same(cut.effect(depth), difference(solid, drilled, anatomy), CLOSED_FORM)
             assert len(drilled.pieces()) == 1
 
@@ -74,7 +74,7 @@ def test_untouched_vertices_stay_bit_for_bit() -> None:
     solid, anatomy = make_crank([0.0], placement=tilted(0.3, [10.0, 20.0, 30.0]))
     cut = drill.cuts(solid, anatomy, STEEL, np.array([-1.0, 0.0]), DrillLimits(diameters_mm=(10.0,)))[0]
     before = {tuple(v) for v in solid.mesh.vertices}
-    after = {tuple(v) for v in (solid - cut.tool(10.0)).mesh.vertices}
+    after = {tuple(v) for v in (solid - cut.tool(10.0).moved(anatomy.rotor_to_file)).mesh.vertices}
     assert before <= after
 
 
@@ -169,7 +169,7 @@ def test_inner_webs_of_an_inline_crank_cannot_be_drilled_axially_behind_other_me
     solid, anatomy = make_crank([0.0, 0.0])
     limits = DrillLimits(direction="axial", diameters_mm=(10.0,))
     cuts = drill.cuts(solid, anatomy, STEEL, np.array([-1.0, 0.0]), limits)
-    assert {cut.web for cut in cuts if isinstance(cut, DrillCut)} == {1, 4}
+    assert {cut.web for cut in cuts} == {1, 4}
 
 
 def test_an_oil_way_is_kept_clear_of() -> None:
@@ -184,7 +184,6 @@ def test_an_oil_way_is_kept_clear_of() -> None:
         np.array([-35.0, -40.0, z - 2.0]), np.array([-34.0, 40.0, z + 2.0])
     )  # a slanted view of one
     pierced = drill.cuts(solid - slot, anatomy, STEEL, np.array([-1.0, 0.0]), limits)[0]
-    assert isinstance(free, DrillCut)
     assert free.max_depth_mm > 30.0
     tip = 4.0 / math.tan(HALF_118)
     assert pierced.max_depth_mm == pytest.approx(62.0 - 35.0 - 3.0 - tip, abs=0.1)
@@ -197,13 +196,22 @@ def hole(x: float, y: float, inward: tuple[float, float, float], r: float) -> Ho
     return Hole(Axis(np.array([x, y, 0.0]), np.array(inward)), r, HALF_118, 1.0, zero, 10.0, 0.0)
 
 
-def test_shared_depth_of_parallel_and_of_converging_holes() -> None:
+def apart(one: Hole, other: Hole, spacing: float = 3.0, most: float = 30.0) -> list[float]:
+    return [pair.most_mm for pair in keep_apart([one, other], [most, most], spacing)]
+
+
+def test_parallel_holes_keep_their_spacing_at_any_depth_or_at_none() -> None:
     a = hole(50.0, 0.0, (-1.0, 0.0, 0.0), 4.0)
-    assert a.shared_depth_mm(hole(50.0, 11.0, (-1.0, 0.0, 0.0), 4.0), 3.0, 30.0) == math.inf
-    assert a.shared_depth_mm(hole(50.0, 10.9, (-1.0, 0.0, 0.0), 4.0), 3.0, 30.0) == -math.inf
+    assert apart(a, hole(50.0, 11.0, (-1.0, 0.0, 0.0), 4.0)) == []
+    assert apart(a, hole(50.0, 10.9, (-1.0, 0.0, 0.0), 4.0)) == [-1.0]
+
+
+def test_converging_holes_may_be_as_deep_as_their_tips_allow() -> None:
     angle = math.radians(15.0)
     c, s = math.cos(angle), math.sin(angle)
-    b = hole(50.0 * c, 50.0 * s, (-c, -s, 0.0), 4.0)
-    shared = a.shared_depth_mm(b, 3.0, 30.0)
+    a, b = hole(50.0, 0.0, (-1.0, 0.0, 0.0), 4.0), hole(50.0 * c, 50.0 * s, (-c, -s, 0.0), 4.0)
+    (shared,) = apart(a, b)
     tips = 2.0 * (50.0 - shared - a.point_mm) * math.sin(angle / 2)
     assert tips == pytest.approx(11.0, abs=1e-3)
+    (crossing,) = apart(hole(50.0, 0.0, (-1.0, 0.0, 0.0), 4.0), hole(30.0, 20.0, (0.0, -1.0, 0.0), 4.0))
+    assert 0.0 < crossing < 20.0
