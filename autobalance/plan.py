@@ -8,13 +8,14 @@ method does.
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
 from autobalance.correction.kind import Cut, SharedDepth
+from autobalance.rotor.moments import Moments
 from autobalance.rotor.tolerance import Tolerance
 from autobalance.rotor.unbalance import Unbalance
 
@@ -24,10 +25,15 @@ AIM = 0.01
 """Share of the permissible value that a plan aims to stay within; well inside, not just passing."""
 SIDES = 32
 """Sides of the polygon that stands for a circle in the linear programme; inscribed, so it never flatters."""
-STEPS = 20
+STEPS = 40
 SETTLED_MM = 1e-7
 EVENNESS = 1e-4
 """Weight of the greatest depth beside the removed mass: between equals, even depths win."""
+
+
+def metal_g(change: Moments) -> float:
+    """Return the metal that a change of moments takes or adds [g]."""
+    return abs(change.mass_g)
 
 
 @dataclass(frozen=True, eq=False)
@@ -60,6 +66,8 @@ def plan_depths(
     same_depth: bool = False,
     shared: Sequence[SharedDepth] = (),
     aim: float = AIM,
+    bounds_mm: tuple[Array, Array] | None = None,
+    cost: Callable[[Moments], float] = metal_g,
 ) -> Plan:
     """Return the depths that leave the least judged residual down to ``aim``, then remove the least metal.
 
@@ -77,26 +85,31 @@ def plan_depths(
     shared : sequence of SharedDepth
     aim : float
         Share of the permissible value below which less residual is worth no metal.
+    bounds_mm : ((n,) float, (n,) float), optional
+        Least and greatest depths; default from zero to what the cuts allow.
+    cost : callable
+        What to spare: the cost of a change of moments, linear in it; default the metal.
 
     Returns
     -------
     Plan
     """
     count = len(cuts)
-    most = np.array([cut.max_depth_mm for cut in cuts])
-    depths = np.zeros(count) if start_mm is None else np.clip(start_mm, 0.0, most)
+    least, most = bounds_mm or (np.zeros(count), np.array([cut.max_depth_mm for cut in cuts]))
+    depths = least if start_mm is None else np.clip(start_mm, least, most)
     if same_depth and count:
         depths = np.full(count, min(depths.mean(), most.min()))
-    best = _judged(residual, tolerance, cuts, depths)
-    for _ in range(STEPS):
-        if not count:
-            break
-        wanted = _tangent_step(residual, tolerance, cuts, depths, most, same_depth, shared, aim)
-        here = _judged(residual, tolerance, cuts, wanted)
+    best = judged_plan(residual, tolerance, cuts, depths)
+    trust = math.inf
+    for _ in range(STEPS if count else 0):
+        near = np.maximum(least, depths - trust), np.minimum(most, depths + trust)
+        wanted = _tangent_step(residual, tolerance, cuts, depths, near, same_depth, shared, aim, cost)
+        here = judged_plan(residual, tolerance, cuts, wanted)
         moved = float(np.abs(wanted - depths).max())
-        depths = wanted
-        if _is_better(here, best, cuts, aim):
-            best = here
+        if _is_better(here, best, cuts, aim, cost):
+            best, depths = here, wanted
+        else:  # the curves bend away from the tangent: look nearer
+            trust = 0.25 * min(trust, moved)
         if moved <= SETTLED_MM:
             break
     binding = tuple(
@@ -109,20 +122,24 @@ def plan_depths(
     return Plan(best.depths_mm, best.predicted, best.share, binding if best.share > aim else ())
 
 
-def _judged(residual: Unbalance, tolerance: Tolerance, cuts: Sequence[Cut], depths: Array) -> Plan:
+def judged_plan(residual: Unbalance, tolerance: Tolerance, cuts: Sequence[Cut], depths: Array) -> Plan:
+    """Return what depths leave on the exact curves."""
     for cut, depth in zip(cuts, depths, strict=True):
-        residual = residual + Unbalance.of(cut.effect(float(depth)))
+        if depth > 0.0:
+            residual = residual + Unbalance.of(cut.effect(float(depth)))
     return Plan(depths, residual, tolerance.used_share(residual), ())
 
 
-def _is_better(one: Plan, other: Plan, cuts: Sequence[Cut], aim: float) -> bool:
+def _is_better(
+    one: Plan, other: Plan, cuts: Sequence[Cut], aim: float, cost: Callable[[Moments], float]
+) -> bool:
     if max(one.share, other.share) <= aim * (1.0 + 1e-6):
-        return _mass_g(one, cuts) < _mass_g(other, cuts)
+        return _total(one, cuts, cost) < _total(other, cuts, cost)
     return one.share < other.share
 
 
-def _mass_g(plan: Plan, cuts: Sequence[Cut]) -> float:
-    return sum(abs(cut.effect(float(depth)).mass_g) for cut, depth in zip(cuts, plan.depths_mm, strict=True))
+def _total(plan: Plan, cuts: Sequence[Cut], cost: Callable[[Moments], float]) -> float:
+    return sum(cost(cut.effect(float(depth))) for cut, depth in zip(cuts, plan.depths_mm, strict=True))
 
 
 def judged_rows(tolerance: Tolerance) -> Array:
@@ -145,18 +162,20 @@ def _tangent_step(
     tolerance: Tolerance,
     cuts: Sequence[Cut],
     depths: Array,
-    most: Array,
+    bounds: tuple[Array, Array],
     same_depth: bool,
     shared: Sequence[SharedDepth],
     aim: float,
+    cost_of: Callable[[Moments], float],
 ) -> Array:
     """Solve the linear programme of the tangent at ``depths`` for (depths, excess share, greatest depth)."""
     from scipy.optimize import linprog
 
     count = len(cuts)
+    least, most = bounds
     rates = [cut.rate(float(depth)) for cut, depth in zip(cuts, depths, strict=True)]
     slopes = np.array([[*rate.first_g_mm[:2], *rate.second_g_mm2[:2, 2]] for rate in rates]).T
-    here = _judged(residual, tolerance, cuts, depths).predicted
+    here = judged_plan(residual, tolerance, cuts, depths).predicted
     now = np.concatenate([here.resultant_g_mm, here.moment_g_mm2])
     rows = judged_rows(tolerance)
     matrix, at_zero = rows @ slopes, rows @ (now - slopes @ depths)
@@ -180,9 +199,9 @@ def _tangent_step(
         row[[pair.first, pair.second]] = 1.0
         a_ub.append(row[None])
         b_ub.append(np.array([pair.most_mm]))
-    masses = np.array([abs(rate.mass_g) for rate in rates])
-    worst = float(masses @ most) or 1.0
-    cost = np.concatenate([masses / worst, [10.0], [EVENNESS / max(float(most.max()), 1e-9)]])
+    costs = np.array([cost_of(rate) for rate in rates])
+    worst = float(np.abs(costs) @ most) or 1.0
+    cost = np.concatenate([costs / worst, [10.0], [EVENNESS / max(float(most.max()), 1e-9)]])
     equal = None
     if same_depth and count > 1:
         equal = np.zeros((count - 1, count + 2))
@@ -194,12 +213,12 @@ def _tangent_step(
         b_ub=np.concatenate(b_ub),
         A_eq=equal,
         b_eq=None if equal is None else np.zeros(count - 1),
-        bounds=[*((0.0, top) for top in most), (0.0, None), (0.0, None)],
+        bounds=[*zip(least.tolist(), most.tolist(), strict=True), (0.0, None), (0.0, None)],
         method="highs",
     )
     if answer.x is None:  # the depths at hand are always feasible: the excess is free
         raise ArithmeticError(f"the planner's linear programme failed: {answer.message}")
-    return np.clip(answer.x[:count], 0.0, most)
+    return np.clip(answer.x[:count], least, most)
 
 
 # --- when it cannot be done ---------------------------------------------------------------------------------

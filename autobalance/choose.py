@@ -1,0 +1,552 @@
+"""Choose which cuts to make where that is a matter of whole numbers: holes, drills, slugs, machine steps.
+
+A mixed-integer linear programme (HiGHS through scipy) picks the cuts on piecewise linear effects, `plan`
+finds their depths on the exact curves, and the depths are then rounded to the machine's steps together, so
+that the residual stays least.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, replace
+from itertools import islice, product
+from typing import Any, Literal, TypeVar
+
+import numpy as np
+
+from autobalance.correction.kind import Apart, Array, Cut, Offer, SharedDepth
+from autobalance.plan import AIM, Plan, judged_plan, judged_rows, plan_depths
+from autobalance.rotor.moments import Moments
+from autobalance.rotor.tolerance import Tolerance
+from autobalance.rotor.unbalance import Unbalance
+
+_Pair = TypeVar("_Pair", Apart, SharedDepth)
+Prefer = Literal["least_metal", "fewest_holes", "least_inertia_change", "most_inertia_removed"]
+
+POINTS = 5
+"""Depths of each cut at which the programme knows its effect exactly."""
+SIDES = 8
+"""Sides of the polygon that stands for the circle of a judged vector while choosing."""
+GAP = 3e-3
+"""How far from the optimum the programme may stop."""
+NODES = 20_000
+"""Branches looked at, at most: a limit that gives the same answer on every machine, unlike seconds."""
+EXCESS_WEIGHT = 100.0
+"""Metal that one aim of residual is worth, in units of a usual correction."""
+ROUNDS = 4
+COMBINATIONS = 50_000
+"""Roundings tried, at most."""
+STEPS_ASIDE = 3
+
+
+def choose(
+    residual: Unbalance,
+    tolerance: Tolerance,
+    offer: Offer,
+    *,
+    prefer: Prefer = "least_metal",
+    start_mm: Array | None = None,
+    aim: float = AIM,
+) -> Plan:
+    """Return the cuts to make and their depths.
+
+    Parameters
+    ----------
+    residual : Unbalance
+        With no cut made, as judged.
+    tolerance : Tolerance
+    offer : Offer
+        The cuts at hand and their rules.
+    prefer : Prefer
+        What to spare among plans that reach the aim.
+    start_mm : (n,) float, optional
+        An earlier plan: its choice of cuts is kept if it still serves.
+    aim : float
+        Share of the permissible value below which less residual is worth nothing.
+
+    Returns
+    -------
+    Plan
+    """
+    if not _is_discrete(offer) and prefer == "least_metal":
+        return plan_depths(
+            residual,
+            tolerance,
+            offer.cuts,
+            start_mm=start_mm,
+            same_depth=offer.same_depth,
+            shared=offer.shared,
+            aim=aim,
+        )
+    task = _Task(residual, tolerance, offer, prefer, aim, *_usual(offer))
+    if start_mm is not None and start_mm.any():
+        kept = _finished(task, _settled(task, start_mm))
+        if kept.share <= max(aim, _rounding_share(task, start_mm)):
+            return kept
+    plan = _finished(task, _chosen(task, 0))
+    for extra in (1, 2):
+        if plan.share <= ROUNDED or not plan.depths_mm.any():
+            break
+        again = _finished(task, _chosen(task, int(np.count_nonzero(plan.depths_mm)) + extra))
+        plan = again if again.share < plan.share * (1.0 - aim) else plan
+    return plan
+
+
+ROUNDED = 0.5
+"""Share of the permissible value that rounding to machine steps may leave before more cuts are tried."""
+
+
+@dataclass(frozen=True, eq=False)
+class _Task:
+    residual: Unbalance
+    tolerance: Tolerance
+    offer: Offer
+    prefer: Prefer
+    aim: float
+    usual_g: float
+    usual_radius_mm: float
+
+    @property
+    def cuts(self) -> Sequence[Cut]:
+        return self.offer.cuts
+
+    def cost(self, change: Moments) -> float:
+        """Return what a change of moments costs; linear in it as long as it keeps its sign."""
+        if self.prefer == "most_inertia_removed":
+            return change.polar_inertia_g_mm2
+        if self.prefer == "least_inertia_change":
+            return abs(change.polar_inertia_g_mm2)
+        return abs(change.mass_g)
+
+
+def _usual(offer: Offer) -> tuple[float, float]:
+    """Return the mass and the radius of a usual correction: four times the mean of the deepest cuts."""
+    changes = [cut.effect(cut.max_depth_mm) for cut in offer.cuts]
+    mass = 4.0 * sum(abs(change.mass_g) for change in changes) / max(len(changes), 1)
+    inertia = 4.0 * sum(abs(change.polar_inertia_g_mm2) for change in changes) / max(len(changes), 1)
+    return (mass, math.sqrt(inertia / mass)) if mass > 0.0 else (1.0, 1.0)
+
+
+def _is_discrete(offer: Offer) -> bool:
+    return bool(offer.counts or offer.apart) or any(
+        cut.least_depth_mm > 0.0 or cut.depth_step_mm > 0.0 for cut in offer.cuts
+    )
+
+
+# --- which cuts ---------------------------------------------------------------------------------------------
+
+
+def _chosen(task: _Task, least_count: int) -> Plan:
+    """Return depths by the mixed-integer programme, refined until they hold on the exact curves."""
+    tables = [_breakpoints(cut) for cut in task.cuts]
+    best = _settled(task, np.zeros(len(task.cuts)))
+    for _ in range(ROUNDS):
+        depths = _solve(task, tables, least_count)
+        here = _settled(task, depths)
+        if here.share < best.share:
+            best = here
+        if here.share <= task.aim * (1.0 + 1e-6) or not _add_points(tables, depths, here.depths_mm):
+            break
+    return best
+
+
+def _add_points(tables: list[Array], *answers: Array) -> bool:
+    """Make the effects exact at the depths of some answers; tell whether that changed anything."""
+    added = False
+    for depths in answers:
+        for k in np.flatnonzero(depths).tolist():
+            if np.abs(tables[k] - depths[k]).min() > 1e-3:
+                tables[k] = np.sort(np.append(tables[k], depths[k]))
+                added = True
+    return added
+
+
+def _breakpoints(cut: Cut) -> Array:
+    if cut.max_depth_mm - cut.least_depth_mm < 1e-9:
+        return np.array([cut.max_depth_mm])
+    points = np.linspace(cut.least_depth_mm, cut.max_depth_mm, POINTS)
+    return points[points > 0.0]
+
+
+def _solve(task: _Task, tables: Sequence[Array], least_count: int) -> Array:
+    """Return depths by the integer programme over the cuts that look best in its relaxation.
+
+    The relaxation's value is a bound for the whole programme: where the few come near it, the rest need not
+    be looked at.
+    """
+    from scipy.optimize import linprog
+
+    count = len(task.cuts)
+    effects = [[cut.effect(float(d)) for d in points] for cut, points in zip(task.cuts, tables, strict=True)]
+    relaxed = _Rules(task, tables, effects, least_count, whole=False)
+    upper, lower = np.isfinite(relaxed.upper_rows), np.isfinite(relaxed.lower_rows)
+    matrix: Any = vstack_rows(relaxed.matrix[upper], -relaxed.matrix[lower])
+    answer = linprog(
+        relaxed.cost,
+        A_ub=matrix,
+        b_ub=np.concatenate([relaxed.upper_rows[upper], -relaxed.lower_rows[lower]]),
+        bounds=np.stack([np.zeros(len(relaxed.upper)), relaxed.upper], axis=1),
+        method="highs",
+    )
+    if answer.x is None:  # more cuts asked for than the counts allow
+        return np.zeros(count)
+    few = _promising(relaxed, answer, math.inf)[: FEW[0]]
+    best, value = np.zeros(count), math.inf
+    for _ in FEW:
+        few = sorted(few)
+        found, here = _solve_few(
+            _part(task, few), [tables[k] for k in few], [effects[k] for k in few], least_count
+        )
+        if here < value:
+            value = here
+            best = np.zeros(count)
+            best[few] = found
+        gap = value - float(answer.fun)
+        wider = _promising(relaxed, answer, gap)[: FEW[1]]
+        if gap <= max(GAP * abs(value), 1e-6) or set(wider) <= set(few):
+            break
+        few = wider
+    return best
+
+
+def _promising(relaxed: _Rules, answer: Any, gap: float) -> list[int]:
+    """Return the cuts, best first, that can belong to a plan within ``gap`` of the bound.
+
+    By their reduced costs: making a cut worsens the relaxation by at least that.
+    """
+    prices = answer.lower.marginals + answer.upper.marginals
+    count = len(relaxed.tables)
+    price = np.array(
+        [
+            prices[relaxed.first[k] : relaxed.first[k + 1]].min() + prices[relaxed.switch + k]
+            for k in range(count)
+        ]
+    )
+    order = np.argsort(price, kind="stable")
+    return [int(k) for k in order if price[k] < gap]
+
+
+FEW = (40, 100)
+"""How many cuts the integer programme looks at: first the best few, then those that could still be better."""
+
+
+def vstack_rows(*blocks: Any) -> Any:
+    """Return sparse rows one under the other."""
+    from scipy.sparse import vstack
+
+    return vstack(blocks).tocsr()
+
+
+def _solve_few(
+    task: _Task, tables: Sequence[Array], effects: Sequence[Sequence[Moments]], least_count: int
+) -> tuple[Array, float]:
+    """Solve the mixed-integer programme: λ for each breakpoint, a switch for each cut, the excess share."""
+    from scipy.optimize import Bounds, LinearConstraint, milp
+
+    rules = _Rules(task, tables, effects, least_count, whole=True)
+    answer = milp(
+        rules.cost,
+        integrality=rules.integrality,
+        bounds=Bounds(0.0, rules.upper),
+        constraints=LinearConstraint(rules.matrix, rules.lower_rows, rules.upper_rows),
+        options={"mip_rel_gap": GAP, "node_limit": NODES},
+    )
+    depths = np.zeros(len(task.cuts))
+    if answer.x is None:
+        return depths, math.inf
+    for k, cut in enumerate(task.cuts):
+        if answer.x[rules.switch + k] > 0.5:
+            depth = float(answer.x[rules.first[k] : rules.first[k + 1]] @ tables[k])
+            depths[k] = min(max(depth, cut.least_depth_mm), cut.max_depth_mm)
+    return depths, float(answer.fun)
+
+
+def _part(task: _Task, few: Sequence[int]) -> _Task:
+    """Return the task with only some of its cuts."""
+    place = {k: n for n, k in enumerate(few)}
+    offer = task.offer
+
+    def both(pair: Apart | SharedDepth) -> bool:
+        return pair.first in place and pair.second in place
+
+    def moved(pair: _Pair) -> _Pair:
+        return replace(pair, first=place[pair.first], second=place[pair.second])
+
+    part = Offer(
+        tuple(offer.cuts[k] for k in few),
+        tuple(moved(pair) for pair in offer.shared if both(pair)),
+        offer.same_depth,
+        tuple(moved(pair) for pair in offer.apart if both(pair)),
+        tuple(
+            replace(rule, members=tuple(place[k] for k in rule.members if k in place))
+            for rule in offer.counts
+        ),
+    )
+    return replace(task, offer=part)
+
+
+class _Rules:
+    """The programme's matrix, row by row."""
+
+    def __init__(
+        self,
+        task: _Task,
+        tables: Sequence[Array],
+        effects: Sequence[Sequence[Moments]],
+        least_count: int,
+        whole: bool,
+    ) -> None:
+        from scipy.sparse import coo_array
+
+        count = len(tables)
+        sizes = [len(points) for points in tables]
+        self.first = np.concatenate([[0], np.cumsum(sizes)]).astype(int)
+        self.switch = int(self.first[-1])
+        self.excess = self.switch + count
+        self.change = self.excess + 1
+        self.tables = tables
+        self._rows: list[Any] = []
+        self._columns: list[Any] = []
+        self._values: list[Any] = []
+        self._low: list[float] = []
+        self._high: list[float] = []
+        self._weights_follow_switches(task.cuts)
+        self._residual_rows(task, effects)
+        self._apart_rows(task, whole)
+        for pair in task.offer.shared:
+            self._add_depths([(pair.first, 1.0), (pair.second, 1.0)], [], -math.inf, pair.most_mm)
+        for rule in task.offer.counts:
+            self._add(
+                [self.switch + k for k in rule.members], [1.0] * len(rule.members), -math.inf, rule.most
+            )
+        if least_count:
+            self._add(range(self.switch, self.excess), [1.0] * count, least_count, math.inf)
+        self.cost = self._cost_row(task, effects)
+        width = self.change + 1
+        self.upper = np.concatenate([np.ones(self.excess), [np.inf, np.inf]])
+        self.integrality = np.zeros(width, dtype=np.int64)
+        self.integrality[self.switch : self.excess] = 1
+        rows = np.concatenate(self._rows)
+        self.matrix = coo_array(
+            (np.concatenate(self._values), (rows, np.concatenate(self._columns))),
+            shape=(len(self._low), width),
+        ).tocsr()
+        self.lower_rows, self.upper_rows = np.array(self._low), np.array(self._high)
+
+    def _add(self, columns: Any, values: Any, low: float, high: float) -> None:
+        columns = np.asarray(columns, dtype=np.int64)
+        self._rows.append(np.full(len(columns), len(self._low)))
+        self._columns.append(columns)
+        self._values.append(np.asarray(values, dtype=np.float64))
+        self._low.append(low)
+        self._high.append(high)
+
+    def _add_depths(
+        self,
+        depths: Sequence[tuple[int, float]],
+        switches: Sequence[tuple[int, float]],
+        low: float,
+        high: float,
+    ) -> None:
+        """Add a row in terms of depths and switches."""
+        columns: list[int] = []
+        values: list[float] = []
+        for k, factor in depths:
+            columns += range(self.first[k], self.first[k + 1])
+            values += (factor * self.tables[k]).tolist()
+        for k, factor in switches:
+            columns.append(self.switch + k)
+            values.append(factor)
+        self._add(columns, values, low, high)
+
+    def _weights_follow_switches(self, cuts: Sequence[Cut]) -> None:
+        for k, cut in enumerate(cuts):
+            size = self.first[k + 1] - self.first[k]
+            columns = [*range(self.first[k], self.first[k + 1]), self.switch + k]
+            low = 0.0 if cut.least_depth_mm > 0.0 else -1.0  # the weight that is left is that of depth zero
+            self._add(columns, [1.0] * size + [-1.0], low, 0.0)
+
+    def _residual_rows(self, task: _Task, effects: Sequence[Sequence[Moments]]) -> None:
+        rows = judged_rows(task.tolerance)
+        table = np.array([_four(effect) for group in effects for effect in group]).T
+        judged = rows @ table / task.aim
+        now = rows @ np.concatenate([task.residual.resultant_g_mm, task.residual.moment_g_mm2]) / task.aim
+        angle = (np.arange(SIDES) + 0.5) * (2.0 * math.pi / SIDES)
+        inner = math.cos(math.pi / SIDES)
+        for k in range(0, len(rows), 2):
+            for a in angle:
+                u = np.array([math.cos(a), math.sin(a)])
+                values = np.append(u @ judged[k : k + 2], -inner)
+                columns = np.append(np.arange(self.switch), self.excess)
+                self._add(columns, values, -math.inf, 0.5 * inner - float(u @ now[k : k + 2]))
+
+    def _apart_rows(self, task: _Task, whole: bool) -> None:
+        never = []
+        for pair in task.offer.apart:
+            one, other = task.cuts[pair.first], task.cuts[pair.second]
+            if pair.most_mm < max(one.least_depth_mm, other.least_depth_mm):
+                never.append(pair)
+                continue
+            if not whole:
+                continue
+            both = [(pair.first, 1.0), (pair.second, 1.0)]
+            for k in (pair.first, pair.second):
+                over = task.cuts[k].max_depth_mm - pair.most_mm
+                if over > 0.0:
+                    switches = [(i, factor * over) for i, factor in both]
+                    self._add_depths([(k, 1.0)], switches, -math.inf, task.cuts[k].max_depth_mm + over)
+        for clique in _cliques(never, len(task.cuts)):
+            self._add([self.switch + k for k in clique], [1.0] * len(clique), -math.inf, 1.0)
+
+    def _cost_row(self, task: _Task, effects: Sequence[Sequence[Moments]]) -> Array:
+        """Cost in units of a usual correction, so that the excess outweighs it."""
+        cost = np.zeros(self.change + 1)
+        masses = np.array([abs(effect.mass_g) for group in effects for effect in group])
+        cost[: self.switch] = masses / task.usual_g
+        inertia = np.array([effect.polar_inertia_g_mm2 for group in effects for effect in group])
+        usual_inertia = task.usual_g * task.usual_radius_mm**2
+        if task.prefer == "fewest_holes":
+            cost[: self.switch] *= 0.01
+            cost[self.switch : self.excess] = 1.0
+        elif task.prefer == "most_inertia_removed":
+            cost[: self.switch] = inertia / usual_inertia
+        elif task.prefer == "least_inertia_change":
+            cost[: self.switch] *= 0.01
+            cost[self.change] = 1.0
+            for sign in (1.0, -1.0):  # change ≥ |Σ ΔJ|
+                values = np.append(sign * inertia / usual_inertia, -1.0)
+                self._add(np.append(np.arange(self.switch), self.change), values, -math.inf, 0.0)
+        cost[self.excess] = EXCESS_WEIGHT
+        return cost
+
+
+def _four(effect: Moments) -> Array:
+    return np.array([*effect.first_g_mm[:2], *effect.second_g_mm2[:2, 2]])
+
+
+def _cliques(pairs: Sequence[Apart], count: int) -> Iterator[list[int]]:
+    """Yield sets of cuts of which any two exclude each other, until every pair is in one."""
+    near: list[set[int]] = [set() for _ in range(count)]
+    for pair in pairs:
+        near[pair.first].add(pair.second)
+        near[pair.second].add(pair.first)
+    covered: set[tuple[int, int]] = set()
+    for pair in pairs:
+        if (pair.first, pair.second) in covered:
+            continue
+        clique = [pair.first, pair.second]
+        for other in sorted(near[pair.first] & near[pair.second]):
+            if all(other in near[member] for member in clique):
+                clique.append(other)
+        clique.sort()
+        covered.update((a, b) for n, a in enumerate(clique) for b in clique[n + 1 :])
+        yield clique
+
+
+# --- how deep -----------------------------------------------------------------------------------------------
+
+
+def _settled(task: _Task, depths: Array) -> Plan:
+    """Return the exact depths of the cuts that ``depths`` makes, within their limits."""
+    made = [int(k) for k in np.flatnonzero(depths > 0.0)]
+    part = _part(task, made)
+    plan = plan_depths(
+        task.residual,
+        task.tolerance,
+        part.cuts,
+        start_mm=depths[made],
+        shared=part.offer.shared,
+        aim=task.aim,
+        bounds_mm=_bounds(task, made),
+        cost=task.cost,
+    )
+    whole = np.zeros(len(depths))
+    whole[made] = plan.depths_mm
+    return replace(plan, depths_mm=whole)
+
+
+def _bounds(task: _Task, made: Sequence[int]) -> tuple[Array, Array]:
+    """Return least and greatest depths of the cuts made, with regard to their neighbours."""
+    least = np.array([task.cuts[k].least_depth_mm for k in made])
+    most = np.array([task.cuts[k].max_depth_mm for k in made])
+    place = {k: n for n, k in enumerate(made)}
+    for pair in task.offer.apart:
+        if pair.first in place and pair.second in place:
+            for k in (place[pair.first], place[pair.second]):
+                most[k] = max(min(most[k], pair.most_mm), least[k])
+    return least, most
+
+
+def _finished(task: _Task, plan: Plan) -> Plan:
+    """Round the depths to the machine's steps and name what binds."""
+    rounded = _rounded(task, plan)
+    limits = [
+        cut.limit for cut, d in zip(task.cuts, rounded.depths_mm, strict=True) if d >= cut.max_depth_mm - 1e-6
+    ]
+    for rule in task.offer.counts:
+        if sum(rounded.depths_mm[k] > 0.0 for k in rule.members) >= rule.most:
+            limits.append(rule.limit)
+    binding = tuple(dict.fromkeys(limits)) if rounded.share > max(task.aim, 1.0) else ()
+    return replace(rounded, binding=binding)
+
+
+def _rounding_share(task: _Task, depths: Array) -> float:
+    """Return the share of the permissible value that half a step of each cut can make up."""
+    total = 0.0
+    rows = judged_rows(task.tolerance)
+    for k in np.flatnonzero(depths).tolist():
+        cut = task.cuts[k]
+        total = max(
+            total, float(np.abs(rows @ _four(cut.rate(float(depths[k])))).max()) * 0.5 * cut.depth_step_mm
+        )
+    return total
+
+
+def _rounded(task: _Task, plan: Plan) -> Plan:
+    """Return the depths on their machines' steps that leave least, among the nearest ones."""
+    made = [int(k) for k in np.flatnonzero(plan.depths_mm) if task.cuts[k].depth_step_mm > 0.0]
+    if not made:
+        return plan
+    least, most = _bounds(task, made)
+    room = COMBINATIONS
+    choices = []
+    count = len(made)
+    for n, k in enumerate(made):
+        step = task.cuts[k].depth_step_mm
+        aside = max(0, min(STEPS_ASIDE, int(room ** (1.0 / (count - n)) / 2.0 - 0.5)))
+        middle = plan.depths_mm[k] / step
+        low, high = math.floor(middle) - aside, math.floor(middle) + 1 + aside
+        steps = np.arange(low, high + 1) * step
+        steps = steps[(steps >= least[n] - 1e-9) & (steps <= most[n] + 1e-9)]
+        if not len(steps):
+            steps = np.array([min(max(round(middle) * step, least[n]), most[n])])
+        if len(steps) > room:
+            steps = steps[[int(np.argmin(np.abs(steps - plan.depths_mm[k])))]]
+        room = max(room // len(steps), 1)
+        choices.append(steps)
+    return _best_combination(task, plan, made, choices)
+
+
+def _best_combination(task: _Task, plan: Plan, made: Sequence[int], choices: Sequence[Array]) -> Plan:
+    """Look through all combinations on the tangent, then through the best of them exactly."""
+    rows = judged_rows(task.tolerance)
+    slopes = rows @ np.array([_four(task.cuts[k].rate(float(plan.depths_mm[k]))) for k in made]).T
+    now = rows @ np.concatenate([plan.predicted.resultant_g_mm, plan.predicted.moment_g_mm2])
+    grid = np.array(list(islice(product(*[c.tolist() for c in choices]), COMBINATIONS * 2)))
+    shift = grid - plan.depths_mm[list(made)]
+    judged = now + shift @ slopes.T
+    shares = np.hypot(judged[:, 0::2], judged[:, 1::2]).max(axis=1)
+    best: Plan | None = None
+    for n in np.argsort(shares, kind="stable")[:EXACT].tolist():
+        depths = plan.depths_mm.copy()
+        depths[list(made)] = grid[n]
+        here = judged_plan(task.residual, task.tolerance, task.cuts, depths)
+        if best is None or here.share < best.share:
+            best = here
+    assert best is not None
+    return best
+
+
+EXACT = 12
+"""Combinations of steps that are looked at on the exact curves."""
