@@ -30,7 +30,7 @@ SIDES = 8
 """Sides of the polygon that stands for the circle of a judged vector while choosing."""
 GAP = 3e-3
 """How far from the optimum the programme may stop."""
-NODES = 20_000
+NODES = 300
 """Branches looked at, at most: a limit that gives the same answer on every machine, unlike seconds."""
 EXCESS_WEIGHT = 100.0
 """Metal that one aim of residual is worth, in units of a usual correction."""
@@ -86,13 +86,15 @@ def choose(
             return kept
     plan = _finished(task, _chosen(task, 0))
     for extra in (1, 2):
-        if plan.share <= ROUNDED or not plan.depths_mm.any():
+        if not ROUNDED < plan.share <= HOPELESS or not plan.depths_mm.any():
             break
         again = _finished(task, _chosen(task, int(np.count_nonzero(plan.depths_mm)) + extra))
         plan = again if again.share < plan.share * (1.0 - aim) else plan
     return plan
 
 
+HOPELESS = 3.0
+"""Share of the permissible value that no rounding explains."""
 ROUNDED = 0.5
 """Share of the permissible value that rounding to machine steps may leave before more cuts are tried."""
 
@@ -146,7 +148,9 @@ def _chosen(task: _Task, least_count: int) -> Plan:
         here = _settled(task, depths)
         if here.share < best.share:
             best = here
-        if here.share <= task.aim * (1.0 + 1e-6) or not _add_points(tables, depths, here.depths_mm):
+        if not task.aim * (1.0 + 1e-6) < here.share <= HOPELESS:
+            break
+        if not _add_points(tables, depths, here.depths_mm):
             break
     return best
 
@@ -186,7 +190,7 @@ def _solve(task: _Task, tables: Sequence[Array], least_count: int) -> Array:
         relaxed.cost,
         A_ub=matrix,
         b_ub=np.concatenate([relaxed.upper_rows[upper], -relaxed.lower_rows[lower]]),
-        bounds=np.stack([np.zeros(len(relaxed.upper)), relaxed.upper], axis=1),
+        bounds=[(0.0, top) for top in relaxed.upper.tolist()],
         method="highs",
     )
     if answer.x is None:  # more cuts asked for than the counts allow
@@ -202,7 +206,7 @@ def _solve(task: _Task, tables: Sequence[Array], least_count: int) -> Array:
             value = here
             best = np.zeros(count)
             best[few] = found
-        gap = value - float(answer.fun)
+        gap = value - float(answer.fun or 0.0)
         wider = _promising(relaxed, answer, gap)[: FEW[1]]
         if gap <= max(GAP * abs(value), 1e-6) or set(wider) <= set(few):
             break
@@ -505,7 +509,7 @@ def _rounding_share(task: _Task, depths: Array) -> float:
 
 def _rounded(task: _Task, plan: Plan) -> Plan:
     """Return the depths on their machines' steps that leave least, among the nearest ones."""
-    made = [int(k) for k in np.flatnonzero(plan.depths_mm) if task.cuts[k].depth_step_mm > 0.0]
+    made = [k for k in np.flatnonzero(plan.depths_mm).tolist() if task.cuts[k].depth_step_mm > 0.0]
     if not made:
         return plan
     least, most = _bounds(task, made)

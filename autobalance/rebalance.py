@@ -3,16 +3,17 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Literal
 
 import numpy as np
 
 from autobalance import correction
+from autobalance.choose import Prefer, choose
 from autobalance.correction import Limits
-from autobalance.correction.kind import Array, Correction, Cut, Offer, SharedDepth, Workpiece
+from autobalance.correction.kind import Apart, Array, Correction, Count, Cut, Offer, SharedDepth, Workpiece
 from autobalance.crank.anatomy import Anatomy, Face
-from autobalance.plan import AIM, Plan, Shortfall, explain_shortfall, plan_depths
+from autobalance.plan import AIM, Plan, Shortfall, explain_shortfall
 from autobalance.rotor.moments import Moments
 from autobalance.rotor.tolerance import Tolerance
 from autobalance.rotor.unbalance import Unbalance
@@ -100,6 +101,7 @@ def balance(
     encode: Callable[[Mesh], bytes],
     decode: Callable[[bytes], Mesh],
     progress: Callable[[str], None] = lambda _: None,
+    prefer: Prefer = "least_metal",
 ) -> Result:
     """Cut a crank until its residual unbalance is within tolerance, or as near as the metal allows.
 
@@ -113,6 +115,8 @@ def balance(
         Write a mesh [mm] as the bytes of a file, and read it back: the verdict is measured on these.
     progress : callable
         Told in a few words what runs.
+    prefer : Prefer
+        What to spare among plans that reach the aim.
 
     Returns
     -------
@@ -141,7 +145,7 @@ def balance(
             None,
         )
     progress("planning the correction")
-    offer, plan = _best_offer(rotor, tolerance, methods, initial)
+    offer, plan = _best_offer(rotor, tolerance, methods, initial, prefer)
 
     def left_alone(steps: Sequence[Step] = ()) -> Result:
         reason = _reason(rotor, tolerance, offer, plan, initial)
@@ -170,14 +174,7 @@ def balance(
         if done.share <= max(AIM, plan.share * (1.0 + AIM)) or not better:
             break
         drift = drift + (done.residual - plan.predicted)
-        plan = plan_depths(
-            initial + drift,
-            tolerance,
-            offer.cuts,
-            start_mm=plan.depths_mm,
-            same_depth=offer.same_depth,
-            shared=offer.shared,
-        )
+        plan = choose(initial + drift, tolerance, offer, prefer=prefer, start_mm=plan.depths_mm)
     assert best is not None
     if best.share >= tolerance.used_share(initial):
         return left_alone(steps)
@@ -201,7 +198,7 @@ def balance(
 
 
 def _best_offer(
-    rotor: Rotor, tolerance: Tolerance, methods: Sequence[Limits], initial: Unbalance
+    rotor: Rotor, tolerance: Tolerance, methods: Sequence[Limits], initial: Unbalance, prefer: Prefer
 ) -> tuple[Offer, Plan]:
     """Return the first set of cuts that reaches the aim, else the one that comes nearest."""
     best: tuple[Offer, Plan] | None = None
@@ -222,9 +219,7 @@ def _best_offer(
                     for limits in methods
                 ]
             )
-            plan = plan_depths(
-                initial, tolerance, offer.cuts, same_depth=offer.same_depth, shared=offer.shared
-            )
+            plan = choose(initial, tolerance, offer, prefer=prefer)
             if best is None or plan.share < best[1].share * (1.0 - AIM):
                 best = offer, plan
             at_end = [
@@ -244,13 +239,18 @@ def _joined(offers: Sequence[Offer]) -> Offer:
     """Return the offers of several kinds as one."""
     cuts: list[Cut] = []
     shared: list[SharedDepth] = []
+    apart: list[Apart] = []
+    counts: list[Count] = []
     for offer in offers:
         shift = len(cuts)
         shared += [
             SharedDepth(pair.first + shift, pair.second + shift, pair.most_mm) for pair in offer.shared
         ]
+        apart += [replace(pair, first=pair.first + shift, second=pair.second + shift) for pair in offer.apart]
+        counts += [replace(rule, members=tuple(k + shift for k in rule.members)) for rule in offer.counts]
         cuts += offer.cuts
-    return Offer(tuple(cuts), tuple(shared), len(offers) == 1 and offers[0].same_depth)
+    same = len(offers) == 1 and offers[0].same_depth
+    return Offer(tuple(cuts), tuple(shared), same, tuple(apart), tuple(counts))
 
 
 def heavy_vectors(
