@@ -64,10 +64,10 @@ class Rotor:
 class Result:
     """The end of a balancing run.
 
-    ``initial_moments`` and ``final_moments`` are the bare crank's, in the rotor frame; ``initial`` and
-    ``residual`` count bob-weights and attached rotors too, as judged. ``solid`` is the corrected crank in
-    file coordinates [mm], ``written`` the bytes of its file, from which the residual was measured; both are
-    None when nothing was cut.
+    ``initial_moments`` and ``final_moments`` are the bare crank's with its slugs, in the rotor frame;
+    ``initial`` and ``residual`` count bob-weights and attached rotors too, as judged. ``solid`` is the
+    corrected crank in file coordinates [mm], ``written`` the bytes of its file, from which the residual was
+    measured; both are None when nothing was cut.
     """
 
     outcome: Outcome
@@ -212,6 +212,7 @@ def _best_offer(
                 rotor.density_g_mm3,
                 heavy_vectors(initial, tolerance, rotor.anatomy),
                 look,
+                tolerance.service_speed_rad_s,
             )
             offer = _joined(
                 [
@@ -279,10 +280,18 @@ def _cut_and_measure(
     decode: Callable[[bytes], Mesh],
 ) -> _Pass:
     """Cut the untouched crank to the plan's depths and measure what is written."""
-    tools = [cut.tool(float(depth)) for cut, depth in zip(cuts, plan.depths_mm, strict=True) if depth > 0.0]
-    solid = rotor.solid - union(tools).moved(rotor.anatomy.rotor_to_file)
+    made = [(cut, float(depth)) for cut, depth in zip(cuts, plan.depths_mm, strict=True) if depth > 0.0]
+    solid, pressed_in = rotor.solid, Moments.zero()
+    for adds in (True, False):
+        tools = [cut.tool(depth) for cut, depth in made if cut.adds_metal == adds]
+        if tools:
+            tool = union(tools).moved(rotor.anatomy.rotor_to_file)
+            solid = solid + tool if adds else solid - tool
+    for cut, depth in made:
+        pressed_in = pressed_in + cut.pressed_in(depth)
     written = encode(solid.mesh)
-    moments = mesh_moments(decode(written), rotor.density_g_mm3, rotor.anatomy.file_to_rotor)
+    bare = mesh_moments(decode(written), rotor.density_g_mm3, rotor.anatomy.file_to_rotor)
+    moments = bare + pressed_in
     residual = Unbalance.of(moments + rotor.loads)
     return _Pass(plan.depths_mm, solid, written, moments, residual, tolerance.used_share(residual))
 

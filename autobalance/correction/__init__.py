@@ -2,12 +2,15 @@
 
 from typing import Any, Protocol
 
-from autobalance.correction import drill, shoulder
+from autobalance.correction import add, drill, shoulder, slug, turn
+from autobalance.correction.add import AddLimits
 from autobalance.correction.drill import DrillLimits
 from autobalance.correction.kind import Offer, Workpiece
 from autobalance.correction.shoulder import ShoulderLimits
+from autobalance.correction.slug import SlugLimits
+from autobalance.correction.turn import TurnLimits
 
-Limits = ShoulderLimits | DrillLimits
+Limits = ShoulderLimits | TurnLimits | DrillLimits | SlugLimits | AddLimits
 """The limits of any one kind of correction."""
 
 
@@ -19,7 +22,13 @@ class _Kind(Protocol):
     def offer(self, work: Workpiece, limits: Any, effort: int) -> Offer: ...
 
 
-_KINDS: dict[type, _Kind] = {ShoulderLimits: shoulder, DrillLimits: drill}
+_KINDS: dict[type, _Kind] = {
+    ShoulderLimits: shoulder,
+    TurnLimits: turn,
+    DrillLimits: drill,
+    SlugLimits: slug,
+    AddLimits: add,
+}
 
 
 def efforts(limits: Limits) -> int:

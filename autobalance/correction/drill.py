@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
@@ -17,6 +17,8 @@ from autobalance.correction.hole import (
     keep_apart,
     make_holes,
     reach_of,
+    refuse_diameters,
+    refuse_sectors,
     refuse_wide,
     site_angles,
 )
@@ -100,27 +102,6 @@ class DrillLimits:
             raise CorrectionError(f"drill.max_holes is {self.max_holes}; must be ≥ 1")
 
 
-def refuse_diameters(kind: str, diameters_mm: Sequence[float]) -> None:
-    """Refuse a list of diameters that is empty or not positive."""
-    if not diameters_mm:
-        raise CorrectionError(f"{kind}.diameters_mm is empty; at least one diameter is needed")
-    for diameter in diameters_mm:
-        if not 0.0 < diameter < math.inf:
-            raise CorrectionError(f"{kind}.diameters_mm holds {diameter:g}; must be > 0")
-
-
-def refuse_sectors(kind: str, sectors_deg: Sectors) -> None:
-    """Refuse angle sectors that exclude everything."""
-    if not sectors_deg:
-        raise CorrectionError(f"{kind}.sectors_deg is empty: it excludes every angle")
-    for start, end in sectors_deg:
-        if not (math.isfinite(start) and math.isfinite(end)) or start == end:
-            raise CorrectionError(
-                f"{kind}.sectors_deg holds [{start:g}, {end:g}], which excludes every angle; "
-                "all around is [0, 360]"
-            )
-
-
 def on_step(depth_mm: float, step_mm: float, rounding: Callable[[float], float] = round) -> float:
     """Return a depth rounded to the machine's step (``round``, ``math.floor`` or ``math.ceil``)."""
     if step_mm == 0.0:
@@ -145,6 +126,7 @@ class DrillCut:
     depth_step_mm: float
     limit: str
     limit_is_reach: bool = False
+    adds_metal: bool = False
 
     @property
     def web(self) -> int:
@@ -164,6 +146,10 @@ class DrillCut:
     def rate(self, depth_mm: float) -> Moments:
         """Return the derivative of ``effect`` with the depth [per mm]."""
         return self.hole.rate(depth_mm).scaled(-self.density_g_mm3)
+
+    def pressed_in(self, depth_mm: float) -> Moments:
+        """Return nothing: a hole stays empty."""
+        return Moments.zero()
 
     def tool(self, depth_mm: float) -> Solid:
         """Return the drill's body, rotor frame."""

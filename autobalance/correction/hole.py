@@ -56,7 +56,7 @@ class Hole:
 
     def removed(self, depth_mm: float) -> Moments:
         """Return the volume moments of the metal that a hole of this depth, ≥ ``whole_mm``, removes."""
-        return self.mouth + self._column(self.reference_mm, depth_mm) + self._point(depth_mm)
+        return self.mouth + self.column(self.reference_mm, depth_mm) + self._point(depth_mm)
 
     def rate(self, depth_mm: float) -> Moments:
         """Return the derivative of ``removed`` with the depth [per mm]."""
@@ -79,7 +79,8 @@ class Hole:
         shape = drill_body(self.radius_mm, -self.lift_mm, depth_mm, self.point_mm)
         return shape.moved(self.axis.placement)
 
-    def _column(self, start_mm: float, end_mm: float) -> Moments:
+    def column(self, start_mm: float, end_mm: float) -> Moments:
+        """Return the volume moments of the full cylinder between two depths."""
         length = end_mm - start_mm
         return self._round(
             math.pi * self.radius_mm**2 * length,
@@ -327,6 +328,27 @@ def reach_of(solid: Solid, anatomy: Anatomy, sites: Sequence[Site], radius_mm: f
         return {}
     reach = (solid & union(list(boxes.values())).moved(anatomy.rotor_to_file)).moved(anatomy.file_to_rotor)
     return {web: reach & box for web, box in boxes.items()}
+
+
+def refuse_diameters(kind: str, diameters_mm: Sequence[float]) -> None:
+    """Refuse a list of diameters that is empty or not positive."""
+    if not diameters_mm:
+        raise CorrectionError(f"{kind}.diameters_mm is empty; at least one diameter is needed")
+    for diameter in diameters_mm:
+        if not 0.0 < diameter < math.inf:
+            raise CorrectionError(f"{kind}.diameters_mm holds {diameter:g}; must be > 0")
+
+
+def refuse_sectors(kind: str, sectors_deg: Sectors) -> None:
+    """Refuse angle sectors that exclude everything."""
+    if not sectors_deg:
+        raise CorrectionError(f"{kind}.sectors_deg is empty: it excludes every angle")
+    for start, end in sectors_deg:
+        if not (math.isfinite(start) and math.isfinite(end)) or start == end:
+            raise CorrectionError(
+                f"{kind}.sectors_deg holds [{start:g}, {end:g}], which excludes every angle; "
+                "all around is [0, 360]"
+            )
 
 
 def refuse_wide(

@@ -52,12 +52,21 @@ class Cut(Protocol):
         """Whether ``max_depth_mm`` is only how far was looked (``Workpiece.look`` widens that)."""
         ...
 
+    @property
+    def adds_metal(self) -> bool:
+        """Whether ``tool`` is added to the crank instead of subtracted."""
+        ...
+
     def effect(self, depth_mm: float) -> Moments:
         """Return the change of the rotor's moments by a cut of this depth (negative mass: metal removed)."""
         ...
 
     def rate(self, depth_mm: float) -> Moments:
         """Return the derivative of ``effect`` with the depth [per mm]."""
+        ...
+
+    def pressed_in(self, depth_mm: float) -> Moments:
+        """Return the moments of other metal that is put in and that the written solid does not hold."""
         ...
 
     def tool(self, depth_mm: float) -> Solid:
@@ -85,6 +94,8 @@ class Workpiece:
         Heavy vector (rotor frame) at two places along the axis [mm, g·mm].
     look : float
         How much farther than the unbalance seems to need a kind should look for metal; 1 at first.
+    service_speed_rad_s : float or None
+        For the loads on what is pressed in.
     """
 
     solid: Solid
@@ -93,6 +104,7 @@ class Workpiece:
     density_g_mm3: float
     heavy_at: tuple[tuple[float, Array], tuple[float, Array]]
     look: float = 1.0
+    service_speed_rad_s: float | None = None
 
     @property
     def need_g_mm(self) -> float:

@@ -372,6 +372,7 @@ class ShoulderCut:
     depth_step_mm: float
     least_depth_mm: float = 0.0
     kind: str = "shoulder"
+    adds_metal: bool = False
 
     @property
     def label(self) -> str:
@@ -430,6 +431,10 @@ class ShoulderCut:
         """Return d effect / d depth = −ρ ∫ (1, r, r rᵀ) dA over the new face, rotor frame."""
         inside = max(depth_mm, 1e-6 * self.max_depth_mm)
         return self._section_moments(inside).moved(self._to_rotor).scaled(-self.density_g_mm3)
+
+    def pressed_in(self, depth_mm: float) -> Moments:
+        """Return nothing: no other metal is put in."""
+        return Moments.zero()
 
     def tool(self, depth_mm: float) -> Solid:
         """Return the body to subtract, rotor frame: a prism from the new face to just above the old one."""

@@ -269,7 +269,7 @@ def cross2(p: Array, q: Array) -> Array:
 
 
 def segments_distance_mm(p0: Array, p1: Array, q0: Array, q1: Array) -> Array:
-    """Return the least distances (k,) between straight segments of some length, pair by pair (k, 3).
+    """Return the least distances (k,) between straight segments or points, pair by pair (k, 3).
 
     References
     ----------
@@ -281,8 +281,8 @@ def segments_distance_mm(p0: Array, p1: Array, q0: Array, q1: Array) -> Array:
     crossing = a * e - b * b
     slanted = crossing > 1e-12 * a * e
     s = np.clip(np.where(slanted, b * f - c * e, 0.0) / np.where(slanted, crossing, 1.0), 0.0, 1.0)
-    t = np.clip((b * s + f) / e, 0.0, 1.0)
-    s = np.clip((b * t - c) / a, 0.0, 1.0)
+    t = np.clip((b * s + f) / np.where(e > 0.0, e, 1.0), 0.0, 1.0)
+    s = np.clip((b * t - c) / np.where(a > 0.0, a, 1.0), 0.0, 1.0)
     gap = r + s[:, None] * d1 - t[:, None] * d2
     distance: Array = np.sqrt((gap * gap).sum(1))
     return distance

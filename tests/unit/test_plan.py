@@ -28,6 +28,7 @@ class Column:
     limit_is_reach: bool = False
     least_depth_mm: float = 0.0
     depth_step_mm: float = 0.0
+    adds_metal: bool = False
 
     def effect(self, depth_mm: float) -> Moments:
         mass = depth_mm + 0.5 * self.bend * depth_mm**2
@@ -35,6 +36,9 @@ class Column:
 
     def rate(self, depth_mm: float) -> Moments:
         return Moments.point(-(1.0 + self.bend * depth_mm), np.array([self.x, self.y, self.z]))
+
+    def pressed_in(self, depth_mm: float) -> Moments:
+        return Moments.zero()
 
     def tool(self, depth_mm: float) -> Solid:
         raise NotImplementedError

@@ -1,0 +1,211 @@
+"""Metal added on planar faces: the outward twin of the shoulder, for designers."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Literal
+
+import numpy as np
+
+from autobalance.correction import shoulder
+from autobalance.correction.kind import Array, Correction, Offer, Workpiece
+from autobalance.correction.shoulder import FacePoint, Patch, ShoulderLimits
+from autobalance.crank.anatomy import Face
+from autobalance.errors import CorrectionError
+from autobalance.rotor.moments import Moments
+from autobalance.solid.csg import Solid
+
+DEFAULT_MAX_MM = 10.0
+"""Greatest height added where the job names none (ours)."""
+DEFAULT_CLEARANCE_MM = 2.0
+"""Distance kept to the next metal over the face where the job names no ``min_wall_mm`` (ours)."""
+SINK_SHARE = 1e-5
+"""How deep an added body starts inside the metal, as a share of the part's size, so that it grows on."""
+
+BESIDE_SINKS = 10.0
+"""How far an added body reaches into what stands on the face, in sinks; at free edges it keeps one sink
+inside, so that no two surfaces coincide."""
+
+
+@dataclass(frozen=True)
+class AddLimits:
+    """What a job asks of added metal; keys as for shoulders.
+
+    Attributes
+    ----------
+    faces : "auto" or tuple
+        Ids of faces, or points in file coordinates [mm], one on each face.
+    sector_deg : (float, float) or None
+        Only this part of each face: angles about the crank axis, rotor frame [deg].
+    max_depth_mm : float or None
+        Greatest height added; default 10 mm.
+    same_depth : bool
+        One height for all faces.
+    min_wall_mm : float or None
+        Clearance to the next metal over the face; default 2 mm.
+    depth_step_mm : float
+    """
+
+    faces: Literal["auto"] | tuple[str | FacePoint, ...] = "auto"
+    sector_deg: tuple[float, float] | None = None
+    max_depth_mm: float | None = None
+    same_depth: bool = False
+    min_wall_mm: float | None = None
+    depth_step_mm: float = 0.0
+
+    def __post_init__(self) -> None:
+        """Refuse limits that are no lengths."""
+        for name in ("max_depth_mm", "min_wall_mm", "depth_step_mm"):
+            value = getattr(self, name)
+            if value is not None and not 0.0 <= value < math.inf:
+                raise CorrectionError(f"add.{name} is {value:g}; must be ≥ 0")
+        if self.sector_deg is not None and self.sector_deg[0] == self.sector_deg[1]:
+            raise CorrectionError("add.sector_deg excludes every angle; all around is [0, 360]")
+
+
+@dataclass(frozen=True, eq=False)
+class AddCut:
+    """Metal added on one face, of which only the height is open (a `Cut`).
+
+    ``base`` is the part of the face that it stands on, as a body from ``height_mm`` up to the greatest
+    height, in the face's frame.
+    """
+
+    face: Face
+    to_face: Array
+    height_mm: float
+    base: Solid
+    sunk: Solid
+    density_g_mm3: float
+    max_depth_mm: float
+    limit: str
+    depth_step_mm: float
+    least_depth_mm: float = 0.0
+    limit_is_reach: bool = False
+    adds_metal: bool = True
+
+    @property
+    def label(self) -> str:
+        """Short name for messages."""
+        return f"metal on face {self.face.id}"
+
+    def effect(self, depth_mm: float) -> Moments:
+        """Return the change of the crank's moments: a prism."""
+        area, first, second = self._area
+        z0, z1 = self.height_mm, self.height_mm + depth_mm
+        rise, rise2, rise3 = (((z1**n) - (z0**n)) / n for n in (1, 2, 3))
+        return self._prism(area, first, second, (rise, rise2, rise3))
+
+    def rate(self, depth_mm: float) -> Moments:
+        """Return d effect / d depth: the section at the new height."""
+        area, first, second = self._area
+        z = self.height_mm + depth_mm
+        return self._prism(area, first, second, (1.0, z, z * z))
+
+    def pressed_in(self, depth_mm: float) -> Moments:
+        """Return nothing: the written solid holds all that is added."""
+        return Moments.zero()
+
+    def tool(self, depth_mm: float) -> Solid:
+        """Return the body to add, rotor frame; it starts a little inside the metal."""
+        return self.sunk.below(self.height_mm + depth_mm).moved(self._to_rotor)
+
+    def correction(self, depth_mm: float) -> Correction:
+        """Return what the designer needs to know."""
+        change = self.effect(depth_mm)
+        return Correction(
+            kind="add",
+            face=self.face.id,
+            web=self.face.web,
+            position_mm=change.centre_mm,
+            depth_mm=-depth_mm,
+            change=change,
+            removed_volume_mm3=-change.mass_g / self.density_g_mm3,
+            details={
+                "normal": [float(value) for value in self.face.normal],
+                "face_height_mm": self.height_mm,
+                "new_height_mm": self.height_mm + depth_mm,
+                "area_mm2": self._area[0],
+            },
+        )
+
+    @property
+    def _area(self) -> tuple[float, Array, Array]:
+        return self.base.section(self.height_mm + 0.5 * self.max_depth_mm).area_moments()
+
+    @property
+    def _to_rotor(self) -> Array:
+        back = np.eye(4)
+        back[:3, :3] = self.to_face[:3, :3].T
+        return back
+
+    def _prism(self, area: float, first: Array, second: Array, powers: tuple[float, float, float]) -> Moments:
+        one, z, zz = powers
+        second3 = np.zeros((3, 3))
+        second3[:2, :2] = second * one
+        second3[:2, 2] = second3[2, :2] = first * z
+        second3[2, 2] = area * zz
+        moments = Moments(area * one, np.array([*(first * one), area * z]), second3)
+        return moments.moved(self._to_rotor).scaled(self.density_g_mm3)
+
+
+EFFORTS = shoulder.EFFORTS
+
+
+def offer(work: Workpiece, limits: AddLimits, effort: int) -> Offer:
+    """Return the faces that metal may be added on: on the light side, unless the job picks them."""
+    twin = ShoulderLimits(faces=limits.faces, sector_deg=limits.sector_deg)
+    mesh = work.solid.mesh
+    if limits.faces == "auto":
+        light = [(z, -vector) for z, vector in work.heavy_at]
+        patches = shoulder.auto_patches(mesh, work.anatomy, work.faces, light, twin, effort)
+    else:
+        patches = shoulder.chosen_patches(twin, mesh, work.anatomy, work.faces)
+    return Offer(tuple(cuts(work, patches, limits)), same_depth=limits.same_depth)
+
+
+def cuts(work: Workpiece, patches: Sequence[Patch], limits: AddLimits) -> list[AddCut]:
+    """Set up the bodies that may grow on faces, each up to the next metal over it."""
+    asked = DEFAULT_MAX_MM if limits.max_depth_mm is None else limits.max_depth_mm
+    clearance = DEFAULT_CLEARANCE_MM if limits.min_wall_mm is None else limits.min_wall_mm
+    mesh, anatomy = work.solid.mesh, work.anatomy
+    sink = SINK_SHARE * mesh.diagonal_mm
+    found = []
+    for patch in patches:
+        to_face = shoulder.face_frame(patch.face.normal)
+        height = float(patch.face.normal @ patch.face.centroid_mm)
+        face = shoulder.face_region(mesh, anatomy, patch.face, to_face)
+        placed = work.solid.moved(to_face @ anatomy.file_to_rotor)
+        beside = BESIDE_SINKS * sink
+        standing = placed.section(height + 2.0 * sink + patch.face.spread_mm)
+        grown = (face + (face.grown(beside) & standing)).grown(-sink)
+        low, high = height - sink, height + asked + clearance
+        body, free = Solid.prism(grown, low, high), Solid.prism(grown - standing, low, high)
+        if patch.within is not None:
+            within = patch.within.moved(to_face)
+            body, free = body & within, free & within
+        over = free & Solid.prism(face.grown(-beside), height + 2.0 * sink + patch.face.spread_mm, high)
+        blocked = placed & over
+        room, limit = asked, f"max_depth_mm = {asked:g}"
+        if not blocked.is_empty:
+            above = float(blocked.bounds[0, 2]) - height - clearance
+            if above < room:
+                room, limit = above, f"the clearance of {clearance:g} mm over the face"
+        if room <= 2.0 * sink or free.is_empty:
+            continue
+        found.append(
+            AddCut(
+                face=patch.face,
+                to_face=to_face,
+                height_mm=height,
+                base=free.above(height).below(height + room),
+                sunk=body,
+                density_g_mm3=work.density_g_mm3,
+                max_depth_mm=room,
+                limit=limit,
+                depth_step_mm=limits.depth_step_mm,
+            )
+        )
+    return found

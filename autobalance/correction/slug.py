@@ -1,0 +1,235 @@
+"""Heavy-metal slugs: bores into the light side, axial or radial, filled with a denser cylinder."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from autobalance.correction.hole import (
+    Direction,
+    Hole,
+    Sectors,
+    Site,
+    find_sites,
+    keep_apart,
+    make_holes,
+    reach_of,
+    refuse_diameters,
+    refuse_sectors,
+    refuse_wide,
+    site_angles,
+)
+from autobalance.correction.kind import Array, Correction, Count, Offer, Workpiece
+from autobalance.correction.walls import Room, Surface, wall_left_mm
+from autobalance.errors import CorrectionError
+from autobalance.rotor.moments import Moments
+from autobalance.solid.csg import Solid
+from autobalance.units import G_PER_MM3_PER_KG_M3
+
+FLAT_BOTTOM_RAD = 0.5 * math.pi
+SEAT_MM = 0.02
+"""How far a slug lies below the lowest point of its bore's mouth, so that it stands out nowhere."""
+
+
+@dataclass(frozen=True)
+class SlugLimits:
+    """What a job asks of heavy-metal slugs. The defaults are ours: no standard gives them.
+
+    Attributes
+    ----------
+    direction : "axial" or "radial"
+    diameters_mm, lengths_mm : tuple of float
+        Slugs at hand: every diameter in every length.
+    density_kg_m3 : float
+        17 000 is that of usual tungsten alloy.
+    max_slugs : int
+        On the whole crank.
+    min_wall_mm : float
+        From the bore's surface to any surface but the one it enters; towards the rim this is the wall that
+        holds an axial slug against the centrifugal force. Between slugs too.
+    sectors_deg : tuple of (float, float)
+        Where the axes of slugs may lie, as for drilled holes.
+    """
+
+    direction: Direction = "axial"
+    diameters_mm: tuple[float, ...] = (25.4,)
+    lengths_mm: tuple[float, ...] = (12.7, 25.4)
+    density_kg_m3: float = 17000.0
+    max_slugs: int = 4
+    min_wall_mm: float = 4.0
+    sectors_deg: Sectors = ((0.0, 360.0),)
+
+    def __post_init__(self) -> None:
+        """Refuse limits that contradict each other."""
+        if self.direction not in ("radial", "axial"):
+            raise CorrectionError(f"slug.direction is {self.direction!r}; must be 'radial' or 'axial'")
+        refuse_diameters("slug", self.diameters_mm)
+        refuse_sectors("slug", self.sectors_deg)
+        if not self.lengths_mm:
+            raise CorrectionError("slug.lengths_mm is empty; at least one length is needed")
+        for length in self.lengths_mm:
+            if not 0.0 < length < math.inf:
+                raise CorrectionError(f"slug.lengths_mm holds {length:g}; must be > 0")
+        if not 0.0 < self.density_kg_m3 < math.inf:
+            raise CorrectionError(f"slug.density_kg_m3 is {self.density_kg_m3:g}; must be > 0")
+        if not 0.0 <= self.min_wall_mm < math.inf:
+            raise CorrectionError(f"slug.min_wall_mm is {self.min_wall_mm:g}; must be ≥ 0")
+        if self.max_slugs < 1:
+            raise CorrectionError(f"slug.max_slugs is {self.max_slugs}; must be ≥ 1")
+
+
+@dataclass(frozen=True, eq=False)
+class SlugCut:
+    """One slug that may be pressed in (a `Cut` of one depth, that of its bore)."""
+
+    hole: Hole
+    site: Site
+    length_mm: float
+    density_g_mm3: float
+    limits: SlugLimits
+    service_speed_rad_s: float | None
+    max_depth_mm: float
+    depth_step_mm: float = 0.0
+    limit_is_reach: bool = False
+    adds_metal: bool = False
+
+    @property
+    def web(self) -> int:
+        """Number of the web."""
+        return self.site.web
+
+    @property
+    def least_depth_mm(self) -> float:
+        """The bore's depth: a slug is whole or not there."""
+        return self.max_depth_mm
+
+    @property
+    def limit(self) -> str:
+        """What ends the depth, for messages."""
+        return "the lengths of slugs at hand"
+
+    @property
+    def label(self) -> str:
+        """Short name for messages."""
+        degrees = math.degrees(self.site.angle_rad) % 360.0
+        return f"slug ⌀{2.0 * self.hole.radius_mm:g} × {self.length_mm:g} in web {self.web} at {degrees:.4g}°"
+
+    @property
+    def slug(self) -> Moments:
+        """Moments of the slug."""
+        density = self.limits.density_kg_m3 * G_PER_MM3_PER_KG_M3
+        return self.hole.column(self.max_depth_mm - self.length_mm, self.max_depth_mm).scaled(density)
+
+    def effect(self, depth_mm: float) -> Moments:
+        """Return the change of the rotor's moments: the bore's metal goes, the slug comes."""
+        if depth_mm == 0.0:
+            return Moments.zero()
+        return self.slug - self.hole.removed(self.max_depth_mm).scaled(self.density_g_mm3)
+
+    def rate(self, depth_mm: float) -> Moments:
+        """Return the mean slope: the depth is not free."""
+        return self.effect(self.max_depth_mm).scaled(1.0 / self.max_depth_mm)
+
+    def pressed_in(self, depth_mm: float) -> Moments:
+        """Return the moments of the slug, which the written solid does not hold."""
+        return self.slug if depth_mm > 0.0 else Moments.zero()
+
+    def tool(self, depth_mm: float) -> Solid:
+        """Return the bore, rotor frame."""
+        return self.hole.body(self.max_depth_mm)
+
+    def correction(self, depth_mm: float) -> Correction:
+        """Return what the machinist needs to know."""
+        hole, slug = self.hole, self.slug
+        removed = hole.removed(self.max_depth_mm)
+        return Correction(
+            kind="slug",
+            face=None,
+            web=self.web,
+            position_mm=hole.axis.entry_mm,
+            depth_mm=self.max_depth_mm,
+            change=self.effect(self.max_depth_mm),
+            removed_volume_mm3=float(removed.mass_g),
+            details={
+                "direction": self.limits.direction,
+                "diameter_mm": 2.0 * hole.radius_mm,
+                "length_mm": self.length_mm,
+                "density_kg_m3": self.limits.density_kg_m3,
+                "slug_mass_g": slug.mass_g,
+                "slug_centre_mm": [float(v) for v in slug.centre_mm],
+                "angle_deg": math.degrees(self.site.angle_rad) % 360.0,
+                "inward": [float(v) for v in hole.axis.inward],
+                "wall_left_mm": wall_left_mm(
+                    self.site.others, hole.radius_mm, self.max_depth_mm, FLAT_BOTTOM_RAD
+                ),
+                "centrifugal_load_N": self._load_n(slug),
+            },
+        )
+
+    def _load_n(self, slug: Moments) -> float | None:
+        """Return the force m r Ω² on the slug at service speed [N]."""
+        if self.service_speed_rad_s is None:
+            return None
+        return math.hypot(*slug.first_g_mm[:2]) * 1e-6 * self.service_speed_rad_s**2
+
+
+EFFORTS = 1
+"""All places are offered at once."""
+
+
+def offer(work: Workpiece, limits: SlugLimits, effort: int) -> Offer:
+    """Return the slugs that a job's limits allow."""
+    heavy: Array = sum((vector for _, vector in work.heavy_at), np.zeros(2))
+    found = cuts(work, -heavy, limits)
+    apart = keep_apart([cut.hole for cut in found], [cut.max_depth_mm for cut in found], limits.min_wall_mm)
+    rule = Count(tuple(range(len(found))), limits.max_slugs, f"max_slugs = {limits.max_slugs}")
+    return Offer(tuple(found), apart=apart, counts=(rule,))
+
+
+def cuts(work: Workpiece, wanted: Array, limits: SlugLimits) -> list[SlugCut]:
+    """Set up every slug that may be pressed in, each diameter, length and place by itself.
+
+    Raises
+    ------
+    CorrectionError
+        If no slug fits anywhere.
+    """
+    refuse_wide("slug", limits.diameters_mm, limits.min_wall_mm, work.anatomy, limits.direction)
+    surface = Surface.of(work.solid.mesh, work.anatomy.file_to_rotor)
+    angles = site_angles(limits.sectors_deg, wanted)
+    lengths = sorted(set(limits.lengths_mm))
+    found: list[SlugCut] = []
+    for radius in sorted(0.5 * diameter for diameter in set(limits.diameters_mm)):
+        sites = list(find_sites(surface, work.anatomy, limits.direction, angles, radius + limits.min_wall_mm))
+        room = Room(limits.min_wall_mm, FLAT_BOTTOM_RAD, lengths[0], lengths[-1] + radius)
+        for web, metal in reach_of(work.solid, work.anatomy, sites, radius).items():
+            here = [site for site in sites if site.web == web]
+            for site, hole, deepest in make_holes(here, metal, radius, room):
+                seat = hole.whole_mm + (SEAT_MM if hole.whole_mm > 0.0 else 0.0)
+                found += [
+                    SlugCut(
+                        hole,
+                        site,
+                        length,
+                        work.density_g_mm3,
+                        limits,
+                        work.service_speed_rad_s,
+                        length + seat,
+                    )
+                    for length in lengths
+                    if length + seat <= deepest
+                ]
+    if not found:
+        raise CorrectionError(_why_none(limits))
+    return found
+
+
+def _why_none(limits: SlugLimits) -> str:
+    sizes: Any = ", ".join(f"{diameter:g}" for diameter in limits.diameters_mm)
+    return (
+        f"no {limits.direction} slug of {sizes} mm, {min(limits.lengths_mm):g} mm long, fits into any "
+        f"counterweight with min_wall_mm = {limits.min_wall_mm:g}; a smaller slug or wall is needed"
+    )

@@ -1,0 +1,226 @@
+"""Turning the rim down: all metal of a web beyond a radius about the crank axis, within its thickness."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from autobalance.correction.kind import Array, Correction, Offer, Workpiece
+from autobalance.crank.anatomy import Anatomy, Web
+from autobalance.errors import CorrectionError
+from autobalance.rotor.moments import Moments
+from autobalance.solid.csg import Solid, union
+
+SEGMENTS = 360
+"""Sides of the turned circle; a polygon of its area."""
+EQUAL_AREA = math.sqrt((2.0 * math.pi / SEGMENTS) / math.sin(2.0 * math.pi / SEGMENTS))
+BESIDE_MM = 0.25
+"""How far the tool reaches beyond a web's faces, so that no skin is left; never over a quarter of the gap."""
+PIN_WALL_MM = 2.0
+"""Metal that a default ``min_radius_mm`` leaves outside of the crankpins (ours)."""
+FIRST_SHARE = 0.02
+"""Before the tool meets the rim all around there is no slope to plan on; that of this share is taken."""
+
+
+@dataclass(frozen=True)
+class TurnLimits:
+    """What a job asks of turned rims. The defaults are ours: no standard gives them.
+
+    Attributes
+    ----------
+    min_radius_mm : float or None
+        Least rim radius left; default what leaves 2 mm outside of the crankpins and main journals.
+    per_web : bool
+        Each web its own radius; else one radius for all.
+    depth_step_mm : float
+        Step in which the machine sets the depth; 0: any depth [mm].
+    """
+
+    min_radius_mm: float | None = None
+    per_web: bool = True
+    depth_step_mm: float = 0.0
+
+    def __post_init__(self) -> None:
+        """Refuse limits that are no lengths."""
+        if self.min_radius_mm is not None and not 0.0 < self.min_radius_mm < math.inf:
+            raise CorrectionError(f"turn.min_radius_mm is {self.min_radius_mm:g}; must be > 0")
+        if not 0.0 <= self.depth_step_mm < math.inf:
+            raise CorrectionError(f"turn.depth_step_mm is {self.depth_step_mm:g}; must be ≥ 0")
+
+
+@dataclass(frozen=True, eq=False)
+class TurnCut:
+    """The rims of some webs, of which only the radius is open (a `Cut`).
+
+    ``metal`` is what stands beyond the least radius, in the rotor frame; ``slabs`` are the tools' extents
+    along the axis. The depth counts from the farthest point of these webs, ``rim_mm`` from the axis.
+    """
+
+    webs: tuple[int, ...]
+    slabs: tuple[tuple[float, float], ...]
+    rim_mm: float
+    far_mm: float
+    metal: Solid
+    density_g_mm3: float
+    max_depth_mm: float
+    limit: str
+    depth_step_mm: float
+    least_depth_mm: float = 0.0
+    limit_is_reach: bool = False
+    adds_metal: bool = False
+    _known: dict[float, tuple[Moments, Moments]] = field(default_factory=dict, repr=False)
+
+    @property
+    def label(self) -> str:
+        """Short name for messages."""
+        return "rim of web " + ", ".join(str(number) for number in self.webs)
+
+    def effect(self, depth_mm: float) -> Moments:
+        """Return the change of the crank's moments, measured on the metal beyond the least radius."""
+        return self._measured(depth_mm)[0]
+
+    def rate(self, depth_mm: float) -> Moments:
+        """Return d effect / d depth = −ρ ∫ (1, r, r rᵀ) dA over the turned surface."""
+        return self._measured(max(depth_mm, FIRST_SHARE * self.max_depth_mm))[1]
+
+    def pressed_in(self, depth_mm: float) -> Moments:
+        """Return nothing: no other metal is put in."""
+        return Moments.zero()
+
+    def tool(self, depth_mm: float) -> Solid:
+        """Return the rings to subtract, rotor frame."""
+        radius = (self.rim_mm - depth_mm) * EQUAL_AREA
+        return union([_ring(radius, self.far_mm, *slab) for slab in self.slabs])
+
+    def correction(self, depth_mm: float) -> Correction:
+        """Return what the turner needs to know."""
+        change = self.effect(depth_mm)
+        return Correction(
+            kind="turn",
+            face=None,
+            web=self.webs[0] if len(self.webs) == 1 else None,
+            position_mm=change.centre_mm,
+            depth_mm=depth_mm,
+            change=change,
+            removed_volume_mm3=-change.mass_g / self.density_g_mm3,
+            details={
+                "webs": list(self.webs),
+                "rim_radius_mm": self.rim_mm,
+                "new_radius_mm": self.rim_mm - depth_mm,
+                "depth_left_mm": self.max_depth_mm - depth_mm,
+            },
+        )
+
+    def _measured(self, depth_mm: float) -> tuple[Moments, Moments]:
+        """Return effect and rate; each depth is cut once."""
+        if depth_mm not in self._known:
+            gone = self.metal & self.tool(depth_mm)
+            effect = gone.moments(-self.density_g_mm3)
+            rate = _turned_surface(gone, (self.rim_mm - depth_mm) * EQUAL_AREA).scaled(-self.density_g_mm3)
+            self._known[depth_mm] = effect, rate
+        return self._known[depth_mm]
+
+
+def _turned_surface(gone: Solid, corner_mm: float) -> Moments:
+    """Return ∫ (1, r, r rᵀ) v dA over the inner side of removed rings, v its speed for 1 mm/s of radius."""
+    if gone.is_empty:
+        return Moments.zero()
+    corners = gone.mesh.corners
+    cross = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+    size = np.linalg.norm(cross, axis=1)
+    normal = cross / np.maximum(size, 1e-300)[:, None]
+    apothem = corner_mm * math.cos(math.pi / SEGMENTS)
+    inside = np.abs((normal * corners[:, 0]).sum(1) + apothem) < 1e-6 * corner_mm
+    inside &= np.abs(normal[:, 2]) < 1e-6
+    tri, area = corners[inside], 0.5 * size[inside] * EQUAL_AREA * math.cos(math.pi / SEGMENTS)
+    total = tri.sum(axis=1)
+    second = np.einsum("k,ki,kj->ij", area, total, total)
+    second += np.einsum("k,kni,knj->ij", area, tri, tri)
+    return Moments(float(area.sum()), area @ total / 3.0, second / 12.0)
+
+
+def _ring(inner_mm: float, outer_mm: float, low_mm: float, high_mm: float) -> Solid:
+    outline = [(inner_mm, low_mm), (outer_mm, low_mm), (outer_mm, high_mm), (inner_mm, high_mm)]
+    return Solid.revolved(np.array(outline), SEGMENTS)
+
+
+EFFORTS = 1
+"""All webs are offered at once."""
+
+
+def offer(work: Workpiece, limits: TurnLimits, effort: int) -> Offer:
+    """Return the rims that a job's limits allow to turn."""
+    return Offer(tuple(cuts(work.solid, work.anatomy, work.density_g_mm3, limits)))
+
+
+def cuts(solid: Solid, anatomy: Anatomy, density_g_mm3: float, limits: TurnLimits) -> list[TurnCut]:
+    """Set up the rims that can be turned.
+
+    Raises
+    ------
+    CorrectionError
+        If no web reaches beyond the least radius.
+    """
+    least = _least_radius_mm(anatomy) if limits.min_radius_mm is None else limits.min_radius_mm
+    text = (
+        f"the radius of {least:.4g} mm around the crankpins"
+        if limits.min_radius_mm is None
+        else f"min_radius_mm = {least:g}"
+    )
+    far = 1.1 * float(np.hypot(*_rotor_xy(solid, anatomy).T).max()) + 1.0
+    slabs = {web.number: _slab(web, anatomy.webs) for web in anatomy.webs}
+    if not slabs or least >= far:
+        raise CorrectionError(f"turn: no web reaches beyond {text}")
+    rings = {number: _ring(least * EQUAL_AREA, far, *slab) for number, slab in slabs.items()}
+    reach = (solid & union(list(rings.values())).moved(anatomy.rotor_to_file)).moved(anatomy.file_to_rotor)
+    metal = {number: reach & ring for number, ring in rings.items()}
+    found = []
+    for group in [(number,) for number in metal] if limits.per_web else [tuple(metal)]:
+        own = union([metal[number] for number in group])
+        rim = 0.0 if own.is_empty else float(np.hypot(*own.mesh.vertices[:, :2].T).max())
+        if rim - least > THIN_MM:
+            found.append(
+                TurnCut(
+                    webs=group,
+                    slabs=tuple(slabs[number] for number in group),
+                    rim_mm=rim,
+                    far_mm=far,
+                    metal=own,
+                    density_g_mm3=density_g_mm3,
+                    max_depth_mm=rim - least,
+                    limit=text,
+                    depth_step_mm=limits.depth_step_mm,
+                )
+            )
+    if not found:
+        raise CorrectionError(f"turn: no web reaches beyond {text}")
+    return found
+
+
+THIN_MM = 1e-2
+"""A rim thinner than this is rounding and facets, not metal to turn."""
+
+
+def _rotor_xy(solid: Solid, anatomy: Anatomy) -> Array:
+    frame = anatomy.file_to_rotor
+    xy: Array = (solid.mesh.vertices @ frame[:3, :3].T + frame[:3, 3])[:, :2]
+    return xy
+
+
+def _least_radius_mm(anatomy: Anatomy) -> float:
+    pins = [throw.crank_radius_mm + 0.5 * throw.crankpin.diameter_mm for throw in anatomy.throws]
+    journals = [0.5 * journal.diameter_mm for journal in anatomy.main_journals]
+    return max([*pins, *journals], default=0.0) + PIN_WALL_MM
+
+
+def _slab(web: Web, webs: Sequence[Web]) -> tuple[float, float]:
+    """Return the tool's extent along the axis: a little more than the web's thickness."""
+    below = [web.z_min_mm - other.z_max_mm for other in webs if other.z_max_mm <= web.z_min_mm]
+    above = [other.z_min_mm - web.z_max_mm for other in webs if other.z_min_mm >= web.z_max_mm]
+    return (
+        web.z_min_mm - min([BESIDE_MM, *(0.25 * gap for gap in below)]),
+        web.z_max_mm + min([BESIDE_MM, *(0.25 * gap for gap in above)]),
+    )

@@ -1,0 +1,88 @@
+import math
+
+import numpy as np
+import pytest
+from numpy.testing import assert_allclose
+
+from autobalance.correction import add
+from autobalance.correction.add import AddLimits
+from autobalance.correction.kind import Workpiece
+from autobalance.crank.anatomy import Anatomy, Face
+from autobalance.errors import CorrectionError
+from autobalance.solid.csg import Solid
+from autobalance.solid.mesh import Array
+from tests.cranks import make_crank, tilted
+from tests.geometry.test_drill import assert_same, difference
+
+STEEL = 7.85e-3
+
+
+def web_face(solid: Solid, anatomy: Anatomy, web: int, side: int) -> Face:
+    """The plane face of a web on its lower (0) or upper (1) side."""
+    frame = anatomy.file_to_rotor
+    corners = solid.mesh.moved(frame).corners
+    z = (anatomy.webs[web - 1].z_min_mm, anatomy.webs[web - 1].z_max_mm)[side]
+    cross = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+    sign = 2.0 * side - 1.0
+    rows = np.flatnonzero((np.abs(corners[:, :, 2] - z) < 1e-6).all(axis=1) & (sign * cross[:, 2] > 0.0))
+    area = 0.5 * np.abs(cross[rows, 2])
+    centroid = area @ corners[rows].mean(axis=1) / area.sum()
+    return Face(f"w{web}", "plane", web, float(area.sum()), np.array([0.0, 0.0, sign]), centroid, rows, 1e-9)
+
+
+def work(solid: Solid, anatomy: Anatomy, face: Face) -> Workpiece:
+    heavy = np.array([1.0, 0.0])  # pin side: metal is wanted on the counterweight
+    return Workpiece(solid, anatomy, (face,), STEEL, ((-50.0, heavy), (50.0, heavy)))
+
+
+@pytest.mark.parametrize("faces", ["auto", ("w1",)])
+@pytest.mark.parametrize("placement", [np.eye(4), tilted(0.7, [20.0, -30.0, 15.0])])
+def test_planned_effect_is_what_the_solid_gains(faces: str | tuple[str], placement: Array) -> None:
+    solid, anatomy = make_crank([0.0], placement=placement)
+    face = web_face(solid, anatomy, 1, 0)
+    offer = add.offer(work(solid, anatomy, face), AddLimits(faces=faces), 0)  # type: ignore[arg-type]
+    (cut,) = offer.cuts
+    assert cut.adds_metal
+    assert cut.max_depth_mm == 10.0
+    for height in (0.5, 10.0):
+        grown = solid + cut.tool(height).moved(anatomy.rotor_to_file)
+        assert_same(cut.effect(height), difference(solid, grown, anatomy), 1e-6)
+        assert len(grown.pieces()) == 1
+        assert (solid - grown).volume_mm3 < 2e-6 * solid.volume_mm3
+    slope = (cut.effect(5.001) - cut.effect(4.999)).scaled(500.0)
+    assert_same(cut.rate(5.0), slope, 1e-8)
+    report = cut.correction(4.0)
+    assert report.depth_mm == -4.0
+    assert report.removed_volume_mm3 == pytest.approx(-4.0 * report.details["area_mm2"])
+
+
+def test_a_whole_face_gives_its_area() -> None:
+    solid, anatomy = make_crank([0.0])
+    face = web_face(solid, anatomy, 1, 0)
+    (cut,) = add.offer(work(solid, anatomy, face), AddLimits(faces=("w1",)), 0).cuts
+    assert_allclose(
+        cut.effect(2.0).mass_g, STEEL * 2.0 * face.area_mm2, rtol=1e-3
+    )  # it keeps a few µm inside its edges
+
+
+def test_growth_keeps_clear_of_the_next_web() -> None:
+    solid, anatomy = make_crank([0.0])
+    face = web_face(solid, anatomy, 1, 1)  # towards the other web, a crankpin's width of 24 mm away
+    limits = AddLimits(faces=("w1",), max_depth_mm=40.0, min_wall_mm=3.0)
+    (cut,) = add.offer(work(solid, anatomy, face), limits, 0).cuts
+    assert cut.max_depth_mm == pytest.approx(21.0, abs=1e-6)
+    assert cut.limit == "the clearance of 3 mm over the face"
+
+
+@pytest.mark.parametrize(
+    ("limits", "message"),
+    [
+        ({"max_depth_mm": -1.0}, "add.max_depth_mm is -1"),
+        ({"min_wall_mm": math.nan}, "add.min_wall_mm is nan"),
+        ({"depth_step_mm": -1.0}, "add.depth_step_mm is -1"),
+        ({"sector_deg": (30.0, 30.0)}, "add.sector_deg excludes every angle"),
+    ],
+)
+def test_impossible_limits_are_refused(limits: dict[str, float], message: str) -> None:
+    with pytest.raises(CorrectionError, match=message):
+        AddLimits(**limits)  # type: ignore[arg-type]
