@@ -1,1 +1,0 @@
-"""A TOML job becomes dataclasses; outside units come in here."""

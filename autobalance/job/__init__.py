@@ -1,0 +1,28 @@
+"""A TOML job becomes dataclasses; outside units come in here."""
+
+from autobalance.job.describe import describe
+from autobalance.job.model import (
+    Attached,
+    Balance,
+    Crankshaft,
+    Engine,
+    Job,
+    PartWeights,
+    ThrowParts,
+    Weight,
+)
+from autobalance.job.read import load, parse
+
+__all__ = [
+    "Attached",
+    "Balance",
+    "Crankshaft",
+    "Engine",
+    "Job",
+    "PartWeights",
+    "ThrowParts",
+    "Weight",
+    "describe",
+    "load",
+    "parse",
+]

@@ -1,0 +1,148 @@
+"""A value of a TOML file, checked against a Python type; nothing is coerced but whole numbers to floats."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from difflib import get_close_matches
+from types import UnionType
+from typing import Any, Literal, Union, get_args, get_origin
+
+from autobalance.errors import JobError
+
+
+def convert(value: object, hint: Any, where: str) -> Any:
+    """Return a TOML value as the type ``hint`` asks.
+
+    Parameters
+    ----------
+    value : object
+        As ``tomllib`` read it.
+    hint : type
+        ``float``, ``int``, ``bool``, ``str``, a ``Literal``, ``tuple[T, ...]``, ``tuple[T, T]`` or a union.
+    where : str
+        The key with its table path, for messages.
+
+    Returns
+    -------
+    object
+        Lists become tuples, whole numbers floats where a float is asked.
+
+    Raises
+    ------
+    JobError
+        If the type is another, or a number is not finite.
+
+    Examples
+    --------
+    >>> convert([1, 2.5], tuple[float, float], "balance.tolerance_planes_mm")
+    (1.0, 2.5)
+    """
+    origin = get_origin(hint)
+    if origin is Literal:
+        return _one_of(value, get_args(hint), where)
+    if origin in (Union, UnionType):
+        return _either(value, get_args(hint), where)
+    if origin is tuple:
+        return _listed(value, hint, where)
+    if hint is float:
+        return _number(value, where)
+    if not isinstance(value, hint) or (hint is int and isinstance(value, bool)):
+        raise JobError(f"{where} is {shown(value)}; must be {needed(hint)}")
+    return value
+
+
+def _number(value: object, where: str) -> float:
+    if isinstance(value, bool) or not isinstance(value, int | float):
+        raise JobError(f"{where} is {shown(value)}; must be a number")
+    try:
+        number = float(value)
+    except OverflowError:
+        number = math.inf
+    if not math.isfinite(number):
+        raise JobError(f"{where} is {number}; must be a finite number")
+    return number
+
+
+def _one_of(value: object, choices: Sequence[object], where: str) -> object:
+    if isinstance(value, str) and value in choices:
+        return value
+    listed = ", ".join(repr(choice) for choice in choices)
+    text = f"{where} is {shown(value)}; must be {'one of ' if len(choices) > 1 else ''}{listed}"
+    raise JobError(text + did_you_mean(value, choices))
+
+
+def _either(value: object, hints: Sequence[Any], where: str) -> Any:
+    """Return the value as the alternative whose outer kind fits; its inner errors name the place."""
+    hints = [hint for hint in hints if hint is not type(None)]
+    if len(hints) == 1:
+        return convert(value, hints[0], where)
+    for hint in hints:
+        if _fits(value, hint):
+            return convert(value, hint, where)
+    words = [word for hint in hints if get_origin(hint) is Literal for word in get_args(hint)]
+    close = did_you_mean(value, words) if isinstance(value, str) else ""
+    raise JobError(f"{where} is {shown(value)}; must be {' or '.join(needed(each) for each in hints)}{close}")
+
+
+def _fits(value: object, hint: Any) -> bool:
+    origin = get_origin(hint)
+    if origin is Literal:
+        return value in get_args(hint)
+    if origin is tuple:
+        return isinstance(value, list)
+    if hint is float:
+        return isinstance(value, int | float) and not isinstance(value, bool)
+    return isinstance(value, hint) and not (hint is int and isinstance(value, bool))
+
+
+def _listed(value: object, hint: Any, where: str) -> tuple[Any, ...]:
+    inner = get_args(hint)
+    if not isinstance(value, list):
+        raise JobError(f"{where} is {shown(value)}; must be {needed(hint)}")
+    if inner[-1] is Ellipsis:
+        inner = (inner[0],) * len(value)
+    if len(value) != len(inner):
+        raise JobError(f"{where} has {len(value)} entries; must be {needed(hint)}")
+    return tuple(
+        convert(item, kind, f"{where}[{place}]")
+        for place, (item, kind) in enumerate(zip(value, inner, strict=True), 1)
+    )
+
+
+NEEDED = {float: "a number", int: "a whole number", bool: "true or false", str: "a text"}
+
+
+def needed(hint: Any) -> str:
+    """Say in words what a type hint asks."""
+    origin, inner = get_origin(hint), get_args(hint)
+    if origin is Literal:
+        return " or ".join(repr(choice) for choice in inner)
+    if origin in (Union, UnionType):
+        return " or ".join(needed(each) for each in inner if each is not type(None))
+    if origin is tuple and inner[-1] is Ellipsis:
+        return f"a list, each entry {needed(inner[0])}"
+    if origin is tuple:
+        return f"a list of {len(inner)} entries, each {needed(inner[0])}"
+    return NEEDED[hint]
+
+
+def shown(value: object) -> str:
+    """Return a value as the TOML file has it, shortened."""
+    if isinstance(value, bool):
+        return "true" if value else "false"
+    if isinstance(value, dict):
+        return "a table"
+    if isinstance(value, str):
+        return repr(value if len(value) <= 60 else value[:57] + "...")
+    if isinstance(value, list):
+        return "a list"
+    if isinstance(value, int) and value.bit_length() > 64:
+        return "a very large number"
+    return str(value)
+
+
+def did_you_mean(word: object, known: Sequence[object]) -> str:
+    """Return ``; did you mean ...?`` where a known word is close, else nothing."""
+    close = get_close_matches(str(word), [str(each) for each in known], n=1, cutoff=0.6)
+    return f"; did you mean {close[0]!r}?" if close else ""

@@ -1,0 +1,114 @@
+"""A job as plain values for the report: as read, in the job file's own words, defaults filled in."""
+
+from __future__ import annotations
+
+from dataclasses import asdict
+from typing import Any
+
+from autobalance.crank.anatomy import PinHint
+from autobalance.job.model import Job, PartWeights, ThrowParts, Weight
+from autobalance.units import G_PER_MM3_PER_KG_M3, RAD_S_PER_RPM
+
+
+def describe(job: Job) -> dict[str, Any]:
+    """Return the job as JSON values; None where an optional key was not given.
+
+    Everything has the units of the job file, so that ``parse`` takes it back once ``file`` and the Nones are
+    dropped.
+    """
+    balance = job.balance
+    return {
+        "file": str(job.path),
+        "crankshaft": _crankshaft(job),
+        "engine": _engine(job),
+        "original": None if job.original is None else _weights(job.original),
+        "balance": {
+            "factor": "original" if balance.factor is None else balance.factor,
+            "grade": balance.grade_mm_s,
+            "speed_rpm": _as_given(job, "speed_rpm", balance.service_speed_rad_s / RAD_S_PER_RPM),
+            "judge": balance.judge,
+            "rotor_mass_g": balance.rotor_mass_g,
+            "tolerance_planes_mm": _listed(balance.tolerance_planes_mm),
+        },
+        "correction": {
+            "method": list(job.method_names),
+            **{
+                name: {key: _plain(value) for key, value in asdict(limits).items()}
+                for name, limits in zip(job.method_names, job.methods, strict=True)
+            },
+        },
+    }
+
+
+def _as_given(job: Job, key: str, value: float) -> float:
+    """Return the number of ``[balance]`` as the file has it, without the rounding of its conversion."""
+    return float(job.raw.get("balance", {}).get(key, value))
+
+
+def _crankshaft(job: Job) -> dict[str, Any]:
+    crank, hints = job.crankshaft, job.crankshaft.overrides
+    return {
+        "file": job.raw.get("crankshaft", {}).get("file", str(crank.file)),
+        "unit": crank.unit,
+        "density_kg_m3": float(
+            job.raw.get("crankshaft", {}).get("density_kg_m3", crank.density_g_mm3 / G_PER_MM3_PER_KG_M3)
+        ),
+        "crankpin_in_file": crank.crankpin_in_file,
+        "axis_point_mm": _listed(hints.axis_point_mm),
+        "axis_direction": _listed(hints.axis_direction),
+        "crankpins": None if hints.crankpins is None else [_pin(pin) for pin in hints.crankpins],
+        "main_journals": None if hints.main_journals is None else [_pin(pin) for pin in hints.main_journals],
+        "body": crank.body,
+    }
+
+
+def _pin(pin: PinHint) -> dict[str, Any]:
+    return {
+        "centre_mm": _listed(pin.centre_mm),
+        "diameter_mm": pin.diameter_mm,
+        "width_mm": pin.width_mm,
+    }
+
+
+def _engine(job: Job) -> dict[str, Any]:
+    engine = job.engine
+    return {
+        "rod_length_mm": engine.rod_length_mm,
+        "stroke_mm": engine.stroke_mm,
+        "rods_per_throw": engine.default.rods,
+        **_weights(engine.default.weights),
+        "throw": [_throw(number, parts) for number, parts in sorted(engine.by_throw.items())],
+        "attached": [
+            {
+                "name": item.name,
+                "mass_g": item.mass_g,
+                "unbalance_g_mm": list(item.unbalance_g_mm),
+                "z_mm": item.z_mm,
+            }
+            for item in engine.attached
+        ],
+    }
+
+
+def _throw(number: int, parts: ThrowParts) -> dict[str, Any]:
+    return {"number": number, "rods": parts.rods, **_weights(parts.weights)}
+
+
+def _weights(weights: PartWeights) -> dict[str, Any]:
+    return {
+        "rotating_g": {name: _weight(weight) for name, weight in weights.rotating.items()},
+        "reciprocating_g": {name: _weight(weight) for name, weight in weights.reciprocating.items()},
+        "crankpin_g": {name: _weight(weight) for name, weight in weights.crankpin.items()},
+    }
+
+
+def _weight(weight: Weight) -> float | dict[str, float]:
+    return {"g": weight.mass_g, "pm": weight.pm_g} if weight.pm_g else weight.mass_g
+
+
+def _listed(values: Any) -> list[float] | None:
+    return None if values is None else [float(value) for value in values]
+
+
+def _plain(value: Any) -> Any:
+    return [_plain(item) for item in value] if isinstance(value, tuple) else value

@@ -1,0 +1,95 @@
+"""The ``[correction]`` table becomes the limits of each kind of correction.
+
+A kind of correction is a frozen dataclass whose fields are named and typed as the keys of its table. To add
+one, enter it in ``KINDS``.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import fields
+from typing import Any, Literal, get_type_hints
+
+from autobalance.correction import Limits
+from autobalance.correction.drill import DrillLimits
+from autobalance.correction.shoulder import ShoulderLimits
+from autobalance.errors import CorrectionError, JobError
+from autobalance.job.table import ANY, NOT_NEGATIVE, POSITIVE, Rule, Table
+
+METHODS = ("shoulder", "turn", "drill", "slug", "add")
+"""Every method that a job may name, whether or not it is there yet."""
+KINDS: Mapping[str, type[Any]] = {"shoulder": ShoulderLimits, "drill": DrillLimits}
+"""The limits of each method that is there."""
+FACE_KEYS = ("faces", "sector_deg", "max_depth_mm", "same_depth", "min_wall_mm")
+"""Keys of the top level, which the methods in ``ON_FACES`` share."""
+ON_FACES = ("shoulder", "add")
+
+RULES: Mapping[str, Rule] = {
+    "max_depth_mm": POSITIVE,
+    "min_wall_mm": NOT_NEGATIVE,
+    "depth_step_mm": NOT_NEGATIVE,
+}
+
+Method = Literal["shoulder", "turn", "drill", "slug", "add"]
+
+
+def read_correction(root: Table) -> tuple[tuple[str, ...], tuple[Limits, ...]]:
+    """Return the methods that a job names and the limits of each.
+
+    Raises
+    ------
+    JobError
+        If a key or value of ``[correction]`` is wrong, or a method is not there yet.
+    """
+    if "correction" not in root:
+        raise JobError(f"[correction] is missing; it needs at least method: one of {', '.join(METHODS)}")
+    table = root.table("correction", (*FACE_KEYS, "method", *METHODS))
+    names = _methods(table)
+    for name in METHODS:  # a table of another method than the one asked for is checked all the same
+        if name in table and name in KINDS and name not in names:
+            _limits(table, name)
+    return names, tuple(_limits(table, name) for name in names)
+
+
+def _methods(table: Table) -> tuple[str, ...]:
+    listed = isinstance(table.raw.get("method"), list)
+    names: tuple[str, ...]
+    names = table.value("method", tuple[Method, ...]) if listed else (table.value("method", Method),)
+    if not names:
+        raise JobError("correction.method is an empty list; must name at least one method")
+    for place, name in enumerate(names):
+        if name in names[:place]:
+            raise JobError(f"correction.method names {name!r} twice")
+        if name not in KINDS:
+            there = ", ".join(KINDS)
+            raise JobError(f"correction.method {name!r} is not there yet; this version has: {there}")
+    return names
+
+
+def _limits(table: Table, name: str) -> Limits:
+    """Return the limits of a method: its own table, over the top level's keys where it works on faces."""
+    kind = KINDS[name]
+    own = table.table(name, tuple(field.name for field in fields(kind)))
+    shared = {key: table.raw[key] for key in FACE_KEYS if key in table} if name in ON_FACES else {}
+    values = _values(Table(shared, table.path, None), kind) | _values(own, kind)
+    try:
+        limits: Limits = kind(**values)
+    except CorrectionError as error:
+        raise JobError(f"correction.{error}") from None
+    return limits
+
+
+def _values(table: Table, kind: type[Any]) -> dict[str, Any]:
+    hints = get_type_hints(kind)
+    values = {key: table.value(key, hints[key], RULES.get(key, ANY)) for key in table.raw}
+    _refuse_sector(table, values.get("sector_deg"))
+    if values.get("faces") == ():
+        raise JobError(f'{table.place("faces")} is an empty list; must be "auto" or name at least one face')
+    return values
+
+
+def _refuse_sector(table: Table, sector: tuple[float, float] | None) -> None:
+    if sector is not None and sector[0] == sector[1]:
+        raise JobError(
+            f"{table.place('sector_deg')} is [{sector[0]:g}, {sector[1]:g}]; its two angles must differ"
+        )

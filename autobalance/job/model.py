@@ -1,0 +1,126 @@
+"""What a job says, in mm, g, s and rad."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any, Literal
+
+from autobalance.correction import Limits
+from autobalance.crank.anatomy import Overrides
+from autobalance.rotor.tolerance import Judge
+
+LengthUnit = Literal["mm", "cm", "m", "inch"]
+
+
+@dataclass(frozen=True, eq=False)
+class Crankshaft:
+    """The file and what has to be known to read it as a crank.
+
+    ``unit`` is None where the format carries its own; ``body`` picks one of several solids, from 1.
+    """
+
+    file: Path
+    unit: LengthUnit | None
+    density_g_mm3: float
+    overrides: Overrides
+    body: int | Literal["all"] | None
+
+    @property
+    def crankpin_in_file(self) -> bool:
+        """False for a pressed-up crank that is modelled without its crankpins."""
+        return self.overrides.crankpin_in_file
+
+
+@dataclass(frozen=True)
+class Weight:
+    """A mass on the scale, and by how much it may be off [g]."""
+
+    mass_g: float
+    pm_g: float = 0.0
+
+
+@dataclass(frozen=True)
+class PartWeights:
+    """The parts of one throw: of one connecting rod twice, then what belongs to the crankpin itself."""
+
+    rotating: Mapping[str, Weight] = field(default_factory=dict)
+    reciprocating: Mapping[str, Weight] = field(default_factory=dict)
+    crankpin: Mapping[str, Weight] = field(default_factory=dict)
+
+    def merged(self, other: PartWeights) -> PartWeights:
+        """Return these parts with those of ``other`` put in, each in the place of the one of its name."""
+        return PartWeights(
+            {**self.rotating, **other.rotating},
+            {**self.reciprocating, **other.reciprocating},
+            {**self.crankpin, **other.crankpin},
+        )
+
+
+@dataclass(frozen=True)
+class ThrowParts:
+    """What hangs on one throw."""
+
+    rods: int
+    weights: PartWeights
+
+
+@dataclass(frozen=True)
+class Attached:
+    """A part that turns with the crank and is out of balance, at a place on the axis (rotor frame)."""
+
+    name: str
+    mass_g: float
+    unbalance_g_mm: tuple[float, float]
+    z_mm: float
+
+
+@dataclass(frozen=True)
+class Engine:
+    """Weights on the throws: those of every throw, and of the throws that differ, by their number."""
+
+    default: ThrowParts
+    by_throw: Mapping[int, ThrowParts] = field(default_factory=dict)
+    attached: tuple[Attached, ...] = ()
+    rod_length_mm: float | None = None
+    stroke_mm: float | None = None
+
+    def of_throw(self, number: int) -> ThrowParts:
+        """Return what hangs on a throw."""
+        return self.by_throw.get(number, self.default)
+
+
+@dataclass(frozen=True)
+class Balance:
+    """What is asked of the balanced crank; ``factor`` None stands for the original one."""
+
+    factor: float | None
+    grade_mm_s: float
+    service_speed_rad_s: float
+    judge: Judge
+    rotor_mass_g: float | None
+    tolerance_planes_mm: tuple[float, float] | None
+
+
+@dataclass(frozen=True, eq=False)
+class Job:
+    """A job file as read and checked.
+
+    ``original`` are the parts the crank was balanced for, or None. ``methods`` are the kinds of correction,
+    in the job's order. ``raw`` is the TOML as read, for the report.
+    """
+
+    path: Path
+    crankshaft: Crankshaft
+    engine: Engine
+    original: PartWeights | None
+    balance: Balance
+    methods: tuple[Limits, ...]
+    method_names: tuple[str, ...]
+    raw: Mapping[str, Any]
+
+    @property
+    def name(self) -> str:
+        """The job file's name without its ending."""
+        return self.path.stem

@@ -1,0 +1,272 @@
+"""Read a job file, strictly, and bring its numbers to mm, g, s and rad."""
+
+from __future__ import annotations
+
+import tomllib
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any, Literal
+
+import numpy as np
+
+from autobalance.crank.anatomy import Overrides, PinHint
+from autobalance.errors import FileError, JobError
+from autobalance.job.limits import read_correction
+from autobalance.job.model import (
+    Attached,
+    Balance,
+    Crankshaft,
+    Engine,
+    Job,
+    LengthUnit,
+    PartWeights,
+    ThrowParts,
+    Weight,
+)
+from autobalance.job.table import ANY, COUNTED, NOT_NEGATIVE, POSITIVE, SHARE, Table
+from autobalance.rotor.tolerance import Judge
+from autobalance.units import G_PER_MM3_PER_KG_M3, RAD_S_PER_RPM
+
+UNITLESS = (".stl", ".obj", ".ply", ".off")
+"""Formats that carry no unit of length."""
+WEIGHT_TABLES = ("rotating_g", "reciprocating_g", "crankpin_g")
+CRANKPIN = "crankpin"
+"""The part in ``crankpin_g`` that is the pin itself."""
+
+Vector = tuple[float, float, float]
+
+
+def load(path: str | Path) -> Job:
+    """Read a job file.
+
+    Parameters
+    ----------
+    path : path
+        A TOML file; the crank file it names is relative to it.
+
+    Returns
+    -------
+    Job
+
+    Raises
+    ------
+    FileError
+        If it cannot be read.
+    JobError
+        If it is not TOML, or a key is unknown, missing, of the wrong type or impossible.
+    """
+    path = Path(path)
+    try:
+        text = path.read_bytes().decode("utf-8-sig")
+    except UnicodeDecodeError as error:
+        raise JobError(
+            f"{path.name} is not UTF-8 text: byte {error.start} is {error.object[error.start]:#x}"
+        ) from None
+    except (OSError, ValueError) as error:  # ValueError: a NUL in the name
+        raise FileError(f"cannot read the job {path}: {_why(error)}") from None
+    try:
+        raw = tomllib.loads(text)
+    except tomllib.TOMLDecodeError as error:
+        raise JobError(f"{path.name} is not valid TOML: {_first_line(error)}") from None
+    except (ValueError, RecursionError) as error:
+        raise JobError(f"{path.name} is not usable TOML: {_first_line(error)}") from None
+    try:
+        return parse(raw, path)
+    except JobError as error:
+        raise JobError(f"{path.name}: {error}") from None
+
+
+def _why(error: Exception) -> str:
+    return (getattr(error, "strerror", None) or str(error)).lower()
+
+
+def _first_line(error: Exception) -> str:
+    return (str(error).splitlines() or [""])[0]
+
+
+def parse(raw: Mapping[str, Any], path: Path) -> Job:
+    """Return the job that a TOML document says; ``path`` is its file (see ``load``)."""
+    root = Table(dict(raw), "", ("crankshaft", "engine", "original", "balance", "correction"))
+    crankshaft = _crankshaft(root, path)
+    engine = _engine(root, crankshaft.crankpin_in_file)
+    balance = _balance(root)
+    original = _original(root, crankshaft.crankpin_in_file, needed=balance.factor is None)
+    names, methods = read_correction(root)
+    return Job(path, crankshaft, engine, original, balance, methods, names, raw)
+
+
+# --- [crankshaft] -------------------------------------------------------------------------------------------
+
+CRANKSHAFT_KEYS = (
+    "file",
+    "unit",
+    "density_kg_m3",
+    "crankpin_in_file",
+    "axis_point_mm",
+    "axis_direction",
+    "crankpins",
+    "main_journals",
+    "body",
+)
+
+
+def _crankshaft(root: Table, path: Path) -> Crankshaft:
+    table = root.table("crankshaft", CRANKSHAFT_KEYS)
+    name = table.value("file", str)
+    if not name:
+        raise JobError("crankshaft.file is empty; must name a crank file, relative to the job")
+    file = path.parent / name
+    unit: LengthUnit | None = table.optional("unit", LengthUnit)
+    if unit is None and file.suffix.lower() in UNITLESS:
+        raise JobError(
+            f"crankshaft.unit is missing; {file.suffix.upper()[1:]} carries no unit: one of mm, cm, m, inch"
+        )
+    density = table.value("density_kg_m3", float, POSITIVE)
+    return Crankshaft(file, unit, density * G_PER_MM3_PER_KG_M3, _overrides(table), _body(table))
+
+
+def _body(table: Table) -> int | Literal["all"] | None:
+    body: int | Literal["all"] | None = table.optional("body", int | Literal["all"], COUNTED)
+    return body
+
+
+def _overrides(table: Table) -> Overrides:
+    direction = table.optional("axis_direction", Vector)
+    if direction is not None and not any(direction):
+        raise JobError("crankshaft.axis_direction is [0, 0, 0]; must point along the crank axis")
+    point = table.optional("axis_point_mm", Vector)
+    return Overrides(
+        axis_point_mm=None if point is None else np.array(point),
+        axis_direction=None if direction is None else np.array(direction),
+        crankpins=_pins(table, "crankpins"),
+        main_journals=_pins(table, "main_journals"),
+        crankpin_in_file=table.optional("crankpin_in_file", bool, default=True),
+    )
+
+
+def _pins(table: Table, key: str) -> tuple[PinHint, ...] | None:
+    if key not in table:
+        return None
+    pins = table.tables(key, ("centre_mm", "diameter_mm", "width_mm"))
+    if not pins:
+        raise JobError(f"{table.place(key)} is an empty list; leave it out, or name at least one")
+    return tuple(
+        PinHint(
+            np.array(pin.value("centre_mm", Vector)),
+            pin.optional("diameter_mm", float, POSITIVE),
+            pin.optional("width_mm", float, POSITIVE),
+        )
+        for pin in pins
+    )
+
+
+# --- [engine] and [original] --------------------------------------------------------------------------------
+
+
+def _engine(root: Table, pin_in_file: bool) -> Engine:
+    known = ("rod_length_mm", "stroke_mm", "rods_per_throw", *WEIGHT_TABLES, "throw", "attached")
+    table = root.table("engine", known)
+    default = ThrowParts(table.optional("rods_per_throw", int, COUNTED, default=1), _weights(table))
+    by_throw: dict[int, ThrowParts] = {}
+    for throw in table.tables("throw", ("number", "rods", *WEIGHT_TABLES)):
+        number = throw.value("number", int, COUNTED)
+        if number in by_throw:
+            raise JobError(f"{throw.place('number')} is {number} again; each throw may stand once")
+        rods = throw.optional("rods", int, COUNTED, default=default.rods)
+        by_throw[number] = ThrowParts(rods, default.weights.merged(_weights(throw)))
+    _check_crankpin(table, default.weights, pin_in_file)
+    for throw in table.tables("throw", ("number", "rods", *WEIGHT_TABLES)):
+        if pin_in_file:
+            _check_crankpin(throw, _weights(throw), pin_in_file)
+    return Engine(
+        default,
+        by_throw,
+        tuple(
+            _attached(item) for item in table.tables("attached", ("name", "mass_g", "unbalance_g_mm", "z_mm"))
+        ),
+        rod_length_mm=table.optional("rod_length_mm", float, POSITIVE),
+        stroke_mm=table.optional("stroke_mm", float, POSITIVE),
+    )
+
+
+def _original(root: Table, pin_in_file: bool, needed: bool) -> PartWeights | None:
+    if "original" not in root:
+        if needed:
+            raise JobError(
+                '[original] is missing; balance.factor = "original" needs the weights that the crank was '
+                "balanced for: original.rotating_g, original.reciprocating_g, original.crankpin_g"
+            )
+        return None
+    table = root.table("original", WEIGHT_TABLES)
+    weights = _weights(table)
+    if needed and not weights.reciprocating:
+        raise JobError(
+            'original.reciprocating_g is missing; balance.factor = "original" needs the weights that the '
+            "crank was balanced for"
+        )
+    _check_crankpin(table, weights, pin_in_file)
+    return weights
+
+
+def _weights(table: Table) -> PartWeights:
+    rotating, reciprocating, crankpin = (_weight_table(table, key) for key in WEIGHT_TABLES)
+    return PartWeights(rotating, reciprocating, crankpin)
+
+
+def _weight_table(table: Table, key: str) -> dict[str, Weight]:
+    weights = table.table(key, known=None)
+    return {name: _weight(weights, name) for name in weights.raw}
+
+
+def _weight(table: Table, name: str) -> Weight:
+    if not isinstance(table.raw[name], dict):
+        return Weight(table.value(name, float, NOT_NEGATIVE))
+    weight = table.table(name, ("g", "pm"))
+    return Weight(
+        weight.value("g", float, NOT_NEGATIVE), weight.optional("pm", float, NOT_NEGATIVE, default=0.0)
+    )
+
+
+def _check_crankpin(table: Table, weights: PartWeights, pin_in_file: bool) -> None:
+    """Refuse a crankpin that would count twice, or not at all."""
+    key = f"{table.path}.crankpin_g.{CRANKPIN}"
+    if pin_in_file and CRANKPIN in weights.crankpin:
+        raise JobError(
+            f"{key} is given, but crankshaft.crankpin_in_file is true: the crankpin would count twice; "
+            "remove the weight, or set crankpin_in_file = false if the file holds no crankpin"
+        )
+    if not pin_in_file and CRANKPIN not in weights.crankpin:
+        raise JobError(
+            f"{key} is missing; crankshaft.crankpin_in_file = false needs the weight of the crankpin [g]"
+        )
+
+
+def _attached(table: Table) -> Attached:
+    return Attached(
+        table.value("name", str),
+        table.value("mass_g", float, NOT_NEGATIVE),
+        table.value("unbalance_g_mm", tuple[float, float]),
+        table.value("z_mm", float),
+    )
+
+
+# --- [balance] ----------------------------------------------------------------------------------------------
+
+
+def _balance(root: Table) -> Balance:
+    known = ("factor", "grade", "speed_rpm", "judge", "rotor_mass_g", "tolerance_planes_mm")
+    table = root.table("balance", known)
+    factor = table.value("factor", float | Literal["original"], SHARE)
+    planes = table.optional("tolerance_planes_mm", tuple[float, float], ANY)
+    if planes is not None and not planes[0] < planes[1]:
+        raise JobError(
+            f"balance.tolerance_planes_mm is [{planes[0]:g}, {planes[1]:g}]; the first must be the lower one"
+        )
+    return Balance(
+        None if factor == "original" else factor,
+        table.value("grade", float, POSITIVE),
+        table.value("speed_rpm", float, POSITIVE) * RAD_S_PER_RPM,
+        table.optional("judge", Judge, default="dynamic"),
+        table.optional("rotor_mass_g", float, POSITIVE),
+        planes,
+    )
