@@ -58,6 +58,15 @@ class Throw:
 
 
 @dataclass(frozen=True)
+class CounterweightOutline:
+    """A counterweight's greatest distance from the axis, the angle that its rim spans, and its thickness."""
+
+    rim_radius_mm: float
+    fan_angle_rad: float
+    thickness_mm: float
+
+
+@dataclass(frozen=True)
 class Web:
     """A web with its counterweight if it has one; numbered from 1 along increasing z."""
 
@@ -65,6 +74,7 @@ class Web:
     z_min_mm: float
     z_max_mm: float
     counterweight: bool
+    outline: CounterweightOutline | None = None
 
 
 @dataclass(frozen=True, eq=False)

@@ -1,0 +1,97 @@
+"""Directions in which a solid's crank axis may lie, from its triangles' area vectors."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from autobalance.crank.anatomy import Array
+
+BIN_RAD = 0.02
+"""Directions closer than this count as one at first; the best are refined afterwards."""
+STRONGEST = 64
+"""Of the directions of the surface, how many are crossed with each other: a cylinder's axis is square to any
+two directions of its surface."""
+SIDE_SINE = 0.01
+"""A triangle stands along an axis when the sine of its lean is below this (about half a degree)."""
+CANDIDATES = 8
+"""Axes tried before giving up."""
+
+
+def axis_candidates(area_vectors: Array) -> list[Array]:
+    """Return unit vectors (3,) that may be the crank axis, likeliest first.
+
+    The likeliest axis is the one to which most of the surface stands either parallel (journals, crankpins,
+    rims) or square (webs' faces); a cylinder's surface counts, a flat's could belong to any of many axes.
+    """
+    length = np.linalg.norm(area_vectors, axis=1)
+    keep = length > 0.0
+    unit, weight = area_vectors[keep] / length[keep, None], length[keep] / length.sum()
+    unit *= np.where(_upper(unit), 1.0, -1.0)[:, None]
+    normals, areas = _binned(unit, weight)
+    strong = normals[:STRONGEST]
+    i, j = np.triu_indices(len(strong), 1)
+    crossed = np.cross(strong[i], strong[j])
+    size = np.linalg.norm(crossed, axis=1)
+    axes = np.concatenate([strong, crossed[size > 0.2] / size[size > 0.2, None]])
+    scores = _scores(axes, normals, areas)
+    chosen: list[Array] = []
+    for place in np.argsort(-scores):
+        axis = _refined(axes[place], normals, areas)
+        if all(abs(float(axis @ other)) < np.cos(BIN_RAD) for other in chosen):
+            chosen.append(refined_direction(axis, unit, weight))
+        if len(chosen) == CANDIDATES:
+            break
+    return chosen
+
+
+def refined_direction(axis: Array, unit: Array, weight: Array) -> Array:
+    """Return the direction to which the surface that stands along ``axis`` is most nearly parallel."""
+    for sine in (SIDE_SINE, 0.1 * SIDE_SINE, 0.01 * SIDE_SINE):
+        along = np.abs(unit @ axis) < sine
+        if not along.any():
+            return axis
+        axis = _least_direction(unit[along], weight[along], axis)
+    return axis
+
+
+def _upper(unit: Array) -> Array:
+    x, y, z = unit.T
+    upper: Array = (z > 0.0) | ((z == 0.0) & ((y > 0.0) | ((y == 0.0) & (x > 0.0))))
+    return upper
+
+
+def _binned(unit: Array, weight: Array) -> tuple[Array, Array]:
+    """Return mean directions (k, 3) and weights (k,) of bins on the sphere, heaviest first."""
+    cells = np.floor(unit / BIN_RAD).astype(np.int64)
+    key = (cells[:, 0] * 1009 + cells[:, 1]) * 1009 + cells[:, 2]
+    _, which = np.unique(key, return_inverse=True)
+    areas: Array = np.bincount(which, weight).astype(np.float64)
+    sums = np.stack([np.bincount(which, weight * column) for column in unit.T], axis=1)
+    normals: Array = sums / np.linalg.norm(sums, axis=1)[:, None]
+    order = np.argsort(-areas, kind="stable")[:2048]
+    return normals[order], areas[order]
+
+
+def _scores(axes: Array, normals: Array, areas: Array) -> Array:
+    scores = np.zeros(len(axes))
+    for begin in range(0, len(axes), 256):
+        lean = np.abs(axes[begin : begin + 256] @ normals.T)
+        along = lean < SIDE_SINE
+        square = lean > 1.0 - 0.5 * SIDE_SINE**2
+        scores[begin : begin + 256] = along @ areas + 0.5 * (square @ areas)
+    return scores
+
+
+def _refined(axis: Array, normals: Array, areas: Array) -> Array:
+    along = np.abs(normals @ axis) < 2.0 * BIN_RAD
+    return _least_direction(normals[along], areas[along], axis) if along.any() else axis
+
+
+def _least_direction(unit: Array, weight: Array, axis: Array) -> Array:
+    """Return the unit vector near ``axis`` that makes Σ w (n·d)² least."""
+    second = (unit * weight[:, None]).T @ unit
+    values, vectors = np.linalg.eigh(second)
+    if values[1] <= 1e-9 * values[2]:  # the surface faces one way only: any direction in its plane would do
+        return axis
+    found: Array = vectors[:, 0]
+    return found if abs(float(found @ axis)) > 0.9 else axis

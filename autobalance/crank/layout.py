@@ -1,0 +1,292 @@
+"""Which of a shaft's bare cylinders are main journals and which are crankpins."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from autobalance.crank.anatomy import Array
+from autobalance.crank.runs import SAME_CENTRE, Run, bare_cylinder
+from autobalance.crank.stations import Lengthwise, Section
+from autobalance.errors import RecognitionError
+
+LONGER = 1.3
+"""Of two lines of cylinders the one that reaches this much farther along is the crank axis."""
+COLLAR = 0.5
+"""A cylinder is a collar, not a journal, when the next one outward is thinner and this much wider."""
+INSIDE = 1e-3
+"""Metal within a cylinder, up to this share of its radius, is part of it: drillings, keyways, grooves."""
+
+
+@dataclass(frozen=True, eq=False)
+class Layout:
+    """Main journals and crankpins, each by increasing z, in the turned axes; ``axis`` (2,)."""
+
+    axis: Array
+    journals: tuple[Run, ...]
+    pins: tuple[Run, ...]
+
+
+def crank_axis(runs: Sequence[Run], given: Array | None) -> list[Run]:
+    """Return the cylinders on the crank axis: the line of cylinders that reaches farthest along.
+
+    ``given`` (2,) is the axis where a job says it.
+
+    Raises
+    ------
+    RecognitionError
+        If there is no cylinder, or two lines reach equally far.
+    """
+    lines = _lines(runs)
+    if given is not None:
+        for line in lines:
+            if float(np.linalg.norm(line[0].centre - given)) < SAME_CENTRE * max(r.radius for r in line):
+                return line
+        raise RecognitionError(
+            f"looked for main journals on the axis given, found none there among {len(runs)} bare cylinders; "
+            "axis_point_mm or main_journals settles it"
+        )
+    if not lines:
+        raise RecognitionError("looked for main journals, found no bare cylinder; main_journals settles it")
+    lines.sort(key=_span, reverse=True)
+    if len(lines) > 1 and _span(lines[0]) < LONGER * _span(lines[1]):
+        raise RecognitionError(
+            f"looked for the crank axis, found two lines of cylinders of about the same length "
+            f"({_span(lines[0]):.4g} and {_span(lines[1]):.4g} mm); axis_point_mm settles it"
+        )
+    return lines[0]
+
+
+def _lines(runs: Sequence[Run]) -> list[list[Run]]:
+    """Group cylinders by common centre line."""
+    lines: list[list[Run]] = []
+    for run in sorted(runs, key=lambda run: -run.width):
+        for line in lines:
+            if float(np.linalg.norm(line[0].centre - run.centre)) < SAME_CENTRE * min(
+                line[0].radius, run.radius
+            ):
+                line.append(run)
+                break
+        else:
+            lines.append([run])
+    return [sorted(line, key=lambda run: run.z_mid) for line in lines]
+
+
+def _span(line: Sequence[Run]) -> float:
+    return max(run.z_high for run in line) - min(run.z_low for run in line)
+
+
+def solid_layout(long: Lengthwise, runs: Sequence[Run], given_axis: Array | None) -> Layout:
+    """Tell main journals from crankpins on a crank whose crankpins are in the file.
+
+    Raises
+    ------
+    RecognitionError
+        If there is no axis, no crankpin, or a cylinder beside the axis stands beside a journal.
+    """
+    on_axis = crank_axis(runs, given_axis)
+    axis = _mean_centre(on_axis)
+    others = [run for run in runs if all(run is not other for other in on_axis)]
+    pins = _crankpins(long, on_axis, others)
+    if not pins:
+        raise RecognitionError(
+            f"looked for crankpins beside the axis, found {len(on_axis)} cylinders on it and none beside it; "
+            "crankpins settles it (crankpin_in_file = false if they are not in the file)"
+        )
+    return Layout(axis, tuple(choose_journals(long, on_axis, pins, axis)), tuple(pins))
+
+
+def _mean_centre(runs: Sequence[Run]) -> Array:
+    weights = np.array([run.width for run in runs])
+    mean: Array = weights @ np.array([run.centre for run in runs]) / weights.sum()
+    return mean
+
+
+def _overlap(a: Run, b: Run) -> float:
+    return min(a.z_high, b.z_high) - max(a.z_low, b.z_low)
+
+
+def _crankpins(long: Lengthwise, on_axis: Sequence[Run], others: Sequence[Run]) -> list[Run]:
+    slack = 1e-3 * long.length_mm
+    alone = [
+        run
+        for run in others
+        if all(_overlap(run, other) < slack for other in [*on_axis, *others] if other is not run)
+    ]
+    low, high = on_axis[0].z_low, on_axis[-1].z_high
+    between = [run for run in alone if low < run.z_mid < high]
+    pins = between or alone
+    pins = merged(long, sorted(pins, key=lambda run: run.z_mid), on_axis)
+    widest: list[Run] = []
+    for run in pins:
+        if (
+            widest
+            and _same_line(widest[-1], run)
+            and not any(widest[-1].z_mid < other.z_mid < run.z_mid for other in on_axis)
+        ):
+            if run.width > widest[-1].width:
+                widest[-1] = run
+        else:
+            widest.append(run)
+    return widest
+
+
+def _same_line(a: Run, b: Run) -> bool:
+    return float(np.linalg.norm(a.centre - b.centre)) < SAME_CENTRE * min(a.radius, b.radius)
+
+
+def merged(long: Lengthwise, runs: Sequence[Run], apart: Sequence[Run] = ()) -> list[Run]:
+    """Join cylinders on one line between which no metal stands out: drillings and grooves part them."""
+    joined: list[Run] = []
+    for run in runs:
+        last = joined[-1] if joined else None
+        if (
+            last is not None
+            and _same_line(last, run)
+            and abs(last.radius - run.radius) < INSIDE * run.radius
+            and _stays_inside(long, last, run)
+        ):
+            joined[-1] = replace(last, z_high=run.z_high)
+        else:
+            joined.append(run)
+    return joined
+
+
+def _stays_inside(long: Lengthwise, a: Run, b: Run) -> bool:
+    between = [s for s in long.sections if a.z_high < s.z_mm < b.z_low]
+    limit = (1.0 + INSIDE) * a.radius
+    return all(s.pieces and all(p.reach_from(a.centre) <= limit for p in s.pieces) for s in between)
+
+
+def choose_journals(long: Lengthwise, on_axis: Sequence[Run], pins: Sequence[Run], axis: Array) -> list[Run]:
+    """Return one main journal for each stretch of the axis that crankpins part."""
+    everything = sorted(
+        [(run.z_mid, 0, run) for run in on_axis] + [(run.z_mid, 1, run) for run in pins],
+        key=lambda item: item[0],
+    )
+    groups: list[tuple[list[Run], Run | None, Run | None]] = []
+    group: list[Run] = []
+    before: Run | None = None
+    for _, kind, run in everything:
+        if kind == 0:
+            group.append(run)
+            continue
+        if group:
+            groups.append((group, before, run))
+        group, before = [], run
+    if group:
+        groups.append((group, before, None))
+    return [_journal(merged(long, members), left, right, axis) for members, left, right in groups]
+
+
+def _journal(group: Sequence[Run], left: Run | None, right: Run | None, axis: Array) -> Run:
+    """Return the journal among the cylinders on one stretch of the axis.
+
+    Discs that hold a neighbouring crankpin are webs; collars are passed over; at an end of the crank the one
+    nearest to the web is taken, between crankpins the widest.
+    """
+    beside = [pin for pin in (left, right) if pin is not None]
+    plain = [run for run in group if not any(_holds(run, pin, axis) for pin in beside)] or list(group)
+    if left is not None and right is not None:
+        return max(plain, key=lambda run: run.width)
+    outward = plain if right is None else plain[::-1]
+    for place, run in enumerate(outward[:-1]):
+        following = outward[place + 1]
+        if not (following.radius < run.radius and run.width < COLLAR * following.width):
+            return run
+    return outward[-1]
+
+
+def _holds(disc: Run, pin: Run, axis: Array) -> bool:
+    offset = float(np.linalg.norm(pin.centre - axis))
+    return disc.radius > offset + 0.98 * pin.radius
+
+
+def pressed_up_layout(
+    long: Lengthwise, runs: Sequence[Run], given_axis: Array | None, rounding_mm: float
+) -> Layout:
+    """Find journals and throws of a crank whose crankpins are not in the file, from the pins' bores.
+
+    Raises
+    ------
+    RecognitionError
+        If there is no axis, or no gap between webs has a bore at its sides.
+    """
+    on_axis = crank_axis(runs, given_axis)
+    axis = _mean_centre(on_axis)
+    gaps = _gaps(long, on_axis)
+    pins = [_bore_pin(long, gap, axis, rounding_mm) for gap in gaps]
+    return Layout(axis, tuple(choose_journals(long, on_axis, pins, axis)), tuple(pins))
+
+
+def _gaps(long: Lengthwise, on_axis: Sequence[Run]) -> list[tuple[float, float]]:
+    """Return the z ranges without metal; without any, the end of the part that has no journal."""
+    z = long.vertices[:, 2]
+    empty = [section.z_mm for section in long.sections if not section.pieces]
+    gaps: list[tuple[float, float]] = []
+    for height in empty:
+        if not gaps or height > gaps[-1][1]:
+            gaps.append((float(z[z < height].max()), float(z[z > height].min())))
+    if gaps:
+        return gaps
+    low, high = float(z.min()), float(z.max())
+    inner = high if high - on_axis[-1].z_high > on_axis[0].z_low - low else low
+    return [(inner, inner)]
+
+
+def _bore_pin(long: Lengthwise, gap: tuple[float, float], axis: Array, rounding_mm: float) -> Run:
+    sides = [_bores(_webward(long, gap, side), axis) for side in (-1, 1)]
+    found = [bores for bores in sides if bores]
+    if not found or (gap[1] > gap[0] and len(found) < 2):
+        raise RecognitionError(
+            f"looked for the crankpin's bores on both sides of the gap between webs, {gap[0]:.4g} .. "
+            f"{gap[1]:.4g} mm along the axis, found none on one side; crankpins settles it"
+        )
+    shared = [bore for bore in found[0] if all(any(_near(bore, other) for other in bores) for bores in found)]
+    shared.sort(key=lambda bore: -bore[1])
+    if not shared or (len(shared) > 1 and shared[1][1] > 0.95 * shared[0][1]):
+        raise RecognitionError(
+            f"looked for one pair of crankpin bores in line, found {len(shared)}; crankpins settles it"
+        )
+    centre, radius = shared[0]
+    z = long.vertices[:, 2]
+    reach = 0.5 * (float(z.max()) - float(z.min()))
+    exact = bare_cylinder(long.vertices, centre, radius, (gap[0] - reach, gap[1] + reach), rounding_mm)
+    if exact is not None and float(np.linalg.norm(exact.centre - centre)) < SAME_CENTRE * radius:
+        centre, radius = exact.centre, exact.radius
+    return Run(centre, radius, gap[0], gap[1])
+
+
+def _near(a: tuple[Array, float], b: tuple[Array, float]) -> bool:
+    return float(np.linalg.norm(a[0] - b[0])) < SAME_CENTRE * min(a[1], b[1]) and abs(
+        a[1] - b[1]
+    ) < 0.2 * min(a[1], b[1])
+
+
+def _webward(long: Lengthwise, gap: tuple[float, float], side: int) -> list[Section]:
+    """Return the sections from a gap outward until the metal ends or is one plain cylinder."""
+    if side < 0:
+        outward = [s for s in reversed(long.sections) if s.z_mm < gap[0]]
+    else:
+        outward = [s for s in long.sections if s.z_mm > gap[1]]
+    web: list[Section] = []
+    for section in outward:
+        if not section.pieces or (web and not any(piece.holes for piece in section.pieces)):
+            break
+        web.append(section)
+    return web
+
+
+def _bores(sections: Sequence[Section], axis: Array) -> list[tuple[Array, float]]:
+    """Return centre and radius of each round hole beside the axis, once."""
+    found: list[tuple[Array, float]] = []
+    for section in sections:
+        for piece in section.pieces:
+            for bore in piece.bores:
+                here = (bore.centre, bore.radius)
+                beside = float(np.linalg.norm(bore.centre - axis)) > 0.1 * bore.radius
+                if beside and not any(_near(here, other) for other in found):
+                    found.append(here)
+    return found

@@ -1,0 +1,296 @@
+"""A crankshaft recognised in a solid: axis, main journals, throws, webs."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from autobalance.crank.anatomy import (
+    Anatomy,
+    Array,
+    MainJournal,
+    Overrides,
+    Pin,
+    PinHint,
+    Throw,
+    Web,
+)
+from autobalance.crank.directions import axis_candidates
+from autobalance.crank.layout import Layout, pressed_up_layout, solid_layout
+from autobalance.crank.runs import ROUNDING, Run, bare_cylinder, common_axis, find_runs
+from autobalance.crank.stations import Lengthwise, lengthwise, turn_to_z
+from autobalance.crank.webs import find_webs
+from autobalance.errors import RecognitionError
+from autobalance.solid.csg import Solid
+from autobalance.solid.mesh import Mesh
+
+SAMPLE = 40_000
+"""Triangles that the search for directions looks at: the largest, and as many spread evenly over the rest."""
+STRAIGHT_ENOUGH_RAD = 1e-6
+"""The axis found and the one that the sections were taken along may differ by this much."""
+
+
+def recognise(solid: Solid, overrides: Overrides) -> Anatomy:
+    """Find the crankshaft in a solid.
+
+    Parameters
+    ----------
+    solid : Solid
+        In file coordinates [mm]; several bodies where the crankpins are not in the file.
+    overrides : Overrides
+        What the job says itself; what it gives is not searched for.
+
+    Returns
+    -------
+    Anatomy
+
+    Raises
+    ------
+    RecognitionError
+        If something is not found; the message names the job key that settles it.
+    """
+    mesh = solid.mesh
+    given = _given_axis(overrides)
+    if given is not None and overrides.crankpins is not None and overrides.main_journals is not None:
+        return _from_job(mesh, overrides, given)
+    refusals: list[tuple[int, RecognitionError]] = []
+    for direction in _directions(mesh, overrides):
+        try:
+            return _along(mesh, direction, overrides)
+        except _NotHereError as refusal:
+            refusals.append((refusal.progress, refusal.reason))
+    raise max(refusals, key=lambda item: item[0])[1]
+
+
+class _NotHereError(Exception):
+    """No crank along one direction; ``progress`` tells how far the search came."""
+
+    def __init__(self, progress: int, reason: RecognitionError) -> None:
+        super().__init__(str(reason))
+        self.progress, self.reason = progress, reason
+
+
+def _given_axis(overrides: Overrides) -> tuple[Array | None, Array] | None:
+    """Return (point or None, direction) as the job says them, itself or by two main journals."""
+    if overrides.axis_direction is not None:
+        point = overrides.axis_point_mm
+        if point is None and overrides.main_journals:
+            point = np.mean([hint.centre_mm for hint in overrides.main_journals], axis=0)
+        return point, _upright(overrides.axis_direction)
+    if overrides.main_journals is not None and len(overrides.main_journals) > 1:
+        centres = np.array([hint.centre_mm for hint in overrides.main_journals])
+        middle = centres.mean(axis=0)
+        direction = np.linalg.svd(centres - middle)[2][0]
+        if float(np.ptp(centres @ direction)) > 0.0:
+            point = middle if overrides.axis_point_mm is None else overrides.axis_point_mm
+            return point, _upright(direction)
+    return None
+
+
+def _upright(direction: Array) -> Array:
+    """Return the unit vector along ``direction`` whose largest component is positive (the frame's rule)."""
+    length = float(np.linalg.norm(direction))
+    if not (length > 0.0 and math.isfinite(length)):
+        raise RecognitionError("axis_direction has no length; it needs three numbers, not all zero")
+    unit = np.asarray(direction, dtype=np.float64) / length
+    size = np.abs(unit)
+    first = int(np.flatnonzero(size >= size.max() - 1e-6)[0])
+    return unit if unit[first] > 0.0 else -unit
+
+
+def _directions(mesh: Mesh, overrides: Overrides) -> list[Array]:
+    given = _given_axis(overrides)
+    if given is not None:
+        return [given[1]]
+    vectors = mesh.area_vectors
+    if len(vectors) > 2 * SAMPLE:
+        size = np.einsum("ij,ij->i", vectors, vectors)
+        large = np.argpartition(-size, SAMPLE)[:SAMPLE]
+        vectors = np.concatenate([vectors[large], vectors[:: len(vectors) // SAMPLE]])
+    return [_upright(axis) for axis in axis_candidates(vectors)]
+
+
+def _along(mesh: Mesh, direction: Array, overrides: Overrides) -> Anatomy:
+    """Recognise the crank along one direction, which is refined unless the job gives it."""
+    rounding = ROUNDING * float(np.abs(mesh.bounds).max())
+    fixed = _given_axis(overrides)
+    for _ in range(3):
+        long = lengthwise(mesh, turn_to_z(direction))
+        layout = _layout(long, overrides, rounding)
+        if fixed is not None:
+            break
+        found = _upright(_to_file(long, common_axis(long.vertices, layout.journals, rounding)[1]))
+        straight = float(np.linalg.norm(found - direction)) < STRAIGHT_ENOUGH_RAD
+        direction = found
+        if straight:
+            break
+    return _anatomy(long, layout, direction, overrides, rounding)
+
+
+def _to_file(long: Lengthwise, vector: Array) -> Array:
+    turned: Array = long.turn[:3, :3].T @ vector
+    return turned
+
+
+def _layout(long: Lengthwise, overrides: Overrides, rounding: float) -> Layout:
+    runs = find_runs(long, rounding)
+    axis_point = overrides.axis_point_mm
+    if axis_point is None and overrides.main_journals:
+        axis_point = overrides.main_journals[0].centre_mm
+    given_axis = None if axis_point is None else (long.turn[:3, :3] @ axis_point)[:2]
+    try:
+        if overrides.crankpins is not None:
+            pins = [_hinted(long, hint, runs, "crankpins") for hint in overrides.crankpins]
+            near = [run for run in runs if all(_apart(run, pin) for pin in pins)]
+            return _with_pins(long, near, pins, given_axis, overrides, runs)
+        layout = (
+            solid_layout(long, runs, given_axis)
+            if overrides.crankpin_in_file
+            else pressed_up_layout(long, runs, given_axis, rounding)
+        )
+    except RecognitionError as reason:
+        raise _NotHereError(len(runs), reason) from reason
+    if overrides.main_journals is not None:
+        journals = [_hinted(long, hint, runs, "main_journals") for hint in overrides.main_journals]
+        layout = replace(layout, journals=tuple(sorted(journals, key=lambda run: run.z_mid)))
+    return layout
+
+
+def _with_pins(
+    long: Lengthwise,
+    near: Sequence[Run],
+    pins: Sequence[Run],
+    given_axis: Array | None,
+    overrides: Overrides,
+    runs: Sequence[Run],
+) -> Layout:
+    from autobalance.crank.layout import choose_journals, crank_axis
+
+    pins = sorted(pins, key=lambda run: run.z_mid)
+    if overrides.main_journals is not None:
+        journals = [_hinted(long, hint, runs, "main_journals") for hint in overrides.main_journals]
+        axis = journals[0].centre if given_axis is None else given_axis
+        return Layout(axis, tuple(sorted(journals, key=lambda run: run.z_mid)), tuple(pins))
+    on_axis = crank_axis(near, given_axis)
+    axis = on_axis[0].centre
+    return Layout(axis, tuple(choose_journals(long, on_axis, pins, axis)), tuple(pins))
+
+
+def _apart(run: Run, pin: Run) -> bool:
+    return float(np.linalg.norm(run.centre - pin.centre)) > 0.03 * min(run.radius, pin.radius)
+
+
+def _hinted(long: Lengthwise, hint: PinHint, runs: Sequence[Run], key: str) -> Run:
+    """Return the cylinder that a job gives; what it leaves out is taken from the one found there."""
+    centre = long.turn[:3, :3] @ hint.centre_mm + long.turn[:3, 3]
+    there = [
+        run
+        for run in runs
+        if run.z_low <= centre[2] <= run.z_high
+        and float(np.linalg.norm(run.centre - centre[:2])) < 0.1 * run.radius
+    ]
+    if (hint.diameter_mm is None or hint.width_mm is None) and not there:
+        text = ", ".join(f"{value:g}" for value in hint.centre_mm)
+        raise RecognitionError(
+            f"{key} names a cylinder at [{text}] mm without its diameter or width, and none was found there; "
+            "give diameter_mm and width_mm"
+        )
+    radius = there[0].radius if hint.diameter_mm is None else 0.5 * hint.diameter_mm
+    width = there[0].width if hint.width_mm is None else hint.width_mm
+    middle = there[0].z_mid if hint.width_mm is None else float(centre[2])
+    return Run(centre[:2], radius, middle - 0.5 * width, middle + 0.5 * width)
+
+
+def _from_job(mesh: Mesh, overrides: Overrides, given: tuple[Array | None, Array]) -> Anatomy:
+    """Build the anatomy from what a job says alone; only webs are looked for."""
+    long = lengthwise(mesh, turn_to_z(given[1]))
+    incomplete = any(
+        hint.diameter_mm is None or hint.width_mm is None
+        for hint in (*(overrides.crankpins or ()), *(overrides.main_journals or ()))
+    )
+    rounding = ROUNDING * float(np.abs(mesh.bounds).max())
+    runs = find_runs(long, rounding) if incomplete else []
+    pins = [_hinted(long, hint, runs, "crankpins") for hint in overrides.crankpins or ()]
+    journals = [_hinted(long, hint, runs, "main_journals") for hint in overrides.main_journals or ()]
+    if not pins:
+        raise RecognitionError("crankpins is an empty list; it needs at least one crankpin")
+    point = given[0]
+    if point is None:
+        raise RecognitionError("axis_direction is given without axis_point_mm or main_journals")
+    axis = (long.turn[:3, :3] @ np.asarray(point, dtype=np.float64))[:2]
+    layout = Layout(
+        axis,
+        tuple(sorted(journals, key=lambda run: run.z_mid)),
+        tuple(sorted(pins, key=lambda run: run.z_mid)),
+    )
+    return _anatomy(long, layout, given[1], overrides, rounding)
+
+
+def _anatomy(
+    long: Lengthwise, layout: Layout, direction: Array, overrides: Overrides, rounding: float
+) -> Anatomy:
+    """Put the frame where it belongs, measure everything in it, and number it."""
+    axis = layout.axis
+    if overrides.axis_point_mm is not None:
+        axis = (long.turn[:3, :3] @ overrides.axis_point_mm)[:2]
+    elif overrides.main_journals is None:
+        axis = common_axis(long.vertices, layout.journals, rounding)[0][:2]
+    layout = replace(layout, axis=axis)
+    if overrides.main_journals is None:
+        layout = replace(layout, journals=_tight(long, layout.journals, rounding))
+    if overrides.crankpins is None and overrides.crankpin_in_file:
+        layout = replace(layout, pins=_tight(long, layout.pins, rounding))
+    first = layout.pins[0]
+    arm = first.centre - axis
+    crank_radius = float(np.linalg.norm(arm))
+    if crank_radius < 1e-6 * long.length_mm:
+        raise RecognitionError("crankpin 1 lies on the crank axis; crankpins or axis_point_mm is wrong")
+    local = np.eye(4)
+    local[0, :2] = arm / crank_radius
+    local[1, :2] = [-local[0, 1], local[0, 0]]
+    local[:3, 3] = -local[:3, :3] @ np.array([axis[0], axis[1], first.z_mid])
+    webs = tuple(_shifted(web, -first.z_mid) for web in find_webs(long, layout))
+    journals = tuple(
+        MainJournal(_place(local, run), 2.0 * run.radius, run.width, number)
+        for number, run in enumerate(layout.journals, 1)
+    )
+    throws = tuple(_throw(local, run, number) for number, run in enumerate(layout.pins, 1))
+    return Anatomy(local @ long.turn, journals, throws, webs, _misalignment(layout))
+
+
+def _tight(long: Lengthwise, runs: Sequence[Run], rounding: float) -> tuple[Run, ...]:
+    """Fit each cylinder again in the final axes, where its ends are sharp."""
+    tight = []
+    for run in runs:
+        pad = 1e-3 * run.radius
+        again = bare_cylinder(
+            long.vertices, run.centre, run.radius, (run.z_low - pad, run.z_high + pad), rounding
+        )
+        tight.append(run if again is None else again)
+    return tuple(tight)
+
+
+def _place(local: Array, run: Run) -> Array:
+    placed: Array = local[:3, :3] @ np.array([*run.centre, run.z_mid]) + local[:3, 3]
+    return placed
+
+
+def _throw(local: Array, run: Run, number: int) -> Throw:
+    centre = _place(local, run)
+    angle = math.atan2(centre[1], centre[0]) % (2.0 * math.pi)
+    angle = 0.0 if 2.0 * math.pi - angle < 1e-9 else angle
+    return Throw(number, math.hypot(centre[0], centre[1]), angle, Pin(centre, 2.0 * run.radius, run.width))
+
+
+def _shifted(web: Web, by: float) -> Web:
+    return replace(web, z_min_mm=web.z_min_mm + by, z_max_mm=web.z_max_mm + by)
+
+
+def _misalignment(layout: Layout) -> float:
+    return max(
+        (float(np.linalg.norm(run.centre - layout.axis)) for run in layout.journals),
+        default=0.0,
+    )

@@ -1,0 +1,165 @@
+"""A solid looked at lengthwise: cross-sections at stations along a supposed axis, and what is in them."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+from itertools import pairwise
+
+import numpy as np
+
+from autobalance.crank.anatomy import Array
+from autobalance.crank.circles import Circle, whole_circle
+from autobalance.solid.mesh import Mesh
+from autobalance.solid.slices import cross_sections
+
+SQUARE = 1.0 - 1e-4
+"""A triangle is square to the axis when its normal has at least this component along it (0.8°)."""
+LEVEL_SHARE = 2e-3
+"""A height counts as a level, where cross-sections jump, if planes of at least this share of the greatest
+level's area lie there."""
+ASIDE_SHARE = 2e-5
+"""How far beside a level the sections next to it are taken, as a share of the part's length."""
+UNIFORM = 48
+"""Stations are at most the part's length divided by this apart."""
+
+
+@dataclass(frozen=True, eq=False)
+class Piece:
+    """One connected piece of a section: its outline (k, 2), holes, and the circle the outline is, if any."""
+
+    outline: Array
+    holes: tuple[Array, ...]
+
+    @cached_property
+    def circle(self) -> Circle | None:
+        """The circle that the outline is, cut-outs apart."""
+        return whole_circle(self.outline)
+
+    @cached_property
+    def bores(self) -> tuple[Circle, ...]:
+        """Round holes."""
+        found = (whole_circle(hole[::-1]) for hole in self.holes)
+        return tuple(circle for circle in found if circle is not None)
+
+    def reach_from(self, centre: Array) -> float:
+        """Return the greatest distance of the outline from ``centre`` (2,) [mm]."""
+        return float(np.linalg.norm(self.outline - centre, axis=1).max())
+
+
+@dataclass(frozen=True, eq=False)
+class Section:
+    """A cross-section at height ``z_mm``."""
+
+    z_mm: float
+    pieces: tuple[Piece, ...]
+
+
+@dataclass(frozen=True, eq=False)
+class Lengthwise:
+    """A mesh turned so that a supposed axis is z, with its levels and sections.
+
+    Attributes
+    ----------
+    turn : (4, 4) float
+        From file coordinates [mm] to these.
+    vertices : (n, 3) float
+        Turned.
+    levels_mm, level_areas_mm2 : (k,) float
+        Heights of planes square to the axis, increasing, and the area that lies there.
+    sections : tuple of Section
+        At increasing heights; between two levels there is at least one.
+    """
+
+    turn: Array
+    vertices: Array
+    levels_mm: Array
+    level_areas_mm2: Array
+    sections: tuple[Section, ...]
+
+    @property
+    def length_mm(self) -> float:
+        """Extent along the axis [mm]."""
+        return float(np.ptp(self.vertices[:, 2]))
+
+
+def lengthwise(mesh: Mesh, turn: Array) -> Lengthwise:
+    """Turn a mesh by ``turn`` (4, 4) and cut it at stations along z."""
+    vertices = mesh.vertices @ turn[:3, :3].T + turn[:3, 3]
+    levels, areas = _levels(mesh, vertices, turn[2, :3])
+    heights = _stations(vertices, levels)
+    outlines = cross_sections(vertices, mesh.triangles, heights)
+    sections = tuple(Section(float(z), _pieces(found)) for z, found in zip(heights, outlines, strict=True))
+    return Lengthwise(turn, vertices, levels, areas, sections)
+
+
+def turn_to_z(direction: Array, x_hint: Array | None = None) -> Array:
+    """Return a rotation (4, 4) that takes ``direction`` (3,) to z, and ``x_hint``'s square part to x."""
+    z = np.asarray(direction, dtype=np.float64) / np.linalg.norm(direction)
+    helper = np.eye(3)[int(np.argmin(np.abs(z)))] if x_hint is None else np.asarray(x_hint, dtype=np.float64)
+    x = helper - (helper @ z) * z
+    x /= np.linalg.norm(x)
+    turn = np.eye(4)
+    turn[:3, :3] = np.stack([x, np.cross(z, x), z])
+    return turn
+
+
+def _levels(mesh: Mesh, vertices: Array, axis: Array) -> tuple[Array, Array]:
+    vectors = mesh.area_vectors
+    along = vectors @ axis
+    square = np.flatnonzero(along**2 > SQUARE**2 * np.einsum("ij,ij->i", vectors, vectors))
+    if len(square) == 0:
+        return np.zeros(0), np.zeros(0)
+    height = vertices[mesh.triangles[square], 2].mean(axis=1)
+    area = 0.5 * np.abs(along[square])
+    order = np.argsort(height)
+    height, area = height[order], area[order]
+    apart = ASIDE_SHARE * float(np.ptp(vertices[:, 2]))
+    group = np.concatenate([[0], np.cumsum(np.diff(height) > apart)])
+    total = np.bincount(group, area)
+    middle = np.bincount(group, area * height) / np.maximum(total, 1e-300)
+    real = total > LEVEL_SHARE * total.max()
+    return middle[real], total[real]
+
+
+def _stations(vertices: Array, levels: Array) -> Array:
+    """Return heights on both sides of each level, between levels, and all along."""
+    low, high = float(vertices[:, 2].min()), float(vertices[:, 2].max())
+    aside = ASIDE_SHARE * (high - low)
+    walls = np.unique(np.concatenate([[low], levels, [high]]))
+    walls = walls[np.concatenate([[True], np.diff(walls) > 4.0 * aside])]
+    heights = [walls - 1.5 * aside, walls + 1.5 * aside]
+    for a, b in pairwise(walls):
+        count = max(3, int(np.ceil((b - a) / (high - low) * UNIFORM)))
+        heights.append(a + (b - a) * (np.arange(count) + 0.5) / count)
+    stations = np.unique(np.concatenate(heights))
+    return stations[(stations > low) & (stations < high)]
+
+
+def _pieces(outlines: list[Array]) -> tuple[Piece, ...]:
+    areas = [_area(outline) for outline in outlines]
+    most = max((abs(area) for area in areas), default=0.0)
+    real = [(o, a) for o, a in zip(outlines, areas, strict=True) if abs(a) > 1e-9 * most]
+    solids = sorted((item for item in real if item[1] > 0.0), key=lambda item: item[1])
+    holes: list[list[Array]] = [[] for _ in solids]
+    for outline, area in real:
+        if area < 0.0:
+            for place, (around, size) in enumerate(solids):
+                if len(solids) == 1 or (size > -area and _inside(around, outline[0])):
+                    holes[place].append(outline)
+                    break
+    return tuple(Piece(outline, tuple(inner)) for (outline, _), inner in zip(solids, holes, strict=True))
+
+
+def _area(outline: Array) -> float:
+    x, y = outline.T
+    return 0.5 * float(x @ np.roll(y, -1) - y @ np.roll(x, -1))
+
+
+def _inside(outline: Array, point: Array) -> bool:
+    a = outline - point
+    b = np.roll(a, -1, axis=0)
+    crosses = (a[:, 1] > 0.0) != (b[:, 1] > 0.0)
+    a, b = a[crosses], b[crosses]
+    x = a[:, 0] - a[:, 1] * (b[:, 0] - a[:, 0]) / (b[:, 1] - a[:, 1])
+    return bool(np.count_nonzero(x > 0.0) % 2)
