@@ -19,6 +19,9 @@ by less than this share of its radius."""
 COUNTERWEIGHT_SHARE = 0.4
 """A web carries a counterweight when its first moment beyond the axis, away from the crankpin, is at least
 this share of that on the crankpin's side: a plain web's hub has less than a quarter, a disc has all."""
+GIVEN = 0.25
+"""Within the width that a job (or the recogniser) gives a cylinder, metal up to this share beyond its radius
+is still the cylinder: corners of coarse facets, a diameter given roundly."""
 RIM_SHARE = 0.99
 """The rim is where the counterweight reaches at least this share of its greatest radius."""
 
@@ -56,11 +59,13 @@ def _extent(long: Lengthwise, a: Run, b: Run, axis: Array) -> tuple[float, float
 
 def _is_web(section: Section, a: Run, b: Run, axis: Array) -> bool:
     """Whether a section has metal that is neither cylinder nor its fillet or collar."""
-    return any(not (_belongs(piece, a, b) or _belongs(piece, b, a)) for piece in section.pieces)
+    z = section.z_mm
+    return any(not (_belongs(piece, z, a, b) or _belongs(piece, z, b, a)) for piece in section.pieces)
 
 
-def _belongs(piece: Piece, run: Run, other: Run) -> bool:
-    if piece.reach_from(run.centre) <= (1.0 + INSIDE) * run.radius:
+def _belongs(piece: Piece, z: float, run: Run, other: Run) -> bool:
+    room = GIVEN if run.z_low <= z <= run.z_high else INSIDE
+    if piece.reach_from(run.centre) <= (1.0 + room) * run.radius:
         return True
     circle = piece.circle
     if circle is None or float(np.linalg.norm(circle.centre - run.centre)) > CENTRED * circle.radius:
