@@ -146,6 +146,10 @@ class Solid:
         """Return the projection along z."""
         return Region(self._body.project())
 
+    def simplified(self, by_mm: float) -> Solid:
+        """Return the solid with edges merged that are shorter than ``by_mm``; its surface moves by less."""
+        return Solid(self._body.simplify(by_mm))
+
     def pieces(self) -> list[Solid]:
         """Return the connected bodies, each by itself."""
         return [Solid(body) for body in self._body.decompose()]

@@ -1,0 +1,190 @@
+"""Files become checked solids, in mm, in the file's own coordinates."""
+
+from __future__ import annotations
+
+import hashlib
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Final, Literal
+
+import numpy as np
+
+from autobalance.errors import FileError, FormatError, SolidError
+from autobalance.solid.csg import Solid, union
+from autobalance.solid.mesh import Floats, Mesh, weld, without_collapsed
+from autobalance.solid.repair import Body, bodies_of, solid_of
+from autobalance.solid.stl import read_stl
+from autobalance.units import MM_PER
+
+
+@dataclass(frozen=True, eq=False)
+class Source:
+    """A crank as its file gives it.
+
+    Attributes
+    ----------
+    solid : Solid
+        Checked, outward, in the file's coordinates [mm].
+    format : str
+        What ``encode`` and ``decode`` are to be given.
+    mm_per_unit : float
+        Millimetres in one unit of the file.
+    sha256 : str
+        Of the file's bytes, in hexadecimal.
+    triangles : int
+        In the file, before anything was repaired.
+    bodies : int
+        In the file, before one was chosen.
+    repairs : tuple of str
+        What had to be done to the mesh, one line each.
+    """
+
+    solid: Solid
+    format: str
+    mm_per_unit: float
+    sha256: str
+    triangles: int
+    bodies: int
+    repairs: tuple[str, ...]
+
+
+@dataclass(frozen=True, eq=False)
+class Raw:
+    """What a file says: triangles (m, 3, 3) in its unit, and that unit if it carries one."""
+
+    soup: Floats
+    unit: str | None = None
+
+
+Reader = Callable[[bytes], Raw]
+
+
+def _stl(data: bytes) -> Raw:
+    return Raw(read_stl(data))
+
+
+READERS: Final[dict[str, Reader]] = {"stl": _stl}
+"""By file ending, which is also the format's name."""
+
+
+def read(
+    path: Path,
+    unit: str | None,
+    body: int | Literal["all"] | None = None,
+    pressed_up: bool = False,
+) -> Source:
+    """Read a solid from a file, check it, and say what had to be repaired.
+
+    Parameters
+    ----------
+    path : Path
+        Its ending tells the format.
+    unit : str or None
+        mm, cm, m or inch; needed where the format carries none, and an error where it carries another.
+    body : int or "all" or None
+        Which body, numbered from 1 by falling volume; "all" unites them, overlaps counting once.
+    pressed_up : bool
+        Whether the file may hold one body for each half of a crank; all are taken.
+
+    Raises
+    ------
+    FileError
+        If the file is missing, is a folder or cannot be read.
+    FormatError
+        If it is not what its format says, or its unit is not known.
+    SolidError
+        If the mesh is open, bounds nothing, or holds several bodies and none was chosen.
+    """
+    name, reader = _reader(path)
+    data = _bytes(path)
+    try:
+        raw = reader(data)
+        mm_per_unit = MM_PER[_unit(raw.unit, unit, name)]
+        solid, bodies, repairs = _solid(raw.soup, mm_per_unit, body, pressed_up)
+    except (FormatError, SolidError) as error:
+        raise type(error)(f"{path}: {error}") from None
+    return Source(
+        solid=solid,
+        format=name,
+        mm_per_unit=mm_per_unit,
+        sha256=hashlib.sha256(data).hexdigest(),
+        triangles=len(raw.soup),
+        bodies=bodies,
+        repairs=tuple(repairs),
+    )
+
+
+def _reader(path: Path) -> tuple[str, Reader]:
+    name = path.suffix.lower().lstrip(".")
+    if name not in READERS:
+        known = " ".join(f".{ending}" for ending in READERS)
+        raise FormatError(f"{path}: the ending '{path.suffix}' is not known; needed one of {known}")
+    return name, READERS[name]
+
+
+def _bytes(path: Path) -> bytes:
+    if path.is_dir():
+        raise FileError(f"{path} is a folder; needed a file")
+    try:
+        return path.read_bytes()
+    except FileNotFoundError:
+        raise FileError(f"{path} does not exist") from None
+    except OSError as error:
+        raise FileError(f"{path} cannot be read: {error.strerror}") from None
+
+
+def _unit(carried: str | None, asked: str | None, name: str) -> str:
+    known = ", ".join(MM_PER)
+    if asked is not None and asked not in MM_PER:
+        raise FormatError(f"the unit '{asked}' is not known; needed one of {known}")
+    if carried is None and asked is None:
+        raise FormatError(f"{name.upper()} carries no unit; needed unit = one of {known}")
+    if carried is not None and asked is not None and MM_PER[carried] != MM_PER[asked]:
+        raise FormatError(f"the file is in {carried}, the unit given is {asked}; leave it out or correct it")
+    return carried or asked or ""
+
+
+def _solid(
+    soup: Floats, mm_per_unit: float, body: int | Literal["all"] | None, pressed_up: bool
+) -> tuple[Solid, int, list[str]]:
+    """Return the solid wanted, the number of bodies in the file, and the repairs."""
+    distinct, number = weld(soup.reshape(-1, 3))
+    triangles = without_collapsed(number.reshape(-1, 3))
+    mesh = Mesh(distinct.astype(np.float64) * mm_per_unit, triangles)
+    notes = []
+    if len(triangles) < len(soup):
+        notes.append(f"{len(soup) - len(triangles)} collapsed triangles dropped")
+    solid, repairs = solid_of(mesh)
+    bodies, turned = bodies_of(solid)
+    notes += repairs + turned
+    if len(bodies) == 1:
+        if isinstance(body, int) and body != 1:
+            raise SolidError(f"body {body} was asked for; the file holds 1")
+        return bodies[0].solid if turned else solid, 1, notes
+    chosen, said = _choose(bodies, body, pressed_up)
+    return chosen, len(bodies), notes + said
+
+
+def _choose(
+    bodies: list[Body], body: int | Literal["all"] | None, pressed_up: bool
+) -> tuple[Solid, list[str]]:
+    if isinstance(body, int):
+        if not 1 <= body <= len(bodies):
+            raise SolidError(f"body {body} was asked for; {_listed(bodies)}")
+        return bodies[body - 1].solid, []
+    if body is None and not pressed_up:
+        raise SolidError(f"{_listed(bodies)}; needed body = a number, or 'all' to unite them")
+    united = union([one.solid for one in bodies])
+    total = sum(one.volume_mm3 for one in bodies)
+    overlap = total - united.volume_mm3
+    said = [f"{len(bodies)} bodies united; overlaps of {overlap:.6g} mm³ now count once"] if overlap else []
+    return united, said if abs(overlap) > 1e-9 * total else []
+
+
+def _listed(bodies: list[Body]) -> str:
+    lines = []
+    for number, one in enumerate(bodies, start=1):
+        x, y, z = one.size_mm
+        lines.append(f"{number}: {one.volume_mm3:.6g} mm³, {x:.5g} × {y:.5g} × {z:.5g} mm")
+    return f"the file holds {len(bodies)} bodies ({'; '.join(lines)})"
