@@ -1,0 +1,102 @@
+"""The share of the reciprocating mass that a crank balances: from a crank, and back to a target."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+
+import numpy as np
+
+from autobalance.engine.parts import Parts, ThrowLoad
+from autobalance.rotor.moments import Array, Moments
+
+LEAST_DIRECTION = 1e-6
+"""Least |Σ m_rec r e| ÷ Σ m_rec r for a balance factor: below it the throws cancel each other out."""
+
+
+def bob_weight_moments(throws: Sequence[ThrowLoad], factor: float) -> Moments:
+    """Return the moments of the bob-weights, point masses at the centres of their crankpins.
+
+    Parameters
+    ----------
+    throws : sequence of ThrowLoad
+        What each crankpin carries, and where it stands.
+    factor : float
+        Share of the reciprocating mass to balance.
+
+    Returns
+    -------
+    Moments
+        About the rotor origin.
+    """
+    total = Moments.zero()
+    for throw in throws:
+        x, y = (
+            throw.crank_radius_mm * math.cos(throw.angle_rad),
+            throw.crank_radius_mm * math.sin(throw.angle_rad),
+        )
+        total = total + Moments.point(throw.parts.bob_weight_g(factor), np.array([x, y, throw.z_mm]))
+    return total
+
+
+def factor_direction_g_mm(throws: Sequence[ThrowLoad]) -> Array:
+    """Return D = Σ m_rec r e (2,), the unbalance that a balance factor of one adds [g·mm]."""
+    direction = np.zeros(2)
+    for throw in throws:
+        product = throw.parts.reciprocating_on_throw_g * throw.crank_radius_mm
+        direction += product * np.array([math.cos(throw.angle_rad), math.sin(throw.angle_rad)])
+    return direction
+
+
+def balance_factor(unbalance_without_reciprocating_g_mm: Array, throws: Sequence[ThrowLoad]) -> float | None:
+    """Return the balance factor of a crank, or None where its throws cancel each other out.
+
+    U(f) = U₀ + f D with D = Σ m_rec r e; the factor f = −U₀·D/|D|² leaves the least unbalance.
+
+    Parameters
+    ----------
+    unbalance_without_reciprocating_g_mm : (2,) float
+        U₀, of the crank with the rotating parts on its crankpins and no reciprocating ones [g·mm].
+    throws : sequence of ThrowLoad
+        What each crankpin carries, and where it stands.
+
+    Returns
+    -------
+    float or None
+        None where |D| < 1e-6 Σ m_rec r, an inline-four say: no factor changes its resultant.
+
+    References
+    ----------
+    Hoem & Røsholm 2016, Eq. 6.2, which is this for one throw: f_b = (m_cw r′/r − m_rot)/m_rec.
+
+    Examples
+    --------
+    >>> throw = ThrowLoad(Parts(134.04, 242.7, 114.65), 26.9, 0.0, 0.0)
+    >>> crank = np.array([-2020.40 * 6.16, 0.0])
+    >>> rotating = np.array([248.69 * 26.9, 0.0])
+    >>> round(balance_factor(crank + rotating, [throw]), 4)
+    0.8816
+    """
+    direction = factor_direction_g_mm(throws)
+    length = math.hypot(*direction)
+    greatest = sum(throw.parts.reciprocating_on_throw_g * throw.crank_radius_mm for throw in throws)
+    if length == 0.0 or length < LEAST_DIRECTION * greatest:
+        return None
+    return -float(unbalance_without_reciprocating_g_mm @ direction) / length**2
+
+
+def counterweight_product_target_g_mm(parts: Parts, factor: float, crank_radius_mm: float) -> float:
+    """Return the product m_cw r′ that one throw's counterweights need [g·mm].
+
+    m_cw r′ = (m_rot + f m_rec) r, with the crankpin in m_rot since it is left out of m_cw.
+
+    References
+    ----------
+    Hoem & Røsholm 2016, Eq. 6.1; Sec. 6.3.2 prints m_rec for the first m_rot, Sec. 6.4 has it right.
+
+    Examples
+    --------
+    >>> round(counterweight_product_target_g_mm(Parts(134.04, 261.5, 114.65), 0.28, 26.9), 1)
+    8659.4
+    """
+    return parts.bob_weight_g(factor) * crank_radius_mm
