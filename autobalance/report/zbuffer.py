@@ -24,7 +24,7 @@ CREASE = math.cos(math.radians(25.0))
 LINE_SHADE = 0.55
 """Brightness of a line against the surface that it lies on."""
 OVERLAP = 1e-6
-"""Triangles claim samples this far beyond their sides [samples], so that rounding leaves no gap between two."""
+"""Triangles claim samples this far beyond their sides [samples]: rounding leaves no gap between two."""
 NOTHING = np.uint64(0xFFFFFFFFFFFFFFFF)
 
 
