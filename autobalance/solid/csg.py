@@ -15,7 +15,7 @@ import numpy as np
 from autobalance.errors import SolidError
 from autobalance.rotor.moments import Moments
 from autobalance.solid.measure import mesh_moments
-from autobalance.solid.mesh import Array, Mesh
+from autobalance.solid.mesh import Array, Indices, Mesh
 
 Polygons = list[Array]
 """Closed outlines (k, 2) [mm]: counter-clockwise ones add, clockwise ones are holes."""
@@ -237,6 +237,11 @@ def union(solids: Sequence[Solid]) -> Solid:
     if len(solids) == 1:
         return solids[0]
     return Solid(m3.Manifold.batch_boolean([solid._body for solid in solids], m3.OpType.Add))
+
+
+def triangulated(polygon: Array) -> Indices:
+    """Return triangles (m, 3) over the corners (k, 2) of a simple counter-clockwise polygon."""
+    return np.asarray(m3.triangulate([np.asarray(polygon, dtype=np.float64)]), dtype=np.int64)
 
 
 def _status_name(body: m3.Manifold) -> str:

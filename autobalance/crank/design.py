@@ -1,0 +1,509 @@
+"""The description of a crankshaft by its dimensions: what ``generate`` builds, and the presets."""
+
+from __future__ import annotations
+
+import difflib
+import math
+import tomllib
+from collections.abc import Mapping
+from dataclasses import MISSING, dataclass, field, fields, is_dataclass, replace
+from types import UnionType
+from typing import Any, Literal, Union, get_args, get_origin, get_type_hints
+
+from autobalance.errors import JobError
+
+Ends = Literal["both", "first"]
+WebOutline = Literal["pear", "disc"]
+
+
+@dataclass(frozen=True)
+class Shaft:
+    """A main journal or crankpin; ``width_mm`` from web to web, fillets included."""
+
+    diameter_mm: float
+    width_mm: float
+    bore_mm: float = 0.0
+
+
+@dataclass(frozen=True)
+class WebSize:
+    """The arm between journal and crankpin.
+
+    A ``pear`` is the convex hull of a disc of ``hub_radius_mm`` about the crank axis and one of
+    ``pin_end_radius_mm`` about the crankpin; a ``disc`` lies about the crank axis.
+    """
+
+    thickness_mm: float
+    outline: WebOutline = "pear"
+    pin_end_radius_mm: float | None = None
+    hub_radius_mm: float | None = None
+    disc_radius_mm: float | None = None
+    between_pins_mm: float = 8.0
+
+
+@dataclass(frozen=True)
+class CounterweightSize:
+    """A sector of a circle about the crank axis, opposite the crankpin.
+
+    ``thickness_mm`` counts from the web's crankpin side. What exceeds the web stands out on the journal side
+    as a shoulder, from ``inner_radius_mm`` on; its straight edges lean by ``draft_deg``, so that it is
+    narrower on top.
+    """
+
+    radius_mm: float
+    fan_angle_deg: float
+    thickness_mm: float | None = None
+    inner_radius_mm: float | None = None
+    draft_deg: float = 0.0
+
+
+@dataclass(frozen=True)
+class Keyway:
+    """A slot along the nose, from its free end."""
+
+    width_mm: float
+    depth_mm: float
+    length_mm: float
+
+
+@dataclass(frozen=True)
+class Nose:
+    """The free end at the first main journal: a cylinder, or a taper down to ``end_diameter_mm``."""
+
+    diameter_mm: float
+    length_mm: float
+    end_diameter_mm: float | None = None
+    keyway: Keyway | None = None
+
+
+@dataclass(frozen=True)
+class Flange:
+    """The disc at the last main journal, with bolt holes."""
+
+    diameter_mm: float
+    thickness_mm: float
+    bolts: int = 0
+    bolt_diameter_mm: float = 0.0
+    bolt_circle_mm: float = 0.0
+
+
+@dataclass(frozen=True)
+class Bay:
+    """What lies between two main journals: one crankpin, or several at angles of their own.
+
+    ``counterweights`` says for its first and last web whether they carry one.
+    """
+
+    crankpins_deg: tuple[float, ...] = (0.0,)
+    counterweights: tuple[bool, bool] = (True, True)
+
+
+@dataclass(frozen=True)
+class Parts:
+    """Weights of one throw [g], as in a job's ``[engine]``."""
+
+    rods_per_throw: int = 1
+    rotating_g: dict[str, float] = field(default_factory=dict)
+    reciprocating_g: dict[str, float] = field(default_factory=dict)
+    crankpin_g: dict[str, float] = field(default_factory=dict)
+
+    def bob_weight_g(self, factor: float) -> float:
+        """Return the bob-weight of one throw [g]."""
+        rod = sum(self.rotating_g.values()) + factor * self.reciprocating_per_rod_g
+        return sum(self.crankpin_g.values()) + self.rods_per_throw * rod
+
+    @property
+    def reciprocating_per_rod_g(self) -> float:
+        """Reciprocating mass of one connecting rod [g]."""
+        return sum(self.reciprocating_g.values())
+
+
+@dataclass(frozen=True)
+class Design:
+    """A crankshaft by its dimensions.
+
+    ``journals = "first"`` leaves the last main journal out: an overhung crank. With ``crankpin_in_file``
+    false it is pressed up and drawn without its crankpins, with bores for them in the webs.
+    """
+
+    name: str
+    stroke_mm: float
+    main_journal: Shaft
+    crankpin: Shaft
+    web: WebSize
+    bays: tuple[Bay, ...]
+    counterweight: CounterweightSize | None = None
+    end_journal_width_mm: float | None = None
+    fillet_mm: float = 0.0
+    oil_hole_mm: float = 0.0
+    nose: Nose | None = None
+    flange: Flange | None = None
+    journals: Ends = "both"
+    crankpin_in_file: bool = True
+    density_kg_m3: float = 7850.0
+    segments: int = 128
+    engine: Parts | None = None
+
+    @property
+    def crank_radius_mm(self) -> float:
+        """Half the stroke [mm]."""
+        return self.stroke_mm / 2.0
+
+    def __post_init__(self) -> None:
+        """Refuse what cannot be built, in one line."""
+        problems = _size_problems(self) or _fit_problems(self)
+        if problems:
+            raise JobError(f"{self.name}: {problems[0]}")
+
+
+LEAST_SEGMENTS, MOST_SEGMENTS = 8, 4096
+
+
+def _size_problems(crank: Design) -> list[str]:
+    found = []
+    for path, value in _numbers(crank, ""):
+        if not math.isfinite(value) or (value < 0.0 and not path.startswith("bays.")):
+            found.append(f"{path} is {value:g}; must be finite and not negative")
+    positive = {
+        "stroke_mm": crank.stroke_mm,
+        "density_kg_m3": crank.density_kg_m3,
+        "main_journal.diameter_mm": crank.main_journal.diameter_mm,
+        "main_journal.width_mm": crank.main_journal.width_mm,
+        "crankpin.diameter_mm": crank.crankpin.diameter_mm,
+        "crankpin.width_mm": crank.crankpin.width_mm,
+        "web.thickness_mm": crank.web.thickness_mm,
+    }
+    found += [f"{path} is {value:g}; must be > 0" for path, value in positive.items() if not value > 0.0]
+    if not LEAST_SEGMENTS <= crank.segments <= MOST_SEGMENTS:
+        found.append(f"segments is {crank.segments}; must be {LEAST_SEGMENTS} to {MOST_SEGMENTS}")
+    if not crank.bays or not all(bay.crankpins_deg for bay in crank.bays):
+        found.append("bays: at least one, each with at least one crankpin, is needed")
+    needed = ("pin_end_radius_mm", "hub_radius_mm") if crank.web.outline == "pear" else ("disc_radius_mm",)
+    found += [
+        f"web.{key} is needed for the outline {crank.web.outline!r}"
+        for key in needed
+        if getattr(crank.web, key) is None
+    ]
+    if not crank.crankpin_in_file and any(len(bay.crankpins_deg) > 1 for bay in crank.bays):
+        found.append("crankpin_in_file = false needs one crankpin in each bay")
+    return found
+
+
+def _fit_problems(crank: Design) -> list[str]:
+    """Check that what stands on a web lies on it, and that bores leave metal."""
+    found = []
+    radius, web, fillet = crank.crank_radius_mm, crank.web, crank.fillet_mm
+    pin, main = crank.crankpin.diameter_mm / 2.0 + fillet, crank.main_journal.diameter_mm / 2.0 + fillet
+    if web.outline == "pear":
+        pin_end, hub = float(web.pin_end_radius_mm or 0.0), float(web.hub_radius_mm or 0.0)
+        if pin_end < pin:
+            found.append(f"web.pin_end_radius_mm is {pin_end:g}; crankpin and fillet need {pin:g}")
+        if hub < main:
+            found.append(f"web.hub_radius_mm is {hub:g}; main journal and fillet need {main:g}")
+        if radius <= abs(pin_end - hub):
+            found.append("web: one end of the pear lies inside the other; give outline = 'disc'")
+    elif float(web.disc_radius_mm or 0.0) < max(radius + pin, main):
+        found.append(f"web.disc_radius_mm is {web.disc_radius_mm:g}; needs {max(radius + pin, main):g}")
+    for name, shaft in (("main_journal", crank.main_journal), ("crankpin", crank.crankpin)):
+        if shaft.bore_mm >= shaft.diameter_mm:
+            found.append(f"{name}.bore_mm is {shaft.bore_mm:g}; must be less than its diameter")
+        if shaft.width_mm <= 2.0 * fillet:
+            found.append(f"{name}.width_mm is {shaft.width_mm:g}; two fillets leave no cylinder")
+    bore = crank.main_journal.bore_mm
+    if bore > 0.0 and bore / 2.0 >= radius - crank.crankpin.diameter_mm / 2.0:
+        found.append(f"main_journal.bore_mm is {bore:g}; it reaches into the crankpin")
+    return found + _counterweight_problems(crank)
+
+
+def _counterweight_problems(crank: Design) -> list[str]:
+    size, web = crank.counterweight, crank.web
+    if size is None:
+        return []
+    found = []
+    if not 0.0 < size.fan_angle_deg <= 180.0:
+        found.append(f"counterweight.fan_angle_deg is {size.fan_angle_deg:g}; must be in 0..180")
+    arm = float((web.hub_radius_mm if web.outline == "pear" else web.disc_radius_mm) or 0.0)
+    if size.radius_mm <= arm:
+        found.append(f"counterweight.radius_mm is {size.radius_mm:g}; the web there has {arm:g} already")
+    if size.thickness_mm is not None and size.thickness_mm < web.thickness_mm:
+        found.append(f"counterweight.thickness_mm is {size.thickness_mm:g}; less than the web's")
+    elif (
+        size.thickness_mm is not None
+        and 2.0 * (size.thickness_mm - web.thickness_mm) >= crank.main_journal.width_mm
+    ):
+        found.append("counterweight.thickness_mm: its shoulder is as wide as the main journal")
+    inner = crank.main_journal.diameter_mm / 2.0 + crank.fillet_mm
+    if size.inner_radius_mm is not None and not inner < size.inner_radius_mm < size.radius_mm:
+        found.append(
+            f"counterweight.inner_radius_mm is {size.inner_radius_mm:g}; "
+            f"must be between {inner:g} and {size.radius_mm:g}"
+        )
+    if not 0.0 <= size.draft_deg < 45.0:
+        found.append(f"counterweight.draft_deg is {size.draft_deg:g}; must be in 0..45")
+    return found
+
+
+def _numbers(value: Any, path: str) -> list[tuple[str, float]]:
+    """Return every number in a description with its dotted name."""
+    if is_dataclass(value):
+        inner = [(item.name, getattr(value, item.name)) for item in fields(value)]
+    elif isinstance(value, dict):
+        inner = list(value.items())
+    elif isinstance(value, tuple):
+        inner = [(str(i + 1), item) for i, item in enumerate(value)]
+    else:
+        return [(path, float(value))] if isinstance(value, int | float) else []
+    return [found for key, item in inner for found in _numbers(item, f"{path}.{key}" if path else str(key))]
+
+
+# --- from TOML ---------------------------------------------------------------------------------------------
+def design_of_text(text: str, source: str) -> Design:
+    """Read a crank description from TOML.
+
+    Parameters
+    ----------
+    text : str
+        TOML whose tables and keys are those of ``Design``; ``preset`` names one to start from.
+    source : str
+        Name of the file, for messages and as the crank's name.
+
+    Raises
+    ------
+    JobError
+        For TOML that cannot be read, unknown or missing keys, wrong types and impossible values.
+    """
+    try:
+        table = tomllib.loads(text)
+    except tomllib.TOMLDecodeError as error:
+        raise JobError(f"{source}: not readable as TOML: {error}") from None
+    return design_of_table(table, source)
+
+
+def design_of_table(table: Mapping[str, Any], source: str) -> Design:
+    """Return the design that a table describes, on top of its ``preset`` if it names one."""
+    given = dict(table)
+    name = given.pop("preset", None)
+    if name is None:
+        given.setdefault("name", source)
+        return _read(Design, given, source, "")  # type: ignore[no-any-return]
+    merged = _merged(table_of(preset(str(name))), given)
+    return _read(Design, merged, source, "")  # type: ignore[no-any-return]
+
+
+def with_settings(crank: Design, settings: Mapping[str, Any]) -> Design:
+    """Return a design with dotted keys set: ``{"counterweight.radius_mm": 60.0}``."""
+    change: dict[str, Any] = {}
+    for dotted, value in settings.items():
+        *path, last = dotted.split(".")
+        place = change
+        for key in path:
+            place = place.setdefault(key, {})
+        place[last] = value
+    return _read(Design, _merged(table_of(crank), change), crank.name, "")  # type: ignore[no-any-return]
+
+
+def table_of(value: Any) -> Any:
+    """Return a design as the table that describes it, keys without a value left out."""
+    if is_dataclass(value):
+        pairs = ((item.name, getattr(value, item.name)) for item in fields(value))
+        return {key: table_of(item) for key, item in pairs if item is not None}
+    if isinstance(value, dict):
+        return dict(value)
+    if isinstance(value, tuple):
+        return [table_of(item) for item in value]
+    return value
+
+
+def _merged(base: Mapping[str, Any], change: Mapping[str, Any]) -> dict[str, Any]:
+    merged = dict(base)
+    for key, value in change.items():
+        old = merged.get(key)
+        merged[key] = _merged(old, value) if isinstance(old, dict) and isinstance(value, dict) else value
+    return merged
+
+
+def _read(kind: Any, value: Any, source: str, path: str) -> Any:
+    """Turn a TOML value into ``kind``: a dataclass, a tuple, a dictionary, a literal or a number."""
+    origin = get_origin(kind)
+    if is_dataclass(kind):
+        return _read_table(kind, value, source, path)
+    if origin is Union or origin is UnionType:
+        return _read(next(arm for arm in get_args(kind) if arm is not type(None)), value, source, path)
+    if origin is tuple:
+        return _read_array(kind, value, source, path)
+    if origin is dict:
+        if not isinstance(value, dict):
+            raise JobError(f"{source}: {path} is {value!r}; must be a table of numbers")
+        return {key: _read(float, item, source, f"{path}.{key}") for key, item in value.items()}
+    return _read_scalar(kind, value, f"{source}: {path}")
+
+
+def _read_scalar(kind: Any, value: Any, where: str) -> Any:
+    if get_origin(kind) is Literal:
+        if value not in get_args(kind):
+            raise JobError(f"{where} is {value!r}; must be one of {', '.join(map(repr, get_args(kind)))}")
+        return value
+    if isinstance(value, bool) != (kind is bool):
+        raise JobError(f"{where} is {value!r}; must be {_WORDS[kind]}")
+    if kind is float and isinstance(value, int):
+        return float(value)
+    if not isinstance(value, kind):
+        raise JobError(f"{where} is {value!r}; must be {_WORDS[kind]}")
+    return value
+
+
+_WORDS = {float: "a number", int: "a whole number", str: "text", bool: "true or false"}
+
+
+def _read_table(kind: Any, value: Any, source: str, path: str) -> Any:
+    if not isinstance(value, Mapping):
+        raise JobError(f"{source}: {path} is {value!r}; must be a table")
+    known = {item.name: item for item in fields(kind)}
+    dot = f"{path}." if path else ""
+    for key in value:
+        if key not in known:
+            close = difflib.get_close_matches(key, known, n=1)
+            meant = f"; did you mean {dot}{close[0]}?" if close else f"; known: {', '.join(known)}"
+            raise JobError(f"{source}: unknown key {dot}{key}{meant}")
+    for name, item in known.items():
+        if name not in value and item.default is MISSING and item.default_factory is MISSING:
+            raise JobError(f"{source}: {dot}{name} is missing")
+    hints = get_type_hints(kind)
+    return kind(**{key: _read(hints[key], item, source, f"{dot}{key}") for key, item in value.items()})
+
+
+def _read_array(kind: Any, value: Any, source: str, path: str) -> tuple[Any, ...]:
+    arms = get_args(kind)
+    if not isinstance(value, list | tuple):
+        raise JobError(f"{source}: {path} is {value!r}; must be an array")
+    if arms[-1] is Ellipsis:
+        return tuple(_read(arms[0], item, source, f"{path}.{i + 1}") for i, item in enumerate(value))
+    if len(value) != len(arms):
+        raise JobError(f"{source}: {path} has {len(value)} values; must have {len(arms)}")
+    return tuple(
+        _read(arm, item, source, f"{path}.{i + 1}")
+        for i, (arm, item) in enumerate(zip(arms, value, strict=True))
+    )
+
+
+# --- presets -----------------------------------------------------------------------------------------------
+def preset(name: str) -> Design:
+    """Return a bundled design.
+
+    Raises
+    ------
+    JobError
+        If there is none of that name.
+    """
+    if name not in PRESETS:
+        close = difflib.get_close_matches(name, PRESETS, n=1)
+        meant = f"did you mean {close[0]}? " if close else ""
+        raise JobError(f"no preset is called {name!r}; {meant}There are {', '.join(PRESETS)}")
+    return PRESETS[name]
+
+
+def _bays(*angles_deg: float) -> tuple[Bay, ...]:
+    return tuple(Bay((angle,)) for angle in angles_deg)
+
+
+_SINGLE = Design(
+    name="single",
+    stroke_mm=58.0,
+    main_journal=Shaft(30.0, 26.0),
+    crankpin=Shaft(32.0, 24.0),
+    web=WebSize(14.0, "pear", pin_end_radius_mm=20.0, hub_radius_mm=22.0),
+    counterweight=CounterweightSize(52.0, 130.0, thickness_mm=18.0, inner_radius_mm=26.0, draft_deg=10.0),
+    bays=_bays(0.0),
+    fillet_mm=2.0,
+    oil_hole_mm=5.0,
+    nose=Nose(26.0, 48.0, end_diameter_mm=20.0, keyway=Keyway(5.0, 3.0, 18.0)),
+)
+_PRESSED = Design(
+    name="pressed-up-single",
+    stroke_mm=53.8,
+    main_journal=Shaft(28.0, 24.0),
+    crankpin=Shaft(28.0, 16.0, bore_mm=18.0),
+    web=WebSize(15.0, "disc", disc_radius_mm=47.0),
+    counterweight=CounterweightSize(52.0, 170.0, thickness_mm=20.0, inner_radius_mm=19.0, draft_deg=14.0),
+    bays=_bays(0.0),
+    end_journal_width_mm=30.0,
+    nose=Nose(24.0, 40.0, end_diameter_mm=18.0, keyway=Keyway(4.0, 2.5, 14.0)),
+)
+_V_TWIN = Design(
+    name="v-twin-45",
+    stroke_mm=96.8,
+    main_journal=Shaft(38.0, 40.0),
+    crankpin=Shaft(38.0, 46.0, bore_mm=12.0),
+    web=WebSize(24.0, "disc", disc_radius_mm=92.0),
+    counterweight=CounterweightSize(104.0, 150.0, thickness_mm=30.0, inner_radius_mm=34.0, draft_deg=7.0),
+    bays=_bays(0.0),
+    fillet_mm=1.5,
+    nose=Nose(32.0, 50.0, end_diameter_mm=27.0, keyway=Keyway(6.0, 3.5, 20.0)),
+    engine=Parts(rods_per_throw=2),
+)
+_TWIN = Design(
+    name="parallel-twin-360",
+    stroke_mm=80.0,
+    main_journal=Shaft(44.0, 28.0),
+    crankpin=Shaft(40.0, 26.0),
+    web=WebSize(17.0, "pear", pin_end_radius_mm=27.0, hub_radius_mm=31.0),
+    counterweight=CounterweightSize(66.0, 130.0),
+    bays=_bays(0.0, 0.0),
+    fillet_mm=2.5,
+    oil_hole_mm=5.0,
+    nose=Nose(34.0, 50.0, end_diameter_mm=28.0),
+    flange=Flange(76.0, 12.0, bolts=6, bolt_diameter_mm=8.5, bolt_circle_mm=58.0),
+)
+_INLINE = replace(
+    _TWIN,
+    name="inline-4",
+    stroke_mm=86.0,
+    main_journal=Shaft(54.0, 27.0),
+    crankpin=Shaft(48.0, 25.0),
+    web=WebSize(18.0, "pear", pin_end_radius_mm=31.0, hub_radius_mm=35.0),
+    counterweight=CounterweightSize(72.0, 120.0),
+    bays=_bays(0.0, 180.0, 180.0, 0.0),
+    fillet_mm=2.5,
+    nose=Nose(38.0, 55.0, end_diameter_mm=32.0, keyway=Keyway(6.0, 3.5, 30.0)),
+    flange=Flange(90.0, 14.0, bolts=6, bolt_diameter_mm=10.5, bolt_circle_mm=70.0),
+)
+_V8 = replace(
+    _INLINE,
+    name="v8-crossplane",
+    stroke_mm=88.4,
+    main_journal=Shaft(62.0, 27.0),
+    crankpin=Shaft(53.0, 47.0, bore_mm=20.0),
+    web=WebSize(20.0, "pear", pin_end_radius_mm=34.0, hub_radius_mm=39.0),
+    counterweight=CounterweightSize(86.0, 130.0),
+    bays=_bays(0.0, 90.0, 270.0, 180.0),
+    flange=Flange(104.0, 14.0, bolts=8, bolt_diameter_mm=10.5, bolt_circle_mm=84.0),
+    engine=Parts(rods_per_throw=2),
+)
+_V6 = replace(
+    _INLINE,
+    name="v6-60",
+    main_journal=Shaft(64.0, 27.0),
+    crankpin=Shaft(52.0, 23.0),
+    web=WebSize(16.0, "pear", pin_end_radius_mm=34.0, hub_radius_mm=40.0, between_pins_mm=8.0),
+    counterweight=CounterweightSize(80.0, 120.0),
+    flange=Flange(104.0, 14.0, bolts=8, bolt_diameter_mm=10.5, bolt_circle_mm=84.0),
+    bays=tuple(Bay((base, base + 60.0)) for base in (0.0, 240.0, 120.0)),
+)
+PRESETS: dict[str, Design] = {
+    crank.name: crank
+    for crank in (
+        _SINGLE,
+        _PRESSED,
+        replace(_PRESSED, name="pressed-up-single-no-pin", crankpin_in_file=False),
+        _V_TWIN,
+        _TWIN,
+        replace(_INLINE, name="inline-3", bays=_bays(0.0, 240.0, 120.0)),
+        _INLINE,
+        replace(_INLINE, name="inline-6", bays=_bays(0.0, 240.0, 120.0, 120.0, 240.0, 0.0)),
+        _V6,
+        _V8,
+        replace(_V8, name="v8-flatplane", bays=_bays(0.0, 180.0, 180.0, 0.0)),
+        replace(_V8, name="v12-60", bays=_bays(0.0, 240.0, 120.0, 120.0, 240.0, 0.0)),
+    )
+}
+"""The bundled designs by name."""
