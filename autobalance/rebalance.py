@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import Literal
 
 import numpy as np
@@ -11,7 +11,7 @@ import numpy as np
 from autobalance import correction
 from autobalance.choose import Prefer, choose
 from autobalance.correction import Limits
-from autobalance.correction.kind import Apart, Array, Correction, Count, Cut, Offer, SharedDepth, Workpiece
+from autobalance.correction.kind import Array, Correction, Cut, Offer, Workpiece
 from autobalance.crank.anatomy import Anatomy, Face
 from autobalance.plan import AIM, Plan, Shortfall, explain_shortfall
 from autobalance.rotor.moments import Moments
@@ -214,7 +214,7 @@ def _best_offer(
                 look,
                 tolerance.service_speed_rad_s,
             )
-            offer = _joined(
+            offer = correction.joined(
                 [
                     correction.offer(work, limits, min(effort, correction.efforts(limits) - 1))
                     for limits in methods
@@ -234,24 +234,6 @@ def _best_offer(
             break
     assert best is not None
     return best
-
-
-def _joined(offers: Sequence[Offer]) -> Offer:
-    """Return the offers of several kinds as one."""
-    cuts: list[Cut] = []
-    shared: list[SharedDepth] = []
-    apart: list[Apart] = []
-    counts: list[Count] = []
-    for offer in offers:
-        shift = len(cuts)
-        shared += [
-            SharedDepth(pair.first + shift, pair.second + shift, pair.most_mm) for pair in offer.shared
-        ]
-        apart += [replace(pair, first=pair.first + shift, second=pair.second + shift) for pair in offer.apart]
-        counts += [replace(rule, members=tuple(k + shift for k in rule.members)) for rule in offer.counts]
-        cuts += offer.cuts
-    same = len(offers) == 1 and offers[0].same_depth
-    return Offer(tuple(cuts), tuple(shared), same, tuple(apart), tuple(counts))
 
 
 def heavy_vectors(
