@@ -73,3 +73,42 @@ def generated_crank(
     soup = (corners / scale).astype(np.float32)
     mesh = mesh_of_soup(soup, mm_per_unit=scale)
     return GeneratedCrank(crank, crank.segments, placement, unit, soup, mesh, crank_anatomy(crank, placement))
+
+
+def differences(found: Anatomy, true: Anatomy, length_mm: float = 0.05) -> list[str]:
+    """Say in what a recognised anatomy differs from the true one; empty where it does not.
+
+    The axis must be right to 0.02° and 0.1 % of the crank radius, as must crankpin centres; diameters to
+    0.2 %; what lies along the axis to ``length_mm``.
+    """
+    counts = [[len(part) for part in (a.main_journals, a.throws, a.webs)] for a in (found, true)]
+    if counts[0] != counts[1]:
+        return [f"journals, throws, webs are {counts[0]}, not {counts[1]}"]
+    radius = true.throws[0].crank_radius_mm
+    wrong: list[str] = []
+
+    def compare(name: str, here: float, there: float, within: float) -> None:
+        if not abs(here - there) <= within:
+            wrong.append(f"{name} is {here:.5g}, not {there:.5g}")
+
+    axis, wanted = (a.rotor_to_file[:3, 2] for a in (found, true))
+    compare("axis", float(np.degrees(np.arccos(np.clip(axis @ wanted, -1.0, 1.0)))), 0.0, 0.02)
+    across = (true.file_to_rotor @ found.rotor_to_file[:, 3])[:2]
+    compare("axis position", float(np.linalg.norm(across)), 0.0, 1e-3 * radius)
+    for a, b in zip(found.throws, true.throws, strict=True):
+        name, off = f"crankpin {b.number}", a.crankpin.centre_mm - b.crankpin.centre_mm
+        compare(f"{name} centre", float(np.linalg.norm(off[:2])), 0.0, 1e-3 * radius)
+        compare(f"{name} z", a.crankpin.centre_mm[2], b.crankpin.centre_mm[2], length_mm)
+        compare(
+            f"{name} diameter", a.crankpin.diameter_mm, b.crankpin.diameter_mm, 2e-3 * b.crankpin.diameter_mm
+        )
+        compare(f"{name} width", a.crankpin.width_mm, b.crankpin.width_mm, length_mm)
+    for c, d in zip(found.main_journals, true.main_journals, strict=True):
+        compare(f"journal {d.number} z", c.centre_mm[2], d.centre_mm[2], length_mm)
+        compare(f"journal {d.number} diameter", c.diameter_mm, d.diameter_mm, 2e-3 * d.diameter_mm)
+        compare(f"journal {d.number} width", c.width_mm, d.width_mm, length_mm)
+    for e, f in zip(found.webs, true.webs, strict=True):
+        compare(f"web {f.number} z_min", e.z_min_mm, f.z_min_mm, length_mm)
+        compare(f"web {f.number} z_max", e.z_max_mm, f.z_max_mm, length_mm)
+        compare(f"web {f.number} counterweight", e.counterweight, f.counterweight, 0.0)
+    return wrong

@@ -4,11 +4,8 @@ from __future__ import annotations
 
 import difflib
 import math
-import tomllib
-from collections.abc import Mapping
-from dataclasses import MISSING, dataclass, field, fields, is_dataclass, replace
-from types import UnionType
-from typing import Any, Literal, Union, get_args, get_origin, get_type_hints
+from dataclasses import dataclass, fields, is_dataclass, replace
+from typing import Any, Literal
 
 from autobalance.errors import JobError
 
@@ -99,26 +96,6 @@ class Bay:
 
 
 @dataclass(frozen=True)
-class Parts:
-    """Weights of one throw [g], as in a job's ``[engine]``."""
-
-    rods_per_throw: int = 1
-    rotating_g: dict[str, float] = field(default_factory=dict)
-    reciprocating_g: dict[str, float] = field(default_factory=dict)
-    crankpin_g: dict[str, float] = field(default_factory=dict)
-
-    def bob_weight_g(self, factor: float) -> float:
-        """Return the bob-weight of one throw [g]."""
-        rod = sum(self.rotating_g.values()) + factor * self.reciprocating_per_rod_g
-        return sum(self.crankpin_g.values()) + self.rods_per_throw * rod
-
-    @property
-    def reciprocating_per_rod_g(self) -> float:
-        """Reciprocating mass of one connecting rod [g]."""
-        return sum(self.reciprocating_g.values())
-
-
-@dataclass(frozen=True)
 class Design:
     """A crankshaft by its dimensions.
 
@@ -142,7 +119,6 @@ class Design:
     crankpin_in_file: bool = True
     density_kg_m3: float = 7850.0
     segments: int = 128
-    engine: Parts | None = None
 
     @property
     def crank_radius_mm(self) -> float:
@@ -153,7 +129,7 @@ class Design:
         """Refuse what cannot be built, in one line."""
         problems = _size_problems(self) or _fit_problems(self)
         if problems:
-            raise JobError(f"{self.name}: {problems[0]}")
+            raise JobError(problems[0])
 
 
 LEAST_SEGMENTS, MOST_SEGMENTS = 8, 4096
@@ -247,143 +223,11 @@ def _numbers(value: Any, path: str) -> list[tuple[str, float]]:
     """Return every number in a description with its dotted name."""
     if is_dataclass(value):
         inner = [(item.name, getattr(value, item.name)) for item in fields(value)]
-    elif isinstance(value, dict):
-        inner = list(value.items())
     elif isinstance(value, tuple):
         inner = [(str(i + 1), item) for i, item in enumerate(value)]
     else:
         return [(path, float(value))] if isinstance(value, int | float) else []
     return [found for key, item in inner for found in _numbers(item, f"{path}.{key}" if path else str(key))]
-
-
-# --- from TOML ---------------------------------------------------------------------------------------------
-def design_of_text(text: str, source: str) -> Design:
-    """Read a crank description from TOML.
-
-    Parameters
-    ----------
-    text : str
-        TOML whose tables and keys are those of ``Design``; ``preset`` names one to start from.
-    source : str
-        Name of the file, for messages and as the crank's name.
-
-    Raises
-    ------
-    JobError
-        For TOML that cannot be read, unknown or missing keys, wrong types and impossible values.
-    """
-    try:
-        table = tomllib.loads(text)
-    except tomllib.TOMLDecodeError as error:
-        raise JobError(f"{source}: not readable as TOML: {error}") from None
-    return design_of_table(table, source)
-
-
-def design_of_table(table: Mapping[str, Any], source: str) -> Design:
-    """Return the design that a table describes, on top of its ``preset`` if it names one."""
-    given = dict(table)
-    name = given.pop("preset", None)
-    if name is None:
-        given.setdefault("name", source)
-        return _read(Design, given, source, "")  # type: ignore[no-any-return]
-    merged = _merged(table_of(preset(str(name))), given)
-    return _read(Design, merged, source, "")  # type: ignore[no-any-return]
-
-
-def with_settings(crank: Design, settings: Mapping[str, Any]) -> Design:
-    """Return a design with dotted keys set: ``{"counterweight.radius_mm": 60.0}``."""
-    change: dict[str, Any] = {}
-    for dotted, value in settings.items():
-        *path, last = dotted.split(".")
-        place = change
-        for key in path:
-            place = place.setdefault(key, {})
-        place[last] = value
-    return _read(Design, _merged(table_of(crank), change), crank.name, "")  # type: ignore[no-any-return]
-
-
-def table_of(value: Any) -> Any:
-    """Return a design as the table that describes it, keys without a value left out."""
-    if is_dataclass(value):
-        pairs = ((item.name, getattr(value, item.name)) for item in fields(value))
-        return {key: table_of(item) for key, item in pairs if item is not None}
-    if isinstance(value, dict):
-        return dict(value)
-    if isinstance(value, tuple):
-        return [table_of(item) for item in value]
-    return value
-
-
-def _merged(base: Mapping[str, Any], change: Mapping[str, Any]) -> dict[str, Any]:
-    merged = dict(base)
-    for key, value in change.items():
-        old = merged.get(key)
-        merged[key] = _merged(old, value) if isinstance(old, dict) and isinstance(value, dict) else value
-    return merged
-
-
-def _read(kind: Any, value: Any, source: str, path: str) -> Any:
-    """Turn a TOML value into ``kind``: a dataclass, a tuple, a dictionary, a literal or a number."""
-    origin = get_origin(kind)
-    if is_dataclass(kind):
-        return _read_table(kind, value, source, path)
-    if origin is Union or origin is UnionType:
-        return _read(next(arm for arm in get_args(kind) if arm is not type(None)), value, source, path)
-    if origin is tuple:
-        return _read_array(kind, value, source, path)
-    if origin is dict:
-        if not isinstance(value, dict):
-            raise JobError(f"{source}: {path} is {value!r}; must be a table of numbers")
-        return {key: _read(float, item, source, f"{path}.{key}") for key, item in value.items()}
-    return _read_scalar(kind, value, f"{source}: {path}")
-
-
-def _read_scalar(kind: Any, value: Any, where: str) -> Any:
-    if get_origin(kind) is Literal:
-        if value not in get_args(kind):
-            raise JobError(f"{where} is {value!r}; must be one of {', '.join(map(repr, get_args(kind)))}")
-        return value
-    if isinstance(value, bool) != (kind is bool):
-        raise JobError(f"{where} is {value!r}; must be {_WORDS[kind]}")
-    if kind is float and isinstance(value, int):
-        return float(value)
-    if not isinstance(value, kind):
-        raise JobError(f"{where} is {value!r}; must be {_WORDS[kind]}")
-    return value
-
-
-_WORDS = {float: "a number", int: "a whole number", str: "text", bool: "true or false"}
-
-
-def _read_table(kind: Any, value: Any, source: str, path: str) -> Any:
-    if not isinstance(value, Mapping):
-        raise JobError(f"{source}: {path} is {value!r}; must be a table")
-    known = {item.name: item for item in fields(kind)}
-    dot = f"{path}." if path else ""
-    for key in value:
-        if key not in known:
-            close = difflib.get_close_matches(key, known, n=1)
-            meant = f"; did you mean {dot}{close[0]}?" if close else f"; known: {', '.join(known)}"
-            raise JobError(f"{source}: unknown key {dot}{key}{meant}")
-    for name, item in known.items():
-        if name not in value and item.default is MISSING and item.default_factory is MISSING:
-            raise JobError(f"{source}: {dot}{name} is missing")
-    hints = get_type_hints(kind)
-    return kind(**{key: _read(hints[key], item, source, f"{dot}{key}") for key, item in value.items()})
-
-
-def _read_array(kind: Any, value: Any, source: str, path: str) -> tuple[Any, ...]:
-    arms = get_args(kind)
-    if not isinstance(value, list | tuple):
-        raise JobError(f"{source}: {path} is {value!r}; must be an array")
-    if arms[-1] is Ellipsis:
-        return tuple(_read(arms[0], item, source, f"{path}.{i + 1}") for i, item in enumerate(value))
-    if len(value) != len(arms):
-        raise JobError(f"{source}: {path} has {len(value)} values; must have {len(arms)}")
-    return tuple(
-        _read(arm, item, source, f"{path}.{i + 1}")
-        for i, (arm, item) in enumerate(zip(arms, value, strict=True))
-    )
 
 
 # --- presets -----------------------------------------------------------------------------------------------
@@ -439,7 +283,6 @@ _V_TWIN = Design(
     bays=_bays(0.0),
     fillet_mm=1.5,
     nose=Nose(32.0, 50.0, end_diameter_mm=27.0, keyway=Keyway(6.0, 3.5, 20.0)),
-    engine=Parts(rods_per_throw=2),
 )
 _TWIN = Design(
     name="parallel-twin-360",
@@ -477,7 +320,6 @@ _V8 = replace(
     counterweight=CounterweightSize(86.0, 130.0),
     bays=_bays(0.0, 90.0, 270.0, 180.0),
     flange=Flange(104.0, 14.0, bolts=8, bolt_diameter_mm=10.5, bolt_circle_mm=84.0),
-    engine=Parts(rods_per_throw=2),
 )
 _V6 = replace(
     _INLINE,

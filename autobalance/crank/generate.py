@@ -392,7 +392,7 @@ def _oil_hole(crank: Design, journal: _Span, pin: _Span) -> Shape:
     at_journal, at_pin = (r0 + (r1 - r0) * (face - z0) / (z1 - z0) for face in faces)
     room = crank.oil_hole_mm
     if abs(at_journal) > main - room or abs(at_pin - crank.crank_radius_mm) > rod - room:
-        raise JobError(f"{crank.name}: oil_hole_mm: a straight hole would break out beside the web")
+        raise JobError("oil_hole_mm: a straight hole would break out beside the web")
     length = math.hypot(r1 - r0, z1 - z0)
     past = 2.0 * room / length
     ends = [(r0 + s * (r1 - r0), z0 + s * (z1 - z0)) for s in (-past, 1.0 + past)]
@@ -420,9 +420,7 @@ def _bolt_holes(crank: Design, plan: _Plan) -> list[Shape]:
         not crank.main_journal.diameter_mm / 2.0 < radius - hole
         or not radius + hole < flange.diameter_mm / 2.0
     ):
-        raise JobError(
-            f"{crank.name}: flange.bolt_circle_mm is {flange.bolt_circle_mm:g}; the holes need metal"
-        )
+        raise JobError(f"flange.bolt_circle_mm is {flange.bolt_circle_mm:g}; the holes need metal")
     low, high = plan.journals[-1].high, _top(crank, plan)
     angles = (2.0 * math.pi * i / flange.bolts for i in range(flange.bolts))
     return [

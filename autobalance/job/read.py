@@ -88,7 +88,7 @@ def parse(raw: Mapping[str, Any], path: Path) -> Job:
     """Return the job that a TOML document says; ``path`` is its file (see ``load``)."""
     root = Table(dict(raw), "", ("crankshaft", "engine", "original", "balance", "correction"))
     crankshaft = _crankshaft(root, path)
-    engine = _engine(root, crankshaft.crankpin_in_file)
+    engine = read_engine(root, crankshaft.crankpin_in_file)
     balance = _balance(root)
     original = _original(root, crankshaft.crankpin_in_file, needed=balance.factor is None)
     names, methods = read_correction(root)
@@ -163,7 +163,8 @@ def _pins(table: Table, key: str) -> tuple[PinHint, ...] | None:
 # --- [engine] and [original] --------------------------------------------------------------------------------
 
 
-def _engine(root: Table, pin_in_file: bool) -> Engine:
+def read_engine(root: Table, pin_in_file: bool) -> Engine:
+    """Read ``[engine]``, whose weights must hold the crankpin where the file does not."""
     known = ("rod_length_mm", "stroke_mm", "rods_per_throw", *WEIGHT_TABLES, "throw", "attached")
     table = root.table("engine", known)
     default = ThrowParts(table.optional("rods_per_throw", int, COUNTED, default=1), _weights(table))

@@ -15,13 +15,11 @@ from autobalance.crank.design import (
     Flange,
     Shaft,
     WebSize,
-    design_of_text,
     preset,
-    table_of,
-    with_settings,
 )
 from autobalance.crank.generate import crank_anatomy, crank_solid, exact_moments
 from autobalance.errors import JobError
+from autobalance.job.crank_design import read_design, table_of, with_settings
 from autobalance.solid.csg import Region, Solid
 from fixtures import make
 from tests.generated import generated_crank, random_placement
@@ -272,7 +270,8 @@ radius_mm = 74
 
 
 def test_a_description_starts_from_a_preset() -> None:
-    crank = design_of_text(TEXT, "mine.toml")
+    crank, engine = read_design(TEXT, "mine.toml")
+    assert engine is None
     assert crank.name == "mine"
     assert crank.crank_radius_mm == 45.0
     assert crank.counterweight is not None
@@ -290,18 +289,18 @@ def test_a_preset_survives_its_own_table(name: str) -> None:
 @pytest.mark.parametrize(
     ("settings", "message"),
     [
-        ({"strok_mm": 60.0}, "unknown key strok_mm; did you mean stroke_mm?"),
+        ({"strok_mm": 60.0}, "strok_mm is an unknown key; did you mean 'stroke_mm'?"),
         (
             {"counterweight.radius": 60.0},
-            "unknown key counterweight.radius; did you mean counterweight.radius_mm?",
+            "counterweight.radius is an unknown key; did you mean 'radius_mm'?",
         ),
-        ({"nothing_like_it": 1}, "unknown key nothing_like_it; known: "),
+        ({"nothing_like_it": 1}, "nothing_like_it is an unknown key; known here: name, stroke_mm"),
         ({"stroke_mm": "long"}, "stroke_mm is 'long'; must be a number"),
-        ({"stroke_mm": True}, "stroke_mm is True; must be a number"),
+        ({"stroke_mm": True}, "stroke_mm is true; must be a number"),
         ({"segments": 12.5}, "segments is 12.5; must be a whole number"),
         ({"segments": 4}, "segments is 4; must be 8 to 4096"),
         ({"stroke_mm": 0.0}, "stroke_mm is 0; must be > 0"),
-        ({"stroke_mm": math.nan}, "stroke_mm is nan; must be finite"),
+        ({"stroke_mm": math.nan}, "stroke_mm is nan; must be a finite number"),
         ({"web.thickness_mm": -1.0}, "web.thickness_mm is -1; must be finite and not negative"),
         ({"web.outline": "round"}, "web.outline is 'round'; must be one of 'pear', 'disc'"),
         ({"web.outline": "disc"}, "web.disc_radius_mm is needed for the outline 'disc'"),
@@ -322,13 +321,16 @@ def test_a_preset_survives_its_own_table(name: str) -> None:
         ({"crankpin.width_mm": 3.0}, "crankpin.width_mm is 3; two fillets leave no cylinder"),
         ({"main_journal.bore_mm": 28.0}, "main_journal.bore_mm is 28; it reaches into the crankpin"),
         ({"bays": []}, "bays: at least one"),
-        ({"bays": 3}, "bays is 3; must be an array"),
-        ({"bays": [{"counterweights": [True]}]}, "bays.1.counterweights has 1 values; must have 2"),
+        ({"bays": 3}, "bays is 3; must be a list of tables: [[bays]]"),
+        ({"bays": [{"counterweights": [True]}]}, "bays[1].counterweights has 1 entries; must be a list of 2"),
         (
             {"bays": [{"crankpins_deg": [0.0, 60.0]}], "crankpin_in_file": False},
             "needs one crankpin in each bay",
         ),
-        ({"engine": {"rotating_g": 3}}, "engine.rotating_g is 3; must be a table of numbers"),
+        (
+            {"web": 1, "web.thickness_mm": 2},
+            "web.thickness_mm is set inside web, which is set to a value too",
+        ),
         ({"web": 3}, "web is 3; must be a table"),
         ({"flange": {"thickness_mm": 3.0}}, "flange.diameter_mm is missing"),
     ],
@@ -352,9 +354,13 @@ def test_what_does_not_fit_together_is_refused_when_built() -> None:
 
 
 def test_unreadable_and_unknown_descriptions_are_refused() -> None:
-    with pytest.raises(JobError, match=r"a.toml: not readable as TOML"):
-        design_of_text("stroke_mm =", "a.toml")
+    with pytest.raises(JobError, match=r"a.toml is not valid TOML"):
+        read_design("stroke_mm =", "a.toml")
     with pytest.raises(JobError, match=r"a.toml: stroke_mm is missing"):
-        design_of_text("", "a.toml")
+        read_design("", "a.toml")
+    with pytest.raises(JobError, match=r"a.toml: engine.rotating_g is 3; must be a table"):
+        read_design('preset = "single"\nengine.rotating_g = 3', "a.toml")
+    with pytest.raises(JobError, match=r"engine.crankpin_g.crankpin is missing"):
+        read_design('preset = "pressed-up-single-no-pin"\nengine.rods_per_throw = 1', "a.toml")
     with pytest.raises(JobError, match=r"no preset is called 'inline4'; did you mean inline-4\?"):
         preset("inline4")
