@@ -1,0 +1,112 @@
+"""Whole-process time and peak memory of ``balance`` beside the floor and the naive way.
+
+    python benchmarks/main_job.py [--triangles 10000 100000 1000000] [--repeat 3] [--skip-naive]
+
+- *ours*: ``autobalance balance JOB`` as a user runs it, report pages left out;
+- *floor*: read the bytes, weld, one construction of the solid, one boolean, one measurement, one write,
+  once, with the same libraries (``benchmarks/floor.py``);
+- *naive*: trimesh load, mass properties and ``trimesh.boolean.difference`` inside a root finder until within
+  1 % of the permissible value (``benchmarks/naive.py``).
+
+The crank is the bundled straight one, its triangles subdivided until there are as many as asked.
+"""
+
+from __future__ import annotations
+
+import argparse
+import os
+import subprocess
+import sys
+import tempfile
+import time
+from pathlib import Path
+
+import numpy as np
+
+HERE = Path(__file__).resolve().parent
+ROOT = HERE.parent
+BUNDLED = ROOT / "fixtures" / "crf250r"
+
+
+def write_stl(path: Path, corners: np.ndarray) -> None:
+    record = np.dtype([("normal", "<f4", 3), ("corners", "<f4", (3, 3)), ("attribute", "<u2")])
+    data = np.zeros(len(corners), dtype=record)
+    data["corners"] = corners
+    path.write_bytes(b"benchmark".ljust(80) + np.uint32(len(corners)).tobytes() + data.tobytes())
+
+
+def subdivided(source: Path, target: int) -> np.ndarray:
+    """Return the corners (m, 3, 3) of the crank with about ``target`` triangles, all on the same facets."""
+    from autobalance.solid.read import read
+
+    solid = read(source, "mm", pressed_up=True).solid
+    body = solid._body
+    if body.num_tri() >= target:
+        return solid.mesh.corners
+    low, high = 0.02, 200.0
+    for _ in range(24):
+        length = (low * high) ** 0.5
+        if body.refine_to_length(length).num_tri() > target:
+            low = length
+        else:
+            high = length
+    raw = body.refine_to_length(high).to_mesh64()
+    return np.asarray(raw.vert_properties)[:, :3][np.asarray(raw.tri_verts)]
+
+
+def measured(command: list[str], cwd: Path) -> tuple[float, float, int]:
+    """Return wall time [s], peak memory [MB] and exit code of a process."""
+    start = time.perf_counter()
+    with open(os.devnull, "w") as nothing:
+        process = subprocess.Popen(command, cwd=cwd, stdout=nothing, stderr=nothing)
+        _, status, usage = os.wait4(process.pid, 0)
+        process.returncode = os.waitstatus_to_exitcode(status)
+    return time.perf_counter() - start, usage.ru_maxrss / 1024.0, process.returncode
+
+
+def job_text(crank: str) -> str:
+    """Return the bundled job with its crank replaced."""
+    lines = (BUNDLED / "straight-factor-0.28.toml").read_text().splitlines()
+    return "\n".join(f'file = "{crank}"' if line.startswith("file") else line for line in lines) + "\n"
+
+
+def main() -> int:
+    parser = argparse.ArgumentParser(
+        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
+    )
+    parser.add_argument("--triangles", type=int, nargs="+", default=[10_000, 100_000, 1_000_000])
+    parser.add_argument("--repeat", type=int, default=3)
+    parser.add_argument("--skip-naive", action="store_true")
+    parser.add_argument("--balance-options", nargs="*", default=[], metavar="WORD")
+    arguments = parser.parse_args()
+    print(f"{'triangles':>10} {'way':>6} {'seconds':>8} {'÷ floor':>8} {'peak MB':>8}")
+    with tempfile.TemporaryDirectory() as folder:
+        work = Path(folder)
+        for target in arguments.triangles:
+            corners = subdivided(BUNDLED / "straight-no-pin.stl", target)
+            write_stl(work / "crank.stl", corners)
+            (work / "job.toml").write_text(job_text("crank.stl"))
+            python = sys.executable
+            ways = {
+                "floor": [python, str(HERE / "floor.py"), "crank.stl"],
+                "ours": [python, str(ROOT / "cli.py"), "balance", "job.toml", "-o", "out"],
+                "naive": [python, str(HERE / "naive.py"), "crank.stl"],
+            }
+            ways["ours"] += arguments.balance_options
+            if arguments.skip_naive:
+                del ways["naive"]
+            floor = 0.0
+            for name, command in ways.items():
+                runs = [measured(command, work) for _ in range(1 if name == "naive" else arguments.repeat)]
+                if any(run[2] for run in runs):
+                    print(f"{len(corners):>10} {name:>6} failed with exit code {runs[-1][2]}")
+                    return 1
+                seconds = min(run[0] for run in runs)
+                floor = seconds if name == "floor" else floor
+                memory = max(run[1] for run in runs)
+                print(f"{len(corners):>10} {name:>6} {seconds:>8.2f} {seconds / floor:>8.2f} {memory:>8.0f}")
+    return 0
+
+
+if __name__ == "__main__":
+    raise SystemExit(main())
