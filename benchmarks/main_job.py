@@ -25,7 +25,7 @@ import numpy as np
 
 HERE = Path(__file__).resolve().parent
 ROOT = HERE.parent
-BUNDLED = ROOT / "fixtures" / "crf250r"
+BUNDLED = ROOT / "fixtures" / "crf250r" / "straight"
 
 
 def write_stl(path: Path, corners: np.ndarray) -> None:
@@ -66,7 +66,7 @@ def measured(command: list[str], cwd: Path) -> tuple[float, float, int]:
 
 def job_text(crank: str) -> str:
     """Return the bundled job with its crank replaced."""
-    lines = (BUNDLED / "straight-factor-0.28.toml").read_text().splitlines()
+    lines = (BUNDLED / "factor-0.28.toml").read_text().splitlines()
     return "\n".join(f'file = "{crank}"' if line.startswith("file") else line for line in lines) + "\n"
 
 
@@ -83,7 +83,7 @@ def main() -> int:
     with tempfile.TemporaryDirectory() as folder:
         work = Path(folder)
         for target in arguments.triangles:
-            corners = subdivided(BUNDLED / "straight-no-pin.stl", target)
+            corners = subdivided(BUNDLED / "crank.stl", target)
             write_stl(work / "crank.stl", corners)
             (work / "job.toml").write_text(job_text("crank.stl"))
             python = sys.executable

@@ -603,11 +603,14 @@ def _depth_limit(layer: _Layer, metal: Solid, limits: ShoulderLimits) -> tuple[f
     if limits.max_depth_mm is not None and limits.max_depth_mm <= layer.depth_mm:
         ends = [(limits.max_depth_mm, f"max_depth_mm = {limits.max_depth_mm:g}", False)]
     corners = metal.mesh.corners
-    cross = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+    edges = np.roll(corners, -1, axis=1) - corners
+    cross = np.cross(edges[:, 0], edges[:, 1])
     length = np.linalg.norm(cross, axis=1)
-    up = np.divide(cross[:, 2], length, out=np.zeros_like(length), where=length > 0.0)
+    # A sliver lower than rounding has no direction of its own.
+    solid = length > grain * np.linalg.norm(edges, axis=2).max(axis=1)
+    up = np.divide(cross[:, 2], length, out=np.zeros_like(length), where=solid)
     top = corners[:, :, 2].max(axis=1)
-    step = top[(up >= FLAT) & (top < height - 2.0 * grain) & (length > grain * grain)]
+    step = top[(up >= FLAT) & (top < height - 2.0 * grain)]
     if step.size:
         ends.append(
             (height - float(step.max()) - grain, "the height of the shoulder over the next plane", False)

@@ -13,7 +13,7 @@ import numpy as np
 from autobalance.errors import FileError, FormatError, SolidError
 from autobalance.solid.csg import Solid, union
 from autobalance.solid.mesh import Floats, Mesh, weld, without_collapsed
-from autobalance.solid.repair import Body, bodies_of, solid_of
+from autobalance.solid.repair import Body, are_apart, bodies_of, solid_of
 from autobalance.solid.stl import read_stl
 from autobalance.units import MM_PER
 
@@ -162,6 +162,8 @@ def _solid(
         if isinstance(body, int) and body != 1:
             raise SolidError(f"body {body} was asked for; the file holds 1")
         return bodies[0].solid if turned else solid, 1, notes
+    if (body == "all" or (body is None and pressed_up)) and not turned and are_apart(bodies):
+        return solid, len(bodies), notes
     chosen, said = _choose(bodies, body, pressed_up)
     return chosen, len(bodies), notes + said
 

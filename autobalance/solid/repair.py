@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from functools import cached_property
+from itertools import combinations
 
 import numpy as np
 
@@ -17,19 +20,34 @@ PLACES_SHOWN = 4
 
 @dataclass(frozen=True, eq=False)
 class Body:
-    """One connected body of a file, with its cavities."""
+    """One connected body of a file, with its cavities; a solid only when it is asked for."""
 
-    solid: Solid
+    outside: Mesh
+    outside_volume_mm3: float
+    cavities: tuple[Solid, ...] = ()
+
+    @cached_property
+    def solid(self) -> Solid:
+        """The body, its cavities taken out."""
+        solid = Solid.from_mesh(self.outside)
+        for cavity in self.cavities:
+            solid = solid - cavity
+        return solid
 
     @property
     def volume_mm3(self) -> float:
         """Volume [mm³]."""
-        return self.solid.volume_mm3
+        return self.outside_volume_mm3 - sum(cavity.volume_mm3 for cavity in self.cavities)
+
+    @property
+    def bounds(self) -> Array:
+        """Least and greatest coordinates (2, 3) [mm]."""
+        return self.outside.bounds
 
     @property
     def size_mm(self) -> Array:
         """Edges of its bounding box (3,) [mm]."""
-        low, high = self.solid.bounds
+        low, high = self.bounds
         size: Array = high - low
         return size
 
@@ -41,21 +59,30 @@ def bodies_of(solid: Solid) -> tuple[list[Body], list[str]]:
     """
     parts = split(solid.mesh)
     if len(parts) == 1:
-        return [Body(solid)], []
-    outward = [signed_volume_mm3(part) > 0.0 for part in parts]
-    filled = [Solid.from_mesh(part) for part, out in zip(parts, outward, strict=True) if out]
+        return [Body(solid.mesh, solid.volume_mm3)], []
+    volumes = [signed_volume_mm3(part) for part in parts]
+    filled = [Body(part, volume) for part, volume in zip(parts, volumes, strict=True) if volume > 0.0]
     filled.sort(key=lambda one: one.volume_mm3)
-    hollow = [Solid.from_mesh(part.flipped()) for part, out in zip(parts, outward, strict=True) if not out]
+    hollow = [part.flipped() for part, volume in zip(parts, volumes, strict=True) if volume <= 0.0]
     notes = []
-    for cavity in hollow:
-        around = next((k for k, one in enumerate(filled) if _contains(one, cavity)), None)
+    for part in hollow:
+        cavity = Solid.from_mesh(part)
+        around = next((k for k, one in enumerate(filled) if _contains(one.solid, cavity)), None)
         if around is not None:
-            filled[around] = filled[around] - cavity
+            filled[around] = replace(filled[around], cavities=(*filled[around].cavities, cavity))
             continue
-        filled.append(cavity)
+        filled.append(Body(part, cavity.volume_mm3))
         notes.append(f"a body of {cavity.volume_mm3:.6g} mm³ was inside out: turned round")
     filled.sort(key=lambda one: (-one.volume_mm3, *one.bounds[0]))
-    return [Body(one) for one in filled], notes
+    return filled, notes
+
+
+def are_apart(bodies: Sequence[Body]) -> bool:
+    """Tell whether the bounding boxes of bodies are clear of each other, so that nothing can overlap."""
+    boxes = [body.bounds for body in bodies]
+    return all(
+        bool((one[0] > other[1]).any() or (other[0] > one[1]).any()) for one, other in combinations(boxes, 2)
+    )
 
 
 def _contains(outer: Solid, inner: Solid) -> bool:
