@@ -143,10 +143,13 @@ class PinHint:
 
 @dataclass(frozen=True, eq=False)
 class Overrides:
-    """What a job says about the anatomy instead of, or in aid of, recognition; file axes, mm."""
+    """What a job says about the anatomy instead of, or in aid of, recognition; file axes, mm.
+
+    ``crankpin_in_file`` None: not known; crankpins are looked for first, then bores for them.
+    """
 
     axis_point_mm: Array | None = None
     axis_direction: Array | None = None
     crankpins: tuple[PinHint, ...] | None = None
     main_journals: tuple[PinHint, ...] | None = None
-    crankpin_in_file: bool = True
+    crankpin_in_file: bool | None = True

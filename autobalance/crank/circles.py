@@ -9,9 +9,10 @@ import numpy as np
 
 from autobalance.crank.anatomy import Array
 
-TRIALS = 24
-"""Circles tried through three corners spread over an outline; one whose three corners miss keyways, flats and
-oil holes is enough."""
+TRIALS = (4, 24)
+"""Circles tried through three corners spread over an outline, at first and if none of those is nearly whole;
+one whose three corners miss keyways, flats and oil holes is enough."""
+NEARLY_WHOLE = 0.97
 ON_CIRCLE = 2e-4
 """How far a corner may stand off its circle, as a share of the radius: rounding of a file's numbers and the
 ellipse that a slightly oblique section makes."""
@@ -23,8 +24,6 @@ LONGEST_STEP = 0.8
 circle."""
 LEAST_COVER = 0.6
 """Share of the full angle that must lie on the circle: keyways, flats and drillings take the rest."""
-STRAIGHT_RAD = 2e-4
-"""Corners that turn by less lie on a straight piece (30 000 facets would make a circle of such turns)."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -35,44 +34,51 @@ class Circle:
     radius: float
 
 
-def corners_of(outline: Array) -> Array:
-    """Return the corners (k, 2) at which a closed outline turns."""
-    size = float(np.ptp(outline, axis=0).max())
-    step = np.linalg.norm(outline - np.roll(outline, 1, axis=0), axis=1)
-    points: Array = outline[step > 1e-7 * size]
-    if len(points) < 3:
-        return points
-    into = points - np.roll(points, 1, axis=0)
-    out = np.roll(into, -1, axis=0)
-    turn = into[:, 0] * out[:, 1] - into[:, 1] * out[:, 0]
-    lengths = np.linalg.norm(into, axis=1) * np.linalg.norm(out, axis=1)
-    corners: Array = points[np.abs(turn) > STRAIGHT_RAD * lengths]
-    return corners if len(corners) >= 3 else points
+def corners_of(outline: Array, grain_mm: float) -> Array:
+    """Return the corners (k, 2) of a closed outline, without those on a line between neighbours.
+
+    ``grain_mm`` is how far off the line a corner may be; every other one of a straight row goes in each pass.
+    """
+    points = outline
+    parity, idle = 0, 0
+    while idle < 2 and len(points) > 8:
+        before, after = np.roll(points, 1, axis=0), np.roll(points, -1, axis=0)
+        along, arm = after - before, points - before
+        length = np.hypot(along[:, 0], along[:, 1])
+        off = np.abs(along[:, 0] * arm[:, 1] - along[:, 1] * arm[:, 0])
+        goes = (off <= grain_mm * length) & (np.arange(len(points)) % 2 == parity)
+        goes[-1] &= not goes[0]
+        idle = 0 if goes.any() else idle + 1
+        points = points[~goes]
+        parity = 1 - parity
+    return points
 
 
-def whole_circle(outline: Array) -> Circle | None:
+def whole_circle(outline: Array, grain_mm: float) -> Circle | None:
     """Return the circle that a closed outline (k, 2) is, pieces cut out of it apart; None if it is none."""
-    corners = corners_of(outline)
+    corners = corners_of(outline, grain_mm)
     count = len(corners)
     if count < 8:
         return None
-    first = np.arange(0, count, max(1, count // TRIALS))
-    trio = corners[np.stack([first, (first + count // 3) % count, (first + 2 * count // 3) % count])]
-    centre, radius = _circumcircles(*trio)
     step = np.linalg.norm(np.roll(corners, -1, axis=0) - corners, axis=1)
     reach = np.maximum(step, np.roll(step, 1))
-    with np.errstate(over="ignore", invalid="ignore"):
-        off = np.linalg.norm(corners[None] - centre[:, None], axis=2) - radius[:, None]
-        cover = _cover(off, reach, step, radius[:, None])
-    best = int(np.argmax(cover))
+    for trials in TRIALS:
+        first = np.arange(0, count, max(1, count // trials))
+        trio = corners[np.stack([first, (first + count // 3) % count, (first + 2 * count // 3) % count])]
+        centres, radii = _circumcircles(*trio)
+        with np.errstate(over="ignore", invalid="ignore"):
+            off = np.linalg.norm(corners[None] - centres[:, None], axis=2) - radii[:, None]
+            cover = _cover(off, reach, step, radii[:, None])
+        best = int(np.argmax(cover))
+        if cover[best] > NEARLY_WHOLE:
+            break
     if cover[best] < LEAST_COVER:
         return None
-    near = np.abs(off[best]) <= _slack(reach, radius[best])
-    centre_2, radius_2 = fit_circle(corners[near])
-    off_2 = np.linalg.norm(corners - centre_2, axis=1) - radius_2
-    if float(off_2.max()) > 2.0 * ON_CIRCLE * radius_2 + float(_slack(reach, radius_2).max()):
+    centre, radius = fit_circle(corners[np.abs(off[best]) <= _slack(reach, radii[best])])
+    outside = np.linalg.norm(corners - centre, axis=1) - radius
+    if float(outside.max()) > 2.0 * ON_CIRCLE * radius + float(_slack(reach, radius).max()):
         return None
-    return Circle(centre_2, radius_2)
+    return Circle(centre, radius)
 
 
 def _slack(reach: Array, radius: Array | float) -> Array:

@@ -4,17 +4,37 @@ from __future__ import annotations
 
 import numpy as np
 
-from autobalance.crank.anatomy import Array
+from autobalance.crank.anatomy import Array, Indices
 
+SAMPLE = 40_000
+"""Triangles looked at: the largest, and as many spread evenly over the rest."""
 BIN_RAD = 0.02
 """Directions closer than this count as one at first; the best are refined afterwards."""
-STRONGEST = 64
+STRONGEST = 32
 """Of the directions of the surface, how many are crossed with each other: a cylinder's axis is square to any
 two directions of its surface."""
+MOST_BINS = 600
+"""Directions of the surface that candidates are judged by; the others hold little area."""
 SIDE_SINE = 0.01
 """A triangle stands along an axis when the sine of its lean is below this (about half a degree)."""
 CANDIDATES = 8
 """Axes tried before giving up."""
+
+
+def sample(size: Array) -> tuple[Indices, Array]:
+    """Return rows and weights of triangles that stand for all: the largest, and every so-manieth of the rest.
+
+    ``size`` (m,) orders them; a few large triangles may be a whole face, many small ones a whole fillet.
+    """
+    count = len(size)
+    if count <= 2 * SAMPLE:
+        return np.arange(count), np.ones(count)
+    order = np.argpartition(size, count - SAMPLE)
+    large = order[-SAMPLE:]
+    rest = np.sort(order[:-SAMPLE])
+    every = len(rest) // SAMPLE
+    rows = np.concatenate([large, rest[::every]])
+    return rows, np.concatenate([np.ones(SAMPLE), np.full(len(rows) - SAMPLE, float(every))])
 
 
 def axis_candidates(area_vectors: Array) -> list[Array]:
@@ -36,6 +56,8 @@ def axis_candidates(area_vectors: Array) -> list[Array]:
     scores = _scores(axes, normals, areas)
     chosen: list[Array] = []
     for place in np.argsort(-scores):
+        if any(abs(float(axes[place] @ other)) > np.cos(BIN_RAD) for other in chosen):
+            continue
         axis = _refined(axes[place], normals, areas)
         if all(abs(float(axis @ other)) < np.cos(BIN_RAD) for other in chosen):
             chosen.append(refined_direction(axis, unit, weight))
@@ -68,7 +90,7 @@ def _binned(unit: Array, weight: Array) -> tuple[Array, Array]:
     areas: Array = np.bincount(which, weight).astype(np.float64)
     sums = np.stack([np.bincount(which, weight * column) for column in unit.T], axis=1)
     normals: Array = sums / np.linalg.norm(sums, axis=1)[:, None]
-    order = np.argsort(-areas, kind="stable")[:2048]
+    order = np.argsort(-areas, kind="stable")[:MOST_BINS]
     return normals[order], areas[order]
 
 

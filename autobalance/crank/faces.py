@@ -8,19 +8,24 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from autobalance.crank.anatomy import Anatomy, Array, Face, Indices
+from autobalance.crank.directions import sample
 from autobalance.solid.mesh import Mesh
 
 LEAST_AREA_SHARE = 5e-4
 """Faces smaller than this share of the whole surface are of no use to a correction."""
 LEAST_SIDE_AREA_SHARE = 5e-3
 """The same for faces not square to the axis."""
-CELLS = 64
-"""Directions are counted on a grid of this many cells along each axis of the unit cube (0.03 rad)."""
+HEIGHT_CELLS = 50.0
+"""Triangles of one plane are first sought at heights this many roundings apart."""
+STRADDLING = 0.2
+"""A plane may straddle that grid; a cell with this share of a face's least area is looked at ..."""
+MOST_OF = 0.7
+"""... and followed up if the cells around it hold this share of that area."""
 ONE_DIRECTION = (2e-3, 1e-3)
 """Triangles face one way when their unit normals differ by less than this, narrowed in steps [rad]."""
 FLAT = 2e-6
@@ -49,9 +54,16 @@ def find_faces(mesh: Mesh, anatomy: Anatomy) -> tuple[Face, ...]:
     """
     low, high = mesh.bounds
     flat = FLAT * (mesh.diagonal_mm + float(np.abs([low, high]).max()))
+    vectors = mesh.area_vectors
+    size = np.sqrt(np.einsum("ij,ij->i", vectors, vectors))
+    surface = 0.5 * float(size.sum())
+    look = _Look(mesh, anatomy, size, surface, flat)
     found: list[Face] = []
-    for normal in _plane_directions(mesh, anatomy.file_to_rotor[2, :3]):
-        found += _faces_square_to(normal, mesh, anatomy, flat)
+    axis = _narrowed(anatomy.file_to_rotor[2, :3], vectors, size)
+    if axis is not None:
+        found += _faces_along(look, axis, LEAST_AREA_SHARE * surface)
+    for normal in _side_directions(look):
+        found += _faces_along(look, normal, LEAST_SIDE_AREA_SHARE * surface)
     return tuple(_named(found, anatomy, mesh.diagonal_mm))
 
 
@@ -61,44 +73,62 @@ def lowering_worth_g_mm_per_mm(face: Face, density_g_mm3: float) -> Array:
     return worth
 
 
-def _plane_directions(mesh: Mesh, axis: Array) -> list[Array]:
-    """Return the directions (up to sign) that enough of the surface faces: the axis, then by area."""
-    vectors = mesh.area_vectors
-    size = np.sqrt(np.einsum("ij,ij->i", vectors, vectors))
-    total = float(size.sum())
-    real = size > 0.0
-    unit = vectors / np.where(real, size, 1.0)[:, None]
-    cell = np.minimum(((unit + 1.0) * (0.5 * CELLS)).astype(np.int64), CELLS - 1)
-    key = (cell[:, 0] * CELLS + cell[:, 1]) * CELLS + cell[:, 2]
-    area = np.bincount(key, size, CELLS**3)
-    along = _narrowed(axis, unit, vectors, LEAST_AREA_SHARE * total)
-    chosen: list[Array] = [] if along is None else [along]
-    least = LEAST_SIDE_AREA_SHARE * total
+@dataclass(frozen=True, eq=False)
+class _Look:
+    """What every search for faces needs: ``size`` is twice each triangle's area, ``flat_mm`` rounding."""
+
+    mesh: Mesh
+    anatomy: Anatomy
+    size: Array
+    surface_mm2: float
+    flat_mm: float
+
+
+def _narrowed(normal: Array, vectors: Array, size: Array) -> Array | None:
+    """Return the mean direction of the triangles that face nearly one way or its opposite; None without."""
+    for angle in ONE_DIRECTION:
+        lean = vectors @ normal
+        near = np.abs(lean) > (1.0 - 0.5 * angle**2) * size
+        total = (np.sign(lean[near])[:, None] * vectors[near]).sum(axis=0)
+        length = float(np.linalg.norm(total))
+        if length == 0.0:
+            return None
+        normal = total / length
+    return normal
+
+
+def _side_directions(look: _Look) -> list[Array]:
+    """Return directions, not along the axis, in which a plane of enough area lies.
+
+    A sample of the triangles is counted in cells of direction and height; the grid is shifted so that the
+    usual directions do not lie on its borders.
+    """
+    rows, weight = sample(look.size)
+    vectors, size = look.mesh.area_vectors[rows], look.size[rows] * weight
+    least = LEAST_SIDE_AREA_SHARE * look.surface_mm2
+    unit = vectors / np.maximum(look.size[rows, None], 1e-300)
+    aside = np.abs(unit @ look.anatomy.file_to_rotor[2, :3]) < math.cos(SQUARE_RAD)
+    rows, unit, size = rows[aside], unit[aside], size[aside]
+    height = (look.mesh.vertices[look.mesh.triangles[rows, 0]] * unit).sum(axis=1)
+    cell_mm = HEIGHT_CELLS * look.flat_mm
+    cells = np.column_stack([unit / ONE_DIRECTION[0], height / cell_mm])
+    _, which = np.unique(np.floor(cells + 0.37).astype(np.int64), axis=0, return_inverse=True)
+    area = 0.5 * np.bincount(which.reshape(-1), size)
+    chosen: list[Array] = []
     for place in np.argsort(-area, kind="stable"):
-        if area[place] < 0.25 * least:  # a direction may straddle cells
+        if area[place] < STRADDLING * least:
             break
-        members = np.flatnonzero(key == place)
-        for start in _peaks(unit[members], vectors[members], least):
-            normal = _narrowed(start, unit, vectors, least)
-            if normal is not None and all(_apart(normal, other) for other in chosen):
-                chosen.append(normal)
+        inside = which.reshape(-1) == place
+        total = (size[inside, None] * unit[inside]).sum(axis=0)
+        start = total / np.linalg.norm(total)
+        level = float(size[inside] @ height[inside] / size[inside].sum())
+        near = (unit @ start > 1.0 - ONE_DIRECTION[0] ** 2) & (np.abs(height - level) < cell_mm)
+        if 0.5 * float(size[near].sum()) < MOST_OF * least:
+            continue
+        normal = _narrowed(start, size[:, None] * unit, size)
+        if normal is not None and all(_apart(normal, other) for other in chosen):
+            chosen.append(normal)
     return chosen
-
-
-def _peaks(unit: Array, vectors: Array, least: float) -> list[Array]:
-    """Return the directions that much of a cell's surface faces, each only once or twice."""
-    fine = np.floor(unit / ONE_DIRECTION[0]).astype(np.int64)
-    _, which = np.unique(fine, axis=0, return_inverse=True)
-    sums = np.stack([np.bincount(which.reshape(-1), column) for column in vectors.T], axis=1)
-    size = np.linalg.norm(sums, axis=1)
-    found: list[Array] = []
-    for place in np.argsort(-size, kind="stable"):
-        if size[place] < 0.25 * least:  # a direction may straddle four cells of the finer grid
-            break
-        direction = sums[place] / size[place]
-        if all(_apart(direction, other) for other in found):
-            found.append(direction)
-    return found
 
 
 def _apart(a: Array, b: Array) -> bool:
@@ -106,49 +136,37 @@ def _apart(a: Array, b: Array) -> bool:
     return float(np.linalg.norm(np.cross(a, b))) > ONE_DIRECTION[-1]
 
 
-def _narrowed(normal: Array, unit: Array, vectors: Array, least: float) -> Array | None:
-    """Return the mean direction of the triangles that face nearly one way; None if they are too few."""
-    for angle in ONE_DIRECTION:
-        lean = unit @ normal
-        near = np.abs(lean) > 1.0 - 0.5 * angle**2
-        total = (np.sign(lean[near])[:, None] * vectors[near]).sum(axis=0)
-        size = float(np.linalg.norm(total))
-        if size < least:
-            return None
-        normal = total / size
-    return normal
-
-
-def _faces_square_to(normal: Array, mesh: Mesh, anatomy: Anatomy, flat: float) -> list[Face]:
+def _faces_along(look: _Look, normal: Array, least_mm2: float) -> list[Face]:
+    """Return the faces of at least some area whose normal is ``normal`` or its opposite."""
+    mesh, slack = look.mesh, 2.0 * look.flat_mm
     height = mesh.vertices @ normal
-    vectors = mesh.area_vectors
-    lean = vectors @ normal
-    size2 = np.einsum("ij,ij->i", vectors, vectors)
-    facing = np.flatnonzero(lean**2 > (1.0 - ONE_DIRECTION[-1] ** 2) * size2)
-    levels = _levels(height[mesh.triangles[facing]].mean(axis=1), np.abs(lean[facing]), 2.0 * flat)
+    lean = mesh.area_vectors @ normal
+    facing = np.flatnonzero(np.abs(lean) > (1.0 - 0.5 * ONE_DIRECTION[-1] ** 2) * look.size)
+    levels = _levels(height[mesh.triangles[facing, 0]], 0.5 * np.abs(lean[facing]), slack, least_mm2)
     if len(levels) == 0:
         return []
-    at = _nearest_level(height, levels, 2.0 * flat)
-    a, b, c = (at[column] for column in mesh.triangles.T)
-    members = np.flatnonzero((a >= 0) & (a == b) & (b == c))
+    at = _nearest_level(height, levels, slack)
+    members = np.flatnonzero(at[mesh.triangles[:, 0]] >= 0)
+    a, b, c = (at[column] for column in mesh.triangles[members].T)
+    members = members[(a == b) & (b == c)]
     faces = []
-    surface = 0.5 * float(np.sqrt(size2).sum())
     for sign in (1.0, -1.0):
         side = members[sign * lean[members] >= 0.0]
-        for group in _connected(mesh.triangles[side], len(mesh.vertices)):
-            face = _face(side[group], surface, mesh, anatomy)
+        for group in _connected(mesh.triangles[side]):
+            face = _face(look, side[group], least_mm2)
             if face is not None:
                 faces.append(face)
     return faces
 
 
-def _levels(heights: Array, areas: Array, apart: float) -> Array:
+def _levels(heights: Array, areas: Array, apart: float, least: float) -> Array:
+    """Return the heights, increasing, at which at least ``least`` area lies."""
     order = np.argsort(heights)
     ranked, weight = heights[order], areas[order]
     group = np.concatenate([[0], np.cumsum(np.diff(ranked) > apart)]) if len(ranked) else np.zeros(0, int)
     total = np.bincount(group, weight)
     middle: Array = np.bincount(group, weight * ranked) / np.maximum(total, 1e-300)
-    return middle
+    return middle[total >= least]
 
 
 def _nearest_level(height: Array, levels: Array, slack: float) -> Indices:
@@ -160,66 +178,78 @@ def _nearest_level(height: Array, levels: Array, slack: float) -> Indices:
     return at
 
 
-def _connected(triangles: Indices, count: int) -> list[Indices]:
+def _connected(triangles: Indices) -> list[Indices]:
     """Group triangles (rows) that hang together by shared vertices."""
     if len(triangles) == 0:
         return []
-    label = np.arange(count)
-    flat = triangles.reshape(-1)
+    lowest, count = int(triangles.min()), int(np.ptp(triangles)) + 1
+    used = np.zeros(count, dtype=bool)
+    used[triangles - lowest] = True
+    rank = (np.cumsum(used) - 1).astype(np.int32)
+    corner = rank[triangles - lowest]
+    a, b, c = np.ascontiguousarray(corner.T)
+    label = np.arange(int(rank[-1]) + 1, dtype=np.int32)
     while True:
-        least = label[triangles].min(axis=1)
-        np.minimum.at(label, label[flat], np.repeat(least, 3))
-        np.minimum.at(label, flat, np.repeat(least, 3))
+        la, lb, lc = label[a], label[b], label[c]
+        if np.array_equal(la, lb) and np.array_equal(lb, lc):
+            break
+        least = np.minimum(np.minimum(la, lb), lc)
+        for column in (la, lb, lc):
+            np.minimum.at(label, column, least)
         while True:
             jumped = label[label]
             if np.array_equal(jumped, label):
                 break
             label = jumped
-        if (label[triangles] == label[triangles[:, :1]]).all():
-            break
-    group = label[triangles[:, 0]]
-    order = np.argsort(group, kind="stable")
-    return np.split(order, np.flatnonzero(np.diff(group[order])) + 1)
+    order = np.argsort(la, kind="stable")
+    return np.split(order, np.flatnonzero(np.diff(la[order])) + 1)
 
 
-def _face(rows: Indices, total: float, mesh: Mesh, anatomy: Anatomy) -> Face | None:
+def _face(look: _Look, rows: Indices, least_mm2: float) -> Face | None:
     """Measure a face; None if it is too small or a facet of a cylinder about the axis or a crankpin."""
-    frame = anatomy.file_to_rotor
+    mesh, frame = look.mesh, look.anatomy.file_to_rotor
     vectors = mesh.area_vectors[rows]
     half = 0.5 * vectors.sum(axis=0)
     area = float(np.linalg.norm(half))
-    if area < LEAST_AREA_SHARE * total:
+    if area < least_mm2:
         return None
     exact = half / area
-    corners = mesh.vertices[mesh.triangles[rows]]
+    corners = [mesh.vertices[column] for column in mesh.triangles[rows].T]
     weights = 0.5 * (vectors @ exact)
-    centroid = (weights @ corners.mean(axis=1)) / weights.sum()
-    spread = float(np.abs((corners - centroid) @ exact).max())
+    centroid = sum((weights @ corner for corner in corners), np.zeros(3)) / (3.0 * weights.sum())
+    spread = max(float(np.abs((corner - centroid) @ exact).max()) for corner in corners)
     turned = frame[:3, :3] @ exact
     placed = frame[:3, :3] @ centroid + frame[:3, 3]
-    square = abs(float(turned[2])) >= math.cos(SQUARE_RAD)
-    if not square and (area < LEAST_SIDE_AREA_SHARE * total or _is_facet(rows, mesh, anatomy)):
+    if abs(float(turned[2])) < math.cos(SQUARE_RAD) and _is_facet(rows, mesh, look.anatomy):
         return None
-    return Face("", "plane", _web_at(float(placed[2]), anatomy, mesh), area, turned, placed, rows, spread)
+    web = _web_at(float(placed[2]), look.anatomy, mesh)
+    return Face("", "plane", web, area, turned, placed, rows, spread)
 
 
 def _is_facet(rows: Indices, mesh: Mesh, anatomy: Anatomy) -> bool:
     """Whether a face is a strip of a cylinder about the crank axis or a crankpin: its neighbours are too."""
     frame = anatomy.file_to_rotor
-    place = mesh.vertices @ frame[:2, :3].T + frame[:2, 3]
     corners = np.unique(mesh.triangles[rows])
-    inside = np.zeros(len(mesh.vertices), dtype=bool)
-    inside[corners] = True
-    touching = np.flatnonzero(inside[mesh.triangles].sum(axis=1) == 2)
-    third = mesh.triangles[touching][~inside[mesh.triangles[touching]]]
-    for centre in (np.zeros(2), *(throw.crankpin.centre_mm[:2] for throw in anatomy.throws)):
-        away = np.linalg.norm(place[corners] - centre, axis=1)
+    place = mesh.vertices[corners] @ frame[:2, :3].T + frame[:2, 3]
+    centres = (np.zeros(2), *(throw.crankpin.centre_mm[:2] for throw in anatomy.throws))
+    for centre in centres:
+        away = np.linalg.norm(place - centre, axis=1)
         radius = float(away.max())
         if float(np.ptp(away)) < SAME_RADIUS * radius:
-            beside = np.linalg.norm(place[third] - centre, axis=1)
-            if (np.abs(beside - radius) < SAME_RADIUS * radius).any():
-                return True
+            third = _beside(corners, mesh) @ frame[:2, :3].T + frame[:2, 3]
+            beside = np.linalg.norm(third - centre, axis=1)
+            return bool((np.abs(beside - radius) < SAME_RADIUS * radius).any())
     return False
+
+
+def _beside(corners: Indices, mesh: Mesh) -> Array:
+    """Return the third corners (k, 3) of triangles of which two are among ``corners``."""
+    inside = np.zeros(len(mesh.vertices), dtype=bool)
+    inside[corners] = True
+    a, b, c = (inside[column] for column in mesh.triangles.T)
+    touching = mesh.triangles[(a & b & ~c) | (b & c & ~a) | (c & a & ~b)]
+    third: Array = mesh.vertices[touching[~inside[touching]]]
+    return third
 
 
 def _web_at(z_mm: float, anatomy: Anatomy, mesh: Mesh) -> int | None:

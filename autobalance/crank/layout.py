@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -16,8 +16,6 @@ LONGER = 1.3
 """Of two lines of cylinders the one that reaches this much farther along is the crank axis."""
 COLLAR = 0.5
 """A cylinder is a collar, not a journal, when the next one outward is thinner and this much wider."""
-INSIDE = 1e-3
-"""Metal within a cylinder, up to this share of its radius, is part of it: drillings, keyways, grooves."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -95,7 +93,7 @@ def solid_layout(long: Lengthwise, runs: Sequence[Run], given_axis: Array | None
             f"looked for crankpins beside the axis, found {len(on_axis)} cylinders on it and none beside it; "
             "crankpins settles it (crankpin_in_file = false if they are not in the file)"
         )
-    return Layout(axis, tuple(choose_journals(long, on_axis, pins, axis)), tuple(pins))
+    return Layout(axis, tuple(choose_journals(on_axis, pins, axis)), tuple(pins))
 
 
 def _mean_centre(runs: Sequence[Run]) -> Array:
@@ -117,8 +115,7 @@ def _crankpins(long: Lengthwise, on_axis: Sequence[Run], others: Sequence[Run]) 
     ]
     low, high = on_axis[0].z_low, on_axis[-1].z_high
     between = [run for run in alone if low < run.z_mid < high]
-    pins = between or alone
-    pins = merged(long, sorted(pins, key=lambda run: run.z_mid), on_axis)
+    pins = sorted(between or alone, key=lambda run: run.z_mid)
     widest: list[Run] = []
     for run in pins:
         if (
@@ -137,30 +134,7 @@ def _same_line(a: Run, b: Run) -> bool:
     return float(np.linalg.norm(a.centre - b.centre)) < SAME_CENTRE * min(a.radius, b.radius)
 
 
-def merged(long: Lengthwise, runs: Sequence[Run], apart: Sequence[Run] = ()) -> list[Run]:
-    """Join cylinders on one line between which no metal stands out: drillings and grooves part them."""
-    joined: list[Run] = []
-    for run in runs:
-        last = joined[-1] if joined else None
-        if (
-            last is not None
-            and _same_line(last, run)
-            and abs(last.radius - run.radius) < INSIDE * run.radius
-            and _stays_inside(long, last, run)
-        ):
-            joined[-1] = replace(last, z_high=run.z_high)
-        else:
-            joined.append(run)
-    return joined
-
-
-def _stays_inside(long: Lengthwise, a: Run, b: Run) -> bool:
-    between = [s for s in long.sections if a.z_high < s.z_mm < b.z_low]
-    limit = (1.0 + INSIDE) * a.radius
-    return all(s.pieces and all(p.reach_from(a.centre) <= limit for p in s.pieces) for s in between)
-
-
-def choose_journals(long: Lengthwise, on_axis: Sequence[Run], pins: Sequence[Run], axis: Array) -> list[Run]:
+def choose_journals(on_axis: Sequence[Run], pins: Sequence[Run], axis: Array) -> list[Run]:
     """Return one main journal for each stretch of the axis that crankpins part."""
     everything = sorted(
         [(run.z_mid, 0, run) for run in on_axis] + [(run.z_mid, 1, run) for run in pins],
@@ -178,7 +152,7 @@ def choose_journals(long: Lengthwise, on_axis: Sequence[Run], pins: Sequence[Run
         group, before = [], run
     if group:
         groups.append((group, before, None))
-    return [_journal(merged(long, members), left, right, axis) for members, left, right in groups]
+    return [_journal(members, left, right, axis) for members, left, right in groups]
 
 
 def _journal(group: Sequence[Run], left: Run | None, right: Run | None, axis: Array) -> Run:
@@ -218,7 +192,7 @@ def pressed_up_layout(
     axis = _mean_centre(on_axis)
     gaps = _gaps(long, on_axis)
     pins = [_bore_pin(long, gap, axis, rounding_mm) for gap in gaps]
-    return Layout(axis, tuple(choose_journals(long, on_axis, pins, axis)), tuple(pins))
+    return Layout(axis, tuple(choose_journals(on_axis, pins, axis)), tuple(pins))
 
 
 def _gaps(long: Lengthwise, on_axis: Sequence[Run]) -> list[tuple[float, float]]:
@@ -253,7 +227,7 @@ def _bore_pin(long: Lengthwise, gap: tuple[float, float], axis: Array, rounding_
     centre, radius = shared[0]
     z = long.vertices[:, 2]
     reach = 0.5 * (float(z.max()) - float(z.min()))
-    exact = bare_cylinder(long.vertices, centre, radius, (gap[0] - reach, gap[1] + reach), rounding_mm)
+    exact = bare_cylinder(long.vertices, centre, radius, (gap[0] - reach, gap[1] + reach), 0.0, rounding_mm)
     if exact is not None and float(np.linalg.norm(exact.centre - centre)) < SAME_CENTRE * radius:
         centre, radius = exact.centre, exact.radius
     return Run(centre, radius, gap[0], gap[1])

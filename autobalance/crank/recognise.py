@@ -18,19 +18,17 @@ from autobalance.crank.anatomy import (
     Throw,
     Web,
 )
-from autobalance.crank.directions import axis_candidates
+from autobalance.crank.directions import axis_candidates, sample
 from autobalance.crank.layout import Layout, pressed_up_layout, solid_layout
 from autobalance.crank.runs import ROUNDING, Run, bare_cylinder, common_axis, find_runs
-from autobalance.crank.stations import Lengthwise, lengthwise, turn_to_z
+from autobalance.crank.stations import Lengthwise, lengthwise, straightened
 from autobalance.crank.webs import find_webs
 from autobalance.errors import RecognitionError
 from autobalance.solid.csg import Solid
 from autobalance.solid.mesh import Mesh
 
-SAMPLE = 40_000
-"""Triangles that the search for directions looks at: the largest, and as many spread evenly over the rest."""
-STRAIGHT_ENOUGH_RAD = 1e-6
-"""The axis found and the one that the sections were taken along may differ by this much."""
+SLIGHT_TILT_RAD = 1e-4
+"""Sections taken along an axis that is off by less than this still show the same circles."""
 
 
 def recognise(solid: Solid, overrides: Overrides) -> Anatomy:
@@ -56,6 +54,14 @@ def recognise(solid: Solid, overrides: Overrides) -> Anatomy:
     given = _given_axis(overrides)
     if given is not None and overrides.crankpins is not None and overrides.main_journals is not None:
         return _from_job(mesh, overrides, given)
+    if overrides.crankpin_in_file is None:
+        try:
+            return recognise(solid, replace(overrides, crankpin_in_file=True))
+        except RecognitionError as reason:
+            try:
+                return recognise(solid, replace(overrides, crankpin_in_file=False))
+            except RecognitionError:
+                raise reason from None
     refusals: list[tuple[int, RecognitionError]] = []
     for direction in _directions(mesh, overrides):
         try:
@@ -106,28 +112,34 @@ def _directions(mesh: Mesh, overrides: Overrides) -> list[Array]:
     if given is not None:
         return [given[1]]
     vectors = mesh.area_vectors
-    if len(vectors) > 2 * SAMPLE:
-        size = np.einsum("ij,ij->i", vectors, vectors)
-        large = np.argpartition(-size, SAMPLE)[:SAMPLE]
-        vectors = np.concatenate([vectors[large], vectors[:: len(vectors) // SAMPLE]])
-    return [_upright(axis) for axis in axis_candidates(vectors)]
+    rows, weight = sample(np.einsum("ij,ij->i", vectors, vectors))
+    return [_upright(axis) for axis in axis_candidates(weight[:, None] * vectors[rows])]
 
 
 def _along(mesh: Mesh, direction: Array, overrides: Overrides) -> Anatomy:
     """Recognise the crank along one direction, which is refined unless the job gives it."""
-    rounding = ROUNDING * float(np.abs(mesh.bounds).max())
+    rounding = _rounding_mm(mesh)
     fixed = _given_axis(overrides)
     for _ in range(3):
-        long = lengthwise(mesh, turn_to_z(direction))
+        long = lengthwise(mesh, direction, rounding)
         layout = _layout(long, overrides, rounding)
         if fixed is not None:
             break
-        found = _upright(_to_file(long, common_axis(long.vertices, layout.journals, rounding)[1]))
-        straight = float(np.linalg.norm(found - direction)) < STRAIGHT_ENOUGH_RAD
-        direction = found
-        if straight:
+        for _ in range(2):  # the second time from the first's axis: a tilted fit is not quite linear
+            found = _upright(_to_file(long, common_axis(long.vertices, layout.journals, rounding)[1]))
+            tilt, direction = float(np.linalg.norm(found - direction)), found
+            if tilt < SLIGHT_TILT_RAD:
+                long = straightened(long, mesh, direction)
+                layout = replace(layout, journals=_tight(long, layout.journals, rounding))
+            if not 1e-9 < tilt < SLIGHT_TILT_RAD:
+                break
+        if tilt < SLIGHT_TILT_RAD:
             break
     return _anatomy(long, layout, direction, overrides, rounding)
+
+
+def _rounding_mm(mesh: Mesh) -> float:
+    return ROUNDING * float(np.abs(mesh.bounds).max())
 
 
 def _to_file(long: Lengthwise, vector: Array) -> Array:
@@ -140,7 +152,7 @@ def _layout(long: Lengthwise, overrides: Overrides, rounding: float) -> Layout:
     axis_point = overrides.axis_point_mm
     if axis_point is None and overrides.main_journals:
         axis_point = overrides.main_journals[0].centre_mm
-    given_axis = None if axis_point is None else (long.turn[:3, :3] @ axis_point)[:2]
+    given_axis = None if axis_point is None else long.placed(axis_point)[:2]
     try:
         if overrides.crankpins is not None:
             pins = [_hinted(long, hint, runs, "crankpins") for hint in overrides.crankpins]
@@ -176,7 +188,7 @@ def _with_pins(
         return Layout(axis, tuple(sorted(journals, key=lambda run: run.z_mid)), tuple(pins))
     on_axis = crank_axis(near, given_axis)
     axis = on_axis[0].centre
-    return Layout(axis, tuple(choose_journals(long, on_axis, pins, axis)), tuple(pins))
+    return Layout(axis, tuple(choose_journals(on_axis, pins, axis)), tuple(pins))
 
 
 def _apart(run: Run, pin: Run) -> bool:
@@ -185,7 +197,7 @@ def _apart(run: Run, pin: Run) -> bool:
 
 def _hinted(long: Lengthwise, hint: PinHint, runs: Sequence[Run], key: str) -> Run:
     """Return the cylinder that a job gives; what it leaves out is taken from the one found there."""
-    centre = long.turn[:3, :3] @ hint.centre_mm + long.turn[:3, 3]
+    centre = long.placed(hint.centre_mm)
     there = [
         run
         for run in runs
@@ -206,12 +218,12 @@ def _hinted(long: Lengthwise, hint: PinHint, runs: Sequence[Run], key: str) -> R
 
 def _from_job(mesh: Mesh, overrides: Overrides, given: tuple[Array | None, Array]) -> Anatomy:
     """Build the anatomy from what a job says alone; only webs are looked for."""
-    long = lengthwise(mesh, turn_to_z(given[1]))
+    rounding = _rounding_mm(mesh)
+    long = lengthwise(mesh, given[1], rounding)
     incomplete = any(
         hint.diameter_mm is None or hint.width_mm is None
         for hint in (*(overrides.crankpins or ()), *(overrides.main_journals or ()))
     )
-    rounding = ROUNDING * float(np.abs(mesh.bounds).max())
     runs = find_runs(long, rounding) if incomplete else []
     pins = [_hinted(long, hint, runs, "crankpins") for hint in overrides.crankpins or ()]
     journals = [_hinted(long, hint, runs, "main_journals") for hint in overrides.main_journals or ()]
@@ -220,7 +232,7 @@ def _from_job(mesh: Mesh, overrides: Overrides, given: tuple[Array | None, Array
     point = given[0]
     if point is None:
         raise RecognitionError("axis_direction is given without axis_point_mm or main_journals")
-    axis = (long.turn[:3, :3] @ np.asarray(point, dtype=np.float64))[:2]
+    axis = long.placed(point)[:2]
     layout = Layout(
         axis,
         tuple(sorted(journals, key=lambda run: run.z_mid)),
@@ -235,7 +247,7 @@ def _anatomy(
     """Put the frame where it belongs, measure everything in it, and number it."""
     axis = layout.axis
     if overrides.axis_point_mm is not None:
-        axis = (long.turn[:3, :3] @ overrides.axis_point_mm)[:2]
+        axis = long.placed(overrides.axis_point_mm)[:2]
     elif overrides.main_journals is None:
         axis = common_axis(long.vertices, layout.journals, rounding)[0][:2]
     layout = replace(layout, axis=axis)
@@ -267,7 +279,12 @@ def _tight(long: Lengthwise, runs: Sequence[Run], rounding: float) -> tuple[Run,
     for run in runs:
         pad = 1e-3 * run.radius
         again = bare_cylinder(
-            long.vertices, run.centre, run.radius, (run.z_low - pad, run.z_high + pad), rounding
+            long.vertices,
+            run.centre,
+            run.radius,
+            (run.z_low - pad, run.z_high + pad),
+            0.9 * run.width,
+            rounding,
         )
         tight.append(run if again is None else again)
     return tuple(tight)

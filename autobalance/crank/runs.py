@@ -19,6 +19,20 @@ ON_CYLINDER = 1e-5
 """A vertex lies on a cylinder when it is off by less than this share of the radius (and rounding)."""
 ROUNDING = 3e-7
 """Rounding of a file's coordinates (float32), as a share of the greatest coordinate, with some room."""
+INSIDE = 1e-3
+"""Metal within a cylinder, up to this share of its radius, is part of it: drillings, keyways, grooves."""
+GAP_SHARE = 0.5
+"""A groove all around may part a cylinder for this share of its radius."""
+SURFACE_LEFT = 0.035
+"""Between parts of one cylinder, however long a window parts them, some surface is left: metal still reaches
+the radius but for this share (twelve facets)."""
+RINGS = (2e-5, 2e-4, 0.02)
+"""How far from the circle that the sections show vertices of the cylinder are looked for, as shares of the
+radius: regular meshes give it exactly, irregular ones too small by as much as their facets are coarse."""
+LEAST_VERTICES = 8
+"""Fewer vertices on a cylinder are none."""
+MOST_OF_SPAN = 0.6
+"""A cylinder's vertices reach over at least this share of the sections that show it."""
 LEAST_WIDTH = 0.05
 """Bare cylinders shorter than this share of their radius are chamfers and steps."""
 
@@ -43,80 +57,102 @@ class Run:
         return 0.5 * (self.z_low + self.z_high)
 
 
+@dataclass(frozen=True, eq=False)
+class _Link:
+    """A circle that is a whole piece of the section with number ``place``."""
+
+    place: int
+    centre: Array
+    radius: float
+
+    def continues(self, first: _Link) -> bool:
+        return (
+            abs(self.radius - first.radius) < SAME_RADIUS * first.radius
+            and float(np.linalg.norm(self.centre - first.centre)) < SAME_CENTRE * first.radius
+        )
+
+
 def find_runs(long: Lengthwise, rounding_mm: float) -> list[Run]:
     """Return the bare cylinders whose whole section piece is their circle, by increasing z."""
-    chains: list[list[tuple[int, Array, float]]] = []
-    open_chains: list[list[tuple[int, Array, float]]] = []
+    chains: list[list[_Link]] = []
     for place, section in enumerate(long.sections):
-        still: list[list[tuple[int, Array, float]]] = []
         for piece in section.pieces:
-            circle = piece.circle
-            if circle is None:
+            if piece.circle is None:
                 continue
-            here = (place, circle.centre, circle.radius)
-            for chain in open_chains:
-                if _continues(chain[0], here) and chain[-1][0] == place - 1:
+            here = _Link(place, piece.circle.centre, piece.circle.radius)
+            for chain in reversed(chains):
+                if here.continues(chain[0]) and _unbroken(long, chain, here):
                     chain.append(here)
-                    still.append(chain)
                     break
             else:
                 chains.append([here])
-                still.append(chains[-1])
-        open_chains = still
     runs = [_run(long, chain, rounding_mm) for chain in chains]
     return sorted((run for run in runs if run is not None), key=lambda run: run.z_mid)
 
 
-def _continues(first: tuple[int, Array, float], here: tuple[int, Array, float]) -> bool:
-    (_, centre, radius), (_, other, size) = first, here
-    return (
-        abs(size - radius) < SAME_RADIUS * radius
-        and float(np.linalg.norm(other - centre)) < SAME_CENTRE * radius
-    )
+def _unbroken(long: Lengthwise, chain: Sequence[_Link], here: _Link) -> bool:
+    """Whether a circle follows its chain directly, or with nothing but drillings and grooves between."""
+    last = chain[-1].place
+    if last >= here.place - 1:
+        return last == here.place - 1
+    between = long.sections[last + 1 : here.place]
+    reaches = [max((p.reach_from(here.centre) for p in s.pieces), default=0.0) for s in between]
+    if max(reaches) > (1.0 + INSIDE) * here.radius or min(reaches) == 0.0:
+        return False
+    groove = long.sections[here.place].z_mm - long.sections[last].z_mm <= GAP_SHARE * here.radius
+    return groove or min(reaches) > (1.0 - SURFACE_LEFT) * here.radius
 
 
-def _run(long: Lengthwise, chain: Sequence[tuple[int, Array, float]], rounding_mm: float) -> Run | None:
+def _run(long: Lengthwise, chain: Sequence[_Link], rounding_mm: float) -> Run | None:
     """Return the cylinder that a chain of circles shows, its ends where its last vertices stand."""
-    centre = np.median([c for _, c, _ in chain], axis=0)
-    radius = float(np.median([r for *_, r in chain]))
-    before, after = chain[0][0] - 1, chain[-1][0] + 1
+    centre = np.median([link.centre for link in chain], axis=0)
+    radius = float(np.median([link.radius for link in chain]))
+    before, after = chain[0].place - 1, chain[-1].place + 1
     z_from = long.sections[before].z_mm if before >= 0 else -np.inf
     z_to = long.sections[after].z_mm if after < len(long.sections) else np.inf
-    return bare_cylinder(long.vertices, centre, radius, (z_from, z_to), rounding_mm)
+    span = long.sections[chain[-1].place].z_mm - long.sections[chain[0].place].z_mm
+    return bare_cylinder(long.vertices, centre, radius, (z_from, z_to), span, rounding_mm)
 
 
 def bare_cylinder(
-    vertices: Array, centre: Array, radius: float, z_range: tuple[float, float], rounding_mm: float
+    vertices: Array,
+    centre: Array,
+    radius: float,
+    z_range: tuple[float, float],
+    span: float,
+    rounding_mm: float,
 ) -> Run | None:
     """Fit the cylinder along z that vertices in a range of z lie on; None if they show none.
 
-    A cylinder's vertices lie on it at (at least) two heights, however coarse its facets; those of fillets,
-    tapers and chamfers do not.
+    A cylinder's vertices lie on it at (at least) two heights, ``span`` or more apart, however coarse its
+    facets; those of fillets, tapers and chamfers do not. Sections through a regular mesh give the radius
+    exactly; where they do not, wider rings are tried.
     """
     z = vertices[:, 2]
     near = vertices[(z >= z_range[0]) & (z <= z_range[1])]
-    away = np.linalg.norm(near[:, :2] - centre, axis=1)
-    near = near[np.abs(away - radius) < 0.04 * radius]
-    for share in (3e-3, 1e-3, 2e-4):
-        if len(near) < 8:
-            return None
+    for share in RINGS:
         away = np.linalg.norm(near[:, :2] - centre, axis=1)
-        radius = _densest(away, share * radius)
-        near = near[np.abs(away - radius) <= share * radius + rounding_mm]
-        if len(near) < 8:
-            return None
-        centre, radius = fit_circle(near[:, :2])
-    off = np.abs(np.linalg.norm(near[:, :2] - centre, axis=1) - radius)
-    slack = max(ON_CYLINDER * radius + rounding_mm, 2.0 * float(np.median(off)))
-    on = near[off <= slack]
-    low, high = float(on[:, 2].min()), float(on[:, 2].max())
-    if len(on) < 8 or high - low < LEAST_WIDTH * radius:
-        return None
-    return Run(centre, radius, low, high)
+        if share > RINGS[1]:
+            radius = _densest(away[np.abs(away - radius) < 2.0 * share * radius], RINGS[1] * radius, radius)
+        ring = near[np.abs(away - radius) <= share * radius + rounding_mm]
+        if len(ring) < LEAST_VERTICES:
+            continue
+        fitted, size = fit_circle(ring[:, :2])
+        off = np.abs(np.linalg.norm(near[:, :2] - fitted, axis=1) - size)
+        slack = max(ON_CYLINDER * size + rounding_mm, 2.0 * float(np.median(off[off <= 2.0 * share * size])))
+        on = near[off <= slack]
+        if len(on) < LEAST_VERTICES:
+            continue
+        low, high = float(on[:, 2].min()), float(on[:, 2].max())
+        if high - low >= max(LEAST_WIDTH * size, MOST_OF_SPAN * span):
+            return Run(fitted, size, low, high)
+    return None
 
 
-def _densest(values: Array, width: float) -> float:
+def _densest(values: Array, width: float, otherwise: float) -> float:
     """Return the middle of the window of ``width`` that holds most values; the largest of equals."""
+    if len(values) == 0:
+        return otherwise
     ranked = np.sort(values)
     held = np.searchsorted(ranked, ranked + width, side="right") - np.arange(len(ranked))
     best = len(held) - 1 - int(np.argmax(held[::-1]))
@@ -129,9 +165,11 @@ def common_axis(vertices: Array, runs: Sequence[Run], rounding_mm: float) -> tup
     Least squares over the vertices on the cylinders, linear in the line's position and slope and in each
     radius; the vertices lie on the true surface however coarse the facets are.
     """
-    where, arms, who = [], [], []
+    z = vertices[:, 2]
+    where: list[Array] = []
+    arms: list[Array] = []
+    who: list[Array] = []
     for number, run in enumerate(runs):
-        z = vertices[:, 2]
         near = vertices[(z >= run.z_low) & (z <= run.z_high)]
         arm = near[:, :2] - run.centre
         away = np.linalg.norm(arm, axis=1)
@@ -143,14 +181,17 @@ def common_axis(vertices: Array, runs: Sequence[Run], rounding_mm: float) -> tup
     middle, scale = float(points[:, 2].mean()), max(float(np.ptp(points[:, 2])), 1e-12)
     lever = (points[:, 2] - middle) / scale
     start = runs[0].centre
-    rows = np.column_stack([unit, unit * lever[:, None], owner[:, None] == np.arange(len(runs))])
-    target = ((points[:, :2] - start) * unit).sum(axis=1)
-    keep = np.ones(len(rows), dtype=bool)
-    for _ in range(3):
-        kept = rows[keep]
-        solution = np.linalg.lstsq(kept.T @ kept, kept.T @ target[keep], rcond=None)[0]
-        off = np.abs(rows @ solution - target)
-        keep = off <= max(4.0 * float(np.median(off)), 1e-3 * rounding_mm)
+    radii = np.array([run.radius for run in runs])
+    line = np.column_stack([unit, unit * lever[:, None]])
+    rows = np.column_stack([line, owner[:, None] == np.arange(len(runs))])
+    reach = ((points[:, :2] - start) * unit).sum(axis=1) - radii[owner]
+    keep = np.abs(line @ _solved(line, reach) - reach) <= ON_CYLINDER * radii[owner] + rounding_mm
+    keep = keep if keep.sum() > 0.1 * len(keep) else np.ones(len(rows), dtype=bool)
+    solution = _solved(rows[keep], reach[keep])
     slope = np.array([solution[2] / scale, solution[3] / scale, 1.0])
     point = np.array([start[0] + solution[0], start[1] + solution[1], middle])
     return point, slope / np.linalg.norm(slope)
+
+
+def _solved(rows: Array, target: Array) -> Array:
+    return np.asarray(np.linalg.lstsq(rows.T @ rows, rows.T @ target, rcond=None)[0], dtype=np.float64)

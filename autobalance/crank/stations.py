@@ -30,16 +30,17 @@ class Piece:
 
     outline: Array
     holes: tuple[Array, ...]
+    grain_mm: float
 
     @cached_property
     def circle(self) -> Circle | None:
         """The circle that the outline is, cut-outs apart."""
-        return whole_circle(self.outline)
+        return whole_circle(self.outline, self.grain_mm)
 
     @cached_property
     def bores(self) -> tuple[Circle, ...]:
         """Round holes."""
-        found = (whole_circle(hole[::-1]) for hole in self.holes)
+        found = (whole_circle(hole[::-1], self.grain_mm) for hole in self.holes)
         return tuple(circle for circle in found if circle is not None)
 
     def reach_from(self, centre: Array) -> float:
@@ -77,30 +78,47 @@ class Lengthwise:
     level_areas_mm2: Array
     sections: tuple[Section, ...]
 
+    def placed(self, point_mm: Array) -> Array:
+        """Return a point (3,) of the file in these axes."""
+        here: Array = self.turn[:3, :3] @ np.asarray(point_mm, dtype=np.float64) + self.turn[:3, 3]
+        return here
+
     @property
     def length_mm(self) -> float:
         """Extent along the axis [mm]."""
         return float(np.ptp(self.vertices[:, 2]))
 
 
-def lengthwise(mesh: Mesh, turn: Array) -> Lengthwise:
-    """Turn a mesh by ``turn`` (4, 4) and cut it at stations along z."""
+def lengthwise(mesh: Mesh, direction: Array, rounding_mm: float) -> Lengthwise:
+    """Turn a mesh so that ``direction`` (3,) is z, its middle the origin, and cut it at stations along z."""
+    turn = turn_to_z(direction, mesh.bounds.mean(axis=0))
     vertices = mesh.vertices @ turn[:3, :3].T + turn[:3, 3]
     levels, areas = _levels(mesh, vertices, turn[2, :3])
     heights = _stations(vertices, levels)
     outlines = cross_sections(vertices, mesh.triangles, heights)
-    sections = tuple(Section(float(z), _pieces(found)) for z, found in zip(heights, outlines, strict=True))
+    sections = tuple(
+        Section(float(z), _pieces(found, rounding_mm)) for z, found in zip(heights, outlines, strict=True)
+    )
     return Lengthwise(turn, vertices, levels, areas, sections)
 
 
-def turn_to_z(direction: Array, x_hint: Array | None = None) -> Array:
-    """Return a rotation (4, 4) that takes ``direction`` (3,) to z, and ``x_hint``'s square part to x."""
+def straightened(long: Lengthwise, mesh: Mesh, direction: Array) -> Lengthwise:
+    """Return the same with the axis turned a very little, to ``direction``; the sections are kept."""
+    turn = turn_to_z(direction, mesh.bounds.mean(axis=0))
+    vertices = mesh.vertices @ turn[:3, :3].T + turn[:3, 3]
+    levels, areas = _levels(mesh, vertices, turn[2, :3])
+    return Lengthwise(turn, vertices, levels, areas, long.sections)
+
+
+def turn_to_z(direction: Array, middle: Array) -> Array:
+    """Return a rigid motion (4, 4) that takes ``direction`` (3,) to z and ``middle`` (3,) to the origin."""
     z = np.asarray(direction, dtype=np.float64) / np.linalg.norm(direction)
-    helper = np.eye(3)[int(np.argmin(np.abs(z)))] if x_hint is None else np.asarray(x_hint, dtype=np.float64)
+    helper = np.eye(3)[int(np.argmin(np.abs(np.round(z, 3))))]
     x = helper - (helper @ z) * z
     x /= np.linalg.norm(x)
     turn = np.eye(4)
     turn[:3, :3] = np.stack([x, np.cross(z, x), z])
+    turn[:3, 3] = -turn[:3, :3] @ middle
     return turn
 
 
@@ -110,7 +128,7 @@ def _levels(mesh: Mesh, vertices: Array, axis: Array) -> tuple[Array, Array]:
     square = np.flatnonzero(along**2 > SQUARE**2 * np.einsum("ij,ij->i", vectors, vectors))
     if len(square) == 0:
         return np.zeros(0), np.zeros(0)
-    height = vertices[mesh.triangles[square], 2].mean(axis=1)
+    height = vertices[mesh.triangles[square, 0], 2]
     area = 0.5 * np.abs(along[square])
     order = np.argsort(height)
     height, area = height[order], area[order]
@@ -136,7 +154,7 @@ def _stations(vertices: Array, levels: Array) -> Array:
     return stations[(stations > low) & (stations < high)]
 
 
-def _pieces(outlines: list[Array]) -> tuple[Piece, ...]:
+def _pieces(outlines: list[Array], grain_mm: float) -> tuple[Piece, ...]:
     areas = [_area(outline) for outline in outlines]
     most = max((abs(area) for area in areas), default=0.0)
     real = [(o, a) for o, a in zip(outlines, areas, strict=True) if abs(a) > 1e-9 * most]
@@ -148,12 +166,14 @@ def _pieces(outlines: list[Array]) -> tuple[Piece, ...]:
                 if len(solids) == 1 or (size > -area and _inside(around, outline[0])):
                     holes[place].append(outline)
                     break
-    return tuple(Piece(outline, tuple(inner)) for (outline, _), inner in zip(solids, holes, strict=True))
+    return tuple(
+        Piece(outline, tuple(inner), grain_mm) for (outline, _), inner in zip(solids, holes, strict=True)
+    )
 
 
 def _area(outline: Array) -> float:
     x, y = outline.T
-    return 0.5 * float(x @ np.roll(y, -1) - y @ np.roll(x, -1))
+    return 0.5 * float((x * np.roll(y, -1) - y * np.roll(x, -1)).sum())
 
 
 def _inside(outline: Array, point: Array) -> bool:

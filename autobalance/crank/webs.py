@@ -9,9 +9,9 @@ from itertools import pairwise
 import numpy as np
 
 from autobalance.crank.anatomy import Array, CounterweightOutline, Web
-from autobalance.crank.layout import INSIDE, Layout
-from autobalance.crank.runs import Run
-from autobalance.crank.stations import Lengthwise, Piece, Section
+from autobalance.crank.layout import Layout
+from autobalance.crank.runs import INSIDE, Run
+from autobalance.crank.stations import ASIDE_SHARE, Lengthwise, Piece, Section
 
 CENTRED = 0.02
 """A section piece is a collar or fillet of a cylinder when it is a circle whose centre is off the cylinder's
@@ -52,8 +52,9 @@ def _extent(long: Lengthwise, a: Run, b: Run, axis: Array) -> tuple[float, float
     first, last = inside[0], inside[-1]
     before = sections[first - 1] if first > 0 else None
     after = sections[last + 1] if last + 1 < len(sections) else None
-    low = _edge(long, before.z_mm if before else a.z_mid, sections[first].z_mm, a, upward=True)
-    high = _edge(long, sections[last].z_mm, after.z_mm if after else b.z_mid, b, upward=False)
+    beside = 4.0 * ASIDE_SHARE * long.length_mm  # a small blend around a level belongs to the level
+    low = _edge(long, before.z_mm if before else a.z_mid, sections[first].z_mm + beside, a, upward=True)
+    high = _edge(long, sections[last].z_mm - beside, after.z_mm if after else b.z_mid, b, upward=False)
     return low, high
 
 

@@ -30,7 +30,7 @@ class Crankshaft:
     @property
     def crankpin_in_file(self) -> bool:
         """False for a pressed-up crank that is modelled without its crankpins."""
-        return self.overrides.crankpin_in_file
+        return self.overrides.crankpin_in_file is not False
 
 
 @dataclass(frozen=True)

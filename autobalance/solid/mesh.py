@@ -38,10 +38,10 @@ class Mesh:
         """The triangles' corners (m, 3, 3) [mm]."""
         return self.vertices[self.triangles]
 
-    @property
+    @cached_property
     def bounds(self) -> Array:
         """Least and greatest coordinates (2, 3) [mm]."""
-        return np.stack([self.vertices.min(axis=0), self.vertices.max(axis=0)])
+        return np.array([[column.min() for column in self.vertices.T], [c.max() for c in self.vertices.T]])
 
     @property
     def diagonal_mm(self) -> float:

@@ -49,10 +49,12 @@ def cross_sections(vertices: Array, triangles: Indices, heights_mm: Array) -> li
 def _crossed_edges(corner: Indices, up: NDArray[np.bool_]) -> tuple[Indices, Indices]:
     """Return the edges (k, 2) where the section enters and leaves each triangle, metal on its left."""
     row = np.arange(len(corner))
-    lone_up = up.sum(axis=1) == 1
-    lone = np.where(lone_up, up.argmax(axis=1), up.argmin(axis=1))
+    a, b, c = up.T
+    lone = np.where(b == c, 0, np.where(a == c, 1, 2))
+    lone_up = up[row, lone]
     i, j, k = (corner[row, (lone + step) % 3] for step in range(3))
-    one, other = np.sort(np.stack([i, j], axis=1), axis=1), np.sort(np.stack([k, i], axis=1), axis=1)
+    one = np.stack([np.minimum(i, j), np.maximum(i, j)], axis=1)
+    other = np.stack([np.minimum(k, i), np.maximum(k, i)], axis=1)
     return np.where(lone_up[:, None], one, other), np.where(lone_up[:, None], other, one)
 
 
