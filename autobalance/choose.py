@@ -166,10 +166,10 @@ def _add_points(tables: list[Array], *answers: Array) -> bool:
     return added
 
 
-def _breakpoints(cut: Cut) -> Array:
+def _breakpoints(cut: Cut, count: int = POINTS) -> Array:
     if cut.max_depth_mm - cut.least_depth_mm < 1e-9:
         return np.array([cut.max_depth_mm])
-    points = np.linspace(cut.least_depth_mm, cut.max_depth_mm, POINTS)
+    points = np.linspace(cut.least_depth_mm, cut.max_depth_mm, count)
     return points[points > 0.0]
 
 
@@ -179,20 +179,10 @@ def _solve(task: _Task, tables: Sequence[Array], least_count: int) -> Array:
     The relaxation's value is a bound for the whole programme: where the few come near it, the rest need not
     be looked at.
     """
-    from scipy.optimize import linprog
-
     count = len(task.cuts)
     effects = [[cut.effect(float(d)) for d in points] for cut, points in zip(task.cuts, tables, strict=True)]
     relaxed = _Rules(task, tables, effects, least_count, whole=False)
-    upper, lower = np.isfinite(relaxed.upper_rows), np.isfinite(relaxed.lower_rows)
-    matrix: Any = vstack_rows(relaxed.matrix[upper], -relaxed.matrix[lower])
-    answer = linprog(
-        relaxed.cost,
-        A_ub=matrix,
-        b_ub=np.concatenate([relaxed.upper_rows[upper], -relaxed.lower_rows[lower]]),
-        bounds=[(0.0, top) for top in relaxed.upper.tolist()],
-        method="highs",
-    )
+    answer = _relaxed(relaxed)
     if answer.x is None:  # more cuts asked for than the counts allow
         return np.zeros(count)
     few = _promising(relaxed, answer, math.inf)[: FEW[0]]
@@ -212,6 +202,41 @@ def _solve(task: _Task, tables: Sequence[Array], least_count: int) -> Array:
             break
         few = wider
     return best
+
+
+def least_share(residual: Unbalance, tolerance: Tolerance, offer: Offer) -> float:
+    """Return a share of the permissible value that no plan within the rules gets below (to about 1 %).
+
+    Whole numbers are let go of here, so that a plan may well not reach it; but none is better.
+    """
+    if not offer.cuts:
+        return tolerance.used_share(residual)
+    task = _Task(residual, tolerance, offer, "least_metal", AIM, *_usual(offer))
+    tables = [_breakpoints(cut, 2 * POINTS - 1) for cut in offer.cuts]
+    rules = _Rules(task, tables, _effects(task, tables), 0, whole=False)
+    rules.cost[:] = 0.0
+    rules.cost[rules.excess] = 1.0
+    excess = float(_relaxed(rules).fun or 0.0)
+    return 0.0 if excess <= 1e-6 else math.cos(math.pi / SIDES) * AIM * (0.5 + excess)
+
+
+def _effects(task: _Task, tables: Sequence[Array]) -> list[list[Moments]]:
+    return [[cut.effect(float(d)) for d in points] for cut, points in zip(task.cuts, tables, strict=True)]
+
+
+def _relaxed(rules: _Rules) -> Any:
+    """Solve the programme with switches anywhere between off and on."""
+    from scipy.optimize import linprog
+
+    upper, lower = np.isfinite(rules.upper_rows), np.isfinite(rules.lower_rows)
+    matrix: Any = vstack_rows(rules.matrix[upper], -rules.matrix[lower])
+    return linprog(
+        rules.cost,
+        A_ub=matrix,
+        b_ub=np.concatenate([rules.upper_rows[upper], -rules.lower_rows[lower]]),
+        bounds=[(0.0, top) for top in rules.upper.tolist()],
+        method="highs",
+    )
 
 
 def _promising(relaxed: _Rules, answer: Any, gap: float) -> list[int]:

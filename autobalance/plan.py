@@ -237,8 +237,12 @@ class Shortfall:
     binding: tuple[str, ...]
 
 
-def explain_shortfall(short: Shortfall) -> str:
-    """Say by how much, in which plane, what limits it, and what would fix it."""
+def explain_shortfall(short: Shortfall, computed: Sequence[str] = (), bound: float = 0.0) -> str:
+    """Say by how much, in which plane, what limits it, and what would fix it.
+
+    ``computed`` are changes of the limits that are known to suffice; ``bound`` is the share of the
+    permissible value that no plan within the limits gets below, where that is known.
+    """
     worst, value, permitted = max(_judged_values(short), key=lambda row: row[1] / row[2])
     text = (
         f"the residual of {worst} is {value:.2f} g·mm, {value - permitted:.2f} g·mm above the permissible "
@@ -250,7 +254,10 @@ def explain_shortfall(short: Shortfall) -> str:
         text += "; the metal ends at " + ", ".join(short.binding)
     else:
         text += "; none of the cuts at hand acts in the direction that is left"
-    return text + "; " + ", or ".join(_fixes(short))
+    if bound > 1.0:
+        text += f"; no plan within these limits leaves less than {bound:.3g} times the permissible value"
+    enough = "; enough would be: " + ", or ".join(computed) if computed else ""
+    return text + enough + "; " + ", or ".join(_fixes(short, estimate=not computed))
 
 
 def _judged_values(short: Shortfall) -> list[tuple[str, float, float]]:
@@ -262,7 +269,7 @@ def _judged_values(short: Shortfall) -> list[tuple[str, float, float]]:
     return rows
 
 
-def _fixes(short: Shortfall) -> list[str]:
+def _fixes(short: Shortfall, estimate: bool) -> list[str]:
     fixes = []
     factor = reachable_factor(short)
     if factor is not None:
@@ -272,7 +279,7 @@ def _fixes(short: Shortfall) -> list[str]:
         for cut, depth in zip(short.cuts, short.depths_mm, strict=True)
         if depth >= cut.max_depth_mm - 1e-6
     )
-    if short.binding and pull > 0.0:
+    if estimate and short.binding and pull > 0.0:
         deeper = short.residual.magnitude_g_mm**2 / pull
         fixes.append(f"about {deeper:.3g} mm more depth where it ends")
     light = math.degrees(short.residual.angle_rad + math.pi) % 360.0

@@ -9,11 +9,12 @@ from typing import Literal
 import numpy as np
 
 from autobalance import correction
-from autobalance.choose import Prefer, choose
+from autobalance.choose import Prefer, choose, least_share
 from autobalance.correction import Limits
 from autobalance.correction.kind import Array, Correction, Cut, Offer, Workpiece
 from autobalance.crank.anatomy import Anatomy, Face
 from autobalance.plan import AIM, Plan, Shortfall, explain_shortfall
+from autobalance.release import Release, Shortage, releases
 from autobalance.rotor.moments import Moments
 from autobalance.rotor.tolerance import Tolerance
 from autobalance.rotor.unbalance import Unbalance
@@ -147,8 +148,16 @@ def balance(
     progress("planning the correction")
     offer, plan = _best_offer(rotor, tolerance, methods, initial, prefer)
 
+    def fixes() -> list[Release]:
+        progress("looking for what would suffice")
+        work = _workpiece(rotor, tolerance, initial, 1.0)
+        return releases(Shortage(work, tuple(methods), offer, initial, tolerance, prefer))
+
+    def bound() -> float:
+        return least_share(initial, tolerance, offer)
+
     def left_alone(steps: Sequence[Step] = ()) -> Result:
-        reason = _reason(rotor, tolerance, offer, plan, initial)
+        reason = _reason(rotor, tolerance, offer, plan, initial, fixes(), bound())
         untouched = initial_moments, initial_moments
         return Result("above_tolerance", reason, initial, initial, *untouched, (), tuple(steps), None, None)
 
@@ -181,7 +190,7 @@ def balance(
     within = best.share <= 1.0
     return Result(
         outcome="within_tolerance" if within else "above_tolerance",
-        reason=None if within else _reason(rotor, tolerance, offer, plan, best.residual),
+        reason=None if within else _reason(rotor, tolerance, offer, plan, best.residual, fixes(), bound()),
         initial=initial,
         residual=best.residual,
         initial_moments=initial_moments,
@@ -205,15 +214,7 @@ def _best_offer(
     for effort in range(max(correction.efforts(limits) for limits in methods)):
         look = 1.0
         for _ in range(LOOKS):
-            work = Workpiece(
-                rotor.solid,
-                rotor.anatomy,
-                rotor.faces,
-                rotor.density_g_mm3,
-                heavy_vectors(initial, tolerance, rotor.anatomy),
-                look,
-                tolerance.service_speed_rad_s,
-            )
+            work = _workpiece(rotor, tolerance, initial, look)
             offer = correction.joined(
                 [
                     correction.offer(work, limits, min(effort, correction.efforts(limits) - 1))
@@ -234,6 +235,18 @@ def _best_offer(
             break
     assert best is not None
     return best
+
+
+def _workpiece(rotor: Rotor, tolerance: Tolerance, initial: Unbalance, look: float) -> Workpiece:
+    return Workpiece(
+        rotor.solid,
+        rotor.anatomy,
+        rotor.faces,
+        rotor.density_g_mm3,
+        heavy_vectors(initial, tolerance, rotor.anatomy),
+        look,
+        tolerance.service_speed_rad_s,
+    )
 
 
 def heavy_vectors(
@@ -278,8 +291,18 @@ def _cut_and_measure(
     return _Pass(plan.depths_mm, solid, written, moments, residual, tolerance.used_share(residual))
 
 
-def _reason(rotor: Rotor, tolerance: Tolerance, offer: Offer, plan: Plan, residual: Unbalance) -> str:
+def _reason(
+    rotor: Rotor,
+    tolerance: Tolerance,
+    offer: Offer,
+    plan: Plan,
+    residual: Unbalance,
+    fixes: Sequence[Release],
+    bound: float,
+) -> str:
     per_factor = Unbalance.of(rotor.loads_per_factor)
     return explain_shortfall(
-        Shortfall(residual, tolerance, per_factor, rotor.factor, offer.cuts, plan.depths_mm, plan.binding)
+        Shortfall(residual, tolerance, per_factor, rotor.factor, offer.cuts, plan.depths_mm, plan.binding),
+        [release.text for release in fixes],
+        bound,
     )

@@ -1,0 +1,83 @@
+"""When limits fall short, what is said to be enough is enough."""
+
+import re
+from dataclasses import replace
+
+import pytest
+
+from autobalance.correction import Limits
+from autobalance.correction.drill import DrillLimits
+from autobalance.correction.slug import SlugLimits
+from autobalance.correction.turn import TurnLimits
+from autobalance.rebalance import Result, balance
+from autobalance.rotor.tolerance import Judge
+from tests.cranks import Shape, make_crank
+from tests.geometry.test_layouts import at_end_webs, from_double, in_double, rotor_with, tolerance
+
+FEW_HOLES = DrillLimits(diameters_mm=(10.0,), max_holes=1, depth_step_mm=0.0)
+
+
+def run(size: float, *methods: Limits, judge: Judge = "dynamic") -> Result:
+    solid, anatomy = make_crank([0.0], Shape(web_width=24.0))
+    rotor = rotor_with(solid, anatomy, at_end_webs(anatomy, [-size, 0.0], [-size, 0.0]))
+    return balance(rotor, tolerance(solid, anatomy, judge), methods, in_double, from_double)
+
+
+def number_after(name: str, text: str) -> float:
+    found = re.search(rf"{name} = ([0-9.]+)", text)
+    assert found is not None, text
+    return float(found[1])
+
+
+def reason_of(result: Result) -> str:
+    assert result.outcome == "above_tolerance"
+    assert result.reason is not None
+    assert "\n" not in result.reason
+    assert "no plan within these limits leaves less than" in result.reason
+    return result.reason.split("enough would be: ")[1]
+
+
+def test_one_more_hole() -> None:
+    enough = reason_of(run(1000.0, FEW_HOLES))
+    assert "1 more hole on a counterweight" in enough
+    more = replace(FEW_HOLES, max_holes=int(number_after("max_holes", enough)))
+    assert run(1000.0, more).outcome == "within_tolerance"
+
+
+@pytest.mark.slow
+def test_deeper() -> None:
+    shallow = replace(FEW_HOLES, max_depth_mm=8.0)
+    enough = reason_of(run(420.0, shallow))
+    depth = number_after("max_depth_mm", enough)
+    assert 8.0 < depth < 24.0
+    assert run(420.0, replace(shallow, max_depth_mm=depth)).outcome == "within_tolerance"
+
+
+def test_a_slug_of_some_size() -> None:
+    """Holes in the counterweight make it lighter; a light one needs a slug."""
+    holes = replace(FEW_HOLES, sectors_deg=((120.0, 240.0),), max_holes=3)
+    enough = reason_of(run(-150.0, holes, judge="static"))
+    size = re.search(r"one axial slug of ([0-9.]+) × ([0-9.]+) mm .* in web [12] at [0-9]+°", enough)
+    assert size is not None
+    slug = SlugLimits(diameters_mm=(float(size[1]),), lengths_mm=(float(size[2]),), max_slugs=1)
+    assert run(-150.0, holes, slug, judge="static").outcome == "within_tolerance"
+
+
+@pytest.mark.slow
+def test_turned_down_further() -> None:
+    coarse = TurnLimits(min_radius_mm=61.5)
+    enough = reason_of(run(900.0, coarse))
+    radius = number_after("min_radius_mm", enough)
+    assert radius < 61.5
+    assert run(900.0, replace(coarse, min_radius_mm=radius)).outcome == "within_tolerance"
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("size", [1000.0, 3000.0])
+def test_the_bound_is_not_above_what_is_reached(size: float) -> None:
+    result = run(size, FEW_HOLES)
+    assert result.reason is not None
+    bound = float(re.search(r"leaves less than ([0-9.]+) times", result.reason)[1])  # type: ignore[index]
+    solid, anatomy = make_crank([0.0], Shape(web_width=24.0))
+    reached = tolerance(solid, anatomy).used_share(result.residual)
+    assert 0.5 * reached < bound <= 1.01 * reached
