@@ -87,8 +87,7 @@ def weld(points: Floats) -> tuple[Floats, Indices]:
         For each point its row in ``distinct``.
     """
     points = points + points.dtype.type(0.0)  # −0 becomes 0, so that equal numbers have equal bits
-    words = np.ascontiguousarray(points).view(np.uint32).reshape(len(points), -1)
-    key = _hash(words)
+    key = hash_rows(points)
     order = np.argsort(key)
     ranked = key[order]
     starts = np.ones(len(key), dtype=bool)
@@ -107,13 +106,23 @@ def weld(points: Floats) -> tuple[Floats, Indices]:
     return distinct, number
 
 
-def _hash(words: NDArray[np.uint32]) -> NDArray[np.uint64]:
-    """Mix the words of each row into 64 bits (multiply and rotate, as in FNV)."""
+def hash_rows(points: Floats) -> NDArray[np.uint64]:
+    """Mix each row of numbers into 64 bits (multiply and rotate, as in FNV)."""
+    words = np.ascontiguousarray(points).view(np.uint32).reshape(len(points), 3 * points.itemsize // 4)
     key = words[:, 0].astype(np.uint64)
     for column in words.T[1:]:
         key *= np.uint64(0x9E3779B97F4A7C15)
         key ^= key >> np.uint64(32)
         key += column
+    key *= np.uint64(0xD6E8FEB86659FD93)
+    key ^= key >> np.uint64(32)
+    return key
+
+
+def hash_numbers(numbers: Indices) -> NDArray[np.uint64]:
+    """Mix each number into 64 bits."""
+    key = numbers.astype(np.uint64) * np.uint64(0x9E3779B97F4A7C15)
+    key ^= key >> np.uint64(29)
     key *= np.uint64(0xD6E8FEB86659FD93)
     key ^= key >> np.uint64(32)
     return key

@@ -3,18 +3,18 @@
 from __future__ import annotations
 
 import hashlib
-from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Final, Literal
+from typing import Literal
 
 import numpy as np
 
 from autobalance.errors import FileError, FormatError, SolidError
 from autobalance.solid.csg import Solid, union
-from autobalance.solid.mesh import Floats, Mesh, weld, without_collapsed
+from autobalance.solid.formats import FORMATS, Format
+from autobalance.solid.mesh import Mesh, weld, without_collapsed
+from autobalance.solid.raw import Raw
 from autobalance.solid.repair import Body, are_apart, bodies_of, solid_of
-from autobalance.solid.stl import read_stl
 from autobalance.units import MM_PER
 
 
@@ -49,25 +49,6 @@ class Source:
     repairs: tuple[str, ...]
 
 
-@dataclass(frozen=True, eq=False)
-class Raw:
-    """What a file says: triangles (m, 3, 3) in its unit, and that unit if it carries one."""
-
-    soup: Floats
-    unit: str | None = None
-
-
-Reader = Callable[[bytes], Raw]
-
-
-def _stl(data: bytes) -> Raw:
-    return Raw(read_stl(data))
-
-
-READERS: Final[dict[str, Reader]] = {"stl": _stl}
-"""By file ending, which is also the format's name."""
-
-
 def read(
     path: Path,
     unit: str | None,
@@ -96,12 +77,12 @@ def read(
     SolidError
         If the mesh is open, bounds nothing, or holds several bodies and none was chosen.
     """
-    name, reader = _reader(path)
+    name, kind = _format(path)
     data = _bytes(path)
     try:
-        raw = reader(data)
-        mm_per_unit = MM_PER[_unit(raw.unit, unit, name)]
-        solid, bodies, repairs = _solid(raw.soup, mm_per_unit, body, pressed_up)
+        raw = kind.read(data)
+        mm_per_unit = _mm_per_unit(raw, unit, name)
+        solid, bodies, repairs = _solid(raw, mm_per_unit, body, pressed_up)
     except (FormatError, SolidError) as error:
         raise type(error)(f"{path}: {error}") from None
     return Source(
@@ -115,12 +96,12 @@ def read(
     )
 
 
-def _reader(path: Path) -> tuple[str, Reader]:
+def _format(path: Path) -> tuple[str, Format]:
     name = path.suffix.lower().lstrip(".")
-    if name not in READERS:
-        known = " ".join(f".{ending}" for ending in READERS)
+    if name not in FORMATS:
+        known = " ".join(f".{ending}" for ending in FORMATS)
         raise FormatError(f"{path}: the ending '{path.suffix}' is not known; needed one of {known}")
-    return name, READERS[name]
+    return name, FORMATS[name]
 
 
 def _bytes(path: Path) -> bytes:
@@ -134,25 +115,32 @@ def _bytes(path: Path) -> bytes:
         raise FileError(f"{path} cannot be read: {error.strerror}") from None
 
 
-def _unit(carried: str | None, asked: str | None, name: str) -> str:
+def _mm_per_unit(raw: Raw, asked: str | None, name: str) -> float:
     known = ", ".join(MM_PER)
     if asked is not None and asked not in MM_PER:
         raise FormatError(f"the unit '{asked}' is not known; needed one of {known}")
-    if carried is None and asked is None:
+    if raw.mm_per_unit is not None:
+        if asked is not None and MM_PER[asked] != raw.mm_per_unit:
+            raise FormatError(
+                f"the file is in {raw.unit}, the unit given is {asked}; leave it out or correct it"
+            )
+        return raw.mm_per_unit
+    if asked is None:
         raise FormatError(f"{name.upper()} carries no unit; needed unit = one of {known}")
-    if carried is not None and asked is not None and MM_PER[carried] != MM_PER[asked]:
-        raise FormatError(f"the file is in {carried}, the unit given is {asked}; leave it out or correct it")
-    return carried or asked or ""
+    return MM_PER[asked]
 
 
 def _solid(
-    soup: Floats, mm_per_unit: float, body: int | Literal["all"] | None, pressed_up: bool
+    raw: Raw, mm_per_unit: float, body: int | Literal["all"] | None, pressed_up: bool
 ) -> tuple[Solid, int, list[str]]:
     """Return the solid wanted, the number of bodies in the file, and the repairs."""
+    soup = raw.soup
     distinct, number = weld(soup.reshape(-1, 3))
     triangles = without_collapsed(number.reshape(-1, 3))
     mesh = Mesh(distinct.astype(np.float64) * mm_per_unit, triangles)
     notes = []
+    if raw.vertices is not None and len(distinct) < raw.vertices:
+        notes.append(f"exact weld: {raw.vertices} vertices became {len(distinct)}")
     if len(triangles) < len(soup):
         notes.append(f"{len(soup) - len(triangles)} collapsed triangles dropped")
     solid, repairs = solid_of(mesh)

@@ -8,14 +8,23 @@ from functools import cached_property
 from itertools import combinations
 
 import numpy as np
+from numpy.typing import NDArray
 
 from autobalance.errors import SolidError
-from autobalance.solid.csg import Solid
+from autobalance.solid.csg import Solid, triangulated
 from autobalance.solid.measure import mesh_moments
-from autobalance.solid.mesh import Array, Indices, Mesh
+from autobalance.solid.mesh import Array, Indices, Mesh, hash_numbers, without_collapsed
 
 PLACES_SHOWN = 4
 """How many open edges an error names."""
+NEAR = 1e-7
+"""Distance of vertices that are one point, as a share of the diagonal: single precision leaves as much."""
+PLANE = 1e-4
+"""How far a rim may leave its plane, as a share of the diagonal."""
+HOLE_MOST = 0.01
+"""Area of a hole that may be filled, as a share of the surface."""
+
+Flags = NDArray[np.bool_]
 
 
 @dataclass(frozen=True, eq=False)
@@ -98,17 +107,26 @@ def signed_volume_mm3(mesh: Mesh) -> float:
 
 
 def solid_of(mesh: Mesh) -> tuple[Solid, list[str]]:
-    """Build a solid from a mesh, with what had to be done to it.
+    """Build a solid from a welded mesh, with what had to be done to it, from harmless to doubtful.
+
+    Pairs of triangles that face each other are cancelled; then, only if the mesh is not closed, near vertices
+    are welded, the winding is made consistent and small plane holes are filled, one after the other.
 
     Raises
     ------
     SolidError
         If the mesh stays open, bounds nothing or contradicts itself.
     """
+    mesh, notes = _cancel_pairs(mesh)
     try:
-        return Solid.from_mesh(mesh), []
+        return Solid.from_mesh(mesh), notes
     except SolidError:
-        notes: list[str] = []
+        pass
+    for step in (_weld_near, _wind_consistently, _fill_holes):
+        if len(open_edges(mesh.triangles)) == 0:
+            break
+        mesh, said = step(mesh)
+        notes += said
     edges = open_edges(mesh.triangles)
     if len(edges):
         raise SolidError(open_message(mesh, edges))
@@ -116,6 +134,147 @@ def solid_of(mesh: Mesh) -> tuple[Solid, list[str]]:
         mesh = mesh.flipped()
         notes.append("the mesh was inside out: turned round")
     return Solid.from_mesh(mesh), notes
+
+
+def _cancel_pairs(mesh: Mesh) -> tuple[Mesh, list[str]]:
+    """Cancel opposite pairs; a symmetric hash of the corners tells quickly that there is none."""
+    key = hash_numbers(mesh.triangles).sum(axis=1)
+    key.sort()
+    if not (key[1:] == key[:-1]).any():
+        return mesh, []
+    kept = without_opposite_pairs(mesh.triangles)
+    pairs = (len(mesh.triangles) - len(kept)) // 2
+    if not pairs:
+        return mesh, []
+    return Mesh(mesh.vertices, kept), [f"{pairs} pairs of triangles that face each other cancelled"]
+
+
+def _weld_near(mesh: Mesh) -> tuple[Mesh, list[str]]:
+    """Weld vertices on open edges that are nearer to each other than ``NEAR`` of the diagonal."""
+    from scipy.sparse import coo_array
+    from scipy.sparse.csgraph import connected_components
+    from scipy.spatial import cKDTree
+
+    reach = NEAR * mesh.diagonal_mm
+    loose = np.unique(open_edges(mesh.triangles))
+    pairs = cKDTree(mesh.vertices[loose]).query_pairs(reach, output_type="ndarray")
+    if len(pairs) == 0:
+        return mesh, []
+    count = len(loose)
+    graph = coo_array((np.ones(len(pairs)), (pairs[:, 0], pairs[:, 1])), shape=(count, count))
+    groups, label = connected_components(graph, directed=False)
+    first = np.full(groups, len(mesh.vertices))
+    np.minimum.at(first, label, loose)
+    number = np.arange(len(mesh.vertices))
+    number[loose] = first[label]
+    triangles = without_collapsed(number[mesh.triangles])
+    said = [f"{count - groups} vertices welded that lay within {reach:.3g} mm of another"]
+    dropped = len(mesh.triangles) - len(triangles)
+    if dropped:
+        said.append(f"{dropped} collapsed triangles dropped")
+    welded, cancelled = _cancel_pairs(Mesh(mesh.vertices, triangles))
+    return welded, said + cancelled
+
+
+def _wind_consistently(mesh: Mesh) -> tuple[Mesh, list[str]]:
+    """Turn triangles so that neighbours run through their common edge in opposite directions."""
+    from scipy.sparse import coo_array
+    from scipy.sparse.csgraph import breadth_first_order, connected_components
+
+    left, right, same = _neighbours(mesh.triangles)
+    if not same.any():
+        return mesh, []
+    count = len(mesh.triangles)
+    graph = coo_array((np.where(same, 2, 1), (left, right)), shape=(count, count)).tocsr()
+    graph = graph + graph.T
+    _, label = connected_components(graph, directed=False)
+    turned = np.zeros(count, dtype=bool)
+    for part in np.unique(label):
+        members = np.flatnonzero(label == part)
+        order, before = breadth_first_order(graph, members[0], directed=False)
+        for triangle in order[1:]:
+            turned[triangle] = turned[before[triangle]] ^ (graph[before[triangle], triangle] == 2)
+        if 2 * turned[members].sum() > len(members):  # the greater number keeps its sense
+            turned[members] ^= True
+    if (turned[left] ^ turned[right] != same).any():
+        raise SolidError("the mesh has one side only: its triangles cannot be wound consistently")
+    triangles = mesh.triangles.copy()
+    triangles[turned] = triangles[turned][:, ::-1]
+    wound = Mesh(mesh.vertices, triangles)
+    return wound, [f"{int(turned.sum())} triangles turned round to wind alike; {_change(mesh, wound)}"]
+
+
+def _neighbours(triangles: Indices) -> tuple[Indices, Indices, Flags]:
+    """Return pairs of triangles at edges that have just two, and whether both run the same way there."""
+    start, end = triangles.reshape(-1), np.roll(triangles, -1, axis=1).reshape(-1)
+    key = np.minimum(start, end) * (int(triangles.max()) + 1) + np.maximum(start, end)
+    order = np.argsort(key, kind="stable")
+    new = np.concatenate([[True], key[order][1:] != key[order][:-1]])
+    first = np.flatnonzero(new)
+    two = first[np.diff(np.append(first, len(order))) == 2]
+    one, other = order[two], order[two + 1]
+    return one // 3, other // 3, start[one] == start[other]
+
+
+def _fill_holes(mesh: Mesh) -> tuple[Mesh, list[str]]:
+    """Fill holes whose rim is one plane loop around little area."""
+    area = float(np.linalg.norm(_area_vectors(mesh), axis=1).sum()) / 2.0
+    caps: list[Indices] = []
+    for loop in _loops(open_edges(mesh.triangles)):
+        cap = _cap(mesh.vertices[loop], PLANE * mesh.diagonal_mm, HOLE_MOST * area)
+        if cap is not None:
+            caps.append(loop[cap])
+    if not caps:
+        return mesh, []
+    filled = Mesh(mesh.vertices, np.concatenate([mesh.triangles, *caps]))
+    return filled, [f"{len(caps)} small plane holes filled; {_change(mesh, filled)}"]
+
+
+def _area_vectors(mesh: Mesh) -> Array:
+    a, b, c = mesh.corners.transpose(1, 0, 2)
+    return np.cross(b - a, c - a)
+
+
+def _loops(edges: Indices) -> list[Indices]:
+    """Chain the reversed open edges to closed loops; a rim that touches itself falls into several."""
+    following: dict[int, list[int]] = {}
+    for start, end in edges.tolist():
+        following.setdefault(end, []).append(start)
+    loops: list[Indices] = []
+    for first in list(following):
+        path, seen = [first], {first: 0}
+        while following.get(path[-1]):
+            at = following[path[-1]].pop()
+            if at in seen:  # a loop closes here: take it off the path
+                loop, path = path[seen[at] :], path[: seen[at] + 1]
+                for corner in loop[1:]:
+                    del seen[corner]
+                if len(loop) > 2:
+                    loops.append(np.array(loop, dtype=np.int64))
+            else:
+                seen[at] = len(path)
+                path.append(at)
+    return loops
+
+
+def _cap(rim: Array, flat_mm: float, area_most_mm2: float) -> Indices | None:
+    """Return triangles (k, 3) over the corners of a plane rim, or None if it is not plane or too large."""
+    local = rim - rim.mean(axis=0)
+    normal = np.cross(local, np.roll(local, -1, axis=0)).sum(axis=0)
+    size = float(np.linalg.norm(normal))
+    if size / 2.0 > area_most_mm2:
+        return None
+    axes = np.linalg.svd(local, full_matrices=False)[2]
+    if np.abs(local @ axes[2]).max() > flat_mm:
+        return None
+    if axes[:2].shape == (2, 3) and np.cross(axes[0], axes[1]) @ normal < 0.0:
+        axes = axes[[1, 0, 2]]
+    return triangulated(local @ axes[:2].T).reshape(-1, 3)
+
+
+def _change(before: Mesh, after: Mesh) -> str:
+    was, now = signed_volume_mm3(before), signed_volume_mm3(after)
+    return f"volume {was:.9g} → {now:.9g} mm³"
 
 
 def open_edges(triangles: Indices) -> Indices:

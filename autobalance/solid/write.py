@@ -3,16 +3,17 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
-from autobalance.errors import FormatError, SolidError
+from autobalance.errors import SolidError
 from autobalance.solid.csg import Solid
-from autobalance.solid.mesh import Array, Indices, Mesh, _hash, weld, without_collapsed
+from autobalance.solid.formats import format_named
+from autobalance.solid.mesh import Array, Floats, Indices, Mesh, hash_rows, weld, without_collapsed
 from autobalance.solid.repair import without_opposite_pairs
-from autobalance.solid.stl import read_stl, write_stl
+
+Number = type[np.float32] | type[np.float64]
 
 ROUNDINGS = (2.0, 8.0, 32.0, 128.0)
-"""How many float32 spacings to merge, one after the other, until a rounded solid stays closed."""
+"""Spacings of the file's numbers to merge, one after the other, until a rounded solid stays closed."""
 
 
 def encode(mesh: Mesh, format: str, mm_per_unit: float) -> bytes:  # noqa: A002
@@ -37,12 +38,12 @@ def encode(mesh: Mesh, format: str, mm_per_unit: float) -> bytes:  # noqa: A002
     SolidError
         If the solid is too fine for the numbers of the format.
     """
-    _check(format)
-    vertices = _rounded(mesh.vertices, mm_per_unit)
+    kind = format_named(format)
+    vertices = _rounded(mesh.vertices, mm_per_unit, kind.number)
     triangles = mesh.triangles
     if not _all_distinct(vertices):
-        vertices, triangles = _welded_after_rounding(mesh, mm_per_unit)
-    return write_stl(vertices, triangles)
+        vertices, triangles = _welded_after_rounding(mesh, mm_per_unit, kind.number)
+    return kind.write(vertices, triangles, mm_per_unit)
 
 
 def decode(data: bytes, format: str, mm_per_unit: float) -> Mesh:  # noqa: A002
@@ -53,35 +54,29 @@ def decode(data: bytes, format: str, mm_per_unit: float) -> Mesh:  # noqa: A002
     FormatError
         If the bytes are no file of this format.
     """
-    _check(format)
-    points = read_stl(data).reshape(-1, 3).astype(np.float64)
+    points = format_named(format).read(data).soup.reshape(-1, 3).astype(np.float64)
     if mm_per_unit != 1.0:
         points *= mm_per_unit
     return Mesh(points, np.arange(len(points), dtype=np.int64).reshape(-1, 3))
 
 
-def _check(name: str) -> None:
-    if name != "stl":
-        raise FormatError(f"the format '{name}' cannot be written; needed stl")
-
-
-def _rounded(vertices: Array, mm_per_unit: float) -> NDArray[np.float32]:
+def _rounded(vertices: Array, mm_per_unit: float, number: Number) -> Floats:
     scaled = vertices if mm_per_unit == 1.0 else vertices / mm_per_unit
-    rounded: NDArray[np.float32] = scaled.astype(np.float32)
-    rounded += np.float32(0.0)  # −0 becomes 0
+    rounded: Floats = scaled.astype(number)
+    rounded += number(0.0)  # −0 becomes 0
     return rounded
 
 
-def _all_distinct(vertices: NDArray[np.float32]) -> bool:
+def _all_distinct(vertices: Floats) -> bool:
     """Tell whether no two vertices are equal; a shared hash counts as equal."""
-    key = _hash(np.ascontiguousarray(vertices).view(np.uint32))
+    key = hash_rows(vertices)
     key.sort()
     return not bool((key[1:] == key[:-1]).any())
 
 
-def _welded_after_rounding(mesh: Mesh, mm_per_unit: float) -> tuple[NDArray[np.float32], Indices]:
+def _welded_after_rounding(mesh: Mesh, mm_per_unit: float, number: Number) -> tuple[Floats, Indices]:
     """Merge what rounding made equal; where that spoils the solid, merge near vertices before rounding."""
-    spacing = float(np.spacing(np.float32(np.abs(mesh.vertices).max() / mm_per_unit))) * mm_per_unit
+    spacing = float(np.spacing(number(np.abs(mesh.vertices).max() / mm_per_unit))) * mm_per_unit
     volume = Solid.from_mesh(mesh).volume_mm3
     candidate = mesh
     for roundings in (0.0, *ROUNDINGS):
@@ -90,13 +85,13 @@ def _welded_after_rounding(mesh: Mesh, mm_per_unit: float) -> tuple[NDArray[np.f
             if solid.is_empty:
                 break
             candidate = solid.mesh
-        vertices, number = weld(_rounded(candidate.vertices, mm_per_unit))
-        triangles = without_opposite_pairs(without_collapsed(number[candidate.triangles]))
+        vertices, row = weld(_rounded(candidate.vertices, mm_per_unit, number))
+        triangles = without_opposite_pairs(without_collapsed(row[candidate.triangles]))
         if _is_solid(Mesh(vertices.astype(np.float64) * mm_per_unit, triangles), volume):
             return vertices, triangles
     raise SolidError(
         f"the solid does not stay closed when its coordinates are rounded to {spacing:.3g} mm,"
-        " as a binary STL does; needed: a part nearer to the file's origin, or a coarser mesh"
+        " as its format does; needed: a part nearer to the file's origin, or a coarser mesh"
     )
 
 

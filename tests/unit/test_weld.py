@@ -26,7 +26,7 @@ def test_weld_joins_equal_points_only(kind: type) -> None:
 
 
 def test_weld_survives_two_points_with_one_hash(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(mesh_module, "_hash", lambda words: np.zeros(len(words), dtype=np.uint64))
+    monkeypatch.setattr(mesh_module, "hash_rows", lambda points: np.zeros(len(points), dtype=np.uint64))
     points = np.array([[0.0, 0, 1], [0, 0, 2], [0, 0, 1]])
     distinct, number = weld(points)
     assert len(distinct) == 2

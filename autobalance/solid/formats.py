@@ -1,0 +1,67 @@
+"""The registry of mesh formats, by file ending, which is also the format's name."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Final
+
+import numpy as np
+
+from autobalance.errors import FormatError
+from autobalance.solid.glb import read_glb, write_glb
+from autobalance.solid.mesh import Floats, Indices
+from autobalance.solid.ply import read_ply, write_ply
+from autobalance.solid.raw import Raw
+from autobalance.solid.stl import read_stl, write_stl
+from autobalance.solid.text import read_obj, read_off, write_obj, write_off
+from autobalance.solid.threemf import UNITS, read_3mf, write_3mf
+
+
+@dataclass(frozen=True)
+class Format:
+    """How to read and write one kind of file.
+
+    Attributes
+    ----------
+    read : callable
+        Bytes of a file → its triangles.
+    write : callable
+        (vertices in the file's unit, triangles, mm per unit) → bytes.
+    number : type
+        What the file holds coordinates as: float32 or float64.
+    """
+
+    read: Callable[[bytes], Raw]
+    write: Callable[[Floats, Indices, float], bytes]
+    number: type[np.float32] | type[np.float64]
+
+
+def _write_3mf(vertices: Floats, triangles: Indices, mm_per_unit: float) -> bytes:
+    unit = next((name for name, mm in UNITS.items() if mm == mm_per_unit), None)
+    if unit is None:
+        raise FormatError(f"3MF has no unit of {mm_per_unit:g} mm; needed one of {', '.join(UNITS)}")
+    return write_3mf(vertices, triangles, unit)
+
+
+FORMATS: Final = {
+    "stl": Format(lambda data: Raw(read_stl(data)), lambda v, t, _: write_stl(v, t), np.float32),
+    "obj": Format(read_obj, lambda v, t, _: write_obj(v, t), np.float64),
+    "ply": Format(read_ply, lambda v, t, _: write_ply(v, t), np.float64),
+    "off": Format(read_off, lambda v, t, _: write_off(v, t), np.float64),
+    "3mf": Format(read_3mf, _write_3mf, np.float64),
+    "glb": Format(read_glb, lambda v, t, _: write_glb(v, t), np.float32),
+}
+
+
+def format_named(name: str) -> Format:
+    """Return a format by its name.
+
+    Raises
+    ------
+    FormatError
+        If it is not one of those that can be read and written.
+    """
+    if name not in FORMATS:
+        raise FormatError(f"the format '{name}' cannot be written; needed one of {', '.join(FORMATS)}")
+    return FORMATS[name]

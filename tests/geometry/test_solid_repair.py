@@ -1,0 +1,98 @@
+"""Each rung of the repair ladder on a mesh that needs it, with the numbers it reports."""
+
+import numpy as np
+import pytest
+
+from autobalance.errors import SolidError
+from autobalance.solid.csg import Solid
+from autobalance.solid.mesh import Mesh, mesh_of_soup
+from autobalance.solid.repair import open_edges, solid_of, without_opposite_pairs
+
+BOX = Solid.box(np.zeros(3), np.array([10.0, 10.0, 10.0])).mesh
+BALL = Solid.revolved(
+    10.0 * np.stack([np.sin(np.linspace(0, np.pi, 33)), -np.cos(np.linspace(0, np.pi, 33))], axis=1), 64
+).mesh
+
+
+def test_a_sound_mesh_is_left_alone() -> None:
+    solid, notes = solid_of(BOX)
+    assert solid.mesh is BOX
+    assert notes == []
+
+
+def test_opposite_pairs_are_cancelled_and_the_closing_triangle_is_kept() -> None:
+    pair = np.array([[0, 1, 2], [2, 1, 0]])
+    stuck = Mesh(BOX.vertices, np.concatenate([BOX.triangles, BOX.triangles[:1], BOX.triangles[:1, ::-1]]))
+    solid, notes = solid_of(stuck)
+    assert solid.volume_mm3 == pytest.approx(1000.0)
+    assert notes == ["1 pairs of triangles that face each other cancelled"]
+    assert len(without_opposite_pairs(pair)) == 0
+    assert without_opposite_pairs(np.array([[0, 1, 2], [1, 2, 0]])).tolist() == [[0, 1, 2], [1, 2, 0]]
+    kept = without_opposite_pairs(np.array([[0, 1, 2], [2, 1, 0], [1, 2, 0]]))
+    assert kept.tolist() in ([[0, 1, 2]], [[1, 2, 0]])
+
+
+def test_near_vertices_are_welded() -> None:
+    rng = np.random.default_rng(7)
+    soup = BALL.corners + 1e-7 * rng.uniform(-1.0, 1.0, BALL.corners.shape)
+    solid, notes = solid_of(mesh_of_soup(soup))
+    assert solid.volume_mm3 == pytest.approx(Solid.from_mesh(BALL).volume_mm3, rel=1e-6)
+    assert len(notes) == 1
+    assert "vertices welded that lay within 3.46e-06 mm" in notes[0]
+
+
+def test_turned_triangles_are_wound_consistently() -> None:
+    rng = np.random.default_rng(7)
+    turned = BALL.triangles.copy()
+    some = rng.choice(len(turned), 400, replace=False)
+    turned[some] = turned[some][:, ::-1]
+    solid, notes = solid_of(Mesh(BALL.vertices, turned))
+    assert solid.volume_mm3 == pytest.approx(Solid.from_mesh(BALL).volume_mm3, rel=1e-12)
+    assert len(notes) == 1
+    assert notes[0].startswith("400 triangles turned round to wind alike; volume ")
+    assert notes[0].endswith(f"→ {solid.volume_mm3:.9g} mm³")
+
+
+def test_small_plane_holes_are_filled_and_large_ones_refused() -> None:
+    solid, notes = solid_of(Mesh(BALL.vertices, np.delete(BALL.triangles, [700, 1500], axis=0)))
+    assert solid.volume_mm3 == pytest.approx(Solid.from_mesh(BALL).volume_mm3, rel=1e-12)
+    assert len(notes) == 1
+    assert notes[0].startswith("2 small plane holes filled; volume ")
+    with pytest.raises(SolidError, match="the mesh is open: 3 edges"):
+        solid_of(Mesh(BOX.vertices, BOX.triangles[1:]))
+
+
+def test_a_plane_hole_of_many_corners() -> None:
+    body = Solid.revolved(
+        np.array([[0.0, 0.0], [9.0, 0.0], [9.0, 80.0], [2.0, 80.0], [2.0, 81.0], [0.0, 81.0]]), 40
+    )
+    lid = (body.mesh.corners[:, :, 2] == 81.0).all(axis=1)
+    solid, notes = solid_of(Mesh(body.mesh.vertices, body.mesh.triangles[~lid]))
+    assert solid.volume_mm3 == pytest.approx(body.volume_mm3, rel=1e-12)
+    assert "1 small plane holes filled" in notes[0]
+
+
+def test_a_bent_hole_is_refused() -> None:
+    around = (BALL.triangles == BALL.triangles[900, 0]).any(axis=1)
+    with pytest.raises(SolidError, match="is open"):
+        solid_of(Mesh(BALL.vertices, BALL.triangles[~around]))
+
+
+def test_a_surface_with_one_side_is_refused() -> None:
+    """A Möbius band of triangles."""
+    count = 9
+    angle = np.linspace(0.0, 2.0 * np.pi, count, endpoint=False)
+    across = np.array([-0.3, 0.3])
+    radius = 1.0 + across[None, :] * np.cos(angle / 2.0)[:, None]
+    height = across[None, :] * np.sin(angle / 2.0)[:, None]
+    points = np.stack([radius * np.cos(angle)[:, None], radius * np.sin(angle)[:, None], height], axis=-1)
+    number = np.arange(2 * count).reshape(count, 2)
+    following = np.concatenate([number[1:], number[:1, ::-1]])
+    lower = np.stack([number[:, 0], number[:, 1], following[:, 1]], axis=1)
+    upper = np.stack([number[:, 0], following[:, 1], following[:, 0]], axis=1)
+    with pytest.raises(SolidError, match="one side only"):
+        solid_of(Mesh(points.reshape(-1, 3), np.concatenate([lower, upper])))
+
+
+def test_open_edges_of_nothing() -> None:
+    assert open_edges(np.zeros((0, 3), dtype=np.int64)).shape == (0, 2)
