@@ -498,13 +498,27 @@ def cuts(
     layers = _layers(solid, anatomy, patches, limits, reach_mm)
     metal = solid & union([layer.body.moved(anatomy.rotor_to_file) for layer in layers])
     metal = metal.moved(anatomy.file_to_rotor)
+    pieces = metal.pieces()
+    boxes = [layer.body.bounds for layer in layers]
     found = []
-    for layer in layers:
-        own = metal if len(layers) == 1 else metal & layer.body
+    for layer, box in zip(layers, boxes, strict=True):
+        if _is_apart(box, boxes):
+            own = [piece for piece in pieces if _meets(piece.bounds, box)]
+        else:
+            own = (metal & layer.body).pieces()
         cut = _cut(layer, own, solid.mesh, anatomy, density_g_mm3, limits)
         if cut is not None:
             found.append(cut)
     return found
+
+
+def _meets(one: Array, other: Array) -> bool:
+    """Tell whether two boxes (2, 3) have a point in common."""
+    return bool((one[0] <= other[1]).all() and (other[0] <= one[1]).all())
+
+
+def _is_apart(box: Array, boxes: Sequence[Array]) -> bool:
+    return sum(_meets(box, other) for other in boxes) == 1
 
 
 @dataclass(frozen=True, eq=False)
@@ -531,23 +545,52 @@ def _layers(
     size = _reach_mm(mesh, anatomy)
     everything = Region.rectangle([-size, -size], [size, size])
     depth = reach_mm if limits.max_depth_mm is None else min(reach_mm, limits.max_depth_mm)
-    placed: dict[bytes, Solid] = {}
+    sections = _Sections(solid, anatomy)
     layers = []
     for patch in patches:
         normal, height = patch.face.normal, float(patch.face.normal @ patch.face.centroid_mm)
         to_face = face_frame(normal)
-        if normal.tobytes() not in placed:
-            placed[normal.tobytes()] = solid.moved(to_face @ anatomy.file_to_rotor)
         noise = max(grain, 4.0 * patch.face.spread_mm)
-        standing = placed[normal.tobytes()].section(height + noise)
+        standing = sections.at(to_face, height + noise)
         room = everything - standing.grown(CLEARANCE * noise).simplified(0.5 * CLEARANCE * noise)
         wall = _wall_mm(patch.face, anatomy, limits)
-        top, bottom = height + 3.0 * noise, height - depth - wall - 4.0 * noise
+        top, bottom = height + 3.0 * noise, height - depth - 4.0 * noise
+        if _has_backs(mesh, to_face @ anatomy.file_to_rotor, bottom - wall, height - 2.0 * noise):
+            bottom -= wall
         body = Solid.prism(room, bottom, top).moved(to_face.T)
         if patch.within is not None:
             body = body & patch.within
         layers.append(_Layer(patch, to_face, height, top, depth, wall, bottom, noise, room, body))
     return layers
+
+
+class _Sections:
+    """Cross-sections of one solid in frames of faces; faces that look opposite ways share one placed copy."""
+
+    def __init__(self, solid: Solid, anatomy: Anatomy) -> None:
+        self._solid = solid
+        self._file_to_rotor = anatomy.file_to_rotor
+        self._placed: list[tuple[Array, Solid]] = []
+
+    def at(self, to_face: Array, height_mm: float) -> Region:
+        """Return the section square to a face's normal at a height in its frame."""
+        for frame, placed in self._placed:
+            change = to_face @ frame.T
+            if abs(change[2, 2]) > 1.0 - 1e-15:
+                return placed.section(change[2, 2] * height_mm).turned(change[:2, :2])
+        placed = self._solid.moved(to_face @ self._file_to_rotor)
+        self._placed.append((to_face, placed))
+        return placed.section(height_mm)
+
+
+def _has_backs(mesh: Mesh, placement: Array, low_mm: float, high_mm: float) -> bool:
+    """Tell whether any triangle that looks back from a face ends between two heights in its frame."""
+    up = placement[2, :3]
+    heights = (mesh.vertices @ up + placement[2, 3])[mesh.triangles]
+    top = np.maximum(np.maximum(heights[:, 0], heights[:, 1]), heights[:, 2])
+    corners = mesh.vertices[mesh.triangles[(top > low_mm) & (top < high_mm)]]
+    cross = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+    return bool((cross @ up < BACKWARD * np.linalg.norm(cross, axis=1)).any())
 
 
 CLEARANCE = 5.0
@@ -557,7 +600,7 @@ more corners than that (a few µm on a crank of 150 mm; the ring of metal left w
 
 def _cut(
     layer: _Layer,
-    metal: Solid,
+    pieces: Sequence[Solid],
     mesh: Mesh,
     anatomy: Anatomy,
     density_g_mm3: float,
@@ -567,7 +610,7 @@ def _cut(
     outline = face_region(mesh, anatomy, layer.patch.face, layer.to_face)
     kept: list[Solid] = []
     spared: list[Solid] = []
-    for piece in metal.moved(layer.to_face).pieces():
+    for piece in (piece.moved(layer.to_face) for piece in pieces):
         overlap = piece.section(height - grain) & outline
         (kept if overlap.area_mm2 > grain * grain else spared).append(piece)
     if not kept:

@@ -210,6 +210,11 @@ class Region:
         """Return the region with its outline moved outward by ``by_mm`` (inward if < 0), corners kept."""
         return Region(self.section.offset(by_mm, m3.JoinType.Miter))
 
+    def turned(self, matrix: Array) -> Region:
+        """Return the region with a rotation or reflection (2, 2) applied."""
+        sense = 1 if float(np.linalg.det(matrix)) > 0.0 else -1
+        return Region.of(polygon[::sense] @ matrix.T for polygon in self.polygons)
+
     def simplified(self, by_mm: float) -> Region:
         """Return the region with corners left out that stand off its outline by less than ``by_mm``."""
         return Region(self.section.simplify(by_mm))

@@ -121,6 +121,14 @@ def test_region_moments_of_a_rectangle() -> None:
     assert second.tolist() == [[26.0, 42.0], [42.0, 78.0]]
 
 
+def test_a_region_turned_and_mirrored_keeps_its_area_and_hole() -> None:
+    ring = Region.rectangle([0, 0], [4, 2]) - Region.rectangle([1, 0.5], [2, 1])
+    for matrix in (np.array([[0.0, -1.0], [1.0, 0.0]]), np.array([[1.0, 0.0], [0.0, -1.0]])):
+        area, first, _ = ring.turned(matrix).area_moments()
+        assert area == pytest.approx(7.5)
+        np.testing.assert_allclose(first, matrix @ ring.area_moments()[1])
+
+
 def test_region_with_a_hole() -> None:
     ring = Region.rectangle([0, 0], [4, 4]) - Region.rectangle([1, 1], [3, 3])
     assert ring.area_moments()[0] == pytest.approx(12.0)
