@@ -11,14 +11,23 @@ from dataclasses import fields
 from typing import Any, Literal, get_type_hints
 
 from autobalance.correction import Limits
+from autobalance.correction.add import AddLimits
 from autobalance.correction.drill import DrillLimits
 from autobalance.correction.shoulder import ShoulderLimits
+from autobalance.correction.slug import SlugLimits
+from autobalance.correction.turn import TurnLimits
 from autobalance.errors import CorrectionError, JobError
 from autobalance.job.table import ANY, NOT_NEGATIVE, POSITIVE, Rule, Table
 
 METHODS = ("shoulder", "turn", "drill", "slug", "add")
 """Every method that a job may name, whether or not it is there yet."""
-KINDS: Mapping[str, type[Any]] = {"shoulder": ShoulderLimits, "drill": DrillLimits}
+KINDS: Mapping[str, type[Any]] = {
+    "shoulder": ShoulderLimits,
+    "turn": TurnLimits,
+    "drill": DrillLimits,
+    "slug": SlugLimits,
+    "add": AddLimits,
+}
 """The limits of each method that is there."""
 FACE_KEYS = ("faces", "sector_deg", "max_depth_mm", "same_depth", "min_wall_mm")
 """Keys of the top level, which the methods in ``ON_FACES`` share."""

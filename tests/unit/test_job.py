@@ -11,9 +11,12 @@ import numpy as np
 import pytest
 
 from autobalance import job
+from autobalance.correction.add import AddLimits
 from autobalance.correction.drill import DrillLimits
 from autobalance.correction.shoulder import ShoulderLimits
+from autobalance.correction.turn import TurnLimits
 from autobalance.errors import FileError, JobError
+from autobalance.job import limits
 
 Raw = dict[str, Any]
 Edit = Callable[[Raw], None]
@@ -165,6 +168,16 @@ def test_methods_may_be_mixed() -> None:
     assert found.methods[0] == DrillLimits(
         diameters_mm=(8.0, 10.0), sectors_deg=((150.0, 210.0),), max_holes=3
     )
+
+
+def test_every_method_is_enough_by_itself() -> None:
+    for name, kind in limits.KINDS.items():
+        assert parsed(put("correction.method", name)).methods == (kind(),)
+
+
+def test_added_metal_shares_the_keys_of_the_top_level() -> None:
+    found = parsed(both(put("correction.method", ["add", "turn"]), put("correction.max_depth_mm", 2)))
+    assert found.methods == (AddLimits(max_depth_mm=2.0), TurnLimits())
 
 
 def test_original_factor_reads_the_original_parts() -> None:
@@ -335,8 +348,6 @@ def test_wrong_jobs_name_the_key(name: str) -> None:
 
 
 def test_a_method_that_is_not_there_yet_says_so(monkeypatch: pytest.MonkeyPatch) -> None:
-    from autobalance.job import limits
-
     monkeypatch.setattr(limits, "KINDS", {"shoulder": ShoulderLimits})
     with pytest.raises(JobError, match="'drill' is not there yet; this version has: shoulder"):
         parsed(put("correction.method", ["shoulder", "drill"]))

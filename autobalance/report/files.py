@@ -1,0 +1,145 @@
+"""Files that appear whole, together, or not at all.
+
+Everything is written under temporary names in the folders it belongs to; the last step renames. A run that
+fails or is interrupted before that leaves what was there before.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import os
+import signal
+import threading
+from collections.abc import Iterator, Sequence
+from pathlib import Path
+from types import TracebackType
+
+from autobalance.errors import FileError
+
+
+class Staging:
+    """Files on their way to one or more folders; use as a context manager.
+
+    Parameters
+    ----------
+    folders : sequence of Path
+        Where files will go; made on entry where they are missing, and taken away again if nothing arrives.
+    """
+
+    def __init__(self, folders: Sequence[Path]) -> None:
+        self._folders = list(folders)
+        self._made: list[Path] = []
+        self._waiting: list[tuple[Path, Path]] = []
+
+    def __enter__(self) -> Staging:
+        """Make the folders and prove that they can be written.
+
+        Raises
+        ------
+        FileError
+            If one cannot.
+        """
+        try:
+            for folder in self._folders:
+                self._make(folder)
+                _prove_writable(folder)
+        except BaseException:
+            self._clean()
+            raise
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        """Take away what was not put in place."""
+        with _uninterrupted():
+            self._clean()
+
+    def add(self, path: Path, data: bytes) -> None:
+        """Write a file under a temporary name; it gets its own with ``commit``.
+
+        Raises
+        ------
+        FileError
+            If it cannot be written, or a folder has its name.
+        """
+        if path.is_dir():
+            raise FileError(f"cannot write {path}: a folder has this name")
+        waiting = _temporary(path)
+        self._waiting.append((waiting, path))
+        try:
+            waiting.write_bytes(data)
+        except OSError as error:
+            raise FileError(f"cannot write {path}: {_why(error)}") from None
+
+    def commit(self) -> None:
+        """Give every file its name, one after the other, with Ctrl-C held back until all have it.
+
+        Raises
+        ------
+        FileError
+            If a file cannot be put in place.
+        """
+        with _uninterrupted():
+            while self._waiting:
+                waiting, path = self._waiting[0]
+                try:
+                    os.replace(waiting, path)
+                except OSError as error:
+                    raise FileError(f"cannot write {path}: {_why(error)}") from None
+                del self._waiting[0]
+            self._made.clear()
+
+    def _make(self, folder: Path) -> None:
+        missing = [each for each in (folder, *folder.parents) if not each.exists()]
+        for each in reversed(missing):
+            try:
+                each.mkdir()
+            except OSError as error:
+                raise FileError(f"cannot make the folder {folder}: {_why(error)}") from None
+            self._made.append(each)
+        if not folder.is_dir():
+            raise FileError(f"cannot write into {folder}: it is a file, not a folder")
+
+    def _clean(self) -> None:
+        for waiting, _ in self._waiting:
+            with contextlib.suppress(OSError):
+                waiting.unlink()
+        for folder in reversed(self._made):
+            with contextlib.suppress(OSError):
+                folder.rmdir()
+        self._waiting.clear()
+        self._made.clear()
+
+
+def _temporary(path: Path) -> Path:
+    return path.with_name(f".{path.name}.{os.getpid()}.part")
+
+
+def _prove_writable(folder: Path) -> None:
+    probe = _temporary(folder / "probe")
+    try:
+        probe.write_bytes(b"")
+        probe.unlink()
+    except OSError as error:
+        raise FileError(f"cannot write into the folder {folder}: {_why(error)}") from None
+
+
+def _why(error: OSError) -> str:
+    return (error.strerror or str(error)).lower()
+
+
+@contextlib.contextmanager
+def _uninterrupted() -> Iterator[None]:
+    """Hold Ctrl-C back until the block is done; it then takes effect."""
+    if threading.current_thread() is not threading.main_thread():
+        yield
+        return
+    caught: list[int] = []
+    before = signal.signal(signal.SIGINT, lambda number, _: caught.append(number))
+    try:
+        yield
+    finally:
+        signal.signal(signal.SIGINT, before)
+    if caught:
+        raise KeyboardInterrupt
