@@ -1,0 +1,279 @@
+"""The report as JSON values: every key of the interface, ``None`` where a thing does not apply, never NaN.
+
+Numbers leave in the unit that their key ends with; nothing is computed here but units, lengths and angles.
+"""
+
+from __future__ import annotations
+
+import json
+import math
+from collections.abc import Iterable, Mapping
+from importlib.metadata import PackageNotFoundError, version
+from typing import Any
+
+import numpy as np
+
+from autobalance import __version__
+from autobalance.correction.kind import Correction
+from autobalance.crank.anatomy import Anatomy, Pin, Throw
+from autobalance.report.record import Balanced, FaceOffer, MeasuredCrank, Record
+from autobalance.rotor.moments import Array, Moments
+from autobalance.rotor.unbalance import Unbalance
+from autobalance.units import RAD_S_PER_RPM
+
+SCHEMA_VERSION = 1
+G_MM2_PER_KG_MM2 = 1000.0
+LIBRARIES = ("numpy", "scipy", "trimesh", "manifold3d")
+STAGES = ("load", "measure", "plan", "cut", "write", "total")
+
+Values = dict[str, Any]
+
+
+def report(record: Record) -> Values:
+    """Return the report of a run as JSON values, keys in the order of the interface."""
+    balanced = record.balanced
+    values: Values = {
+        "schema_version": SCHEMA_VERSION,
+        "autobalance": {"version": __version__, **{name: _version(name) for name in LIBRARIES}},
+        "command": record.command,
+        "job": None if balanced is None else dict(balanced.job),
+        "input": {
+            "file": record.input.file,
+            "sha256": record.input.sha256,
+            "format": record.input.format,
+            "triangles": record.input.triangles,
+            "bodies": record.input.bodies,
+            "repairs": list(record.input.repairs),
+        },
+        "frame": {"file_to_rotor": _rows(record.crank.anatomy.file_to_rotor)},
+        "crank": _crank(record.crank),
+        "counterweight": _counterweight(balanced),
+        "engine": _engine(balanced),
+        "balance_factor": _factors(balanced),
+        "tolerance": _tolerance(balanced),
+        "initial": _unbalance(record.initial, record.planes_z_mm, record.uncertainty_g_mm),
+        "residual": None,
+        "corrections": [],
+        "steps": [],
+        "inertia_change_kg_mm2": None,
+        "outcome": None,
+        "reason": None,
+        "outputs": dict(record.outputs),
+        "seconds": {stage: record.seconds.get(stage) for stage in STAGES},
+    }
+    if balanced is not None:
+        values |= _result(balanced, record)
+    if record.faces is not None:
+        values["faces"] = [_face(offer, record.crank.anatomy) for offer in record.faces]
+    return values
+
+
+def dumps(values: Mapping[str, Any]) -> str:
+    """Return a report as JSON text; raises ValueError for NaN and infinity."""
+    return json.dumps(values, indent=2, ensure_ascii=False, allow_nan=False) + "\n"
+
+
+def solid_entry(file: str, sha256: str, triangles: int, moments: Moments, volume_mm3: float) -> Values:
+    """Return the entry of a written solid in ``outputs``, with what is claimed of it (rotor frame)."""
+    return {"file": file, "sha256": sha256, "triangles": triangles, **mass_properties(moments, volume_mm3)}
+
+
+def mass_properties(moments: Moments, volume_mm3: float) -> Values:
+    """Return mass, volume, centre and inertia of a body in the rotor frame."""
+    return {
+        "mass_g": moments.mass_g,
+        "volume_mm3": volume_mm3,
+        "centre_of_mass_mm": _list(moments.centre_mm),
+        "inertia_kg_mm2": _rows(moments.inertia_g_mm2 / G_MM2_PER_KG_MM2),
+        "polar_inertia_kg_mm2": moments.polar_inertia_g_mm2 / G_MM2_PER_KG_MM2,
+    }
+
+
+def _version(package: str) -> str | None:
+    try:
+        return version(package)
+    except PackageNotFoundError:
+        return None
+
+
+def _list(values: Iterable[float]) -> list[float]:
+    return [float(value) for value in values]
+
+
+def _rows(matrix: Array) -> list[list[float]]:
+    return [_list(row) for row in matrix]
+
+
+# --- the crank ----------------------------------------------------------------------------------------------
+
+
+def _crank(crank: MeasuredCrank) -> Values:
+    anatomy, error = crank.anatomy, crank.facet_error
+    return {
+        **mass_properties(crank.moments, crank.volume_mm3),
+        "main_journals": [{"number": pin.number, **_pin(pin)} for pin in anatomy.main_journals],
+        "throws": [_throw(throw) for throw in anatomy.throws],
+        "webs": [
+            {
+                "number": web.number,
+                "z_min_mm": float(web.z_min_mm),
+                "z_max_mm": float(web.z_max_mm),
+                "counterweight": bool(web.counterweight),
+            }
+            for web in anatomy.webs
+        ],
+        "journal_misalignment_mm": float(anatomy.journal_misalignment_mm),
+        "facet_error": None
+        if error is None
+        else {"mass_g": error.mass_g, "unbalance_g_mm": error.unbalance_g_mm},
+    }
+
+
+def _pin(pin: Pin) -> Values:
+    return {
+        "centre_mm": _list(pin.centre_mm),
+        "diameter_mm": float(pin.diameter_mm),
+        "width_mm": float(pin.width_mm),
+    }
+
+
+def _throw(throw: Throw) -> Values:
+    return {
+        "number": throw.number,
+        "crank_radius_mm": float(throw.crank_radius_mm),
+        "angle_deg": degrees(throw.angle_rad),
+        "crankpin": _pin(throw.crankpin),
+    }
+
+
+def degrees(angle_rad: float) -> float:
+    """Return an angle in [0, 360)."""
+    return math.degrees(angle_rad) % 360.0 % 360.0  # twice: −1e-15 % 360 is 360 itself
+
+
+def _face(offer: FaceOffer, anatomy: Anatomy) -> Values:
+    face, back = offer.face, anatomy.rotor_to_file
+    return {
+        "id": face.id,
+        "kind": face.kind,
+        "web": face.web,
+        "area_mm2": float(face.area_mm2),
+        "normal": _list(face.normal),
+        "centroid_mm": _list(face.centroid_mm),
+        "file_centroid_mm": _list(back[:3, :3] @ face.centroid_mm + back[:3, 3]),
+        "unbalance_per_mm_g_mm": _list(offer.unbalance_per_mm_g_mm),
+        "max_depth_mm": offer.max_depth_mm,
+    }
+
+
+# --- weights and limits -------------------------------------------------------------------------------------
+
+
+def _counterweight(balanced: Balanced | None) -> Values | None:
+    if balanced is None or balanced.counterweight is None:
+        return None
+    found = balanced.counterweight
+    return {
+        "mass_g": found.mass_g,
+        "radius_mm": found.initial_g_mm / found.mass_g,
+        "product_g_mm": {
+            "initial": found.initial_g_mm,
+            "target": found.target_g_mm,
+            "final": found.final_g_mm,
+        },
+    }
+
+
+def _engine(balanced: Balanced | None) -> Values | None:
+    if balanced is None:
+        return None
+    loads = balanced.loads
+    return {
+        "rotating_g": loads.rotating_g,
+        "reciprocating_g": loads.reciprocating_g,
+        "crankpin_g": loads.crankpin_g,
+        "bob_weights": [
+            {"throw": number, "mass_g": mass} for number, mass in sorted(loads.bob_weights_g.items())
+        ],
+    }
+
+
+def _factors(balanced: Balanced | None) -> Values | None:
+    if balanced is None:
+        return None
+    factors = balanced.factors
+    return {"initial": factors.initial, "target": factors.target, "final": factors.final}
+
+
+def _tolerance(balanced: Balanced | None) -> Values | None:
+    if balanced is None:
+        return None
+    tolerance = balanced.tolerance
+    return {
+        "grade_mm_s": tolerance.grade_mm_s,
+        "speed_rpm": tolerance.service_speed_rad_s / RAD_S_PER_RPM,
+        "rotor_mass_g": tolerance.rotor_mass_g,
+        "permissible_g_mm": tolerance.permissible_g_mm,
+        "planes": [
+            {"name": plane.name, "z_mm": plane.z_mm, "permissible_g_mm": plane.permissible_g_mm}
+            for plane in tolerance.planes
+        ],
+        "judge": tolerance.judge,
+    }
+
+
+# --- before and after ---------------------------------------------------------------------------------------
+
+
+def _unbalance(
+    unbalance: Unbalance, planes_z_mm: tuple[float, float] | None, uncertainty_g_mm: float | None
+) -> Values:
+    vectors = np.zeros((0, 2)) if planes_z_mm is None else unbalance.in_planes(*planes_z_mm)
+    return {
+        "unbalance_g_mm": _list(unbalance.resultant_g_mm),
+        "magnitude_g_mm": unbalance.magnitude_g_mm,
+        "angle_deg": degrees(unbalance.angle_rad),
+        "planes": [
+            {"name": name, "unbalance_g_mm": _list(vector), "magnitude_g_mm": math.hypot(*vector)}
+            for name, vector in zip("AB", vectors, strict=False)
+        ],
+        "moment_g_mm2": _list(unbalance.moment_g_mm2),
+        "uncertainty_g_mm": uncertainty_g_mm,
+    }
+
+
+def _result(balanced: Balanced, record: Record) -> Values:
+    result = balanced.result
+    change = result.final_moments.polar_inertia_g_mm2 - result.initial_moments.polar_inertia_g_mm2
+    return {
+        "residual": _unbalance(result.residual, record.planes_z_mm, record.uncertainty_g_mm),
+        "corrections": [_correction(number, each) for number, each in enumerate(result.corrections, 1)],
+        "steps": [
+            {
+                "step": step.step,
+                "depths_mm": _list(step.depths_mm),
+                "predicted_g_mm": step.predicted_g_mm,
+                "measured_g_mm": step.measured_g_mm,
+            }
+            for step in result.steps
+        ],
+        "inertia_change_kg_mm2": change / G_MM2_PER_KG_MM2,
+        "outcome": result.outcome,
+        "reason": result.reason,
+    }
+
+
+def _correction(number: int, correction: Correction) -> Values:
+    return {
+        "kind": correction.kind,
+        "number": number,
+        "face": correction.face,
+        "web": correction.web,
+        "position_mm": _list(correction.position_mm),
+        "radius_mm": math.hypot(*correction.position_mm[:2]),
+        "depth_mm": float(correction.depth_mm),
+        "removed_mass_g": -correction.change.mass_g,
+        "removed_volume_mm3": float(correction.removed_volume_mm3),
+        "unbalance_change_g_mm": _list(correction.change.first_g_mm[:2]),
+        **correction.details,
+    }

@@ -1,0 +1,113 @@
+"""What a run found, before it is written down; put together by the commands, computed elsewhere."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from typing import Any, Literal
+
+from autobalance.crank.anatomy import Anatomy, Face
+from autobalance.rebalance import Result
+from autobalance.rotor.moments import Array, Moments
+from autobalance.rotor.tolerance import Tolerance
+from autobalance.rotor.unbalance import Unbalance
+
+
+@dataclass(frozen=True)
+class InputFile:
+    """The crank's file as it was read."""
+
+    file: str
+    sha256: str
+    format: str
+    triangles: int
+    bodies: int
+    repairs: tuple[str, ...]
+
+
+@dataclass(frozen=True)
+class FacetError:
+    """How much mass and unbalance the facets hide, at most."""
+
+    mass_g: float
+    unbalance_g_mm: float
+
+
+@dataclass(frozen=True, eq=False)
+class MeasuredCrank:
+    """The crank before correction, in the rotor frame."""
+
+    moments: Moments
+    volume_mm3: float
+    anatomy: Anatomy
+    facet_error: FacetError | None = None
+
+
+@dataclass(frozen=True)
+class Counterweight:
+    """m_cw, r′ and their product before, wanted and after; for cranks of one throw."""
+
+    mass_g: float
+    initial_g_mm: float
+    target_g_mm: float
+    final_g_mm: float
+
+
+@dataclass(frozen=True)
+class Loads:
+    """Sums of the parts of one throw [g], and the bob-weight on each throw."""
+
+    rotating_g: float
+    reciprocating_g: float
+    crankpin_g: float
+    bob_weights_g: Mapping[int, float]
+
+
+@dataclass(frozen=True)
+class Factors:
+    """The crank's balance factor before, wanted and after; None where its throws cancel each other out."""
+
+    initial: float | None
+    target: float
+    final: float | None
+
+
+@dataclass(frozen=True, eq=False)
+class FaceOffer:
+    """A face that a correction can use: change of the unbalance per millimetre, and how deep it may go."""
+
+    face: Face
+    unbalance_per_mm_g_mm: Array
+    max_depth_mm: float | None
+
+
+@dataclass(frozen=True, eq=False)
+class Balanced:
+    """What only a balancing run knows."""
+
+    job: Mapping[str, Any]
+    counterweight: Counterweight | None
+    loads: Loads
+    factors: Factors
+    tolerance: Tolerance
+    result: Result
+
+
+@dataclass(frozen=True, eq=False)
+class Record:
+    """Everything that a report is written from.
+
+    ``initial`` is the bare crank's unbalance for ``inspect``, as judged for ``balance``; ``planes_z_mm`` are
+    the places of planes A and B, or None. ``outputs`` has one entry a written file (see ``solid_entry``).
+    """
+
+    command: Literal["balance", "inspect"]
+    input: InputFile
+    crank: MeasuredCrank
+    initial: Unbalance
+    planes_z_mm: tuple[float, float] | None
+    faces: tuple[FaceOffer, ...] | None = None
+    balanced: Balanced | None = None
+    uncertainty_g_mm: float | None = None
+    outputs: Mapping[str, Any] = field(default_factory=dict)
+    seconds: Mapping[str, float] = field(default_factory=dict)
