@@ -38,3 +38,7 @@ class RecognitionError(AutobalanceError, ValueError):
 
 class CorrectionError(AutobalanceError, ValueError):
     """A correction cannot be set up as asked."""
+
+
+class ClaimError(AutobalanceError, ValueError):
+    """A report claims something that the files on disk do not bear out."""

@@ -6,11 +6,17 @@ import argparse
 import sys
 from collections.abc import Sequence
 from importlib import import_module
+from io import TextIOWrapper
 
 from autobalance import __version__
 from autobalance.errors import AutobalanceError
 
-COMMANDS: dict[str, str] = {}
+COMMANDS: dict[str, str] = {
+    "demo": "balance the bundled motocross crank twice and compare with the published result",
+    "inspect": "measure a crank file: mass, axis, journals, throws, webs, unbalance, faces",
+    "balance": "the main job: measure, plan, cut, measure again until within tolerance",
+    "verify": "read a corrected solid from disk again and check every number its report claims",
+}
 """Name of a subcommand → what it does, in the order of the help text.
 
 Each is a module ``autobalance.command.<name>`` with ``add_arguments(parser)`` and ``run(arguments) -> int``.
@@ -23,11 +29,17 @@ INTERRUPTED = 130
 def main(argv: Sequence[str] | None = None) -> int:
     """Run the command line and return its exit code; never raises for anything a user can cause."""
     arguments = sys.argv[1:] if argv is None else list(argv)
+    for stream in (sys.stdout, sys.stderr):
+        if isinstance(stream, TextIOWrapper):  # a terminal that knows no "·" or "²" shows "?"
+            stream.reconfigure(errors="replace")
     try:
         return _run(arguments)
     except AutobalanceError as error:
         print(f"autobalance: error: {error}", file=sys.stderr)  # noqa: T201
         return error.exit_code
+    except MemoryError:
+        print("autobalance: error: not enough memory for this file", file=sys.stderr)  # noqa: T201
+        return AutobalanceError.exit_code
     except KeyboardInterrupt:
         print("autobalance: interrupted; nothing half-written was left", file=sys.stderr)  # noqa: T201
         return INTERRUPTED

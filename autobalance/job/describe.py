@@ -18,7 +18,7 @@ def describe(job: Job) -> dict[str, Any]:
     """
     balance = job.balance
     return {
-        "file": str(job.path),
+        "file": str(job.path.resolve()),
         "crankshaft": _crankshaft(job),
         "engine": _engine(job),
         "original": None if job.original is None else _weights(job.original),

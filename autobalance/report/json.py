@@ -9,6 +9,7 @@ import json
 import math
 from collections.abc import Iterable, Mapping
 from importlib.metadata import PackageNotFoundError, version
+from importlib.resources import files
 from typing import Any
 
 import numpy as np
@@ -19,7 +20,6 @@ from autobalance.crank.anatomy import Anatomy, Pin, Throw
 from autobalance.report.record import Balanced, FaceOffer, MeasuredCrank, Record
 from autobalance.rotor.moments import Array, Moments
 from autobalance.rotor.unbalance import Unbalance
-from autobalance.units import RAD_S_PER_RPM
 
 SCHEMA_VERSION = 1
 G_MM2_PER_KG_MM2 = 1000.0
@@ -71,6 +71,13 @@ def report(record: Record) -> Values:
 def dumps(values: Mapping[str, Any]) -> str:
     """Return a report as JSON text; raises ValueError for NaN and infinity."""
     return json.dumps(values, indent=2, ensure_ascii=False, allow_nan=False) + "\n"
+
+
+def schema() -> Values:
+    """Return the JSON Schema (draft 2020-12) of reports."""
+    text = files("autobalance.report").joinpath("report.schema.json").read_text(encoding="utf-8")
+    found: Values = json.loads(text)
+    return found
 
 
 def solid_entry(file: str, sha256: str, triangles: int, moments: Moments, volume_mm3: float) -> Values:
@@ -211,7 +218,7 @@ def _tolerance(balanced: Balanced | None) -> Values | None:
     tolerance = balanced.tolerance
     return {
         "grade_mm_s": tolerance.grade_mm_s,
-        "speed_rpm": tolerance.service_speed_rad_s / RAD_S_PER_RPM,
+        "speed_rpm": balanced.job["balance"]["speed_rpm"],  # as given, without the rounding of conversion
         "rotor_mass_g": tolerance.rotor_mass_g,
         "permissible_g_mm": tolerance.permissible_g_mm,
         "planes": [
@@ -270,7 +277,7 @@ def _correction(number: int, correction: Correction) -> Values:
         "face": correction.face,
         "web": correction.web,
         "position_mm": _list(correction.position_mm),
-        "radius_mm": math.hypot(*correction.position_mm[:2]),
+        "radius_mm": math.hypot(*correction.change.centre_mm[:2]),
         "depth_mm": float(correction.depth_mm),
         "removed_mass_g": -correction.change.mass_g,
         "removed_volume_mm3": float(correction.removed_volume_mm3),

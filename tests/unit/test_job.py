@@ -405,7 +405,7 @@ def test_a_described_job_reads_back_as_itself(folder: str, name: str) -> None:
     described = job.describe(found)
     json.dumps(described, allow_nan=False)
     raw = _given(copy.deepcopy(described))
-    assert raw.pop("file") == str(found.path)
+    assert raw.pop("file") == str(found.path.resolve())
     again = job.parse(raw, found.path)
     assert job.describe(again) == described
     assert again.engine == found.engine

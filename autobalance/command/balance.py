@@ -1,0 +1,66 @@
+"""``autobalance balance JOB.toml``: measure, plan, cut, measure again; write the solid and the report."""
+
+from __future__ import annotations
+
+import argparse
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from autobalance.command.options import add_json, add_units
+
+if TYPE_CHECKING:
+    from autobalance.command.run import Run
+
+ABOVE_TOLERANCE = 4
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """Describe the command line."""
+    parser.add_argument("job", metavar="JOB.toml", help="the job: crank file, weights, tolerance, correction")
+    parser.add_argument(
+        "-o", "--output", metavar="DIR", help="folder of the results (default: NAME-balanced beside the job)"
+    )
+    add_json(parser)
+    add_units(parser)
+
+
+def run(arguments: argparse.Namespace) -> int:
+    """Balance a crank; 0 within tolerance, 4 above it."""
+    from autobalance import job
+    from autobalance.command.console import say
+    from autobalance.report.json import dumps
+    from autobalance.report.text import UNITS, balance_text
+
+    asked = job.load(arguments.job)
+    folder = Path(arguments.output) if arguments.output else default_folder(asked.path)
+    done = balanced(asked, folder, arguments.json)
+    if arguments.json == "-":
+        say(dumps(done.report).removesuffix("\n"))
+    else:
+        say(balance_text(done.report, UNITS[arguments.units]))
+        say("\nWritten: " + ", ".join(str(path) for path in done.files))
+    return exit_code(done.report)
+
+
+def default_folder(job_path: Path) -> Path:
+    """Return the folder of a job's results where none is asked for."""
+    return job_path.with_name(f"{job_path.stem}-balanced")
+
+
+def exit_code(report: dict[str, Any]) -> int:
+    """Return the exit code that a report's outcome stands for."""
+    return ABOVE_TOLERANCE if report["outcome"] == "above_tolerance" else 0
+
+
+def balanced(asked: Any, folder: Path, json_file: str | None = None) -> Run:
+    """Run a job and put its files in place."""
+    from autobalance.command.console import progress, progress_done, warn
+    from autobalance.command.run import run_job
+
+    try:
+        done = run_job(asked, folder, json_file, progress)
+    finally:
+        progress_done()
+    for text in done.warnings:
+        warn(text)
+    return done

@@ -1,0 +1,373 @@
+"""Check a report's claims: job, frame and claims come from it, everything else is measured anew."""
+
+from __future__ import annotations
+
+import json
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from autobalance import job as jobs
+from autobalance.command import pipeline
+from autobalance.crank.anatomy import Anatomy, MainJournal, Pin, Throw
+from autobalance.engine.balance_factor import bob_weight_moments
+from autobalance.errors import ClaimError, FileError, FormatError, JobError
+from autobalance.job import Job
+from autobalance.rotor.moments import Array, Moments
+from autobalance.rotor.tolerance import Tolerance
+from autobalance.rotor.unbalance import Unbalance
+from autobalance.solid.read import Source, read
+
+ROUNDING = 1e-9
+"""Share by which a number may differ from its claim: sums in another order, no more."""
+RIGID = 1e-9
+"""Greatest entry of RᵀR − 1 in a rotation."""
+
+
+@dataclass(frozen=True, eq=False)
+class Checked:
+    """A report all of whose claims hold."""
+
+    checked: int
+    within: bool
+    residual: Unbalance
+    tolerance: Tolerance
+    warnings: tuple[str, ...]
+
+
+@dataclass
+class Claims:
+    """A report's values by dotted path, and a count of those that were found true.
+
+    Raises
+    ------
+    FormatError
+        Where a value is missing or of another type.
+    ClaimError
+        Where one is not what was measured.
+    """
+
+    name: str
+    values: Mapping[str, Any]
+    held: int = 0
+    warnings: list[str] = field(default_factory=list)
+
+    def get(self, path: str, kind: type[Any]) -> Any:
+        """Return the value at a dotted path."""
+        value: Any = self.values
+        for key in path.split("."):
+            if not isinstance(value, Mapping) or key not in value:
+                raise FormatError(f"{self.name}: {path} is missing; is this a report of autobalance balance?")
+            value = value[key]
+        number = isinstance(value, int | float) and not isinstance(value, bool)
+        if not (number if kind is float else isinstance(value, kind)):
+            raise FormatError(f"{self.name}: {path} is of the wrong type; needed {kind.__name__}")
+        return value
+
+    def array(self, path: str, shape: tuple[int, ...]) -> Array:
+        """Return an array of numbers at a dotted path."""
+        return self._as_array(path, self.get(path, list), shape)
+
+    def _as_array(self, path: str, value: Any, shape: tuple[int, ...]) -> Array:
+        try:
+            array = np.array(value, dtype=np.float64)
+        except (TypeError, ValueError):
+            array = np.zeros(0)
+        if array.shape != shape:
+            raise FormatError(f"{self.name}: {path} is not {' x '.join(map(str, shape))} numbers")
+        return array
+
+    def same(self, path: str, measured: object) -> None:
+        """Check a text, a count, or nothing."""
+        claimed = self.get(path, object)
+        if claimed != measured:
+            raise ClaimError(f"{self.name}: {path} is {claimed!r}, but {measured!r} was found")
+        self.held += 1
+
+    def near(self, path: str, measured: Any, scale: float) -> None:
+        """Check a number or an array of them against a measurement, up to rounding of ``scale``."""
+        found = np.asarray(measured, dtype=np.float64)
+        claimed = self._as_array(path, self.get(path, object), found.shape)
+        self.close(path, claimed, found, scale)
+
+    def close(self, path: str, claimed: Any, found: Any, scale: float) -> None:
+        """Check a claim that is at hand already."""
+        if not np.all(np.abs(np.asarray(claimed) - found) <= ROUNDING * scale):  # also refuses NaN
+            raise ClaimError(f"{self.name}: {path} is {_text(claimed)}, but {_text(found)} was found")
+        self.held += 1
+
+
+def _text(value: Any) -> str:
+    flat = np.asarray(value, dtype=np.float64).reshape(-1)
+    text = ", ".join(f"{number:.9g}" for number in flat)
+    return text if len(flat) == 1 else f"[{text}]"
+
+
+def check_report(path: Path) -> Checked:
+    """Check every number that a report claims of its corrected solid.
+
+    Parameters
+    ----------
+    path : Path
+        The report; its solid is looked for beside it.
+
+    Returns
+    -------
+    Checked
+
+    Raises
+    ------
+    FileError, FormatError
+        If the report or the solid cannot be read.
+    ClaimError
+        If a claim fails.
+    """
+    claims = Claims(path.name, _read_json(path))
+    claims.same("command", "balance")
+    job = _job(claims)
+    frame = _frame(claims)
+    anatomy = _anatomy(claims, frame)
+    crank = _claimed_crank(claims)
+    source, moments = _measured(claims, path.parent, job, frame)
+    _check_input(claims, job, frame)
+    tolerance = _check_tolerance(claims, job, anatomy, crank)
+    loads = _check_loads(claims, job, anatomy, crank)
+    _check_unbalance(claims, "initial", Unbalance.of(crank + loads), tolerance, _size(source, crank))
+    after = moments + _pressed_in(claims)
+    residual = Unbalance.of(after + loads)
+    _check_unbalance(claims, "residual", residual, tolerance, _size(source, crank))
+    _check_after(claims, job, anatomy, crank, after)
+    return Checked(
+        claims.held, _verdict(claims, tolerance, residual), residual, tolerance, tuple(claims.warnings)
+    )
+
+
+def _size(source: Source, crank: Moments) -> float:
+    """Return ∫ |r| dm at most: what first moments are rounded against [g·mm]."""
+    return crank.mass_g * (source.solid.mesh.diagonal_mm + float(np.abs(source.solid.bounds).max()))
+
+
+def _read_json(path: Path) -> Mapping[str, Any]:
+    try:
+        values = json.loads(path.read_bytes())
+    except OSError as error:
+        raise FileError(f"cannot read the report {path}: {(error.strerror or str(error)).lower()}") from None
+    except (ValueError, RecursionError) as error:
+        raise FormatError(f"{path} is no JSON: {str(error).splitlines()[0]}") from None
+    if not isinstance(values, dict):
+        raise FormatError(f"{path} is no report: its JSON is no object")
+    return values
+
+
+def _job(claims: Claims) -> Job:
+    raw = given(claims.get("job", dict))
+    file = raw.pop("file", "job")
+    try:
+        return jobs.parse(raw, Path(str(file)))
+    except JobError as error:
+        raise FormatError(f"{claims.name}: job: {error}") from None
+
+
+def given(value: Any) -> Any:
+    """Return a described job without what was not given."""
+    if isinstance(value, dict):
+        return {key: given(item) for key, item in value.items() if item is not None}
+    return value
+
+
+def _frame(claims: Claims) -> Array:
+    frame = claims.array("frame.file_to_rotor", (4, 4))
+    turn = frame[:3, :3]
+    rigid = np.abs(turn.T @ turn - np.eye(3)).max() <= RIGID and np.linalg.det(turn) > 0.0
+    if not (rigid and frame[3].tolist() == [0.0, 0.0, 0.0, 1.0]):
+        raise ClaimError(f"{claims.name}: frame.file_to_rotor is no rigid motion")
+    claims.held += 1
+    return frame
+
+
+def _anatomy(claims: Claims, frame: Array) -> Anatomy:
+    """Return the journals and throws that the report names: where bob-weights and planes go."""
+    throws = []
+    for place, values in enumerate(claims.get("crank.throws", list)):
+        part = Claims(claims.name, values)
+        pin = _pin(Claims(claims.name, part.get("crankpin", dict)))
+        x, y = pin.centre_mm[:2]
+        radius, angle = math.hypot(x, y), math.atan2(y, x)
+        part.near("crank_radius_mm", radius, radius)
+        part.near("angle_deg", _near_turn(math.degrees(angle), part.get("angle_deg", float)), 360.0)
+        part.same("number", place + 1)
+        claims.held += part.held
+        throws.append(Throw(place + 1, radius, angle, pin))
+    journals = []
+    for place, values in enumerate(claims.get("crank.main_journals", list)):
+        pin = _pin(Claims(claims.name, values))
+        journals.append(MainJournal(pin.centre_mm, pin.diameter_mm, pin.width_mm, place + 1))
+    return Anatomy(frame, tuple(journals), tuple(throws), (), 0.0)
+
+
+def _pin(claims: Claims) -> Pin:
+    return Pin(
+        claims.array("centre_mm", (3,)), claims.get("diameter_mm", float), claims.get("width_mm", float)
+    )
+
+
+def _near_turn(angle_deg: float, claimed_deg: float) -> float:
+    """Return the angle in the turn that is nearest to the claim."""
+    return (
+        angle_deg + 360.0 * round((claimed_deg - angle_deg) / 360.0)
+        if math.isfinite(claimed_deg)
+        else angle_deg
+    )
+
+
+def _claimed_crank(claims: Claims) -> Moments:
+    """Return the crank before correction as the report has it: mass, centre, inertia."""
+    mass = float(claims.get("crank.mass_g", float))
+    centre = claims.array("crank.centre_of_mass_mm", (3,))
+    inertia = 1000.0 * claims.array("crank.inertia_kg_mm2", (3, 3))
+    second = 0.5 * np.trace(inertia) * np.eye(3) - inertia
+    return Moments(mass, mass * centre, second)
+
+
+def _measured(claims: Claims, folder: Path, job: Job, frame: Array) -> tuple[Source, Moments]:
+    """Read the corrected solid, or the input where nothing was cut, and check what is claimed of the file."""
+    crankshaft = job.crankshaft
+    key = "outputs.solid"
+    if claims.get(key, object) is None:
+        source = read(
+            Path(claims.get("input.file", str)),
+            crankshaft.unit,
+            crankshaft.body,
+            pressed_up=not crankshaft.crankpin_in_file,
+        )
+        claims.same("input.sha256", source.sha256)
+        return source, source.solid.moments(crankshaft.density_g_mm3, frame)
+    path = folder / Path(claims.get(f"{key}.file", str)).name
+    source = read(path, crankshaft.unit, "all")
+    claims.same(f"{key}.sha256", source.sha256)
+    claims.same(f"{key}.triangles", source.triangles)
+    moments = source.solid.moments(crankshaft.density_g_mm3, frame)
+    _check_properties(claims, key, moments, source.solid.volume_mm3)
+    return source, moments
+
+
+def _check_properties(claims: Claims, key: str, moments: Moments, volume_mm3: float) -> None:
+    inertia = moments.inertia_g_mm2 / 1000.0
+    reach = float(np.sqrt(np.trace(moments.second_g_mm2) / moments.mass_g))
+    claims.near(f"{key}.mass_g", moments.mass_g, moments.mass_g)
+    claims.near(f"{key}.volume_mm3", volume_mm3, volume_mm3)
+    claims.near(f"{key}.centre_of_mass_mm", moments.centre_mm, reach)
+    claims.near(f"{key}.inertia_kg_mm2", inertia, float(np.abs(inertia).max()))
+    claims.near(
+        f"{key}.polar_inertia_kg_mm2", moments.polar_inertia_g_mm2 / 1000.0, float(np.abs(inertia).max())
+    )
+
+
+def _check_input(claims: Claims, job: Job, frame: Array) -> None:
+    """Check what is claimed of the crank before correction, where its file is still there."""
+    path = Path(claims.get("input.file", str))
+    if claims.get("outputs.solid", object) is not None and not path.is_file():
+        claims.warnings.append(f"{path} is not there any more; what is claimed of it was not checked")
+        return
+    crankshaft = job.crankshaft
+    source = read(path, crankshaft.unit, crankshaft.body, pressed_up=not crankshaft.crankpin_in_file)
+    claims.same("input.sha256", source.sha256)
+    claims.same("input.triangles", source.triangles)
+    moments = source.solid.moments(crankshaft.density_g_mm3, frame)
+    _check_properties(claims, "crank", moments, source.solid.volume_mm3)
+
+
+# --- what follows from the job ------------------------------------------------------------------------------
+
+
+def _check_tolerance(claims: Claims, job: Job, anatomy: Anatomy, crank: Moments) -> Tolerance:
+    tolerance = pipeline.tolerance_of(job, anatomy, crank)
+    claims.near("tolerance.grade_mm_s", tolerance.grade_mm_s, tolerance.grade_mm_s)
+    claims.near("tolerance.rotor_mass_g", tolerance.rotor_mass_g, tolerance.rotor_mass_g)
+    claims.near("tolerance.permissible_g_mm", tolerance.permissible_g_mm, tolerance.permissible_g_mm)
+    claims.same("tolerance.judge", tolerance.judge)
+    listed = _listed(claims, "tolerance.planes", len(tolerance.planes))
+    for part, plane in zip(listed, tolerance.planes, strict=True):
+        part.same("name", plane.name)
+        part.near("z_mm", plane.z_mm, max(abs(plane.z_mm), 1.0))
+        part.near("permissible_g_mm", plane.permissible_g_mm, plane.permissible_g_mm)
+        claims.held += part.held
+    return tolerance
+
+
+def _listed(claims: Claims, path: str, count: int) -> list[Claims]:
+    values = claims.get(path, list)
+    if len(values) != count:
+        raise ClaimError(f"{claims.name}: {path} has {len(values)} entries, but {count} were found")
+    return [Claims(f"{claims.name}: {path}[{place}]", each) for place, each in enumerate(values, 1)]
+
+
+def _check_loads(claims: Claims, job: Job, anatomy: Anatomy, crank: Moments) -> Moments:
+    """Return bob-weights and attached rotors at the balance factor asked for."""
+    factor = pipeline.target_factor(job, anatomy, crank)
+    claims.near("balance_factor.target", factor, 1.0)
+    loads = pipeline.throw_loads(anatomy, job.engine)
+    for part, load in zip(_listed(claims, "engine.bob_weights", len(loads)), loads, strict=True):
+        part.near("mass_g", load.parts.bob_weight_g(factor), load.parts.bob_weight_g(factor))
+        claims.held += part.held
+    return bob_weight_moments(loads, factor) + pipeline.attached_moments(job.engine.attached)
+
+
+def _check_unbalance(
+    claims: Claims, key: str, found: Unbalance, tolerance: Tolerance, size_g_mm: float
+) -> None:
+    claims.near(f"{key}.unbalance_g_mm", found.resultant_g_mm, size_g_mm)
+    claims.near(f"{key}.magnitude_g_mm", found.magnitude_g_mm, size_g_mm)
+    claimed = claims.array(f"{key}.unbalance_g_mm", (2,))
+    angle = math.degrees(math.atan2(claimed[1], claimed[0]))
+    claims.near(f"{key}.angle_deg", _near_turn(angle, claims.get(f"{key}.angle_deg", float)), 360.0)
+    places = [plane.z_mm for plane in tolerance.planes]
+    span = (max(places) - min(places)) if places else 1.0
+    claims.near(f"{key}.moment_g_mm2", found.moment_g_mm2, size_g_mm * max(span, 1.0))
+    vectors: Sequence[Array] = list(found.in_planes(places[0], places[1])) if places else []
+    for part, vector in zip(_listed(claims, f"{key}.planes", len(vectors)), vectors, strict=True):
+        part.near("unbalance_g_mm", vector, 10.0 * size_g_mm)
+        part.near("magnitude_g_mm", math.hypot(*vector), 10.0 * size_g_mm)
+        claims.held += part.held
+
+
+def _pressed_in(claims: Claims) -> Moments:
+    """Return the slugs, which are not in the file."""
+    total = Moments.zero()
+    for values in claims.get("corrections", list):
+        part = Claims(claims.name, values)
+        if part.get("kind", str) == "slug":
+            total = total + Moments.point(part.get("slug_mass_g", float), part.array("slug_centre_mm", (3,)))
+    return total
+
+
+def _check_after(claims: Claims, job: Job, anatomy: Anatomy, crank: Moments, after: Moments) -> None:
+    """Check factor and inertia after correction."""
+    loads = pipeline.throw_loads(anatomy, job.engine)
+    attached = pipeline.attached_moments(job.engine.attached)
+    for key, moments in (("initial", crank), ("final", after)):
+        factor = pipeline.crank_factor(moments, loads, attached)
+        if factor is None:
+            claims.same(f"balance_factor.{key}", None)
+        else:
+            claims.near(f"balance_factor.{key}", factor, 10.0)
+    change = (after.polar_inertia_g_mm2 - crank.polar_inertia_g_mm2) / 1000.0
+    slugs = any(values.get("kind") == "slug" for values in claims.get("corrections", list))
+    if not slugs:  # a slug's own inertia is not in the report
+        claims.near("inertia_change_kg_mm2", change, crank.polar_inertia_g_mm2 / 1000.0)
+
+
+def _verdict(claims: Claims, tolerance: Tolerance, residual: Unbalance) -> bool:
+    within = tolerance.is_met_by(residual)
+    outcome = claims.get("outcome", str)
+    if (outcome != "above_tolerance") != within:
+        raise ClaimError(
+            f"{claims.name}: outcome is {outcome!r}, but the residual measured is "
+            f"{'within' if within else 'above'} tolerance"
+        )
+    claims.held += 1
+    return within

@@ -1,0 +1,139 @@
+"""``autobalance inspect CRANK``: measure a crank file and say what was recognised in it."""
+
+from __future__ import annotations
+
+import argparse
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from autobalance.command.options import add_json, add_units
+from autobalance.errors import UsageError
+
+if TYPE_CHECKING:
+    from autobalance.command.pipeline import Crank
+    from autobalance.crank.anatomy import Face
+    from autobalance.report.record import FaceOffer, Record
+
+STEEL_KG_M3 = 7850.0
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """Describe the command line."""
+    parser.add_argument("crank", metavar="CRANK", help="a crank file: .stl and others")
+    parser.add_argument(
+        "--unit",
+        choices=("mm", "cm", "m", "inch"),
+        help="the file's unit, where its format carries none (mm)",
+    )
+    parser.add_argument(
+        "--density-kg-m3", type=float, default=STEEL_KG_M3, metavar="RHO", help="default: 7850, steel"
+    )
+    parser.add_argument("--body", metavar="N", help="which body, where the file holds several; or all")
+    parser.add_argument(
+        "--no-crankpin", action="store_true", help="a pressed-up crank modelled without its crankpins"
+    )
+    add_json(parser)
+    add_units(parser)
+
+
+def run(arguments: argparse.Namespace) -> int:
+    """Measure a crank; 0 unless the file is bad."""
+    from autobalance.command.console import progress, progress_done, say
+    from autobalance.report.files import Staging
+    from autobalance.report.json import dumps, report
+    from autobalance.report.text import UNITS, inspect_text
+
+    target = None if arguments.json in (None, "-") else Path(arguments.json)
+    if target is not None and target.resolve() == Path(arguments.crank).resolve():
+        raise UsageError(f"--json {target} would overwrite the crank file")
+    with Staging([] if target is None else [target.parent]) as staging:
+        progress("measuring the crank")
+        try:
+            values = report(inspected(arguments))
+        finally:
+            progress_done()
+        if target is not None:
+            staging.add(target, dumps(values).encode())
+            staging.commit()
+    say(
+        dumps(values).removesuffix("\n")
+        if arguments.json == "-"
+        else inspect_text(values, UNITS[arguments.units])
+    )
+    return 0
+
+
+def inspected(arguments: argparse.Namespace) -> Record:
+    """Read, recognise and measure."""
+    from autobalance.command.pipeline import Stopwatch, default_planes_mm, measured_crank
+    from autobalance.command.run import input_file
+    from autobalance.report.record import MeasuredCrank, Record
+    from autobalance.rotor.unbalance import Unbalance
+
+    watch = Stopwatch()
+    path = Path(arguments.crank)
+    crank = measured_crank(_crankshaft(arguments, path), watch)
+    with watch.stage("plan"):
+        faces = offered_faces(crank)
+    return Record(
+        command="inspect",
+        input=input_file(path, crank),
+        crank=MeasuredCrank(crank.moments, crank.source.solid.volume_mm3, crank.anatomy),
+        initial=Unbalance.of(crank.moments),
+        planes_z_mm=default_planes_mm(crank.anatomy),
+        faces=faces,
+        seconds=watch.seconds,
+    )
+
+
+def _crankshaft(arguments: argparse.Namespace, path: Path) -> Any:
+    """Return the options as a job would say them."""
+    from autobalance.command.console import warn
+    from autobalance.crank.anatomy import Overrides
+    from autobalance.job import Crankshaft
+    from autobalance.job.read import UNITLESS
+    from autobalance.units import G_PER_MM3_PER_KG_M3
+
+    density = arguments.density_kg_m3
+    if not 0.0 < density < float("inf"):
+        raise UsageError(f"--density-kg-m3 is {density:g}; must be > 0")
+    unit = arguments.unit
+    if unit is None and path.suffix.lower() in UNITLESS and path.is_file():
+        warn(f"{path.suffix.upper()[1:]} carries no unit: taken as mm; --unit says otherwise")
+        unit = "mm"
+    hints = Overrides(crankpin_in_file=not arguments.no_crankpin)
+    return Crankshaft(path, unit, density * G_PER_MM3_PER_KG_M3, hints, _body(arguments.body))
+
+
+def _body(text: str | None) -> Any:
+    if text in (None, "all"):
+        return text
+    if str(text).isdecimal() and int(str(text)) >= 1:
+        return int(str(text))
+    raise UsageError(f"--body is {text!r}; must be a number from 1, or all")
+
+
+def offered_faces(crank: Crank) -> tuple[FaceOffer, ...]:
+    """Return what a correction can use: faces on webs, the greatest unbalance per millimetre first."""
+    from autobalance.crank.faces import find_faces, lowering_worth_g_mm_per_mm
+    from autobalance.report.record import FaceOffer
+
+    found = [face for face in find_faces(crank.source.solid.mesh, crank.anatomy) if face.web is not None]
+    depths = _max_depths_mm(crank, found)
+    offers = [
+        FaceOffer(face, lowering_worth_g_mm_per_mm(face, crank.density_g_mm3), depths.get(face.id))
+        for face in found
+    ]
+    return tuple(
+        sorted(offers, key=lambda offer: -float(offer.unbalance_per_mm_g_mm @ offer.unbalance_per_mm_g_mm))
+    )
+
+
+def _max_depths_mm(crank: Crank, faces: list[Face]) -> dict[str, float]:
+    """Return how deep each face may go by itself with the default limits, where metal ends it."""
+    from autobalance.correction.shoulder import Patch, ShoulderLimits, cuts
+
+    solid = crank.source.solid
+    planes = [Patch(face) for face in faces if face.kind == "plane"]
+    found = cuts(solid, crank.anatomy, planes, crank.density_g_mm3, ShoulderLimits(), solid.mesh.diagonal_mm)
+    return {cut.face.id: cut.max_depth_mm for cut in found if not cut.limit_is_reach}

@@ -1,0 +1,267 @@
+"""A whole balancing run, from the job to the files in place; prints nothing."""
+
+from __future__ import annotations
+
+import hashlib
+import time
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Any
+
+from autobalance import job as jobs
+from autobalance.command import pipeline
+from autobalance.command.pipeline import Crank, Stopwatch
+from autobalance.crank.anatomy import Face
+from autobalance.crank.faces import find_faces
+from autobalance.engine.balance_factor import bob_weight_moments
+from autobalance.errors import CorrectionError, FileError, JobError
+from autobalance.job import Job
+from autobalance.rebalance import Result, Rotor, balance
+from autobalance.report.files import Staging
+from autobalance.report.json import dumps, report, solid_entry
+from autobalance.report.record import (
+    Balanced,
+    Factors,
+    InputFile,
+    Loads,
+    MeasuredCrank,
+    Record,
+)
+from autobalance.rotor.moments import Moments
+from autobalance.rotor.tolerance import Tolerance
+from autobalance.rotor.unbalance import Unbalance
+from autobalance.solid.measure import mesh_moments
+from autobalance.solid.mesh import Mesh
+from autobalance.solid.write import decode, encode
+
+REPORT = "report.json"
+SOLID = "balanced"
+Progress = Callable[[str], None]
+
+
+@dataclass(frozen=True, eq=False)
+class Run:
+    """A run whose files are in place."""
+
+    report: dict[str, Any]
+    files: tuple[Path, ...]
+    warnings: tuple[str, ...]
+
+
+def run_job(job: Job, folder: Path, json_file: str | None, progress: Progress) -> Run:
+    """Balance the crank of a job and write its files to ``folder``, all of them or none.
+
+    Parameters
+    ----------
+    job : Job
+    folder : Path
+        Made where it is missing.
+    json_file : str or None
+        Where a copy of the report goes; ``-`` is none.
+    progress : callable
+        Told in a few words what runs.
+
+    Raises
+    ------
+    AutobalanceError
+        For anything wrong with the job, the crank or the folder; nothing is left behind then.
+    """
+    watch = Stopwatch()
+    copy = None if json_file in (None, "-") else Path(str(json_file))
+    solid_path = folder / (SOLID + job.crankshaft.file.suffix.lower())
+    targets = [folder / REPORT, solid_path] + ([copy] if copy else [])
+    _refuse_overwriting(targets, [job.path, job.crankshaft.file])
+    with Staging([folder] + ([copy.parent] if copy else [])) as staging:
+        record, written = _balanced_record(job, watch, progress)
+        started = time.perf_counter()
+        progress("writing")
+        entries: dict[str, Any] = {"solid": None}
+        if written is not None:
+            staging.add(solid_path, written.data)
+            entries["solid"] = solid_entry(
+                solid_path.name, written.sha256, written.triangles, written.moments, written.volume_mm3
+            )
+        watch.add("write", time.perf_counter() - started)
+        values = report(replace(record, outputs=entries, seconds=watch.seconds))
+        text = dumps(values).encode()
+        for path in [folder / REPORT] + ([copy] if copy else []):
+            staging.add(path, text)
+        staging.commit()
+    stale = written is None and solid_path.exists()
+    warnings = [*_warnings(job)]
+    if stale:
+        warnings.append(f"{solid_path} is of an earlier run; this one cut nothing")
+    files = (solid_path,) if written is not None else ()
+    return Run(values, (*files, folder / REPORT, *([copy] if copy else [])), tuple(warnings))
+
+
+def _refuse_overwriting(targets: list[Path], sources: list[Path]) -> None:
+    for target in targets:
+        if target.is_dir():
+            raise FileError(f"cannot write {target}: a folder has this name")
+        for source in sources:
+            if target.resolve() == source.resolve():
+                raise FileError(
+                    f"writing {target} would destroy a file that the job reads; choose another place"
+                )
+
+
+def _warnings(job: Job) -> list[str]:
+    weights = job.engine.default.weights
+    empty = [name for name in ("rotating", "reciprocating") if not getattr(weights, name)]
+    if not empty or job.engine.by_throw:
+        return []
+    return [f"{job.path.name}: engine.{name}_g names no weight; its parts count as 0 g" for name in empty]
+
+
+# --- the run ------------------------------------------------------------------------------------------------
+
+
+@dataclass(frozen=True, eq=False)
+class _Written:
+    """A corrected solid as the bytes of its file, with the moments of what the file holds."""
+
+    data: bytes
+    sha256: str
+    triangles: int
+    moments: Moments
+    volume_mm3: float
+
+
+def _balanced_record(job: Job, watch: Stopwatch, progress: Progress) -> tuple[Record, _Written | None]:
+    """Measure and balance; return what the report needs, and the solid if one was cut."""
+    progress("reading the crank")
+    crank = pipeline.measured_crank(job.crankshaft, watch)
+    with watch.stage("measure"):
+        pipeline.check_engine(job, crank.anatomy)
+        factor = pipeline.target_factor(job, crank.anatomy, crank.moments)
+        tolerance = pipeline.tolerance_of(job, crank.anatomy, crank.moments)
+        rotor = _rotor(job, crank, tolerance, factor)
+    format_name, scale = crank.source.format, crank.source.mm_per_unit
+
+    def to_bytes(mesh: Mesh) -> bytes:
+        return encode(mesh, format_name, scale)
+
+    def from_bytes(data: bytes) -> Mesh:
+        return decode(data, format_name, scale)
+
+    with _Stages(watch, progress) as told:
+        try:
+            result = balance(rotor, tolerance, job.methods, to_bytes, from_bytes, told)
+        except CorrectionError as error:
+            raise JobError(f"{job.path.name}: {error}") from None
+    written = _written(result, crank, from_bytes)
+    return _record(job, crank, factor, tolerance, result), written
+
+
+class _Stages:
+    """Tell the user what the loop says, and count its time for planning or cutting."""
+
+    def __init__(self, watch: Stopwatch, progress: Progress) -> None:
+        self._watch, self._progress = watch, progress
+        self._stage, self._since = "plan", time.perf_counter()
+
+    def __enter__(self) -> _Stages:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self._turn(self._stage)
+
+    def __call__(self, text: str) -> None:
+        self._turn("cut" if text.startswith("cutting") else "plan")
+        self._progress(text)
+
+    def _turn(self, stage: str) -> None:
+        now = time.perf_counter()
+        self._watch.add(self._stage, now - self._since)
+        self._stage, self._since = stage, now
+
+
+def _rotor(job: Job, crank: Crank, tolerance: Tolerance, factor: float) -> Rotor:
+    loads = pipeline.throw_loads(crank.anatomy, job.engine)
+    attached = pipeline.attached_moments(job.engine.attached)
+    at_factor = bob_weight_moments(loads, factor) + attached
+    within = tolerance.is_met_by(Unbalance.of(crank.moments + at_factor))
+    return Rotor(
+        solid=crank.source.solid,
+        density_g_mm3=crank.density_g_mm3,
+        anatomy=crank.anatomy,
+        faces=() if within else _faces(job, crank),
+        loads=at_factor,
+        loads_per_factor=bob_weight_moments(loads, 1.0) - bob_weight_moments(loads, 0.0),
+        factor=factor,
+    )
+
+
+def _faces(job: Job, crank: Crank) -> tuple[Face, ...]:
+    """Return the planar faces, where a method of the job works on faces."""
+    if not any(hasattr(limits, "faces") for limits in job.methods):
+        return ()
+    return find_faces(crank.source.solid.mesh, crank.anatomy)
+
+
+def _written(result: Result, crank: Crank, from_bytes: Callable[[bytes], Mesh]) -> _Written | None:
+    if result.written is None or result.solid is None:
+        return None
+    mesh = from_bytes(result.written)
+    moments = result.final_moments
+    if any(correction.kind == "slug" for correction in result.corrections):  # slugs are not in the file
+        moments = mesh_moments(mesh, crank.density_g_mm3, crank.anatomy.file_to_rotor)
+    return _Written(
+        result.written,
+        hashlib.sha256(result.written).hexdigest(),
+        len(mesh.triangles),
+        moments,
+        moments.mass_g / crank.density_g_mm3,
+    )
+
+
+def _record(job: Job, crank: Crank, factor: float, tolerance: Tolerance, result: Result) -> Record:
+    source = crank.source
+    planes = tuple(plane.z_mm for plane in tolerance.planes)
+    return Record(
+        command="balance",
+        input=input_file(job.crankshaft.file, crank),
+        crank=MeasuredCrank(crank.moments, source.solid.volume_mm3, crank.anatomy),
+        initial=result.initial,
+        planes_z_mm=(planes[0], planes[1]) if planes else None,
+        balanced=Balanced(
+            job=jobs.describe(job),
+            counterweight=None,
+            loads=_loads(job, crank, factor),
+            factors=_factors(job, crank, factor, result),
+            tolerance=tolerance,
+            result=result,
+        ),
+    )
+
+
+def input_file(path: Path, crank: Crank) -> InputFile:
+    """Return what the report says of the crank's file."""
+    source = crank.source
+    return InputFile(str(path), source.sha256, source.format, source.triangles, source.bodies, source.repairs)
+
+
+def _loads(job: Job, crank: Crank, factor: float) -> Loads:
+    weights = job.engine.default.weights
+    loads = pipeline.throw_loads(crank.anatomy, job.engine)
+    return Loads(
+        pipeline.total_g(weights.rotating),
+        pipeline.total_g(weights.reciprocating),
+        pipeline.total_g(weights.crankpin),
+        {
+            throw.number: load.parts.bob_weight_g(factor)
+            for throw, load in zip(crank.anatomy.throws, loads, strict=True)
+        },
+    )
+
+
+def _factors(job: Job, crank: Crank, factor: float, result: Result) -> Factors:
+    loads = pipeline.throw_loads(crank.anatomy, job.engine)
+    attached = pipeline.attached_moments(job.engine.attached)
+    return Factors(
+        pipeline.crank_factor(result.initial_moments, loads, attached),
+        factor,
+        pipeline.crank_factor(result.final_moments, loads, attached),
+    )

@@ -1,0 +1,36 @@
+"""``autobalance verify REPORT.json``: read the corrected solid again and check every number claimed of it."""
+
+from __future__ import annotations
+
+import argparse
+
+from autobalance.command.options import add_units
+
+ABOVE_TOLERANCE = 4
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """Describe the command line."""
+    parser.add_argument("report", metavar="REPORT.json", help="what `balance` wrote, beside its solid")
+    add_units(parser)
+
+
+def run(arguments: argparse.Namespace) -> int:
+    """Check a report; 0 within tolerance, 4 above it; a claim that fails is an error (3)."""
+    from pathlib import Path
+
+    from autobalance.command.claims import check_report
+    from autobalance.command.console import say, warn
+    from autobalance.report.text import UNITS
+
+    found = check_report(Path(arguments.report))
+    for text in found.warnings:
+        warn(text)
+    units = UNITS[arguments.units]
+    verdict = "within" if found.within else "ABOVE"
+    say(
+        f"{arguments.report}: all {found.checked} claims hold; residual "
+        f"{units.of_unbalance(found.residual.magnitude_g_mm)} of permitted "
+        f"{units.of_unbalance(found.tolerance.permissible_g_mm)}: {verdict} tolerance"
+    )
+    return 0 if found.within else ABOVE_TOLERANCE

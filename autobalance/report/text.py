@@ -1,0 +1,265 @@
+"""A report as lines that a mechanic can read, from the report's own values."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any, Literal
+
+from autobalance.units import G_MM_PER_OZ_IN, G_PER_OZ, MM_PER
+
+UnitName = Literal["metric", "inch"]
+Values = Mapping[str, Any]
+
+
+@dataclass(frozen=True)
+class Units:
+    """Units of the text, and how many digits each needs in the workshop."""
+
+    length: str
+    mm_per_length: float
+    length_digits: int
+    mass: str
+    g_per_mass: float
+    mass_digits: int
+    unbalance: str
+    g_mm_per_unbalance: float
+    unbalance_digits: int
+
+    def of_length(self, value_mm: float) -> str:
+        """Return a length with its unit."""
+        return f"{fixed(value_mm / self.mm_per_length, self.length_digits)} {self.length}"
+
+    def of_mass(self, value_g: float) -> str:
+        """Return a mass with its unit."""
+        return f"{value_g / self.g_per_mass:.{self.mass_digits}f} {self.mass}"
+
+    def of_unbalance(self, value_g_mm: float) -> str:
+        """Return an unbalance with its unit."""
+        return f"{value_g_mm / self.g_mm_per_unbalance:.{self.unbalance_digits}f} {self.unbalance}"
+
+
+def fixed(value: float, digits: int) -> str:
+    """Return a number with so many decimals, and no sign before a zero."""
+    return f"{round(value, digits) + 0.0:.{digits}f}"
+
+
+UNITS: Mapping[str, Units] = {
+    "metric": Units("mm", 1.0, 3, "g", 1.0, 2, "g·mm", 1.0, 2),
+    "inch": Units("in", MM_PER["inch"], 4, "oz", G_PER_OZ, 3, "oz·in", G_MM_PER_OZ_IN, 4),
+}
+
+OUTCOMES = {
+    "within_tolerance": "WITHIN TOLERANCE",
+    "already_within_tolerance": "WITHIN TOLERANCE ALREADY: nothing to cut",
+    "above_tolerance": "ABOVE TOLERANCE",
+}
+
+
+def balance_text(report: Values, units: Units) -> str:
+    """Return the summary of a balancing run: the verdict, what to cut, before and after."""
+    parts = [
+        _heading(report),
+        _corrections(report, units),
+        _before_and_after(report, units),
+        _factor(report, units),
+        _changes(report, units),
+    ]
+    return "\n\n".join(part for part in parts if part)
+
+
+def _heading(report: Values) -> str:
+    verdict = f"{report['input']['file']}: {OUTCOMES[report['outcome']]}"
+    return f"{verdict}\n{report['reason']}" if report["reason"] else verdict
+
+
+def _corrections(report: Values, units: Units) -> str:
+    if not report["corrections"]:
+        return ""
+    return "\n".join(["What to cut"] + [_correction(each, units) for each in report["corrections"]])
+
+
+VERBS: Mapping[Any, str] = {
+    "shoulder": "lower",
+    "turn": "turn",
+    "drill": "drill",
+    "slug": "bore and fill",
+    "add": "build up",
+}
+
+
+def _correction(correction: Values, units: Units) -> str:
+    what = VERBS[correction["kind"]]
+    if correction.get("diameter_mm") is not None:
+        what += f" ⌀{units.of_length(correction['diameter_mm'])}"
+    where = [f"face {correction['face']}"] if correction["face"] is not None else []
+    where += [f"web {correction['web']}"] if correction["web"] is not None else []
+    if correction.get("angle_deg") is not None:
+        where.append(f"at {correction['angle_deg']:.1f}°")
+    size = units.of_length(abs(correction["depth_mm"]))
+    off = units.of_mass(abs(correction["removed_mass_g"]))
+    return (
+        f"  {correction['number']:>2}. {what} {', '.join(where)}: {size} "
+        f"({off} {'off' if correction['removed_mass_g'] >= 0.0 else 'on'}, centre "
+        f"{units.of_length(correction['radius_mm'])} from the axis, "
+        f"z {units.of_length(correction['position_mm'][2])})"
+    )
+
+
+def _before_and_after(report: Values, units: Units) -> str:
+    tolerance = report["tolerance"]
+    passes = len(report["steps"])
+    rows = [("Unbalance", "before", "after", "permitted")]
+    judged = "" if tolerance["judge"] == "dynamic" else " (not judged)"
+    rows.append(
+        (
+            "  resultant",
+            units.of_unbalance(report["initial"]["magnitude_g_mm"]),
+            units.of_unbalance(report["residual"]["magnitude_g_mm"]),
+            units.of_unbalance(tolerance["permissible_g_mm"]),
+        )
+    )
+    planes = zip(report["initial"]["planes"], report["residual"]["planes"], tolerance["planes"], strict=True)
+    for before, after, plane in planes:
+        rows.append(
+            (
+                f"  plane {plane['name']} (z {units.of_length(plane['z_mm'])}){judged}",
+                units.of_unbalance(before["magnitude_g_mm"]),
+                units.of_unbalance(after["magnitude_g_mm"]),
+                units.of_unbalance(plane["permissible_g_mm"]),
+            )
+        )
+    heavy = report["residual"]["angle_deg"]
+    return (
+        table(rows)
+        + f"\n  heavy side left at {heavy:.1f}° from throw 1, counter-clockwise seen from +z;"
+        + f" G {tolerance['grade_mm_s']:g} at {tolerance['speed_rpm']:g} rpm,"
+        + f" rotor {units.of_mass(tolerance['rotor_mass_g'])}; {passes} pass{'' if passes == 1 else 'es'}"
+    )
+
+
+def _factor(report: Values, units: Units) -> str:
+    factor, bob = report["balance_factor"], report["engine"]["bob_weights"]
+    lines = ["Balance factor: " + _arrow(factor["initial"], factor["target"], factor["final"])]
+    lines.append(
+        "  bob-weights: " + ", ".join(f"throw {b['throw']} {units.of_mass(b['mass_g'])}" for b in bob)
+    )
+    if report["counterweight"] is not None:
+        web = report["counterweight"]
+        product = web["product_g_mm"]
+        lines.append(
+            f"  counterweights {units.of_mass(web['mass_g'])} at {units.of_length(web['radius_mm'])}: "
+            f"{units.of_unbalance(product['initial'])} before, {units.of_unbalance(product['final'])} after, "
+            f"{units.of_unbalance(product['target'])} wanted"
+        )
+    return "\n".join(lines)
+
+
+def _arrow(initial: float | None, target: float, final: float | None) -> str:
+    if initial is None or final is None:
+        return f"{target:.4f} asked for; the throws cancel each other out, so the crank has none"
+    return f"{initial:.4f} before, {final:.4f} after, {target:.4f} wanted"
+
+
+def _changes(report: Values, units: Units) -> str:
+    if not report["corrections"]:
+        return ""
+    removed = sum(each["removed_mass_g"] for each in report["corrections"])
+    before = report["crank"]["polar_inertia_kg_mm2"]
+    change = report["inertia_change_kg_mm2"]
+    return (
+        f"Metal removed: {units.of_mass(removed)} of {units.of_mass(report['crank']['mass_g'])}; "
+        f"polar inertia {before:.2f} kg·mm² {change:+.2f} ({100.0 * change / before:+.2f} %)"
+    )
+
+
+# --- inspect ------------------------------------------------------------------------------------------------
+
+MOST_FACES = 12
+
+
+def inspect_text(report: Values, units: Units) -> str:
+    """Return the summary of a measured crank: mass, anatomy, unbalance, faces."""
+    parts = [_measured(report, units), _anatomy(report, units), _bare(report, units), _faces(report, units)]
+    return "\n\n".join(part for part in parts if part)
+
+
+def _measured(report: Values, units: Units) -> str:
+    source, crank = report["input"], report["crank"]
+    centre = ", ".join(units.of_length(value) for value in crank["centre_of_mass_mm"])
+    bodies = "body" if source["bodies"] == 1 else "bodies"
+    lines = [
+        f"{source['file']}: {source['triangles']} triangles, {source['bodies']} {bodies}, closed",
+        *(f"  repaired: {repair}" for repair in source["repairs"]),
+        f"  mass {units.of_mass(crank['mass_g'])}, volume {crank['volume_mm3']:.1f} mm³",
+        f"  centre of mass {centre} (rotor frame)",
+        f"  polar inertia {crank['polar_inertia_kg_mm2']:.3f} kg·mm²",
+    ]
+    return "\n".join(lines)
+
+
+def _anatomy(report: Values, units: Units) -> str:
+    crank = report["crank"]
+    rows = [("Part", "z", "diameter", "width", "")]
+    for pin in crank["main_journals"]:
+        rows.append((f"  main journal {pin['number']}", *_pin_cells(pin, units), ""))
+    for throw in crank["throws"]:
+        note = f"crank radius {units.of_length(throw['crank_radius_mm'])} at {throw['angle_deg']:.2f}°"
+        rows.append((f"  throw {throw['number']}", *_pin_cells(throw["crankpin"], units), note))
+    for web in crank["webs"]:
+        middle = 0.5 * (web["z_min_mm"] + web["z_max_mm"])
+        width = units.of_length(web["z_max_mm"] - web["z_min_mm"])
+        note = "counterweight" if web["counterweight"] else ""
+        rows.append((f"  web {web['number']}", units.of_length(middle), "", width, note))
+    off = units.of_length(crank["journal_misalignment_mm"])
+    return table(rows) + f"\n  main journals within {off} of the common axis"
+
+
+def _pin_cells(pin: Values, units: Units) -> tuple[str, str, str]:
+    return (
+        units.of_length(pin["centre_mm"][2]),
+        units.of_length(pin["diameter_mm"]),
+        units.of_length(pin["width_mm"]),
+    )
+
+
+def _bare(report: Values, units: Units) -> str:
+    initial = report["initial"]
+    lines = [
+        f"Unbalance of the bare crank: {units.of_unbalance(initial['magnitude_g_mm'])} "
+        f"at {initial['angle_deg']:.1f}°"
+    ]
+    lines += [
+        f"  plane {plane['name']}: {units.of_unbalance(plane['magnitude_g_mm'])}"
+        for plane in initial["planes"]
+    ]
+    return "\n".join(lines)
+
+
+def _faces(report: Values, units: Units) -> str:
+    faces = report["faces"]
+    if not faces:
+        return ""
+    rows = [("Face", "web", "area", f"{units.unbalance} per {units.length}", "deepest")]
+    for face in faces[:MOST_FACES]:
+        x, y = (
+            value * units.mm_per_length / units.g_mm_per_unbalance for value in face["unbalance_per_mm_g_mm"]
+        )
+        deepest = "" if face["max_depth_mm"] is None else units.of_length(face["max_depth_mm"])
+        web = "" if face["web"] is None else str(face["web"])
+        rows.append(
+            (f"  {face['id']}", web, f"{face['area_mm2']:.0f} mm²", f"{fixed(x, 3)}, {fixed(y, 3)}", deepest)
+        )
+    more = len(faces) - MOST_FACES
+    return table(rows) + (f"\n  and {more} more (--json FILE lists all)" if more > 0 else "")
+
+
+def table(rows: Sequence[Sequence[str]]) -> str:
+    """Return rows in columns: the first to the left, the others to the right of their column."""
+    widths = [max(len(row[place]) for row in rows) for place in range(len(rows[0]))]
+    lines = []
+    for row in rows:
+        cells = [row[0].ljust(widths[0])]
+        cells += [cell.rjust(width) for cell, width in zip(row[1:], widths[1:], strict=True)]
+        lines.append("  ".join(cells).rstrip())
+    return "\n".join(lines)
