@@ -103,6 +103,7 @@ def balance(
     decode: Callable[[bytes], Mesh],
     progress: Callable[[str], None] = lambda _: None,
     prefer: Prefer = "least_metal",
+    advise: bool = True,
 ) -> Result:
     """Cut a crank until its residual unbalance is within tolerance, or as near as the metal allows.
 
@@ -118,6 +119,8 @@ def balance(
         Told in a few words what runs.
     prefer : Prefer
         What to spare among plans that reach the aim.
+    advise : bool
+        Compute what would suffice when the limits fall short; that takes a few more plans.
 
     Returns
     -------
@@ -149,8 +152,10 @@ def balance(
     offer, plan = _best_offer(rotor, tolerance, methods, initial, prefer)
 
     def fixes() -> list[Release]:
+        if not advise:
+            return []
         progress("looking for what would suffice")
-        work = _workpiece(rotor, tolerance, initial, 1.0)
+        work = workpiece(rotor, tolerance, initial, 1.0)
         return releases(Shortage(work, tuple(methods), offer, initial, tolerance, prefer))
 
     def bound() -> float:
@@ -214,7 +219,7 @@ def _best_offer(
     for effort in range(max(correction.efforts(limits) for limits in methods)):
         look = 1.0
         for _ in range(LOOKS):
-            work = _workpiece(rotor, tolerance, initial, look)
+            work = workpiece(rotor, tolerance, initial, look)
             offer = correction.joined(
                 [
                     correction.offer(work, limits, min(effort, correction.efforts(limits) - 1))
@@ -237,7 +242,8 @@ def _best_offer(
     return best
 
 
-def _workpiece(rotor: Rotor, tolerance: Tolerance, initial: Unbalance, look: float) -> Workpiece:
+def workpiece(rotor: Rotor, tolerance: Tolerance, initial: Unbalance, look: float = 1.0) -> Workpiece:
+    """Return a rotor's crank as the kinds of correction see it, with the unbalance to be moved."""
     return Workpiece(
         rotor.solid,
         rotor.anatomy,
