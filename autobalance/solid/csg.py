@@ -245,7 +245,15 @@ def union(solids: Sequence[Solid]) -> Solid:
 
 
 def triangulated(polygon: Array) -> Indices:
-    """Return triangles (m, 3) over the corners (k, 2) of a simple counter-clockwise polygon."""
+    """Return triangles (m, 3) over the corners (k, 2) of a simple counter-clockwise polygon.
+
+    Raises
+    ------
+    SolidError
+        If it has fewer than three corners.
+    """
+    if len(polygon) < 3:  # manifold3d would crash
+        raise SolidError(f"a face has {len(polygon)} corners; three or more are needed")
     return np.asarray(m3.triangulate([np.asarray(polygon, dtype=np.float64)]), dtype=np.int64)
 
 
