@@ -75,6 +75,10 @@ def whole_circle(outline: Array, grain_mm: float) -> Circle | None:
     if cover[best] < LEAST_COVER:
         return None
     centre, radius = fit_circle(corners[np.abs(off[best]) <= _slack(reach, radii[best])])
+    away = np.abs(np.linalg.norm(corners - centre, axis=1) - radius)
+    close = away <= max(4.0 * float(np.median(away)), grain_mm)  # without corners of what is cut out
+    if close.sum() >= 8:
+        centre, radius = fit_circle(corners[close])
     outside = np.linalg.norm(corners - centre, axis=1) - radius
     if float(outside.max()) > 2.0 * ON_CIRCLE * radius + float(_slack(reach, radius).max()):
         return None

@@ -100,7 +100,7 @@ def _scores(axes: Array, normals: Array, areas: Array) -> Array:
         lean = np.abs(axes[begin : begin + 256] @ normals.T)
         along = lean < SIDE_SINE
         square = lean > 1.0 - 0.5 * SIDE_SINE**2
-        scores[begin : begin + 256] = along @ areas + 0.5 * (square @ areas)
+        scores[begin : begin + 256] = along @ areas + square @ areas
     return scores
 
 

@@ -49,7 +49,7 @@ def crank_axis(runs: Sequence[Run], given: Array | None) -> list[Run]:
     if not lines:
         raise RecognitionError("looked for main journals, found no bare cylinder; main_journals settles it")
     lines.sort(key=_span, reverse=True)
-    if len(lines) > 1 and _span(lines[0]) < LONGER * _span(lines[1]):
+    if any(_span(lines[0]) < LONGER * _span(line) and not _encloses(lines[0], line) for line in lines[1:]):
         raise RecognitionError(
             f"looked for the crank axis, found two lines of cylinders of about the same length "
             f"({_span(lines[0]):.4g} and {_span(lines[1]):.4g} mm); axis_point_mm settles it"
@@ -70,6 +70,13 @@ def _lines(runs: Sequence[Run]) -> list[list[Run]]:
         else:
             lines.append([run])
     return [sorted(line, key=lambda run: run.z_mid) for line in lines]
+
+
+def _encloses(line: Sequence[Run], other: Sequence[Run]) -> bool:
+    """Whether one line of cylinders begins before and ends after another."""
+    return (
+        line[0].z_mid < min(run.z_low for run in other) and max(run.z_high for run in other) < line[-1].z_mid
+    )
 
 
 def _span(line: Sequence[Run]) -> float:

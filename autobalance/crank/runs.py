@@ -87,7 +87,21 @@ def find_runs(long: Lengthwise, rounding_mm: float) -> list[Run]:
             else:
                 chains.append([here])
     runs = [_run(long, chain, rounding_mm) for chain in chains]
-    return sorted((run for run in runs if run is not None), key=lambda run: run.z_mid)
+    return _distinct([run for run in runs if run is not None])
+
+
+def _distinct(runs: Sequence[Run]) -> list[Run]:
+    """Leave out cylinders that are part of another, found twice; sort the rest by z."""
+    kept: list[Run] = []
+    for run in sorted(runs, key=lambda run: -run.width):
+        if not any(
+            abs(run.radius - other.radius) < SAME_RADIUS * run.radius
+            and float(np.linalg.norm(run.centre - other.centre)) < SAME_RADIUS * run.radius
+            and min(run.z_high, other.z_high) > max(run.z_low, other.z_low)
+            for other in kept
+        ):
+            kept.append(run)
+    return sorted(kept, key=lambda run: run.z_mid)
 
 
 def _unbroken(long: Lengthwise, chain: Sequence[_Link], here: _Link) -> bool:
@@ -96,11 +110,15 @@ def _unbroken(long: Lengthwise, chain: Sequence[_Link], here: _Link) -> bool:
     if last >= here.place - 1:
         return last == here.place - 1
     between = long.sections[last + 1 : here.place]
-    reaches = [max((p.reach_from(here.centre) for p in s.pieces), default=0.0) for s in between]
-    if max(reaches) > (1.0 + INSIDE) * here.radius or min(reaches) == 0.0:
+    centre = np.median([link.centre for link in chain], axis=0)
+    radius = float(np.median([link.radius for link in chain]))
+    reaches = [max((p.reach_from(centre) for p in s.pieces), default=0.0) for s in between]
+    if max(reaches) > (1.0 + INSIDE) * radius or min(reaches) == 0.0:
         return False
-    groove = long.sections[here.place].z_mm - long.sections[last].z_mm <= GAP_SHARE * here.radius
-    return groove or min(reaches) > (1.0 - SURFACE_LEFT) * here.radius
+    if any(p.circle is not None for s in between for p in s.pieces):
+        groove = long.sections[here.place].z_mm - long.sections[last].z_mm <= GAP_SHARE * radius
+        return groove and len(chain) > 1  # two sections through fillets are no cylinder with a groove
+    return min(reaches) > (1.0 - SURFACE_LEFT) * radius
 
 
 def _run(long: Lengthwise, chain: Sequence[_Link], rounding_mm: float) -> Run | None:
