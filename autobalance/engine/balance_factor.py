@@ -100,3 +100,21 @@ def counterweight_product_target_g_mm(parts: Parts, factor: float, crank_radius_
     8659.4
     """
     return parts.bob_weight_g(factor) * crank_radius_mm
+
+
+def correction_mass_g(unbalance_g_mm: float, radius_mm: float) -> float:
+    """Return the mass that takes away an unbalance at a radius; shared by the counterweights [g].
+
+    References
+    ----------
+    Hoem & Røsholm 2016, Eq. 6.4; positive is removed from the counterweights. Its Eq. 6.5 subtracts the
+    original product for the residual where the new target is meant.
+
+    Examples
+    --------
+    >>> round(correction_mass_g(3786.285, 24.0), 2)
+    157.76
+    """
+    if not radius_mm > 0.0:
+        raise ValueError(f"radius of the correction is {radius_mm:g} mm; must be > 0")
+    return unbalance_g_mm / radius_mm

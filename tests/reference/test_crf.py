@@ -8,9 +8,13 @@ import pytest
 from autobalance.engine.balance_factor import (
     balance_factor,
     bob_weight_moments,
+    correction_mass_g,
     counterweight_product_target_g_mm,
 )
+from autobalance.engine.forces import FirstOrder, centrifugal_force_n
 from autobalance.engine.parts import Parts, ThrowLoad
+from autobalance.engine.stroking import stroke_for_displacement_mm, stroked
+from autobalance.units import RAD_S_PER_RPM
 from tests.reference.published import check, inputs
 
 CRANK_RADIUS_MM = 26.9
@@ -92,3 +96,99 @@ def test_factor_of_a_crank_undoes_its_bob_weights() -> None:
     unbalance = -bob_weight_moments(throws, 0.37).first_g_mm[:2]
     rotating = bob_weight_moments(throws, 0.0).first_g_mm[:2]
     assert balance_factor(unbalance + rotating, throws) == pytest.approx(0.37, rel=1e-12)
+
+
+DENSITY_KG_M3 = 7850.0
+COUNTERWEIGHTS = 2
+
+
+@pytest.mark.parametrize(("case", "residual_g_mm"), [("CRF-06-0.6375", 8.01), ("CRF-06-0.28", 7.39)])
+def test_crf_06(case: str, residual_g_mm: float) -> None:
+    given = inputs(case)
+    parts = Parts(given["m_rot"] - CRANKPIN_G, given["m_rec"], CRANKPIN_G)
+    target = counterweight_product_target_g_mm(parts, given["fb"], given["r"])
+    unbalance = given["old"] - target
+    mass = correction_mass_g(unbalance, given["r_corr"])
+
+    def first_moment_mm3(unbalance_g_mm: float) -> float:
+        return unbalance_g_mm / COUNTERWEIGHTS / (DENSITY_KG_M3 * 1e-6 * given["depth"])
+
+    check(
+        case,
+        {
+            "target": target,
+            "U": unbalance,
+            "m_corr": mass,
+            "per_counterweight": mass / COUNTERWEIGHTS,
+            "shoulder_area": first_moment_mm3(unbalance) / given["r_corr"],
+            "Q": first_moment_mm3(unbalance),
+            "Q_low": first_moment_mm3(unbalance - residual_g_mm),
+            "Q_high": first_moment_mm3(unbalance + residual_g_mm),
+        },
+    )
+
+
+def test_crf_07() -> None:
+    given = inputs("CRF-07")
+
+    def left(product_wanted_g_mm: float) -> float:
+        wanted = ThrowLoad(Parts(0.0, 0.0, product_wanted_g_mm / CRANK_RADIUS_MM), CRANK_RADIUS_MM, 0.0, 0.0)
+        return float(given["balanced"] - bob_weight_moments([wanted], 0.28).first_g_mm[0])
+
+    check("CRF-07", {"residual": left(given["new"]), "as_printed": left(given["orig"])})
+
+
+def test_crf_10() -> None:
+    given = inputs("CRF-10")
+    parts = Parts(given["m_rot"] - CRANKPIN_G, given["m_rec"], CRANKPIN_G)
+    per_mm = COUNTERWEIGHTS * DENSITY_KG_M3 * 1e-6 * given["Q"]
+
+    def target(factor: float) -> float:
+        return counterweight_product_target_g_mm(parts, factor, given["r"])
+
+    check(
+        "CRF-10",
+        {
+            "fb_after_0.948": factor_of(given["old"] - per_mm * 0.948, given["m_rot"], given["m_rec"]),
+            "fb_after_2.807": factor_of(given["old"] - per_mm * 2.807, given["m_rot"], given["m_rec"]),
+            "residual_64": given["old"] - per_mm * 0.948 - target(0.6375),
+            "residual_28": given["old"] - per_mm * 2.807 - target(0.28),
+            "depth_64": (given["old"] - target(0.6375)) / per_mm,
+            "depth_28": (given["old"] - target(0.28)) / per_mm,
+        },
+    )
+
+
+def test_crf_11() -> None:
+    given = inputs("CRF-11")
+    speed = given["n"] * RAD_S_PER_RPM
+    product = given["m_rec"] * given["r"] * 1e6
+    force = FirstOrder(centrifugal_force_n(product, speed), given["fb"])
+    check(
+        "CRF-11", {"F": float(-force.transverse_n(np.array(np.pi / 2))), "F_rec_primary": force.amplitude_n}
+    )
+
+
+def test_crf_12() -> None:
+    given = inputs("CRF-12")
+    width_mm = 16.0
+    crank = stroked(
+        stroke_mm=given["S"],
+        bore_mm=given["bore"],
+        crankpin_mm=given["d0"],
+        ground_crankpin_mm=given["d1"],
+        crankpin_width_mm=width_mm,
+        main_journal_mm=28.0,
+        density_kg_m3=DENSITY_KG_M3,
+        parts=Parts(134.04, 261.5, CRANKPIN_G),
+        factor=0.28,
+    )
+    check(
+        "CRF-12",
+        {
+            "stroke_new": crank.stroke_mm,
+            "V_new": crank.displacement_cm3,
+            "stroke_for_297cc_same_bore": stroke_for_displacement_mm(297.0, given["bore"]),
+            "pin_mass_change_per_mm_length": crank.crankpin_change_g / width_mm,
+        },
+    )

@@ -1,0 +1,147 @@
+"""What each balance factor does to an engine, and which is best for what.
+
+Counterweights turn with the crank, so they change the forward-rotating part of the first order and nothing
+else: the backward part, and with it the greatest first-order force |forward| + |backward|, is least where the
+forward part is gone. For one crankpin with n rods of equal weight the forward part is (½ − f) n m_rec r ω²,
+whatever the angles of the banks; so 50 % is least-worst for singles and V twins alike, and leaves nothing of
+a 90° V twin's first order.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from autobalance.engine.loads import whole_turn
+from autobalance.engine.whole_engine import Engine
+from autobalance.rotor.moments import Array
+
+ANGLES = 720
+"""Crank angles for the greatest force; the eighth order has 90 of them a period."""
+
+
+@dataclass(frozen=True)
+class FactorRow:
+    """Forces that one balance factor leaves, all orders [N]."""
+
+    factor: float
+    greatest_n: float
+    greatest_inline_n: float
+    greatest_transverse_n: float
+    rms_n: float
+    first_order_semi_axes_n: tuple[float, float]
+
+
+@dataclass(frozen=True)
+class FactorAdvice:
+    """Which balance factor is best for what.
+
+    Attributes
+    ----------
+    rows : tuple of FactorRow
+        The trade, one row a factor.
+    least_first_order : float
+        Least greatest force of the first order; exact.
+    least_greatest : float
+        Least greatest force, all orders counted.
+    least_transverse : float
+        Least force across the first cylinder.
+    for_mount : float
+        Least greatest force where the mount takes force across the cylinder ``transverse_weight`` times as
+        badly as along it.
+    """
+
+    rows: tuple[FactorRow, ...]
+    least_first_order: float
+    least_greatest: float
+    least_transverse: float
+    for_mount: float
+
+
+def advise(
+    engine: Engine, speed_rad_s: float, factors: Sequence[float], transverse_weight: float = 1.0
+) -> FactorAdvice:
+    """Return what balance factors do to an engine whose throws each carry their own counterweight.
+
+    Parameters
+    ----------
+    engine : Engine
+        Its crank is left out of account: each factor stands for a crank balanced to it.
+    speed_rad_s : float
+        Crank speed [rad/s].
+    factors : sequence of float
+        For the table of the trade.
+    transverse_weight : float
+        How badly the mount takes force across the first cylinder, over force along it; above 1 for a soft
+        frame sideways, 0 where only the force along the cylinder counts.
+
+    Returns
+    -------
+    FactorAdvice
+
+    References
+    ----------
+    Hoem & Røsholm 2016, Sec. 4.1.2 and 5.1; Task 5, variants a, b and c.
+    """
+    if not transverse_weight >= 0.0:
+        raise ValueError(f"transverse weight of the mount is {transverse_weight:g}; must be ≥ 0")
+    angle = whole_turn(ANGLES)
+    at_zero = engine.with_counterweights(0.0).force_n(angle, speed_rad_s)
+    change = engine.with_counterweights(1.0).force_n(angle, speed_rad_s) - at_zero
+    bank = engine.cylinders[0].bank_rad
+    turn = np.array([[math.cos(bank), -math.sin(bank)], [math.sin(bank), math.cos(bank)]])
+    at_zero, change = at_zero @ turn, change @ turn
+
+    def best(inline_weight: float, across_weight: float) -> float:
+        weights = np.array([inline_weight, across_weight])
+        return _least_greatest(at_zero * weights, change * weights)
+
+    return FactorAdvice(
+        tuple(_row(engine, factor, speed_rad_s, at_zero + factor * change) for factor in factors),
+        least_first_order=_without_forward_part(engine, speed_rad_s),
+        least_greatest=best(1.0, 1.0),
+        least_transverse=best(0.0, 1.0),
+        for_mount=best(1.0, transverse_weight),
+    )
+
+
+def _row(engine: Engine, factor: float, speed_rad_s: float, force: Array) -> FactorRow:
+    size = np.hypot(force[:, 0], force[:, 1])
+    first = engine.with_counterweights(factor).orders(speed_rad_s, highest=1)[1]
+    forward, backward = first.circles_n
+    return FactorRow(
+        factor,
+        float(size.max()),
+        float(np.abs(force[:, 0]).max()),
+        float(np.abs(force[:, 1]).max()),
+        math.sqrt(float(np.mean(size**2))),
+        (forward + backward, abs(forward - backward)),
+    )
+
+
+def _least_greatest(at_zero: Array, change: Array) -> float:
+    """Return the factor in 0..1 of least greatest |at_zero + factor change|, which is convex in it."""
+    from scipy.optimize import minimize_scalar
+
+    def greatest(factor: float) -> float:
+        return float(np.linalg.norm(at_zero + factor * change, axis=1).max())
+
+    inside = float(minimize_scalar(greatest, bounds=(0.0, 1.0), method="bounded", options={"xatol": 1e-10}).x)
+    return min((inside, 0.0, 1.0), key=greatest)
+
+
+def _without_forward_part(engine: Engine, speed_rad_s: float) -> float:
+    """Return the factor in 0..1 that leaves least of the forward part: p₀ + f (p₁ − p₀) is linear in it."""
+    none, all_of_it = (_forward(engine.with_counterweights(factor), speed_rad_s) for factor in (0.0, 1.0))
+    step = all_of_it - none
+    if abs(step) <= 1e-9 * abs(none):
+        return 0.0
+    return min(max(-(none * step.conjugate()).real / abs(step) ** 2, 0.0), 1.0)
+
+
+def _forward(engine: Engine, speed_rad_s: float) -> complex:
+    x, y = engine.orders(speed_rad_s, highest=1)[1].force_n
+    return complex((x + 1j * y) / 2.0)

@@ -1,0 +1,306 @@
+"""Balance shafts: pairs at crank speed and at twice that, one shaft against the crank, bolt-on weights.
+
+A shaft of order k turns at k times the crank's speed, so its force is k² times that of the same weight at
+crank speed: a pair against A₂ m r needs A₂ m r/4 together, an eighth on each shaft. (One of the documents
+forgets this factor of four.)
+"""
+
+from __future__ import annotations
+
+import cmath
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from autobalance.engine.slider_crank import harmonic
+from autobalance.engine.whole_engine import Order
+from autobalance.rotor.moments import Array
+from autobalance.units import N_M_PER_G_MM2_S2, N_PER_G_MM_S2
+
+
+@dataclass(frozen=True)
+class BalanceShaft:
+    """A shaft with an unbalance, geared to the crank.
+
+    Attributes
+    ----------
+    order : int
+        Its speed over the crank's, without sign.
+    forward : bool
+        True where it turns as the crank does.
+    product_g_mm : float
+        Its unbalance [g·mm].
+    phase_rad : float
+        Direction of the unbalance at crank angle 0, from x towards y in the engine's frame [rad].
+    x_mm, y_mm : float
+        Place of its axis, from the crank axis [mm].
+    """
+
+    order: int
+    forward: bool
+    product_g_mm: float
+    phase_rad: float
+    x_mm: float = 0.0
+    y_mm: float = 0.0
+
+    def force_n(self, angle_rad: Array, speed_rad_s: float) -> Array:
+        """Return its force (..., 2) on the engine over the crank angle [N]."""
+        turned = (self.order if self.forward else -self.order) * np.asarray(angle_rad) + self.phase_rad
+        size = self.product_g_mm * (self.order * speed_rad_s) ** 2 * N_PER_G_MM_S2
+        return np.stack([size * np.cos(turned), size * np.sin(turned)], axis=-1)
+
+
+def shaft_force_n(shafts: Sequence[BalanceShaft], angle_rad: Array, speed_rad_s: float) -> Array:
+    """Return the force (..., 2) of all shafts over the crank angle [N]."""
+    total = np.zeros((*np.shape(angle_rad), 2))
+    for shaft in shafts:
+        total += shaft.force_n(angle_rad, speed_rad_s)
+    return total
+
+
+def roll_moment_n_m(shafts: Sequence[BalanceShaft], angle_rad: Array, speed_rad_s: float) -> Array:
+    """Return the moment (...,) of the shafts' forces about the crank axis [N·m].
+
+    Two shafts that turn against each other make none where they stand mirrored about the cylinder's plane
+    at one height; shafts out of place roll the engine. (Ruckle 2014, Sec. 3.1.2 and Fig. 14.)
+    """
+    total = np.zeros(np.shape(angle_rad))
+    for shaft in shafts:
+        force = shaft.force_n(angle_rad, speed_rad_s)
+        total += shaft.x_mm * force[..., 1] - shaft.y_mm * force[..., 0]
+    return total * 1e-3
+
+
+def shaft_pair(
+    order: int,
+    amplitude_g_mm: float,
+    bank_rad: float = 0.0,
+    half_distance_mm: float = 0.0,
+    height_mm: float = 0.0,
+) -> tuple[BalanceShaft, BalanceShaft]:
+    """Return two shafts, one each way, that cancel amplitude ω² cos(order θ) along a cylinder.
+
+    Parameters
+    ----------
+    order : int
+        Of the force, and of the shafts' speed.
+    amplitude_g_mm : float
+        Of the force over ω², positive towards the cylinder's head: Q₃ l₁ for order 1, A₂ m r for order 2
+        [g·mm].
+    bank_rad : float
+        Direction of the cylinder [rad].
+    half_distance_mm, height_mm : float
+        Places of the two axes: across the cylinder, one each side, and along it [mm].
+
+    References
+    ----------
+    Task 5, Eq. 5.27 (order 1: half on each shaft) and 5.28 (order 2: an eighth); Ruckle 2014, Table 3,
+    lacks the factor four of order 2.
+
+    Examples
+    --------
+    >>> forward, backward = shaft_pair(2, amplitude_g_mm=15001.4)
+    >>> forward.product_g_mm
+    1875.175
+    """
+    if order < 1:
+        raise ValueError(f"order of the balance shafts is {order}; must be at least 1")
+    product = abs(amplitude_g_mm) / (2.0 * order**2)
+    phase = bank_rad + (math.pi if amplitude_g_mm >= 0.0 else 0.0)
+    along, across = cmath.rect(height_mm, bank_rad), cmath.rect(half_distance_mm, bank_rad + 0.5 * math.pi)
+    first, second = along + across, along - across
+    return (
+        BalanceShaft(order, True, product, phase, first.real, first.imag),
+        BalanceShaft(order, False, product, phase, second.real, second.imag),
+    )
+
+
+def second_order_pair(
+    reciprocating_g: float, crank_radius_mm: float, ratio: float
+) -> tuple[BalanceShaft, BalanceShaft]:
+    """Return the two shafts at double speed that cancel the second order A₂ m r ω² cos 2θ of a cylinder.
+
+    Examples
+    --------
+    >>> round(second_order_pair(320.0, 1.0, 0.25)[0].product_g_mm, 4)  # Task 5, Eq. 5.28, λ = ¼
+    10.161
+    """
+    return shaft_pair(2, harmonic(2, ratio) * reciprocating_g * crank_radius_mm)
+
+
+def counter_rotating_shaft(force: Order, speed_rad_s: float) -> BalanceShaft:
+    """Return the one shaft, turning against the crank, that cancels the backward part of an order.
+
+    With counterweights at a factor of one half, that is the whole first order of a single (Task 5, Eq. 5.29).
+
+    Parameters
+    ----------
+    force : Order
+        Of a whole engine; a whole order.
+    speed_rad_s : float
+        Crank speed that its force was taken at [rad/s].
+    """
+    x, y = force.force_n
+    backward = (x.conjugate() + 1j * y.conjugate()) / 2.0
+    order = round(force.order)
+    product = abs(backward) / ((order * speed_rad_s) ** 2 * N_PER_G_MM_S2)
+    return BalanceShaft(order, False, product, cmath.phase(-backward))
+
+
+@dataclass(frozen=True)
+class BoltOnWeight:
+    """A weight on a balance shaft; negative eccentricity is on the other side of the shaft's axis."""
+
+    name: str
+    eccentricity_mm: float
+    cad_g: float
+    weighed_g: float | None = None
+
+    @property
+    def cad_product_g_mm(self) -> float:
+        """Unbalance from the drawn mass [g·mm]."""
+        return self.cad_g * self.eccentricity_mm
+
+    @property
+    def product_g_mm(self) -> float:
+        """Unbalance from the weighed mass, the drawn one where it was not weighed [g·mm]."""
+        return (self.cad_g if self.weighed_g is None else self.weighed_g) * self.eccentricity_mm
+
+    @property
+    def deviation(self) -> float | None:
+        """Weighed over drawn mass, less one; None where it was not weighed."""
+        return None if self.weighed_g is None else self.weighed_g / self.cad_g - 1.0
+
+
+@dataclass(frozen=True)
+class BoltedPair:
+    """Two like shafts with bolt-on weights, set against what they are to cancel.
+
+    ``needed_g_mm`` is the amplitude over ω² of the force of order ``order``.
+
+    Examples
+    --------
+    >>> weights = (BoltOnWeight("counterweight", 18.7, 5751.6), BoltOnWeight("bolts", 17.7, 230.9),
+    ...            BoltOnWeight("top counterweight", -24.7, 3516.9))
+    >>> pair = BoltedPair(1, weights, needed_g_mm=49822.3)
+    >>> round(pair.product_g_mm, 2)
+    49548.84
+    """
+
+    order: int
+    weights: tuple[BoltOnWeight, ...]
+    needed_g_mm: float
+
+    @property
+    def product_g_mm(self) -> float:
+        """Unbalance of both shafts together [g·mm]."""
+        return 2.0 * sum(weight.product_g_mm for weight in self.weights)
+
+    @property
+    def force_g_mm(self) -> float:
+        """Amplitude of the pair's force over ω², with ω the crank's speed: order² times its unbalance."""
+        return self.order**2 * self.product_g_mm
+
+    @property
+    def residual_g_mm(self) -> float:
+        """Amplitude over ω² that is left; residuals of different orders do not add [g·mm]."""
+        return self.needed_g_mm - self.force_g_mm
+
+    def without(self, name: str) -> BoltedPair:
+        """Return the pair with the weight of that name taken off."""
+        kept = tuple(weight for weight in self.weights if weight.name != name)
+        if len(kept) == len(self.weights):
+            names = ", ".join(weight.name for weight in self.weights)
+            raise ValueError(f"no bolt-on weight is called '{name}'; there are: {names}")
+        return BoltedPair(self.order, kept, self.needed_g_mm)
+
+
+@dataclass(frozen=True)
+class CompleteBalance:
+    """Rod and crank counterweights that keep the centre of mass of crank, rod and piston at rest.
+
+    Every harmonic of the force vanishes; the moment about the crank axis does not.
+
+    Attributes
+    ----------
+    rod_counterweight_g : float
+        m_a2, beyond the crankpin on the rod's line.
+    crank_counterweight_g : float
+        m_a1, opposite the crankpin.
+
+    Examples
+    --------
+    >>> balance = complete_balance(crank_g_mm=240.0, crank_radius_mm=1.0, rod_g=350.0, rod_length_mm=5.0,
+    ...     rod_centre_mm=2.0, piston_g=180.0, rod_counterweight_mm=2.0, crank_counterweight_mm=0.8)
+    >>> balance.rod_counterweight_g, balance.crank_counterweight_g, balance.added_g
+    (800.0, 1962.5, 2762.5)
+    """
+
+    rod_counterweight_g: float
+    crank_counterweight_g: float
+
+    @property
+    def added_g(self) -> float:
+        """What both weigh together [g]."""
+        return self.rod_counterweight_g + self.crank_counterweight_g
+
+
+def complete_balance(
+    *,
+    crank_g_mm: float,
+    crank_radius_mm: float,
+    rod_g: float,
+    rod_length_mm: float,
+    rod_centre_mm: float,
+    piston_g: float,
+    rod_counterweight_mm: float,
+    crank_counterweight_mm: float,
+) -> CompleteBalance:
+    """Return the counterweights on rod and crank that balance a slider-crank completely.
+
+    m_a2 = (m₂ l_S2 + m₃ l₂)/l_a2 brings the centre of mass of rod and piston to the crankpin, and
+    m_a1 = (m₁ l_S1 + (m_a2 + m₂ + m₃) l₁)/l_a1 brings all of it to the crank axis.
+
+    Parameters
+    ----------
+    crank_g_mm : float
+        m₁ l_S1, unbalance of the crank alone, towards the crankpin [g·mm].
+    crank_radius_mm, rod_length_mm : float
+        l₁ and l₂ [mm].
+    rod_g, rod_centre_mm : float
+        m₂ and l_S2, its centre of mass from the big end [g, mm].
+    piston_g : float
+        m₃, with the wrist pin [g].
+    rod_counterweight_mm, crank_counterweight_mm : float
+        l_a2 beyond the crankpin and l_a1 from the crank axis [mm].
+
+    References
+    ----------
+    Task 5, Eq. 5.30 to 5.33.
+    """
+    for name, lever in (("rod", rod_counterweight_mm), ("crank", crank_counterweight_mm)):
+        if not lever > 0.0:
+            raise ValueError(f"lever of the {name}'s counterweight is {lever:g} mm; must be > 0")
+    rod_weight = (rod_g * rod_centre_mm + piston_g * rod_length_mm) / rod_counterweight_mm
+    on_pin = rod_weight + rod_g + piston_g
+    return CompleteBalance(rod_weight, (crank_g_mm + on_pin * crank_radius_mm) / crank_counterweight_mm)
+
+
+def remaining_moment_n_m(angular_momentum_g_mm2: Array, angle_rad: Array, speed_rad_s: float) -> Array:
+    """Return the moment −dL/dt that a mechanism's angular momentum leaves on its frame [N·m].
+
+    Parameters
+    ----------
+    angular_momentum_g_mm2 : (n,) float
+        L/ω about the crank axis at n equal crank angles of a turn [g·mm²].
+    angle_rad : (n,) float
+        Those angles, for the number of them only.
+    speed_rad_s : float
+        Crank speed, constant [rad/s].
+    """
+    spectrum = np.fft.rfft(angular_momentum_g_mm2)
+    slope = np.fft.irfft(1j * np.arange(spectrum.size) * spectrum, n=np.size(angle_rad))
+    result: Array = -slope * speed_rad_s**2 * N_M_PER_G_MM2_S2
+    return result
