@@ -15,6 +15,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from autobalance.engine.balance_factor import LEAST_DIRECTION
+from autobalance.engine.forces import centrifugal_force_n
 from autobalance.engine.loads import whole_turn
 from autobalance.engine.whole_engine import Engine
 from autobalance.rotor.moments import Array
@@ -52,13 +54,15 @@ class FactorAdvice:
     for_mount : float
         Least greatest force where the mount takes force across the cylinder ``transverse_weight`` times as
         badly as along it.
+
+    A factor is None where none is better than another: the throws of an inline-four cancel each other out.
     """
 
     rows: tuple[FactorRow, ...]
-    least_first_order: float
-    least_greatest: float
-    least_transverse: float
-    for_mount: float
+    least_first_order: float | None
+    least_greatest: float | None
+    least_transverse: float | None
+    for_mount: float | None
 
 
 def advise(
@@ -91,17 +95,23 @@ def advise(
     angle = whole_turn(ANGLES)
     at_zero = engine.with_counterweights(0.0).force_n(angle, speed_rad_s)
     change = engine.with_counterweights(1.0).force_n(angle, speed_rad_s) - at_zero
+    products = [
+        cylinder.reciprocating_g * cylinder.slider_crank.crank_radius_mm for cylinder in engine.cylinders
+    ]
+    scale = centrifugal_force_n(sum(products), speed_rad_s)
     bank = engine.cylinders[0].bank_rad
     turn = np.array([[math.cos(bank), -math.sin(bank)], [math.sin(bank), math.cos(bank)]])
     at_zero, change = at_zero @ turn, change @ turn
 
-    def best(inline_weight: float, across_weight: float) -> float:
+    def best(inline_weight: float, across_weight: float) -> float | None:
         weights = np.array([inline_weight, across_weight])
+        if np.abs(change * weights).max() <= LEAST_DIRECTION * scale:
+            return None
         return _least_greatest(at_zero * weights, change * weights)
 
     return FactorAdvice(
         tuple(_row(engine, factor, speed_rad_s, at_zero + factor * change) for factor in factors),
-        least_first_order=_without_forward_part(engine, speed_rad_s),
+        least_first_order=_without_forward_part(engine, speed_rad_s, scale),
         least_greatest=best(1.0, 1.0),
         least_transverse=best(0.0, 1.0),
         for_mount=best(1.0, transverse_weight),
@@ -133,12 +143,12 @@ def _least_greatest(at_zero: Array, change: Array) -> float:
     return min((inside, 0.0, 1.0), key=greatest)
 
 
-def _without_forward_part(engine: Engine, speed_rad_s: float) -> float:
+def _without_forward_part(engine: Engine, speed_rad_s: float, scale: float) -> float | None:
     """Return the factor in 0..1 that leaves least of the forward part: p₀ + f (p₁ − p₀) is linear in it."""
     none, all_of_it = (_forward(engine.with_counterweights(factor), speed_rad_s) for factor in (0.0, 1.0))
     step = all_of_it - none
-    if abs(step) <= 1e-9 * abs(none):
-        return 0.0
+    if abs(step) <= LEAST_DIRECTION * scale:
+        return None
     return min(max(-(none * step.conjugate()).real / abs(step) ** 2, 0.0), 1.0)
 
 
