@@ -20,10 +20,14 @@ from autobalance.job import Job
 from autobalance.rotor.moments import Array, Moments
 from autobalance.rotor.tolerance import Tolerance
 from autobalance.rotor.unbalance import Unbalance
+from autobalance.solid.measure import mesh_moments
 from autobalance.solid.read import Source, read
+from autobalance.solid.write import decode
 
 ROUNDING = 1e-9
 """Share by which a number may differ from its claim: sums in another order, no more."""
+MOMENT_ROUNDING = 1e-11
+"""The same for unbalances, as a share of mass times size: the sums are the same ones as in the run."""
 RIGID = 1e-9
 """Greatest entry of RᵀR − 1 in a rotation."""
 
@@ -88,15 +92,11 @@ class Claims:
             raise ClaimError(f"{self.name}: {path} is {claimed!r}, but {measured!r} was found")
         self.held += 1
 
-    def near(self, path: str, measured: Any, scale: float) -> None:
+    def near(self, path: str, measured: Any, scale: float, rounding: float = ROUNDING) -> None:
         """Check a number or an array of them against a measurement, up to rounding of ``scale``."""
         found = np.asarray(measured, dtype=np.float64)
         claimed = self._as_array(path, self.get(path, object), found.shape)
-        self.close(path, claimed, found, scale)
-
-    def close(self, path: str, claimed: Any, found: Any, scale: float) -> None:
-        """Check a claim that is at hand already."""
-        if not np.all(np.abs(np.asarray(claimed) - found) <= ROUNDING * scale):  # also refuses NaN
+        if not np.all(np.abs(claimed - found) <= rounding * scale):  # also refuses NaN
             raise ClaimError(f"{self.name}: {path} is {_text(claimed)}, but {_text(found)} was found")
         self.held += 1
 
@@ -250,7 +250,8 @@ def _measured(claims: Claims, folder: Path, job: Job, frame: Array) -> tuple[Sou
     source = read(path, crankshaft.unit, "all")
     claims.same(f"{key}.sha256", source.sha256)
     claims.same(f"{key}.triangles", source.triangles)
-    moments = source.solid.moments(crankshaft.density_g_mm3, frame)
+    mesh = decode(path.read_bytes(), source.format, source.mm_per_unit)
+    moments = mesh_moments(mesh, crankshaft.density_g_mm3, frame)
     _check_properties(claims, key, moments, source.solid.volume_mm3)
     return source, moments
 
@@ -320,18 +321,18 @@ def _check_loads(claims: Claims, job: Job, anatomy: Anatomy, crank: Moments) -> 
 def _check_unbalance(
     claims: Claims, key: str, found: Unbalance, tolerance: Tolerance, size_g_mm: float
 ) -> None:
-    claims.near(f"{key}.unbalance_g_mm", found.resultant_g_mm, size_g_mm)
-    claims.near(f"{key}.magnitude_g_mm", found.magnitude_g_mm, size_g_mm)
+    claims.near(f"{key}.unbalance_g_mm", found.resultant_g_mm, size_g_mm, MOMENT_ROUNDING)
+    claims.near(f"{key}.magnitude_g_mm", found.magnitude_g_mm, size_g_mm, MOMENT_ROUNDING)
     claimed = claims.array(f"{key}.unbalance_g_mm", (2,))
     angle = math.degrees(math.atan2(claimed[1], claimed[0]))
     claims.near(f"{key}.angle_deg", _near_turn(angle, claims.get(f"{key}.angle_deg", float)), 360.0)
     places = [plane.z_mm for plane in tolerance.planes]
     span = (max(places) - min(places)) if places else 1.0
-    claims.near(f"{key}.moment_g_mm2", found.moment_g_mm2, size_g_mm * max(span, 1.0))
+    claims.near(f"{key}.moment_g_mm2", found.moment_g_mm2, size_g_mm * max(span, 1.0), MOMENT_ROUNDING)
     vectors: Sequence[Array] = list(found.in_planes(places[0], places[1])) if places else []
     for part, vector in zip(_listed(claims, f"{key}.planes", len(vectors)), vectors, strict=True):
-        part.near("unbalance_g_mm", vector, 10.0 * size_g_mm)
-        part.near("magnitude_g_mm", math.hypot(*vector), 10.0 * size_g_mm)
+        part.near("unbalance_g_mm", vector, size_g_mm, MOMENT_ROUNDING)
+        part.near("magnitude_g_mm", math.hypot(*vector), size_g_mm, MOMENT_ROUNDING)
         claims.held += part.held
 
 

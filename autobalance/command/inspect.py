@@ -38,7 +38,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(arguments: argparse.Namespace) -> int:
     """Measure a crank; 0 unless the file is bad."""
-    from autobalance.command.console import progress, progress_done, say
+    from autobalance.command.console import progress, progress_done, say, warn
     from autobalance.report.files import Staging
     from autobalance.report.json import dumps, report
     from autobalance.report.text import UNITS, inspect_text
@@ -52,6 +52,8 @@ def run(arguments: argparse.Namespace) -> int:
             values = report(inspected(arguments))
         finally:
             progress_done()
+        for repair in values["input"]["repairs"]:
+            warn(f"{arguments.crank}: {repair}")
         if target is not None:
             staging.add(target, dumps(values).encode())
             staging.commit()

@@ -89,7 +89,10 @@ def run_job(job: Job, folder: Path, json_file: str | None, progress: Progress) -
             staging.add(path, text)
         staging.commit()
     stale = written is None and solid_path.exists()
-    warnings = [*_warnings(job)]
+    warnings = [
+        *_warnings(job),
+        *(f"{job.crankshaft.file}: {repair}" for repair in values["input"]["repairs"]),
+    ]
     if stale:
         warnings.append(f"{solid_path} is of an earlier run; this one cut nothing")
     files = (solid_path,) if written is not None else ()

@@ -190,7 +190,6 @@ def _measured(report: Values, units: Units) -> str:
     bodies = "body" if source["bodies"] == 1 else "bodies"
     lines = [
         f"{source['file']}: {source['triangles']} triangles, {source['bodies']} {bodies}, closed",
-        *(f"  repaired: {repair}" for repair in source["repairs"]),
         f"  mass {units.of_mass(crank['mass_g'])}, volume {crank['volume_mm3']:.1f} mm³",
         f"  centre of mass {centre} (rotor frame)",
         f"  polar inertia {crank['polar_inertia_kg_mm2']:.3f} kg·mm²",

@@ -1,0 +1,113 @@
+"""Jobs on the bundled cranks, edited and run through ``main``, for tests of whole runs."""
+
+from __future__ import annotations
+
+import json
+import re
+import shutil
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from autobalance.command import main
+
+ROOT = Path(__file__).resolve().parents[1]
+BUNDLED = ROOT / "fixtures" / "crf250r"
+Array = NDArray[np.float64]
+RECORD = np.dtype([("normal", "<f4", (3,)), ("corners", "<f4", (3, 3)), ("attribute", "<u2")])
+
+WITH_PIN = """
+[crankshaft]
+file = "crank-with-pin.stl"
+unit = "mm"
+density_kg_m3 = 7850.0
+
+[engine.rotating_g]
+connecting_rod_big_end = 95.04
+big_end_bearing = 39.00
+
+[engine.reciprocating_g]
+piston = 261.5
+
+[balance]
+factor = 0.28
+grade = 6.3
+speed_rpm = 15200
+
+[correction]
+method = "shoulder"
+"""
+
+
+def bundled_job(folder: Path, variant: str = "drafted", name: str = "factor-0.28", **edits: str) -> Path:
+    """Copy a bundled job with its crank to ``folder``; each edit replaces the text of a key's value.
+
+    ``speed_rpm="1"`` puts ``speed_rpm = 1``; the empty text takes the key away.
+    """
+    folder.mkdir(parents=True, exist_ok=True)
+    shutil.copy(BUNDLED / variant / "crank.stl", folder)
+    text = (BUNDLED / variant / f"{name}.toml").read_text(encoding="utf-8")
+    return written(folder / f"{name}.toml", text, **edits)
+
+
+def pin_job(folder: Path, **edits: str) -> Path:
+    """Write a job on the straight crank with its pin in the file, edited as in ``bundled_job``."""
+    folder.mkdir(parents=True, exist_ok=True)
+    shutil.copy(BUNDLED / "straight" / "crank-with-pin.stl", folder)
+    return written(folder / "job.toml", WITH_PIN, **edits)
+
+
+def written(path: Path, text: str, **edits: str) -> Path:
+    for key, value in edits.items():
+        line = f"{key} = {value}" if value else ""
+        text, count = re.subn(rf"^{key} = .*$", line.replace("\\", r"\\"), text, flags=re.MULTILINE)
+        assert count == 1, f"the job has {count} keys {key}"
+    path.write_text(text, encoding="utf-8")
+    return path
+
+
+def run(*arguments: str | Path) -> int:
+    """Run the command line."""
+    return main([str(argument) for argument in arguments])
+
+
+def balanced(job: Path, output: Path, code: int = 0) -> dict[str, Any]:
+    """Run ``balance`` and return its report."""
+    assert run("balance", job, "-o", output) == code
+    return report_of(output)
+
+
+def report_of(folder: Path) -> dict[str, Any]:
+    values: dict[str, Any] = json.loads((folder / "report.json").read_text(encoding="utf-8"))
+    return values
+
+
+def corners_of(path: Path) -> Array:
+    """Return the corners (m, 3, 3) of a binary STL."""
+    data = path.read_bytes()
+    count = int.from_bytes(data[80:84], "little")
+    assert len(data) == 84 + 50 * count
+    return np.frombuffer(data, RECORD, count, 84)["corners"].astype(np.float64)
+
+
+def write_stl(path: Path, corners: Array) -> None:
+    """Write triangles as a binary STL."""
+    data = np.zeros(len(corners), RECORD)
+    data["corners"] = corners
+    path.write_bytes(b"test".ljust(80) + len(corners).to_bytes(4, "little") + data.tobytes())
+
+
+def place(path: Path, placement: Array) -> None:
+    """Move the part in a binary STL by a rigid motion (4, 4)."""
+    write_stl(path, corners_of(path) @ placement[:3, :3].T + placement[:3, 3])
+
+
+def folder_state(folder: Path) -> dict[str, bytes]:
+    """Return every file below a folder with its bytes."""
+    return {
+        str(path.relative_to(folder)): path.read_bytes()
+        for path in sorted(folder.rglob("*"))
+        if path.is_file()
+    }

@@ -1,0 +1,147 @@
+"""The program as a process: start-up time, Ctrl-C, closed pipes, both ways in."""
+
+import json
+import os
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import pytest
+
+from tests import jobs
+
+HELP_SECONDS = 0.3
+CLI = [sys.executable, str(jobs.ROOT / "cli.py")]
+
+
+def environment(**more: str) -> dict[str, str]:
+    return {**os.environ, "PYTHONPATH": str(jobs.ROOT), **more}
+
+
+@pytest.mark.parametrize(
+    "arguments", [["--help"], ["--version"], ["balance", "--help"], ["inspect", "--help"]]
+)
+def test_help_is_quick(arguments: list[str]) -> None:
+    """The best of five: the machine may be busy."""
+    times = []
+    for _ in range(5):
+        start = time.perf_counter()
+        subprocess.run([*CLI, *arguments], check=True, capture_output=True)
+        times.append(time.perf_counter() - start)
+    assert min(times) < HELP_SECONDS
+
+
+def test_help_imports_nothing_heavy() -> None:
+    code = (
+        "import sys; from autobalance.command import main; main(['balance', '--help']);"
+        "assert not {'numpy', 'scipy', 'trimesh', 'manifold3d'} & set(sys.modules), sorted(sys.modules)"
+    )
+    subprocess.run([sys.executable, "-c", code], check=True, capture_output=True, env=environment())
+
+
+def test_the_installed_way_in_and_the_checkouts_are_one_program() -> None:
+    outputs = [
+        subprocess.run(
+            [*way, "--version"], check=True, capture_output=True, text=True, env=environment()
+        ).stdout
+        for way in (CLI, [sys.executable, "-m", "autobalance"])
+    ]
+    assert outputs[0] == outputs[1]
+    assert outputs[0].startswith("autobalance ")
+
+
+STOPPING = """
+import os, signal, sys, threading
+from autobalance import rebalance
+from autobalance.command import main, run
+
+cut = rebalance._cut_and_measure
+
+def slow(*arguments):
+    print("cutting", flush=True)
+    for _ in range(200):
+        signal.sigtimedwait([], 0.05) if hasattr(signal, "sigtimedwait") else None
+    return cut(*arguments)
+
+rebalance._cut_and_measure = slow
+sys.exit(main(sys.argv[1:]))
+"""
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="SIGINT to one process needs POSIX")
+@pytest.mark.parametrize("fresh", [True, False], ids=["new folder", "old results"])
+def test_ctrl_c_in_the_middle_leaves_nothing_half_written(fresh: bool, tmp_path: Path) -> None:
+    job = jobs.bundled_job(tmp_path)
+    output = tmp_path / "out"
+    if not fresh:
+        output.mkdir()
+        (output / "report.json").write_text("of an earlier run")
+        (output / "balanced.stl").write_text("of an earlier run")
+    before = jobs.folder_state(tmp_path)
+    with subprocess.Popen(
+        [sys.executable, "-c", STOPPING, "balance", str(job), "-o", str(output)],
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        text=True,
+        env=environment(),
+    ) as process:
+        assert process.stdout is not None
+        assert process.stdout.readline() == "cutting\n"  # in the middle of the work
+        process.send_signal(signal.SIGINT)
+        _, errors = process.communicate(timeout=30)
+    assert process.returncode == 130
+    assert "interrupted" in errors
+    assert "Traceback" not in errors
+    assert jobs.folder_state(tmp_path) == before
+    assert output.exists() is not fresh
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="needs a POSIX pipe")
+def test_a_reader_that_goes_away_is_no_error(tmp_path: Path) -> None:
+    job = jobs.bundled_job(tmp_path)
+    reading, writing = os.pipe()
+    os.close(reading)
+    with os.fdopen(writing, "wb") as closed:
+        done = subprocess.run(
+            [*CLI, "balance", str(job), "-o", str(tmp_path / "out")],
+            stdout=closed,
+            stderr=subprocess.PIPE,
+            text=True,
+            check=False,
+        )
+    assert done.returncode == 0
+    assert done.stderr == ""
+    assert jobs.report_of(tmp_path / "out")["outcome"] == "within_tolerance"
+
+
+def test_a_terminal_without_the_letters(tmp_path: Path) -> None:
+    """An ASCII terminal shows "?" for "·"; the report stays whole."""
+    job = jobs.bundled_job(tmp_path)
+    done = subprocess.run(
+        [*CLI, "balance", str(job), "-o", str(tmp_path / "out")],
+        capture_output=True,
+        check=True,
+        env=environment(PYTHONIOENCODING="ascii"),
+    )
+    assert b"g?mm" in done.stdout
+    report = json.loads((tmp_path / "out" / "report.json").read_text(encoding="utf-8"))
+    assert report["outcome"] == "within_tolerance"
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="needs a pseudo-terminal")
+def test_progress_shows_on_a_terminal_only(tmp_path: Path) -> None:
+    import pty
+
+    job = jobs.bundled_job(tmp_path)
+    command = [*CLI, "balance", str(job), "-o", str(tmp_path / "out")]
+    quiet = subprocess.run(command, capture_output=True, check=True)
+    assert quiet.stderr == b""
+    ours, theirs = pty.openpty()
+    subprocess.run(command, stdout=subprocess.PIPE, stderr=theirs, check=True)
+    os.close(theirs)
+    shown = os.read(ours, 65536)
+    os.close(ours)
+    assert b"cutting, pass 1" in shown
+    assert shown.endswith(b"\x1b[K")  # and is taken away again

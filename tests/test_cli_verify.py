@@ -1,0 +1,221 @@
+"""``verify``: it holds for what `balance` wrote, and every single number that is falsified is found."""
+
+import copy
+import json
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from tests import jobs
+
+Report = dict[str, Any]
+
+
+@pytest.fixture(scope="module")
+def done(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """The folder of a finished run, its job and crank beside it."""
+    folder = tmp_path_factory.mktemp("verify")
+    jobs.balanced(jobs.bundled_job(folder), folder / "out")
+    return folder
+
+
+@pytest.fixture
+def output(done: Path, tmp_path: Path) -> Path:
+    """A copy of the results that a test may spoil."""
+    for name in ("report.json", "balanced.stl"):
+        (tmp_path / name).write_bytes((done / "out" / name).read_bytes())
+    return tmp_path
+
+
+def spoilt(output: Path, path: str, value: object) -> Report:
+    """Put a value into the report at a dotted path; numbers in it are places in lists."""
+    report = jobs.report_of(output)
+    inner: Any = report
+    *way, last = [int(key) if key.isdecimal() else key for key in path.split(".")]
+    for key in way:
+        inner = inner[key]
+    if value is None:
+        del inner[last]
+    else:
+        inner[last] = value
+    (output / "report.json").write_text(json.dumps(report), encoding="utf-8")
+    return report
+
+
+def test_what_was_written_holds(output: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    assert jobs.run("verify", output / "report.json") == 0
+    printed = capsys.readouterr()
+    assert "claims hold" in printed.out
+    assert "within tolerance" in printed.out
+    assert printed.err == ""
+    assert jobs.run("verify", output / "report.json", "--units", "inch") == 0
+    assert "oz·in" in capsys.readouterr().out
+
+
+NUMBERS = [
+    "outputs.solid.mass_g",
+    "outputs.solid.volume_mm3",
+    "outputs.solid.centre_of_mass_mm.0",
+    "outputs.solid.inertia_kg_mm2.1.1",
+    "outputs.solid.polar_inertia_kg_mm2",
+    "outputs.solid.triangles",
+    "residual.unbalance_g_mm.0",
+    "residual.magnitude_g_mm",
+    "residual.angle_deg",
+    "residual.moment_g_mm2.1",
+    "residual.planes.0.unbalance_g_mm.0",
+    "residual.planes.1.magnitude_g_mm",
+    "initial.unbalance_g_mm.1",
+    "initial.magnitude_g_mm",
+    "initial.planes.0.magnitude_g_mm",
+    "tolerance.permissible_g_mm",
+    "tolerance.rotor_mass_g",
+    "tolerance.grade_mm_s",
+    "tolerance.planes.0.z_mm",
+    "tolerance.planes.1.permissible_g_mm",
+    "balance_factor.initial",
+    "balance_factor.target",
+    "balance_factor.final",
+    "engine.bob_weights.0.mass_g",
+    "inertia_change_kg_mm2",
+    "crank.mass_g",
+    "crank.volume_mm3",
+    "crank.centre_of_mass_mm.0",
+    "crank.polar_inertia_kg_mm2",
+    "crank.throws.0.crank_radius_mm",
+    "crank.throws.0.angle_deg",
+    "crank.throws.0.crankpin.centre_mm.0",
+    "crank.main_journals.1.centre_mm.2",
+    "frame.file_to_rotor.0.0",
+    "frame.file_to_rotor.2.3",
+    "job.balance.speed_rpm",
+    "job.balance.factor",
+    "job.crankshaft.density_kg_m3",
+    "job.engine.rotating_g.big_end_bearing",
+    "input.triangles",
+]
+
+
+@pytest.mark.parametrize("path", NUMBERS)
+def test_a_falsified_number_is_found(path: str, output: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    """A change of 0.1 %, or of 1e-3 where the number is about zero."""
+    value: Any = jobs.report_of(output)
+    for key in path.split("."):
+        value = value[int(key)] if isinstance(value, list) else value[key]
+    wrong = value + 1 if isinstance(value, int) else value * 1.001 + (1e-3 if abs(value) < 1e-3 else 0.0)
+    spoilt(output, path, wrong)
+    assert jobs.run("verify", output / "report.json") == 3
+    printed = capsys.readouterr()
+    assert printed.out == ""
+    assert printed.err.startswith("autobalance: error: ")
+    assert printed.err.count("\n") == 1
+
+
+@pytest.mark.parametrize(
+    ("path", "value", "message"),
+    [
+        ("outcome", "above_tolerance", "outcome is 'above_tolerance', but .* within"),
+        ("outputs.solid.sha256", "0" * 64, "outputs.solid.sha256 is"),
+        ("input.sha256", "0" * 64, "input.sha256 is"),
+        ("command", "inspect", "command is 'inspect', but 'balance'"),
+        ("tolerance.judge", "static", "tolerance.judge is"),
+        ("tolerance.planes", [], "tolerance.planes has 0 entries, but 2"),
+        ("residual.planes", [], "residual.planes has 0 entries, but 2"),
+        ("residual.magnitude_g_mm", float("nan"), "residual.magnitude_g_mm is nan"),
+        ("residual", None, "residual.unbalance_g_mm is missing"),
+        ("residual.magnitude_g_mm", None, "residual.magnitude_g_mm is missing"),
+        ("residual.unbalance_g_mm", ["a", 1], "residual.unbalance_g_mm is not 2 numbers"),
+        ("crank.mass_g", "2585", "crank.mass_g is of the wrong type"),
+        ("job.balance.grade", -1, "job: balance.grade is -1"),
+        ("job", 3, "job is of the wrong type"),
+        ("frame.file_to_rotor.0", [1, 0, 0, 0], "no rigid motion"),
+    ],
+)
+def test_a_falsified_report_names_the_key(
+    path: str, value: object, message: str, output: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    import re
+
+    spoilt(output, path, value)
+    assert jobs.run("verify", output / "report.json") == 3
+    assert re.search(message, capsys.readouterr().err)
+
+
+def test_a_missing_solid(output: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    (output / "balanced.stl").unlink()
+    assert jobs.run("verify", output / "report.json") == 3
+    assert "balanced.stl does not exist" in capsys.readouterr().err
+
+
+def test_another_solid(done: Path, output: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    (output / "balanced.stl").write_bytes((done / "crank.stl").read_bytes())
+    assert jobs.run("verify", output / "report.json") == 3
+    assert "sha256" in capsys.readouterr().err
+
+
+def test_a_solid_moved_by_a_hair(output: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    """With a sha256 to match: the measurement itself finds 1 µm."""
+    import hashlib
+
+    path = output / "balanced.stl"
+    shift = np.eye(4)
+    shift[1, 3] = 1e-3
+    jobs.place(path, shift)
+    spoilt(output, "outputs.solid.sha256", hashlib.sha256(path.read_bytes()).hexdigest())
+    assert jobs.run("verify", output / "report.json") == 3
+    assert "sha256" not in capsys.readouterr().err
+
+
+def test_an_input_that_is_gone_is_a_warning(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    jobs.balanced(jobs.bundled_job(tmp_path), tmp_path / "out")
+    (tmp_path / "crank.stl").unlink()
+    capsys.readouterr()
+    assert jobs.run("verify", tmp_path / "out" / "report.json") == 0
+    assert "crank.stl is not there any more" in capsys.readouterr().err
+
+
+def test_nothing_cut_is_verified_on_the_input(tmp_path: Path) -> None:
+    job = jobs.bundled_job(tmp_path, grade="6300.0")
+    report = jobs.balanced(job, tmp_path / "out")
+    assert report["outcome"] == "already_within_tolerance"
+    assert jobs.run("verify", tmp_path / "out" / "report.json") == 0
+    (tmp_path / "crank.stl").unlink()
+    assert jobs.run("verify", tmp_path / "out" / "report.json") == 3
+
+
+@pytest.mark.slow
+def test_above_tolerance_is_four(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    job = jobs.bundled_job(tmp_path, method='"shoulder"\nmax_depth_mm = 0.5')
+    jobs.balanced(job, tmp_path / "out", code=4)
+    capsys.readouterr()
+    assert jobs.run("verify", tmp_path / "out" / "report.json") == 4
+    assert "ABOVE tolerance" in capsys.readouterr().out
+
+
+@pytest.mark.parametrize(
+    ("data", "message"),
+    [
+        (b"", "is no JSON"),
+        (b"[1]", "its JSON is no object"),
+        (b"{}", "command is missing"),
+        (b"\xff", "no JSON"),
+    ],
+)
+def test_no_report(data: bytes, message: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    (tmp_path / "report.json").write_bytes(data)
+    assert jobs.run("verify", tmp_path / "report.json") == 3
+    assert message in capsys.readouterr().err
+    assert jobs.run("verify", tmp_path / "absent.json") == 3
+    assert "cannot read the report" in capsys.readouterr().err
+
+
+def test_the_original_factor_is_found_again(tmp_path: Path) -> None:
+    jobs.balanced(jobs.bundled_job(tmp_path, name="factor-original"), tmp_path / "out")
+    assert jobs.run("verify", tmp_path / "out" / "report.json") == 0
+    report = jobs.report_of(tmp_path / "out")
+    original = copy.deepcopy(report["job"]["original"])
+    original["reciprocating_g"]["piston"] += 1.0
+    spoilt(tmp_path / "out", "job.original", original)
+    assert jobs.run("verify", tmp_path / "out" / "report.json") == 3
