@@ -9,7 +9,7 @@ removed cross-section changes with depth; where it would jump, the depth ends.
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from itertools import pairwise
@@ -18,10 +18,11 @@ from typing import Literal
 import numpy as np
 
 from autobalance.correction.kind import Array, Correction, Offer, SharedDepth, Workpiece
+from autobalance.correction.layer import BACKWARD, FaceLayer, Slab
 from autobalance.crank.anatomy import Anatomy, Face, Web
 from autobalance.errors import CorrectionError
 from autobalance.rotor.moments import Moments
-from autobalance.solid.csg import Region, Solid, union
+from autobalance.solid.csg import Region, Solid
 from autobalance.solid.mesh import Mesh
 
 FacePoint = tuple[float, float, float]
@@ -30,11 +31,6 @@ ROUNDING_SHARE = 1e-6
 """Lengths below this share of the part's diagonal are rounding, not shape (float32 keeps 6e-8 of it)."""
 DEFAULT_WALL_SHARE = 0.25
 """Metal left behind a face when the job names no ``min_wall_mm``, as a share of the web's width (ours)."""
-BACKWARD = -0.5
-"""A surface counts as the next one behind the face if its normal has at most this component along the face's:
-side walls that lean back a little are no wall behind the face (ours)."""
-FLAT = 1.0 - 1e-5
-"""Triangles whose normal has at least this component along the face's are planes that face the same way."""
 
 
 @dataclass(frozen=True)
@@ -352,18 +348,13 @@ def face_region(mesh: Mesh, anatomy: Anatomy, face: Face, to_face: Array) -> Reg
 
 @dataclass(frozen=True, eq=False)
 class ShoulderCut:
-    """The lowering of one face, of which only the depth is open; implements ``correction.kind.Cut``.
-
-    ``metal`` is what can go, in the face's frame; ``room`` is the outline of the tool there:
-    everything but the footprint of what stands on the face and other metal at the same height.
-    """
+    """The lowering of one face, of which only the depth is open; implements ``correction.kind.Cut``."""
 
     face: Face
     to_face: Array
-    height_mm: float
     top_mm: float
-    metal: Solid
-    room: Region
+    layer: FaceLayer
+    heights_mm: Array
     within: Solid | None
     density_g_mm3: float
     max_depth_mm: float
@@ -379,6 +370,11 @@ class ShoulderCut:
         """Short name for messages."""
         return f"face {self.face.id}"
 
+    @property
+    def height_mm(self) -> float:
+        """Height of the face along its normal, from the rotor's origin [mm]."""
+        return self.layer.height_mm
+
     @cached_property
     def _to_rotor(self) -> Array:
         back = np.eye(4)
@@ -386,51 +382,31 @@ class ShoulderCut:
         return back
 
     @cached_property
-    def _panels(self) -> list[tuple[float, float, Moments]]:
-        """Depths from, to, and the moments between them, of unit density, in the face's frame.
+    def _panels(self) -> list[tuple[float, float]]:
+        """Depths from and to, between which the section's moments are smooth.
 
-        Between the heights of neighbouring vertices the section's moments are polynomials of at most fourth
-        degree in the depth, which three Gauss points integrate exactly; a mesh with more heights than
-        ``PANELS`` gets equal panels and an error that the next pass takes out.
+        Between the heights of neighbouring vertices three Gauss points are exact; a mesh with more heights
+        than ``PANELS`` gets equal panels and an error that the next pass takes out.
         """
-        depths = np.unique(np.round(self.height_mm - self.metal.mesh.vertices[:, 2], 9))
-        depths = depths[(depths > 0.0) & (depths < self.max_depth_mm)]
+        depths = self.height_mm - self.heights_mm
+        depths = depths[(depths > self.layer.grain_mm) & (depths < self.max_depth_mm)]
         if len(depths) > PANELS:
             depths = np.linspace(0.0, self.max_depth_mm, PANELS + 1)[1:-1]
-        ends = [0.0, *depths.tolist(), self.max_depth_mm]
-        return [(a, b, self._between(a, b)) for a, b in pairwise(ends)]
-
-    def _between(self, upper_mm: float, lower_mm: float) -> Moments:
-        """Integrate the section's moments from one depth to another; unit density, face's frame."""
-        middle, half = 0.5 * (upper_mm + lower_mm), 0.5 * (lower_mm - upper_mm)
-        total = Moments.zero()
-        for point, weight in GAUSS:
-            total = total + self._section_moments(middle + point * half).scaled(weight * half)
-        return total
-
-    def _section_moments(self, depth_mm: float) -> Moments:
-        z = self.height_mm - depth_mm
-        area, first, second = self.metal.section(z).area_moments()
-        second3 = np.zeros((3, 3))
-        second3[:2, :2] = second
-        second3[:2, 2] = second3[2, :2] = first * z
-        second3[2, 2] = area * z * z
-        return Moments(area, np.array([*first, area * z]), second3)
+        ends = [0.0, *sorted(depths.tolist()), self.max_depth_mm]
+        return list(pairwise(ends))
 
     def effect(self, depth_mm: float) -> Moments:
         """Return the change of the crank's moments, rotor frame."""
         total = Moments.zero()
-        for upper, lower, moments in self._panels:
-            if depth_mm >= lower:
-                total = total + moments
-            elif depth_mm > upper:
-                total = total + self._between(upper, depth_mm)
+        for upper, lower in self._panels:
+            if depth_mm > upper:
+                total = total + self.layer.between(upper, min(lower, depth_mm))
         return total.moved(self._to_rotor).scaled(-self.density_g_mm3)
 
     def rate(self, depth_mm: float) -> Moments:
         """Return d effect / d depth = −ρ ∫ (1, r, r rᵀ) dA over the new face, rotor frame."""
         inside = max(depth_mm, 1e-6 * self.max_depth_mm)
-        return self._section_moments(inside).moved(self._to_rotor).scaled(-self.density_g_mm3)
+        return self.layer.section_moments(inside).moved(self._to_rotor).scaled(-self.density_g_mm3)
 
     def pressed_in(self, depth_mm: float) -> Moments:
         """Return nothing: no other metal is put in."""
@@ -438,13 +414,14 @@ class ShoulderCut:
 
     def tool(self, depth_mm: float) -> Solid:
         """Return the body to subtract, rotor frame: a prism from the new face to just above the old one."""
-        body = Solid.prism(self.room, self.height_mm - depth_mm, self.top_mm).moved(self._to_rotor)
+        self.effect(depth_mm)  # has looked at every panel down to here
+        room = self.layer.room - self.layer.spared(depth_mm)
+        body = Solid.prism(room, self.height_mm - depth_mm, self.top_mm).moved(self._to_rotor)
         return body if self.within is None else body & self.within
 
     def correction(self, depth_mm: float) -> Correction:
-        """Return what the report lists; the removed metal is measured as a solid."""
-        taken = self.metal.above(self.height_mm - depth_mm)
-        change = taken.moments(-self.density_g_mm3, self._to_rotor)
+        """Return what the report lists."""
+        change = self.effect(depth_mm)
         return Correction(
             kind=self.kind,
             face=self.face.id,
@@ -452,18 +429,17 @@ class ShoulderCut:
             position_mm=change.centre_mm,
             depth_mm=depth_mm,
             change=change,
-            removed_volume_mm3=taken.volume_mm3,
+            removed_volume_mm3=-change.mass_g / self.density_g_mm3,
             details={
                 "normal": [float(value) for value in self.face.normal],
                 "face_height_mm": self.height_mm,
                 "new_height_mm": self.height_mm - depth_mm,
-                "new_face_area_mm2": self.metal.section(self.height_mm - depth_mm).area_mm2,
+                "new_face_area_mm2": self.layer.kept(depth_mm).area_mm2,
             },
         )
 
 
-PANELS = 24
-GAUSS = ((-math.sqrt(0.6), 5.0 / 9.0), (0.0, 8.0 / 9.0), (math.sqrt(0.6), 5.0 / 9.0))
+PANELS = 16
 
 
 def cuts(
@@ -493,104 +469,35 @@ def cuts(
     list of ShoulderCut
         One a patch, in the same order; patches with no metal to take are left out.
     """
-    if not patches:
-        return []
-    layers = _layers(solid, anatomy, patches, limits, reach_mm)
-    metal = solid & union([layer.body.moved(anatomy.rotor_to_file) for layer in layers])
-    metal = metal.moved(anatomy.file_to_rotor)
-    pieces = metal.pieces()
-    boxes = [layer.body.bounds for layer in layers]
-    found = []
-    for layer, box in zip(layers, boxes, strict=True):
-        if _is_apart(box, boxes):
-            own = [piece for piece in pieces if _meets(piece.bounds, box)]
-        else:
-            own = (metal & layer.body).pieces()
-        cut = _cut(layer, own, solid.mesh, anatomy, density_g_mm3, limits)
-        if cut is not None:
-            found.append(cut)
-    return found
+    placements = _Placements(solid, anatomy)
+    found = (_cut(patch, placements, density_g_mm3, limits, reach_mm) for patch in patches)
+    return [cut for cut in found if cut is not None]
 
 
-def _meets(one: Array, other: Array) -> bool:
-    """Tell whether two boxes (2, 3) have a point in common."""
-    return bool((one[0] <= other[1]).all() and (other[0] <= one[1]).all())
-
-
-def _is_apart(box: Array, boxes: Sequence[Array]) -> bool:
-    return sum(_meets(box, other) for other in boxes) == 1
-
-
-@dataclass(frozen=True, eq=False)
-class _Layer:
-    """The space that a cut of one face can concern, ``body`` in the rotor frame, the rest in the face's."""
-
-    patch: Patch
-    to_face: Array
-    height_mm: float
-    top_mm: float
-    depth_mm: float
-    wall_mm: float
-    bottom_mm: float
-    grain_mm: float
-    room: Region
-    body: Solid
-
-
-def _layers(
-    solid: Solid, anatomy: Anatomy, patches: Sequence[Patch], limits: ShoulderLimits, reach_mm: float
-) -> list[_Layer]:
-    mesh = solid.mesh
-    grain = ROUNDING_SHARE * mesh.diagonal_mm
-    size = _reach_mm(mesh, anatomy)
-    everything = Region.rectangle([-size, -size], [size, size])
-    depth = reach_mm if limits.max_depth_mm is None else min(reach_mm, limits.max_depth_mm)
-    sections = _Sections(solid, anatomy)
-    layers = []
-    for patch in patches:
-        normal, height = patch.face.normal, float(patch.face.normal @ patch.face.centroid_mm)
-        to_face = face_frame(normal)
-        noise = max(grain, 4.0 * patch.face.spread_mm)
-        standing = sections.at(to_face, height + noise)
-        room = everything - standing.grown(CLEARANCE * noise).simplified(0.5 * CLEARANCE * noise)
-        wall = _wall_mm(patch.face, anatomy, limits)
-        top, bottom = height + 3.0 * noise, height - depth - 4.0 * noise
-        if _has_backs(mesh, to_face @ anatomy.file_to_rotor, bottom - wall, height - 2.0 * noise):
-            bottom -= wall
-        body = Solid.prism(room, bottom, top).moved(to_face.T)
-        if patch.within is not None:
-            body = body & patch.within
-        layers.append(_Layer(patch, to_face, height, top, depth, wall, bottom, noise, room, body))
-    return layers
-
-
-class _Sections:
-    """Cross-sections of one solid in frames of faces; faces that look opposite ways share one placed copy."""
+class _Placements:
+    """One solid in frames of faces; faces that look the same way, or opposite ways, share a placed copy."""
 
     def __init__(self, solid: Solid, anatomy: Anatomy) -> None:
+        self.mesh = solid.mesh
+        self.anatomy = anatomy
         self._solid = solid
-        self._file_to_rotor = anatomy.file_to_rotor
         self._placed: list[tuple[Array, Solid]] = []
 
-    def at(self, to_face: Array, height_mm: float) -> Region:
-        """Return the section square to a face's normal at a height in its frame."""
+    def vertices(self, to_face: Array) -> Array:
+        """Return the mesh's vertices in a face's frame."""
+        frame = to_face @ self.anatomy.file_to_rotor
+        placed: Array = self.mesh.vertices @ frame[:3, :3].T + frame[:3, 3]
+        return placed
+
+    def section(self, to_face: Array) -> Callable[[float], Region]:
+        """Return what takes a height in a face's frame to the solid's cross-section there."""
         for frame, placed in self._placed:
             change = to_face @ frame.T
-            if abs(change[2, 2]) > 1.0 - 1e-15:
-                return placed.section(change[2, 2] * height_mm).turned(change[:2, :2])
-        placed = self._solid.moved(to_face @ self._file_to_rotor)
+            if abs(change[2, 2]) > 1.0 - 1e-14:  # the same way, or just the opposite
+                return lambda height: placed.section(change[2, 2] * height).turned(change[:2, :2])
+        placed = self._solid.moved(to_face @ self.anatomy.file_to_rotor)
         self._placed.append((to_face, placed))
-        return placed.section(height_mm)
-
-
-def _has_backs(mesh: Mesh, placement: Array, low_mm: float, high_mm: float) -> bool:
-    """Tell whether any triangle that looks back from a face ends between two heights in its frame."""
-    up = placement[2, :3]
-    heights = (mesh.vertices @ up + placement[2, 3])[mesh.triangles]
-    top = np.maximum(np.maximum(heights[:, 0], heights[:, 1]), heights[:, 2])
-    corners = mesh.vertices[mesh.triangles[(top > low_mm) & (top < high_mm)]]
-    cross = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
-    return bool((cross @ up < BACKWARD * np.linalg.norm(cross, axis=1)).any())
+        return placed.section
 
 
 CLEARANCE = 5.0
@@ -599,38 +506,44 @@ more corners than that (a few µm on a crank of 150 mm; the ring of metal left w
 
 
 def _cut(
-    layer: _Layer,
-    pieces: Sequence[Solid],
-    mesh: Mesh,
-    anatomy: Anatomy,
+    patch: Patch,
+    placements: _Placements,
     density_g_mm3: float,
     limits: ShoulderLimits,
+    reach_mm: float,
 ) -> ShoulderCut | None:
-    grain, height = layer.grain_mm, layer.height_mm
-    outline = face_region(mesh, anatomy, layer.patch.face, layer.to_face)
-    kept: list[Solid] = []
-    spared: list[Solid] = []
-    for piece in (piece.moved(layer.to_face) for piece in pieces):
-        overlap = piece.section(height - grain) & outline
-        (kept if overlap.area_mm2 > grain * grain else spared).append(piece)
-    if not kept:
+    mesh, anatomy, face = placements.mesh, placements.anatomy, patch.face
+    height, to_face = float(face.normal @ face.centroid_mm), face_frame(face.normal)
+    grain = max(ROUNDING_SHARE * mesh.diagonal_mm, 4.0 * face.spread_mm)
+    section = placements.section(to_face)
+    standing = section(height + grain).grown(CLEARANCE * grain).simplified(0.5 * CLEARANCE * grain)
+    size = _reach_mm(mesh, anatomy)
+    layer = FaceLayer(
+        section,
+        height,
+        face_region(mesh, anatomy, face, to_face),
+        Region.rectangle([-size, -size], [size, size]) - standing,
+        None if patch.within is None else patch.within.moved(to_face),
+        grain,
+    )
+    if layer.kept(grain).is_empty:
         return None
-    own = union(kept)
-    depth, limit, is_reach = _depth_limit(layer, own, limits)
+    wall = _wall_mm(face, anatomy, limits)
+    looked = reach_mm if limits.max_depth_mm is None else min(reach_mm, limits.max_depth_mm)
+    slab = Slab.of(
+        placements.vertices(to_face), mesh.triangles, height - looked - wall, height + grain, grain
+    )
+    depth, limit, is_reach = _depth_limit(layer, slab, looked, wall, limits)
     if depth <= 2.0 * grain:
         return None
-    room = layer.room
-    for piece in spared:
-        if piece.bounds[1, 2] > height - depth:
-            room = room - piece.shadow().grown(grain)
+    z = np.unique(np.round(slab.corners[:, :, 2], 9))
     return ShoulderCut(
-        face=layer.patch.face,
-        to_face=layer.to_face,
-        height_mm=height,
-        top_mm=layer.top_mm,
-        metal=own,
-        room=room,
-        within=layer.patch.within,
+        face=face,
+        to_face=to_face,
+        top_mm=height + 3.0 * grain,
+        layer=layer,
+        heights_mm=z,
+        within=patch.within,
         density_g_mm3=density_g_mm3,
         max_depth_mm=depth,
         limit=limit,
@@ -639,52 +552,28 @@ def _cut(
     )
 
 
-def _depth_limit(layer: _Layer, metal: Solid, limits: ShoulderLimits) -> tuple[float, str, bool]:
+def _depth_limit(
+    layer: FaceLayer, slab: Slab, looked_mm: float, wall_mm: float, limits: ShoulderLimits
+) -> tuple[float, str, bool]:
     """Return the greatest depth, what ends it, and whether that is only how far was looked."""
-    height, grain = layer.height_mm, layer.grain_mm
-    ends = [(layer.depth_mm, "how far was looked", True)]
-    if limits.max_depth_mm is not None and limits.max_depth_mm <= layer.depth_mm:
-        ends = [(limits.max_depth_mm, f"max_depth_mm = {limits.max_depth_mm:g}", False)]
-    corners = metal.mesh.corners
-    edges = np.roll(corners, -1, axis=1) - corners
-    cross = np.cross(edges[:, 0], edges[:, 1])
-    length = np.linalg.norm(cross, axis=1)
-    # A sliver lower than rounding has no direction of its own.
-    solid = length > grain * np.linalg.norm(edges, axis=2).max(axis=1)
-    up = np.divide(cross[:, 2], length, out=np.zeros_like(length), where=solid)
-    top = corners[:, :, 2].max(axis=1)
-    step = top[(up >= FLAT) & (top < height - 2.0 * grain)]
-    if step.size:
-        ends.append(
-            (height - float(step.max()) - grain, "the height of the shoulder over the next plane", False)
+    depth, limit, is_reach = looked_mm, "how far was looked", True
+    if limits.max_depth_mm is not None and limits.max_depth_mm <= looked_mm:
+        limit, is_reach = f"max_depth_mm = {limits.max_depth_mm:g}", False
+    step = layer.step_depth_mm(slab, depth)
+    if step is not None:
+        depth, limit, is_reach = (
+            step - layer.grain_mm,
+            "the height of the shoulder over the next plane",
+            False,
         )
-    summit = _second_summit_mm(metal.mesh, height - 2.0 * grain)
-    if summit is not None:
-        ends.append((height - summit - grain, "another raised part beside the face", False))
-    behind = top[(up <= BACKWARD) & (top > layer.bottom_mm + 2.0 * grain) & (top < height - 2.0 * grain)]
-    if behind.size:
-        ends.append(
-            (
-                height - float(behind.max()) - layer.wall_mm,
-                f"the wall of {layer.wall_mm:.3g} mm behind it",
-                False,
-            )
-        )
-    return min(ends, key=lambda end: end[0])
-
-
-def _second_summit_mm(mesh: Mesh, below_mm: float) -> float | None:
-    """Return the height of the highest vertex under ``below_mm`` that has no higher neighbour."""
-    z = mesh.vertices[:, 2]
-    highest = np.full(len(z), -math.inf)
-    for a, b in ((0, 1), (1, 2), (2, 0)):
-        i, j = mesh.triangles[:, a], mesh.triangles[:, b]
-        np.maximum.at(highest, i, z[j])
-        np.maximum.at(highest, j, z[i])
-    alone = z[(highest <= z) & (z < below_mm) & np.isfinite(highest)]
-    bottom = float(z.min())
-    alone = alone[alone > bottom]
-    return float(alone.max()) if alone.size else None
+    merge = layer.merge_depth_mm(slab, depth)
+    if merge is not None:
+        depth, limit, is_reach = merge - layer.grain_mm, "another raised part beside the face", False
+    back = layer.back_height_mm(slab, layer.height_mm - depth - wall_mm, depth)
+    if back is not None and layer.height_mm - back - wall_mm < depth:
+        depth = layer.height_mm - back - wall_mm
+        limit, is_reach = f"the wall of {wall_mm:.3g} mm behind it", False
+    return depth, limit, is_reach
 
 
 def _wall_mm(face: Face, anatomy: Anatomy, limits: ShoulderLimits) -> float:

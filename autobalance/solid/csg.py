@@ -11,6 +11,7 @@ from collections.abc import Iterable, Sequence
 
 import manifold3d as m3
 import numpy as np
+from numpy.typing import NDArray
 
 from autobalance.errors import SolidError
 from autobalance.rotor.moments import Moments
@@ -193,6 +194,11 @@ class Region:
         return float(self.section.area())
 
     @property
+    def bounds(self) -> Array:
+        """Least and greatest coordinates (2, 2) [mm]."""
+        return np.asarray(self.section.bounds(), dtype=np.float64).reshape(2, 2)
+
+    @property
     def polygons(self) -> Polygons:
         """Outlines (k, 2) [mm], holes clockwise."""
         return [np.asarray(polygon, dtype=np.float64) for polygon in self.section.to_polygons()]
@@ -218,6 +224,17 @@ class Region:
     def simplified(self, by_mm: float) -> Region:
         """Return the region with corners left out that stand off its outline by less than ``by_mm``."""
         return Region(self.section.simplify(by_mm))
+
+    def contains(self, points_mm: Array) -> NDArray[np.bool_]:
+        """Tell for each point (k, 2) whether it lies inside (crossings to its right are odd)."""
+        inside = np.zeros(len(points_mm), dtype=bool)
+        for polygon in self.polygons if len(points_mm) else []:
+            for x, y, u, v in np.hstack([polygon, np.roll(polygon, -1, axis=0)]).tolist():
+                crosses = (points_mm[:, 1] < y) != (points_mm[:, 1] < v)
+                if y != v:
+                    reach = x + (points_mm[:, 1] - y) * ((u - x) / (v - y))
+                    inside ^= crosses & (points_mm[:, 0] < reach)
+        return inside
 
     def pieces(self) -> list[Region]:
         """Return the connected parts, each with its holes."""

@@ -138,7 +138,9 @@ def test_the_depth_ends_where_another_raised_part_begins() -> None:
     ridge = [[-40.0, 0.0], [32.0, 0.0], [32.0, 10.0], [24.0, 17.5], [16.0, 10.0], [10.0, 20.0], [-40.0, 20.0]]
     solid = Solid.prism(Region.of([np.array(ridge)]), -20.0, 20.0).moved(STANDING)
     cut = cut_of(solid, ShoulderLimits(min_wall_mm=0.0), reach=15.0)
-    assert cut.max_depth_mm == pytest.approx(2.5, abs=1e-3)
+    assert cut.max_depth_mm == pytest.approx(10.0, abs=1e-3)  # the valley between face and ridge
+    aside = solid.volume_mm3 - (solid - cut.tool(5.0)).volume_mm3
+    assert aside == pytest.approx(40.0 * (50.0 + 53.0) / 2.0 * 5.0, rel=1e-6)  # the ridge is left alone
     assert "raised part" in cut.limit
 
 

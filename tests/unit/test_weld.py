@@ -129,6 +129,13 @@ def test_a_region_turned_and_mirrored_keeps_its_area_and_hole() -> None:
         np.testing.assert_allclose(first, matrix @ ring.area_moments()[1])
 
 
+def test_a_region_contains_what_is_inside_and_not_in_its_hole() -> None:
+    ring = Region.rectangle([0, 0], [4, 4]) - Region.rectangle([1, 1], [3, 3])
+    points = np.array([[0.5, 0.5], [2.0, 2.0], [3.5, 2.0], [5.0, 2.0], [-1.0, 3.5]])
+    assert ring.contains(points).tolist() == [True, False, True, False, False]
+    assert ring.contains(points[:0]).tolist() == []
+
+
 def test_region_with_a_hole() -> None:
     ring = Region.rectangle([0, 0], [4, 4]) - Region.rectangle([1, 1], [3, 3])
     assert ring.area_moments()[0] == pytest.approx(12.0)

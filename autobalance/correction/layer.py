@@ -1,0 +1,232 @@
+"""The metal under a planar face, seen in cross-sections parallel to it.
+
+A cross-section of a placed solid costs a thousandth of a boolean, and between the heights of neighbouring
+vertices its moments are polynomials in the depth. So the cut of a face is planned on sections alone, and the
+solid is cut once.
+"""
+
+from __future__ import annotations
+
+import math
+from bisect import bisect_right, insort
+from collections.abc import Callable
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from autobalance.correction.kind import Array
+from autobalance.rotor.moments import Moments
+from autobalance.solid.csg import Region, Solid
+from autobalance.solid.mesh import Indices
+
+BACKWARD = -0.5
+"""A surface counts as the next one behind the face if its normal has at most this component along the face's:
+side walls that lean back a little are no wall behind the face (ours)."""
+FLAT = 1.0 - 1e-5
+"""Triangles whose normal has at least this component along the face's are planes that face the same way."""
+GAUSS = ((-math.sqrt(0.6), 5.0 / 9.0), (0.0, 8.0 / 9.0), (math.sqrt(0.6), 5.0 / 9.0))
+
+
+@dataclass(frozen=True, eq=False)
+class Slab:
+    """The triangles of a solid between two heights over a face's frame, with their directions.
+
+    Attributes
+    ----------
+    corners : (k, 3, 3) float
+        In the face's frame [mm].
+    numbers : (k, 3) int
+        Their vertices.
+    up : (k,) float
+        Component of the unit normal along the face's; 0 for slivers lower than rounding, which have no
+        direction of their own.
+    """
+
+    corners: Array
+    numbers: Indices
+    up: Array
+
+    @classmethod
+    def of(cls, vertices: Array, triangles: Indices, low_mm: float, high_mm: float, grain_mm: float) -> Slab:
+        """Pick the triangles that reach into low..high out of a placed mesh."""
+        z = vertices[:, 2]
+        heights = z[triangles]
+        top = np.maximum(np.maximum(heights[:, 0], heights[:, 1]), heights[:, 2])
+        bottom = np.minimum(np.minimum(heights[:, 0], heights[:, 1]), heights[:, 2])
+        numbers = triangles[(top > low_mm) & (bottom < high_mm)]
+        corners = vertices[numbers]
+        edges = np.roll(corners, -1, axis=1) - corners
+        cross = np.cross(edges[:, 0], edges[:, 1])
+        length = np.linalg.norm(cross, axis=1)
+        thick = length > grain_mm * np.linalg.norm(edges, axis=2).max(axis=1)
+        up = np.divide(cross[:, 2], length, out=np.zeros_like(length), where=thick)
+        return cls(corners, numbers, up)
+
+    @property
+    def tops(self) -> Array:
+        """Height of the highest corner of each triangle [mm]."""
+        tops: Array = self.corners[:, :, 2].max(axis=1)
+        return tops
+
+    def summits(self) -> Array:
+        """Return the vertices (k, 3) that have no higher neighbour, by falling height."""
+        used, local = np.unique(self.numbers, return_inverse=True)
+        local = local.reshape(-1, 3)
+        place = np.zeros((len(used), 3))
+        place[local.reshape(-1)] = self.corners.reshape(-1, 3)
+        z = place[:, 2]
+        highest = np.full(len(used), -math.inf)
+        for a, b in ((0, 1), (1, 2), (2, 0)):
+            np.maximum.at(highest, local[:, a], z[local[:, b]])
+            np.maximum.at(highest, local[:, b], z[local[:, a]])
+        alone = place[highest <= z]
+        return alone[np.argsort(-alone[:, 2])]
+
+
+@dataclass(eq=False)
+class FaceLayer:
+    """What hangs together with a face, section by section.
+
+    Attributes
+    ----------
+    section : callable
+        Takes a height in the face's frame and returns the crank's cross-section there.
+    height_mm : float
+        Of the face.
+    outline : Region
+        The face itself.
+    room : Region
+        Where the tool may be: not under what stands on the face.
+    within : Solid or None
+        The part of space to which the cut keeps, in the face's frame.
+    grain_mm : float
+        Lengths below it are rounding.
+    """
+
+    section: Callable[[float], Region]
+    height_mm: float
+    outline: Region
+    room: Region
+    within: Solid | None
+    grain_mm: float
+    _between: dict[tuple[float, float], Moments] = field(default_factory=dict)
+    _depths: list[float] = field(default_factory=list)
+    _kept: dict[float, Region] = field(default_factory=dict)
+    _spared: dict[float, Region] = field(default_factory=dict)
+
+    def kept(self, depth_mm: float) -> Region:
+        """Return the section at a depth of the metal that hangs together with the face."""
+        if depth_mm in self._kept:
+            return self._kept[depth_mm]
+        place = bisect_right(self._depths, depth_mm)
+        above = self._kept[self._depths[place - 1]] if place else self.outline
+        section = self.section(self.height_mm - depth_mm) & self.room
+        if self.within is not None:
+            section = section & self.within.section(self.height_mm - depth_mm)
+        kept, spared = Region.of([]), Region.of([])
+        for piece in section.pieces():
+            if (piece & above).area_mm2 > self.grain_mm**2:
+                kept = kept + piece
+            else:
+                spared = spared + piece
+        insort(self._depths, depth_mm)
+        self._kept[depth_mm], self._spared[depth_mm] = kept, spared
+        return kept
+
+    def spared(self, depth_mm: float) -> Region:
+        """Return the shadow of other metal down to a depth: of every section looked at, and of the last."""
+        self.kept(depth_mm)
+        shadow = Region.of([])
+        for depth in self._depths:
+            if depth <= depth_mm and not self._spared[depth].is_empty:
+                shadow = shadow + self._spared[depth]
+        return shadow if shadow.is_empty else shadow.grown(self.grain_mm)
+
+    def section_moments(self, depth_mm: float) -> Moments:
+        """Return ∫ (1, r, r rᵀ) dA over the section at a depth, in the face's frame."""
+        z = self.height_mm - depth_mm
+        area, first, second = self.kept(depth_mm).area_moments()
+        second3 = np.zeros((3, 3))
+        second3[:2, :2] = second
+        second3[:2, 2] = second3[2, :2] = first * z
+        second3[2, 2] = area * z * z
+        return Moments(area, np.array([*first, area * z]), second3)
+
+    def between(self, upper_mm: float, lower_mm: float) -> Moments:
+        """Integrate the section's moments from one depth to another, by three Gauss points."""
+        if (upper_mm, lower_mm) not in self._between:
+            middle, half = 0.5 * (upper_mm + lower_mm), 0.5 * (lower_mm - upper_mm)
+            total = Moments.zero()
+            for point, weight in GAUSS:
+                total = total + self.section_moments(middle + point * half).scaled(weight * half)
+            self._between[upper_mm, lower_mm] = total
+        return self._between[upper_mm, lower_mm]
+
+    # --- where the depth ends -------------------------------------------------------------------------------
+
+    def step_depth_mm(self, slab: Slab, deepest_mm: float) -> float | None:
+        """Return the depth at which another plane that faces the same way joins the section, if any does."""
+        tops = slab.tops
+        planes = (slab.up >= FLAT) & (tops < self.height_mm - 2.0 * self.grain_mm)
+        depths = np.unique(np.round((self.height_mm - tops[planes]) / self.grain_mm)) * self.grain_mm
+        for depth in depths[depths < deepest_mm]:
+            level = planes & (np.abs(self.height_mm - tops - depth) <= self.grain_mm)
+            floor = _shadow(slab.corners[level])
+            if (self.kept(float(depth) + 2.0 * self.grain_mm) & floor).area_mm2 > JOINED * floor.area_mm2:
+                return float(depth)
+        return None
+
+    def merge_depth_mm(self, slab: Slab, deepest_mm: float) -> float | None:
+        """Return the depth at which another raised part becomes one with the section, if one does.
+
+        From there on that part hangs together with the face, all of it: the removed metal would jump.
+        """
+        summits = slab.summits()
+        summits = summits[self.height_mm - summits[:, 2] > 2.0 * self.grain_mm]
+
+        def joined(depth: float) -> bool:
+            apart = summits[self.height_mm - summits[:, 2] < depth - 2.0 * self.grain_mm]
+            return bool(self.kept(depth).contains(apart[:, :2]).any())
+
+        if not len(summits) or not joined(deepest_mm):
+            return None
+        free, merged = 0.0, deepest_mm
+        while merged - free > self.grain_mm:
+            middle = 0.5 * (free + merged)
+            free, merged = (free, middle) if joined(middle) else (middle, merged)
+        return free
+
+    def back_height_mm(self, slab: Slab, lowest_mm: float, deepest_mm: float) -> float | None:
+        """Return the height of the next surface behind the cut, if there is one above ``lowest_mm``."""
+        tops = slab.tops
+        behind = (slab.up <= BACKWARD) & (tops > lowest_mm) & (tops < self.height_mm - 2.0 * self.grain_mm)
+        low, high = (self.kept(self.grain_mm) + self.kept(deepest_mm)).bounds
+        flat = slab.corners[:, :, :2]
+        near = (flat.max(axis=1) >= low).all(axis=1) & (flat.min(axis=1) <= high).all(axis=1)
+        rows = np.flatnonzero(behind & near)
+        rows = rows[np.argsort(-tops[rows])]
+        if not len(rows):
+            return None
+
+        def covers(count: int) -> bool:
+            over = self.height_mm - float(tops[rows[count - 1]]) - 2.0 * self.grain_mm
+            floor = self.kept(self.grain_mm) + self.kept(min(max(over, self.grain_mm), deepest_mm))
+            shadow = _shadow(slab.corners[rows[:count]][:, ::-1])
+            return bool((shadow & floor).area_mm2 > self.grain_mm**2)
+
+        if not covers(len(rows)):
+            return None
+        few, many = 0, len(rows)  # the fewest of the highest that lie behind the cut
+        while many - few > 1:
+            middle = (few + many) // 2
+            few, many = (few, middle) if covers(middle) else (middle, many)
+        return float(tops[rows[many - 1]])
+
+
+JOINED = 1e-3
+"""A plane has joined the section when more than this share of it lies inside."""
+
+
+def _shadow(corners: Array) -> Region:
+    """Return the region that triangles (k, 3, 3), counter-clockwise from above, cover."""
+    return Region.of(list(corners[:, :, :2]))
