@@ -13,7 +13,8 @@ from autobalance.crank.stations import Lengthwise, Section
 from autobalance.errors import RecognitionError
 
 LONGER = 1.3
-"""Of two lines of cylinders the one that reaches this much farther along is the crank axis."""
+"""A line of cylinders wins over another when it has this much more shaft, or metal reaches this much farther
+beyond it, and neither is so the other way round."""
 COLLAR = 0.5
 """A cylinder is a collar, not a journal, when the next one outward is thinner and this much wider."""
 
@@ -27,15 +28,18 @@ class Layout:
     pins: tuple[Run, ...]
 
 
-def crank_axis(runs: Sequence[Run], given: Array | None) -> list[Run]:
-    """Return the cylinders on the crank axis: the line of cylinders that reaches farthest along.
+def crank_axis(long: Lengthwise, runs: Sequence[Run], given: Array | None) -> list[Run]:
+    """Return the cylinders on the crank axis: the line of cylinders that begins before and ends after others.
+
+    Where none does, the crank is overhung, and the axis is the line with more shaft on it and more metal
+    beyond it; unless one of these says otherwise.
 
     ``given`` (2,) is the axis where a job says it.
 
     Raises
     ------
     RecognitionError
-        If there is no cylinder, or two lines reach equally far.
+        If there is no cylinder, or two lines could be the axis.
     """
     lines = _lines(runs)
     if given is not None:
@@ -49,12 +53,46 @@ def crank_axis(runs: Sequence[Run], given: Array | None) -> list[Run]:
     if not lines:
         raise RecognitionError("looked for main journals, found no bare cylinder; main_journals settles it")
     lines.sort(key=_span, reverse=True)
-    if any(_span(lines[0]) < LONGER * _span(line) and not _encloses(lines[0], line) for line in lines[1:]):
+    outer = [line for line in lines if all(_encloses(line, other) for other in lines if other is not line)]
+    if outer:
+        return outer[0]
+    found = [line for line in lines if all(_wins(long, line, other) for other in lines if other is not line)]
+    if len(found) != 1:
         raise RecognitionError(
-            f"looked for the crank axis, found two lines of cylinders of about the same length "
-            f"({_span(lines[0]):.4g} and {_span(lines[1]):.4g} mm); axis_point_mm settles it"
+            f"looked for the crank axis, found {len(lines)} lines of cylinders, none it for certain "
+            f"({_span(lines[0]):.4g} and {_span(lines[1]):.4g} mm long); axis_point_mm settles it"
         )
-    return lines[0]
+    return found[0]
+
+
+def _wins(long: Lengthwise, line: Sequence[Run], other: Sequence[Run]) -> bool:
+    """Whether one line of an overhung crank is its axis, not another: no sign against it, and one for it."""
+    here, there = line[0].centre, other[0].centre
+    shaft = _shaft_mm(long, here) / max(_shaft_mm(long, there), 1e-9)
+    beyond = _beyond(long, here, there) / max(_beyond(long, there, here), 1e-9)
+    return min(shaft, beyond) > 1.0 / LONGER and max(shaft, beyond) > LONGER
+
+
+def _shaft_mm(long: Lengthwise, centre: Array) -> float:
+    """Return along how much of the part there are circles about a line, tapers included."""
+    heights = np.array([section.z_mm for section in long.sections])
+    widths = np.gradient(heights)
+    on = [
+        any(
+            p.circle is not None
+            and float(np.linalg.norm(p.circle.centre - centre)) < SAME_CENTRE * p.circle.radius
+            for p in section.pieces
+        )
+        for section in long.sections
+    ]
+    return float(widths[on].sum())
+
+
+def _beyond(long: Lengthwise, here: Array, there: Array) -> float:
+    """Return how far metal reaches beyond ``here``, seen from ``there``, at most [mm]."""
+    away = (here - there) / np.linalg.norm(here - there)
+    outlines = [piece.outline for section in long.sections for piece in section.pieces]
+    return max(float(((outline - here) @ away).max()) for outline in outlines)
 
 
 def _lines(runs: Sequence[Run]) -> list[list[Run]]:
@@ -91,7 +129,7 @@ def solid_layout(long: Lengthwise, runs: Sequence[Run], given_axis: Array | None
     RecognitionError
         If there is no axis, no crankpin, or a cylinder beside the axis stands beside a journal.
     """
-    on_axis = crank_axis(runs, given_axis)
+    on_axis = crank_axis(long, runs, given_axis)
     axis = _mean_centre(on_axis)
     others = [run for run in runs if all(run is not other for other in on_axis)]
     pins = _crankpins(long, on_axis, others)
@@ -122,7 +160,14 @@ def _crankpins(long: Lengthwise, on_axis: Sequence[Run], others: Sequence[Run]) 
     ]
     low, high = on_axis[0].z_low, on_axis[-1].z_high
     between = [run for run in alone if low < run.z_mid < high]
-    pins = sorted(between or alone, key=lambda run: run.z_mid)
+    axis = _mean_centre(on_axis)
+    radii = [float(np.linalg.norm(run.centre - axis)) for run in between]
+    beside = [
+        run
+        for run in alone
+        if not between or any(abs(np.linalg.norm(run.centre - axis) - r) < SAME_CENTRE * r for r in radii)
+    ]
+    pins = sorted(beside, key=lambda run: run.z_mid)
     widest: list[Run] = []
     for run in pins:
         if (
@@ -195,15 +240,20 @@ def pressed_up_layout(
     RecognitionError
         If there is no axis, or no gap between webs has a bore at its sides.
     """
-    on_axis = crank_axis(runs, given_axis)
+    on_axis = crank_axis(long, runs, given_axis)
     axis = _mean_centre(on_axis)
-    gaps = _gaps(long, on_axis)
+    gaps = _gaps(long, axis)
+    if not gaps:
+        raise RecognitionError(
+            "looked for a gap between webs, or a web's face with a bore for the crankpin, found neither; "
+            "crankpins settles it"
+        )
     pins = [_bore_pin(long, gap, axis, rounding_mm) for gap in gaps]
     return Layout(axis, tuple(choose_journals(on_axis, pins, axis)), tuple(pins))
 
 
-def _gaps(long: Lengthwise, on_axis: Sequence[Run]) -> list[tuple[float, float]]:
-    """Return the z ranges without metal; without any, the end of the part that has no journal."""
+def _gaps(long: Lengthwise, axis: Array) -> list[tuple[float, float]]:
+    """Return the z ranges without metal; without any, the end of the part where there are bores."""
     z = long.vertices[:, 2]
     empty = [section.z_mm for section in long.sections if not section.pieces]
     gaps: list[tuple[float, float]] = []
@@ -212,9 +262,11 @@ def _gaps(long: Lengthwise, on_axis: Sequence[Run]) -> list[tuple[float, float]]
             gaps.append((float(z[z < height].max()), float(z[z > height].min())))
     if gaps:
         return gaps
-    low, high = float(z.min()), float(z.max())
-    inner = high if high - on_axis[-1].z_high > on_axis[0].z_low - low else low
-    return [(inner, inner)]
+    ends = [(float(end), float(end)) for end in (z.min(), z.max())]
+    with_bores = [
+        end for end, side in zip(ends, (1, -1), strict=True) if _bores(_webward(long, end, side), axis)
+    ]
+    return with_bores if len(with_bores) == 1 else []
 
 
 def _bore_pin(long: Lengthwise, gap: tuple[float, float], axis: Array, rounding_mm: float) -> Run:

@@ -186,7 +186,7 @@ def _with_pins(
         journals = [_hinted(long, hint, runs, "main_journals") for hint in overrides.main_journals]
         axis = journals[0].centre if given_axis is None else given_axis
         return Layout(axis, tuple(sorted(journals, key=lambda run: run.z_mid)), tuple(pins))
-    on_axis = crank_axis(near, given_axis)
+    on_axis = crank_axis(long, near, given_axis)
     axis = on_axis[0].centre
     return Layout(axis, tuple(choose_journals(on_axis, pins, axis)), tuple(pins))
 

@@ -115,7 +115,10 @@ def _unbroken(long: Lengthwise, chain: Sequence[_Link], here: _Link) -> bool:
     reaches = [max((p.reach_from(centre) for p in s.pieces), default=0.0) for s in between]
     if max(reaches) > (1.0 + INSIDE) * radius or min(reaches) == 0.0:
         return False
-    if any(p.circle is not None for s in between for p in s.pieces):
+    circles = [p.circle for s in between for p in s.pieces if p.circle is not None]
+    if any(float(np.linalg.norm(c.centre - centre)) > SAME_CENTRE * c.radius for c in circles):
+        return False
+    if circles:
         groove = long.sections[here.place].z_mm - long.sections[last].z_mm <= GAP_SHARE * radius
         return groove and len(chain) > 1  # two sections through fillets are no cylinder with a groove
     return min(reaches) > (1.0 - SURFACE_LEFT) * radius

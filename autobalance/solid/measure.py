@@ -38,14 +38,14 @@ def mesh_moments(mesh: Mesh, density_g_mm3: float, frame: Array | None = None) -
     """
     low, high = mesh.bounds
     near = 0.5 * (low + high)
-    volume, first, second = _volume_moments(mesh.vertices - near, mesh.triangles)
+    volume, first, second = volume_moments(mesh.vertices - near, mesh.triangles)
     local = Moments(density_g_mm3 * volume, density_g_mm3 * first, density_g_mm3 * second)
     shift = np.eye(4)
     shift[:3, 3] = near
     return local.moved(shift if frame is None else frame @ shift)
 
 
-def _volume_moments(vertices: Array, triangles: Indices) -> tuple[float, Array, Array]:
+def volume_moments(vertices: Array, triangles: Indices) -> tuple[float, Array, Array]:
     """Return ∫ dV, ∫ r dV (3,) and ∫ r rᵀ dV (3, 3) about the origin."""
     volume = 0.0
     first = np.zeros(3)

@@ -1,0 +1,208 @@
+"""A crank taken apart along its axis: journals, crankpins, webs and counterweights with their moments."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from itertools import pairwise
+from typing import Literal
+
+import numpy as np
+
+from autobalance.crank.anatomy import Anatomy, Array, Pin, Web
+from autobalance.rotor.moments import Moments
+from autobalance.solid.csg import Solid
+from autobalance.solid.mesh import Mesh
+from autobalance.solid.slab import EVERYTHING, Part, slab_moments
+
+Kind = Literal["main journal", "crankpin", "web", "counterweight", "shaft"]
+
+ROOM = 0.05
+"""A journal's metal beside a shoulder that stands around it is what lies within its radius and this share."""
+ASIDE_SHARE = 1e-5
+"""How far from a face, as a share of the part's diagonal, nothing of the face's rounding is met."""
+LEAST_SHARE = 1e-9
+"""A part with less than this share of the crank's mass is rounding."""
+
+
+@dataclass(frozen=True, eq=False)
+class Section:
+    """One part of a crank: its ``number`` is the journal's, the throw's or the web's; of shaft: 1, 2, ..."""
+
+    kind: Kind
+    number: int
+    moments: Moments
+
+
+def sections(solid: Solid, anatomy: Anatomy, density_g_mm3: float) -> tuple[Section, ...]:
+    """Divide a crank into journals, crankpins, webs, counterweights and what is left of the shaft.
+
+    A web's counterweight is its metal beyond the crank axis, away from its crankpin; fillets and collars
+    belong to the web that they stand on. The parts add up to the whole.
+
+    Parameters
+    ----------
+    solid : Solid
+        In file coordinates [mm].
+    anatomy : Anatomy
+    density_g_mm3 : float
+
+    Returns
+    -------
+    tuple of Section
+        In the order of the axis, moments in the rotor frame.
+
+    References
+    ----------
+    Ruckle 2014, table 2, lists mass, X, Y, Z, WX, WY, CX, CY of such parts.
+    """
+    cutter = _Cutter(solid.mesh.moved(anatomy.file_to_rotor), anatomy, density_g_mm3)
+    parts: dict[tuple[Kind, int], Moments] = {}
+
+    def add(kind: Kind, number: int, moments: Moments) -> None:
+        parts[kind, number] = parts.get((kind, number), Moments.zero()) + moments
+
+    for span in cutter.spans():
+        if span.pin is not None:
+            kind: Kind = "main journal" if span.pin_is_journal else "crankpin"
+            add(kind, span.pin_number, cutter.pin_moments(span))
+        if span.web is not None:
+            counterweight = Moments.zero()
+            if span.web.counterweight:
+                counterweight = cutter.web_moments(span, beyond=True)
+                add("counterweight", span.web.number, counterweight)
+            add("web", span.web.number, cutter.web_moments(span) - counterweight)
+        if span.pin is None and span.web is None:
+            add("shaft", span.pin_number, cutter.moments(span))
+    whole = sum(moments.mass_g for moments in parts.values())
+    found = [
+        Section(kind, number, moments)
+        for (kind, number), moments in parts.items()
+        if moments.mass_g > LEAST_SHARE * whole
+    ]
+    return tuple(sorted(found, key=lambda part: float(part.moments.centre_mm[2])))
+
+
+def counterweight_moments(solid: Solid, anatomy: Anatomy, density_g_mm3: float) -> Moments:
+    """Return the moments of the webs that carry counterweights, crankpins and main journals left out.
+
+    Its mass is the source's m_cw, the distance of its centre from the axis r′; rotor frame. A crankpin
+    counts as left out over its bare cylinder; where it is drawn in one piece with the webs, the metal in
+    the web is the web's.
+    """
+    cutter = _Cutter(solid.mesh.moved(anatomy.file_to_rotor), anatomy, density_g_mm3)
+    total = Moments.zero()
+    for span in cutter.spans():
+        if span.web is not None and span.web.counterweight:
+            total = total + cutter.web_moments(span)
+    return total
+
+
+@dataclass(frozen=True, eq=False)
+class _Span:
+    """A stretch of the axis and whose metal is there; a web's shoulder may stand around a journal."""
+
+    low: float
+    high: float
+    pin: Pin | None = None
+    pin_is_journal: bool = False
+    pin_number: int = 0
+    web: Web | None = None
+
+
+@dataclass(frozen=True, eq=False)
+class _Cutter:
+    """A crank in the rotor frame, ready to be measured in stretches."""
+
+    mesh: Mesh
+    anatomy: Anatomy
+    density_g_mm3: float
+
+    def spans(self) -> list[_Span]:
+        """Return the stretches of the axis, by increasing z, without gaps."""
+        low, high = float(self.mesh.bounds[0, 2]), float(self.mesh.bounds[1, 2])
+        ends = [low, high]
+        for part in (*self.anatomy.main_journals, *(t.crankpin for t in self.anatomy.throws)):
+            ends += part.z_range_mm
+        for web in self.anatomy.webs:
+            ends += [web.z_min_mm, web.z_max_mm]
+        marks = np.unique(np.clip(ends, low, high))
+        grain = 1e-7 * (high - low)
+        marks = marks[np.concatenate([[True], np.diff(marks) > grain])]
+        marks[-1] = high
+        return self._with_fillets([self._span(float(a), float(b)) for a, b in pairwise(marks)])
+
+    def _span(self, low: float, high: float) -> _Span:
+        middle = 0.5 * (low + high)
+        span = _Span(low, high)
+        for web in self.anatomy.webs:
+            if web.z_min_mm < middle < web.z_max_mm:
+                span = replace(span, web=web)
+        for throw in self.anatomy.throws:
+            if throw.crankpin.z_range_mm[0] < middle < throw.crankpin.z_range_mm[1]:
+                span = replace(span, pin=throw.crankpin, pin_number=throw.number)
+        for journal in self.anatomy.main_journals:
+            if journal.z_range_mm[0] < middle < journal.z_range_mm[1]:
+                span = replace(span, pin=journal, pin_is_journal=True, pin_number=journal.number)
+        return span
+
+    def _with_fillets(self, spans: list[_Span]) -> list[_Span]:
+        """Give what lies between a web and a journal or crankpin to the web; number the rest of the shaft."""
+        given: list[_Span] = []
+        rest = 0
+        for place, span in enumerate(spans):
+            if span.pin is not None or span.web is not None:
+                given.append(span)
+                continue
+            beside = [spans[i] for i in (place - 1, place + 1) if 0 <= i < len(spans)]
+            webs = [other.web for other in beside if other.web is not None]
+            if webs and len(beside) == 2:
+                given.append(replace(span, web=webs[0]))
+            else:
+                rest += 1
+                given.append(replace(span, pin_number=rest))
+        return given
+
+    def moments(self, span: _Span, part: Part = EVERYTHING) -> Moments:
+        """Return the moments of a stretch's metal, or of part of it."""
+        heights = (span.low, span.high)
+        return slab_moments(self.mesh.vertices, self.mesh.triangles, heights, self.density_g_mm3, part)
+
+    def pin_moments(self, span: _Span) -> Moments:
+        """Return the moments of the journal's or crankpin's metal in a stretch."""
+        return self.moments(span) if span.web is None else self._beside_shoulder(span, None)
+
+    def web_moments(self, span: _Span, beyond: bool = False) -> Moments:
+        """Return the moments of the web's metal in a stretch, or of what lies beyond the axis."""
+        assert span.web is not None
+        side = self._away_from_crankpin(span.web) if beyond else None
+        moments = self.moments(span, Part(side=side))
+        return moments if span.pin is None else moments - self._beside_shoulder(span, side)
+
+    def _beside_shoulder(self, span: _Span, side: Array | None) -> Moments:
+        """Return the moments of a cylinder's metal where a web's shoulder stands around it.
+
+        At the stretch's ends lie faces, even but for rounding; the cylinder is measured between them, where
+        the shoulder is apart from it, and scaled to the whole stretch.
+        """
+        assert span.pin is not None
+        part = Part(span.pin.centre_mm[:2], 0.5 * (1.0 + ROOM) * span.pin.diameter_mm, side)
+        aside = min(ASIDE_SHARE * self.mesh.diagonal_mm, 0.1 * (span.high - span.low))
+        inner = self.moments(replace(span, low=span.low + aside, high=span.high - aside), part)
+        return inner.scaled((span.high - span.low) / (span.high - span.low - 2.0 * aside))
+
+    def _away_from_crankpin(self, web: Web) -> Array:
+        """Return the unit vector (2,) away from the crankpins beside a web."""
+        middle = 0.5 * (web.z_min_mm + web.z_max_mm)
+        below = [t for t in self.anatomy.throws if t.crankpin.centre_mm[2] < middle][-1:]
+        above = [t for t in self.anatomy.throws if t.crankpin.centre_mm[2] > middle][:1]
+        beside = [
+            t for t in below + above if not self._journal_between(middle, float(t.crankpin.centre_mm[2]))
+        ]
+        beside = beside or list(self.anatomy.throws[:1])
+        towards = sum((throw.direction for throw in beside), np.zeros(2))
+        length = float(np.linalg.norm(towards))
+        unit: Array = -(towards / length if length > 1e-3 else beside[0].direction)
+        return unit
+
+    def _journal_between(self, a: float, b: float) -> bool:
+        return any(min(a, b) < j.centre_mm[2] < max(a, b) for j in self.anatomy.main_journals)

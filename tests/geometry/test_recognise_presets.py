@@ -1,0 +1,124 @@
+"""Every preset of the generator, anywhere, of any size and fineness, is recognised as it was drawn."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from autobalance.crank.anatomy import Anatomy, Overrides
+from autobalance.crank.design import PRESETS, Bay
+from autobalance.crank.generate import crank_anatomy, crank_solid
+from autobalance.crank.recognise import recognise
+from autobalance.solid.csg import Solid
+from autobalance.solid.mesh import Array, Mesh
+
+AXIS_DEG = 0.02
+"""What the axis' direction may be off."""
+SHARE_OF_RADIUS = 1e-3
+"""What the axis' position, and everything else, may be off, as a share of the crank radius."""
+INCH_MM = 25.4
+
+
+def placement(seed: int) -> Array:
+    """A rigid motion drawn at random, up to 300 mm away."""
+    random = np.random.default_rng(seed)
+    turn, upper = np.linalg.qr(random.normal(size=(3, 3)))
+    turn = turn * np.sign(np.diag(upper))
+    if np.linalg.det(turn) < 0.0:
+        turn[:, 0] *= -1.0
+    place = np.eye(4)
+    place[:3, :3], place[:3, 3] = turn, random.uniform(-300.0, 300.0, 3)
+    return place
+
+
+def assert_recognised(found: Anatomy, true: Anatomy, scale: float = 1.0) -> None:
+    radius = scale * true.throws[0].crank_radius_mm
+    slack = SHARE_OF_RADIUS * radius
+    z = np.cross(found.file_to_rotor[2, :3], true.file_to_rotor[2, :3])
+    assert math.degrees(float(np.linalg.norm(z))) < AXIS_DEG
+    assert found.file_to_rotor[2, :3] @ true.file_to_rotor[2, :3] > 0.0
+    origin = true.file_to_rotor @ np.append(found.rotor_to_file[:3, 3] / scale, 1.0)
+    assert np.linalg.norm(origin[:2]) * scale < slack
+    assert found.journal_misalignment_mm < slack
+    pins = [t.crankpin for t in found.throws], [t.crankpin for t in true.throws]
+    for mine, drawn in (pins, (found.main_journals, true.main_journals)):
+        assert len(mine) == len(drawn)
+        for a, b in zip(mine, drawn, strict=True):
+            assert np.abs(a.centre_mm - scale * b.centre_mm).max() < slack
+            assert abs(a.diameter_mm - scale * b.diameter_mm) < slack
+            assert abs(a.width_mm - scale * b.width_mm) < slack
+    for t, u in zip(found.throws, true.throws, strict=True):
+        assert abs(t.crank_radius_mm - scale * u.crank_radius_mm) < slack
+        assert abs(math.remainder(t.angle_rad - u.angle_rad, 2.0 * math.pi)) < SHARE_OF_RADIUS
+    assert len(found.webs) == len(true.webs)
+    for w, v in zip(found.webs, true.webs, strict=True):
+        assert abs(w.z_min_mm - scale * v.z_min_mm) < slack
+        assert abs(w.z_max_mm - scale * v.z_max_mm) < slack
+        assert w.counterweight == v.counterweight
+
+
+def check(name: str, segments: int, scale: float = 1.0) -> None:
+    design = PRESETS[name]
+    place = placement(segments)
+    mesh = crank_solid(design, segments).mesh.moved(place)
+    rounded = (scale * mesh.vertices).astype(np.float32).astype(np.float64)  # as a binary STL keeps them
+    solid = Solid.from_mesh(Mesh(rounded, mesh.triangles))
+    found = recognise(solid, Overrides(crankpin_in_file=design.crankpin_in_file))
+    assert_recognised(found, crank_anatomy(design, place), scale)
+
+
+@pytest.mark.parametrize("segments", [8, 12, 29, 64])
+@pytest.mark.parametrize("name", PRESETS)
+def test_presets_are_recognised_as_drawn(name: str, segments: int) -> None:
+    check(name, segments)
+
+
+@pytest.mark.parametrize("scale", [1.0 / INCH_MM, INCH_MM])
+@pytest.mark.parametrize("name", ["single", "v-twin-45", "inline-3"])
+def test_the_unit_does_not_matter(name: str, scale: float) -> None:
+    check(name, 24, scale)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("segments", [200, 1000])
+@pytest.mark.parametrize("name", ["single", "pressed-up-single", "pressed-up-single-no-pin", "v-twin-45"])
+def test_fine_presets_are_recognised_as_drawn(name: str, segments: int) -> None:
+    check(name, segments)
+
+
+@pytest.mark.parametrize("name", ["single", "v-twin-45", "inline-3"])
+def test_an_overhung_cranks_journal_is_told_from_its_crankpin(name: str) -> None:
+    design = replace(PRESETS[name], journals="first", oil_hole_mm=0.0)
+    place = placement(5)
+    solid = Solid.from_mesh(crank_solid(design, 32).mesh.moved(place))
+    assert_recognised(recognise(solid, Overrides()), crank_anatomy(design, place))
+
+
+def test_a_half_without_its_pin_has_its_throw_at_the_bore() -> None:
+    design = replace(PRESETS["pressed-up-single-no-pin"], journals="first")
+    solid = crank_solid(design, 40)
+    (throw,) = recognise(solid, Overrides(crankpin_in_file=None)).throws
+    assert throw.crank_radius_mm == pytest.approx(design.crank_radius_mm, abs=1e-6)
+    assert throw.crankpin.diameter_mm == pytest.approx(design.crankpin.diameter_mm, abs=1e-6)
+
+
+def test_webs_without_counterweight_are_told_apart() -> None:
+    design = replace(
+        PRESETS["inline-3"], bays=(Bay((0.0,), (True, False)), Bay((240.0,)), Bay((120.0,), (False, False)))
+    )
+    found = recognise(crank_solid(design, 24), Overrides())
+    assert [web.counterweight for web in found.webs] == [True, False, True, True, False, False]
+
+
+def test_the_counterweights_outline_is_measured() -> None:
+    design = PRESETS["inline-4"]
+    size = design.counterweight
+    assert size is not None
+    for web in recognise(crank_solid(design, 48), Overrides()).webs:
+        assert web.outline is not None
+        assert web.outline.rim_radius_mm == pytest.approx(size.radius_mm, rel=1e-6)
+        assert math.degrees(web.outline.fan_angle_rad) == pytest.approx(size.fan_angle_deg, abs=1e-4)
+        assert web.outline.thickness_mm == pytest.approx(design.web.thickness_mm, rel=1e-9)
