@@ -8,7 +8,10 @@ that the residual stays least.
 from __future__ import annotations
 
 import math
+import os
+import sys
 from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
 from dataclasses import dataclass, replace
 from itertools import islice, product
 from typing import Any, Literal, TypeVar
@@ -28,8 +31,10 @@ POINTS = 5
 """Depths of each cut at which the programme knows its effect exactly."""
 SIDES = 8
 """Sides of the polygon that stands for the circle of a judged vector while choosing."""
-GAP = 3e-3
-"""How far from the optimum the programme may stop."""
+GAP = 4e-3
+"""How far from its own optimum the programme may stop."""
+ENOUGH = 8e-3
+"""How far from the bound a plan may stay for no more cuts to be looked at."""
 NODES = 300
 """Branches looked at, at most: a limit that gives the same answer on every machine, unlike seconds."""
 EXCESS_WEIGHT = 100.0
@@ -198,7 +203,7 @@ def _solve(task: _Task, tables: Sequence[Array], least_count: int) -> Array:
             best[few] = found
         gap = value - float(answer.fun or 0.0)
         wider = _promising(relaxed, answer, gap)[: FEW[1]]
-        if gap <= max(GAP * abs(value), 1e-6) or set(wider) <= set(few):
+        if gap <= max(ENOUGH * abs(value), 1e-6) or set(wider) <= set(few):
             break
         few = wider
     return best
@@ -274,13 +279,14 @@ def _solve_few(
     from scipy.optimize import Bounds, LinearConstraint, milp
 
     rules = _Rules(task, tables, effects, least_count, whole=True)
-    answer = milp(
-        rules.cost,
-        integrality=rules.integrality,
-        bounds=Bounds(0.0, rules.upper),
-        constraints=LinearConstraint(rules.matrix, rules.lower_rows, rules.upper_rows),
-        options={"mip_rel_gap": GAP, "node_limit": NODES},
-    )
+    with _silenced():
+        answer = milp(
+            rules.cost,
+            integrality=rules.integrality,
+            bounds=Bounds(0.0, rules.upper),
+            constraints=LinearConstraint(rules.matrix, rules.lower_rows, rules.upper_rows),
+            options={"mip_rel_gap": GAP, "node_limit": NODES},
+        )
     depths = np.zeros(len(task.cuts))
     if answer.x is None:
         return depths, math.inf
@@ -289,6 +295,36 @@ def _solve_few(
             depth = float(answer.x[rules.first[k] : rules.first[k + 1]] @ tables[k])
             depths[k] = min(max(depth, cut.least_depth_mm), cut.max_depth_mm)
     return depths, float(answer.fun)
+
+
+@contextmanager
+def _silenced() -> Iterator[None]:
+    """Keep the solver's own output away: HiGHS prints some lines past every option, on file descriptor 1."""
+    try:
+        sys.stdout.flush()
+        kept = os.dup(1)
+    except (OSError, ValueError):  # no standard output at all
+        yield
+        return
+    sink = os.open(os.devnull, os.O_WRONLY)
+    try:
+        os.dup2(sink, 1)
+        yield
+    finally:
+        _flush_c()
+        os.dup2(kept, 1)
+        os.close(kept)
+        os.close(sink)
+
+
+def _flush_c() -> None:
+    """Empty the C library's output buffers."""
+    import ctypes
+
+    try:
+        ctypes.CDLL(None).fflush(None)
+    except (OSError, TypeError, AttributeError):  # Windows: the solver's C library is its own
+        return
 
 
 def _part(task: _Task, few: Sequence[int]) -> _Task:
@@ -511,7 +547,9 @@ def _finished(task: _Task, plan: Plan) -> Plan:
     """Round the depths to the machine's steps and name what binds."""
     rounded = _rounded(task, plan)
     limits = [
-        cut.limit for cut, d in zip(task.cuts, rounded.depths_mm, strict=True) if d >= cut.max_depth_mm - 1e-6
+        cut.limit
+        for cut, d in zip(task.cuts, rounded.depths_mm, strict=True)
+        if d >= cut.max_depth_mm - 1e-6 and cut.max_depth_mm > cut.least_depth_mm
     ]
     for rule in task.offer.counts:
         if sum(rounded.depths_mm[k] > 0.0 for k in rule.members) >= rule.most:

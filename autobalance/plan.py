@@ -277,7 +277,7 @@ def _fixes(short: Shortfall, estimate: bool) -> list[str]:
     pull = sum(
         abs(float(cut.rate(float(depth)).first_g_mm[:2] @ short.residual.resultant_g_mm))
         for cut, depth in zip(short.cuts, short.depths_mm, strict=True)
-        if depth >= cut.max_depth_mm - 1e-6
+        if depth >= cut.max_depth_mm - 1e-6 and cut.max_depth_mm > cut.least_depth_mm
     )
     if estimate and short.binding and pull > 0.0:
         deeper = short.residual.magnitude_g_mm**2 / pull

@@ -169,7 +169,8 @@ def greatest_depth_mm(others: Array, radius_mm: float, room: Room) -> float:
     float
         Depth of the full diameter [mm]; at most `DEPTH_TOLERANCE_MM` short of the exact limit.
     """
-    best, pieces = room.most_mm, others
+    front = radius_mm / math.tan(room.half_point_rad) + 2.0 * room.wall_mm
+    best, pieces = room.most_mm, others[others[:, :, 2].min(axis=1) < room.most_mm + front]
     bound = np.zeros(0)
     for _ in range(LEVELS):
         bound = _bound(pieces, radius_mm, room)
