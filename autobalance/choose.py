@@ -32,9 +32,7 @@ POINTS = 5
 SIDES = 8
 """Sides of the polygon that stands for the circle of a judged vector while choosing."""
 GAP = 4e-3
-"""How far from its own optimum the programme may stop."""
-ENOUGH = 8e-3
-"""How far from the bound a plan may stay for no more cuts to be looked at."""
+"""How far from its optimum the programme may stop; twice that from the bound over all cuts."""
 NODES = 300
 """Branches looked at, at most: a limit that gives the same answer on every machine, unlike seconds."""
 EXCESS_WEIGHT = 100.0
@@ -192,21 +190,31 @@ def _solve(task: _Task, tables: Sequence[Array], least_count: int) -> Array:
         return np.zeros(count)
     few = _promising(relaxed, answer, math.inf)[: FEW[0]]
     best, value = np.zeros(count), math.inf
+    bound = float(answer.fun or 0.0)
     for _ in FEW:
         few = sorted(few)
         found, here = _solve_few(
-            _part(task, few), [tables[k] for k in few], [effects[k] for k in few], least_count
+            _part(task, few),
+            [tables[k] for k in few],
+            [effects[k] for k in few],
+            least_count,
+            _slack(task, bound),
         )
         if here < value:
             value = here
             best = np.zeros(count)
             best[few] = found
-        gap = value - float(answer.fun or 0.0)
+        gap = value - bound
         wider = _promising(relaxed, answer, gap)[: FEW[1]]
-        if gap <= max(ENOUGH * abs(value), 1e-6) or set(wider) <= set(few):
+        if gap <= 2.0 * _slack(task, bound) * abs(value) + 1e-6 or set(wider) <= set(few):
             break
         few = wider
     return best
+
+
+def _slack(task: _Task, bound: float) -> float:
+    """Return how far from its optimum the programme may stop, as a share: of holes, less than half of one."""
+    return min(0.45 / (bound + 1.0), 0.2) if task.prefer == "fewest_holes" else GAP
 
 
 def least_share(residual: Unbalance, tolerance: Tolerance, offer: Offer) -> float:
@@ -273,7 +281,11 @@ def vstack_rows(*blocks: Any) -> Any:
 
 
 def _solve_few(
-    task: _Task, tables: Sequence[Array], effects: Sequence[Sequence[Moments]], least_count: int
+    task: _Task,
+    tables: Sequence[Array],
+    effects: Sequence[Sequence[Moments]],
+    least_count: int,
+    slack: float,
 ) -> tuple[Array, float]:
     """Solve the mixed-integer programme: λ for each breakpoint, a switch for each cut, the excess share."""
     from scipy.optimize import Bounds, LinearConstraint, milp
@@ -285,7 +297,7 @@ def _solve_few(
             integrality=rules.integrality,
             bounds=Bounds(0.0, rules.upper),
             constraints=LinearConstraint(rules.matrix, rules.lower_rows, rules.upper_rows),
-            options={"mip_rel_gap": GAP, "node_limit": NODES},
+            options={"mip_rel_gap": slack, "node_limit": NODES},
         )
     depths = np.zeros(len(task.cuts))
     if answer.x is None:

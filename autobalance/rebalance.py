@@ -156,7 +156,7 @@ def balance(
             return []
         progress("looking for what would suffice")
         work = workpiece(rotor, tolerance, initial, 1.0)
-        return releases(Shortage(work, tuple(methods), offer, initial, tolerance, prefer))
+        return releases(Shortage(work, tuple(methods), offer, initial, tolerance))
 
     def bound() -> float:
         return least_share(initial, tolerance, offer)
@@ -240,6 +240,22 @@ def _best_offer(
             break
     assert best is not None
     return best
+
+
+def planned(
+    rotor: Rotor, tolerance: Tolerance, methods: Sequence[Limits], prefer: Prefer = "least_metal"
+) -> tuple[tuple[Correction, ...], Unbalance]:
+    """Return what would be cut and what that would leave, without cutting.
+
+    Raises
+    ------
+    CorrectionError
+        If a correction cannot be set up as asked.
+    """
+    now = rotor.solid.moments(rotor.density_g_mm3, rotor.anatomy.file_to_rotor) + rotor.loads
+    offer, plan = _best_offer(rotor, tolerance, methods, Unbalance.of(now), prefer)
+    made = zip(offer.cuts, plan.depths_mm, strict=True)
+    return tuple(cut.correction(float(depth)) for cut, depth in made if depth > 0.0), plan.predicted
 
 
 def workpiece(rotor: Rotor, tolerance: Tolerance, initial: Unbalance, look: float = 1.0) -> Workpiece:

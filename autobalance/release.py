@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 from typing import Any
 
 from autobalance import correction
-from autobalance.choose import Prefer, choose, least_share
+from autobalance.choose import choose, least_share
 from autobalance.correction import Limits
 from autobalance.correction.add import AddLimits
 from autobalance.correction.drill import DrillLimits
@@ -49,11 +49,10 @@ class Shortage:
     offer: Offer
     residual: Unbalance
     tolerance: Tolerance
-    prefer: Prefer
 
     def plan(self, offer: Offer) -> Plan:
         """Return the plan with other cuts."""
-        return choose(self.residual, self.tolerance, offer, prefer=self.prefer)
+        return choose(self.residual, self.tolerance, offer)
 
     def may_do(self, offer: Offer) -> bool:
         """Tell whether it is not yet certain that other cuts fall short too."""

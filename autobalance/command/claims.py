@@ -135,7 +135,7 @@ def check_report(path: Path) -> Checked:
     source, moments = _measured(claims, path.parent, job, frame)
     _check_input(claims, job, frame)
     tolerance = _check_tolerance(claims, job, anatomy, crank)
-    loads = _check_loads(claims, job, anatomy, crank)
+    loads = _check_loads(claims, job, anatomy, crank) - pipeline.overbalance_moments(job, tolerance)
     _check_unbalance(claims, "initial", Unbalance.of(crank + loads), tolerance, _size(source, crank))
     after = moments + _pressed_in(claims)
     residual = Unbalance.of(after + loads)

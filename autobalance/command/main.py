@@ -15,6 +15,7 @@ COMMANDS: dict[str, str] = {
     "demo": "balance the bundled motocross crank twice and compare with the published result",
     "inspect": "measure a crank file: mass, axis, journals, throws, webs, unbalance, faces",
     "balance": "the main job: measure, plan, cut, measure again until within tolerance",
+    "compare": "try every kind of correction and the useful mixes on one crank, like for like",
     "verify": "read a corrected solid from disk again and check every number its report claims",
 }
 """Name of a subcommand → what it does, in the order of the help text.

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import time
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
@@ -117,6 +118,19 @@ def attached_moments(attached: tuple[Attached, ...]) -> Moments:
         second[1, 2] = second[2, 1] = y * part.z_mm
         total = total + on_axis + Moments(0.0, np.array([x, y, 0.0]), second)
     return total
+
+
+def overbalance_moments(job: Job, tolerance: Tolerance) -> Moments:
+    """Return the unbalance that is left on purpose for final drilling, midway between the planes."""
+    balance = job.balance
+    x = balance.overbalance_g_mm * math.cos(balance.overbalance_rad)
+    y = balance.overbalance_g_mm * math.sin(balance.overbalance_rad)
+    z = [plane.z_mm for plane in tolerance.planes]
+    middle = 0.5 * sum(z)
+    second = np.zeros((3, 3))
+    second[0, 2] = second[2, 0] = x * middle
+    second[1, 2] = second[2, 1] = y * middle
+    return Moments(0.0, np.array([x, y, 0.0]), second)
 
 
 def crank_factor(crank: Moments, loads: tuple[ThrowLoad, ...], attached: Moments) -> float | None:

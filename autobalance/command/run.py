@@ -12,12 +12,17 @@ from typing import Any
 from autobalance import job as jobs
 from autobalance.command import pipeline
 from autobalance.command.pipeline import Crank, Stopwatch
+from autobalance.comparison import compare
+from autobalance.correction import Limits
+from autobalance.correction.drill import DrillLimits
 from autobalance.crank.anatomy import Face
 from autobalance.crank.faces import find_faces
 from autobalance.engine.balance_factor import bob_weight_moments
 from autobalance.errors import CorrectionError, FileError, JobError
 from autobalance.job import Job
-from autobalance.rebalance import Result, Rotor, balance
+from autobalance.job.limits import limits_of_every_kind
+from autobalance.rebalance import Result, Rotor, balance, planned
+from autobalance.report.comparison import comparison
 from autobalance.report.files import Staging
 from autobalance.report.json import dumps, report, solid_entry
 from autobalance.report.record import (
@@ -26,6 +31,7 @@ from autobalance.report.record import (
     InputFile,
     Loads,
     MeasuredCrank,
+    Overbalance,
     Record,
 )
 from autobalance.rotor.moments import Moments
@@ -151,11 +157,32 @@ def _balanced_record(job: Job, watch: Stopwatch, progress: Progress) -> tuple[Re
 
     with _Stages(watch, progress) as told:
         try:
-            result = balance(rotor, tolerance, job.methods, to_bytes, from_bytes, told)
+            result = balance(rotor, tolerance, job.methods, to_bytes, from_bytes, told, prefer=job.prefer)
         except CorrectionError as error:
             raise JobError(f"{job.path.name}: {error}") from None
     written = _written(result, crank, from_bytes)
-    return _record(job, crank, factor, tolerance, result), written
+    record = _record(job, crank, factor, tolerance, result)
+    if job.balance.overbalance_g_mm > 0.0 and record.balanced is not None:
+        progress("placing the last holes")
+        left = _overbalance(job, rotor, tolerance, result)
+        record = replace(record, balanced=replace(record.balanced, overbalance=left))
+    return record, written
+
+
+def _overbalance(job: Job, rotor: Rotor, tolerance: Tolerance, result: Result) -> Overbalance:
+    """Plan the last holes on the crank as it was made: they take what was left on purpose."""
+    limits = next((each for each in job.methods if isinstance(each, DrillLimits)), DrillLimits())
+    allowance = pipeline.overbalance_moments(job, tolerance)
+    solid = result.solid or rotor.solid
+    slugs = result.final_moments - solid.moments(rotor.density_g_mm3, rotor.anatomy.file_to_rotor)
+    made = replace(rotor, solid=solid, loads=rotor.loads + allowance + slugs)
+    try:
+        holes, residual = planned(made, tolerance, [limits], "fewest_holes")
+    except CorrectionError as error:
+        return Overbalance(Unbalance.of(allowance), (), None, str(error))
+    short = tolerance.used_share(residual)
+    reason = None if short <= 1.0 else f"the last holes leave {short:.3g} times the permissible value"
+    return Overbalance(Unbalance.of(allowance), holes, residual, reason)
 
 
 class _Stages:
@@ -181,10 +208,40 @@ class _Stages:
         self._stage, self._since = stage, now
 
 
+def compare_job(job: Job, progress: Progress) -> dict[str, Any]:
+    """Try every kind of correction and the useful mixes on a job's crank; return the comparison's values.
+
+    Raises
+    ------
+    AutobalanceError
+        For anything wrong with the job or the crank.
+    """
+    watch = Stopwatch()
+    progress("reading the crank")
+    limits = _every_kind(job)
+    every = replace(job, methods=tuple(limits.values()), method_names=tuple(limits))
+    crank = pipeline.measured_crank(job.crankshaft, watch)
+    pipeline.check_engine(job, crank.anatomy)
+    factor = pipeline.target_factor(job, crank.anatomy, crank.moments)
+    tolerance = pipeline.tolerance_of(job, crank.anatomy, crank.moments)
+    rotor = _rotor(every, crank, tolerance, factor)
+    rows = compare(rotor, tolerance, limits, job.prefer, progress=progress)
+    initial = Unbalance.of(crank.moments + rotor.loads)
+    return comparison(str(job.path), tolerance, initial.magnitude_g_mm, rows)
+
+
+def _every_kind(job: Job) -> dict[str, Limits]:
+    try:
+        return limits_of_every_kind(job.raw)
+    except JobError as error:
+        raise JobError(f"{job.path.name}: {error}") from None
+
+
 def _rotor(job: Job, crank: Crank, tolerance: Tolerance, factor: float) -> Rotor:
     loads = pipeline.throw_loads(crank.anatomy, job.engine)
     attached = pipeline.attached_moments(job.engine.attached)
-    at_factor = bob_weight_moments(loads, factor) + attached
+    left = pipeline.overbalance_moments(job, tolerance)
+    at_factor = bob_weight_moments(loads, factor) + attached - left
     within = tolerance.is_met_by(Unbalance.of(crank.moments + at_factor))
     return Rotor(
         solid=crank.source.solid,

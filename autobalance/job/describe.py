@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import asdict
 from typing import Any
 
@@ -29,9 +30,12 @@ def describe(job: Job) -> dict[str, Any]:
             "judge": balance.judge,
             "rotor_mass_g": balance.rotor_mass_g,
             "tolerance_planes_mm": _listed(balance.tolerance_planes_mm),
+            "overbalance_g_mm": balance.overbalance_g_mm,
+            "overbalance_deg": _as_given(job, "overbalance_deg", math.degrees(balance.overbalance_rad)),
         },
         "correction": {
             "method": list(job.method_names),
+            "prefer": job.prefer,
             **{
                 name: {key: _plain(value) for key, value in asdict(limits).items()}
                 for name, limits in zip(job.method_names, job.methods, strict=True)

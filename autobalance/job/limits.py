@@ -10,6 +10,7 @@ from collections.abc import Mapping
 from dataclasses import fields
 from typing import Any, Literal, get_type_hints
 
+from autobalance.choose import Prefer
 from autobalance.correction import Limits
 from autobalance.correction.add import AddLimits
 from autobalance.correction.drill import DrillLimits
@@ -32,6 +33,7 @@ KINDS: Mapping[str, type[Any]] = {
 FACE_KEYS = ("faces", "sector_deg", "max_depth_mm", "same_depth", "min_wall_mm")
 """Keys of the top level, which the methods in ``ON_FACES`` share."""
 ON_FACES = ("shoulder", "add")
+CORRECTION_KEYS = (*FACE_KEYS, "method", "prefer", *METHODS)
 
 RULES: Mapping[str, Rule] = {
     "max_depth_mm": POSITIVE,
@@ -52,12 +54,32 @@ def read_correction(root: Table) -> tuple[tuple[str, ...], tuple[Limits, ...]]:
     """
     if "correction" not in root:
         raise JobError(f"[correction] is missing; it needs at least method: one of {', '.join(METHODS)}")
-    table = root.table("correction", (*FACE_KEYS, "method", *METHODS))
+    table = root.table("correction", CORRECTION_KEYS)
     names = _methods(table)
     for name in METHODS:  # a table of another method than the one asked for is checked all the same
         if name in table and name in KINDS and name not in names:
             _limits(table, name)
     return names, tuple(_limits(table, name) for name in names)
+
+
+def read_prefer(root: Table) -> Prefer:
+    """Return what a job wants spared."""
+    prefer: Prefer = root.table("correction", CORRECTION_KEYS).optional(
+        "prefer", Prefer, default="least_metal"
+    )
+    return prefer
+
+
+def limits_of_every_kind(raw: Mapping[str, Any]) -> dict[str, Limits]:
+    """Return the limits of all kinds for a job as read: from its tables, else the defaults.
+
+    Raises
+    ------
+    JobError
+        If a value of a table is wrong.
+    """
+    table = Table(dict(raw.get("correction", {})), "correction", CORRECTION_KEYS)
+    return {name: _limits(table, name) for name in METHODS}
 
 
 def _methods(table: Table) -> tuple[str, ...]:

@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, Literal
 
+from autobalance.choose import Prefer
 from autobalance.correction import Limits
 from autobalance.crank.anatomy import Overrides
 from autobalance.rotor.tolerance import Judge
@@ -93,7 +95,10 @@ class Engine:
 
 @dataclass(frozen=True)
 class Balance:
-    """What is asked of the balanced crank; ``factor`` None stands for the original one."""
+    """What is asked of the balanced crank; ``factor`` None stands for the original one.
+
+    ``overbalance_g_mm`` is left on purpose for final drilling, its heavy side at ``overbalance_rad``.
+    """
 
     factor: float | None
     grade_mm_s: float
@@ -101,6 +106,8 @@ class Balance:
     judge: Judge
     rotor_mass_g: float | None
     tolerance_planes_mm: tuple[float, float] | None
+    overbalance_g_mm: float = 0.0
+    overbalance_rad: float = math.pi
 
 
 @dataclass(frozen=True, eq=False)
@@ -108,7 +115,7 @@ class Job:
     """A job file as read and checked.
 
     ``original`` are the parts the crank was balanced for, or None. ``methods`` are the kinds of correction,
-    in the job's order. ``raw`` is the TOML as read, for the report.
+    in the job's order; ``prefer`` is what their plan spares. ``raw`` is the TOML as read, for the report.
     """
 
     path: Path
@@ -119,6 +126,7 @@ class Job:
     methods: tuple[Limits, ...]
     method_names: tuple[str, ...]
     raw: Mapping[str, Any]
+    prefer: Prefer = "least_metal"
 
     @property
     def name(self) -> str:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import tomllib
 from collections.abc import Mapping
 from pathlib import Path
@@ -11,7 +12,7 @@ import numpy as np
 
 from autobalance.crank.anatomy import Overrides, PinHint
 from autobalance.errors import FileError, JobError
-from autobalance.job.limits import read_correction
+from autobalance.job.limits import read_correction, read_prefer
 from autobalance.job.model import (
     Attached,
     Balance,
@@ -92,7 +93,7 @@ def parse(raw: Mapping[str, Any], path: Path) -> Job:
     balance = _balance(root)
     original = _original(root, crankshaft.crankpin_in_file, needed=balance.factor is None)
     names, methods = read_correction(root)
-    return Job(path, crankshaft, engine, original, balance, methods, names, raw)
+    return Job(path, crankshaft, engine, original, balance, methods, names, raw, read_prefer(root))
 
 
 # --- [crankshaft] -------------------------------------------------------------------------------------------
@@ -254,8 +255,13 @@ def _attached(table: Table) -> Attached:
 # --- [balance] ----------------------------------------------------------------------------------------------
 
 
+OVERBALANCE = ("overbalance_g_mm", "overbalance_deg")
+COUNTERWEIGHT_DEG = 180.0
+"""Where overbalance is left unless told: opposite to crankpin 1."""
+
+
 def _balance(root: Table) -> Balance:
-    known = ("factor", "grade", "speed_rpm", "judge", "rotor_mass_g", "tolerance_planes_mm")
+    known = ("factor", "grade", "speed_rpm", "judge", "rotor_mass_g", "tolerance_planes_mm", *OVERBALANCE)
     table = root.table("balance", known)
     factor = table.value("factor", float | Literal["original"], SHARE)
     planes = table.optional("tolerance_planes_mm", tuple[float, float], ANY)
@@ -270,4 +276,6 @@ def _balance(root: Table) -> Balance:
         table.optional("judge", Judge, default="dynamic"),
         table.optional("rotor_mass_g", float, POSITIVE),
         planes,
+        table.optional("overbalance_g_mm", float, NOT_NEGATIVE, default=0.0),
+        math.radians(table.optional("overbalance_deg", float, ANY, default=COUNTERWEIGHT_DEG)),
     )

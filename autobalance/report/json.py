@@ -58,6 +58,7 @@ def report(record: Record) -> Values:
         "inertia_change_kg_mm2": None,
         "outcome": None,
         "reason": None,
+        "overbalance": None,
         "outputs": dict(record.outputs),
         "seconds": {stage: record.seconds.get(stage) for stage in STAGES},
     }
@@ -267,6 +268,21 @@ def _result(balanced: Balanced, record: Record) -> Values:
         "inertia_change_kg_mm2": change / G_MM2_PER_KG_MM2,
         "outcome": result.outcome,
         "reason": result.reason,
+        "overbalance": _overbalance(balanced),
+    }
+
+
+def _overbalance(balanced: Balanced) -> Values | None:
+    left = balanced.overbalance
+    if left is None:
+        return None
+    return {
+        "unbalance_g_mm": _list(left.unbalance.resultant_g_mm),
+        "magnitude_g_mm": left.unbalance.magnitude_g_mm,
+        "angle_deg": degrees(left.unbalance.angle_rad),
+        "last_holes": [_correction(number, each) for number, each in enumerate(left.holes, 1)],
+        "predicted_g_mm": None if left.predicted is None else left.predicted.magnitude_g_mm,
+        "reason": left.reason,
     }
 
 

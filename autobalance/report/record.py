@@ -6,6 +6,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Any, Literal
 
+from autobalance.correction.kind import Correction
 from autobalance.crank.anatomy import Anatomy, Face
 from autobalance.rebalance import Result
 from autobalance.rotor.moments import Array, Moments
@@ -82,6 +83,20 @@ class FaceOffer:
 
 
 @dataclass(frozen=True, eq=False)
+class Overbalance:
+    """Unbalance left on purpose for final drilling, and where the last holes belong; not cut yet.
+
+    ``predicted`` is what they will leave, as judged without the allowance; ``reason`` says why they are none
+    or not enough.
+    """
+
+    unbalance: Unbalance
+    holes: tuple[Correction, ...]
+    predicted: Unbalance | None
+    reason: str | None
+
+
+@dataclass(frozen=True, eq=False)
 class Balanced:
     """What only a balancing run knows."""
 
@@ -91,6 +106,7 @@ class Balanced:
     factors: Factors
     tolerance: Tolerance
     result: Result
+    overbalance: Overbalance | None = None
 
 
 @dataclass(frozen=True, eq=False)

@@ -64,6 +64,7 @@ def balance_text(report: Values, units: Units) -> str:
         _before_and_after(report, units),
         _factor(report, units),
         _changes(report, units),
+        _overbalance(report, units),
     ]
     return "\n\n".join(part for part in parts if part)
 
@@ -171,6 +172,22 @@ def _changes(report: Values, units: Units) -> str:
         f"Metal removed: {units.of_mass(removed)} of {units.of_mass(report['crank']['mass_g'])}; "
         f"polar inertia {before:.2f} kg·mm² {change:+.2f} ({100.0 * change / before:+.2f} %)"
     )
+
+
+def _overbalance(report: Values, units: Units) -> str:
+    left = report.get("overbalance")
+    if left is None:
+        return ""
+    lines = [
+        f"Left for final drilling: {units.of_unbalance(left['magnitude_g_mm'])} with the heavy side at "
+        f"{left['angle_deg']:.1f}° (the table above counts from there)"
+    ]
+    lines += [_correction(each, units) for each in left["last_holes"]]
+    if left["predicted_g_mm"] is not None:
+        lines.append(f"  after these holes {units.of_unbalance(left['predicted_g_mm'])} will be left")
+    if left["reason"]:
+        lines.append(f"  {left['reason']}")
+    return "\n".join(lines)
 
 
 # --- inspect ------------------------------------------------------------------------------------------------

@@ -1,0 +1,103 @@
+import math
+
+import numpy as np
+import pytest
+
+from autobalance.comparison import Row, beaten_by, wall_left_mm
+from autobalance.correction.kind import Correction
+from autobalance.crank.anatomy import Anatomy, Pin, Throw, Web
+from autobalance.report.comparison import comparison, comparison_text
+from autobalance.report.json import dumps
+from autobalance.report.text import UNITS
+from autobalance.rotor.moments import Moments
+from autobalance.rotor.tolerance import Tolerance
+
+
+def row(name: str, metal_g: float, inertia: float, cuts: int, wall_mm: float | None = 5.0) -> Row:
+    return Row(
+        (name,),
+        "within_tolerance",
+        None,
+        share=0.01,
+        residual_g_mm=0.1,
+        mass_change_g=-metal_g,
+        inertia_change_g_mm2=-inertia,
+        moved_g=metal_g,
+        cuts=cuts,
+        depths_mm=(2.0,) * cuts,
+        wall_left_mm=wall_mm,
+        capacity=math.inf,
+    )
+
+
+ABOVE = Row(
+    ("slug",),
+    "above_tolerance",
+    "too short",
+    3.0,
+    30.0,
+    0.0,
+    0.0,
+    0.0,
+    1,
+    (4.0,),
+    wall_left_mm=4.0,
+    capacity=0.2,
+)
+NO_PLACE = Row(("add",), None, "no face")
+
+
+def test_what_is_nowhere_worse_and_somewhere_better_beats() -> None:
+    light, same, trade = row("a", 10.0, 500.0, 2), row("b", 10.0, 500.0, 3), row("c", 20.0, 300.0, 2)
+    rows = [light, same, trade, ABOVE, NO_PLACE]
+    assert beaten_by(rows) == {"a": [], "b": ["a"], "c": [], "slug": ["a", "b", "c"], "add": ["a", "b", "c"]}
+    assert not light.beats(light)
+    assert not light.beats(row("d", 10.0 * (1.0 - 1e-4), 500.0, 2))  # equal but for rounding
+    assert row("thick", 10.0, 500.0, 2, 9.0).beats(light)
+    assert row("nothing cut", 10.0, 500.0, 2, None).beats(light)
+    assert not ABOVE.beats(NO_PLACE)
+
+
+def test_walls_are_the_least_of_what_each_kind_leaves() -> None:
+    pin = Pin(np.array([30.0, 0.0, 0.0]), 36.0, 20.0)
+    anatomy = Anatomy(np.eye(4), (), (Throw(1, 30.0, 0.0, pin),), (Web(1, 10.0, 28.0, True),), 0.0)
+
+    def made(kind: str, depth_mm: float, **details: object) -> Correction:
+        return Correction(kind, None, 1, np.zeros(3), depth_mm, Moments.zero(), 0.0, details)
+
+    hole = made("drill", 9.0, wall_left_mm=4.5)
+    front, back = (
+        made("shoulder", 3.0, normal=[0.0, 0.0, 1.0]),
+        made("shoulder", 2.0, normal=[0.0, 0.0, -1.0]),
+    )
+    rim = made("turn", 3.0, new_radius_mm=50.0)
+    assert wall_left_mm([hole], anatomy) == 4.5
+    assert wall_left_mm([front, back], anatomy) == pytest.approx(18.0 - 5.0)
+    assert wall_left_mm([rim], anatomy) == pytest.approx(50.0 - 48.0)
+    assert wall_left_mm([hole, front, rim], anatomy) == 2.0
+    assert wall_left_mm([made("add", -3.0)], anatomy) is None
+
+
+def test_table_and_values_tell_the_same() -> None:
+    tolerance = Tolerance.of(
+        grade_mm_s=10.0,
+        service_speed_rad_s=1.0,
+        rotor_mass_g=1.0,
+        z_centre_mm=0.0,
+        planes_z_mm=None,
+        judge="static",
+    )
+    rows = [row("turn", 10.0, 5e5, 2), row("drill", 12.0, 6e5, 3), ABOVE, NO_PLACE]
+    values = comparison("job.toml", tolerance, 345.6, rows)
+    assert values["unbeaten"] == ["turn"]
+    assert values["rows"][0]["inertia_change_kg_mm2"] == -500.0
+    assert values["rows"][0]["capacity"] is None
+    assert values["rows"][0]["capacity_is_plenty"]
+    assert "NaN" not in dumps(values)
+    text = comparison_text(values, UNITS["metric"])
+    assert "345.60 g·mm before, 10.00 g·mm permitted" in text
+    assert "drill is beaten by turn" in text
+    assert "slug: too short" in text
+    assert "add: no face" in text
+    assert text.endswith("Nothing beats: turn")
+    assert "oz·in" in comparison_text(values, UNITS["inch"])
