@@ -16,6 +16,7 @@ COMMANDS: dict[str, str] = {
     "inspect": "measure a crank file: mass, axis, journals, throws, webs, unbalance, faces",
     "balance": "the main job: measure, plan, cut, measure again until within tolerance",
     "compare": "try every kind of correction and the useful mixes on one crank, like for like",
+    "generate": "build a crankshaft of any layout from its dimensions, as a mesh or as STEP",
     "verify": "read a corrected solid from disk again and check every number its report claims",
 }
 """Name of a subcommand → what it does, in the order of the help text.

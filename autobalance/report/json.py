@@ -69,6 +69,23 @@ def report(record: Record) -> Values:
     return values
 
 
+def generate_report(
+    design: Mapping[str, Any], crank: MeasuredCrank, engine: Mapping[str, Any] | None, solid: Values
+) -> Values:
+    """Return what ``generate`` says of the crank it built: dimensions in, mass properties out."""
+    return {
+        "schema_version": SCHEMA_VERSION,
+        "autobalance": {"version": __version__, **{name: _version(name) for name in LIBRARIES}},
+        "command": "generate",
+        "design": dict(design),
+        "frame": {"file_to_rotor": _rows(crank.anatomy.file_to_rotor)},
+        "crank": _crank(crank),
+        "initial": _unbalance(Unbalance.of(crank.moments), None, None),
+        "engine": None if engine is None else dict(engine),
+        "outputs": {"solid": solid},
+    }
+
+
 def dumps(values: Mapping[str, Any]) -> str:
     """Return a report as JSON text; raises ValueError for NaN and infinity."""
     return json.dumps(values, indent=2, ensure_ascii=False, allow_nan=False) + "\n"

@@ -201,6 +201,45 @@ def inspect_text(report: Values, units: Units) -> str:
     return "\n\n".join(part for part in parts if part)
 
 
+def generate_text(report: Values, units: Units) -> str:
+    """Return the summary of a generated crank: dimensions in, mass, unbalance and balance factor out."""
+    return "\n\n".join([_generated(report, units), _anatomy(report, units), _bare(report, units)])
+
+
+def _generated(report: Values, units: Units) -> str:
+    design, crank, solid = report["design"], report["crank"], report["outputs"]["solid"]
+    centre = ", ".join(units.of_length(value) for value in crank["centre_of_mass_mm"])
+    surface = "exact surfaces" if solid["triangles"] is None else f"{solid['triangles']} triangles"
+    weight = design.get("counterweight")
+    lines = [
+        f"{solid['file']}: {design['name']}, {surface}",
+        f"  stroke {units.of_length(design['stroke_mm'])}",
+        f"  web {design['web']['outline']}, {units.of_length(design['web']['thickness_mm'])} thick",
+        "  no counterweights"
+        if weight is None
+        else f"  counterweight radius {units.of_length(weight['radius_mm'])}, {weight['fan_angle_deg']:g}°",
+        f"  mass {units.of_mass(crank['mass_g'])}, volume {crank['volume_mm3']:.1f} mm³",
+        f"  centre of mass {centre} (rotor frame)",
+        f"  polar inertia {crank['polar_inertia_kg_mm2']:.3f} kg·mm²",
+    ]
+    error = crank["facet_error"]
+    if error is not None:
+        unbalance = units.of_unbalance(error["unbalance_g_mm"])
+        lines.append(f"  the facets hide {units.of_mass(error['mass_g'])} and {unbalance}")
+    return "\n".join(lines + _achieved(report, units))
+
+
+def _achieved(report: Values, units: Units) -> list[str]:
+    engine = report["engine"]
+    if engine is None:
+        return []
+    factor = engine["balance_factor"]
+    if factor is None:
+        return ["  no balance factor: the throws cancel each other out"]
+    bob = engine["bob_weights"][0]["mass_g"]
+    return [f"  balance factor {100.0 * factor:.2f} %, bob-weight {units.of_mass(bob)} on throw 1"]
+
+
 def _measured(report: Values, units: Units) -> str:
     source, crank = report["input"], report["crank"]
     centre = ", ".join(units.of_length(value) for value in crank["centre_of_mass_mm"])
