@@ -18,7 +18,6 @@ from autobalance.errors import JobError
 from autobalance.rotor.moments import Moments
 from autobalance.solid.csg import Solid
 from autobalance.solid.shape import (
-    SAME_MM,
     Arc,
     Bar,
     Drafted,
@@ -32,8 +31,10 @@ from autobalance.solid.shape import (
     circle,
     on_grid,
     polygon,
+    reversed_outline,
     tessellated,
     turned,
+    with_corners,
 )
 from autobalance.units import G_PER_MM3_PER_KG_M3
 
@@ -197,10 +198,13 @@ def _web(crank: Design, web: _Span) -> list[Shape]:
     outline = web_outline(crank.web, crank.crank_radius_mm, size, splits)
     if size is None or height == 0.0:
         return [Prism(turned(outline, web.angle_rad), web.low, web.high)]
-    for edge in (-_edge_angle(size), _edge_angle(size)):  # where the shoulder's inner arc ends
-        outline = _with_corner(outline, _at(_inner_radius(crank, size), edge))
-    arm = Prism(turned(outline, web.angle_rad), web.low, web.high)
-    return [arm, _shoulder(crank, size, web, height)]
+    shoulder = _shoulder_outline(crank, size, height)
+    arm = with_corners(outline, (edge.start for edge in shoulder))
+    standing = with_corners(shoulder, (edge.start for edge in outline))
+    return [
+        Prism(turned(arm, web.angle_rad), web.low, web.high),
+        _shoulder(size, web, height, turned(standing, web.angle_rad)),
+    ]
 
 
 def _edge_angle(size: CounterweightSize) -> float:
@@ -214,19 +218,6 @@ def _inner_radius(crank: Design, size: CounterweightSize) -> float:
     return crank.main_journal.diameter_mm / 2.0 + crank.fillet_mm + PAST_MM
 
 
-def _with_corner(outline: Outline, point: tuple[float, float]) -> Outline:
-    """Divide the line on which a point lies, if one does, so that it has a corner there."""
-    divided: list[Line | Arc] = []
-    for edge in outline:
-        if isinstance(edge, Line):
-            a, b = math.dist(edge.start, point), math.dist(point, edge.end)
-            if min(a, b) > SAME_MM and a + b - math.dist(edge.start, edge.end) < SAME_MM:
-                divided += [Line(edge.start, point), Line(point, edge.end)]
-                continue
-        divided.append(edge)
-    return tuple(divided)
-
-
 def _shoulder_height(crank: Design) -> float:
     size = crank.counterweight
     if size is None or size.thickness_mm is None:
@@ -234,24 +225,27 @@ def _shoulder_height(crank: Design) -> float:
     return on_grid(size.thickness_mm - crank.web.thickness_mm)
 
 
-def _shoulder(crank: Design, size: CounterweightSize, web: _Span, height: float) -> Shape:
-    """Return what the counterweight has beyond the web, standing on its face."""
+def _shoulder_outline(crank: Design, size: CounterweightSize, height: float) -> Outline:
+    """Return the part of a ring that stands on the web: rim, edge, inner arc, edge."""
     inner, edge = _inner_radius(crank, size), _edge_angle(size)
     lean = math.tan(math.radians(size.draft_deg))
-    rims = [
+    rim, arc = (
         _rim(radius, edge, (math.asin(height * lean / radius),) if lean > 0.0 else ())
         for radius in (size.radius_mm, inner)
-    ]
-    back = tuple(Arc(arc.centre, arc.radius, arc.end_rad, arc.start_rad) for arc in reversed(rims[1]))
-    outline: Outline = (
-        *rims[0], Line(rims[0][-1].end, back[0].start), *back, Line(back[-1].end, rims[0][0].start)
-    )  # fmt: skip
+    )
+    back = reversed_outline(arc)
+    return (*rim, Line(rim[-1].end, back[0].start), *back, Line(back[-1].end, rim[0].start))
+
+
+def _shoulder(size: CounterweightSize, web: _Span, height: float, outline: Outline) -> Shape:
+    """Return what the counterweight has beyond the web, standing on its face."""
     face = web.high if web.journal_side > 0 else web.low
     top = on_grid(face + web.journal_side * height)
-    outline = turned(outline, web.angle_rad)
+    edges = tuple(place for place, edge in enumerate(outline) if isinstance(edge, Line))
+    lean = math.tan(math.radians(size.draft_deg))
     if lean == 0.0:
         return Prism(outline, min(face, top), max(face, top))
-    return Drafted(outline, face, top, (len(rims[0]), len(outline) - 1), lean)
+    return Drafted(outline, face, top, edges, lean)
 
 
 def _fillets(radius: float, fillet: float, low: float, high: float, root: float) -> tuple[Outline, Outline]:

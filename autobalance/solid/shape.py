@@ -7,7 +7,7 @@ surface; ``autobalance.solid.brep`` turns the same description into exact surfac
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -22,17 +22,22 @@ GRID_MM = 2.0**-27
 """Regions keep coordinates on this grid; heights that lie on it too add and subtract without rounding."""
 
 
+SAME_MM = 1e-6
+"""Points and heights closer than this are one, rounded differently."""
+
+
 @dataclass(frozen=True)
 class Line:
-    """A straight edge from ``start`` to ``end`` [mm]."""
+    """A straight edge from ``start`` to ``end`` [mm]; meshes have corners at ``via`` too, points on it."""
 
     start: Point
     end: Point
+    via: tuple[Point, ...] = ()
 
     def points(self, segments: int, times: int = 1) -> list[Point]:
-        """Return its first point."""
+        """Return its points, the last one left out."""
         del segments, times
-        return [self.start]
+        return [self.start, *self.via]
 
 
 @dataclass(frozen=True)
@@ -104,7 +109,7 @@ def turned(outline: Outline, angle_rad: float) -> Outline:
         return (c * point[0] - s * point[1], s * point[0] + c * point[1])
 
     return tuple(
-        Line(turn(edge.start), turn(edge.end))
+        Line(turn(edge.start), turn(edge.end), tuple(map(turn, edge.via)))
         if isinstance(edge, Line)
         else Arc(
             turn(edge.centre),
@@ -116,6 +121,29 @@ def turned(outline: Outline, angle_rad: float) -> Outline:
         )
         for edge in outline
     )
+
+
+def with_corners(outline: Outline, points: Iterable[Point]) -> Outline:
+    """Return an outline whose lines have corners at those of the points that lie on them.
+
+    Two bodies that touch along a line share their corners then, and join without slivers.
+    """
+    wanted = list(points)
+    return tuple(
+        Line(edge.start, edge.end, tuple(_between(edge, wanted))) if isinstance(edge, Line) else edge
+        for edge in outline
+    )
+
+
+def _between(line: Line, points: Sequence[Point]) -> list[Point]:
+    """Return the points strictly within a line, from its start on."""
+    length = math.dist(line.start, line.end)
+    inside = []
+    for point in points:
+        before, after = math.dist(line.start, point), math.dist(point, line.end)
+        if min(before, after) > SAME_MM and before + after - length < SAME_MM:
+            inside.append((before, point))
+    return [point for _, point in sorted(inside)]
 
 
 def on_grid(height_mm: float) -> float:
@@ -172,10 +200,6 @@ class Drafted:
         nearest = limits.argmin(axis=0)
         low = limits[nearest, np.arange(len(points))]
         return np.clip(low, 0.0, self.height), np.where(low < self.height, nearest, -1)
-
-
-SAME_MM = 1e-6
-"""Heights closer than this are one height, rounded differently."""
 
 
 @dataclass(frozen=True)
@@ -327,7 +351,7 @@ def wedges(shape: Drafted) -> list[Placed]:
 def reversed_outline(outline: Outline) -> Outline:
     """Return an outline that runs the other way round."""
     return tuple(
-        Line(edge.end, edge.start)
+        Line(edge.end, edge.start, edge.via[::-1])
         if isinstance(edge, Line)
         else Arc(edge.centre, edge.radius, edge.end_rad, edge.start_rad, edge.share, edge.least)
         for edge in reversed(outline)
