@@ -104,7 +104,7 @@ def test_every_corner_of_a_drafted_crank_lies_on_its_cylinders() -> None:
     mesh = crank_solid(crank, 24).mesh
     about_axis = np.linalg.norm(mesh.vertices[:, :2], axis=1)
     about_pin = np.linalg.norm(mesh.vertices[:, :2] - [crank.crank_radius_mm, 0.0], axis=1)
-    off_axis = [np.abs(about_axis - radius) for radius in (14.0, 19.0, 49.0, 51.0)]
+    off_axis = [np.abs(about_axis - radius) for radius in (14.0, 19.0, 48.0, 51.5)]
     off_pin = [np.abs(about_pin - radius) for radius in (14.0, 9.0)]
     off = np.min([*off_axis, *off_pin], axis=0)
     centres = about_axis == 0.0  # of the ends
@@ -120,12 +120,12 @@ def test_a_draft_takes_the_wedges_it_should() -> None:
     upright = with_settings(upright, {"counterweight.draft_deg": 0.0})
     leaning = with_settings(upright, {"counterweight.draft_deg": 14.0})
     taken = exact_moments(upright).mass_g - exact_moments(leaning).mass_g
-    slope, height = math.tan(math.radians(14.0)), 5.0
+    slope, height = math.tan(math.radians(14.0)), 3.0
     node, weight = np.polynomial.legendre.leggauss(8)
     wedge = 0.0
     for x, w in zip(node, weight, strict=True):  # over the distance from the edge
         u = 0.5 * slope * height * (x + 1.0)
-        chord = math.sqrt(51.0**2 - u**2) - math.sqrt(19.0**2 - u**2)
+        chord = math.sqrt(51.5**2 - u**2) - math.sqrt(19.0**2 - u**2)
         wedge += 0.5 * slope * height * w * (height - u / slope) * chord
     assert taken == pytest.approx(2.0 * RHO * wedge, rel=1e-6)
 
