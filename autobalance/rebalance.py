@@ -48,11 +48,12 @@ class Step:
 class Rotor:
     """What is balanced: the crank in file coordinates [mm] and what turns with it.
 
-    ``loads`` are the moments of bob-weights and attached rotors, in the rotor frame, and
-    ``loads_per_factor`` their derivative with the balance factor ``factor``.
+    ``moments`` are the bare crank's and ``loads`` those of bob-weights and attached rotors, both in the rotor
+    frame; ``loads_per_factor`` is the derivative of the loads with the balance factor ``factor``.
     """
 
     solid: Solid
+    moments: Moments
     density_g_mm3: float
     anatomy: Anatomy
     faces: tuple[Face, ...]
@@ -62,13 +63,22 @@ class Rotor:
 
 
 @dataclass(frozen=True, eq=False)
+class Written:
+    """A corrected crank as the bytes of its file, and what is measured of them (rotor frame)."""
+
+    data: bytes
+    triangles: int
+    moments: Moments
+
+
+@dataclass(frozen=True, eq=False)
 class Result:
     """The end of a balancing run.
 
     ``initial_moments`` and ``final_moments`` are the bare crank's with its slugs, in the rotor frame;
     ``initial`` and ``residual`` count bob-weights and attached rotors too, as judged. ``solid`` is the
-    corrected crank in file coordinates [mm], ``written`` the bytes of its file, from which the residual was
-    measured; both are None when nothing was cut.
+    corrected crank in file coordinates [mm], ``written`` its file, from which the residual was measured;
+    both are None when nothing was cut.
     """
 
     outcome: Outcome
@@ -80,7 +90,7 @@ class Result:
     corrections: tuple[Correction, ...]
     steps: tuple[Step, ...]
     solid: Solid | None
-    written: bytes | None
+    written: Written | None
 
 
 @dataclass(frozen=True, eq=False)
@@ -89,7 +99,7 @@ class _Pass:
 
     depths_mm: Array
     solid: Solid
-    written: bytes
+    written: Written
     moments: Moments
     residual: Unbalance
     share: float
@@ -132,8 +142,7 @@ def balance(
     CorrectionError
         If a correction cannot be set up as the job asks.
     """
-    frame = rotor.anatomy.file_to_rotor
-    initial_moments = rotor.solid.moments(rotor.density_g_mm3, frame)
+    initial_moments = rotor.moments
     initial = Unbalance.of(initial_moments + rotor.loads)
     if tolerance.is_met_by(initial):
         return Result(
@@ -306,8 +315,10 @@ def _cut_and_measure(
             solid = solid + tool if adds else solid - tool
     for cut, depth in made:
         pressed_in = pressed_in + cut.pressed_in(depth)
-    written = encode(solid.mesh)
-    bare = mesh_moments(decode(written), rotor.density_g_mm3, rotor.anatomy.file_to_rotor)
+    data = encode(solid.mesh)
+    mesh = decode(data)
+    bare = mesh_moments(mesh, rotor.density_g_mm3, rotor.anatomy.file_to_rotor)
+    written = Written(data, len(mesh.triangles), bare)
     moments = bare + pressed_in
     residual = Unbalance.of(moments + rotor.loads)
     return _Pass(plan.depths_mm, solid, written, moments, residual, tolerance.used_share(residual))

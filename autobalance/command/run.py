@@ -21,7 +21,7 @@ from autobalance.engine.balance_factor import bob_weight_moments
 from autobalance.errors import CorrectionError, FileError, JobError
 from autobalance.job import Job
 from autobalance.job.limits import limits_of_every_kind
-from autobalance.rebalance import Result, Rotor, balance, planned
+from autobalance.rebalance import Result, Rotor, Written, balance, planned
 from autobalance.report.comparison import comparison
 from autobalance.report.files import Staging
 from autobalance.report.json import dumps, report, solid_entry
@@ -34,10 +34,8 @@ from autobalance.report.record import (
     Overbalance,
     Record,
 )
-from autobalance.rotor.moments import Moments
 from autobalance.rotor.tolerance import Tolerance
 from autobalance.rotor.unbalance import Unbalance
-from autobalance.solid.measure import mesh_moments
 from autobalance.solid.mesh import Mesh
 from autobalance.solid.write import decode, encode
 
@@ -86,7 +84,11 @@ def run_job(job: Job, folder: Path, json_file: str | None, progress: Progress) -
         if written is not None:
             staging.add(solid_path, written.data)
             entries["solid"] = solid_entry(
-                solid_path.name, written.sha256, written.triangles, written.moments, written.volume_mm3
+                solid_path.name,
+                hashlib.sha256(written.data).hexdigest(),
+                written.triangles,
+                written.moments,
+                written.moments.mass_g / job.crankshaft.density_g_mm3,
             )
         watch.add("write", time.perf_counter() - started)
         values = report(replace(record, outputs=entries, seconds=watch.seconds))
@@ -127,18 +129,7 @@ def _warnings(job: Job) -> list[str]:
 # --- the run ------------------------------------------------------------------------------------------------
 
 
-@dataclass(frozen=True, eq=False)
-class _Written:
-    """A corrected solid as the bytes of its file, with the moments of what the file holds."""
-
-    data: bytes
-    sha256: str
-    triangles: int
-    moments: Moments
-    volume_mm3: float
-
-
-def _balanced_record(job: Job, watch: Stopwatch, progress: Progress) -> tuple[Record, _Written | None]:
+def _balanced_record(job: Job, watch: Stopwatch, progress: Progress) -> tuple[Record, Written | None]:
     """Measure and balance; return what the report needs, and the solid if one was cut."""
     progress("reading the crank")
     crank = pipeline.measured_crank(job.crankshaft, watch)
@@ -160,22 +151,23 @@ def _balanced_record(job: Job, watch: Stopwatch, progress: Progress) -> tuple[Re
             result = balance(rotor, tolerance, job.methods, to_bytes, from_bytes, told, prefer=job.prefer)
         except CorrectionError as error:
             raise JobError(f"{job.path.name}: {error}") from None
-    written = _written(result, crank, from_bytes)
     record = _record(job, crank, factor, tolerance, result)
     if job.balance.overbalance_g_mm > 0.0 and record.balanced is not None:
         progress("placing the last holes")
         left = _overbalance(job, rotor, tolerance, result)
         record = replace(record, balanced=replace(record.balanced, overbalance=left))
-    return record, written
+    return record, result.written
 
 
 def _overbalance(job: Job, rotor: Rotor, tolerance: Tolerance, result: Result) -> Overbalance:
     """Plan the last holes on the crank as it was made: they take what was left on purpose."""
     limits = next((each for each in job.methods if isinstance(each, DrillLimits)), DrillLimits())
     allowance = pipeline.overbalance_moments(job, tolerance)
-    solid = result.solid or rotor.solid
-    slugs = result.final_moments - solid.moments(rotor.density_g_mm3, rotor.anatomy.file_to_rotor)
-    made = replace(rotor, solid=solid, loads=rotor.loads + allowance + slugs)
+    bare = result.written.moments if result.written else rotor.moments
+    slugs = result.final_moments - bare
+    made = replace(
+        rotor, solid=result.solid or rotor.solid, moments=bare, loads=rotor.loads + allowance + slugs
+    )
     try:
         holes, residual = planned(made, tolerance, [limits], "fewest_holes")
     except CorrectionError as error:
@@ -245,6 +237,7 @@ def _rotor(job: Job, crank: Crank, tolerance: Tolerance, factor: float) -> Rotor
     within = tolerance.is_met_by(Unbalance.of(crank.moments + at_factor))
     return Rotor(
         solid=crank.source.solid,
+        moments=crank.moments,
         density_g_mm3=crank.density_g_mm3,
         anatomy=crank.anatomy,
         faces=() if within else _faces(job, crank),
@@ -259,22 +252,6 @@ def _faces(job: Job, crank: Crank) -> tuple[Face, ...]:
     if not any(hasattr(limits, "faces") for limits in job.methods):
         return ()
     return find_faces(crank.source.solid.mesh, crank.anatomy)
-
-
-def _written(result: Result, crank: Crank, from_bytes: Callable[[bytes], Mesh]) -> _Written | None:
-    if result.written is None or result.solid is None:
-        return None
-    mesh = from_bytes(result.written)
-    moments = result.final_moments
-    if any(correction.kind == "slug" for correction in result.corrections):  # slugs are not in the file
-        moments = mesh_moments(mesh, crank.density_g_mm3, crank.anatomy.file_to_rotor)
-    return _Written(
-        result.written,
-        hashlib.sha256(result.written).hexdigest(),
-        len(mesh.triangles),
-        moments,
-        moments.mass_g / crank.density_g_mm3,
-    )
 
 
 def _record(job: Job, crank: Crank, factor: float, tolerance: Tolerance, result: Result) -> Record:

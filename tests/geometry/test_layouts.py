@@ -81,7 +81,9 @@ def rotor_with(solid: Solid, anatomy: Anatomy, wanted: Unbalance, faces: tuple[F
     missing = wanted - Unbalance.of(solid.moments(STEEL, anatomy.file_to_rotor))
     a, b = missing.in_planes(*z)
     loads = Moments.point(1.0, np.array([*a, z[0]])) + Moments.point(1.0, np.array([*b, z[1]]))
-    return Rotor(solid, STEEL, anatomy, faces, loads, Moments.zero(), 0.5)
+    return Rotor(
+        solid, solid.moments(STEEL, anatomy.file_to_rotor), STEEL, anatomy, faces, loads, Moments.zero(), 0.5
+    )
 
 
 def at_end_webs(anatomy: Anatomy, a: Sequence[float], b: Sequence[float]) -> Unbalance:

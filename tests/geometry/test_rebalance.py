@@ -75,7 +75,9 @@ def rotor(placement: Array | None = None, factor: float = 0.28, extra: Moments |
         shoulder_face(mesh, frame, name, web, sign)
         for name, web, sign in (("low", 1, -1.0), ("high", 2, 1.0))
     )
-    return Rotor(Solid.from_mesh(mesh), RHO, anatomy, faces, loads, Moments.point(M_REC, pin), factor)
+    solid = Solid.from_mesh(mesh)
+    moments = solid.moments(RHO, frame)
+    return Rotor(solid, moments, RHO, anatomy, faces, loads, Moments.point(M_REC, pin), factor)
 
 
 def shoulder_face(mesh: Mesh, frame: Array, name: str, web: int, sign: float) -> Face:
