@@ -1,0 +1,67 @@
+# Everything from a clone with Python 3.11 or newer and make: `make demo`, `make test`.
+# Each target makes what it needs in .venv and says so. Windows, or by hand: see README.md, "Install".
+
+VENV := .venv
+# the first of these that is new enough; PYTHON=/path/to/python make demo picks another
+CANDIDATES := $(PYTHON) python3 python3.14 python3.13 python3.12 python3.11 python
+PIP_FLAGS := --quiet --disable-pip-version-check
+OUTPUT := demo-output
+
+.PHONY: help demo test quick lint bench ci clean
+
+help:
+	@echo "make demo    install into $(VENV) and balance the bundled crank; results in $(OUTPUT)/"
+	@echo "make test    install the test tools too and run every test"
+	@echo "make quick   the tests without the slow ones"
+	@echo "make lint    ruff, mypy, import-linter"
+	@echo "make bench   measure time and memory beside the floor and the naive way"
+	@echo "make ci      what the project's checks run: .ci/run"
+	@echo "make clean   remove $(VENV), $(OUTPUT)/ and caches"
+
+demo: $(VENV)/.installed
+	@echo "==> balancing the bundled motocross crank; results go to $(OUTPUT)/"
+	@$(VENV)/bin/autobalance demo -o $(OUTPUT)
+
+test: $(VENV)/.installed-dev
+	@echo "==> running every test"
+	@$(VENV)/bin/python -m pytest -q
+
+quick: $(VENV)/.installed-dev
+	@echo "==> running the quick tests"
+	@$(VENV)/bin/python -m pytest -q -m "not slow"
+
+lint: $(VENV)/.installed-dev
+	@echo "==> ruff check, ruff format --check, mypy --strict, lint-imports"
+	@$(VENV)/bin/ruff check .
+	@$(VENV)/bin/ruff format --check .
+	@$(VENV)/bin/mypy
+	@$(VENV)/bin/lint-imports
+
+bench: $(VENV)/.installed-dev
+	@echo "==> measuring time and memory of the main job"
+	@$(VENV)/bin/python benchmarks/main_job.py
+
+ci:
+	@bash .ci/run
+
+clean:
+	rm -rf $(VENV) $(OUTPUT) build dist .mypy_cache .ruff_cache .pytest_cache .hypothesis .import_linter_cache
+
+$(VENV)/bin/python:
+	@found=; for each in $(CANDIDATES); do \
+	  if "$$each" -c 'import sys; sys.exit(sys.version_info < (3, 11))' >/dev/null 2>&1; then found=$$each; break; fi; \
+	done; \
+	if [ -z "$$found" ]; then echo "autobalance needs Python 3.11 or newer; found none of: $(CANDIDATES)" >&2; exit 1; fi; \
+	echo "==> making a virtual environment in $(VENV) with $$($$found --version)"; \
+	"$$found" -m venv $(VENV) || { rm -rf $(VENV); \
+	  echo "this Python has no venv; on Debian and Ubuntu: apt install python3-venv" >&2; exit 1; }
+
+$(VENV)/.installed: pyproject.toml | $(VENV)/bin/python
+	@echo "==> installing autobalance and its libraries into $(VENV)"
+	@$(VENV)/bin/python -m pip install $(PIP_FLAGS) --editable .
+	@touch $@
+
+$(VENV)/.installed-dev: pyproject.toml | $(VENV)/bin/python
+	@echo "==> installing autobalance, its libraries and the test tools into $(VENV)"
+	@$(VENV)/bin/python -m pip install $(PIP_FLAGS) --editable ".[dev]"
+	@touch $(VENV)/.installed $@
