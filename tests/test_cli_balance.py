@@ -17,6 +17,7 @@ from tests import jobs
 from tests.cranks import tilted
 
 Array = NDArray[np.float64]
+Runs = dict[tuple[str, str], tuple[Path, dict[str, Any]]]
 U_PER = 10.69  # g·mm: 2.700 kg at G 6.3 and 15 200 rpm
 RUNS = [
     ("straight", "factor-0.28", 2.8108),
@@ -28,7 +29,7 @@ DEPTH_TOLERANCE_MM = 0.002  # what is asked; facets of the bundled crank move th
 
 
 @pytest.fixture(scope="module")
-def runs(tmp_path_factory: pytest.TempPathFactory) -> dict[tuple[str, str], tuple[Path, dict[str, Any]]]:
+def runs(tmp_path_factory: pytest.TempPathFactory) -> Runs:
     """Every bundled job, run once: (variant, job) → its output folder and report."""
     found = {}
     for variant, name, _ in RUNS:
@@ -36,9 +37,6 @@ def runs(tmp_path_factory: pytest.TempPathFactory) -> dict[tuple[str, str], tupl
         output = folder / "out"
         found[variant, name] = output, jobs.balanced(jobs.bundled_job(folder, variant, name), output)
     return found
-
-
-Runs = dict[tuple[str, str], tuple[Path, dict[str, Any]]]
 
 
 @pytest.mark.parametrize(("variant", "name", "depth"), RUNS)
@@ -55,7 +53,21 @@ def test_the_main_job_reaches_one_percent_in_two_passes(
     if depth is not None:
         for correction in report["corrections"]:
             assert correction["depth_mm"] == pytest.approx(depth, abs=DEPTH_TOLERANCE_MM)
-    assert sorted(path.name for path in output.iterdir()) == ["balanced.stl", "report.json"]
+    assert {"balanced.stl", "report.json"} <= {path.name for path in output.iterdir()}
+    assert not [path.name for path in output.iterdir() if path.name.startswith(".")]
+
+
+@pytest.mark.parametrize("variant", ["straight", "drafted"])
+def test_counterweights_are_the_published_ones(runs: Runs, variant: str) -> None:
+    """CRF-09: m_cw 2020.40 g at r′ 6.16 mm; the product wanted is (m_rot + f m_rec) r."""
+    report = runs[variant, "factor-0.28"][1]
+    found = report["counterweight"]
+    assert found["mass_g"] == pytest.approx(2020.40, abs=0.1)  # facets: 0.07 g
+    assert found["radius_mm"] == pytest.approx(6.16, abs=0.001)
+    product = found["product_g_mm"]
+    assert product["initial"] == pytest.approx(found["mass_g"] * found["radius_mm"], rel=1e-12)
+    assert product["target"] == pytest.approx((248.69 + 0.28 * 261.5) * 26.9, abs=0.5)
+    assert product["final"] == pytest.approx(product["target"], abs=0.11)
 
 
 def test_straight_depth_for_a_stated_original_factor(tmp_path: Path) -> None:
@@ -210,7 +222,7 @@ def test_already_within_tolerance_cuts_nothing(tmp_path: Path, capsys: pytest.Ca
     assert report["corrections"] == []
     assert report["steps"] == []
     assert report["residual"] == report["initial"]
-    assert [path.name for path in (tmp_path / "again").iterdir()] == ["report.json"]
+    assert not (tmp_path / "again" / "balanced.stl").exists()
     assert "nothing to cut" in capsys.readouterr().out
     jsonschema.Draft202012Validator(schema()).validate(report)
     # in a folder with an older solid, the user is told that it is not this run's
@@ -341,7 +353,7 @@ def test_demo_prints_one_table_and_writes_both_folders(
     assert [row[3] for row in ours] == ["2.787", "0.939"]
     assert text.count("10.69") == 4
     for name in ("factor-0.28", "factor-original"):
-        names = sorted(path.name for path in (tmp_path / "demo" / name).iterdir())
-        assert names == ["balanced.stl", "report.json"]
+        names = {path.name for path in (tmp_path / "demo" / name).iterdir()}
+        assert {"balanced.stl", "report.json"} <= names
         assert jobs.report_of(tmp_path / "demo" / name)["residual"]["magnitude_g_mm"] <= 0.11
         assert jobs.run("verify", tmp_path / "demo" / name / "report.json") == 0

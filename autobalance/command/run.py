@@ -17,6 +17,7 @@ from autobalance.correction import Limits
 from autobalance.correction.drill import DrillLimits
 from autobalance.crank.anatomy import Face
 from autobalance.crank.faces import find_faces
+from autobalance.crank.sections import counterweight_moments
 from autobalance.engine.balance_factor import bob_weight_moments
 from autobalance.errors import CorrectionError, FileError, JobError
 from autobalance.job import Job
@@ -27,6 +28,7 @@ from autobalance.report.files import Staging
 from autobalance.report.json import dumps, report, solid_entry
 from autobalance.report.record import (
     Balanced,
+    Counterweight,
     Factors,
     InputFile,
     Loads,
@@ -265,12 +267,33 @@ def _record(job: Job, crank: Crank, factor: float, tolerance: Tolerance, result:
         planes_z_mm=(planes[0], planes[1]) if planes else None,
         balanced=Balanced(
             job=jobs.describe(job),
-            counterweight=None,
+            counterweight=_counterweight(crank, result),
             loads=_loads(job, crank, factor),
             factors=_factors(job, crank, factor, result),
             tolerance=tolerance,
             result=result,
         ),
+    )
+
+
+def _counterweight(crank: Crank, result: Result) -> Counterweight | None:
+    """Return m_cw and its product with r′, for a crank of one throw with counterweights.
+
+    The product lacks what unbalance is left along the throw, and what was cut came out of it.
+    """
+    if len(crank.anatomy.throws) != 1:
+        return None
+    webs = counterweight_moments(crank.source.solid, crank.anatomy, crank.density_g_mm3)
+    if webs.mass_g <= 0.0:
+        return None
+    along = crank.anatomy.throws[0].direction
+    initial = -float(webs.first_g_mm[:2] @ along)
+    cut = (result.final_moments - result.initial_moments).first_g_mm[:2]
+    return Counterweight(
+        mass_g=webs.mass_g,
+        initial_g_mm=initial,
+        target_g_mm=initial + float(result.initial.resultant_g_mm @ along),
+        final_g_mm=initial - float(cut @ along),
     )
 
 
