@@ -18,6 +18,10 @@ COMMANDS: dict[str, str] = {
     "compare": "try every kind of correction and the useful mixes on one crank, like for like",
     "generate": "build a crankshaft of any layout from its dimensions, as a mesh or as STEP",
     "verify": "read a corrected solid from disk again and check every number its report claims",
+    "forces": "inertia forces of the job's engine: orders, bearing loads, what each balance factor does",
+    "shafts": "balance shafts: what would cancel the first and second order, and what the job's shafts leave",
+    "parts": "roll up the weights of the job: rotating, reciprocating, bob-weights, with their uncertainty",
+    "grade": "balance quality grades: permissible and achieved, and the list for crank drives",
 }
 """Name of a subcommand → what it does, in the order of the help text.
 

@@ -20,3 +20,15 @@ def add_units(parser: argparse.ArgumentParser) -> None:
         default="metric",
         help="units of the summary (inch: in, oz, oz·in); files stay metric",
     )
+
+
+def add_speed(parser: argparse.ArgumentParser) -> None:
+    """Offer ``--speed-rpm``."""
+    parser.add_argument(
+        "--speed-rpm", type=float, metavar="N", help="crank speed (default: balance.speed_rpm of the job)"
+    )
+
+
+def add_plots(parser: argparse.ArgumentParser) -> None:
+    """Offer ``--plots``."""
+    parser.add_argument("--plots", metavar="DIR", help="write plots to DIR, each as SVG and PNG")

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Iterable
 from dataclasses import dataclass
 
 
@@ -71,3 +72,18 @@ class ThrowLoad:
     crank_radius_mm: float
     angle_rad: float
     z_mm: float
+
+
+def roll_up(weights: Iterable[tuple[float, float]]) -> tuple[float, float]:
+    """Return the sum of weights and by how much it may be off, both from pairs (weight, may be off by) [g].
+
+    The single errors are independent, so their squares add.
+
+    Examples
+    --------
+    >>> mass, off = roll_up([(158.0, 0.3), (27.0, 0.4)])
+    >>> mass, round(off, 9)
+    (185.0, 0.5)
+    """
+    pairs = list(weights)
+    return sum(mass for mass, _ in pairs), math.hypot(*(off for _, off in pairs))

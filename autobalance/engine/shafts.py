@@ -19,6 +19,9 @@ from autobalance.engine.whole_engine import Order
 from autobalance.rotor.moments import Array
 from autobalance.units import N_M_PER_G_MM2_S2, N_PER_G_MM_S2
 
+LEAST_CIRCLE = 1e-9
+"""A rotating part below this share of the other is rounding."""
+
 
 @dataclass(frozen=True)
 class BalanceShaft:
@@ -142,11 +145,52 @@ def counter_rotating_shaft(force: Order, speed_rad_s: float) -> BalanceShaft:
     speed_rad_s : float
         Crank speed that its force was taken at [rad/s].
     """
+    return _against(force, speed_rad_s, forward=False)
+
+
+def cancelling_shafts(force: Order, speed_rad_s: float) -> tuple[BalanceShaft, ...]:
+    """Return the shafts, one for each way that is there, that cancel an order's force altogether.
+
+    The forward shaft takes the forward circle, the backward one the backward; for a force along a line the
+    two are the usual like pair.
+
+    Parameters
+    ----------
+    force : Order
+        Of a whole engine; a whole order.
+    speed_rad_s : float
+        Crank speed that its force was taken at [rad/s].
+    """
+    greatest = max(force.circles_n)
+    return tuple(
+        _against(force, speed_rad_s, forward=forward)
+        for forward, circle in zip((True, False), force.circles_n, strict=True)
+        if circle > LEAST_CIRCLE * greatest
+    )
+
+
+def _against(force: Order, speed_rad_s: float, *, forward: bool) -> BalanceShaft:
     x, y = force.force_n
-    backward = (x.conjugate() + 1j * y.conjugate()) / 2.0
+    circle = (x + 1j * y) / 2.0 if forward else (x.conjugate() + 1j * y.conjugate()) / 2.0
     order = round(force.order)
-    product = abs(backward) / ((order * speed_rad_s) ** 2 * N_PER_G_MM_S2)
-    return BalanceShaft(order, False, product, cmath.phase(-backward))
+    product = abs(circle) / ((order * speed_rad_s) ** 2 * N_PER_G_MM_S2)
+    return BalanceShaft(order, forward, product, cmath.phase(-circle))
+
+
+def orders_with_shafts(
+    orders: Sequence[Order], shafts: Sequence[BalanceShaft], speed_rad_s: float
+) -> list[Order]:
+    """Return an engine's orders with the forces of shafts added; the shafts' middle is taken at z = 0."""
+    found = []
+    for order in orders:
+        force = order.force_n.copy()
+        for shaft in shafts:
+            if float(shaft.order) == order.order:
+                size = shaft.product_g_mm * (shaft.order * speed_rad_s) ** 2 * N_PER_G_MM_S2
+                way = 1.0 if shaft.forward else -1.0
+                force += size * cmath.exp(1j * way * shaft.phase_rad) * np.array([1.0, -1j * way])
+        found.append(Order(order.order, force, order.moment_n_m))
+    return found
 
 
 @dataclass(frozen=True)

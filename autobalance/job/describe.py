@@ -3,11 +3,21 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import asdict
 from typing import Any
 
 from autobalance.crank.anatomy import PinHint
-from autobalance.job.model import Job, PartWeights, ThrowParts, Weight
+from autobalance.job.layout import G_MM2_PER_KG_MM2
+from autobalance.job.model import (
+    Job,
+    Layout,
+    PartWeights,
+    RodOnScales,
+    Shaft,
+    ThrowParts,
+    Weight,
+)
 from autobalance.units import G_PER_MM3_PER_KG_M3, RAD_S_PER_RPM
 
 
@@ -33,6 +43,7 @@ def describe(job: Job) -> dict[str, Any]:
             "overbalance_g_mm": balance.overbalance_g_mm,
             "overbalance_deg": _as_given(job, "overbalance_deg", math.degrees(balance.overbalance_rad)),
         },
+        **({"shafts": [_shaft(shaft) for shaft in job.shafts]} if job.shafts else {}),
         "correction": {
             "method": list(job.method_names),
             "prefer": job.prefer,
@@ -79,9 +90,11 @@ def _engine(job: Job) -> dict[str, Any]:
     return {
         "rod_length_mm": engine.rod_length_mm,
         "stroke_mm": engine.stroke_mm,
+        **({"layout": _layout(engine.layout)} if engine.layout != Layout() else {}),
+        **({"rod": _rod(engine.rod)} if engine.rod is not None else {}),
         "rods_per_throw": engine.default.rods,
         **_weights(engine.default.weights),
-        "throw": [_throw(number, parts) for number, parts in sorted(engine.by_throw.items())],
+        "throw": [_throw(number, parts, engine.layout) for number, parts in sorted(engine.by_throw.items())],
         "attached": [
             {
                 "name": item.name,
@@ -94,8 +107,42 @@ def _engine(job: Job) -> dict[str, Any]:
     }
 
 
-def _throw(number: int, parts: ThrowParts) -> dict[str, Any]:
-    return {"number": number, "rods": parts.rods, **_weights(parts.weights)}
+def _throw(number: int, parts: ThrowParts, layout: Layout) -> dict[str, Any]:
+    banks = layout.bank_by_throw.get(number)
+    own = {} if banks is None else {"bank_deg": _degrees(banks)}
+    return {"number": number, "rods": parts.rods, **own, **_weights(parts.weights)}
+
+
+def _layout(layout: Layout) -> dict[str, Any]:
+    return {
+        "bank_deg": None if layout.bank_rad is None else _degrees(layout.bank_rad),
+        "rod_pitch_mm": layout.rod_pitch_mm,
+        "offset_mm": layout.offset_mm,
+    }
+
+
+def _degrees(angles_rad: Sequence[float]) -> list[float]:
+    return [math.degrees(angle) for angle in angles_rad]
+
+
+def _rod(rod: RodOnScales) -> dict[str, Any]:
+    inertia = rod.inertia_g_mm2
+    return {
+        "big_end_g": rod.big_end_g,
+        "small_end_g": rod.small_end_g,
+        "inertia_kg_mm2": None if inertia is None else inertia / G_MM2_PER_KG_MM2,
+    }
+
+
+def _shaft(shaft: Shaft) -> dict[str, Any]:
+    product: dict[str, Any] = {"weight": [asdict(item) for item in shaft.weights]}
+    return {
+        "order": shaft.order,
+        "sense": "forward" if shaft.forward else "backward",
+        "phase_deg": math.degrees(shaft.phase_rad),
+        "place_mm": list(shaft.place_mm),
+        **(product if shaft.weights else {"product_g_mm": shaft.product_g_mm}),
+    }
 
 
 def _weights(weights: PartWeights) -> dict[str, Any]:

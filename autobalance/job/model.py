@@ -79,6 +79,51 @@ class Attached:
 
 
 @dataclass(frozen=True)
+class Layout:
+    """How the cylinders stand about the crank; for forces and shafts.
+
+    ``bank_rad`` has one direction for each rod of a throw, from the rotor's x axis at crank angle 0, or is
+    None where the job does not say; ``bank_by_throw`` has those of the throws that differ, by their number.
+    """
+
+    bank_rad: tuple[float, ...] | None = None
+    bank_by_throw: Mapping[int, tuple[float, ...]] = field(default_factory=dict)
+    rod_pitch_mm: float = 0.0
+    offset_mm: float = 0.0
+
+
+@dataclass(frozen=True)
+class RodOnScales:
+    """What a bare connecting rod weighs on two scales, and its inertia about its centre of mass."""
+
+    big_end_g: float
+    small_end_g: float
+    inertia_g_mm2: float | None = None
+
+
+@dataclass(frozen=True)
+class Bolted:
+    """A weight on a balance shaft, drawn and, where it was, weighed."""
+
+    name: str
+    eccentricity_mm: float
+    cad_g: float
+    weighed_g: float | None = None
+
+
+@dataclass(frozen=True)
+class Shaft:
+    """A balance shaft; its product is given, or the sum of its bolted weights'."""
+
+    order: int
+    forward: bool
+    product_g_mm: float
+    phase_rad: float
+    place_mm: tuple[float, float] = (0.0, 0.0)
+    weights: tuple[Bolted, ...] = ()
+
+
+@dataclass(frozen=True)
 class Engine:
     """Weights on the throws: those of every throw, and of the throws that differ, by their number."""
 
@@ -87,6 +132,8 @@ class Engine:
     attached: tuple[Attached, ...] = ()
     rod_length_mm: float | None = None
     stroke_mm: float | None = None
+    layout: Layout = field(default_factory=Layout)
+    rod: RodOnScales | None = None
 
     def of_throw(self, number: int) -> ThrowParts:
         """Return what hangs on a throw."""
@@ -127,6 +174,7 @@ class Job:
     method_names: tuple[str, ...]
     raw: Mapping[str, Any]
     prefer: Prefer = "least_metal"
+    shafts: tuple[Shaft, ...] = ()
 
     @property
     def name(self) -> str:

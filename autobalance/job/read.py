@@ -12,6 +12,7 @@ import numpy as np
 
 from autobalance.crank.anatomy import Overrides, PinHint
 from autobalance.errors import FileError, JobError
+from autobalance.job.layout import read_layout, read_rod, read_shafts
 from autobalance.job.limits import read_correction, read_prefer
 from autobalance.job.model import (
     Attached,
@@ -87,13 +88,15 @@ def _first_line(error: Exception) -> str:
 
 def parse(raw: Mapping[str, Any], path: Path) -> Job:
     """Return the job that a TOML document says; ``path`` is its file (see ``load``)."""
-    root = Table(dict(raw), "", ("crankshaft", "engine", "original", "balance", "correction"))
+    root = Table(dict(raw), "", ("crankshaft", "engine", "original", "balance", "correction", "shafts"))
     crankshaft = _crankshaft(root, path)
     engine = read_engine(root, crankshaft.crankpin_in_file)
     balance = _balance(root)
     original = _original(root, crankshaft.crankpin_in_file, needed=balance.factor is None)
     names, methods = read_correction(root)
-    return Job(path, crankshaft, engine, original, balance, methods, names, raw, read_prefer(root))
+    return Job(
+        path, crankshaft, engine, original, balance, methods, names, raw, read_prefer(root), read_shafts(root)
+    )
 
 
 # --- [crankshaft] -------------------------------------------------------------------------------------------
@@ -166,18 +169,28 @@ def _pins(table: Table, key: str) -> tuple[PinHint, ...] | None:
 
 def read_engine(root: Table, pin_in_file: bool) -> Engine:
     """Read ``[engine]``, whose weights must hold the crankpin where the file does not."""
-    known = ("rod_length_mm", "stroke_mm", "rods_per_throw", *WEIGHT_TABLES, "throw", "attached")
+    known = (
+        "rod_length_mm",
+        "stroke_mm",
+        "rods_per_throw",
+        *WEIGHT_TABLES,
+        "throw",
+        "attached",
+        "layout",
+        "rod",
+    )
     table = root.table("engine", known)
     default = ThrowParts(table.optional("rods_per_throw", int, COUNTED, default=1), _weights(table))
     by_throw: dict[int, ThrowParts] = {}
-    for throw in table.tables("throw", ("number", "rods", *WEIGHT_TABLES)):
+    throws = table.tables("throw", ("number", "rods", "bank_deg", *WEIGHT_TABLES))
+    for throw in throws:
         number = throw.value("number", int, COUNTED)
         if number in by_throw:
             raise JobError(f"{throw.place('number')} is {number} again; each throw may stand once")
         rods = throw.optional("rods", int, COUNTED, default=default.rods)
         by_throw[number] = ThrowParts(rods, default.weights.merged(_weights(throw)))
     _check_crankpin(table, default.weights, pin_in_file)
-    for throw in table.tables("throw", ("number", "rods", *WEIGHT_TABLES)):
+    for throw in throws:
         if pin_in_file:
             _check_crankpin(throw, _weights(throw), pin_in_file)
     return Engine(
@@ -188,6 +201,8 @@ def read_engine(root: Table, pin_in_file: bool) -> Engine:
         ),
         rod_length_mm=table.optional("rod_length_mm", float, POSITIVE),
         stroke_mm=table.optional("stroke_mm", float, POSITIVE),
+        layout=read_layout(table, throws),
+        rod=read_rod(table),
     )
 
 

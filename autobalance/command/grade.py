@@ -1,0 +1,119 @@
+"""``autobalance grade``: what a balance quality grade permits, what a residual achieves, and the list."""
+
+from __future__ import annotations
+
+import argparse
+from typing import Any
+
+from autobalance.command.options import add_json, add_units
+from autobalance.errors import UsageError
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """Describe the command line."""
+    parser.add_argument(
+        "--grade", type=float, metavar="G", help="balance quality grade, 6.3 for G 6.3 [mm/s]"
+    )
+    parser.add_argument("--speed-rpm", type=float, metavar="N", help="highest service speed")
+    parser.add_argument("--mass", type=float, metavar="M", help="rotor mass")
+    parser.add_argument("--mass-unit", choices=("g", "kg", "oz"), default="g", help="unit of --mass (g)")
+    parser.add_argument(
+        "--residual", type=float, metavar="U", help="residual unbalance, for the grade it achieves"
+    )
+    parser.add_argument(
+        "--residual-unit",
+        choices=("g·mm", "kg·mm", "oz·in"),
+        default="g·mm",
+        help="unit of --residual (g·mm)",
+    )
+    parser.add_argument(
+        "--planes",
+        type=float,
+        nargs=2,
+        metavar=("ZA", "ZB"),
+        help="tolerance planes to share it between [mm]",
+    )
+    parser.add_argument("--centre", type=float, metavar="Z", help="place of the centre of mass (midway) [mm]")
+    add_json(parser)
+    add_units(parser)
+    parser.set_defaults(plots=None)
+
+
+def run(arguments: argparse.Namespace) -> int:
+    """Print grades; 0 unless an option is wrong."""
+    from autobalance.command.theory import deliver
+    from autobalance.report.force_text import grade_text
+    from autobalance.report.text import UNITS
+
+    try:
+        values = _values(arguments)
+    except ValueError as error:
+        raise UsageError(str(error)) from None
+    return deliver(arguments, values, lambda: grade_text(values, UNITS[arguments.units]))
+
+
+def _values(given: argparse.Namespace) -> dict[str, Any]:
+    from autobalance.command.theory import head
+    from autobalance.engine.grade import GRADES, listed_grade, specific_unbalance_mm
+    from autobalance.rotor.tolerance import (
+        achieved_grade_mm_s,
+        permissible_unbalance_g_mm,
+        share_between_planes,
+    )
+    from autobalance.units import G_MM_PER, G_PER, RAD_S_PER_RPM
+
+    _check(given)
+    values: dict[str, Any] = {
+        **head("grade"),
+        "grade_mm_s": given.grade,
+        "speed_rpm": given.speed_rpm,
+        "rotor_mass_g": None if given.mass is None else given.mass * G_PER[given.mass_unit],
+        "permissible_g_mm": None,
+        "specific_unbalance_um": None,
+        "planes": [],
+        "residual_g_mm": None if given.residual is None else given.residual * G_MM_PER[given.residual_unit],
+        "achieved_grade_mm_s": None,
+        "listed_grade_mm_s": None,
+        "grades": [{"grade_mm_s": grade.grade_mm_s, "what": grade.what} for grade in GRADES],
+    }
+    if given.mass is None:
+        return values
+    speed, mass = given.speed_rpm * RAD_S_PER_RPM, values["rotor_mass_g"]
+    if given.grade is not None:
+        permissible = permissible_unbalance_g_mm(mass, given.grade, speed)
+        values["permissible_g_mm"] = permissible
+        values["specific_unbalance_um"] = 1e3 * specific_unbalance_mm(given.grade, speed)
+        if given.planes is not None:
+            low, high = given.planes
+            centre = 0.5 * (low + high) if given.centre is None else given.centre
+            shares = share_between_planes(permissible, centre, low, high)
+            values["planes"] = [
+                {"name": name, "z_mm": z, "permissible_g_mm": share}
+                for name, z, share in zip("AB", given.planes, shares, strict=True)
+            ]
+    if given.residual is not None:
+        achieved = achieved_grade_mm_s(values["residual_g_mm"], mass, speed)
+        listed = listed_grade(achieved)
+        values["achieved_grade_mm_s"] = achieved
+        values["listed_grade_mm_s"] = None if listed is None else listed.grade_mm_s
+    return values
+
+
+def _check(given: argparse.Namespace) -> None:
+    """Refuse what is impossible or only half given."""
+    numbers = {"--grade": given.grade, "--speed-rpm": given.speed_rpm, "--mass": given.mass}
+    for name, value in numbers.items():
+        if value is not None and not 0.0 < value < float("inf"):
+            raise UsageError(f"{name} is {value:g}; must be > 0")
+    if given.residual is not None and not 0.0 <= given.residual < float("inf"):
+        raise UsageError(f"--residual is {given.residual:g}; must be ≥ 0")
+    asked = given.grade is not None or given.residual is not None
+    if asked and (given.mass is None or given.speed_rpm is None):
+        missing = [name for name in ("--mass", "--speed-rpm") if numbers[name] is None]
+        raise UsageError(
+            f"{' and '.join(missing)} missing; a grade or a residual needs the rotor and its speed"
+        )
+    if not asked and not (given.mass is None and given.speed_rpm is None):
+        raise UsageError("--grade or --residual is missing; --mass and --speed-rpm alone say nothing")
+    if given.planes is not None and given.grade is None:
+        raise UsageError("--grade is missing; --planes share what a grade permits")

@@ -1,0 +1,97 @@
+"""What shakes an engine at one speed, in numbers for a table: forces, orders, pins, bearings, torque."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from autobalance.engine.loads import Loads, loads, whole_turn
+from autobalance.engine.whole_engine import Engine, Order
+from autobalance.rotor.moments import Array
+
+HIGHEST_ORDER = 8
+ANGLES = 720
+
+
+@dataclass(frozen=True, eq=False)
+class ShakingForce:
+    """The force that shakes an engine at one speed.
+
+    Attributes
+    ----------
+    angle_rad : (n,) float
+        Crank angles of ``force_n`` [rad].
+    force_n : (n, 2) float
+        All orders, along and across the first cylinder [N].
+    orders : tuple of Order
+        ½ to 8, in the engine's frame.
+    """
+
+    angle_rad: Array
+    force_n: Array
+    orders: tuple[Order, ...]
+
+    @property
+    def greatest_n(self) -> float:
+        """Greatest magnitude over a turn [N]."""
+        return float(np.hypot(self.force_n[:, 0], self.force_n[:, 1]).max())
+
+    @property
+    def greatest_inline_n(self) -> float:
+        """Greatest force along the first cylinder [N]."""
+        return float(np.abs(self.force_n[:, 0]).max())
+
+    @property
+    def greatest_transverse_n(self) -> float:
+        """Greatest force across the first cylinder [N]."""
+        return float(np.abs(self.force_n[:, 1]).max())
+
+
+def shaking_force(engine: Engine, speed_rad_s: float) -> ShakingForce:
+    """Return the force that shakes an engine at a speed.
+
+    Parameters
+    ----------
+    engine : Engine
+        With at least one cylinder.
+    speed_rad_s : float
+        Crank speed, constant [rad/s].
+
+    Examples
+    --------
+    >>> from autobalance.engine.slider_crank import SliderCrank
+    >>> from autobalance.engine.whole_engine import Cylinder
+    >>> single = Engine((Cylinder(SliderCrank(26.9, 104.0), 134.04, 261.5),)).with_counterweights(0.28)
+    >>> round(shaking_force(single, 1591.740278).greatest_transverse_n)
+    4990
+    """
+    angle = whole_turn(ANGLES)
+    along = engine.cylinders[0].direction
+    force = engine.force_n(angle, speed_rad_s)
+    across = np.array([-along[1], along[0]])
+    return ShakingForce(
+        angle,
+        np.stack([force @ along, force @ across], axis=-1),
+        tuple(engine.orders(speed_rad_s, HIGHEST_ORDER)),
+    )
+
+
+@dataclass(frozen=True)
+class LoadRow:
+    """Greatest and mean magnitude of a load over a turn [N]."""
+
+    greatest_n: float
+    mean_n: float
+
+
+def load_row(load_n: Array) -> LoadRow:
+    """Return greatest and mean magnitude of a load (n, 2) over a turn."""
+    size = np.hypot(load_n[:, 0], load_n[:, 1])
+    return LoadRow(float(size.max()), float(size.mean()))
+
+
+def turn_loads(engine: Engine, mains_z_mm: Sequence[float], speed_rad_s: float) -> Loads:
+    """Return all inertia loads over a turn at constant speed."""
+    return loads(engine, mains_z_mm, speed_rad_s, whole_turn(ANGLES))

@@ -1,0 +1,228 @@
+"""Forces, shafts, parts and grades as lines to read, from their JSON values."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+from autobalance.report.text import Units, table
+
+Values = Mapping[str, Any]
+LEAST_SHOWN_N = 0.05
+"""An order below this is shown as 0."""
+
+
+def forces_text(report: Values) -> str:
+    """Return the summary of ``forces``: orders, bearing loads, and what each factor does."""
+    parts = [
+        f"{report['job']['file']}: forces of inertia at {report['speed_rpm']:g} rpm, without gas",
+        *(_state(state) for state in report["states"]),
+        _advice(report["factors"]),
+    ]
+    return "\n\n".join(parts)
+
+
+def _state(state: Values) -> str:
+    factor = state["balance_factor"]
+    name = state["name"] + ("" if factor is None else f" (balance factor {factor:.4f})")
+    force, loads = state["force"], state["loads"]
+    head = (
+        f"{name}: greatest force {force['greatest_n']:.0f} N, along cylinder 1"
+        f" {force['greatest_inline_n']:.0f} N, across {force['greatest_transverse_n']:.0f} N"
+    )
+    return "\n".join([head, orders_table(force["orders"]), *([] if loads is None else [_loads(loads)])])
+
+
+def orders_table(orders: Sequence[Values]) -> str:
+    """Return the orders that shake, in columns."""
+    rows: list[Sequence[str]] = [
+        ("  Order", "along x", "along y", "greatest", "forward", "backward", "moment")
+    ]
+    for order in orders:
+        if order["greatest_force_n"] < LEAST_SHOWN_N and order["greatest_moment_n_m"] < LEAST_SHOWN_N:
+            continue
+        forces = ("force_x_n", "force_y_n", "greatest_force_n", "forward_n", "backward_n")
+        cells = [f"{order[key]:.1f} N" for key in forces]
+        rows.append((f"  {order['order']:g}", *cells, f"{order['greatest_moment_n_m']:.2f} N·m"))
+    return table(rows) if len(rows) > 1 else "  no order shakes"
+
+
+def _loads(loads: Values) -> str:
+    rows = [("  Load over a turn", "greatest", "mean")]
+    for main in loads["main_bearings"]:
+        name = f"  main bearing {main['number']} (z {main['z_mm']:.1f} mm)"
+        rows.append((name, f"{main['greatest_n']:.0f} N", f"{main['mean_n']:.0f} N"))
+    for cylinder in loads["cylinders"]:
+        for key, what in (
+            ("crankpin", "crankpin, rod of"),
+            ("wrist_pin", "wrist pin of"),
+            ("wall", "wall of"),
+        ):
+            load = cylinder[key]
+            rows.append(
+                (
+                    f"  {what} cylinder {cylinder['number']}",
+                    f"{load['greatest_n']:.0f} N",
+                    f"{load['mean_n']:.0f} N",
+                )
+            )
+    torque = loads["torque"]
+    return (
+        table(rows)
+        + f"\n  inertia torque {torque['least_n_m']:.1f} to {torque['greatest_n_m']:.1f} N·m, mean 0"
+    )
+
+
+def _advice(advice: Values) -> str:
+    rows: list[Sequence[str]] = [("Balance factor", "greatest", "along", "across", "rms")]
+    for row in advice["rows"]:
+        keys = ("greatest_n", "greatest_inline_n", "greatest_transverse_n", "rms_n")
+        rows.append((f"  {row['factor']:.4f}", *(f"{row[key]:.0f} N" for key in keys)))
+    best = [
+        f"  least first order (exact): {_factor(advice['least_first_order'])}",
+        f"  least greatest force, all orders: {_factor(advice['least_greatest'])}",
+        f"  least force across cylinder 1: {_factor(advice['least_transverse'])}",
+        f"  for a mount that takes force across {advice['transverse_weight']:g} times as badly as along: "
+        + _factor(advice["for_mount"]),
+    ]
+    return "\n".join([table(rows), *best])
+
+
+def _factor(value: float | None) -> str:
+    return "none is better than another" if value is None else f"{value:.4f}"
+
+
+# --- shafts -------------------------------------------------------------------------------------------------
+
+
+def shafts_text(report: Values, units: Units) -> str:
+    """Return the summary of ``shafts``: what shakes, what would cancel it, what the job's shafts leave."""
+    parts = [
+        f"{report['job']['file']}: balance shafts at {report['speed_rpm']:g} rpm, crank balanced to"
+        f" {report['balance_factor']:.4f}",
+        "Without shafts\n" + orders_table(report["without"]["orders"]),
+    ]
+    rows = [("Shafts that would cancel", "speed", "sense", "each", "phase")]
+    for offer in report["proposals"]:
+        for shaft in offer["shafts"]:
+            rows.append((f"  {offer['what']}", *_shaft_cells(shaft, units)))
+    parts.append(table(rows) if len(rows) > 1 else "No order that shafts could cancel is left.")
+    if report["shafts"]:
+        rows = [("Shafts of the job", "speed", "sense", "product", "phase")]
+        rows += [
+            (f"  {number}", *_shaft_cells(shaft, units)) for number, shaft in enumerate(report["shafts"], 1)
+        ]
+        lines = [table(rows)]
+        for shaft in report["shafts"]:
+            for weight in shaft["weights"]:
+                lines.append(_bolted(weight, units))
+        lines.append("What they leave\n" + orders_table(report["with"]["orders"]))
+        lines.append(f"  they roll the engine by up to {report['with']['greatest_roll_n_m']:.2f} N·m")
+        parts.append("\n".join(lines))
+    return "\n\n".join(parts)
+
+
+def _shaft_cells(shaft: Values, units: Units) -> tuple[str, str, str, str]:
+    return (
+        f"{shaft['order']} ×",
+        shaft["sense"],
+        units.of_unbalance(shaft["product_g_mm"]),
+        f"{shaft['phase_deg']:.1f}°",
+    )
+
+
+def _bolted(weight: Values, units: Units) -> str:
+    drawn = units.of_mass(weight["cad_g"])
+    at = units.of_length(weight["eccentricity_mm"])
+    if weight["weighed_g"] is None:
+        return f"  {weight['name']}: {drawn} drawn, not weighed, at {at}"
+    return (
+        f"  {weight['name']}: {drawn} drawn, {units.of_mass(weight['weighed_g'])} weighed"
+        f" ({100.0 * weight['deviation']:+.2f} %), at {at}"
+    )
+
+
+# --- parts --------------------------------------------------------------------------------------------------
+
+
+def parts_text(report: Values, units: Units) -> str:
+    """Return the roll-up of the parts and the bob-weights."""
+    blocks = [report["job"]["file"]]
+    for throw in report["throws"]:
+        rows = [(_throw_name(throw), "weight", "may be off by")]
+        for role, title in (
+            ("rotating", "rotating, one rod"),
+            ("reciprocating", "reciprocating, one rod"),
+            ("crankpin", "on the crankpin"),
+        ):
+            rows += [
+                (f"    {part['name']}", units.of_mass(part["mass_g"]), _off(part, units))
+                for part in throw[role]["parts"]
+            ]
+            rows.append((f"  {title}", units.of_mass(throw[role]["mass_g"]), _off(throw[role], units)))
+        blocks.append(table(rows))
+        blocks.append(
+            f"  {throw['rods']} rod{'s' * (throw['rods'] != 1)}; bob-weight at {throw['balance_factor']:.4f}:"
+            f" {units.of_mass(throw['bob_weight_g'])} ± {units.of_mass(throw['bob_weight_pm_g'])}"
+            + (
+                f"; with the crankpin fitted {units.of_mass(throw['bob_weight_pin_fitted_g'])}"
+                if throw["bob_weight_pin_fitted_g"] != throw["bob_weight_g"]
+                else ""
+            )
+        )
+    if report["rod"] is not None:
+        blocks.append(_rod(report["rod"], units))
+    return "\n".join(blocks)
+
+
+def _throw_name(throw: Values) -> str:
+    return "Throw" if throw["number"] is None else f"Throw {throw['number']}"
+
+
+def _off(weight: Values, units: Units) -> str:
+    return f"± {units.of_mass(weight['pm_g'])}" if weight["pm_g"] else ""
+
+
+def _rod(rod: Values, units: Units) -> str:
+    lines = [
+        f"Bare rod: {units.of_mass(rod['big_end_g'])} at the big end,"
+        f" {units.of_mass(rod['small_end_g'])} at the small end"
+    ]
+    if rod["centre_from_big_end_mm"] is not None:
+        lines.append(f"  centre of mass {units.of_length(rod['centre_from_big_end_mm'])} from the big end")
+    if rod["couple_inertia_kg_mm2"] is not None:
+        lines.append(
+            f"  its two masses miss {rod['couple_inertia_kg_mm2']:.1f} kg·mm² of inertia:"
+            " the bearing loads count the couple"
+        )
+    return "\n".join(lines)
+
+
+# --- grade --------------------------------------------------------------------------------------------------
+
+
+def grade_text(report: Values, units: Units) -> str:
+    """Return what a grade permits, or what a residual achieves, and the table of grades."""
+    lines = []
+    if report["permissible_g_mm"] is not None:
+        lines.append(
+            f"G {report['grade_mm_s']:g} at {report['speed_rpm']:g} rpm, rotor"
+            f" {units.of_mass(report['rotor_mass_g'])}: U_per"
+            f" {units.of_unbalance(report['permissible_g_mm'])},"
+            f" e_per {report['specific_unbalance_um']:.3f} µm"
+        )
+        if report["planes"]:
+            shares = ", ".join(
+                f"{plane['name']} {units.of_unbalance(plane['permissible_g_mm'])}"
+                for plane in report["planes"]
+            )
+            lines.append(f"  in planes: {shares}")
+    if report["achieved_grade_mm_s"] is not None:
+        listed = report["listed_grade_mm_s"]
+        lines.append(
+            f"{units.of_unbalance(report['residual_g_mm'])} is G {report['achieved_grade_mm_s']:.3f}"
+            + ("; coarser than any listed grade" if listed is None else f"; meets G {listed:g}")
+        )
+    lines.append("")
+    lines += [f"  G {row['grade_mm_s']:<6g} {row['what']}" for row in report["grades"]]
+    return "\n".join(lines).strip("\n")
