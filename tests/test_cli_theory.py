@@ -151,6 +151,7 @@ PLOTS = {
 }
 
 
+@pytest.mark.slow
 def test_plots_are_svg_and_png_with_axes_and_units(
     job: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
