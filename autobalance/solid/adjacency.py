@@ -1,0 +1,106 @@
+"""Which triangles of a closed mesh touch, and at what angle."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from autobalance.solid.mesh import Array, Indices, Mesh
+
+FLAT_RAD = 1e-4
+"""Triangles that meet at less are one plane face; a circle would need 60 000 segments."""
+LEAST_HEIGHT = 1e-6
+"""Height of a triangle below which its direction means nothing, as a share of the mesh's diagonal."""
+
+
+@dataclass(frozen=True, eq=False)
+class Edges:
+    """The edges of a closed mesh.
+
+    Attributes
+    ----------
+    left, right : (k,) int
+        Triangles on the two sides.
+    ends : (k, 2) int
+        Vertices.
+    angle_rad : (k,) float
+        Between the triangles' normals, 0 in one plane; 0 too beside a triangle without direction.
+    """
+
+    left: Indices
+    right: Indices
+    ends: Indices
+    angle_rad: Array
+
+
+def area_vectors(mesh: Mesh) -> Array:
+    """Return each triangle's normal times twice its area (m, 3) [mm²]."""
+    a, b, c = (mesh.vertices[column] for column in mesh.triangles.T)
+    return np.cross(b - a, c - a)
+
+
+def unit(vectors: Array) -> Array:
+    """Return vectors (..., 3) of length 1, zero where there is none."""
+    length = np.linalg.norm(vectors, axis=-1, keepdims=True)
+    return vectors / np.where(length > 0.0, length, 1.0)
+
+
+def edges_of(mesh: Mesh, doubled: Array) -> Edges:
+    """Pair the triangles of a closed mesh at their edges.
+
+    Parameters
+    ----------
+    mesh : Mesh
+    doubled : (m, 3) float
+        The triangles' ``area_vectors``.
+    """
+    low, high, triangle = _sorted_edges(mesh)
+    same = (low[1:] == low[:-1]) & (high[1:] == high[:-1])
+    first = np.flatnonzero(same)
+    first = first[np.diff(first, prepend=-2) > 1]  # of four triangles at an edge, the first two
+    left, right = triangle[first], triangle[first + 1]
+    ends = np.stack([low[first], high[first]], axis=1)
+    normal = unit(doubled)
+    a, b = normal[left], normal[right]
+    angle = np.arctan2(np.linalg.norm(np.cross(a, b), axis=1), np.einsum("ij,ij->i", a, b))
+    known = _has_direction(mesh, doubled)
+    return Edges(left, right, ends, np.where(known[left] & known[right], angle, 0.0))
+
+
+def _sorted_edges(mesh: Mesh) -> tuple[Indices, Indices, Indices]:
+    """Return every triangle's edges as (lower vertex, higher vertex, triangle), sorted."""
+    start, end = mesh.triangles.reshape(-1), mesh.triangles[:, [1, 2, 0]].reshape(-1)
+    low, high = np.minimum(start, end), np.maximum(start, end)
+    bits, more = int(len(mesh.vertices)).bit_length(), int(len(mesh.triangles)).bit_length()
+    triangle = np.repeat(np.arange(len(mesh.triangles), dtype=np.int64), 3)
+    if 2 * bits + more > 63:
+        order = np.lexsort((high, low))
+        return low[order], high[order], triangle[order]
+    key = (((low << bits) | high) << more) | triangle  # one number, which numpy sorts fastest
+    key.sort()
+    edge = key >> more
+    return edge >> bits, edge & ((1 << bits) - 1), key & ((1 << more) - 1)
+
+
+def _has_direction(mesh: Mesh, doubled: Array) -> NDArray[np.bool_]:
+    a, b, c = (mesh.vertices[column] for column in mesh.triangles.T)
+    longest = np.sqrt(
+        np.maximum.reduce([np.square(b - a).sum(1), np.square(c - b).sum(1), np.square(a - c).sum(1)])
+    )
+    known: NDArray[np.bool_] = np.linalg.norm(doubled, axis=1) > longest * LEAST_HEIGHT * mesh.diagonal_mm
+    return known
+
+
+def plane_faces(mesh: Mesh, edges: Edges) -> tuple[Indices, int]:
+    """Return each triangle's face (m,), where a face is a connected set in one plane, and their number."""
+    from scipy.sparse import coo_array
+    from scipy.sparse.csgraph import connected_components
+
+    flat = edges.angle_rad <= FLAT_RAD
+    count = len(mesh.triangles)
+    links = edges.left[flat].astype(np.int32), edges.right[flat].astype(np.int32)
+    graph = coo_array((np.ones(len(links[0]), dtype=np.int8), links), shape=(count, count))
+    number, label = connected_components(graph, directed=False)
+    return label.astype(np.int64), int(number)
