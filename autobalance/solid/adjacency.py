@@ -9,6 +9,8 @@ from numpy.typing import NDArray
 
 from autobalance.solid.mesh import Array, Indices, Mesh
 
+Flags = NDArray[np.bool_]
+
 FLAT_RAD = 1e-4
 """Triangles that meet at less are one plane face; a circle would need 60 000 segments."""
 LEAST_HEIGHT = 1e-6
@@ -27,12 +29,16 @@ class Edges:
         Vertices.
     angle_rad : (k,) float
         Between the triangles' normals, 0 in one plane; 0 too beside a triangle without direction.
+    flat : (k,) bool
+        Whether the triangles are of one plane face; a triangle without direction joins the face beside its
+        longest edge.
     """
 
     left: Indices
     right: Indices
     ends: Indices
     angle_rad: Array
+    flat: Flags
 
 
 def area_vectors(mesh: Mesh) -> Array:
@@ -66,14 +72,33 @@ def edges_of(mesh: Mesh, doubled: Array) -> Edges:
     a, b = normal[left], normal[right]
     angle = np.arctan2(np.linalg.norm(np.cross(a, b), axis=1), np.einsum("ij,ij->i", a, b))
     known = _has_direction(mesh, doubled)
-    return Edges(left, right, ends, np.where(known[left] & known[right], angle, 0.0))
+    sure = known[left] & known[right]
+    flat = sure & (angle <= FLAT_RAD)
+    if not sure.all():
+        flat |= _longest_of_slivers(mesh, left, right, ends, known)
+    return Edges(left, right, ends, np.where(sure, angle, 0.0), flat)
+
+
+def _longest_of_slivers(mesh: Mesh, left: Indices, right: Indices, ends: Indices, known: Flags) -> Flags:
+    """Mark, for each triangle without direction, its longest edge."""
+    rows = np.flatnonzero(~(known[left] & known[right]))
+    span = mesh.vertices[ends[rows]]
+    length = np.linalg.norm(span[:, 1] - span[:, 0], axis=1)
+    edge = np.concatenate([rows[~known[left[rows]]], rows[~known[right[rows]]]])
+    size = np.concatenate([length[~known[left[rows]]], length[~known[right[rows]]]])
+    triangle = np.concatenate([left[rows][~known[left[rows]]], right[rows][~known[right[rows]]]])
+    order = np.lexsort((size, triangle))
+    last = np.append(triangle[order][1:] != triangle[order][:-1], True)
+    longest = np.zeros(len(left), dtype=bool)
+    longest[edge[order][last]] = True
+    return longest
 
 
 def _sorted_edges(mesh: Mesh) -> tuple[Indices, Indices, Indices]:
     """Return every triangle's edges as (lower vertex, higher vertex, triangle), sorted."""
     start, end = mesh.triangles.reshape(-1), mesh.triangles[:, [1, 2, 0]].reshape(-1)
     low, high = np.minimum(start, end), np.maximum(start, end)
-    bits, more = int(len(mesh.vertices)).bit_length(), int(len(mesh.triangles)).bit_length()
+    bits, more = len(mesh.vertices).bit_length(), len(mesh.triangles).bit_length()
     triangle = np.repeat(np.arange(len(mesh.triangles), dtype=np.int64), 3)
     if 2 * bits + more > 63:
         order = np.lexsort((high, low))
@@ -84,12 +109,12 @@ def _sorted_edges(mesh: Mesh) -> tuple[Indices, Indices, Indices]:
     return edge >> bits, edge & ((1 << bits) - 1), key & ((1 << more) - 1)
 
 
-def _has_direction(mesh: Mesh, doubled: Array) -> NDArray[np.bool_]:
+def _has_direction(mesh: Mesh, doubled: Array) -> Flags:
     a, b, c = (mesh.vertices[column] for column in mesh.triangles.T)
     longest = np.sqrt(
         np.maximum.reduce([np.square(b - a).sum(1), np.square(c - b).sum(1), np.square(a - c).sum(1)])
     )
-    known: NDArray[np.bool_] = np.linalg.norm(doubled, axis=1) > longest * LEAST_HEIGHT * mesh.diagonal_mm
+    known: Flags = np.linalg.norm(doubled, axis=1) > longest * LEAST_HEIGHT * mesh.diagonal_mm
     return known
 
 
@@ -98,7 +123,7 @@ def plane_faces(mesh: Mesh, edges: Edges) -> tuple[Indices, int]:
     from scipy.sparse import coo_array
     from scipy.sparse.csgraph import connected_components
 
-    flat = edges.angle_rad <= FLAT_RAD
+    flat = edges.flat
     count = len(mesh.triangles)
     links = edges.left[flat].astype(np.int32), edges.right[flat].astype(np.int32)
     graph = coo_array((np.ones(len(links[0]), dtype=np.int8), links), shape=(count, count))

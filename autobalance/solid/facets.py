@@ -9,6 +9,7 @@ cone or a torus. What is smooth and neither counts in the error bar alone.
 from __future__ import annotations
 
 from dataclasses import dataclass
+from itertools import pairwise
 
 import numpy as np
 from numpy.typing import NDArray
@@ -25,8 +26,22 @@ ALIKE = 0.03
 """How far radius and centre of two chords' circles may differ, as a share of the radius."""
 ON_SURFACE = 2e-3
 """How far corners may leave a fitted surface, as a share of its radius."""
+DEEPEST = 1.0 - np.cos(SMOOTH_RAD / 2.0)
+"""Sag of a chord at most, as a share of the radius: half of ``SMOOTH_RAD`` on each side of its middle."""
+CHORD_RATIO = 0.8, 1.25
+"""Sag of a chord compared with what its width asks, for most chords of a strip."""
+UNEVEN = 4.5
+"""Sag of a chord compared with the median of its strip, at most: twice as wide, four times as deep."""
+FEW, UNEVEN_OF_FEW = 8, 1.3
+"""Any trapezoid has a circle through its corners: strips of fewer chords must be even."""
+STRAIGHT = 1.0 - 1e-6
+"""Cosine between the rulings of one cylinder, at least."""
 CORNERS_MOST = 600
 """Corners of a face that is looked at as a chord; larger ones are plane faces of the part."""
+ASIDE = 0.2
+"""How far a facet's direction may leave the half-plane through its middle and the axis [rad]."""
+TRIED_FIRST = 60
+"""Corners of a patch that are looked at before all of them are."""
 AXES_MOST = 40
 """Axes that cones and tori are looked for about, those of the largest cylinders."""
 FITTED_SHARE = 0.1
@@ -99,7 +114,15 @@ class _Revolved:
         h, r, _ = _cylindrical(points, self.point, self.axis)
         if self.tube_mm:
             return np.hypot(r - self.r0, h - self.h0) - self.tube_mm
-        return (r - self.r0 - self.slope * h) / np.hypot(1.0, self.slope)
+        off: Array = (r - self.r0 - self.slope * h) / np.hypot(1.0, self.slope)
+        return off
+
+    def normal(self, points: Array) -> Array:
+        """Return the surface's direction (n, 3) at points near it."""
+        h, r, out = _cylindrical(points, self.point, self.axis)
+        if self.tube_mm:
+            return unit((r - self.r0)[:, None] * out + (h - self.h0)[:, None] * self.axis)
+        return unit(out - self.slope * self.axis)
 
 
 def facet_error(mesh: Mesh, density_g_mm3: float, frame: Array | None = None) -> FacetError:
@@ -157,18 +180,21 @@ def _look(mesh: Mesh) -> _Look:
     edges = edges_of(mesh, doubled)
     face, count = plane_faces(mesh, edges)
     total = np.stack([np.bincount(face, weights=column, minlength=count) for column in doubled.T], axis=1)
+    total = total.astype(np.float64)
     order = np.argsort(face, kind="stable")
     sizes = np.bincount(face, minlength=count)
-    smooth = (edges.angle_rad <= SMOOTH_RAD) & (face[edges.left] != face[edges.right])
+    smooth = (edges.angle_rad <= SMOOTH_RAD) & (edges.angle_rad > 0.0)
+    smooth &= face[edges.left] != face[edges.right]
     starts = np.cumsum(sizes) - sizes
     return _Look(mesh, doubled, edges, face, count, unit(total), order, starts, sizes, np.flatnonzero(smooth))
 
 
 def _find_cylinders(look: _Look, surfaces: list[_Revolved], surface_of: Indices) -> None:
     """Find strips of chords of one circle, fit their cylinders and give them their faces."""
-    edge = look.smooth
-    ends = look.mesh.vertices[look.edges.ends[edge]]
-    i, j = look.face[look.edges.left[edge]], look.face[look.edges.right[edge]]
+    i, j = look.face[look.edges.left[look.smooth]], look.face[look.edges.right[look.smooth]]
+    pair = np.minimum(i, j) * look.count + np.maximum(i, j)
+    once = np.unique(pair, return_index=True)[1]  # a long edge may fall into many
+    i, j, ends = i[once], j[once], look.mesh.vertices[look.edges.ends[look.smooth[once]]]
     axis = unit(np.cross(look.normal[i], look.normal[j]))
     along = ends[:, 1] - ends[:, 0]
     straight = np.abs(np.einsum("ij,ij->i", axis, along)) > 0.999 * np.linalg.norm(along, axis=1)
@@ -186,39 +212,44 @@ def _find_cylinders(look: _Look, surfaces: list[_Revolved], surface_of: Indices)
     offset = np.cross(lift, cross) / (2.0 * size[:, None])
     radius = np.linalg.norm(offset, axis=1)
     strip = _strips(i, j, axis, middle + offset, radius)
-    tried: list[_Revolved] = []
-    tried_of = np.full(look.count, -1)
-    for number in np.flatnonzero(np.bincount(strip) > 1) if len(strip) else ():
-        faces = np.unique(np.concatenate([i[strip == number], j[strip == number]]))
-        faces = faces[tried_of[faces] < 0]
-        fitted = _fit_cylinder(look, faces, middle[strip == number]) if len(faces) > 2 else None
-        if fitted is not None:
-            tried_of[faces] = len(tried)
-            tried.append(fitted)
-    _keep_true_cylinders(look, tried, tried_of, surfaces, surface_of)
+    order = np.argsort(strip, kind="stable")
+    bounds = np.append(np.flatnonzero(np.diff(strip[order], prepend=-1)), len(order))
+    groups = [order[a:b] for a, b in pairwise(bounds) if b - a > 1]
+    groups = [group for group in groups if (np.abs(axis[group] @ axis[group[0]]) > STRAIGHT).all()]
+    false = _turning(look, groups, i, j, axis, radius)
+    for group in (group for group, is_false in zip(groups, false, strict=True) if not is_false):
+        faces = np.unique(np.concatenate([i[group], j[group]]))
+        faces = faces[surface_of[faces] < 0]
+        rulings = np.concatenate([middle[group], middle[group] + u[group], middle[group] + v[group]])
+        fitted = _fit_cylinder(look, faces, rulings) if len(faces) > 2 else None
+        if fitted is None:
+            continue
+        faces = faces[_lies_on(look, fitted, faces) & _is_chord(look, fitted, faces)]
+        if len(faces) > 2:
+            surface_of[faces] = len(surfaces)
+            surfaces.append(fitted)
     _spread(look, surfaces, surface_of)
 
 
-def _keep_true_cylinders(
-    look: _Look, tried: list[_Revolved], tried_of: Indices, surfaces: list[_Revolved], surface_of: Indices
-) -> None:
-    """Leave out strips beside others of one radius whose axis turns: pieces of a torus or a ball."""
-    if not tried:
-        return
-    axis = np.array([one.axis for one in tried])
-    radius = np.array([one.r0 for one in tried])
-    a = tried_of[look.face[look.edges.left[look.smooth]]]
-    b = tried_of[look.face[look.edges.right[look.smooth]]]
+def _turning(look: _Look, groups: list[Indices], i: Indices, j: Indices, axis: Array, radius: Array) -> Flags:
+    """Tell which strips lie beside others of one radius whose axis turns: pieces of a torus or a ball."""
+    strip_of = np.full(look.count, -1)
+    for number, group in enumerate(groups):
+        strip_of[i[group]] = strip_of[j[group]] = number
+    direction = np.array([axis[group[0]] for group in groups]).reshape(-1, 3)
+    size = np.array([np.median(radius[group]) for group in groups])
+    a = strip_of[look.face[look.edges.left[look.smooth]]]
+    b = strip_of[look.face[look.edges.right[look.smooth]]]
     beside = (a >= 0) & (b >= 0) & (a != b)
     a, b = a[beside], b[beside]
-    turning = np.abs(np.einsum("ij,ij->i", axis[a], axis[b])) < 1.0 - 1e-7
-    turning &= np.abs(radius[a] - radius[b]) < ALIKE * np.minimum(radius[a], radius[b])
-    false = np.zeros(len(tried), dtype=bool)
-    false[a[turning]] = false[b[turning]] = True
-    number = np.where(false, -1, np.cumsum(~false) - 1)
-    mine = tried_of >= 0
-    surface_of[mine] = number[tried_of[mine]]
-    surfaces += [one for one, is_false in zip(tried, false, strict=True) if not is_false]
+    turning = np.abs(np.einsum("ij,ij->i", direction[a], direction[b])) < 1.0 - 1e-7
+    turning &= np.abs(size[a] - size[b]) < ALIKE * np.minimum(size[a], size[b])
+    false = np.zeros(len(groups), dtype=bool)
+    a, b = a[turning], b[turning]
+    count = np.array([len(group) for group in groups])
+    false[a[2 * count[b] >= count[a]]] = True  # a whole cylinder beside a piece stays
+    false[b[2 * count[a] >= count[b]]] = True
+    return false
 
 
 def _far_side(look: _Look, faces: Indices, axis: Array, middle: Array) -> Array:
@@ -282,6 +313,57 @@ def fit_circle(points: Array) -> tuple[Array, float]:
     return centre + middle, float(np.sqrt(max(0.0, solution[2] + centre @ centre)))
 
 
+def _is_chord(look: _Look, cylinder: _Revolved, faces: Indices) -> Flags:
+    """Tell which faces of a strip are as deep as their width asks; none if most are not."""
+    across = np.cross(cylinder.axis, look.normal[faces])
+    row, point = look.corners(faces)
+    reach = np.einsum("ij,ij->i", point - cylinder.point, across[row])
+    least, most = np.full(len(faces), np.inf), np.full(len(faces), -np.inf)
+    np.minimum.at(least, row, reach)
+    np.maximum.at(most, row, reach)
+    half = 0.5 * (most - least)
+    wanted = cylinder.r0 - np.sqrt(np.maximum(0.0, cylinder.r0**2 - half**2))
+    depth = _depth_of(look, cylinder, faces)
+    ratio = float(np.median(depth / np.maximum(wanted, 1e-12)))
+    if not CHORD_RATIO[0] < ratio < CHORD_RATIO[1]:
+        return np.zeros(len(faces), dtype=bool)
+    if len(faces) < FEW and not _turns_twice(look, cylinder, faces):
+        return np.zeros(len(faces), dtype=bool)
+    uneven = UNEVEN if len(faces) >= FEW else UNEVEN_OF_FEW
+    return np.asarray(depth < uneven * np.median(depth))
+
+
+def _turns_twice(look: _Look, cylinder: _Revolved, faces: Indices) -> bool:
+    """Tell whether a strip of few faces has three directions at least; pieces of one plane count once."""
+    basis = np.linalg.svd(cylinder.axis[None])[2][1:]
+    x, y = (look.normal[faces] @ basis.T).T
+    angle = np.sort(np.unwrap(np.arctan2(y, x)))
+    steps = np.diff(angle)
+    return bool((steps > 0.1 * steps.max(initial=0.0)).sum() >= 2)
+
+
+def _depth_of(look: _Look, cylinder: _Revolved, faces: Indices) -> Array:
+    """Return how far below a cylinder each face's plane lies where it is deepest."""
+    point = look.mesh.vertices[look.mesh.triangles[look.order[look.starts[faces]], 0]]
+    depth: Array = cylinder.r0 - np.abs(np.einsum("ij,ij->i", point - cylinder.point, look.normal[faces]))
+    return depth
+
+
+def _lies_on(look: _Look, surface: _Revolved, faces: Indices) -> Flags:
+    """Tell which faces are chords of a surface: corners on it, middle not too deep, normal across it."""
+    row, point = look.corners(faces)
+    off = surface.off(point)
+    size = surface.tube_mm or surface.r0 + surface.slope * (point - surface.point) @ surface.axis
+    deepest = np.zeros(len(faces))
+    highest = np.zeros(len(faces))
+    np.minimum.at(deepest, row, off / size)
+    np.maximum.at(highest, row, off / size)
+    middle = look.mesh.vertices[look.mesh.triangles[look.order[look.starts[faces]]]].mean(axis=1)
+    aligned = np.abs(np.einsum("ij,ij->i", surface.normal(middle), look.normal[faces]))
+    between: Flags = (deepest > -DEEPEST) & (highest < 2.0 * ON_SURFACE)
+    return between & (aligned > np.cos(SMOOTH_RAD / 2.0))
+
+
 def _spread(look: _Look, surfaces: list[_Revolved], surface_of: Indices) -> None:
     """Give cylinders the faces beside theirs whose corners lie between facets and circle."""
     if not surfaces:
@@ -320,15 +402,19 @@ def _depth(look: _Look, surfaces: list[_Revolved], faces: Indices, numbers: Indi
     point = look.mesh.vertices[look.mesh.triangles[look.order[look.starts[faces]], 0]]
     centre = np.array([surfaces[k].point for k in numbers]).reshape(-1, 3)
     radius = np.array([surfaces[k].r0 for k in numbers])
-    return radius - np.abs(np.einsum("ij,ij->i", point - centre, look.normal[faces]))
+    depth: Array = radius - np.abs(np.einsum("ij,ij->i", point - centre, look.normal[faces]))
+    return depth
 
 
 def _find_revolved(look: _Look, surfaces: list[_Revolved], surface_of: Indices) -> None:
     """Find cones and tori about the axes of the cylinders among the faces left that are smooth."""
+    i, j = look.face[look.edges.left[look.smooth]], look.face[look.edges.right[look.smooth]]
     for point, axis in _axes(look, surfaces, surface_of):
-        for faces in _patches(look, surface_of, point, axis):
+        free = (surface_of[i] < 0) & (surface_of[j] < 0)
+        i, j = i[free], j[free]
+        for faces in _patches(look, i, j, point, axis):
             fitted = _fit_profile(look, faces, point, axis)
-            if fitted is not None:
+            if fitted is not None and _lies_on(look, fitted, faces).all():
                 surface_of[faces] = len(surfaces)
                 surfaces.append(fitted)
 
@@ -353,46 +439,65 @@ def _axes(look: _Look, surfaces: list[_Revolved], surface_of: Indices) -> list[t
     return axes
 
 
-def _patches(look: _Look, surface_of: Indices, point: Array, axis: Array) -> list[Indices]:
-    """Return connected sets of smooth free faces whose normals meet the axis and are not along it."""
+def _patches(look: _Look, i: Indices, j: Indices, point: Array, axis: Array) -> list[Indices]:
+    """Return sets of faces connected by the pairs (i, j) whose directions meet the axis and slope to it."""
     from scipy.sparse import coo_array
     from scipy.sparse.csgraph import connected_components
 
-    first = look.mesh.triangles[look.order[look.starts]]
+    faces, pairs = np.unique(np.concatenate([i, j]), return_inverse=True)
+    first = look.mesh.triangles[look.order[look.starts[faces]]]
     _, r, out = _cylindrical(look.mesh.vertices[first].mean(axis=1), point, axis)
-    aside = np.abs(np.einsum("ij,ij->i", look.normal, np.cross(axis, out)))
-    upright = np.abs(look.normal @ axis)
-    fit = (surface_of < 0) & (aside < 0.35) & (upright < 1.0 - 1e-8) & (3 * look.sizes <= CORNERS_MOST)
-    fit &= (upright > 1e-6) & (r > 0.0)
-    i, j = look.face[look.edges.left[look.smooth]], look.face[look.edges.right[look.smooth]]
-    both = fit[i] & fit[j]
-    graph = coo_array((np.ones(int(both.sum())), (i[both], j[both])), shape=(look.count, look.count))
+    normal = look.normal[faces]
+    aside = np.abs(np.einsum("ij,ij->i", normal, np.cross(axis, out)))
+    upright = np.abs(normal @ axis)
+    fit = (aside < ASIDE) & (upright < 1.0 - 1e-8) & (upright > ON_SURFACE) & (r > 0.0)
+    fit &= 3 * look.sizes[faces] <= CORNERS_MOST
+    a, b = pairs.reshape(2, -1)
+    both = fit[a] & fit[b]
+    graph = coo_array((np.ones(int(both.sum())), (a[both], b[both])), shape=(len(faces), len(faces)))
     label = connected_components(graph, directed=False)[1]
     members = np.flatnonzero(fit)
     members = members[np.argsort(label[members], kind="stable")]
     cuts = np.flatnonzero(np.diff(label[members])) + 1
-    return [faces for faces in np.split(members, cuts) if len(faces) > 3]
+    return [faces[patch] for patch in np.split(members, cuts) if len(patch) > 3]
 
 
 def _fit_profile(look: _Look, faces: Indices, point: Array, axis: Array) -> _Revolved | None:
     """Fit a line (cone) or an arc (torus) to the profile (r, h) of corners; None if neither fits."""
     h, r, _ = _cylindrical(look.corners(faces)[1], point, axis)
+    some = np.column_stack([r, h])[:: max(1, len(r) // TRIED_FIRST)]
+    if not _near_line_or_arc(some):
+        return None
     profile = np.unique(np.round(np.column_stack([r, h]) / (1e-7 * look.mesh.diagonal_mm)), axis=0)
     profile = profile * (1e-7 * look.mesh.diagonal_mm)
     if len(profile) < 2:
         return None
-    middle = profile.mean(axis=0)
-    _, spread, directions = np.linalg.svd(profile - middle, full_matrices=False)
-    dr, dh = directions[0]
-    if spread[1] <= ON_SURFACE * spread[0] and abs(dh) > 1e-9:
-        slope = dr / dh
-        return _Revolved(point, axis, float(middle[0] - slope * middle[1]), float(slope))
+    line, off = _fit_line(profile)
+    size = float(np.ptp(profile, axis=0).max())
+    if off.max() <= ON_SURFACE * size and abs(line[1, 1]) > 1e-9:
+        slope = line[1, 0] / line[1, 1]
+        return _Revolved(point, axis, float(line[0, 0] - slope * line[0, 1]), float(slope))
     if len(profile) < 3:
         return None
     centre, tube = fit_circle(profile)
     if np.abs(np.linalg.norm(profile - centre, axis=1) - tube).max() > ON_SURFACE * tube:
         return None
     return _Revolved(point, axis, float(centre[0]), 0.0, float(centre[1]), tube)
+
+
+def _near_line_or_arc(profile: Array) -> bool:
+    """Tell quickly whether points (n, 2) may lie on a line or an arc."""
+    if _fit_line(profile)[1].max() <= 2.0 * ON_SURFACE * float(np.ptp(profile, axis=0).max()):
+        return True
+    centre, tube = fit_circle(profile)
+    return bool(np.abs(np.linalg.norm(profile - centre, axis=1) - tube).max() <= 2.0 * ON_SURFACE * tube)
+
+
+def _fit_line(profile: Array) -> tuple[Array, Array]:
+    """Return (point, direction) of the line nearest to points (n, 2), and each point's distance from it."""
+    middle = profile.mean(axis=0)
+    directions = np.linalg.svd(profile - middle, full_matrices=False)[2]
+    return np.stack([middle, directions[0]]), np.abs((profile - middle) @ directions[1])
 
 
 def _cylindrical(points: Array, point: Array, axis: Array) -> tuple[Array, Array, Array]:
@@ -441,7 +546,7 @@ def _summed(look: _Look, surfaces: list[_Revolved], surface_of: Indices, density
 def _between(
     surface: _Revolved, corners: Array, doubled: Array, rule: tuple[Array, Array]
 ) -> tuple[Array, Array, Array]:
-    """Return base points, directions (k, 3) and weights (3, k): ∫ (base + t·direction)ⁿ over what lies between.
+    """Return base points, directions (k, 3) and weights (3, k) of ∫ (base + t·direction)ⁿ between.
 
     Points of a triangle are moved to the surface along the direction away from the axis, or from the centre
     of the tube; the volume they sweep is exact, whatever the size of the triangle, up to the quadrature.
