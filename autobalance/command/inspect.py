@@ -67,7 +67,7 @@ def run(arguments: argparse.Namespace) -> int:
 
 def inspected(arguments: argparse.Namespace) -> Record:
     """Read, recognise and measure."""
-    from autobalance.command.pipeline import Stopwatch, default_planes_mm, measured_crank
+    from autobalance.command.pipeline import Stopwatch, default_planes_mm, facet_entry, measured_crank
     from autobalance.command.run import input_file
     from autobalance.report.record import MeasuredCrank, Record
     from autobalance.rotor.unbalance import Unbalance
@@ -80,7 +80,7 @@ def inspected(arguments: argparse.Namespace) -> Record:
     return Record(
         command="inspect",
         input=input_file(path, crank),
-        crank=MeasuredCrank(crank.moments, crank.source.solid.volume_mm3, crank.anatomy),
+        crank=MeasuredCrank(crank.moments, crank.source.solid.volume_mm3, crank.anatomy, facet_entry(crank)),
         initial=Unbalance.of(crank.moments),
         planes_z_mm=default_planes_mm(crank.anatomy),
         faces=faces,

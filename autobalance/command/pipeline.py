@@ -16,11 +16,17 @@ from autobalance.engine.balance_factor import balance_factor, bob_weight_moments
 from autobalance.engine.parts import Parts, ThrowLoad
 from autobalance.errors import JobError
 from autobalance.job import Attached, Crankshaft, Engine, Job, PartWeights, Weight
+from autobalance.report import record
 from autobalance.rotor.moments import Moments
 from autobalance.rotor.tolerance import Tolerance
 from autobalance.rotor.unbalance import Unbalance
+from autobalance.rotor.uncertainty import Budget, axis_share_g_mm, facets_share_g_mm, rounding_share_g_mm
+from autobalance.solid.facets import FacetError, facet_error
+from autobalance.solid.formats import format_named
 from autobalance.solid.read import Source, read
 
+FACETS_MOST = 200_000
+"""Triangles up to which the facet error is looked for: it costs some 0.3 s for 100 000."""
 STROKE_SLACK_MM = 0.1
 STROKE_SLACK_SHARE = 0.005
 
@@ -33,6 +39,7 @@ class Crank:
     anatomy: Anatomy
     density_g_mm3: float
     moments: Moments
+    facets: FacetError | None
 
 
 class Stopwatch:
@@ -72,7 +79,61 @@ def measured_crank(crankshaft: Crankshaft, watch: Stopwatch) -> Crank:
     with watch.stage("measure"):
         anatomy = recognise(source.solid, hints)
         moments = source.solid.moments(crankshaft.density_g_mm3, anatomy.file_to_rotor)
-    return Crank(source, anatomy, crankshaft.density_g_mm3, moments)
+        facets = facets_of(source, crankshaft.density_g_mm3, anatomy)
+    return Crank(source, anatomy, crankshaft.density_g_mm3, moments, facets)
+
+
+def facets_of(source: Source, density_g_mm3: float, anatomy: Anatomy) -> FacetError | None:
+    """Estimate what the facets cost; None where the mesh is so fine that looking would cost more than it."""
+    if source.solid.triangle_count > FACETS_MOST:
+        return None
+    return facet_error(source.solid.mesh, density_g_mm3, anatomy.file_to_rotor)
+
+
+def facet_entry(crank: Crank) -> record.FacetError | None:
+    """Return what the report says of the facets."""
+    if crank.facets is None:
+        return None
+    return record.FacetError(crank.facets.missing.mass_g, crank.facets.unbalance_g_mm)
+
+
+def budget(crank: Crank, loads: tuple[ThrowLoad, ...], pm_g: Mapping[int, float]) -> Budget | None:
+    """Return the error budget of the resultant; None where the facets are not known.
+
+    ``pm_g`` is, by throw from 1, by how much its bob-weight may be off.
+    """
+    if crank.facets is None:
+        return None
+    mass = crank.moments.mass_g
+    reach = float(np.abs(crank.source.solid.bounds).max()) / crank.source.mm_per_unit
+    number = format_named(crank.source.format).number
+    spacing = float(np.spacing(number(reach))) * crank.source.mm_per_unit
+    weights = [pm_g.get(place, 0.0) * load.crank_radius_mm for place, load in enumerate(loads, start=1)]
+    return Budget(
+        {
+            "facets": facets_share_g_mm(
+                crank.facets.unbalance_g_mm, crank.facets.unbalance_bar_g_mm, corrected=False
+            ),
+            "rounding": rounding_share_g_mm(mass, spacing),
+            "axis": axis_share_g_mm(mass, crank.anatomy.journal_misalignment_mm),
+            "weights": float(np.sqrt(np.square(weights).sum())),
+        }
+    )
+
+
+def bob_weight_pm_g(engine: Engine, anatomy: Anatomy, factor: float) -> dict[int, float]:
+    """Return by how much each throw's bob-weight may be off: its parts' ± added as squares."""
+    found = {}
+    for throw in anatomy.throws:
+        parts = engine.of_throw(throw.number)
+        weights = parts.weights
+        scaled = [
+            *(weight.pm_g for weight in weights.crankpin.values()),
+            *(parts.rods * weight.pm_g for weight in weights.rotating.values()),
+            *(parts.rods * factor * weight.pm_g for weight in weights.reciprocating.values()),
+        ]
+        found[throw.number] = float(np.sqrt(np.square(scaled).sum()))
+    return found
 
 
 # --- weights ------------------------------------------------------------------------------------------------

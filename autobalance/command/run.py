@@ -259,10 +259,16 @@ def _faces(job: Job, crank: Crank) -> tuple[Face, ...]:
 def _record(job: Job, crank: Crank, factor: float, tolerance: Tolerance, result: Result) -> Record:
     source = crank.source
     planes = tuple(plane.z_mm for plane in tolerance.planes)
+    loads = pipeline.throw_loads(crank.anatomy, job.engine)
+    pm_g = pipeline.bob_weight_pm_g(job.engine, crank.anatomy, factor)
+    budget = pipeline.budget(crank, loads, pm_g)
     return Record(
         command="balance",
         input=input_file(job.crankshaft.file, crank),
-        crank=MeasuredCrank(crank.moments, source.solid.volume_mm3, crank.anatomy),
+        crank=MeasuredCrank(
+            crank.moments, source.solid.volume_mm3, crank.anatomy, pipeline.facet_entry(crank)
+        ),
+        uncertainty_g_mm=None if budget is None else budget.total_g_mm,
         initial=result.initial,
         planes_z_mm=(planes[0], planes[1]) if planes else None,
         balanced=Balanced(

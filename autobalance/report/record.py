@@ -28,7 +28,7 @@ class InputFile:
 
 @dataclass(frozen=True)
 class FacetError:
-    """How much mass and unbalance the facets hide, at most."""
+    """What the true surface holds more than the facets: mass, and the magnitude of the unbalance."""
 
     mass_g: float
     unbalance_g_mm: float

@@ -179,8 +179,9 @@ def _look(mesh: Mesh) -> _Look:
     doubled = area_vectors(mesh)
     edges = edges_of(mesh, doubled)
     face, count = plane_faces(mesh, edges)
-    total = np.stack([np.bincount(face, weights=column, minlength=count) for column in doubled.T], axis=1)
-    total = total.astype(np.float64)
+    total = np.zeros((count, 3))
+    for column, weights in enumerate(doubled.T):
+        total[:, column] = np.bincount(face, weights=weights, minlength=count)
     order = np.argsort(face, kind="stable")
     sizes = np.bincount(face, minlength=count)
     smooth = (edges.angle_rad <= SMOOTH_RAD) & (edges.angle_rad > 0.0)
@@ -361,7 +362,7 @@ def _lies_on(look: _Look, surface: _Revolved, faces: Indices) -> Flags:
     middle = look.mesh.vertices[look.mesh.triangles[look.order[look.starts[faces]]]].mean(axis=1)
     aligned = np.abs(np.einsum("ij,ij->i", surface.normal(middle), look.normal[faces]))
     between: Flags = (deepest > -DEEPEST) & (highest < 2.0 * ON_SURFACE)
-    return between & (aligned > np.cos(SMOOTH_RAD / 2.0))
+    return np.asarray(between & (aligned > np.cos(SMOOTH_RAD / 2.0)))
 
 
 def _spread(look: _Look, surfaces: list[_Revolved], surface_of: Indices) -> None:

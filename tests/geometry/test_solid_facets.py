@@ -1,6 +1,8 @@
 """What facets cost, against closed forms and against exact surfaces."""
 
+import json
 import math
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -10,6 +12,7 @@ from autobalance.crank.generate import crank_solid, exact_moments
 from autobalance.solid.csg import Solid
 from autobalance.solid.facets import facet_error
 from autobalance.solid.mesh import Mesh
+from autobalance.solid.read import read
 from autobalance.solid.shape import (
     Arc,
     Bar,
@@ -24,6 +27,7 @@ from autobalance.solid.shape import (
     tessellated,
 )
 
+BUNDLED = Path(__file__).parents[2] / "fixtures" / "crf250r"
 AT_LEAST = 10.0
 """How many times nearer to the truth a corrected value must be."""
 
@@ -156,3 +160,16 @@ def test_turning_and_moving_change_nothing() -> None:
     assert there.missing.mass_g == pytest.approx(here.missing.mass_g, rel=1e-9)
     assert there.unbalance_g_mm == pytest.approx(here.unbalance_g_mm, rel=1e-6)
     assert there.unbalance_bar_g_mm == pytest.approx(here.unbalance_bar_g_mm, rel=1e-6)
+
+
+@pytest.mark.parametrize("variant", ["straight", "drafted"])
+@pytest.mark.parametrize("name", ["crank.stl", "crank-with-pin.stl"])
+def test_the_bundled_cranks_against_what_their_builder_knows(variant: str, name: str) -> None:
+    built = json.loads((BUNDLED / "built.json").read_text(encoding="utf-8"))[variant][name]
+    solid = read(BUNDLED / variant / name, "mm", pressed_up=True).solid
+    density = built["mass_g"] / solid.volume_mm3
+    error = facet_error(solid.mesh, density)
+    assert error.missing.mass_g == pytest.approx(-built["facet_error_mass_g"], rel=0.01)
+    assert error.unbalance_g_mm == pytest.approx(abs(built["facet_error_unbalance_g_mm"]), rel=0.01)
+    polar_kg_mm2 = error.missing.polar_inertia_g_mm2 / 1000.0
+    assert polar_kg_mm2 == pytest.approx(-built["facet_error_polar_inertia_kg_mm2"], rel=0.01)
