@@ -98,6 +98,8 @@ class DrillLimits:
                 f"drill.depth_step_mm = {step:g} leaves no depth between min_depth_mm = "
                 f"{self.min_depth_mm:g} and max_depth_mm = {self.max_depth_mm:g}"
             )
+        if self.deepen:
+            raise CorrectionError("drill.deepen = true is not there yet: holes can be drilled, not deepened")
         if self.max_holes < 1:
             raise CorrectionError(f"drill.max_holes is {self.max_holes}; must be ≥ 1")
 

@@ -223,7 +223,33 @@ def _front(s: Array, a: float, room: Room) -> Array:
 def _bound(pieces: Array, a: float, room: Room) -> Array:
     """Return a depth (k,) that no point of a piece undercuts; inf for pieces out of reach."""
     depth = pieces[:, :, 2]
-    return _clear(_distance_from_axis(pieces), depth.min(1), depth.max(1), a, room)
+    bound = _clear(_distance_from_axis(pieces), depth.min(1), depth.max(1), a, room)
+    beside = np.isfinite(bound) & (depth.min(1) >= -room.wall_mm)
+    bound[beside] = np.maximum(bound[beside], _tangent_bound(pieces[beside], a, room))
+    return bound
+
+
+def _tangent_bound(pieces: Array, a: float, room: Room) -> Array:
+    """Return a bound (k,) from the tangent at the pieces' middles, since τ − φ(s) is convex; −inf: none.
+
+    It closes in with the square of a piece's size, where the least s and τ only do so with the size.
+    """
+    middle = pieces.mean(axis=1)
+    s = np.hypot(middle[:, 0], middle[:, 1])
+    valid = s < a + room.wall_mm - SLACK_MM
+    outward = middle[:, :2] / np.maximum(s, 1e-12)[:, None]
+    along = ((pieces[:, :, :2] - middle[:, None, :2]) * outward[:, None]).sum(2)
+    rise = (pieces[:, :, 2] - middle[:, None, 2]) - _front_slope(s, a, room)[:, None] * along
+    value = middle[:, 2] - _front(s, a, room) + rise.min(axis=1)
+    return np.where(valid, value, -np.inf)
+
+
+def _front_slope(s: Array, a: float, room: Room) -> Array:
+    """Return the derivative of ``_front`` with s, for s short of the radius and the wall."""
+    cos, sin, wall = math.cos(room.half_point_rad), math.sin(room.half_point_rad), room.wall_mm
+    tip = -s / np.sqrt(np.maximum(wall**2 - s**2, 1e-12))
+    edge = -(s - a) / np.sqrt(np.maximum(wall**2 - (s - a) ** 2, 1e-12))
+    return np.where(s <= wall * cos, tip, np.where(s <= a + wall * cos, -cos / sin, edge))
 
 
 def _value(pieces: Array, a: float, room: Room) -> Array:

@@ -17,6 +17,7 @@ from autobalance.correction.slug import SlugLimits
 from autobalance.correction.turn import TurnLimits
 from autobalance.correction.walls import Axis
 from autobalance.crank.anatomy import Anatomy, Face
+from autobalance.crank.design import PRESETS
 from autobalance.rebalance import Result, Rotor, balance
 from autobalance.rotor.moments import Moments
 from autobalance.rotor.tolerance import Judge, Tolerance
@@ -24,6 +25,7 @@ from autobalance.rotor.unbalance import Unbalance
 from autobalance.solid.csg import Solid
 from autobalance.solid.mesh import Array, Mesh
 from tests.cranks import Shape, make_crank, tilted
+from tests.generated import generated_crank
 from tests.geometry.test_add import web_face
 
 STEEL = 7.85e-3
@@ -214,20 +216,15 @@ def some_feasible_unbalance(offer: Offer, rng: np.random.Generator) -> Unbalance
 
 @pytest.mark.slow
 @pytest.mark.parametrize("seed", range(30))
-def test_thirty_random_cranks(seed: int) -> None:
+def test_thirty_generated_cranks(seed: int) -> None:
+    """Every layout that can be generated, anywhere in space, with an unbalance that holes can take away."""
     rng = np.random.default_rng(seed)
-    layout = list(LAYOUTS.values())[seed % len(LAYOUTS)]
-    shape = Shape(
-        crank_radius=rng.uniform(24.0, 36.0),
-        web_width=rng.uniform(16.0, 24.0),
-        rim_radius=rng.uniform(58.0, 72.0),
-        half_fan_rad=rng.uniform(0.9, 1.4),
+    crank = generated_crank(
+        list(PRESETS)[seed % len(PRESETS)], seed=seed, segments=int(rng.choice([37, 64, 96]))
     )
-    solid, anatomy = make_crank(
-        layout, shape, tilted(rng.uniform(0.0, 3.0), rng.uniform(-300.0, 300.0, 3).tolist())
-    )
-    diameters = ((8.0,), (9.0,), (7.0, 8.0, 9.0))[seed % 3]
-    limits = DrillLimits(diameters_mm=diameters, depth_step_mm=0.0, min_wall_mm=2.5)
+    solid, anatomy = crank.solid, crank.truth
+    diameters = ((6.0,), (7.0,), (6.0, 7.0, 8.0))[seed % 3]
+    limits = DrillLimits(diameters_mm=diameters, depth_step_mm=0.0, min_wall_mm=2.0)
     bare = rotor_with(solid, anatomy, Unbalance(np.zeros(2), np.zeros(2)))
     rotor = rotor_with(solid, anatomy, some_feasible_unbalance(offer_of(bare, limits), rng))
     judge = tolerance(solid, anatomy)
