@@ -4,10 +4,11 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
+from autobalance.correction.bores import old_sites
 from autobalance.correction.hole import (
     Direction,
     Hole,
@@ -55,7 +56,9 @@ class DrillLimits:
         Where the axes of holes may lie: angles in the rotor frame, counter-clockwise from the first to
         the second; (0, 360) is all around.
     deepen : bool
-        Holes that are there may be deepened.
+        Blind holes that are there may be deepened by a drill of their diameter (to 2 %); the depth then
+        counts from the old bottom on the axis to the new shoulder, from 0.1 mm on; ``max_depth_mm`` holds
+        for old and new together.
     """
 
     direction: Direction = "radial"
@@ -98,8 +101,6 @@ class DrillLimits:
                 f"drill.depth_step_mm = {step:g} leaves no depth between min_depth_mm = "
                 f"{self.min_depth_mm:g} and max_depth_mm = {self.max_depth_mm:g}"
             )
-        if self.deepen:
-            raise CorrectionError("drill.deepen = true is not there yet: holes can be drilled, not deepened")
         if self.max_holes < 1:
             raise CorrectionError(f"drill.max_holes is {self.max_holes}; must be ≥ 1")
 
@@ -174,6 +175,7 @@ class DrillCut:
                 "diameter_mm": 2.0 * hole.radius_mm,
                 "point_angle_deg": self.limits.point_angle_deg,
                 "point_mm": hole.point_mm,
+                "deepened_from_mm": self.site.sunk_mm or None,
                 "angle_deg": math.degrees(self.site.angle_rad) % 360.0,
                 "z_mm": float(entry[2]),
                 "entry_radius_mm": math.hypot(entry[0], entry[1]),
@@ -237,9 +239,48 @@ def cuts(
                 for site, hole, deepest in make_holes(here, metal, radius, room):
                     cut = _cut(site, hole, deepest, limits, density_g_mm3)
                     found += [] if cut is None else [cut]
+    if limits.deepen:
+        found += _deepened(solid, anatomy, surface, density_g_mm3, limits)
     if not found:
         raise CorrectionError(_why_none(limits, seen))
     return found
+
+
+LEAST_DEEPENING_MM = 0.1
+SAME_DIAMETER = 0.02
+
+
+def _deepened(
+    solid: Solid, anatomy: Anatomy, surface: Surface, density_g_mm3: float, limits: DrillLimits
+) -> list[DrillCut]:
+    """Set up the blind holes that are there and that a drill at hand fits."""
+    half_point = math.radians(0.5 * limits.point_angle_deg)
+    room = Room(limits.min_wall_mm, half_point, LEAST_DEEPENING_MM, limits.max_depth_mm)
+    fitting = [
+        (site, 0.5 * diameter)
+        for web in anatomy.webs
+        for site, radius in old_sites(surface, web, limits.direction, limits.min_wall_mm)
+        for diameter in sorted(set(limits.diameters_mm))
+        if abs(diameter - 2.0 * radius) <= SAME_DIAMETER * diameter
+        and _in_sectors(site.angle_rad, limits.sectors_deg)
+    ]
+    if not fitting:
+        return []
+    metal = reach_of(solid, anatomy, [site for site, _ in fitting], max(radius for _, radius in fitting))
+    shallow = replace(limits, min_depth_mm=LEAST_DEEPENING_MM)
+    cuts = [
+        _cut(site, hole, deepest, shallow, density_g_mm3)
+        for place, radius in fitting
+        for site, hole, deepest in make_holes(
+            [place], metal[place.web], radius, replace(room, most_mm=limits.max_depth_mm - place.sunk_mm)
+        )
+    ]
+    return [cut for cut in cuts if cut is not None]
+
+
+def _in_sectors(angle_rad: float, sectors_deg: Sectors) -> bool:
+    degrees = math.degrees(angle_rad)
+    return any((degrees - start) % 360.0 <= ((end - start) % 360.0 or 360.0) for start, end in sectors_deg)
 
 
 def _cut(

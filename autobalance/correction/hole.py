@@ -112,13 +112,17 @@ def drill_body(radius_mm: float, top_mm: float, shoulder_mm: float, point_mm: fl
 
 @dataclass(frozen=True, eq=False)
 class Site:
-    """A place for a hole: ``others`` are the surfaces to keep clear of, in local coordinates."""
+    """A place for a hole: ``others`` are the surfaces to keep clear of, in local coordinates.
+
+    ``sunk_mm`` is how far the entry, the bottom of a hole that is there, lies below that hole's mouth.
+    """
 
     web: int
     angle_rad: float
     axis: Axis
     others: Array
     lift_mm: float
+    sunk_mm: float = 0.0
 
     @property
     def most_mm(self) -> float:

@@ -122,18 +122,24 @@ class Surface:
         return local[other], float(local[same][:, :, 2].min())
 
 
+def edge_pairs(vertex: Indices) -> tuple[Indices, Indices]:
+    """Return the pairs of triangles (rows) that share an edge."""
+    edges = np.sort(vertex[:, [[0, 1], [1, 2], [2, 0]]].reshape(-1, 2), axis=1)
+    owner = np.repeat(np.arange(len(vertex)), 3)
+    order = np.lexsort((edges[:, 1], edges[:, 0]))
+    edges, owner = edges[order], owner[order]
+    twin = np.flatnonzero((edges[1:] == edges[:-1]).all(1))
+    return owner[twin], owner[twin + 1]
+
+
 def _connected(vertex: Indices, start: int) -> NDArray[np.bool_]:
     """Tell which triangles hang together with triangle ``start`` through shared edges."""
     from scipy.sparse import coo_array
     from scipy.sparse.csgraph import connected_components
 
     count = len(vertex)
-    edges = np.sort(vertex[:, [[0, 1], [1, 2], [2, 0]]].reshape(-1, 2), axis=1)
-    owner = np.repeat(np.arange(count), 3)
-    order = np.lexsort((edges[:, 1], edges[:, 0]))
-    edges, owner = edges[order], owner[order]
-    twin = np.flatnonzero((edges[1:] == edges[:-1]).all(1))
-    pairs = coo_array((np.ones(len(twin)), (owner[twin], owner[twin + 1])), shape=(count, count))
+    i, j = edge_pairs(vertex)
+    pairs = coo_array((np.ones(len(i)), (i, j)), shape=(count, count))
     _, label = connected_components(pairs, directed=False)
     same: NDArray[np.bool_] = label == label[start]
     return same

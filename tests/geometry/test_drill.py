@@ -1,4 +1,5 @@
 import math
+from dataclasses import replace
 from typing import Literal
 
 import numpy as np
@@ -215,3 +216,34 @@ def test_converging_holes_may_be_as_deep_as_their_tips_allow() -> None:
     assert tips == pytest.approx(11.0, abs=1e-3)
     (crossing,) = apart(hole(50.0, 0.0, (-1.0, 0.0, 0.0), 4.0), hole(30.0, 20.0, (0.0, -1.0, 0.0), 4.0))
     assert 0.0 < crossing < 20.0
+
+
+@pytest.mark.parametrize("direction", ["radial", "axial"])
+@pytest.mark.parametrize("placement", [np.eye(4), tilted(0.7, [20.0, -30.0, 15.0])])
+def test_a_hole_that_is_there_is_deepened(direction: Literal["radial", "axial"], placement: Array) -> None:
+    whole, anatomy = make_crank([0.0], placement=placement)
+    limits = DrillLimits(direction=direction, diameters_mm=(8.0,), depth_step_mm=0.0, min_wall_mm=2.0)
+    light = np.array([-1.0, 0.0])
+    first = drill.cuts(whole, anatomy, STEEL, light, limits)[3]
+    drilled = whole - first.tool(5.0).moved(anatomy.rotor_to_file)
+    assert not any(c.site.sunk_mm > 0.0 for c in drill.cuts(drilled, anatomy, STEEL, light, limits))
+    old = [
+        c
+        for c in drill.cuts(drilled, anatomy, STEEL, light, replace(limits, deepen=True))
+        if c.site.sunk_mm > 0.0
+    ]
+    (cut,) = old
+    assert cut.web == first.web
+    bottom = first.hole.axis.entry_mm + (5.0 + first.hole.point_mm) * first.hole.axis.inward
+    assert_allclose(cut.hole.axis.entry_mm, bottom, atol=1e-3)  # fitted to facets
+    for more in (cut.least_depth_mm, 2.0):
+        deeper = drilled - cut.tool(more).moved(anatomy.rotor_to_file)
+        assert_same(cut.effect(more), difference(drilled, deeper, anatomy), 1e-5)
+        volume = math.pi * 16.0 * (more + first.hole.point_mm)  # old point and new one are alike
+        assert_allclose(-cut.effect(more).mass_g / STEEL, volume, rtol=1e-3)  # the mouth's facets
+        assert len(deeper.pieces()) == 1
+    assert cut.correction(2.0).details["deepened_from_mm"] == pytest.approx(
+        5.0 + first.hole.point_mm, abs=1e-2
+    )
+    room = first.max_depth_mm - 5.0 - first.hole.point_mm
+    assert cut.max_depth_mm == pytest.approx(room, abs=5e-3)

@@ -26,7 +26,6 @@ STEEL = 7.85e-3
         ({"min_wall_mm": float("nan")}, "drill.min_wall_mm is nan"),
         ({"min_spacing_mm": -0.1}, "drill.min_spacing_mm is -0.1"),
         ({"max_holes": 0}, "drill.max_holes is 0"),
-        ({"deepen": True}, "drill.deepen = true is not there yet"),
         ({"sectors_deg": ()}, "excludes every angle"),
         ({"sectors_deg": ((90.0, 90.0),)}, "excludes every angle"),
     ],
