@@ -386,3 +386,55 @@ def test_grade_refuses_what_is_half_given(
     capsys: pytest.CaptureFixture[str], words: list[str], error: str
 ) -> None:
     assert error in refused(capsys, 2, "grade", *words)
+
+
+# --- the report of ``balance``
+
+
+def balanced(job: Path, capsys: pytest.CaptureFixture[str]) -> Any:
+    return printed(capsys, "balance", job, "-o", job.parent / "out")
+
+
+def test_a_balance_report_tells_the_forces_before_and_after(
+    job: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    forces = balanced(job, capsys)["forces"]
+    assert forces["speed_rpm"] == 15200
+    before, after = (
+        {order["order"]: order for order in forces[key]["orders"]} for key in ("before", "after")
+    )
+    assert before[1.0]["force_y_n"] == pytest.approx(0.8183 * PRIMARY_N, rel=1e-3)
+    assert after[1.0]["force_y_n"] == pytest.approx(0.28 * PRIMARY_N, rel=3e-3)  # U_per is worth 0.15 %
+    assert before[2.0] == after[2.0]  # no counterweight changes the second order
+    ideal = printed(capsys, "forces", job)["states"][1]["force"]
+    assert forces["after"]["greatest_n"] == pytest.approx(ideal["greatest_n"], rel=3e-3)
+
+
+def test_without_a_rod_length_a_balance_report_has_the_first_order_alone(
+    job: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    more(job, "", "rod_length_mm = 104.0\n")
+    forces = balanced(job, capsys)["forces"]
+    assert forces["after"]["greatest_n"] is None
+    assert [order["order"] for order in forces["after"]["orders"]] == [1.0]
+    assert forces["after"]["orders"][0]["force_x_n"] == pytest.approx(0.72 * PRIMARY_N, rel=3e-3)
+    assert main(["balance", str(job), "-o", str(job.parent / "again")]) == 0
+    assert "against it" in capsys.readouterr().out
+
+
+def test_without_the_cylinders_directions_a_balance_report_has_no_forces(
+    job: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    more(job, "", "stroke_mm = 53.8", "stroke_mm = 53.8\nrods_per_throw = 2")
+    more(job, "", "factor = 0.28", "factor = 0.1")
+    assert main(["balance", str(job), "-o", str(job.parent / "out"), "--json", "-"]) in (0, 4)
+    assert json.loads(capsys.readouterr().out)["forces"] is None
+
+
+def test_a_rod_too_short_stops_a_balance_before_it_cuts(
+    job: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    more(job, "", "rod_length_mm = 104.0", "rod_length_mm = 26.0")
+    error = refused(capsys, 3, "balance", job, "-o", job.parent / "out")
+    assert "rod length is 26 mm; must be more than crank radius" in error
+    assert not (job.parent / "out").exists()

@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 import itertools
-from collections.abc import Sequence
 
 import numpy as np
 
 from autobalance.command.pipeline import Crank, attached_moments, throw_loads, total_g
 from autobalance.crank.anatomy import Anatomy, Throw
 from autobalance.engine.conrod import ConnectingRod
+from autobalance.engine.force_summary import ShakingForce, shaking_force
 from autobalance.engine.slider_crank import SliderCrank
 from autobalance.engine.whole_engine import CrankUnbalance, Cylinder, Engine
 from autobalance.errors import JobError
@@ -147,16 +147,21 @@ def balanced_to(engine: Engine, job: Job, anatomy: Anatomy, factor: float) -> En
     return Engine(engine.cylinders, tuple(by_throw), engine.polar_inertia_g_mm2)
 
 
-def need_two_mains(job: Job, mains: Sequence[float]) -> None:
-    """Refuse a crank whose bearings are not known.
+def shaking(job: Job, anatomy: Anatomy, crank: Moments) -> ShakingForce | None:
+    """Return what shakes the job's engine at its top speed with a crank of those moments.
+
+    None where several rods share a throw and the job does not say where their cylinders stand. Without a
+    rod length only the first order is right.
 
     Raises
     ------
     JobError
-        With fewer than two main journals.
+        If the directions given do not fit the rods, or a rod is too short.
     """
-    if len(mains) < 2:
-        raise JobError(
-            f"{job.path.name}: crankshaft.main_journals: {len(mains)} main journal"
-            f"{'s' * (len(mains) != 1)} recognised; bearing loads need at least two"
-        )
+    layout = job.engine.layout
+    for throw in anatomy.throws:
+        banks = layout.bank_by_throw.get(throw.number, layout.bank_rad)
+        if banks is None and job.engine.of_throw(throw.number).rods > 1:
+            return None
+    engine = with_moments(job, anatomy, crank, rod_needed=False)
+    return shaking_force(engine, job.balance.service_speed_rad_s)

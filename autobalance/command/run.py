@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import Any
 
 from autobalance import job as jobs
-from autobalance.command import pipeline
+from autobalance.command import machine, pipeline
 from autobalance.command.pipeline import Crank, Stopwatch
 from autobalance.comparison import compare
 from autobalance.correction import Limits
@@ -19,6 +19,7 @@ from autobalance.crank.anatomy import Face
 from autobalance.crank.faces import find_faces
 from autobalance.crank.sections import counterweight_moments
 from autobalance.engine.balance_factor import bob_weight_moments
+from autobalance.engine.force_summary import ShakingForce
 from autobalance.errors import CorrectionError, FileError, JobError
 from autobalance.job import Job
 from autobalance.job.limits import limits_of_every_kind
@@ -30,6 +31,7 @@ from autobalance.report.record import (
     Balanced,
     Counterweight,
     Factors,
+    Forces,
     InputFile,
     Loads,
     MeasuredCrank,
@@ -140,6 +142,7 @@ def _balanced_record(job: Job, watch: Stopwatch, progress: Progress) -> tuple[Re
         factor = pipeline.target_factor(job, crank.anatomy, crank.moments)
         tolerance = pipeline.tolerance_of(job, crank.anatomy, crank.moments)
         rotor = _rotor(job, crank, tolerance, factor)
+        before = machine.shaking(job, crank.anatomy, crank.moments)
     format_name, scale = crank.source.format, crank.source.mm_per_unit
 
     def to_bytes(mesh: Mesh) -> bytes:
@@ -154,11 +157,19 @@ def _balanced_record(job: Job, watch: Stopwatch, progress: Progress) -> tuple[Re
         except CorrectionError as error:
             raise JobError(f"{job.path.name}: {error}") from None
     record = _record(job, crank, factor, tolerance, result)
+    if before is not None and record.balanced is not None:
+        forces = _forces(job, crank, before, result)
+        record = replace(record, balanced=replace(record.balanced, forces=forces))
     if job.balance.overbalance_g_mm > 0.0 and record.balanced is not None:
         progress("placing the last holes")
         left = _overbalance(job, rotor, tolerance, result)
         record = replace(record, balanced=replace(record.balanced, overbalance=left))
     return record, result.written
+
+
+def _forces(job: Job, crank: Crank, before: ShakingForce, result: Result) -> Forces | None:
+    after = machine.shaking(job, crank.anatomy, result.final_moments)
+    return None if after is None else Forces(before, after, job.engine.rod_length_mm is not None)
 
 
 def _overbalance(job: Job, rotor: Rotor, tolerance: Tolerance, result: Result) -> Overbalance:

@@ -17,6 +17,7 @@ import numpy as np
 from autobalance import __version__
 from autobalance.correction.kind import Correction
 from autobalance.crank.anatomy import Anatomy, Pin, Throw
+from autobalance.report.force_values import force_values
 from autobalance.report.record import Balanced, FaceOffer, MeasuredCrank, Record
 from autobalance.rotor.moments import Array, Moments
 from autobalance.rotor.unbalance import Unbalance
@@ -56,6 +57,7 @@ def report(record: Record) -> Values:
         "corrections": [],
         "steps": [],
         "inertia_change_kg_mm2": None,
+        "forces": None if balanced is None else _forces(balanced),
         "outcome": None,
         "reason": None,
         "overbalance": None,
@@ -244,6 +246,17 @@ def _tolerance(balanced: Balanced | None) -> Values | None:
             for plane in tolerance.planes
         ],
         "judge": tolerance.judge,
+    }
+
+
+def _forces(balanced: Balanced) -> Values | None:
+    forces = balanced.forces
+    if forces is None:
+        return None
+    return {
+        "speed_rpm": balanced.job["balance"]["speed_rpm"],
+        "before": force_values(forces.before, all_orders=forces.all_orders),
+        "after": force_values(forces.after, all_orders=forces.all_orders),
     }
 
 

@@ -8,6 +8,7 @@ from typing import Any, Literal
 
 from autobalance.correction.kind import Correction
 from autobalance.crank.anatomy import Anatomy, Face
+from autobalance.engine.force_summary import ShakingForce
 from autobalance.rebalance import Result
 from autobalance.rotor.moments import Array, Moments
 from autobalance.rotor.tolerance import Tolerance
@@ -97,8 +98,17 @@ class Overbalance:
 
 
 @dataclass(frozen=True, eq=False)
+class Forces:
+    """What shakes the engine before and after, at top speed; without a rod length the first order only."""
+
+    before: ShakingForce
+    after: ShakingForce
+    all_orders: bool
+
+
+@dataclass(frozen=True, eq=False)
 class Balanced:
-    """What only a balancing run knows."""
+    """What only a balancing run knows; ``forces`` are None where the job lacks a cylinder's direction."""
 
     job: Mapping[str, Any]
     counterweight: Counterweight | None
@@ -107,6 +117,7 @@ class Balanced:
     tolerance: Tolerance
     result: Result
     overbalance: Overbalance | None = None
+    forces: Forces | None = None
 
 
 @dataclass(frozen=True, eq=False)

@@ -63,6 +63,7 @@ def balance_text(report: Values, units: Units) -> str:
         _corrections(report, units),
         _before_and_after(report, units),
         _factor(report, units),
+        _forces(report),
         _changes(report, units),
         _overbalance(report, units),
     ]
@@ -160,6 +161,25 @@ def _arrow(initial: float | None, target: float, final: float | None) -> str:
     if initial is None or final is None:
         return f"{target:.4f} asked for; the throws cancel each other out, so the crank has none"
     return f"{initial:.4f} before, {final:.4f} after, {target:.4f} wanted"
+
+
+def _forces(report: Values) -> str:
+    forces = report.get("forces")
+    if forces is None:
+        return ""
+    before, after = (_first_order(forces[key]) for key in ("before", "after"))
+    keys = ("greatest_force_n", "forward_n", "backward_n")
+    rows: list[Sequence[str]] = [("First order", "before", "after")]
+    for key, name in zip(keys, ("greatest", "with the crank", "against it"), strict=True):
+        rows.append((f"  {name}", f"{before[key]:.0f} N", f"{after[key]:.0f} N"))
+    if forces["after"]["greatest_n"] is not None:
+        rows.append(("  all orders", *(f"{forces[key]['greatest_n']:.0f} N" for key in ("before", "after"))))
+    return table(rows) + f"\n  shaking force of inertia at {forces['speed_rpm']:g} rpm"
+
+
+def _first_order(force: Values) -> Values:
+    found: Values = next(order for order in force["orders"] if order["order"] == 1.0)
+    return found
 
 
 def _changes(report: Values, units: Units) -> str:
