@@ -23,7 +23,9 @@ def main() -> None:
     mesh_moments(cut, 7.85e-3)
     out = np.zeros(len(cut.triangles), dtype=RECORD)
     out["corners"] = cut.vertices[cut.triangles]
-    Path("floor.stl").write_bytes(bytes(80) + np.uint32(len(out)).tobytes() + out.tobytes())
+    Path(sys.argv[1]).with_name("floor.stl").write_bytes(
+        bytes(80) + np.uint32(len(out)).tobytes() + out.tobytes()
+    )
 
 
 if __name__ == "__main__":

@@ -1,6 +1,7 @@
 """The way one would script it: trimesh, its mass properties, and its boolean inside a root finder."""
 
 import sys
+from pathlib import Path
 
 import trimesh
 from scipy.optimize import brentq
@@ -28,7 +29,7 @@ def main() -> None:
         return 0.0 if abs(value) <= 0.01 * PERMISSIBLE_G_MM else float(value)
 
     depth = float(brentq(residual, 0.1, 4.4))
-    cut(depth).export("naive.stl")
+    cut(depth).export(str(Path(sys.argv[1]).with_name("naive.stl")))
     print(f"depth {depth:.4f} mm, residual {residual(depth):.3f} g·mm")
 
 
