@@ -261,7 +261,7 @@ def planned(
     CorrectionError
         If a correction cannot be set up as asked.
     """
-    now = rotor.solid.moments(rotor.density_g_mm3, rotor.anatomy.file_to_rotor) + rotor.loads
+    now = rotor.moments + rotor.loads
     offer, plan = _best_offer(rotor, tolerance, methods, Unbalance.of(now), prefer)
     made = zip(offer.cuts, plan.depths_mm, strict=True)
     return tuple(cut.correction(float(depth)) for cut, depth in made if depth > 0.0), plan.predicted
