@@ -1,0 +1,65 @@
+"""What the documents say is so: their jobs are read, their links lead somewhere, their commands exist."""
+
+import re
+import tomllib
+from pathlib import Path
+
+import pytest
+
+from autobalance import job
+from autobalance.command.main import COMMANDS
+from autobalance.job.limits import KINDS
+
+ROOT = Path(__file__).resolve().parents[2]
+DOCUMENTS = [
+    path
+    for folder in (ROOT, ROOT / "docs")
+    for path in sorted(folder.glob("*.md"))
+    if path.name != "CHANGELOG.md"
+]
+
+
+@pytest.mark.parametrize(
+    "path", [ROOT / "README.md", ROOT / "docs" / "tutorial.md"], ids=lambda path: path.name
+)
+def test_jobs_in_documents_are_read(path: Path) -> None:
+    blocks = re.findall(r"```toml\n(.*?)```", path.read_text(encoding="utf-8"), re.DOTALL)
+    assert blocks
+    for block in blocks:
+        assert job.parse(tomllib.loads(block), path).balance.factor == 0.28
+
+
+def test_the_tutorials_job_is_the_bundled_one() -> None:
+    text = (ROOT / "docs" / "tutorial.md").read_text(encoding="utf-8")
+    block = re.findall(r"```toml\n(.*?)```", text, re.DOTALL)[0]
+    bundled = (ROOT / "fixtures" / "crf250r" / "drafted" / "factor-0.28.toml").read_text(encoding="utf-8")
+    assert tomllib.loads(block) == tomllib.loads(bundled)
+
+
+@pytest.mark.parametrize("path", DOCUMENTS, ids=lambda path: path.name)
+def test_links_lead_somewhere(path: Path) -> None:
+    for target in re.findall(r"\]\(([^)]+)\)", path.read_text(encoding="utf-8")):
+        if "://" not in target:
+            assert (path.parent / target).exists(), target
+
+
+@pytest.mark.parametrize("path", DOCUMENTS, ids=lambda path: path.name)
+def test_commands_in_documents_exist(path: Path) -> None:
+    text = path.read_text(encoding="utf-8")
+    for name in re.findall(r"^(?:\.venv/bin/)?autobalance ([a-z]+)", text, re.MULTILINE):
+        assert name in COMMANDS
+
+
+def test_every_key_of_the_job_is_documented() -> None:
+    text = (ROOT / "docs" / "job-file.md").read_text(encoding="utf-8")
+    from dataclasses import fields
+
+    from autobalance.job.limits import CORRECTION_KEYS
+    from autobalance.job.read import CRANKSHAFT_KEYS
+
+    keys = {
+        *CRANKSHAFT_KEYS,
+        *CORRECTION_KEYS,
+        *(field.name for kind in KINDS.values() for field in fields(kind)),
+    }
+    assert {key for key in keys if not re.search(rf"`(\[correction\.)?{key}\b", text)} == set()
