@@ -78,7 +78,7 @@ class Result:
     ``initial_moments`` and ``final_moments`` are the bare crank's with its slugs, in the rotor frame;
     ``initial`` and ``residual`` count bob-weights and attached rotors too, as judged. ``solid`` is the
     corrected crank in file coordinates [mm], ``written`` its file, from which the residual was measured;
-    both are None when nothing was cut.
+    both are None when nothing was cut. ``tools`` are the corrections' bodies, file coordinates.
     """
 
     outcome: Outcome
@@ -91,6 +91,7 @@ class Result:
     steps: tuple[Step, ...]
     solid: Solid | None
     written: Written | None
+    tools: tuple[Solid, ...] = ()
 
 
 @dataclass(frozen=True, eq=False)
@@ -217,6 +218,11 @@ def balance(
         steps=tuple(steps),
         solid=best.solid,
         written=best.written,
+        tools=tuple(
+            cut.tool(float(depth)).moved(rotor.anatomy.rotor_to_file)
+            for cut, depth in zip(offer.cuts, best.depths_mm, strict=True)
+            if depth > 0.0
+        ),
     )
 
 

@@ -6,10 +6,11 @@ import argparse
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from autobalance.command.options import add_json, add_units
+from autobalance.command.options import add_json, add_pages, add_units, choice_of
 
 if TYPE_CHECKING:
     from autobalance.command.run import Run
+    from autobalance.report.bundle import Choice
 
 ABOVE_TOLERANCE = 4
 
@@ -22,6 +23,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     )
     add_json(parser)
     add_units(parser)
+    add_pages(parser)
 
 
 def run(arguments: argparse.Namespace) -> int:
@@ -33,7 +35,7 @@ def run(arguments: argparse.Namespace) -> int:
 
     asked = job.load(arguments.job)
     folder = Path(arguments.output) if arguments.output else default_folder(asked.path)
-    done = balanced(asked, folder, arguments.json)
+    done = balanced(asked, folder, arguments.json, choice_of(arguments))
     if arguments.json == "-":
         say(dumps(done.report).removesuffix("\n"))
     else:
@@ -52,13 +54,13 @@ def exit_code(report: dict[str, Any]) -> int:
     return ABOVE_TOLERANCE if report["outcome"] == "above_tolerance" else 0
 
 
-def balanced(asked: Any, folder: Path, json_file: str | None = None) -> Run:
+def balanced(asked: Any, folder: Path, json_file: str | None = None, choice: Choice | None = None) -> Run:
     """Run a job and put its files in place."""
     from autobalance.command.console import progress, progress_done, warn
     from autobalance.command.run import run_job
 
     try:
-        done = run_job(asked, folder, json_file, progress)
+        done = run_job(asked, folder, json_file, progress, choice)
     finally:
         progress_done()
     for text in done.warnings:

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from autobalance.command.options import add_units
+from autobalance.command.options import add_units, today
 
 
 @dataclass(frozen=True)
@@ -43,14 +43,16 @@ def run(arguments: argparse.Namespace) -> int:
     from autobalance.command.balance import balanced, exit_code
     from autobalance.command.bundled import bundled_folder
     from autobalance.command.console import say
+    from autobalance.report.bundle import Choice
     from autobalance.report.text import UNITS
 
     output = Path(arguments.output)
+    choice = Choice(units=arguments.units, date=today())
     jobs = bundled_folder() / "crf250r" / "drafted"
     reports = []
     for case in CASES:
         asked = job.load(jobs / f"{case.job}.toml")
-        reports.append(balanced(asked, output / case.job).report)
+        reports.append(balanced(asked, output / case.job, choice=choice).report)
     say(demo_text(reports, UNITS[arguments.units]))
     say(f"\nWritten: {', '.join(str(output / case.job) for case in CASES)}")
     say(f"Check:   autobalance verify {output / CASES[0].job / 'report.json'}")

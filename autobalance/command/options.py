@@ -3,6 +3,10 @@
 from __future__ import annotations
 
 import argparse
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from autobalance.report.bundle import Choice
 
 
 def add_json(parser: argparse.ArgumentParser) -> None:
@@ -32,3 +36,51 @@ def add_speed(parser: argparse.ArgumentParser) -> None:
 def add_plots(parser: argparse.ArgumentParser) -> None:
     """Offer ``--plots``."""
     parser.add_argument("--plots", metavar="DIR", help="write plots to DIR, each as SVG and PNG")
+
+
+PAGE_KINDS = ("json", "html", "pdf", "xlsx", "png")
+
+
+def add_pages(parser: argparse.ArgumentParser) -> None:
+    """Add the options that choose the files for people."""
+    which = parser.add_mutually_exclusive_group()
+    which.add_argument(
+        "--only",
+        metavar="LIST",
+        type=_kinds,
+        help="write only these beside the solid: json, html, pdf, xlsx, png (default: all; json always)",
+    )
+    which.add_argument(
+        "--no-report",
+        action="store_true",
+        help="write the solid and report.json only: no page, sheet or picture",
+    )
+    parser.add_argument("--paper", choices=("A4", "Letter"), default="A4", help="paper of sheet.pdf (A4)")
+
+
+def _kinds(text: str) -> tuple[str, ...]:
+    kinds = tuple(word.strip() for word in text.split(",") if word.strip())
+    for kind in kinds:
+        if kind not in PAGE_KINDS:
+            raise argparse.ArgumentTypeError(f"{kind!r} is none of {', '.join(PAGE_KINDS)}")
+    if not kinds:
+        raise argparse.ArgumentTypeError(f"name at least one of {', '.join(PAGE_KINDS)}")
+    return kinds
+
+
+def choice_of(arguments: argparse.Namespace) -> Choice:
+    """Return which files the arguments ask for."""
+    from autobalance.report.bundle import KINDS, Choice
+
+    if arguments.no_report:
+        kinds: tuple[str, ...] = ()
+    else:
+        kinds = tuple(kind for kind in KINDS if arguments.only is None or kind in arguments.only)
+    return Choice(kinds, arguments.paper, arguments.units, today())
+
+
+def today() -> str:
+    """Return the date for printed sheets."""
+    import datetime
+
+    return datetime.date.today().isoformat()

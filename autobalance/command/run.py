@@ -24,6 +24,7 @@ from autobalance.errors import CorrectionError, FileError, JobError
 from autobalance.job import Job
 from autobalance.job.limits import limits_of_every_kind
 from autobalance.rebalance import Result, Rotor, Written, balance, planned
+from autobalance.report.bundle import FILES, Choice, bundle
 from autobalance.report.comparison import comparison
 from autobalance.report.files import Staging
 from autobalance.report.json import dumps, report, solid_entry
@@ -57,7 +58,9 @@ class Run:
     warnings: tuple[str, ...]
 
 
-def run_job(job: Job, folder: Path, json_file: str | None, progress: Progress) -> Run:
+def run_job(
+    job: Job, folder: Path, json_file: str | None, progress: Progress, choice: Choice | None = None
+) -> Run:
     """Balance the crank of a job and write its files to ``folder``, all of them or none.
 
     Parameters
@@ -69,6 +72,8 @@ def run_job(job: Job, folder: Path, json_file: str | None, progress: Progress) -
         Where a copy of the report goes; ``-`` is none.
     progress : callable
         Told in a few words what runs.
+    choice : Choice or None
+        The pages, sheets and pictures to write beside the report; None: none.
 
     Raises
     ------
@@ -78,10 +83,12 @@ def run_job(job: Job, folder: Path, json_file: str | None, progress: Progress) -
     watch = Stopwatch()
     copy = None if json_file in (None, "-") else Path(str(json_file))
     solid_path = folder / (SOLID + job.crankshaft.file.suffix.lower())
-    targets = [folder / REPORT, solid_path] + ([copy] if copy else [])
+    choice = choice or Choice(kinds=())
+    pages = [folder / name for name in FILES.values()]
+    targets = [folder / REPORT, solid_path, *pages] + ([copy] if copy else [])
     _refuse_overwriting(targets, [job.path, job.crankshaft.file])
     with Staging([folder] + ([copy.parent] if copy else [])) as staging:
-        record, written = _balanced_record(job, watch, progress)
+        crank, record, written = _balanced_record(job, watch, progress)
         started = time.perf_counter()
         progress("writing")
         entries: dict[str, Any] = {"solid": None}
@@ -94,6 +101,10 @@ def run_job(job: Job, folder: Path, json_file: str | None, progress: Progress) -
                 written.moments,
                 written.moments.mass_g / job.crankshaft.density_g_mm3,
             )
+        extras = _pages(report(replace(record, outputs=entries)), crank, record, choice, progress)
+        for key, (name, data) in extras.items():
+            staging.add(folder / name, data)
+            entries[key] = {"file": name, "sha256": hashlib.sha256(data).hexdigest()}
         watch.add("write", time.perf_counter() - started)
         values = report(replace(record, outputs=entries, seconds=watch.seconds))
         text = dumps(values).encode()
@@ -107,8 +118,21 @@ def run_job(job: Job, folder: Path, json_file: str | None, progress: Progress) -
     ]
     if stale:
         warnings.append(f"{solid_path} is of an earlier run; this one cut nothing")
-    files = (solid_path,) if written is not None else ()
+    fresh = [folder / name for name, _ in extras.values()]
+    old = [page.name for page in pages if page.exists() and page not in fresh]
+    if old:
+        warnings.append(f"of an earlier run in {folder}: {', '.join(old)}; this one did not write them")
+    files = ([solid_path] if written is not None else []) + fresh
     return Run(values, (*files, folder / REPORT, *([copy] if copy else [])), tuple(warnings))
+
+
+def _pages(
+    values: dict[str, Any], crank: Crank, record: Record, choice: Choice, progress: Progress
+) -> dict[str, tuple[str, bytes]]:
+    """Return the pages, sheets and pictures of a run."""
+    assert record.balanced is not None
+    result = record.balanced.result
+    return bundle(values, crank.source.solid, result.solid, result.tools, choice, progress)
 
 
 def _refuse_overwriting(targets: list[Path], sources: list[Path]) -> None:
@@ -133,8 +157,8 @@ def _warnings(job: Job) -> list[str]:
 # --- the run ------------------------------------------------------------------------------------------------
 
 
-def _balanced_record(job: Job, watch: Stopwatch, progress: Progress) -> tuple[Record, Written | None]:
-    """Measure and balance; return what the report needs, and the solid if one was cut."""
+def _balanced_record(job: Job, watch: Stopwatch, progress: Progress) -> tuple[Crank, Record, Written | None]:
+    """Measure and balance; return the crank, what the report needs, and the solid if one was cut."""
     progress("reading the crank")
     crank = pipeline.measured_crank(job.crankshaft, watch)
     with watch.stage("measure"):
@@ -164,7 +188,7 @@ def _balanced_record(job: Job, watch: Stopwatch, progress: Progress) -> tuple[Re
         progress("placing the last holes")
         left = _overbalance(job, rotor, tolerance, result)
         record = replace(record, balanced=replace(record.balanced, overbalance=left))
-    return record, result.written
+    return crank, record, result.written
 
 
 def _forces(job: Job, crank: Crank, before: ShakingForce, result: Result) -> Forces | None:

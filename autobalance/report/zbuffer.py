@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 import struct
 import zlib
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -26,6 +27,9 @@ LINE_SHADE = 0.55
 OVERLAP = 1e-6
 """Triangles claim samples this far beyond their sides [samples]: rounding leaves no gap between two."""
 NOTHING = np.uint64(0xFFFFFFFFFFFFFFFF)
+LOW_HALF = np.uint64(0xFFFFFFFF)
+Surface = tuple[Array, Indices, Array]
+"""Vertices (n, 3), triangles (m, 3), and a colour for each triangle or one for all (3,)."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -96,31 +100,48 @@ def render(
     -------
     Picture
     """
+    nothing = np.zeros((0, 3)), np.zeros((0, 3), dtype=np.int64), np.zeros((0, 3))
+    part = vertices, triangles, np.asarray(triangle_colours, dtype=np.float64)
+    return render_each(part, [nothing], camera, width, height, background)[0]
+
+
+def render_each(
+    part: Surface,
+    coats: Sequence[Surface],
+    camera: Camera,
+    width: int,
+    height: int,
+    background: tuple[float, float, float] = (1.0, 1.0, 1.0),
+) -> list[Picture]:
+    """Draw a part several times, each time with another surface laid on it; the part is drawn only once.
+
+    In each picture's ``triangle`` those of the coat count on from the part's.
+    """
     fine_w, fine_h = width * SUPERSAMPLE, height * SUPERSAMPLE
     axes = camera.axes
-    to_fine = _placement(axes, vertices if camera.fit is None else camera.fit, fine_w, fine_h)
-    seen = vertices @ to_fine[:, :3].T + to_fine[:, 3]
-    corners = seen[triangles]
-    facing = np.flatnonzero(_doubled_area(corners) < 0.0)  # rows grow downward: outward turns negative
-    nearest = _nearest(corners[facing], fine_w, fine_h)
-    hit = nearest != NOTHING
-    flat = np.full(fine_w * fine_h, -1, dtype=np.int64)
-    flat[hit] = facing[(nearest[hit] & np.uint64(0xFFFFFFFF)).astype(np.int64)]
-    which = flat.reshape(fine_h, fine_w)
-
-    normals = _normals(vertices, triangles) @ axes.T
-    colours = np.broadcast_to(np.asarray(triangle_colours, dtype=np.float64), (len(triangles), 3))
-    shaded = _lit(colours, normals)
-    table = np.concatenate([shaded, [background]]).astype(np.float32)
-    colour = table[which]
-    colour[_creases(which, normals)] *= LINE_SHADE
-    quarters = [
-        colour[i::SUPERSAMPLE, j::SUPERSAMPLE] for i in range(SUPERSAMPLE) for j in range(SUPERSAMPLE)
-    ]
-    soft = np.add.reduce(quarters) / len(quarters)
-    to_pixel = to_fine[:2] / SUPERSAMPLE
-    image = (soft * 255.0 + 0.5).clip(0, 255).astype(np.uint8)
-    return Picture(image, which[::SUPERSAMPLE, ::SUPERSAMPLE], to_pixel)
+    to_fine = _placement(axes, part[0] if camera.fit is None else camera.fit, fine_w, fine_h)
+    bare = np.full(fine_w * fine_h, NOTHING, dtype=np.uint64)
+    _draw(part, to_fine, bare, fine_w, 0)
+    pictures = []
+    for coat in coats:
+        seen = bare.copy()
+        _draw(coat, to_fine, seen, fine_w, len(part[1]))
+        which = np.where(seen == NOTHING, np.int64(-1), (seen & LOW_HALF).view(np.int64)).reshape(
+            fine_h, fine_w
+        )
+        normals = np.concatenate([_normals(*surface[:2]) for surface in (part, coat)]) @ axes.T
+        colours = np.concatenate(
+            [np.broadcast_to(surface[2], (len(surface[1]), 3)) for surface in (part, coat)]
+        )
+        table = np.concatenate([_lit(colours, normals), [background]]).astype(np.float32)
+        colour = table[which]
+        colour[_creases(which, normals)] *= LINE_SHADE
+        steps = range(SUPERSAMPLE)
+        samples = [colour[i::SUPERSAMPLE, j::SUPERSAMPLE] for i in steps for j in steps]
+        soft = sum(samples[1:], start=samples[0]) * (255.0 / len(samples)) + 0.5
+        to_pixel = to_fine[:2] / SUPERSAMPLE
+        pictures.append(Picture(soft.astype(np.uint8), which[::SUPERSAMPLE, ::SUPERSAMPLE], to_pixel))
+    return pictures
 
 
 def _placement(axes: Array, points: Array, width: int, height: int) -> Array:
@@ -142,36 +163,44 @@ def _doubled_area(corners: Array) -> Array:
     return (b[:, 0] - a[:, 0]) * (c[:, 1] - a[:, 1]) - (b[:, 1] - a[:, 1]) * (c[:, 0] - a[:, 0])
 
 
-def _nearest(corners: Array, width: int, height: int) -> NDArray[np.uint64]:
-    """Return for each sample the depth (upper half) and the triangle (lower half) nearest to the eye.
+def _draw(surface: Surface, to_fine: Array, buffer: NDArray[np.uint64], width: int, start: int) -> None:
+    """Put a surface into the buffer: of each sample the upper half is the depth, the lower the triangle.
 
     Each triangle is cut into rows, each row is the interval of columns that its three edges leave.
     """
-    buffer = np.full(width * height, NOTHING, dtype=np.uint64)
+    vertices, triangles, _ = surface
+    seen = vertices @ to_fine[:, :3].T + to_fine[:, 3]
+    corners = seen[triangles]
+    facing = np.flatnonzero(_doubled_area(corners) < 0.0)  # rows grow downward: outward turns negative
+    corners = corners[facing]
     y = corners[:, :, 1]
+    height = len(buffer) // width
     first = np.clip(np.ceil(y.min(axis=1) - 0.5 - OVERLAP), 0, height).astype(np.int64)
     last = np.clip(np.floor(y.max(axis=1) - 0.5 + OVERLAP), -1, height - 1).astype(np.int64)
     number, row = _ranges(first, last)
     if len(number) == 0:
-        return buffer
-    edges, depth = _edges(corners), _depth_plane(corners)
+        return
+    left, right = _spans(corners, number, row.astype(np.float64) + 0.5, width)
+    count = np.maximum(right - left + 1, 0)
+    gx, gy, g0 = _depth_plane(corners)
+    at_zero = gy[number] * (row + 0.5) + g0[number] + 0.5 * gx[number]
+    column = np.arange(int(count.sum())) - np.repeat(np.cumsum(count) - count - left, count)
+    far = (np.repeat(gx[number], count) * column + np.repeat(at_zero, count)).astype(np.float32)
+    triangle = np.repeat((facing[number] + start).astype(np.uint64), count)
+    np.minimum.at(buffer, np.repeat(row * width, count) + column, (_ordered(far) << np.uint64(32)) | triangle)
+
+
+def _spans(corners: Array, number: Indices, centre: Array, width: int) -> tuple[Indices, Indices]:
+    """Return the first and the last column of each row of each triangle."""
     low, high = np.full(len(number), 0.0), np.full(len(number), float(width))
-    centre = row + 0.5
-    for edge in edges:
-        slope, offset = edge[:, 0][number], edge[:, 1][number]
-        start = edge[:, 2][number]
-        meets = slope * centre + offset
-        low = np.where(start > 0.0, np.maximum(low, meets), low)
-        high = np.where(start < 0.0, np.minimum(high, meets), high)
+    for edge in _edges(corners):
+        meets = edge[:, 0][number] * centre + edge[:, 1][number]
+        side = edge[:, 2][number]
+        low = np.where(side > 0.0, np.maximum(low, meets), low)
+        high = np.where(side < 0.0, np.minimum(high, meets), high)
     left = np.maximum(np.ceil(low - 0.5 - OVERLAP), 0.0).astype(np.int64)
     right = np.minimum(np.floor(high - 0.5 + OVERLAP), width - 1.0).astype(np.int64)
-    span, column = _ranges(left, right)
-    triangle, row = number[span], row[span]
-    gx, gy, g0 = depth[:, triangle]
-    far = (gx * (column + 0.5) + gy * (row + 0.5) + g0).astype(np.float32)
-    key = (_ordered(far) << np.uint64(32)) | triangle.astype(np.uint64)
-    np.minimum.at(buffer, row * width + column, key)
-    return buffer
+    return left, right
 
 
 def _ranges(first: Indices, last: Indices) -> tuple[Indices, Indices]:
@@ -261,6 +290,6 @@ def png(image: Image) -> bytes:
     return (
         b"\x89PNG\r\n\x1a\n"
         + chunk(b"IHDR", head)
-        + chunk(b"IDAT", zlib.compress(data, 6))
+        + chunk(b"IDAT", zlib.compress(data, 4))
         + chunk(b"IEND", b"")
     )

@@ -1,0 +1,104 @@
+"""All files that a run can write for people, from one report and the solids before and after."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Collection, Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+from autobalance.report.metal import pieces_of
+from autobalance.solid.csg import Solid
+from autobalance.solid.mesh import Mesh
+
+KINDS = ("html", "pdf", "xlsx", "png")
+"""What can be chosen; ``report.json`` is always written."""
+FILES = {
+    "html": "report.html",
+    "pdf": "sheet.pdf",
+    "xlsx": "balance.xlsx",
+    "png_before": "crank-before.png",
+    "png_after": "crank-after.png",
+}
+VIEW_TRIANGLES = 100_000
+"""The page's view of a finer solid is decimated."""
+
+
+@dataclass(frozen=True)
+class Choice:
+    """Which files, on what paper, in which units, with which date on them."""
+
+    kinds: Collection[str] = KINDS
+    paper: Any = "A4"
+    units: Any = "metric"
+    date: str = ""
+
+
+def bundle(
+    report: Mapping[str, Any],
+    before: Solid,
+    after: Solid | None,
+    tools: Sequence[Solid],
+    choice: Choice,
+    told: Callable[[str], None] = lambda _: None,
+) -> dict[str, tuple[str, bytes]]:
+    """Return the chosen files: key in ``outputs`` → name and bytes.
+
+    Parameters
+    ----------
+    report : mapping
+        As written to JSON.
+    before, after : Solid
+        File coordinates [mm]; ``after`` None where nothing was cut.
+    tools : sequence of Solid
+        The tool body of each correction, file coordinates.
+    choice : Choice
+    told : callable
+        Told in a few words what runs.
+    """
+    kinds = set(choice.kinds)
+    made: dict[str, bytes] = {}
+    if not kinds:
+        return {}
+    pieces = pieces_of(report, before, tools) if kinds & {"html", "pdf", "png"} else []
+    left = before if after is None else after
+    if kinds & {"png", "html"}:
+        from autobalance.report.picture import pictures
+
+        told("drawing pictures")
+        images = pictures(report, before.mesh, left.mesh, pieces)
+        if "png" in kinds:
+            made["png_before"], made["png_after"] = images
+    if "html" in kinds:
+        from autobalance.report.html import page
+
+        told("writing the page")
+        body, note = view_of(left)
+        made["html"] = page(report, body, pieces, images[0], note).encode()
+    if "pdf" in kinds:
+        from autobalance.report.drawing import drawings
+        from autobalance.report.sheet import pdf
+
+        told("drawing the shop sheet")
+        made["pdf"] = pdf(report, drawings(report, before, pieces), choice.paper, choice.units, choice.date)
+    if "xlsx" in kinds:
+        from autobalance.report.workbook import xlsx
+
+        told("writing the workbook")
+        made["xlsx"] = xlsx(report)
+    return {key: (name, made[key]) for key, name in FILES.items() if key in made}
+
+
+def view_of(solid: Solid, most: int = VIEW_TRIANGLES) -> tuple[Mesh, str | None]:
+    """Return a mesh for the page's view, decimated if it is too fine, and what to say of that."""
+    mesh = solid.mesh
+    count = len(mesh.triangles)
+    if count <= most:
+        return mesh, None
+    step = 1e-5 * mesh.diagonal_mm
+    coarse = solid
+    while coarse.triangle_count > most and step < mesh.diagonal_mm:
+        coarse = coarse.simplified(step)
+        step *= 2.0
+    shown = coarse.mesh
+    note = f"The view shows {len(shown.triangles):,} of {count:,} triangles; every number is of all of them."
+    return shown, note.replace(",", "\u202f")

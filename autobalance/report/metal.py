@@ -1,0 +1,39 @@
+"""The metal that was removed or added, each piece with its correction: for pictures, not for numbers."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+from autobalance.solid.csg import Solid, beyond, shared_with
+from autobalance.solid.mesh import Indices, Mesh
+
+
+@dataclass(frozen=True, eq=False)
+class Piece:
+    """Metal that one correction removed or added, in file coordinates [mm].
+
+    ``skin`` (k, 3) are the triangles to colour while the metal is in place, ``floor`` (k, 3) those to colour
+    on the corrected crank, both facing outward from what is left; they use the vertices of ``mesh``.
+    ``correction`` counts from 0 in the report's list.
+    """
+
+    mesh: Mesh
+    skin: Indices
+    floor: Indices
+    correction: int
+
+
+def pieces_of(report: Mapping[str, Any], before: Solid, tools: Sequence[Solid]) -> list[Piece]:
+    """Return the metal of each correction from its tool body, file coordinates."""
+    adds = [item["kind"] == "add" for item in report["corrections"]]
+    removing = [k for k, added in enumerate(adds) if not added]
+    pieces = []
+    for k, (mesh, old) in zip(removing, shared_with(before, [tools[k] for k in removing]), strict=True):
+        pieces.append(Piece(mesh, mesh.triangles[old], mesh.triangles[~old][:, ::-1], k))
+    for k, added in enumerate(adds):
+        if added:
+            mesh, new = beyond(tools[k], before)
+            pieces.append(Piece(mesh, mesh.triangles[new], mesh.triangles[new], k))
+    return [piece for piece in pieces if len(piece.mesh.triangles)]

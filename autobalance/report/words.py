@@ -1,0 +1,151 @@
+"""Numbers and names as people read them: fixed digits, real minus signs, escaped text."""
+
+from __future__ import annotations
+
+import html
+import math
+from collections.abc import Mapping
+from typing import Any
+
+GRAMS_PER_OUNCE = 28.349523125
+MM_PER_INCH = 25.4
+
+KIND_NAMES = {
+    "shoulder": "Shoulder",
+    "turn": "Turned rim",
+    "drill": "Drilled hole",
+    "slug": "Slug",
+    "add": "Added metal",
+}
+OUTCOMES = {
+    "within_tolerance": "Within tolerance",
+    "already_within_tolerance": "Already within tolerance",
+    "above_tolerance": "Above tolerance",
+}
+
+
+def escape(text: object) -> str:
+    """Return text that HTML shows as it is, whatever it holds."""
+    return html.escape(str(text), quote=True)
+
+
+def number(value: float | None, digits: int = 2) -> str:
+    """Return a number with fixed decimals and thin spaces between thousands; a dash for None.
+
+    Examples
+    --------
+    >>> number(12445.664, 1), number(-0.001), number(None)
+    ('12\u202f445.7', '0.00', '–')
+    """
+    if value is None or not math.isfinite(value):
+        return "–"
+    text = f"{abs(value):,.{digits}f}".replace(",", "\u202f")
+    negative = value < 0.0 and any(c in "123456789" for c in text)
+    return f"−{text}" if negative else text
+
+
+def signed(value: float | None, digits: int = 2) -> str:
+    """Return a number with its sign, plus too; zero has none."""
+    text = number(value, digits)
+    positive = value is not None and value > 0.0 and any(c in "123456789" for c in text)
+    return f"+{text}" if positive else text
+
+
+def kind_name(kind: str) -> str:
+    """Return how people call a kind of correction."""
+    return KIND_NAMES.get(kind, kind.replace("_", " ").capitalize())
+
+
+def angle_deg(vector: Any) -> float:
+    """Return the direction of a vector in the xy plane, 0 to 360 [deg]."""
+    return math.degrees(math.atan2(vector[1], vector[0])) % 360.0
+
+
+def whole_degrees(vector: Any) -> str:
+    """Return the direction of a vector in whole degrees, 0 to 359."""
+    return f"{round(angle_deg(vector)) % 360}°"
+
+
+def at(report: Mapping[str, Any], path: str) -> Any:
+    """Return what stands at a dotted path, ``planes.0.z_mm``; None where the path ends early."""
+    here: Any = report
+    for key in path.split("."):
+        if isinstance(here, list):
+            here = here[int(key)] if int(key) < len(here) else None
+        else:
+            here = here.get(key) if isinstance(here, Mapping) else None
+    return here
+
+
+def file_name(report: Mapping[str, Any]) -> str:
+    """Return the name of the crank's file, without its folder."""
+    return str(report["input"]["file"]).replace("\\", "/").rpartition("/")[2]
+
+
+def weights(report: Mapping[str, Any], group: str) -> dict[str, float]:
+    """Return the weights of a group of parts, ``rotating_g``, as the job names them [g]."""
+    named = at(report, f"job.engine.{group}") or {}
+    return {
+        str(name): float(mass["g"] if isinstance(mass, Mapping) else mass) for name, mass in named.items()
+    }
+
+
+def place_of(correction: Mapping[str, Any]) -> str:
+    """Return where a correction is, in a few words: ``web 2, face w2-a``."""
+    parts = []
+    webs = correction.get("webs") or ([correction["web"]] if correction.get("web") is not None else [])
+    if webs:
+        parts.append(("webs " if len(webs) > 1 else "web ") + ", ".join(str(web) for web in webs))
+    if correction.get("face") is not None:
+        parts.append(f"face {correction['face']}")
+    if correction.get("angle_deg") is not None:
+        parts.append(f"{number(correction['angle_deg'], 1)}°")
+    return ", ".join(parts) or "–"
+
+
+def size_of(correction: Mapping[str, Any]) -> str:
+    """Return what the machinist sets, besides the depth."""
+    kind = correction["kind"]
+    if kind == "drill":
+        point = correction.get("point_angle_deg")
+        return f"⌀ {number(correction['diameter_mm'], 1)}" + (f", point {point:g}°" if point else "")
+    if kind == "slug":
+        return f"⌀ {number(correction['diameter_mm'], 1)} × {number(correction.get('length_mm'), 1)}"
+    if kind == "turn":
+        return f"to radius {number(correction.get('new_radius_mm'), 3)}"
+    if correction.get("new_height_mm") is not None:
+        return f"{number(correction['face_height_mm'], 3)} → {number(correction['new_height_mm'], 3)}"
+    return ""
+
+
+def verdict(report: Mapping[str, Any]) -> str:
+    """Return the verdict in one sentence."""
+    residual, tolerance = report["residual"], report["tolerance"]
+    shares = judged_shares(report)
+    name, share = max(shares, key=lambda pair: pair[1])
+    where = "" if name == "resultant" else f" (in plane {name})"
+    return (
+        f"The residual unbalance is {number(residual['magnitude_g_mm'])} g·mm; "
+        f"{number(tolerance['permissible_g_mm'])} g·mm is permitted by G {tolerance['grade_mm_s']:g} at "
+        f"{number(tolerance['speed_rpm'], 0)} rpm. "
+        f"It uses {number(100.0 * share, 1)} % of what is permitted{where}."
+    )
+
+
+def eye(report: Mapping[str, Any]) -> tuple[float, float, float]:
+    """Return where to look from, rotor frame: from below where the rim opposite the crankpin is worked on."""
+    rim = [
+        item for item in report["corrections"] if item["kind"] == "turn" or item.get("direction") == "radial"
+    ]
+    below = sum(item["position_mm"][0] for item in rim) < 0.0
+    return (-0.55, 1.15, 0.9) if below else (0.62, 1.15, 1.0)
+
+
+def judged_shares(report: Mapping[str, Any]) -> list[tuple[str, float]]:
+    """Return the share of the permissible value that each judged residual uses."""
+    residual, tolerance = report["residual"], report["tolerance"]
+    shares = [("resultant", residual["magnitude_g_mm"] / tolerance["permissible_g_mm"])]
+    if tolerance["judge"] == "dynamic":
+        for found, plane in zip(residual["planes"], tolerance["planes"], strict=True):
+            shares.append((plane["name"], found["magnitude_g_mm"] / plane["permissible_g_mm"]))
+    return shares
