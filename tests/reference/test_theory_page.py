@@ -1,0 +1,36 @@
+"""The page of formulas: what it cites exists, and every misprint that a case notes is on it."""
+
+from __future__ import annotations
+
+import re
+from pathlib import Path
+
+from tests.reference.published import CASES
+
+PAGE = (Path(__file__).parents[2] / "docs" / "theory.md").read_text("utf-8")
+NAMED = set(re.findall(r"\b(?:KIN|BF|ISO|CPO|ROT|UNB|CRF|T5|RU|SYN)-\d+", PAGE))
+
+
+def stem(case: str) -> str:
+    """Return ``CRF-06`` for ``CRF-06-0.28``."""
+    return "-".join(case.split("-")[:2])
+
+
+def test_every_case_that_the_page_names_exists() -> None:
+    assert len(NAMED) > 30
+    assert {stem(case) for case in CASES} >= NAMED
+
+
+def test_every_misprint_is_on_the_page() -> None:
+    misprinted = {stem(case) for case, values in CASES.items() if "misprint" in values}
+    assert misprinted - {"UNB-3", "UNB-4"} <= NAMED  # UNB-2…5 stand as one
+
+
+def test_every_case_has_a_test_of_its_name() -> None:
+    text = "".join(path.read_text("utf-8") for path in Path(__file__).parent.glob("test_*.py"))
+    tests = re.findall(r"def test_([a-z]+\d?(?:_\d+)+)", text)
+    tested = set()
+    for name in tests:
+        group, *numbers = name.split("_")
+        tested |= {f"{group.upper()}-{number}" for number in numbers}
+    assert {stem(case) for case in CASES} <= tested
