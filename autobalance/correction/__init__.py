@@ -10,7 +10,7 @@ from autobalance.correction.drill import DrillCut, DrillLimits
 from autobalance.correction.hole import keep_apart
 from autobalance.correction.kind import Apart, Count, Cut, Offer, SharedDepth, Workpiece
 from autobalance.correction.shoulder import ShoulderCut, ShoulderLimits
-from autobalance.correction.slug import SlugCut, SlugLimits
+from autobalance.correction.slug import FillCut, SlugCut, SlugLimits
 from autobalance.correction.turn import TurnCut, TurnLimits
 
 Limits = ShoulderLimits | TurnLimits | DrillLimits | SlugLimits | AddLimits
@@ -100,6 +100,8 @@ def _between_kinds(cuts: Sequence[Cut], kinds: Sequence[int]) -> list[Apart]:
 def _webs_of(cut: Cut) -> set[int]:
     if isinstance(cut, DrillCut | SlugCut):
         return {cut.web}
+    if isinstance(cut, FillCut):
+        return {cut.hole.web}
     if isinstance(cut, TurnCut):
         return set(cut.webs)
     if isinstance(cut, ShoulderCut | AddCut):

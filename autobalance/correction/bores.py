@@ -101,6 +101,49 @@ def _points_right(bore: Bore, direction: Direction) -> bool:
     return abs(float(radial @ bore.outward)) >= math.cos(ASKEW_RAD) and miss <= OFF_AXIS_MM
 
 
+@dataclass(frozen=True, eq=False)
+class BlindHole:
+    """A blind hole that a web has: its axis from the bottom's middle, and the straight part of its wall.
+
+    Depths τ along the axis: the wall is whole from ``top_mm``, below the lowest point of the mouth, to
+    ``shoulder_mm``; both are at most 0.
+    """
+
+    web: int
+    axis: Axis
+    radius_mm: float
+    top_mm: float
+    shoulder_mm: float
+
+
+def blind_holes(surface: Surface, web: Web, direction: Direction) -> Iterator[BlindHole]:
+    """Yield the blind holes of a web, for what may be pressed into them."""
+    near = surface.within(web.z_min_mm, web.z_max_mm)
+    for bore in find_bores(near, direction):
+        for outward in (bore.outward, -bore.outward):
+            if not web.z_min_mm <= bore.point_mm[2] <= web.z_max_mm:
+                continue
+            site = _bottom(surface, near, web, bore, outward, 0.0)
+            if site is None or (direction == "radial" and float(outward[:2] @ bore.point_mm[:2]) < 0.0):
+                continue
+            top, shoulder = _straight_part(near, bore, site.axis)
+            if shoulder > top:
+                yield BlindHole(web.number, site.axis, bore.radius_mm, top, shoulder)
+
+
+def _straight_part(near: Surface, bore: Bore, axis: Axis) -> tuple[float, float]:
+    """Return τ of the lowest point of a bore's mouth and of the highest point of its other end."""
+    vertex, corners = near.vertex[bore.rows], axis.local(near.corners[bore.rows])
+    edges = np.sort(vertex[:, [[0, 1], [1, 2], [2, 0]]].reshape(-1, 2), axis=1)
+    depth = corners[:, [[0, 1], [1, 2], [2, 0]], 2].reshape(-1, 2)
+    _, first, count = np.unique(edges, axis=0, return_index=True, return_counts=True)
+    rim = depth[first[count == 1]].reshape(-1)
+    if not len(rim):
+        return 0.0, -1.0
+    middle = 0.5 * (rim.min() + rim.max())
+    return float(rim[rim < middle].max(initial=-np.inf)), float(rim[rim >= middle].min())
+
+
 def old_sites(
     surface: Surface, web: Web, direction: Direction, wall_mm: float
 ) -> Iterator[tuple[Site, float]]:

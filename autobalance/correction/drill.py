@@ -15,6 +15,7 @@ from autobalance.correction.hole import (
     Sectors,
     Site,
     find_sites,
+    in_sectors,
     keep_apart,
     make_holes,
     reach_of,
@@ -262,7 +263,7 @@ def _deepened(
         for site, radius in old_sites(surface, web, limits.direction, limits.min_wall_mm)
         for diameter in sorted(set(limits.diameters_mm))
         if abs(diameter - 2.0 * radius) <= SAME_DIAMETER * diameter
-        and _in_sectors(site.angle_rad, limits.sectors_deg)
+        and in_sectors(site.angle_rad, limits.sectors_deg)
     ]
     if not fitting:
         return []
@@ -276,11 +277,6 @@ def _deepened(
         )
     ]
     return [cut for cut in cuts if cut is not None]
-
-
-def _in_sectors(angle_rad: float, sectors_deg: Sectors) -> bool:
-    degrees = math.degrees(angle_rad)
-    return any((degrees - start) % 360.0 <= ((end - start) % 360.0 or 360.0) for start, end in sectors_deg)
 
 
 def _cut(

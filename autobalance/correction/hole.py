@@ -151,6 +151,12 @@ def site_angles(sectors_deg: Sectors, wanted: Array) -> Array:
     return np.array(angles)
 
 
+def in_sectors(angle_rad: float, sectors_deg: Sectors) -> bool:
+    """Tell whether an angle lies in one of some sectors."""
+    degrees = math.degrees(angle_rad)
+    return any((degrees - start) % 360.0 <= ((end - start) % 360.0 or 360.0) for start, end in sectors_deg)
+
+
 def find_sites(
     surface: Surface, anatomy: Anatomy, direction: Direction, angles: Array, margin_mm: float
 ) -> Iterator[Site]:

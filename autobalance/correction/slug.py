@@ -8,12 +8,14 @@ from typing import Any
 
 import numpy as np
 
+from autobalance.correction.bores import BlindHole, blind_holes
 from autobalance.correction.hole import (
     Direction,
     Hole,
     Sectors,
     Site,
     find_sites,
+    in_sectors,
     keep_apart,
     make_holes,
     reach_of,
@@ -22,7 +24,7 @@ from autobalance.correction.hole import (
     refuse_wide,
     site_angles,
 )
-from autobalance.correction.kind import Array, Correction, Count, Offer, Workpiece
+from autobalance.correction.kind import Apart, Array, Correction, Count, Cut, Offer, Workpiece
 from autobalance.correction.walls import Room, Surface, wall_left_mm
 from autobalance.errors import CorrectionError
 from autobalance.rotor.moments import Moments
@@ -52,6 +54,8 @@ class SlugLimits:
         holds an axial slug against the centrifugal force. Between slugs too.
     sectors_deg : tuple of (float, float)
         Where the axes of slugs may lie, as for drilled holes.
+    fill : bool
+        Blind holes that are there, of a slug's diameter to 2 %, may be filled.
     """
 
     direction: Direction = "axial"
@@ -61,6 +65,7 @@ class SlugLimits:
     max_slugs: int = 4
     min_wall_mm: float = 4.0
     sectors_deg: Sectors = ((0.0, 360.0),)
+    fill: bool = False
 
     def __post_init__(self) -> None:
         """Refuse limits that contradict each other."""
@@ -165,15 +170,114 @@ class SlugCut:
                 "wall_left_mm": wall_left_mm(
                     self.site.others, hole.radius_mm, self.max_depth_mm, FLAT_BOTTOM_RAD
                 ),
-                "centrifugal_load_N": self._load_n(slug),
+                "centrifugal_load_N": load_n(slug, self.service_speed_rad_s),
             },
         )
 
-    def _load_n(self, slug: Moments) -> float | None:
-        """Return the force m r Ω² on the slug at service speed [N]."""
-        if self.service_speed_rad_s is None:
-            return None
-        return math.hypot(*slug.first_g_mm[:2]) * 1e-6 * self.service_speed_rad_s**2
+
+@dataclass(frozen=True, eq=False)
+class FillCut:
+    """One slug that may be pressed into a blind hole that is there (a `Cut` without a cut)."""
+
+    hole: BlindHole
+    radius_mm: float
+    length_mm: float
+    limits: SlugLimits
+    service_speed_rad_s: float | None
+    depth_step_mm: float = 0.0
+    limit_is_reach: bool = False
+    adds_metal: bool = False
+    limit: str = "the lengths of slugs at hand"
+
+    @property
+    def label(self) -> str:
+        """Short name for messages."""
+        return f"slug ⌀{2.0 * self.radius_mm:g} × {self.length_mm:g} in the hole in web {self.hole.web}"
+
+    @property
+    def max_depth_mm(self) -> float:
+        """The slug's length."""
+        return self.length_mm
+
+    @property
+    def least_depth_mm(self) -> float:
+        """The slug's length: it is whole or not there."""
+        return self.length_mm
+
+    @property
+    def slug(self) -> Moments:
+        """Moments of the slug, which sits on the shoulder of the hole."""
+        zero = Moments.zero()
+        round_ = Hole(self.hole.axis, self.radius_mm, FLAT_BOTTOM_RAD, 0.0, zero, 0.0, 0.0)
+        end = self.hole.shoulder_mm
+        return round_.column(end - self.length_mm, end).scaled(
+            self.limits.density_kg_m3 * G_PER_MM3_PER_KG_M3
+        )
+
+    def effect(self, depth_mm: float) -> Moments:
+        """Return the moments of the slug."""
+        return self.slug if depth_mm > 0.0 else Moments.zero()
+
+    def rate(self, depth_mm: float) -> Moments:
+        """Return the mean slope: the depth is not free."""
+        return self.slug.scaled(1.0 / self.length_mm)
+
+    def pressed_in(self, depth_mm: float) -> Moments:
+        """Return the moments of the slug, which the written solid does not hold."""
+        return self.effect(depth_mm)
+
+    def tool(self, depth_mm: float) -> Solid:
+        """Return nothing: no metal goes."""
+        return Solid.nothing()
+
+    def correction(self, depth_mm: float) -> Correction:
+        """Return what the machinist needs to know."""
+        slug, axis = self.slug, self.hole.axis
+        return Correction(
+            kind="slug",
+            face=None,
+            web=self.hole.web,
+            position_mm=axis.entry_mm + (self.hole.shoulder_mm - self.length_mm) * axis.inward,
+            depth_mm=self.length_mm,
+            change=slug,
+            removed_volume_mm3=0.0,
+            details={
+                "direction": self.limits.direction,
+                "diameter_mm": 2.0 * self.radius_mm,
+                "length_mm": self.length_mm,
+                "density_kg_m3": self.limits.density_kg_m3,
+                "slug_mass_g": slug.mass_g,
+                "slug_centre_mm": [float(v) for v in slug.centre_mm],
+                "angle_deg": math.degrees(math.atan2(*slug.centre_mm[1::-1])) % 360.0,
+                "inward": [float(v) for v in axis.inward],
+                "fills_a_hole": True,
+                "centrifugal_load_N": load_n(slug, self.service_speed_rad_s),
+            },
+        )
+
+
+SAME_DIAMETER = 0.02
+
+
+def fills(work: Workpiece, surface: Surface, limits: SlugLimits) -> list[FillCut]:
+    """Set up the slugs that fit into blind holes that are there."""
+    return [
+        FillCut(hole, 0.5 * diameter, length, limits, work.service_speed_rad_s)
+        for web in work.anatomy.webs
+        for hole in blind_holes(surface, web, limits.direction)
+        if in_sectors(math.atan2(*hole.axis.entry_mm[1::-1]), limits.sectors_deg)
+        for diameter in sorted(set(limits.diameters_mm))
+        if abs(diameter - 2.0 * hole.radius_mm) <= SAME_DIAMETER * diameter
+        for length in sorted(set(limits.lengths_mm))
+        if length <= hole.shoulder_mm - hole.top_mm
+    ]
+
+
+def load_n(slug: Moments, service_speed_rad_s: float | None) -> float | None:
+    """Return the force m r Ω² on a slug at service speed [N]."""
+    if service_speed_rad_s is None:
+        return None
+    return math.hypot(*slug.first_g_mm[:2]) * 1e-6 * service_speed_rad_s**2
 
 
 EFFORTS = 1
@@ -183,10 +287,25 @@ EFFORTS = 1
 def offer(work: Workpiece, limits: SlugLimits, effort: int) -> Offer:
     """Return the slugs that a job's limits allow."""
     heavy: Array = sum((vector for _, vector in work.heavy_at), np.zeros(2))
-    found = cuts(work, -heavy, limits)
+    filled: list[FillCut] = []
+    if limits.fill:
+        filled = fills(work, Surface.of(work.solid.mesh, work.anatomy.file_to_rotor), limits)
+    try:
+        found = cuts(work, -heavy, limits)
+    except CorrectionError:
+        if not filled:
+            raise
+        found = []
     apart = keep_apart([cut.hole for cut in found], [cut.max_depth_mm for cut in found], limits.min_wall_mm)
-    rule = Count(tuple(range(len(found))), limits.max_slugs, f"max_slugs = {limits.max_slugs}")
-    return Offer(tuple(found), apart=apart, counts=(rule,))
+    one_each = [
+        Apart(len(found) + i, len(found) + j, -1.0)
+        for j in range(len(filled))
+        for i in range(j)
+        if np.array_equal(filled[i].hole.axis.entry_mm, filled[j].hole.axis.entry_mm)
+    ]
+    every: list[Cut] = [*found, *filled]
+    rule = Count(tuple(range(len(every))), limits.max_slugs, f"max_slugs = {limits.max_slugs}")
+    return Offer(tuple(every), apart=(*apart, *one_each), counts=(rule,))
 
 
 def cuts(work: Workpiece, wanted: Array, limits: SlugLimits) -> list[SlugCut]:

@@ -1,10 +1,12 @@
 import math
+from dataclasses import replace
 from typing import Any, Literal
 
 import numpy as np
 import pytest
 
-from autobalance.correction import slug
+from autobalance.correction import drill, slug
+from autobalance.correction.drill import DrillLimits
 from autobalance.correction.kind import Workpiece
 from autobalance.correction.slug import SlugLimits
 from autobalance.crank.anatomy import Anatomy, Web
@@ -87,3 +89,28 @@ def test_impossible_limits_are_refused(limits: dict[str, Any], message: str) -> 
     solid, anatomy = make_crank([0.0])
     with pytest.raises(CorrectionError, match=message):
         slug.cuts(work(solid, anatomy), LIGHT, SlugLimits(**limits))
+
+
+@pytest.mark.parametrize("direction", ["radial", "axial"])
+def test_a_hole_that_is_there_is_filled(direction: Literal["radial", "axial"]) -> None:
+    whole, anatomy = make_crank([0.0], Shape(web_width=24.0), tilted(0.7, [20.0, -30.0, 15.0]))
+    holes = DrillLimits(direction=direction, diameters_mm=(8.0,), min_wall_mm=2.0)
+    drilled = drill.cuts(whole, anatomy, STEEL, LIGHT, holes)[3]
+    solid = whole - drilled.tool(12.0).moved(anatomy.rotor_to_file)
+    limits = SlugLimits(direction, (8.0,), (9.0, 10.0, 12.5), fill=True)
+    offer = slug.offer(work(solid, anatomy, 1000.0), limits, 0)
+    fills = [cut for cut in offer.cuts if cut.pressed_in(1.0).mass_g == cut.effect(1.0).mass_g]
+    assert [cut.max_depth_mm for cut in fills] == [9.0, 10.0]  # 12.5 would stand out
+    for cut in fills:
+        effect = cut.effect(cut.max_depth_mm)
+        assert effect.mass_g == pytest.approx(17e-3 * math.pi * 16.0 * cut.max_depth_mm, rel=CLOSED_FORM)
+        axis = drilled.hole.axis
+        middle = axis.entry_mm + (12.0 - 0.5 * cut.max_depth_mm) * axis.inward
+        assert effect.centre_mm == pytest.approx(middle, abs=1e-2)  # fitted to facets
+        assert cut.tool(cut.max_depth_mm).is_empty
+        assert cut.correction(cut.max_depth_mm).details["fills_a_hole"]
+    last = len(offer.cuts) - 1
+    assert any((p.first, p.second) == (last - 1, last) and p.most_mm < 0.0 for p in offer.apart)
+    assert not [
+        c for c in slug.offer(work(solid, anatomy), replace(limits, fill=False), 0).cuts if c in fills
+    ]
