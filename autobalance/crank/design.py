@@ -160,6 +160,8 @@ def _size_problems(crank: Design) -> list[str]:
         for key in needed
         if getattr(crank.web, key) is None
     ]
+    if crank.flange is not None and crank.journals == "first":
+        found.append('flange: it stands on the last main journal, which journals = "first" leaves out')
     if not crank.crankpin_in_file and any(len(bay.crankpins_deg) > 1 for bay in crank.bays):
         found.append("crankpin_in_file = false needs one crankpin in each bay")
     return found

@@ -271,9 +271,17 @@ def _closed(edges: Outline) -> Outline:
     return (Line(bottom, start), *edges, Line(end, top), Line(top, bottom))
 
 
-def _pin(crank: Design, pin: _Span, root: float) -> Shape:
-    leave, enter = _fillets(crank.crankpin.diameter_mm / 2.0, crank.fillet_mm, pin.low, pin.high, root)
+def _pin(crank: Design, pin: _Span, root: float, free_end: bool) -> Shape:
+    """Return a crankpin; with a free end it has a web below it only."""
+    radius = crank.crankpin.diameter_mm / 2.0
+    leave, enter = _fillets(radius, crank.fillet_mm, pin.low, pin.high, root)
+    if free_end:
+        enter = (Line(leave[-1].end, (radius, pin.high)),)
     return Turned(_closed((*leave, *enter)), _at(crank.crank_radius_mm, pin.angle_rad))
+
+
+def _has_free_end(crank: Design, plan: _Plan, pin: _Span) -> bool:
+    return crank.journals == "first" and pin is plan.pins[-1]
 
 
 def _at(radius: float, angle_rad: float) -> tuple[float, float]:
@@ -439,7 +447,8 @@ def crank_shape(crank: Design) -> Shape:
         parts.append(_journal(crank, journal, webs_below=number > 0, webs_above=above))
     if crank.crankpin_in_file:
         thinnest = min(web.high - web.low for web in plan.webs)
-        parts += [_pin(crank, pin, on_grid(thinnest / 2.0)) for pin in plan.pins]
+        root = on_grid(thinnest / 2.0)
+        parts += [_pin(crank, pin, root, _has_free_end(crank, plan, pin)) for pin in plan.pins]
     tools = _tools(crank, plan)
     body = Joined(tuple(parts))
     return Without(body, tuple(tools)) if tools else body
@@ -476,14 +485,15 @@ def crank_anatomy(crank: Design, placement: Array | None = None) -> Anatomy:
     plan = _plan(crank)
     sense = _sense(place[:3, 2])
     order = slice(None, None, sense)
-    pins, fillet = plan.pins[order], crank.fillet_mm if crank.crankpin_in_file else 0.0
-    frame = _rotor_frame(crank, pins[0], sense)
+    pins = plan.pins[order]
+    frame = _rotor_frame(pins[0].angle_rad, sum(_bare(crank, plan, pins[0])) / 2.0, sense)
     throws = []
     for number, span in enumerate(pins, start=1):
-        centre = _moved(frame, (*_at(crank.crank_radius_mm, span.angle_rad), 0.5 * (span.low + span.high)))
+        low, high = _bare(crank, plan, span)
+        centre = _moved(frame, (*_at(crank.crank_radius_mm, span.angle_rad), 0.5 * (low + high)))
         angle = math.atan2(centre[1], centre[0]) % (2.0 * math.pi)
         angle = 0.0 if 2.0 * math.pi - angle < 1e-12 else angle
-        pin = Pin(centre, crank.crankpin.diameter_mm, span.high - span.low - 2.0 * fillet)
+        pin = Pin(centre, crank.crankpin.diameter_mm, high - low)
         throws.append(Throw(number, crank.crank_radius_mm, angle, pin))
     return Anatomy(
         file_to_rotor=frame @ np.linalg.inv(place),
@@ -501,13 +511,19 @@ def _sense(direction: Array) -> int:
     return 1 if direction[decider] > 0.0 else -1
 
 
-def _rotor_frame(crank: Design, first: _Span, sense: int) -> Array:
-    """Return the matrix (4, 4) from the crank's own axes to the rotor frame."""
-    x = np.array([math.cos(first.angle_rad), math.sin(first.angle_rad), 0.0])
+def _bare(crank: Design, plan: _Plan, pin: _Span) -> tuple[float, float]:
+    """Return where a crankpin's bare cylinder begins and ends; without its pin, the gap between the webs."""
+    fillet = crank.fillet_mm if crank.crankpin_in_file else 0.0
+    return pin.low + fillet, pin.high - (0.0 if _has_free_end(crank, plan, pin) else fillet)
+
+
+def _rotor_frame(angle_rad: float, z_mm: float, sense: int) -> Array:
+    """Return the matrix (4, 4) from the crank's own axes to the rotor frame of a crankpin 1 there."""
+    x = np.array([math.cos(angle_rad), math.sin(angle_rad), 0.0])
     z = np.array([0.0, 0.0, float(sense)])
     frame = np.eye(4)
     frame[:3, :3] = np.stack([x, np.cross(z, x), z])
-    frame[2, 3] = -sense * 0.5 * (first.low + first.high)
+    frame[2, 3] = -sense * z_mm
     return frame
 
 

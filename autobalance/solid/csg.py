@@ -70,11 +70,15 @@ class Solid:
         return cls(m3.Manifold.cube(tuple(high - low)).translate(tuple(low)))
 
     @classmethod
-    def prism(cls, region: Region, z_low_mm: float, z_high_mm: float) -> Solid:
-        """Return a plane region extruded from ``z_low_mm`` to ``z_high_mm``."""
+    def prism(cls, region: Region, z_low_mm: float, z_high_mm: float, *, slices: int = 1) -> Solid:
+        """Return a plane region extruded from ``z_low_mm`` to ``z_high_mm``, its walls in ``slices`` rings.
+
+        A long slender body that lies slantwise wants slices: booleans compare the boxes around its triangles,
+        and those of facets from end to end enclose half the crank.
+        """
         if region.is_empty:
             return cls.nothing()
-        body = m3.Manifold.extrude(region.section, z_high_mm - z_low_mm)
+        body = m3.Manifold.extrude(region.section, z_high_mm - z_low_mm, slices - 1)
         return cls(body.translate((0.0, 0.0, z_low_mm)))
 
     @classmethod

@@ -299,7 +299,9 @@ def _tessellated_primitive(shape: Prism | Drafted | Turned | Bar, segments: int,
             placement
         )
     placement, length = bar_placement(shape)
-    return Solid.prism(Region.circle(shape.diameter / 2.0, segments * times), 0.0, length).moved(placement)
+    slices = max(1, round(length / shape.diameter))
+    outline = Region.circle(shape.diameter / 2.0, segments * times)
+    return Solid.prism(outline, 0.0, length, slices=slices).moved(placement)
 
 
 def _drafted_mesh(shape: Drafted, segments: int, times: int) -> Mesh:

@@ -21,6 +21,7 @@ from autobalance.crank.generate import crank_anatomy, crank_solid, exact_moments
 from autobalance.errors import JobError
 from autobalance.job.crank_design import read_design, table_of, with_settings
 from autobalance.solid.csg import Region, Solid
+from autobalance.solid.shape import Bar, tessellated
 from fixtures import make
 from tests.generated import generated_crank, random_placement
 
@@ -243,7 +244,21 @@ def test_an_overhung_crank_has_one_journal() -> None:
     crank = replace(plain("single"), journals="first")
     truth = crank_anatomy(crank)
     assert (len(truth.main_journals), len(truth.throws), len(truth.webs)) == (1, 1, 1)
+    pin = truth.throws[0].crankpin
+    assert pin.width_mm == crank.crankpin.width_mm - crank.fillet_mm  # one end is free
+    end = crank_solid(crank, 32).moved(truth.file_to_rotor).bounds[1, 2]
+    assert pin.z_range_mm[1] == pytest.approx(end, abs=SAME)
     assert len(crank_solid(crank, 32).pieces()) == 1
+
+
+def test_a_slender_slanted_tool_is_sliced() -> None:
+    """Facets from end to end made booleans with fine cranks take minutes: their boxes meet everything."""
+    bar = tessellated(Bar((0.0, 0.0, 0.0), (30.0, 30.0, 30.0), 5.0), 32)
+    boxes = np.ptp(bar.mesh.corners, axis=1)
+    assert boxes.max() < 2.0 * 5.0
+    axis = np.ones(3) / math.sqrt(3.0)
+    off = np.linalg.norm(np.cross(bar.mesh.vertices, axis), axis=1)
+    np.testing.assert_allclose(off, 2.5, atol=GRID)
 
 
 def test_hollow_journals_are_open_at_both_ends() -> None:
@@ -328,6 +343,10 @@ def test_a_preset_survives_its_own_table(name: str) -> None:
             "web.thickness_mm is set inside web, which is set to a value too",
         ),
         ({"web": 3}, "web is 3; must be a table"),
+        (
+            {"journals": "first", "flange": {"diameter_mm": 60.0, "thickness_mm": 8.0}},
+            'flange: it stands on the last main journal, which journals = "first" leaves out',
+        ),
         ({"flange": {"thickness_mm": 3.0}}, "flange.diameter_mm is missing"),
     ],
 )
