@@ -438,3 +438,21 @@ def test_a_rod_too_short_stops_a_balance_before_it_cuts(
     error = refused(capsys, 3, "balance", job, "-o", job.parent / "out")
     assert "rod length is 26 mm; must be more than crank radius" in error
     assert not (job.parent / "out").exists()
+
+
+@pytest.mark.parametrize(
+    "path", ["after.greatest_n", "before.orders.1.force_y_n", "after.orders.3.greatest_force_n"]
+)
+def test_verify_checks_the_forces(job: Path, capsys: pytest.CaptureFixture[str], path: str) -> None:
+    balanced(job, capsys)
+    report = job.parent / "out" / "report.json"
+    assert main(["verify", str(report)]) == 0
+    values = json.loads(report.read_text("utf-8"))
+    place: Any = values["forces"]
+    *way, key = path.split(".")
+    for word in way:
+        place = place[int(word)] if isinstance(place, list) else place[word]
+    place[key] *= 1.001
+    report.write_text(json.dumps(values), "utf-8")
+    capsys.readouterr()
+    assert key in refused(capsys, 3, "verify", report)

@@ -12,17 +12,19 @@ from typing import Any
 import numpy as np
 
 from autobalance import job as jobs
-from autobalance.command import pipeline
+from autobalance.command import machine, pipeline
 from autobalance.crank.anatomy import Anatomy, MainJournal, Pin, Throw
 from autobalance.engine.balance_factor import bob_weight_moments
 from autobalance.errors import ClaimError, FileError, FormatError, JobError
 from autobalance.job import Job
+from autobalance.report.force_values import force_values
 from autobalance.rotor.moments import Array, Moments
 from autobalance.rotor.tolerance import Tolerance
 from autobalance.rotor.unbalance import Unbalance
 from autobalance.solid.measure import mesh_moments
 from autobalance.solid.read import Source, read
 from autobalance.solid.write import decode
+from autobalance.units import RAD_S_PER_RPM
 
 ROUNDING = 1e-9
 """Share by which a number may differ from its claim: sums in another order, no more."""
@@ -141,6 +143,7 @@ def check_report(path: Path) -> Checked:
     residual = Unbalance.of(after + loads)
     _check_unbalance(claims, "residual", residual, tolerance, _size(source, crank))
     _check_after(claims, job, anatomy, crank, after)
+    _check_forces(claims, job, anatomy, {"before": crank, "after": after})
     return Checked(
         claims.held, _verdict(claims, tolerance, residual), residual, tolerance, tuple(claims.warnings)
     )
@@ -316,6 +319,29 @@ def _check_loads(claims: Claims, job: Job, anatomy: Anatomy, crank: Moments) -> 
         part.near("mass_g", load.parts.bob_weight_g(factor), load.parts.bob_weight_g(factor))
         claims.held += part.held
     return bob_weight_moments(loads, factor) + pipeline.attached_moments(job.engine.attached)
+
+
+def _check_forces(claims: Claims, job: Job, anatomy: Anatomy, cranks: Mapping[str, Moments]) -> None:
+    """Check the shaking forces, where the report has them."""
+    if claims.values.get("forces") is None:
+        return
+    speed_rpm = job.balance.service_speed_rad_s / RAD_S_PER_RPM
+    claims.near("forces.speed_rpm", speed_rpm, speed_rpm)
+    for key, crank in cranks.items():
+        found = machine.shaking(job, anatomy, crank)
+        if found is None:
+            raise ClaimError(f"{claims.name}: forces: the job does not say where the cylinders stand")
+        scale = sum(order.greatest_force_n for order in found.orders) + found.greatest_n
+        whole = job.engine.rod_length_mm is not None
+        values = force_values(found, all_orders=whole)
+        for part, order in zip(
+            _listed(claims, f"forces.{key}.orders", len(values["orders"])), values["orders"], strict=True
+        ):
+            for name in ("force_x_n", "force_y_n", "greatest_force_n", "forward_n", "backward_n"):
+                part.near(name, order[name], scale)
+            claims.held += part.held
+        for name in ("greatest_n", "greatest_inline_n", "greatest_transverse_n") if whole else ():
+            claims.near(f"forces.{key}.{name}", values[name], scale)
 
 
 def _check_unbalance(
