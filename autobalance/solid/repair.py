@@ -311,17 +311,19 @@ def split(mesh: Mesh) -> list[Mesh]:
 
 
 def _labels(mesh: Mesh) -> tuple[Indices, int]:
-    """Return for each vertex the number of its part, and the number of parts that have triangles."""
-    from scipy.sparse import csr_array
-    from scipy.sparse.csgraph import connected_components
-
-    vertices, triangles = len(mesh.vertices), len(mesh.triangles)
-    # Nodes are the vertices, then the triangles; only the rows of triangles have links, so nothing is sorted.
-    ends = np.concatenate([np.zeros(vertices, dtype=np.int32), 3 * np.arange(triangles + 1, dtype=np.int32)])
-    links = mesh.triangles.astype(np.int32).reshape(-1)
-    graph = csr_array((np.ones(len(links), dtype=np.int8), links, ends), shape=(len(ends) - 1,) * 2)
-    labels = connected_components(graph, directed=False)[1][:vertices].astype(np.int64)
-    return labels, len(np.unique(labels[mesh.triangles[:, 0]]))
+    """Return for each vertex the lowest vertex number of its part, and the number of parts with triangles."""
+    root = np.arange(len(mesh.vertices))
+    links = mesh.triangles
+    while len(links):
+        ends = root[links]
+        low = ends.min(axis=1)
+        loose = (ends != low[:, None]).any(axis=1)
+        links, ends, low = links[loose], ends[loose], low[loose]
+        for corner in ends.T:  # hang every root under a lower one; which of several does not matter
+            root[corner] = np.minimum(root[corner], low)
+        while not np.array_equal(higher := root[root], root):
+            root = higher
+    return root, len(np.unique(root[mesh.triangles[:, 0]]))
 
 
 def _compact(mesh: Mesh, triangles: Indices) -> Mesh:
