@@ -23,6 +23,7 @@ demo: $(VENV)/.installed
 	@$(VENV)/bin/autobalance demo -o $(OUTPUT)
 
 test: $(VENV)/.installed-dev
+	@script/test-tools
 	@echo "==> running every test"
 	@$(VENV)/bin/python -m pytest -q
 

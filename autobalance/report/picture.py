@@ -23,7 +23,7 @@ def pictures(
     before: Mesh,
     after: Mesh,
     pieces: Sequence[Piece],
-    size: tuple[int, int] = (1200, 800),
+    size: tuple[int, int] = (1120, 760),
 ) -> tuple[bytes, bytes]:
     """Return two PNG files: what will go, and what is left, in one view.
 

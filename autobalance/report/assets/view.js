@@ -318,11 +318,14 @@
         const mesh = skins.visible ? one.solid : one.bottom;
         const p = mesh.geometry.attributes.position.array, t = mesh.geometry.index.array;
         const frame = canvas.getBoundingClientRect();
+        const places = [];
         for (let k = 0; k < t.length; k += 3) {
-          const c = new THREE.Vector3();
-          for (let e = 0; e < 3; e++) c.add(new THREE.Vector3().fromArray(p, 3 * t[k + e]));
-          c.divideScalar(3);
-          const s = c.clone().project(camera);
+          const [a, b, c] = [0, 1, 2].map((e) => new THREE.Vector3().fromArray(p, 3 * t[k + e]).project(camera));
+          const area = Math.abs((b.x - a.x) * (c.y - a.y) - (b.y - a.y) * (c.x - a.x));
+          places.push([area, a.add(b).add(c).divideScalar(3)]);
+        }
+        places.sort((one, other) => other[0] - one[0]);
+        for (const [, s] of places.slice(0, 200)) {
           ray.setFromCamera(new THREE.Vector2(s.x, s.y), camera);
           const all = ray.intersectObjects([rotor.children[0], ...pickable.map((q) => (skins.visible ? q.solid : q.bottom))], false);
           if (all.length && all.find((h) => h.distance < all[0].distance + 1e-3 * size && h.object === mesh)) return [frame.left + ((s.x + 1) / 2) * frame.width, frame.top + ((1 - s.y) / 2) * frame.height];

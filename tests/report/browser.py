@@ -1,0 +1,131 @@
+"""A browser without a screen, driven over the WebDriver protocol: for tests of pages; no package needed."""
+
+from __future__ import annotations
+
+import base64
+import contextlib
+import json
+import shutil
+import socket
+import subprocess
+import time
+import urllib.error
+import urllib.request
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+FLAGS = [
+    "--headless=new",
+    "--no-sandbox",
+    "--use-angle=swiftshader",
+    "--enable-unsafe-swiftshader",
+    "--disable-quic",
+    "--no-first-run",
+    "--disable-background-networking",
+    "--disable-component-update",
+    "--disable-sync",
+    "--hide-scrollbars",
+]
+ELEMENT = "element-6066-11e4-a52e-4f735466cecf"
+
+
+def missing() -> str:
+    """Return what is not installed, or nothing."""
+    return ", ".join(tool for tool in ("chromium", "chromedriver") if shutil.which(tool) is None)
+
+
+class Browser:
+    """One window."""
+
+    def __init__(self, base: str, session: str) -> None:
+        self.base = f"{base}/session/{session}"
+
+    def call(self, method: str, path: str, body: Any = None) -> Any:
+        return _request(method, self.base + path, body)
+
+    def open(self, page: Path) -> None:
+        self.call("POST", "/url", {"url": page.resolve().as_uri()})
+
+    def resize(self, width: int, height: int) -> None:
+        self.call("POST", "/window/rect", {"width": width, "height": height})
+
+    def run(self, script: str, *arguments: Any) -> Any:
+        return self.call("POST", "/execute/sync", {"script": script, "args": list(arguments)})
+
+    def click(self, x: float, y: float) -> None:
+        """Click with a real pointer at a place in the window."""
+        moves = [
+            {"type": "pointerMove", "duration": 0, "x": round(x), "y": round(y)},
+            {"type": "pointerDown", "button": 0},
+            {"type": "pointerUp", "button": 0},
+        ]
+        self.call("POST", "/actions", {"actions": [{"type": "pointer", "id": "mouse", "actions": moves}]})
+
+    def click_on(self, selector: str) -> None:
+        found = self.call("POST", "/element", {"using": "css selector", "value": selector})
+        self.call("POST", f"/element/{found[ELEMENT]}/click", {})
+
+    def press(self, selector: str, keys: str) -> None:
+        found = self.call("POST", "/element", {"using": "css selector", "value": selector})
+        self.call("POST", f"/element/{found[ELEMENT]}/value", {"text": keys})
+
+    def log(self, kind: str) -> list[dict[str, Any]]:
+        found: list[dict[str, Any]] = self.call("POST", "/se/log", {"type": kind})
+        return found
+
+    def requests(self) -> list[str]:
+        """Return the addresses on a network that were asked for since the last call."""
+        events = [json.loads(entry["message"])["message"] for entry in self.log("performance")]
+        sent = [e["params"]["request"]["url"] for e in events if e["method"] == "Network.requestWillBeSent"]
+        return [url for url in sent if url.startswith(("http:", "https:", "ws:", "wss:"))]
+
+    def screenshot(self) -> bytes:
+        return base64.b64decode(self.call("GET", "/screenshot"))
+
+
+def _request(method: str, url: str, body: Any = None) -> Any:
+    data = None if body is None else json.dumps(body).encode()
+    request = urllib.request.Request(url, data, {"Content-Type": "application/json"}, method=method)
+    try:
+        with urllib.request.urlopen(request, timeout=120) as answer:
+            return json.loads(answer.read())["value"]
+    except urllib.error.HTTPError as error:
+        with error:
+            raise RuntimeError(error.read().decode()[:600]) from None
+
+
+@contextlib.contextmanager
+def browser(folder: Path) -> Iterator[Browser]:
+    """Start chromedriver and Chromium, and end them."""
+    with socket.socket() as free:
+        free.bind(("127.0.0.1", 0))
+        port = free.getsockname()[1]
+    command = ["chromedriver", f"--port={port}"]
+    driver = subprocess.Popen(command, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
+    base = f"http://127.0.0.1:{port}"
+    try:
+        _wait_for(base)
+        options = {"args": [*FLAGS, f"--user-data-dir={folder}"]}
+        wanted = {
+            "goog:chromeOptions": options,
+            "goog:loggingPrefs": {"browser": "ALL", "performance": "ALL"},
+        }
+        made = _request("POST", f"{base}/session", {"capabilities": {"alwaysMatch": wanted}})
+        window = Browser(base, made["sessionId"])
+        try:
+            yield window
+        finally:
+            window.call("DELETE", "")
+    finally:
+        driver.terminate()
+        driver.wait(timeout=20)
+
+
+def _wait_for(base: str) -> None:
+    for _ in range(200):
+        with contextlib.suppress(OSError, RuntimeError):
+            if _request("GET", f"{base}/status")["ready"]:
+                return
+        time.sleep(0.1)
+    raise RuntimeError("chromedriver does not answer")

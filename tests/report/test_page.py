@@ -1,0 +1,193 @@
+"""The page in a real browser: what it shows, what it asks for, what a click does."""
+
+from __future__ import annotations
+
+import json
+import math
+import struct
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from autobalance.report.html import page
+from autobalance.report.words import at, number, signed
+from autobalance.solid.csg import Solid
+from tests import jobs
+from tests.report.browser import Browser, browser, missing
+
+needs_browser = pytest.mark.skipif(bool(missing()), reason=f"not installed: {missing()} (script/test-tools)")
+READY = "return document.getElementById('stage').classList.contains('live')"
+
+
+@pytest.fixture(scope="module")
+def written(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    folder = tmp_path_factory.mktemp("page")
+    jobs.balanced(jobs.bundled_job(folder), folder / "out")
+    return folder / "out"
+
+
+@pytest.fixture(scope="module")
+def report(written: Path) -> dict[str, Any]:
+    return jobs.report_of(written)
+
+
+@pytest.fixture(scope="module")
+def window(written: Path, tmp_path_factory: pytest.TempPathFactory) -> Iterator[Browser]:
+    with browser(tmp_path_factory.mktemp("profile")) as found:
+        found.resize(1280, 1000)
+        found.open(written / "report.html")
+        yield found
+
+
+@pytest.mark.slow
+@needs_browser
+def test_the_page_draws_itself_and_asks_for_nothing(window: Browser) -> None:
+    assert window.run(READY)
+    assert [entry for entry in window.log("browser") if entry["level"] in ("SEVERE", "WARNING")] == []
+    assert window.requests() == []
+    assert window.run("return performance.getEntriesByType('resource').length") == 0
+
+
+@pytest.mark.slow
+@needs_browser
+def test_every_number_shown_is_the_reports(window: Browser, report: dict[str, Any]) -> None:
+    shown = window.run(
+        "return [...document.querySelectorAll('[data-path]')]"
+        ".map(e => [e.dataset.path, e.dataset.digits, e.textContent])"
+    )
+    assert len(shown) > 25
+    for path, digits, text in shown:
+        value = at(report, path)
+        if path == "outcome":
+            assert text == "Within tolerance"
+        else:
+            assert text in (number(value, int(digits)), signed(value, int(digits))), path
+    paths = {path for path, _, _ in shown}
+    assert {"residual.magnitude_g_mm", "residual.planes.1.magnitude_g_mm", "corrections.1.depth_mm"} <= paths
+
+
+@pytest.mark.slow
+@needs_browser
+def test_a_click_on_a_row_lights_the_part_and_a_click_on_the_part_marks_the_row(window: Browser) -> None:
+    marked = (
+        "return [...document.querySelectorAll('tr[aria-selected=true]')].map(r => Number(r.dataset.part))"
+    )
+    window.run("document.getElementById('stage').scrollIntoView({block: 'center'})")
+    window.click_on("tr[data-part='1']")
+    assert window.run(marked) == [1]
+    assert window.run("return autobalance.isLit(1)") is True
+    assert window.run("return autobalance.isLit(2)") is False
+    assert window.run("return document.getElementById('said').textContent").startswith(
+        "Correction 1: Shoulder"
+    )
+    window.run("document.getElementById('stage').scrollIntoView({block: 'center'})")
+    for metal in ("metal-on", "metal-off"):
+        window.click_on(f"#{metal}")
+        place = window.run("return autobalance.whereIs(2)")
+        assert place is not None
+        window.click(*place)
+        assert window.run(marked) == [2]
+        assert window.run("return autobalance.isLit(2)") is True
+        window.click_on("tr[data-part='1']")
+        assert window.run(marked) == [1]
+    window.click_on("#metal-on")
+
+
+@pytest.mark.slow
+@needs_browser
+def test_it_works_from_the_keyboard(window: Browser) -> None:
+    marked = (
+        "return [...document.querySelectorAll('tr[aria-selected=true]')].map(r => Number(r.dataset.part))"
+    )
+    window.run("document.activeElement.blur(); document.querySelector('tr[data-part=\"1\"]').focus()")
+    window.press("tr[data-part='2']", "\ue00c")  # Escape: nothing is chosen
+    assert window.run(marked) == []
+    window.press("tr[data-part='2']", "\ue007")  # Enter
+    assert window.run(marked) == [2]
+    before = window.screenshot()
+    window.press("#canvas", "\ue014\ue014\ue014")  # right arrow: the crank turns
+    assert window.screenshot() != before
+
+
+@pytest.mark.slow
+@needs_browser
+@pytest.mark.parametrize("width", [390, 1280])
+def test_nothing_sticks_out_of_the_window(window: Browser, width: int) -> None:
+    window.resize(width, 900)
+    wide = window.run("return [document.documentElement.scrollWidth, window.innerWidth]")
+    window.resize(1280, 1000)
+    assert wide[0] <= wide[1]
+
+
+HOSTILE = "<script>alert(1)</script>\"&'</script><!--"
+
+
+def hostile(report: dict[str, Any]) -> dict[str, Any]:
+    """Return a report in which every free name is an attack."""
+    changed: dict[str, Any] = json.loads(json.dumps(report))
+    changed["input"]["file"] = HOSTILE.replace("/", "") + ".stl"
+    changed["input"]["repairs"] = [HOSTILE]
+    changed["job"]["file"] = HOSTILE.replace("/", "") + ".toml"
+    changed["job"]["engine"]["rotating_g"] = {HOSTILE: 95.0}
+    changed["corrections"][0]["face"] = HOSTILE
+    changed["outcome"], changed["reason"] = "above_tolerance", HOSTILE
+    changed["autobalance"]["numpy"] = HOSTILE
+    return changed
+
+
+def a_box() -> Solid:
+    return Solid.box(np.array([-20.0, -20.0, -30.0]), np.array([20.0, 20.0, 30.0]))
+
+
+def test_names_are_escaped_everywhere(report: dict[str, Any]) -> None:
+    clean = page(report, a_box().mesh)
+    dirty = page(hostile(report), a_box().mesh)
+    assert dirty.count("<script") == clean.count("<script")
+    assert dirty.count("</script") == clean.count("</script")
+    assert "&lt;script&gt;alert(1)" in dirty
+
+
+@pytest.mark.slow
+@needs_browser
+def test_a_part_called_script_shows_as_text(
+    window: Browser, report: dict[str, Any], tmp_path: Path, written: Path
+) -> None:
+    (tmp_path / "page.html").write_text(page(hostile(report), a_box().mesh), encoding="utf-8")
+    window.open(tmp_path / "page.html")
+    assert HOSTILE in window.run("return document.body.innerText")
+    assert window.run(READY)
+    assert [entry for entry in window.log("browser") if entry["level"] == "SEVERE"] == []
+    window.open(written / "report.html")
+
+
+def test_the_page_is_one_file_that_names_no_address(written: Path) -> None:
+    text = (written / "report.html").read_text(encoding="utf-8")
+    assert len(text.encode()) < 5e6
+    without_engine = text.split("<script>")[0] + "".join(text.split("</script>")[-1:])
+    for sign in ("http:", "https:", ' src="/', "@import", "url("):
+        assert sign not in without_engine
+
+
+def test_the_still_picture_is_a_png_of_the_promised_size(written: Path) -> None:
+    for name in ("crank-before.png", "crank-after.png"):
+        data = (written / name).read_bytes()
+        assert data.startswith(b"\x89PNG")
+        assert struct.unpack(">II", data[16:24]) == (1120, 760)
+    assert (written / "crank-before.png").read_bytes() != (written / "crank-after.png").read_bytes()
+
+
+def test_a_polar_plot_points_to_the_heavy_side() -> None:
+    from autobalance.report.polar import RADIUS, SIZE, figure
+
+    def state(x: float, y: float) -> dict[str, Any]:
+        return {"unbalance_g_mm": [x, y], "magnitude_g_mm": math.hypot(x, y), "uncertainty_g_mm": None}
+
+    drawn = figure("Resultant", state(0.0, 10.0), state(1.0, 0.0), {"permissible_g_mm": 4.0})
+    middle = SIZE / 2.0
+    assert (
+        f'L{middle - RADIUS:.2f} {middle:.2f}"' in drawn
+    )  # 90° is left: crankpin 1 is up, counter-clockwise
+    assert f'L{middle:.2f} {middle - RADIUS / 5.0:.2f}"' in drawn  # 0° is up, at a fifth of 1.25 × 4

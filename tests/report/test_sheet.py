@@ -1,0 +1,131 @@
+"""The shop sheet, read back with poppler; its drawing measured."""
+
+from __future__ import annotations
+
+import math
+import re
+import shutil
+import subprocess
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from autobalance.report.drawing import Drawings, WebDrawing
+from autobalance.report.sheet import UNITS, pdf
+from tests import jobs
+
+needs_poppler = pytest.mark.skipif(
+    shutil.which("pdftotext") is None, reason="not installed: poppler-utils (script/test-tools)"
+)
+DRILL = {"method": '"drill"'}
+
+
+@pytest.fixture(scope="module")
+def drilled(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    folder = tmp_path_factory.mktemp("sheet")
+    job = jobs.bundled_job(folder, "straight")
+    text = job.read_text(encoding="utf-8")
+    text = re.sub(r"^faces = .*$", "", text, flags=re.MULTILINE).replace('"shoulder"', '"drill"')
+    job.write_text(text + "\n[correction.drill]\ndiameters_mm = [12.0]\n", encoding="utf-8")
+    jobs.balanced(job, folder / "out")
+    return folder / "out"
+
+
+def words(data: bytes, folder: Path) -> str:
+    (folder / "sheet.pdf").write_bytes(data)
+    done = subprocess.run(
+        ["pdftotext", "-layout", folder / "sheet.pdf", "-"], capture_output=True, check=True
+    )
+    return done.stdout.decode()
+
+
+@needs_poppler
+def test_every_depth_diameter_angle_and_weight_stands_on_the_sheet(drilled: Path, tmp_path: Path) -> None:
+    report = jobs.report_of(drilled)
+    text = words((drilled / "sheet.pdf").read_bytes(), tmp_path)
+    assert len(report["corrections"]) >= 2
+    for item in report["corrections"]:
+        row = re.search(rf"^\s*{item['number']}\s+Drilled hole.*$", text, re.MULTILINE)
+        assert row is not None
+        depth, point = item["depth_mm"], item["point_mm"]
+        for value in (
+            f"{depth:.3f}",
+            f"{depth + point:.3f}",
+            f"{item['removed_mass_g']:.2f}",
+            f"{item['diameter_mm']:.1f}",
+        ):
+            assert value in row.group()
+        assert f"{item['angle_deg']:.1f}°" in row.group()
+        assert f"{(360.0 - item['angle_deg']) % 360.0:.1f}°" in row.group()
+    bob = report["engine"]["bob_weights"][0]["mass_g"]
+    assert f"{bob:.2f}" in text  # the pin not fitted
+    assert f"{bob - 114.65:.2f}" in text  # fitted
+    assert report["input"]["sha256"] in text
+    assert "Within tolerance" in text
+    assert "Readings after machining" in text
+    assert "Rim, unrolled" in text
+
+
+@needs_poppler
+def test_inches_and_ounces(drilled: Path, tmp_path: Path) -> None:
+    report = jobs.report_of(drilled)
+    text = words(pdf(report, None, "Letter", "inch"), tmp_path)
+    item = report["corrections"][0]
+    assert f"{item['depth_mm'] / 25.4:.4f}" in text
+    assert f"{item['removed_mass_g'] / 28.349523125:.4f}" in text
+    assert f"{report['residual']['magnitude_g_mm'] / 720.0779:.5f}" in text  # 1 oz·in = 720.0779 g·mm
+    info = subprocess.run(
+        ["pdfinfo", tmp_path / "sheet.pdf"], capture_output=True, check=True
+    ).stdout.decode()
+    assert "letter" in info
+
+
+def test_ounce_inches_are_those_of_the_standard_ounce() -> None:
+    units = UNITS["inch"]
+    assert 1.0 / (units.per_g * units.per_mm) == pytest.approx(720.0779, abs=1e-4)
+
+
+@needs_poppler
+def test_a_web_is_drawn_in_true_scale(drilled: Path, tmp_path: Path) -> None:
+    report = jobs.report_of(drilled)
+    side = 80.0
+    square = np.array([[-40.0, -40.0], [40.0, -40.0], [40.0, 40.0], [-40.0, 40.0]])
+    number = report["crank"]["webs"][0]["number"]
+    alone = {**report, "corrections": []}
+    data = pdf(alone, Drawings((WebDrawing(number, [square]),), []))
+    (tmp_path / "s.pdf").write_bytes(data)
+    dpi = 254  # ten pixels a millimetre
+    subprocess.run(
+        ["pdftoppm", "-r", str(dpi), "-f", "2", "-l", "2", tmp_path / "s.pdf", tmp_path / "p"], check=True
+    )
+    image = ppm(next(tmp_path.glob("p*.ppm")))
+    metal = np.abs(image.astype(int) - [0xE4, 0xE6, 0xE8]).max(axis=2) < 3
+    outline = 3  # pixels of the line around it, on both sides together at most
+    for direction in (0, 1):
+        counts = metal.sum(axis=direction)
+        usual = float(np.median(counts[counts > 5.0 * side]))  # a line that no tick or number crosses
+        assert usual == pytest.approx(10.0 * side, abs=outline + 1)
+
+
+def ppm(path: Path) -> Any:
+    data = path.read_bytes()
+    head = re.match(rb"P6\s+(\d+)\s+(\d+)\s+255\s", data)
+    assert head is not None
+    width, height = int(head[1]), int(head[2])
+    return np.frombuffer(data, np.uint8, offset=head.end()).reshape(height, width, 3)
+
+
+def test_the_same_report_gives_the_same_bytes_and_odd_names_do_no_harm(drilled: Path) -> None:
+    report = jobs.report_of(drilled)
+    assert pdf(report, None) == pdf(report, None)
+    odd = {**report, "input": {**report["input"], "file": "曲轴 (1) \\ ö.stl"}}
+    assert pdf(odd, None).startswith(b"%PDF")
+
+
+def test_both_senses_of_rotation_add_to_a_turn(drilled: Path) -> None:
+    for item in jobs.report_of(drilled)["corrections"]:
+        assert math.cos(math.radians(item["angle_deg"])) == pytest.approx(
+            item["position_mm"][0] / math.hypot(*item["position_mm"][:2])
+        )
