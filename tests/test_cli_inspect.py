@@ -71,3 +71,47 @@ def test_a_missing_crank_leaves_no_folder(tmp_path: Path, capsys: pytest.Capture
     )
     assert "does not exist" in capsys.readouterr().err
     assert list(tmp_path.iterdir()) == []
+
+
+def test_sections_and_counterweights_add_up(capsys: pytest.CaptureFixture[str]) -> None:
+    assert jobs.run("inspect", HALVES, "--unit", "mm", "--no-crankpin", "--json", "-") == 0
+    report = json.loads(capsys.readouterr().out)
+    jsonschema.Draft202012Validator(schema()).validate(report)
+    parts = report["sections"]
+    assert sum(part["mass_g"] for part in parts) == pytest.approx(report["crank"]["mass_g"], rel=1e-12)
+    unbalance = np.sum([part["unbalance_g_mm"] for part in parts], axis=0)
+    assert unbalance == pytest.approx(report["initial"]["unbalance_g_mm"], abs=1e-6)
+    moment = np.sum([part["moment_g_mm2"] for part in parts], axis=0)
+    assert moment == pytest.approx(report["initial"]["moment_g_mm2"], abs=1e-4)
+    each, other, both = report["counterweights"]
+    assert (each["web"], other["web"], both["web"]) == (1, 2, None)
+    assert both["mass_g"] == pytest.approx(2020.40, abs=0.07)
+    assert both["radius_mm"] == pytest.approx(6.16, abs=0.001)
+    assert both["product_g_mm"] == pytest.approx(each["product_g_mm"] + other["product_g_mm"], rel=1e-12)
+
+
+def test_the_table_of_sections_is_printed_when_asked(capsys: pytest.CaptureFixture[str]) -> None:
+    assert jobs.run("inspect", WITH_PIN, "--unit", "mm") == 0
+    assert "Section" not in capsys.readouterr().out
+    assert jobs.run("inspect", WITH_PIN, "--unit", "mm", "--sections") == 0
+    printed = capsys.readouterr().out
+    assert "main journal 2" in printed
+    assert "counterweight 1" in printed
+    assert "m_cw" in printed
+
+
+def test_the_picture_is_a_png(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    target = tmp_path / "new" / "crank.png"
+    assert jobs.run("inspect", WITH_PIN, "--unit", "mm", "--picture", target) == 0
+    data = target.read_bytes()
+    assert data[:8] == b"\x89PNG\r\n\x1a\n"
+    assert (int.from_bytes(data[16:20]), int.from_bytes(data[20:24])) == (1200, 800)
+    assert capsys.readouterr().err == ""
+
+
+def test_a_picture_must_not_overwrite_the_crank(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    crank = tmp_path / "crank.stl"
+    crank.write_bytes(WITH_PIN.read_bytes())
+    assert jobs.run("inspect", crank, "--unit", "mm", "--picture", crank) == 2
+    assert "would overwrite the crank file" in capsys.readouterr().err
+    assert crank.read_bytes() == WITH_PIN.read_bytes()

@@ -32,6 +32,12 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--no-crankpin", action="store_true", help="a pressed-up crank modelled without its crankpins"
     )
+    parser.add_argument(
+        "--sections", action="store_true", help="also print mass, centre and moments of each part"
+    )
+    parser.add_argument(
+        "--picture", metavar="FILE.png", help="draw the crank with its axis, pins, and faces by their ids"
+    )
     add_json(parser)
     add_units(parser)
 
@@ -41,34 +47,55 @@ def run(arguments: argparse.Namespace) -> int:
     from autobalance.command.console import progress, progress_done, say, warn
     from autobalance.report.files import Staging
     from autobalance.report.json import dumps, report
-    from autobalance.report.text import UNITS, inspect_text
+    from autobalance.report.text import UNITS, inspect_text, sections_text
 
-    target = None if arguments.json in (None, "-") else Path(arguments.json)
-    if target is not None and target.resolve() == Path(arguments.crank).resolve():
-        raise UsageError(f"--json {target} would overwrite the crank file")
-    with Staging([] if target is None else [target.parent]) as staging:
+    target = _target(arguments, "--json", arguments.json)
+    drawing = _target(arguments, "--picture", arguments.picture)
+    with Staging([path.parent for path in (target, drawing) if path is not None]) as staging:
         progress("measuring the crank")
         try:
-            values = report(inspected(arguments))
+            crank, record = inspected(arguments)
+            values = report(record)
+            if drawing is not None:
+                staging.add(drawing, _picture(crank, record))
         finally:
             progress_done()
         for repair in values["input"]["repairs"]:
             warn(f"{arguments.crank}: {repair}")
         if target is not None:
             staging.add(target, dumps(values).encode())
-            staging.commit()
-    say(
-        dumps(values).removesuffix("\n")
-        if arguments.json == "-"
-        else inspect_text(values, UNITS[arguments.units])
-    )
+        staging.commit()
+    if arguments.json == "-":
+        say(dumps(values).removesuffix("\n"))
+        return 0
+    say(inspect_text(values, UNITS[arguments.units]))
+    if arguments.sections:
+        say("\n" + sections_text(values))
     return 0
 
 
-def inspected(arguments: argparse.Namespace) -> Record:
+def _target(arguments: argparse.Namespace, option: str, text: str | None) -> Path | None:
+    """Return where an option's file goes, which must not be the crank's own."""
+    if text is None or text == "-":
+        return None
+    target = Path(text)
+    if target.resolve() == Path(arguments.crank).resolve():
+        raise UsageError(f"{option} {target} would overwrite the crank file")
+    return target
+
+
+def _picture(crank: Crank, record: Record) -> bytes:
+    from autobalance.report.picture import crank_picture
+
+    faces = [offer.face for offer in record.faces or ()]
+    return crank_picture(crank.source.solid.mesh, crank.anatomy, faces)
+
+
+def inspected(arguments: argparse.Namespace) -> tuple[Crank, Record]:
     """Read, recognise and measure."""
     from autobalance.command.pipeline import Stopwatch, default_planes_mm, facet_entry, measured_crank
     from autobalance.command.run import input_file
+    from autobalance.crank.sections import sections, web_weights
     from autobalance.report.record import MeasuredCrank, Record
     from autobalance.rotor.unbalance import Unbalance
 
@@ -77,15 +104,19 @@ def inspected(arguments: argparse.Namespace) -> Record:
     crank = measured_crank(_crankshaft(arguments, path), watch)
     with watch.stage("plan"):
         faces = offered_faces(crank)
-    return Record(
+        parts = sections(crank.source.solid, crank.anatomy, crank.density_g_mm3)
+    record = Record(
         command="inspect",
         input=input_file(path, crank),
         crank=MeasuredCrank(crank.moments, crank.source.solid.volume_mm3, crank.anatomy, facet_entry(crank)),
         initial=Unbalance.of(crank.moments),
         planes_z_mm=default_planes_mm(crank.anatomy),
         faces=faces,
+        sections=parts,
+        web_weights=web_weights(parts, crank.anatomy),
         seconds=watch.seconds,
     )
+    return crank, record
 
 
 def _crankshaft(arguments: argparse.Namespace, path: Path) -> Any:
@@ -103,7 +134,7 @@ def _crankshaft(arguments: argparse.Namespace, path: Path) -> Any:
     if unit is None and path.suffix.lower() in UNITLESS and path.is_file():
         warn(f"{path.suffix.upper()[1:]} carries no unit: taken as mm; --unit says otherwise")
         unit = "mm"
-    hints = Overrides(crankpin_in_file=not arguments.no_crankpin)
+    hints = Overrides(crankpin_in_file=False if arguments.no_crankpin else None)
     return Crankshaft(path, unit, density * G_PER_MM3_PER_KG_M3, hints, _body(arguments.body))
 
 

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from functools import cached_property
 from itertools import pairwise
 from typing import Literal
 
@@ -80,6 +82,37 @@ def sections(solid: Solid, anatomy: Anatomy, density_g_mm3: float) -> tuple[Sect
         if moments.mass_g > LEAST_SHARE * whole
     ]
     return tuple(sorted(found, key=lambda part: float(part.moments.centre_mm[2])))
+
+
+@dataclass(frozen=True)
+class WebWeight:
+    """m_cw, r′ and m_cw·r′ of a web with its counterweight, or of all of them (``web`` None).
+
+    ``product_g_mm`` is the first moment away from the crankpin; ``radius_mm`` is it by the mass.
+    """
+
+    web: int | None
+    mass_g: float
+    product_g_mm: float
+
+    @property
+    def radius_mm(self) -> float:
+        """Distance of the centre of mass beyond the axis, r′ [mm]."""
+        return self.product_g_mm / self.mass_g
+
+
+def web_weights(parts: Sequence[Section], anatomy: Anatomy) -> tuple[WebWeight, ...]:
+    """Return the source's m_cw, r′ and m_cw·r′ of each web with a counterweight; of all for one throw."""
+    found = []
+    for web in anatomy.webs:
+        mine = [p.moments for p in parts if p.kind in ("web", "counterweight") and p.number == web.number]
+        if web.counterweight and mine:
+            away = away_from_crankpin(web, anatomy)
+            product = sum(float(moments.first_g_mm[:2] @ away) for moments in mine)
+            found.append(WebWeight(web.number, sum(moments.mass_g for moments in mine), product))
+    if found and len(anatomy.throws) == 1:
+        found.append(WebWeight(None, sum(w.mass_g for w in found), sum(w.product_g_mm for w in found)))
+    return tuple(found)
 
 
 def counterweight_moments(solid: Solid, anatomy: Anatomy, density_g_mm3: float) -> Moments:
@@ -164,8 +197,15 @@ class _Cutter:
 
     def moments(self, span: _Span, part: Part = EVERYTHING) -> Moments:
         """Return the moments of a stretch's metal, or of part of it."""
-        heights = (span.low, span.high)
-        return slab_moments(self.mesh.vertices, self.mesh.triangles, heights, self.density_g_mm3, part)
+        low, high = self._reach
+        near = self.mesh.triangles[(high > span.low) & (low < span.high)]
+        return slab_moments(self.mesh.vertices, near, (span.low, span.high), self.density_g_mm3, part)
+
+    @cached_property
+    def _reach(self) -> tuple[Array, Array]:
+        """Least and greatest z of each triangle."""
+        a, b, c = (self.mesh.vertices[column, 2] for column in self.mesh.triangles.T)
+        return np.minimum(np.minimum(a, b), c), np.maximum(np.maximum(a, b), c)
 
     def pin_moments(self, span: _Span) -> Moments:
         """Return the moments of the journal's or crankpin's metal in a stretch."""
@@ -174,8 +214,8 @@ class _Cutter:
     def web_moments(self, span: _Span, beyond: bool = False) -> Moments:
         """Return the moments of the web's metal in a stretch, or of what lies beyond the axis."""
         assert span.web is not None
-        side = self._away_from_crankpin(span.web) if beyond else None
-        moments = self.moments(span, Part(side=side))
+        side = away_from_crankpin(span.web, self.anatomy) if beyond else None
+        moments = self.moments(span, EVERYTHING if side is None else Part(side=side))
         return moments if span.pin is None else moments - self._beside_shoulder(span, side)
 
     def _beside_shoulder(self, span: _Span, side: Array | None) -> Moments:
@@ -190,19 +230,24 @@ class _Cutter:
         inner = self.moments(replace(span, low=span.low + aside, high=span.high - aside), part)
         return inner.scaled((span.high - span.low) / (span.high - span.low - 2.0 * aside))
 
-    def _away_from_crankpin(self, web: Web) -> Array:
-        """Return the unit vector (2,) away from the crankpins beside a web."""
-        middle = 0.5 * (web.z_min_mm + web.z_max_mm)
-        below = [t for t in self.anatomy.throws if t.crankpin.centre_mm[2] < middle][-1:]
-        above = [t for t in self.anatomy.throws if t.crankpin.centre_mm[2] > middle][:1]
-        beside = [
-            t for t in below + above if not self._journal_between(middle, float(t.crankpin.centre_mm[2]))
-        ]
-        beside = beside or list(self.anatomy.throws[:1])
-        towards = sum((throw.direction for throw in beside), np.zeros(2))
-        length = float(np.linalg.norm(towards))
-        unit: Array = -(towards / length if length > 1e-3 else beside[0].direction)
-        return unit
 
-    def _journal_between(self, a: float, b: float) -> bool:
-        return any(min(a, b) < j.centre_mm[2] < max(a, b) for j in self.anatomy.main_journals)
+def away_from_crankpin(web: Web, anatomy: Anatomy) -> Array:
+    """Return the unit vector (2,) away from the crankpins beside a web."""
+    middle = 0.5 * (web.z_min_mm + web.z_max_mm)
+    below = [t for t in anatomy.throws if t.crankpin.centre_mm[2] < middle][-1:]
+    above = [t for t in anatomy.throws if t.crankpin.centre_mm[2] > middle][:1]
+    beside = [t for t in below + above if not _journal_between(anatomy, middle, t.crankpin)]
+    beside = beside or list(anatomy.throws[:1])
+    towards = sum((throw.direction for throw in beside), np.zeros(2))
+    length = float(np.linalg.norm(towards))
+    unit: Array = -(towards / length if length > OPPOSED else beside[0].direction)
+    return unit
+
+
+OPPOSED = 1e-3
+"""Crankpins on both sides of a web are opposite each other if their directions add up to less than this."""
+
+
+def _journal_between(anatomy: Anatomy, z_mm: float, pin: Pin) -> bool:
+    low, high = sorted((z_mm, float(pin.centre_mm[2])))
+    return any(low < journal.centre_mm[2] < high for journal in anatomy.main_journals)

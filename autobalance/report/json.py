@@ -17,6 +17,7 @@ import numpy as np
 from autobalance import __version__
 from autobalance.correction.kind import Correction
 from autobalance.crank.anatomy import Anatomy, Pin, Throw
+from autobalance.crank.sections import Section
 from autobalance.report.force_values import force_values
 from autobalance.report.record import Balanced, FaceOffer, MeasuredCrank, Record
 from autobalance.rotor.moments import Array, Moments
@@ -68,6 +69,18 @@ def report(record: Record) -> Values:
         values |= _result(balanced, record)
     if record.faces is not None:
         values["faces"] = [_face(offer, record.crank.anatomy) for offer in record.faces]
+    if record.sections is not None:
+        values["sections"] = [_section(part) for part in record.sections]
+    if record.web_weights is not None:
+        values["counterweights"] = [
+            {
+                "web": weight.web,
+                "mass_g": weight.mass_g,
+                "radius_mm": weight.radius_mm,
+                "product_g_mm": weight.product_g_mm,
+            }
+            for weight in record.web_weights
+        ]
     return values
 
 
@@ -85,6 +98,18 @@ def generate_report(
         "initial": _unbalance(Unbalance.of(crank.moments), None, None),
         "engine": None if engine is None else dict(engine),
         "outputs": {"solid": solid},
+    }
+
+
+def _section(part: Section) -> Values:
+    moments = part.moments
+    return {
+        "kind": part.kind,
+        "number": part.number,
+        "mass_g": moments.mass_g,
+        "centre_mm": _list(moments.centre_mm),
+        "unbalance_g_mm": _list(moments.first_g_mm[:2]),
+        "moment_g_mm2": _list(moments.second_g_mm2[:2, 2]),
     }
 
 

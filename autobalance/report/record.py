@@ -8,6 +8,7 @@ from typing import Any, Literal
 
 from autobalance.correction.kind import Correction
 from autobalance.crank.anatomy import Anatomy, Face
+from autobalance.crank.sections import Section, WebWeight
 from autobalance.engine.force_summary import ShakingForce
 from autobalance.rebalance import Result
 from autobalance.rotor.moments import Array, Moments
@@ -134,6 +135,8 @@ class Record:
     initial: Unbalance
     planes_z_mm: tuple[float, float] | None
     faces: tuple[FaceOffer, ...] | None = None
+    sections: tuple[Section, ...] | None = None
+    web_weights: tuple[WebWeight, ...] | None = None
     balanced: Balanced | None = None
     uncertainty_g_mm: float | None = None
     outputs: Mapping[str, Any] = field(default_factory=dict)

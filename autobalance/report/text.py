@@ -217,7 +217,13 @@ MOST_FACES = 12
 
 def inspect_text(report: Values, units: Units) -> str:
     """Return the summary of a measured crank: mass, anatomy, unbalance, faces."""
-    parts = [_measured(report, units), _anatomy(report, units), _bare(report, units), _faces(report, units)]
+    parts = [
+        _measured(report, units),
+        _anatomy(report, units),
+        _bare(report, units),
+        _counterweights(report, units),
+        _faces(report, units),
+    ]
     return "\n\n".join(part for part in parts if part)
 
 
@@ -258,6 +264,54 @@ def _achieved(report: Values, units: Units) -> list[str]:
         return ["  no balance factor: the throws cancel each other out"]
     bob = engine["bob_weights"][0]["mass_g"]
     return [f"  balance factor {100.0 * factor:.2f} %, bob-weight {units.of_mass(bob)} on throw 1"]
+
+
+def _counterweights(report: Values, units: Units) -> str:
+    weights = report.get("counterweights")
+    if not weights:
+        return ""
+    rows = [("Webs with counterweights", "m_cw", "r′", "m_cw·r′")]
+    for weight in weights:
+        rows.append(
+            (
+                "  all" if weight["web"] is None else f"  web {weight['web']}",
+                units.of_mass(weight["mass_g"]),
+                units.of_length(weight["radius_mm"]),
+                units.of_unbalance(weight["product_g_mm"]),
+            )
+        )
+    return table(rows)
+
+
+def sections_text(report: Values) -> str:
+    """Return the table of a crank's parts: mass, centre, and their products, in the order of the axis.
+
+    W is the mass, WX and WY its unbalance, CX and CY ∫ x z dm and ∫ y z dm, so that every column of products
+    adds up to the whole's. Metric, as the report.
+    """
+    heads = ("Section", "W [g]", "X [mm]", "Y [mm]", "Z [mm]", "WX [g·mm]", "WY", "CX [g·mm²]", "CY")
+    rows: list[tuple[str, ...]] = [heads]
+    for part in report["sections"]:
+        numbers = [part["mass_g"], *part["centre_mm"], *part["unbalance_g_mm"], *part["moment_g_mm2"]]
+        rows.append((f"  {part['kind']} {part['number']}", *_cells(numbers)))
+    crank = report["crank"]
+    sums = [
+        sum(column)
+        for column in zip(
+            *(
+                [part["mass_g"], *part["unbalance_g_mm"], *part["moment_g_mm2"]]
+                for part in report["sections"]
+            ),
+            strict=True,
+        )
+    ]
+    rows.append(("  sum", *_cells([sums[0], *crank["centre_of_mass_mm"], *sums[1:]])))
+    return table(rows)
+
+
+def _cells(numbers: Sequence[float]) -> tuple[str, ...]:
+    digits = (2, 3, 3, 3, 1, 1, 0, 0)
+    return tuple(fixed(number, places) for number, places in zip(numbers, digits, strict=True))
 
 
 def _measured(report: Values, units: Units) -> str:

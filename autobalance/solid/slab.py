@@ -57,7 +57,9 @@ def slab_moments(
         return Moments.zero()
     apex = np.array([0.0, 0.0, z_low])
     a, b, c = (vertices[column, 2] for column in triangles.T)
-    met = ((a > z_low) | (b > z_low) | (c > z_low)) & ((a < z_high) | (b < z_high) | (c < z_high))
+    low, high = np.minimum(np.minimum(a, b), c), np.maximum(np.maximum(a, b), c)
+    inside = (low >= z_low) & (high < z_high) if part is EVERYTHING else np.zeros(len(low), dtype=bool)
+    met = (high > z_low) & (low < z_high) & ~inside
     soup = _clipped(vertices[triangles[met]] - apex, np.array([0.0, 0.0, 1.0]), 0.0)
     edges = _upper_edges(soup, z_high - z_low)
     soup = _clipped(soup, np.array([0.0, 0.0, -1.0]), z_low - z_high)
@@ -67,8 +69,10 @@ def slab_moments(
         soup = _clipped(soup, np.array([*part.side, 0.0]), 0.0)
         edges = _clipped_edges(edges, part.side)
     volume, first, second = volume_moments(soup.reshape(-1, 3), np.arange(3 * len(soup)).reshape(-1, 3))
-    cone = _cone(edges, z_high - z_low)
-    local = Moments(volume + cone[0], first + cone[1], second + cone[2]).scaled(density_g_mm3)
+    local = Moments(volume, first, second) + _cone(edges, z_high - z_low)
+    if inside.any():
+        local = local + Moments(*volume_moments(vertices - apex, triangles[inside]))
+    local = local.scaled(density_g_mm3)
     back = np.eye(4)
     back[:3, 3] = apex
     return local.moved(back)
@@ -134,7 +138,7 @@ def _clipped_edges(edges: Array, side: Array) -> Array:
     return np.stack([start, end], axis=1)
 
 
-def _cone(edges: Array, height: float) -> tuple[float, Array, Array]:
+def _cone(edges: Array, height: float) -> Moments:
     """Return volume and moments of the cone from the origin to a flat region at z = ``height``."""
     p, q = edges[:, 0], edges[:, 1]
     det = p[:, 0] * q[:, 1] - p[:, 1] * q[:, 0]
@@ -149,4 +153,4 @@ def _cone(edges: Array, height: float) -> tuple[float, Array, Array]:
     second[:2, :2] = flat_second
     second[:2, 2] = second[2, :2] = height * flat_first
     second[2, 2] = height**2 * area
-    return height * area / 3.0, height * first / 4.0, height * second / 5.0
+    return Moments(height * area / 3.0, height * first / 4.0, height * second / 5.0)
