@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from itertools import takewhile
 
 import numpy as np
 
@@ -264,18 +265,18 @@ def _gaps(long: Lengthwise, axis: Array) -> list[tuple[float, float]]:
         return gaps
     ends = [(float(end), float(end)) for end in (z.min(), z.max())]
     with_bores = [
-        end for end, side in zip(ends, (1, -1), strict=True) if _bores(_webward(long, end, side), axis)
+        end for end, side in zip(ends, (1, -1), strict=True) if _bores(_webward(long, end, side, axis), axis)
     ]
     return with_bores if len(with_bores) == 1 else []
 
 
 def _bore_pin(long: Lengthwise, gap: tuple[float, float], axis: Array, rounding_mm: float) -> Run:
-    sides = [_bores(_webward(long, gap, side), axis) for side in (-1, 1)]
+    sides = [_bores(_webward(long, gap, side, axis), axis) for side in (-1, 1)]
     found = [bores for bores in sides if bores]
     if not found or (gap[1] > gap[0] and len(found) < 2):
         raise RecognitionError(
             f"looked for the crankpin's bores on both sides of the gap between webs, {gap[0]:.4g} .. "
-            f"{gap[1]:.4g} mm along the axis, found none on one side; crankpins settles it"
+            f"{gap[1]:.4g} mm from the middle of the part, found none on one side; crankpins settles it"
         )
     shared = [bore for bore in found[0] if all(any(_near(bore, other) for other in bores) for bores in found)]
     shared.sort(key=lambda bore: -bore[1])
@@ -298,18 +299,13 @@ def _near(a: tuple[Array, float], b: tuple[Array, float]) -> bool:
     ) < 0.2 * min(a[1], b[1])
 
 
-def _webward(long: Lengthwise, gap: tuple[float, float], side: int) -> list[Section]:
-    """Return the sections from a gap outward until the metal ends or is one plain cylinder."""
+def _webward(long: Lengthwise, gap: tuple[float, float], side: int, axis: Array) -> list[Section]:
+    """Return the sections from a gap outward as long as they have a round hole beside the axis."""
     if side < 0:
         outward = [s for s in reversed(long.sections) if s.z_mm < gap[0]]
     else:
         outward = [s for s in long.sections if s.z_mm > gap[1]]
-    web: list[Section] = []
-    for section in outward:
-        if not section.pieces or (web and not any(piece.holes for piece in section.pieces)):
-            break
-        web.append(section)
-    return web
+    return list(takewhile(lambda section: bool(_bores([section], axis)), outward))
 
 
 def _bores(sections: Sequence[Section], axis: Array) -> list[tuple[Array, float]]:
