@@ -85,7 +85,7 @@ def _target(arguments: argparse.Namespace, option: str, text: str | None) -> Pat
 
 
 def _picture(crank: Crank, record: Record) -> bytes:
-    from autobalance.report.picture import crank_picture
+    from autobalance.report.anatomy_picture import crank_picture
 
     faces = [offer.face for offer in record.faces or ()]
     return crank_picture(crank.source.solid.mesh, crank.anatomy, faces)

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+
 import numpy as np
 
 from autobalance.crank.anatomy import Array, Indices
@@ -37,8 +39,8 @@ def sample(size: Array) -> tuple[Indices, Array]:
     return rows, np.concatenate([np.ones(SAMPLE), np.full(len(rows) - SAMPLE, float(every))])
 
 
-def axis_candidates(area_vectors: Array) -> list[Array]:
-    """Return unit vectors (3,) that may be the crank axis, likeliest first.
+def axis_candidates(area_vectors: Array) -> Iterator[Array]:
+    """Yield unit vectors (3,) that may be the crank axis, likeliest first.
 
     The likeliest axis is the one to which most of the surface stands either parallel (journals, crankpins,
     rims) or square (webs' faces); a cylinder's surface counts, a flat's could belong to any of many axes.
@@ -61,9 +63,9 @@ def axis_candidates(area_vectors: Array) -> list[Array]:
         axis = _refined(axes[place], normals, areas)
         if all(abs(float(axis @ other)) < np.cos(BIN_RAD) for other in chosen):
             chosen.append(refined_direction(axis, unit, weight))
+            yield chosen[-1]
         if len(chosen) == CANDIDATES:
-            break
-    return chosen
+            return
 
 
 def refined_direction(axis: Array, unit: Array, weight: Array) -> Array:

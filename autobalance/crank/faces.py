@@ -54,8 +54,7 @@ def find_faces(mesh: Mesh, anatomy: Anatomy) -> tuple[Face, ...]:
     """
     low, high = mesh.bounds
     flat = FLAT * (mesh.diagonal_mm + float(np.abs([low, high]).max()))
-    vectors = mesh.area_vectors
-    size = np.sqrt(np.einsum("ij,ij->i", vectors, vectors))
+    vectors, size = mesh.area_vectors, mesh.doubled_areas
     surface = 0.5 * float(size.sum())
     look = _Look(mesh, anatomy, size, surface, flat)
     found: list[Face] = []

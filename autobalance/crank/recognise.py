@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -107,13 +107,14 @@ def _upright(direction: Array) -> Array:
     return unit if unit[first] > 0.0 else -unit
 
 
-def _directions(mesh: Mesh, overrides: Overrides) -> list[Array]:
+def _directions(mesh: Mesh, overrides: Overrides) -> Iterator[Array]:
     given = _given_axis(overrides)
     if given is not None:
-        return [given[1]]
-    vectors = mesh.area_vectors
-    rows, weight = sample(np.einsum("ij,ij->i", vectors, vectors))
-    return [_upright(axis) for axis in axis_candidates(weight[:, None] * vectors[rows])]
+        yield given[1]
+        return
+    rows, weight = sample(mesh.doubled_areas)
+    for axis in axis_candidates(weight[:, None] * mesh.area_vectors[rows]):
+        yield _upright(axis)
 
 
 def _along(mesh: Mesh, direction: Array, overrides: Overrides) -> Anatomy:
@@ -125,26 +126,46 @@ def _along(mesh: Mesh, direction: Array, overrides: Overrides) -> Anatomy:
         layout = _layout(long, overrides, rounding)
         if fixed is not None:
             break
-        for _ in range(2):  # the second time from the first's axis: a tilted fit is not quite linear
-            found = _upright(_to_file(long, common_axis(long.vertices, layout.journals, rounding)[1]))
-            tilt, direction = float(np.linalg.norm(found - direction)), found
-            if tilt < SLIGHT_TILT_RAD:
-                long = straightened(long, mesh, direction)
-                layout = replace(layout, journals=_tight(long, layout.journals, rounding))
-            if not 1e-9 < tilt < SLIGHT_TILT_RAD:
-                break
-        if tilt < SLIGHT_TILT_RAD:
+        direction, tilt = _axis_direction(long, layout, direction, rounding)
+        if tilt * long.length_mm <= rounding:  # less than the file's own rounding
             break
-    return _anatomy(long, layout, direction, overrides, rounding)
+        if tilt < SLIGHT_TILT_RAD:
+            long, layout = _straightened(mesh, long, layout, direction, overrides, rounding)
+            break
+    else:
+        raise _NotHereError(
+            len(layout.journals),
+            RecognitionError(
+                f"looked for the common axis of {len(layout.journals)} main journals, found none that holds "
+                "still; axis_point_mm and axis_direction settle it"
+            ),
+        )
+    return _anatomy(long, layout, overrides, rounding)
+
+
+def _axis_direction(
+    long: Lengthwise, layout: Layout, direction: Array, rounding: float
+) -> tuple[Array, float]:
+    """Return the direction of the journals' common axis, and by how much it differs from ``direction``."""
+    vector = long.turn[:3, :3].T @ common_axis(long.vertices, layout.journals, rounding)[1]
+    found = _upright(vector)
+    return found, float(np.linalg.norm(found - direction))
+
+
+def _straightened(
+    mesh: Mesh, long: Lengthwise, layout: Layout, direction: Array, overrides: Overrides, rounding: float
+) -> tuple[Lengthwise, Layout]:
+    """Turn everything by a slight tilt and fit the cylinders again, whose ends are sharp now."""
+    straight = straightened(long, mesh, direction)
+    if overrides.main_journals is None:
+        layout = replace(layout, journals=_tight(straight, layout.journals, rounding))
+    if overrides.crankpins is None and overrides.crankpin_in_file is not False:
+        layout = replace(layout, pins=_tight(straight, layout.pins, rounding))
+    return straight, layout
 
 
 def _rounding_mm(mesh: Mesh) -> float:
     return ROUNDING * float(np.abs(mesh.bounds).max())
-
-
-def _to_file(long: Lengthwise, vector: Array) -> Array:
-    turned: Array = long.turn[:3, :3].T @ vector
-    return turned
 
 
 def _layout(long: Lengthwise, overrides: Overrides, rounding: float) -> Layout:
@@ -238,12 +259,10 @@ def _from_job(mesh: Mesh, overrides: Overrides, given: tuple[Array | None, Array
         tuple(sorted(journals, key=lambda run: run.z_mid)),
         tuple(sorted(pins, key=lambda run: run.z_mid)),
     )
-    return _anatomy(long, layout, given[1], overrides, rounding)
+    return _anatomy(long, layout, overrides, rounding)
 
 
-def _anatomy(
-    long: Lengthwise, layout: Layout, direction: Array, overrides: Overrides, rounding: float
-) -> Anatomy:
+def _anatomy(long: Lengthwise, layout: Layout, overrides: Overrides, rounding: float) -> Anatomy:
     """Put the frame where it belongs, measure everything in it, and number it."""
     axis = layout.axis
     if overrides.axis_point_mm is not None:
@@ -251,10 +270,6 @@ def _anatomy(
     elif overrides.main_journals is None:
         axis = common_axis(long.vertices, layout.journals, rounding)[0][:2]
     layout = replace(layout, axis=axis)
-    if overrides.main_journals is None:
-        layout = replace(layout, journals=_tight(long, layout.journals, rounding))
-    if overrides.crankpins is None and overrides.crankpin_in_file:
-        layout = replace(layout, pins=_tight(long, layout.pins, rounding))
     first = layout.pins[0]
     arm = first.centre - axis
     crank_radius = float(np.linalg.norm(arm))

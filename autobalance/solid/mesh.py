@@ -62,6 +62,13 @@ class Mesh:
             part[:, 2] = ux * vy - uy * vx
         return out
 
+    @cached_property
+    def doubled_areas(self) -> Array:
+        """Twice the area (m,) of each triangle [mm²]."""
+        x, y, z = self.area_vectors.T
+        areas: Array = np.sqrt(x * x + y * y + z * z)
+        return areas
+
     def flipped(self) -> Mesh:
         """Return the mesh turned inside out."""
         return Mesh(self.vertices, self.triangles[:, ::-1])

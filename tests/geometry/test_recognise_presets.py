@@ -70,7 +70,9 @@ def check(name: str, segments: int, scale: float = 1.0) -> None:
     assert_recognised(found, crank_anatomy(design, place), scale)
 
 
-@pytest.mark.parametrize("segments", [8, 12, 29, 64])
+@pytest.mark.parametrize(
+    "segments", [12, 29, pytest.param(8, marks=pytest.mark.slow), pytest.param(64, marks=pytest.mark.slow)]
+)
 @pytest.mark.parametrize("name", PRESETS)
 def test_presets_are_recognised_as_drawn(name: str, segments: int) -> None:
     check(name, segments)
@@ -122,3 +124,14 @@ def test_the_counterweights_outline_is_measured() -> None:
         assert web.outline.rim_radius_mm == pytest.approx(size.radius_mm, rel=1e-6)
         assert math.degrees(web.outline.fan_angle_rad) == pytest.approx(size.fan_angle_deg, abs=1e-4)
         assert web.outline.thickness_mm == pytest.approx(design.web.thickness_mm, rel=1e-9)
+
+
+@pytest.mark.slow
+def test_twelve_throws_are_counted_and_placed() -> None:
+    angles = [0.0, 120.0, 240.0, 240.0, 120.0, 0.0]
+    design = replace(PRESETS["inline-4"], bays=tuple(Bay((angle,)) for angle in 2 * angles))
+    place = placement(12)
+    solid = Solid.from_mesh(crank_solid(design, 24).mesh.moved(place))
+    found = recognise(solid, Overrides())
+    assert len(found.throws) == 12
+    assert_recognised(found, crank_anatomy(design, place))

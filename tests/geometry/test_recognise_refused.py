@@ -1,0 +1,129 @@
+"""What is no crank is refused in one line; what is doubtful too, and the key that settles it is named."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+
+from autobalance.crank.anatomy import Overrides
+from autobalance.crank.recognise import recognise
+from autobalance.errors import RecognitionError
+from autobalance.solid.csg import Region, Solid, union
+from tests.cranks import Shape, make_crank, tilted
+
+SEGMENTS = 48
+
+
+def disc(radius: float, low: float, high: float, x: float = 0.0, y: float = 0.0) -> Solid:
+    return Solid.prism(Region.circle(radius, SEGMENTS, (x, y)), low, high)
+
+
+def connecting_rod(small_end: float) -> Solid:
+    shank = Solid.prism(Region.rectangle([0, -8], [120, 8]), -4.0, 4.0)
+    body = shank + disc(30.0, -12.0, 12.0) + disc(16.0, -small_end, small_end, 120.0)
+    return body - disc(20.0, -20.0, 20.0) - disc(8.0, -20.0, 20.0, 120.0)
+
+
+def gear(hub: float) -> Solid:
+    tooth = Solid.prism(Region.rectangle([38, -3], [46, 3]), 0.0, 20.0)
+    teeth = []
+    for step in range(24):
+        c, s = math.cos(step * math.pi / 12), math.sin(step * math.pi / 12)
+        turn = np.eye(4)
+        turn[:2, :2] = [[c, -s], [s, c]]
+        teeth.append(tooth.moved(turn))
+    return union([disc(40.0, 0.0, 20.0), disc(18.0, 0.0, 20.0 + hub), *teeth]) - disc(10.0, -1.0, 60.0)
+
+
+def camshaft() -> Solid:
+    lobes = [
+        Solid.prism(
+            Region.circle(20.0, SEGMENTS)
+            + Region.circle(10.0, SEGMENTS, (18.0 * math.cos(1.3 * k), 18.0 * math.sin(1.3 * k))),
+            20.0 + 25.0 * k,
+            32.0 + 25.0 * k,
+        )
+        for k in range(7)
+    ]
+    return union([disc(14.0, 0.0, 200.0), *lobes])
+
+
+def plates() -> Solid:
+    return union([disc(20.0, z, z + 5.0) - disc(5.0, -1.0, 50.0) for z in (0.0, 30.0)])
+
+
+NO_CRANKS = {
+    "cube": Solid.box(np.zeros(3), np.full(3, 50.0)),
+    "connecting rod": connecting_rod(12.0),
+    "connecting rod with a long small end": connecting_rod(16.0),
+    "connecting rod with a flat small end": connecting_rod(4.0),
+    "gear": gear(0.0),
+    "gear with a hub": gear(15.0),
+    "camshaft": camshaft(),
+    "shaft": disc(10.0, 0.0, 100.0),
+    "pipe": disc(10.0, 0.0, 100.0) - disc(8.0, -1.0, 101.0),
+    "two plates": plates(),
+    "flange with two dowels": disc(10.0, 0.0, 60.0)
+    + disc(40.0, 60.0, 70.0)
+    + disc(5.0, 70.0, 78.0, 25.0)
+    + disc(5.0, 70.0, 78.0, -25.0),
+}
+
+
+@pytest.mark.parametrize(
+    "pin_in_file",
+    [None, pytest.param(True, marks=pytest.mark.slow), pytest.param(False, marks=pytest.mark.slow)],
+)
+@pytest.mark.parametrize("name", NO_CRANKS)
+def test_what_is_no_crank_is_refused(name: str, pin_in_file: bool | None) -> None:
+    solid = Solid.from_mesh(NO_CRANKS[name].mesh.moved(tilted(0.5, (10.0, 20.0, 30.0))))
+    with pytest.raises(RecognitionError, match=r"^looked for .* found .* settles it") as refusal:
+        recognise(solid, Overrides(crankpin_in_file=pin_in_file))
+    assert "\n" not in str(refusal.value)
+
+
+@pytest.mark.parametrize("segments", [3, 4, 5, 6, 7])
+def test_coarser_than_eight_facets_is_right_or_refused(segments: int) -> None:
+    solid, true = make_crank([0, 180], Shape(segments=segments))
+    try:
+        found = recognise(solid, Overrides())
+    except RecognitionError:
+        return
+    assert len(found.throws) == 2
+    assert np.abs(found.file_to_rotor - true.file_to_rotor).max() < 1e-6
+
+
+def test_journals_out_of_line_are_reported() -> None:
+    aside = 0.05
+    solid = union(
+        [
+            disc(15.0, 0.0, 41.0),
+            disc(40.0, 40.0, 55.0),
+            disc(12.0, 54.0, 76.0, 25.0),
+            disc(40.0, 75.0, 90.0),
+            disc(15.0, 89.0, 121.0, aside),
+            disc(40.0, 120.0, 135.0),
+            disc(12.0, 134.0, 156.0, -25.0),
+            disc(40.0, 155.0, 170.0),
+            disc(15.0, 169.0, 210.0),
+        ]
+    )
+    found = recognise(solid, Overrides())
+    assert len(found.main_journals) == 3
+    assert 0.5 * aside < found.journal_misalignment_mm < aside
+    straight, _ = make_crank([0, 180], Shape(segments=24))
+    assert recognise(straight, Overrides()).journal_misalignment_mm < 1e-6
+
+
+def test_an_axis_given_beside_every_journal_is_refused() -> None:
+    solid, _ = make_crank([0], Shape(segments=24))
+    with pytest.raises(RecognitionError, match=r"on the axis given, found none .* axis_point_mm"):
+        recognise(solid, Overrides(axis_point_mm=np.array([0.0, 55.0, 0.0])))
+
+
+def test_a_direction_without_length_is_refused() -> None:
+    solid, _ = make_crank([0], Shape(segments=24))
+    with pytest.raises(RecognitionError, match="axis_direction has no length"):
+        recognise(solid, Overrides(axis_direction=np.zeros(3)))
