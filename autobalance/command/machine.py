@@ -41,7 +41,7 @@ def cylinders(job: Job, anatomy: Anatomy, *, rod_needed: bool = True) -> tuple[C
 def _of_throw(job: Job, throw: Throw) -> list[Cylinder]:
     engine = job.engine
     parts, layout = engine.of_throw(throw.number), engine.layout
-    banks = layout.bank_by_throw.get(throw.number, layout.bank_rad)
+    banks = layout.banks_of(throw.number)
     if banks is None:
         if parts.rods > 1:
             raise JobError(
@@ -158,10 +158,11 @@ def shaking(job: Job, anatomy: Anatomy, crank: Moments) -> ShakingForce | None:
     JobError
         If the directions given do not fit the rods, or a rod is too short.
     """
-    layout = job.engine.layout
-    for throw in anatomy.throws:
-        banks = layout.bank_by_throw.get(throw.number, layout.bank_rad)
-        if banks is None and job.engine.of_throw(throw.number).rods > 1:
-            return None
+    numbers = [throw.number for throw in anatomy.throws]
+    if any(
+        job.engine.layout.banks_of(number) is None and job.engine.of_throw(number).rods > 1
+        for number in numbers
+    ):
+        return None
     engine = with_moments(job, anatomy, crank, rod_needed=False)
     return shaking_force(engine, job.balance.service_speed_rad_s)

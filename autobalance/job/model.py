@@ -91,6 +91,10 @@ class Layout:
     rod_pitch_mm: float = 0.0
     offset_mm: float = 0.0
 
+    def banks_of(self, number: int) -> tuple[float, ...] | None:
+        """Return the directions of a throw's cylinders, or None."""
+        return self.bank_by_throw.get(number, self.bank_rad)
+
 
 @dataclass(frozen=True)
 class RodOnScales:
