@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from autobalance.command.options import add_json, add_pages, add_units, choice_of
+from autobalance.command.progress import Mode, Progress, add_progress, mode_of
 
 if TYPE_CHECKING:
     from autobalance.command.run import Run
@@ -24,6 +25,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     add_json(parser)
     add_units(parser)
     add_pages(parser)
+    add_progress(parser)
 
 
 def run(arguments: argparse.Namespace) -> int:
@@ -35,7 +37,7 @@ def run(arguments: argparse.Namespace) -> int:
 
     asked = job.load(arguments.job)
     folder = Path(arguments.output) if arguments.output else default_folder(asked.path)
-    done = balanced(asked, folder, arguments.json, choice_of(arguments))
+    done = balanced(asked, folder, arguments.json, choice_of(arguments), mode_of(arguments))
     if arguments.json == "-":
         say(dumps(done.report).removesuffix("\n"))
     else:
@@ -54,15 +56,18 @@ def exit_code(report: dict[str, Any]) -> int:
     return ABOVE_TOLERANCE if report["outcome"] == "above_tolerance" else 0
 
 
-def balanced(asked: Any, folder: Path, json_file: str | None = None, choice: Choice | None = None) -> Run:
+def balanced(
+    asked: Any, folder: Path, json_file: str | None = None, choice: Choice | None = None, mode: Mode = "usual"
+) -> Run:
     """Run a job and put its files in place."""
-    from autobalance.command.console import progress, progress_done, warn
+    from autobalance.command.console import warn
     from autobalance.command.run import run_job
 
+    progress = Progress(mode)
     try:
         done = run_job(asked, folder, json_file, progress, choice)
     finally:
-        progress_done()
+        progress.done()
     for text in done.warnings:
         warn(text)
     return done

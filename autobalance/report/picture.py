@@ -49,7 +49,9 @@ def pictures(
         for chosen in ([piece.skin for piece in pieces], [piece.floor for piece in pieces])
     ]
     steel = (body.vertices, body.triangles, np.array(STEEL))
-    drawn = render_each(steel, [_joined(coat) for coat in coats], sight, *size)
+    laid = [_joined(coat) for coat in coats] if pieces else [_joined([])]
+    drawn = render_each(steel, laid, sight, *size)
+    drawn = drawn if pieces else [*drawn, *drawn]
     numbers = [items[piece.correction]["number"] for piece in pieces]
     made = [
         _labelled(each, title, _marks(each, len(body.triangles), coat, numbers), depths)

@@ -1,0 +1,67 @@
+import io
+from pathlib import Path
+
+import pytest
+
+from autobalance.command.progress import Progress
+from tests import jobs
+
+
+class Terminal(io.StringIO):
+    def isatty(self) -> bool:
+        return True
+
+
+def told(mode: str, stream: io.StringIO) -> str:
+    times = iter([0.0, 0.1, 2.0, 6.0, 7.0])
+    progress = Progress(mode, stream, lambda: next(times))  # type: ignore[arg-type]
+    for text in ("reading the crank", "cutting, pass 1", "writing"):
+        progress(text)
+    progress.done()
+    return stream.getvalue()
+
+
+def test_a_terminal_shows_what_runs_how_far_and_how_long_and_takes_it_away() -> None:
+    text = told("usual", Terminal())
+    assert "cutting, pass 1, about 2 s left" in text  # 45 % took 2.0 s
+    assert " 65 %  writing, about 3 s left" in text
+    assert text.endswith("\r\x1b[K")
+    assert "\n" not in text
+
+
+def test_a_file_or_pipe_and_quiet_show_nothing() -> None:
+    assert told("usual", io.StringIO()) == ""
+    assert told("quiet", Terminal()) == ""
+
+
+def test_verbose_keeps_a_line_for_each_step() -> None:
+    assert told("verbose", io.StringIO()).count("\n") == 4
+
+
+def test_json_on_standard_output_is_only_json_while_verbose(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    import json
+
+    job = jobs.bundled_job(tmp_path)
+    assert (
+        jobs.run("balance", job, "-o", tmp_path / "out", "--json", "-", "--verbose", "--only", "json,xlsx")
+        == 0
+    )
+    out, err = capsys.readouterr()
+    report = json.loads(out)
+    assert set(report["outputs"]) == {"solid", "xlsx"}
+    assert "cutting" in err
+    names = {path.name for path in (tmp_path / "out").iterdir()}
+    assert names == {"balanced.stl", "report.json", "balance.xlsx"}
+
+
+def test_no_report_writes_the_solid_and_the_json(tmp_path: Path) -> None:
+    job = jobs.bundled_job(tmp_path)
+    assert jobs.run("balance", job, "-o", tmp_path / "out", "--no-report") == 0
+    assert {path.name for path in (tmp_path / "out").iterdir()} == {"balanced.stl", "report.json"}
+
+
+def test_an_unknown_kind_of_page_is_wrong_use(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    assert jobs.run("balance", jobs.bundled_job(tmp_path), "--only", "html,docx") == 2
+    assert "'docx' is none of json, html, pdf, xlsx, png" in capsys.readouterr().err
