@@ -5,7 +5,7 @@ from __future__ import annotations
 import base64
 import json
 import math
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from functools import cache
 from importlib import resources
 from typing import Any
@@ -467,24 +467,42 @@ def _forces(report: Report) -> str:
         isinstance(forces.get(k), Mapping) for k in ("before", "after")
     ):
         return ""
-    before, after = forces["before"], forces["after"]
     rows = "".join(
-        f'<tr><th scope="row">{escape(_spelt(key))}</th>'
-        f"{_cell(report, f'forces.before.{key}', 1)}{_cell(report, f'forces.after.{key}', 1)}</tr>"
-        for key in before
-        if isinstance(before[key], int | float) and isinstance(after.get(key), int | float)
+        f'<tr><th scope="row">{escape(name)}</th>'
+        f"{_cell(report, f'forces.before.{path}', 1)}{_cell(report, f'forces.after.{path}', 1)}</tr>"
+        for path, name in _force_rows(forces["before"])
+        if at(report, f"forces.before.{path}") is not None and at(report, f"forces.after.{path}") is not None
     )
+    if not rows:
+        return ""
     speed = number(report["tolerance"]["speed_rpm"], 0)
     return f"""<section aria-labelledby="h-forces"><h2 id="h-forces">Forces at {speed} rpm</h2>
+<p class="lead">Shaking forces in N, moments in N·m. x runs along the first cylinder, y across it.</p>
 <div class="scroll"><table><thead><tr><th scope="col"></th><th scope="col">Before</th><th scope="col">After</th></tr></thead>
 <tbody>{rows}</tbody></table></div></section>"""
 
 
-def _spelt(key: str) -> str:
-    """Return a key as words with its unit: ``greatest_N`` is “Greatest (N)”."""
-    words = key.split("_")
-    unit = words.pop() if words[-1] in {"N", "mm", "g", "deg", "Nm"} else ""
-    return " ".join(words).capitalize() + (f" ({unit})" if unit else "")
+def _force_rows(forces: Mapping[str, Any]) -> Iterator[tuple[str, str]]:
+    """Return the place of each number that is shown, and its name."""
+    for key, name in FORCES.items():
+        if key in forces:
+            yield key, name
+    for k, order in enumerate(forces.get("orders", [])):
+        for key, name in ORDER_FORCES.items():
+            yield f"orders.{k}.{key}", f"Order {order['order']:g}: {name}"
+
+
+FORCES = {
+    "greatest_n": "Greatest force, N",
+    "greatest_inline_n": "Greatest force along x, N",
+    "greatest_transverse_n": "Greatest force along y, N",
+}
+ORDER_FORCES = {
+    "force_x_n": "along x, N",
+    "force_y_n": "along y, N",
+    "greatest_force_n": "greatest, N",
+    "greatest_moment_n_m": "greatest moment, N·m",
+}
 
 
 # --- what went in ------------------------------------------------------------------------------------------
