@@ -15,7 +15,8 @@ LEAST_SHOWN_N = 0.05
 def forces_text(report: Values) -> str:
     """Return the summary of ``forces``: orders, bearing loads, and what each factor does."""
     parts = [
-        f"{report['job']['file']}: forces of inertia at {report['speed_rpm']:g} rpm, without gas",
+        f"{report['job']['file']}: forces of inertia at {report['speed_rpm']:g} rpm, without gas;"
+        " moments about z = 0, the middle of crankpin 1",
         *(_state(state) for state in report["states"]),
         _advice(report["factors"]),
     ]
