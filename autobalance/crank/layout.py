@@ -205,17 +205,22 @@ def choose_journals(on_axis: Sequence[Run], pins: Sequence[Run], axis: Array) ->
         group, before = [], run
     if group:
         groups.append((group, before, None))
-    return [_journal(members, left, right, axis) for members, left, right in groups]
+    found = [_journal(members, left, right, axis) for members, left, right in groups]
+    journals = [run for run in found if run is not None]
+    return journals or [max(on_axis, key=lambda run: run.width)]
 
 
-def _journal(group: Sequence[Run], left: Run | None, right: Run | None, axis: Array) -> Run:
+def _journal(group: Sequence[Run], left: Run | None, right: Run | None, axis: Array) -> Run | None:
     """Return the journal among the cylinders on one stretch of the axis.
 
-    Discs that hold a neighbouring crankpin are webs; collars are passed over; at an end of the crank the one
-    nearest to the web is taken, between crankpins the widest.
+    Discs that hold a neighbouring crankpin are webs, and where there is nothing else there is no journal;
+    collars are passed over; at an end of the crank the one nearest to the web is taken, between crankpins the
+    widest.
     """
     beside = [pin for pin in (left, right) if pin is not None]
-    plain = [run for run in group if not any(_holds(run, pin, axis) for pin in beside)] or list(group)
+    plain = [run for run in group if not any(_holds(run, pin, axis) for pin in beside)]
+    if not plain:
+        return None
     if left is not None and right is not None:
         return max(plain, key=lambda run: run.width)
     outward = plain if right is None else plain[::-1]

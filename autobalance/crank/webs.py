@@ -32,6 +32,11 @@ def find_webs(long: Lengthwise, layout: Layout) -> list[Web]:
         [(run, False) for run in layout.journals] + [(run, True) for run in layout.pins],
         key=lambda item: item[0].z_mid,
     )
+    z = long.vertices[:, 2]
+    if order[0][1]:  # beyond an outermost crankpin there may be a web without a journal
+        order.insert(0, (_end(layout.axis, float(z.min())), False))
+    if order[-1][1]:
+        order.append((_end(layout.axis, float(z.max())), False))
     webs: list[Web] = []
     for (a, a_is_pin), (b, b_is_pin) in pairwise(order):
         if not (a_is_pin or b_is_pin):
@@ -41,6 +46,11 @@ def find_webs(long: Lengthwise, layout: Layout) -> list[Web]:
             pins = [run for run, is_pin in ((a, a_is_pin), (b, b_is_pin)) if is_pin]
             webs.append(_web(long, layout.axis, extent, pins, len(webs) + 1))
     return webs
+
+
+def _end(axis: Array, z_mm: float) -> Run:
+    """Return the end of the part as a journal without width."""
+    return Run(axis, 0.0, z_mm, z_mm)
 
 
 def _extent(long: Lengthwise, a: Run, b: Run, axis: Array) -> tuple[float, float] | None:
@@ -76,11 +86,11 @@ def _belongs(piece: Piece, z: float, run: Run, other: Run) -> bool:
 
 def _edge(long: Lengthwise, low: float, high: float, run: Run, upward: bool) -> float:
     """Return where between two stations the web begins (``upward``) or ends: a level, or its last vertex."""
-    levels = (long.levels_mm > low) & (long.levels_mm < high)
+    levels = (long.levels_mm >= low) & (long.levels_mm <= high)
     if levels.any():
         return float(long.levels_mm[levels][np.argmax(long.level_areas_mm2[levels])])
     z = long.vertices[:, 2]
-    near = long.vertices[(z > low) & (z < high)]
+    near = long.vertices[(z >= low) & (z <= high)]
     outside = near[np.linalg.norm(near[:, :2] - run.centre, axis=1) > (1.0 + CENTRED) * run.radius]
     if len(outside) == 0:
         return high if upward else low

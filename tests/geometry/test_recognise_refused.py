@@ -127,3 +127,22 @@ def test_a_direction_without_length_is_refused() -> None:
     solid, _ = make_crank([0], Shape(segments=24))
     with pytest.raises(RecognitionError, match="axis_direction has no length"):
         recognise(solid, Overrides(axis_direction=np.zeros(3)))
+
+
+def test_a_web_without_journal_beyond_it_is_a_web() -> None:
+    blank_aside = 0.1
+    solid = union(
+        [
+            disc(20.0, 0.0, 41.0),
+            disc(60.0, 40.0, 55.0),
+            disc(15.0, 54.0, 76.0, 30.0),
+            disc(60.0, 75.0, 90.0),
+            disc(15.0, 89.0, 111.0, -30.0),
+            disc(60.0, 110.0, 160.0, blank_aside),
+        ]
+    )
+    found = recognise(solid, Overrides())
+    assert [t.crank_radius_mm for t in found.throws] == pytest.approx([30.0, 30.0], abs=1e-6)
+    assert [j.diameter_mm for j in found.main_journals] == pytest.approx([40.0], abs=1e-6)
+    widths = [web.z_max_mm - web.z_min_mm for web in found.webs]
+    assert widths == pytest.approx([15.0, 15.0, 50.0], abs=1e-6)
