@@ -85,9 +85,13 @@ def measured_crank(crankshaft: Crankshaft, watch: Stopwatch) -> Crank:
 
 def facets_of(source: Source, density_g_mm3: float, anatomy: Anatomy) -> FacetError | None:
     """Estimate what the facets cost; None where the mesh is so fine that looking would cost more than it."""
+    frame = anatomy.file_to_rotor
+    if source.exact is not None:  # nothing to estimate: the file keeps the true surface
+        truth = source.exact.scaled(density_g_mm3).moved(frame)
+        return FacetError.known(truth - source.solid.moments(density_g_mm3, frame))
     if source.solid.triangle_count > FACETS_MOST:
         return None
-    return facet_error(source.solid.mesh, density_g_mm3, anatomy.file_to_rotor)
+    return facet_error(source.solid.mesh, density_g_mm3, frame)
 
 
 def facet_entry(crank: Crank) -> record.FacetError | None:

@@ -41,6 +41,7 @@ from autobalance.report.record import (
 )
 from autobalance.rotor.tolerance import Tolerance
 from autobalance.rotor.unbalance import Unbalance
+from autobalance.solid.formats import written_ending
 from autobalance.solid.mesh import Mesh
 from autobalance.solid.write import decode, encode
 
@@ -82,7 +83,7 @@ def run_job(
     """
     watch = Stopwatch()
     copy = None if json_file in (None, "-") else Path(str(json_file))
-    solid_path = folder / (SOLID + job.crankshaft.file.suffix.lower())
+    solid_path = folder / (SOLID + written_ending(job.crankshaft.file))
     choice = choice or Choice(kinds=())
     pages = [folder / name for name in FILES.values()]
     targets = [folder / REPORT, solid_path, *pages] + ([copy] if copy else [])
@@ -147,6 +148,9 @@ def _refuse_overwriting(targets: list[Path], sources: list[Path]) -> None:
 
 
 def _warnings(job: Job) -> list[str]:
+    ending, written = job.crankshaft.file.suffix.lower(), written_ending(job.crankshaft.file)
+    if ending != written:
+        return [f"{job.crankshaft.file} is exact, the corrected solid is a mesh: {SOLID}{written}"]
     weights = job.engine.default.weights
     empty = [name for name in ("rotating", "reciprocating") if not getattr(weights, name)]
     if not empty or job.engine.by_throw:
@@ -341,7 +345,9 @@ def _counterweight(crank: Crank, result: Result) -> Counterweight | None:
 def input_file(path: Path, crank: Crank) -> InputFile:
     """Return what the report says of the crank's file."""
     source = crank.source
-    return InputFile(str(path), source.sha256, source.format, source.triangles, source.bodies, source.repairs)
+    return InputFile(
+        str(path), source.sha256, source.read_as, source.triangles, source.bodies, source.repairs
+    )
 
 
 def _loads(job: Job, crank: Crank, factor: float) -> Loads:

@@ -68,17 +68,7 @@ class ExactSolid:
 
     def moments(self, density_g_mm3: float) -> Moments:
         """Return the mass moments about the origin, from the exact surfaces."""
-        from OCP.BRepGProp import BRepGProp
-        from OCP.GProp import GProp_GProps
-
-        found = GProp_GProps()
-        BRepGProp.VolumeProperties_s(self._body, found, True)
-        volume, centre, matrix = found.Mass(), found.CentreOfMass(), found.MatrixOfInertia()
-        middle = np.array([centre.X(), centre.Y(), centre.Z()])
-        inertia = np.array([[matrix.Value(i, j) for j in (1, 2, 3)] for i in (1, 2, 3)])
-        about_centre = 0.5 * np.trace(inertia) * np.eye(3) - inertia
-        second = about_centre + volume * np.outer(middle, middle)
-        return Moments(volume, volume * middle, second).scaled(density_g_mm3)
+        return properties(self._body).scaled(density_g_mm3)
 
     def face_kinds(self) -> dict[str, int]:
         """Count the faces by their surface: ``plane``, ``cylinder``, ``cone``, ``torus`` and others."""
@@ -102,7 +92,7 @@ class ExactSolid:
         from OCP.Interface import Interface_Static
         from OCP.STEPControl import STEPControl_StepModelType, STEPControl_Writer
 
-        _silence()
+        silence()
         writer = STEPControl_Writer()
         Interface_Static.SetCVal_s("write.step.unit", "MM")
         writer.Transfer(self._body, STEPControl_StepModelType.STEPControl_AsIs)
@@ -113,7 +103,22 @@ class ExactSolid:
             return path.read_bytes()
 
 
-def _silence() -> None:
+def properties(body: Any) -> Moments:
+    """Return the moments of a kernel's body of density 1 about the origin, from its exact surfaces."""
+    from OCP.BRepGProp import BRepGProp
+    from OCP.GProp import GProp_GProps
+
+    found = GProp_GProps()
+    BRepGProp.VolumeProperties_s(body, found, True)
+    volume, centre, matrix = found.Mass(), found.CentreOfMass(), found.MatrixOfInertia()
+    middle = np.array([centre.X(), centre.Y(), centre.Z()])
+    inertia = np.array([[matrix.Value(i, j) for j in (1, 2, 3)] for i in (1, 2, 3)])
+    about_centre = 0.5 * np.trace(inertia) * np.eye(3) - inertia
+    second = about_centre + volume * np.outer(middle, middle)
+    return Moments(volume, volume * middle, second)
+
+
+def silence() -> None:
     """Keep the kernel's statistics off standard output."""
     from OCP.Message import Message, Message_PrinterOStream
 

@@ -26,6 +26,8 @@ ALIKE = 0.03
 """How far radius and centre of two chords' circles may differ, as a share of the radius."""
 ON_SURFACE = 2e-3
 """How far corners may leave a fitted surface, as a share of its radius."""
+ON_TUBE = 3e-4
+"""The same for the arc of a torus: any few points lie roughly on some arc."""
 DEEPEST = 1.0 - np.cos(SMOOTH_RAD / 2.0)
 """Sag of a chord at most, as a share of the radius: half of ``SMOOTH_RAD`` on each side of its middle."""
 CHORD_RATIO = 0.8, 1.25
@@ -36,10 +38,14 @@ FEW, UNEVEN_OF_FEW = 8, 1.3
 """Any trapezoid has a circle through its corners: strips of fewer chords must be even."""
 STRAIGHT = 1.0 - 1e-6
 """Cosine between the rulings of one cylinder, at least."""
+THICKEST = 0.5 * np.tan(SMOOTH_RAD / 4.0)
+"""Sag of a chord at most, as a share of its width."""
 CORNERS_MOST = 600
 """Corners of a face that is looked at as a chord; larger ones are plane faces of the part."""
 ASIDE = 0.2
 """How far a facet's direction may leave the half-plane through its middle and the axis [rad]."""
+ALONG = 0.01
+"""Share of a facet's direction along the axis, at most, in what may be a cylinder about it."""
 TRIED_FIRST = 60
 """Corners of a patch that are looked at before all of them are."""
 AXES_MOST = 40
@@ -88,6 +94,12 @@ class FacetError:
     gross_unbalance_g_mm: float
     sag_mm: float
     surfaces: int
+
+    @classmethod
+    def known(cls, missing: Moments) -> FacetError:
+        """Return what is known from the true surface itself, without error bar."""
+        gross = float(np.hypot(*missing.first_g_mm[:2]))
+        return cls(missing, 0.0, 0.0, abs(missing.mass_g), gross, 0.0, 0)
 
     @property
     def unbalance_g_mm(self) -> float:
@@ -413,7 +425,10 @@ def _find_revolved(look: _Look, surfaces: list[_Revolved], surface_of: Indices) 
     for point, axis in _axes(look, surfaces, surface_of):
         free = (surface_of[i] < 0) & (surface_of[j] < 0)
         i, j = i[free], j[free]
-        for faces in _patches(look, i, j, point, axis):
+        along = _patches(look, i, j, point, axis, (-1.0, ALONG))
+        for faces in along + _patches(look, i, j, point, axis, (ON_SURFACE, 1.0 - 1e-8)):
+            if (surface_of[faces] >= 0).any():
+                continue
             fitted = _fit_profile(look, faces, point, axis)
             if fitted is not None and _lies_on(look, fitted, faces).all():
                 surface_of[faces] = len(surfaces)
@@ -426,7 +441,8 @@ def _axes(look: _Look, surfaces: list[_Revolved], surface_of: Indices) -> list[t
     mine = face_of >= 0
     area = np.bincount(face_of[mine], np.linalg.norm(look.doubled[mine], axis=1), len(surfaces))
     axes: list[tuple[Array, Array]] = []
-    for number in np.argsort(-area, kind="stable"):
+    whole = np.bincount(surface_of[surface_of >= 0], minlength=len(surfaces)) >= FEW
+    for number in np.flatnonzero(whole)[np.argsort(-area[whole], kind="stable")]:
         one = surfaces[number]
         for point, axis in axes:
             apart = one.point - point
@@ -440,8 +456,12 @@ def _axes(look: _Look, surfaces: list[_Revolved], surface_of: Indices) -> list[t
     return axes
 
 
-def _patches(look: _Look, i: Indices, j: Indices, point: Array, axis: Array) -> list[Indices]:
-    """Return sets of faces connected by the pairs (i, j) whose directions meet the axis and slope to it."""
+def _patches(
+    look: _Look, i: Indices, j: Indices, point: Array, axis: Array, slopes: tuple[float, float]
+) -> list[Indices]:
+    """Return sets of faces connected by pairs (i, j), directed to the axis and ``slopes`` along it."""
+    if len(i) == 0:
+        return []
     from scipy.sparse import coo_array
     from scipy.sparse.csgraph import connected_components
 
@@ -451,7 +471,7 @@ def _patches(look: _Look, i: Indices, j: Indices, point: Array, axis: Array) -> 
     normal = look.normal[faces]
     aside = np.abs(np.einsum("ij,ij->i", normal, np.cross(axis, out)))
     upright = np.abs(normal @ axis)
-    fit = (aside < ASIDE) & (upright < 1.0 - 1e-8) & (upright > ON_SURFACE) & (r > 0.0)
+    fit = (aside < ASIDE) & (upright < slopes[1]) & (upright > slopes[0]) & (r > 0.0)
     fit &= 3 * look.sizes[faces] <= CORNERS_MOST
     a, b = pairs.reshape(2, -1)
     both = fit[a] & fit[b]
@@ -481,7 +501,7 @@ def _fit_profile(look: _Look, faces: Indices, point: Array, axis: Array) -> _Rev
     if len(profile) < 3:
         return None
     centre, tube = fit_circle(profile)
-    if np.abs(np.linalg.norm(profile - centre, axis=1) - tube).max() > ON_SURFACE * tube:
+    if np.abs(np.linalg.norm(profile - centre, axis=1) - tube).max() > ON_TUBE * tube:
         return None
     return _Revolved(point, axis, float(centre[0]), 0.0, float(centre[1]), tube)
 
@@ -514,6 +534,7 @@ def _summed(look: _Look, surfaces: list[_Revolved], surface_of: Indices, density
     """Integrate what lies between the facets and their surfaces."""
     total = Moments.zero()
     gross_mass = gross_unbalance = sag = 0.0
+    used = 0
     triangle_surface = surface_of[look.face]
     rule = SIX_POINTS if len(look.mesh.triangles) < MANY else THREE_POINTS
     order = np.argsort(triangle_surface, kind="stable")
@@ -524,6 +545,10 @@ def _summed(look: _Look, surfaces: list[_Revolved], surface_of: Indices, density
             look.mesh.corners[mine] if len(mine) > MANY else look.mesh.vertices[look.mesh.triangles[mine]]
         )
         base, out, weights = _between(surface, corners, look.doubled[mine], rule)
+        if not _is_thin(weights[0], corners, look.doubled[mine]):
+            surface_of[look.face[mine]] = -1
+            continue
+        used += 1
         w0, w1, w2 = density_g_mm3 * weights
         first = w0[:, None] * base + w1[:, None] * out
         cross = (w1[:, None] * base).T @ out
@@ -540,8 +565,16 @@ def _summed(look: _Look, surfaces: list[_Revolved], surface_of: Indices, density
         gross_mass,
         gross_unbalance,
         sag,
-        len(surfaces),
+        used,
     )
+
+
+def _is_thin(volumes: Array, corners: Array, doubled: Array) -> bool:
+    """Tell whether no triangle has more between it and its surface than a chord of its size can have."""
+    sides = np.roll(corners, -1, axis=1) - corners
+    longest = np.sqrt(np.square(sides).sum(axis=2).max(axis=1))
+    most = THICKEST * 0.5 * np.linalg.norm(doubled, axis=1) * longest
+    return bool((np.abs(volumes).reshape(len(corners), -1).sum(axis=1) <= most + 1e-300).all())
 
 
 def _between(

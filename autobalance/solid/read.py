@@ -10,8 +10,9 @@ from typing import Literal
 import numpy as np
 
 from autobalance.errors import FileError, FormatError, SolidError
+from autobalance.rotor.moments import Moments
 from autobalance.solid.csg import Solid, union
-from autobalance.solid.formats import FORMATS, Format
+from autobalance.solid.formats import ALIASES, FORMATS, Format
 from autobalance.solid.mesh import Mesh, weld, without_collapsed
 from autobalance.solid.raw import Raw
 from autobalance.solid.repair import Body, are_apart, bodies_of, solid_of
@@ -28,6 +29,8 @@ class Source:
         Checked, outward, in the file's coordinates [mm].
     format : str
         What ``encode`` and ``decode`` are to be given.
+    read_as : str
+        The format of the file itself: another one where that cannot be written.
     mm_per_unit : float
         Millimetres in one unit of the file.
     sha256 : str
@@ -38,15 +41,19 @@ class Source:
         In the file, before one was chosen.
     repairs : tuple of str
         What had to be done to the mesh, one line each.
+    exact : Moments or None
+        Of the true surface at density 1, about the file's origin, where the format keeps it.
     """
 
     solid: Solid
     format: str
+    read_as: str
     mm_per_unit: float
     sha256: str
     triangles: int
     bodies: int
     repairs: tuple[str, ...]
+    exact: Moments | None = None
 
 
 def read(
@@ -87,17 +94,20 @@ def read(
         raise type(error)(f"{path}: {error}") from None
     return Source(
         solid=solid,
-        format=name,
+        format=kind.written_as or name,
+        read_as=name,
         mm_per_unit=mm_per_unit,
         sha256=hashlib.sha256(data).hexdigest(),
         triangles=len(raw.soup),
         bodies=bodies,
         repairs=tuple(repairs),
+        exact=raw.exact if bodies == 1 else None,
     )
 
 
 def _format(path: Path) -> tuple[str, Format]:
-    name = path.suffix.lower().lstrip(".")
+    ending = path.suffix.lower().lstrip(".")
+    name = ALIASES.get(ending, ending)
     if name not in FORMATS:
         known = " ".join(f".{ending}" for ending in FORMATS)
         raise FormatError(f"{path}: the ending '{path.suffix}' is not known; needed one of {known}")
