@@ -7,13 +7,14 @@ CANDIDATES := $(PYTHON) python3 python3.14 python3.13 python3.12 python3.11 pyth
 PIP_FLAGS := --quiet --disable-pip-version-check
 OUTPUT := demo-output
 
-.PHONY: help demo test quick lint bench ci clean
+.PHONY: help demo test quick lint fuzz bench ci clean
 
 help:
 	@echo "make demo    install into $(VENV) and balance the bundled crank; results in $(OUTPUT)/"
 	@echo "make test    install the test tools too and run every test"
 	@echo "make quick   the tests without the slow ones"
 	@echo "make lint    ruff, mypy, import-linter"
+	@echo "make fuzz    damaged files by the thousand for every reader"
 	@echo "make bench   measure time and memory beside the floor and the naive way"
 	@echo "make ci      what the project's checks run: .ci/run"
 	@echo "make clean   remove $(VENV), $(OUTPUT)/ and caches"
@@ -37,6 +38,9 @@ lint: $(VENV)/.installed-dev
 	@$(VENV)/bin/ruff format --check .
 	@$(VENV)/bin/mypy
 	@$(VENV)/bin/lint-imports
+
+fuzz: $(VENV)/.installed-dev
+	@AUTOBALANCE_FUZZ=3000 $(VENV)/bin/python -m pytest -q tests/unit/test_solid_stl.py tests/geometry/test_solid_formats.py -k "damaged or any_bytes"
 
 bench: $(VENV)/.installed-dev
 	@echo "==> measuring time and memory of the main job"

@@ -21,6 +21,7 @@ from autobalance.report.force_values import force_values
 from autobalance.rotor.moments import Array, Moments
 from autobalance.rotor.tolerance import Tolerance
 from autobalance.rotor.unbalance import Unbalance
+from autobalance.solid.independent import agreement, slice_moments
 from autobalance.solid.measure import mesh_moments
 from autobalance.solid.read import Source, read
 from autobalance.solid.write import decode
@@ -43,6 +44,7 @@ class Checked:
     residual: Unbalance
     tolerance: Tolerance
     warnings: tuple[str, ...]
+    agreement: float | None = None
 
 
 @dataclass
@@ -109,13 +111,15 @@ def _text(value: Any) -> str:
     return text if len(flat) == 1 else f"[{text}]"
 
 
-def check_report(path: Path) -> Checked:
+def check_report(path: Path, independent: bool = False) -> Checked:
     """Check every number that a report claims of its corrected solid.
 
     Parameters
     ----------
     path : Path
         The report; its solid is looked for beside it.
+    independent : bool
+        Measure the solid a second way too, and require both to agree.
 
     Returns
     -------
@@ -135,6 +139,7 @@ def check_report(path: Path) -> Checked:
     anatomy = _anatomy(claims, frame)
     crank = _claimed_crank(claims)
     source, moments = _measured(claims, path.parent, job, frame)
+    again = _measured_again(claims, source, job, frame) if independent else None
     _check_input(claims, job, frame)
     tolerance = _check_tolerance(claims, job, anatomy, crank)
     loads = _check_loads(claims, job, anatomy, crank) - pipeline.overbalance_moments(job, tolerance)
@@ -144,9 +149,21 @@ def check_report(path: Path) -> Checked:
     _check_unbalance(claims, "residual", residual, tolerance, _size(source, crank))
     _check_after(claims, job, anatomy, crank, after)
     _check_forces(claims, job, anatomy, {"before": crank, "after": after})
-    return Checked(
-        claims.held, _verdict(claims, tolerance, residual), residual, tolerance, tuple(claims.warnings)
-    )
+    within = _verdict(claims, tolerance, residual)
+    return Checked(claims.held, within, residual, tolerance, tuple(claims.warnings), again)
+
+
+def _measured_again(claims: Claims, source: Source, job: Job, frame: Array) -> float:
+    """Measure the solid from its slices; return how well both ways agree."""
+    density = job.crankshaft.density_g_mm3
+    found = agreement(source.solid.moments(density, frame), slice_moments(source.solid.mesh, density, frame))
+    if not found <= ROUNDING:
+        raise ClaimError(
+            f"{claims.name}: moments from tetrahedra and from slices differ by {found:.3g} of their size; "
+            f"needed {ROUNDING:g}"
+        )
+    claims.held += 1
+    return found
 
 
 def _size(source: Source, crank: Moments) -> float:
@@ -250,7 +267,8 @@ def _measured(claims: Claims, folder: Path, job: Job, frame: Array) -> tuple[Sou
         claims.same("input.sha256", source.sha256)
         return source, source.solid.moments(crankshaft.density_g_mm3, frame)
     path = folder / Path(claims.get(f"{key}.file", str)).name
-    source = read(path, crankshaft.unit, "all")
+    same = path.suffix.lower() == crankshaft.file.suffix.lower()
+    source = read(path, crankshaft.unit if same else "mm", "all")
     claims.same(f"{key}.sha256", source.sha256)
     claims.same(f"{key}.triangles", source.triangles)
     mesh = decode(path.read_bytes(), source.format, source.mm_per_unit)

@@ -12,6 +12,9 @@ ABOVE_TOLERANCE = 4
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Describe the command line."""
     parser.add_argument("report", metavar="REPORT.json", help="what `balance` wrote, beside its solid")
+    parser.add_argument(
+        "--independent", action="store_true", help="measure the solid a second way too, from its slices"
+    )
     add_units(parser)
 
 
@@ -23,7 +26,7 @@ def run(arguments: argparse.Namespace) -> int:
     from autobalance.command.console import say, warn
     from autobalance.report.text import UNITS
 
-    found = check_report(Path(arguments.report))
+    found = check_report(Path(arguments.report), arguments.independent)
     for text in found.warnings:
         warn(text)
     units = UNITS[arguments.units]
@@ -33,4 +36,7 @@ def run(arguments: argparse.Namespace) -> int:
         f"{units.of_unbalance(found.residual.magnitude_g_mm)} of permitted "
         f"{units.of_unbalance(found.tolerance.permissible_g_mm)}: {verdict} tolerance"
     )
+    if found.agreement is not None:
+        agree = f"volume, first and second moments agree to {found.agreement:.1e}"
+        say(f"Measured a second way, from slices: {agree}")
     return 0 if found.within else ABOVE_TOLERANCE

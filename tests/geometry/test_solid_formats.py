@@ -2,6 +2,7 @@
 
 import io
 import json
+import os
 import struct
 import zipfile
 from pathlib import Path
@@ -22,6 +23,8 @@ from autobalance.solid.text import read_obj, read_off
 from autobalance.solid.threemf import read_3mf
 from autobalance.solid.write import decode, encode
 
+EXAMPLES = int(os.environ.get("AUTOBALANCE_FUZZ", "60"))
+"""How many damaged files to try; `make fuzz` asks for more."""
 WRITTEN = [name for name, kind in FORMATS.items() if kind.written_as is None]
 SINGLE, DOUBLE = 2.0**-24, 4e-16
 
@@ -270,7 +273,7 @@ def test_wrong_glb(data: bytes, message: str) -> None:
 
 
 @pytest.mark.parametrize("name", WRITTEN)
-@settings(max_examples=60, deadline=None)
+@settings(max_examples=EXAMPLES, deadline=None)
 @given(
     places=st.lists(st.tuples(st.floats(0, 1, exclude_max=True), st.integers(0, 255)), max_size=4),
     cut=st.integers(0, 50),

@@ -1,5 +1,6 @@
 """The STL reader and writer, byte by byte."""
 
+import os
 import struct
 
 import numpy as np
@@ -11,6 +12,7 @@ from autobalance.errors import FormatError
 from autobalance.solid.csg import Solid
 from autobalance.solid.stl import HEADER_BYTES, RECORD, read_stl, write_stl
 
+EXAMPLES = int(os.environ.get("AUTOBALANCE_FUZZ", "200"))
 BOX = Solid.box(np.zeros(3), np.array([2.0, 3.0, 4.0])).mesh
 BINARY = write_stl(BOX.vertices.astype(np.float32), BOX.triangles)
 
@@ -85,7 +87,7 @@ def test_each_wrong_file_is_refused_with_what_is_wrong(data: bytes, message: str
     assert "\n" not in str(caught.value)
 
 
-@settings(max_examples=200, deadline=None)
+@settings(max_examples=EXAMPLES, deadline=None)
 @given(st.one_of(st.binary(max_size=400), st.binary(max_size=300).map(lambda tail: b"solid " + tail)))
 def test_any_bytes_are_triangles_or_one_clear_error(data: bytes) -> None:
     try:
@@ -96,7 +98,7 @@ def test_any_bytes_are_triangles_or_one_clear_error(data: bytes) -> None:
     assert np.isfinite(soup).all()
 
 
-@settings(max_examples=200, deadline=None)
+@settings(max_examples=EXAMPLES, deadline=None)
 @given(st.integers(0, len(BINARY) - 1), st.integers(0, 255), st.integers(0, 60))
 def test_a_damaged_binary_file_never_escapes(at: int, value: int, cut: int) -> None:
     data = bytearray(BINARY)

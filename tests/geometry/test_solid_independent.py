@@ -1,0 +1,56 @@
+"""Moments from slices against moments from tetrahedra."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from autobalance.command import claims
+from autobalance.rotor.moments import Moments
+from autobalance.solid.csg import Solid
+from autobalance.solid.independent import agreement, slice_moments
+from autobalance.solid.measure import mesh_moments
+from tests import jobs
+from tests.cranks import make_crank, tilted
+
+ROUNDING = 1e-12
+
+
+def test_a_box_in_closed_form() -> None:
+    box = Solid.box(np.array([1.0, 2.0, 3.0]), np.array([2.0, 4.0, 6.0]))
+    found = slice_moments(box.mesh, 0.5)
+    assert found.mass_g == pytest.approx(3.0, rel=ROUNDING)
+    np.testing.assert_allclose(found.centre_mm, [1.5, 3.0, 4.5], rtol=ROUNDING)
+    np.testing.assert_allclose(
+        np.diag(found.second_g_mm2), 3.0 * np.array([7 / 3, 28 / 3, 21.0]), rtol=ROUNDING
+    )
+
+
+def test_a_crank_anywhere_agrees_with_its_tetrahedra() -> None:
+    solid, anatomy = make_crank([0.0, 120.0], placement=tilted(0.7, [100.0, 50.0, 30.0]))
+    for frame in (None, anatomy.file_to_rotor):
+        one, other = mesh_moments(solid.mesh, 0.00785, frame), slice_moments(solid.mesh, 0.00785, frame)
+        assert agreement(one, other) < ROUNDING
+
+
+def test_disagreement_is_seen() -> None:
+    solid, _ = make_crank([0.0])
+    one = mesh_moments(solid.mesh, 1.0)
+    for other in (
+        one.scaled(1.001),
+        Moments(one.mass_g, one.first_g_mm + 1e-3 * one.mass_g, one.second_g_mm2),
+        Moments(one.mass_g, one.first_g_mm, 1.001 * one.second_g_mm2),
+    ):
+        assert agreement(one, other) > 1e-6
+
+
+def test_verify_measures_a_second_way(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    jobs.balanced(jobs.bundled_job(tmp_path), tmp_path / "out")
+    report = tmp_path / "out" / "report.json"
+    assert jobs.run("verify", report, "--independent") == 0
+    assert "from slices: volume, first and second moments agree to" in capsys.readouterr().out
+    monkeypatch.setattr(claims, "slice_moments", lambda *_: Moments.zero())
+    assert jobs.run("verify", report, "--independent") == 3
+    assert "from tetrahedra and from slices differ by" in capsys.readouterr().err
