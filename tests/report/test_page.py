@@ -12,6 +12,7 @@ from typing import Any
 import numpy as np
 import pytest
 
+from autobalance.report.bundle import view_of
 from autobalance.report.html import page
 from autobalance.report.words import at, number, signed
 from autobalance.solid.csg import Solid
@@ -177,6 +178,28 @@ def test_the_still_picture_is_a_png_of_the_promised_size(written: Path) -> None:
         assert data.startswith(b"\x89PNG")
         assert struct.unpack(">II", data[16:24]) == (1120, 760)
     assert (written / "crank-before.png").read_bytes() != (written / "crank-after.png").read_bytes()
+
+
+def test_forces_stand_on_the_page_where_the_report_has_them(report: dict[str, Any]) -> None:
+    text = page(report, a_box().mesh)
+    before, after = (report["forces"][key]["orders"][0] for key in ("before", "after"))
+    for key in ("force_x_n", "force_y_n"):
+        for state, value in (("before", before[key]), ("after", after[key])):
+            assert f'data-path="forces.{state}.orders.0.{key}" data-digits="1">{number(value, 1)}<' in text
+    assert "h-forces" not in page({**report, "forces": None}, a_box().mesh)
+
+
+def test_a_fine_view_is_decimated_and_says_so_numbers_never(report: dict[str, Any]) -> None:
+    angle = np.linspace(0.0, 2.0 * np.pi, 120, endpoint=False)
+    ring = Solid.revolved(np.stack([30.0 + 10.0 * np.cos(angle), 10.0 * np.sin(angle)], axis=1), 100)
+    shown, note = view_of(ring, most=5000)
+    assert 500 < len(shown.triangles) <= 5000
+    assert note is not None
+    assert f"{len(ring.mesh.triangles):,}".replace(",", "\u202f") in note
+    low, high = shown.bounds
+    assert np.abs([low - ring.bounds[0], high - ring.bounds[1]]).max() < 0.5  # still the same shape
+    assert note in page(report, shown, view_note=note)
+    assert view_of(ring) == (ring.mesh, None)
 
 
 def test_a_polar_plot_points_to_the_heavy_side() -> None:
