@@ -292,7 +292,7 @@ def _bore_pin(long: Lengthwise, gap: tuple[float, float], axis: Array, rounding_
     centre, radius = shared[0]
     z = long.vertices[:, 2]
     reach = 0.5 * (float(z.max()) - float(z.min()))
-    exact = bare_cylinder(long.vertices, centre, radius, (gap[0] - reach, gap[1] + reach), 0.0, rounding_mm)
+    exact = bare_cylinder(long, centre, radius, (gap[0] - reach, gap[1] + reach), 0.0, rounding_mm)
     if exact is not None and float(np.linalg.norm(exact.centre - centre)) < SAME_CENTRE * radius:
         centre, radius = exact.centre, exact.radius
     return Run(centre, radius, gap[0], gap[1])

@@ -147,7 +147,7 @@ def _axis_direction(
     long: Lengthwise, layout: Layout, direction: Array, rounding: float
 ) -> tuple[Array, float]:
     """Return the direction of the journals' common axis, and by how much it differs from ``direction``."""
-    vector = long.turn[:3, :3].T @ common_axis(long.vertices, layout.journals, rounding)[1]
+    vector = long.turn[:3, :3].T @ common_axis(long, layout.journals, rounding)[1]
     found = _upright(vector)
     return found, float(np.linalg.norm(found - direction))
 
@@ -268,7 +268,7 @@ def _anatomy(long: Lengthwise, layout: Layout, overrides: Overrides, rounding: f
     if overrides.axis_point_mm is not None:
         axis = long.placed(overrides.axis_point_mm)[:2]
     elif overrides.main_journals is None:
-        axis = common_axis(long.vertices, layout.journals, rounding)[0][:2]
+        axis = common_axis(long, layout.journals, rounding)[0][:2]
     layout = replace(layout, axis=axis)
     first = layout.pins[0]
     arm = first.centre - axis
@@ -294,7 +294,7 @@ def _tight(long: Lengthwise, runs: Sequence[Run], rounding: float) -> tuple[Run,
     for run in runs:
         pad = 1e-3 * run.radius
         again = bare_cylinder(
-            long.vertices,
+            long,
             run.centre,
             run.radius,
             (run.z_low - pad, run.z_high + pad),

@@ -132,11 +132,11 @@ def _run(long: Lengthwise, chain: Sequence[_Link], rounding_mm: float) -> Run | 
     z_from = long.sections[before].z_mm if before >= 0 else -np.inf
     z_to = long.sections[after].z_mm if after < len(long.sections) else np.inf
     span = long.sections[chain[-1].place].z_mm - long.sections[chain[0].place].z_mm
-    return bare_cylinder(long.vertices, centre, radius, (z_from, z_to), span, rounding_mm)
+    return bare_cylinder(long, centre, radius, (z_from, z_to), span, rounding_mm)
 
 
 def bare_cylinder(
-    vertices: Array,
+    long: Lengthwise,
     centre: Array,
     radius: float,
     z_range: tuple[float, float],
@@ -149,8 +149,7 @@ def bare_cylinder(
     facets; those of fillets, tapers and chamfers do not. Sections through a regular mesh give the radius
     exactly; where they do not, wider rings are tried.
     """
-    z = vertices[:, 2]
-    near = vertices[(z >= z_range[0]) & (z <= z_range[1])]
+    near = long.between(*z_range)
     for share in RINGS:
         away = np.linalg.norm(near[:, :2] - centre, axis=1)
         if share > RINGS[1]:
@@ -180,18 +179,17 @@ def _densest(values: Array, width: float, otherwise: float) -> float:
     return float(np.median(ranked[best : best + held[best]]))
 
 
-def common_axis(vertices: Array, runs: Sequence[Run], rounding_mm: float) -> tuple[Array, Array]:
+def common_axis(long: Lengthwise, runs: Sequence[Run], rounding_mm: float) -> tuple[Array, Array]:
     """Return the line that is the common axis of cylinders nearly along z: point (3,), unit direction (3,).
 
     Least squares over the vertices on the cylinders, linear in the line's position and slope and in each
     radius; the vertices lie on the true surface however coarse the facets are.
     """
-    z = vertices[:, 2]
     where: list[Array] = []
     arms: list[Array] = []
     who: list[Array] = []
     for number, run in enumerate(runs):
-        near = vertices[(z >= run.z_low) & (z <= run.z_high)]
+        near = long.between(run.z_low, run.z_high)
         arm = near[:, :2] - run.centre
         away = np.linalg.norm(arm, axis=1)
         on = np.abs(away - run.radius) <= 2e-4 * run.radius + rounding_mm

@@ -78,6 +78,18 @@ class Lengthwise:
     level_areas_mm2: Array
     sections: tuple[Section, ...]
 
+    @cached_property
+    def by_height(self) -> tuple[Array, Array]:
+        """Vertices by increasing z, and their z."""
+        z = self.vertices[:, 2]
+        order = np.argsort(z)
+        return self.vertices[order], z[order]
+
+    def between(self, low: float, high: float) -> Array:
+        """Return the vertices with low ≤ z ≤ high."""
+        vertices, z = self.by_height
+        return vertices[np.searchsorted(z, low, side="left") : np.searchsorted(z, high, side="right")]
+
     def placed(self, point_mm: Array) -> Array:
         """Return a point (3,) of the file in these axes."""
         here: Array = self.turn[:3, :3] @ np.asarray(point_mm, dtype=np.float64) + self.turn[:3, 3]
