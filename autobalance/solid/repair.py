@@ -21,6 +21,8 @@ NEAR = 1e-7
 """Distance of vertices that are one point, as a share of the diagonal: single precision leaves as much."""
 PLANE = 1e-4
 """How far a rim may leave its plane, as a share of the diagonal."""
+MANY = 200_000
+"""Triangles from which on parts are told by scipy."""
 HOLE_MOST = 0.01
 """Area of a hole that may be filled, as a share of the surface."""
 
@@ -311,7 +313,9 @@ def split(mesh: Mesh) -> list[Mesh]:
 
 
 def _labels(mesh: Mesh) -> tuple[Indices, int]:
-    """Return for each vertex the lowest vertex number of its part, and the number of parts with triangles."""
+    """Return for each vertex a number of its part, and the number of parts with triangles."""
+    if len(mesh.triangles) > MANY:
+        return _labels_of_many(mesh)
     root = np.arange(len(mesh.vertices))
     links = mesh.triangles
     while len(links):
@@ -324,6 +328,20 @@ def _labels(mesh: Mesh) -> tuple[Indices, int]:
         while not np.array_equal(higher := root[root], root):
             root = higher
     return root, len(np.unique(root[mesh.triangles[:, 0]]))
+
+
+def _labels_of_many(mesh: Mesh) -> tuple[Indices, int]:
+    """Do the same with scipy, whose import takes as long as a small mesh and whose time does not rise."""
+    from scipy.sparse import csr_array
+    from scipy.sparse.csgraph import connected_components
+
+    vertices, triangles = len(mesh.vertices), len(mesh.triangles)
+    # Nodes are the vertices, then the triangles; only the rows of triangles have links, so nothing is sorted.
+    ends = np.concatenate([np.zeros(vertices, dtype=np.int32), 3 * np.arange(triangles + 1, dtype=np.int32)])
+    links = mesh.triangles.astype(np.int32).reshape(-1)
+    graph = csr_array((np.ones(len(links), dtype=np.int8), links, ends), shape=(len(ends) - 1,) * 2)
+    labels = connected_components(graph, directed=False)[1][:vertices].astype(np.int64)
+    return labels, len(np.unique(labels[mesh.triangles[:, 0]]))
 
 
 def _compact(mesh: Mesh, triangles: Indices) -> Mesh:

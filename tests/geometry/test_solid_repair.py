@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 from autobalance.errors import SolidError
+from autobalance.solid import repair
 from autobalance.solid.csg import Solid
 from autobalance.solid.mesh import Mesh, mesh_of_soup
 from autobalance.solid.repair import open_edges, solid_of, without_opposite_pairs
@@ -96,3 +97,13 @@ def test_a_surface_with_one_side_is_refused() -> None:
 
 def test_open_edges_of_nothing() -> None:
     assert open_edges(np.zeros((0, 3), dtype=np.int64)).shape == (0, 2)
+
+
+def test_parts_of_many_triangles_are_told_by_scipy_alike(monkeypatch: pytest.MonkeyPatch) -> None:
+    far = BALL.vertices + 100.0
+    both = Mesh(
+        np.concatenate([BALL.vertices, far]), np.concatenate([BALL.triangles, BALL.triangles + len(far)])
+    )
+    here = [len(part.triangles) for part in repair.split(both)]
+    monkeypatch.setattr(repair, "MANY", 0)
+    assert [len(part.triangles) for part in repair.split(both)] == here == [len(BALL.triangles)] * 2
