@@ -281,7 +281,8 @@ def _fixes(short: Shortfall, estimate: bool) -> list[str]:
     )
     if estimate and short.binding and pull > 0.0:
         deeper = short.residual.magnitude_g_mm**2 / pull
-        fixes.append(f"about {deeper:.3g} mm more depth where it ends")
+        if deeper <= 2.0 * float(short.depths_mm.max()):  # farther on the slope tells nothing
+            fixes.append(f"about {deeper:.3g} mm more depth where it ends")
     light = math.degrees(short.residual.angle_rad + math.pi) % 360.0
     fixes.append(f"add {short.residual.magnitude_g_mm:.1f} g·mm of metal at {light:.1f}° from throw 1")
     return fixes
