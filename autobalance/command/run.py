@@ -307,7 +307,7 @@ def _record(job: Job, crank: Crank, factor: float, tolerance: Tolerance, result:
         crank=MeasuredCrank(
             crank.moments, source.solid.volume_mm3, crank.anatomy, pipeline.facet_entry(crank)
         ),
-        uncertainty_g_mm=None if budget is None else budget.total_g_mm,
+        uncertainty=budget,
         initial=result.initial,
         planes_z_mm=(planes[0], planes[1]) if planes else None,
         balanced=Balanced(

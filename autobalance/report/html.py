@@ -212,13 +212,8 @@ def _uncertainty(report: Report) -> str:
 
 def _uncertainty_shares(report: Report) -> list[tuple[str, float]]:
     """Return name and amount of each share of the uncertainty, the largest first."""
-    for path in ("residual.uncertainty_shares_g_mm", "uncertainty.shares_g_mm", "uncertainty.shares"):
-        found = at(report, path)
-        if isinstance(found, Mapping):
-            pairs = [(str(k), float(v)) for k, v in found.items() if isinstance(v, int | float) and v > 0.0]
-            return sorted(pairs, key=lambda pair: -pair[1])
-    facets = at(report, "crank.facet_error.unbalance_g_mm")
-    return [("facets of the file", float(facets))] if facets else []
+    found = at(report, "residual.uncertainty_shares_g_mm") or {}
+    return sorted(((str(k), float(v)) for k, v in found.items() if v > 0.0), key=lambda pair: -pair[1])
 
 
 # --- what was cut ------------------------------------------------------------------------------------------

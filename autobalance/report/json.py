@@ -22,6 +22,7 @@ from autobalance.report.force_values import force_values
 from autobalance.report.record import Balanced, FaceOffer, MeasuredCrank, Record
 from autobalance.rotor.moments import Array, Moments
 from autobalance.rotor.unbalance import Unbalance
+from autobalance.rotor.uncertainty import Budget
 
 SCHEMA_VERSION = 1
 G_MM2_PER_KG_MM2 = 1000.0
@@ -53,7 +54,7 @@ def report(record: Record) -> Values:
         "engine": _engine(balanced),
         "balance_factor": _factors(balanced),
         "tolerance": _tolerance(balanced),
-        "initial": _unbalance(record.initial, record.planes_z_mm, record.uncertainty_g_mm),
+        "initial": _unbalance(record.initial, record.planes_z_mm, record.uncertainty),
         "residual": None,
         "corrections": [],
         "steps": [],
@@ -289,7 +290,7 @@ def _forces(balanced: Balanced) -> Values | None:
 
 
 def _unbalance(
-    unbalance: Unbalance, planes_z_mm: tuple[float, float] | None, uncertainty_g_mm: float | None
+    unbalance: Unbalance, planes_z_mm: tuple[float, float] | None, uncertainty: Budget | None
 ) -> Values:
     vectors = np.zeros((0, 2)) if planes_z_mm is None else unbalance.in_planes(*planes_z_mm)
     return {
@@ -301,7 +302,8 @@ def _unbalance(
             for name, vector in zip("AB", vectors, strict=False)
         ],
         "moment_g_mm2": _list(unbalance.moment_g_mm2),
-        "uncertainty_g_mm": uncertainty_g_mm,
+        "uncertainty_g_mm": None if uncertainty is None else uncertainty.total_g_mm,
+        "uncertainty_shares_g_mm": None if uncertainty is None else dict(uncertainty.shares_g_mm),
     }
 
 
@@ -309,7 +311,7 @@ def _result(balanced: Balanced, record: Record) -> Values:
     result = balanced.result
     change = result.final_moments.polar_inertia_g_mm2 - result.initial_moments.polar_inertia_g_mm2
     return {
-        "residual": _unbalance(result.residual, record.planes_z_mm, record.uncertainty_g_mm),
+        "residual": _unbalance(result.residual, record.planes_z_mm, record.uncertainty),
         "corrections": [_correction(number, each) for number, each in enumerate(result.corrections, 1)],
         "steps": [
             {

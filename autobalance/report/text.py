@@ -137,7 +137,17 @@ def _before_and_after(report: Values, units: Units) -> str:
         + f"\n  heavy side left at {heavy:.1f}° from throw 1, counter-clockwise seen from +z;"
         + f" G {tolerance['grade_mm_s']:g} at {tolerance['speed_rpm']:g} rpm,"
         + f" rotor {units.of_mass(tolerance['rotor_mass_g'])}; {passes} pass{'' if passes == 1 else 'es'}"
+        + _uncertainty(report["residual"], units)
     )
+
+
+def _uncertainty(residual: Values, units: Units) -> str:
+    """Return how far the resultant may be off and by what, the largest first; nothing where unknown."""
+    if residual["uncertainty_g_mm"] is None:
+        return ""
+    shares = sorted(residual["uncertainty_shares_g_mm"].items(), key=lambda share: -share[1])
+    listed = ", ".join(f"{cause} {units.of_unbalance(share)}" for cause, share in shares if share > 0.0)
+    return f"\n  uncertain by ± {units.of_unbalance(residual['uncertainty_g_mm'])}: {listed}"
 
 
 def _factor(report: Values, units: Units) -> str:
