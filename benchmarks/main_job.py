@@ -82,7 +82,7 @@ def main() -> int:
             python = sys.executable
             ways = {
                 "floor": [python, str(HERE / "floor.py"), "crank.stl"],
-                "ours": [python, str(ROOT / "cli.py"), "balance", "job.toml", "-o", "out"],
+                "ours": [python, str(ROOT / "cli.py"), "balance", "job.toml", "-o", "out", "--no-report"],
                 "naive": [python, str(HERE / "naive.py"), "crank.stl"],
             }
             ways["ours"] += arguments.balance_options
