@@ -11,6 +11,7 @@ import numpy as np
 from autobalance.correction.hole import Direction, Site
 from autobalance.correction.walls import Axis, Surface, edge_pairs
 from autobalance.crank.anatomy import Web
+from autobalance.solid.components import components
 from autobalance.solid.mesh import Array, Indices
 
 SMOOTH_RAD = math.radians(40.0)
@@ -48,15 +49,9 @@ def find_bores(surface: Surface, direction: Direction) -> Iterator[Bore]:
 
 
 def _smooth_patches(vertex: Indices, normal: Array) -> Iterator[Indices]:
-    from scipy.sparse import coo_array
-    from scipy.sparse.csgraph import connected_components
-
-    count = len(vertex)
     i, j = edge_pairs(vertex)
     smooth = (normal[i] * normal[j]).sum(1) >= math.cos(SMOOTH_RAD)
-    i, j = i[smooth], j[smooth]
-    graph = coo_array((np.ones(len(i)), (i, j)), shape=(count, count))
-    _, label = connected_components(graph, directed=False)
+    label = components(np.stack([i[smooth], j[smooth]], axis=1), len(vertex))
     order = np.argsort(label, kind="stable")
     ends = np.flatnonzero(np.diff(label[order])) + 1
     for rows in np.split(order, ends):

@@ -13,6 +13,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from autobalance.solid.components import components
 from autobalance.solid.mesh import Array, Indices, Mesh
 
 CONTINUATION_RAD = math.radians(40.0)
@@ -134,13 +135,7 @@ def edge_pairs(vertex: Indices) -> tuple[Indices, Indices]:
 
 def _connected(vertex: Indices, start: int) -> NDArray[np.bool_]:
     """Tell which triangles hang together with triangle ``start`` through shared edges."""
-    from scipy.sparse import coo_array
-    from scipy.sparse.csgraph import connected_components
-
-    count = len(vertex)
-    i, j = edge_pairs(vertex)
-    pairs = coo_array((np.ones(len(i)), (i, j)), shape=(count, count))
-    _, label = connected_components(pairs, directed=False)
+    label = components(np.stack(edge_pairs(vertex), axis=1), len(vertex))
     same: NDArray[np.bool_] = label == label[start]
     return same
 

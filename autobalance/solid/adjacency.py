@@ -7,6 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from autobalance.solid.components import numbered_components
 from autobalance.solid.mesh import Array, Indices, Mesh
 
 Flags = NDArray[np.bool_]
@@ -120,12 +121,5 @@ def _has_direction(mesh: Mesh, doubled: Array) -> Flags:
 
 def plane_faces(mesh: Mesh, edges: Edges) -> tuple[Indices, int]:
     """Return each triangle's face (m,), where a face is a connected set in one plane, and their number."""
-    from scipy.sparse import coo_array
-    from scipy.sparse.csgraph import connected_components
-
-    flat = edges.flat
-    count = len(mesh.triangles)
-    links = edges.left[flat].astype(np.int32), edges.right[flat].astype(np.int32)
-    graph = coo_array((np.ones(len(links[0]), dtype=np.int8), links), shape=(count, count))
-    number, label = connected_components(graph, directed=False)
-    return label.astype(np.int64), int(number)
+    links = np.stack([edges.left[edges.flat], edges.right[edges.flat]], axis=1)
+    return numbered_components(links, len(mesh.triangles))

@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 
 from autobalance.rotor.moments import Moments
 from autobalance.solid.adjacency import Edges, area_vectors, edges_of, plane_faces, unit
+from autobalance.solid.components import components, numbered_components
 from autobalance.solid.mesh import Array, Indices, Mesh
 
 Flags = NDArray[np.bool_]
@@ -279,9 +280,6 @@ def _far_side(look: _Look, faces: Indices, axis: Array, middle: Array) -> Array:
 
 def _strips(i: Indices, j: Indices, axis: Array, centre: Array, radius: Array) -> Indices:
     """Group chord pairs that share a face and have one circle; return the group of each."""
-    from scipy.sparse import coo_array
-    from scipy.sparse.csgraph import connected_components
-
     count = len(i)
     face = np.concatenate([i, j])
     pair = np.tile(np.arange(count), 2)
@@ -296,10 +294,8 @@ def _strips(i: Indices, j: Indices, axis: Array, centre: Array, radius: Array) -
         alike = (face[one] == face[other]) & (np.abs(radius[a] - radius[b]) < ALIKE * least)
         alike &= np.linalg.norm(apart, axis=1) < ALIKE * least
         alike &= np.abs(np.einsum("ij,ij->i", axis[a], axis[b])) > 0.999
-        links.append(np.stack([a[alike], b[alike]]))
-    joined = np.concatenate(links, axis=1)
-    graph = coo_array((np.ones(joined.shape[1]), (joined[0], joined[1])), shape=(count, count))
-    return connected_components(graph, directed=False)[1].astype(np.int64)
+        links.append(np.stack([a[alike], b[alike]], axis=1))
+    return numbered_components(np.concatenate(links), count)[0]
 
 
 def _fit_cylinder(look: _Look, faces: Indices, rulings: Array) -> _Revolved | None:
@@ -462,9 +458,6 @@ def _patches(
     """Return sets of faces connected by pairs (i, j), directed to the axis and ``slopes`` along it."""
     if len(i) == 0:
         return []
-    from scipy.sparse import coo_array
-    from scipy.sparse.csgraph import connected_components
-
     faces, pairs = np.unique(np.concatenate([i, j]), return_inverse=True)
     first = look.mesh.triangles[look.order[look.starts[faces]]]
     _, r, out = _cylindrical(look.mesh.vertices[first].mean(axis=1), point, axis)
@@ -475,8 +468,7 @@ def _patches(
     fit &= 3 * look.sizes[faces] <= CORNERS_MOST
     a, b = pairs.reshape(2, -1)
     both = fit[a] & fit[b]
-    graph = coo_array((np.ones(int(both.sum())), (a[both], b[both])), shape=(len(faces), len(faces)))
-    label = connected_components(graph, directed=False)[1]
+    label = components(np.stack([a[both], b[both]], axis=1), len(faces))
     members = np.flatnonzero(fit)
     members = members[np.argsort(label[members], kind="stable")]
     cuts = np.flatnonzero(np.diff(label[members])) + 1

@@ -59,3 +59,24 @@ def volume_moments(vertices: Array, triangles: Indices) -> tuple[float, Array, A
         for corner in (total, a, b, c):
             second += (det[:, None] * corner).T @ corner
     return volume / 6.0, first / 24.0, second / 120.0
+
+
+def part_volumes(mesh: Mesh, part_of: Indices, count: int) -> Array:
+    """Return the signed volume (count,) inside each part of a closed mesh, negative if it is inside out.
+
+    Parameters
+    ----------
+    mesh : Mesh
+        Closed in every part [mm].
+    part_of : (m,) int
+        The part, from 0 to ``count`` − 1, of each triangle.
+    count : int
+    """
+    x, y, z = (mesh.vertices - mesh.bounds.mean(axis=0)).T
+    volumes = np.zeros(count)
+    for start in range(0, len(part_of), CHUNK):
+        a, b, c = mesh.triangles[start : start + CHUNK].T
+        doubled_area = (x[b] - x[a]) * (y[c] - y[a]) - (x[c] - x[a]) * (y[b] - y[a])
+        under = doubled_area * (z[a] + z[b] + z[c]) / 6.0
+        volumes += np.bincount(part_of[start : start + CHUNK], weights=under, minlength=count)
+    return volumes

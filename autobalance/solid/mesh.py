@@ -94,23 +94,34 @@ def weld(points: Floats) -> tuple[Floats, Indices]:
         For each point its row in ``distinct``.
     """
     points = points + points.dtype.type(0.0)  # −0 becomes 0, so that equal numbers have equal bits
+    leader = _first_equal(points)
+    is_first = leader == np.arange(len(points))
+    rank = np.cumsum(is_first) - 1
+    return points[is_first], rank[leader]
+
+
+def _first_equal(points: Floats) -> Indices:
+    """Return for each point (k, 3) the row of the first one that is equal to it (k,).
+
+    Hash and row share one number, which numpy sorts several times faster than it finds a sorting order. The
+    bits left to the hash are few enough that points may share one by chance: those are grouped again.
+    """
+    count = len(points)
+    bits = np.uint64(count.bit_length())
     key = hash_rows(points)
-    order = np.argsort(key)
-    ranked = key[order]
-    starts = np.ones(len(key), dtype=bool)
-    np.not_equal(ranked[1:], ranked[:-1], out=starts[1:])
-    group = np.cumsum(starts) - 1
-    first = np.minimum.reduceat(order, np.flatnonzero(starts)) if len(key) else order
-    by_appearance = np.argsort(first)
-    rank = np.zeros(len(first), dtype=np.int64)
-    rank[by_appearance] = np.arange(len(first))
-    number = np.zeros(len(key), dtype=np.int64)
-    number[order] = rank[group]
-    distinct = points[first[by_appearance]]
-    if not np.array_equal(distinct[number], points):  # two points with one hash: about once in 10⁷ files
-        unique, inverse = np.unique(points, axis=0, return_inverse=True)
-        return unique, inverse.reshape(-1).astype(np.int64)
-    return distinct, number
+    key >>= bits
+    key <<= bits
+    key |= np.arange(count, dtype=np.uint64)
+    key.sort()
+    order = (key & ((np.uint64(1) << bits) - np.uint64(1))).astype(np.int64)
+    key >>= bits
+    starts = np.flatnonzero(np.concatenate([[True], key[1:] != key[:-1]])) if count else order
+    leader = np.zeros(count, dtype=np.int64)
+    leader[order] = np.repeat(order[starts], np.diff(starts, append=count))
+    differs = np.flatnonzero((points[leader] != points).any(axis=1))
+    if len(differs):
+        leader[differs] = differs[_first_equal(points[differs])]
+    return leader
 
 
 def hash_rows(points: Floats) -> NDArray[np.uint64]:

@@ -11,8 +11,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from autobalance.errors import SolidError
+from autobalance.solid.components import components
 from autobalance.solid.csg import Solid, triangulated
-from autobalance.solid.measure import mesh_moments
+from autobalance.solid.measure import mesh_moments, part_volumes
 from autobalance.solid.mesh import Array, Indices, Mesh, hash_numbers, without_collapsed
 
 PLACES_SHOWN = 4
@@ -21,8 +22,6 @@ NEAR = 1e-7
 """Distance of vertices that are one point, as a share of the diagonal: single precision leaves as much."""
 PLANE = 1e-4
 """How far a rim may leave its plane, as a share of the diagonal."""
-MANY = 200_000
-"""Triangles from which on parts are told by scipy."""
 HOLE_MOST = 0.01
 """Area of a hole that may be filled, as a share of the surface."""
 
@@ -31,16 +30,35 @@ Flags = NDArray[np.bool_]
 
 @dataclass(frozen=True, eq=False)
 class Body:
-    """One connected body of a file, with its cavities; a solid only when it is asked for."""
+    """One connected body of a file, with its cavities; a solid only when it is asked for.
 
-    outside: Mesh
+    Attributes
+    ----------
+    mesh : Mesh
+        The mesh of which it is a part.
+    part_of : (m,) int
+        The part that each of its triangles belongs to.
+    part : int
+        The one that is this body's outside.
+    outside_volume_mm3 : float
+        Volume inside these; negative while they are inside out.
+    bounds : (2, 3) float
+        Least and greatest coordinates [mm].
+    cavities : tuple of Solid
+    """
+
+    mesh: Mesh
+    part_of: Indices
+    part: int
     outside_volume_mm3: float
+    bounds: Array
     cavities: tuple[Solid, ...] = ()
 
     @cached_property
     def solid(self) -> Solid:
         """The body, its cavities taken out."""
-        solid = Solid.from_mesh(self.outside)
+        outside = _compact(self.mesh, self.mesh.triangles[self.part_of == self.part])
+        solid = Solid.from_mesh(outside if self.outside_volume_mm3 > 0.0 else outside.flipped())
         for cavity in self.cavities:
             solid = solid - cavity
         return solid
@@ -48,12 +66,7 @@ class Body:
     @property
     def volume_mm3(self) -> float:
         """Volume [mm³]."""
-        return self.outside_volume_mm3 - sum(cavity.volume_mm3 for cavity in self.cavities)
-
-    @property
-    def bounds(self) -> Array:
-        """Least and greatest coordinates (2, 3) [mm]."""
-        return self.outside.bounds
+        return abs(self.outside_volume_mm3) - sum(cavity.volume_mm3 for cavity in self.cavities)
 
     @property
     def size_mm(self) -> Array:
@@ -68,24 +81,40 @@ def bodies_of(solid: Solid) -> tuple[list[Body], list[str]]:
 
     A part that is inside out is a cavity if it lies within another; otherwise it is turned round.
     """
-    parts = split(solid.mesh)
-    if len(parts) == 1:
-        return [Body(solid.mesh, solid.volume_mm3)], []
-    volumes = [signed_volume_mm3(part) for part in parts]
-    filled = [Body(part, volume) for part, volume in zip(parts, volumes, strict=True) if volume > 0.0]
-    filled.sort(key=lambda one: one.volume_mm3)
-    hollow = [part.flipped() for part, volume in zip(parts, volumes, strict=True) if volume <= 0.0]
+    parts = _parts(solid.mesh)
+    filled = sorted((part for part in parts if part.outside_volume_mm3 > 0.0), key=lambda one: one.volume_mm3)
     notes = []
-    for part in hollow:
-        cavity = Solid.from_mesh(part)
-        around = next((k for k, one in enumerate(filled) if _contains(one.solid, cavity)), None)
-        if around is not None:
-            filled[around] = replace(filled[around], cavities=(*filled[around].cavities, cavity))
+    for part in parts:
+        if part.outside_volume_mm3 > 0.0:
             continue
-        filled.append(Body(part, cavity.volume_mm3))
-        notes.append(f"a body of {cavity.volume_mm3:.6g} mm³ was inside out: turned round")
+        around = next((k for k, one in enumerate(filled) if _contains(one.solid, part.solid)), None)
+        if around is not None:
+            filled[around] = replace(filled[around], cavities=(*filled[around].cavities, part.solid))
+            continue
+        filled.append(part)
+        notes.append(f"a body of {part.volume_mm3:.6g} mm³ was inside out: turned round")
     filled.sort(key=lambda one: (-one.volume_mm3, *one.bounds[0]))
     return filled, notes
+
+
+def _parts(mesh: Mesh) -> list[Body]:
+    """Return the connected parts of a mesh as bodies without cavities."""
+    root = components(mesh.triangles, len(mesh.vertices))
+    of_triangle = root[mesh.triangles[:, 0]]
+    present = np.zeros(len(root), dtype=bool)
+    present[of_triangle] = True
+    number = np.cumsum(present) - 1
+    part_of, count = number[of_triangle], int(present.sum())
+    used = present[root]  # a vertex of collapsed triangles only is in no part
+    bounds = np.stack([np.full((3, count), np.inf), np.full((3, count), -np.inf)])
+    for axis, column in enumerate(mesh.vertices[used].T):
+        np.minimum.at(bounds[0, axis], number[root[used]], column)
+        np.maximum.at(bounds[1, axis], number[root[used]], column)
+    volumes = part_volumes(mesh, part_of, count)
+    return [
+        Body(mesh, part_of, part, float(volume), box)
+        for part, (volume, box) in enumerate(zip(volumes, bounds.transpose(2, 0, 1), strict=True))
+    ]
 
 
 def are_apart(bodies: Sequence[Body]) -> bool:
@@ -153,8 +182,6 @@ def _cancel_pairs(mesh: Mesh) -> tuple[Mesh, list[str]]:
 
 def _weld_near(mesh: Mesh) -> tuple[Mesh, list[str]]:
     """Weld vertices on open edges that are nearer to each other than ``NEAR`` of the diagonal."""
-    from scipy.sparse import coo_array
-    from scipy.sparse.csgraph import connected_components
     from scipy.spatial import cKDTree
 
     reach = NEAR * mesh.diagonal_mm
@@ -162,15 +189,12 @@ def _weld_near(mesh: Mesh) -> tuple[Mesh, list[str]]:
     pairs = cKDTree(mesh.vertices[loose]).query_pairs(reach, output_type="ndarray")
     if len(pairs) == 0:
         return mesh, []
-    count = len(loose)
-    graph = coo_array((np.ones(len(pairs)), (pairs[:, 0], pairs[:, 1])), shape=(count, count))
-    groups, label = connected_components(graph, directed=False)
-    first = np.full(groups, len(mesh.vertices))
-    np.minimum.at(first, label, loose)
+    lowest = components(pairs, len(loose))
     number = np.arange(len(mesh.vertices))
-    number[loose] = first[label]
+    number[loose] = loose[lowest]
     triangles = without_collapsed(number[mesh.triangles])
-    said = [f"{count - groups} vertices welded that lay within {reach:.3g} mm of another"]
+    joined = int((lowest != np.arange(len(loose))).sum())
+    said = [f"{joined} vertices welded that lay within {reach:.3g} mm of another"]
     dropped = len(mesh.triangles) - len(triangles)
     if dropped:
         said.append(f"{dropped} collapsed triangles dropped")
@@ -181,7 +205,7 @@ def _weld_near(mesh: Mesh) -> tuple[Mesh, list[str]]:
 def _wind_consistently(mesh: Mesh) -> tuple[Mesh, list[str]]:
     """Turn triangles so that neighbours run through their common edge in opposite directions."""
     from scipy.sparse import coo_array
-    from scipy.sparse.csgraph import breadth_first_order, connected_components
+    from scipy.sparse.csgraph import breadth_first_order
 
     left, right, same = _neighbours(mesh.triangles)
     if not same.any():
@@ -189,7 +213,7 @@ def _wind_consistently(mesh: Mesh) -> tuple[Mesh, list[str]]:
     count = len(mesh.triangles)
     graph = coo_array((np.where(same, 2, 1), (left, right)), shape=(count, count)).tocsr()
     graph = graph + graph.T
-    _, label = connected_components(graph, directed=False)
+    label = components(np.stack([left, right], axis=1), count)
     turned = np.zeros(count, dtype=bool)
     for part in np.unique(label):
         members = np.flatnonzero(label == part)
@@ -303,51 +327,12 @@ def open_message(mesh: Mesh, edges: Indices) -> str:
     )
 
 
-def split(mesh: Mesh) -> list[Mesh]:
-    """Return the connected parts of a mesh; one part is returned as it is."""
-    labels, count = _labels(mesh)
-    if count == 1:
-        return [mesh]
-    part_of = labels[mesh.triangles[:, 0]]
-    return [_compact(mesh, mesh.triangles[part_of == part]) for part in np.unique(part_of)]
-
-
-def _labels(mesh: Mesh) -> tuple[Indices, int]:
-    """Return for each vertex a number of its part, and the number of parts with triangles."""
-    if len(mesh.triangles) > MANY:
-        return _labels_of_many(mesh)
-    root = np.arange(len(mesh.vertices))
-    links = mesh.triangles
-    while len(links):
-        ends = root[links]
-        low = ends.min(axis=1)
-        loose = (ends != low[:, None]).any(axis=1)
-        links, ends, low = links[loose], ends[loose], low[loose]
-        for corner in ends.T:  # hang every root under a lower one; which of several does not matter
-            root[corner] = np.minimum(root[corner], low)
-        while not np.array_equal(higher := root[root], root):
-            root = higher
-    return root, len(np.unique(root[mesh.triangles[:, 0]]))
-
-
-def _labels_of_many(mesh: Mesh) -> tuple[Indices, int]:
-    """Do the same with scipy, whose import takes as long as a small mesh and whose time does not rise."""
-    from scipy.sparse import csr_array
-    from scipy.sparse.csgraph import connected_components
-
-    vertices, triangles = len(mesh.vertices), len(mesh.triangles)
-    # Nodes are the vertices, then the triangles; only the rows of triangles have links, so nothing is sorted.
-    ends = np.concatenate([np.zeros(vertices, dtype=np.int32), 3 * np.arange(triangles + 1, dtype=np.int32)])
-    links = mesh.triangles.astype(np.int32).reshape(-1)
-    graph = csr_array((np.ones(len(links), dtype=np.int8), links, ends), shape=(len(ends) - 1,) * 2)
-    labels = connected_components(graph, directed=False)[1][:vertices].astype(np.int64)
-    return labels, len(np.unique(labels[mesh.triangles[:, 0]]))
-
-
 def _compact(mesh: Mesh, triangles: Indices) -> Mesh:
     """Return some triangles of a mesh with only the vertices they use."""
-    used, renumbered = np.unique(triangles, return_inverse=True)
-    return Mesh(mesh.vertices[used], renumbered.reshape(-1, 3).astype(np.int64))
+    used = np.zeros(len(mesh.vertices), dtype=bool)
+    used[triangles] = True
+    number = np.cumsum(used) - 1
+    return Mesh(mesh.vertices[used], number[triangles])
 
 
 def without_opposite_pairs(triangles: Indices) -> Indices:

@@ -99,11 +99,15 @@ def test_open_edges_of_nothing() -> None:
     assert open_edges(np.zeros((0, 3), dtype=np.int64)).shape == (0, 2)
 
 
-def test_parts_of_many_triangles_are_told_by_scipy_alike(monkeypatch: pytest.MonkeyPatch) -> None:
-    far = BALL.vertices + 100.0
+def test_bodies_are_told_apart_with_their_volumes_and_bounds() -> None:
+    far = 2.0 * BALL.vertices + 100.0
     both = Mesh(
         np.concatenate([BALL.vertices, far]), np.concatenate([BALL.triangles, BALL.triangles + len(far)])
     )
-    here = [len(part.triangles) for part in repair.split(both)]
-    monkeypatch.setattr(repair, "MANY", 0)
-    assert [len(part.triangles) for part in repair.split(both)] == here == [len(BALL.triangles)] * 2
+    bodies, notes = repair.bodies_of(Solid.from_mesh(both))
+    assert not notes
+    volume = Solid.from_mesh(BALL).volume_mm3
+    for body, scale, shift in zip(bodies, (2.0, 1.0), (100.0, 0.0), strict=True):
+        assert body.volume_mm3 == pytest.approx(scale**3 * volume, rel=1e-12)
+        assert body.solid.volume_mm3 == pytest.approx(scale**3 * volume, rel=1e-12)
+        np.testing.assert_allclose(body.bounds, scale * BALL.bounds + shift, rtol=1e-12)
