@@ -17,7 +17,7 @@ from autobalance.errors import CorrectionError
 from autobalance.rebalance import Outcome, Result, Rotor, balance, workpiece
 from autobalance.rotor.tolerance import Tolerance
 from autobalance.rotor.unbalance import Unbalance
-from autobalance.solid.mesh import Mesh
+from autobalance.solid.mesh import Floats, Mesh
 
 MIXES = (
     ("shoulder",),
@@ -124,7 +124,7 @@ def compare(
         progress(f"trying {'+'.join(methods)}")
         chosen = [limits[name] for name in methods]
         try:
-            result = balance(rotor, tolerance, chosen, _bytes_of, _mesh_of, prefer=prefer, advise=False)
+            result = balance(rotor, tolerance, chosen, _bytes_of, _soup_of, prefer=prefer, advise=False)
         except CorrectionError as error:
             rows.append(Row(methods, None, str(error)))
             continue
@@ -142,9 +142,8 @@ def _bytes_of(mesh: Mesh) -> bytes:
     return mesh.corners.tobytes()
 
 
-def _mesh_of(data: bytes) -> Mesh:
-    corners = np.frombuffer(data, dtype=np.float64).reshape(-1, 3)
-    return Mesh(corners, np.arange(len(corners), dtype=np.int64).reshape(-1, 3))
+def _soup_of(data: bytes) -> Floats:
+    return np.frombuffer(data, dtype=np.float64).reshape(-1, 3, 3)
 
 
 def _row(

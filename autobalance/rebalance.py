@@ -19,8 +19,8 @@ from autobalance.rotor.moments import Moments
 from autobalance.rotor.tolerance import Tolerance
 from autobalance.rotor.unbalance import Unbalance
 from autobalance.solid.csg import Solid, union
-from autobalance.solid.measure import mesh_moments
-from autobalance.solid.mesh import Mesh
+from autobalance.solid.measure import soup_moments
+from autobalance.solid.mesh import Floats, Mesh
 
 Outcome = Literal["within_tolerance", "already_within_tolerance", "above_tolerance"]
 
@@ -111,7 +111,7 @@ def balance(
     tolerance: Tolerance,
     methods: Sequence[Limits],
     encode: Callable[[Mesh], bytes],
-    decode: Callable[[bytes], Mesh],
+    decode: Callable[[bytes], Floats],
     progress: Callable[[str], None] = lambda _: None,
     prefer: Prefer = "least_metal",
     advise: bool = True,
@@ -125,7 +125,8 @@ def balance(
     methods : sequence of limits
         The kinds of correction that may be mixed.
     encode, decode : callable
-        Write a mesh [mm] as the bytes of a file, and read it back: the verdict is measured on these.
+        Write a mesh [mm] as the bytes of a file, and read it back as loose triangles: the verdict is measured
+        on these.
     progress : callable
         Told in a few words what runs.
     prefer : Prefer
@@ -309,7 +310,7 @@ def _cut_and_measure(
     cuts: Sequence[Cut],
     plan: Plan,
     encode: Callable[[Mesh], bytes],
-    decode: Callable[[bytes], Mesh],
+    decode: Callable[[bytes], Floats],
 ) -> _Pass:
     """Cut the untouched crank to the plan's depths and measure what is written."""
     made = [(cut, float(depth)) for cut, depth in zip(cuts, plan.depths_mm, strict=True) if depth > 0.0]
@@ -322,9 +323,9 @@ def _cut_and_measure(
     for cut, depth in made:
         pressed_in = pressed_in + cut.pressed_in(depth)
     data = encode(solid.mesh)
-    mesh = decode(data)
-    bare = mesh_moments(mesh, rotor.density_g_mm3, rotor.anatomy.file_to_rotor)
-    written = Written(data, len(mesh.triangles), bare)
+    soup = decode(data)
+    bare = soup_moments(soup, rotor.density_g_mm3, rotor.anatomy.file_to_rotor)
+    written = Written(data, len(soup), bare)
     moments = bare + pressed_in
     residual = Unbalance.of(moments + rotor.loads)
     return _Pass(plan.depths_mm, solid, written, moments, residual, tolerance.used_share(residual))

@@ -22,7 +22,7 @@ from autobalance.rotor.moments import Array, Moments
 from autobalance.rotor.tolerance import Tolerance
 from autobalance.rotor.unbalance import Unbalance
 from autobalance.solid.independent import agreement, slice_moments
-from autobalance.solid.measure import mesh_moments
+from autobalance.solid.measure import soup_moments
 from autobalance.solid.read import Source, read
 from autobalance.solid.write import decode
 from autobalance.units import RAD_S_PER_RPM
@@ -271,8 +271,8 @@ def _measured(claims: Claims, folder: Path, job: Job, frame: Array) -> tuple[Sou
     source = read(path, crankshaft.unit if same else "mm", "all")
     claims.same(f"{key}.sha256", source.sha256)
     claims.same(f"{key}.triangles", source.triangles)
-    mesh = decode(path.read_bytes(), source.format, source.mm_per_unit)
-    moments = mesh_moments(mesh, crankshaft.density_g_mm3, frame)
+    soup = decode(path.read_bytes(), source.format, source.mm_per_unit)
+    moments = soup_moments(soup, crankshaft.density_g_mm3, frame)
     _check_properties(claims, key, moments, source.solid.volume_mm3)
     return source, moments
 

@@ -161,6 +161,7 @@ def _encoded(design: Design, target: Path, unit: str) -> tuple[bytes, int | None
     """Return the file, its triangles, and the moments that they have; the latter not for exact surfaces."""
     from autobalance.crank.generate import crank_shape, crank_solid
     from autobalance.solid.formats import format_named
+    from autobalance.solid.measure import soup_moments
     from autobalance.solid.write import decode, encode
     from autobalance.units import G_PER_MM3_PER_KG_M3, MM_PER
 
@@ -173,14 +174,8 @@ def _encoded(design: Design, target: Path, unit: str) -> tuple[bytes, int | None
     name = target.suffix.lower().lstrip(".")
     format_named(name)
     data = encode(crank_solid(design).mesh, name, MM_PER[unit])
-    mesh = decode(data, name, MM_PER[unit])
-    return data, len(mesh.triangles), _moments(mesh, design.density_kg_m3 * G_PER_MM3_PER_KG_M3)
-
-
-def _moments(mesh: Any, density_g_mm3: float) -> Moments:
-    from autobalance.solid.measure import mesh_moments
-
-    return mesh_moments(mesh, density_g_mm3)
+    soup = decode(data, name, MM_PER[unit])
+    return data, len(soup), soup_moments(soup, design.density_kg_m3 * G_PER_MM3_PER_KG_M3)
 
 
 def _entry(target: Path, data: bytes, triangles: int | None) -> dict[str, Any]:

@@ -42,7 +42,7 @@ from autobalance.report.record import (
 from autobalance.rotor.tolerance import Tolerance
 from autobalance.rotor.unbalance import Unbalance
 from autobalance.solid.formats import written_ending
-from autobalance.solid.mesh import Mesh
+from autobalance.solid.mesh import Floats, Mesh
 from autobalance.solid.write import decode, encode
 
 REPORT = "report.json"
@@ -176,7 +176,7 @@ def _balanced_record(job: Job, watch: Stopwatch, progress: Progress) -> tuple[Cr
     def to_bytes(mesh: Mesh) -> bytes:
         return encode(mesh, format_name, scale)
 
-    def from_bytes(data: bytes) -> Mesh:
+    def from_bytes(data: bytes) -> Floats:
         return decode(data, format_name, scale)
 
     with _Stages(watch, progress) as told:

@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
+
 import numpy as np
 
 from autobalance.rotor.moments import Moments
-from autobalance.solid.mesh import Array, Indices, Mesh
+from autobalance.solid.mesh import Array, Floats, Indices, Mesh
 
 CHUNK = 1 << 15
 """Triangles at a time: their corners stay in the processor's cache."""
@@ -36,29 +38,47 @@ def mesh_moments(mesh: Mesh, density_g_mm3: float, frame: Array | None = None) -
     C. Zhang, T. Chen, "Efficient feature extraction for 2D/3D objects in mesh representation", 2001: signed
     tetrahedra; second moments of a tetrahedron with a corner at the origin, det/120 (s sᵀ + Σ v vᵀ).
     """
-    low, high = mesh.bounds
-    near = 0.5 * (low + high)
-    volume, first, second = volume_moments(mesh.vertices - near, mesh.triangles)
-    local = Moments(density_g_mm3 * volume, density_g_mm3 * first, density_g_mm3 * second)
+    near = mesh.bounds.mean(axis=0)
+    return _placed(volume_moments(mesh.vertices - near, mesh.triangles), near, density_g_mm3, frame)
+
+
+def soup_moments(soup: Floats, density_g_mm3: float, frame: Array | None = None) -> Moments:
+    """Return the mass moments of the solid that loose triangles (m, 3, 3) bound, as ``mesh_moments`` does."""
+    some = soup[:: max(1, len(soup) // NEAR_ENOUGH)].reshape(-1, 3)
+    near = 0.5 * (some.min(axis=0) + some.max(axis=0)).astype(np.float64)
+    chunks = (soup[start : start + CHUNK] - near for start in range(0, len(soup), CHUNK))
+    volume = _summed((chunk[:, 0], chunk[:, 1], chunk[:, 2]) for chunk in chunks)
+    return _placed(volume, near, density_g_mm3, frame)
+
+
+NEAR_ENOUGH = 1000
+"""Triangles that tell where a part lies."""
+
+
+def _placed(volume: Moments, near: Array, density_g_mm3: float, frame: Array | None) -> Moments:
     shift = np.eye(4)
     shift[:3, 3] = near
-    return local.moved(shift if frame is None else frame @ shift)
+    return volume.scaled(density_g_mm3).moved(shift if frame is None else frame @ shift)
 
 
-def volume_moments(vertices: Array, triangles: Indices) -> tuple[float, Array, Array]:
-    """Return ∫ dV, ∫ r dV (3,) and ∫ r rᵀ dV (3, 3) about the origin."""
+def volume_moments(vertices: Array, triangles: Indices) -> Moments:
+    """Return ∫ dV, ∫ r dV and ∫ r rᵀ dV about the origin, which is best near the part."""
+    chunks = (triangles[start : start + CHUNK].T for start in range(0, len(triangles), CHUNK))
+    return _summed((vertices[a], vertices[b], vertices[c]) for a, b, c in chunks)
+
+
+def _summed(chunks: Iterable[tuple[Array, Array, Array]]) -> Moments:
     volume = 0.0
     first = np.zeros(3)
     second = np.zeros((3, 3))
-    for start in range(0, len(triangles), CHUNK):
-        a, b, c = (vertices[column] for column in triangles[start : start + CHUNK].T)
+    for a, b, c in chunks:
         det = np.einsum("ij,ij->i", a, np.cross(b, c))
         total = a + b + c
-        volume += det.sum()
+        volume += float(det.sum())
         first += det @ total
         for corner in (total, a, b, c):
             second += (det[:, None] * corner).T @ corner
-    return volume / 6.0, first / 24.0, second / 120.0
+    return Moments(volume / 6.0, first / 24.0, second / 120.0)
 
 
 def part_volumes(mesh: Mesh, part_of: Indices, count: int) -> Array:

@@ -68,10 +68,10 @@ def slab_moments(
     if part.side is not None:
         soup = _clipped(soup, np.array([*part.side, 0.0]), 0.0)
         edges = _clipped_edges(edges, part.side)
-    volume, first, second = volume_moments(soup.reshape(-1, 3), np.arange(3 * len(soup)).reshape(-1, 3))
-    local = Moments(volume, first, second) + _cone(edges, z_high - z_low)
+    local = volume_moments(soup.reshape(-1, 3), np.arange(3 * len(soup)).reshape(-1, 3))
+    local = local + _cone(edges, z_high - z_low)
     if inside.any():
-        local = local + Moments(*volume_moments(vertices - apex, triangles[inside]))
+        local = local + volume_moments(vertices - apex, triangles[inside])
     local = local.scaled(density_g_mm3)
     back = np.eye(4)
     back[:3, 3] = apex

@@ -46,18 +46,16 @@ def encode(mesh: Mesh, format: str, mm_per_unit: float) -> bytes:  # noqa: A002
     return kind.write(vertices, triangles, mm_per_unit)
 
 
-def decode(data: bytes, format: str, mm_per_unit: float) -> Mesh:  # noqa: A002
-    """Return the mesh [mm] that a file holds, corners not welded: enough to measure it.
+def decode(data: bytes, format: str, mm_per_unit: float) -> Floats:  # noqa: A002
+    """Return the loose triangles (m, 3, 3) [mm] that a file holds: enough to measure it.
 
     Raises
     ------
     FormatError
         If the bytes are no file of this format.
     """
-    points = format_named(format).read(data).soup.reshape(-1, 3).astype(np.float64)
-    if mm_per_unit != 1.0:
-        points *= mm_per_unit
-    return Mesh(points, np.arange(len(points), dtype=np.int64).reshape(-1, 3))
+    soup = format_named(format).read(data).soup
+    return soup if mm_per_unit == 1.0 else soup.astype(np.float64) * mm_per_unit
 
 
 def _rounded(vertices: Array, mm_per_unit: float, number: Number) -> Floats:

@@ -23,7 +23,7 @@ from autobalance.rotor.moments import Moments
 from autobalance.rotor.tolerance import Judge, Tolerance
 from autobalance.rotor.unbalance import Unbalance
 from autobalance.solid.csg import Solid
-from autobalance.solid.mesh import Array, Mesh
+from autobalance.solid.mesh import Array, Floats, Mesh
 from tests.cranks import Shape, make_crank, tilted
 from tests.generated import generated_crank
 from tests.geometry.test_add import web_face
@@ -51,9 +51,8 @@ def in_double(mesh: Mesh) -> bytes:
     return mesh.corners.tobytes()
 
 
-def from_double(data: bytes) -> Mesh:
-    corners = np.frombuffer(data).reshape(-1, 3)
-    return Mesh(corners, np.arange(len(corners), dtype=np.int64).reshape(-1, 3))
+def from_double(data: bytes) -> Floats:
+    return np.frombuffer(data).reshape(-1, 3, 3)
 
 
 def web_faces(solid: Solid, anatomy: Anatomy) -> tuple[Face, ...]:

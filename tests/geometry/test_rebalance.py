@@ -16,7 +16,7 @@ from autobalance.rotor.moments import Moments
 from autobalance.rotor.tolerance import Judge, Tolerance
 from autobalance.rotor.unbalance import Unbalance
 from autobalance.solid.csg import Region, Solid, union
-from autobalance.solid.mesh import Mesh
+from autobalance.solid.mesh import Floats, Mesh
 
 Array = NDArray[np.float64]
 RHO = 7.85e-3
@@ -105,9 +105,8 @@ def encode(mesh: Mesh) -> bytes:
     return mesh.vertices[mesh.triangles].astype(np.float32).tobytes()
 
 
-def decode(data: bytes) -> Mesh:
-    corners = np.frombuffer(data, dtype=np.float32).reshape(-1, 3).astype(np.float64)
-    return Mesh(corners, np.arange(len(corners), dtype=np.int64).reshape(-1, 3))
+def decode(data: bytes) -> Floats:
+    return np.frombuffer(data, dtype=np.float32).reshape(-1, 3, 3)
 
 
 def run(rotor: Rotor, judge: Judge = "dynamic", limits: ShoulderLimits | None = None) -> Result:

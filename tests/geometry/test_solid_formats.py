@@ -70,7 +70,7 @@ def test_round_trip(name: str, mm_per_unit: float, tmp_path: Path) -> None:
     assert encode(part.mesh, name, mm_per_unit) == data
     rounding = SINGLE if FORMATS[name].number is np.float32 else DOUBLE
     again = decode(data, name, mm_per_unit)
-    np.testing.assert_allclose(again.corners, part.mesh.corners, rtol=2.0 * rounding, atol=50.0 * rounding)
+    np.testing.assert_allclose(again, part.mesh.corners, rtol=2.0 * rounding, atol=50.0 * rounding)
     path = tmp_path / f"part.{name}"
     path.write_bytes(data)
     carries = FORMATS[name].read(data).mm_per_unit is not None

@@ -9,7 +9,7 @@ import pytest
 
 from autobalance.errors import FileError, FormatError, SolidError
 from autobalance.solid.csg import Solid
-from autobalance.solid.measure import mesh_moments
+from autobalance.solid.measure import soup_moments
 from autobalance.solid.mesh import Mesh
 from autobalance.solid.read import read
 from autobalance.solid.stl import write_stl
@@ -149,7 +149,7 @@ def test_what_is_written_is_read_back_as_it_was_measured(put: Put, mm_per_unit: 
     part = Solid.revolved(np.array([[2.0, 0.0], [9.0, 0.0], [7.0, 5.0]]), 100).moved(placement)
     data = encode(part.mesh, "stl", mm_per_unit)
     assert encode(part.mesh, "stl", mm_per_unit) == data
-    measured = mesh_moments(decode(data, "stl", mm_per_unit), 1.0)
+    measured = soup_moments(decode(data, "stl", mm_per_unit), 1.0)
     source = read(put(data), "mm" if mm_per_unit == 1.0 else "inch")
     assert source.repairs == ()
     assert source.solid.moments(1.0).mass_g == pytest.approx(measured.mass_g, rel=ROUNDING)
