@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Literal
 
 import numpy as np
@@ -18,6 +18,7 @@ from autobalance.release import Release, Shortage, releases
 from autobalance.rotor.moments import Moments
 from autobalance.rotor.tolerance import Tolerance
 from autobalance.rotor.unbalance import Unbalance
+from autobalance.rotor.uncertainty import Budget
 from autobalance.solid.csg import Solid, union
 from autobalance.solid.measure import soup_moments
 from autobalance.solid.mesh import Floats, Mesh
@@ -49,7 +50,9 @@ class Rotor:
     """What is balanced: the crank in file coordinates [mm] and what turns with it.
 
     ``moments`` are the bare crank's and ``loads`` those of bob-weights and attached rotors, both in the rotor
-    frame; ``loads_per_factor`` is the derivative of the loads with the balance factor ``factor``.
+    frame; ``loads_per_factor`` is the derivative of the loads with the balance factor ``factor``. ``budget``
+    tells how far the residual may be off, from the bare crank's moments and the corrections made on it; None
+    where that is not known.
     """
 
     solid: Solid
@@ -60,6 +63,11 @@ class Rotor:
     loads: Moments
     loads_per_factor: Moments
     factor: float
+    budget: Callable[[Moments, Sequence[Correction]], Budget] | None = None
+
+    def doubt(self, bare: Moments, corrections: Sequence[Correction] = ()) -> Budget | None:
+        """Return how far the residual may be off, None where that is not known."""
+        return None if self.budget is None else self.budget(bare, corrections)
 
 
 @dataclass(frozen=True, eq=False)
@@ -79,6 +87,7 @@ class Result:
     ``initial`` and ``residual`` count bob-weights and attached rotors too, as judged. ``solid`` is the
     corrected crank in file coordinates [mm], ``written`` its file, from which the residual was measured;
     both are None when nothing was cut. ``tools`` are the corrections' bodies, file coordinates.
+    ``initial_doubt`` and ``doubt`` tell how far ``initial`` and ``residual`` may be off.
     """
 
     outcome: Outcome
@@ -92,6 +101,8 @@ class Result:
     solid: Solid | None
     written: Written | None
     tools: tuple[Solid, ...] = ()
+    initial_doubt: Budget | None = None
+    doubt: Budget | None = None
 
 
 @dataclass(frozen=True, eq=False)
@@ -146,19 +157,26 @@ def balance(
     """
     initial_moments = rotor.moments
     initial = Unbalance.of(initial_moments + rotor.loads)
-    if tolerance.is_met_by(initial):
+    initial_doubt = rotor.doubt(initial_moments)
+
+    def untouched(outcome: Outcome, reason: str | None, steps: Sequence[Step] = ()) -> Result:
         return Result(
-            "already_within_tolerance",
-            None,
-            initial,
-            initial,
-            initial_moments,
-            initial_moments,
-            (),
-            (),
-            None,
-            None,
+            outcome=outcome,
+            reason=reason,
+            initial=initial,
+            residual=initial,
+            initial_moments=initial_moments,
+            final_moments=initial_moments,
+            corrections=(),
+            steps=tuple(steps),
+            solid=None,
+            written=None,
+            initial_doubt=initial_doubt,
+            doubt=initial_doubt,
         )
+
+    if tolerance.is_met_by(initial, initial_doubt):
+        return untouched("already_within_tolerance", None)
     progress("planning the correction")
     offer, plan = _best_offer(rotor, tolerance, methods, initial, prefer)
 
@@ -173,9 +191,10 @@ def balance(
         return least_share(initial, tolerance, offer)
 
     def left_alone(steps: Sequence[Step] = ()) -> Result:
-        reason = _reason(rotor, tolerance, offer, plan, initial, fixes(), bound())
-        untouched = initial_moments, initial_moments
-        return Result("above_tolerance", reason, initial, initial, *untouched, (), tuple(steps), None, None)
+        reason = tolerance.why_not(initial, initial_doubt, plan.binding) or _reason(
+            rotor, tolerance, offer, plan, initial, fixes(), bound()
+        )
+        return untouched("above_tolerance", reason, steps)
 
     if not plan.depths_mm.any():
         return left_alone()
@@ -203,19 +222,20 @@ def balance(
     assert best is not None
     if best.share >= tolerance.used_share(initial):
         return left_alone(steps)
-    within = best.share <= 1.0
+    made = _corrections(offer.cuts, best.depths_mm)
+    doubt = rotor.doubt(best.written.moments, made)
+    within = tolerance.is_met_by(best.residual, doubt)
+    reason = None if within else tolerance.why_not(best.residual, doubt, plan.binding)
+    if not within and reason is None:
+        reason = _reason(rotor, tolerance, offer, plan, best.residual, fixes(), bound())
     return Result(
         outcome="within_tolerance" if within else "above_tolerance",
-        reason=None if within else _reason(rotor, tolerance, offer, plan, best.residual, fixes(), bound()),
+        reason=reason,
         initial=initial,
         residual=best.residual,
         initial_moments=initial_moments,
         final_moments=best.moments,
-        corrections=tuple(
-            cut.correction(float(depth))
-            for cut, depth in zip(offer.cuts, best.depths_mm, strict=True)
-            if depth > 0.0
-        ),
+        corrections=made,
         steps=tuple(steps),
         solid=best.solid,
         written=best.written,
@@ -224,7 +244,19 @@ def balance(
             for cut, depth in zip(offer.cuts, best.depths_mm, strict=True)
             if depth > 0.0
         ),
+        initial_doubt=initial_doubt,
+        doubt=doubt,
     )
+
+
+def _corrections(cuts: Sequence[Cut], depths_mm: Array) -> tuple[Correction, ...]:
+    """Return the cuts that are made, each with what one more millimetre of depth would change."""
+    made = []
+    for cut, depth in zip(cuts, depths_mm, strict=True):
+        if depth > 0.0:
+            each = cut.correction(float(depth))
+            made.append(each if each.rate is not None else replace(each, rate=cut.rate(float(depth))))
+    return tuple(made)
 
 
 def _best_offer(
@@ -270,8 +302,7 @@ def planned(
     """
     now = rotor.moments + rotor.loads
     offer, plan = _best_offer(rotor, tolerance, methods, Unbalance.of(now), prefer)
-    made = zip(offer.cuts, plan.depths_mm, strict=True)
-    return tuple(cut.correction(float(depth)) for cut, depth in made if depth > 0.0), plan.predicted
+    return _corrections(offer.cuts, plan.depths_mm), plan.predicted
 
 
 def workpiece(rotor: Rotor, tolerance: Tolerance, initial: Unbalance, look: float = 1.0) -> Workpiece:

@@ -13,7 +13,6 @@ import pytest
 from numpy.typing import NDArray
 
 from autobalance.report.json import schema
-from autobalance.report.text import UNITS, balance_text
 from tests import jobs
 from tests.cranks import tilted
 
@@ -357,15 +356,3 @@ def test_demo_prints_one_table_and_writes_both_folders(
         assert {"balanced.stl", "report.json"} <= names
         assert jobs.report_of(tmp_path / "demo" / name)["residual"]["magnitude_g_mm"] <= 0.11
         assert jobs.run("verify", tmp_path / "demo" / name / "report.json") == 0
-
-
-def test_the_uncertainty_is_the_sum_of_its_shares(runs: Runs) -> None:
-    output, _ = runs["drafted", "factor-0.28"]
-    report = json.loads((output / "report.json").read_text(encoding="utf-8"))
-    for state in ("initial", "residual"):
-        shares = report[state]["uncertainty_shares_g_mm"]
-        assert set(shares) == {"facets", "rounding", "axis", "weights"}
-        assert shares["facets"] > 0.0
-        assert report[state]["uncertainty_g_mm"] == pytest.approx(math.hypot(*shares.values()))
-    text = balance_text(report, UNITS["metric"])
-    assert f"uncertain by ± {report['residual']['uncertainty_g_mm']:.2f} g·mm: facets" in text

@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 
 from autobalance import job as jobs
-from autobalance.command import machine, pipeline
+from autobalance.command import doubt, machine, pipeline
 from autobalance.crank.anatomy import Anatomy, MainJournal, Pin, Throw
 from autobalance.engine.balance_factor import bob_weight_moments
 from autobalance.errors import ClaimError, FileError, FormatError, JobError
@@ -21,6 +21,8 @@ from autobalance.report.force_values import force_values
 from autobalance.rotor.moments import Array, Moments
 from autobalance.rotor.tolerance import Tolerance
 from autobalance.rotor.unbalance import Unbalance
+from autobalance.rotor.uncertainty import Budget, Share
+from autobalance.solid.facets import FacetError
 from autobalance.solid.independent import agreement, slice_moments
 from autobalance.solid.measure import soup_moments
 from autobalance.solid.read import Source, read
@@ -45,6 +47,7 @@ class Checked:
     tolerance: Tolerance
     warnings: tuple[str, ...]
     agreement: float | None = None
+    budget: Budget | None = None
 
 
 @dataclass
@@ -140,7 +143,7 @@ def check_report(path: Path, independent: bool = False) -> Checked:
     crank = _claimed_crank(claims)
     source, moments = _measured(claims, path.parent, job, frame)
     again = _measured_again(claims, source, job, frame) if independent else None
-    _check_input(claims, job, frame)
+    given_in = _check_input(claims, job, frame)
     tolerance = _check_tolerance(claims, job, anatomy, crank)
     loads = _check_loads(claims, job, anatomy, crank) - pipeline.overbalance_moments(job, tolerance)
     _check_unbalance(claims, "initial", Unbalance.of(crank + loads), tolerance, _size(source, crank))
@@ -149,8 +152,11 @@ def check_report(path: Path, independent: bool = False) -> Checked:
     _check_unbalance(claims, "residual", residual, tolerance, _size(source, crank))
     _check_after(claims, job, anatomy, crank, after)
     _check_forces(claims, job, anatomy, {"before": crank, "after": after})
-    within = _verdict(claims, tolerance, residual)
-    return Checked(claims.held, within, residual, tolerance, tuple(claims.warnings), again)
+    causes = _causes(claims, job, anatomy, crank, tolerance, given_in)
+    _check_doubt(claims, "initial", causes, crank, [], _size(source, crank))
+    budget = _check_doubt(claims, "residual", causes, moments, _depth_rates(claims), _size(source, crank))
+    within = _verdict(claims, tolerance, residual, budget)
+    return Checked(claims.held, within, residual, tolerance, tuple(claims.warnings), again, budget)
 
 
 def _measured_again(claims: Claims, source: Source, job: Job, frame: Array) -> float:
@@ -226,7 +232,8 @@ def _anatomy(claims: Claims, frame: Array) -> Anatomy:
     for place, values in enumerate(claims.get("crank.main_journals", list)):
         pin = _pin(Claims(claims.name, values))
         journals.append(MainJournal(pin.centre_mm, pin.diameter_mm, pin.width_mm, place + 1))
-    return Anatomy(frame, tuple(journals), tuple(throws), (), 0.0)
+    off = claims.get("crank.journal_misalignment_mm", float)
+    return Anatomy(frame, tuple(journals), tuple(throws), (), off)
 
 
 def _pin(claims: Claims) -> Pin:
@@ -289,18 +296,19 @@ def _check_properties(claims: Claims, key: str, moments: Moments, volume_mm3: fl
     )
 
 
-def _check_input(claims: Claims, job: Job, frame: Array) -> None:
-    """Check what is claimed of the crank before correction, where its file is still there."""
+def _check_input(claims: Claims, job: Job, frame: Array) -> Source | None:
+    """Check what is claimed of the crank before correction, where its file is still there; return it."""
     path = Path(claims.get("input.file", str))
     if claims.get("outputs.solid", object) is not None and not path.is_file():
         claims.warnings.append(f"{path} is not there any more; what is claimed of it was not checked")
-        return
+        return None
     crankshaft = job.crankshaft
     source = read(path, crankshaft.unit, crankshaft.body, pressed_up=not crankshaft.crankpin_in_file)
     claims.same("input.sha256", source.sha256)
     claims.same("input.triangles", source.triangles)
     moments = source.solid.moments(crankshaft.density_g_mm3, frame)
     _check_properties(claims, "crank", moments, source.solid.volume_mm3)
+    return source
 
 
 # --- what follows from the job ------------------------------------------------------------------------------
@@ -312,6 +320,8 @@ def _check_tolerance(claims: Claims, job: Job, anatomy: Anatomy, crank: Moments)
     claims.near("tolerance.rotor_mass_g", tolerance.rotor_mass_g, tolerance.rotor_mass_g)
     claims.near("tolerance.permissible_g_mm", tolerance.permissible_g_mm, tolerance.permissible_g_mm)
     claims.same("tolerance.judge", tolerance.judge)
+    if "margin" in claims.get("tolerance", dict) or tolerance.margin != "none":
+        claims.same("tolerance.margin", tolerance.margin)
     listed = _listed(claims, "tolerance.planes", len(tolerance.planes))
     for part, plane in zip(listed, tolerance.planes, strict=True):
         part.same("name", plane.name)
@@ -406,8 +416,82 @@ def _check_after(claims: Claims, job: Job, anatomy: Anatomy, crank: Moments, aft
         claims.near("inertia_change_kg_mm2", change, crank.polar_inertia_g_mm2 / 1000.0)
 
 
-def _verdict(claims: Claims, tolerance: Tolerance, residual: Unbalance) -> bool:
-    within = tolerance.is_met_by(residual)
+# --- the error budget ---------------------------------------------------------------------------------------
+
+FROM_THE_FILE = ("facets", "rounding")
+"""Causes that only the crank's file can tell."""
+
+
+def _causes(
+    claims: Claims, job: Job, anatomy: Anatomy, crank: Moments, tolerance: Tolerance, source: Source | None
+) -> doubt.Causes:
+    """Return what makes the budget; without the crank's file, what the file tells counts as nothing."""
+    factor = claims.get("balance_factor.target", float)
+    facets, spacing = None, 0.0
+    if source is not None:
+        facets = pipeline.facets_of(source, job.crankshaft.density_g_mm3, anatomy, job.balance.margin)
+        spacing = doubt.spacing_mm(source)
+    nothing = FacetError.known(Moments.zero())
+    return doubt.Causes(job, anatomy, crank, tolerance, factor, facets or nothing, spacing)
+
+
+def _depth_rates(claims: Claims) -> list[Moments]:
+    """Return what a millimetre of depth changes for each correction, as far as an unbalance goes."""
+    rates = []
+    for place, values in enumerate(claims.get("corrections", list), 1):
+        part = Claims(f"{claims.name}: corrections[{place}]", values)
+        if values.get("unbalance_per_mm_g_mm") is not None:
+            first, second = np.zeros(3), np.zeros((3, 3))
+            first[:2] = part.array("unbalance_per_mm_g_mm", (2,))
+            second[:2, 2] = part.array("moment_per_mm_g_mm2", (2,))
+            rates.append(Moments(0.0, first, second))
+    return rates
+
+
+def _check_doubt(
+    claims: Claims, key: str, causes: doubt.Causes, bare: Moments, rates: list[Moments], size_g_mm: float
+) -> Budget | None:
+    """Check every share of an uncertainty and their sum; return the budget that the report claims."""
+    if claims.get(key, dict).get("uncertainty_g_mm") is None:
+        return None
+    found = causes.with_depth_rates(bare, rates)
+    parts = [Claims(f"{claims.name}: {key}", claims.get(key, dict))]
+    parts += _listed(claims, f"{key}.planes", len(causes.tolerance.planes))
+    file_is_there = causes.spacing_mm > 0.0
+    columns = []
+    for place, part in enumerate(parts):
+        shares = part.get("uncertainty_shares_g_mm", dict)
+        for cause, share in found.shares.items():
+            if cause in FROM_THE_FILE and not file_is_there:
+                continue
+            value = (share.resultant_g_mm, *share.planes_g_mm)[place]
+            part.near(f"uncertainty_shares_g_mm.{cause}", value, size_g_mm, MOMENT_ROUNDING)
+        if set(shares) != set(found.shares):
+            raise ClaimError(
+                f"{part.name}: uncertainty_shares_g_mm lists {', '.join(shares)}; "
+                f"needed {', '.join(found.shares)}"
+            )
+        numbers = [float(part.get(f"uncertainty_shares_g_mm.{cause}", float)) for cause in found.shares]
+        part.near("uncertainty_g_mm", math.hypot(*numbers), math.hypot(*numbers))
+        columns.append(numbers)
+        claims.held += part.held
+    try:
+        claimed = {
+            cause: Share(row[0], tuple(row[1:]))
+            for cause, row in zip(found.shares, zip(*columns, strict=True), strict=True)
+        }
+    except ValueError as error:
+        raise ClaimError(f"{claims.name}: {key}.uncertainty_shares_g_mm: {error}") from None
+    return Budget(claimed, causes.tolerance.places_mm)
+
+
+def _verdict(claims: Claims, tolerance: Tolerance, residual: Unbalance, budget: Budget | None) -> bool:
+    if tolerance.margin != "none" and budget is None:
+        raise ClaimError(
+            f"{claims.name}: residual.uncertainty_g_mm is null, "
+            f'but balance.margin = "{tolerance.margin}" needs it'
+        )
+    within = tolerance.is_met_by(residual, budget)
     outcome = claims.get("outcome", str)
     if (outcome != "above_tolerance") != within:
         raise ClaimError(

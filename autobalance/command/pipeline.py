@@ -17,12 +17,11 @@ from autobalance.engine.parts import Parts, ThrowLoad
 from autobalance.errors import JobError
 from autobalance.job import Attached, Crankshaft, Engine, Job, PartWeights, Weight
 from autobalance.report import record
+from autobalance.rotor.margin import Margin
 from autobalance.rotor.moments import Moments
 from autobalance.rotor.tolerance import Tolerance
 from autobalance.rotor.unbalance import Unbalance
-from autobalance.rotor.uncertainty import Budget, axis_share_g_mm, facets_share_g_mm, rounding_share_g_mm
 from autobalance.solid.facets import FacetError, facet_error
-from autobalance.solid.formats import format_named
 from autobalance.solid.read import Source, read
 
 FACETS_MOST = 200_000
@@ -69,8 +68,8 @@ class Stopwatch:
         return {**self._spent, "total": time.perf_counter() - self._start}
 
 
-def measured_crank(crankshaft: Crankshaft, watch: Stopwatch) -> Crank:
-    """Read a crank file, recognise the crank in it and measure it."""
+def measured_crank(crankshaft: Crankshaft, watch: Stopwatch, margin: Margin = "none") -> Crank:
+    """Read a crank file, recognise the crank in it and measure it; ``margin`` is that of its verdict."""
     hints: Overrides = crankshaft.overrides
     with watch.stage("load"):
         source = read(
@@ -79,17 +78,22 @@ def measured_crank(crankshaft: Crankshaft, watch: Stopwatch) -> Crank:
     with watch.stage("measure"):
         anatomy = recognise(source.solid, hints)
         moments = source.solid.moments(crankshaft.density_g_mm3, anatomy.file_to_rotor)
-        facets = facets_of(source, crankshaft.density_g_mm3, anatomy)
+        facets = facets_of(source, crankshaft.density_g_mm3, anatomy, margin)
     return Crank(source, anatomy, crankshaft.density_g_mm3, moments, facets)
 
 
-def facets_of(source: Source, density_g_mm3: float, anatomy: Anatomy) -> FacetError | None:
-    """Estimate what the facets cost; None where the mesh is so fine that looking would cost more than it."""
+def facets_of(
+    source: Source, density_g_mm3: float, anatomy: Anatomy, margin: Margin = "none"
+) -> FacetError | None:
+    """Estimate what the facets cost.
+
+    None where the mesh is so fine that looking would cost more than it, and no verdict depends on it.
+    """
     frame = anatomy.file_to_rotor
     if source.exact is not None:  # nothing to estimate: the file keeps the true surface
         truth = source.exact.scaled(density_g_mm3).moved(frame)
         return FacetError.known(truth - source.solid.moments(density_g_mm3, frame))
-    if source.solid.triangle_count > FACETS_MOST:
+    if source.solid.triangle_count > FACETS_MOST and margin == "none":
         return None
     return facet_error(source.solid.mesh, density_g_mm3, frame)
 
@@ -99,45 +103,6 @@ def facet_entry(crank: Crank) -> record.FacetError | None:
     if crank.facets is None:
         return None
     return record.FacetError(crank.facets.missing.mass_g, crank.facets.unbalance_g_mm)
-
-
-def budget(crank: Crank, loads: tuple[ThrowLoad, ...], pm_g: Mapping[int, float]) -> Budget | None:
-    """Return the error budget of the resultant; None where the facets are not known.
-
-    ``pm_g`` is, by throw from 1, by how much its bob-weight may be off.
-    """
-    if crank.facets is None:
-        return None
-    mass = crank.moments.mass_g
-    reach = float(np.abs(crank.source.solid.bounds).max()) / crank.source.mm_per_unit
-    number = format_named(crank.source.format).number
-    spacing = float(np.spacing(number(reach))) * crank.source.mm_per_unit
-    weights = [pm_g.get(place, 0.0) * load.crank_radius_mm for place, load in enumerate(loads, start=1)]
-    return Budget(
-        {
-            "facets": facets_share_g_mm(
-                crank.facets.unbalance_g_mm, crank.facets.unbalance_bar_g_mm, corrected=False
-            ),
-            "rounding": rounding_share_g_mm(mass, spacing),
-            "axis": axis_share_g_mm(mass, crank.anatomy.journal_misalignment_mm),
-            "weights": float(np.sqrt(np.square(weights).sum())),
-        }
-    )
-
-
-def bob_weight_pm_g(engine: Engine, anatomy: Anatomy, factor: float) -> dict[int, float]:
-    """Return by how much each throw's bob-weight may be off: its parts' ± added as squares."""
-    found = {}
-    for throw in anatomy.throws:
-        parts = engine.of_throw(throw.number)
-        weights = parts.weights
-        scaled = [
-            *(weight.pm_g for weight in weights.crankpin.values()),
-            *(parts.rods * weight.pm_g for weight in weights.rotating.values()),
-            *(parts.rods * factor * weight.pm_g for weight in weights.reciprocating.values()),
-        ]
-        found[throw.number] = float(np.sqrt(np.square(scaled).sum()))
-    return found
 
 
 # --- weights ------------------------------------------------------------------------------------------------
@@ -177,12 +142,17 @@ def attached_moments(attached: tuple[Attached, ...]) -> Moments:
     total = Moments.zero()
     for part in attached:
         on_axis = Moments.point(part.mass_g, np.array([0.0, 0.0, part.z_mm]))
-        x, y = part.unbalance_g_mm
-        second = np.zeros((3, 3))
-        second[0, 2] = second[2, 0] = x * part.z_mm
-        second[1, 2] = second[2, 1] = y * part.z_mm
-        total = total + on_axis + Moments(0.0, np.array([x, y, 0.0]), second)
+        total = total + on_axis + unbalance_at(part.unbalance_g_mm, part.z_mm)
     return total
+
+
+def unbalance_at(unbalance_g_mm: tuple[float, float], z_mm: float) -> Moments:
+    """Return the moments of an unbalance at a place on the axis."""
+    x, y = unbalance_g_mm
+    second = np.zeros((3, 3))
+    second[0, 2] = second[2, 0] = x * z_mm
+    second[1, 2] = second[2, 1] = y * z_mm
+    return Moments(0.0, np.array([x, y, 0.0]), second)
 
 
 def overbalance_moments(job: Job, tolerance: Tolerance) -> Moments:
@@ -190,12 +160,7 @@ def overbalance_moments(job: Job, tolerance: Tolerance) -> Moments:
     balance = job.balance
     x = balance.overbalance_g_mm * math.cos(balance.overbalance_rad)
     y = balance.overbalance_g_mm * math.sin(balance.overbalance_rad)
-    z = [plane.z_mm for plane in tolerance.planes]
-    middle = 0.5 * sum(z)
-    second = np.zeros((3, 3))
-    second[0, 2] = second[2, 0] = x * middle
-    second[1, 2] = second[2, 1] = y * middle
-    return Moments(0.0, np.array([x, y, 0.0]), second)
+    return unbalance_at((x, y), 0.5 * sum(plane.z_mm for plane in tolerance.planes))
 
 
 def crank_factor(crank: Moments, loads: tuple[ThrowLoad, ...], attached: Moments) -> float | None:
@@ -291,6 +256,7 @@ def tolerance_of(job: Job, anatomy: Anatomy, crank: Moments) -> Tolerance:
         z_centre_mm=float(rotor.centre_mm[2]),
         planes_z_mm=planes,
         judge=balance.judge,
+        margin=balance.margin,
     )
 
 

@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import Any
 
 from autobalance import job as jobs
-from autobalance.command import machine, pipeline
+from autobalance.command import doubt, machine, pipeline
 from autobalance.command.pipeline import Crank, Stopwatch
 from autobalance.comparison import compare
 from autobalance.correction import Limits
@@ -164,7 +164,7 @@ def _warnings(job: Job) -> list[str]:
 def _balanced_record(job: Job, watch: Stopwatch, progress: Progress) -> tuple[Crank, Record, Written | None]:
     """Measure and balance; return the crank, what the report needs, and the solid if one was cut."""
     progress("reading the crank")
-    crank = pipeline.measured_crank(job.crankshaft, watch)
+    crank = pipeline.measured_crank(job.crankshaft, watch, job.balance.margin)
     with watch.stage("measure"):
         pipeline.check_engine(job, crank.anatomy)
         factor = pipeline.target_factor(job, crank.anatomy, crank.moments)
@@ -253,7 +253,7 @@ def compare_job(job: Job, progress: Progress) -> dict[str, Any]:
     progress("reading the crank")
     limits = _every_kind(job)
     every = replace(job, methods=tuple(limits.values()), method_names=tuple(limits))
-    crank = pipeline.measured_crank(job.crankshaft, watch)
+    crank = pipeline.measured_crank(job.crankshaft, watch, job.balance.margin)
     pipeline.check_engine(job, crank.anatomy)
     factor = pipeline.target_factor(job, crank.anatomy, crank.moments)
     tolerance = pipeline.tolerance_of(job, crank.anatomy, crank.moments)
@@ -275,7 +275,12 @@ def _rotor(job: Job, crank: Crank, tolerance: Tolerance, factor: float) -> Rotor
     attached = pipeline.attached_moments(job.engine.attached)
     left = pipeline.overbalance_moments(job, tolerance)
     at_factor = bob_weight_moments(loads, factor) + attached - left
-    within = tolerance.is_met_by(Unbalance.of(crank.moments + at_factor))
+    causes = None
+    if crank.facets is not None:
+        spacing = doubt.spacing_mm(crank.source)
+        causes = doubt.Causes(job, crank.anatomy, crank.moments, tolerance, factor, crank.facets, spacing)
+    off = None if causes is None else causes.budget(crank.moments)
+    within = tolerance.is_met_by(Unbalance.of(crank.moments + at_factor), off)
     return Rotor(
         solid=crank.source.solid,
         moments=crank.moments,
@@ -285,6 +290,7 @@ def _rotor(job: Job, crank: Crank, tolerance: Tolerance, factor: float) -> Rotor
         loads=at_factor,
         loads_per_factor=bob_weight_moments(loads, 1.0) - bob_weight_moments(loads, 0.0),
         factor=factor,
+        budget=None if causes is None else causes.budget,
     )
 
 
@@ -298,16 +304,12 @@ def _faces(job: Job, crank: Crank) -> tuple[Face, ...]:
 def _record(job: Job, crank: Crank, factor: float, tolerance: Tolerance, result: Result) -> Record:
     source = crank.source
     planes = tuple(plane.z_mm for plane in tolerance.planes)
-    loads = pipeline.throw_loads(crank.anatomy, job.engine)
-    pm_g = pipeline.bob_weight_pm_g(job.engine, crank.anatomy, factor)
-    budget = pipeline.budget(crank, loads, pm_g)
     return Record(
         command="balance",
         input=input_file(job.crankshaft.file, crank),
         crank=MeasuredCrank(
             crank.moments, source.solid.volume_mm3, crank.anatomy, pipeline.facet_entry(crank)
         ),
-        uncertainty=budget,
         initial=result.initial,
         planes_z_mm=(planes[0], planes[1]) if planes else None,
         balanced=Balanced(

@@ -3,8 +3,13 @@
 from __future__ import annotations
 
 import argparse
+from typing import TYPE_CHECKING
 
 from autobalance.command.options import add_units
+
+if TYPE_CHECKING:
+    from autobalance.command.claims import Checked
+    from autobalance.report.text import Units
 
 ABOVE_TOLERANCE = 4
 
@@ -34,9 +39,16 @@ def run(arguments: argparse.Namespace) -> int:
     say(
         f"{arguments.report}: all {found.checked} claims hold; residual "
         f"{units.of_unbalance(found.residual.magnitude_g_mm)} of permitted "
-        f"{units.of_unbalance(found.tolerance.permissible_g_mm)}: {verdict} tolerance"
+        f"{units.of_unbalance(found.tolerance.permissible_g_mm)}{_doubt(found, units)}: {verdict} tolerance"
     )
     if found.agreement is not None:
         agree = f"volume, first and second moments agree to {found.agreement:.1e}"
         say(f"Measured a second way, from slices: {agree}")
     return 0 if found.within else ABOVE_TOLERANCE
+
+
+def _doubt(found: Checked, units: Units) -> str:
+    """Return how far the residual may be off, where that counts in the verdict."""
+    if found.tolerance.margin == "none" or found.budget is None:
+        return ""
+    return f", and its uncertainty of {units.of_unbalance(found.budget.total_g_mm)} counts"

@@ -155,7 +155,8 @@ class Correction:
     """One finished correction, as the report lists it.
 
     ``change`` is the exact change of the rotor's moments; ``details`` holds what the kind needs to be
-    machined, with JSON values and keys that end in their unit.
+    machined, with JSON values and keys that end in their unit; ``rate`` is what one more millimetre of depth
+    would change (the loop fills it in where the kind does not).
     """
 
     kind: str
@@ -166,3 +167,4 @@ class Correction:
     change: Moments
     removed_volume_mm3: float
     details: dict[str, Any] = field(default_factory=dict)
+    rate: Moments | None = None

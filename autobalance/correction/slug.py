@@ -172,7 +172,15 @@ class SlugCut:
                 ),
                 "centrifugal_load_N": load_n(slug, self.service_speed_rad_s),
             },
+            rate=self._deeper(),
         )
+
+    def _deeper(self) -> Moments:
+        """Return what one more millimetre of bore changes: its metal goes, the slug sits deeper."""
+        inward, slug = self.hole.axis.inward, self.slug
+        turn = np.outer(inward, slug.first_g_mm)
+        sunk = Moments(0.0, slug.mass_g * inward, turn + turn.T)
+        return sunk - self.hole.rate(self.max_depth_mm).scaled(self.density_g_mm3)
 
 
 @dataclass(frozen=True, eq=False)
@@ -241,6 +249,7 @@ class FillCut:
             depth_mm=self.length_mm,
             change=slug,
             removed_volume_mm3=0.0,
+            rate=Moments.zero(),  # nothing is cut
             details={
                 "direction": self.limits.direction,
                 "diameter_mm": 2.0 * self.radius_mm,

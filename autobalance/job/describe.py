@@ -38,6 +38,7 @@ def describe(job: Job) -> dict[str, Any]:
             "grade": balance.grade_mm_s,
             "speed_rpm": _as_given(job, "speed_rpm", balance.service_speed_rad_s / RAD_S_PER_RPM),
             "judge": balance.judge,
+            "margin": balance.margin,
             "rotor_mass_g": balance.rotor_mass_g,
             "tolerance_planes_mm": _listed(balance.tolerance_planes_mm),
             "overbalance_g_mm": balance.overbalance_g_mm,
@@ -47,6 +48,7 @@ def describe(job: Job) -> dict[str, Any]:
         "correction": {
             "method": list(job.method_names),
             "prefer": job.prefer,
+            "depth_tolerance_mm": job.depth_tolerance_mm,
             **{
                 name: {key: _plain(value) for key, value in asdict(limits).items()}
                 for name, limits in zip(job.method_names, job.methods, strict=True)
@@ -67,6 +69,13 @@ def _crankshaft(job: Job) -> dict[str, Any]:
         "unit": crank.unit,
         "density_kg_m3": float(
             job.raw.get("crankshaft", {}).get("density_kg_m3", crank.density_g_mm3 / G_PER_MM3_PER_KG_M3)
+        ),
+        "density_pm_kg_m3": None
+        if crank.density_pm_g_mm3 is None
+        else float(
+            job.raw.get("crankshaft", {}).get(
+                "density_pm_kg_m3", crank.density_pm_g_mm3 / G_PER_MM3_PER_KG_M3
+            )
         ),
         "crankpin_in_file": crank.crankpin_in_file,
         "axis_point_mm": _listed(hints.axis_point_mm),
@@ -101,6 +110,7 @@ def _engine(job: Job) -> dict[str, Any]:
                 "mass_g": item.mass_g,
                 "unbalance_g_mm": list(item.unbalance_g_mm),
                 "z_mm": item.z_mm,
+                **({"pm_g_mm": item.pm_g_mm} if item.pm_g_mm else {}),
             }
             for item in engine.attached
         ],

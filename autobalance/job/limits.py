@@ -33,7 +33,7 @@ KINDS: Mapping[str, type[Any]] = {
 FACE_KEYS = ("faces", "sector_deg", "max_depth_mm", "same_depth", "min_wall_mm")
 """Keys of the top level, which the methods in ``ON_FACES`` share."""
 ON_FACES = ("shoulder", "add")
-CORRECTION_KEYS = (*FACE_KEYS, "method", "prefer", *METHODS)
+CORRECTION_KEYS = (*FACE_KEYS, "method", "prefer", "depth_tolerance_mm", *METHODS)
 
 RULES: Mapping[str, Rule] = {
     "max_depth_mm": POSITIVE,
@@ -68,6 +68,14 @@ def read_prefer(root: Table) -> Prefer:
         "prefer", Prefer, default="least_metal"
     )
     return prefer
+
+
+def read_depth_tolerance_mm(root: Table) -> float | None:
+    """Return by how much the depth of a cut may be off, None where a job does not say."""
+    most: float | None = root.table("correction", CORRECTION_KEYS).optional(
+        "depth_tolerance_mm", float, NOT_NEGATIVE
+    )
+    return most
 
 
 def limits_of_every_kind(raw: Mapping[str, Any]) -> dict[str, Limits]:

@@ -11,6 +11,7 @@ from typing import Any, Literal
 from autobalance.choose import Prefer
 from autobalance.correction import Limits
 from autobalance.crank.anatomy import Overrides
+from autobalance.rotor.margin import Margin
 from autobalance.rotor.tolerance import Judge
 
 LengthUnit = Literal["mm", "cm", "m", "inch"]
@@ -20,7 +21,8 @@ LengthUnit = Literal["mm", "cm", "m", "inch"]
 class Crankshaft:
     """The file and what has to be known to read it as a crank.
 
-    ``unit`` is None where the format carries its own; ``body`` picks one of several solids, from 1.
+    ``unit`` is None where the format carries its own; ``body`` picks one of several solids, from 1;
+    ``density_pm_g_mm3`` is by how much the density may be off, None where the job does not say.
     """
 
     file: Path
@@ -28,6 +30,7 @@ class Crankshaft:
     density_g_mm3: float
     overrides: Overrides
     body: int | Literal["all"] | None
+    density_pm_g_mm3: float | None = None
 
     @property
     def crankpin_in_file(self) -> bool:
@@ -70,12 +73,16 @@ class ThrowParts:
 
 @dataclass(frozen=True)
 class Attached:
-    """A part that turns with the crank and is out of balance, at a place on the axis (rotor frame)."""
+    """A part that turns with the crank and is out of balance, at a place on the axis (rotor frame).
+
+    ``pm_g_mm`` is by how much its unbalance may be off.
+    """
 
     name: str
     mass_g: float
     unbalance_g_mm: tuple[float, float]
     z_mm: float
+    pm_g_mm: float = 0.0
 
 
 @dataclass(frozen=True)
@@ -159,6 +166,7 @@ class Balance:
     tolerance_planes_mm: tuple[float, float] | None
     overbalance_g_mm: float = 0.0
     overbalance_rad: float = math.pi
+    margin: Margin = "none"
 
 
 @dataclass(frozen=True, eq=False)
@@ -167,6 +175,7 @@ class Job:
 
     ``original`` are the parts the crank was balanced for, or None. ``methods`` are the kinds of correction,
     in the job's order; ``prefer`` is what their plan spares. ``raw`` is the TOML as read, for the report.
+    ``depth_tolerance_mm`` is by how much the depth of a cut may be off, None where the job does not say.
     """
 
     path: Path
@@ -179,6 +188,7 @@ class Job:
     raw: Mapping[str, Any]
     prefer: Prefer = "least_metal"
     shafts: tuple[Shaft, ...] = ()
+    depth_tolerance_mm: float | None = None
 
     @property
     def name(self) -> str:

@@ -13,7 +13,7 @@ import numpy as np
 from autobalance.crank.anatomy import Overrides, PinHint
 from autobalance.errors import FileError, JobError
 from autobalance.job.layout import read_layout, read_rod, read_shafts
-from autobalance.job.limits import read_correction, read_prefer
+from autobalance.job.limits import read_correction, read_depth_tolerance_mm, read_prefer
 from autobalance.job.model import (
     Attached,
     Balance,
@@ -26,6 +26,7 @@ from autobalance.job.model import (
     Weight,
 )
 from autobalance.job.table import ANY, COUNTED, NOT_NEGATIVE, POSITIVE, SHARE, Table
+from autobalance.rotor.margin import Margin
 from autobalance.rotor.tolerance import Judge
 from autobalance.units import G_PER_MM3_PER_KG_M3, RAD_S_PER_RPM
 
@@ -34,6 +35,7 @@ UNITLESS = (".stl", ".obj", ".ply", ".off")
 WEIGHT_TABLES = ("rotating_g", "reciprocating_g", "crankpin_g")
 CRANKPIN = "crankpin"
 """The part in ``crankpin_g`` that is the pin itself."""
+ATTACHED_KEYS = ("name", "mass_g", "unbalance_g_mm", "z_mm", "pm_g_mm")
 
 Vector = tuple[float, float, float]
 
@@ -95,7 +97,17 @@ def parse(raw: Mapping[str, Any], path: Path) -> Job:
     original = _original(root, crankshaft.crankpin_in_file, needed=balance.factor is None)
     names, methods = read_correction(root)
     return Job(
-        path, crankshaft, engine, original, balance, methods, names, raw, read_prefer(root), read_shafts(root)
+        path,
+        crankshaft,
+        engine,
+        original,
+        balance,
+        methods,
+        names,
+        raw,
+        prefer=read_prefer(root),
+        shafts=read_shafts(root),
+        depth_tolerance_mm=read_depth_tolerance_mm(root),
     )
 
 
@@ -105,6 +117,7 @@ CRANKSHAFT_KEYS = (
     "file",
     "unit",
     "density_kg_m3",
+    "density_pm_kg_m3",
     "crankpin_in_file",
     "axis_point_mm",
     "axis_direction",
@@ -126,7 +139,17 @@ def _crankshaft(root: Table, path: Path) -> Crankshaft:
             f"crankshaft.unit is missing; {file.suffix.upper()[1:]} carries no unit: one of mm, cm, m, inch"
         )
     density = table.value("density_kg_m3", float, POSITIVE)
-    return Crankshaft(file, unit, density * G_PER_MM3_PER_KG_M3, _overrides(table), _body(table))
+    off = table.optional("density_pm_kg_m3", float, NOT_NEGATIVE)
+    if off is not None and off >= density:
+        raise JobError(f"crankshaft.density_pm_kg_m3 is {off:g}; must be < density_kg_m3, {density:g}")
+    return Crankshaft(
+        file,
+        unit,
+        density * G_PER_MM3_PER_KG_M3,
+        _overrides(table),
+        _body(table),
+        None if off is None else off * G_PER_MM3_PER_KG_M3,
+    )
 
 
 def _body(table: Table) -> int | Literal["all"] | None:
@@ -196,9 +219,7 @@ def read_engine(root: Table, pin_in_file: bool) -> Engine:
     return Engine(
         default,
         by_throw,
-        tuple(
-            _attached(item) for item in table.tables("attached", ("name", "mass_g", "unbalance_g_mm", "z_mm"))
-        ),
+        tuple(_attached(item) for item in table.tables("attached", ATTACHED_KEYS)),
         rod_length_mm=table.optional("rod_length_mm", float, POSITIVE),
         stroke_mm=table.optional("stroke_mm", float, POSITIVE),
         layout=read_layout(table, throws),
@@ -264,6 +285,7 @@ def _attached(table: Table) -> Attached:
         table.value("mass_g", float, NOT_NEGATIVE),
         table.value("unbalance_g_mm", tuple[float, float]),
         table.value("z_mm", float),
+        table.optional("pm_g_mm", float, NOT_NEGATIVE, default=0.0),
     )
 
 
@@ -276,7 +298,16 @@ COUNTERWEIGHT_DEG = 180.0
 
 
 def _balance(root: Table) -> Balance:
-    known = ("factor", "grade", "speed_rpm", "judge", "rotor_mass_g", "tolerance_planes_mm", *OVERBALANCE)
+    known = (
+        "factor",
+        "grade",
+        "speed_rpm",
+        "judge",
+        "margin",
+        "rotor_mass_g",
+        "tolerance_planes_mm",
+        *OVERBALANCE,
+    )
     table = root.table("balance", known)
     factor = table.value("factor", float | Literal["original"], SHARE)
     planes = table.optional("tolerance_planes_mm", tuple[float, float], ANY)
@@ -293,4 +324,5 @@ def _balance(root: Table) -> Balance:
         planes,
         table.optional("overbalance_g_mm", float, NOT_NEGATIVE, default=0.0),
         math.radians(table.optional("overbalance_deg", float, ANY, default=COUNTERWEIGHT_DEG)),
+        table.optional("margin", Margin, default="none"),
     )

@@ -18,6 +18,7 @@ from autobalance.report.metal import Piece
 from autobalance.report.words import (
     OUTCOMES,
     at,
+    counts_uncertainty,
     escape,
     eye,
     file_name,
@@ -151,10 +152,11 @@ def _numbers(report: Report) -> str:
         paths = (f"initial.planes.{k}", f"residual.planes.{k}", f"tolerance.planes.{k}")
         rows.append(_row(report, label, *paths, shares.get(plane["name"])))
     judged = "the resultant and both planes" if report["tolerance"]["judge"] == "dynamic" else "the resultant"
+    counted = ", with its uncertainty" if counts_uncertainty(report) else ""
     return f"""<section aria-labelledby="h-numbers"><h2 id="h-numbers" class="sr">Numbers</h2><div class="split">
 <div class="scroll"><table>
-<caption>Unbalance in g·mm. The verdict is on {judged}, measured on the written file.</caption>
-<thead><tr><th scope="col"></th><th scope="col">Before</th><th scope="col">After</th>
+<caption>Unbalance in g·mm. The verdict is on {judged}, measured on the written file{counted}.</caption>
+<thead><tr><th scope="col"></th><th scope="col">Before</th><th scope="col">After</th><th scope="col">Uncertain by</th>
 <th scope="col">Permitted</th><th scope="col">Used</th></tr></thead>
 <tbody>{"".join(rows)}</tbody></table></div>
 <dl class="facts">{_facts(report)}</dl>
@@ -170,6 +172,7 @@ def _row(report: Report, label: str, before: str, after: str, permitted: str, sh
     return (
         f'<tr><th scope="row">{label}</th>{_cell(report, before + ".magnitude_g_mm")}'
         f"{_cell(report, after + '.magnitude_g_mm').replace('<td', '<td class=strong', 1)}"
+        f"{_cell(report, after + '.uncertainty_g_mm')}"
         f"{_cell(report, permitted + '.permissible_g_mm')}<td>{bar or 'not judged'}</td></tr>"
     )
 
@@ -205,6 +208,8 @@ def _uncertainty(report: Report) -> str:
         return "–"
     shares = _uncertainty_shares(report)
     listed = ", ".join(f"{escape(name.replace('_', ' '))} {number(share)}" for name, share in shares)
+    if silent := at(report, "residual.uncertainty_unstated"):
+        listed += f"{'; ' if listed else ''}not stated: {escape(', '.join(silent))}"
     return f"± {_span(report, 'residual.uncertainty_g_mm')} g·mm" + (
         f"<small>{listed}</small>" if listed else ""
     )

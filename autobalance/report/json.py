@@ -54,7 +54,9 @@ def report(record: Record) -> Values:
         "engine": _engine(balanced),
         "balance_factor": _factors(balanced),
         "tolerance": _tolerance(balanced),
-        "initial": _unbalance(record.initial, record.planes_z_mm, record.uncertainty),
+        "initial": _unbalance(
+            record.initial, record.planes_z_mm, None if balanced is None else balanced.result.initial_doubt
+        ),
         "residual": None,
         "corrections": [],
         "steps": [],
@@ -272,6 +274,7 @@ def _tolerance(balanced: Balanced | None) -> Values | None:
             for plane in tolerance.planes
         ],
         "judge": tolerance.judge,
+        "margin": tolerance.margin,
     }
 
 
@@ -289,21 +292,31 @@ def _forces(balanced: Balanced) -> Values | None:
 # --- before and after ---------------------------------------------------------------------------------------
 
 
-def _unbalance(
-    unbalance: Unbalance, planes_z_mm: tuple[float, float] | None, uncertainty: Budget | None
-) -> Values:
+def _unbalance(unbalance: Unbalance, planes_z_mm: tuple[float, float] | None, doubt: Budget | None) -> Values:
     vectors = np.zeros((0, 2)) if planes_z_mm is None else unbalance.in_planes(*planes_z_mm)
+    in_planes = (None, None) if doubt is None or not doubt.total.planes_g_mm else doubt.total.planes_g_mm
     return {
         "unbalance_g_mm": _list(unbalance.resultant_g_mm),
         "magnitude_g_mm": unbalance.magnitude_g_mm,
         "angle_deg": degrees(unbalance.angle_rad),
         "planes": [
-            {"name": name, "unbalance_g_mm": _list(vector), "magnitude_g_mm": math.hypot(*vector)}
-            for name, vector in zip("AB", vectors, strict=False)
+            {
+                "name": name,
+                "unbalance_g_mm": _list(vector),
+                "magnitude_g_mm": math.hypot(*vector),
+                "uncertainty_g_mm": in_planes[place],
+                "uncertainty_shares_g_mm": None
+                if doubt is None
+                else {cause: share.planes_g_mm[place] for cause, share in doubt.shares.items()},
+            }
+            for place, (name, vector) in enumerate(zip("AB", vectors, strict=False))
         ],
         "moment_g_mm2": _list(unbalance.moment_g_mm2),
-        "uncertainty_g_mm": None if uncertainty is None else uncertainty.total_g_mm,
-        "uncertainty_shares_g_mm": None if uncertainty is None else dict(uncertainty.shares_g_mm),
+        "uncertainty_g_mm": None if doubt is None else doubt.total_g_mm,
+        "uncertainty_shares_g_mm": None
+        if doubt is None
+        else {cause: share.resultant_g_mm for cause, share in doubt.shares.items()},
+        "uncertainty_unstated": None if doubt is None else list(doubt.unstated),
     }
 
 
@@ -311,7 +324,7 @@ def _result(balanced: Balanced, record: Record) -> Values:
     result = balanced.result
     change = result.final_moments.polar_inertia_g_mm2 - result.initial_moments.polar_inertia_g_mm2
     return {
-        "residual": _unbalance(result.residual, record.planes_z_mm, record.uncertainty),
+        "residual": _unbalance(result.residual, record.planes_z_mm, result.doubt),
         "corrections": [_correction(number, each) for number, each in enumerate(result.corrections, 1)],
         "steps": [
             {
@@ -344,6 +357,7 @@ def _overbalance(balanced: Balanced) -> Values | None:
 
 
 def _correction(number: int, correction: Correction) -> Values:
+    rate = correction.rate
     return {
         "kind": correction.kind,
         "number": number,
@@ -355,5 +369,7 @@ def _correction(number: int, correction: Correction) -> Values:
         "removed_mass_g": -correction.change.mass_g,
         "removed_volume_mm3": float(correction.removed_volume_mm3),
         "unbalance_change_g_mm": _list(correction.change.first_g_mm[:2]),
+        "unbalance_per_mm_g_mm": None if rate is None else _list(rate.first_g_mm[:2]),
+        "moment_per_mm_g_mm2": None if rate is None else _list(rate.second_g_mm2[:2, 2]),
         **correction.details,
     }

@@ -14,7 +14,6 @@ from autobalance.rebalance import Result
 from autobalance.rotor.moments import Array, Moments
 from autobalance.rotor.tolerance import Tolerance
 from autobalance.rotor.unbalance import Unbalance
-from autobalance.rotor.uncertainty import Budget
 
 
 @dataclass(frozen=True)
@@ -139,6 +138,5 @@ class Record:
     sections: tuple[Section, ...] | None = None
     web_weights: tuple[WebWeight, ...] | None = None
     balanced: Balanced | None = None
-    uncertainty: Budget | None = None
     outputs: Mapping[str, Any] = field(default_factory=dict)
     seconds: Mapping[str, float] = field(default_factory=dict)

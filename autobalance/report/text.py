@@ -111,13 +111,14 @@ def _correction(correction: Values, units: Units) -> str:
 def _before_and_after(report: Values, units: Units) -> str:
     tolerance = report["tolerance"]
     passes = len(report["steps"])
-    rows = [("Unbalance", "before", "after", "permitted")]
+    rows = [("Unbalance", "before", "after", "uncertain by", "permitted")]
     judged = "" if tolerance["judge"] == "dynamic" else " (not judged)"
     rows.append(
         (
             "  resultant",
             units.of_unbalance(report["initial"]["magnitude_g_mm"]),
             units.of_unbalance(report["residual"]["magnitude_g_mm"]),
+            _plus_minus(report["residual"], units),
             units.of_unbalance(tolerance["permissible_g_mm"]),
         )
     )
@@ -128,6 +129,7 @@ def _before_and_after(report: Values, units: Units) -> str:
                 f"  plane {plane['name']} (z {units.of_length(plane['z_mm'])}){judged}",
                 units.of_unbalance(before["magnitude_g_mm"]),
                 units.of_unbalance(after["magnitude_g_mm"]),
+                _plus_minus(after, units),
                 units.of_unbalance(plane["permissible_g_mm"]),
             )
         )
@@ -138,7 +140,13 @@ def _before_and_after(report: Values, units: Units) -> str:
         + f" G {tolerance['grade_mm_s']:g} at {tolerance['speed_rpm']:g} rpm,"
         + f" rotor {units.of_mass(tolerance['rotor_mass_g'])}; {passes} pass{'' if passes == 1 else 'es'}"
         + _uncertainty(report["residual"], units)
+        + _margin(report)
     )
+
+
+def _plus_minus(unbalance: Values, units: Units) -> str:
+    off = unbalance.get("uncertainty_g_mm")
+    return "unknown" if off is None else f"± {units.of_unbalance(off)}"
 
 
 def _uncertainty(residual: Values, units: Units) -> str:
@@ -147,7 +155,17 @@ def _uncertainty(residual: Values, units: Units) -> str:
         return ""
     shares = sorted(residual["uncertainty_shares_g_mm"].items(), key=lambda share: -share[1])
     listed = ", ".join(f"{cause} {units.of_unbalance(share)}" for cause, share in shares if share > 0.0)
-    return f"\n  uncertain by ± {units.of_unbalance(residual['uncertainty_g_mm'])}: {listed}"
+    text = f"\n  uncertain by ± {units.of_unbalance(residual['uncertainty_g_mm'])}: {listed or 'nothing'}"
+    if silent := residual.get("uncertainty_unstated"):
+        text += f"\n  not stated in the job and not counted: {', '.join(silent)}"
+    return text
+
+
+def _margin(report: Values) -> str:
+    """Return whether the uncertainty counts in the verdict, where it does."""
+    if report["tolerance"].get("margin", "none") == "none":
+        return ""
+    return "\n  the verdict counts the uncertainty: both together must be within what is permitted"
 
 
 def _factor(report: Values, units: Units) -> str:

@@ -124,11 +124,12 @@ def verdict(report: Mapping[str, Any]) -> str:
     shares = judged_shares(report)
     name, share = max(shares, key=lambda pair: pair[1])
     where = "" if name == "resultant" else f" (in plane {name})"
+    what = "With its uncertainty it" if counts_uncertainty(report) else "It"
     return (
         f"The residual unbalance is {number(residual['magnitude_g_mm'])} g·mm; "
         f"{number(tolerance['permissible_g_mm'])} g·mm is permitted by G {tolerance['grade_mm_s']:g} at "
         f"{number(tolerance['speed_rpm'], 0)} rpm. "
-        f"It uses {number(100.0 * share, 1)} % of what is permitted{where}."
+        f"{what} uses {number(100.0 * share, 1)} % of what is permitted{where}."
     )
 
 
@@ -141,11 +142,21 @@ def eye(report: Mapping[str, Any]) -> tuple[float, float, float]:
     return (-0.55, 1.15, 0.9) if below else (0.62, 1.15, 1.0)
 
 
+def counts_uncertainty(report: Mapping[str, Any]) -> bool:
+    """Tell whether the uncertainty counts in the verdict."""
+    return bool(report["tolerance"].get("margin", "none") != "none")
+
+
+def _judged(residual: Mapping[str, Any], tolerance: Mapping[str, Any]) -> float:
+    doubt = residual["uncertainty_g_mm"] if tolerance.get("margin", "none") != "none" else 0.0
+    return float(residual["magnitude_g_mm"] + (doubt or 0.0))
+
+
 def judged_shares(report: Mapping[str, Any]) -> list[tuple[str, float]]:
-    """Return the share of the permissible value that each judged residual uses."""
+    """Return the share of the permissible value that each judged residual uses, as the verdict sees it."""
     residual, tolerance = report["residual"], report["tolerance"]
-    shares = [("resultant", residual["magnitude_g_mm"] / tolerance["permissible_g_mm"])]
+    shares = [("resultant", _judged(residual, tolerance) / tolerance["permissible_g_mm"])]
     if tolerance["judge"] == "dynamic":
         for found, plane in zip(residual["planes"], tolerance["planes"], strict=True):
-            shares.append((plane["name"], found["magnitude_g_mm"] / plane["permissible_g_mm"]))
+            shares.append((plane["name"], _judged(found, tolerance) / plane["permissible_g_mm"]))
     return shares

@@ -259,13 +259,13 @@ class _Calculation:
     def _verdict(self) -> None:
         v = self.values
         self.head("Verdict")
-        judged = ["{U_after}/{U_per}"]
-        shares = [self.values["U_after"] / self.values["U_per"]]
+        judged = [f"({{U_after}}+{self._doubt('', self.report['residual'])})/{{U_per}}"]
+        shares = [(v["U_after"] + v["dU"]) / v["U_per"]]
         if self.report["tolerance"]["judge"] == "dynamic":
-            for plane in self.report["tolerance"]["planes"]:
+            for plane in self.report["residual"]["planes"]:
                 name = plane["name"]
-                judged.append(f"{{U{name}_after}}/{{Uper{name}}}")
-                shares.append(self.values[f"U{name}_after"] / self.values[f"Uper{name}"])
+                judged.append(f"({{U{name}_after}}+{self._doubt(name, plane)})/{{Uper{name}}}")
+                shares.append((v[f"U{name}_after"] + v[f"dU{name}"]) / v[f"Uper{name}"])
         self.formula("share", "Share of the permissible value used", f"MAX({','.join(judged)})", max(shares), "", "at most 1 is within tolerance")  # fmt: skip
         self.formula("grade", "Grade achieved (resultant)", "{U_after}*{omega}/{m}", v["U_after"] * v["omega"] / v["m"], "mm/s")  # fmt: skip
         self.page.write_string(self.row, 0, "Verdict")
@@ -279,6 +279,13 @@ class _Calculation:
         self.line("Rc", "At a radius of", radius, "mm", "of the metal's centre")
         self.formula("mc", "Correction mass", "{U_after}/{Rc}", v["U_after"] / v["Rc"], "g", "to remove on the heavy side")  # fmt: skip
         self.formula("mc0", "Correction mass before", "{U_before}/{Rc}", v["U_before"] / v["Rc"], "g")
+
+    def _doubt(self, name: str, residual: Mapping[str, Any]) -> str:
+        """Write the uncertainty that the verdict counts; return how a formula names it."""
+        counts = self.report["tolerance"].get("margin", "none") != "none"
+        of = f"plane {name}" if name else "the resultant"
+        self.line(f"dU{name}", f"Uncertainty of {of} in the verdict", residual["uncertainty_g_mm"] if counts else 0.0, "g·mm", "" if counts else 'margin = "none"')  # fmt: skip
+        return f"{{dU{name}}}"
 
     def _factor(self, throws: Sequence[int]) -> None:
         """Write the factor of the crank before and after: −U₀·D / D², D = Σ m_rec r e."""

@@ -6,7 +6,9 @@ import math
 from dataclasses import dataclass
 from typing import Literal
 
+from autobalance.rotor.margin import Judged, Margin, explain_margin
 from autobalance.rotor.unbalance import Unbalance
+from autobalance.rotor.uncertainty import Budget, Share
 
 Judge = Literal["dynamic", "static"]
 
@@ -136,7 +138,8 @@ class TolerancePlane:
 class Tolerance:
     """What a residual unbalance is measured against.
 
-    ``planes`` holds A and B, or nothing where only the resultant can be judged.
+    ``planes`` holds A and B, or nothing where only the resultant can be judged. ``margin`` says whether the
+    uncertainty counts in the verdict (see ``rotor.margin``).
     """
 
     grade_mm_s: float
@@ -145,6 +148,7 @@ class Tolerance:
     permissible_g_mm: float
     planes: tuple[TolerancePlane, ...]
     judge: Judge
+    margin: Margin = "none"
 
     @classmethod
     def of(
@@ -156,6 +160,7 @@ class Tolerance:
         z_centre_mm: float,
         planes_z_mm: tuple[float, float] | None,
         judge: Judge,
+        margin: Margin = "none",
     ) -> Tolerance:
         """Return the tolerance of a rotor whose centre of mass stands at ``z_centre_mm``.
 
@@ -171,20 +176,61 @@ class Tolerance:
             planes = (TolerancePlane("A", planes_z_mm[0], a), TolerancePlane("B", planes_z_mm[1], b))
         elif judge == "dynamic":
             raise ValueError("a dynamic verdict needs two tolerance planes")
-        return cls(grade_mm_s, service_speed_rad_s, rotor_mass_g, permissible, planes, judge)
+        return cls(grade_mm_s, service_speed_rad_s, rotor_mass_g, permissible, planes, judge, margin)
+
+    @property
+    def places_mm(self) -> tuple[float, float] | None:
+        """Where the planes stand, or None where there are none."""
+        return (self.planes[0].z_mm, self.planes[1].z_mm) if self.planes else None
+
+    def judged(self, residual: Unbalance, doubt: Share | None = None) -> list[Judged]:
+        """Return what the verdict looks at: the resultant; with ``judge = "dynamic"`` each plane too."""
+        off = doubt or Share.none(self.places_mm)
+        rows = [
+            Judged("the resultant", residual.magnitude_g_mm, off.resultant_g_mm, self.permissible_g_mm),
+        ]
+        if self.judge == "dynamic":
+            a, b = self.planes
+            vectors = residual.in_planes(a.z_mm, b.z_mm)
+            for plane, vector, share in zip((a, b), vectors, off.planes_g_mm, strict=True):
+                name = f"plane {plane.name}"
+                rows.append(Judged(name, math.hypot(*vector), share, plane.permissible_g_mm))
+        return rows
 
     def used_share(self, residual: Unbalance) -> float:
-        """Return the greatest judged magnitude ÷ its permissible value; at most 1 is within tolerance.
+        """Return the greatest judged magnitude ÷ its permissible value, whatever its uncertainty.
 
         The resultant is always judged; with ``judge = "dynamic"`` each tolerance plane too.
         """
-        shares = [residual.magnitude_g_mm / self.permissible_g_mm]
-        if self.judge == "dynamic":
-            a, b = self.planes
-            for plane, vector in zip((a, b), residual.in_planes(a.z_mm, b.z_mm), strict=True):
-                shares.append(math.hypot(*vector) / plane.permissible_g_mm)
-        return max(shares)
+        return max(row.share for row in self.judged(residual))
 
-    def is_met_by(self, residual: Unbalance) -> bool:
-        """Tell whether a residual is within the permissible value in everything that is judged."""
-        return self.used_share(residual) <= 1.0
+    def is_met_by(self, residual: Unbalance, budget: Budget | None = None) -> bool:
+        """Tell whether a residual is within the permissible value in everything that is judged.
+
+        Raises
+        ------
+        ValueError
+            If the uncertainty counts and is not known.
+        """
+        return all(row.share <= 1.0 for row in self.judged(residual, self._doubt(budget)))
+
+    def why_not(self, residual: Unbalance, budget: Budget | None, ends: tuple[str, ...] = ()) -> str | None:
+        """Say why a residual that is within tolerance itself is not with its uncertainty; else None.
+
+        ``ends`` are what keeps the cuts from a smaller residual.
+        """
+        if budget is None or self.used_share(residual) > 1.0 or self.is_met_by(residual, budget):
+            return None
+        rows = self.judged(residual, self._doubt(budget))
+        place = max(range(len(rows)), key=lambda k: rows[k].share)
+        causes = {
+            cause: (share.resultant_g_mm, *share.planes_g_mm)[place] for cause, share in budget.shares.items()
+        }
+        return explain_margin(rows[place], causes, ends)
+
+    def _doubt(self, budget: Budget | None) -> Share | None:
+        if self.margin == "none":
+            return None
+        if budget is None:
+            raise ValueError('margin = "expanded" needs the uncertainty of the residual')
+        return budget.total

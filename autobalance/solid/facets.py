@@ -86,6 +86,8 @@ class FacetError:
         Greatest distance of a facet from its fitted surface.
     surfaces : int
         Number of surfaces fitted.
+    bar_at_mm : (float, float)
+        Where along z the bar of the unbalance comes from: means of z and of z², weighted with it.
     """
 
     missing: Moments
@@ -95,6 +97,7 @@ class FacetError:
     gross_unbalance_g_mm: float
     sag_mm: float
     surfaces: int
+    bar_at_mm: tuple[float, float] = (0.0, 0.0)
 
     @classmethod
     def known(cls, missing: Moments) -> FacetError:
@@ -526,6 +529,7 @@ def _summed(look: _Look, surfaces: list[_Revolved], surface_of: Indices, density
     """Integrate what lies between the facets and their surfaces."""
     total = Moments.zero()
     gross_mass = gross_unbalance = sag = 0.0
+    along = np.zeros(2)
     used = 0
     triangle_surface = surface_of[look.face]
     rule = SIX_POINTS if len(look.mesh.triangles) < MANY else THREE_POINTS
@@ -547,17 +551,22 @@ def _summed(look: _Look, surfaces: list[_Revolved], surface_of: Indices, density
         second = (w0[:, None] * base).T @ base + cross + cross.T + (w2[:, None] * out).T @ out
         total = total + Moments(float(w0.sum()), first.sum(axis=0), second)
         gross_mass += float(np.abs(w0).sum())
-        gross_unbalance += float(np.hypot(first[:, 0], first[:, 1]).sum())
+        size, z = np.hypot(first[:, 0], first[:, 1]), base[:, 2]
+        gross_unbalance += float(size.sum())
+        along += FITTED_SHARE * np.array([size @ z, size @ z**2])
         sag = max(sag, float(np.abs(surface.off(corners.mean(axis=1))).max(initial=0.0)))
-    loose_mass, loose_unbalance = _loose(look, surface_of, density_g_mm3)
+    loose_mass, loose_unbalance, loose_along = _loose(look, surface_of, density_g_mm3)
+    bar = FITTED_SHARE * gross_unbalance + loose_unbalance
+    mean, mean_square = (along + loose_along) / (bar or 1.0)
     return FacetError(
         total,
         FITTED_SHARE * gross_mass + loose_mass,
-        FITTED_SHARE * gross_unbalance + loose_unbalance,
+        bar,
         gross_mass,
         gross_unbalance,
         sag,
         used,
+        (float(mean), float(mean_square)),
     )
 
 
@@ -606,9 +615,10 @@ def _between(
     return base, direction, np.array(weights)
 
 
-def _loose(look: _Look, surface_of: Indices, density_g_mm3: float) -> tuple[float, float]:
+def _loose(look: _Look, surface_of: Indices, density_g_mm3: float) -> tuple[float, float, Array]:
     """Return the error bars of smooth facets that no surface was fitted to: L w² δ / 12 at each edge.
 
+    The last two numbers are the bar of the unbalance times z and z².
     Only edges whose two faces both go on smoothly count: a blunt edge between two planes is real.
     """
     edge = look.smooth
@@ -624,4 +634,5 @@ def _loose(look: _Look, surface_of: Indices, density_g_mm3: float) -> tuple[floa
     width = least / np.where(length > 0.0, length, 1.0)
     mass = LOOSE_SHARE * density_g_mm3 * length * width**2 * look.edges.angle_rad[edge] / 12.0
     middle = ends.mean(axis=1)
-    return float(mass.sum()), float((mass * np.hypot(middle[:, 0], middle[:, 1])).sum())
+    size, z = mass * np.hypot(middle[:, 0], middle[:, 1]), middle[:, 2]
+    return float(mass.sum()), float(size.sum()), np.array([size @ z, size @ z**2])

@@ -8,7 +8,7 @@ import pytest
 from autobalance.correction import drill, slug
 from autobalance.correction.drill import DrillLimits
 from autobalance.correction.kind import Workpiece
-from autobalance.correction.slug import SlugLimits
+from autobalance.correction.slug import SlugCut, SlugLimits
 from autobalance.crank.anatomy import Anatomy, Web
 from autobalance.errors import CorrectionError
 from autobalance.solid.csg import Region, Solid
@@ -61,6 +61,20 @@ def test_planned_effect_is_bore_and_slug(direction: Literal["radial", "axial"], 
             assert cut.max_depth_mm - cut.length_mm > 62.0 - math.sqrt(62.0**2 - 49.0)
 
 
+@pytest.mark.parametrize("direction", ["radial", "axial"])
+def test_a_deeper_bore_loses_metal_and_takes_the_slug_along(direction: Literal["radial", "axial"]) -> None:
+    solid, anatomy = make_crank([0.0], Shape(web_width=24.0))
+    limits = SlugLimits(direction=direction, diameters_mm=(14.0,), lengths_mm=(8.0,))
+    cut = slug.cuts(work(solid, anatomy), LIGHT, limits)[0]
+    assert isinstance(cut, SlugCut)
+    rate = cut.correction(cut.max_depth_mm).rate
+    assert rate is not None
+    h = 1e-4
+    deeper, less = (replace(cut, max_depth_mm=cut.max_depth_mm + step) for step in (h, -h))
+    change = deeper.effect(deeper.max_depth_mm) - less.effect(less.max_depth_mm)
+    assert_same(rate, change.scaled(0.5 / h), 1e-5)
+
+
 def test_offer_limits_the_number_and_keeps_slugs_apart() -> None:
     solid, anatomy = make_crank([0.0], Shape(web_width=24.0))
     offer = slug.offer(work(solid, anatomy), SlugLimits(diameters_mm=(14.0,), lengths_mm=(8.0, 12.0)), 0)
@@ -108,7 +122,10 @@ def test_a_hole_that_is_there_is_filled(direction: Literal["radial", "axial"]) -
         middle = axis.entry_mm + (12.0 - 0.5 * cut.max_depth_mm) * axis.inward
         assert effect.centre_mm == pytest.approx(middle, abs=1e-2)  # fitted to facets
         assert cut.tool(cut.max_depth_mm).is_empty
-        assert cut.correction(cut.max_depth_mm).details["fills_a_hole"]
+        made = cut.correction(cut.max_depth_mm)
+        assert made.details["fills_a_hole"]
+        assert made.rate is not None
+        assert made.rate.mass_g == 0.0  # nothing is cut
     last = len(offer.cuts) - 1
     assert any((p.first, p.second) == (last - 1, last) and p.most_mm < 0.0 for p in offer.apart)
     assert not [

@@ -151,3 +151,16 @@ def test_a_name_that_looks_like_a_formula_stays_text(report: dict[str, Any], tmp
     }
     (tmp_path / "b.xlsx").write_bytes(xlsx(changed))
     assert lines(tmp_path / "b.xlsx")["=1+1"] == [134.04]
+
+
+def test_the_verdict_counts_the_uncertainty_where_the_job_asks(tmp_path: Path) -> None:
+    job = jobs.bundled_job(tmp_path, piston="{ g = 158.0, pm = 2.0 }")  # 15 g·mm of 10.7
+    text = job.read_text(encoding="utf-8").replace("[balance]\n", '[balance]\nmargin = "expanded"\n')
+    job.write_text(text, encoding="utf-8")
+    jobs.balanced(job, tmp_path / "out", code=4)
+    found = lines(tmp_path / "out" / "balance.xlsx")
+    report = jobs.report_of(tmp_path / "out")
+    for seen, of in [(report["residual"], "the resultant"), (report["residual"]["planes"][0], "plane A")]:
+        assert found[f"Uncertainty of {of} in the verdict"] == pytest.approx([seen["uncertainty_g_mm"]])
+    assert found["Share of the permissible value used"][0] > 1.4  # type: ignore[operator]
+    assert found["Verdict"] == ["above tolerance"]

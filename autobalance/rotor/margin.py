@@ -1,0 +1,75 @@
+"""Whether the uncertainty counts in the verdict, and what to say where it is what fails it."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Literal
+
+Margin = Literal["none", "expanded"]
+"""``"none"``: the residual as measured must be within the permissible value. ``"expanded"``: the residual and
+its uncertainty together must be.
+
+References
+----------
+ISO 21940-14:2012, clauses 6 and 7: the errors of a balancing are combined to one for each plane, and right
+after balancing the residual that is read must stay below the permissible value by that combined error. The
+standard means the errors of a balancing machine on a real rotor. Ours are those of a model (facets, written
+digits, fitted axis) and of what the job states (density, weights, depth); that they take the place of the
+machine's, that they are combined as squares, and that the resultant must keep the margin too, is ours.
+"""
+
+REMEDIES: Mapping[str, str] = {
+    "facets": "export the crank with finer facets, or as STEP",
+    "rounding": "export the crank with more digits, nearer to its origin",
+    "axis": "name axis_point_mm and axis_direction, or true up the main journals in the model",
+    "density": "know the density more closely: weigh the crank",
+    "weights": "weigh the parts more closely",
+    "attached": "know the unbalance of the attached parts more closely",
+    "depth": "hold the depth of the cuts more closely",
+}
+"""What makes the share of a cause smaller."""
+SMALL = 0.02
+"""Part of the whole uncertainty below which a share is not named."""
+
+
+@dataclass(frozen=True)
+class Judged:
+    """One thing that a verdict looks at: its residual, how far that may be off, and what is permitted."""
+
+    name: str
+    residual_g_mm: float
+    doubt_g_mm: float
+    permissible_g_mm: float
+
+    @property
+    def share(self) -> float:
+        """Residual and doubt ÷ the permissible value; at most 1 is within tolerance."""
+        return (self.residual_g_mm + self.doubt_g_mm) / self.permissible_g_mm
+
+
+def explain_margin(worst: Judged, causes: Mapping[str, float], ends: tuple[str, ...] = ()) -> str:
+    """Say that the residual is within tolerance but not with its uncertainty, and what would fix it.
+
+    Parameters
+    ----------
+    worst : Judged
+        What uses the greatest share of its permissible value.
+    causes : mapping
+        Shares of its doubt by cause [g·mm].
+    ends : tuple of str
+        What keeps the cuts from a smaller residual.
+    """
+    counts = [(cause, share) for cause, share in causes.items() if share >= SMALL * worst.doubt_g_mm]
+    listed = sorted(counts, key=lambda pair: -pair[1])
+    named = ", ".join(f"{cause} {share:.2f}" for cause, share in listed)
+    text = (
+        f"the residual of {worst.name} is {worst.residual_g_mm:.2f} g·mm, within the permissible "
+        f"{worst.permissible_g_mm:.2f} g·mm, but it may be off by {worst.doubt_g_mm:.2f} g·mm ({named}), and "
+        f'balance.margin = "expanded" asks that both together stay within it'
+    )
+    if worst.doubt_g_mm >= worst.permissible_g_mm:
+        text += "; no cut can mend that, since the uncertainty alone is as large"
+    elif ends:
+        text += "; the metal ends at " + ", ".join(ends)
+    return f"{text}; {REMEDIES[listed[0][0]]}"
