@@ -169,8 +169,6 @@ def _tangent_step(
     cost_of: Callable[[Moments], float],
 ) -> Array:
     """Solve the linear programme of the tangent at ``depths`` for (depths, excess share, greatest depth)."""
-    from scipy.optimize import linprog
-
     count = len(cuts)
     least, most = bounds
     rates = [cut.rate(float(depth)) for cut, depth in zip(cuts, depths, strict=True)]
@@ -179,6 +177,12 @@ def _tangent_step(
     now = np.concatenate([here.resultant_g_mm, here.moment_g_mm2])
     rows = judged_rows(tolerance)
     matrix, at_zero = rows @ slopes, rows @ (now - slopes @ depths)
+    if not shared:
+        only = _only_answer(matrix, at_zero, bounds, same_depth, aim)
+        if only is not None:
+            return only
+
+    from scipy.optimize import linprog
 
     angle = np.arange(SIDES) * (2.0 * math.pi / SIDES)
     directions = np.stack([np.cos(angle), np.sin(angle)], axis=1)
@@ -219,6 +223,31 @@ def _tangent_step(
     if answer.x is None:  # the depths at hand are always feasible: the excess is free
         raise ArithmeticError(f"the planner's linear programme failed: {answer.message}")
     return np.clip(answer.x[:count], least, most)
+
+
+ONLY_MM = 1e-3
+"""Depths that the aim leaves free by less than this are settled: no machine sets them nearer."""
+
+
+def _only_answer(
+    matrix: Array, at_zero: Array, bounds: tuple[Array, Array], same_depth: bool, aim: float
+) -> Array | None:
+    """Return the depths of least residual where the aim leaves no room for any others; else None.
+
+    Newton's step: a linear programme would find the same depths, and its library takes longer to load than
+    everything else that a small crank needs.
+    """
+    least, most = bounds
+    shares = np.ones((len(most), 1)) if same_depth else np.eye(len(most))
+    free = matrix @ shares
+    depths, _, rank, singular = np.linalg.lstsq(free, -at_zero)
+    if not len(singular) or rank < shares.shape[1] or aim > ONLY_MM * float(singular[-1]):
+        return None
+    wanted: Array = shares @ depths
+    left = (at_zero + matrix @ wanted).reshape(-1, 2)
+    if (np.hypot(*left.T) > 0.5 * aim).any() or (wanted < least).any() or (wanted > most).any():
+        return None
+    return wanted
 
 
 # --- when it cannot be done ---------------------------------------------------------------------------------

@@ -1,7 +1,7 @@
 """The metal under a planar face, seen in cross-sections parallel to it.
 
-A cross-section of a placed solid costs a thousandth of a boolean, and between the heights of neighbouring
-vertices its moments are polynomials in the depth. So the cut of a face is planned on sections alone, and the
+A cross-section costs a thousandth of a boolean, and between the heights of neighbouring vertices its moments
+are polynomials in the depth. So the cut of a face is planned on sections alone, and the
 solid is cut once.
 """
 
@@ -14,17 +14,18 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
+from autobalance.correction.curve import DepthCurve
 from autobalance.correction.kind import Array
 from autobalance.rotor.moments import Moments
 from autobalance.solid.csg import Region, Solid
-from autobalance.solid.mesh import Indices
+from autobalance.solid.mesh import Indices, Mesh
+from autobalance.solid.slices import cross_sections
 
 BACKWARD = -0.5
 """A surface counts as the next one behind the face if its normal has at most this component along the face's:
 side walls that lean back a little are no wall behind the face (ours)."""
 FLAT = 1.0 - 1e-5
 """Triangles whose normal has at least this component along the face's are planes that face the same way."""
-GAUSS = ((-math.sqrt(0.6), 5.0 / 9.0), (0.0, 8.0 / 9.0), (math.sqrt(0.6), 5.0 / 9.0))
 
 
 @dataclass(frozen=True, eq=False)
@@ -33,53 +34,55 @@ class Slab:
 
     Attributes
     ----------
-    corners : (k, 3, 3) float
+    vertices : (n, 3) float
         In the face's frame [mm].
     numbers : (k, 3) int
-        Their vertices.
+        The triangles' vertices.
+    corners : (k, 3, 3) float
+        The same, in place.
+    bottoms, tops : (k,) float
+        Heights of their lowest and highest corners [mm].
     up : (k,) float
         Component of the unit normal along the face's; 0 for slivers lower than rounding, which have no
         direction of their own.
     """
 
-    corners: Array
+    vertices: Array
     numbers: Indices
+    corners: Array
+    bottoms: Array
+    tops: Array
     up: Array
 
     @classmethod
-    def of(cls, vertices: Array, triangles: Indices, low_mm: float, high_mm: float, grain_mm: float) -> Slab:
-        """Pick the triangles that reach into low..high out of a placed mesh."""
-        z = vertices[:, 2]
-        heights = z[triangles]
-        top = np.maximum(np.maximum(heights[:, 0], heights[:, 1]), heights[:, 2])
-        bottom = np.minimum(np.minimum(heights[:, 0], heights[:, 1]), heights[:, 2])
-        numbers = triangles[(top > low_mm) & (bottom < high_mm)]
-        corners = vertices[numbers]
+    def of(cls, mesh: Mesh, frame: Array, low_mm: float, high_mm: float, grain_mm: float) -> Slab:
+        """Pick the triangles that reach into low..high once ``frame`` (4, 4) has placed the mesh."""
+        z = mesh.vertices @ frame[2, :3] + frame[2, 3]
+        a, b, c = (z[column] for column in mesh.triangles.T)
+        top, bottom = np.maximum(np.maximum(a, b), c), np.minimum(np.minimum(a, b), c)
+        part = mesh.part((top > low_mm) & (bottom < high_mm)).moved(frame)
+        vertices, numbers, corners = part.vertices, part.triangles, part.corners
         edges = np.roll(corners, -1, axis=1) - corners
         cross = np.cross(edges[:, 0], edges[:, 1])
         length = np.linalg.norm(cross, axis=1)
         thick = length > grain_mm * np.linalg.norm(edges, axis=2).max(axis=1)
         up = np.divide(cross[:, 2], length, out=np.zeros_like(length), where=thick)
-        return cls(corners, numbers, up)
+        heights = corners[:, :, 2]
+        return cls(vertices, numbers, corners, heights.min(axis=1), heights.max(axis=1), up)
 
-    @property
-    def tops(self) -> Array:
-        """Height of the highest corner of each triangle [mm]."""
-        tops: Array = self.corners[:, :, 2].max(axis=1)
-        return tops
+    def section(self, height_mm: float) -> Region:
+        """Return the solid's cross-section at a height within the slab."""
+        crossing = (self.bottoms < height_mm) & (self.tops >= height_mm)
+        return Region.of(cross_sections(self.vertices, self.numbers[crossing], np.array([height_mm]))[0])
 
     def summits(self) -> Array:
         """Return the vertices (k, 3) that have no higher neighbour, by falling height."""
-        used, local = np.unique(self.numbers, return_inverse=True)
-        local = local.reshape(-1, 3)
-        place = np.zeros((len(used), 3))
-        place[local.reshape(-1)] = self.corners.reshape(-1, 3)
-        z = place[:, 2]
-        highest = np.full(len(used), -math.inf)
+        z = self.vertices[:, 2]
+        highest = np.full(len(z), -math.inf)
         for a, b in ((0, 1), (1, 2), (2, 0)):
-            np.maximum.at(highest, local[:, a], z[local[:, b]])
-            np.maximum.at(highest, local[:, b], z[local[:, a]])
-        alone = place[highest <= z]
+            np.maximum.at(highest, self.numbers[:, a], z[self.numbers[:, b]])
+            np.maximum.at(highest, self.numbers[:, b], z[self.numbers[:, a]])
+        alone = self.vertices[highest <= z]
         return alone[np.argsort(-alone[:, 2])]
 
 
@@ -109,7 +112,6 @@ class FaceLayer:
     room: Region
     within: Solid | None
     grain_mm: float
-    _between: dict[tuple[float, float], Moments] = field(default_factory=dict)
     _depths: list[float] = field(default_factory=list)
     _kept: dict[float, Region] = field(default_factory=dict)
     _spared: dict[float, Region] = field(default_factory=dict)
@@ -152,15 +154,16 @@ class FaceLayer:
         second3[2, 2] = area * z * z
         return Moments(area, np.array([*first, area * z]), second3)
 
-    def between(self, upper_mm: float, lower_mm: float) -> Moments:
-        """Integrate the section's moments from one depth to another, by three Gauss points."""
-        if (upper_mm, lower_mm) not in self._between:
-            middle, half = 0.5 * (upper_mm + lower_mm), 0.5 * (lower_mm - upper_mm)
-            total = Moments.zero()
-            for point, weight in GAUSS:
-                total = total + self.section_moments(middle + point * half).scaled(weight * half)
-            self._between[upper_mm, lower_mm] = total
-        return self._between[upper_mm, lower_mm]
+    def curve(self, most_mm: float, breaks_mm: Array) -> DepthCurve:
+        """Return the section's moments, as numbers (13,), over the depths down to ``most_mm``."""
+
+        def at(depth: float) -> Array:
+            return numbers_of(self.section_moments(depth))
+
+        area, length = self.outline.area_mm2, float(np.abs(self.outline.bounds).max())
+        length = max(length, abs(self.height_mm))
+        scale = area * np.concatenate([[1.0], np.full(3, length), np.full(9, length**2)])
+        return DepthCurve(at, self.grain_mm, most_mm, scale, breaks_mm)
 
     # --- where the depth ends -------------------------------------------------------------------------------
 
@@ -221,6 +224,16 @@ class FaceLayer:
             middle = (few + many) // 2
             few, many = (few, middle) if covers(middle) else (middle, many)
         return float(tops[rows[many - 1]])
+
+
+def numbers_of(moments: Moments) -> Array:
+    """Return moments as numbers (13,)."""
+    return np.concatenate([[moments.mass_g], moments.first_g_mm, moments.second_g_mm2.reshape(-1)])
+
+
+def moments_of(numbers: Array) -> Moments:
+    """Return the moments that numbers (13,) stand for."""
+    return Moments(float(numbers[0]), numbers[1:4], numbers[4:].reshape(3, 3))
 
 
 JOINED = 1e-3

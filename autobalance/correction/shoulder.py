@@ -9,16 +9,16 @@ removed cross-section changes with depth; where it would jump, the depth ends.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
-from itertools import pairwise
 from typing import Literal
 
 import numpy as np
 
+from autobalance.correction.curve import DepthCurve
 from autobalance.correction.kind import Array, Correction, Offer, SharedDepth, Workpiece
-from autobalance.correction.layer import BACKWARD, FaceLayer, Slab
+from autobalance.correction.layer import BACKWARD, FaceLayer, Slab, moments_of
 from autobalance.crank.anatomy import Anatomy, Face, Web
 from autobalance.errors import CorrectionError
 from autobalance.rotor.moments import Moments
@@ -382,31 +382,19 @@ class ShoulderCut:
         return back
 
     @cached_property
-    def _panels(self) -> list[tuple[float, float]]:
-        """Depths from and to, between which the section's moments are smooth.
-
-        Between the heights of neighbouring vertices three Gauss points are exact; a mesh with more heights
-        than ``PANELS`` gets equal panels and an error that the next pass takes out.
-        """
-        depths = self.height_mm - self.heights_mm
-        depths = depths[(depths > self.layer.grain_mm) & (depths < self.max_depth_mm)]
-        if len(depths) > PANELS:
-            depths = np.linspace(0.0, self.max_depth_mm, PANELS + 1)[1:-1]
-        ends = [0.0, *sorted(depths.tolist()), self.max_depth_mm]
-        return list(pairwise(ends))
+    def _curve(self) -> DepthCurve:
+        return self.layer.curve(self.max_depth_mm, self.height_mm - self.heights_mm)
 
     def effect(self, depth_mm: float) -> Moments:
         """Return the change of the crank's moments, rotor frame."""
-        total = Moments.zero()
-        for upper, lower in self._panels:
-            if depth_mm > upper:
-                total = total + self.layer.between(upper, min(lower, depth_mm))
-        return total.moved(self._to_rotor).scaled(-self.density_g_mm3)
+        return self._change(self._curve.integral(depth_mm))
 
     def rate(self, depth_mm: float) -> Moments:
         """Return d effect / d depth = −ρ ∫ (1, r, r rᵀ) dA over the new face, rotor frame."""
-        inside = max(depth_mm, 1e-6 * self.max_depth_mm)
-        return self.layer.section_moments(inside).moved(self._to_rotor).scaled(-self.density_g_mm3)
+        return self._change(self._curve.value(depth_mm))
+
+    def _change(self, section: Array) -> Moments:
+        return moments_of(section).moved(self._to_rotor).scaled(-self.density_g_mm3)
 
     def pressed_in(self, depth_mm: float) -> Moments:
         """Return nothing: no other metal is put in."""
@@ -414,7 +402,7 @@ class ShoulderCut:
 
     def tool(self, depth_mm: float) -> Solid:
         """Return the body to subtract, rotor frame: a prism from the new face to just above the old one."""
-        self.effect(depth_mm)  # has looked at every panel down to here
+        self.effect(depth_mm)  # has looked at sections down to here
         room = self.layer.room - self.layer.spared(depth_mm)
         body = Solid.prism(room, self.height_mm - depth_mm, self.top_mm).moved(self._to_rotor)
         return body if self.within is None else body & self.within
@@ -437,9 +425,6 @@ class ShoulderCut:
                 "new_face_area_mm2": self.layer.kept(depth_mm).area_mm2,
             },
         )
-
-
-PANELS = 16
 
 
 def cuts(
@@ -469,35 +454,8 @@ def cuts(
     list of ShoulderCut
         One a patch, in the same order; patches with no metal to take are left out.
     """
-    placements = _Placements(solid, anatomy)
-    found = (_cut(patch, placements, density_g_mm3, limits, reach_mm) for patch in patches)
+    found = (_cut(patch, solid.mesh, anatomy, density_g_mm3, limits, reach_mm) for patch in patches)
     return [cut for cut in found if cut is not None]
-
-
-class _Placements:
-    """One solid in frames of faces; faces that look the same way, or opposite ways, share a placed copy."""
-
-    def __init__(self, solid: Solid, anatomy: Anatomy) -> None:
-        self.mesh = solid.mesh
-        self.anatomy = anatomy
-        self._solid = solid
-        self._placed: list[tuple[Array, Solid]] = []
-
-    def vertices(self, to_face: Array) -> Array:
-        """Return the mesh's vertices in a face's frame."""
-        frame = to_face @ self.anatomy.file_to_rotor
-        placed: Array = self.mesh.vertices @ frame[:3, :3].T + frame[:3, 3]
-        return placed
-
-    def section(self, to_face: Array) -> Callable[[float], Region]:
-        """Return what takes a height in a face's frame to the solid's cross-section there."""
-        for frame, placed in self._placed:
-            change = to_face @ frame.T
-            if abs(change[2, 2]) > 1.0 - 1e-14:  # the same way, or just the opposite
-                return lambda height: placed.section(change[2, 2] * height).turned(change[:2, :2])
-        placed = self._solid.moved(to_face @ self.anatomy.file_to_rotor)
-        self._placed.append((to_face, placed))
-        return placed.section
 
 
 CLEARANCE = 5.0
@@ -507,19 +465,23 @@ more corners than that (a few µm on a crank of 150 mm; the ring of metal left w
 
 def _cut(
     patch: Patch,
-    placements: _Placements,
+    mesh: Mesh,
+    anatomy: Anatomy,
     density_g_mm3: float,
     limits: ShoulderLimits,
     reach_mm: float,
 ) -> ShoulderCut | None:
-    mesh, anatomy, face = placements.mesh, placements.anatomy, patch.face
+    face = patch.face
     height, to_face = float(face.normal @ face.centroid_mm), face_frame(face.normal)
     grain = max(ROUNDING_SHARE * mesh.diagonal_mm, 4.0 * face.spread_mm)
-    section = placements.section(to_face)
-    standing = section(height + grain).grown(CLEARANCE * grain).simplified(0.5 * CLEARANCE * grain)
+    wall = _wall_mm(face, anatomy, limits)
+    looked = reach_mm if limits.max_depth_mm is None else min(reach_mm, limits.max_depth_mm)
+    low, high = height - looked - wall - grain, height + 2.0 * grain
+    slab = Slab.of(mesh, to_face @ anatomy.file_to_rotor, low, high, grain)
+    standing = slab.section(height + grain).grown(CLEARANCE * grain).simplified(0.5 * CLEARANCE * grain)
     size = _reach_mm(mesh, anatomy)
     layer = FaceLayer(
-        section,
+        slab.section,
         height,
         face_region(mesh, anatomy, face, to_face),
         Region.rectangle([-size, -size], [size, size]) - standing,
@@ -528,11 +490,6 @@ def _cut(
     )
     if layer.kept(grain).is_empty:
         return None
-    wall = _wall_mm(face, anatomy, limits)
-    looked = reach_mm if limits.max_depth_mm is None else min(reach_mm, limits.max_depth_mm)
-    slab = Slab.of(
-        placements.vertices(to_face), mesh.triangles, height - looked - wall, height + grain, grain
-    )
     depth, limit, is_reach = _depth_limit(layer, slab, looked, wall, limits)
     if depth <= 2.0 * grain:
         return None

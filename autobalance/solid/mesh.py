@@ -69,6 +69,14 @@ class Mesh:
         areas: Array = np.sqrt(x * x + y * y + z * z)
         return areas
 
+    def part(self, wanted: NDArray[np.bool_]) -> Mesh:
+        """Return some of the triangles, marked in ``wanted`` (m,), with only the vertices they use."""
+        triangles = self.triangles[wanted]
+        used = np.zeros(len(self.vertices), dtype=bool)
+        used[triangles] = True
+        number = np.cumsum(used) - 1
+        return Mesh(self.vertices[used], number[triangles])
+
     def flipped(self) -> Mesh:
         """Return the mesh turned inside out."""
         return Mesh(self.vertices, self.triangles[:, ::-1])

@@ -57,7 +57,7 @@ class Body:
     @cached_property
     def solid(self) -> Solid:
         """The body, its cavities taken out."""
-        outside = _compact(self.mesh, self.mesh.triangles[self.part_of == self.part])
+        outside = self.mesh.part(self.part_of == self.part)
         solid = Solid.from_mesh(outside if self.outside_volume_mm3 > 0.0 else outside.flipped())
         for cavity in self.cavities:
             solid = solid - cavity
@@ -325,14 +325,6 @@ def open_message(mesh: Mesh, edges: Indices) -> str:
         f"the mesh is open: {len(edges)} edges do not have a triangle on each side;"
         f" needed a closed surface; middles of open edges in the file's coordinates [mm]: {places}{more}"
     )
-
-
-def _compact(mesh: Mesh, triangles: Indices) -> Mesh:
-    """Return some triangles of a mesh with only the vertices they use."""
-    used = np.zeros(len(mesh.vertices), dtype=bool)
-    used[triangles] = True
-    number = np.cumsum(used) - 1
-    return Mesh(mesh.vertices[used], number[triangles])
 
 
 def without_opposite_pairs(triangles: Indices) -> Indices:

@@ -6,6 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 import pytest
 
+from autobalance import plan as planner
 from autobalance.correction.kind import Correction, SharedDepth
 from autobalance.plan import AIM, Shortfall, explain_shortfall, plan_depths, reachable_factor
 from autobalance.rotor.moments import Moments
@@ -157,3 +158,19 @@ def test_a_factor_outside_0_to_1_is_not_offered() -> None:
     assert reachable_factor(short(unbalance(-400.0), [], [])) == pytest.approx(0.9)
     inline_four = Shortfall(unbalance(-60.0), tolerance(), unbalance(0.0), 0.5, [], np.array([]), ())
     assert reachable_factor(inline_four) is None
+
+
+@pytest.mark.parametrize("same_depth", [False, True])
+@pytest.mark.parametrize("share", [0.3, 0.9])
+def test_newtons_step_finds_what_the_linear_programme_finds(
+    same_depth: bool, share: float, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    cuts = [Column(-20.0, 0.0, -25.0, bend=0.02), Column(-20.0, 0.0, 25.0, bend=0.02)]
+    there = Unbalance.of(cuts[0].effect(10.0 * share) + cuts[1].effect(10.0 * share))
+    wanted = Unbalance.of(Moments.zero()) + there.scaled(-1.0)
+    here = plan_depths(wanted, tolerance(permissible=0.1), cuts, same_depth=same_depth)
+    assert here.depths_mm == pytest.approx([10.0 * share] * 2, abs=1e-7)
+    monkeypatch.setattr(planner, "ONLY_MM", 0.0)
+    slow = plan_depths(wanted, tolerance(permissible=0.1), cuts, same_depth=same_depth)
+    assert slow.depths_mm == pytest.approx(here.depths_mm, abs=1e-4)
+    assert slow.share <= AIM
