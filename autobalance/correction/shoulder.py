@@ -404,7 +404,7 @@ class ShoulderCut:
         """Return the body to subtract, rotor frame: a prism from the new face to just above the old one."""
         self.effect(depth_mm)  # has looked at sections down to here
         room = self.layer.room - self.layer.spared(depth_mm)
-        body = Solid.prism(room, self.height_mm - depth_mm, self.top_mm).moved(self._to_rotor)
+        body = _prism(room, self.height_mm - depth_mm, self.top_mm).moved(self._to_rotor)
         return body if self.within is None else body & self.within
 
     def correction(self, depth_mm: float) -> Correction:
@@ -425,6 +425,25 @@ class ShoulderCut:
                 "new_face_area_mm2": self.layer.kept(depth_mm).area_mm2,
             },
         )
+
+
+NEAR_HOLES = 0.05
+"""Margin of the box around a room's holes, as a share of the box's size."""
+
+
+def _prism(room: Region, low_mm: float, high_mm: float) -> Solid:
+    """Return the prism over a room, its caps divided around the holes.
+
+    Triangles that reach from a finely drawn hole to the far corners of the room are long slivers; a boolean
+    compares the box around each with every edge of the crank in it, which made the cut half as slow again.
+    """
+    holes = Region.rectangle(*room.bounds.tolist()) - room
+    if holes.is_empty:
+        return Solid.prism(room, low_mm, high_mm)
+    low, high = holes.bounds
+    margin = NEAR_HOLES * (high - low)
+    near = Region.rectangle((low - margin).tolist(), (high + margin).tolist())
+    return Solid.prism(room & near, low_mm, high_mm) + Solid.prism(room - near, low_mm, high_mm)
 
 
 def cuts(
