@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
-from typing import Literal
+from typing import TYPE_CHECKING, Literal
 
 import numpy as np
 
@@ -22,6 +22,10 @@ from autobalance.rotor.uncertainty import Budget
 from autobalance.solid.csg import Solid, union
 from autobalance.solid.measure import soup_moments
 from autobalance.solid.mesh import Floats, Mesh
+from autobalance.solid.tool import Tool, placed
+
+if TYPE_CHECKING:
+    from autobalance.solid.step import Exact
 
 Outcome = Literal["within_tolerance", "already_within_tolerance", "above_tolerance"]
 
@@ -49,10 +53,11 @@ class Step:
 class Rotor:
     """What is balanced: the crank in file coordinates [mm] and what turns with it.
 
-    ``moments`` are the bare crank's and ``loads`` those of bob-weights and attached rotors, both in the rotor
-    frame; ``loads_per_factor`` is the derivative of the loads with the balance factor ``factor``. ``budget``
-    tells how far the residual may be off, from the bare crank's moments and the corrections made on it; None
-    where that is not known.
+    ``exact`` is the crank with its true surfaces, where its file keeps them: plans are made on ``solid``, its
+    triangles, and the exact solid is cut. ``moments`` are the bare crank's and ``loads`` those of bob-weights
+    and attached rotors, both in the rotor frame; ``loads_per_factor`` is the derivative of the loads with the
+    balance factor ``factor``. ``budget`` tells how far the residual may be off, from the bare crank's moments
+    and the corrections made on it; None where that is not known.
     """
 
     solid: Solid
@@ -64,6 +69,7 @@ class Rotor:
     loads_per_factor: Moments
     factor: float
     budget: Callable[[Moments, Sequence[Correction]], Budget] | None = None
+    exact: Exact | None = None
 
     def doubt(self, bare: Moments, corrections: Sequence[Correction] = ()) -> Budget | None:
         """Return how far the residual may be off, None where that is not known."""
@@ -72,10 +78,13 @@ class Rotor:
 
 @dataclass(frozen=True, eq=False)
 class Written:
-    """A corrected crank as the bytes of its file, and what is measured of them (rotor frame)."""
+    """A corrected crank as the bytes of its file, and what is measured of them (rotor frame).
+
+    ``triangles`` is None where the file keeps true surfaces.
+    """
 
     data: bytes
-    triangles: int
+    triangles: int | None
     moments: Moments
 
 
@@ -353,13 +362,30 @@ def _cut_and_measure(
             solid = solid + tool if adds else solid - tool
     for cut, depth in made:
         pressed_in = pressed_in + cut.pressed_in(depth)
-    data = encode(solid.mesh)
-    soup = decode(data)
-    bare = soup_moments(soup, rotor.density_g_mm3, rotor.anatomy.file_to_rotor)
-    written = Written(data, len(soup), bare)
-    moments = bare + pressed_in
+    if rotor.exact is not None:
+        written = _exactly(rotor, rotor.exact, made)
+    else:
+        data = encode(solid.mesh)
+        soup = decode(data)
+        bare = soup_moments(soup, rotor.density_g_mm3, rotor.anatomy.file_to_rotor)
+        written = Written(data, len(soup), bare)
+    moments = written.moments + pressed_in
     residual = Unbalance.of(moments + rotor.loads)
     return _Pass(plan.depths_mm, solid, written, moments, residual, tolerance.used_share(residual))
+
+
+def _exactly(rotor: Rotor, exact: Exact, made: Sequence[tuple[Cut, float]]) -> Written:
+    """Cut the exact solid, write it, and measure it as it is read again."""
+    from autobalance.solid.step import written_and_read
+
+    removed: list[Tool] = []
+    added: list[Tool] = []
+    for cut, depth in made:
+        tool = cut.exact_tool(depth)
+        if tool is not None:
+            (added if cut.adds_metal else removed).append(placed(tool, rotor.anatomy.rotor_to_file))
+    data, again = written_and_read(exact, exact.solid.machined(removed, added))
+    return Written(data, None, again.moments(rotor.density_g_mm3, rotor.anatomy.file_to_rotor))
 
 
 def _reason(

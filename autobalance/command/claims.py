@@ -272,15 +272,18 @@ def _measured(claims: Claims, folder: Path, job: Job, frame: Array) -> tuple[Sou
             pressed_up=not crankshaft.crankpin_in_file,
         )
         claims.same("input.sha256", source.sha256)
-        return source, source.solid.moments(crankshaft.density_g_mm3, frame)
+        return source, source.moments(crankshaft.density_g_mm3, frame)
     path = folder / Path(claims.get(f"{key}.file", str)).name
-    same = path.suffix.lower() == crankshaft.file.suffix.lower()
-    source = read(path, crankshaft.unit if same else "mm", "all")
+    source = read(path, crankshaft.unit, "all")
     claims.same(f"{key}.sha256", source.sha256)
-    claims.same(f"{key}.triangles", source.triangles)
-    soup = decode(path.read_bytes(), source.format, source.mm_per_unit)
-    moments = soup_moments(soup, crankshaft.density_g_mm3, frame)
-    _check_properties(claims, key, moments, source.solid.volume_mm3)
+    if source.exact is not None:
+        claims.same(f"{key}.triangles", None)
+        moments = source.moments(crankshaft.density_g_mm3, frame)
+    else:
+        claims.same(f"{key}.triangles", source.triangles)
+        soup = decode(path.read_bytes(), source.format, source.mm_per_unit)
+        moments = soup_moments(soup, crankshaft.density_g_mm3, frame)
+    _check_properties(claims, key, moments, source.volume_mm3)
     return source, moments
 
 
@@ -306,8 +309,8 @@ def _check_input(claims: Claims, job: Job, frame: Array) -> Source | None:
     source = read(path, crankshaft.unit, crankshaft.body, pressed_up=not crankshaft.crankpin_in_file)
     claims.same("input.sha256", source.sha256)
     claims.same("input.triangles", source.triangles)
-    moments = source.solid.moments(crankshaft.density_g_mm3, frame)
-    _check_properties(claims, "crank", moments, source.solid.volume_mm3)
+    moments = source.moments(crankshaft.density_g_mm3, frame)
+    _check_properties(claims, "crank", moments, source.volume_mm3)
     return source
 
 

@@ -28,7 +28,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--density-kg-m3", type=float, default=STEEL_KG_M3, metavar="RHO", help="default: 7850, steel"
     )
-    parser.add_argument("--body", metavar="N", help="which body, where the file holds several; or all")
+    parser.add_argument("--body", metavar="N", help="which body of several, or its name; or all")
     parser.add_argument(
         "--no-crankpin", action="store_true", help="a pressed-up crank modelled without its crankpins"
     )
@@ -108,7 +108,7 @@ def inspected(arguments: argparse.Namespace) -> tuple[Crank, Record]:
     record = Record(
         command="inspect",
         input=input_file(path, crank),
-        crank=MeasuredCrank(crank.moments, crank.source.solid.volume_mm3, crank.anatomy, facet_entry(crank)),
+        crank=MeasuredCrank(crank.moments, crank.source.volume_mm3, crank.anatomy, facet_entry(crank)),
         initial=Unbalance.of(crank.moments),
         planes_z_mm=default_planes_mm(crank.anatomy),
         faces=faces,
@@ -124,7 +124,7 @@ def _crankshaft(arguments: argparse.Namespace, path: Path) -> Any:
     from autobalance.command.console import warn
     from autobalance.crank.anatomy import Overrides
     from autobalance.job import Crankshaft
-    from autobalance.job.read import UNITLESS
+    from autobalance.job.read import NAMING, UNITLESS
     from autobalance.units import G_PER_MM3_PER_KG_M3
 
     density = arguments.density_kg_m3
@@ -135,14 +135,17 @@ def _crankshaft(arguments: argparse.Namespace, path: Path) -> Any:
         warn(f"{path.suffix.upper()[1:]} carries no unit: taken as mm; --unit says otherwise")
         unit = "mm"
     hints = Overrides(crankpin_in_file=False if arguments.no_crankpin else None)
-    return Crankshaft(path, unit, density * G_PER_MM3_PER_KG_M3, hints, _body(arguments.body))
+    body = _body(arguments.body, path.suffix.lower() in NAMING)
+    return Crankshaft(path, unit, density * G_PER_MM3_PER_KG_M3, hints, body)
 
 
-def _body(text: str | None) -> Any:
+def _body(text: str | None, named: bool) -> Any:
     if text in (None, "all"):
         return text
     if str(text).isdecimal() and int(str(text)) >= 1:
         return int(str(text))
+    if text and named:
+        return text
     raise UsageError(f"--body is {text!r}; must be a number from 1, or all")
 
 
@@ -151,7 +154,8 @@ def offered_faces(crank: Crank) -> tuple[FaceOffer, ...]:
     from autobalance.crank.faces import find_faces, lowering_worth_g_mm_per_mm
     from autobalance.report.record import FaceOffer
 
-    found = [face for face in find_faces(crank.source.solid.mesh, crank.anatomy) if face.web is not None]
+    every = find_faces(crank.source.solid.mesh, crank.anatomy, crank.source.surfaces)
+    found = [face for face in every if face.web is not None]
     depths = _max_depths_mm(crank, found)
     offers = [
         FaceOffer(face, lowering_worth_g_mm_per_mm(face, crank.density_g_mm3), depths.get(face.id))

@@ -76,8 +76,9 @@ def measured_crank(crankshaft: Crankshaft, watch: Stopwatch, margin: Margin = "n
             crankshaft.file, crankshaft.unit, crankshaft.body, pressed_up=not crankshaft.crankpin_in_file
         )
     with watch.stage("measure"):
-        anatomy = recognise(source.solid, hints)
-        moments = source.solid.moments(crankshaft.density_g_mm3, anatomy.file_to_rotor)
+        own = source.surfaces.cylinders if source.surfaces is not None else ()
+        anatomy = recognise(source.solid, hints, own)
+        moments = source.moments(crankshaft.density_g_mm3, anatomy.file_to_rotor)
         facets = facets_of(source, crankshaft.density_g_mm3, anatomy, margin)
     return Crank(source, anatomy, crankshaft.density_g_mm3, moments, facets)
 
@@ -90,9 +91,8 @@ def facets_of(
     None where the mesh is so fine that looking would cost more than it, and no verdict depends on it.
     """
     frame = anatomy.file_to_rotor
-    if source.exact is not None:  # nothing to estimate: the file keeps the true surface
-        truth = source.exact.scaled(density_g_mm3).moved(frame)
-        return FacetError.known(truth - source.solid.moments(density_g_mm3, frame))
+    if source.exact is not None:  # measured on the true surfaces
+        return FacetError.known(Moments.zero())
     if source.solid.triangle_count > FACETS_MOST and margin == "none":
         return None
     return facet_error(source.solid.mesh, density_g_mm3, frame)

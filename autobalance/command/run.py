@@ -41,7 +41,6 @@ from autobalance.report.record import (
 )
 from autobalance.rotor.tolerance import Tolerance
 from autobalance.rotor.unbalance import Unbalance
-from autobalance.solid.formats import written_ending
 from autobalance.solid.mesh import Floats, Mesh
 from autobalance.solid.write import decode, encode
 
@@ -83,7 +82,7 @@ def run_job(
     """
     watch = Stopwatch()
     copy = None if json_file in (None, "-") else Path(str(json_file))
-    solid_path = folder / (SOLID + written_ending(job.crankshaft.file))
+    solid_path = folder / (SOLID + job.crankshaft.file.suffix.lower())
     choice = choice or Choice(kinds=())
     pages = [folder / name for name in FILES.values()]
     targets = [folder / REPORT, solid_path, *pages] + ([copy] if copy else [])
@@ -148,9 +147,6 @@ def _refuse_overwriting(targets: list[Path], sources: list[Path]) -> None:
 
 
 def _warnings(job: Job) -> list[str]:
-    ending, written = job.crankshaft.file.suffix.lower(), written_ending(job.crankshaft.file)
-    if ending != written:
-        return [f"{job.crankshaft.file} is exact, the corrected solid is a mesh: {SOLID}{written}"]
     weights = job.engine.default.weights
     empty = [name for name in ("rotating", "reciprocating") if not getattr(weights, name)]
     if not empty or job.engine.by_throw:
@@ -291,6 +287,7 @@ def _rotor(job: Job, crank: Crank, tolerance: Tolerance, factor: float) -> Rotor
         loads_per_factor=bob_weight_moments(loads, 1.0) - bob_weight_moments(loads, 0.0),
         factor=factor,
         budget=None if causes is None else causes.budget,
+        exact=crank.source.exact,
     )
 
 
@@ -298,7 +295,7 @@ def _faces(job: Job, crank: Crank) -> tuple[Face, ...]:
     """Return the planar faces, where a method of the job works on faces."""
     if not any(hasattr(limits, "faces") for limits in job.methods):
         return ()
-    return find_faces(crank.source.solid.mesh, crank.anatomy)
+    return find_faces(crank.source.solid.mesh, crank.anatomy, crank.source.surfaces)
 
 
 def _record(job: Job, crank: Crank, factor: float, tolerance: Tolerance, result: Result) -> Record:
@@ -307,9 +304,7 @@ def _record(job: Job, crank: Crank, factor: float, tolerance: Tolerance, result:
     return Record(
         command="balance",
         input=input_file(job.crankshaft.file, crank),
-        crank=MeasuredCrank(
-            crank.moments, source.solid.volume_mm3, crank.anatomy, pipeline.facet_entry(crank)
-        ),
+        crank=MeasuredCrank(crank.moments, source.volume_mm3, crank.anatomy, pipeline.facet_entry(crank)),
         initial=result.initial,
         planes_z_mm=(planes[0], planes[1]) if planes else None,
         balanced=Balanced(
@@ -347,9 +342,7 @@ def _counterweight(crank: Crank, result: Result) -> Counterweight | None:
 def input_file(path: Path, crank: Crank) -> InputFile:
     """Return what the report says of the crank's file."""
     source = crank.source
-    return InputFile(
-        str(path), source.sha256, source.read_as, source.triangles, source.bodies, source.repairs
-    )
+    return InputFile(str(path), source.sha256, source.format, source.triangles, source.bodies, source.repairs)
 
 
 def _loads(job: Job, crank: Crank, factor: float) -> Loads:

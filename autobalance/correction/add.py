@@ -16,6 +16,8 @@ from autobalance.crank.anatomy import Face
 from autobalance.errors import CorrectionError
 from autobalance.rotor.moments import Moments
 from autobalance.solid.csg import Solid
+from autobalance.solid.shape import Shape
+from autobalance.solid.tool import Raising, Tool
 
 DEFAULT_MAX_MM = 10.0
 """Greatest height added where the job names none (ours)."""
@@ -78,6 +80,7 @@ class AddCut:
     height_mm: float
     base: Solid
     sunk: Solid
+    wedge: Shape | None
     density_g_mm3: float
     max_depth_mm: float
     limit: str
@@ -111,6 +114,10 @@ class AddCut:
     def tool(self, depth_mm: float) -> Solid:
         """Return the body to add, rotor frame; it starts a little inside the metal."""
         return self.sunk.below(self.height_mm + depth_mm).moved(self._to_rotor)
+
+    def exact_tool(self, depth_mm: float) -> Tool:
+        """Return the body to add, without facets: the face itself, drawn out."""
+        return Raising(self.face.surfaces, self.face.normal, depth_mm, self.wedge)
 
     def correction(self, depth_mm: float) -> Correction:
         """Return what the designer needs to know."""
@@ -202,6 +209,7 @@ def cuts(work: Workpiece, patches: Sequence[Patch], limits: AddLimits) -> list[A
                 height_mm=height,
                 base=free.above(height).below(height + room),
                 sunk=body,
+                wedge=patch.wedge,
                 density_g_mm3=work.density_g_mm3,
                 max_depth_mm=room,
                 limit=limit,

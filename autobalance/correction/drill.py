@@ -31,6 +31,7 @@ from autobalance.errors import CorrectionError
 from autobalance.rotor.moments import Moments
 from autobalance.solid.csg import Solid
 from autobalance.solid.mesh import Array
+from autobalance.solid.tool import Tool
 
 
 @dataclass(frozen=True)
@@ -158,6 +159,10 @@ class DrillCut:
     def tool(self, depth_mm: float) -> Solid:
         """Return the drill's body, rotor frame."""
         return self.hole.body(depth_mm)
+
+    def exact_tool(self, depth_mm: float) -> Tool:
+        """Return the drill's body without facets."""
+        return self.hole.exact_body(depth_mm)
 
     def correction(self, depth_mm: float) -> Correction:
         """Return what the machinist needs to know."""

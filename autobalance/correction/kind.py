@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from autobalance.crank.anatomy import Anatomy, Face
 from autobalance.rotor.moments import Moments
 from autobalance.solid.csg import Solid
+from autobalance.solid.tool import Tool
 
 Array = NDArray[np.float64]
 
@@ -71,6 +72,10 @@ class Cut(Protocol):
 
     def tool(self, depth_mm: float) -> Solid:
         """Return the body to subtract from the crank (to add, for kinds that add metal)."""
+        ...
+
+    def exact_tool(self, depth_mm: float) -> Tool | None:
+        """Return ``tool`` without facets, for solids that keep their true surfaces; None: no metal moves."""
         ...
 
     def correction(self, depth_mm: float) -> Correction:

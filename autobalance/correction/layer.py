@@ -144,6 +144,14 @@ class FaceLayer:
                 shadow = shadow + self._spared[depth]
         return shadow if shadow.is_empty else shadow.grown(self.grain_mm)
 
+    def taken(self, depth_mm: float) -> Region:
+        """Return the shadow of what hangs together with the face, in every section looked at and the last."""
+        shadow = self.outline + self.kept(depth_mm)
+        for depth in self._depths:
+            if depth <= depth_mm:
+                shadow = shadow + self._kept[depth]
+        return shadow
+
     def section_moments(self, depth_mm: float) -> Moments:
         """Return ∫ (1, r, r rᵀ) dA over the section at a depth, in the face's frame."""
         z = self.height_mm - depth_mm

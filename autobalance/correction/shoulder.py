@@ -19,11 +19,14 @@ import numpy as np
 from autobalance.correction.curve import DepthCurve
 from autobalance.correction.kind import Array, Correction, Offer, SharedDepth, Workpiece
 from autobalance.correction.layer import BACKWARD, FaceLayer, Slab, moments_of
+from autobalance.correction.lowering import lowering
 from autobalance.crank.anatomy import Anatomy, Face, Web
 from autobalance.errors import CorrectionError
 from autobalance.rotor.moments import Moments
 from autobalance.solid.csg import Region, Solid
 from autobalance.solid.mesh import Mesh
+from autobalance.solid.shape import Shape
+from autobalance.solid.tool import Tool, wedge
 
 FacePoint = tuple[float, float, float]
 
@@ -63,10 +66,14 @@ class ShoulderLimits:
 
 @dataclass(frozen=True, eq=False)
 class Patch:
-    """A face and the part of space, if not all, to which a cut of it keeps (rotor frame)."""
+    """A face and the part of space, if not all, to which a cut of it keeps (rotor frame).
+
+    ``wedge`` is ``within`` without facets.
+    """
 
     face: Face
     within: Solid | None = None
+    wedge: Shape | None = None
 
 
 EFFORTS = 3
@@ -120,8 +127,10 @@ def chosen_patches(
     for place, face in enumerate(picked):
         if face.id in [other.id for other in picked[:place]]:
             raise CorrectionError(f"correction faces name face {face.id} twice")
-    within = None if limits.sector_deg is None else sector(limits.sector_deg, _reach_mm(mesh, anatomy))
-    return [Patch(face, within) for face in picked]
+    if limits.sector_deg is None:
+        return [Patch(face) for face in picked]
+    reach = _reach_mm(mesh, anatomy)
+    return [_patch(face, limits.sector_deg, reach) for face in picked]
 
 
 def _face_by_id(name: str, planes: Sequence[Face]) -> Face:
@@ -187,19 +196,16 @@ def auto_patches(
         heavy = _heavy_direction(heavy_at, float(face.centroid_mm[2]))
         if heavy is None:
             continue
-        within = sector(limits.sector_deg, reach) if limits.sector_deg else None
         corners = _face_corners(mesh, anatomy, face)
         heavy = _snapped(heavy, anatomy, face)
         worth, area, spans = _half_plane_worth(corners[:, :, :2], heavy)
-        patches = [Patch(face, within)]
-        if within is None and spans:
-            patches = [Patch(face, half_space(heavy, reach))]
-        if effort >= 2 and within is None:
-            angle = math.degrees(math.atan2(heavy[1], heavy[0]))
-            patches = [
-                Patch(face, sector((angle - 90.0, angle), reach)),
-                Patch(face, sector((angle, angle + 90.0), reach)),
-            ]
+        patches = [_patch(face, limits.sector_deg, reach)]
+        angle = math.degrees(math.atan2(heavy[1], heavy[0]))
+        if limits.sector_deg is None and spans:
+            patches = [_patch(face, (angle - 90.0, angle + 90.0), reach)]
+        if effort >= 2 and limits.sector_deg is None:
+            halves = (angle - 90.0, angle), (angle, angle + 90.0)
+            patches = [_patch(face, half, reach) for half in halves]
         if worth > 0.0 and area > 0.0:
             offers.append((face, worth, worth / area, patches))
     if not offers:
@@ -271,6 +277,15 @@ def _half_plane_worth(corners: Array, direction: Array) -> tuple[float, float, b
     )
 
 
+def _patch(face: Face, angles_deg: tuple[float, float] | None, reach_mm: float) -> Patch:
+    """Return a face kept to the wedge between two angles; None: all of it."""
+    if angles_deg is None:
+        return Patch(face)
+    span = (angles_deg[1] - angles_deg[0]) % 360.0
+    exact = wedge(math.radians(angles_deg[0]), math.radians(span), reach_mm) if span else None
+    return Patch(face, sector(angles_deg, reach_mm), exact)
+
+
 def sector(angles_deg: tuple[float, float], reach_mm: float) -> Solid:
     """Return the wedge between two angles about the crank axis, counter-clockwise from the first [deg]."""
     start, end = angles_deg
@@ -279,12 +294,6 @@ def sector(angles_deg: tuple[float, float], reach_mm: float) -> Solid:
     arc = 2.0 * reach_mm * np.stack([np.cos(angles), np.sin(angles)], axis=1)
     outline = arc[:-1] if span == 360.0 else np.concatenate([np.zeros((1, 2)), arc])
     return Solid.prism(Region.of([outline]), -2.0 * reach_mm, 2.0 * reach_mm)
-
-
-def half_space(direction: Array, reach_mm: float) -> Solid:
-    """Return the side of the crank axis that ``direction`` (2,) points to."""
-    angle = math.degrees(math.atan2(direction[1], direction[0]))
-    return sector((angle - 90.0, angle + 90.0), reach_mm)
 
 
 def _reach_mm(mesh: Mesh, anatomy: Anatomy) -> float:
@@ -356,6 +365,7 @@ class ShoulderCut:
     layer: FaceLayer
     heights_mm: Array
     within: Solid | None
+    wedge: Shape | None
     density_g_mm3: float
     max_depth_mm: float
     limit: str
@@ -406,6 +416,11 @@ class ShoulderCut:
         room = self.layer.room - self.layer.spared(depth_mm)
         body = _prism(room, self.height_mm - depth_mm, self.top_mm).moved(self._to_rotor)
         return body if self.within is None else body & self.within
+
+    def exact_tool(self, depth_mm: float) -> Tool:
+        """Return the lowering without facets; what stands on the face is the exact solid's to tell."""
+        self.effect(depth_mm)  # has looked at sections down to here
+        return lowering(self.layer, depth_mm, self._to_rotor, self.wedge)
 
     def correction(self, depth_mm: float) -> Correction:
         """Return what the report lists."""
@@ -520,6 +535,7 @@ def _cut(
         layer=layer,
         heights_mm=z,
         within=patch.within,
+        wedge=patch.wedge,
         density_g_mm3=density_g_mm3,
         max_depth_mm=depth,
         limit=limit,

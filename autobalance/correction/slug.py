@@ -29,6 +29,7 @@ from autobalance.correction.walls import Room, Surface, wall_left_mm
 from autobalance.errors import CorrectionError
 from autobalance.rotor.moments import Moments
 from autobalance.solid.csg import Solid
+from autobalance.solid.tool import Tool
 from autobalance.units import G_PER_MM3_PER_KG_M3
 
 FLAT_BOTTOM_RAD = 0.5 * math.pi
@@ -146,6 +147,10 @@ class SlugCut:
         """Return the bore, rotor frame."""
         return self.hole.body(self.max_depth_mm)
 
+    def exact_tool(self, depth_mm: float) -> Tool:
+        """Return the bore without facets."""
+        return self.hole.exact_body(self.max_depth_mm)
+
     def correction(self, depth_mm: float) -> Correction:
         """Return what the machinist needs to know."""
         hole, slug = self.hole, self.slug
@@ -237,6 +242,9 @@ class FillCut:
     def tool(self, depth_mm: float) -> Solid:
         """Return nothing: no metal goes."""
         return Solid.nothing()
+
+    def exact_tool(self, depth_mm: float) -> None:
+        """Return nothing: no metal goes."""
 
     def correction(self, depth_mm: float) -> Correction:
         """Return what the machinist needs to know."""

@@ -13,6 +13,8 @@ from autobalance.crank.anatomy import Anatomy, Web
 from autobalance.errors import CorrectionError
 from autobalance.rotor.moments import Moments
 from autobalance.solid.csg import Solid, union
+from autobalance.solid.shape import Joined
+from autobalance.solid.tool import Tool, ring
 
 SEGMENTS = 360
 """Sides of the turned circle; a polygon of its area."""
@@ -94,6 +96,10 @@ class TurnCut:
         """Return the rings to subtract, rotor frame."""
         radius = (self.rim_mm - depth_mm) * EQUAL_AREA
         return union([_ring(radius, self.far_mm, *slab) for slab in self.slabs])
+
+    def exact_tool(self, depth_mm: float) -> Tool:
+        """Return the rings to subtract, without facets."""
+        return Joined(tuple(ring(self.rim_mm - depth_mm, self.far_mm, *slab) for slab in self.slabs))
 
     def correction(self, depth_mm: float) -> Correction:
         """Return what the turner needs to know."""

@@ -96,6 +96,8 @@ class Face:
         Rows of the mesh's triangles that make it up.
     spread_mm : float
         How far its vertices lie from the plane, at most.
+    surfaces : tuple of int
+        Numbers of the exact solid's faces that make it up, where the file keeps true surfaces.
     """
 
     id: str
@@ -106,6 +108,7 @@ class Face:
     centroid_mm: Array
     triangles: Indices
     spread_mm: float
+    surfaces: tuple[int, ...] = ()
 
 
 @dataclass(frozen=True, eq=False)

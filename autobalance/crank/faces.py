@@ -15,6 +15,7 @@ import numpy as np
 from autobalance.crank.anatomy import Anatomy, Array, Face, Indices
 from autobalance.crank.directions import sample
 from autobalance.solid.mesh import Mesh
+from autobalance.solid.surface import PlaneFace, Surfaces
 
 LEAST_AREA_SHARE = 5e-4
 """Faces smaller than this share of the whole surface are of no use to a correction."""
@@ -37,7 +38,7 @@ SAME_RADIUS = 1e-3
 """Corners whose distances from an axis differ by less than this share may be facets of one cylinder."""
 
 
-def find_faces(mesh: Mesh, anatomy: Anatomy) -> tuple[Face, ...]:
+def find_faces(mesh: Mesh, anatomy: Anatomy, surfaces: Surfaces | None = None) -> tuple[Face, ...]:
     """Return the planar faces of a crank, in the rotor frame, by web and by position along z.
 
     Parameters
@@ -45,6 +46,8 @@ def find_faces(mesh: Mesh, anatomy: Anatomy) -> tuple[Face, ...]:
     mesh : Mesh
         In file coordinates [mm].
     anatomy : Anatomy
+    surfaces : Surfaces or None
+        The solid's own faces, where its file keeps them: nothing is fitted then.
 
     Returns
     -------
@@ -57,6 +60,8 @@ def find_faces(mesh: Mesh, anatomy: Anatomy) -> tuple[Face, ...]:
     vectors, size = mesh.area_vectors, mesh.doubled_areas
     surface = 0.5 * float(size.sum())
     look = _Look(mesh, anatomy, size, surface, flat)
+    if surfaces is not None:
+        return tuple(_named(_exact_faces(look, surfaces), anatomy, mesh.diagonal_mm))
     found: list[Face] = []
     axis = _narrowed(anatomy.file_to_rotor[2, :3], vectors, size)
     if axis is not None:
@@ -64,6 +69,42 @@ def find_faces(mesh: Mesh, anatomy: Anatomy) -> tuple[Face, ...]:
     for normal in _side_directions(look):
         found += _faces_along(look, normal, LEAST_SIDE_AREA_SHARE * surface)
     return tuple(_named(found, anatomy, mesh.diagonal_mm))
+
+
+def _exact_faces(look: _Look, surfaces: Surfaces) -> list[Face]:
+    """Return the faces that are plane by the solid's own account; parts of one plane that touch are one."""
+    levels: dict[tuple[int, ...], list[PlaneFace]] = {}
+    for plane in surfaces.planes:
+        height = float(plane.normal @ plane.centroid_mm)
+        key = np.floor(np.array([*(plane.normal / ONE_DIRECTION[-1]), height / look.flat_mm]) + 0.37)
+        levels.setdefault(tuple(int(cell) for cell in key), []).append(plane)
+    faces = []
+    for planes in levels.values():
+        rows = np.flatnonzero(np.isin(surfaces.owner, [plane.number for plane in planes]))
+        for group in _connected(look.mesh.triangles[rows]):
+            owners = set(surfaces.owner[rows[group]].tolist())
+            face = _exact_face(look, rows[group], [plane for plane in planes if plane.number in owners])
+            if face is not None:
+                faces.append(face)
+    return faces
+
+
+def _exact_face(look: _Look, rows: Indices, planes: Sequence[PlaneFace]) -> Face | None:
+    """Return the face that some touching plane faces make up; None if it is of no use."""
+    frame = look.anatomy.file_to_rotor
+    areas = np.array([plane.area_mm2 for plane in planes])
+    normal = planes[int(np.argmax(areas))].normal
+    centroid = areas @ np.array([plane.centroid_mm for plane in planes]) / areas.sum()
+    turned, place = frame[:3, :3] @ normal, frame[:3, :3] @ centroid + frame[:3, 3]
+    square = abs(float(turned[2])) >= math.cos(SQUARE_RAD)
+    least = LEAST_AREA_SHARE if square else LEAST_SIDE_AREA_SHARE
+    area = float(areas.sum())
+    if area < least * look.surface_mm2 or (not square and _is_facet(rows, look.mesh, look.anatomy)):
+        return None
+    spread = max(abs(float(normal @ (plane.centroid_mm - centroid))) for plane in planes)
+    web = _web_at(float(place[2]), look.anatomy, look.mesh)
+    numbers = tuple(plane.number for plane in planes)
+    return Face("", "plane", web, area, turned, place, rows, spread, numbers)
 
 
 def lowering_worth_g_mm_per_mm(face: Face, density_g_mm3: float) -> Array:

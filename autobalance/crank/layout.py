@@ -22,11 +22,15 @@ COLLAR = 0.5
 
 @dataclass(frozen=True, eq=False)
 class Layout:
-    """Main journals and crankpins, each by increasing z, in the turned axes; ``axis`` (2,)."""
+    """Main journals and crankpins, each by increasing z, in the turned axes; ``axis`` (2,).
+
+    ``settled`` says that the axis is the journals' own, with nothing left to fit.
+    """
 
     axis: Array
     journals: tuple[Run, ...]
     pins: tuple[Run, ...]
+    settled: bool = False
 
 
 def crank_axis(long: Lengthwise, runs: Sequence[Run], given: Array | None) -> list[Run]:

@@ -20,18 +20,20 @@ from autobalance.crank.anatomy import (
 )
 from autobalance.crank.directions import axis_candidates, sample
 from autobalance.crank.layout import Layout, pressed_up_layout, solid_layout
+from autobalance.crank.own_cylinders import own_direction, own_layout
 from autobalance.crank.runs import ROUNDING, Run, bare_cylinder, common_axis, find_runs
 from autobalance.crank.stations import Lengthwise, lengthwise, straightened
 from autobalance.crank.webs import find_webs
 from autobalance.errors import RecognitionError
 from autobalance.solid.csg import Solid
 from autobalance.solid.mesh import Mesh
+from autobalance.solid.surface import CylinderFace
 
 SLIGHT_TILT_RAD = 1e-4
 """Sections taken along an axis that is off by less than this still show the same circles."""
 
 
-def recognise(solid: Solid, overrides: Overrides) -> Anatomy:
+def recognise(solid: Solid, overrides: Overrides, cylinders: Sequence[CylinderFace] = ()) -> Anatomy:
     """Find the crankshaft in a solid.
 
     Parameters
@@ -40,6 +42,8 @@ def recognise(solid: Solid, overrides: Overrides) -> Anatomy:
         In file coordinates [mm]; several bodies where the crankpins are not in the file.
     overrides : Overrides
         What the job says itself; what it gives is not searched for.
+    cylinders : sequence of CylinderFace
+        The solid's own, where its file keeps them: axis, journals and crankpins are theirs, not fitted.
 
     Returns
     -------
@@ -56,16 +60,16 @@ def recognise(solid: Solid, overrides: Overrides) -> Anatomy:
         return _from_job(mesh, overrides, given)
     if overrides.crankpin_in_file is None:
         try:
-            return recognise(solid, replace(overrides, crankpin_in_file=True))
+            return recognise(solid, replace(overrides, crankpin_in_file=True), cylinders)
         except RecognitionError as reason:
             try:
-                return recognise(solid, replace(overrides, crankpin_in_file=False))
+                return recognise(solid, replace(overrides, crankpin_in_file=False), cylinders)
             except RecognitionError:
                 raise reason from None
     refusals: list[tuple[int, RecognitionError]] = []
     for direction in _directions(mesh, overrides):
         try:
-            return _along(mesh, direction, overrides)
+            return _along(mesh, direction, overrides, cylinders)
         except _NotHereError as refusal:
             refusals.append((refusal.progress, refusal.reason))
     raise max(refusals, key=lambda item: item[0])[1]
@@ -117,10 +121,13 @@ def _directions(mesh: Mesh, overrides: Overrides) -> Iterator[Array]:
         yield _upright(axis)
 
 
-def _along(mesh: Mesh, direction: Array, overrides: Overrides) -> Anatomy:
-    """Recognise the crank along one direction, which is refined unless the job gives it."""
+def _along(mesh: Mesh, direction: Array, overrides: Overrides, cylinders: Sequence[CylinderFace]) -> Anatomy:
+    """Recognise the crank along one direction, which is refined unless the job or the solid gives it."""
     rounding = _rounding_mm(mesh)
-    fixed = _given_axis(overrides)
+    fixed: object = _given_axis(overrides)
+    own = None if fixed is not None else own_direction(direction, cylinders)
+    if own is not None:
+        direction, fixed = _upright(own), own
     for _ in range(3):
         long = lengthwise(mesh, direction, rounding)
         layout = _layout(long, overrides, rounding)
@@ -140,6 +147,8 @@ def _along(mesh: Mesh, direction: Array, overrides: Overrides) -> Anatomy:
                 "still; axis_point_mm and axis_direction settle it"
             ),
         )
+    if own is not None and overrides.main_journals is None and overrides.crankpins is None:
+        layout = own_layout(long, layout, cylinders)
     return _anatomy(long, layout, overrides, rounding)
 
 
@@ -267,7 +276,7 @@ def _anatomy(long: Lengthwise, layout: Layout, overrides: Overrides, rounding: f
     axis = layout.axis
     if overrides.axis_point_mm is not None:
         axis = long.placed(overrides.axis_point_mm)[:2]
-    elif overrides.main_journals is None:
+    elif overrides.main_journals is None and not layout.settled:
         axis = common_axis(long, layout.journals, rounding)[0][:2]
     layout = replace(layout, axis=axis)
     first = layout.pins[0]

@@ -21,15 +21,16 @@ LengthUnit = Literal["mm", "cm", "m", "inch"]
 class Crankshaft:
     """The file and what has to be known to read it as a crank.
 
-    ``unit`` is None where the format carries its own; ``body`` picks one of several solids, from 1;
-    ``density_pm_g_mm3`` is by how much the density may be off, None where the job does not say.
+    ``unit`` is None where the format carries its own; ``body`` picks one of several solids, from 1, or by its
+    name where the format has names; ``density_pm_g_mm3`` is by how much the density may be off, None where
+    the job does not say.
     """
 
     file: Path
     unit: LengthUnit | None
     density_g_mm3: float
     overrides: Overrides
-    body: int | Literal["all"] | None
+    body: int | str | None
     density_pm_g_mm3: float | None = None
 
     @property

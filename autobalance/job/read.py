@@ -31,6 +31,8 @@ from autobalance.rotor.tolerance import Judge
 from autobalance.units import G_PER_MM3_PER_KG_M3, RAD_S_PER_RPM
 
 UNITLESS = (".stl", ".obj", ".ply", ".off")
+NAMING = (".step", ".stp")
+"""Endings of formats whose parts have names."""
 """Formats that carry no unit of length."""
 WEIGHT_TABLES = ("rotating_g", "reciprocating_g", "crankpin_g")
 CRANKPIN = "crankpin"
@@ -147,13 +149,16 @@ def _crankshaft(root: Table, path: Path) -> Crankshaft:
         unit,
         density * G_PER_MM3_PER_KG_M3,
         _overrides(table),
-        _body(table),
+        _body(table, file),
         None if off is None else off * G_PER_MM3_PER_KG_M3,
     )
 
 
-def _body(table: Table) -> int | Literal["all"] | None:
-    body: int | Literal["all"] | None = table.optional("body", int | Literal["all"], COUNTED)
+def _body(table: Table, file: Path) -> int | str | None:
+    names = str if file.suffix.lower() in NAMING else Literal["all"]
+    body: int | str | None = table.optional("body", int | names, COUNTED)
+    if body == "":
+        raise JobError('crankshaft.body is empty; must be a number, the name of a part, or "all"')
     return body
 
 

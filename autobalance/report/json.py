@@ -128,7 +128,7 @@ def schema() -> Values:
     return found
 
 
-def solid_entry(file: str, sha256: str, triangles: int, moments: Moments, volume_mm3: float) -> Values:
+def solid_entry(file: str, sha256: str, triangles: int | None, moments: Moments, volume_mm3: float) -> Values:
     """Return the entry of a written solid in ``outputs``, with what is claimed of it (rotor frame)."""
     return {"file": file, "sha256": sha256, "triangles": triangles, **mass_properties(moments, volume_mm3)}
 

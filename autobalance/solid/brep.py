@@ -1,49 +1,28 @@
-"""Shapes with exact surfaces through the CAD kernel, and STEP files of them; needs the extra ``step``."""
+"""Solids with exact surfaces through the CAD kernel: built, measured, cut; needs the extra ``step``."""
 
 from __future__ import annotations
 
-import math
-import tempfile
+from collections import Counter
 from collections.abc import Sequence
-from itertools import pairwise
-from pathlib import Path
+from functools import cached_property
 from typing import Any
 
 import numpy as np
 
-from autobalance.errors import FormatError, SolidError
+from autobalance.errors import SolidError
 from autobalance.rotor.moments import Moments
+from autobalance.solid.build import built
+from autobalance.solid.kernel import compound, explored, fused, is_valid, properties, require_kernel, unified
+from autobalance.solid.machining import machined
 from autobalance.solid.mesh import Array
-from autobalance.solid.shape import (
-    Arc,
-    Bar,
-    Drafted,
-    Joined,
-    Line,
-    Outline,
-    Placed,
-    Prism,
-    Shape,
-    Turned,
-    Without,
-    wedges,
-)
-
-ONE_POINT_MM = 1e-6
-"""Ends of edges nearer than this are one corner: closed forms of one point round differently."""
-
-Point3 = tuple[float, float, float]
-
-
-def has_kernel() -> bool:
-    """Tell whether the CAD kernel is installed."""
-    from importlib.util import find_spec
-
-    return find_spec("OCP") is not None
+from autobalance.solid.shape import Shape
+from autobalance.solid.surface import Surface
+from autobalance.solid.tessellation import Facets, bounds_mm, facets, surface_kind, surfaces
+from autobalance.solid.tool import Tool
 
 
 class ExactSolid:
-    """A body bounded by exact surfaces: planes, cylinders, cones, tori.
+    """One or several bodies bounded by exact surfaces: planes, cylinders, cones, tori and others.
 
     Raises
     ------
@@ -55,209 +34,92 @@ class ExactSolid:
 
     def __init__(self, shape: Shape) -> None:
         """Build a shape exactly."""
-        if not has_kernel():
-            raise FormatError(
-                "STEP needs the CAD kernel, which is not installed: pip install 'autobalance[step]'"
-            )
-        self._body = _checked(_unified(_exact(shape)))
+        require_kernel()
+        self._take(unified(built(shape)), "the CAD kernel could not build the shape exactly")
+
+    @classmethod
+    def of(cls, body: Any) -> ExactSolid:
+        """Take a body of the CAD kernel, after checking it."""
+        solid = cls.__new__(cls)
+        solid._take(body, "the CAD kernel finds fault with the solid")
+        return solid
+
+    def _take(self, body: Any, complaint: str) -> None:
+        if not is_valid(body):
+            raise SolidError(complaint)
+        self._body = body
+
+    @property
+    def body(self) -> Any:
+        """The kernel's own body."""
+        return self._body
 
     @property
     def volume_mm3(self) -> float:
         """Volume [mm³]."""
-        return self.moments(1.0).mass_g
+        return self._unit.mass_g
 
-    def moments(self, density_g_mm3: float) -> Moments:
-        """Return the mass moments about the origin, from the exact surfaces."""
-        return properties(self._body).scaled(density_g_mm3)
+    @cached_property
+    def _unit(self) -> Moments:
+        return properties(self._body)
+
+    def moments(self, density_g_mm3: float, frame: Array | None = None) -> Moments:
+        """Return the mass moments from the exact surfaces, in ``frame`` (4, 4) if given."""
+        moments = self._unit.scaled(density_g_mm3)
+        return moments if frame is None else moments.moved(frame)
+
+    @property
+    def bounds(self) -> Array:
+        """Least and greatest coordinates (2, 3) [mm], with a little room."""
+        return bounds_mm(self._body)
+
+    @property
+    def solid_count(self) -> int:
+        """Number of bodies."""
+        return len(explored(self._body, "SOLID"))
 
     def face_kinds(self) -> dict[str, int]:
         """Count the faces by their surface: ``plane``, ``cylinder``, ``cone``, ``torus`` and others."""
-        from OCP.BRepAdaptor import BRepAdaptor_Surface
-        from OCP.TopAbs import TopAbs_ShapeEnum
-        from OCP.TopExp import TopExp_Explorer
-        from OCP.TopoDS import TopoDS
+        return dict(Counter(surface_kind(face) for face in explored(self._body, "FACE")))
 
-        counts: dict[str, int] = {}
-        explorer = TopExp_Explorer(self._body, TopAbs_ShapeEnum.TopAbs_FACE)
-        while explorer.More():
-            surface = BRepAdaptor_Surface(TopoDS.Face(explorer.Current()))
-            kind = str(surface.GetType()).rpartition("_")[2].lower()
-            counts[kind] = counts.get(kind, 0) + 1
-            explorer.Next()
-        return counts
+    def surfaces(self) -> tuple[Surface, ...]:
+        """Return the plane and cylindrical faces."""
+        return surfaces(self._body)
 
-    def step(self) -> bytes:
-        """Return a STEP file of the body, in mm."""
-        from OCP.IFSelect import IFSelect_ReturnStatus
-        from OCP.Interface import Interface_Static
-        from OCP.STEPControl import STEPControl_StepModelType, STEPControl_Writer
+    def facets(self) -> Facets:
+        """Return triangles whose corners lie on the true surface, and whose face each is."""
+        return facets(self._body)
 
-        silence()
-        writer = STEPControl_Writer()
-        Interface_Static.SetCVal_s("write.step.unit", "MM")
-        writer.Transfer(self._body, STEPControl_StepModelType.STEPControl_AsIs)
-        with tempfile.TemporaryDirectory() as folder:
-            path = Path(folder) / "crank.step"
-            if writer.Write(str(path)) != IFSelect_ReturnStatus.IFSelect_RetDone:
-                raise SolidError("the CAD kernel could not write the STEP file")
-            return path.read_bytes()
+    def machined(self, removed: Sequence[Tool], added: Sequence[Tool] = ()) -> ExactSolid:
+        """Return the solid with metal added, then other metal removed.
+
+        Raises
+        ------
+        SolidError
+            If the kernel cannot cut it, or it falls apart.
+        """
+        return ExactSolid.of(machined(self._body, removed, added))
+
+    def step(self, unit: str = "mm", name: str = "crank") -> bytes:
+        """Return a STEP file of the solid, in a unit."""
+        from autobalance.solid.step_file import write_step
+
+        return write_step(self._body, unit, name)
 
 
-def properties(body: Any) -> Moments:
-    """Return the moments of a kernel's body of density 1 about the origin, from its exact surfaces."""
-    from OCP.BRepGProp import BRepGProp
-    from OCP.GProp import GProp_GProps
-
-    found = GProp_GProps()
-    BRepGProp.VolumeProperties_s(body, found, True)
-    volume, centre, matrix = found.Mass(), found.CentreOfMass(), found.MatrixOfInertia()
-    middle = np.array([centre.X(), centre.Y(), centre.Z()])
-    inertia = np.array([[matrix.Value(i, j) for j in (1, 2, 3)] for i in (1, 2, 3)])
-    about_centre = 0.5 * np.trace(inertia) * np.eye(3) - inertia
-    second = about_centre + volume * np.outer(middle, middle)
-    return Moments(volume, volume * middle, second)
+def together(solids: Sequence[ExactSolid], apart: bool = False) -> ExactSolid:
+    """Return several solids as one; overlaps count once. ``apart`` says that there are none."""
+    if len(solids) == 1:
+        return solids[0]
+    bodies = [solid.body for solid in solids]
+    return ExactSolid.of(compound(bodies) if apart else fused(bodies))
 
 
-def silence() -> None:
-    """Keep the kernel's statistics off standard output."""
-    from OCP.Message import Message, Message_PrinterOStream
-
-    Message.DefaultMessenger_s().RemovePrinters(Message_PrinterOStream.get_type_descriptor_s())
-
-
-def _checked(body: Any) -> Any:
-    from OCP.BRepCheck import BRepCheck_Analyzer
-
-    if body.IsNull() or not BRepCheck_Analyzer(body).IsValid():
-        raise SolidError("the CAD kernel could not build the shape exactly")
-    return body
-
-
-def _unified(body: Any) -> Any:
-    """Merge faces and edges that lie on one surface or curve."""
-    from OCP.ShapeUpgrade import ShapeUpgrade_UnifySameDomain
-
-    tool = ShapeUpgrade_UnifySameDomain(body, True, True, False)
-    tool.Build()
-    return tool.Shape()
-
-
-def _exact(shape: Shape) -> Any:
-    if isinstance(shape, Joined):
-        return _fused([_exact(part) for part in shape.parts])
-    if isinstance(shape, Without):
-        return _cut(_exact(shape.body), [_exact(tool) for tool in shape.tools])
-    if isinstance(shape, Placed):
-        return _placed(_exact(shape.shape), shape.placement)
-    if isinstance(shape, Drafted):
-        low, high = sorted((shape.face, shape.top))
-        return _cut(_exact(Prism(shape.outline, low, high)), [_exact(tool) for tool in wedges(shape)])
-    return _primitive(shape)
-
-
-def _primitive(shape: Prism | Turned | Bar) -> Any:
-    from OCP.BRepPrimAPI import BRepPrimAPI_MakeCylinder, BRepPrimAPI_MakePrism, BRepPrimAPI_MakeRevol
-    from OCP.gp import gp_Ax1, gp_Ax2, gp_Dir, gp_Pnt, gp_Vec
-
-    if isinstance(shape, Prism):
-        face = _face(shape.outline, (0.0, 0.0, shape.z_low), (0.0, 0.0, 1.0), (1.0, 0.0, 0.0))
-        return BRepPrimAPI_MakePrism(face, gp_Vec(0.0, 0.0, shape.z_high - shape.z_low)).Shape()
-    if isinstance(shape, Turned):
-        origin = (*shape.centre, 0.0)
-        face = _face(shape.profile, origin, (0.0, -1.0, 0.0), (1.0, 0.0, 0.0))
-        return BRepPrimAPI_MakeRevol(face, gp_Ax1(gp_Pnt(*origin), gp_Dir(0.0, 0.0, 1.0))).Shape()
-    along = np.array(shape.end) - np.array(shape.start)
-    axes = gp_Ax2(gp_Pnt(*shape.start), gp_Dir(*map(float, along)))
-    return BRepPrimAPI_MakeCylinder(axes, shape.diameter / 2.0, float(np.linalg.norm(along))).Shape()
-
-
-def _face(outline: Outline, origin: Point3, normal: Point3, x: Point3) -> Any:
-    """Return the plane face inside an outline, drawn in the plane's own axes."""
-    from OCP.BRepBuilderAPI import BRepBuilderAPI_MakeFace, BRepBuilderAPI_MakeWire
-    from OCP.gp import gp_Ax3, gp_Dir, gp_Pln, gp_Pnt
-
-    axes = gp_Ax3(gp_Pnt(*origin), gp_Dir(*normal), gp_Dir(*x))
-    for edge, following in pairwise([*outline, outline[0]]):
-        if math.dist(edge.end, following.start) > ONE_POINT_MM:
-            raise SolidError(f"an outline is open between {edge.end} and {following.start}")
-    corners = [_vertex(axes, edge.start) for edge in outline]
-    wire = BRepBuilderAPI_MakeWire()
-    for number, edge in enumerate(outline):
-        if isinstance(edge, Line) and math.dist(edge.start, edge.end) < ONE_POINT_MM:
-            corners[(number + 1) % len(outline)] = corners[number]
-            continue
-        wire.Add(_edge(axes, edge, corners[number], corners[(number + 1) % len(outline)]))
-    return BRepBuilderAPI_MakeFace(gp_Pln(axes), wire.Wire()).Face()
-
-
-def _point(axes: Any, point: tuple[float, float]) -> Any:
-    from OCP.gp import gp_Vec
-
-    x, y = gp_Vec(axes.XDirection()), gp_Vec(axes.YDirection())
-    return axes.Location().Translated(x.Multiplied(point[0]).Added(y.Multiplied(point[1])))
-
-
-def _vertex(axes: Any, point: tuple[float, float]) -> Any:
-    from OCP.BRep import BRep_Builder
-    from OCP.BRepBuilderAPI import BRepBuilderAPI_MakeVertex
-
-    vertex = BRepBuilderAPI_MakeVertex(_point(axes, point)).Vertex()
-    BRep_Builder().UpdateVertex(vertex, ONE_POINT_MM)
-    return vertex
-
-
-def _edge(axes: Any, edge: Line | Arc, start: Any, end: Any) -> Any:
-    from OCP.BRepBuilderAPI import BRepBuilderAPI_MakeEdge
-    from OCP.gp import gp_Ax2, gp_Circ, gp_Dir
-
-    if isinstance(edge, Line):
-        return BRepBuilderAPI_MakeEdge(start, end).Edge()
-    x = gp_Dir(axes.XDirection().XYZ())
-    circle = gp_Circ(gp_Ax2(_point(axes, edge.centre), axes.Direction(), x), edge.radius)
-    if abs(edge.end_rad - edge.start_rad) > 2.0 * np.pi - 1e-12:
-        return BRepBuilderAPI_MakeEdge(circle).Edge()
-    if edge.end_rad > edge.start_rad:
-        return BRepBuilderAPI_MakeEdge(circle, start, end).Edge()
-    return BRepBuilderAPI_MakeEdge(circle, end, start).Edge()
-
-
-def _placed(body: Any, placement: Array) -> Any:
-    from OCP.BRepBuilderAPI import BRepBuilderAPI_Transform
-    from OCP.gp import gp_Trsf
-
-    motion = gp_Trsf()
-    motion.SetValues(*(float(value) for value in placement[:3].ravel()))
-    return BRepBuilderAPI_Transform(body, motion, True).Shape()
-
-
-def _listed(bodies: Sequence[Any]) -> Any:
-    from OCP.collections import List_TopoDS_Shape
-
-    found = List_TopoDS_Shape()
-    for body in bodies:
-        found.Append(body)
-    return found
-
-
-def _fused(bodies: Sequence[Any]) -> Any:
-    from OCP.BRepAlgoAPI import BRepAlgoAPI_Fuse
-
-    if len(bodies) == 1:
-        return bodies[0]
-    return _boolean(BRepAlgoAPI_Fuse(), bodies[:1], bodies[1:])
-
-
-def _cut(body: Any, tools: Sequence[Any]) -> Any:
-    from OCP.BRepAlgoAPI import BRepAlgoAPI_Cut
-
-    return _boolean(BRepAlgoAPI_Cut(), [body], tools)
-
-
-def _boolean(operation: Any, arguments: Sequence[Any], tools: Sequence[Any]) -> Any:
-    operation.SetArguments(_listed(arguments))
-    operation.SetTools(_listed(tools))
-    operation.SetRunParallel(False)
-    operation.Build()
-    if not operation.IsDone():
-        raise SolidError("the CAD kernel could not join or cut two shapes")
-    return operation.Shape()
+def are_apart(solids: Sequence[ExactSolid]) -> bool:
+    """Tell whether the bounding boxes of solids are clear of each other."""
+    boxes = [solid.bounds for solid in solids]
+    return all(
+        bool(np.any(one[0] > other[1]) or np.any(other[0] > one[1]))
+        for place, one in enumerate(boxes)
+        for other in boxes[:place]
+    )

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from pathlib import Path
 from typing import Final
 
 import numpy as np
@@ -14,7 +13,6 @@ from autobalance.solid.glb import read_glb, write_glb
 from autobalance.solid.mesh import Floats, Indices
 from autobalance.solid.ply import read_ply, write_ply
 from autobalance.solid.raw import Raw
-from autobalance.solid.step import read_step
 from autobalance.solid.stl import read_stl, write_stl
 from autobalance.solid.text import read_obj, read_off, write_obj, write_off
 from autobalance.solid.threemf import UNITS, read_3mf, write_3mf
@@ -32,14 +30,14 @@ class Format:
         (vertices in the file's unit, triangles, mm per unit) → bytes.
     number : type
         What the file holds coordinates as: float32 or float64.
-    written_as : str or None
-        Name of the format that a corrected solid is written in, where it is another one.
+    exact : bool
+        Whether the file keeps true surfaces; it is no mesh then, and ``read`` and ``write`` refuse.
     """
 
     read: Callable[[bytes], Raw]
     write: Callable[[Floats, Indices, float], bytes]
     number: type[np.float32] | type[np.float64]
-    written_as: str | None = None
+    exact: bool = False
 
 
 def _write_3mf(vertices: Floats, triangles: Indices, mm_per_unit: float) -> bytes:
@@ -47,6 +45,10 @@ def _write_3mf(vertices: Floats, triangles: Indices, mm_per_unit: float) -> byte
     if unit is None:
         raise FormatError(f"3MF has no unit of {mm_per_unit:g} mm; needed one of {', '.join(UNITS)}")
     return write_3mf(vertices, triangles, unit)
+
+
+def _no_mesh(data: bytes) -> Raw:
+    raise FormatError("a STEP file holds exact surfaces, no mesh")
 
 
 def _no_step(vertices: Floats, triangles: Indices, mm_per_unit: float) -> bytes:
@@ -59,21 +61,13 @@ FORMATS: Final = {
     "ply": Format(read_ply, lambda v, t, _: write_ply(v, t), np.float64),
     "off": Format(read_off, lambda v, t, _: write_off(v, t), np.float64),
     "3mf": Format(read_3mf, _write_3mf, np.float64),
-    "step": Format(read_step, _no_step, np.float32, written_as="stl"),
+    "step": Format(_no_mesh, _no_step, np.float64, exact=True),
     "glb": Format(read_glb, lambda v, t, _: write_glb(v, t), np.float32),
 }
 
 
 ALIASES: Final = {"stp": "step"}
 """Other file endings of a format."""
-
-
-def written_ending(path: Path) -> str:
-    """Return the file ending that the corrected solid of a file has: its own, where that can be written."""
-    ending = path.suffix.lower()
-    name = ending.lstrip(".")
-    known = FORMATS.get(ALIASES.get(name, name))
-    return ending if known is None or known.written_as is None else f".{known.written_as}"
 
 
 def format_named(name: str) -> Format:

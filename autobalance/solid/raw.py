@@ -7,7 +7,6 @@ from dataclasses import dataclass
 import numpy as np
 
 from autobalance.errors import FormatError
-from autobalance.rotor.moments import Moments
 from autobalance.solid.mesh import Array, Floats, Indices
 
 
@@ -25,15 +24,12 @@ class Raw:
         Its length [mm].
     vertices : int or None
         How many shared vertices the file lists, where it does.
-    exact : Moments or None
-        Of the true surface at density 1 [mm, about the file's origin], where the format keeps it.
     """
 
     soup: Floats
     unit: str | None = None
     mm_per_unit: float | None = None
     vertices: int | None = None
-    exact: Moments | None = None
 
 
 def soup_of(vertices: Floats, triangles: Indices, what: str) -> Floats:

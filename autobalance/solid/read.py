@@ -5,7 +5,7 @@ from __future__ import annotations
 import hashlib
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Literal
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -13,10 +13,14 @@ from autobalance.errors import FileError, FormatError, SolidError
 from autobalance.rotor.moments import Moments
 from autobalance.solid.csg import Solid, union
 from autobalance.solid.formats import ALIASES, FORMATS, Format
-from autobalance.solid.mesh import Mesh, weld, without_collapsed
+from autobalance.solid.mesh import Array, Mesh, weld, without_collapsed
 from autobalance.solid.raw import Raw
 from autobalance.solid.repair import Body, are_apart, bodies_of, solid_of
 from autobalance.units import MM_PER
+
+if TYPE_CHECKING:
+    from autobalance.solid.step import Exact
+    from autobalance.solid.surface import Surfaces
 
 
 @dataclass(frozen=True, eq=False)
@@ -28,9 +32,7 @@ class Source:
     solid : Solid
         Checked, outward, in the file's coordinates [mm].
     format : str
-        What ``encode`` and ``decode`` are to be given.
-    read_as : str
-        The format of the file itself: another one where that cannot be written.
+        What ``encode`` and ``decode`` are to be given, unless the surfaces are exact.
     mm_per_unit : float
         Millimetres in one unit of the file.
     sha256 : str
@@ -41,25 +43,39 @@ class Source:
         In the file, before one was chosen.
     repairs : tuple of str
         What had to be done to the mesh, one line each.
-    exact : Moments or None
-        Of the true surface at density 1, about the file's origin, where the format keeps it.
+    exact : Exact or None
+        The solid with its true surfaces, where the format keeps them; ``solid`` is only tessellated then.
     """
 
     solid: Solid
     format: str
-    read_as: str
     mm_per_unit: float
     sha256: str
     triangles: int
     bodies: int
     repairs: tuple[str, ...]
-    exact: Moments | None = None
+    exact: Exact | None = None
+
+    @property
+    def surfaces(self) -> Surfaces | None:
+        """The solid's own planes and cylinders, where the format keeps them."""
+        return None if self.exact is None else self.exact.surfaces
+
+    @property
+    def volume_mm3(self) -> float:
+        """Volume [mm³], inside the true surfaces where they are known."""
+        return self.solid.volume_mm3 if self.exact is None else self.exact.solid.volume_mm3
+
+    def moments(self, density_g_mm3: float, frame: Array | None = None) -> Moments:
+        """Return the mass moments, in ``frame`` (4, 4) if given, from the true surfaces where known."""
+        solid = self.solid if self.exact is None else self.exact.solid
+        return solid.moments(density_g_mm3, frame)
 
 
 def read(
     path: Path,
     unit: str | None,
-    body: int | Literal["all"] | None = None,
+    body: int | str | None = None,
     pressed_up: bool = False,
 ) -> Source:
     """Read a solid from a file, check it, and say what had to be repaired.
@@ -70,8 +86,9 @@ def read(
         Its ending tells the format.
     unit : str or None
         mm, cm, m or inch; needed where the format carries none, and an error where it carries another.
-    body : int or "all" or None
-        Which body, numbered from 1 by falling volume; "all" unites them, overlaps counting once.
+    body : int or str or None
+        Which body, numbered from 1 by falling volume, or its name where the format has names; "all" unites
+        them, overlaps counting once.
     pressed_up : bool
         Whether the file may hold one body for each half of a crank; all are taken.
 
@@ -87,6 +104,8 @@ def read(
     name, kind = _format(path)
     data = _bytes(path)
     try:
+        if kind.exact:
+            return _read_exact(data, name, unit, body, pressed_up)
         raw = kind.read(data)
         mm_per_unit = _mm_per_unit(raw, unit, name)
         solid, bodies, repairs = _solid(raw, mm_per_unit, body, pressed_up)
@@ -94,14 +113,32 @@ def read(
         raise type(error)(f"{path}: {error}") from None
     return Source(
         solid=solid,
-        format=kind.written_as or name,
-        read_as=name,
+        format=name,
         mm_per_unit=mm_per_unit,
         sha256=hashlib.sha256(data).hexdigest(),
         triangles=len(raw.soup),
         bodies=bodies,
         repairs=tuple(repairs),
-        exact=raw.exact if bodies == 1 else None,
+    )
+
+
+def _read_exact(data: bytes, name: str, unit: str | None, body: int | str | None, pressed_up: bool) -> Source:
+    from autobalance.solid.step import exact_of
+    from autobalance.solid.step_file import read_step_file
+
+    file = read_step_file(data)
+    if unit is not None and unit != file.unit:
+        raise FormatError(f"the file is in {file.unit}, the unit given is {unit}; leave it out or correct it")
+    exact = exact_of(file, body, pressed_up)
+    return Source(
+        solid=exact.mesh,
+        format=name,
+        mm_per_unit=MM_PER[file.unit],
+        sha256=hashlib.sha256(data).hexdigest(),
+        triangles=exact.triangles,
+        bodies=exact.bodies,
+        repairs=(),
+        exact=exact,
     )
 
 
@@ -141,7 +178,7 @@ def _mm_per_unit(raw: Raw, asked: str | None, name: str) -> float:
 
 
 def _solid(
-    raw: Raw, mm_per_unit: float, body: int | Literal["all"] | None, pressed_up: bool
+    raw: Raw, mm_per_unit: float, body: int | str | None, pressed_up: bool
 ) -> tuple[Solid, int, list[str]]:
     """Return the solid wanted, the number of bodies in the file, and the repairs."""
     soup = raw.soup
@@ -157,8 +194,8 @@ def _solid(
     bodies, turned = bodies_of(solid)
     notes += repairs + turned
     if len(bodies) == 1:
-        if isinstance(body, int) and body != 1:
-            raise SolidError(f"body {body} was asked for; the file holds 1")
+        if body not in (None, "all", 1):
+            raise SolidError(f"body {body!r} was asked for; {_listed(bodies)}")
         return bodies[0].solid if turned else solid, 1, notes
     if (body == "all" or (body is None and pressed_up)) and not turned and are_apart(bodies):
         return solid, len(bodies), notes
@@ -166,9 +203,9 @@ def _solid(
     return chosen, len(bodies), notes + said
 
 
-def _choose(
-    bodies: list[Body], body: int | Literal["all"] | None, pressed_up: bool
-) -> tuple[Solid, list[str]]:
+def _choose(bodies: list[Body], body: int | str | None, pressed_up: bool) -> tuple[Solid, list[str]]:
+    if isinstance(body, str) and body != "all":
+        raise SolidError(f"body {body!r} was asked for; this format has no names; {_listed(bodies)}")
     if isinstance(body, int):
         if not 1 <= body <= len(bodies):
             raise SolidError(f"body {body} was asked for; {_listed(bodies)}")
@@ -187,4 +224,5 @@ def _listed(bodies: list[Body]) -> str:
     for number, one in enumerate(bodies, start=1):
         x, y, z = one.size_mm
         lines.append(f"{number}: {one.volume_mm3:.6g} mm³, {x:.5g} × {y:.5g} × {z:.5g} mm")
-    return f"the file holds {len(bodies)} bodies ({'; '.join(lines)})"
+    count = "1 body" if len(bodies) == 1 else f"{len(bodies)} bodies"
+    return f"the file holds {count} ({'; '.join(lines)})"

@@ -1,119 +1,123 @@
-"""STEP files through the CAD kernel: exact mass properties, and fine triangles; needs the extra ``step``."""
+"""A STEP file becomes a solid with exact surfaces, and the triangles that it is planned on."""
 
 from __future__ import annotations
 
-import tempfile
-from pathlib import Path
-from typing import Any, Final
+from collections.abc import Sequence
+from dataclasses import dataclass
 
 import numpy as np
 
-from autobalance.errors import FormatError
-from autobalance.rotor.moments import Moments
-from autobalance.solid.brep import has_kernel, properties, silence
-from autobalance.solid.mesh import Array, Indices
-from autobalance.solid.raw import Raw, soup_of
+from autobalance.errors import SolidError
+from autobalance.solid.brep import ExactSolid, are_apart, together
+from autobalance.solid.csg import Solid
+from autobalance.solid.mesh import Mesh, weld
+from autobalance.solid.repair import solid_of
+from autobalance.solid.step_file import StepFile, read_step_file
+from autobalance.solid.surface import Surfaces
 
-SAG_SHARE: Final = 2e-5
-"""Greatest distance of a triangle from the true surface, as a share of the diagonal."""
-TURN_RAD: Final = 0.1
-"""Greatest angle between neighbouring triangles on one surface."""
+FACETS_MOST = 1e-2
+"""Share of the volume that the triangles may miss: fine ones miss less than a thousandth of this."""
 
 
-def read_step(data: bytes) -> Raw:
-    """Read the solids of a STEP file as triangles [mm] whose corners lie on the true surface.
+@dataclass(frozen=True, eq=False)
+class Exact:
+    """A solid with its own surfaces, as a file gives it.
 
-    Where the file holds one solid, its exact moments come along.
+    ``unit`` and ``name`` are the file's; ``surfaces`` are its planes and cylinders with the triangles of
+    ``mesh`` that stand for them, or None where the triangles had to be mended.
+    """
+
+    solid: ExactSolid
+    unit: str
+    name: str
+    bodies: int
+    triangles: int
+    mesh: Solid
+    surfaces: Surfaces | None
+
+
+def exact_of(file: StepFile, body: int | str | None, pressed_up: bool) -> Exact:
+    """Choose from the solids of a STEP file, and tessellate what was chosen.
+
+    Parameters
+    ----------
+    file : StepFile
+    body : int or str or None
+        A number, from 1 by falling volume; a name; or "all".
+    pressed_up : bool
+        Whether the file may hold one body for each half of a crank; all are taken.
 
     Raises
     ------
-    FormatError
-        If the CAD kernel is not installed, or the file is no STEP file or holds no solid.
+    SolidError
+        If none or several fit, the kernel finds fault with the solid, or its triangles are not closed.
     """
-    if not has_kernel():
-        raise FormatError(
-            "STEP needs the CAD kernel, which is not installed: pip install 'autobalance[step]'"
+    parts = [_Part(ExactSolid.of(one.body), one.name, one.place) for one in file.bodies]
+    parts.sort(key=lambda part: -part.solid.volume_mm3)
+    chosen, name = _chosen(parts, body, pressed_up)
+    facets = chosen.facets()
+    distinct, number = weld(facets.points)
+    corners = number[facets.triangles]
+    whole = (corners != np.roll(corners, 1, axis=1)).all(axis=1)
+    mesh, repairs = solid_of(Mesh(distinct, corners[whole]))
+    if abs(mesh.volume_mm3 - chosen.volume_mm3) > FACETS_MOST * chosen.volume_mm3:
+        raise SolidError(
+            f"the CAD kernel's triangles bound {mesh.volume_mm3:.6g} mm³, the solid holds "
+            f"{chosen.volume_mm3:.6g} mm³; needed a solid that can be tessellated"
         )
-    if b"ISO-10303-21" not in data[:256]:
-        raise FormatError("the STEP file does not begin with ISO-10303-21")
-    solids = _solids(_transferred(data))
-    if not solids:
-        raise FormatError("the STEP file holds no solid; needed a closed body, not surfaces or wires")
-    parts = [_triangles(solid) for solid in solids]
-    offsets = np.cumsum([0, *(len(points) for points, _ in parts[:-1])])
-    numbers = np.concatenate([faces + shift for (_, faces), shift in zip(parts, offsets, strict=True)])
-    soup = soup_of(np.concatenate([points for points, _ in parts]), numbers, "STEP")
-    exact: Moments | None = properties(solids[0]) if len(solids) == 1 else None
-    return Raw(soup, "mm", 1.0, exact=exact)
+    surfaces = None if repairs else Surfaces(chosen.surfaces(), facets.face[whole])
+    return Exact(chosen, file.unit, name, len(parts), len(facets.triangles), mesh, surfaces)
 
 
-def _transferred(data: bytes) -> Any:
-    """Return the file's shape, in mm whatever its unit."""
-    from OCP.IFSelect import IFSelect_ReturnStatus
-    from OCP.STEPControl import STEPControl_Reader
-
-    silence()
-    reader = STEPControl_Reader()
-    with tempfile.TemporaryDirectory() as folder:
-        path = Path(folder) / "crank.step"
-        path.write_bytes(data)
-        if reader.ReadFile(str(path)) != IFSelect_ReturnStatus.IFSelect_RetDone:
-            raise FormatError("the STEP file cannot be read")
-        reader.TransferRoots()
-    return reader.OneShape()
+def written_and_read(exact: Exact, solid: ExactSolid) -> tuple[bytes, ExactSolid]:
+    """Return a STEP file of a solid that was made from ``exact``, and the solid as a reader finds it."""
+    data = solid.step(exact.unit, exact.name)
+    again = [ExactSolid.of(one.body) for one in read_step_file(data).bodies]
+    return data, together(again, apart=True)
 
 
-def _solids(shape: Any) -> list[Any]:
-    from OCP.TopAbs import TopAbs_ShapeEnum
+@dataclass(frozen=True, eq=False)
+class _Part:
+    """A solid with the name of its part, and that of the part's place in the assembly."""
 
-    return [] if shape.IsNull() else _explored(shape, TopAbs_ShapeEnum.TopAbs_SOLID)
-
-
-def _explored(shape: Any, kind: Any) -> list[Any]:
-    from OCP.TopExp import TopExp_Explorer
-
-    explorer, found = TopExp_Explorer(shape, kind), []
-    while explorer.More():
-        found.append(explorer.Current())
-        explorer.Next()
-    return found
+    solid: ExactSolid
+    name: str
+    place: str
 
 
-def _triangles(solid: Any) -> tuple[Array, Indices]:
-    """Return corners (n, 3) and outward triangles (m, 3); neighbours have equal corners."""
-    from OCP.Bnd import Bnd_Box
-    from OCP.BRepBndLib import BRepBndLib
-    from OCP.BRepMesh import BRepMesh_IncrementalMesh
-    from OCP.TopAbs import TopAbs_ShapeEnum
-
-    box = Bnd_Box()
-    BRepBndLib.Add_s(solid, box)
-    sag = SAG_SHARE * float(np.sqrt(box.SquareExtent()))
-    BRepMesh_IncrementalMesh(solid, sag, False, TURN_RAD, False)
-    points: list[Array] = []
-    triangles: list[Indices] = []
-    count = 0
-    for face in _explored(solid, TopAbs_ShapeEnum.TopAbs_FACE):
-        corners, numbers = _face_triangles(face)
-        points.append(corners)
-        triangles.append(numbers + count)
-        count += len(corners)
-    return np.concatenate(points), np.concatenate(triangles)
+def _chosen(parts: Sequence[_Part], body: int | str | None, pressed_up: bool) -> tuple[ExactSolid, str]:
+    if body == "all" or (body is None and (pressed_up or len(parts) == 1)):
+        every = [part.solid for part in parts]
+        return together(every, are_apart(every)), parts[0].name
+    if body is None:
+        raise SolidError(f"{_listed(parts)}; needed body = a number or a name, or 'all' to unite them")
+    found = _named(parts, body) if isinstance(body, str) else list(parts[body - 1 : body] if body > 0 else ())
+    if len(found) != 1:
+        raise SolidError(f"body {body!r} was asked for; {_listed(parts)}")
+    return found[0].solid, found[0].name
 
 
-def _face_triangles(face: Any) -> tuple[Array, Indices]:
-    from OCP.BRep import BRep_Tool
-    from OCP.TopAbs import TopAbs_Orientation
-    from OCP.TopLoc import TopLoc_Location
-    from OCP.TopoDS import TopoDS
+def _named(parts: Sequence[_Part], name: str) -> list[_Part]:
+    """Return the parts of a name; else those at a place of that name; else whatever the letters' size."""
+    small = name.casefold()
+    for found in (
+        [part for part in parts if part.name == name],
+        [part for part in parts if part.place == name],
+        [part for part in parts if small in (part.name.casefold(), part.place.casefold())],
+    ):
+        if len(found) == 1:
+            return found
+    return []
 
-    place = TopLoc_Location()
-    mesh = BRep_Tool.Triangulation_s(TopoDS.Face(face), place)
-    if mesh is None:
-        return np.zeros((0, 3)), np.zeros((0, 3), dtype=np.int64)
-    motion = place.Transformation()
-    nodes = (mesh.Node(number + 1).Transformed(motion) for number in range(mesh.NbNodes()))
-    corners = np.array([(node.X(), node.Y(), node.Z()) for node in nodes])
-    numbers = np.array([mesh.Triangle(number + 1).Get() for number in range(mesh.NbTriangles())]) - 1
-    inward = face.Orientation() == TopAbs_Orientation.TopAbs_REVERSED
-    return corners, numbers[:, ::-1] if inward else numbers
+
+def _listed(parts: Sequence[_Part]) -> str:
+    lines = []
+    shared = {part.name for part in parts if sum(part.name == other.name for other in parts) > 1}
+    for number, part in enumerate(parts, start=1):
+        low, high = part.solid.bounds
+        x, y, z = high - low
+        name = part.place if part.name in shared and part.place else part.name
+        label = f" {name!r}," if name else ""
+        lines.append(f"{number}:{label} {part.solid.volume_mm3:.6g} mm³, {x:.5g} × {y:.5g} × {z:.5g} mm")
+    bodies = "1 body" if len(parts) == 1 else f"{len(parts)} bodies"
+    return f"the file holds {bodies} ({'; '.join(lines)})"

@@ -11,7 +11,7 @@ import pytest
 from autobalance.command import main
 from autobalance.crank.design import PRESETS
 from autobalance.job.crank_design import read_design
-from autobalance.solid.brep import has_kernel
+from autobalance.solid.kernel import has_kernel
 from autobalance.solid.read import read
 
 EXAMPLES = Path(__file__).parents[2] / "examples"

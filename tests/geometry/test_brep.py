@@ -9,7 +9,7 @@ import pytest
 from autobalance.crank.design import PRESETS
 from autobalance.crank.generate import crank_shape, exact_moments
 from autobalance.errors import FormatError, SolidError
-from autobalance.solid import brep
+from autobalance.solid import kernel
 from autobalance.solid.brep import ExactSolid
 from autobalance.solid.shape import (
     Bar,
@@ -24,7 +24,7 @@ from autobalance.solid.shape import (
     tessellated,
 )
 
-needs_kernel = pytest.mark.skipif(not brep.has_kernel(), reason="the extra 'step' is not installed")
+needs_kernel = pytest.mark.skipif(not kernel.has_kernel(), reason="the extra 'step' is not installed")
 ROUNDING = 1e-9
 COARSE = 1.6e-5  # from 64 segments, with oil holes
 FACETS = 1e-6  # from 128: what extrapolation leaves of the facets, with oil holes
@@ -121,7 +121,7 @@ def test_a_leaning_edge_needs_corners_at_the_top() -> None:
 
 
 def test_without_the_kernel_the_extra_is_named(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(brep, "has_kernel", lambda: False)
+    monkeypatch.setattr(kernel, "has_kernel", lambda: False)
     with pytest.raises(FormatError, match=r"pip install 'autobalance\[step\]'"):
         ExactSolid(Prism(circle(1.0), 0.0, 1.0))
 

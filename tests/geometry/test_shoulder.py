@@ -14,7 +14,6 @@ from autobalance.correction.shoulder import (
     auto_patches,
     chosen_patches,
     cuts,
-    half_space,
     offer,
     sector,
     shared_depths,
@@ -25,6 +24,7 @@ from autobalance.solid.csg import Region, Solid
 from autobalance.solid.mesh import Mesh
 
 RHO = 7.85e-3
+HEAVY_DEG = math.degrees(math.atan2(0.6, -0.8))
 SECTION_ROUNDING = 1e-6  # sections are rounded to 1e-8 mm, differences over 2 µm see it
 CLEARANCE_SHARE = 2e-5  # the tool keeps some µm clear of what stands on a face
 Array = NDArray[np.float64]
@@ -91,7 +91,7 @@ def test_what_stands_on_the_face_keeps_its_footprint() -> None:
 
 def test_effect_is_what_the_tool_takes_in_all_moments() -> None:
     solid = block_with_boss()
-    cut = cut_of(solid, ShoulderLimits(), half_space(np.array([-0.8, 0.6]), 100.0))
+    cut = cut_of(solid, ShoulderLimits(), sector((HEAVY_DEG - 90.0, HEAVY_DEG + 90.0), 100.0))
     taken = solid.moments(RHO) - (solid - cut.tool(3.0)).moments(RHO)
     for change in (cut.effect(3.0), cut.correction(3.0).change):
         assert -change.mass_g == pytest.approx(taken.mass_g, rel=1e-9)

@@ -25,7 +25,7 @@ from autobalance.solid.write import decode, encode
 
 EXAMPLES = int(os.environ.get("AUTOBALANCE_FUZZ", "60"))
 """How many damaged files to try; `make fuzz` asks for more."""
-WRITTEN = [name for name, kind in FORMATS.items() if kind.written_as is None]
+WRITTEN = [name for name, kind in FORMATS.items() if not kind.exact]
 SINGLE, DOUBLE = 2.0**-24, 4e-16
 
 

@@ -13,6 +13,7 @@ from autobalance.rotor.moments import Moments
 from autobalance.rotor.tolerance import Tolerance
 from autobalance.rotor.unbalance import Unbalance
 from autobalance.solid.csg import Solid
+from autobalance.solid.tool import Tool
 
 
 @dataclass(frozen=True)
@@ -42,6 +43,9 @@ class Column:
         return Moments.zero()
 
     def tool(self, depth_mm: float) -> Solid:
+        raise NotImplementedError
+
+    def exact_tool(self, depth_mm: float) -> Tool:
         raise NotImplementedError
 
     def correction(self, depth_mm: float) -> Correction:

@@ -1,0 +1,86 @@
+"""Tools meet a solid in the CAD kernel: metal is added and removed, all with exact surfaces."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+
+from autobalance.errors import SolidError
+from autobalance.solid.build import built, moved, plane_face
+from autobalance.solid.kernel import common, cut, explored, fused, is_valid
+from autobalance.solid.mesh import Array
+from autobalance.solid.shape import Prism
+from autobalance.solid.tessellation import bounds_mm
+from autobalance.solid.tool import Lowering, Raising, Tool
+
+CLEAR_SHARES = (1e-6, 1e-5, 1e-4)
+"""How high over a face it is looked what stands on it, as shares of the part's diagonal: higher where the
+kernel cannot make a sound cut of the first."""
+
+
+def machined(body: Any, removed: Sequence[Tool], added: Sequence[Tool]) -> Any:
+    """Return a body with metal added, then other metal removed.
+
+    Raises
+    ------
+    SolidError
+        If the kernel makes no sound solid of it, or it falls apart.
+    """
+    low, high = bounds_mm(body)
+    size = float(np.linalg.norm(high - low))
+    bodies = len(explored(body, "SOLID"))
+    found = 0
+    for share in CLEAR_SHARES:
+        grown = [_tool(tool, body, share * size) for tool in added]
+        gone = [_tool(tool, body, share * size) for tool in removed]
+        result = cut(fused([body, *grown]), gone)
+        found = len(explored(result, "SOLID"))
+        if found == bodies and is_valid(result):
+            return result
+    if found != bodies:
+        raise SolidError(f"cut as planned, the part falls into {found} solids; needed {bodies}")
+    raise SolidError("the CAD kernel finds fault with the solid after the cut")
+
+
+def _tool(tool: Tool, body: Any, clear_mm: float) -> Any:
+    if isinstance(tool, Lowering):
+        return _lowering(tool, body, clear_mm)
+    if isinstance(tool, Raising):
+        return _raising(tool, body)
+    return built(tool)
+
+
+def _lowering(tool: Lowering, body: Any, clear_mm: float) -> Any:
+    """Return the prism over the new plane, without what stands on the old one."""
+    top = tool.face_mm + clear_mm
+    room = moved(built(Prism(tool.outline, tool.low_mm, top)), tool.placement)
+    keep = [moved(built(spared), tool.placement) for spared in tool.spared]
+    plane = moved(plane_face(tool.outline, (0.0, 0.0, top), (0.0, 0.0, 1.0), (1.0, 0.0, 0.0)), tool.placement)
+    up = tool.placement[:3, 2]
+    for footprint in explored(common(plane, body), "FACE"):
+        raised = moved(footprint, _shift(up))
+        keep.append(drawn_out(raised, -(top - tool.low_mm + 2.0) * up))
+    found = cut(room, keep)
+    return found if tool.within is None else common(found, built(tool.within))
+
+
+def _raising(tool: Raising, body: Any) -> Any:
+    faces = explored(body, "FACE")
+    grown = fused([drawn_out(faces[number], tool.rise_mm * tool.normal) for number in tool.surfaces])
+    return grown if tool.within is None else common(grown, built(tool.within))
+
+
+def drawn_out(face: Any, along: Array) -> Any:
+    """Return the body that a face sweeps along a vector (3,)."""
+    from OCP.BRepPrimAPI import BRepPrimAPI_MakePrism
+    from OCP.gp import gp_Vec
+
+    return BRepPrimAPI_MakePrism(face, gp_Vec(*(float(value) for value in along)), True).Shape()
+
+
+def _shift(by: Array) -> Array:
+    motion = np.eye(4)
+    motion[:3, 3] = by
+    return motion
