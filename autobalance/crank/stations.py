@@ -8,10 +8,10 @@ from itertools import pairwise
 
 import numpy as np
 
-from autobalance.crank.anatomy import Array
+from autobalance.crank.anatomy import Array, Indices
 from autobalance.crank.circles import Circle, whole_circle
 from autobalance.solid.mesh import Mesh
-from autobalance.solid.slices import cross_sections
+from autobalance.solid.slices import Spans, cross_sections
 
 SQUARE = 1.0 - 1e-4
 """A triangle is square to the axis when its normal has at least this component along it (0.8°)."""
@@ -22,6 +22,8 @@ ASIDE_SHARE = 2e-5
 """How far beside a level the sections next to it are taken, as a share of the part's length."""
 UNIFORM = 40
 """Stations are at most the part's length divided by this apart."""
+UPRIGHT_SINE = 1e-4
+"""A triangle stands along the axis when the sine of its lean is below this, or its lean is but rounding."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -102,15 +104,22 @@ class Lengthwise:
 
 
 def lengthwise(mesh: Mesh, direction: Array, rounding_mm: float) -> Lengthwise:
-    """Turn a mesh so that ``direction`` (3,) is z, its middle the origin, and cut it at stations along z."""
+    """Turn a mesh so that ``direction`` (3,) is z, its middle the origin, and cut it at stations along z.
+
+    Where nothing changes from one station to the next, one cut serves both.
+    """
     turn = turn_to_z(direction, mesh.bounds.mean(axis=0))
     vertices = _turned(mesh.vertices, turn)
-    levels, areas = _levels(mesh, vertices, turn[2, :3])
+    along = _along(mesh, turn[2, :3])
+    levels, areas = _levels(mesh, vertices, along)
     heights = _stations(vertices, levels)
-    outlines = cross_sections(vertices, mesh.triangles, heights)
-    sections = tuple(
-        Section(float(z), _pieces(found, rounding_mm)) for z, found in zip(heights, outlines, strict=True)
-    )
+    spans = Spans.of(vertices, mesh.triangles, heights)
+    stretch = _stretches(mesh, vertices, along, spans, len(heights), rounding_mm)
+    first, count = np.unique(stretch, return_index=True, return_counts=True)[1:]
+    middle = first + count // 2
+    outlines = cross_sections(vertices, mesh.triangles, heights[middle], spans.among(middle))
+    pieces = [_pieces(found, rounding_mm) for found in outlines]
+    sections = tuple(Section(float(z), pieces[one]) for z, one in zip(heights, stretch, strict=True))
     return Lengthwise(turn, vertices, levels, areas, sections)
 
 
@@ -118,7 +127,7 @@ def straightened(long: Lengthwise, mesh: Mesh, direction: Array) -> Lengthwise:
     """Return the same with the axis turned a very little, to ``direction``; the sections are kept."""
     turn = turn_to_z(direction, mesh.bounds.mean(axis=0))
     vertices = _turned(mesh.vertices, turn)
-    levels, areas = _levels(mesh, vertices, turn[2, :3])
+    levels, areas = _levels(mesh, vertices, _along(mesh, turn[2, :3]))
     return Lengthwise(turn, vertices, levels, areas, long.sections)
 
 
@@ -141,9 +150,36 @@ def turn_to_z(direction: Array, middle: Array) -> Array:
     return turn
 
 
-def _levels(mesh: Mesh, vertices: Array, axis: Array) -> tuple[Array, Array]:
+def _along(mesh: Mesh, axis: Array) -> Array:
+    """Return the components (m,) of the triangles' doubled area vectors along the axis."""
     x, y, z = mesh.area_vectors.T
-    along = axis[0] * x + axis[1] * y + axis[2] * z
+    along: Array = axis[0] * x + axis[1] * y + axis[2] * z
+    return along
+
+
+def _stretches(
+    mesh: Mesh, vertices: Array, along: Array, spans: Spans, count: int, rounding_mm: float
+) -> Indices:
+    """Return for each of ``count`` stations the number of the stretch of equal cross-sections it is in.
+
+    Two neighbours show the same section when all triangles between them stand along the axis: none leans by
+    more than rounding, or shows its face.
+    """
+    lean, size = np.abs(along), mesh.doubled_areas
+    leaning = np.flatnonzero(lean > UPRIGHT_SINE * size)
+    lean, size = lean[leaning], size[leaning]
+    z = vertices[:, 2]
+    a, b, c = (z[column] for column in mesh.triangles[leaning].T)
+    rise = np.maximum(np.maximum(a, b), c) - np.minimum(np.minimum(a, b), c)
+    leaning = leaning[(lean * rise > rounding_mm * size) | (lean > 0.5 * size)]
+    begins = np.bincount(spans.low[leaning], minlength=count + 1)
+    ends = np.bincount(spans.high[leaning], minlength=count + 1)
+    changes = np.cumsum(begins) - np.cumsum(ends) + ends > 0
+    stretch: Indices = np.cumsum(changes[:count]) - int(changes[0])
+    return stretch
+
+
+def _levels(mesh: Mesh, vertices: Array, along: Array) -> tuple[Array, Array]:
     square = np.flatnonzero(np.abs(along) > SQUARE * mesh.doubled_areas)
     if len(square) == 0:
         return np.zeros(0), np.zeros(0)

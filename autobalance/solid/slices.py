@@ -2,13 +2,44 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+from typing import Any
+
 import numpy as np
 from numpy.typing import NDArray
 
 from autobalance.solid.mesh import Array, Indices
 
+Numbers = NDArray[np.unsignedinteger[Any]]
 
-def cross_sections(vertices: Array, triangles: Indices, heights_mm: Array) -> list[list[Array]]:
+
+@dataclass(frozen=True, eq=False)
+class Spans:
+    """Where triangles lie among heights: for each, how many heights are at or below its corners.
+
+    ``low`` (m,) counts for the lowest corner, ``high`` for the highest; a height is crossed when its number
+    is at least the first and less than the second.
+    """
+
+    low: Numbers
+    high: Numbers
+
+    @classmethod
+    def of(cls, vertices: Array, triangles: Indices, heights_mm: Array) -> Spans:
+        """Return those of triangles (m, 3) among increasing heights (k,)."""
+        count = np.searchsorted(heights_mm, vertices[:, 2], side="right")
+        a, b, c = count.astype(np.min_scalar_type(len(heights_mm)))[triangles].T
+        return cls(np.minimum(np.minimum(a, b), c), np.maximum(np.maximum(a, b), c))
+
+    def among(self, chosen: Indices) -> Spans:
+        """Return them among some of the heights, chosen by number, increasing."""
+        fewer = np.searchsorted(chosen, np.arange(int(self.high.max()) + 1)).astype(self.low.dtype)
+        return Spans(fewer[self.low], fewer[self.high])
+
+
+def cross_sections(
+    vertices: Array, triangles: Indices, heights_mm: Array, spans: Spans | None = None
+) -> list[list[Array]]:
     """Cut a closed, outward mesh by planes z = const.
 
     A corner on the plane counts as above it, so that every section closes whatever lies on the plane.
@@ -19,6 +50,8 @@ def cross_sections(vertices: Array, triangles: Indices, heights_mm: Array) -> li
     triangles : (m, 3) int
     heights_mm : (k,) float
         Increasing [mm].
+    spans : Spans, optional
+        Of the triangles among the heights, where they are known.
 
     Returns
     -------
@@ -26,18 +59,14 @@ def cross_sections(vertices: Array, triangles: Indices, heights_mm: Array) -> li
         For each height the closed outlines: counter-clockwise around metal, clockwise around holes. Corners
         stand where the plane meets the mesh's edges.
     """
-    z = vertices[:, 2]
-    at = z[triangles]
-    low = np.minimum(np.minimum(at[:, 0], at[:, 1]), at[:, 2])
-    high = np.maximum(np.maximum(at[:, 0], at[:, 1]), at[:, 2])
-    first = np.searchsorted(heights_mm, low, side="right")
-    crossings = np.searchsorted(heights_mm, high, side="right") - first
-    hit = np.flatnonzero(crossings)
-    crossings = crossings[hit]
+    spans = spans or Spans.of(vertices, triangles, heights_mm)
+    hit = np.flatnonzero(spans.low != spans.high)
+    first = spans.low[hit].astype(np.int64)
+    crossings = spans.high[hit] - first
     corner = np.repeat(triangles[hit], crossings, axis=0)
     before = np.cumsum(crossings) - crossings
-    station = np.repeat(first[hit] - before, crossings) + np.arange(len(corner))
-    start, end = _crossed_edges(corner, z[corner] >= heights_mm[station][:, None])
+    station = np.repeat(first - before, crossings) + np.arange(len(corner))
+    start, end = _crossed_edges(corner, vertices[corner, 2] >= heights_mm[station][:, None])
     points = _points_on(start, vertices, heights_mm[station])
     following = _following(start, end, station, len(vertices))
     sections: list[list[Array]] = [[] for _ in heights_mm]
@@ -76,17 +105,16 @@ def _following(start: Indices, end: Indices, station: Indices, count: int) -> In
 
 
 def _cycles(following: Indices) -> list[list[int]]:
+    """Return the cycles of a permutation; a place that was met follows nothing any more."""
     step = following.tolist()
-    seen = bytearray(len(step))
     cycles = []
     for start in range(len(step)):
-        if seen[start]:
-            continue
         cycle = []
         place = start
-        while not seen[place]:
-            seen[place] = 1
+        while (after := step[place]) >= 0:
             cycle.append(place)
-            place = step[place]
-        cycles.append(cycle)
+            step[place] = -1
+            place = after
+        if cycle:
+            cycles.append(cycle)
     return cycles
