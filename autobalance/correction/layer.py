@@ -60,15 +60,12 @@ class Slab:
         z = mesh.vertices @ frame[2, :3] + frame[2, 3]
         a, b, c = (z[column] for column in mesh.triangles.T)
         top, bottom = np.maximum(np.maximum(a, b), c), np.minimum(np.minimum(a, b), c)
-        part = mesh.part((top > low_mm) & (bottom < high_mm)).moved(frame)
-        vertices, numbers, corners = part.vertices, part.triangles, part.corners
-        edges = np.roll(corners, -1, axis=1) - corners
-        cross = np.cross(edges[:, 0], edges[:, 1])
-        length = np.linalg.norm(cross, axis=1)
-        thick = length > grain_mm * np.linalg.norm(edges, axis=2).max(axis=1)
-        up = np.divide(cross[:, 2], length, out=np.zeros_like(length), where=thick)
-        heights = corners[:, :, 2]
-        return cls(vertices, numbers, corners, heights.min(axis=1), heights.max(axis=1), up)
+        picked = (top > low_mm) & (bottom < high_mm)
+        part = mesh.part(picked).moved(frame)
+        longest = np.maximum.reduce([_lengths(part, one, other) for one, other in ((0, 1), (1, 2), (2, 0))])
+        thick = part.doubled_areas > grain_mm * longest
+        up = np.divide(part.area_vectors[:, 2], part.doubled_areas, out=np.zeros(len(thick)), where=thick)
+        return cls(part.vertices, part.triangles, part.corners, bottom[picked], top[picked], up)
 
     def section(self, height_mm: float) -> Region:
         """Return the solid's cross-section at a height within the slab."""
@@ -212,9 +209,10 @@ class FaceLayer:
         tops = slab.tops
         behind = (slab.up <= BACKWARD) & (tops > lowest_mm) & (tops < self.height_mm - 2.0 * self.grain_mm)
         low, high = (self.kept(self.grain_mm) + self.kept(deepest_mm)).bounds
-        flat = slab.corners[:, :, :2]
-        near = (flat.max(axis=1) >= low).all(axis=1) & (flat.min(axis=1) <= high).all(axis=1)
-        rows = np.flatnonzero(behind & near)
+        rows = np.flatnonzero(behind)
+        a, b, c = slab.corners[rows, :, :2].transpose(1, 0, 2)
+        near = (np.maximum(np.maximum(a, b), c) >= low) & (np.minimum(np.minimum(a, b), c) <= high)
+        rows = rows[near[:, 0] & near[:, 1]]
         rows = rows[np.argsort(-tops[rows])]
         if not len(rows):
             return None
@@ -242,6 +240,15 @@ def numbers_of(moments: Moments) -> Array:
 def moments_of(numbers: Array) -> Moments:
     """Return the moments that numbers (13,) stand for."""
     return Moments(float(numbers[0]), numbers[1:4], numbers[4:].reshape(3, 3))
+
+
+def _lengths(mesh: Mesh, one: int, other: int) -> Array:
+    """Return the lengths (m,) of the edges between two corners of each triangle."""
+    x, y, z = (
+        column[mesh.triangles[:, other]] - column[mesh.triangles[:, one]] for column in mesh.vertices.T
+    )
+    lengths: Array = np.sqrt(x * x + y * y + z * z)
+    return lengths
 
 
 JOINED = 1e-3

@@ -318,19 +318,23 @@ def face_frame(normal: Array) -> Array:
 
 
 def _face_corners(mesh: Mesh, anatomy: Anatomy, face: Face) -> Array:
-    corners = mesh.vertices[mesh.triangles[face.triangles]]
+    corners = mesh.vertices[mesh.triangles[face.triangles].reshape(-1)]
     frame = anatomy.file_to_rotor
     placed: Array = corners @ frame[:3, :3].T + frame[:3, 3]
-    return placed
+    return placed.reshape(-1, 3, 3)
 
 
 def face_region(mesh: Mesh, anatomy: Anatomy, face: Face, to_face: Array) -> Region:
     """Return a face's outline as a region in its own frame, from the edges that only one triangle has."""
     triangles = mesh.triangles[face.triangles]
-    edges = np.concatenate([triangles[:, [0, 1]], triangles[:, [1, 2]], triangles[:, [2, 0]]])
+    tail, head = triangles.reshape(-1), np.roll(triangles, -1, axis=1).reshape(-1)
     count = len(mesh.vertices)
-    forward, backward = edges[:, 0] * count + edges[:, 1], edges[:, 1] * count + edges[:, 0]
-    rim = edges[~np.isin(forward, backward)]
+    edge = 2 * (np.minimum(tail, head) * count + np.maximum(tail, head)) + (tail > head)
+    edge.sort()  # an edge and its twin stand side by side
+    differs = np.diff(edge // 2, prepend=-1, append=-1) != 0
+    alone = edge[differs[:-1] & differs[1:]]
+    rim = np.stack(np.divmod(alone // 2, count), axis=1)
+    rim[alone % 2 == 1] = rim[alone % 2 == 1, ::-1]
     frame = to_face @ anatomy.file_to_rotor
     following: dict[int, list[int]] = {}
     for a, b in rim.tolist():
