@@ -6,6 +6,7 @@ VENV := .venv
 CANDIDATES := $(PYTHON) python3 python3.14 python3.13 python3.12 python3.11 python
 PIP_FLAGS := --quiet --disable-pip-version-check
 OUTPUT := demo-output
+FUZZ := 3000
 
 .PHONY: help demo test quick lint fuzz bench ci clean
 
@@ -40,7 +41,8 @@ lint: $(VENV)/.installed-dev
 	@$(VENV)/bin/lint-imports
 
 fuzz: $(VENV)/.installed-dev
-	@AUTOBALANCE_FUZZ=3000 $(VENV)/bin/python -m pytest -q tests/unit/test_solid_stl.py tests/geometry/test_solid_formats.py -k "damaged or any_bytes"
+	@echo "==> damaged, changed and invented files for every reader; AUTOBALANCE_FUZZ=$(FUZZ) of each kind"
+	@AUTOBALANCE_FUZZ=$(FUZZ) $(VENV)/bin/python -m pytest -q tests/unit/test_solid_stl.py tests/unit/test_job_fuzz.py tests/geometry/test_solid_formats.py tests/geometry/test_solid_fuzz.py tests/test_cli_fuzz.py -k "damaged or any_bytes or changed or words or says or every_kind or run"
 
 bench: $(VENV)/.installed-dev
 	@echo "==> measuring time and memory of the main job"

@@ -1,5 +1,20 @@
 """The tree of errors that a user can cause; each owns its exit code."""
 
+LONGEST = 1500
+"""Characters of a message; a file may hold a name as long as itself."""
+
+
+def one_line(text: str) -> str:
+    r"""Return a text on one line that does nothing to a terminal: control characters as their escapes.
+
+    Examples
+    --------
+    >>> print(one_line("two\nlines"))
+    two\nlines
+    """
+    shown = "".join(each if each.isprintable() else repr(each)[1:-1] for each in text[:LONGEST])
+    return shown if len(text) <= LONGEST else f"{shown} ..."
+
 
 class AutobalanceError(Exception):
     """Base of every error with a message for the user.
@@ -8,6 +23,9 @@ class AutobalanceError(Exception):
     """
 
     exit_code = 3
+
+    def __str__(self) -> str:
+        return one_line(super().__str__())
 
 
 class UsageError(AutobalanceError):

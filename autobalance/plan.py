@@ -15,6 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from autobalance.correction.kind import Cut, SharedDepth
+from autobalance.errors import CorrectionError
 from autobalance.rotor.moments import Moments
 from autobalance.rotor.tolerance import Tolerance
 from autobalance.rotor.unbalance import Unbalance
@@ -221,7 +222,10 @@ def _tangent_step(
         method="highs",
     )
     if answer.x is None:  # the depths at hand are always feasible: the excess is free
-        raise ArithmeticError(f"the planner's linear programme failed: {answer.message}")
+        raise CorrectionError(
+            f"the planner cannot compute with a permissible {tolerance.permissible_g_mm:.3g} g·mm and "
+            f"{residual.magnitude_g_mm:.3g} g·mm to correct; check masses, speed and grade"
+        )
     return np.clip(answer.x[:count], least, most)
 
 

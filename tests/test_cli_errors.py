@@ -9,6 +9,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from autobalance.report import files
 from autobalance.report.files import Staging
 from tests import jobs
 
@@ -267,11 +268,11 @@ def test_a_folder_that_refuses_files(
 ) -> None:
     job = jobs.bundled_job(tmp_path)
 
-    def refuse(self: Path, data: bytes) -> int:
+    def refuse(path: Path, data: bytes) -> None:
         raise PermissionError(13, "Permission denied")
 
     no_reading(monkeypatch)
-    monkeypatch.setattr(Path, "write_bytes", refuse)
+    monkeypatch.setattr("autobalance.report.files._write_new", refuse)
     assert jobs.run("balance", job, "-o", tmp_path / "out") == 3
     assert "cannot write into the folder" in capsys.readouterr().err
     assert not (tmp_path / "out").exists()
@@ -310,15 +311,15 @@ def test_a_disk_that_is_full_leaves_the_earlier_results(
     job = jobs.bundled_job(tmp_path)
     jobs.balanced(job, tmp_path / "out")
     before = jobs.folder_state(tmp_path)
-    write = Path.write_bytes
+    write = files._write_new
 
-    def full(self: Path, data: bytes) -> int:
-        if ".report.json" in self.name:
-            write(self, data[:10])
+    def full(path: Path, data: bytes) -> None:
+        if ".report.json" in path.name:
+            write(path, data[:10])
             raise OSError(28, "No space left on device")
-        return write(self, data)
+        write(path, data)
 
-    monkeypatch.setattr(Path, "write_bytes", full)
+    monkeypatch.setattr(files, "_write_new", full)
     assert jobs.run("balance", job, "-o", tmp_path / "out") == 3
     assert "no space left on device" in capsys.readouterr().err
     assert jobs.folder_state(tmp_path) == before

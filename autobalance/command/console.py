@@ -5,6 +5,8 @@ from __future__ import annotations
 import os
 import sys
 
+from autobalance.errors import one_line
+
 
 def say(text: str) -> None:
     """Print a result; a reader that has gone away (``| head``) is no error."""
@@ -16,7 +18,7 @@ def say(text: str) -> None:
 
 def warn(text: str) -> None:
     """Print a warning."""
-    print(f"autobalance: warning: {text}", file=sys.stderr)  # noqa: T201
+    print(f"autobalance: warning: {one_line(text)}", file=sys.stderr)  # noqa: T201
 
 
 def progress(text: str) -> None:

@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from autobalance.command.options import add_json, add_units
-from autobalance.errors import FileError, UsageError
+from autobalance.errors import JobError, UsageError
 
 if TYPE_CHECKING:
     from autobalance.crank.anatomy import Anatomy
@@ -55,7 +55,7 @@ def run(arguments: argparse.Namespace) -> int:
     from autobalance.report.text import UNITS, generate_text
 
     design, engine = designed(arguments)
-    target = Path(arguments.output or f"{design.name}.stl")
+    target = Path(arguments.output) if arguments.output else _named(design.name)
     report_file = None if arguments.json in (None, "-") else Path(arguments.json)
     targets = [target] if report_file is None else [target, report_file]
     _refuse_overwriting(targets, Path(arguments.crank))
@@ -77,6 +77,13 @@ def run(arguments: argparse.Namespace) -> int:
     return 0
 
 
+def _named(name: str) -> Path:
+    """Return the file that is named after a crank: here, not where its name points to."""
+    if not name or "\\" in name or Path(name).name != name or not name.isprintable():
+        raise JobError(f"name is {name!r}; must be a plain file name, without folders, or give -o FILE")
+    return Path(f"{name}.stl")
+
+
 def _refuse_overwriting(targets: list[Path], source: Path) -> None:
     places = [path.resolve() for path in (*targets, source)]
     if len(set(places)) < len(places):
@@ -90,25 +97,18 @@ def designed(arguments: argparse.Namespace) -> tuple[Design, Engine | None]:
     """Return the design that the command line asks for, and the weights if it names any."""
     from autobalance.crank.design import preset
     from autobalance.job.crank_design import read_design, with_settings
+    from autobalance.job.read import text_of
 
     path = Path(arguments.crank)
     engine = None
     if path.suffix.lower() == ".toml":
-        design, engine = read_design(_text(path), path.name)
+        design, engine = read_design(text_of(path, "description"), path.name)
     else:
         design = preset(arguments.crank)
     settings = dict(_setting(text) for text in arguments.settings)
     if arguments.segments is not None:
         settings["segments"] = arguments.segments
     return (with_settings(design, settings) if settings else design), engine
-
-
-def _text(path: Path) -> str:
-    try:
-        return path.read_text(encoding="utf-8-sig")
-    except (OSError, ValueError) as error:
-        reason = getattr(error, "strerror", None) or "it is no UTF-8 text"
-        raise FileError(f"cannot read the description {path}: {reason.lower()}") from None
 
 
 def _setting(text: str) -> tuple[str, Any]:
@@ -118,7 +118,7 @@ def _setting(text: str) -> tuple[str, Any]:
         raise UsageError(f"--set {text!r} is no KEY=VALUE")
     try:
         return key.strip(), tomllib.loads(f"value = {value}")["value"]
-    except tomllib.TOMLDecodeError:
+    except (ValueError, RecursionError):  # TOMLDecodeError is a ValueError
         return key.strip(), value.strip()
 
 

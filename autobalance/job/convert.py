@@ -10,6 +10,9 @@ from typing import Any, Literal, Union, get_args, get_origin
 
 from autobalance.errors import JobError
 
+LARGEST = 1e9
+"""Size of a number at most: beyond is no mass, length or speed of a crankshaft, and squares overflow."""
+
 
 def convert(value: object, hint: Any, where: str) -> Any:
     """Return a TOML value as the type ``hint`` asks.
@@ -49,6 +52,8 @@ def convert(value: object, hint: Any, where: str) -> Any:
         return _number(value, where)
     if not isinstance(value, hint) or (hint is int and isinstance(value, bool)):
         raise JobError(f"{where} is {shown(value)}; must be {needed(hint)}")
+    if hint is int and abs(value) > LARGEST:
+        raise JobError(f"{where} is {shown(value)}; must be at most {LARGEST:g} in size")
     return value
 
 
@@ -61,6 +66,8 @@ def _number(value: object, where: str) -> float:
         number = math.inf
     if not math.isfinite(number):
         raise JobError(f"{where} is {number}; must be a finite number")
+    if abs(number) > LARGEST:
+        raise JobError(f"{where} is {number:g}; must be at most {LARGEST:g} in size")
     return number
 
 

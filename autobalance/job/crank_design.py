@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import tomllib
 from collections.abc import Mapping
 from dataclasses import MISSING, fields, is_dataclass
 from types import UnionType
@@ -11,7 +10,7 @@ from typing import Any, Union, get_args, get_origin, get_type_hints
 from autobalance.crank.design import Design, preset
 from autobalance.errors import JobError
 from autobalance.job.model import Engine
-from autobalance.job.read import read_engine
+from autobalance.job.read import read_engine, toml_of
 from autobalance.job.table import Table
 
 
@@ -31,10 +30,7 @@ def read_design(text: str, source: str) -> tuple[Design, Engine | None]:
     JobError
         For text that is no TOML, unknown or missing keys, wrong types and impossible values.
     """
-    try:
-        raw = tomllib.loads(text)
-    except tomllib.TOMLDecodeError as error:
-        raise JobError(f"{source} is not valid TOML: {error}") from None
+    raw = toml_of(text, source)
     try:
         return _design_and_engine(raw, source.rpartition(".")[0] or source)
     except JobError as error:

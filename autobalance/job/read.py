@@ -39,6 +39,9 @@ CRANKPIN = "crankpin"
 """The part in ``crankpin_g`` that is the pin itself."""
 ATTACHED_KEYS = ("name", "mass_g", "unbalance_g_mm", "z_mm", "pm_g_mm")
 
+LARGEST_BYTES = 1 << 20
+"""Bytes of a job at most; those that people write have a few thousand."""
+
 Vector = tuple[float, float, float]
 
 
@@ -62,24 +65,52 @@ def load(path: str | Path) -> Job:
         If it is not TOML, or a key is unknown, missing, of the wrong type or impossible.
     """
     path = Path(path)
-    try:
-        text = path.read_bytes().decode("utf-8-sig")
-    except UnicodeDecodeError as error:
-        raise JobError(
-            f"{path.name} is not UTF-8 text: byte {error.start} is {error.object[error.start]:#x}"
-        ) from None
-    except (OSError, ValueError) as error:  # ValueError: a NUL in the name
-        raise FileError(f"cannot read the job {path}: {_why(error)}") from None
-    try:
-        raw = tomllib.loads(text)
-    except tomllib.TOMLDecodeError as error:
-        raise JobError(f"{path.name} is not valid TOML: {_first_line(error)}") from None
-    except (ValueError, RecursionError) as error:
-        raise JobError(f"{path.name} is not usable TOML: {_first_line(error)}") from None
+    raw = toml_of(text_of(path, "job"), path.name)
     try:
         return parse(raw, path)
     except JobError as error:
         raise JobError(f"{path.name}: {error}") from None
+
+
+def text_of(path: Path, what: str) -> str:
+    """Return the text of a small file; ``what`` it is says so in messages.
+
+    Raises
+    ------
+    FileError
+        If it cannot be read.
+    JobError
+        If it is no text, or larger than any of its kind.
+    """
+    try:
+        with path.open("rb") as stream:
+            data = stream.read(LARGEST_BYTES + 1)
+    except (OSError, ValueError) as error:  # ValueError: a NUL in the name
+        raise FileError(f"cannot read the {what} {path}: {_why(error)}") from None
+    if len(data) > LARGEST_BYTES:
+        raise JobError(f"{path.name} is larger than {LARGEST_BYTES} bytes; is it a {what}?")
+    try:
+        return data.decode("utf-8-sig")
+    except UnicodeDecodeError as error:
+        raise JobError(
+            f"{path.name} is not UTF-8 text: byte {error.start} is {data[error.start]:#x}"
+        ) from None
+
+
+def toml_of(text: str, name: str) -> dict[str, Any]:
+    """Return the tables of a TOML text; ``name`` is its file's, for messages.
+
+    Raises
+    ------
+    JobError
+        If it is no TOML, nests too deep, or holds a number of thousands of digits.
+    """
+    try:
+        return tomllib.loads(text)
+    except tomllib.TOMLDecodeError as error:
+        raise JobError(f"{name} is not valid TOML: {_first_line(error)}") from None
+    except (ValueError, RecursionError) as error:
+        raise JobError(f"{name} is not usable TOML: {_first_line(error)}") from None
 
 
 def _why(error: Exception) -> str:

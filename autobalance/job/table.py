@@ -25,6 +25,10 @@ SHARE = Rule(lambda x: 0.0 <= x <= 1.0, "must be 0 to 1")
 COUNTED = Rule(lambda x: x >= 1, "must be ≥ 1")
 
 
+SMALLEST = 1e-9
+"""Least positive number where one is needed: dividing by less overflows."""
+
+
 class Table:
     """A TOML table and its path in the file.
 
@@ -66,6 +70,8 @@ class Table:
         for number in _numbers(found):
             if not rule.holds(number):
                 raise JobError(f"{self.place(key)} is {number:g}; {rule.text}")
+            if rule is POSITIVE and number < SMALLEST:
+                raise JobError(f"{self.place(key)} is {number:g}; must be at least {SMALLEST:g}")
         return found
 
     def optional(self, key: str, hint: Any, rule: Rule = ANY, default: Any = None) -> Any:

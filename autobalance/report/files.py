@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import contextlib
 import os
+import secrets
 import signal
 import threading
 from collections.abc import Iterator, Sequence
@@ -68,7 +69,7 @@ class Staging:
         waiting = _temporary(path)
         self._waiting.append((waiting, path))
         try:
-            waiting.write_bytes(data)
+            _write_new(waiting, data)
         except OSError as error:
             raise FileError(f"cannot write {path}: {_why(error)}") from None
 
@@ -113,13 +114,20 @@ class Staging:
 
 
 def _temporary(path: Path) -> Path:
-    return path.with_name(f".{path.name}.{os.getpid()}.part")
+    """Return a name beside ``path`` that nobody can have laid a link under beforehand."""
+    return path.with_name(f".{path.name}.{os.getpid()}-{secrets.token_hex(4)}.part")
+
+
+def _write_new(path: Path, data: bytes) -> None:
+    """Write a file that must not exist yet: nothing is followed to another place, nothing overwritten."""
+    with path.open("xb") as stream:
+        stream.write(data)
 
 
 def _prove_writable(folder: Path) -> None:
     probe = _temporary(folder / "probe")
     try:
-        probe.write_bytes(b"")
+        _write_new(probe, b"")
         probe.unlink()
     except OSError as error:
         raise FileError(f"cannot write into the folder {folder}: {_why(error)}") from None

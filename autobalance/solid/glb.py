@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import struct
+from collections.abc import Iterator
 from typing import Any, Final
 
 import numpy as np
@@ -19,8 +20,6 @@ TYPES: Final = {5121: "<u1", 5123: "<u2", 5125: "<u4", 5126: "<f4"}
 """numpy's names of the number types that positions and vertex numbers may have."""
 DEPTH_MOST: Final = 64
 """Levels of nodes within nodes."""
-TRIANGLES_PER_BYTE: Final = 10
-"""How many triangles repeated nodes may multiply to, for each byte of the file."""
 
 
 def read_glb(data: bytes) -> Raw:
@@ -33,7 +32,7 @@ def read_glb(data: bytes) -> Raw:
     """
     document, binary = _chunks(data)
     try:
-        soup = _scene(document, binary, TRIANGLES_PER_BYTE * len(data))
+        soup = _scene(document, binary, len(data))
     except FormatError:
         raise
     except (KeyError, IndexError, TypeError, ValueError, AttributeError, OverflowError) as error:
@@ -67,27 +66,40 @@ def _chunks(data: bytes) -> tuple[dict[str, Any], bytes]:
 
 
 def _scene(document: dict[str, Any], binary: bytes, budget: int) -> Floats:
-    nodes: list[dict[str, Any]] = document["nodes"]
+    """Return the triangles of a scene: at most ``budget`` nodes and triangles, one for each byte."""
     roots: list[int] = document["scenes"][document.get("scene", 0)]["nodes"]
     parts: list[Floats] = []
-    waiting = [(root, np.eye(4), 0) for root in roots]
-    while waiting:
-        number, above, depth = waiting.pop()
+    for node, place in _nodes(document, roots, np.eye(4), 0):
         budget -= 1
-        if depth > DEPTH_MOST or budget < 0:
-            raise FormatError(f"the GLB file nests nodes more than {DEPTH_MOST} deep, or in a circle")
-        node = nodes[number]
-        place = above @ _matrix(node)
         if "mesh" in node:
             for primitive in document["meshes"][node["mesh"]]["primitives"]:
                 soup = _primitive(document, binary, primitive)
                 budget -= len(soup)
                 moved = soup @ place[:3, :3].T + place[:3, 3]
                 parts.append(moved[:, ::-1] if np.linalg.det(place[:3, :3]) < 0.0 else moved)
-        waiting += [(child, place, depth + 1) for child in node.get("children", [])]
+                if budget < 0:
+                    break
+        if budget < 0:
+            raise FormatError("the GLB file multiplies its nodes beyond reason")
     if not parts:
         raise FormatError("the GLB file holds no triangles; needed at least one")
-    return np.concatenate(parts)
+    soup = np.concatenate(parts)
+    if not np.isfinite(soup).all():
+        raise FormatError("the GLB file places a corner where it is not finite")
+    return soup
+
+
+def _nodes(
+    document: dict[str, Any], numbers: list[int], above: Array, depth: int
+) -> Iterator[tuple[dict[str, Any], Array]]:
+    """Yield nodes and all below them with their placements, keeping no more than one of each level."""
+    if depth > DEPTH_MOST:
+        raise FormatError(f"the GLB file nests nodes more than {DEPTH_MOST} deep, or in a circle")
+    for number in numbers:
+        node = document["nodes"][number]
+        place = above @ _matrix(node)
+        yield node, place
+        yield from _nodes(document, node.get("children", []), place, depth + 1)
 
 
 def _matrix(node: dict[str, Any]) -> Array:
@@ -124,7 +136,7 @@ def _primitive(document: dict[str, Any], binary: bytes, primitive: dict[str, Any
         numbers = np.arange(len(points), dtype=np.int64)
     if numbers.size % 3:
         raise FormatError(f"the GLB file has {numbers.size} vertex numbers; needed a multiple of 3")
-    return soup_of(points.astype(np.float64), numbers.reshape(-1, 3), "GLB")
+    return soup_of(points, numbers.reshape(-1, 3), "GLB").astype(np.float64)
 
 
 def _accessor(document: dict[str, Any], binary: bytes, number: int, width: int) -> Floats:

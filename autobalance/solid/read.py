@@ -22,6 +22,9 @@ if TYPE_CHECKING:
     from autobalance.solid.step import Exact
     from autobalance.solid.surface import Surfaces
 
+FARTHEST_MM = 1e7
+"""Coordinates at most: ten kilometres leave no digit for a crank, and their products would overflow."""
+
 
 @dataclass(frozen=True, eq=False)
 class Source:
@@ -106,7 +109,8 @@ def read(
     try:
         if kind.exact:
             return _read_exact(data, name, unit, body, pressed_up)
-        raw = kind.read(data)
+        with np.errstate(all="ignore"):  # numbers that overflow are refused with those that are not finite
+            raw = kind.read(data)
         mm_per_unit = _mm_per_unit(raw, unit, name)
         solid, bodies, repairs = _solid(raw, mm_per_unit, body, pressed_up)
     except (FormatError, SolidError) as error:
@@ -152,14 +156,19 @@ def _format(path: Path) -> tuple[str, Format]:
 
 
 def _bytes(path: Path) -> bytes:
-    if path.is_dir():
-        raise FileError(f"{path} is a folder; needed a file")
     try:
+        if path.is_dir():
+            raise FileError(f"{path} is a folder; needed a file")
+        if path.exists() and not path.is_file():  # a device or a pipe may never end
+            raise FileError(f"{path} is no regular file; needed one on disk")
         return path.read_bytes()
+    except FileError:
+        raise
     except FileNotFoundError:
         raise FileError(f"{path} does not exist") from None
-    except OSError as error:
-        raise FileError(f"{path} cannot be read: {error.strerror}") from None
+    except (OSError, ValueError) as error:  # ValueError: a NUL in the name
+        reason = getattr(error, "strerror", None) or str(error)
+        raise FileError(f"{path} cannot be read: {reason}") from None
 
 
 def _mm_per_unit(raw: Raw, asked: str | None, name: str) -> float:
@@ -183,6 +192,12 @@ def _solid(
     """Return the solid wanted, the number of bodies in the file, and the repairs."""
     soup = raw.soup
     distinct, number = weld(soup.reshape(-1, 3))
+    farthest = mm_per_unit * max(abs(float(distinct.min())), abs(float(distinct.max())))
+    if farthest > FARTHEST_MM:
+        raise FormatError(
+            f"a corner lies {farthest:.3g} mm from the file's origin; needed at most {FARTHEST_MM:g} mm; is "
+            "the unit right?"
+        )
     triangles = without_collapsed(number.reshape(-1, 3))
     mesh = Mesh(distinct.astype(np.float64) * mm_per_unit, triangles)
     notes = []

@@ -5,6 +5,7 @@ from __future__ import annotations
 import io
 import zipfile
 import zlib
+from array import array
 from dataclasses import dataclass, field
 from typing import Final
 from xml.parsers import expat
@@ -30,8 +31,12 @@ UNPACKED_FREE: Final = 1 << 24
 """Bytes that any archive may unpack to."""
 DEPTH_MOST: Final = 32
 """Levels of components within components."""
-TRIANGLES_PER_BYTE: Final = 10
-"""How many triangles components may multiply to, for each byte of the model."""
+XML_DEPTH_MOST: Final = 64
+"""Levels of elements within elements; the parser keeps something for each that is open."""
+PIECE: Final = 1 << 16
+"""Bytes of the model that are unpacked at a time."""
+PACKINGS: Final = (zipfile.ZIP_STORED, zipfile.ZIP_DEFLATED)
+"""How 3MF may pack; others name the size of their memory in the file."""
 CORE: Final = "http://schemas.microsoft.com/3dmanufacturing/core/2015/02"
 PACKAGE: Final = "http://schemas.openxmlformats.org/package/2006"
 CONTENT_TYPES: Final = (
@@ -47,8 +52,8 @@ RELATIONSHIPS: Final = (
 
 @dataclass(eq=False)
 class _Object:
-    vertices: list[list[float]] = field(default_factory=list)
-    triangles: list[list[int]] = field(default_factory=list)
+    vertices: array[float] = field(default_factory=lambda: array("d"))
+    triangles: array[int] = field(default_factory=lambda: array("q"))
     components: list[tuple[str, Array]] = field(default_factory=list)
 
 
@@ -60,13 +65,20 @@ class _Model:
         self.objects: dict[str, _Object] = {}
         self.items: list[tuple[str, Array]] = []
         self.current = _Object()
+        self.depth = 0
+
+    def end(self, _: str) -> None:
+        self.depth -= 1
 
     def start(self, tag: str, value: dict[str, str]) -> None:
+        self.depth += 1
+        if self.depth > XML_DEPTH_MOST:
+            raise FormatError(f"the model in the 3MF file nests XML more than {XML_DEPTH_MOST} deep")
         match tag.rpartition("|")[2]:
             case "vertex":
-                self.current.vertices.append([float(value["x"]), float(value["y"]), float(value["z"])])
+                self.current.vertices.extend((float(value["x"]), float(value["y"]), float(value["z"])))
             case "triangle":
-                self.current.triangles.append([int(value["v1"]), int(value["v2"]), int(value["v3"])])
+                self.current.triangles.extend((int(value["v1"]), int(value["v2"]), int(value["v3"])))
             case "object":
                 self.current = _Object()
                 self.objects[value["id"]] = self.current
@@ -87,11 +99,10 @@ def read_3mf(data: bytes) -> Raw:
         If the archive or the model is damaged, claims to be far larger than it is, uses XML entities, or
         its components contain each other.
     """
-    text = _model_text(data)
-    model = _parsed(text)
+    model, size = _model(data)
     if model.unit not in UNITS:
         raise FormatError(f"the 3MF file is in '{model.unit[:20]}'; needed one of {', '.join(UNITS)}")
-    budget = TRIANGLES_PER_BYTE * len(text)
+    budget = size  # triangles that components may multiply to; one of the model's own takes 30 bytes
     parts: list[tuple[Array, Indices]] = []
     placed = model.items or [(name, np.eye(4)[:3]) for name in model.objects]
     for name, placement in placed:
@@ -116,12 +127,12 @@ def _collect(
     if name not in model.objects:
         raise FormatError(f"the 3MF file uses the object '{name[:20]}', which it does not hold")
     one = model.objects[name]
-    budget -= 1 + len(one.triangles)
+    budget -= 1 + len(one.triangles) // 3
     if budget < 0:
         raise FormatError("the 3MF file multiplies its components beyond reason")
     if one.triangles:
-        points = np.array(one.vertices, dtype=np.float64).reshape(-1, 3)
-        triangles = np.array(one.triangles, dtype=np.int64)
+        points = np.frombuffer(one.vertices, dtype=np.float64).reshape(-1, 3)
+        triangles = np.frombuffer(one.triangles, dtype=np.int64).reshape(-1, 3)
         if np.linalg.det(placement[:, :3]) < 0.0:  # a mirrored copy would be inside out
             triangles = triangles[:, ::-1]
         parts.append((points @ placement[:, :3].T + placement[:, 3], triangles))
@@ -142,17 +153,23 @@ def _placement(text: str | None) -> Array:
     return numbers.reshape(4, 3).T
 
 
-def _model_text(data: bytes) -> bytes:
-    """Unpack the model, however many bytes it claims, only up to the limit."""
+def _model(data: bytes) -> tuple[_Model, int]:
+    """Unpack and parse the model piece by piece, up to the limit, whatever size it claims."""
     limit = UNPACKED_FREE + UNPACKED_MOST * len(data)
+    model, size = _Model(), 0
+    parser = _parser(model)
     try:
-        with zipfile.ZipFile(io.BytesIO(data)) as archive:
-            names = [name for name in archive.namelist() if name.lower().endswith(".model")]
-            names.sort(key=lambda name: (name.lower().lstrip("/") != "3d/3dmodel.model", name))
-            if not names:
-                raise FormatError("the 3MF file holds no model; needed 3D/3dmodel.model in the archive")
-            with archive.open(names[0]) as stream:
-                text = stream.read(limit + 1)
+        with zipfile.ZipFile(io.BytesIO(data)) as archive, archive.open(_member(archive)) as stream:
+            while piece := stream.read(PIECE):
+                size += len(piece)
+                if size > limit:
+                    raise FormatError(
+                        f"the 3MF file unpacks to more than {UNPACKED_MOST} times its {len(data)} bytes"
+                    )
+                _parse(parser, piece)
+            _parse(parser, b"", last=True)
+    except FormatError:
+        raise
     except (
         zipfile.BadZipFile,
         zlib.error,
@@ -161,38 +178,53 @@ def _model_text(data: bytes) -> bytes:
         RuntimeError,
         NotImplementedError,
         ValueError,
-    ) as e:
-        if isinstance(e, FormatError):
-            raise
+    ) as error:
         raise FormatError(
-            f"the 3MF file is no readable zip archive: {' '.join(str(e).split())[:80]}"
+            f"the 3MF file is no readable zip archive: {' '.join(str(error).split())[:80]}"
         ) from None
-    if len(text) > limit:
-        raise FormatError(f"the 3MF file unpacks to more than {UNPACKED_MOST} times its {len(data)} bytes")
-    return text
+    return model, size
 
 
-def _parsed(text: bytes) -> _Model:
-    model = _Model()
+def _member(archive: zipfile.ZipFile) -> zipfile.ZipInfo:
+    """Return the model's place in the archive; nothing is ever unpacked under its name."""
+    members = [one for one in archive.infolist() if one.filename.lower().endswith(".model")]
+    members.sort(key=lambda one: (one.filename.lower().lstrip("/") != "3d/3dmodel.model", one.filename))
+    if not members:
+        raise FormatError("the 3MF file holds no model; needed 3D/3dmodel.model in the archive")
+    if members[0].compress_type not in PACKINGS:
+        method = members[0].compress_type
+        raise FormatError(
+            f"the 3MF file packs its model by method {method}; needed 0 (stored) or 8 (deflated)"
+        )
+    return members[0]
+
+
+def _parser(model: _Model) -> expat.XMLParserType:
     parser = expat.ParserCreate(namespace_separator="|")
 
     def refuse(*_: object) -> None:
         raise FormatError("the model in the 3MF file declares XML entities; needed plain XML")
 
     parser.StartElementHandler = model.start
+    parser.EndElementHandler = model.end
     parser.EntityDeclHandler = refuse
     parser.StartDoctypeDeclHandler = refuse
+    return parser
+
+
+def _parse(parser: expat.XMLParserType, piece: bytes, last: bool = False) -> None:
     try:
-        parser.Parse(text, True)
+        parser.Parse(piece, last)
     except expat.ExpatError as error:
         raise FormatError(f"the model in the 3MF file is no XML: {error}") from None
     except KeyError as error:
         raise FormatError(f"the model in the 3MF file lacks the attribute {error}") from None
+    except LookupError as error:  # an encoding that Python does not know
+        raise FormatError(f"the model in the 3MF file is no XML: {str(error)[:80]}") from None
     except FormatError:
         raise
     except (ValueError, OverflowError) as error:
         raise FormatError(f"the model in the 3MF file has a wrong number: {str(error)[:80]}") from None
-    return model
 
 
 def write_3mf(vertices: Array, triangles: Indices, unit: str) -> bytes:

@@ -54,7 +54,8 @@ def decode(data: bytes, format: str, mm_per_unit: float) -> Floats:  # noqa: A00
     FormatError
         If the bytes are no file of this format.
     """
-    soup = format_named(format).read(data).soup
+    with np.errstate(all="ignore"):  # as in ``read``
+        soup = format_named(format).read(data).soup
     return soup if mm_per_unit == 1.0 else soup.astype(np.float64) * mm_per_unit
 
 

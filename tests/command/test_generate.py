@@ -139,7 +139,7 @@ def test_a_step_file_has_exact_surfaces(capsys: pytest.CaptureFixture[str]) -> N
         (["single", "-o", "a.stl", "--json", "a.stl"], 2, "must be files of different names"),
         (["none.toml"], 3, "cannot read the description none.toml: no such file or directory"),
         (["bad.toml"], 3, "bad.toml is not valid TOML"),
-        (["bytes.toml"], 3, "cannot read the description bytes.toml: it is no utf-8 text"),
+        (["bytes.toml"], 3, "bytes.toml is not UTF-8 text: byte 0 is 0xff"),
     ],
 )
 def test_what_cannot_be_built_is_one_line_and_no_file(
