@@ -45,8 +45,8 @@ class Solid:
         """
         if len(mesh.triangles) == 0:
             raise SolidError("the mesh bounds no volume: it has no triangles")
-        vertices = np.array(mesh.vertices, dtype=np.float64, order="C")
-        triangles = np.array(mesh.triangles, dtype=np.uint64, order="C")
+        vertices = np.require(mesh.vertices, np.float64, ["C", "W"])
+        triangles = np.require(mesh.triangles, np.int64, ["C", "W"]).view(np.uint64)
         body = m3.Manifold(m3.Mesh64(vertices, triangles))
         if body.status() != m3.Error.NoError:
             raise SolidError(f"the mesh does not bound a solid: {_status_name(body)}")

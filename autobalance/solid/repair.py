@@ -81,7 +81,7 @@ def bodies_of(solid: Solid) -> tuple[list[Body], list[str]]:
 
     A part that is inside out is a cavity if it lies within another; otherwise it is turned round.
     """
-    parts = _parts(solid.mesh)
+    parts = _parts(solid)
     filled = sorted((part for part in parts if part.outside_volume_mm3 > 0.0), key=lambda one: one.volume_mm3)
     notes = []
     for part in parts:
@@ -97,10 +97,13 @@ def bodies_of(solid: Solid) -> tuple[list[Body], list[str]]:
     return filled, notes
 
 
-def _parts(mesh: Mesh) -> list[Body]:
-    """Return the connected parts of a mesh as bodies without cavities."""
+def _parts(solid: Solid) -> list[Body]:
+    """Return the connected parts of a solid's mesh as bodies without cavities."""
+    mesh = solid.mesh
     root = components(mesh.triangles, len(mesh.vertices))
     of_triangle = root[mesh.triangles[:, 0]]
+    if (of_triangle == of_triangle[0]).all():
+        return [Body(mesh, np.zeros_like(of_triangle), 0, solid.volume_mm3, mesh.bounds)]
     present = np.zeros(len(root), dtype=bool)
     present[of_triangle] = True
     number = np.cumsum(present) - 1

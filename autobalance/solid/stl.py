@@ -141,10 +141,12 @@ def write_stl(vertices: NDArray[np.float32], triangles: Indices) -> bytes:
 
 def _unit_normals(corners: NDArray[np.float32]) -> NDArray[np.float32]:
     """Return unit normals (m, 3), zero for triangles without area."""
-    exact = corners.astype(np.float64)
-    (ux, uy, uz), (vx, vy, vz) = (exact[:, 1] - exact[:, 0]).T, (exact[:, 2] - exact[:, 0]).T
-    normal = np.stack([uy * vz - uz * vy, uz * vx - ux * vz, ux * vy - uy * vx])
-    length = np.sqrt(np.square(normal).sum(axis=0))
+    ax, ay, az, bx, by, bz, cx, cy, cz = corners.reshape(-1, 9).T.astype(np.float64)
+    ux, uy, uz, vx, vy, vz = bx - ax, by - ay, bz - az, cx - ax, cy - ay, cz - az
+    normal = (uy * vz - uz * vy, uz * vx - ux * vz, ux * vy - uy * vx)
+    length = np.sqrt(normal[0] ** 2 + normal[1] ** 2 + normal[2] ** 2)
     length[length == 0.0] = 1.0
-    unit: NDArray[np.float32] = (normal / length).T.astype(np.float32)
+    unit = np.zeros((len(corners), 3), dtype=np.float32)
+    for axis, column in enumerate(normal):
+        unit[:, axis] = column / length
     return unit
