@@ -14,6 +14,7 @@ import numpy as np
 
 from autobalance.crank.anatomy import Anatomy, Array, Face, Indices
 from autobalance.crank.directions import sample
+from autobalance.solid.components import numbered_components
 from autobalance.solid.mesh import Mesh
 from autobalance.solid.surface import PlaneFace, Surfaces
 
@@ -34,6 +35,8 @@ FLAT = 2e-6
 file's origin: a few roundings of float32."""
 SQUARE_RAD = 0.02
 """Faces whose normal is this close to the crank axis are square to it."""
+NEARLY = 0.99
+"""Triangles of a face lean from its mean by rounding: their areas add up to a little more or less than its."""
 SAME_RADIUS = 1e-3
 """Corners whose distances from an axis differ by less than this share may be facets of one cylinder."""
 
@@ -126,15 +129,20 @@ class _Look:
 
 def _narrowed(normal: Array, vectors: Array, size: Array) -> Array | None:
     """Return the mean direction of the triangles that face nearly one way or its opposite; None without."""
+    loose = np.flatnonzero(np.abs(vectors @ normal) > _cosine(2.0 * ONE_DIRECTION[0]) * size)
+    vectors, size = vectors.take(loose, axis=0), size.take(loose)
     for angle in ONE_DIRECTION:
         lean = vectors @ normal
-        near = np.abs(lean) > (1.0 - 0.5 * angle**2) * size
-        total = (np.sign(lean[near])[:, None] * vectors[near]).sum(axis=0)
+        total = (np.sign(lean) * (np.abs(lean) > _cosine(angle) * size)) @ vectors
         length = float(np.linalg.norm(total))
         if length == 0.0:
             return None
         normal = total / length
     return normal
+
+
+def _cosine(small_rad: float) -> float:
+    return 1.0 - 0.5 * small_rad**2
 
 
 def _side_directions(look: _Look) -> list[Array]:
@@ -181,19 +189,19 @@ def _faces_along(look: _Look, normal: Array, least_mm2: float) -> list[Face]:
     mesh, slack = look.mesh, 2.0 * look.flat_mm
     height = mesh.vertices @ normal
     lean = mesh.area_vectors @ normal
-    facing = np.flatnonzero(np.abs(lean) > (1.0 - 0.5 * ONE_DIRECTION[-1] ** 2) * look.size)
-    levels = _levels(height[mesh.triangles[facing, 0]], 0.5 * np.abs(lean[facing]), slack, least_mm2)
+    facing = np.flatnonzero(np.abs(lean) > _cosine(ONE_DIRECTION[-1]) * look.size)
+    first = height.take(mesh.triangles[:, 0].take(facing))
+    levels = _levels(first, 0.5 * np.abs(lean.take(facing)), slack, least_mm2)
     if len(levels) == 0:
         return []
-    at = _nearest_level(height, levels, slack)
-    members = np.flatnonzero(at[mesh.triangles[:, 0]] >= 0)
-    a, b, c = (at[column] for column in mesh.triangles[members].T)
-    members = members[(a == b) & (b == c)]
+    a, b, c = _nearest_level(height, levels, slack).take(mesh.triangles).T
+    members = np.flatnonzero((a == b) & (b == c) & (a >= 0))
+    lean = lean.take(members)
     faces = []
     for sign in (1.0, -1.0):
-        side = members[sign * lean[members] >= 0.0]
-        for group in _connected(mesh.triangles[side]):
-            face = _face(look, side[group], least_mm2)
+        rows = members[sign * lean >= 0.0]
+        for group in _connected(mesh.triangles.take(rows, axis=0), np.abs(lean[sign * lean >= 0.0]), least_mm2):
+            face = _face(look, rows[group], least_mm2)
             if face is not None:
                 faces.append(face)
     return faces
@@ -211,53 +219,36 @@ def _levels(heights: Array, areas: Array, apart: float, least: float) -> Array:
 
 def _nearest_level(height: Array, levels: Array, slack: float) -> Indices:
     """Return for each height the number of the level it lies on, or −1."""
-    after = np.searchsorted(levels, height)
-    left, right = np.maximum(after - 1, 0), np.minimum(after, len(levels) - 1)
-    nearer = np.where(np.abs(height - levels[left]) <= np.abs(height - levels[right]), left, right)
-    at: Indices = np.where(np.abs(height - levels[nearer]) <= slack, nearer, -1)
-    return at
+    nearest = np.searchsorted(0.5 * (levels[1:] + levels[:-1]), height)
+    nearest[np.abs(height - levels.take(nearest)) > slack] = -1
+    return nearest.astype(np.min_scalar_type(-len(levels)))
 
 
-def _connected(triangles: Indices) -> list[Indices]:
-    """Group triangles (rows) that hang together by shared vertices."""
+def _connected(triangles: Indices, doubled_areas: Array, least_mm2: float) -> list[Indices]:
+    """Group triangles (rows) that hang together by shared vertices; groups of too little area are left out."""
     if len(triangles) == 0:
         return []
-    lowest, count = int(triangles.min()), int(np.ptp(triangles)) + 1
-    used = np.zeros(count, dtype=bool)
-    used[triangles - lowest] = True
-    rank = (np.cumsum(used) - 1).astype(np.int32)
-    corner = rank[triangles - lowest]
-    a, b, c = np.ascontiguousarray(corner.T)
-    label = np.arange(int(rank[-1]) + 1, dtype=np.int32)
-    while True:
-        la, lb, lc = label[a], label[b], label[c]
-        if np.array_equal(la, lb) and np.array_equal(lb, lc):
-            break
-        least = np.minimum(np.minimum(la, lb), lc)
-        for column in (la, lb, lc):
-            np.minimum.at(label, column, least)
-        while True:
-            jumped = label[label]
-            if np.array_equal(jumped, label):
-                break
-            label = jumped
-    order = np.argsort(la, kind="stable")
-    return np.split(order, np.flatnonzero(np.diff(la[order])) + 1)
+    lowest = int(triangles.min())
+    number, count = numbered_components(triangles - lowest, int(triangles.max()) - lowest + 1)
+    label = number.take(triangles[:, 0] - lowest)
+    enough = np.bincount(label, doubled_areas, count) > NEARLY * 2.0 * least_mm2
+    return [np.flatnonzero(label == group) for group in np.flatnonzero(enough)]
 
 
 def _face(look: _Look, rows: Indices, least_mm2: float) -> Face | None:
     """Measure a face; None if it is too small or a facet of a cylinder about the axis or a crankpin."""
     mesh, frame = look.mesh, look.anatomy.file_to_rotor
-    vectors = mesh.area_vectors[rows]
-    half = 0.5 * vectors.sum(axis=0)
+    vectors = mesh.area_vectors.take(rows, axis=0)
+    half = 0.5 * (np.ones(len(rows)) @ vectors)
     area = float(np.linalg.norm(half))
     if area < least_mm2:
         return None
     exact = half / area
-    corners = [mesh.vertices[column] for column in mesh.triangles[rows].T]
+    corners = mesh.triangles.take(rows, axis=0)
     weights = 0.5 * (vectors @ exact)
-    centroid = sum((weights @ corner for corner in corners), np.zeros(3)) / (3.0 * weights.sum())
-    spread = max(float(np.abs((corner - centroid) @ exact).max()) for corner in corners)
+    centroid = sum((weights @ mesh.vertices.take(column, axis=0) for column in corners.T), np.zeros(3))
+    centroid = centroid / (3.0 * weights.sum())
+    spread = float(np.abs((mesh.vertices @ exact).take(corners) - centroid @ exact).max())
     turned = frame[:3, :3] @ exact
     placed = frame[:3, :3] @ centroid + frame[:3, 3]
     if abs(float(turned[2])) < math.cos(SQUARE_RAD) and _is_facet(rows, mesh, look.anatomy):
