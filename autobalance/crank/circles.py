@@ -34,6 +34,13 @@ class Circle:
     radius: float
 
 
+def distances(points: Array, centre: Array) -> Array:
+    """Return how far points (k, 2 or more) are from ``centre`` (2,) in x and y, fast."""
+    x, y = points[:, 0] - centre[0], points[:, 1] - centre[1]
+    away: Array = np.sqrt(x * x + y * y)
+    return away
+
+
 def corners_of(outline: Array, grain_mm: float) -> Array:
     """Return the corners (k, 2) of a closed outline, without those on a line between neighbours.
 
@@ -75,11 +82,11 @@ def whole_circle(outline: Array, grain_mm: float) -> Circle | None:
     if cover[best] < LEAST_COVER:
         return None
     centre, radius = fit_circle(corners[np.abs(off[best]) <= _slack(reach, radii[best])])
-    away = np.abs(np.linalg.norm(corners - centre, axis=1) - radius)
+    away = np.abs(distances(corners, centre) - radius)
     close = away <= max(4.0 * float(np.median(away)), grain_mm)  # without corners of what is cut out
     if close.sum() >= 8:
         centre, radius = fit_circle(corners[close])
-    outside = np.linalg.norm(corners - centre, axis=1) - radius
+    outside = distances(corners, centre) - radius
     if float(outside.max()) > 2.0 * ON_CIRCLE * radius + float(_slack(reach, radius).max()):
         return None
     return Circle(centre, radius)

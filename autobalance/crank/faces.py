@@ -36,7 +36,7 @@ file's origin: a few roundings of float32."""
 SQUARE_RAD = 0.02
 """Faces whose normal is this close to the crank axis are square to it."""
 NEARLY = 0.99
-"""Triangles of a face lean from its mean by rounding: their areas add up to a little more or less than its."""
+"""Triangles of a face lean from its mean by rounding: their areas add up to nearly its own."""
 SAME_RADIUS = 1e-3
 """Corners whose distances from an axis differ by less than this share may be facets of one cylinder."""
 
@@ -84,7 +84,7 @@ def _exact_faces(look: _Look, surfaces: Surfaces) -> list[Face]:
     faces = []
     for planes in levels.values():
         rows = np.flatnonzero(np.isin(surfaces.owner, [plane.number for plane in planes]))
-        for group in _connected(look.mesh.triangles[rows]):
+        for group in _connected(look.mesh.triangles[rows], look.size[rows], 0.0):
             owners = set(surfaces.owner[rows[group]].tolist())
             face = _exact_face(look, rows[group], [plane for plane in planes if plane.number in owners])
             if face is not None:
@@ -200,7 +200,9 @@ def _faces_along(look: _Look, normal: Array, least_mm2: float) -> list[Face]:
     faces = []
     for sign in (1.0, -1.0):
         rows = members[sign * lean >= 0.0]
-        for group in _connected(mesh.triangles.take(rows, axis=0), np.abs(lean[sign * lean >= 0.0]), least_mm2):
+        for group in _connected(
+            mesh.triangles.take(rows, axis=0), np.abs(lean[sign * lean >= 0.0]), least_mm2
+        ):
             face = _face(look, rows[group], least_mm2)
             if face is not None:
                 faces.append(face)
@@ -225,7 +227,7 @@ def _nearest_level(height: Array, levels: Array, slack: float) -> Indices:
 
 
 def _connected(triangles: Indices, doubled_areas: Array, least_mm2: float) -> list[Indices]:
-    """Group triangles (rows) that hang together by shared vertices; groups of too little area are left out."""
+    """Group triangles (rows) that hang together by shared vertices; small groups are left out."""
     if len(triangles) == 0:
         return []
     lowest = int(triangles.min())

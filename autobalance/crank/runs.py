@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from autobalance.crank.anatomy import Array
-from autobalance.crank.circles import fit_circle
+from autobalance.crank.circles import distances, fit_circle
 from autobalance.crank.stations import Lengthwise
 
 SAME_CENTRE = 0.03
@@ -26,6 +26,8 @@ GAP_SHARE = 0.5
 SURFACE_LEFT = 0.035
 """Between parts of one cylinder, however long a window parts them, some surface is left: metal still reaches
 the radius but for this share (twelve facets)."""
+AROUND = 0.2
+"""No vertex farther than this share of the radius from a cylinder is looked at."""
 RINGS = (2e-5, 2e-4, 0.02)
 """How far from the circle that the sections show vertices of the cylinder are looked for, as shares of the
 radius: regular meshes give it exactly, irregular ones too small by as much as their facets are coarse."""
@@ -150,15 +152,17 @@ def bare_cylinder(
     exactly; where they do not, wider rings are tried.
     """
     near = long.between(*z_range)
+    away = distances(near, centre)
+    nearby = np.flatnonzero(np.abs(away - radius) <= AROUND * radius + rounding_mm)
+    near, away = near.take(nearby, axis=0), away.take(nearby)
     for share in RINGS:
-        away = np.linalg.norm(near[:, :2] - centre, axis=1)
         if share > RINGS[1]:
             radius = _densest(away[np.abs(away - radius) < 2.0 * share * radius], RINGS[1] * radius, radius)
         ring = near[np.abs(away - radius) <= share * radius + rounding_mm]
         if len(ring) < LEAST_VERTICES:
             continue
         fitted, size = fit_circle(ring[:, :2])
-        off = np.abs(np.linalg.norm(near[:, :2] - fitted, axis=1) - size)
+        off = np.abs(distances(near, fitted) - size)
         slack = max(ON_CYLINDER * size + rounding_mm, 2.0 * float(np.median(off[off <= 2.0 * share * size])))
         on = near[off <= slack]
         if len(on) < LEAST_VERTICES:
@@ -190,12 +194,12 @@ def common_axis(long: Lengthwise, runs: Sequence[Run], rounding_mm: float) -> tu
     who: list[Array] = []
     for number, run in enumerate(runs):
         near = long.between(run.z_low, run.z_high)
-        arm = near[:, :2] - run.centre
-        away = np.linalg.norm(arm, axis=1)
-        on = np.abs(away - run.radius) <= 2e-4 * run.radius + rounding_mm
-        where.append(near[on])
-        arms.append(arm[on] / away[on, None])
-        who.append(np.full(int(on.sum()), number))
+        away = distances(near, run.centre)
+        on = np.flatnonzero(np.abs(away - run.radius) <= 2e-4 * run.radius + rounding_mm)
+        near = near.take(on, axis=0)
+        where.append(near)
+        arms.append((near[:, :2] - run.centre) / away.take(on)[:, None])
+        who.append(np.full(len(on), number))
     points, unit, owner = np.concatenate(where), np.concatenate(arms), np.concatenate(who)
     middle, scale = float(points[:, 2].mean()), max(float(np.ptp(points[:, 2])), 1e-12)
     lever = (points[:, 2] - middle) / scale

@@ -9,7 +9,7 @@ from itertools import pairwise
 import numpy as np
 
 from autobalance.crank.anatomy import Array, Indices
-from autobalance.crank.circles import Circle, whole_circle
+from autobalance.crank.circles import Circle, distances, whole_circle
 from autobalance.solid.mesh import Mesh
 from autobalance.solid.slices import Spans, cross_sections
 
@@ -47,7 +47,7 @@ class Piece:
 
     def reach_from(self, centre: Array) -> float:
         """Return the greatest distance of the outline from ``centre`` (2,) [mm]."""
-        return float(np.linalg.norm(self.outline - centre, axis=1).max())
+        return float(distances(self.outline, centre).max())
 
 
 @dataclass(frozen=True, eq=False)
@@ -68,6 +68,8 @@ class Lengthwise:
         From file coordinates [mm] to these.
     vertices : (n, 3) float
         Turned.
+    order : (n,) int
+        Vertex numbers by increasing z.
     levels_mm, level_areas_mm2 : (k,) float
         Heights of planes square to the axis, increasing, and the area that lies there.
     sections : tuple of Section
@@ -76,6 +78,7 @@ class Lengthwise:
 
     turn: Array
     vertices: Array
+    order: Indices
     levels_mm: Array
     level_areas_mm2: Array
     sections: tuple[Section, ...]
@@ -83,9 +86,8 @@ class Lengthwise:
     @cached_property
     def by_height(self) -> tuple[Array, Array]:
         """Vertices by increasing z, and their z."""
-        z = self.vertices[:, 2]
-        order = np.argsort(z)
-        return self.vertices[order], z[order]
+        vertices = self.vertices.take(self.order, axis=0)
+        return vertices, np.ascontiguousarray(vertices[:, 2])
 
     def between(self, low: float, high: float) -> Array:
         """Return the vertices with low ≤ z ≤ high."""
@@ -111,7 +113,8 @@ def lengthwise(mesh: Mesh, direction: Array, rounding_mm: float) -> Lengthwise:
     turn = turn_to_z(direction, mesh.bounds.mean(axis=0))
     vertices = _turned(mesh.vertices, turn)
     along = _along(mesh, turn[2, :3])
-    levels, areas = _levels(mesh, vertices, along)
+    order = np.argsort(vertices[:, 2])
+    levels, areas = _levels(mesh, vertices, order, along)
     heights = _stations(vertices, levels)
     spans = Spans.of(vertices, mesh.triangles, heights)
     stretch = _stretches(mesh, vertices, along, spans, len(heights), rounding_mm)
@@ -120,15 +123,16 @@ def lengthwise(mesh: Mesh, direction: Array, rounding_mm: float) -> Lengthwise:
     outlines = cross_sections(vertices, mesh.triangles, heights[middle], spans.among(middle))
     pieces = [_pieces(found, rounding_mm) for found in outlines]
     sections = tuple(Section(float(z), pieces[one]) for z, one in zip(heights, stretch, strict=True))
-    return Lengthwise(turn, vertices, levels, areas, sections)
+    return Lengthwise(turn, vertices, order, levels, areas, sections)
 
 
 def straightened(long: Lengthwise, mesh: Mesh, direction: Array) -> Lengthwise:
     """Return the same with the axis turned a very little, to ``direction``; the sections are kept."""
     turn = turn_to_z(direction, mesh.bounds.mean(axis=0))
     vertices = _turned(mesh.vertices, turn)
-    levels, areas = _levels(mesh, vertices, _along(mesh, turn[2, :3]))
-    return Lengthwise(turn, vertices, levels, areas, long.sections)
+    order = np.argsort(vertices[:, 2])
+    levels, areas = _levels(mesh, vertices, order, _along(mesh, turn[2, :3]))
+    return Lengthwise(turn, vertices, order, levels, areas, long.sections)
 
 
 def _turned(vertices: Array, turn: Array) -> Array:
@@ -166,27 +170,27 @@ def _stretches(
     more than rounding, or shows its face.
     """
     lean, size = np.abs(along), mesh.doubled_areas
-    leaning = np.flatnonzero(lean > UPRIGHT_SINE * size)
-    lean, size = lean[leaning], size[leaning]
-    z = vertices[:, 2]
-    a, b, c = (z[column] for column in mesh.triangles[leaning].T)
+    facing = lean > 0.5 * size
+    leaning = np.flatnonzero((lean > UPRIGHT_SINE * size) & ~facing)
+    a, b, c = vertices[:, 2].take(mesh.triangles.take(leaning, axis=0)).T
     rise = np.maximum(np.maximum(a, b), c) - np.minimum(np.minimum(a, b), c)
-    leaning = leaning[(lean * rise > rounding_mm * size) | (lean > 0.5 * size)]
-    begins = np.bincount(spans.low[leaning], minlength=count + 1)
-    ends = np.bincount(spans.high[leaning], minlength=count + 1)
+    leaning = leaning[lean.take(leaning) * rise > rounding_mm * size.take(leaning)]
+    changing = np.concatenate([np.flatnonzero(facing), leaning])
+    begins = np.bincount(spans.low.take(changing), minlength=count + 1)
+    ends = np.bincount(spans.high.take(changing), minlength=count + 1)
     changes = np.cumsum(begins) - np.cumsum(ends) + ends > 0
     stretch: Indices = np.cumsum(changes[:count]) - int(changes[0])
     return stretch
 
 
-def _levels(mesh: Mesh, vertices: Array, along: Array) -> tuple[Array, Array]:
+def _levels(mesh: Mesh, vertices: Array, order: Indices, along: Array) -> tuple[Array, Array]:
     square = np.flatnonzero(np.abs(along) > SQUARE * mesh.doubled_areas)
     if len(square) == 0:
         return np.zeros(0), np.zeros(0)
-    height = vertices[mesh.triangles[square, 0], 2]
-    area = 0.5 * np.abs(along[square])
-    order = np.argsort(height)
-    height, area = height[order], area[order]
+    at_corner = mesh.triangles[:, 0].take(square)
+    area = 0.5 * np.bincount(at_corner, np.abs(along.take(square)), len(vertices)).take(order)
+    there = np.flatnonzero(area)
+    height, area = vertices[:, 2].take(order.take(there)), area.take(there)
     apart = ASIDE_SHARE * float(np.ptp(vertices[:, 2]))
     group = np.concatenate([[0], np.cumsum(np.diff(height) > apart)])
     total = np.bincount(group, area)

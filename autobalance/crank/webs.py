@@ -4,11 +4,12 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from itertools import pairwise
+from itertools import groupby, pairwise
 
 import numpy as np
 
 from autobalance.crank.anatomy import Array, CounterweightOutline, Web
+from autobalance.crank.circles import distances
 from autobalance.crank.layout import Layout
 from autobalance.crank.runs import INSIDE, Run
 from autobalance.crank.stations import ASIDE_SHARE, Lengthwise, Piece, Section
@@ -91,7 +92,7 @@ def _edge(long: Lengthwise, low: float, high: float, run: Run, upward: bool) -> 
         return float(long.levels_mm[levels][np.argmax(long.level_areas_mm2[levels])])
     z = long.vertices[:, 2]
     near = long.vertices[(z >= low) & (z <= high)]
-    outside = near[np.linalg.norm(near[:, :2] - run.centre, axis=1) > (1.0 + CENTRED) * run.radius]
+    outside = near[distances(near, run.centre) > (1.0 + CENTRED) * run.radius]
     if len(outside) == 0:
         return high if upward else low
     return float(outside[:, 2].min() if upward else outside[:, 2].max())
@@ -106,11 +107,12 @@ def _web(long: Lengthwise, axis: Array, extent: tuple[float, float], pins: Seque
     towards = towards / np.linalg.norm(towards)
     sections = [s for s in long.sections if low < s.z_mm < high]
     beyond = toward = 0.0
-    for section in sections:
-        for piece in section.pieces:
+    for pieces, equal in groupby(section.pieces for section in sections):
+        count = len(list(equal))
+        for piece in pieces:
             for outline in (piece.outline, *piece.holes):
-                toward += _half_moment((outline - axis) @ _basis(towards))
-                beyond += _half_moment((outline - axis) @ _basis(-towards))
+                toward += count * _half_moment((outline - axis) @ _basis(towards))
+                beyond += count * _half_moment((outline - axis) @ _basis(-towards))
     heavy = beyond >= COUNTERWEIGHT_SHARE * toward
     outline_of = _outline(sections, axis, towards, extent) if heavy and sections else None
     return Web(number, low, high, heavy, outline_of)
@@ -134,7 +136,7 @@ def _half_moment(outline: Array) -> float:
 def _outline(
     sections: Sequence[Section], axis: Array, towards: Array, extent: tuple[float, float]
 ) -> CounterweightOutline | None:
-    points = np.concatenate([p.outline for s in sections for p in s.pieces]) - axis
+    points = np.concatenate([p.outline for p in dict.fromkeys(p for s in sections for p in s.pieces)]) - axis
     local = points @ _basis(-towards)
     local = local[local[:, 0] > 0.0]
     if len(local) == 0:
