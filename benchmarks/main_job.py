@@ -26,6 +26,7 @@ import numpy as np
 HERE = Path(__file__).resolve().parent
 ROOT = HERE.parent
 BUNDLED = ROOT / "fixtures" / "crf250r" / "straight"
+ENVIRONMENT = os.environ | {"PYTHONPATH": str(ROOT)}
 
 
 def write_stl(path: Path, corners: np.ndarray) -> None:
@@ -51,7 +52,7 @@ def measured(command: list[str], cwd: Path) -> tuple[float, float, int]:
     """Return wall time [s], peak memory [MB] and exit code of a process."""
     start = time.perf_counter()
     with open(os.devnull, "w") as nothing:
-        process = subprocess.Popen(command, cwd=cwd, stdout=nothing, stderr=nothing)
+        process = subprocess.Popen(command, cwd=cwd, env=ENVIRONMENT, stdout=nothing, stderr=nothing)
         _, status, usage = os.wait4(process.pid, 0)
         process.returncode = os.waitstatus_to_exitcode(status)
     return time.perf_counter() - start, usage.ru_maxrss / 1024.0, process.returncode
