@@ -62,7 +62,7 @@ def main() -> None:
         path = Path(folder) / "ball.stl"
         write_ball(path, arguments.triangles)
         size = path.stat().st_size / 2**20
-        found = {}
+        found: dict[str, tuple[float, float]] = {}
         for side in ("floor", "ours", "floor", "ours"):
             command = [sys.executable, __file__, "--only", side, str(path)]
             seconds, peak = map(

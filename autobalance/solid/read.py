@@ -106,27 +106,33 @@ def read(
     """
     name, kind = _format(path)
     data = _bytes(path)
+    sha256 = hashlib.sha256(data).hexdigest()
     try:
         if kind.exact:
-            return _read_exact(data, name, unit, body, pressed_up)
+            return _read_exact(data, sha256, name, unit, body, pressed_up)
         with np.errstate(all="ignore"):  # numbers that overflow are refused with those that are not finite
             raw = kind.read(data)
         mm_per_unit = _mm_per_unit(raw, unit, name)
-        solid, bodies, repairs = _solid(raw, mm_per_unit, body, pressed_up)
+        triangles = len(raw.soup)
+        mesh, notes = _welded(raw, mm_per_unit)
+        del data, raw  # the solid takes many times their memory: not at the same time
+        solid, bodies, repairs = _solid(mesh, body, pressed_up)
     except (FormatError, SolidError) as error:
         raise type(error)(f"{path}: {error}") from None
     return Source(
         solid=solid,
         format=name,
         mm_per_unit=mm_per_unit,
-        sha256=hashlib.sha256(data).hexdigest(),
-        triangles=len(raw.soup),
+        sha256=sha256,
+        triangles=triangles,
         bodies=bodies,
-        repairs=tuple(repairs),
+        repairs=(*notes, *repairs),
     )
 
 
-def _read_exact(data: bytes, name: str, unit: str | None, body: int | str | None, pressed_up: bool) -> Source:
+def _read_exact(
+    data: bytes, sha256: str, name: str, unit: str | None, body: int | str | None, pressed_up: bool
+) -> Source:
     from autobalance.solid.step import exact_of
     from autobalance.solid.step_file import read_step_file
 
@@ -138,7 +144,7 @@ def _read_exact(data: bytes, name: str, unit: str | None, body: int | str | None
         solid=exact.mesh,
         format=name,
         mm_per_unit=MM_PER[file.unit],
-        sha256=hashlib.sha256(data).hexdigest(),
+        sha256=sha256,
         triangles=exact.triangles,
         bodies=exact.bodies,
         repairs=(),
@@ -186,10 +192,8 @@ def _mm_per_unit(raw: Raw, asked: str | None, name: str) -> float:
     return MM_PER[asked]
 
 
-def _solid(
-    raw: Raw, mm_per_unit: float, body: int | str | None, pressed_up: bool
-) -> tuple[Solid, int, list[str]]:
-    """Return the solid wanted, the number of bodies in the file, and the repairs."""
+def _welded(raw: Raw, mm_per_unit: float) -> tuple[Mesh, list[str]]:
+    """Return the triangles of a file with shared vertices [mm], and what had to be done to them."""
     soup = raw.soup
     distinct, number = weld(soup.reshape(-1, 3))
     farthest = mm_per_unit * max(abs(float(distinct.min())), abs(float(distinct.max())))
@@ -205,9 +209,14 @@ def _solid(
         notes.append(f"exact weld: {raw.vertices} vertices became {len(distinct)}")
     if len(triangles) < len(soup):
         notes.append(f"{len(soup) - len(triangles)} collapsed triangles dropped")
-    solid, repairs = solid_of(mesh)
+    return mesh, notes
+
+
+def _solid(mesh: Mesh, body: int | str | None, pressed_up: bool) -> tuple[Solid, int, list[str]]:
+    """Return the solid wanted, the number of bodies in the mesh, and the repairs."""
+    solid, notes = solid_of(mesh)
     bodies, turned = bodies_of(solid)
-    notes += repairs + turned
+    notes += turned
     if len(bodies) == 1:
         if body not in (None, "all", 1):
             raise SolidError(f"body {body!r} was asked for; {_listed(bodies)}")

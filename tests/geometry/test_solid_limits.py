@@ -6,6 +6,8 @@ import io
 import json
 import os
 import struct
+import subprocess
+import sys
 import time
 import tracemalloc
 import zipfile
@@ -209,3 +211,15 @@ def test_a_job_is_read_no_farther_than_jobs_go(tmp_path: Path, capsys: pytest.Ca
         job.load(link)
     assert main(["generate", str(link)]) == 3
     assert "is it a description?" in capsys.readouterr().err
+
+
+@pytest.mark.slow
+def test_a_large_stl_takes_at_most_ten_times_its_size(tmp_path: Path) -> None:
+    from benchmarks.reading import write_ball
+
+    path = tmp_path / "ball.stl"
+    write_ball(path, 2_000_000)
+    script = Path(__file__).parents[2] / "benchmarks" / "reading.py"
+    command = [sys.executable, str(script), "--only", "ours", str(path)]
+    _, peak_mib = map(float, subprocess.run(command, capture_output=True, check=True).stdout.split())
+    assert peak_mib * 2**20 < 10.0 * path.stat().st_size
