@@ -190,8 +190,9 @@ def _faces_along(look: _Look, normal: Array, least_mm2: float) -> list[Face]:
     height = mesh.vertices @ normal
     lean = mesh.area_vectors @ normal
     facing = np.flatnonzero(np.abs(lean) > _cosine(ONE_DIRECTION[-1]) * look.size)
-    first = height.take(mesh.triangles[:, 0].take(facing))
-    levels = _levels(first, 0.5 * np.abs(lean.take(facing)), slack, least_mm2)
+    at_corner = mesh.triangles[:, 0].take(facing)
+    areas = np.bincount(at_corner, 0.5 * np.abs(lean.take(facing)), len(height))
+    levels = _levels(height, areas, slack, least_mm2)
     if len(levels) == 0:
         return []
     a, b, c = _nearest_level(height, levels, slack).take(mesh.triangles).T
@@ -199,10 +200,9 @@ def _faces_along(look: _Look, normal: Array, least_mm2: float) -> list[Face]:
     lean = lean.take(members)
     faces = []
     for sign in (1.0, -1.0):
-        rows = members[sign * lean >= 0.0]
-        for group in _connected(
-            mesh.triangles.take(rows, axis=0), np.abs(lean[sign * lean >= 0.0]), least_mm2
-        ):
+        side = np.flatnonzero(sign * lean >= 0.0)
+        rows, areas = members.take(side), np.abs(lean.take(side))
+        for group in _connected(mesh.triangles.take(rows, axis=0), areas, least_mm2):
             face = _face(look, rows[group], least_mm2)
             if face is not None:
                 faces.append(face)
@@ -211,11 +211,15 @@ def _faces_along(look: _Look, normal: Array, least_mm2: float) -> list[Face]:
 
 def _levels(heights: Array, areas: Array, apart: float, least: float) -> Array:
     """Return the heights, increasing, at which at least ``least`` area lies."""
+    there = np.flatnonzero(areas)
+    if len(there) == 0:
+        return np.zeros(0)
+    heights, areas = heights.take(there), areas.take(there)
     order = np.argsort(heights)
-    ranked, weight = heights[order], areas[order]
-    group = np.concatenate([[0], np.cumsum(np.diff(ranked) > apart)]) if len(ranked) else np.zeros(0, int)
+    ranked, weight = heights.take(order), areas.take(order)
+    group = np.concatenate([[0], np.cumsum(np.diff(ranked) > apart)])
     total = np.bincount(group, weight)
-    middle: Array = np.bincount(group, weight * ranked) / np.maximum(total, 1e-300)
+    middle: Array = np.bincount(group, weight * ranked) / total
     return middle[total >= least]
 
 
@@ -230,9 +234,11 @@ def _connected(triangles: Indices, doubled_areas: Array, least_mm2: float) -> li
     """Group triangles (rows) that hang together by shared vertices; small groups are left out."""
     if len(triangles) == 0:
         return []
-    lowest = int(triangles.min())
-    number, count = numbered_components(triangles - lowest, int(triangles.max()) - lowest + 1)
-    label = number.take(triangles[:, 0] - lowest)
+    used = np.zeros(int(triangles.max()) + 1, dtype=bool)
+    used[triangles.reshape(-1)] = True
+    corners = (np.cumsum(used) - 1).astype(np.int32).take(triangles)
+    number, count = numbered_components(corners, int(corners.max()) + 1)
+    label = number.take(corners[:, 0])
     enough = np.bincount(label, doubled_areas, count) > NEARLY * 2.0 * least_mm2
     return [np.flatnonzero(label == group) for group in np.flatnonzero(enough)]
 
