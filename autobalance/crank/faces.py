@@ -191,7 +191,9 @@ def _faces_along(look: _Look, normal: Array, least_mm2: float) -> list[Face]:
     lean = mesh.area_vectors @ normal
     facing = np.flatnonzero(np.abs(lean) > _cosine(ONE_DIRECTION[-1]) * look.size)
     at_corner = mesh.triangles[:, 0].take(facing)
-    areas = np.bincount(at_corner, 0.5 * np.abs(lean.take(facing)), len(height))
+    areas = np.bincount(at_corner, 0.5 * np.abs(lean.take(facing)), len(height)).astype(
+        np.float64, copy=False
+    )
     levels = _levels(height, areas, slack, least_mm2)
     if len(levels) == 0:
         return []
@@ -201,8 +203,9 @@ def _faces_along(look: _Look, normal: Array, least_mm2: float) -> list[Face]:
     faces = []
     for sign in (1.0, -1.0):
         side = np.flatnonzero(sign * lean >= 0.0)
-        rows, areas = members.take(side), np.abs(lean.take(side))
-        for group in _connected(mesh.triangles.take(rows, axis=0), areas, least_mm2):
+        rows = members.take(side)
+        corners, sizes = mesh.triangles.take(rows, axis=0), np.abs(lean.take(side))
+        for group in _connected(corners, sizes, least_mm2):
             face = _face(look, rows[group], least_mm2)
             if face is not None:
                 faces.append(face)
@@ -236,7 +239,7 @@ def _connected(triangles: Indices, doubled_areas: Array, least_mm2: float) -> li
         return []
     used = np.zeros(int(triangles.max()) + 1, dtype=bool)
     used[triangles.reshape(-1)] = True
-    corners = (np.cumsum(used) - 1).astype(np.int32).take(triangles)
+    corners = (np.cumsum(used) - 1).take(triangles)
     number, count = numbered_components(corners, int(corners.max()) + 1)
     label = number.take(corners[:, 0])
     enough = np.bincount(label, doubled_areas, count) > NEARLY * 2.0 * least_mm2

@@ -5,16 +5,17 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
-from itertools import pairwise
+from itertools import groupby, pairwise
 from typing import Literal
 
 import numpy as np
 
 from autobalance.crank.anatomy import Anatomy, Array, Pin, Web
+from autobalance.crank.stations import turned
 from autobalance.rotor.moments import Moments
 from autobalance.solid.csg import Solid
 from autobalance.solid.mesh import Mesh
-from autobalance.solid.slab import EVERYTHING, Part, slab_moments
+from autobalance.solid.slab import EVERYTHING, Layers, Part
 
 Kind = Literal["main journal", "crankpin", "web", "counterweight", "shaft"]
 
@@ -22,6 +23,8 @@ ROOM = 0.05
 """A journal's metal beside a shoulder that stands around it is what lies within its radius and this share."""
 ASIDE_SHARE = 1e-5
 """How far from a face, as a share of the part's diagonal, nothing of the face's rounding is met."""
+ROUNDING = 1e-7
+"""Corners this near to where a part ends, as a share of the part's diagonal, lie there."""
 LEAST_SHARE = 1e-9
 """A part with less than this share of the crank's mass is rounding."""
 
@@ -57,7 +60,7 @@ def sections(solid: Solid, anatomy: Anatomy, density_g_mm3: float) -> tuple[Sect
     ----------
     Ruckle 2014, table 2, lists mass, X, Y, Z, WX, WY, CX, CY of such parts.
     """
-    cutter = _Cutter(solid.mesh.moved(anatomy.file_to_rotor), anatomy, density_g_mm3)
+    cutter = _Cutter.of(solid.mesh, anatomy, density_g_mm3)
     parts: dict[tuple[Kind, int], Moments] = {}
 
     def add(kind: Kind, number: int, moments: Moments) -> None:
@@ -122,11 +125,11 @@ def counterweight_moments(solid: Solid, anatomy: Anatomy, density_g_mm3: float) 
     counts as left out over its bare cylinder; where it is drawn in one piece with the webs, the metal in
     the web is the web's.
     """
-    cutter = _Cutter(solid.mesh.moved(anatomy.file_to_rotor), anatomy, density_g_mm3)
+    cutter = _Cutter.of(solid.mesh, anatomy, density_g_mm3)
     total = Moments.zero()
-    for span in cutter.spans():
-        if span.web is not None and span.web.counterweight:
-            total = total + cutter.web_moments(span)
+    for web, group in groupby(cutter.spans(), key=lambda span: span.web):
+        if web is not None and web.counterweight:
+            total = total + cutter.moments_of_web(list(group))
     return total
 
 
@@ -149,6 +152,11 @@ class _Cutter:
     mesh: Mesh
     anatomy: Anatomy
     density_g_mm3: float
+
+    @classmethod
+    def of(cls, mesh: Mesh, anatomy: Anatomy, density_g_mm3: float) -> _Cutter:
+        """Take a mesh in file coordinates."""
+        return cls(Mesh(turned(mesh.vertices, anatomy.file_to_rotor), mesh.triangles), anatomy, density_g_mm3)
 
     def spans(self) -> list[_Span]:
         """Return the stretches of the axis, by increasing z, without gaps."""
@@ -197,15 +205,11 @@ class _Cutter:
 
     def moments(self, span: _Span, part: Part = EVERYTHING) -> Moments:
         """Return the moments of a stretch's metal, or of part of it."""
-        low, high = self._reach
-        near = self.mesh.triangles[(high > span.low) & (low < span.high)]
-        return slab_moments(self.mesh.vertices, near, (span.low, span.high), self.density_g_mm3, part)
+        return self._layers.moments((span.low, span.high), self.density_g_mm3, part)
 
     @cached_property
-    def _reach(self) -> tuple[Array, Array]:
-        """Least and greatest z of each triangle."""
-        a, b, c = (self.mesh.vertices[column, 2] for column in self.mesh.triangles.T)
-        return np.minimum(np.minimum(a, b), c), np.maximum(np.maximum(a, b), c)
+    def _layers(self) -> Layers:
+        return Layers(self.mesh.vertices, self.mesh.triangles, ROUNDING * self.mesh.diagonal_mm)
 
     def pin_moments(self, span: _Span) -> Moments:
         """Return the moments of the journal's or crankpin's metal in a stretch."""
@@ -217,6 +221,14 @@ class _Cutter:
         side = away_from_crankpin(span.web, self.anatomy) if beyond else None
         moments = self.moments(span, EVERYTHING if side is None else Part(side=side))
         return moments if span.pin is None else moments - self._beside_shoulder(span, side)
+
+    def moments_of_web(self, spans: Sequence[_Span]) -> Moments:
+        """Return the moments of a web's metal in neighbouring stretches, all at once."""
+        moments = self.moments(_Span(spans[0].low, spans[-1].high))
+        for span in spans:
+            if span.pin is not None:
+                moments = moments - self._beside_shoulder(span, None)
+        return moments
 
     def _beside_shoulder(self, span: _Span, side: Array | None) -> Moments:
         """Return the moments of a cylinder's metal where a web's shoulder stands around it.

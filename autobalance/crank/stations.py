@@ -111,7 +111,7 @@ def lengthwise(mesh: Mesh, direction: Array, rounding_mm: float) -> Lengthwise:
     Where nothing changes from one station to the next, one cut serves both.
     """
     turn = turn_to_z(direction, mesh.bounds.mean(axis=0))
-    vertices = _turned(mesh.vertices, turn)
+    vertices = turned(mesh.vertices, turn)
     along = _along(mesh, turn[2, :3])
     order = np.argsort(vertices[:, 2])
     levels, areas = _levels(mesh, vertices, order, along)
@@ -129,13 +129,13 @@ def lengthwise(mesh: Mesh, direction: Array, rounding_mm: float) -> Lengthwise:
 def straightened(long: Lengthwise, mesh: Mesh, direction: Array) -> Lengthwise:
     """Return the same with the axis turned a very little, to ``direction``; the sections are kept."""
     turn = turn_to_z(direction, mesh.bounds.mean(axis=0))
-    vertices = _turned(mesh.vertices, turn)
+    vertices = turned(mesh.vertices, turn)
     order = np.argsort(vertices[:, 2])
     levels, areas = _levels(mesh, vertices, order, _along(mesh, turn[2, :3]))
     return Lengthwise(turn, vertices, order, levels, areas, long.sections)
 
 
-def _turned(vertices: Array, turn: Array) -> Array:
+def turned(vertices: Array, turn: Array) -> Array:
     """Return vertices moved by ``turn``; column by column, which is fastest and the same on any machine."""
     x, y, z = vertices.T
     columns = [row[0] * x + row[1] * y + row[2] * z + row[3] for row in turn[:3]]

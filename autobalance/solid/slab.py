@@ -8,8 +8,10 @@ leaves.
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
+from numpy.typing import NDArray
 
 from autobalance.rotor.moments import Moments
 from autobalance.solid.measure import volume_moments
@@ -32,6 +34,77 @@ class Part:
 EVERYTHING = Part()
 
 
+@dataclass(frozen=True, eq=False)
+class Layers:
+    """A closed, outward mesh ready to be measured between many pairs of heights.
+
+    ``vertices`` (n, 3) [mm], ``triangles`` (m, 3); corners within ``rounding_mm`` of a slab's plane are taken
+    to lie on it.
+    """
+
+    vertices: Array
+    triangles: Indices
+    rounding_mm: float = 0.0
+
+    @cached_property
+    def reach(self) -> tuple[Array, Array]:
+        """Least and greatest z (m,) of each triangle."""
+        a, b, c = np.ascontiguousarray(self.vertices[:, 2]).take(self.triangles).T
+        return np.minimum(np.minimum(a, b), c), np.maximum(np.maximum(a, b), c)
+
+    def moments(
+        self, z_range_mm: tuple[float, float], density_g_mm3: float, part: Part = EVERYTHING
+    ) -> Moments:
+        """Return the mass moments about the origin of the metal between two heights.
+
+        Parameters
+        ----------
+        z_range_mm : (float, float)
+            Lower and upper height [mm].
+        density_g_mm3 : float
+        part : Part
+            Leaves part of the metal out.
+        """
+        z_low, z_high = z_range_mm
+        if not z_high > z_low:
+            return Moments.zero()
+        low, high = self.reach
+        grain = min(self.rounding_mm, 0.01 * (z_high - z_low))
+        met = (high > z_low + grain) & (low < z_high - grain)
+        if part is EVERYTHING:
+            inside = met & (low >= z_low - grain) & (high < z_high - grain)
+            met &= ~inside
+            whole = volume_moments(self._snapped(z_low, grain), self.triangles[inside])
+        else:
+            whole = Moments.zero()
+        rows = np.flatnonzero(met)
+        if part.centre is not None:
+            rows = rows[self._meets(rows, part.centre, part.radius_mm)]
+        soup = self.vertices.take(self.triangles.take(rows, axis=0), axis=0) - np.array([0.0, 0.0, z_low])
+        for plane in (0.0, z_high - z_low):
+            soup[:, :, 2][np.abs(soup[:, :, 2] - plane) <= grain] = plane
+        local = (whole + _slab_of_soup(soup, z_high - z_low, part)).scaled(density_g_mm3)
+        back = np.eye(4)
+        back[2, 3] = z_low
+        return local.moved(back)
+
+    def _snapped(self, z_low: float, grain: float) -> Array:
+        """Return the vertices as seen from a plane, those within rounding of it on it."""
+        seen: Array = self.vertices - np.array([0.0, 0.0, z_low])
+        seen[np.abs(seen[:, 2]) <= grain, 2] = 0.0
+        return seen
+
+    def _meets(self, rows: Indices, centre: Array, radius: float) -> NDArray[np.bool_]:
+        """Whether the boxes of triangles meet that of a circle, in x and y."""
+        meets = np.ones(len(rows), dtype=bool)
+        corners = self.triangles.take(rows, axis=0)
+        for column, middle in zip(self.vertices.T[:2], centre, strict=True):
+            a, b, c = (np.ascontiguousarray(column) - middle).take(corners).T
+            meets &= np.minimum(np.minimum(a, b), c) <= radius
+            meets &= np.maximum(np.maximum(a, b), c) >= -radius
+        return meets
+
+
 def slab_moments(
     vertices: Array,
     triangles: Indices,
@@ -39,43 +112,22 @@ def slab_moments(
     density_g_mm3: float,
     part: Part = EVERYTHING,
 ) -> Moments:
-    """Return the mass moments about the origin of the metal between two heights.
+    """Return the mass moments about the origin of the metal of a closed, outward mesh between two heights."""
+    return Layers(vertices, triangles).moments(z_range_mm, density_g_mm3, part)
 
-    Parameters
-    ----------
-    vertices : (n, 3) float
-        Of a closed, outward mesh [mm].
-    triangles : (m, 3) int
-    z_range_mm : (float, float)
-        Lower and upper height [mm].
-    density_g_mm3 : float
-    part : Part
-        Leaves part of the metal out.
-    """
-    z_low, z_high = z_range_mm
-    if not z_high > z_low:
-        return Moments.zero()
-    apex = np.array([0.0, 0.0, z_low])
-    a, b, c = (vertices[column, 2] for column in triangles.T)
-    low, high = np.minimum(np.minimum(a, b), c), np.maximum(np.maximum(a, b), c)
-    inside = (low >= z_low) & (high < z_high) if part is EVERYTHING else np.zeros(len(low), dtype=bool)
-    met = (high > z_low) & (low < z_high) & ~inside
-    soup = _clipped(vertices[triangles[met]] - apex, np.array([0.0, 0.0, 1.0]), 0.0)
-    edges = _upper_edges(soup, z_high - z_low)
-    soup = _clipped(soup, np.array([0.0, 0.0, -1.0]), z_low - z_high)
+
+def _slab_of_soup(soup: Array, height: float, part: Part) -> Moments:
+    """Return volume and moments of what loose triangles (k, 3, 3) add between z = 0 and ``height``."""
+    soup = _clipped(soup, np.array([0.0, 0.0, 1.0]), 0.0)
+    edges = _upper_edges(soup, height)
+    soup = _clipped(soup, np.array([0.0, 0.0, -1.0]), -height)
     if part.centre is not None:
         soup, edges = (_within(item, part.centre, part.radius_mm) for item in (soup, edges))
     if part.side is not None:
         soup = _clipped(soup, np.array([*part.side, 0.0]), 0.0)
         edges = _clipped_edges(edges, part.side)
-    local = volume_moments(soup.reshape(-1, 3), np.arange(3 * len(soup)).reshape(-1, 3))
-    local = local + _cone(edges, z_high - z_low)
-    if inside.any():
-        local = local + volume_moments(vertices - apex, triangles[inside])
-    local = local.scaled(density_g_mm3)
-    back = np.eye(4)
-    back[:3, 3] = apex
-    return local.moved(back)
+    volume = volume_moments(soup.reshape(-1, 3), np.arange(3 * len(soup)).reshape(-1, 3))
+    return volume + _cone(edges, height)
 
 
 def _clipped(soup: Array, normal: Array, height: float) -> Array:
