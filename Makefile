@@ -47,6 +47,8 @@ fuzz: $(VENV)/.installed-dev
 bench: $(VENV)/.installed-dev
 	@echo "==> measuring time and memory of the main job"
 	@$(VENV)/bin/python benchmarks/main_job.py
+	@echo "==> measuring recognition beside weld and build"
+	@$(VENV)/bin/python benchmarks/recognition.py
 
 ci:
 	@bash .ci/run
