@@ -103,6 +103,13 @@ class Solid:
         return int(self._body.num_tri())
 
     @property
+    def is_pinched(self) -> bool:
+        """Whether parts of the mesh touch at vertices or edges: manifold3d gives each its own there."""
+        used = np.zeros(len(self.mesh.vertices), dtype=bool)
+        used[self.mesh.triangles] = True
+        return int(self._body.num_vert()) != int(used.sum())
+
+    @property
     def bounds(self) -> Array:
         """Least and greatest coordinates (2, 3) [mm]."""
         return np.asarray(self._body.bounding_box(), dtype=np.float64).reshape(2, 3)

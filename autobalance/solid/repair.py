@@ -11,10 +11,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from autobalance.errors import SolidError
-from autobalance.solid.components import components
+from autobalance.solid.components import components, numbered_components
 from autobalance.solid.csg import Solid, triangulated
 from autobalance.solid.measure import mesh_moments, part_volumes
 from autobalance.solid.mesh import Array, Indices, Mesh, hash_numbers, without_collapsed
+from autobalance.solid.pinched import linked_triangles
 
 PLACES_SHOWN = 4
 """How many open edges an error names."""
@@ -98,26 +99,37 @@ def bodies_of(solid: Solid) -> tuple[list[Body], list[str]]:
 
 
 def _parts(solid: Solid) -> list[Body]:
-    """Return the connected parts of a solid's mesh as bodies without cavities."""
+    """Return the connected parts of a solid's mesh as bodies without cavities.
+
+    Parts that lie against each other, and share vertices or edges, are parts all the same.
+    """
     mesh = solid.mesh
-    root = components(mesh.triangles, len(mesh.vertices))
-    of_triangle = root[mesh.triangles[:, 0]]
-    if (of_triangle == of_triangle[0]).all():
-        return [Body(mesh, np.zeros_like(of_triangle), 0, solid.volume_mm3, mesh.bounds)]
-    present = np.zeros(len(root), dtype=bool)
-    present[of_triangle] = True
-    number = np.cumsum(present) - 1
-    part_of, count = number[of_triangle], int(present.sum())
-    used = present[root]  # a vertex of collapsed triangles only is in no part
+    if solid.is_pinched:
+        part_of, count = numbered_components(linked_triangles(mesh), len(mesh.triangles))
+        points, part_of_point = mesh.corners.reshape(-1, 3), np.repeat(part_of, 3)
+    else:
+        part_of_vertex, count = _numbered(components(mesh.triangles, len(mesh.vertices)), mesh.triangles)
+        part_of, used = part_of_vertex[mesh.triangles[:, 0]], part_of_vertex >= 0
+        points, part_of_point = mesh.vertices[used], part_of_vertex[used]
+    if count == 1:
+        return [Body(mesh, part_of, 0, solid.volume_mm3, mesh.bounds)]
     bounds = np.stack([np.full((3, count), np.inf), np.full((3, count), -np.inf)])
-    for axis, column in enumerate(mesh.vertices[used].T):
-        np.minimum.at(bounds[0, axis], number[root[used]], column)
-        np.maximum.at(bounds[1, axis], number[root[used]], column)
+    for axis, column in enumerate(points.T):
+        np.minimum.at(bounds[0, axis], part_of_point, column)
+        np.maximum.at(bounds[1, axis], part_of_point, column)
     volumes = part_volumes(mesh, part_of, count)
     return [
         Body(mesh, part_of, part, float(volume), box)
         for part, (volume, box) in enumerate(zip(volumes, bounds.transpose(2, 0, 1), strict=True))
     ]
+
+
+def _numbered(root: Indices, triangles: Indices) -> tuple[Indices, int]:
+    """Return the part of each vertex from 0, −1 where it is in no triangle, and how many parts there are."""
+    present = np.zeros(len(root), dtype=bool)
+    present[root[triangles[:, 0]]] = True
+    number = np.cumsum(present) - 1
+    return np.where(present[root], number[root], -1), int(present.sum())
 
 
 def are_apart(bodies: Sequence[Body]) -> bool:
