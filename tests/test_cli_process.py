@@ -54,6 +54,7 @@ def test_the_installed_way_in_and_the_checkouts_are_one_program() -> None:
 
 STOPPING = """
 import os, signal, sys, threading
+signal.signal(signal.SIGINT, signal.default_int_handler)  # who runs the tests in the background ignores it
 from autobalance import rebalance
 from autobalance.command import main, run
 
