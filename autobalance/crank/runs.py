@@ -31,6 +31,10 @@ AROUND = 0.2
 RINGS = (2e-5, 2e-4, 0.02)
 """How far from the circle that the sections show vertices of the cylinder are looked for, as shares of the
 radius: regular meshes give it exactly, irregular ones too small by as much as their facets are coarse."""
+OUT_OF_ROUND = 1e-3
+"""A cylinder's vertices stand off it by less than this share of its radius, half of them at least: coarse
+facets have their corners on the true surface, a scan near it. A web with a rim of two radii looks round only
+beside the length of coarse facets."""
 LEAST_VERTICES = 8
 """Fewer vertices on a cylinder are none."""
 MOST_OF_SPAN = 0.6
@@ -163,7 +167,10 @@ def bare_cylinder(
             continue
         fitted, size = fit_circle(ring[:, :2])
         off = np.abs(distances(near, fitted) - size)
-        slack = max(ON_CYLINDER * size + rounding_mm, 2.0 * float(np.median(off[off <= 2.0 * share * size])))
+        typical = float(np.median(off[off <= 2.0 * share * size]))
+        if typical > OUT_OF_ROUND * size + rounding_mm:
+            continue
+        slack = max(ON_CYLINDER * size + rounding_mm, 2.0 * typical)
         on = near[off <= slack]
         if len(on) < LEAST_VERTICES:
             continue

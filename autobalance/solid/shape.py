@@ -197,9 +197,16 @@ class Drafted:
         )
         limits[np.abs(limits) < SAME_MM] = 0.0
         limits[np.abs(limits - self.height) < SAME_MM] = self.height
-        nearest = limits.argmin(axis=0)
-        low = limits[nearest, np.arange(len(points))]
+        low = limits.min(axis=0)
+        tied = np.where(limits - low < SAME_MM, self.aways(points), np.inf)  # two edges may be in one line
+        nearest = tied.argmin(axis=0)
         return np.clip(low, 0.0, self.height), np.where(low < self.height, nearest, -1)
+
+    def aways(self, points: Array) -> Array:
+        """Return the distances (k, n) of corners (n, 2) from the middles of the leaning edges."""
+        edges = [self.outline[number] for number in self.leaning]
+        middles = [0.5 * (np.array(edge.start) + np.array(edge.end)) for edge in edges]
+        return np.array([np.linalg.norm(points - middle, axis=1) for middle in middles])
 
 
 @dataclass(frozen=True)
@@ -331,7 +338,8 @@ def _on_plane(
         return np.asarray(height == shape.height)
     start, normal = shape.inward(shape.leaning[edge])
     at_top = np.abs((points - start) @ normal - shape.slope * shape.height) < SAME_MM
-    return np.asarray((limited_by == edge) | at_top)
+    near = shape.aways(points).argmin(axis=0) == edge
+    return np.asarray((limited_by == edge) | (at_top & near))
 
 
 def wedges(shape: Drafted) -> list[Placed]:

@@ -12,6 +12,8 @@ from autobalance.crank.anatomy import Anatomy, Overrides
 from autobalance.crank.design import PRESETS, Bay
 from autobalance.crank.generate import crank_anatomy, crank_solid
 from autobalance.crank.recognise import recognise
+from autobalance.errors import RecognitionError
+from autobalance.job.crank_design import with_settings
 from autobalance.solid.csg import Solid
 from autobalance.solid.mesh import Array, Mesh
 
@@ -135,3 +137,29 @@ def test_twelve_throws_are_counted_and_placed() -> None:
     found = recognise(solid, Overrides())
     assert len(found.throws) == 12
     assert_recognised(found, crank_anatomy(design, place))
+
+
+NEARLY_ROUND = [(49.0, 50.0, 60.0), (49.0, 51.0, 170.0), (48.0, 50.0, 170.0), (49.9, 50.0, 180.0)]
+"""Radii of disc and rim, and fan angle, of webs that are one circle but for less than a coarse facet."""
+
+
+@pytest.mark.parametrize(("disc", "rim", "fan"), NEARLY_ROUND)
+@pytest.mark.parametrize("name", ["pressed-up-single", "pressed-up-single-no-pin"])
+def test_nearly_round_webs_are_no_crankpins(name: str, disc: float, rim: float, fan: float) -> None:
+    design = with_settings(
+        PRESETS[name],
+        {
+            "web.disc_radius_mm": disc,
+            "counterweight.radius_mm": rim,
+            "counterweight.fan_angle_deg": fan,
+        },
+    )
+    for segments in (7, 9, 11, 12, 13, 16, 24):
+        place = placement(segments)
+        solid = Solid.from_mesh(crank_solid(design, segments).mesh.moved(place))
+        try:
+            found = recognise(solid, Overrides(crankpin_in_file=None))
+        except RecognitionError:
+            assert segments < 12
+        else:
+            assert_recognised(found, crank_anatomy(design, place))

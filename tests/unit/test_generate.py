@@ -120,7 +120,6 @@ def test_a_draft_takes_the_wedges_it_should() -> None:
     upright = replace(plain("pressed-up-single"), bays=(Bay(counterweights=(True, False)),))
     upright = with_settings(upright, {"counterweight.draft_deg": 0.0})
     leaning = with_settings(upright, {"counterweight.draft_deg": 14.0})
-    taken = exact_moments(upright).mass_g - exact_moments(leaning).mass_g
     slope, height = math.tan(math.radians(14.0)), 3.0
     node, weight = np.polynomial.legendre.leggauss(8)
     wedge = 0.0
@@ -128,7 +127,12 @@ def test_a_draft_takes_the_wedges_it_should() -> None:
         u = 0.5 * slope * height * (x + 1.0)
         chord = math.sqrt(51.5**2 - u**2) - math.sqrt(19.0**2 - u**2)
         wedge += 0.5 * slope * height * w * (height - u / slope) * chord
-    assert taken == pytest.approx(2.0 * RHO * wedge, rel=1e-6)
+    for fan in (170.0, 180.0):  # at 180° both edges lie in one line
+        pair = [with_settings(each, {"counterweight.fan_angle_deg": fan}) for each in (upright, leaning)]
+        before, after = (exact_moments(each).mass_g for each in pair)
+        assert before - after == pytest.approx(2.0 * RHO * wedge, rel=1e-6)
+        before, after = (crank_solid(each, 480).volume_mm3 for each in pair)
+        assert before - after == pytest.approx(2.0 * wedge, rel=1e-3)
 
 
 @pytest.mark.parametrize("name", ["inline-3", "inline-4", "inline-6", "v6-60", "v8-crossplane", "v12-60"])
