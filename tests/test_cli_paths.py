@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import json
+import os
 import shutil
+import sys
 from pathlib import Path
 
 import pytest
@@ -23,6 +25,8 @@ WRITTEN = {
     "report.json",
     "sheet.pdf",
 }
+
+needs_links = pytest.mark.skipif(os.name == "nt", reason="Windows has other names and other links")
 
 
 def files_in(folder: Path) -> set[str]:
@@ -62,6 +66,7 @@ def test_names_inside_an_archive_are_never_written(name: str, tmp_path: Path) ->
     assert not Path("/evil.model").exists()
 
 
+@needs_links
 def test_links_in_the_folder_are_replaced_not_followed(tmp_path: Path) -> None:
     job = jobs.bundled_job(tmp_path / "jobs")
     out, victims = tmp_path / "out", tmp_path / "victims"
@@ -78,6 +83,7 @@ def test_links_in_the_folder_are_replaced_not_followed(tmp_path: Path) -> None:
     assert files_in(victims) == WRITTEN
 
 
+@needs_links
 def test_a_link_under_a_temporary_name_is_refused(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """Nobody can know the name; where it is taken all the same, nothing is followed."""
     monkeypatch.setattr("autobalance.report.files.secrets.token_hex", lambda size: "0" * 2 * size)
@@ -119,6 +125,7 @@ def test_verify_reads_the_solid_beside_the_report_only(
         assert str(tmp_path / "out") in capsys.readouterr().err
 
 
+@needs_links
 def test_a_name_cannot_speak_to_the_terminal(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     path = tmp_path / "\x1b[2Jcrank\n.stl"
     path.write_bytes(encode(body(8).mesh, "stl", 1.0)[:-1])
@@ -126,3 +133,14 @@ def test_a_name_cannot_speak_to_the_terminal(tmp_path: Path, capsys: pytest.Capt
     said = capsys.readouterr().err
     assert "\x1b" not in said
     assert said.count("\n") == 1
+
+
+@pytest.mark.skipif(sys.platform != "linux", reason="names are text here")
+def test_a_folder_whose_name_is_no_text(tmp_path: Path, capfdbinary: pytest.CaptureFixture[bytes]) -> None:
+    folder = Path(os.fsdecode(os.fsencode(tmp_path) + b"/\xff\xfe"))
+    job = jobs.bundled_job(folder)
+    assert jobs.run("balance", job) == 0
+    out = folder / "factor-0.28-balanced"
+    assert {path.name for path in out.iterdir()} == WRITTEN
+    assert jobs.run("verify", out / "report.json") == 0
+    assert jobs.report_of(out)["job"]["file"] == str(job.resolve())

@@ -27,7 +27,7 @@ from autobalance.rebalance import Result, Rotor, Written, balance, planned
 from autobalance.report.bundle import FILES, Choice, bundle
 from autobalance.report.comparison import comparison
 from autobalance.report.files import Staging
-from autobalance.report.json import dumps, report, solid_entry
+from autobalance.report.json import dumps, report, showable, solid_entry
 from autobalance.report.record import (
     Balanced,
     Counterweight,
@@ -101,7 +101,7 @@ def run_job(
                 written.moments,
                 written.moments.mass_g / job.crankshaft.density_g_mm3,
             )
-        extras = _pages(report(replace(record, outputs=entries)), crank, record, choice, progress)
+        extras = _pages(showable(report(replace(record, outputs=entries))), crank, record, choice, progress)
         for key, (name, data) in extras.items():
             staging.add(folder / name, data)
             entries[key] = {"file": name, "sha256": hashlib.sha256(data).hexdigest()}

@@ -117,8 +117,20 @@ def _section(part: Section) -> Values:
 
 
 def dumps(values: Mapping[str, Any]) -> str:
-    """Return a report as JSON text; raises ValueError for NaN and infinity."""
-    return json.dumps(values, indent=2, ensure_ascii=False, allow_nan=False) + "\n"
+    """Return a report as JSON text; raises ValueError for NaN and infinity.
+
+    Bytes of a file's name that are no UTF-8 stand as JSON's escapes of lone surrogates, and read back so.
+    """
+    text = json.dumps(values, indent=2, ensure_ascii=False, allow_nan=False) + "\n"
+    return text.encode("utf-8", "backslashreplace").decode()
+
+
+def showable(values: Values) -> Values:
+    """Return a report for pages: a question mark for what is no text in the names of files."""
+    text = json.dumps(values, ensure_ascii=False)
+    shown = text.encode("utf-8", "replace").decode()
+    found: Values = values if shown == text else json.loads(shown)
+    return found
 
 
 def schema() -> Values:

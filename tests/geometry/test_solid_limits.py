@@ -32,6 +32,8 @@ TIMES = 120
 """Memory that reading may take: ``FREE_BYTES`` and so many times the file; lists of words take that much."""
 SECONDS = 20.0
 
+needs_devices = pytest.mark.skipif(os.name == "nt", reason="no /dev/zero, no pipes in folders")
+
 
 def packed(text: bytes, method: int = zipfile.ZIP_DEFLATED) -> bytes:
     buffer = io.BytesIO()
@@ -186,6 +188,7 @@ def test_a_corner_far_beyond_reason_is_refused(name: str, tmp_path: Path) -> Non
         read(path, None if name == "3mf" else "mm")
 
 
+@needs_devices
 def test_a_device_is_no_crank(tmp_path: Path) -> None:
     link = tmp_path / "crank.stl"
     link.symlink_to("/dev/zero")
@@ -193,6 +196,7 @@ def test_a_device_is_no_crank(tmp_path: Path) -> None:
         read(link, "mm")
 
 
+@needs_devices
 def test_a_pipe_is_no_crank(tmp_path: Path) -> None:
     os.mkfifo(tmp_path / "crank.stl")
     with pytest.raises(FileError, match="is no regular file"):
@@ -204,6 +208,7 @@ def test_a_name_that_no_file_can_have() -> None:
         read(Path("a\0b.stl"), "mm")
 
 
+@needs_devices
 def test_a_job_is_read_no_farther_than_jobs_go(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     link = tmp_path / "job.toml"
     link.symlink_to("/dev/zero")
