@@ -54,3 +54,22 @@ def test_verify_measures_a_second_way(
     monkeypatch.setattr(claims, "slice_moments", lambda *_: Moments.zero())
     assert jobs.run("verify", report, "--independent") == 3
     assert "from tetrahedra and from slices differ by" in capsys.readouterr().err
+
+
+@pytest.mark.slow
+def test_true_surfaces_are_measured_a_second_way_too(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    pytest.importorskip("OCP")
+    job = jobs.pin_job(tmp_path, file='"crank.step"', unit="", grade="40")
+    assert jobs.run("generate", "single", "-o", tmp_path / "crank.step") == 0
+    jobs.balanced(job, tmp_path / "out")
+    report = tmp_path / "out" / "report.json"
+    capsys.readouterr()
+    assert jobs.run("verify", report, "--independent") == 0
+    said = capsys.readouterr().out
+    assert float(said.rpartition("agree to ")[2]) < 1e-5
+    moved = slice_moments
+    monkeypatch.setattr(claims, "slice_moments", lambda *a: moved(*a).scaled(1.001))
+    assert jobs.run("verify", report, "--independent") == 3
+    assert "from true surfaces and from slices differ by" in capsys.readouterr().err
