@@ -60,8 +60,8 @@ def run(arguments: argparse.Namespace) -> int:
                 staging.add(drawing, _picture(crank, record))
         finally:
             progress_done()
-        for repair in values["input"]["repairs"]:
-            warn(f"{arguments.crank}: {repair}")
+        for text in values["warnings"]:
+            warn(text)
         if target is not None:
             staging.add(target, dumps(values).encode())
         staging.commit()
@@ -114,6 +114,7 @@ def inspected(arguments: argparse.Namespace) -> tuple[Crank, Record]:
         faces=faces,
         sections=parts,
         web_weights=web_weights(parts, crank.anatomy),
+        warnings=crank.warnings(path),
         seconds=watch.seconds,
     )
     return crank, record

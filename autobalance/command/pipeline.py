@@ -7,9 +7,11 @@ import time
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass
+from pathlib import Path
 
 import numpy as np
 
+from autobalance.crank.alignment import misalignment_warning
 from autobalance.crank.anatomy import Anatomy, Overrides
 from autobalance.crank.recognise import recognise
 from autobalance.engine.balance_factor import balance_factor, bob_weight_moments
@@ -39,6 +41,12 @@ class Crank:
     density_g_mm3: float
     moments: Moments
     facets: FacetError | None
+
+    def warnings(self, file: Path) -> tuple[str, ...]:
+        """Return what a user should know of the file and the crank in it, one line each."""
+        misaligned = misalignment_warning(self.anatomy)
+        found = [*self.source.repairs, *([] if misaligned is None else [misaligned])]
+        return tuple(f"{file}: {text}" for text in found)
 
 
 class Stopwatch:

@@ -89,6 +89,7 @@ def run_job(
     _refuse_overwriting(targets, [job.path, job.crankshaft.file])
     with Staging([folder] + ([copy.parent] if copy else [])) as staging:
         crank, record, written = _balanced_record(job, watch, progress)
+        record = replace(record, warnings=_warnings(job, crank))
         started = time.perf_counter()
         progress("writing")
         entries: dict[str, Any] = {"solid": None}
@@ -112,10 +113,7 @@ def run_job(
             staging.add(path, text)
         staging.commit()
     stale = written is None and solid_path.exists()
-    warnings = [
-        *_warnings(job),
-        *(f"{job.crankshaft.file}: {repair}" for repair in values["input"]["repairs"]),
-    ]
+    warnings = list(record.warnings)
     if stale:
         warnings.append(f"{solid_path} is of an earlier run; this one cut nothing")
     fresh = [folder / name for name, _ in extras.values()]
@@ -146,12 +144,11 @@ def _refuse_overwriting(targets: list[Path], sources: list[Path]) -> None:
                 )
 
 
-def _warnings(job: Job) -> list[str]:
+def _warnings(job: Job, crank: Crank) -> tuple[str, ...]:
     weights = job.engine.default.weights
     empty = [name for name in ("rotating", "reciprocating") if not getattr(weights, name)]
-    if not empty or job.engine.by_throw:
-        return []
-    return [f"{job.path.name}: engine.{name}_g names no weight; its parts count as 0 g" for name in empty]
+    unnamed = [f"{job.path.name}: engine.{name}_g names no weight; its parts count as 0 g" for name in empty]
+    return (*(() if job.engine.by_throw else unnamed), *crank.warnings(job.crankshaft.file))
 
 
 # --- the run ------------------------------------------------------------------------------------------------

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from itertools import takewhile
+from itertools import dropwhile, pairwise, takewhile
 
 import numpy as np
 
@@ -16,6 +16,11 @@ from autobalance.errors import RecognitionError
 LONGER = 1.3
 """A line of cylinders wins over another when it has this much more shaft, or metal reaches this much farther
 beyond it, and neither is so the other way round."""
+OUT_OF_LINE = 0.2
+"""A cylinder beside the axis by less than this share of the greatest crank radius is a main journal out of
+line: strokes of one crank do not differ as much."""
+LEANING = 2e-3
+"""A web's face, square to the axis but for a bent crank's lean, ends within this share of the length."""
 COLLAR = 0.5
 """A cylinder is a collar, not a journal, when the next one outward is thinner and this much wider."""
 
@@ -134,16 +139,36 @@ def solid_layout(long: Lengthwise, runs: Sequence[Run], given_axis: Array | None
     RecognitionError
         If there is no axis, no crankpin, or a cylinder beside the axis stands beside a journal.
     """
+    _refuse_gap(long)
     on_axis = crank_axis(long, runs, given_axis)
     axis = _mean_centre(on_axis)
     others = [run for run in runs if all(run is not other for other in on_axis)]
     pins = _crankpins(long, on_axis, others)
+    bent = [pin for pin in pins if _is_out_of_line(pin, pins, axis)]
+    on_axis = sorted([*on_axis, *bent], key=lambda run: run.z_mid)
+    pins = [pin for pin in pins if all(pin is not run for run in bent)]
     if not pins:
         raise RecognitionError(
             f"looked for crankpins beside the axis, found {len(on_axis)} cylinders on it and none beside it; "
             "crankpins settles it (crankpin_in_file = false if they are not in the file)"
         )
     return Layout(axis, tuple(choose_journals(on_axis, pins, axis)), tuple(pins))
+
+
+def _refuse_gap(long: Lengthwise) -> None:
+    """Refuse a part that is in two along the axis: nothing but a crankpin can have held it together."""
+    empty = next((section.z_mm for section in long.sections if not section.pieces), None)
+    if empty is not None:
+        raise RecognitionError(
+            f"looked for crankpins, found a gap without metal {empty:.4g} mm from the middle of the part; "
+            "crankpin_in_file = false settles it if they are not in the file"
+        )
+
+
+def _is_out_of_line(run: Run, pins: Sequence[Run], axis: Array) -> bool:
+    """Whether what stands a little beside the axis is a bent crank's journal, not a crankpin."""
+    throws = [float(np.linalg.norm(pin.centre - axis)) for pin in pins]
+    return float(np.linalg.norm(run.centre - axis)) < OUT_OF_LINE * max(throws)
 
 
 def _mean_centre(runs: Sequence[Run]) -> Array:
@@ -163,6 +188,7 @@ def _crankpins(long: Lengthwise, on_axis: Sequence[Run], others: Sequence[Run]) 
         for run in others
         if all(_overlap(run, other) < slack for other in [*on_axis, *others] if other is not run)
     ]
+    alone = _without_discs(on_axis, alone)
     low, high = on_axis[0].z_low, on_axis[-1].z_high
     between = [run for run in alone if low < run.z_mid < high]
     axis = _mean_centre(on_axis)
@@ -185,6 +211,24 @@ def _crankpins(long: Lengthwise, on_axis: Sequence[Run], others: Sequence[Run]) 
         else:
             widest.append(run)
     return widest
+
+
+def _without_discs(on_axis: Sequence[Run], others: Sequence[Run]) -> list[Run]:
+    """Leave out round webs whose centre is beside the axis: discs that hold the crankpin next to them."""
+    kept = list(others)
+    while True:
+        order = sorted([*on_axis, *kept], key=lambda run: run.z_mid)
+        discs = [
+            disc
+            for disc, pin in [*pairwise(order), *((b, a) for a, b in pairwise(order))]
+            if any(disc is run for run in kept)
+            and any(pin is run for run in kept)
+            and not _same_line(disc, pin)
+            and _holds(disc, pin, disc.centre)
+        ]
+        if not discs:
+            return kept
+        kept = [run for run in kept if all(run is not disc for disc in discs)]
 
 
 def _same_line(a: Run, b: Run) -> bool:
@@ -235,8 +279,9 @@ def _journal(group: Sequence[Run], left: Run | None, right: Run | None, axis: Ar
     return outward[-1]
 
 
-def _holds(disc: Run, pin: Run, axis: Array) -> bool:
-    offset = float(np.linalg.norm(pin.centre - axis))
+def _holds(disc: Run, pin: Run, centre: Array) -> bool:
+    """Whether a disc about a centre holds all of a crankpin's end."""
+    offset = float(np.linalg.norm(pin.centre - centre))
     return disc.radius > offset + 0.98 * pin.radius
 
 
@@ -309,12 +354,20 @@ def _near(a: tuple[Array, float], b: tuple[Array, float]) -> bool:
 
 
 def _webward(long: Lengthwise, gap: tuple[float, float], side: int, axis: Array) -> list[Section]:
-    """Return the sections from a gap outward as long as they have a round hole beside the axis."""
-    if side < 0:
-        outward = [s for s in reversed(long.sections) if s.z_mm < gap[0]]
-    else:
-        outward = [s for s in long.sections if s.z_mm > gap[1]]
-    return list(takewhile(lambda section: bool(_bores([section], axis)), outward))
+    """Return the sections from a gap outward as long as they have a round hole beside the axis.
+
+    The first few may have none: a face that leans a little is cut slantwise there.
+    """
+    edge = gap[0] if side < 0 else gap[1]
+    outward = sorted(
+        (section for section in long.sections if side * (section.z_mm - edge) > 0.0),
+        key=lambda section: side * section.z_mm,
+    )
+    face = edge + side * LEANING * long.length_mm
+    begun = dropwhile(
+        lambda section: side * (face - section.z_mm) > 0.0 and not _bores([section], axis), outward
+    )
+    return list(takewhile(lambda section: bool(_bores([section], axis)), begun))
 
 
 def _bores(sections: Sequence[Section], axis: Array) -> list[tuple[Array, float]]:

@@ -35,6 +35,8 @@ OUT_OF_ROUND = 1e-3
 """A cylinder's vertices stand off it by less than this share of its radius, half of them at least: coarse
 facets have their corners on the true surface, a scan near it. A web with a rim of two radii looks round only
 beside the length of coarse facets."""
+OUT_OF_LINE = 0.3
+"""Cylinders are out of line when vertices are nearer than this to their own lines, beside a common one."""
 LEAST_VERTICES = 8
 """Fewer vertices on a cylinder are none."""
 MOST_OF_SPAN = 0.6
@@ -194,7 +196,8 @@ def common_axis(long: Lengthwise, runs: Sequence[Run], rounding_mm: float) -> tu
     """Return the line that is the common axis of cylinders nearly along z: point (3,), unit direction (3,).
 
     Least squares over the vertices on the cylinders, linear in the line's position and slope and in each
-    radius; the vertices lie on the true surface however coarse the facets are.
+    radius; the vertices lie on the true surface however coarse the facets are. Cylinders out of line keep
+    their common direction, and the line passes through the mean of their places.
     """
     where: list[Array] = []
     arms: list[Array] = []
@@ -213,14 +216,26 @@ def common_axis(long: Lengthwise, runs: Sequence[Run], rounding_mm: float) -> tu
     start = runs[0].centre
     radii = np.array([run.radius for run in runs])
     line = np.column_stack([unit, unit * lever[:, None]])
-    rows = np.column_stack([line, owner[:, None] == np.arange(len(runs))])
+    is_of = owner[:, None] == np.arange(len(runs))
     reach = ((points[:, :2] - start) * unit).sum(axis=1) - radii[owner]
-    keep = np.abs(line @ _solved(line, reach) - reach) <= ON_CYLINDER * radii[owner] + rounding_mm
+    off, slack = np.abs(line @ _solved(line, reach) - reach), ON_CYLINDER * radii[owner] + rounding_mm
+    if len(runs) > 1 and float(np.median(off / slack)) > 1.0:
+        apart = np.column_stack([unit * lever[:, None], *(unit * each[:, None] for each in is_of.T)])
+        solution = _solved(apart, reach)
+        if float(np.median(np.abs(apart @ solution - reach))) < OUT_OF_LINE * float(np.median(off)):
+            place = start + solution[2:].reshape(-1, 2).mean(axis=0)
+            return _line(place, solution[:2] / scale, middle)
+    rows = np.column_stack([line, is_of])
+    keep = off <= slack
     keep = keep if keep.sum() > 0.1 * len(keep) else np.ones(len(rows), dtype=bool)
     solution = _solved(rows[keep], reach[keep])
-    slope = np.array([solution[2] / scale, solution[3] / scale, 1.0])
-    point = np.array([start[0] + solution[0], start[1] + solution[1], middle])
-    return point, slope / np.linalg.norm(slope)
+    return _line(start + solution[:2], solution[2:4] / scale, middle)
+
+
+def _line(place: Array, slope: Array, z_mm: float) -> tuple[Array, Array]:
+    """Return point and direction of the line through ``place`` (2,) with slopes (2,) of x and y."""
+    along = np.array([*slope, 1.0])
+    return np.array([*place, z_mm]), along / np.linalg.norm(along)
 
 
 def _solved(rows: Array, target: Array) -> Array:

@@ -65,6 +65,7 @@ def report(record: Record) -> Values:
         "outcome": None,
         "reason": None,
         "overbalance": None,
+        "warnings": list(record.warnings),
         "outputs": dict(record.outputs),
         "seconds": {stage: record.seconds.get(stage) for stage in STAGES},
     }

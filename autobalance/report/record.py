@@ -127,6 +127,7 @@ class Record:
 
     ``initial`` is the bare crank's unbalance for ``inspect``, as judged for ``balance``; ``planes_z_mm`` are
     the places of planes A and B, or None. ``outputs`` has one entry a written file (see ``solid_entry``).
+    ``warnings`` are what a user should know of the job and the crank, one line each.
     """
 
     command: Literal["balance", "inspect"]
@@ -138,5 +139,6 @@ class Record:
     sections: tuple[Section, ...] | None = None
     web_weights: tuple[WebWeight, ...] | None = None
     balanced: Balanced | None = None
+    warnings: tuple[str, ...] = ()
     outputs: Mapping[str, Any] = field(default_factory=dict)
     seconds: Mapping[str, float] = field(default_factory=dict)

@@ -7,6 +7,7 @@ import math
 import numpy as np
 import pytest
 
+from autobalance.crank.alignment import misalignment_warning
 from autobalance.crank.anatomy import Overrides
 from autobalance.crank.recognise import recognise
 from autobalance.errors import RecognitionError
@@ -95,26 +96,56 @@ def test_coarser_than_eight_facets_is_right_or_refused(segments: int) -> None:
     assert np.abs(found.file_to_rotor - true.file_to_rotor).max() < 1e-6
 
 
-def test_journals_out_of_line_are_reported() -> None:
-    aside = 0.05
-    solid = union(
+def bent_crank(aside_mm: float) -> Solid:
+    """Two throws, the middle main journal beside the axis of the other two."""
+    return union(
         [
             disc(15.0, 0.0, 41.0),
             disc(40.0, 40.0, 55.0),
             disc(12.0, 54.0, 76.0, 25.0),
             disc(40.0, 75.0, 90.0),
-            disc(15.0, 89.0, 121.0, aside),
+            disc(15.0, 89.0, 121.0, aside_mm),
             disc(40.0, 120.0, 135.0),
             disc(12.0, 134.0, 156.0, -25.0),
             disc(40.0, 155.0, 170.0),
             disc(15.0, 169.0, 210.0),
         ]
     )
-    found = recognise(solid, Overrides())
+
+
+@pytest.mark.parametrize("aside_mm", [0.005, 0.05, 0.4, 1.0, 3.0])
+def test_journals_out_of_line_are_reported(aside_mm: float) -> None:
+    found = recognise(bent_crank(aside_mm), Overrides(crankpin_in_file=None))
     assert len(found.main_journals) == 3
-    assert 0.5 * aside < found.journal_misalignment_mm < aside
+    assert len(found.throws) == 2
+    assert 0.5 * aside_mm < found.journal_misalignment_mm < aside_mm
+    warning = misalignment_warning(found)
+    assert warning is not None
+    assert f"{found.journal_misalignment_mm:.3g} mm" in warning
     straight, _ = make_crank([0, 180], Shape(segments=24))
-    assert recognise(straight, Overrides()).journal_misalignment_mm < 1e-6
+    aligned = recognise(straight, Overrides())
+    assert aligned.journal_misalignment_mm < 1e-6
+    assert misalignment_warning(aligned) is None
+
+
+@pytest.mark.parametrize("aside_mm", [0.2, 1.0, 3.0, 8.0])
+def test_round_webs_beside_the_axis_are_no_crankpins(aside_mm: float) -> None:
+    webs = [disc(48.0, low, low + 16.0, -aside_mm) for low in (40.0, 72.0)]
+    journals = [disc(14.0, 0.0, 41.0), disc(14.0, 87.0, 130.0)]
+    with_pin = union([*webs, *journals, disc(14.0, 55.0, 73.0, 25.0)])
+    bored = union([web - disc(14.0, 0.0, 100.0, 25.0) for web in webs] + journals)
+    for solid in (with_pin, bored):
+        found = recognise(solid, Overrides(crankpin_in_file=None))
+        assert [t.crank_radius_mm for t in found.throws] == pytest.approx([25.0], abs=1e-6)
+        assert [w.z_max_mm - w.z_min_mm for w in found.webs] == pytest.approx([16.0, 16.0], abs=1e-6)
+        assert all(w.counterweight for w in found.webs)
+
+
+def test_halves_apart_are_no_crank_with_its_crankpin() -> None:
+    webs = [disc(48.0, low, low + 16.0, -3.0) for low in (40.0, 72.0)]
+    halves = union([*webs, disc(14.0, 0.0, 41.0), disc(14.0, 87.0, 130.0)])
+    with pytest.raises(RecognitionError, match=r"found a gap without metal .* crankpin_in_file = false"):
+        recognise(halves, Overrides(crankpin_in_file=True))
 
 
 def test_an_axis_given_beside_every_journal_is_refused() -> None:
