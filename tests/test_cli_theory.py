@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import math
+import re
 import tomllib
 from pathlib import Path
 from typing import Any
@@ -146,6 +147,7 @@ PLOTS = {
     "force-polar": ("force along cylinder 1 [N]", "force across [N]"),
     "orders": ("order of the crank speed [-]", "greatest force [N]"),
     "main-bearings-polar": ("load along x [N]", "load along y [N]"),
+    "wrist-pins-polar": ("load along x [N]", "load along y [N]"),
     "crankpins-polar": ("load along x [N]", "load along y [N]"),
     "torque-over-angle": ("crank angle [°]", "torque [N·m]"),
 }
@@ -339,7 +341,56 @@ def test_parts_show_what_two_masses_miss(job: Path, capsys: pytest.CaptureFixtur
     assert "engine.rod: mass of the connecting rod is 0 g" in refused(capsys, 3, "parts", job)
 
 
+def drawn(folder: Path, names: dict[str, tuple[str, ...]]) -> dict[str, str]:
+    """Check that a folder holds these plots, SVG and PNG, with these words; return the SVGs."""
+    assert {path.name for path in folder.iterdir()} == {f"{n}.{end}" for n in names for end in ("svg", "png")}
+    found = {name: (folder / f"{name}.svg").read_text("utf-8") for name in names}
+    for name, words in names.items():
+        assert all(f">{word}<" in found[name] for word in words), name
+        assert (folder / f"{name}.png").read_bytes().startswith(b"\x89PNG")
+        colours = re.findall(r"#([0-9a-f]{2})([0-9a-f]{2})([0-9a-f]{2})\b", found[name])
+        assert colours
+        assert all(red == green == blue for red, green, blue in colours)
+    return found
+
+
+def test_parts_are_drawn_with_their_uncertainty(
+    job: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    more(job, "\n[[engine.throw]]\nnumber = 1\nrods = 2\nbank_deg = [0, 90]\n")
+    labels = ("what the parts move with [-]", "mass [g]", "every throw", "throw 1", "±, every throw")
+    assert main(["parts", str(job), "--plots", str(tmp_path / "p")]) == 0
+    assert "parts-weights.svg" in capsys.readouterr().out
+    drawn(tmp_path / "p", {"parts-weights": labels})
+    more(job, "", ", pm = 0.3", "")
+    more(job, "", ", pm = 0.4", "")
+    assert main(["parts", str(job), "--plots", str(tmp_path / "q")]) == 0
+    (svg,) = drawn(tmp_path / "q", {"parts-weights": labels[:4]}).values()
+    assert "±" not in svg
+
+
 # --- grade
+
+
+def test_a_grade_is_drawn_between_its_neighbours(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    rotor = ["grade", "--mass", "2700", "--speed-rpm", "15200", "--plots"]
+    assert main([*rotor, str(tmp_path / "p"), "--grade", "6.3"]) == 0
+    lines = ("speed [1/min]", "G 16", "G 6.3", "G 2.5", "the rotor at its speed")
+    found = drawn(
+        tmp_path / "p",
+        {"grade-specific": ("e_per [µm]", *lines), "grade-permissible": ("U_per [g·mm]", *lines)},
+    )
+    assert all(">G 40<" not in svg for svg in found.values())
+    assert main([*rotor, str(tmp_path / "q"), "--residual", "7.39"]) == 0
+    drawn(
+        tmp_path / "q",
+        {"grade-specific": ("G 6.3", "G 4.357", "G 2.5"), "grade-permissible": ("G 4.357",)},
+    )
+    assert main(["grade", "--plots", str(tmp_path / "all")]) == 0
+    drawn(tmp_path / "all", {"grade-specific": ("e_per [µm]", "G 4000", "G 2.5")})
+    assert main([*rotor, str(tmp_path / "none"), "--residual", "0"]) == 0
+    drawn(tmp_path / "none", {"grade-specific": ("G 4000",), "grade-permissible": ("G 4000",)})
+    capsys.readouterr()
 
 
 def test_grade_permits_and_achieves(capsys: pytest.CaptureFixture[str]) -> None:

@@ -142,6 +142,11 @@ def _plots(found: Asked, engines: dict[str, Engine], engine: Engine, factors: li
         axes,
         [plots.Curve(f"main {n}", load[:, 0], load[:, 1]) for n, load in enumerate(loads.main_n, 1)],
     )
+    made["wrist-pins-polar"] = plots.polar(
+        f"Wrist pins, engine's frame, {at}",
+        axes,
+        [plots.Curve(f"cylinder {n}", load[:, 0], load[:, 1]) for n, load in enumerate(loads.wrist_pin_n, 1)],
+    )
     made["crankpins-polar"] = plots.polar(
         f"Crankpins, crank's frame, {at}",
         axes,

@@ -3,10 +3,16 @@
 from __future__ import annotations
 
 import argparse
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
-from autobalance.command.options import add_json, add_units
+from autobalance.command.options import add_json, add_plots, add_units
 from autobalance.errors import UsageError
+
+if TYPE_CHECKING:
+    from autobalance.command.theory import Plots
+
+USUAL_SPEEDS_RPM = (100.0, 20000.0)
+"""Plotted where no speed is given: a slow marine diesel to a racing engine."""
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -36,7 +42,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--centre", type=float, metavar="Z", help="place of the centre of mass (midway) [mm]")
     add_json(parser)
     add_units(parser)
-    parser.set_defaults(plots=None)
+    add_plots(parser)
 
 
 def run(arguments: argparse.Namespace) -> int:
@@ -49,7 +55,46 @@ def run(arguments: argparse.Namespace) -> int:
         values = _values(arguments)
     except ValueError as error:
         raise UsageError(str(error)) from None
-    return deliver(arguments, values, lambda: grade_text(values, UNITS[arguments.units]))
+    plots = _plots(values) if arguments.plots else None
+    return deliver(arguments, values, lambda: grade_text(values, UNITS[arguments.units]), plots)
+
+
+def _plots(values: dict[str, Any]) -> Plots:
+    """Draw e_per, and U_per where the rotor is known, for the grade and its neighbours over the speed."""
+    import numpy as np
+
+    from autobalance.engine.grade import neighbours, specific_unbalance_mm
+    from autobalance.report import plots
+    from autobalance.rotor.tolerance import permissible_unbalance_g_mm
+    from autobalance.units import RAD_S_PER_RPM
+
+    asked, rpm, mass = values["grade_mm_s"], values["speed_rpm"], values["rotor_mass_g"]
+    grade = values["achieved_grade_mm_s"] if asked is None else asked
+    low, high = USUAL_SPEEDS_RPM if rpm is None else (0.1 * rpm, 10.0 * rpm)
+    speeds = np.geomspace(low, high, 61)
+    specific = {
+        each: np.array([1e3 * specific_unbalance_mm(each, n * RAD_S_PER_RPM) for n in speeds])
+        for each in neighbours(grade)
+    }
+    thick = f"G {grade:.4g}" if grade else None
+    lines = [plots.Curve(f"G {each:.4g}", speeds, e) for each, e in specific.items()]
+    at = None if not grade else (rpm, 1e3 * specific_unbalance_mm(grade, rpm * RAD_S_PER_RPM))
+    title = "Permissible specific unbalance"
+    made = {"grade-specific": plots.over_speed(title, "e_per [µm]", lines, thick, at)}
+    if mass is None:
+        return made
+    lines = [
+        plots.Curve(
+            f"G {each:.4g}",
+            speeds,
+            np.array([permissible_unbalance_g_mm(mass, each, n * RAD_S_PER_RPM) for n in speeds]),
+        )
+        for each in specific
+    ]
+    at = None if not grade else (rpm, permissible_unbalance_g_mm(mass, grade, rpm * RAD_S_PER_RPM))
+    title = f"Permissible residual unbalance of {mass:g} g"
+    made["grade-permissible"] = plots.over_speed(title, "U_per [g·mm]", lines, thick, at)
+    return made
 
 
 def _values(given: argparse.Namespace) -> dict[str, Any]:

@@ -6,9 +6,10 @@ import argparse
 from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any
 
-from autobalance.command.options import add_json, add_units
+from autobalance.command.options import add_json, add_plots, add_units
 
 if TYPE_CHECKING:
+    from autobalance.command.theory import Plots
     from autobalance.job import Job, ThrowParts, Weight
 
 
@@ -19,7 +20,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     )
     add_json(parser)
     add_units(parser)
-    parser.set_defaults(speed_rpm=None, plots=None)
+    add_plots(parser)
+    parser.set_defaults(speed_rpm=None)
 
 
 def run(arguments: argparse.Namespace) -> int:
@@ -37,7 +39,28 @@ def run(arguments: argparse.Namespace) -> int:
         "throws": [_throw(number, parts, factor) for number, parts in throws],
         "rod": _rod(job),
     }
-    return deliver(arguments, values, lambda: parts_text(values, UNITS[arguments.units]))
+    plots = _plots(values["throws"]) if arguments.plots else None
+    return deliver(arguments, values, lambda: parts_text(values, UNITS[arguments.units]), plots)
+
+
+def _plots(throws: list[dict[str, Any]]) -> Plots:
+    from autobalance.report import plots
+
+    roles = {
+        "rotating": "rotating,\neach rod",
+        "reciprocating": "reciprocating,\neach rod",
+        "crankpin": "crankpin",
+    }
+    named = {f"throw {each['number']}" if each["number"] else "every throw": each for each in throws}
+    return {
+        "parts-weights": plots.named_bars(
+            "Weights on a throw",
+            ("what the parts move with [-]", "mass [g]"),
+            list(roles.values()),
+            {name: [each[role]["mass_g"] for role in roles] for name, each in named.items()},
+            {name: [each[role]["pm_g"] for role in roles] for name, each in named.items()},
+        )
+    }
 
 
 def _throw(number: int | None, parts: ThrowParts, factor: float) -> dict[str, Any]:

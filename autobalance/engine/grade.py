@@ -50,3 +50,19 @@ def listed_grade(achieved_mm_s: float) -> Grade | None:
     """
     met = [grade for grade in GRADES if achieved_mm_s <= grade.grade_mm_s]
     return met[-1] if met else None
+
+
+def neighbours(grade_mm_s: float | None) -> list[float]:
+    """Return a grade with the next listed one on either side, coarse to fine; all listed without a grade.
+
+    Examples
+    --------
+    >>> neighbours(6.3)
+    [16.0, 6.3, 2.5]
+    """
+    listed = [grade.grade_mm_s for grade in GRADES]
+    if not grade_mm_s:  # nothing asked, or a residual of zero
+        return listed
+    coarser = [each for each in listed if each > grade_mm_s][-1:]
+    finer = [each for each in listed if each < grade_mm_s][:1]
+    return [*coarser, grade_mm_s, *finer]

@@ -26,6 +26,8 @@ STYLES = (
     {"color": "0.6", "linestyle": (0, (5, 1, 1, 1, 1, 1))},
 )
 """Greys and dashes; more than five curves begin again with a wider line."""
+FILLS = ("0.2", "0.75", "0.5", "0.9")
+HATCHES = ("", "//", "..", "xx")
 SIZE_INCH = (6.4, 4.8)
 PIXELS_PER_INCH = 120
 
@@ -71,15 +73,49 @@ def bars(
     title: str, y_label: str, orders: Sequence[float], groups: Mapping[str, Sequence[float]]
 ) -> dict[str, bytes]:
     """Return a bar chart over the orders, one group of bars for each name."""
-    fills = ("0.2", "0.75", "0.5", "0.9")
+    labels = ("order of the crank speed [-]", y_label)
+    return named_bars(title, labels, [f"{order:g}" for order in orders], groups)
+
+
+def named_bars(
+    title: str,
+    labels: tuple[str, str],
+    places: Sequence[str],
+    groups: Mapping[str, Sequence[float]],
+    plus_minus: Mapping[str, Sequence[float]] | None = None,
+) -> dict[str, bytes]:
+    """Return a bar chart over named places; ``plus_minus`` draws error bars where it is above zero."""
     width = 0.8 / len(groups)
 
     def draw(axes: Axes) -> None:
         for number, (name, heights) in enumerate(groups.items()):
-            places = np.arange(len(orders)) + (number - 0.5 * (len(groups) - 1)) * width
-            axes.bar(places, heights, width, label=name, color=fills[number % 4], edgecolor="black")
-        axes.set_xticks(range(len(orders)), [f"{order:g}" for order in orders])
-        axes.set_xlabel("order of the crank speed [-]")
+            at = np.arange(len(places)) + (number - 0.5 * (len(groups) - 1)) * width
+            fill, hatch = FILLS[number % len(FILLS)], HATCHES[number // len(FILLS) % len(HATCHES)]
+            axes.bar(at, heights, width, label=name, color=fill, hatch=hatch, edgecolor="black")
+            off = np.asarray(plus_minus[name] if plus_minus else [0.0] * len(places))
+            if (known := off > 0.0).any():
+                ends = at[known], np.asarray(heights)[known], off[known]
+                # Without ``color`` the caps are filled in blue.
+                axes.errorbar(*ends, fmt="none", color="black", capsize=6.0, label=f"±, {name}")
+        axes.set_xticks(range(len(places)), list(places))
+        axes.set_xlabel(labels[0])
+
+    return _drawn(title, labels[1], draw)
+
+
+def over_speed(
+    title: str, y_label: str, curves: Sequence[Curve], thick: str | None, point: tuple[float, float] | None
+) -> dict[str, bytes]:
+    """Return curves over the speed [1/min], both scales logarithmic; all but the ``thick`` one are thin."""
+
+    def draw(axes: Axes) -> None:
+        for number, curve in enumerate(curves):
+            width = 2.6 if curve.name == thick else 0.8
+            axes.loglog(curve.x, curve.y, label=curve.name, **{**_style(number), "linewidth": width})
+        if point is not None:
+            axes.plot(*point, "o", color="black", label="the rotor at its speed")
+        axes.set_xlabel("speed [1/min]")
+        axes.grid(visible=True, which="minor", color="0.93")
 
     return _drawn(title, y_label, draw)
 
