@@ -79,6 +79,13 @@ class ConnectingRod:
             Of the rod, in any frame whose z axis is parallel to the eyes.
         big_end_mm, small_end_mm : (3,) float
             Centres of the eyes in that frame [mm].
+
+        Examples
+        --------
+        >>> big, small = np.array([0.0, 0.0, 0.0]), np.array([100.0, 0.0, 0.0])
+        >>> two_masses = Moments.point(300.0, big) + Moments.point(100.0, small)
+        >>> ConnectingRod.from_solid(two_masses, big, small).small_end_g
+        100.0
         """
         along = np.asarray(small_end_mm, dtype=np.float64)[:2] - np.asarray(big_end_mm, dtype=np.float64)[:2]
         length = math.hypot(*along)

@@ -79,6 +79,13 @@ def balancing_products_g_mm(sections: Sequence[Section], first: str, second: str
     ----------
     Ruckle 2014, Sec. 3.1.1, says that the counterweight near the datum must be the heavier; it need not:
     without a resultant the couple does not depend on the datum.
+
+    Examples
+    --------
+    >>> table = [Section("pin", 1.0, 30.0, 0.0, 15.0)]
+    >>> table += [Section("A", 1.0, 0.0, 0.0, 5.0), Section("B", 1.0, 0.0, 0.0, 25.0)]
+    >>> [float(product[0]) for product in balancing_products_g_mm(table, "A", "B")]
+    [-15.0, -15.0]
     """
     named = {section.name: section for section in sections}
     for name in (first, second):
@@ -112,6 +119,11 @@ def oil_section(
     """Return the oil that fills a drilled pin, as a row of the section table.
 
     ``centre_mm`` (3,) is the middle of the drilling; 870 kg/m³ is engine oil at room temperature.
+
+    Examples
+    --------
+    >>> round(oil_section("oil", 10.0, 40.0, np.array([30.0, 0.0, 15.0])).mass_g, 3)
+    2.733
     """
     x, y, z = (float(value) for value in centre_mm)
     return Section(name, cylinder_mass_g(diameter_mm, length_mm, density_kg_m3), x, y, z)

@@ -93,6 +93,15 @@ def stroked(
     References
     ----------
     Hoem & Røsholm 2016, App. C.
+
+    Examples
+    --------
+    >>> parts = Parts(rotating_g=134.04, reciprocating_g=261.5, crankpin_g=120.0)
+    >>> new = stroked(stroke_mm=53.8, bore_mm=76.8, crankpin_mm=28.0, ground_crankpin_mm=26.0,
+    ...               crankpin_width_mm=20.0, main_journal_mm=28.0, density_kg_m3=7850.0,
+    ...               parts=parts, factor=0.28)
+    >>> new.stroke_mm, round(new.displacement_cm3, 1), round(new.overlap_mm, 3)
+    (55.8, 258.5, -0.9)
     """
     if not 0.0 < ground_crankpin_mm <= crankpin_mm:
         raise ValueError(

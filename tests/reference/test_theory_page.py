@@ -2,8 +2,11 @@
 
 from __future__ import annotations
 
+import doctest
 import re
 from pathlib import Path
+
+import pytest
 
 from tests.reference.published import CASES
 
@@ -34,3 +37,27 @@ def test_every_case_has_a_test_of_its_name() -> None:
         group, *numbers = name.split("_")
         tested |= {f"{group.upper()}-{number}" for number in numbers}
     assert {stem(case) for case in CASES} <= tested
+
+
+@pytest.mark.parametrize(
+    "name",
+    [
+        "stroked",
+        "crankpin_overlap_mm",
+        "SubstituteRotor.of_inertia",
+        "section_sums",
+        "balancing_products_g_mm",
+        "FanCounterweight",
+        "final_hole_depth_mm",
+        "complete_balance",
+        "ConnectingRod.from_solid",
+    ],
+)
+def test_what_python_alone_offers_is_shown(name: str) -> None:
+    assert re.search(rf"^>>> .*\b{re.escape(name)}\(", PAGE, re.MULTILINE)
+
+
+def test_the_pages_examples_are_right() -> None:
+    examples = doctest.DocTestParser().get_doctest(PAGE, {}, "theory.md", None, None)
+    assert len(examples.examples) > 15
+    assert doctest.DocTestRunner(verbose=False).run(examples).failed == 0
