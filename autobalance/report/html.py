@@ -156,7 +156,7 @@ def _numbers(report: Report) -> str:
     return f"""<section aria-labelledby="h-numbers"><h2 id="h-numbers" class="sr">Numbers</h2><div class="split">
 <div class="scroll"><table>
 <caption>Unbalance in g·mm. The verdict is on {judged}, measured on the written file{counted}.</caption>
-<thead><tr><th scope="col"></th><th scope="col">Before</th><th scope="col">After</th><th scope="col">Uncertain by</th>
+<thead><tr><th scope="col"></th><th scope="col">Before</th><th scope="col">After<small>± off by</small></th>
 <th scope="col">Permitted</th><th scope="col">Used</th></tr></thead>
 <tbody>{"".join(rows)}</tbody></table></div>
 <dl class="facts">{_facts(report)}</dl>
@@ -171,10 +171,16 @@ def _row(report: Report, label: str, before: str, after: str, permitted: str, sh
         bar = f'{number(100.0 * share, 1)} %<span class="used" aria-hidden="true"><i{over} style="width:{width}"></i></span>'
     return (
         f'<tr><th scope="row">{label}</th>{_cell(report, before + ".magnitude_g_mm")}'
-        f"{_cell(report, after + '.magnitude_g_mm').replace('<td', '<td class=strong', 1)}"
-        f"{_cell(report, after + '.uncertainty_g_mm')}"
+        f"<td>{_span(report, after + '.magnitude_g_mm').replace('<span', '<span class=strong', 1)}"
+        f"{_doubt(report, after)}</td>"
         f"{_cell(report, permitted + '.permissible_g_mm')}<td>{bar or 'not judged'}</td></tr>"
     )
+
+
+def _doubt(report: Report, path: str) -> str:
+    if at(report, f"{path}.uncertainty_g_mm") is None:
+        return ""
+    return f"<small class=off>± {_span(report, path + '.uncertainty_g_mm')}</small>"
 
 
 def _facts(report: Report) -> str:

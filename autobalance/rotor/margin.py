@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Literal
@@ -26,7 +27,7 @@ REMEDIES: Mapping[str, str] = {
     "density": "know the density more closely: weigh the crank",
     "weights": "weigh the parts more closely",
     "attached": "know the unbalance of the attached parts more closely",
-    "depth": "hold the depth of the cuts more closely",
+    "depth": "hold the depth of the cuts more closely, or take a method that depends on it less, like drill",
 }
 """What makes the share of a cause smaller."""
 SMALL = 0.02
@@ -68,7 +69,7 @@ def explain_margin(worst: Judged, causes: Mapping[str, float], ends: tuple[str, 
         f"{worst.permissible_g_mm:.2f} g·mm, but it may be off by {worst.doubt_g_mm:.2f} g·mm ({named}), and "
         f'balance.margin = "expanded" asks that both together stay within it'
     )
-    if worst.doubt_g_mm >= worst.permissible_g_mm:
+    if math.hypot(*(share for cause, share in causes.items() if cause != "depth")) >= worst.permissible_g_mm:
         text += "; no cut can mend that, since the uncertainty alone is as large"
     elif ends:
         text += "; the metal ends at " + ", ".join(ends)

@@ -45,6 +45,9 @@ class Solid:
         """
         if len(mesh.triangles) == 0:
             raise SolidError("the mesh bounds no volume: it has no triangles")
+        if len(mesh.triangles) % 2:  # three sides each, two to an edge; manifold3d 3.5 may crash on these
+            odd = f"NotManifold, with {len(mesh.triangles)} triangles, an odd number"
+            raise SolidError(f"the mesh does not bound a solid: {odd}")
         vertices = np.require(mesh.vertices, np.float64, ["C", "W"])
         triangles = np.require(mesh.triangles, np.int64, ["C", "W"]).view(np.uint64)
         body = m3.Manifold(m3.Mesh64(vertices, triangles))

@@ -111,3 +111,16 @@ def test_bodies_are_told_apart_with_their_volumes_and_bounds() -> None:
         assert body.volume_mm3 == pytest.approx(scale**3 * volume, rel=1e-12)
         assert body.solid.volume_mm3 == pytest.approx(scale**3 * volume, rel=1e-12)
         np.testing.assert_allclose(body.bounds, scale * BALL.bounds + shift, rtol=1e-12)
+
+
+def test_an_odd_number_of_triangles_does_not_reach_the_kernel(monkeypatch: pytest.MonkeyPatch) -> None:
+    """manifold3d 3.5.4 reads beyond its arrays on some of these, and the process is gone."""
+    box = Solid.box(np.zeros(3), np.ones(3)).mesh
+    odd = Mesh(box.vertices, box.triangles[:-1])
+
+    def crash(*_: object) -> None:
+        raise AssertionError("the kernel was asked")
+
+    monkeypatch.setattr("autobalance.solid.csg.m3.Manifold", crash)
+    with pytest.raises(SolidError, match="11 triangles, an odd number"):
+        Solid.from_mesh(odd)
