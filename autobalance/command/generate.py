@@ -29,7 +29,10 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.epilog = f"presets: {', '.join(PRESETS)}"
     parser.add_argument("crank", metavar="PRESET|FILE.toml", help="a preset, or a description of the crank")
     parser.add_argument(
-        "-o", "--output", metavar="FILE", help="the crank: .stl and others, .step with the extra (NAME.stl)"
+        "-o",
+        "--output",
+        metavar="FILE",
+        help="the crank: .stl .obj .ply .off .3mf .glb, or .step with the extra (NAME.stl)",
     )
     parser.add_argument("--segments", type=int, metavar="N", help="corners of a full circle (128)")
     parser.add_argument(

@@ -19,7 +19,7 @@ STEEL_KG_M3 = 7850.0
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Describe the command line."""
-    parser.add_argument("crank", metavar="CRANK", help="a crank file: .stl and others")
+    parser.add_argument("crank", metavar="CRANK", help="a crank file: .stl .obj .ply .off .3mf .glb .step")
     parser.add_argument(
         "--unit",
         choices=("mm", "cm", "m", "inch"),

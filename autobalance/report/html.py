@@ -19,6 +19,7 @@ from autobalance.report.words import (
     OUTCOMES,
     at,
     counts_uncertainty,
+    degrees,
     escape,
     eye,
     file_name,
@@ -544,7 +545,7 @@ def _weights(report: Report) -> str:
 def _crank_facts(report: Report) -> str:
     tolerance = report["tolerance"]
     throws = ", ".join(
-        f"{number(t['crank_radius_mm'], 3)} mm at {number(t['angle_deg'], 1)}°"
+        f"{number(t['crank_radius_mm'], 3)} mm at {degrees(t['angle_deg'])}"
         for t in at(report, "crank.throws") or []
     )
     facts = [

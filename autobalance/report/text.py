@@ -6,6 +6,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any, Literal
 
+from autobalance.report.words import degrees
 from autobalance.units import G_MM_PER_OZ_IN, G_PER_OZ, MM_PER
 
 UnitName = Literal["metric", "inch"]
@@ -97,7 +98,7 @@ def _correction(correction: Values, units: Units) -> str:
     where = [f"face {correction['face']}"] if correction["face"] is not None else []
     where += [f"web {correction['web']}"] if correction["web"] is not None else []
     if correction.get("angle_deg") is not None:
-        where.append(f"at {correction['angle_deg']:.1f}°")
+        where.append(f"at {degrees(correction['angle_deg'])}")
     size = units.of_length(abs(correction["depth_mm"]))
     off = units.of_mass(abs(correction["removed_mass_g"]))
     return (
@@ -136,7 +137,7 @@ def _before_and_after(report: Values, units: Units) -> str:
     heavy = round(report["residual"]["angle_deg"], 1) % 360.0  # 359.97° is 0.0°
     return (
         table(rows)
-        + f"\n  heavy side left at {heavy:.1f}° from throw 1, counter-clockwise seen from +z;"
+        + f"\n  heavy side left at {degrees(heavy)} from throw 1, counter-clockwise seen from +z;"
         + f" G {tolerance['grade_mm_s']:g} at {tolerance['speed_rpm']:g} rpm,"
         + f" rotor {units.of_mass(tolerance['rotor_mass_g'])}; {passes} pass{'' if passes == 1 else 'es'}"
         + _uncertainty(report["residual"], units)
@@ -228,7 +229,7 @@ def _overbalance(report: Values, units: Units) -> str:
         return ""
     lines = [
         f"Left for final drilling: {units.of_unbalance(left['magnitude_g_mm'])} with the heavy side at "
-        f"{left['angle_deg']:.1f}° (the table above counts from there)"
+        f"{degrees(left['angle_deg'])} (the table above counts from there)"
     ]
     lines += [_correction(each, units) for each in left["last_holes"]]
     if left["predicted_g_mm"] is not None:
@@ -361,7 +362,7 @@ def _anatomy(report: Values, units: Units) -> str:
     for pin in crank["main_journals"]:
         rows.append((f"  main journal {pin['number']}", *_pin_cells(pin, units), ""))
     for throw in crank["throws"]:
-        note = f"crank radius {units.of_length(throw['crank_radius_mm'])} at {throw['angle_deg']:.2f}°"
+        note = f"crank radius {units.of_length(throw['crank_radius_mm'])} at {degrees(throw['angle_deg'], 2)}"
         rows.append((f"  throw {throw['number']}", *_pin_cells(throw["crankpin"], units), note))
     for web in crank["webs"]:
         middle = 0.5 * (web["z_min_mm"] + web["z_max_mm"])
@@ -384,7 +385,7 @@ def _bare(report: Values, units: Units) -> str:
     initial = report["initial"]
     lines = [
         f"Unbalance of the bare crank: {units.of_unbalance(initial['magnitude_g_mm'])} "
-        f"at {initial['angle_deg']:.1f}°"
+        f"at {degrees(initial['angle_deg'])}"
     ]
     lines += [
         f"  plane {plane['name']}: {units.of_unbalance(plane['magnitude_g_mm'])}"

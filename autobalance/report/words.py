@@ -61,6 +61,17 @@ def angle_deg(vector: Any) -> float:
     return math.degrees(math.atan2(vector[1], vector[0])) % 360.0
 
 
+def degrees(value_deg: float, digits: int = 1) -> str:
+    """Return an angle with fixed decimals, from 0 to below 360 as it is shown.
+
+    Examples
+    --------
+    >>> degrees(359.97), degrees(-0.5)
+    ('0.0°', '359.5°')
+    """
+    return f"{round(value_deg % 360.0, digits) % 360.0:.{digits}f}°"
+
+
 def whole_degrees(vector: Any) -> str:
     """Return the direction of a vector in whole degrees, 0 to 359."""
     return f"{round(angle_deg(vector)) % 360}°"
@@ -99,7 +110,7 @@ def place_of(correction: Mapping[str, Any]) -> str:
     if correction.get("face") is not None:
         parts.append(f"face {correction['face']}")
     if correction.get("angle_deg") is not None:
-        parts.append(f"{number(correction['angle_deg'], 1)}°")
+        parts.append(f"{degrees(correction['angle_deg'])}")
     return ", ".join(parts) or "–"
 
 
