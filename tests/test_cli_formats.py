@@ -75,7 +75,11 @@ def test_ascii_stl(tmp_path: Path, plain: Report) -> None:
     job = job_on(tmp_path, "stl", ascii_stl(crank_mesh().corners), "mm")
     report = jobs.balanced(job, tmp_path / "out")
     assert_same_result(report, plain)
-    assert jobs.run("verify", tmp_path / "out" / "report.json") == 0
+    assert report["input"]["format"] == "stl"
+    assert jobs.run("verify", tmp_path / "out" / "report.json", "--independent") == 0
+    data = (tmp_path / "out" / "balanced.stl").read_bytes()
+    assert data.startswith(b"solid ")  # the kind that came in
+    assert len(FORMATS["stl"].read(data).soup) == report["outputs"]["solid"]["triangles"]
 
 
 @pytest.mark.parametrize("name", [name for name in MESHES if name not in CARRY])

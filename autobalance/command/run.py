@@ -339,7 +339,8 @@ def _counterweight(crank: Crank, result: Result) -> Counterweight | None:
 def input_file(path: Path, crank: Crank) -> InputFile:
     """Return what the report says of the crank's file."""
     source = crank.source
-    return InputFile(str(path), source.sha256, source.format, source.triangles, source.bodies, source.repairs)
+    name = source.format.removesuffix("-ascii")  # both are STL
+    return InputFile(str(path), source.sha256, name, source.triangles, source.bodies, source.repairs)
 
 
 def _loads(job: Job, crank: Crank, factor: float) -> Loads:

@@ -13,7 +13,7 @@ from autobalance.solid.glb import read_glb, write_glb
 from autobalance.solid.mesh import Floats, Indices
 from autobalance.solid.ply import read_ply, write_ply
 from autobalance.solid.raw import Raw
-from autobalance.solid.stl import read_stl, write_stl
+from autobalance.solid.stl import is_binary, read_stl, write_ascii_stl, write_stl
 from autobalance.solid.text import read_obj, read_off, write_obj, write_off
 from autobalance.solid.threemf import UNITS, read_3mf, write_3mf
 
@@ -66,6 +66,10 @@ FORMATS: Final = {
 }
 
 
+TEXT_STL: Final = Format(lambda data: Raw(read_stl(data)), lambda v, t, _: write_ascii_stl(v, t), np.float64)
+WRITTEN: Final = {**FORMATS, "stl-ascii": TEXT_STL}
+"""What can be written, by the name that ``Source.format`` gives it: STL is of two kinds."""
+
 ALIASES: Final = {"stp": "step"}
 """Other file endings of a format."""
 
@@ -78,6 +82,11 @@ def format_named(name: str) -> Format:
     FormatError
         If it is not one of those that can be read and written.
     """
-    if name not in FORMATS:
-        raise FormatError(f"the format '{name}' cannot be written; needed one of {', '.join(FORMATS)}")
-    return FORMATS[name]
+    if name not in WRITTEN:
+        raise FormatError(f"the format '{name}' cannot be written; needed one of {', '.join(WRITTEN)}")
+    return WRITTEN[name]
+
+
+def kind_of(name: str, data: bytes) -> str:
+    """Return the name of the kind of a file, from that of its format and its bytes."""
+    return "stl-ascii" if name == "stl" and not is_binary(data) else name

@@ -12,7 +12,7 @@ import numpy as np
 from autobalance.errors import FileError, FormatError, SolidError
 from autobalance.rotor.moments import Moments
 from autobalance.solid.csg import Solid, union
-from autobalance.solid.formats import ALIASES, FORMATS, Format
+from autobalance.solid.formats import ALIASES, FORMATS, Format, kind_of
 from autobalance.solid.mesh import Array, Mesh, weld, without_collapsed
 from autobalance.solid.raw import Raw
 from autobalance.solid.repair import Body, are_apart, bodies_of, solid_of
@@ -113,7 +113,7 @@ def read(
         with np.errstate(all="ignore"):  # numbers that overflow are refused with those that are not finite
             raw = kind.read(data)
         mm_per_unit = _mm_per_unit(raw, unit, name)
-        triangles = len(raw.soup)
+        triangles, written_as = len(raw.soup), kind_of(name, data)
         mesh, notes = _welded(raw, mm_per_unit)
         del data, raw  # the solid takes many times their memory: not at the same time
         solid, bodies, repairs = _solid(mesh, body, pressed_up)
@@ -121,7 +121,7 @@ def read(
         raise type(error)(f"{path}: {error}") from None
     return Source(
         solid=solid,
-        format=name,
+        format=written_as,
         mm_per_unit=mm_per_unit,
         sha256=sha256,
         triangles=triangles,

@@ -52,7 +52,7 @@ def read_stl(data: bytes) -> Floats:
     """
     if not data:
         raise FormatError("the STL file is empty; needed at least one triangle")
-    soup = _binary(data) if _is_binary(data) else _ascii(data)
+    soup = _binary(data) if is_binary(data) else _ascii(data)
     if len(soup) == 0:
         raise FormatError("the STL file holds no triangles; needed at least one")
     if not (np.isfinite(soup.min()) and np.isfinite(soup.max())):  # without an array of flags
@@ -63,7 +63,7 @@ def read_stl(data: bytes) -> Floats:
     return soup
 
 
-def _is_binary(data: bytes) -> bool:
+def is_binary(data: bytes) -> bool:
     """Tell by the size; where that contradicts the stated count, by whether it can be text."""
     if len(data) >= HEADER_BYTES and len(data) == HEADER_BYTES + RECORD.itemsize * _stated(data):
         return True
@@ -139,7 +139,26 @@ def write_stl(vertices: NDArray[np.float32], triangles: Indices) -> bytes:
     return bytes(data)
 
 
-def _unit_normals(corners: NDArray[np.float32]) -> NDArray[np.float32]:
+def write_ascii_stl(vertices: Array, triangles: Indices) -> bytes:
+    """Return an ASCII STL with every digit of the coordinates; the same bytes for the same mesh."""
+    lines = ["solid autobalance"]
+    for start in range(0, len(triangles), CHUNK):
+        corners = vertices[triangles[start : start + CHUNK]]
+        for normal, (a, b, c) in zip(_unit_normals(corners).tolist(), corners.tolist(), strict=True):
+            lines.append(ASCII_FACET.format(*normal, *a, *b, *c))
+    return "\n".join([*lines, "endsolid autobalance", ""]).encode()
+
+
+ASCII_FACET: Final = """facet normal {:.9g} {:.9g} {:.9g}
+ outer loop
+  vertex {!r} {!r} {!r}
+  vertex {!r} {!r} {!r}
+  vertex {!r} {!r} {!r}
+ endloop
+endfacet"""
+
+
+def _unit_normals(corners: Floats) -> NDArray[np.float32]:
     """Return unit normals (m, 3), zero for triangles without area."""
     ax, ay, az, bx, by, bz, cx, cy, cz = corners.reshape(-1, 9).T.astype(np.float64)
     ux, uy, uz, vx, vy, vz = bx - ax, by - ay, bz - az, cx - ax, cy - ay, cz - az

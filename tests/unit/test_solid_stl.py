@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 
 from autobalance.errors import FormatError
 from autobalance.solid.csg import Solid
-from autobalance.solid.stl import HEADER_BYTES, RECORD, read_stl, write_stl
+from autobalance.solid.stl import HEADER_BYTES, RECORD, read_stl, write_ascii_stl, write_stl
 
 EXAMPLES = int(os.environ.get("AUTOBALANCE_FUZZ", "200"))
 BOX = Solid.box(np.zeros(3), np.array([2.0, 3.0, 4.0])).mesh
@@ -46,6 +46,15 @@ def test_a_triangle_without_area_gets_a_zero_normal() -> None:
 
 def test_binary_is_told_by_its_size_not_by_its_first_word() -> None:
     np.testing.assert_array_equal(read_stl(b"solid crank" + BINARY[11:]), BOX.corners.astype(np.float32))
+
+
+def test_ascii_comes_back_bit_for_bit() -> None:
+    vertices = BOX.vertices / 3.0
+    data = write_ascii_stl(vertices, BOX.triangles)
+    np.testing.assert_array_equal(read_stl(data), vertices[BOX.triangles])
+    assert write_ascii_stl(vertices, BOX.triangles) == data
+    assert data.count(b"facet normal") == len(BOX.triangles)
+    assert data.decode("ascii").endswith("endsolid autobalance\n")
 
 
 @pytest.mark.parametrize("newline", ["\n", "\r\n", "\r"])
