@@ -134,7 +134,7 @@ def _before_and_after(report: Values, units: Units) -> str:
                 units.of_unbalance(plane["permissible_g_mm"]),
             )
         )
-    heavy = round(report["residual"]["angle_deg"], 1) % 360.0  # 359.97° is 0.0°
+    heavy = report["residual"]["angle_deg"]
     return (
         table(rows)
         + f"\n  heavy side left at {degrees(heavy)} from throw 1, counter-clockwise seen from +z;"

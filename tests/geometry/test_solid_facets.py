@@ -173,3 +173,16 @@ def test_the_bundled_cranks_against_what_their_builder_knows(variant: str, name:
     assert error.unbalance_g_mm == pytest.approx(abs(built["facet_error_unbalance_g_mm"]), rel=0.01)
     polar_kg_mm2 = error.missing.polar_inertia_g_mm2 / 1000.0
     assert polar_kg_mm2 == pytest.approx(-built["facet_error_polar_inertia_kg_mm2"], rel=0.01)
+
+
+def test_where_along_the_axis_the_bar_comes_from() -> None:
+    """Of an eccentric cylinder evenly from end to end; of a ball about its middle."""
+    cylinder = tessellated(Prism(circle(10.0, (30.0, 0.0)), 5.0, 25.0), 24)
+    mean, mean_square = facet_error(cylinder.mesh, 2.0).bar_at_mm
+    assert mean == pytest.approx(15.0, rel=1e-6)
+    assert mean_square == pytest.approx(15.0**2 + 20.0**2 / 12.0, rel=1e-3)  # of the integration points
+    angle = np.linspace(0.0, math.pi, 33)
+    ball = Solid.revolved(10.0 * np.stack([np.sin(angle), -np.cos(angle)], axis=1), 64)
+    mean, mean_square = facet_error(ball.mesh, 2.0).bar_at_mm
+    assert mean == pytest.approx(0.0, abs=0.1)
+    assert 0.0 < mean_square < 100.0
