@@ -26,13 +26,14 @@ def lowering(layer: FaceLayer, depth_mm: float, to_rotor: Array, within: Shape |
     taken = layer.taken(depth_mm)
     low, high = taken.bounds
     low, high = (low - BESIDE_MM).tolist(), (high + BESIDE_MM).tolist()
-    bottom = layer.height_mm - depth_mm
+    bottom, seed = layer.height_mm - depth_mm, layer.outline.inner_point()
     spared = layer.spared(depth_mm) & Region.rectangle(low, high)
     return Lowering(
         placement=to_rotor,
         outline=polygon([(low[0], low[1]), (high[0], low[1]), (high[0], high[1]), (low[0], high[1])]),
         face_mm=layer.height_mm,
         low_mm=bottom,
+        seed=(float(seed[0]), float(seed[1])),
         spared=clear_of(spared, taken, (bottom - 1.0, layer.height_mm + 1.0)),
         within=within,
     )

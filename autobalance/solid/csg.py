@@ -250,6 +250,15 @@ class Region:
                     inside ^= crosses & (points_mm[:, 0] < reach)
         return inside
 
+    def inner_point(self) -> Array:
+        """Return a point (2,) inside, as far from the outline as the largest of its triangles allows."""
+        corners = np.concatenate(self.polygons)
+        a, b, c = (corners[column] for column in np.asarray(m3.triangulate(self.polygons)).T)
+        (ux, uy), (vx, vy) = (b - a).T, (c - a).T
+        best = int(np.argmax(ux * vy - uy * vx))
+        middle: Array = (a[best] + b[best] + c[best]) / 3.0
+        return middle
+
     def pieces(self) -> list[Region]:
         """Return the connected parts, each with its holes."""
         return [Region(part) for part in self.section.decompose()]

@@ -59,11 +59,42 @@ def _lowering(tool: Lowering, body: Any, clear_mm: float) -> Any:
     keep = [moved(built(spared), tool.placement) for spared in tool.spared]
     plane = moved(plane_face(tool.outline, (0.0, 0.0, top), (0.0, 0.0, 1.0), (1.0, 0.0, 0.0)), tool.placement)
     up = tool.placement[:3, 2]
+    seed = tool.placement[:3, :3] @ np.array([*tool.seed, top]) + tool.placement[:3, 3]
     for footprint in explored(common(plane, body), "FACE"):
-        raised = moved(footprint, _shift(up))
-        keep.append(drawn_out(raised, -(top - tool.low_mm + 2.0) * up))
+        outer, holes = _outlines(footprint, seed)
+        pillar, *wells = [
+            drawn_out(moved(face, _shift(up)), -(top - tool.low_mm + 2.0) * up) for face in (outer, *holes)
+        ]
+        keep.append(cut(pillar, wells))
     found = cut(room, keep)
     return found if tool.within is None else common(found, built(tool.within))
+
+
+def _outlines(footprint: Any, seed: Array) -> tuple[Any, list[Any]]:
+    """Return a plane face with its holes filled, and those holes, as faces, that a point (3,) lies in.
+
+    There the cut is; in all other holes it is not, since they are drillings in what stands on the face.
+    """
+    from OCP.BRepAdaptor import BRepAdaptor_Surface
+    from OCP.BRepBuilderAPI import BRepBuilderAPI_MakeFace
+    from OCP.BRepTools import BRepTools
+    from OCP.TopoDS import TopoDS
+
+    face = TopoDS.Face(footprint)
+    outer, plane = BRepTools.OuterWire_s(face), BRepAdaptor_Surface(face).Plane()
+    inner = [wire for wire in explored(face, "WIRE") if not wire.IsSame(outer)]
+    holes = [BRepBuilderAPI_MakeFace(plane, TopoDS.Wire(wire)).Face() for wire in inner]
+    around = [hole for hole in holes if _is_inside(hole, seed)]
+    return BRepBuilderAPI_MakeFace(plane, outer).Face(), around
+
+
+def _is_inside(face: Any, point: Array) -> bool:
+    from OCP.BRepClass import BRepClass_FaceClassifier
+    from OCP.gp import gp_Pnt
+    from OCP.TopAbs import TopAbs_State
+
+    found = BRepClass_FaceClassifier(face, gp_Pnt(*(float(value) for value in point)), 1e-7)
+    return bool(found.State() == TopAbs_State.TopAbs_IN)
 
 
 def _raising(tool: Raising, body: Any) -> Any:

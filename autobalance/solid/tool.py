@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from autobalance.solid.mesh import Array
-from autobalance.solid.shape import Outline, Placed, Prism, Shape, Turned, polygon
+from autobalance.solid.shape import Outline, Placed, Point, Prism, Shape, Turned, polygon
 
 
 @dataclass(frozen=True, eq=False)
@@ -20,7 +20,8 @@ class Lowering:
     """The metal over a new, lower plane, except under what stands on the old one.
 
     ``outline`` is drawn in the axes of ``placement`` (4, 4), whose z is the face's normal, and encloses what
-    is to go; ``spared``, in the same axes, encloses other metal at those heights, which stays. ``within``, in
+    is to go; ``seed`` is a point of the face there, which tells the face's side of a ring that stands on it;
+    ``spared``, in the same axes, encloses other metal at those heights, which stays. ``within``, in
     the axes that ``placement`` leads to, is the part of space to which the cut keeps.
     """
 
@@ -28,6 +29,7 @@ class Lowering:
     outline: Outline
     face_mm: float
     low_mm: float
+    seed: Point
     spared: tuple[Shape, ...] = ()
     within: Shape | None = None
 
@@ -56,6 +58,7 @@ def placed(tool: Tool, motion: Array) -> Tool:
             tool.outline,
             tool.face_mm,
             tool.low_mm,
+            tool.seed,
             tool.spared,
             None if tool.within is None else Placed(tool.within, motion),
         )
