@@ -1,0 +1,238 @@
+"""Tools cut true surfaces: volumes against closed forms, true planes and cylinders, sound single solids."""
+
+import math
+
+import numpy as np
+import pytest
+
+from autobalance.correction.layer import FaceLayer
+from autobalance.correction.lowering import clear_of, lowering
+from autobalance.errors import CorrectionError, SolidError
+from autobalance.solid.brep import ExactSolid
+from autobalance.solid.build import moved
+from autobalance.solid.csg import Region, Solid
+from autobalance.solid.kernel import has_kernel
+from autobalance.solid.shape import (
+    Arc,
+    Bar,
+    Drafted,
+    Joined,
+    Line,
+    Outline,
+    Prism,
+    Shape,
+    Turned,
+    Without,
+    circle,
+    polygon,
+    tessellated,
+)
+from autobalance.solid.step_file import read_step_file
+from autobalance.solid.surface import CylinderFace, PlaneFace, Surface
+from autobalance.solid.tool import Lowering, Raising, placed, ring, twist_drill, wedge
+
+pytestmark = pytest.mark.skipif(not has_kernel(), reason="the extra 'step' is not installed")
+
+ROUNDING = 1e-9
+SIDE = 40.0
+TURN = np.array([[0.0, -1, 0, 50], [0, 0, -1, 60], [1, 0, 0, 70], [0, 0, 0, 1]])
+
+
+def square(half: float) -> Outline:
+    return polygon([(-half, -half), (half, -half), (half, half), (-half, half)])
+
+
+def lowered_by(depth: float, seed: tuple[float, float] = (15.0, 15.0)) -> Lowering:
+    """Lower the face at z = 10 of what stands within ±25."""
+    return Lowering(np.eye(4), square(25.0), 10.0, 10.0 - depth, seed)
+
+
+def block(*more: Shape) -> Shape:
+    """A plate of 40 × 40 × 10 and what stands on it."""
+    return Joined((Prism(square(0.5 * SIDE), 0.0, 10.0), *more))
+
+
+def pressed(solid: ExactSolid) -> ExactSolid:
+    """The solid as its STEP file gives it back: one, sound."""
+    (again,) = read_step_file(solid.step()).bodies
+    return ExactSolid.of(again.body)
+
+
+def test_a_plate_is_lowered_around_a_boss_which_keeps_its_cylinder() -> None:
+    whole = ExactSolid(block(Prism(circle(6.0), 9.0, 30.0)))
+    done = pressed(whole.machined([lowered_by(3.0)]))
+    assert whole.volume_mm3 - done.volume_mm3 == pytest.approx(3.0 * (SIDE**2 - 36.0 * math.pi), rel=ROUNDING)
+    assert set(done.face_kinds()) == {"plane", "cylinder"}
+    np.testing.assert_allclose([face.radius_mm for face in _cylinders(done)], 6.0, rtol=1e-12)
+    ends = [
+        face.point_mm[2] + along * face.axis[2]
+        for face in _cylinders(done)
+        for along in (face.low_mm, face.high_mm)
+    ]
+    assert (min(ends), max(ends)) == (pytest.approx(7.0), pytest.approx(30.0))
+
+
+def test_the_same_anywhere_in_space() -> None:
+    boss = block(Prism(circle(6.0), 9.0, 30.0))
+    here = ExactSolid(boss)
+    there = ExactSolid.of(moved(here.body, TURN)).machined([placed(lowered_by(3.0), TURN)])
+    expected = here.machined([lowered_by(3.0)]).moments(1.0).moved(TURN)
+    np.testing.assert_allclose(there.moments(1.0).first_g_mm, expected.first_g_mm, rtol=1e-9)
+
+
+def test_what_stands_keeps_its_footprint_up_to_where_its_fillet_meets_the_face() -> None:
+    """A fillet of radius 2 around a bar of radius 6: its footprint is the section just over the face."""
+    arc = Arc((8.0, 12.0), 2.0, 1.5 * math.pi, math.pi)
+    foot = Line((0.0, 9.0), (8.0, 9.0)), Line((8.0, 9.0), (8.0, 10.0))
+    bar = Line((6.0, 12.0), (6.0, 30.0)), Line((6.0, 30.0), (0.0, 30.0)), Line((0.0, 30.0), (0.0, 9.0))
+    profile = (*foot, arc, *bar)
+    whole = ExactSolid(block(Turned(profile)))
+    done = pressed(whole.machined([lowered_by(3.0)]))
+    removed = whole.volume_mm3 - done.volume_mm3
+    just_over = 1e-6 * math.hypot(SIDE, SIDE, 30.0)
+    reach = 8.0 - math.sqrt(4.0 - (2.0 - just_over) ** 2)
+    assert removed == pytest.approx(3.0 * (SIDE**2 - math.pi * reach**2), rel=1e-7)
+    assert done.face_kinds()["torus"] == whole.face_kinds()["torus"]
+
+
+def test_drillings_in_what_stands_on_the_face_are_left_alone() -> None:
+    """An oblique oil hole that opens beside the boss's foot must not be milled deeper."""
+    hole = Bar((0.0, 0.0, 30.0), (0.0, 4.0, 5.0), 2.0)
+    whole = ExactSolid(Without(block(Prism(circle(6.0), 9.0, 30.0)), (hole,)))
+    removed = whole.volume_mm3 - pressed(whole.machined([lowered_by(3.0)])).volume_mm3
+    assert removed == pytest.approx(3.0 * (SIDE**2 - 36.0 * math.pi), rel=ROUNDING)
+
+
+@pytest.mark.parametrize(
+    ("seed", "area"), [((0.0, 0.0), 25.0 * math.pi), ((18.0, 18.0), 1600.0 - 64.0 * math.pi)]
+)
+def test_a_ring_parts_inside_from_outside(seed: tuple[float, float], area: float) -> None:
+    """A collar stands on the plate: the face is what lies inside of it, or outside, never both."""
+    collar = Without(Prism(circle(8.0), 9.0, 20.0), (Prism(circle(5.0), 8.0, 21.0),))
+    whole = ExactSolid(block(collar))
+    half = 5.5 if seed == (0.0, 0.0) else 25.0
+    inside = (Prism(circle(6.5), 5.0, 12.0),) if half > 10.0 else ()
+    tool = Lowering(np.eye(4), square(half), 10.0, 8.0, seed, inside)
+    removed = whole.volume_mm3 - pressed(whole.machined([tool])).volume_mm3
+    assert removed == pytest.approx(2.0 * area, rel=ROUNDING)
+
+
+def test_leaning_neighbours_are_trimmed_by_the_new_plane() -> None:
+    """A frustum whose sides lean by 1 in 4: the removed section grows with depth."""
+    corners = [(-20.0, -20.0), (20.0, -20.0), (20.0, -18.0), (20.0, 18.0), (20.0, 20.0), (-20.0, 20.0)]
+    sides = [*corners, (-20.0, 18.0), (-20.0, -18.0)]
+    leaning = Drafted(polygon(sides), 0.0, 8.0, (0, 4), 0.25)
+    whole = ExactSolid(leaning)
+    tool = Lowering(np.eye(4), square(25.0), 8.0, 4.0, (0.0, 0.0))
+    removed = whole.volume_mm3 - pressed(whole.machined([tool])).volume_mm3
+    widths = [40.0 - 2.0 * 0.25 * z for z in (8.0, 4.0)]
+    assert removed == pytest.approx(40.0 * 4.0 * 0.5 * sum(widths), rel=ROUNDING)
+
+
+@pytest.mark.parametrize(("start", "span"), [(0.0, 0.5), (1.0, 1.0), (0.3, 1.4), (-0.25, 0.25)])
+def test_a_wedge_keeps_the_cut_to_a_sector(start: float, span: float) -> None:
+    """On a disc a sector of angle α takes α r² / 2; angles as shares of π."""
+    disc = ExactSolid(Prism(circle(15.0), 0.0, 10.0))
+    within = wedge(start * math.pi, span * math.pi, 40.0)
+    tool = Lowering(np.eye(4), square(25.0), 10.0, 8.0, (1.0, 1.0), within=within)
+    removed = disc.volume_mm3 - pressed(disc.machined([tool])).volume_mm3
+    assert removed == pytest.approx(2.0 * 0.5 * span * math.pi * 225.0, rel=ROUNDING)
+
+
+def test_a_wedge_is_the_same_in_facets() -> None:
+    within = wedge(0.7, 1.9, 40.0)
+    assert tessellated(within, 8).volume_mm3 == pytest.approx(ExactSolid(within).volume_mm3, rel=1e-7)
+
+
+def test_metal_to_spare_stays() -> None:
+    two = ExactSolid(block(Prism(square(4.0), 9.0, 20.0), Prism(square(1.0), 19.0, 25.0)))
+    stub = Prism(polygon([(-2.0, -2.0), (2.0, -2.0), (2.0, 2.0), (-2.0, 2.0)]), 5.0, 30.0)
+    tool = Lowering(np.eye(4), square(25.0), 20.0, 15.0, (3.0, 3.0))
+    spared = Lowering(np.eye(4), square(25.0), 20.0, 15.0, (3.0, 3.0), (stub,))
+    for each, stays in ((tool, 4.0), (spared, 16.0)):
+        removed = two.volume_mm3 - two.machined([each]).volume_mm3
+        assert removed == pytest.approx(5.0 * (64.0 - stays), rel=ROUNDING)
+
+
+def test_a_drill_with_its_point_leaves_a_cylinder_and_a_cone() -> None:
+    plate = ExactSolid(block())
+    point = 4.0 / math.tan(math.radians(59.0))
+    hole = twist_drill(4.0, -1.0, 5.0, point)
+    down = np.diag([1.0, -1.0, -1.0, 1.0])
+    down[2, 3] = 10.0
+    done = pressed(plate.machined([placed(hole, down)]))
+    removed = plate.volume_mm3 - done.volume_mm3
+    assert removed == pytest.approx(16.0 * math.pi * (5.0 + point / 3.0), rel=ROUNDING)
+    assert done.face_kinds() == {"plane": 6, "cylinder": 1, "cone": 1}
+
+
+def test_a_flat_bore_has_no_cone() -> None:
+    plate = ExactSolid(block())
+    done = pressed(plate.machined([twist_drill(4.0, -1.0, 5.0, 0.0)]))
+    assert done.face_kinds() == {"plane": 7, "cylinder": 1}
+    assert plate.volume_mm3 - done.volume_mm3 == pytest.approx(16.0 * math.pi * 5.0, rel=ROUNDING)
+
+
+def test_a_turned_rim_is_a_cylinder() -> None:
+    plate = ExactSolid(block())
+    done = pressed(plate.machined([ring(20.0, 40.0, -1.0, 11.0)]))
+    assert done.volume_mm3 == pytest.approx(4000.0 * math.pi, rel=ROUNDING)
+
+
+def test_metal_grows_on_a_face_within_its_own_outline() -> None:
+    whole = ExactSolid(block(Prism(circle(6.0), 9.0, 30.0)))
+    (top,) = [face for face in whole.surfaces() if _is_plane_at(face, 10.0)]
+    tool = Raising((top.number,), np.array([0.0, 0.0, 1.0]), 4.0)
+    done = pressed(whole.machined([], [tool]))
+    assert done.volume_mm3 - whole.volume_mm3 == pytest.approx(4.0 * (SIDE**2 - 36.0 * math.pi), rel=ROUNDING)
+    half = Raising(tool.surfaces, tool.normal, 4.0, wedge(0.0, math.pi, 60.0))
+    grown = whole.machined([], [half]).volume_mm3 - whole.volume_mm3
+    assert grown == pytest.approx(2.0 * (SIDE**2 - 36.0 * math.pi), rel=ROUNDING)
+
+
+def test_a_part_that_falls_apart_is_refused() -> None:
+    plate = ExactSolid(block())
+    with pytest.raises(SolidError, match="falls into 2 solids; needed 1"):
+        plate.machined([Prism(polygon([(-1.0, -30.0), (1.0, -30.0), (1.0, 30.0), (-1.0, 30.0)]), -1.0, 11.0)])
+
+
+def test_a_face_without_surfaces_cannot_grow() -> None:
+    plate = ExactSolid(block())
+    with pytest.raises(SolidError, match="no plane of its own"):
+        plate.machined([], [Raising((), np.array([0.0, 0.0, 1.0]), 1.0)])
+
+
+# --- the tool from sections ---------------------------------------------------------------------------------
+
+
+def layer_of(solid: Solid, outline: Region, height: float) -> FaceLayer:
+    room = Region.rectangle([-99.0, -99.0], [99.0, 99.0])
+    return FaceLayer(solid.section, height, outline, room, None, 1e-4)
+
+
+def test_a_shoulders_tool_is_a_box_around_what_goes() -> None:
+    tower = Solid.box(np.array([-5.0, -5.0, 0.0]), np.array([5.0, 5.0, 20.0]))
+    beside = Solid.box(np.array([5.2, -5.0, 0.0]), np.array([30.0, 5.0, 18.0]))
+    layer = layer_of(tower + beside, Region.rectangle([-5.0, -5.0], [5.0, 5.0]), 20.0)
+    tool = lowering(layer, 4.0, np.eye(4), None)
+    assert (tool.face_mm, tool.low_mm) == (20.0, 16.0)
+    assert [edge.start[0] for edge in tool.outline] == [-5.5, 5.5, 5.5, -5.5]
+    assert len(tool.spared) == 1
+    other = Prism(polygon([(5.2, -5.0), (30.0, -5.0), (30.0, 5.0), (5.2, 5.0)]), 0.0, 18.0)
+    exact = ExactSolid(Joined((Prism(square(5.0), 0.0, 20.0), other, Prism(square(5.3), 0.0, 1.0))))
+    assert exact.volume_mm3 - exact.machined([tool]).volume_mm3 == pytest.approx(400.0, rel=ROUNDING)
+
+
+def test_metal_too_near_to_a_shoulder_is_refused() -> None:
+    taken = Region.rectangle([0.0, 0.0], [10.0, 10.0])
+    near = Region.rectangle([10.01, 0.0], [20.0, 10.0])
+    with pytest.raises(CorrectionError, match=r"nearer to the face than 0.02 mm"):
+        clear_of(near, taken, (0.0, 1.0))
+
+
+def _cylinders(solid: ExactSolid) -> list[CylinderFace]:
+    return [face for face in solid.surfaces() if isinstance(face, CylinderFace)]
+
+
+def _is_plane_at(face: Surface, z: float) -> bool:
+    return isinstance(face, PlaneFace) and face.normal[2] > 0.5 and abs(face.centroid_mm[2] - z) < 1e-9
