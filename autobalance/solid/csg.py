@@ -124,7 +124,7 @@ class Solid:
             raw = self._body.to_mesh64()
             self._mesh = Mesh(
                 np.asarray(raw.vert_properties, dtype=np.float64)[:, :3],
-                np.asarray(raw.tri_verts, dtype=np.int64),
+                np.asarray(raw.tri_verts).view(np.int64),
             )
         return self._mesh
 

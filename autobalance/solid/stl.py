@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterable
+from io import BytesIO
 from itertools import chain
 from typing import Final
 
@@ -127,16 +128,15 @@ def write_stl(vertices: NDArray[np.float32], triangles: Indices) -> bytes:
     triangles : (m, 3) int
         Vertex numbers.
     """
-    data = bytearray(HEADER_BYTES + RECORD.itemsize * len(triangles))
-    data[:80] = HEADER
-    data[80:HEADER_BYTES] = len(triangles).to_bytes(4, "little")
-    records = np.frombuffer(data, dtype=RECORD, offset=HEADER_BYTES)
+    file = BytesIO()  # whose value is not copied
+    file.write(HEADER + len(triangles).to_bytes(4, "little"))
     for start in range(0, len(triangles), CHUNK):
         corners = vertices[triangles[start : start + CHUNK]]
-        chunk = records[start : start + CHUNK]
-        chunk["corners"] = corners
-        chunk["normal"] = _unit_normals(corners)
-    return bytes(data)
+        records = np.zeros(len(corners), dtype=RECORD)
+        records["corners"] = corners
+        records["normal"] = _unit_normals(corners)
+        file.write(records.tobytes())
+    return file.getvalue()
 
 
 def write_ascii_stl(vertices: Array, triangles: Indices) -> bytes:
