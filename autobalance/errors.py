@@ -46,6 +46,10 @@ class SolidError(AutobalanceError, ValueError):
     """A mesh or solid cannot be trusted: open, inverted, empty, self-contradictory."""
 
 
+class BodiesError(SolidError):
+    """A file holds several bodies, and which of them to take was not said."""
+
+
 class JobError(AutobalanceError, ValueError):
     """A job file says something impossible, unknown or contradictory."""
 

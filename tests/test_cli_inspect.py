@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 from autobalance.report.json import schema
+from autobalance.solid.csg import Solid
 from tests import jobs
 
 WITH_PIN = jobs.BUNDLED / "straight" / "crank-with-pin.stl"
@@ -62,7 +63,23 @@ def test_a_unit_that_is_not_said_is_told(capsys: pytest.CaptureFixture[str]) -> 
 
 def test_several_bodies_are_listed(capsys: pytest.CaptureFixture[str]) -> None:
     assert jobs.run("inspect", HALVES, "--unit", "mm") == 3
-    assert "holds 2 bodies" in capsys.readouterr().err
+    error = capsys.readouterr().err
+    assert "holds 2 bodies" in error
+    assert "no crank" not in error
+
+
+def test_several_bodies_that_are_no_crank_are_told_so(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    plate = Solid.box(np.zeros(3), np.array([40.0, 30.0, 2.0])).mesh.corners
+    jobs.write_stl(tmp_path / "plates.stl", np.concatenate([plate, plate + np.array([0.0, 0.0, 10.0])]))
+    assert jobs.run("inspect", tmp_path / "plates.stl", "--unit", "mm") == 3
+    error = capsys.readouterr().err
+    assert "holds 2 bodies" in error
+    assert "together they are no crank: looked for main journals, found no bare cylinder" in error
+    assert error.count("\n") == 1
+    assert jobs.run("inspect", tmp_path / "plates.stl", "--unit", "mm", "--body", "1") == 3
+    assert "plates.stl: looked for main journals, found no bare cylinder" in capsys.readouterr().err
 
 
 def test_a_missing_crank_leaves_no_folder(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:

@@ -6,7 +6,7 @@ import math
 import time
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
@@ -16,7 +16,7 @@ from autobalance.crank.anatomy import Anatomy, Overrides
 from autobalance.crank.recognise import recognise
 from autobalance.engine.balance_factor import balance_factor, bob_weight_moments
 from autobalance.engine.parts import Parts, ThrowLoad
-from autobalance.errors import JobError
+from autobalance.errors import BodiesError, JobError, RecognitionError
 from autobalance.job import Attached, Crankshaft, Engine, Job, PartWeights, Weight
 from autobalance.report import record
 from autobalance.rotor.margin import Margin
@@ -80,15 +80,29 @@ def measured_crank(crankshaft: Crankshaft, watch: Stopwatch, margin: Margin = "n
     """Read a crank file, recognise the crank in it and measure it; ``margin`` is that of its verdict."""
     hints: Overrides = crankshaft.overrides
     with watch.stage("load"):
-        source = read(
-            crankshaft.file, crankshaft.unit, crankshaft.body, pressed_up=not crankshaft.crankpin_in_file
-        )
+        source = _read(crankshaft)
     with watch.stage("measure"):
         own = source.surfaces.cylinders if source.surfaces is not None else ()
-        anatomy = recognise(source.solid, hints, own)
+        try:
+            anatomy = recognise(source.solid, hints, own)
+        except RecognitionError as error:
+            raise RecognitionError(f"{crankshaft.file}: {error}") from None
         moments = source.moments(crankshaft.density_g_mm3, anatomy.file_to_rotor)
         facets = facets_of(source, crankshaft.density_g_mm3, anatomy, margin)
     return Crank(source, anatomy, crankshaft.density_g_mm3, moments, facets)
+
+
+def _read(crankshaft: Crankshaft) -> Source:
+    pressed_up = not crankshaft.crankpin_in_file
+    try:
+        return read(crankshaft.file, crankshaft.unit, crankshaft.body, pressed_up=pressed_up)
+    except BodiesError as several:
+        solid = read(crankshaft.file, crankshaft.unit, "all").solid
+        try:
+            recognise(solid, replace(crankshaft.overrides, crankpin_in_file=None))
+        except RecognitionError as reason:
+            raise BodiesError(f"{several}; together they are no crank: {reason}") from None
+        raise
 
 
 def facets_of(

@@ -139,8 +139,8 @@ def solid_layout(long: Lengthwise, runs: Sequence[Run], given_axis: Array | None
     RecognitionError
         If there is no axis, no crankpin, or a cylinder beside the axis stands beside a journal.
     """
-    _refuse_gap(long)
     on_axis = crank_axis(long, runs, given_axis)
+    _refuse_gap(long)
     axis = _mean_centre(on_axis)
     others = [run for run in runs if all(run is not other for other in on_axis)]
     pins = _crankpins(long, on_axis, others)

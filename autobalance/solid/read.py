@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from autobalance.errors import FileError, FormatError, SolidError
+from autobalance.errors import BodiesError, FileError, FormatError, SolidError
 from autobalance.rotor.moments import Moments
 from autobalance.solid.csg import Solid, union
 from autobalance.solid.formats import ALIASES, FORMATS, Format, kind_of
@@ -235,7 +235,7 @@ def _choose(bodies: list[Body], body: int | str | None, pressed_up: bool) -> tup
             raise SolidError(f"body {body} was asked for; {_listed(bodies)}")
         return bodies[body - 1].solid, []
     if body is None and not pressed_up:
-        raise SolidError(f"{_listed(bodies)}; needed body = a number, or 'all' to unite them")
+        raise BodiesError(f"{_listed(bodies)}; needed body = a number, or 'all' to unite them")
     united = union([one.solid for one in bodies])
     total = sum(one.volume_mm3 for one in bodies)
     overlap = total - united.volume_mm3
