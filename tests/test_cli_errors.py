@@ -384,3 +384,14 @@ def test_results_are_put_in_place_together(tmp_path: Path) -> None:
             put_both()
     assert renamed == ["a", "b"]
     assert {path.name: path.read_text() for path in tmp_path.iterdir()} == {"a": "new", "b": "new"}
+
+
+def test_a_tolerance_that_no_planner_can_compute_with(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    job = jobs.bundled_job(tmp_path, grade="1e-9", speed_rpm="1e9")
+    assert jobs.run("balance", job, "-o", tmp_path / "out") == 3
+    said = capsys.readouterr().err
+    assert "the planner cannot compute with a permissible" in said
+    assert said.count("\n") == 1
+    assert not (tmp_path / "out").exists()

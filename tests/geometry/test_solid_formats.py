@@ -191,6 +191,7 @@ def test_3mf_components_placements_and_mirrors() -> None:
             "more than 32 deep, or in a circle",
         ),
         (archive(" " * (1 << 25)), "unpacks to more than 100 times"),
+        (archive(f'<?xml version="1.0" encoding="OFF"?>{model(TETRAHEDRON)}'), "unknown encoding: OFF"),
     ],
 )
 def test_wrong_3mf(data: bytes, message: str) -> None:
@@ -255,6 +256,7 @@ PRIMITIVE = {"attributes": {"POSITION": 0}, "indices": 1}
         (glb({"nodes": [{"children": [0]}]}), "in a circle"),
         (glb({"nodes": [{}]}), "no triangles"),
         (glb({"nodes": []}), "not as glTF 2.0 needs: IndexError"),
+        (glb({"nodes": [{"mesh": 0, "translation": None}]}), "places a corner where it is not finite"),
         (glb({"meshes": [{"primitives": [PRIMITIVE | {"mode": 1}]}]}), "mode 1"),
         (
             glb(

@@ -194,6 +194,7 @@ def test_original_factor_reads_the_original_parts() -> None:
 
 NO_PIN = put("crankshaft.crankpin_in_file", False)
 ORIGINAL = put("balance.factor", "original")
+FLYWHEEL = {"name": "flywheel", "mass_g": 1, "unbalance_g_mm": [1, 0], "z_mm": 0}
 WRONG: dict[str, tuple[Edit, str]] = {
     "unknown table": (put("crankshft", {}), "crankshft is an unknown key; did you mean 'crankshaft'?"),
     "misspelt key": (
@@ -218,6 +219,38 @@ WRONG: dict[str, tuple[Edit, str]] = {
         "density_kg_m3 is nan; must be a finite number",
     ),
     "density ∞": (put("crankshaft.density_kg_m3", math.inf), "density_kg_m3 is inf; must be a finite number"),
+    "density beyond": (
+        put("crankshaft.density_kg_m3", 1e10),
+        "crankshaft.density_kg_m3 is 1e+10; must be at most 1e+09 in size",
+    ),
+    "density tiny": (
+        put("crankshaft.density_kg_m3", 1e-300),
+        "crankshaft.density_kg_m3 is 1e-300; must be at least 1e-09",
+    ),
+    "density off by < 0": (
+        put("crankshaft.density_pm_kg_m3", -1),
+        "crankshaft.density_pm_kg_m3 is -1; must be ≥ 0",
+    ),
+    "density off by itself": (
+        put("crankshaft.density_pm_kg_m3", 7850.0),
+        "crankshaft.density_pm_kg_m3 is 7850; must be < density_kg_m3, 7850",
+    ),
+    "margin": (
+        put("balance.margin", "expand"),
+        "balance.margin is 'expand'; must be one of 'none', 'expanded'; did you mean 'expanded'?",
+    ),
+    "depth tolerance": (
+        put("correction.depth_tolerance_mm", -0.1),
+        "correction.depth_tolerance_mm is -0.1; must be ≥ 0",
+    ),
+    "rods beyond": (
+        put("engine.rods_per_throw", 10**10),
+        "engine.rods_per_throw is 10000000000; must be at most 1e+09 in size",
+    ),
+    "attached off by < 0": (
+        put("engine.attached", [{**FLYWHEEL, "pm_g_mm": -1}]),
+        "pm_g_mm is -1; must be ≥ 0",
+    ),
     "density absent": (
         drop("crankshaft.density_kg_m3"),
         "crankshaft.density_kg_m3 is missing; it must be > 0",

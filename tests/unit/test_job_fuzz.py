@@ -127,6 +127,10 @@ def described(found: job.Job) -> str:
 
 @settings(max_examples=5 * EXAMPLES, deadline=None)
 @given(raw=changed())
+@example(raw={"two\nlines": 1})
+@example(raw={"x" * 5000: 1})
+@example(raw={**RAW, "balance": {**RAW["balance"], "grade": 1e100}})
+@example(raw={**RAW, "balance": {**RAW["balance"], "grade": 5e-324}})
 def test_changed_jobs_are_jobs_or_one_clear_error(raw: dict[str, Any]) -> None:
     assert is_one_line(complaint(lambda: described(job.parse(raw, Path("folder/job.toml")))))
 
