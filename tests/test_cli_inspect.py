@@ -30,10 +30,13 @@ def test_published_mass_properties(tmp_path: Path, capsys: pytest.CaptureFixture
         pytest.approx(28.0, abs=1e-3)
     ] * 2
     assert [web["counterweight"] for web in crank["webs"]] == [True, True]
+    rims = [web["outline"]["rim_radius_mm"] for web in crank["webs"]]
+    assert rims == pytest.approx([51.3812] * 2, abs=1e-3)
     assert report["command"] == "inspect"
     assert report["job"] is None
     printed = capsys.readouterr()
     assert "crank radius 26.900 mm" in printed.out
+    assert "counterweight: rim radius 51.381 mm over 179." in printed.out
     assert printed.err == ""
 
 

@@ -10,13 +10,13 @@ import math
 from collections.abc import Iterable, Mapping
 from importlib.metadata import PackageNotFoundError, version
 from importlib.resources import files
-from typing import Any
+from typing import Any, Literal
 
 import numpy as np
 
 from autobalance import __version__
 from autobalance.correction.kind import Correction
-from autobalance.crank.anatomy import Anatomy, Pin, Throw
+from autobalance.crank.anatomy import Anatomy, Pin, Throw, Web
 from autobalance.crank.sections import Section
 from autobalance.report.force_values import force_values
 from autobalance.report.record import Balanced, FaceOffer, MeasuredCrank, Record
@@ -134,9 +134,19 @@ def showable(values: Values) -> Values:
     return found
 
 
-def schema() -> Values:
-    """Return the JSON Schema (draft 2020-12) of reports."""
-    text = files("autobalance.report").joinpath("report.schema.json").read_text(encoding="utf-8")
+def _outline(web: Web) -> Values | None:
+    if web.outline is None:
+        return None
+    return {
+        "rim_radius_mm": web.outline.rim_radius_mm,
+        "fan_angle_deg": min(math.degrees(web.outline.fan_angle_rad), 360.0),
+        "thickness_mm": web.outline.thickness_mm,
+    }
+
+
+def schema(of: Literal["report", "generate"] = "report") -> Values:
+    """Return the JSON Schema (draft 2020-12) of reports, or of what ``generate`` says."""
+    text = files("autobalance.report").joinpath(f"{of}.schema.json").read_text(encoding="utf-8")
     found: Values = json.loads(text)
     return found
 
@@ -187,6 +197,7 @@ def _crank(crank: MeasuredCrank) -> Values:
                 "z_min_mm": float(web.z_min_mm),
                 "z_max_mm": float(web.z_max_mm),
                 "counterweight": bool(web.counterweight),
+                "outline": _outline(web),
             }
             for web in anatomy.webs
         ],

@@ -367,10 +367,20 @@ def _anatomy(report: Values, units: Units) -> str:
     for web in crank["webs"]:
         middle = 0.5 * (web["z_min_mm"] + web["z_max_mm"])
         width = units.of_length(web["z_max_mm"] - web["z_min_mm"])
-        note = "counterweight" if web["counterweight"] else ""
+        note = _counterweight_note(web, units)
         rows.append((f"  web {web['number']}", units.of_length(middle), "", width, note))
     off = units.of_length(crank["journal_misalignment_mm"])
     return table(rows) + f"\n  main journals within {off} of the common axis"
+
+
+def _counterweight_note(web: Values, units: Units) -> str:
+    if not web["counterweight"]:
+        return ""
+    outline = web.get("outline")
+    if outline is None:
+        return "counterweight"
+    rim = units.of_length(outline["rim_radius_mm"])
+    return f"counterweight: rim radius {rim} over {outline['fan_angle_deg']:.1f}°"
 
 
 def _pin_cells(pin: Values, units: Units) -> tuple[str, str, str]:

@@ -5,12 +5,14 @@ import shutil
 from pathlib import Path
 from typing import Any
 
+import jsonschema
 import numpy as np
 import pytest
 
 from autobalance.command import main
 from autobalance.crank.design import PRESETS
 from autobalance.job.crank_design import read_design
+from autobalance.report.json import schema
 from autobalance.solid.kernel import has_kernel
 from autobalance.solid.read import read
 
@@ -164,3 +166,24 @@ def test_the_examples_run(name: str, capsys: pytest.CaptureFixture[str]) -> None
     assert main(["generate", f"{name}.toml", "-o", f"{name}.stl"]) == 0
     assert main(["balance", f"{name}-job.toml", "-o", "out"]) == 0
     assert "WITHIN TOLERANCE" in capsys.readouterr().out
+
+
+@pytest.mark.parametrize("name", ["single", "pressed-up-single-no-pin", "v6-60", "motocross.toml"])
+def test_reports_meet_their_schema(name: str) -> None:
+    if name.endswith(".toml"):
+        shutil.copy(EXAMPLES / name, ".")
+    validator = jsonschema.Draft202012Validator(schema("generate"))
+    validator.check_schema(validator.schema)
+    values = report(name, "-o", "a.stl", "--segments", "16")
+    validator.validate(values)
+    assert (values["engine"] is not None) == name.endswith(".toml")
+    for wrong in (values | {"crank": {}}, values | {"more": 1}, values | {"design": {"name": "x"}}):
+        assert not validator.is_valid(wrong)
+
+
+def test_what_both_schemas_share_is_the_same() -> None:
+    ours, other = schema("generate"), schema()
+    for name in ("autobalance", "frame", "crank", "initial", "schema_version"):
+        assert ours["properties"][name] == other["properties"][name]
+    for name in ours["$defs"].keys() & other["$defs"].keys():
+        assert ours["$defs"][name] == other["$defs"][name]
