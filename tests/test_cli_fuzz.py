@@ -4,9 +4,11 @@ from __future__ import annotations
 
 import copy
 import json
+import math
 import os
 import shutil
 import tomllib
+from pathlib import Path
 from typing import Any
 
 import pytest
@@ -155,3 +157,51 @@ def test_a_run_on_impossible_numbers(
         assert jobs.run("verify", folder / "out" / "report.json") == code
         capsys.readouterr()
     shutil.rmtree(folder)
+
+
+@pytest.fixture(scope="module")
+def finished(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, dict[str, Any]]:
+    folder = tmp_path_factory.mktemp("finished")
+    return folder / "out", jobs.balanced(jobs.bundled_job(folder), folder / "out")
+
+
+def places(value: Any, path: tuple[Any, ...] = ()) -> list[tuple[Any, ...]]:
+    """Return the path of every value within objects and lists."""
+    inner = value.items() if isinstance(value, dict) else enumerate(value) if isinstance(value, list) else ()
+    return [path, *(found for key, item in inner for found in places(item, (*path, key)))]
+
+
+CLAIMS: list[Any] = [None, True, 0, -1, 1e30, -1e29, 1e308, 5e-324, 10**400, math.nan, "", "x", "../x"]
+CLAIMS += [[], {}, [1, 2], [1, 2, 3], [[]], {"a": 1}]
+
+
+@pytest.mark.slow
+@settings(max_examples=5 * EXAMPLES, deadline=None, suppress_health_check=list(HealthCheck))
+@given(
+    changes=st.lists(
+        st.tuples(st.floats(0, 1, exclude_max=True), st.sampled_from(CLAIMS)),
+        min_size=1,
+        max_size=2,
+    )
+)
+def test_verify_of_a_changed_report(
+    changes: list[tuple[float, Any]],
+    finished: tuple[Path, dict[str, Any]],
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    folder, report = finished
+    values: Any = copy.deepcopy(report)
+    every = places(report)[1:]
+    for where, value in changes:
+        path, inner = every[int(where * len(every))], values
+        try:
+            for key in path[:-1]:
+                inner = inner[key]
+            inner[path[-1]] = value
+        except (KeyError, IndexError, TypeError):  # an earlier change took the way there
+            continue
+    (folder / "report.json").write_text(json.dumps(values), encoding="utf-8")
+    code = jobs.run("verify", folder / "report.json")
+    assert code in (0, 3)
+    said = capsys.readouterr().err
+    assert code == 0 or said.count("\n") == 1

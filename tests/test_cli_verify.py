@@ -2,6 +2,7 @@
 
 import copy
 import json
+import math
 from pathlib import Path
 from typing import Any
 
@@ -123,7 +124,7 @@ def test_a_falsified_number_is_found(path: str, output: Path, capsys: pytest.Cap
         ("tolerance.judge", "static", "tolerance.judge is"),
         ("tolerance.planes", [], "tolerance.planes has 0 entries, but 2"),
         ("residual.planes", [], "residual.planes has 0 entries, but 2"),
-        ("residual.magnitude_g_mm", float("nan"), "residual.magnitude_g_mm is nan"),
+        ("residual.magnitude_g_mm", float("nan"), "it holds the number NaN"),
         ("residual", None, "residual.unbalance_g_mm is missing"),
         ("residual.magnitude_g_mm", None, "residual.magnitude_g_mm is missing"),
         ("residual.unbalance_g_mm", ["a", 1], "residual.unbalance_g_mm is not 2 numbers"),
@@ -219,3 +220,24 @@ def test_the_original_factor_is_found_again(tmp_path: Path) -> None:
     original["reciprocating_g"]["piston"] += 1.0
     spoilt(tmp_path / "out", "job.original", original)
     assert jobs.run("verify", tmp_path / "out" / "report.json") == 3
+
+
+@pytest.mark.parametrize(
+    ("path", "value", "said"),
+    [
+        ("crank.mass_g", 1e308, "it holds a number beyond 1e+30"),
+        ("crank.mass_g", 10**400, "is no JSON"),
+        ("crank.mass_g", math.nan, "it holds the number NaN"),
+        ("crank.journal_misalignment_mm", -1.0, "must be finite and not negative"),
+        ("crank.main_journals.0.centre_mm.2", 1e6, "the first must be lower"),
+        ("frame.file_to_rotor.0.3", -1e29, "outputs.solid.centre_of_mass_mm"),
+    ],
+)
+def test_claims_that_cannot_be(
+    output: Path, path: str, value: float, said: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    spoilt(output, path, value)
+    assert jobs.run("verify", output / "report.json") == 3
+    printed = capsys.readouterr().err
+    assert said in printed
+    assert printed.count("\n") == 1

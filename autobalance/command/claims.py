@@ -7,7 +7,7 @@ import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any
+from typing import Any, TypeVar
 
 import numpy as np
 
@@ -15,7 +15,7 @@ from autobalance import job as jobs
 from autobalance.command import doubt, machine, pipeline
 from autobalance.crank.anatomy import Anatomy, MainJournal, Pin, Throw
 from autobalance.engine.balance_factor import bob_weight_moments
-from autobalance.errors import ClaimError, FileError, FormatError, JobError
+from autobalance.errors import AutobalanceError, ClaimError, FileError, FormatError, JobError
 from autobalance.job import Job
 from autobalance.report.force_values import force_values
 from autobalance.rotor.moments import Array, Moments
@@ -35,8 +35,12 @@ MOMENT_ROUNDING = 1e-11
 """The same for unbalances, as a share of mass times size: the sums are the same ones as in the run."""
 FACET_BARS = 3.0
 """Error bars of what facets hide by which true surfaces may differ from slices of facets laid over them."""
+LARGEST = 1e30
+"""Size of a number at most: no report holds a larger one, and their products stay finite."""
 RIGID = 1e-9
 """Greatest entry of RᵀR − 1 in a rotation."""
+
+Number = TypeVar("Number", int, float)
 
 
 @dataclass(frozen=True, eq=False)
@@ -138,12 +142,21 @@ def check_report(path: Path, independent: bool = False) -> Checked:
         If a claim fails.
     """
     claims = Claims(path.name, _read_json(path))
+    try:
+        return _checked(claims, path.parent, independent)
+    except AutobalanceError:
+        raise
+    except (ValueError, ArithmeticError) as error:  # what is claimed cannot be: planes out of order, say
+        raise FormatError(f"{path.name}: its claims contradict each other: {error}") from None
+
+
+def _checked(claims: Claims, folder: Path, independent: bool) -> Checked:
     claims.same("command", "balance")
     job = _job(claims)
     frame = _frame(claims)
     anatomy = _anatomy(claims, frame)
     crank = _claimed_crank(claims)
-    source, moments = _measured(claims, path.parent, job, frame)
+    source, moments = _measured(claims, folder, job, frame)
     again = _measured_again(claims, source, job, frame) if independent else None
     given_in = _check_input(claims, job, frame)
     tolerance = _check_tolerance(claims, job, anatomy, crank)
@@ -190,7 +203,12 @@ def _size(source: Source, crank: Moments) -> float:
 
 def _read_json(path: Path) -> Mapping[str, Any]:
     try:
-        values = json.loads(path.read_bytes())
+        values = json.loads(
+            path.read_bytes(),
+            parse_float=lambda text: _limited(float(text)),
+            parse_int=lambda text: _limited(int(text)),
+            parse_constant=_not_a_number,
+        )
     except OSError as error:
         raise FileError(f"cannot read the report {path}: {(error.strerror or str(error)).lower()}") from None
     except (ValueError, RecursionError) as error:
@@ -198,6 +216,16 @@ def _read_json(path: Path) -> Mapping[str, Any]:
     if not isinstance(values, dict):
         raise FormatError(f"{path} is no report: its JSON is no object")
     return values
+
+
+def _limited(number: Number) -> Number:
+    if abs(number) > LARGEST:
+        raise ValueError(f"it holds a number beyond {LARGEST:g}")
+    return number
+
+
+def _not_a_number(word: str) -> float:
+    raise ValueError(f"it holds the number {word}")
 
 
 def _job(claims: Claims) -> Job:
