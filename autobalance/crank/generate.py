@@ -512,7 +512,12 @@ def _sense(direction: Array) -> int:
 
 
 def _bare(crank: Design, plan: _Plan, pin: _Span) -> tuple[float, float]:
-    """Return where a crankpin's bare cylinder begins and ends; without its pin, the gap between the webs."""
+    """Return where a crankpin's bare cylinder begins and ends.
+
+    Without its pin, that is the gap between the webs; beside the last web of an overhung crank there is none.
+    """
+    if _has_free_end(crank, plan, pin) and not crank.crankpin_in_file:
+        return pin.low, pin.low
     fillet = crank.fillet_mm if crank.crankpin_in_file else 0.0
     return pin.low + fillet, pin.high - (0.0 if _has_free_end(crank, plan, pin) else fillet)
 

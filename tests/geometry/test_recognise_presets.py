@@ -115,12 +115,23 @@ def test_an_overhung_cranks_journal_is_told_from_its_crankpin(name: str) -> None
     assert_recognised(recognise(solid, Overrides()), crank_anatomy(design, place))
 
 
-def test_a_half_without_its_pin_has_its_throw_at_the_bore() -> None:
+@pytest.mark.parametrize("segments", [12, 40])
+def test_a_half_without_its_pin_has_its_throw_at_the_bore(segments: int) -> None:
+    """Its crankpin has no width that the file could tell."""
     design = replace(PRESETS["pressed-up-single-no-pin"], journals="first")
-    solid = crank_solid(design, 40)
-    (throw,) = recognise(solid, Overrides(crankpin_in_file=None)).throws
-    assert throw.crank_radius_mm == pytest.approx(design.crank_radius_mm, abs=1e-6)
-    assert throw.crankpin.diameter_mm == pytest.approx(design.crankpin.diameter_mm, abs=1e-6)
+    half = generated_crank(design, seed=segments, segments=segments)
+    found = recognise(half.solid, Overrides(crankpin_in_file=None))
+    assert differences(found, half.truth) == []
+    assert found.throws[0].crankpin.width_mm == pytest.approx(0.0, abs=1e-6)
+    assert found.throws[0].crankpin.diameter_mm == pytest.approx(design.crankpin.diameter_mm, abs=1e-4)
+
+
+@pytest.mark.parametrize("name", ["single", "pressed-up-single", "v-twin-45", "inline-4", "v6-60"])
+def test_overhung_cranks_are_recognised_as_drawn(name: str) -> None:
+    """The last crankpin ends in the air, without a fillet."""
+    design = replace(PRESETS[name], journals="first", flange=None)
+    crank = generated_crank(design, seed=1, segments=16)
+    assert differences(recognise(crank.solid, Overrides(crankpin_in_file=None)), crank.truth) == []
 
 
 def test_webs_without_counterweight_are_told_apart() -> None:
