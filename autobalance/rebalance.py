@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Literal
 
@@ -13,6 +13,7 @@ from autobalance.choose import Prefer, choose, least_share
 from autobalance.correction import Limits
 from autobalance.correction.kind import Array, Correction, Cut, Offer, Workpiece
 from autobalance.crank.anatomy import Anatomy, Face
+from autobalance.errors import SolidError
 from autobalance.plan import AIM, Plan, Shortfall, explain_shortfall
 from autobalance.release import Release, Shortage, releases
 from autobalance.rotor.moments import Moments
@@ -31,6 +32,8 @@ Outcome = Literal["within_tolerance", "already_within_tolerance", "above_toleran
 
 PASSES = 6
 """Cuts of the whole crank at most; one or two are usual."""
+DISAGREE = 0.02
+"""Share of the metal moved by which true surfaces and triangles may differ, beyond what facets hide."""
 LOOKS = 8
 """How often to look for metal four times deeper."""
 
@@ -80,12 +83,15 @@ class Rotor:
 class Written:
     """A corrected crank as the bytes of its file, and what is measured of them (rotor frame).
 
-    ``triangles`` is None where the file keeps true surfaces.
+    ``triangles`` is None where the file keeps true surfaces; ``surfaces`` counts these by kind then, and
+    ``hidden`` is what they hold more than the triangles of the same cut.
     """
 
     data: bytes
     triangles: int | None
     moments: Moments
+    surfaces: Mapping[str, int] | None = None
+    hidden: Moments | None = None
 
 
 @dataclass(frozen=True, eq=False)
@@ -363,7 +369,7 @@ def _cut_and_measure(
     for cut, depth in made:
         pressed_in = pressed_in + cut.pressed_in(depth)
     if rotor.exact is not None:
-        written = _exactly(rotor, rotor.exact, made)
+        written = _exactly(rotor, rotor.exact, made, solid)
     else:
         data = encode(solid.mesh)
         soup = decode(data)
@@ -374,8 +380,14 @@ def _cut_and_measure(
     return _Pass(plan.depths_mm, solid, written, moments, residual, tolerance.used_share(residual))
 
 
-def _exactly(rotor: Rotor, exact: Exact, made: Sequence[tuple[Cut, float]]) -> Written:
-    """Cut the exact solid, write it, and measure it as it is read again."""
+def _exactly(rotor: Rotor, exact: Exact, made: Sequence[tuple[Cut, float]], in_facets: Solid) -> Written:
+    """Cut the exact solid, write it, and measure it as it is read again; ``in_facets`` is the same cut.
+
+    Raises
+    ------
+    SolidError
+        If the CAD kernel cannot make the cut, or makes another one.
+    """
     from autobalance.solid.step import written_and_read
 
     removed: list[Tool] = []
@@ -385,7 +397,17 @@ def _exactly(rotor: Rotor, exact: Exact, made: Sequence[tuple[Cut, float]]) -> W
         if tool is not None:
             (added if cut.adds_metal else removed).append(placed(tool, rotor.anatomy.rotor_to_file))
     data, again = written_and_read(exact, exact.solid.machined(removed, added))
-    return Written(data, None, again.moments(rotor.density_g_mm3, rotor.anatomy.file_to_rotor))
+    density, frame = rotor.density_g_mm3, rotor.anatomy.file_to_rotor
+    moments, faceted = again.moments(density, frame), in_facets.moments(density, frame)
+    hidden = moments - faceted
+    hidden_before = rotor.moments - rotor.solid.moments(density, frame)
+    cut_g = abs(rotor.moments.mass_g - moments.mass_g)
+    if abs(hidden.mass_g - hidden_before.mass_g) > DISAGREE * cut_g + abs(hidden_before.mass_g):
+        raise SolidError(
+            f"the CAD kernel leaves {moments.mass_g:.6g} g where {faceted.mass_g:.6g} g were planned; "
+            "needed the same cut in both; a mesh of the part can be balanced instead"
+        )
+    return Written(data, None, moments, again.face_kinds(), hidden)
 
 
 def _reason(

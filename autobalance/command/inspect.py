@@ -93,7 +93,13 @@ def _picture(crank: Crank, record: Record) -> bytes:
 
 def inspected(arguments: argparse.Namespace) -> tuple[Crank, Record]:
     """Read, recognise and measure."""
-    from autobalance.command.pipeline import Stopwatch, default_planes_mm, facet_entry, measured_crank
+    from autobalance.command.pipeline import (
+        Stopwatch,
+        default_planes_mm,
+        facet_entry,
+        measured_crank,
+        surfaces_entry,
+    )
     from autobalance.command.run import input_file
     from autobalance.crank.sections import sections, web_weights
     from autobalance.report.record import MeasuredCrank, Record
@@ -110,6 +116,7 @@ def inspected(arguments: argparse.Namespace) -> tuple[Crank, Record]:
         input=input_file(path, crank),
         crank=MeasuredCrank(crank.moments, crank.source.volume_mm3, crank.anatomy, facet_entry(crank)),
         initial=Unbalance.of(crank.moments),
+        surfaces=surfaces_entry(crank),
         planes_z_mm=default_planes_mm(crank.anatomy),
         faces=faces,
         sections=parts,

@@ -120,6 +120,15 @@ def facets_of(
     return facet_error(source.solid.mesh, density_g_mm3, frame)
 
 
+def surfaces_entry(crank: Crank) -> record.TrueSurfaces | None:
+    """Return what the report says of the true surfaces, where the file keeps them."""
+    exact = crank.source.exact
+    if exact is None:
+        return None
+    faceted = crank.source.solid.moments(crank.density_g_mm3, crank.anatomy.file_to_rotor)
+    return record.TrueSurfaces(exact.solid.face_kinds(), crank.moments - faceted)
+
+
 def facet_entry(crank: Crank) -> record.FacetError | None:
     """Return what the report says of the facets."""
     if crank.facets is None:

@@ -303,6 +303,7 @@ def _record(job: Job, crank: Crank, factor: float, tolerance: Tolerance, result:
         input=input_file(job.crankshaft.file, crank),
         crank=MeasuredCrank(crank.moments, source.volume_mm3, crank.anatomy, pipeline.facet_entry(crank)),
         initial=result.initial,
+        surfaces=pipeline.surfaces_entry(crank),
         planes_z_mm=(planes[0], planes[1]) if planes else None,
         balanced=Balanced(
             job=jobs.describe(job),

@@ -19,7 +19,7 @@ from autobalance.correction.kind import Correction
 from autobalance.crank.anatomy import Anatomy, Pin, Throw, Web
 from autobalance.crank.sections import Section
 from autobalance.report.force_values import force_values
-from autobalance.report.record import Balanced, FaceOffer, MeasuredCrank, Record
+from autobalance.report.record import Balanced, FaceOffer, MeasuredCrank, Record, TrueSurfaces
 from autobalance.rotor.moments import Array, Moments
 from autobalance.rotor.unbalance import Unbalance
 from autobalance.rotor.uncertainty import Budget
@@ -28,6 +28,8 @@ SCHEMA_VERSION = 1
 G_MM2_PER_KG_MM2 = 1000.0
 LIBRARIES = ("numpy", "scipy", "trimesh", "manifold3d")
 STAGES = ("load", "measure", "plan", "cut", "write", "total")
+
+KINDS = ("plane", "cylinder", "cone", "sphere", "torus")
 
 Values = dict[str, Any]
 
@@ -71,6 +73,8 @@ def report(record: Record) -> Values:
     }
     if balanced is not None:
         values |= _result(balanced, record)
+    if record.surfaces is not None:
+        values["true_surfaces"] = _true_surfaces(record.surfaces, balanced)
     if record.faces is not None:
         values["faces"] = [_face(offer, record.crank.anatomy) for offer in record.faces]
     if record.sections is not None:
@@ -86,6 +90,24 @@ def report(record: Record) -> Values:
             for weight in record.web_weights
         ]
     return values
+
+
+def _true_surfaces(before: TrueSurfaces, balanced: Balanced | None) -> Values:
+    written = None if balanced is None else balanced.result.written
+    after = None
+    if written is not None and written.surfaces is not None and written.hidden is not None:
+        after = _surfaces(written.surfaces, written.hidden)
+    return {"before": _surfaces(before.faces, before.hidden), "after": after}
+
+
+def _surfaces(faces: Mapping[str, int], hidden: Moments) -> Values:
+    """Faces by kind, and what they hold more than triangles laid over them."""
+    kinds = {kind: faces.get(kind, 0) for kind in KINDS}
+    kinds["other"] = sum(faces.values()) - sum(kinds.values())
+    return {
+        "faces": kinds,
+        "facets_hide": {"mass_g": hidden.mass_g, "unbalance_g_mm": _list(hidden.first_g_mm[:2])},
+    }
 
 
 def generate_report(

@@ -122,12 +122,21 @@ class Balanced:
 
 
 @dataclass(frozen=True, eq=False)
+class TrueSurfaces:
+    """Faces of a solid by kind, and what they hold more than triangles laid over them."""
+
+    faces: Mapping[str, int]
+    hidden: Moments
+
+
+@dataclass(frozen=True, eq=False)
 class Record:
     """Everything that a report is written from.
 
     ``initial`` is the bare crank's unbalance for ``inspect``, as judged for ``balance``; ``planes_z_mm`` are
     the places of planes A and B, or None. ``outputs`` has one entry a written file (see ``solid_entry``).
-    ``warnings`` are what a user should know of the job and the crank, one line each.
+    ``warnings`` are what a user should know of the job and the crank, one line each. ``surfaces`` are the
+    crank's as read, where its file keeps true ones.
     """
 
     command: Literal["balance", "inspect"]
@@ -142,3 +151,4 @@ class Record:
     warnings: tuple[str, ...] = ()
     outputs: Mapping[str, Any] = field(default_factory=dict)
     seconds: Mapping[str, float] = field(default_factory=dict)
+    surfaces: TrueSurfaces | None = None

@@ -348,12 +348,23 @@ def _measured(report: Values, units: Units) -> str:
     centre = ", ".join(units.of_length(value) for value in crank["centre_of_mass_mm"])
     bodies = "body" if source["bodies"] == 1 else "bodies"
     lines = [
-        f"{source['file']}: {source['triangles']} triangles, {source['bodies']} {bodies}, closed",
+        f"{source['file']}: {_boundary(report)}, {source['bodies']} {bodies}, closed",
         f"  mass {units.of_mass(crank['mass_g'])}, volume {crank['volume_mm3']:.1f} mm³",
         f"  centre of mass {centre} (rotor frame)",
         f"  polar inertia {crank['polar_inertia_kg_mm2']:.3f} kg·mm²",
     ]
     return "\n".join(lines)
+
+
+def _boundary(report: Values) -> str:
+    """Say what a solid is bounded by: its true surfaces, where its file keeps them, or triangles."""
+    if "true_surfaces" not in report:
+        return f"{report['input']['triangles']} triangles"
+    faces = report["true_surfaces"]["before"]["faces"]
+    many = {"torus": "tori", "other": "others"}
+    named = {kind: kind if count == 1 else many.get(kind, kind + "s") for kind, count in faces.items()}
+    listed = [f"{count} {named[kind]}" for kind, count in faces.items() if count]
+    return f"true surfaces ({', '.join(listed)})"
 
 
 def _anatomy(report: Values, units: Units) -> str:

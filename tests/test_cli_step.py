@@ -1,0 +1,302 @@
+"""STEP through the command line: measured and cut in true surfaces, in silence, or refused."""
+
+from __future__ import annotations
+
+import json
+import math
+import os
+import subprocess
+import sys
+from pathlib import Path
+from typing import Any
+
+import jsonschema
+import numpy as np
+import pytest
+
+from autobalance.report.json import schema
+from autobalance.solid.brep import ExactSolid
+from autobalance.solid.facets import facet_error
+from autobalance.solid.kernel import compound, has_kernel, is_valid
+from autobalance.solid.read import read
+from autobalance.solid.shape import Prism, circle
+from autobalance.solid.step_file import read_step_file
+from autobalance.solid.surface import CylinderFace, PlaneFace
+from tests import jobs
+
+needs_kernel = pytest.mark.skipif(not has_kernel(), reason="the extra 'step' is not installed")
+
+DENSITY_G_MM3 = 7.85e-3
+JOB = """
+[crankshaft]
+file = "crank.step"
+density_kg_m3 = 7850.0
+{crankshaft}
+[engine.rotating_g]
+big_end = 300.0
+[engine.reciprocating_g]
+piston = 300.0
+[balance]
+factor = {factor}
+grade = 6.3
+speed_rpm = 9000
+[correction]
+{correction}
+"""
+
+
+@pytest.fixture(scope="module")
+def crank(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    path = tmp_path_factory.mktemp("step") / "crank.step"
+    assert jobs.run("generate", "single", "-o", path) == 0
+    return path
+
+
+@pytest.fixture
+def folder(crank: Path, tmp_path: Path) -> Path:
+    (tmp_path / "crank.step").write_bytes(crank.read_bytes())
+    return tmp_path
+
+
+def job(folder: Path, correction: str, factor: float, crankshaft: str = "") -> Path:
+    path = folder / "job.toml"
+    text = JOB.format(correction=correction, factor=factor, crankshaft=crankshaft)
+    path.write_text(text, encoding="utf-8")
+    return path
+
+
+def solid_of(path: Path) -> ExactSolid:
+    (body,) = read_step_file(path.read_bytes()).bodies
+    return ExactSolid.of(body.body)
+
+
+def radii_of(solid: ExactSolid) -> list[float]:
+    return [face.radius_mm for face in solid.surfaces() if isinstance(face, CylinderFace)]
+
+
+def assert_exact(folder: Path, report: dict[str, Any], code: int = 0) -> ExactSolid:
+    """The written solid is sound, one, and measures as claimed; the same cut in facets differs by these."""
+    jsonschema.Draft202012Validator(schema()).validate(report)
+    out = folder / "out"
+    claimed = report["outputs"]["solid"]
+    assert claimed["file"] == "balanced.step"
+    assert claimed["triangles"] is None
+    solid = solid_of(out / "balanced.step")
+    assert is_valid(solid.body)
+    assert solid.solid_count == 1
+    assert set(solid.face_kinds()) <= {"plane", "cylinder", "cone", "torus"}
+    frame = np.array(report["frame"]["file_to_rotor"])
+    moments = solid.moments(DENSITY_G_MM3, frame)
+    assert moments.mass_g == pytest.approx(claimed["mass_g"], rel=1e-12)
+    np.testing.assert_allclose(moments.centre_mm, claimed["centre_of_mass_mm"], atol=1e-9)
+    before, after = (report["true_surfaces"][key]["facets_hide"] for key in ("before", "after"))
+    mesh = read(folder / "crank.step", None, report["job"]["crankshaft"]["body"]).solid.mesh
+    error = facet_error(mesh, DENSITY_G_MM3, frame)
+    for hidden in (before, after):
+        assert abs(hidden["mass_g"]) < error.gross_mass_g + error.mass_bar_g
+        off = math.hypot(*hidden["unbalance_g_mm"])
+        assert off < error.gross_unbalance_g_mm + error.unbalance_bar_g_mm
+    assert jobs.run("verify", out / "report.json") == code
+    return solid
+
+
+@needs_kernel
+def test_inspect_measures_true_surfaces(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    assert jobs.run("inspect", folder / "crank.step", "--json", "-") == 0
+    report = json.loads(capsys.readouterr().out)
+    jsonschema.Draft202012Validator(schema()).validate(report)
+    exact = solid_of(folder / "crank.step").moments(DENSITY_G_MM3)
+    assert report["crank"]["mass_g"] == pytest.approx(exact.mass_g, rel=1e-12)
+    assert report["crank"]["facet_error"] == {"mass_g": 0.0, "unbalance_g_mm": 0.0}
+    assert report["true_surfaces"]["after"] is None
+    assert report["true_surfaces"]["before"]["faces"]["torus"] == 4
+    assert report["input"]["repairs"] == []
+    throw, journal = report["crank"]["throws"][0], report["crank"]["main_journals"][0]
+    assert throw["crank_radius_mm"] == 29.0
+    assert throw["crankpin"]["diameter_mm"] == 32.0
+    assert journal["diameter_mm"] == 30.0
+    assert report["crank"]["journal_misalignment_mm"] == 0.0
+    for face in report["faces"]:
+        assert 1.0 in np.abs(face["normal"]) or abs(face["normal"][2]) < 1e-9
+    assert jobs.run("inspect", folder / "crank.step") == 0
+    said = capsys.readouterr().out
+    assert "crank.step: true surfaces (25 planes, 14 cylinders, 1 cone, 4 tori), 1 body, closed" in said
+
+
+@needs_kernel
+def test_a_shoulder_is_cut_in_true_surfaces(folder: Path) -> None:
+    path = job(folder, 'method = "shoulder"', 0.0)
+    report = jobs.balanced(path, folder / "out")
+    solid = assert_exact(folder, report)
+    assert report["outcome"] == "within_tolerance"
+    heights = {round(cut["new_height_mm"], 6) for cut in report["corrections"]}
+    frame = np.array(report["frame"]["file_to_rotor"])
+    found = {
+        round(float(frame[:3, :3] @ face.normal @ (frame[:3, :3] @ face.centroid_mm + frame[:3, 3])), 6)
+        for face in solid.surfaces()
+        if isinstance(face, PlaneFace)
+    }
+    assert heights <= found
+    assert set(radii_of(solid_of(folder / "crank.step"))) <= set(radii_of(solid))
+
+
+@needs_kernel
+@pytest.mark.slow
+def test_shoulders_in_sectors_with_two_depths_on_a_face(folder: Path) -> None:
+    assert_exact(folder, jobs.balanced(job(folder, 'method = "shoulder"', 0.5), folder / "out"))
+
+
+@needs_kernel
+@pytest.mark.slow
+def test_holes_are_cylinders_and_cones(folder: Path) -> None:
+    table = 'method = "drill"\n[correction.drill]\ndiameters_mm = [10.0, 14.0]'
+    report = jobs.balanced(job(folder, table, 0.1), folder / "out")
+    solid = assert_exact(folder, report)
+    whole = solid_of(folder / "crank.step").face_kinds()
+    holes = len(report["corrections"])
+    assert holes >= 2
+    assert solid.face_kinds()["cone"] == whole["cone"] + holes
+    assert solid.face_kinds()["cylinder"] == whole["cylinder"] + holes
+    for hole in report["corrections"]:
+        assert any(r == pytest.approx(0.5 * hole["diameter_mm"], rel=1e-9) for r in radii_of(solid))
+
+
+@needs_kernel
+@pytest.mark.slow
+def test_a_turned_rim_is_a_cylinder(folder: Path) -> None:
+    report = jobs.balanced(job(folder, 'method = "turn"', 0.0), folder / "out", code=4)
+    solid = assert_exact(folder, report, code=4)
+    for cut in report["corrections"]:
+        assert any(r == pytest.approx(cut["new_radius_mm"], rel=1e-9) for r in radii_of(solid))
+
+
+@needs_kernel
+@pytest.mark.slow
+def test_bores_for_slugs_are_flat(folder: Path) -> None:
+    table = 'method = "slug"\n[correction.slug]\ndiameters_mm = [12.0]\nlengths_mm = [6.0, 8.0]'
+    report = jobs.balanced(job(folder, table, 0.5), folder / "out", code=4)
+    solid = assert_exact(folder, report, code=4)
+    whole = solid_of(folder / "crank.step").face_kinds()
+    slugs = len(report["corrections"])
+    assert solid.face_kinds()["cylinder"] == whole["cylinder"] + slugs
+    assert solid.face_kinds()["cone"] == whole["cone"]
+
+
+@needs_kernel
+@pytest.mark.slow
+def test_added_metal_grows_on_true_faces(folder: Path) -> None:
+    report = jobs.balanced(job(folder, 'method = "add"', 0.6), folder / "out")
+    assert_exact(folder, report)
+    assert all(cut["depth_mm"] < 0.0 for cut in report["corrections"])
+
+
+@needs_kernel
+@pytest.mark.slow
+def test_kinds_are_mixed(folder: Path) -> None:
+    table = 'method = ["shoulder", "drill"]\n[correction.drill]\ndiameters_mm = [10.0]'
+    assert_exact(folder, jobs.balanced(job(folder, table, 0.1), folder / "out"))
+
+
+@needs_kernel
+@pytest.mark.slow
+@pytest.mark.parametrize("preset", ["inline-4", "v-twin-45", "pressed-up-single"])
+def test_other_cranks(tmp_path: Path, preset: str) -> None:
+    assert jobs.run("generate", preset, "-o", tmp_path / "crank.step") == 0
+    path = job(tmp_path, 'method = "shoulder"', 0.5)
+    report = jobs.report_of(_ran(path, tmp_path / "out"))
+    assert_exact(tmp_path, report, code=0 if report["outcome"] == "within_tolerance" else 4)
+
+
+def _ran(path: Path, output: Path) -> Path:
+    assert jobs.run("balance", path, "-o", output) in (0, 4)
+    return output
+
+
+@needs_kernel
+def test_the_same_job_writes_the_same_bytes(folder: Path) -> None:
+    path = job(folder, 'method = "shoulder"', 0.0)
+    first, second = (jobs.balanced(path, folder / name) for name in ("out", "again"))
+    assert first["outputs"]["solid"]["sha256"] == second["outputs"]["solid"]["sha256"]
+
+
+@needs_kernel
+@pytest.mark.slow
+def test_a_crank_is_picked_from_an_assembly_by_number(
+    folder: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    bar = ExactSolid(Prism(circle(4.0, (200.0, 0.0)), 0.0, 50.0))
+    both = ExactSolid.of(compound([solid_of(folder / "crank.step").body, bar.body]))
+    (folder / "crank.step").write_bytes(both.step())
+    assert jobs.run("inspect", folder / "crank.step") == 3
+    assert "the file holds 2 bodies (1: 'crank', 236587 mm³" in capsys.readouterr().err
+    report = jobs.balanced(job(folder, 'method = "shoulder"', 0.0, "body = 1"), folder / "out")
+    assert_exact(folder, report)
+
+
+def test_a_name_needs_a_format_that_has_names(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    text = JOB.format(correction='method = "turn"', factor=0.5, crankshaft='body = "crank"\nunit = "mm"')
+    path = tmp_path / "job.toml"
+    path.write_text(text.replace("crank.step", "crank.stl"), encoding="utf-8")
+    assert jobs.run("balance", path) == 3
+    assert "crankshaft.body is 'crank'; must be a whole number or 'all'" in capsys.readouterr().err
+    path.write_text(text.replace('"crank"\n', '""\n'), encoding="utf-8")
+    assert jobs.run("balance", path) == 3
+    assert (
+        'crankshaft.body is empty; must be a number, the name of a part, or "all"' in capsys.readouterr().err
+    )
+
+
+# --- silence, and the missing extra -------------------------------------------------------------------------
+
+
+def program(folder: Path, *arguments: str, before: str = "") -> subprocess.CompletedProcess[str]:
+    """Run the program as a process of its own, after a line of Python."""
+    code = f"{before}\nimport sys\nfrom autobalance.command import main\nraise SystemExit(main(sys.argv[1:]))"
+    environment = {**os.environ, "PYTHONPATH": str(jobs.ROOT)}
+    return subprocess.run(
+        [sys.executable, "-c", code, *arguments],
+        cwd=folder,
+        env=environment,
+        capture_output=True,
+        text=True,
+        check=False,
+        timeout=300,
+    )
+
+
+@needs_kernel
+@pytest.mark.slow
+def test_nothing_but_the_report_reaches_standard_output(folder: Path) -> None:
+    """Read at the file descriptor: the kernel writes past Python's own streams."""
+    job(folder, 'method = "shoulder"', 0.0)
+    done = program(folder, "balance", "job.toml", "-o", "out", "--no-report", "--json", "-")
+    assert done.returncode == 0, done.stderr
+    assert json.loads(done.stdout)["outcome"] == "within_tolerance"
+    done = program(folder, "inspect", "crank.step", "--json", "-")
+    assert json.loads(done.stdout)["command"] == "inspect"
+
+
+@needs_kernel
+@pytest.mark.parametrize("half", [True, False])
+def test_a_spoilt_file_is_one_line_on_standard_error(folder: Path, half: bool) -> None:
+    data = (folder / "crank.step").read_bytes()
+    spoilt = data[: len(data) // 2] if half else data.replace(b"#1", b"#9")
+    (folder / "crank.step").write_bytes(spoilt)
+    done = program(folder, "inspect", "crank.step")
+    assert (done.returncode, done.stdout) == (3, "")
+    assert done.stderr.startswith("autobalance: error: crank.step: ")
+    assert done.stderr.count("\n") == 1
+
+
+BLOCKED = "import sys; sys.modules['OCP'] = None"
+
+
+@pytest.mark.parametrize("line", ["inspect crank.step", "balance job.toml", "generate single -o new.step"])
+def test_without_the_extra_one_line_names_the_install_command(tmp_path: Path, line: str) -> None:
+    (tmp_path / "crank.step").write_text("ISO-10303-21;\n", encoding="utf-8")
+    job(tmp_path, 'method = "turn"', 0.5)
+    done = program(tmp_path, *line.split(), before=BLOCKED)
+    assert (done.returncode, done.stdout) == (3, "")
+    assert done.stderr.count("\n") == 1
+    assert "STEP needs the CAD kernel, which is not installed: pip install 'autobalance[step]'" in done.stderr
+    assert sorted(path.name for path in tmp_path.iterdir()) == ["crank.step", "job.toml"]
