@@ -308,3 +308,29 @@ def test_verify_needs_the_uncertainty_that_a_margin_asks_for(
     (tmp_path / "out" / "report.json").write_text(json.dumps(report), encoding="utf-8")
     assert jobs.run("verify", tmp_path / "out" / "report.json") == 3
     assert "residual.uncertainty_g_mm is null" in capsys.readouterr().err
+
+
+@pytest.mark.slow
+def test_the_tutorial_tells_how_sure_it_is(tmp_path: Path) -> None:
+    page = (jobs.ROOT / "docs" / "tutorial.md").read_text(encoding="utf-8")
+    page = " ".join(page.partition("## 6.")[2].partition("\n## ")[0].split())
+    plain = jobs.balanced(jobs.bundled_job(tmp_path / "plain"), tmp_path / "plain" / "out")
+    assert f"here {plain['residual']['uncertainty_g_mm']:.2f} g·mm" in page
+    found = {}
+    for method, code in (("shoulder", 4), ("drill", 0)):
+        job = added(
+            jobs.bundled_job(
+                tmp_path / method, piston="{ g = 158.00, pm = 0.5 }", faces="", method=f'"{method}"'
+            ),
+            crankshaft="density_pm_kg_m3 = 7.85",
+            correction="depth_tolerance_mm = 0.01",
+            balance='margin = "expanded"',
+        )
+        found[method] = jobs.balanced(job, tmp_path / method / "out", code=code)
+    shoulder = shares(found["shoulder"])
+    assert f"off by {found['shoulder']['residual']['uncertainty_g_mm']:.2f} g·mm" in page
+    assert f"{shoulder['depth']:.2f} for the depth, {shoulder['density']:.2f} for the density" in page
+    assert f"{shoulder['weights']:.2f} for the piston" in page
+    assert f"worth {shares(found['drill'])['depth']:.1f} g·mm" in page
+    residual, tolerance = found["drill"]["residual"], found["drill"]["tolerance"]
+    assert residual["magnitude_g_mm"] + residual["uncertainty_g_mm"] <= tolerance["permissible_g_mm"]
