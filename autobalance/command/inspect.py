@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 import argparse
+from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from autobalance.command.options import add_json, add_units
-from autobalance.errors import UsageError
+from autobalance.errors import CorrectionError, UsageError
 
 if TYPE_CHECKING:
     from autobalance.command.pipeline import Crank
@@ -160,14 +161,17 @@ def _body(text: str | None, named: bool) -> Any:
 def offered_faces(crank: Crank) -> tuple[FaceOffer, ...]:
     """Return what a correction can use: faces on webs, the greatest unbalance per millimetre first."""
     from autobalance.crank.faces import find_faces, lowering_worth_g_mm_per_mm
+    from autobalance.crank.rims import find_rims
     from autobalance.report.record import FaceOffer
 
     every = find_faces(crank.source.solid.mesh, crank.anatomy, crank.source.surfaces)
     found = [face for face in every if face.web is not None]
     depths = _max_depths_mm(crank, found)
+    rims = find_rims(crank.source.solid.mesh, crank.anatomy)
+    depths |= _max_rim_depths_mm(crank, rims)
     offers = [
         FaceOffer(face, lowering_worth_g_mm_per_mm(face, crank.density_g_mm3), depths.get(face.id))
-        for face in found
+        for face in (*found, *rims)
     ]
     return tuple(
         sorted(offers, key=lambda offer: -float(offer.unbalance_per_mm_g_mm @ offer.unbalance_per_mm_g_mm))
@@ -182,3 +186,23 @@ def _max_depths_mm(crank: Crank, faces: list[Face]) -> dict[str, float]:
     planes = [Patch(face) for face in faces if face.kind == "plane"]
     found = cuts(solid, crank.anatomy, planes, crank.density_g_mm3, ShoulderLimits(), solid.mesh.diagonal_mm)
     return {cut.face.id: cut.max_depth_mm for cut in found if not cut.limit_is_reach}
+
+
+def _max_rim_depths_mm(crank: Crank, rims: Sequence[Face]) -> dict[str, float]:
+    """Return how deep each rim may be turned by default, unless its web reaches farther elsewhere."""
+    from autobalance.correction.turn import THIN_MM, TurnLimits, cuts
+
+    outlines = {web.number: web.outline for web in crank.anatomy.webs}
+    try:
+        found = cuts(crank.source.solid, crank.anatomy, crank.density_g_mm3, TurnLimits(per_web=True))
+    except CorrectionError:
+        return {}
+    radius = {cut.webs[0]: cut.rim_mm for cut in found}
+    depth = {cut.webs[0]: cut.max_depth_mm for cut in found}
+    return {
+        rim.id: depth[rim.web]
+        for rim in rims
+        if rim.web in depth
+        and (outline := outlines[rim.web]) is not None
+        and abs(outline.rim_radius_mm - radius[rim.web]) < THIN_MM
+    }

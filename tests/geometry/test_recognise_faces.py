@@ -8,6 +8,7 @@ import pytest
 from autobalance.crank.anatomy import Face, Overrides
 from autobalance.crank.faces import find_faces, lowering_worth_g_mm_per_mm
 from autobalance.crank.recognise import recognise
+from autobalance.crank.rims import find_rims
 from autobalance.solid.csg import Solid
 from autobalance.solid.mesh import Mesh
 from tests.cranks import Shape, make_crank, tilted
@@ -96,3 +97,23 @@ def test_lowering_a_face_takes_its_metal_from_where_it_is() -> None:
     assert area == pytest.approx(face.area_mm2, rel=1e-6)
     assert lowering_worth_g_mm_per_mm(face, density) == pytest.approx(-density * first, abs=1e-4)
     assert np.ptp(corners[:, :, 2]) < 1e-9
+
+
+@pytest.mark.parametrize("segments", [24, 200])
+def test_rims_are_listed_with_what_turning_them_is_worth(segments: int) -> None:
+    shape = Shape(segments=segments)
+    solid, _ = make_crank([0, 90], shape, tilted(0.7, (30.0, -40.0, 20.0)))
+    anatomy = recognise(solid, Overrides())
+    rims = find_rims(solid.mesh, anatomy)
+    assert [(rim.id, rim.kind, rim.web) for rim in rims] == [
+        (f"w{web.number}-rim", "cylinder", web.number) for web in anatomy.webs
+    ]
+    half, chord = shape.half_fan_rad, (shape.half_fan_rad / (segments - 1)) ** 2  # facets hide so much
+    for rim, web in zip(rims, anatomy.webs, strict=True):
+        area = 2.0 * half * shape.rim_radius * shape.web_width
+        assert rim.area_mm2 == pytest.approx(area, rel=chord)
+        away = anatomy.throws[0 if web.number <= 2 else 1].direction * -1.0
+        assert rim.normal[:2] == pytest.approx(away, abs=1e-6)
+        worth = 2.0 * shape.rim_radius**2 * np.sin(half) * shape.web_width
+        assert lowering_worth_g_mm_per_mm(rim, 1.0) == pytest.approx(-worth * away, rel=2.0 * chord, abs=1e-3)
+        assert rim.centroid_mm[2] == pytest.approx(0.5 * (web.z_min_mm + web.z_max_mm), abs=1e-6)
