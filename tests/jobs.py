@@ -73,10 +73,15 @@ def run(*arguments: str | Path) -> int:
     return main([str(argument) for argument in arguments])
 
 
-def balanced(job: Path, output: Path, code: int = 0) -> dict[str, Any]:
+def balanced(job: Path, output: Path, code: int = 0, *options: str) -> dict[str, Any]:
     """Run ``balance`` and return its report."""
-    assert run("balance", job, "-o", output) == code
+    assert run("balance", job, "-o", output, *options) == code
     return report_of(output)
+
+
+def computed(job: Path, output: Path, code: int = 0) -> dict[str, Any]:
+    """Run ``balance`` without its pages, sheets and pictures, and return its report."""
+    return balanced(job, output, code, "--no-report")
 
 
 def report_of(folder: Path) -> dict[str, Any]:

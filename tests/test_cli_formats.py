@@ -42,7 +42,7 @@ def job_on(folder: Path, name: str, data: bytes, unit: str | None) -> Path:
 @pytest.fixture(scope="module")
 def plain(tmp_path_factory: pytest.TempPathFactory) -> Report:
     folder = tmp_path_factory.mktemp("plain")
-    return jobs.balanced(jobs.bundled_job(folder), folder / "out")
+    return jobs.computed(jobs.bundled_job(folder), folder / "out")
 
 
 def assert_same_result(report: Report, plain: Report) -> None:
@@ -54,14 +54,30 @@ def assert_same_result(report: Report, plain: Report) -> None:
     assert depths == pytest.approx([cut["depth_mm"] for cut in plain["corrections"]], abs=2e-3)
 
 
-@pytest.mark.parametrize("unit", ["mm", "cm", "m", "inch"])
-@pytest.mark.parametrize("name", MESHES)
+QUICK = [
+    ("stl", "mm"),
+    ("stl", "inch"),
+    ("obj", "mm"),
+    ("ply", "cm"),
+    ("off", "m"),
+    ("3mf", "mm"),
+    ("glb", "m"),
+]
+SLOW = [
+    (name, unit)
+    for name in MESHES
+    for unit in (("inch",) if name == "3mf" else () if name == "glb" else ("mm", "cm", "m", "inch"))
+    if (name, unit) not in QUICK
+]
+
+
+@pytest.mark.parametrize(
+    ("name", "unit"), [*QUICK, *(pytest.param(*pair, marks=pytest.mark.slow) for pair in SLOW)]
+)
 def test_in_balanced_out_and_verified(name: str, unit: str, tmp_path: Path, plain: Report) -> None:
-    if name in CARRY and unit not in ("m" if name == "glb" else "mm", "inch" if name == "3mf" else ""):
-        pytest.skip("the format carries its own unit")
     given = None if name in CARRY else unit
     job = job_on(tmp_path, name, encode(crank_mesh(), name, MM_PER[unit]), given)
-    report = jobs.balanced(job, tmp_path / "out")
+    report = jobs.computed(job, tmp_path / "out")
     assert_same_result(report, plain)
     assert report["input"]["format"] == name
     assert report["outputs"]["solid"]["file"] == f"balanced.{name}"
@@ -73,7 +89,7 @@ def test_in_balanced_out_and_verified(name: str, unit: str, tmp_path: Path, plai
 
 def test_ascii_stl(tmp_path: Path, plain: Report) -> None:
     job = job_on(tmp_path, "stl", ascii_stl(crank_mesh().corners), "mm")
-    report = jobs.balanced(job, tmp_path / "out")
+    report = jobs.computed(job, tmp_path / "out")
     assert_same_result(report, plain)
     assert report["input"]["format"] == "stl"
     assert jobs.run("verify", tmp_path / "out" / "report.json", "--independent") == 0
@@ -175,7 +191,7 @@ def body_job(folder: Path, name: str, mesh: Mesh, body: str) -> Path:
 def test_overlapping_bodies_taken_together_count_once(name: str, tmp_path: Path) -> None:
     whole, parts = pieces()
     job = body_job(tmp_path, name, joined([part.mesh for part in parts]), '"all"')
-    report = jobs.balanced(job, tmp_path / "out")
+    report = jobs.computed(job, tmp_path / "out")
     assert report["input"]["bodies"] == 3
     assert report["crank"]["volume_mm3"] == pytest.approx(whole.volume_mm3, rel=1e-6)
     assert any("3 bodies united; overlaps of" in text for text in report["input"]["repairs"])
@@ -194,7 +210,7 @@ def test_several_bodies_are_listed_by_number_volume_and_size(
     assert "the file holds 2 bodies (1: " in said
     assert "2: 6000 mm³, 10 × 20 × 30 mm" in said.replace("5999.99", "6000")  # float32, in metres
     assert "needed body = a number, or 'all' to unite them" in said
-    report = jobs.balanced(body_job(tmp_path, name, both, "1"), tmp_path / "out")
+    report = jobs.computed(body_job(tmp_path, name, both, "1"), tmp_path / "out")
     assert report["crank"]["volume_mm3"] == pytest.approx(whole.volume_mm3, rel=1e-6)
     assert report["input"]["bodies"] == 2
     assert jobs.run("verify", tmp_path / "out" / "report.json") == 0
@@ -214,7 +230,7 @@ def test_touching_bodies_taken_together(tmp_path: Path, capsys: pytest.CaptureFi
     assert jobs.run("balance", body_job(tmp_path, "off", both, "")) == 3
     assert "the file holds 2 bodies" in capsys.readouterr().err
     job = body_job(tmp_path, "off", both, '"all"')
-    report = jobs.balanced(job, tmp_path / "out")
+    report = jobs.computed(job, tmp_path / "out")
     assert report["input"]["bodies"] == 2
     assert report["crank"]["volume_mm3"] == pytest.approx(whole.volume_mm3, rel=1e-9)
     assert jobs.run("verify", tmp_path / "out" / "report.json") == 0

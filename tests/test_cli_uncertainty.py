@@ -50,7 +50,7 @@ def stated(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, Report]:
         correction="depth_tolerance_mm = 0.02",
         engine="attached = [{ name = 'f', mass_g = 9.0, unbalance_g_mm = [0, 0], z_mm = 80, pm_g_mm = 7.0 }]",
     )
-    return folder, jobs.balanced(job, folder / "out")
+    return folder, jobs.computed(job, folder / "out")
 
 
 def test_every_cause_has_its_share(stated: tuple[Path, Report]) -> None:
@@ -117,7 +117,7 @@ def test_what_the_job_does_not_state_is_named(tmp_path: Path) -> None:
 def test_a_factor_found_on_the_crank_moves_with_its_density(tmp_path: Path) -> None:
     # U(1 + ε) + f(1 + ε) D with f = −U·D₀/|D₀|²: density times the cut and what D is less than D₀ leaves of U
     job = added(jobs.bundled_job(tmp_path, name="factor-original"), crankshaft="density_pm_kg_m3 = 15.7")
-    report = jobs.balanced(job, tmp_path / "out")
+    report = jobs.computed(job, tmp_path / "out")
     cut = sum((np.array(cut["unbalance_change_g_mm"]) for cut in report["corrections"]), np.zeros(2))
     crank = report["crank"]
     bare = crank["mass_g"] * np.array(crank["centre_of_mass_mm"][:2])
@@ -136,7 +136,7 @@ def test_original_weights_count_by_the_factor_they_give(tmp_path: Path) -> None:
         given = job.read_text(encoding="utf-8")
         assert given.count(text) == 1
         job.write_text(given.replace(text, f"[original.crankpin_g]\ncrankpin = {pin}"), encoding="utf-8")
-        report = jobs.balanced(job, tmp_path / folder / "out")
+        report = jobs.computed(job, tmp_path / folder / "out")
         factors.append(report["balance_factor"]["target"])
         found[folder] = report
     radius = found["as-is"]["crank"]["throws"][0]["crank_radius_mm"]
@@ -174,7 +174,7 @@ def test_with_a_margin_that_is_kept_the_crank_is_within(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     job = added(jobs.bundled_job(tmp_path, grade="40"), balance='margin = "expanded"')
-    report = jobs.balanced(job, tmp_path / "out")
+    report = jobs.computed(job, tmp_path / "out")
     assert report["outcome"] == "within_tolerance"
     assert report["tolerance"]["margin"] == report["job"]["balance"]["margin"] == "expanded"
     for seen, limit in [
@@ -189,7 +189,7 @@ def test_with_a_margin_that_is_kept_the_crank_is_within(
 
 def test_within_tolerance_already_but_not_with_its_uncertainty_is_cut(tmp_path: Path) -> None:
     """A residual of 4 in 5 of what is permitted is let be without a margin, and cut with one."""
-    first = jobs.balanced(jobs.bundled_job(tmp_path / "first"), tmp_path / "first" / "out")
+    first = jobs.computed(jobs.bundled_job(tmp_path / "first"), tmp_path / "first" / "out")
     used = max(
         found["magnitude_g_mm"] / limit["permissible_g_mm"]
         for found, limit in [
@@ -200,11 +200,11 @@ def test_within_tolerance_already_but_not_with_its_uncertainty_is_cut(tmp_path: 
     grade = 6.3 * used / 0.8
     off = 0.5 * 0.8 * first["initial"]["magnitude_g_mm"] / (0.28 * RADIUS_MM)  # of the piston
     edits = {"grade": repr(grade), "piston": f"{{ g = 158.0, pm = {off} }}"}
-    without = jobs.balanced(jobs.bundled_job(tmp_path / "none", **edits), tmp_path / "none" / "out")
+    without = jobs.computed(jobs.bundled_job(tmp_path / "none", **edits), tmp_path / "none" / "out")
     assert without["outcome"] == "already_within_tolerance"
     assert without["corrections"] == []
     job = added(jobs.bundled_job(tmp_path / "expanded", **edits), balance='margin = "expanded"')
-    cut = jobs.balanced(job, tmp_path / "expanded" / "out")
+    cut = jobs.computed(job, tmp_path / "expanded" / "out")
     assert cut["outcome"] == "within_tolerance"
     assert cut["corrections"]
     assert cut["residual"]["magnitude_g_mm"] <= 0.011 * cut["tolerance"]["permissible_g_mm"]
@@ -214,7 +214,7 @@ def test_within_tolerance_already_but_not_with_its_uncertainty_is_cut(tmp_path: 
     (tmp_path / "again" / "crank.stl").write_bytes(
         (tmp_path / "expanded" / "out" / "balanced.stl").read_bytes()
     )
-    assert jobs.balanced(again, tmp_path / "again" / "out")["outcome"] == "already_within_tolerance"
+    assert jobs.computed(again, tmp_path / "again" / "out")["outcome"] == "already_within_tolerance"
 
 
 def test_a_margin_looks_at_facets_however_fine_the_mesh(
@@ -222,11 +222,11 @@ def test_a_margin_looks_at_facets_however_fine_the_mesh(
 ) -> None:
     monkeypatch.setattr(pipeline, "FACETS_MOST", 100)
     job = jobs.bundled_job(tmp_path, grade="40")
-    report = jobs.balanced(job, tmp_path / "out")
+    report = jobs.computed(job, tmp_path / "out")
     assert report["residual"]["uncertainty_g_mm"] is None
     assert "unknown" in balance_text(report, UNITS["metric"])
     assert jobs.run("verify", tmp_path / "out" / "report.json") == 0
-    report = jobs.balanced(added(job, balance='margin = "expanded"'), tmp_path / "out")
+    report = jobs.computed(added(job, balance='margin = "expanded"'), tmp_path / "out")
     assert shares(report)["facets"] > 0.0
 
 
@@ -302,7 +302,7 @@ def test_verify_needs_the_uncertainty_that_a_margin_asks_for(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     job = added(jobs.bundled_job(tmp_path, grade="40"), balance='margin = "expanded"')
-    report = jobs.balanced(job, tmp_path / "out")
+    report = jobs.computed(job, tmp_path / "out")
     for seen in (report["residual"], *report["residual"]["planes"]):
         seen["uncertainty_g_mm"] = None
     (tmp_path / "out" / "report.json").write_text(json.dumps(report), encoding="utf-8")
@@ -314,7 +314,7 @@ def test_verify_needs_the_uncertainty_that_a_margin_asks_for(
 def test_the_tutorial_tells_how_sure_it_is(tmp_path: Path) -> None:
     page = (jobs.ROOT / "docs" / "tutorial.md").read_text(encoding="utf-8")
     page = " ".join(page.partition("## 6.")[2].partition("\n## ")[0].split())
-    plain = jobs.balanced(jobs.bundled_job(tmp_path / "plain"), tmp_path / "plain" / "out")
+    plain = jobs.computed(jobs.bundled_job(tmp_path / "plain"), tmp_path / "plain" / "out")
     assert f"here {plain['residual']['uncertainty_g_mm']:.2f} g·mm" in page
     found = {}
     for method, code in (("shoulder", 4), ("drill", 0)):
@@ -326,7 +326,7 @@ def test_the_tutorial_tells_how_sure_it_is(tmp_path: Path) -> None:
             correction="depth_tolerance_mm = 0.01",
             balance='margin = "expanded"',
         )
-        found[method] = jobs.balanced(job, tmp_path / method / "out", code=code)
+        found[method] = jobs.computed(job, tmp_path / method / "out", code=code)
     shoulder = shares(found["shoulder"])
     assert f"off by {found['shoulder']['residual']['uncertainty_g_mm']:.2f} g·mm" in page
     assert f"{shoulder['depth']:.2f} for the depth, {shoulder['density']:.2f} for the density" in page
