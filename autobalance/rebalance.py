@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING, Literal
 
 import numpy as np
@@ -60,7 +60,9 @@ class Rotor:
     triangles, and the exact solid is cut. ``moments`` are the bare crank's and ``loads`` those of bob-weights
     and attached rotors, both in the rotor frame; ``loads_per_factor`` is the derivative of the loads with the
     balance factor ``factor``. ``budget`` tells how far the residual may be off, from the bare crank's moments
-    and the corrections made on it; None where that is not known.
+    and the corrections made on it; None where that is not known. ``hidden`` tells what the facets of loose
+    triangles (file coordinates) hide of the smooth surface, which ``moments`` have already; None: nothing is
+    added.
     """
 
     solid: Solid
@@ -73,6 +75,7 @@ class Rotor:
     factor: float
     budget: Callable[[Moments, Sequence[Correction]], Budget] | None = None
     exact: Exact | None = None
+    hidden: Callable[[Floats], Moments] | None = None
 
     def doubt(self, bare: Moments, corrections: Sequence[Correction] = ()) -> Budget | None:
         """Return how far the residual may be off, None where that is not known."""
@@ -84,7 +87,8 @@ class Written:
     """A corrected crank as the bytes of its file, and what is measured of them (rotor frame).
 
     ``triangles`` is None where the file keeps true surfaces; ``surfaces`` counts these by kind then, and
-    ``hidden`` is what they hold more than the triangles of the same cut.
+    ``hidden`` is what they hold more than the triangles of the same cut. ``added`` is what the facets hide by
+    estimate, where that counts.
     """
 
     data: bytes
@@ -92,6 +96,7 @@ class Written:
     moments: Moments
     surfaces: Mapping[str, int] | None = None
     hidden: Moments | None = None
+    added: Moments = field(default_factory=Moments.zero)
 
 
 @dataclass(frozen=True, eq=False)
@@ -374,8 +379,9 @@ def _cut_and_measure(
         data = encode(solid.mesh)
         soup = decode(data)
         bare = soup_moments(soup, rotor.density_g_mm3, rotor.anatomy.file_to_rotor)
-        written = Written(data, len(soup), bare)
-    moments = written.moments + pressed_in
+        added = Moments.zero() if rotor.hidden is None else rotor.hidden(soup)
+        written = Written(data, len(soup), bare, added=added)
+    moments = written.moments + written.added + pressed_in
     residual = Unbalance.of(moments + rotor.loads)
     return _Pass(plan.depths_mm, solid, written, moments, residual, tolerance.used_share(residual))
 

@@ -13,6 +13,7 @@ import numpy as np
 
 from autobalance import job as jobs
 from autobalance.command import doubt, machine, pipeline
+from autobalance.command.facet_correction import FacetCorrection
 from autobalance.crank.anatomy import Anatomy, MainJournal, Pin, Throw
 from autobalance.engine.balance_factor import bob_weight_moments
 from autobalance.errors import AutobalanceError, ClaimError, FileError, FormatError, JobError
@@ -25,6 +26,7 @@ from autobalance.rotor.uncertainty import Budget, Share
 from autobalance.solid.facets import FacetError, facet_error
 from autobalance.solid.independent import agreement, slice_moments
 from autobalance.solid.measure import soup_moments
+from autobalance.solid.mesh import Floats
 from autobalance.solid.read import Source, read
 from autobalance.solid.write import decode
 from autobalance.units import RAD_S_PER_RPM
@@ -156,13 +158,14 @@ def _checked(claims: Claims, folder: Path, independent: bool) -> Checked:
     frame = _frame(claims)
     anatomy = _anatomy(claims, frame)
     crank = _claimed_crank(claims)
-    source, moments = _measured(claims, folder, job, frame)
+    source, moments, soup = _measured(claims, folder, job, frame)
     again = _measured_again(claims, source, job, frame) if independent else None
-    given_in = _check_input(claims, job, frame)
+    given_in = _check_input(claims, job, anatomy)
+    hidden = _hidden(claims, job, anatomy, given_in, soup)
     tolerance = _check_tolerance(claims, job, anatomy, crank)
     loads = _check_loads(claims, job, anatomy, crank) - pipeline.overbalance_moments(job, tolerance)
     _check_unbalance(claims, "initial", Unbalance.of(crank + loads), tolerance, _size(source, crank))
-    after = moments + _pressed_in(claims)
+    after = moments + hidden + _pressed_in(claims)
     residual = Unbalance.of(after + loads)
     _check_unbalance(claims, "residual", residual, tolerance, _size(source, crank))
     _check_after(claims, job, anatomy, crank, after)
@@ -299,7 +302,7 @@ def _claimed_crank(claims: Claims) -> Moments:
     return Moments(mass, mass * centre, second)
 
 
-def _measured(claims: Claims, folder: Path, job: Job, frame: Array) -> tuple[Source, Moments]:
+def _measured(claims: Claims, folder: Path, job: Job, frame: Array) -> tuple[Source, Moments, Floats | None]:
     """Read the corrected solid, or the input where nothing was cut, and check what is claimed of the file."""
     crankshaft = job.crankshaft
     key = "outputs.solid"
@@ -311,10 +314,11 @@ def _measured(claims: Claims, folder: Path, job: Job, frame: Array) -> tuple[Sou
             pressed_up=not crankshaft.crankpin_in_file,
         )
         claims.same("input.sha256", source.sha256)
-        return source, source.moments(crankshaft.density_g_mm3, frame)
+        return source, source.moments(crankshaft.density_g_mm3, frame), None
     path = folder / Path(claims.get(f"{key}.file", str)).name
     source = read(path, crankshaft.unit, "all")
     claims.same(f"{key}.sha256", source.sha256)
+    soup = None
     if source.exact is not None:
         claims.same(f"{key}.triangles", None)
         moments = source.moments(crankshaft.density_g_mm3, frame)
@@ -323,7 +327,7 @@ def _measured(claims: Claims, folder: Path, job: Job, frame: Array) -> tuple[Sou
         soup = decode(path.read_bytes(), source.format, source.mm_per_unit)
         moments = soup_moments(soup, crankshaft.density_g_mm3, frame)
     _check_properties(claims, key, moments, source.volume_mm3)
-    return source, moments
+    return source, moments, soup
 
 
 def _check_properties(claims: Claims, key: str, moments: Moments, volume_mm3: float) -> None:
@@ -338,7 +342,11 @@ def _check_properties(claims: Claims, key: str, moments: Moments, volume_mm3: fl
     )
 
 
-def _check_input(claims: Claims, job: Job, frame: Array) -> Source | None:
+Given = tuple[Source, FacetError | None]
+"""The crank's file, and what its facets hide."""
+
+
+def _check_input(claims: Claims, job: Job, anatomy: Anatomy) -> Given | None:
     """Check what is claimed of the crank before correction, where its file is still there; return it."""
     path = Path(claims.get("input.file", str))
     if claims.get("outputs.solid", object) is not None and not path.is_file():
@@ -348,9 +356,52 @@ def _check_input(claims: Claims, job: Job, frame: Array) -> Source | None:
     source = read(path, crankshaft.unit, crankshaft.body, pressed_up=not crankshaft.crankpin_in_file)
     claims.same("input.sha256", source.sha256)
     claims.same("input.triangles", source.triangles)
-    moments = source.moments(crankshaft.density_g_mm3, frame)
-    _check_properties(claims, "crank", moments, source.volume_mm3)
-    return source
+    density = crankshaft.density_g_mm3
+    facets = pipeline.facets_of(source, density, anatomy, job.balance)
+    moments, added = source.moments(density, anatomy.file_to_rotor), Moments.zero()
+    if facets is not None:
+        added = FacetCorrection.of(facets, job.balance.facet_correction).part(facets.missing)
+    _check_properties(claims, "crank", moments + added, source.volume_mm3 + added.mass_g / density)
+    return source, facets
+
+
+def _hidden(
+    claims: Claims, job: Job, anatomy: Anatomy, given_in: Given | None, soup: Floats | None
+) -> Moments:
+    """Check and return what is added for the facets of the corrected solid, loose triangles ``soup``.
+
+    Without the crank's file nobody can tell which surfaces its facets stood for: then it is taken as claimed.
+    """
+    if claims.get("crank", dict).get("facet_error") is None or not job.balance.facet_correction:
+        return Moments.zero()
+    key = "crank.facet_error.added"
+    if given_in is None:
+        return _claimed_added(claims, f"{key}.after") if claims.get(key, object) else Moments.zero()
+    source, facets = given_in
+    correction = None if facets is None else FacetCorrection.of(facets, True)
+    claims.same("crank.facet_error.correction", None if correction is None else correction.verdict)
+    if facets is None or correction is None or not correction.mass:
+        claims.same(key, None)
+        return Moments.zero()
+    before = correction.part(facets.missing)
+    left = correction.left(facets, anatomy)
+    after = before if soup is None or left is None else left(soup)
+    for name, found in (("before", before), ("after", after)):
+        size = facets.gross_mass_g * source.solid.mesh.diagonal_mm
+        claims.near(f"{key}.{name}.mass_g", found.mass_g, facets.gross_mass_g)
+        claims.near(f"{key}.{name}.unbalance_g_mm", found.first_g_mm[:2], size)
+        reach = size * source.solid.mesh.diagonal_mm
+        claims.near(f"{key}.{name}.moment_g_mm2", found.second_g_mm2[:2, 2], reach)
+        claims.near(f"{key}.{name}.polar_inertia_kg_mm2", found.polar_inertia_g_mm2 / 1000.0, reach / 1000.0)
+    return after
+
+
+def _claimed_added(claims: Claims, key: str) -> Moments:
+    first, second = np.zeros(3), np.zeros((3, 3))
+    first[:2] = claims.array(f"{key}.unbalance_g_mm", (2,))
+    second[:2, 2] = second[2, :2] = claims.array(f"{key}.moment_g_mm2", (2,))
+    second[0, 0] = second[1, 1] = 500.0 * float(claims.get(f"{key}.polar_inertia_kg_mm2", float))
+    return Moments(float(claims.get(f"{key}.mass_g", float)), first, second)
 
 
 # --- what follows from the job ------------------------------------------------------------------------------
@@ -465,13 +516,13 @@ FROM_THE_FILE = ("facets", "rounding")
 
 
 def _causes(
-    claims: Claims, job: Job, anatomy: Anatomy, crank: Moments, tolerance: Tolerance, source: Source | None
+    claims: Claims, job: Job, anatomy: Anatomy, crank: Moments, tolerance: Tolerance, given_in: Given | None
 ) -> doubt.Causes:
     """Return what makes the budget; without the crank's file, what the file tells counts as nothing."""
     factor = claims.get("balance_factor.target", float)
     facets, spacing = None, 0.0
-    if source is not None:
-        facets = pipeline.facets_of(source, job.crankshaft.density_g_mm3, anatomy, job.balance.margin)
+    if given_in is not None:
+        source, facets = given_in
         spacing = doubt.spacing_mm(source)
     nothing = FacetError.known(Moments.zero())
     return doubt.Causes(job, anatomy, crank, tolerance, factor, facets or nothing, spacing)

@@ -9,6 +9,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from autobalance.command import pipeline
+from autobalance.command.facet_correction import FacetCorrection
 from autobalance.correction.kind import Correction
 from autobalance.crank.anatomy import Anatomy
 from autobalance.engine.balance_factor import bob_weight_moments
@@ -68,6 +69,7 @@ class Causes:
         places = self.tolerance.places_mm
         bar, (mean, mean_square) = self.facets.unbalance_bar_g_mm, self.facets.bar_at_mm
         deeper = self.job.depth_tolerance_mm or 0.0
+        corrected = FacetCorrection.of(self.facets, self.job.balance.facet_correction)
         off = self.job.crankshaft.density_pm_g_mm3 or 0.0
         share = off / self.job.crankshaft.density_g_mm3
         return Budget(
@@ -75,7 +77,7 @@ class Causes:
                 "facets": facets_share(
                     self._carried(self.facets.missing),
                     along_the_axis(bar, bar * mean, bar * mean_square),
-                    corrected=False,
+                    corrected=corrected.unbalance,
                     places=places,
                 ),
                 "rounding": rounding_share(self.crank, self.spacing_mm, places),

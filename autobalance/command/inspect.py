@@ -94,10 +94,10 @@ def _picture(crank: Crank, record: Record) -> bytes:
 
 def inspected(arguments: argparse.Namespace) -> tuple[Crank, Record]:
     """Read, recognise and measure."""
+    from autobalance.command.facet_correction import facet_entry
     from autobalance.command.pipeline import (
         Stopwatch,
         default_planes_mm,
-        facet_entry,
         measured_crank,
         surfaces_entry,
     )
@@ -115,7 +115,9 @@ def inspected(arguments: argparse.Namespace) -> tuple[Crank, Record]:
     record = Record(
         command="inspect",
         input=input_file(path, crank),
-        crank=MeasuredCrank(crank.moments, crank.source.volume_mm3, crank.anatomy, facet_entry(crank)),
+        crank=MeasuredCrank(
+            crank.moments, crank.volume_mm3, crank.anatomy, facet_entry(crank.facets, crank.correction)
+        ),
         initial=Unbalance.of(crank.moments),
         surfaces=surfaces_entry(crank),
         planes_z_mm=default_planes_mm(crank.anatomy),

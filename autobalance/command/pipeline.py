@@ -11,15 +11,15 @@ from pathlib import Path
 
 import numpy as np
 
+from autobalance.command.facet_correction import NOT_ASKED, FacetCorrection
 from autobalance.crank.alignment import misalignment_warning
 from autobalance.crank.anatomy import Anatomy, Overrides
 from autobalance.crank.recognise import recognise
 from autobalance.engine.balance_factor import balance_factor, bob_weight_moments
 from autobalance.engine.parts import Parts, ThrowLoad
 from autobalance.errors import BodiesError, JobError, RecognitionError
-from autobalance.job import Attached, Crankshaft, Engine, Job, PartWeights, Weight
+from autobalance.job import Attached, Balance, Crankshaft, Engine, Job, PartWeights, Weight
 from autobalance.report import record
-from autobalance.rotor.margin import Margin
 from autobalance.rotor.moments import Moments
 from autobalance.rotor.tolerance import Tolerance
 from autobalance.rotor.unbalance import Unbalance
@@ -41,6 +41,13 @@ class Crank:
     density_g_mm3: float
     moments: Moments
     facets: FacetError | None
+    correction: FacetCorrection = NOT_ASKED
+
+    @property
+    def volume_mm3(self) -> float:
+        """Volume [mm³], what the facets hide added where the moments have it."""
+        added = Moments.zero() if self.facets is None else self.correction.part(self.facets.missing)
+        return self.source.volume_mm3 + added.mass_g / self.density_g_mm3
 
     def warnings(self, file: Path) -> tuple[str, ...]:
         """Return what a user should know of the file and the crank in it, one line each."""
@@ -76,8 +83,8 @@ class Stopwatch:
         return {**self._spent, "total": time.perf_counter() - self._start}
 
 
-def measured_crank(crankshaft: Crankshaft, watch: Stopwatch, margin: Margin = "none") -> Crank:
-    """Read a crank file, recognise the crank in it and measure it; ``margin`` is that of its verdict."""
+def measured_crank(crankshaft: Crankshaft, watch: Stopwatch, asked: Balance | None = None) -> Crank:
+    """Read a crank file, recognise the crank in it and measure it, as exactly as ``asked``."""
     hints: Overrides = crankshaft.overrides
     with watch.stage("load"):
         source = _read(crankshaft)
@@ -88,8 +95,12 @@ def measured_crank(crankshaft: Crankshaft, watch: Stopwatch, margin: Margin = "n
         except RecognitionError as error:
             raise RecognitionError(f"{crankshaft.file}: {error}") from None
         moments = source.moments(crankshaft.density_g_mm3, anatomy.file_to_rotor)
-        facets = facets_of(source, crankshaft.density_g_mm3, anatomy, margin)
-    return Crank(source, anatomy, crankshaft.density_g_mm3, moments, facets)
+        facets = facets_of(source, crankshaft.density_g_mm3, anatomy, asked)
+        correction = NOT_ASKED
+        if facets is not None and asked is not None:
+            correction = FacetCorrection.of(facets, asked.facet_correction)
+            moments = moments + correction.part(facets.missing)
+    return Crank(source, anatomy, crankshaft.density_g_mm3, moments, facets, correction)
 
 
 def _read(crankshaft: Crankshaft) -> Source:
@@ -106,7 +117,7 @@ def _read(crankshaft: Crankshaft) -> Source:
 
 
 def facets_of(
-    source: Source, density_g_mm3: float, anatomy: Anatomy, margin: Margin = "none"
+    source: Source, density_g_mm3: float, anatomy: Anatomy, asked: Balance | None = None
 ) -> FacetError | None:
     """Estimate what the facets cost.
 
@@ -115,7 +126,8 @@ def facets_of(
     frame = anatomy.file_to_rotor
     if source.exact is not None:  # measured on the true surfaces
         return FacetError.known(Moments.zero())
-    if source.solid.triangle_count > FACETS_MOST and margin == "none":
+    needed = asked is not None and (asked.margin != "none" or asked.facet_correction)
+    if source.solid.triangle_count > FACETS_MOST and not needed:
         return None
     return facet_error(source.solid.mesh, density_g_mm3, frame)
 
@@ -127,13 +139,6 @@ def surfaces_entry(crank: Crank) -> record.TrueSurfaces | None:
         return None
     faceted = crank.source.solid.moments(crank.density_g_mm3, crank.anatomy.file_to_rotor)
     return record.TrueSurfaces(exact.solid.face_kinds(), crank.moments - faceted)
-
-
-def facet_entry(crank: Crank) -> record.FacetError | None:
-    """Return what the report says of the facets."""
-    if crank.facets is None:
-        return None
-    return record.FacetError(crank.facets.missing.mass_g, crank.facets.unbalance_g_mm)
 
 
 # --- weights ------------------------------------------------------------------------------------------------

@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import Any
 
 from autobalance import job as jobs
-from autobalance.command import doubt, machine, pipeline
+from autobalance.command import doubt, facet_correction, machine, pipeline
 from autobalance.command.pipeline import Crank, Stopwatch
 from autobalance.comparison import compare
 from autobalance.correction import Limits
@@ -31,6 +31,7 @@ from autobalance.report.json import dumps, report, showable, solid_entry
 from autobalance.report.record import (
     Balanced,
     Counterweight,
+    FacetError,
     Factors,
     Forces,
     InputFile,
@@ -157,7 +158,7 @@ def _warnings(job: Job, crank: Crank) -> tuple[str, ...]:
 def _balanced_record(job: Job, watch: Stopwatch, progress: Progress) -> tuple[Crank, Record, Written | None]:
     """Measure and balance; return the crank, what the report needs, and the solid if one was cut."""
     progress("reading the crank")
-    crank = pipeline.measured_crank(job.crankshaft, watch, job.balance.margin)
+    crank = pipeline.measured_crank(job.crankshaft, watch, job.balance)
     with watch.stage("measure"):
         pipeline.check_engine(job, crank.anatomy)
         factor = pipeline.target_factor(job, crank.anatomy, crank.moments)
@@ -246,7 +247,7 @@ def compare_job(job: Job, progress: Progress) -> dict[str, Any]:
     progress("reading the crank")
     limits = _every_kind(job)
     every = replace(job, methods=tuple(limits.values()), method_names=tuple(limits))
-    crank = pipeline.measured_crank(job.crankshaft, watch, job.balance.margin)
+    crank = pipeline.measured_crank(job.crankshaft, watch, job.balance)
     pipeline.check_engine(job, crank.anatomy)
     factor = pipeline.target_factor(job, crank.anatomy, crank.moments)
     tolerance = pipeline.tolerance_of(job, crank.anatomy, crank.moments)
@@ -285,6 +286,7 @@ def _rotor(job: Job, crank: Crank, tolerance: Tolerance, factor: float) -> Rotor
         factor=factor,
         budget=None if causes is None else causes.budget,
         exact=crank.source.exact,
+        hidden=None if crank.facets is None else crank.correction.left(crank.facets, crank.anatomy),
     )
 
 
@@ -296,12 +298,13 @@ def _faces(job: Job, crank: Crank) -> tuple[Face, ...]:
 
 
 def _record(job: Job, crank: Crank, factor: float, tolerance: Tolerance, result: Result) -> Record:
-    source = crank.source
     planes = tuple(plane.z_mm for plane in tolerance.planes)
     return Record(
         command="balance",
         input=input_file(job.crankshaft.file, crank),
-        crank=MeasuredCrank(crank.moments, source.volume_mm3, crank.anatomy, pipeline.facet_entry(crank)),
+        crank=MeasuredCrank(
+            crank.moments, crank.volume_mm3, crank.anatomy, _facet_entry(crank, tolerance, result)
+        ),
         initial=result.initial,
         surfaces=pipeline.surfaces_entry(crank),
         planes_z_mm=(planes[0], planes[1]) if planes else None,
@@ -314,6 +317,15 @@ def _record(job: Job, crank: Crank, factor: float, tolerance: Tolerance, result:
             result=result,
         ),
     )
+
+
+def _facet_entry(crank: Crank, tolerance: Tolerance, result: Result) -> FacetError | None:
+    """Return what the report says of the facets, and whether they are fine enough for the grade."""
+    needed = None
+    if crank.facets is not None and result.doubt is not None:
+        needed = facet_correction.needed(crank.facets, tolerance, result.doubt.shares["facets"])
+    after = None if result.written is None else result.written.added
+    return facet_correction.facet_entry(crank.facets, crank.correction, needed, after)
 
 
 def _counterweight(crank: Crank, result: Result) -> Counterweight | None:

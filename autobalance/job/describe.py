@@ -39,6 +39,7 @@ def describe(job: Job) -> dict[str, Any]:
             "speed_rpm": _as_given(job, "speed_rpm", balance.service_speed_rad_s / RAD_S_PER_RPM),
             "judge": balance.judge,
             "margin": balance.margin,
+            "facet_correction": balance.facet_correction,
             "rotor_mass_g": balance.rotor_mass_g,
             "tolerance_planes_mm": _listed(balance.tolerance_planes_mm),
             "overbalance_g_mm": balance.overbalance_g_mm,

@@ -156,7 +156,8 @@ class Engine:
 class Balance:
     """What is asked of the balanced crank; ``factor`` None stands for the original one.
 
-    ``overbalance_g_mm`` is left on purpose for final drilling, its heavy side at ``overbalance_rad``.
+    ``overbalance_g_mm`` is left on purpose for final drilling, its heavy side at ``overbalance_rad``;
+    ``facet_correction`` adds what the mesh's facets hide to what is measured.
     """
 
     factor: float | None
@@ -168,6 +169,7 @@ class Balance:
     overbalance_g_mm: float = 0.0
     overbalance_rad: float = math.pi
     margin: Margin = "none"
+    facet_correction: bool = False
 
 
 @dataclass(frozen=True, eq=False)

@@ -340,6 +340,7 @@ def _balance(root: Table) -> Balance:
         "speed_rpm",
         "judge",
         "margin",
+        "facet_correction",
         "rotor_mass_g",
         "tolerance_planes_mm",
         *OVERBALANCE,
@@ -361,4 +362,5 @@ def _balance(root: Table) -> Balance:
         table.optional("overbalance_g_mm", float, NOT_NEGATIVE, default=0.0),
         math.radians(table.optional("overbalance_deg", float, ANY, default=COUNTERWEIGHT_DEG)),
         table.optional("margin", Margin, default="none"),
+        table.optional("facet_correction", bool, default=False),
     )

@@ -19,7 +19,7 @@ from autobalance.correction.kind import Correction
 from autobalance.crank.anatomy import Anatomy, Pin, Throw, Web
 from autobalance.crank.sections import Section
 from autobalance.report.force_values import force_values
-from autobalance.report.record import Balanced, FaceOffer, MeasuredCrank, Record, TrueSurfaces
+from autobalance.report.record import Balanced, FaceOffer, FacetError, MeasuredCrank, Record, TrueSurfaces
 from autobalance.rotor.moments import Array, Moments
 from autobalance.rotor.unbalance import Unbalance
 from autobalance.rotor.uncertainty import Budget
@@ -224,9 +224,33 @@ def _crank(crank: MeasuredCrank) -> Values:
             for web in anatomy.webs
         ],
         "journal_misalignment_mm": float(anatomy.journal_misalignment_mm),
-        "facet_error": None
-        if error is None
-        else {"mass_g": error.mass_g, "unbalance_g_mm": error.unbalance_g_mm},
+        "facet_error": None if error is None else _facet_error(error),
+    }
+
+
+def _facet_error(error: FacetError) -> Values:
+    needed, added = error.needed, error.added
+    return {
+        "mass_g": error.mass_g,
+        "unbalance_g_mm": error.unbalance_g_mm,
+        "mass_bar_g": error.mass_bar_g,
+        "unbalance_bar_g_mm": error.unbalance_bar_g_mm,
+        "sag_mm": error.sag_mm,
+        "correction": error.correction,
+        "reason": error.reason,
+        "added": None if added is None else {"before": _added(added[0]), "after": _added(added[1])},
+        "too_coarse": None
+        if needed is None
+        else {"finer": needed.finer, "needed_sag_mm": needed.sag_mm, "text": needed.text},
+    }
+
+
+def _added(moments: Moments) -> Values:
+    return {
+        "mass_g": moments.mass_g,
+        "unbalance_g_mm": _list(moments.first_g_mm[:2]),
+        "moment_g_mm2": _list(moments.second_g_mm2[:2, 2]),
+        "polar_inertia_kg_mm2": moments.polar_inertia_g_mm2 / G_MM2_PER_KG_MM2,
     }
 
 

@@ -29,11 +29,33 @@ class InputFile:
 
 
 @dataclass(frozen=True)
+class FacetsNeeded:
+    """How many times as many facets around a circle a grade needs, their chord height, and it in words."""
+
+    finer: float
+    sag_mm: float
+    text: str
+
+
+@dataclass(frozen=True)
 class FacetError:
-    """What the true surface holds more than the facets: mass, and the magnitude of the unbalance."""
+    """What the true surface holds more than the facets: mass, and the magnitude of the unbalance.
+
+    ``mass_bar_g`` and ``unbalance_bar_g_mm`` are their error bars, ``sag_mm`` is the greatest chord height.
+    ``correction`` tells whether the estimate was added to what was measured (None: not asked for), ``reason``
+    why not or not all of it; ``needed`` is None where the facets are fine enough or nothing is asked of them.
+    ``added`` is what was added before and after cutting, None where nothing was.
+    """
 
     mass_g: float
     unbalance_g_mm: float
+    mass_bar_g: float = 0.0
+    unbalance_bar_g_mm: float = 0.0
+    sag_mm: float = 0.0
+    correction: str | None = None
+    reason: str | None = None
+    needed: FacetsNeeded | None = None
+    added: tuple[Moments, Moments] | None = None
 
 
 @dataclass(frozen=True, eq=False)

@@ -72,8 +72,14 @@ def balance_text(report: Values, units: Units) -> str:
 
 
 def _heading(report: Values) -> str:
-    verdict = f"{report['input']['file']}: {OUTCOMES[report['outcome']]}"
-    return f"{verdict}\n{report['reason']}" if report["reason"] else verdict
+    lines = [f"{report['input']['file']}: {OUTCOMES[report['outcome']]}"]
+    lines += [report["reason"]] if report["reason"] else []
+    facets = report["crank"]["facet_error"] or {}
+    lines += [facets["too_coarse"]["text"]] if facets.get("too_coarse") else []
+    if facets.get("correction") in {"applied", "mass_only"}:
+        lines.append(f"what the facets hide is added to all that was measured: {facets['mass_g']:+.3g} g")
+    lines += [facets["reason"]] if facets.get("reason") else []
+    return "\n".join(lines)
 
 
 def _corrections(report: Values, units: Units) -> str:

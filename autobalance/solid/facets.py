@@ -17,7 +17,9 @@ from numpy.typing import NDArray
 from autobalance.rotor.moments import Moments
 from autobalance.solid.adjacency import Edges, area_vectors, edges_of, plane_faces, unit
 from autobalance.solid.components import components, numbered_components
+from autobalance.solid.facet_match import Fitted
 from autobalance.solid.mesh import Array, Indices, Mesh
+from autobalance.solid.revolved import SIX_POINTS, THREE_POINTS, Revolved, cylindrical, lens
 
 Flags = NDArray[np.bool_]
 
@@ -56,16 +58,6 @@ FITTED_SHARE = 0.1
 LOOSE_SHARE = 1.5
 """Error bar of a smooth surface that was not fitted, as a share of what its angles tell."""
 
-THREE_POINTS = np.array([[0.5, 0.5, 0.0], [0.0, 0.5, 0.5], [0.5, 0.0, 0.5]]), np.full(3, 1.0 / 3.0)
-"""Quadrature of degree 2 on a triangle: barycentric points and weights."""
-_A, _B = 0.445948490915965, 0.091576213509771
-SIX_POINTS = (
-    np.array(
-        [[1 - 2 * a if k == j else a for k in range(3)] for a in (_A, _B) for j in range(3)],
-    ),
-    np.array([0.223381589678011] * 3 + [0.109951743655322] * 3),
-)
-"""Quadrature of degree 4, Dunavant 1985."""
 MANY = 200_000
 """Triangles from which on they are so small that degree 2 is enough."""
 
@@ -88,6 +80,8 @@ class FacetError:
         Number of surfaces fitted.
     bar_at_mm : (float, float)
         Where along z the bar of the unbalance comes from: means of z and of z², weighted with it.
+    fitted : Fitted or None
+        The surfaces and the planes of their facets, for what is left of them after a cut.
     """
 
     missing: Moments
@@ -98,6 +92,7 @@ class FacetError:
     sag_mm: float
     surfaces: int
     bar_at_mm: tuple[float, float] = (0.0, 0.0)
+    fitted: Fitted | None = None
 
     @classmethod
     def known(cls, missing: Moments) -> FacetError:
@@ -106,39 +101,19 @@ class FacetError:
         return cls(missing, 0.0, 0.0, abs(missing.mass_g), gross, 0.0, 0)
 
     @property
+    def is_sure(self) -> bool:
+        """Whether mass and inertia are nearer to the truth with the estimate, even at the end of its bar."""
+        return abs(self.missing.mass_g) >= 2.0 * self.mass_bar_g
+
+    @property
+    def is_sure_of_unbalance(self) -> bool:
+        """Whether the unbalance is nearer to the truth with the estimate, even at the end of its bar."""
+        return self.unbalance_g_mm >= 2.0 * self.unbalance_bar_g_mm
+
+    @property
     def unbalance_g_mm(self) -> float:
         """Magnitude of the missing unbalance [g·mm]."""
         return float(np.hypot(*self.missing.first_g_mm[:2]))
-
-
-@dataclass(frozen=True, eq=False)
-class _Revolved:
-    """A surface about an axis: a cylinder or cone r = r0 + slope h, or a torus of tube radius ``tube_mm``.
-
-    ``h`` runs along ``axis`` from ``point``; the tube's centre is at (``r0``, ``h0``).
-    """
-
-    point: Array
-    axis: Array
-    r0: float
-    slope: float = 0.0
-    h0: float = 0.0
-    tube_mm: float = 0.0
-
-    def off(self, points: Array) -> Array:
-        """Return how far points (n, 3) lie off the surface, outside positive [mm]."""
-        h, r, _ = _cylindrical(points, self.point, self.axis)
-        if self.tube_mm:
-            return np.hypot(r - self.r0, h - self.h0) - self.tube_mm
-        off: Array = (r - self.r0 - self.slope * h) / np.hypot(1.0, self.slope)
-        return off
-
-    def normal(self, points: Array) -> Array:
-        """Return the surface's direction (n, 3) at points near it."""
-        h, r, out = _cylindrical(points, self.point, self.axis)
-        if self.tube_mm:
-            return unit((r - self.r0)[:, None] * out + (h - self.h0)[:, None] * self.axis)
-        return unit(out - self.slope * self.axis)
 
 
 def facet_error(mesh: Mesh, density_g_mm3: float, frame: Array | None = None) -> FacetError:
@@ -161,7 +136,7 @@ def facet_error(mesh: Mesh, density_g_mm3: float, frame: Array | None = None) ->
     placed = mesh if frame is None else mesh.moved(frame)
     look = _look(placed)
     surface_of = np.full(look.count, -1)
-    surfaces: list[_Revolved] = []
+    surfaces: list[Revolved] = []
     _find_cylinders(look, surfaces, surface_of)
     _find_revolved(look, surfaces, surface_of)
     return _summed(look, surfaces, surface_of, density_g_mm3)
@@ -206,7 +181,7 @@ def _look(mesh: Mesh) -> _Look:
     return _Look(mesh, doubled, edges, face, count, unit(total), order, starts, sizes, np.flatnonzero(smooth))
 
 
-def _find_cylinders(look: _Look, surfaces: list[_Revolved], surface_of: Indices) -> None:
+def _find_cylinders(look: _Look, surfaces: list[Revolved], surface_of: Indices) -> None:
     """Find strips of chords of one circle, fit their cylinders and give them their faces."""
     i, j = look.face[look.edges.left[look.smooth]], look.face[look.edges.right[look.smooth]]
     pair = np.minimum(i, j) * look.count + np.maximum(i, j)
@@ -301,7 +276,7 @@ def _strips(i: Indices, j: Indices, axis: Array, centre: Array, radius: Array) -
     return numbered_components(np.concatenate(links), count)[0]
 
 
-def _fit_cylinder(look: _Look, faces: Indices, rulings: Array) -> _Revolved | None:
+def _fit_cylinder(look: _Look, faces: Indices, rulings: Array) -> Revolved | None:
     """Fit a cylinder to ruling lines, each given by a point; None if they lie on none."""
     normal = look.normal[faces]
     axis = np.linalg.svd(normal, full_matrices=False)[2][2]
@@ -312,7 +287,7 @@ def _fit_cylinder(look: _Look, faces: Indices, rulings: Array) -> _Revolved | No
     centre, radius = fit_circle(flat)
     if np.abs(np.linalg.norm(flat - centre, axis=1) - radius).max() > ON_SURFACE * radius:
         return None
-    return _Revolved(centre @ basis, axis, radius)
+    return Revolved(centre @ basis, axis, radius)
 
 
 def fit_circle(points: Array) -> tuple[Array, float]:
@@ -325,7 +300,7 @@ def fit_circle(points: Array) -> tuple[Array, float]:
     return centre + middle, float(np.sqrt(max(0.0, solution[2] + centre @ centre)))
 
 
-def _is_chord(look: _Look, cylinder: _Revolved, faces: Indices) -> Flags:
+def _is_chord(look: _Look, cylinder: Revolved, faces: Indices) -> Flags:
     """Tell which faces of a strip are as deep as their width asks; none if most are not."""
     across = np.cross(cylinder.axis, look.normal[faces])
     row, point = look.corners(faces)
@@ -345,7 +320,7 @@ def _is_chord(look: _Look, cylinder: _Revolved, faces: Indices) -> Flags:
     return np.asarray(depth < uneven * np.median(depth))
 
 
-def _turns_twice(look: _Look, cylinder: _Revolved, faces: Indices) -> bool:
+def _turns_twice(look: _Look, cylinder: Revolved, faces: Indices) -> bool:
     """Tell whether a strip of few faces has three directions at least; pieces of one plane count once."""
     basis = np.linalg.svd(cylinder.axis[None])[2][1:]
     x, y = (look.normal[faces] @ basis.T).T
@@ -354,14 +329,14 @@ def _turns_twice(look: _Look, cylinder: _Revolved, faces: Indices) -> bool:
     return bool((steps > 0.1 * steps.max(initial=0.0)).sum() >= 2)
 
 
-def _depth_of(look: _Look, cylinder: _Revolved, faces: Indices) -> Array:
+def _depth_of(look: _Look, cylinder: Revolved, faces: Indices) -> Array:
     """Return how far below a cylinder each face's plane lies where it is deepest."""
     point = look.mesh.vertices[look.mesh.triangles[look.order[look.starts[faces]], 0]]
     depth: Array = cylinder.r0 - np.abs(np.einsum("ij,ij->i", point - cylinder.point, look.normal[faces]))
     return depth
 
 
-def _lies_on(look: _Look, surface: _Revolved, faces: Indices) -> Flags:
+def _lies_on(look: _Look, surface: Revolved, faces: Indices) -> Flags:
     """Tell which faces are chords of a surface: corners on it, middle not too deep, normal across it."""
     row, point = look.corners(faces)
     off = surface.off(point)
@@ -376,7 +351,7 @@ def _lies_on(look: _Look, surface: _Revolved, faces: Indices) -> Flags:
     return np.asarray(between & (aligned > np.cos(SMOOTH_RAD / 2.0)))
 
 
-def _spread(look: _Look, surfaces: list[_Revolved], surface_of: Indices) -> None:
+def _spread(look: _Look, surfaces: list[Revolved], surface_of: Indices) -> None:
     """Give cylinders the faces beside theirs whose corners lie between facets and circle."""
     if not surfaces:
         return
@@ -409,7 +384,7 @@ def _spread(look: _Look, surfaces: list[_Revolved], surface_of: Indices) -> None
         surface_of[face[fits]] = wanted[fits]
 
 
-def _depth(look: _Look, surfaces: list[_Revolved], faces: Indices, numbers: Indices) -> Array:
+def _depth(look: _Look, surfaces: list[Revolved], faces: Indices, numbers: Indices) -> Array:
     """Return how far below its cylinder each face's plane lies where it is deepest."""
     point = look.mesh.vertices[look.mesh.triangles[look.order[look.starts[faces]], 0]]
     centre = np.array([surfaces[k].point for k in numbers]).reshape(-1, 3)
@@ -418,7 +393,7 @@ def _depth(look: _Look, surfaces: list[_Revolved], faces: Indices, numbers: Indi
     return depth
 
 
-def _find_revolved(look: _Look, surfaces: list[_Revolved], surface_of: Indices) -> None:
+def _find_revolved(look: _Look, surfaces: list[Revolved], surface_of: Indices) -> None:
     """Find cones and tori about the axes of the cylinders among the faces left that are smooth."""
     i, j = look.face[look.edges.left[look.smooth]], look.face[look.edges.right[look.smooth]]
     for point, axis in _axes(look, surfaces, surface_of):
@@ -434,7 +409,7 @@ def _find_revolved(look: _Look, surfaces: list[_Revolved], surface_of: Indices) 
                 surfaces.append(fitted)
 
 
-def _axes(look: _Look, surfaces: list[_Revolved], surface_of: Indices) -> list[tuple[Array, Array]]:
+def _axes(look: _Look, surfaces: list[Revolved], surface_of: Indices) -> list[tuple[Array, Array]]:
     """Return the distinct axes of the cylinders found, those of most surface first."""
     face_of = surface_of[look.face]
     mine = face_of >= 0
@@ -463,7 +438,7 @@ def _patches(
         return []
     faces, pairs = np.unique(np.concatenate([i, j]), return_inverse=True)
     first = look.mesh.triangles[look.order[look.starts[faces]]]
-    _, r, out = _cylindrical(look.mesh.vertices[first].mean(axis=1), point, axis)
+    _, r, out = cylindrical(look.mesh.vertices[first].mean(axis=1), point, axis)
     normal = look.normal[faces]
     aside = np.abs(np.einsum("ij,ij->i", normal, np.cross(axis, out)))
     upright = np.abs(normal @ axis)
@@ -478,9 +453,9 @@ def _patches(
     return [faces[patch] for patch in np.split(members, cuts) if len(patch) > 3]
 
 
-def _fit_profile(look: _Look, faces: Indices, point: Array, axis: Array) -> _Revolved | None:
+def _fit_profile(look: _Look, faces: Indices, point: Array, axis: Array) -> Revolved | None:
     """Fit a line (cone) or an arc (torus) to the profile (r, h) of corners; None if neither fits."""
-    h, r, _ = _cylindrical(look.corners(faces)[1], point, axis)
+    h, r, _ = cylindrical(look.corners(faces)[1], point, axis)
     some = np.column_stack([r, h])[:: max(1, len(r) // TRIED_FIRST)]
     if not _near_line_or_arc(some):
         return None
@@ -492,13 +467,13 @@ def _fit_profile(look: _Look, faces: Indices, point: Array, axis: Array) -> _Rev
     size = float(np.ptp(profile, axis=0).max())
     if off.max() <= ON_SURFACE * size and abs(line[1, 1]) > 1e-9:
         slope = line[1, 0] / line[1, 1]
-        return _Revolved(point, axis, float(line[0, 0] - slope * line[0, 1]), float(slope))
+        return Revolved(point, axis, float(line[0, 0] - slope * line[0, 1]), float(slope))
     if len(profile) < 3:
         return None
     centre, tube = fit_circle(profile)
     if np.abs(np.linalg.norm(profile - centre, axis=1) - tube).max() > ON_TUBE * tube:
         return None
-    return _Revolved(point, axis, float(centre[0]), 0.0, float(centre[1]), tube)
+    return Revolved(point, axis, float(centre[0]), 0.0, float(centre[1]), tube)
 
 
 def _near_line_or_arc(profile: Array) -> bool:
@@ -516,16 +491,7 @@ def _fit_line(profile: Array) -> tuple[Array, Array]:
     return np.stack([middle, directions[0]]), np.abs((profile - middle) @ directions[1])
 
 
-def _cylindrical(points: Array, point: Array, axis: Array) -> tuple[Array, Array, Array]:
-    """Return height along an axis, distance from it, and the unit vector (n, 3) away from it."""
-    local = points - point
-    h = local @ axis
-    away = local - h[..., None] * axis
-    r = np.linalg.norm(away, axis=-1)
-    return h, r, away / np.where(r > 0.0, r, 1.0)[..., None]
-
-
-def _summed(look: _Look, surfaces: list[_Revolved], surface_of: Indices, density_g_mm3: float) -> FacetError:
+def _summed(look: _Look, surfaces: list[Revolved], surface_of: Indices, density_g_mm3: float) -> FacetError:
     """Integrate what lies between the facets and their surfaces."""
     total = Moments.zero()
     gross_mass = gross_unbalance = sag = 0.0
@@ -540,20 +506,15 @@ def _summed(look: _Look, surfaces: list[_Revolved], surface_of: Indices, density
         corners = (
             look.mesh.corners[mine] if len(mine) > MANY else look.mesh.vertices[look.mesh.triangles[mine]]
         )
-        base, out, weights = _between(surface, corners, look.doubled[mine], rule)
-        if not _is_thin(weights[0], corners, look.doubled[mine]):
+        found = lens(surface, corners, look.doubled[mine], density_g_mm3, rule)
+        if not _is_thin(found.volumes, corners, look.doubled[mine]):
             surface_of[look.face[mine]] = -1
             continue
         used += 1
-        w0, w1, w2 = density_g_mm3 * weights
-        first = w0[:, None] * base + w1[:, None] * out
-        cross = (w1[:, None] * base).T @ out
-        second = (w0[:, None] * base).T @ base + cross + cross.T + (w2[:, None] * out).T @ out
-        total = total + Moments(float(w0.sum()), first.sum(axis=0), second)
-        gross_mass += float(np.abs(w0).sum())
-        size, z = np.hypot(first[:, 0], first[:, 1]), base[:, 2]
-        gross_unbalance += float(size.sum())
-        along += FITTED_SHARE * np.array([size @ z, size @ z**2])
+        total = total + found.moments
+        gross_mass += found.gross_mass_g
+        gross_unbalance += found.gross_unbalance_g_mm
+        along += FITTED_SHARE * found.gross_at
         sag = max(sag, float(np.abs(surface.off(corners.mean(axis=1))).max(initial=0.0)))
     loose_mass, loose_unbalance, loose_along = _loose(look, surface_of, density_g_mm3)
     bar = FITTED_SHARE * gross_unbalance + loose_unbalance
@@ -567,7 +528,17 @@ def _summed(look: _Look, surfaces: list[_Revolved], surface_of: Indices, density
         sag,
         used,
         (float(mean), float(mean_square)),
+        _fitted(look, surfaces, surface_of, density_g_mm3),
     )
+
+
+def _fitted(look: _Look, surfaces: list[Revolved], surface_of: Indices, density_g_mm3: float) -> Fitted:
+    """Return the surfaces, and of each face that belongs to one its plane."""
+    faces = np.flatnonzero(surface_of >= 0)
+    number = surface_of[faces]
+    corner = look.mesh.vertices[look.mesh.triangles[look.order[look.starts[faces]], 0]]
+    height = np.einsum("ij,ij->i", corner, look.normal[faces])
+    return Fitted(tuple(surfaces), look.normal[faces], height, number, look.mesh.diagonal_mm, density_g_mm3)
 
 
 def _is_thin(volumes: Array, corners: Array, doubled: Array) -> bool:
@@ -575,44 +546,7 @@ def _is_thin(volumes: Array, corners: Array, doubled: Array) -> bool:
     sides = np.roll(corners, -1, axis=1) - corners
     longest = np.sqrt(np.square(sides).sum(axis=2).max(axis=1))
     most = THICKEST * 0.5 * np.linalg.norm(doubled, axis=1) * longest
-    return bool((np.abs(volumes).reshape(len(corners), -1).sum(axis=1) <= most + 1e-300).all())
-
-
-def _between(
-    surface: _Revolved, corners: Array, doubled: Array, rule: tuple[Array, Array]
-) -> tuple[Array, Array, Array]:
-    """Return base points, directions (k, 3) and weights (3, k) of ∫ (base + t·direction)ⁿ between.
-
-    Points of a triangle are moved to the surface along the direction away from the axis, or from the centre
-    of the tube; the volume they sweep is exact, whatever the size of the triangle, up to the quadrature.
-    """
-    points, shares = rule
-    x = np.einsum("pk,mkd->mpd", points, corners).reshape(-1, 3)
-    flow = (0.5 * shares[None, :, None] * doubled[:, None, :]).reshape(-1, 3)  # normal times area
-    h, r, out = _cylindrical(x, surface.point, surface.axis)
-    r = np.maximum(r, 1e-12)
-    if not surface.tube_mm:
-        base = surface.point + h[:, None] * surface.axis
-        through = np.einsum("ij,ij->i", flow, out)
-        end = surface.r0 + surface.slope * h
-        weights = [(end ** (k + 2) - r ** (k + 2)) / ((k + 2) * r) * through for k in range(3)]
-        return base, out, np.array(weights)
-    across, up = r - surface.r0, h - surface.h0
-    rho = np.maximum(np.hypot(across, up), 1e-12)
-    cosine = across / rho
-    direction = cosine[:, None] * out + (up / rho)[:, None] * surface.axis
-    base = surface.point + surface.h0 * surface.axis + surface.r0 * out
-    through = np.einsum("ij,ij->i", flow, direction) / (r * rho)
-    tube = surface.tube_mm
-    weights = [
-        through
-        * (
-            surface.r0 * (tube ** (k + 2) - rho ** (k + 2)) / (k + 2)
-            + cosine * (tube ** (k + 3) - rho ** (k + 3)) / (k + 3)
-        )
-        for k in range(3)
-    ]
-    return base, direction, np.array(weights)
+    return bool((volumes <= most + 1e-300).all())
 
 
 def _loose(look: _Look, surface_of: Indices, density_g_mm3: float) -> tuple[float, float, Array]:
