@@ -53,7 +53,7 @@ TRIED_FIRST = 60
 """Corners of a patch that are looked at before all of them are."""
 AXES_MOST = 40
 """Axes that cones and tori are looked for about, those of the largest cylinders."""
-FITTED_SHARE = 0.1
+FITTED_SHARE = 0.05
 """Error bar of a fitted surface, as a share of its contribution: seams and second-order terms."""
 LOOSE_SHARE = 1.5
 """Error bar of a smooth surface that was not fitted, as a share of what its angles tell."""
