@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+import functools
 import io
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from importlib import resources
 from typing import Any, Literal
 
 import numpy as np
@@ -19,6 +21,7 @@ from autobalance.report.words import (
     file_name,
     kind_name,
     number,
+    turn,
     weights,
 )
 from autobalance.solid.csg import Polygons
@@ -73,9 +76,44 @@ def _plain(value: float | None, digits: int) -> str:
     return number(value, digits).replace("\u202f", " ").replace("−", "-")
 
 
+FALLBACK = "DejaVuSans"
+"""Font in the package for Latin, Greek and Cyrillic names; the PDF holds the letters used of it."""
+
+
+def _builtin(text: str) -> bool:
+    """Tell whether the PDF's built-in fonts have each character."""
+    try:
+        text.encode("cp1252")
+    except UnicodeEncodeError:
+        return False
+    return True
+
+
+@functools.cache
+def _letters() -> frozenset[str]:
+    """Make the font in the package known to reportlab; return the characters that it has."""
+    from reportlab.pdfbase import pdfmetrics
+    from reportlab.pdfbase.ttfonts import TTFont
+
+    with resources.as_file(resources.files("autobalance.report") / "assets" / "DejaVuSans.ttf") as path:
+        font = TTFont(FALLBACK, str(path))
+    pdfmetrics.registerFont(font)
+    return frozenset(map(chr, font.face.charToGlyph))
+
+
 def _safe(text: object) -> str:
-    """Return a name in characters that the PDF's built-in fonts have; others become question marks."""
-    return str(text).encode("cp1252", "replace").decode("cp1252")
+    """Return a name in characters that the sheet's fonts have; others become question marks."""
+    name = "".join(letter if letter.isprintable() else "?" for letter in str(text))
+    if _builtin(name):
+        return name
+    return "".join(letter if letter in _letters() else "?" for letter in name)
+
+
+def _font(text: str, bold: bool = False, mono: bool = False) -> str:
+    """Return the font for a text of ``_safe`` characters."""
+    if not _builtin(text):
+        return FALLBACK
+    return "Courier" if mono else "Helvetica-Bold" if bold else "Helvetica"
 
 
 def pdf(
@@ -168,7 +206,7 @@ class _Sheet:
         self, x: float, down: float, text: str, size: float = 9.0, colour: str = INK, *,
         bold: bool = False, mono: bool = False, align: str = "left",
     ) -> None:  # fmt: skip
-        self.canvas.setFont("Courier" if mono else "Helvetica-Bold" if bold else "Helvetica", size)
+        self.canvas.setFont(_font(text, bold, mono), size)
         self.canvas.setFillColor(colour)
         draw = {"left": "drawString", "right": "drawRightString", "centre": "drawCentredString"}[align]
         getattr(self.canvas, draw)(x * POINTS_PER_MM, self.y(down), text)
@@ -306,7 +344,8 @@ def _reason_lines(sheet: _Sheet, down: float) -> float:
         return down
     from reportlab.lib.utils import simpleSplit
 
-    for text in simpleSplit(_safe(sheet.report["reason"]), "Helvetica", 9, sheet.inner * POINTS_PER_MM):
+    reason = _safe(sheet.report["reason"])
+    for text in simpleSplit(reason, _font(reason), 9, sheet.inner * POINTS_PER_MM):
         sheet.text(MARGIN_MM, down, text, 9, "#a8231b")
         down += 4.4
     return down + 1.0
@@ -338,7 +377,7 @@ def _cut_table(sheet: _Sheet, down: float) -> float:
         rows.append(
             [
                 str(item["number"]), kind_name(item["kind"]), _safe(_where(item)),
-                "–" if ccw is None else f"{_plain(ccw % 360.0, 1)}°", "–" if ccw is None else f"{_plain((360.0 - ccw) % 360.0, 1)}°",
+                "–" if ccw is None else turn(ccw), "–" if ccw is None else turn(-ccw),
                 u.mm(item["position_mm"][2], u.length_digits - 1), u.mm(math.hypot(*item["position_mm"][:2]), u.length_digits - 1),
                 u.mm(item.get("diameter_mm"), u.length_digits - 2), u.mm(item["depth_mm"]),
                 u.mm(_with_point(item)) if item.get("point_mm") else "–", u.g(item["removed_mass_g"]),
@@ -556,7 +595,7 @@ def _mark(sheet: _Sheet, item: Mapping[str, Any], web: WebDrawing, to_page: Any,
         )
         sheet.line(x0, y0, x1, y1, ACCENT, 0.18, (3, 0.8, 0.8, 0.8))
         (x, down) = to_page((at_mm + 0.45 * _with_point(item) * inward)[None])[0]
-        text = f"{_plain(item['angle_deg'] % 360.0, 1)}°"
+        text = turn(item["angle_deg"])
     else:
         centre = np.concatenate(polygons).mean(axis=0) if polygons else at_mm
         (x, down) = to_page(centre[None])[0]
@@ -592,9 +631,7 @@ def _instruction(item: Mapping[str, Any], u: Units) -> str:
     """Return what to do, in one line."""
     kind = item["kind"]
     if kind == "drill":
-        where = (
-            f"at {_plain(item['angle_deg'] % 360.0, 1)}° ({_plain((360.0 - item['angle_deg']) % 360.0, 1)}°)"
-        )
+        where = f"at {turn(item['angle_deg'])} ({turn(-item['angle_deg'])})"
         height = (
             f"z {u.mm(item['position_mm'][2])}"
             if item.get("direction") == "radial"

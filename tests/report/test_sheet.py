@@ -124,6 +124,50 @@ def test_the_same_report_gives_the_same_bytes_and_odd_names_do_no_harm(drilled: 
     assert pdf(odd, None).startswith(b"%PDF")
 
 
+@needs_poppler
+def test_greek_and_cyrillic_names_can_be_read(drilled: Path, tmp_path: Path) -> None:
+    report = jobs.report_of(drilled)
+    unmet = {"outcome": "above_tolerance", "reason": "Στρόφαλος: снять больше"}
+    odd = {**report, **unmet, "input": {**report["input"], "file": "Коленвал_β.stl"}}
+    data = pdf(odd, None)
+    assert data == pdf(odd, None)
+    text = words(data, tmp_path)
+    assert "Коленвал_β.stl" in text
+    assert unmet["reason"] in text
+    assert "?" not in text
+    plain = pdf(report, None)
+    assert b"DejaVu" in data
+    assert b"DejaVu" not in plain
+    beyond = {**report, "input": {**report["input"], "file": "曲轴\n.stl"}}
+    assert "???.stl" in words(pdf(beyond, None), tmp_path)
+
+
+@needs_poppler
+def test_paper_and_units_are_chosen_on_the_command_line(tmp_path: Path) -> None:
+    job = jobs.bundled_job(tmp_path)
+    sizes = {"Letter": (612.0, 792.0), "A4": (595.276, 841.89)}
+    for paper, size in sizes.items():
+        out = tmp_path / paper
+        assert (
+            jobs.run("balance", job, "-o", out, "--paper", paper, "--units", "inch", "--only", "json,pdf")
+            == 0
+        )
+        info = subprocess.run(["pdfinfo", out / "sheet.pdf"], capture_output=True, check=True).stdout.decode()
+        found = re.search(r"Page size:\s+([\d.]+) x ([\d.]+) pts", info)
+        assert found is not None
+        assert tuple(map(float, found.groups())) == size
+        text = words((out / "sheet.pdf").read_bytes(), tmp_path)
+        item = jobs.report_of(out)["corrections"][0]
+        assert f"{item['depth_mm'] / 25.4:.4f}" in text
+        assert "oz·in" in text
+
+
+def test_unknown_paper_is_wrong_use(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    job = jobs.bundled_job(tmp_path)
+    assert jobs.run("balance", job, "--paper", "A3") == 2
+    assert "A3" in capsys.readouterr().err
+
+
 def test_both_senses_of_rotation_add_to_a_turn(drilled: Path) -> None:
     for item in jobs.report_of(drilled)["corrections"]:
         assert math.cos(math.radians(item["angle_deg"])) == pytest.approx(
