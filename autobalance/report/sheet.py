@@ -18,10 +18,10 @@ from autobalance.report.words import (
     MM_PER_INCH,
     OUTCOMES,
     at,
+    degrees,
     file_name,
     kind_name,
     number,
-    turn,
     weights,
 )
 from autobalance.solid.csg import Polygons
@@ -377,7 +377,7 @@ def _cut_table(sheet: _Sheet, down: float) -> float:
         rows.append(
             [
                 str(item["number"]), kind_name(item["kind"]), _safe(_where(item)),
-                "–" if ccw is None else turn(ccw), "–" if ccw is None else turn(-ccw),
+                "–" if ccw is None else degrees(ccw), "–" if ccw is None else degrees(-ccw),
                 u.mm(item["position_mm"][2], u.length_digits - 1), u.mm(math.hypot(*item["position_mm"][:2]), u.length_digits - 1),
                 u.mm(item.get("diameter_mm"), u.length_digits - 2), u.mm(item["depth_mm"]),
                 u.mm(_with_point(item)) if item.get("point_mm") else "–", u.g(item["removed_mass_g"]),
@@ -556,21 +556,21 @@ def _web_page(sheet: _Sheet, web: WebDrawing) -> None:
 def _wheel(sheet: _Sheet, cx: float, cy: float, radius: float) -> None:
     """Draw a degree wheel: outside counter-clockwise, inside clockwise, both from crankpin 1."""
     sheet.circle(cx, cy, radius, RULE, 0.15)
-    for degrees in range(0, 360, 5):
-        turn = math.radians(degrees)
+    for mark_deg in range(0, 360, 5):
+        turn = math.radians(mark_deg)
         s, c = -math.sin(turn), -math.cos(turn)
-        long = 2.4 if degrees % 30 == 0 else 1.6 if degrees % 10 == 0 else 0.9
+        long = 2.4 if mark_deg % 30 == 0 else 1.6 if mark_deg % 10 == 0 else 0.9
         sheet.line(
             cx + radius * s, cy + radius * c, cx + (radius + long) * s, cy + (radius + long) * c, SOFT, 0.15
         )
-        if degrees % 30 == 0:
+        if mark_deg % 30 == 0:
             sheet.text(
-                cx + (radius + 6.4) * s, cy + (radius + 5.6) * c + 1.0, f"{degrees}", 8, INK, align="centre"
+                cx + (radius + 6.4) * s, cy + (radius + 5.6) * c + 1.0, f"{mark_deg}", 8, INK, align="centre"
             )
             sheet.text(
                 cx + (radius + 6.4) * s,
                 cy + (radius + 5.6) * c + 3.8,
-                f"({(360 - degrees) % 360})",
+                f"({(360 - mark_deg) % 360})",
                 6.5,
                 SOFT,
                 align="centre",
@@ -595,7 +595,7 @@ def _mark(sheet: _Sheet, item: Mapping[str, Any], web: WebDrawing, to_page: Any,
         )
         sheet.line(x0, y0, x1, y1, ACCENT, 0.18, (3, 0.8, 0.8, 0.8))
         (x, down) = to_page((at_mm + 0.45 * _with_point(item) * inward)[None])[0]
-        text = turn(item["angle_deg"])
+        text = degrees(item["angle_deg"])
     else:
         centre = np.concatenate(polygons).mean(axis=0) if polygons else at_mm
         (x, down) = to_page(centre[None])[0]
@@ -631,7 +631,7 @@ def _instruction(item: Mapping[str, Any], u: Units) -> str:
     """Return what to do, in one line."""
     kind = item["kind"]
     if kind == "drill":
-        where = f"at {turn(item['angle_deg'])} ({turn(-item['angle_deg'])})"
+        where = f"at {degrees(item['angle_deg'])} ({degrees(-item['angle_deg'])})"
         height = (
             f"z {u.mm(item['position_mm'][2])}"
             if item.get("direction") == "radial"
@@ -684,11 +684,11 @@ def _rim_page(sheet: _Sheet) -> None:
         corners = np.array([[xa, ya], [xb, ya], [xb, yb], [xa, yb]])
         sheet.shape([corners], lambda p: p, METAL, INK, 0.2)
         sheet.text(xb - 1.5, yb - 1.5, f"web {web['number']}", 7.5, SOFT, align="right")
-    for degrees in range(math.ceil(first / 10.0) * 10, math.floor(last / 10.0) * 10 + 1, 10):
-        x, _ = place(degrees, z1)
+    for mark_deg in range(math.ceil(first / 10.0) * 10, math.floor(last / 10.0) * 10 + 1, 10):
+        x, _ = place(mark_deg, z1)
         sheet.line(x, top - 2.0, x, top + scale * (z1 - z0) + 2.0, RULE, 0.12)
-        sheet.text(x, top - 6.2, f"{degrees % 360}°", 7.5, INK, align="centre")
-        sheet.text(x, top - 3.2, f"({(360 - degrees) % 360}°)", 6, SOFT, align="centre")
+        sheet.text(x, top - 6.2, f"{mark_deg % 360}°", 7.5, INK, align="centre")
+        sheet.text(x, top - 3.2, f"({(360 - mark_deg) % 360}°)", 6, SOFT, align="centre")
     for item in items:
         x, y = place(item["angle_deg"] % 360.0, item["position_mm"][2])
         r = scale * item["diameter_mm"] / 2.0
