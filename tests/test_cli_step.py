@@ -300,3 +300,20 @@ def test_without_the_extra_one_line_names_the_install_command(tmp_path: Path, li
     assert done.stderr.count("\n") == 1
     assert "STEP needs the CAD kernel, which is not installed: pip install 'autobalance[step]'" in done.stderr
     assert sorted(path.name for path in tmp_path.iterdir()) == ["crank.step", "job.toml"]
+
+
+@needs_kernel
+def test_a_kernel_that_cuts_something_else_is_not_trusted(
+    folder: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    cut = ExactSolid.machined
+
+    def wrong(self: ExactSolid, removed: Any, added: Any = ()) -> ExactSolid:
+        return cut(self, [*removed, Prism(circle(5.0), -500.0, 500.0)], added)
+
+    monkeypatch.setattr(ExactSolid, "machined", wrong)
+    assert jobs.run("balance", job(folder, 'method = "shoulder"', 0.0), "-o", folder / "out") == 3
+    error = capsys.readouterr().err
+    assert "the CAD kernel leaves 1" in error
+    assert "g were planned" in error
+    assert not (folder / "out").exists()

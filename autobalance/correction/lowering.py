@@ -11,6 +11,8 @@ from autobalance.solid.tool import Lowering
 
 BESIDE_MM = 0.5
 """How far the box reaches beyond the metal that it takes, and keeps from what it spares, if it can."""
+SLIVER_MM = 0.01
+"""Metal that is nowhere twice as thick is no metal, but the difference of two outlines."""
 NARROWER = (1.0, 0.5, 0.2, 0.1, 0.04)
 """Shares of that tried between metal that goes and metal that stays."""
 
@@ -40,7 +42,11 @@ def lowering(layer: FaceLayer, depth_mm: float, to_rotor: Array, within: Shape |
 
 
 def clear_of(spared: Region, taken: Region, heights_mm: tuple[float, float]) -> tuple[Shape, ...]:
-    """Return prisms around metal to spare, whose walls run through air, well clear of its own surface."""
+    """Return prisms around metal to spare, whose walls run through air, well clear of its own surface.
+
+    Slivers are left out: those lie between the facets of what stands on the face and the tool's outline.
+    """
+    spared = spared.grown(-SLIVER_MM).grown(SLIVER_MM)
     if spared.is_empty:
         return ()
     for share in NARROWER:

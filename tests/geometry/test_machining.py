@@ -223,6 +223,14 @@ def test_a_shoulders_tool_is_a_box_around_what_goes() -> None:
     assert exact.volume_mm3 - exact.machined([tool]).volume_mm3 == pytest.approx(400.0, rel=ROUNDING)
 
 
+def test_slivers_are_not_spared() -> None:
+    taken = Region.rectangle([0.0, 0.0], [10.0, 10.0])
+    sliver = Region.rectangle([9.99, 2.0], [10.005, 5.0])
+    beside = Region.rectangle([12.0, 0.0], [20.0, 10.0])
+    assert clear_of(sliver, taken, (0.0, 1.0)) == ()
+    assert len(clear_of(sliver + beside, taken, (0.0, 1.0))) == 1
+
+
 def test_metal_too_near_to_a_shoulder_is_refused() -> None:
     taken = Region.rectangle([0.0, 0.0], [10.0, 10.0])
     near = Region.rectangle([10.01, 0.0], [20.0, 10.0])
