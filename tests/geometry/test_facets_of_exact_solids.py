@@ -1,0 +1,93 @@
+"""What facets hide, on exact solids that the CAD kernel tessellated as it does for any export."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import numpy as np
+import pytest
+
+from autobalance.crank.design import preset
+from autobalance.crank.generate import crank_shape
+from autobalance.solid.brep import ExactSolid
+from autobalance.solid.facets import FacetError, facet_error
+from autobalance.solid.kernel import explored, has_kernel
+from autobalance.solid.measure import mesh_moments
+from autobalance.solid.mesh import Mesh, mesh_of_soup
+from autobalance.solid.shape import Bar, Joined, Prism, Shape, Turned, Without, circle, polygon
+
+pytestmark = pytest.mark.skipif(not has_kernel(), reason="the CAD kernel is not installed")
+
+AT_LEAST = 10.0
+"""How many times nearer to the truth a corrected value must be."""
+TURN_RAD = 0.5
+"""Angle between neighbouring facets at most, as CAD programs have it unless told."""
+
+
+def tessellated(body: Any, sag_mm: float) -> Mesh:
+    """Return the kernel's triangles with a chord height of at most ``sag_mm``, as an STL file keeps them."""
+    from OCP.BRepMesh import BRepMesh_IncrementalMesh
+    from OCP.BRepTools import BRepTools
+
+    BRepTools.Clean_s(body)
+    BRepMesh_IncrementalMesh(body, sag_mm, False, TURN_RAD, False)
+    parts = [_triangles(face) for face in explored(body, "FACE")]
+    return mesh_of_soup(np.concatenate(parts).astype(np.float32))
+
+
+def _triangles(face: Any) -> Any:
+    from autobalance.solid.tessellation import _face_triangles
+
+    corners, numbers = _face_triangles(face)
+    return corners[numbers]
+
+
+def check(solid: ExactSolid, sag_mm: float) -> FacetError:
+    """Compare mesh, estimate and exact solid."""
+    truth, mesh = solid.moments(1.0), tessellated(solid.body, sag_mm)
+    error = facet_error(mesh, 1.0)
+    raw = truth - mesh_moments(mesh, 1.0)
+    left = raw - error.missing
+    unbalance = math.hypot(*left.first_g_mm[:2])
+    assert abs(left.mass_g) <= error.mass_bar_g
+    assert unbalance <= error.unbalance_bar_g_mm
+    assert abs(left.mass_g) < abs(raw.mass_g) / AT_LEAST
+    assert abs(left.polar_inertia_g_mm2) < abs(raw.polar_inertia_g_mm2) / AT_LEAST
+    assert unbalance < error.gross_unbalance_g_mm / AT_LEAST
+    return error
+
+
+PLATE = polygon([(-20, -20), (20, -20), (20, 20), (-20, 20)])
+SHAPES: dict[str, Shape] = {
+    "oblique oil hole": Without(Prism(circle(20.0), 0.0, 60.0), (Bar((-30, 0, 10), (30, 0, 50), 5.0),)),
+    "drill tip": Without(Prism(PLATE, 0.0, 20.0), (Turned(polygon([(0, 3), (5, 6), (5, 21), (0, 21)])),)),
+    "crossing bars": Joined((Bar((-30, 0, 0), (30, 0, 0), 20.0), Bar((0, -30, 0), (0, 30, 0), 19.0))),
+    "bars that all but touch": Without(
+        Prism(circle(20.0), 0.0, 30.0), (Prism(circle(8.0, (12.0 - 1e-3, 0.0)), -1.0, 31.0),)
+    ),
+}
+
+
+@pytest.mark.parametrize("sag_mm", [0.5, 0.1, 0.01])
+@pytest.mark.parametrize("name", SHAPES)
+def test_boolean_seams_and_slivers(name: str, sag_mm: float) -> None:
+    check(ExactSolid(SHAPES[name]), sag_mm)
+
+
+@pytest.mark.parametrize("sag_mm", [0.5, 0.1])
+@pytest.mark.parametrize("name", ["single", "pressed-up-single", "pressed-up-single-no-pin"])
+def test_generated_cranks(name: str, sag_mm: float) -> None:
+    check(ExactSolid(crank_shape(preset(name))), sag_mm)
+
+
+SEVERAL = ("single", "v-twin-45", "parallel-twin-360", "inline-3", "v6-60", "v8-flatplane")
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("sag_mm", [0.5, 0.1, 0.01])
+@pytest.mark.parametrize(
+    "name", ["single", "v-twin-45", "parallel-twin-360", "inline-3", "v6-60", "v8-crossplane"]
+)
+def test_generated_cranks_of_several_throws(name: str, sag_mm: float) -> None:
+    check(ExactSolid(crank_shape(preset(name))), sag_mm)
