@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -28,9 +28,11 @@ SURFACE_LEFT = 0.035
 the radius but for this share (twelve facets)."""
 AROUND = 0.2
 """No vertex farther than this share of the radius from a cylinder is looked at."""
-RINGS = (2e-5, 2e-4, 0.02)
+NARROW = (2e-5, 2e-4)
+WIDE = 0.02
 """How far from the circle that the sections show vertices of the cylinder are looked for, as shares of the
-radius: regular meshes give it exactly, irregular ones too small by as much as their facets are coarse."""
+radius: regular meshes give it exactly, irregular ones too small by as much as their facets are coarse, and
+sections through fillets too large. The radius of most vertices is tried then."""
 OUT_OF_ROUND = 1e-3
 """A cylinder's vertices stand off it by less than this share of its radius, half of them at least: coarse
 facets have their corners on the true surface, a scan near it. A web with a rim of two radii looks round only
@@ -95,7 +97,24 @@ def find_runs(long: Lengthwise, rounding_mm: float) -> list[Run]:
             else:
                 chains.append([here])
     runs = [_run(long, chain, rounding_mm) for chain in chains]
-    return _distinct([run for run in runs if run is not None])
+    return _joined(_distinct([run for run in runs if run is not None]))
+
+
+def _joined(runs: Sequence[Run]) -> list[Run]:
+    """Join pieces of one cylinder that meet end to end, where a drilling hid what is between them."""
+    joined: list[Run] = []
+    for run in runs:
+        for place, other in enumerate(joined):
+            if (
+                abs(run.radius - other.radius) < NARROW[-1] * run.radius
+                and float(np.linalg.norm(run.centre - other.centre)) < NARROW[-1] * run.radius
+                and abs(run.z_low - other.z_high) < LEAST_WIDTH * run.radius
+            ):
+                joined[place] = replace(other, z_high=run.z_high)
+                break
+        else:
+            joined.append(run)
+    return joined
 
 
 def _distinct(runs: Sequence[Run]) -> list[Run]:
@@ -136,11 +155,12 @@ def _run(long: Lengthwise, chain: Sequence[_Link], rounding_mm: float) -> Run | 
     """Return the cylinder that a chain of circles shows, its ends where its last vertices stand."""
     centre = np.median([link.centre for link in chain], axis=0)
     radius = float(np.median([link.radius for link in chain]))
+    shown = sorted((link.radius for link in chain), key=lambda other: abs(other - radius))
     before, after = chain[0].place - 1, chain[-1].place + 1
     z_from = long.sections[before].z_mm if before >= 0 else -np.inf
     z_to = long.sections[after].z_mm if after < len(long.sections) else np.inf
     span = long.sections[chain[-1].place].z_mm - long.sections[chain[0].place].z_mm
-    return bare_cylinder(long, centre, radius, (z_from, z_to), span, rounding_mm)
+    return bare_cylinder(long, centre, radius, (z_from, z_to), span, rounding_mm, shown)
 
 
 def bare_cylinder(
@@ -150,26 +170,33 @@ def bare_cylinder(
     z_range: tuple[float, float],
     span: float,
     rounding_mm: float,
+    shown: Sequence[float] = (),
 ) -> Run | None:
     """Fit the cylinder along z that vertices in a range of z lie on; None if they show none.
 
     A cylinder's vertices lie on it at (at least) two heights, ``span`` or more apart, however coarse its
     facets; those of fillets, tapers and chamfers do not. Sections through a regular mesh give the radius
-    exactly; where they do not, wider rings are tried.
+    exactly, those apart that go through fillets or drillings, so each radius ``shown`` is tried; where none
+    does, the one near it that most vertices have, then a wide ring.
     """
     near = long.between(*z_range)
     away = distances(near, centre)
     nearby = np.flatnonzero(np.abs(away - radius) <= AROUND * radius + rounding_mm)
     near, away = near.take(nearby, axis=0), away.take(nearby)
-    for share in RINGS:
-        if share > RINGS[1]:
-            radius = _densest(away[np.abs(away - radius) < 2.0 * share * radius], RINGS[1] * radius, radius)
-        ring = near[np.abs(away - radius) <= share * radius + rounding_mm]
+    middles = [radius]
+    for other in shown:
+        if all(abs(other - middle) > NARROW[-1] * middle for middle in middles):
+            middles.append(other)
+    dense = _densest(away[np.abs(away - radius) < 2.0 * WIDE * radius], NARROW[-1] * radius, radius)
+    tries = [(middle, share) for middle in middles for share in NARROW]
+    for middle, share in (*tries, (dense, NARROW[-1]), (dense, WIDE)):
+        ring = near[np.abs(away - middle) <= share * middle + rounding_mm]
         if len(ring) < LEAST_VERTICES:
             continue
         fitted, size = fit_circle(ring[:, :2])
         off = np.abs(distances(near, fitted) - size)
-        typical = float(np.median(off[off <= 2.0 * share * size]))
+        close = off[off <= 2.0 * share * size]
+        typical = float(np.median(close)) if len(close) else size
         if typical > OUT_OF_ROUND * size + rounding_mm:
             continue
         slack = max(ON_CYLINDER * size + rounding_mm, 2.0 * typical)

@@ -188,3 +188,48 @@ def test_nearly_round_webs_are_no_crankpins(name: str, disc: float, rim: float, 
             assert segments < 12
         else:
             assert_recognised(found, crank_anatomy(design, place))
+
+
+DRILLED = {
+    "a slight fillet": (
+        "inline-3",
+        40,
+        {
+            "fillet_mm": 0.205,
+            "main_journal.diameter_mm": 41.807,
+            "crankpin.diameter_mm": 52.01,
+            "counterweight.radius_mm": 83.75,
+            "web.thickness_mm": 23.325,
+        },
+    ),
+    "short main journals": (
+        "inline-3",
+        12,
+        {
+            "main_journal.bore_mm": 5.6,
+            "main_journal.diameter_mm": 47.141,
+            "main_journal.width_mm": 14.768,
+            "stroke_mm": 78.614,
+            "web.thickness_mm": 15.321,
+        },
+    ),
+    "a drilling at the middle": (
+        "single",
+        16,
+        {
+            "crankpin.diameter_mm": 24.13,
+            "stroke_mm": 56.184,
+            "counterweight.radius_mm": 58.082,
+            "web.thickness_mm": 17.39,
+        },
+    ),
+}
+"""Cranks whose oil drillings hide most of a journal from its sections."""
+
+
+@pytest.mark.parametrize("name", DRILLED)
+def test_cylinders_are_whole_beside_fillets_and_drillings(name: str) -> None:
+    preset, segments, settings = DRILLED[name]
+    design = with_settings(PRESETS[preset], settings)
+    crank = generated_crank(replace(design, segments=segments), seed=1, segments=segments)
+    assert differences(recognise(crank.solid, Overrides(crankpin_in_file=None)), crank.truth) == []
