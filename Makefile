@@ -49,6 +49,8 @@ bench: $(VENV)/.installed-dev
 	@$(VENV)/bin/python benchmarks/main_job.py
 	@echo "==> measuring recognition beside weld and build"
 	@$(VENV)/bin/python benchmarks/recognition.py
+	@echo "==> measuring the planning of drilled holes"
+	@$(VENV)/bin/python benchmarks/planning.py
 
 ci:
 	@bash .ci/run

@@ -10,7 +10,7 @@ from __future__ import annotations
 import math
 import os
 import sys
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, replace
 from itertools import islice, product
@@ -27,9 +27,9 @@ from autobalance.rotor.unbalance import Unbalance
 _Pair = TypeVar("_Pair", Apart, SharedDepth)
 Prefer = Literal["least_metal", "fewest_holes", "least_inertia_change", "most_inertia_removed"]
 
-POINTS = 5
+POINTS = 3
 """Depths of each cut at which the programme knows its effect exactly."""
-SIDES = 8
+SIDES = 6
 """Sides of the polygon that stands for the circle of a judged vector while choosing."""
 GAP = 4e-3
 """How far from its optimum the programme may stop; twice that from the bound over all cuts."""
@@ -144,7 +144,7 @@ def _is_discrete(offer: Offer) -> bool:
 
 def _chosen(task: _Task, least_count: int) -> Plan:
     """Return depths by the mixed-integer programme, refined until they hold on the exact curves."""
-    tables = [_breakpoints(cut) for cut in task.cuts]
+    tables = _tables(task)
     best = _settled(task, np.zeros(len(task.cuts)))
     for _ in range(ROUNDS):
         depths = _solve(task, tables, least_count)
@@ -169,11 +169,29 @@ def _add_points(tables: list[Array], *answers: Array) -> bool:
     return added
 
 
-def _breakpoints(cut: Cut, count: int = POINTS) -> Array:
-    if cut.max_depth_mm - cut.least_depth_mm < 1e-9:
-        return np.array([cut.max_depth_mm])
-    points = np.linspace(cut.least_depth_mm, cut.max_depth_mm, count)
-    return points[points > 0.0]
+def _tables(task: _Task, count: int = POINTS) -> list[Array]:
+    """Return each cut's breakpoints: evenly over the depths it may have, and where neighbours end it.
+
+    An even point makes way for an end nearer than half a space.
+    """
+    ends: list[set[float]] = [set() for _ in task.cuts]
+    for pair in task.offer.apart:
+        for k in (pair.first, pair.second):
+            if task.cuts[k].least_depth_mm < pair.most_mm < task.cuts[k].max_depth_mm:
+                ends[k].add(pair.most_mm)
+    tables = []
+    for cut, places in zip(task.cuts, ends, strict=True):
+        least, most = cut.least_depth_mm, cut.max_depth_mm
+        if most - least < 1e-9:
+            tables.append(np.array([most]))
+            continue
+        even, end = np.linspace(least, most, count), np.array(sorted(places))
+        if len(end):
+            near = np.abs(even[:, None] - end).min(axis=1) < 0.5 * (even[1] - even[0])
+            even = np.concatenate([even[~near], even[[0, -1]]])
+        points = np.unique(np.concatenate([even, end]))
+        tables.append(points[points > 0.0])
+    return tables
 
 
 def _solve(task: _Task, tables: Sequence[Array], least_count: int) -> Array:
@@ -184,15 +202,18 @@ def _solve(task: _Task, tables: Sequence[Array], least_count: int) -> Array:
     """
     count = len(task.cuts)
     effects = [[cut.effect(float(d)) for d in points] for cut, points in zip(task.cuts, tables, strict=True)]
-    relaxed = _Rules(task, tables, effects, least_count, whole=False)
+    relaxed = _Rules(task, tables, effects, least_count)
     answer = _relaxed(relaxed)
     if answer.x is None:  # more cuts asked for than the counts allow
         return np.zeros(count)
-    few = _promising(relaxed, answer, math.inf)[: FEW[0]]
     best, value = np.zeros(count), math.inf
     bound = float(answer.fun or 0.0)
-    for _ in FEW:
-        few = sorted(few)
+    looked_at: set[int] = set()
+    for size in FEW:
+        few = sorted(_promising(relaxed, answer, value - bound)[:size])
+        if looked_at.issuperset(few) or (size == FEW[-1] and value - bound < OUT_OF_REACH):
+            break
+        looked_at.update(few)
         found, here = _solve_few(
             _part(task, few),
             [tables[k] for k in few],
@@ -204,11 +225,8 @@ def _solve(task: _Task, tables: Sequence[Array], least_count: int) -> Array:
             value = here
             best = np.zeros(count)
             best[few] = found
-        gap = value - bound
-        wider = _promising(relaxed, answer, gap)[: FEW[1]]
-        if gap <= 2.0 * _slack(task, bound) * abs(value) + 1e-6 or set(wider) <= set(few):
+        if value - bound <= 2.0 * _slack(task, bound) * abs(value) + 1e-6:
             break
-        few = wider
     return best
 
 
@@ -225,8 +243,8 @@ def least_share(residual: Unbalance, tolerance: Tolerance, offer: Offer) -> floa
     if not offer.cuts:
         return tolerance.used_share(residual)
     task = _Task(residual, tolerance, offer, "least_metal", AIM, *_usual(offer))
-    tables = [_breakpoints(cut, 2 * POINTS - 1) for cut in offer.cuts]
-    rules = _Rules(task, tables, _effects(task, tables), 0, whole=False)
+    tables = _tables(task, 2 * POINTS - 1)
+    rules = _Rules(task, tables, _effects(task, tables), 0)
     rules.cost[:] = 0.0
     rules.cost[rules.excess] = 1.0
     excess = float(_relaxed(rules).fun or 0.0)
@@ -269,8 +287,10 @@ def _promising(relaxed: _Rules, answer: Any, gap: float) -> list[int]:
     return [int(k) for k in order if price[k] < gap]
 
 
-FEW = (40, 100)
-"""How many cuts the integer programme looks at: first the best few, then those that could still be better."""
+FEW = (40, 100, 250)
+"""How many cuts the integer programme looks at: the best few, then those that could still be better."""
+OUT_OF_REACH = 1.0
+"""Cost above the bound, in usual corrections, that only excess residual makes: the most cuts are for that."""
 
 
 def vstack_rows(*blocks: Any) -> Any:
@@ -290,7 +310,7 @@ def _solve_few(
     """Solve the mixed-integer programme: λ for each breakpoint, a switch for each cut, the excess share."""
     from scipy.optimize import Bounds, LinearConstraint, milp
 
-    rules = _Rules(task, tables, effects, least_count, whole=True)
+    rules = _Rules(task, tables, effects, least_count)
     with _silenced():
         answer = milp(
             rules.cost,
@@ -372,7 +392,6 @@ class _Rules:
         tables: Sequence[Array],
         effects: Sequence[Sequence[Moments]],
         least_count: int,
-        whole: bool,
     ) -> None:
         from scipy.sparse import coo_array
 
@@ -390,7 +409,7 @@ class _Rules:
         self._high: list[float] = []
         self._weights_follow_switches(task.cuts)
         self._residual_rows(task, effects)
-        self._apart_rows(task, whole)
+        self._apart_rows(task)
         for pair in task.offer.shared:
             self._add_depths([(pair.first, 1.0), (pair.second, 1.0)], [], -math.inf, pair.most_mm)
         for rule in task.offer.counts:
@@ -458,23 +477,44 @@ class _Rules:
                 columns = np.append(np.arange(self.switch), self.excess)
                 self._add(columns, values, -math.inf, 0.5 * inner - float(u @ now[k : k + 2]))
 
-    def _apart_rows(self, task: _Task, whole: bool) -> None:
-        never = []
-        for pair in task.offer.apart:
-            one, other = task.cuts[pair.first], task.cuts[pair.second]
-            if pair.most_mm < max(one.least_depth_mm, other.least_depth_mm):
-                never.append(pair)
-                continue
-            if not whole:
-                continue
-            both = [(pair.first, 1.0), (pair.second, 1.0)]
-            for k in (pair.first, pair.second):
-                over = task.cuts[k].max_depth_mm - pair.most_mm
-                if over > 0.0:
-                    switches = [(i, factor * over) for i, factor in both]
-                    self._add_depths([(k, 1.0)], switches, -math.inf, task.cuts[k].max_depth_mm + over)
+    def _apart_rows(self, task: _Task) -> None:
+        never = [pair for pair in task.offer.apart if _is_never(pair, task.cuts)]
         for clique in _cliques(never, len(task.cuts)):
             self._add([self.switch + k for k in clique], [1.0] * len(clique), -math.inf, 1.0)
+        site = _sites(never, len(task.cuts))
+        most: dict[tuple[int, int], dict[tuple[int, int], float]] = {}
+        for pair in task.offer.apart:
+            for k, other in ((pair.first, pair.second), (pair.second, pair.first)):
+                most.setdefault((site[k], site[other]), {})[k, other] = pair.most_mm
+        for (here, there), pairs in most.items():
+            if here != there:
+                self._beside(pairs)
+
+    def _beside(self, most_mm: Mapping[tuple[int, int], float]) -> None:
+        """Allow no weight deeper at one site than the cut at another lets it be.
+
+        Of a site's cuts one is made at most. So where any of some others is made, all weight lies above the
+        depth that the most lenient of them allows; one row for each who may be that.
+        """
+        here = sorted({k for k, _ in most_mm})
+        rows: set[tuple[tuple[int, ...], tuple[int, ...]]] = set()
+        for lenient in sorted({other for _, other in most_mm}):
+            bound = {k: most_mm[k, lenient] for k in here if (k, lenient) in most_mm}
+            others = [
+                other
+                for other in sorted({other for _, other in most_mm})
+                if all(most_mm.get((k, other), math.inf) <= most + 1e-9 for k, most in bound.items())
+            ]
+            deeper = [
+                int(self.first[k] + n)
+                for k, most in bound.items()
+                for n in np.flatnonzero(self.tables[k] > most + 1e-9)
+            ]
+            if deeper:
+                rows.add((tuple(deeper), tuple(others)))
+        for deeper_columns, made in sorted(rows):
+            columns = [*deeper_columns, *(self.switch + other for other in made)]
+            self._add(columns, [1.0] * len(columns), -math.inf, 1.0)
 
     def _cost_row(self, task: _Task, effects: Sequence[Sequence[Moments]]) -> Array:
         """Cost in units of a usual correction, so that the excess outweighs it."""
@@ -500,6 +540,30 @@ class _Rules:
 
 def _four(effect: Moments) -> Array:
     return np.array([*effect.first_g_mm[:2], *effect.second_g_mm2[:2, 2]])
+
+
+def _is_never(pair: Apart, cuts: Sequence[Cut]) -> bool:
+    return pair.most_mm < max(cuts[pair.first].least_depth_mm, cuts[pair.second].least_depth_mm)
+
+
+def _sites(never: Sequence[Apart], count: int) -> list[int]:
+    """Part cuts into sets of which any two exclude each other: the drills for one place, for instance."""
+    near: list[set[int]] = [set() for _ in range(count)]
+    for pair in never:
+        near[pair.first].add(pair.second)
+        near[pair.second].add(pair.first)
+    members: list[list[int]] = []
+    site = [0] * count
+    for k in range(count):
+        for other in sorted(near[k]):
+            if other < k and near[k].issuperset(members[site[other]]):
+                site[k] = site[other]
+                break
+        else:
+            site[k] = len(members)
+            members.append([])
+        members[site[k]].append(k)
+    return site
 
 
 def _cliques(pairs: Sequence[Apart], count: int) -> Iterator[list[int]]:
