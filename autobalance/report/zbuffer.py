@@ -26,6 +26,8 @@ LINE_SHADE = 0.55
 """Brightness of a line against the surface that it lies on."""
 OVERLAP = 1e-6
 """Triangles claim samples this far beyond their sides [samples]: rounding leaves no gap between two."""
+ROWS_AT_ONCE = 100_000
+"""Rows of triangles that are worked on together: what they need stays in the processor's cache."""
 NOTHING = np.uint64(0xFFFFFFFFFFFFFFFF)
 Surface = tuple[Array, Indices, Array]
 """Vertices (n, 3), triangles (m, 3), and a colour for each triangle or one for all (3,)."""
@@ -194,16 +196,27 @@ def _draw(surface: Surface, to_fine: Array, buffer: NDArray[np.uint64], width: i
     height = len(buffer) // width
     first = np.clip(np.ceil(y.min(axis=1) - 0.5 - OVERLAP), 0, height).astype(np.int64)
     last = np.clip(np.floor(y.max(axis=1) - 0.5 + OVERLAP), -1, height - 1).astype(np.int64)
-    number, row = _ranges(first, last)
-    if len(number) == 0:
+    rows = np.cumsum(np.maximum(last - first + 1, 0))
+    if len(rows) == 0 or rows[-1] == 0:
         return
+    cuts = np.searchsorted(rows, np.arange(ROWS_AT_ONCE, rows[-1], ROWS_AT_ONCE))
+    for few in np.split(np.arange(len(facing)), cuts):
+        number, row = _ranges(first[few], last[few])
+        _fill(corners[few], facing[few] + start, number, row, buffer, width)
+
+
+def _fill(
+    corners: Array, names: Indices, number: Indices, row: Indices, buffer: NDArray[np.uint64], width: int
+) -> None:
+    """Put the rows of some triangles into the buffer; ``number`` tells the triangle of each row."""
     left, right = _spans(corners, number, row.astype(np.float64) + 0.5, width)
-    count = np.maximum(right - left + 1, 0)
+    meets = right >= left  # most rows of a sliver hold no sample
+    number, row, left, count = number[meets], row[meets], left[meets], (right - left + 1)[meets]
     gx, gy, g0 = _depth_plane(corners)
     at_zero = gy[number] * (row + 0.5) + g0[number] + 0.5 * gx[number]
     column = np.arange(int(count.sum())) - np.repeat(np.cumsum(count) - count - left, count)
     far = (np.repeat(gx[number], count) * column + np.repeat(at_zero, count)).astype(np.float32)
-    triangle = np.repeat((facing[number] + start).astype(np.uint64), count)
+    triangle = np.repeat(names[number].astype(np.uint64), count)
     np.minimum.at(buffer, np.repeat(row * width, count) + column, (_ordered(far) << np.uint64(32)) | triangle)
 
 
