@@ -13,7 +13,7 @@ import numpy as np
 import pytest
 
 from autobalance.report.drawing import Drawings, WebDrawing
-from autobalance.report.sheet import UNITS, pdf
+from autobalance.report.sheet import POINT_SPACING_MM, UNITS, _thinned, pdf
 from tests import jobs
 
 needs_poppler = pytest.mark.skipif(
@@ -107,6 +107,21 @@ def test_a_web_is_drawn_in_true_scale(drilled: Path, tmp_path: Path) -> None:
         counts = metal.sum(axis=direction)
         usual = float(np.median(counts[counts > 5.0 * side]))  # a line that no tick or number crosses
         assert usual == pytest.approx(10.0 * side, abs=outline + 1)
+
+
+def test_outlines_are_thinned_no_more_than_a_printer_shows() -> None:
+    angle = np.linspace(0.0, np.pi, 4001)
+    radius = 50.0
+    half = radius * np.stack([np.cos(angle), np.sin(angle)], axis=1)  # a half disc: two corners
+    thin = _thinned(half)
+    assert len(thin) < 0.2 * len(half)
+    for corner in (half[0], half[-1]):
+        assert np.hypot(*(thin - corner).T).min() == 0.0
+    middles = 0.5 * (thin[1:] + thin[:-1])
+    sagitta = POINT_SPACING_MM**2 / (8.0 * radius)
+    assert np.abs(np.hypot(*middles.T) - radius).max() < 2.0 * sagitta
+    square = np.array([[0.0, 0.0], [0.1, 0.0], [0.1, 0.1], [0.0, 0.1]])
+    np.testing.assert_array_equal(_thinned(square), square)
 
 
 def ppm(path: Path) -> Any:
