@@ -195,7 +195,9 @@ def test_forces_refuse_what_is_missing_or_wrong(job: Path, capsys: pytest.Captur
     assert "rod length is 20 mm; must be more than crank radius" in refused(capsys, 3, "forces", job)
     job.write_text(text, "utf-8")
     more(job, "", "stroke_mm = 53.8", "stroke_mm = 53.8\nrods_per_throw = 2")
-    assert "engine.layout.bank_deg is missing; 2 rods on throw 1" in refused(capsys, 3, "forces", job)
+    error = refused(capsys, 3, "forces", job)
+    assert "engine.layout.bank_deg is missing; 2 rods on throw 1" in error
+    assert error.count(job.name) == 1
     more(job, "", "[engine.rotating_g]", "[engine.layout]\nbank_deg = [0]\n[engine.rotating_g]")
     assert "engine.layout.bank_deg has 1 angle for the 2 rods" in refused(capsys, 3, "forces", job)
     more(job, "", "big_end = { g = 95.04", "big_end = { g = -95.04")

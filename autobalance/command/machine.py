@@ -34,6 +34,8 @@ def cylinders(job: Job, anatomy: Anatomy, *, rod_needed: bool = True) -> tuple[C
         raise JobError(f"{job.path.name}: engine.rod_length_mm is missing; forces need it")
     try:
         return tuple(cylinder for throw in anatomy.throws for cylinder in _of_throw(job, throw))
+    except JobError:  # has named the job and the key
+        raise
     except ValueError as error:
         raise JobError(f"{job.path.name}: engine: {error}") from None
 

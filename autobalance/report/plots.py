@@ -110,7 +110,7 @@ def over_speed(
 
     def draw(axes: Axes) -> None:
         for number, curve in enumerate(curves):
-            width = 2.6 if curve.name == thick else 0.8
+            width = 2.6 if curve.name == thick else 1.2
             axes.loglog(curve.x, curve.y, label=curve.name, **{**_style(number), "linewidth": width})
         if point is not None:
             axes.plot(*point, "o", color="black", label="the rotor at its speed")
