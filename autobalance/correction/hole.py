@@ -17,8 +17,7 @@ from autobalance.errors import CorrectionError
 from autobalance.rotor.moments import Moments
 from autobalance.solid.csg import Solid, union
 from autobalance.solid.mesh import Array
-from autobalance.solid.shape import Placed, Shape
-from autobalance.solid.tool import twist_drill
+from autobalance.solid.tool import Drilling
 
 Direction = Literal["radial", "axial"]
 Sectors = tuple[tuple[float, float], ...]
@@ -81,11 +80,9 @@ class Hole:
         shape = drill_body(self.radius_mm, -self.lift_mm, depth_mm, self.point_mm)
         return shape.moved(self.axis.placement)
 
-    def exact_body(self, depth_mm: float) -> Shape:
+    def exact_body(self, depth_mm: float) -> Drilling:
         """Return the tool body without facets."""
-        return Placed(
-            twist_drill(self.radius_mm, -self.lift_mm, depth_mm, self.point_mm), self.axis.placement
-        )
+        return Drilling(self.axis.placement, self.radius_mm, -self.lift_mm, depth_mm, self.point_mm)
 
     def column(self, start_mm: float, end_mm: float) -> Moments:
         """Return the volume moments of the full cylinder between two depths."""

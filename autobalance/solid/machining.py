@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -12,12 +13,20 @@ from autobalance.solid.build import built, moved, plane_face
 from autobalance.solid.kernel import common, cut, explored, fused, is_valid
 from autobalance.solid.mesh import Array
 from autobalance.solid.shape import Prism
-from autobalance.solid.tessellation import bounds_mm
-from autobalance.solid.tool import Lowering, Raising, Tool
+from autobalance.solid.surface import CylinderFace
+from autobalance.solid.tessellation import bounds_mm, surfaces
+from autobalance.solid.tool import Drilling, Lowering, Raising, Tool
 
 CLEAR_SHARES = (1e-6, 1e-5, 1e-4)
 """How high over a face it is looked what stands on it, as shares of the part's diagonal: higher where the
 kernel cannot make a sound cut of the first."""
+
+SAME_HOLE = 0.02
+"""A hole is that which a drill continues when axis and radius are this near, as shares of the radius ..."""
+ASKEW = 5e-3
+"""... and the directions [rad]."""
+SAME_DRILL = 1e-3
+"""Radii that differ by less, as a share, are one."""
 
 
 def machined(body: Any, removed: Sequence[Tool], added: Sequence[Tool]) -> Any:
@@ -49,7 +58,36 @@ def _tool(tool: Tool, body: Any, clear_mm: float) -> Any:
         return _lowering(tool, body, clear_mm)
     if isinstance(tool, Raising):
         return _raising(tool, body)
+    if isinstance(tool, Drilling):
+        return built(_along_old_hole(tool, body).shape)
     return built(tool)
+
+
+def _along_old_hole(tool: Drilling, body: Any) -> Drilling:
+    """Return a drill in the hole of its size that it continues, if there is one: on one axis, not nearly."""
+    for face in surfaces(body):
+        if isinstance(face, CylinderFace) and face.hollow:
+            found = _in_hole(tool, face)
+            if found is not None:
+                return found
+    return tool
+
+
+def _in_hole(tool: Drilling, face: CylinderFace) -> Drilling | None:
+    down, entry, slack = tool.placement[:3, 2], tool.placement[:3, 3], SAME_HOLE * tool.radius_mm
+    if abs(face.radius_mm - tool.radius_mm) > slack or np.linalg.norm(np.cross(face.axis, down)) > ASKEW:
+        return None
+    axis = face.axis if float(face.axis @ down) > 0.0 else -face.axis
+    start = face.point_mm + float((entry - face.point_mm) @ axis) * axis
+    ends = [float((face.point_mm + at * face.axis - start) @ axis) for at in (face.low_mm, face.high_mm)]
+    if np.linalg.norm(start - entry) > slack or min(ends) > tool.shoulder_mm or max(ends) < tool.top_mm:
+        return None
+    x = tool.placement[:3, 0] - float(tool.placement[:3, 0] @ axis) * axis
+    x /= np.linalg.norm(x)
+    placement = np.eye(4)
+    placement[:3] = np.column_stack([x, np.cross(axis, x), axis, start])
+    same = abs(face.radius_mm - tool.radius_mm) < SAME_DRILL * tool.radius_mm
+    return replace(tool, placement=placement, radius_mm=face.radius_mm if same else tool.radius_mm)
 
 
 def _lowering(tool: Lowering, body: Any, clear_mm: float) -> Any:

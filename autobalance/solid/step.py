@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from autobalance.errors import SolidError
+from autobalance.errors import BodiesError, SolidError
 from autobalance.solid.brep import ExactSolid, are_apart, together
 from autobalance.solid.csg import Solid
 from autobalance.solid.mesh import Mesh, weld
@@ -90,7 +90,7 @@ def _chosen(parts: Sequence[_Part], body: int | str | None, pressed_up: bool) ->
         every = [part.solid for part in parts]
         return together(every, are_apart(every)), parts[0].name
     if body is None:
-        raise SolidError(f"{_listed(parts)}; needed body = a number or a name, or 'all' to unite them")
+        raise BodiesError(f"{_listed(parts)}; needed body = a number or a name, or 'all' to unite them")
     found = _named(parts, body) if isinstance(body, str) else list(parts[body - 1 : body] if body > 0 else ())
     if len(found) != 1:
         raise SolidError(f"body {body!r} was asked for; {_listed(parts)}")

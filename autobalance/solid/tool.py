@@ -1,12 +1,12 @@
 """What a correction takes from a solid, or adds to it, described exactly; no facets, no kernel.
 
-Most tools are plain shapes. Two depend on the solid that they meet: a face is lowered except under what
-stands on it, and metal grows on a face within the face's own outline.
+Most tools are plain shapes. Three depend on the solid that they meet: a face is lowered except under what
+stands on it, metal grows on a face within the face's own outline, and a drill follows the hole that it finds.
 """
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -47,7 +47,27 @@ class Raising:
     within: Shape | None = None
 
 
-Tool = Shape | Lowering | Raising
+@dataclass(frozen=True, eq=False)
+class Drilling:
+    """A twist drill's body along the z of ``placement`` (4, 4), see ``twist_drill``.
+
+    Where a hole of its size is there already, the drill runs along that hole's own axis.
+    """
+
+    placement: Array
+    radius_mm: float
+    top_mm: float
+    shoulder_mm: float
+    point_mm: float
+
+    @property
+    def shape(self) -> Shape:
+        """The body, in the axes that ``placement`` leads to."""
+        drill = twist_drill(self.radius_mm, self.top_mm, self.shoulder_mm, self.point_mm)
+        return Placed(drill, self.placement)
+
+
+Tool = Shape | Lowering | Raising | Drilling
 
 
 def placed(tool: Tool, motion: Array) -> Tool:
@@ -62,6 +82,8 @@ def placed(tool: Tool, motion: Array) -> Tool:
             tool.spared,
             None if tool.within is None else Placed(tool.within, motion),
         )
+    if isinstance(tool, Drilling):
+        return replace(tool, placement=motion @ tool.placement)
     if isinstance(tool, Raising):
         within = None if tool.within is None else Placed(tool.within, motion)
         return Raising(tool.surfaces, motion[:3, :3] @ tool.normal, tool.rise_mm, within)

@@ -19,6 +19,7 @@ from autobalance.solid.shape import (
     Joined,
     Line,
     Outline,
+    Placed,
     Prism,
     Shape,
     Turned,
@@ -29,7 +30,7 @@ from autobalance.solid.shape import (
 )
 from autobalance.solid.step_file import read_step_file
 from autobalance.solid.surface import CylinderFace, PlaneFace, Surface
-from autobalance.solid.tool import Lowering, Raising, placed, ring, twist_drill, wedge
+from autobalance.solid.tool import Drilling, Lowering, Raising, placed, ring, twist_drill, wedge
 
 pytestmark = pytest.mark.skipif(not has_kernel(), reason="the extra 'step' is not installed")
 
@@ -171,6 +172,29 @@ def test_a_flat_bore_has_no_cone() -> None:
     done = pressed(plate.machined([twist_drill(4.0, -1.0, 5.0, 0.0)]))
     assert done.face_kinds() == {"plane": 7, "cylinder": 1}
     assert plate.volume_mm3 - done.volume_mm3 == pytest.approx(16.0 * math.pi * 5.0, rel=ROUNDING)
+
+
+@pytest.mark.parametrize("off", [0.0, 1e-9, 1e-6, 1e-4, 1e-2])
+@pytest.mark.parametrize("wider", [0.0, 1e-9, 0.05])
+def test_a_hole_is_deepened_along_its_own_axis(off: float, wider: float) -> None:
+    """The drill's axis is found on triangles: it lies beside the hole's own, and leans a little."""
+    down = np.diag([1.0, -1.0, -1.0, 1.0])
+    down[2, 3] = 10.0
+    old = placed(twist_drill(4.0, -1.0, 2.0, 1.0), down)
+    assert isinstance(old, Placed)
+    drilled = ExactSolid(Without(block(), (old,)))
+    lean = np.array([[1.0, 0, -0.1 * off, off], [0, -1, 0, 0], [-0.1 * off, 0, -1, 7.0], [0, 0, 0, 1]])
+    done = pressed(drilled.machined([Drilling(lean, 4.0 + wider, -2.0, 1.0, 1.0)]))
+    assert done.solid_count == 1
+    cone = math.pi / 3.0 * (4.0 + wider) ** 2
+    if wider < 0.01:
+        removed = 16.0 * math.pi * 2.0 + cone - 16.0 / 3.0 * math.pi
+    else:
+        radius = 4.0 + wider
+        old_part = 16.0 * math.pi * 1.0 + 16.0 / 3.0 * math.pi
+        removed = math.pi * radius**2 * 3.0 + cone - old_part
+    assert drilled.volume_mm3 - done.volume_mm3 == pytest.approx(removed, rel=1e-6)
+    assert done.face_kinds()["cone"] == 1
 
 
 def test_a_turned_rim_is_a_cylinder() -> None:
