@@ -10,7 +10,7 @@ import numpy as np
 
 from autobalance.errors import SolidError
 from autobalance.solid.build import built, moved, plane_face
-from autobalance.solid.kernel import common, cut, explored, fused, is_valid
+from autobalance.solid.kernel import common, cut, explored, fused, is_valid, properties, unified
 from autobalance.solid.mesh import Array
 from autobalance.solid.shape import Prism
 from autobalance.solid.surface import CylinderFace
@@ -21,6 +21,8 @@ CLEAR_SHARES = (1e-6, 1e-5, 1e-4)
 """How high over a face it is looked what stands on it, as shares of the part's diagonal: higher where the
 kernel cannot make a sound cut of the first."""
 
+SAME_VOLUME = 1e-9
+"""Share of the volume by which merging faces may change it: rounding."""
 SAME_HOLE = 0.02
 """A hole is that which a drill continues when axis and radius are this near, as shares of the radius ..."""
 ASKEW = 5e-3
@@ -47,10 +49,24 @@ def machined(body: Any, removed: Sequence[Tool], added: Sequence[Tool]) -> Any:
         result = cut(fused([body, *grown]), gone)
         found = len(explored(result, "SOLID"))
         if found == bodies and is_valid(result):
-            return result
+            return _seamless(result, body)
     if found != bodies:
         raise SolidError(f"cut as planned, the part falls into {found} solids; needed {bodies}")
     raise SolidError("the CAD kernel finds fault with the solid after the cut")
+
+
+def _seamless(result: Any, before: Any) -> Any:
+    """Return a cut body without seams where faces of the tools go on in the body's own.
+
+    A body that had such seams before keeps all: its owner may want them.
+    """
+    if len(explored(unified(before), "FACE")) < len(explored(before, "FACE")):
+        return result
+    merged = unified(result)
+    volume = properties(result).mass_g
+    same = abs(properties(merged).mass_g - volume) < SAME_VOLUME * volume
+    sound = same and is_valid(merged) and len(explored(merged, "SOLID")) == len(explored(result, "SOLID"))
+    return merged if sound else result
 
 
 def _tool(tool: Tool, body: Any, clear_mm: float) -> Any:

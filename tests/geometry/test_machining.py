@@ -64,13 +64,23 @@ def test_a_plate_is_lowered_around_a_boss_which_keeps_its_cylinder() -> None:
     done = pressed(whole.machined([lowered_by(3.0)]))
     assert whole.volume_mm3 - done.volume_mm3 == pytest.approx(3.0 * (SIDE**2 - 36.0 * math.pi), rel=ROUNDING)
     assert set(done.face_kinds()) == {"plane", "cylinder"}
-    np.testing.assert_allclose([face.radius_mm for face in _cylinders(done)], 6.0, rtol=1e-12)
-    ends = [
-        face.point_mm[2] + along * face.axis[2]
-        for face in _cylinders(done)
-        for along in (face.low_mm, face.high_mm)
+    (boss,) = _cylinders(done)
+    assert boss.radius_mm == pytest.approx(6.0, rel=1e-12)
+    ends = sorted(boss.point_mm[2] + along * boss.axis[2] for along in (boss.low_mm, boss.high_mm))
+    assert ends == [pytest.approx(7.0), pytest.approx(30.0)]
+
+
+def test_seams_that_were_there_stay() -> None:
+    """A plate in two halves on one plane: faces that its owner divided are not merged."""
+    from autobalance.solid.kernel import fused
+
+    halves = [
+        Prism(polygon([(x, -9.0), (x + 9.0, -9.0), (x + 9.0, 9.0), (x, 9.0)]), 0.0, 5.0) for x in (-9.0, 0.0)
     ]
-    assert (min(ends), max(ends)) == (pytest.approx(7.0), pytest.approx(30.0))
+    seamed = ExactSolid.of(fused([ExactSolid(half).body for half in halves]))
+    assert seamed.face_kinds() == {"plane": 10}
+    done = seamed.machined([placed(twist_drill(2.0, -1.0, 2.0, 0.0), np.eye(4) + np.eye(4, k=3) * 4.0)])
+    assert done.face_kinds() == {"plane": 11, "cylinder": 1}
 
 
 def test_the_same_anywhere_in_space() -> None:
@@ -195,6 +205,7 @@ def test_a_hole_is_deepened_along_its_own_axis(off: float, wider: float) -> None
         removed = math.pi * radius**2 * 3.0 + cone - old_part
     assert drilled.volume_mm3 - done.volume_mm3 == pytest.approx(removed, rel=1e-6)
     assert done.face_kinds()["cone"] == 1
+    assert done.face_kinds()["cylinder"] == (1 if wider < 0.01 else 2)  # the mouth keeps its own
 
 
 def test_a_turned_rim_is_a_cylinder() -> None:
