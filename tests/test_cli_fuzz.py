@@ -130,6 +130,7 @@ def toml(value: Any) -> str:
 @example(changed=[(("crankshaft", "axis_point_mm"), [1e-300, 1e308, -5.0])])
 @example(changed=[(("original", "reciprocating_g", "piston"), 1e308)])
 @example(changed=[(("engine", "attached", 0, "z_mm"), 1e100)])
+@example(changed=[(("correction", "drill", "depth_step_mm"), 5e-324)])
 def test_a_run_on_impossible_numbers(
     changed: list[tuple[tuple[Any, ...], Any]],
     tmp_path_factory: pytest.TempPathFactory,

@@ -35,10 +35,12 @@ FACE_KEYS = ("faces", "sector_deg", "max_depth_mm", "same_depth", "min_wall_mm")
 ON_FACES = ("shoulder", "add")
 CORRECTION_KEYS = (*FACE_KEYS, "method", "prefer", "depth_tolerance_mm", *METHODS)
 
+FINEST_STEP_MM = 1e-6
+"""Of a machine; with a finer one the number of steps is no number any more."""
 RULES: Mapping[str, Rule] = {
     "max_depth_mm": POSITIVE,
     "min_wall_mm": NOT_NEGATIVE,
-    "depth_step_mm": NOT_NEGATIVE,
+    "depth_step_mm": Rule(lambda x: x == 0.0 or x >= FINEST_STEP_MM, f"must be 0 or ≥ {FINEST_STEP_MM:g}"),
 }
 
 Method = Literal["shoulder", "turn", "drill", "slug", "add"]

@@ -239,6 +239,10 @@ WRONG: dict[str, tuple[Edit, str]] = {
         put("balance.margin", "expand"),
         "balance.margin is 'expand'; must be one of 'none', 'expanded'; did you mean 'expanded'?",
     ),
+    "depth step": (
+        put("correction.drill", {"depth_step_mm": 5e-324}),
+        "correction.drill.depth_step_mm is 4.94066e-324; must be 0 or ≥ 1e-06",
+    ),
     "depth tolerance": (
         put("correction.depth_tolerance_mm", -0.1),
         "correction.depth_tolerance_mm is -0.1; must be ≥ 0",
@@ -353,7 +357,7 @@ WRONG: dict[str, tuple[Edit, str]] = {
     ),
     "own step": (
         put("correction.shoulder", {"depth_step_mm": -1}),
-        "shoulder.depth_step_mm is -1; must be ≥ 0",
+        "shoulder.depth_step_mm is -1; must be 0 or ≥ 1e-06",
     ),
     "own key": (
         put("correction.shoulder", {"face": 1}),

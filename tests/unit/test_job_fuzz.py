@@ -30,10 +30,23 @@ depth_tolerance_mm = 0.02
 
 [correction.drill]
 diameters_mm = [8.0, 10.0]
+point_angle_deg = 118.0
+min_depth_mm = 2.0
+max_depth_mm = 25.0
+depth_step_mm = 0.1
+max_holes = 6
+min_wall_mm = 3.0
+min_spacing_mm = 3.0
 sectors_deg = [[150, 210]]
 
 [correction.slug]
 lengths_mm = [12.7]
+density_kg_m3 = 17000.0
+max_slugs = 4
+
+[correction.turn]
+min_radius_mm = 45.0
+depth_step_mm = 0.1
 
 [engine.layout]
 bank_deg = [0.0]
