@@ -251,6 +251,28 @@ def least_share(residual: Unbalance, tolerance: Tolerance, offer: Offer) -> floa
     return 0.0 if excess <= 1e-6 else math.cos(math.pi / SIDES) * AIM * (0.5 + excess)
 
 
+def greatest_multiple(residual: Unbalance, tolerance: Tolerance, offer: Offer, most: float) -> float:
+    """Return how many times an unbalance the cuts can correct, up to ``most`` (whole numbers are let go of).
+
+    The programme's own rows with the multiple in the place of the excess: residual · multiple + effects ≤ 1.
+    """
+    if not offer.cuts:
+        return 0.0
+    task = _Task(residual, tolerance, offer, "least_metal", AIM, *_usual(offer))
+    tables = _tables(task, 2 * POINTS - 1)
+    rules = _Rules(task, tables, _effects(task, tables), 0)
+    judged = np.flatnonzero(rules.matrix[:, [rules.excess]].toarray())
+    now = 0.5 * math.cos(math.pi / SIDES) - rules.upper_rows[judged]
+    matrix = rules.matrix.tolil()
+    matrix[judged, rules.excess] = now[:, None]
+    rules.matrix = matrix.tocsr()
+    rules.upper_rows[judged] = 1.0 / AIM
+    rules.upper[rules.excess] = most
+    rules.cost[:] = 0.0
+    rules.cost[rules.excess] = -1.0
+    return float(-_relaxed(rules).fun)
+
+
 def _effects(task: _Task, tables: Sequence[Array]) -> list[list[Moments]]:
     return [[cut.effect(float(d)) for d in points] for cut, points in zip(task.cuts, tables, strict=True)]
 

@@ -9,14 +9,13 @@ from dataclasses import dataclass
 import numpy as np
 
 from autobalance import correction
-from autobalance.choose import Prefer, least_share
+from autobalance.choose import Prefer, greatest_multiple
 from autobalance.correction import Limits
-from autobalance.correction.kind import Correction
+from autobalance.correction.kind import Correction, Offer, Workpiece
 from autobalance.crank.anatomy import Anatomy, Web
 from autobalance.errors import CorrectionError
-from autobalance.rebalance import Outcome, Result, Rotor, balance, workpiece
+from autobalance.rebalance import Offers, Outcome, Result, Rotor, balance, workpiece
 from autobalance.rotor.tolerance import Tolerance
-from autobalance.rotor.unbalance import Unbalance
 from autobalance.solid.mesh import Floats, Mesh
 
 MIXES = (
@@ -120,16 +119,33 @@ def compare(
         The limits of each kind, by its name.
     """
     rows = []
+    offers = _once()
     for methods in mixes:
         progress(f"trying {'+'.join(methods)}")
         chosen = [limits[name] for name in methods]
         try:
-            result = balance(rotor, tolerance, chosen, _bytes_of, _soup_of, prefer=prefer, advise=False)
+            result = balance(
+                rotor, tolerance, chosen, _bytes_of, _soup_of, prefer=prefer, advise=False, offers=offers
+            )
         except CorrectionError as error:
             rows.append(Row(methods, None, str(error)))
             continue
-        rows.append(_row(methods, rotor, tolerance, result, _capacity(rotor, tolerance, chosen, result)))
+        capacity = _capacity(rotor, tolerance, chosen, result, offers)
+        rows.append(_row(methods, rotor, tolerance, result, capacity))
     return rows
+
+
+def _once() -> Offers:
+    """Return what asks each kind for the same cuts only once; good for one rotor and tolerance."""
+    known: dict[tuple[int, int, float], Offer] = {}
+
+    def offers(work: Workpiece, limits: Limits, effort: int) -> Offer:
+        key = (id(limits), effort, work.look)
+        if key not in known:
+            known[key] = correction.offer(work, limits, effort)
+        return known[key]
+
+    return offers
 
 
 def beaten_by(rows: Sequence[Row]) -> dict[str, list[str]]:
@@ -199,22 +215,11 @@ def _thickness_left_mm(web: Web, lowered: Sequence[Correction]) -> float:
     return left
 
 
-def _capacity(rotor: Rotor, tolerance: Tolerance, chosen: Sequence[Limits], result: Result) -> float:
+def _capacity(
+    rotor: Rotor, tolerance: Tolerance, chosen: Sequence[Limits], result: Result, offers: Offers
+) -> float:
     """Return the greatest multiple of the initial unbalance that may be corrected; 1 is just this one."""
     work = workpiece(rotor, tolerance, result.initial, look=MOST_CAPACITY)
-    offers = [correction.offer(work, limits, correction.efforts(limits) - 1) for limits in chosen]
-    offer = correction.joined(offers)
-
-    def reached(multiple: float) -> bool:
-        asked: Unbalance = result.initial.scaled(multiple)
-        return least_share(asked, tolerance, offer) <= 1.0
-
-    low, high = 0.0, 1.0
-    while reached(high):
-        low, high = high, 2.0 * high
-        if high > MOST_CAPACITY:
-            return math.inf
-    while high - low > 0.01 * high:
-        middle = 0.5 * (low + high)
-        low, high = (middle, high) if reached(middle) else (low, middle)
-    return low
+    offer = correction.joined([offers(work, limits, correction.efforts(limits) - 1) for limits in chosen])
+    multiple = greatest_multiple(result.initial, tolerance, offer, MOST_CAPACITY)
+    return math.inf if multiple >= MOST_CAPACITY else multiple

@@ -28,6 +28,7 @@ from autobalance.solid.tool import Tool, placed
 if TYPE_CHECKING:
     from autobalance.solid.step import Exact
 
+Offers = Callable[[Workpiece, Limits, int], Offer]
 Outcome = Literal["within_tolerance", "already_within_tolerance", "above_tolerance"]
 
 PASSES = 6
@@ -146,6 +147,7 @@ def balance(
     progress: Callable[[str], None] = lambda _: None,
     prefer: Prefer = "least_metal",
     advise: bool = True,
+    offers: Offers = correction.offer,
 ) -> Result:
     """Cut a crank until its residual unbalance is within tolerance, or as near as the metal allows.
 
@@ -164,6 +166,8 @@ def balance(
         What to spare among plans that reach the aim.
     advise : bool
         Compute what would suffice when the limits fall short; that takes a few more plans.
+    offers : callable
+        Takes a workpiece, limits and an effort, and returns the cuts at hand.
 
     Returns
     -------
@@ -198,7 +202,7 @@ def balance(
     if tolerance.is_met_by(initial, initial_doubt):
         return untouched("already_within_tolerance", None)
     progress("planning the correction")
-    offer, plan = _best_offer(rotor, tolerance, methods, initial, prefer)
+    offer, plan = _best_offer(rotor, tolerance, methods, initial, prefer, offers)
 
     def fixes() -> list[Release]:
         if not advise:
@@ -280,7 +284,12 @@ def _corrections(cuts: Sequence[Cut], depths_mm: Array) -> tuple[Correction, ...
 
 
 def _best_offer(
-    rotor: Rotor, tolerance: Tolerance, methods: Sequence[Limits], initial: Unbalance, prefer: Prefer
+    rotor: Rotor,
+    tolerance: Tolerance,
+    methods: Sequence[Limits],
+    initial: Unbalance,
+    prefer: Prefer,
+    offers: Offers = correction.offer,
 ) -> tuple[Offer, Plan]:
     """Return the first set of cuts that reaches the aim, else the one that comes nearest."""
     best: tuple[Offer, Plan] | None = None
@@ -289,10 +298,7 @@ def _best_offer(
         for _ in range(LOOKS):
             work = workpiece(rotor, tolerance, initial, look)
             offer = correction.joined(
-                [
-                    correction.offer(work, limits, min(effort, correction.efforts(limits) - 1))
-                    for limits in methods
-                ]
+                [offers(work, limits, min(effort, correction.efforts(limits) - 1)) for limits in methods]
             )
             plan = choose(initial, tolerance, offer, prefer=prefer)
             if best is None or plan.share < best[1].share * (1.0 - AIM):

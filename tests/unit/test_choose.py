@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from autobalance.choose import choose
+from autobalance.choose import choose, greatest_multiple, least_share
 from autobalance.correction.drill import DrillCut, DrillLimits
 from autobalance.correction.hole import Hole, Site, keep_apart
 from autobalance.correction.kind import Count, Offer
@@ -212,3 +212,14 @@ def test_more_drills_are_no_handicap() -> None:
     one, three = choose(residual, judge, few), choose(residual, judge, many)
     assert max(one.share, three.share) <= AIM * (1.0 + 1e-6)
     assert mass_g(many, three.depths_mm) <= 1.01 * mass_g(few, one.depths_mm)
+
+
+def test_the_greatest_multiple_is_where_the_bound_meets_the_permissible_value() -> None:
+    offer = holes([8.0, 10.0], [-40.0, 40.0], max_holes=3)
+    residual, judge = at_planes(300.0 + 50.0j, 200.0 - 80.0j), tolerance(20.0)
+    most = greatest_multiple(residual, judge, offer, 64.0)
+    assert 1.0 < most < 64.0
+    assert least_share(residual.scaled(0.999 * most), judge, offer) <= 1.0
+    assert least_share(residual.scaled(1.001 * most), judge, offer) > 1.0
+    assert greatest_multiple(residual.scaled(0.01), judge, offer, 64.0) == 64.0
+    assert greatest_multiple(residual, judge, Offer(()), 64.0) == 0.0
