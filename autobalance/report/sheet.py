@@ -53,6 +53,11 @@ class Units:
     mass_digits: int
     unbalance_digits: int
 
+    @property
+    def diameter_digits(self) -> int:
+        """Of a drill: tenths of a millimetre, or thousandths of an inch as drills are sold."""
+        return 1 if self.length == "mm" else 3
+
     def mm(self, value: float | None, digits: int | None = None) -> str:
         """Return a length."""
         return _plain(
@@ -392,7 +397,7 @@ def _cut_table(sheet: _Sheet, down: float) -> float:
                 str(item["number"]), kind_name(item["kind"]), _safe(_where(item)),
                 "–" if ccw is None else degrees(ccw), "–" if ccw is None else degrees(-ccw),
                 u.mm(item["position_mm"][2], u.length_digits - 1), u.mm(math.hypot(*item["position_mm"][:2]), u.length_digits - 1),
-                u.mm(item.get("diameter_mm"), u.length_digits - 2), u.mm(item["depth_mm"]),
+                u.mm(item.get("diameter_mm"), u.diameter_digits), u.mm(item["depth_mm"]),
                 u.mm(_with_point(item)) if item.get("point_mm") else "–", u.g(item["removed_mass_g"]),
             ]
         )  # fmt: skip
@@ -431,7 +436,7 @@ def _tolerance_card(sheet: _Sheet, x: float, width: float, down: float) -> float
     for a, b, plane in zip(
         report["initial"]["planes"], report["residual"]["planes"], tolerance["planes"], strict=True
     ):
-        pairs.append((f"Plane {plane['name']}, z = {u.mm(plane['z_mm'], 1)}", a, b, plane))
+        pairs.append((f"Plane {plane['name']}, z = {u.mm(plane['z_mm'], u.length_digits - 2)}", a, b, plane))
     rows += [
         [
             _safe(name),
@@ -600,7 +605,7 @@ def _mark(sheet: _Sheet, item: Mapping[str, Any], web: WebDrawing, to_page: Any,
         sheet.circle(x, down, scale * item["diameter_mm"] / 2.0, INK, 0.3)
         sheet.line(x - 2, down, x + 2, down, INK, 0.12)
         sheet.line(x, down - 2, x, down + 2, INK, 0.12)
-        text = f"dia {u.mm(item['diameter_mm'], u.length_digits - 2)} x {u.mm(item['depth_mm'])}"
+        text = f"dia {u.mm(item['diameter_mm'], u.diameter_digits)} x {u.mm(item['depth_mm'])}"
     elif item.get("inward"):
         inward = np.asarray(item["inward"][:2])
         (x0, y0), (x1, y1) = to_page(
@@ -650,7 +655,7 @@ def _instruction(item: Mapping[str, Any], u: Units) -> str:
             if item.get("direction") == "radial"
             else f"radius {u.mm(math.hypot(*item['position_mm'][:2]))}"
         )
-        return f"Drill dia {u.mm(item['diameter_mm'], u.length_digits - 1)}, {item.get('direction', '')}, {where}, {height}, point {item.get('point_angle_deg', 0):g}°"
+        return f"Drill dia {u.mm(item['diameter_mm'], u.diameter_digits)}, {item.get('direction', '')}, {where}, {height}, point {item.get('point_angle_deg', 0):g}°"
     if kind == "slug":
         return f"Bore dia {u.mm(item['diameter_mm'])}, press in slug of {u.mm(item.get('length_mm'))}, {u.g(item.get('slug_mass_g'))} {u.mass}"
     if kind == "turn":

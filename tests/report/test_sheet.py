@@ -74,6 +74,7 @@ def test_inches_and_ounces(drilled: Path, tmp_path: Path) -> None:
     text = words(pdf(report, None, "Letter", "inch"), tmp_path)
     item = report["corrections"][0]
     assert f"{item['depth_mm'] / 25.4:.4f}" in text
+    assert re.search(rf"Drilled hole.* {item['diameter_mm'] / 25.4:.3f} ", text)  # 12 mm: 0.472 in
     assert f"{item['removed_mass_g'] / 28.349523125:.4f}" in text
     assert f"{report['residual']['magnitude_g_mm'] / 720.0779:.5f}" in text  # 1 oz·in = 720.0779 g·mm
     info = subprocess.run(
