@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from autobalance.command.options import add_json, add_units
+from autobalance.command.progress import INSPECTED_BEFORE, Progress, add_progress, mode_of
 from autobalance.errors import CorrectionError, UsageError
 
 if TYPE_CHECKING:
@@ -41,11 +42,12 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     )
     add_json(parser)
     add_units(parser)
+    add_progress(parser)
 
 
 def run(arguments: argparse.Namespace) -> int:
     """Measure a crank; 0 unless the file is bad."""
-    from autobalance.command.console import progress, progress_done, say, warn
+    from autobalance.command.console import say, warn
     from autobalance.report.files import Staging
     from autobalance.report.json import dumps, report
     from autobalance.report.text import UNITS, inspect_text, sections_text
@@ -53,14 +55,15 @@ def run(arguments: argparse.Namespace) -> int:
     target = _target(arguments, "--json", arguments.json)
     drawing = _target(arguments, "--picture", arguments.picture)
     with Staging([path.parent for path in (target, drawing) if path is not None]) as staging:
-        progress("measuring the crank")
+        progress = Progress(mode_of(arguments), done_before=INSPECTED_BEFORE)
         try:
-            crank, record = inspected(arguments)
+            crank, record = inspected(arguments, progress)
             values = report(record)
             if drawing is not None:
+                progress("drawing the crank")
                 staging.add(drawing, _picture(crank, record))
         finally:
-            progress_done()
+            progress.done()
         for text in values["warnings"]:
             warn(text)
         if target is not None:
@@ -92,7 +95,7 @@ def _picture(crank: Crank, record: Record) -> bytes:
     return crank_picture(crank.source.solid.mesh, crank.anatomy, faces)
 
 
-def inspected(arguments: argparse.Namespace) -> tuple[Crank, Record]:
+def inspected(arguments: argparse.Namespace, progress: Progress) -> tuple[Crank, Record]:
     """Read, recognise and measure."""
     from autobalance.command.facet_correction import facet_entry
     from autobalance.command.pipeline import (
@@ -108,9 +111,12 @@ def inspected(arguments: argparse.Namespace) -> tuple[Crank, Record]:
 
     watch = Stopwatch()
     path = Path(arguments.crank)
+    progress("reading and measuring the crank")
     crank = measured_crank(_crankshaft(arguments, path), watch)
     with watch.stage("plan"):
+        progress("looking for faces")
         faces = offered_faces(crank)
+        progress("weighing the sections")
         parts = sections(crank.source.solid, crank.anatomy, crank.density_g_mm3)
     record = Record(
         command="inspect",

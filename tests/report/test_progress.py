@@ -1,4 +1,6 @@
 import io
+import json
+import re
 from pathlib import Path
 
 import pytest
@@ -54,6 +56,20 @@ def test_json_on_standard_output_is_only_json_while_verbose(
     assert "cutting" in err
     names = {path.name for path in (tmp_path / "out").iterdir()}
     assert names == {"balanced.stl", "report.json", "balance.xlsx"}
+
+
+def test_inspect_shows_its_steps_when_verbose_and_nothing_of_them_in_its_json(
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    crank = jobs.BUNDLED / "drafted" / "crank.stl"
+    words = ("inspect", crank, "--unit", "mm", "--no-crankpin", "--json", "-")
+    assert jobs.run(*words, "--verbose") == 0
+    shown = capsys.readouterr()
+    assert json.loads(shown.out)["command"] == "inspect"
+    for step in ("reading and measuring", "looking for faces", "weighing the sections", "done"):
+        assert re.search(rf"^ +[\d.]+ s  {step}", shown.err, re.MULTILINE)
+    assert jobs.run(*words, "--quiet") == 0
+    assert capsys.readouterr().err == ""
 
 
 def test_no_report_writes_the_solid_and_the_json(tmp_path: Path) -> None:
