@@ -1,0 +1,170 @@
+"""What the facets of a large mesh hide, from a few plane sections through it.
+
+A section through facets is a polygon; where it turns smoothly from chord to chord, a curve runs outside (in a
+hole: inside) of it. What lies between is c³ κ / 12 for a chord of length c. Sections across the crank see all
+that curves around it; sections along it see the profiles of fillets and cones. Coarser than ``facet_error``,
+but the time that it takes hardly depends on what the mesh is like.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from autobalance.rotor.moments import Moments
+from autobalance.solid.components import numbered_components
+from autobalance.solid.facet_surfaces import SMOOTH_RAD, Flags
+from autobalance.solid.facets import FacetError
+from autobalance.solid.mesh import Array, Indices, Mesh
+
+Levels = NDArray[np.int16]
+
+ACROSS, ALONG = 24, 6
+"""Sections across the crank axis, and along it, across the first throw."""
+CROSSINGS_MOST = 40_000
+"""Triangles that are cut in a direction, once for each section, about at most; else there are fewer."""
+SAMPLE = 61
+"""Every so manieth triangle tells how many are cut."""
+FLAT_RAD = 3e-4
+"""Pieces that turn by less are one chord."""
+TINY = 1e-7
+"""Pieces shorter than this share of the diagonal go with the piece after them: rounding has turned them."""
+ALIKE = 4.5
+"""How many times as long as its neighbour a chord may be."""
+BAR = 0.4
+"""Error bar, as a share of the magnitudes: sections are few, and both kinds see what lies slantwise."""
+
+
+def facet_error_from_slices(mesh: Mesh, density_g_mm3: float, frame: Array) -> FacetError:
+    """Estimate what the flat facets of a mesh cost, from sections.
+
+    Parameters
+    ----------
+    mesh : Mesh
+        Closed, outward [mm].
+    density_g_mm3 : float
+        Density [g/mm³].
+    frame : (4, 4) float
+        From the mesh's coordinates to the rotor frame.
+
+    Returns
+    -------
+    FacetError
+        ``surfaces`` is 0 and ``fitted`` None: nothing was fitted.
+    """
+    total = Moments.zero()
+    gross = np.zeros(4)
+    sag = 0.0
+    for axis, sections in ((2, ACROSS), (0, ALONG)):
+        middle, volume, depth = _lenses(mesh, frame[axis, :3], sections)
+        mass = density_g_mm3 * volume
+        middle = middle @ frame[:3, :3].T + frame[:3, 3]
+        weighted = mass[:, None] * middle
+        total = total + Moments(float(mass.sum()), weighted.sum(axis=0), weighted.T @ middle)
+        size, z = np.abs(mass) * np.hypot(middle[:, 0], middle[:, 1]), middle[:, 2]
+        gross += [np.abs(mass).sum(), size.sum(), size @ z, size @ z**2]
+        sag = max(sag, float(depth.max(initial=0.0)))
+    bar = BAR * gross
+    mean, mean_square = (float(value) for value in bar[2:] / (bar[1] or 1.0))
+    return FacetError(
+        total, float(bar[0]), float(bar[1]), float(gross[0]), float(gross[1]), sag, 0, (mean, mean_square)
+    )
+
+
+def _lenses(mesh: Mesh, direction: Array, sections: int) -> tuple[Array, Array, Array]:
+    """Return middles (n, 3), volumes (negative in holes) and depths of what lies beyond chords."""
+    height = mesh.vertices @ direction
+    low, high = float(height.min()), float(height.max())
+    if not high > low:
+        return np.zeros((0, 3)), np.zeros(0), np.zeros(0)
+    corners = height[mesh.triangles[::SAMPLE]]
+    spans = SAMPLE * float(np.ptp(corners, axis=1).sum()) / (high - low)
+    sections = max(2, min(sections, int(CROSSINGS_MOST / max(spans, 1.0))))
+    step = (high - low) / sections
+    level = np.floor((height - low) / step + 0.5).astype(np.int16)
+    a, b, c = level[mesh.triangles].T
+    first, last = np.minimum(np.minimum(a, b), c), np.maximum(np.maximum(a, b), c)
+    cut = np.flatnonzero(first != last)
+    times = (last[cut] - first[cut]).astype(np.int64)
+    row = np.repeat(cut, times)
+    within = np.arange(len(row)) - np.repeat(np.cumsum(times) - times, times)
+    plane = first[row] + within
+    start, end, following = _pieces(mesh, height, level, row, plane, low + (plane + 0.5) * step)
+    middle, area, depth = _segments(start, end, following, direction, TINY * mesh.diagonal_mm)
+    return middle, area * step, depth
+
+
+def _pieces(
+    mesh: Mesh, height: Array, level: Levels, row: Indices, plane: Indices, at: Array
+) -> tuple[Array, Array, Indices]:
+    """Return where triangles are cut, from (n, 3) to (n, 3), metal on the left, and what follows each."""
+    corners = mesh.triangles[row]
+    above = level[corners] > plane[:, None]
+    onward = np.roll(corners, -1, axis=1)
+    turns = above.astype(np.int8) - np.roll(above, -1, axis=1)  # +1: the edge goes down through the plane
+    rows = np.arange(len(row))
+    ups, downs = np.argmin(turns, axis=1), np.argmax(turns, axis=1)
+    up = np.stack([corners[rows, ups], onward[rows, ups]], axis=1)
+    down = np.stack([onward[rows, downs], corners[rows, downs]], axis=1)
+    count = len(mesh.vertices)
+    keys = [(pair[:, 0] * count + pair[:, 1]) * 64 + plane for pair in (down, up)]
+    start, end = (_on_plane(mesh, height, pair, at) for pair in (down, up))
+    order = np.argsort(keys[0], kind="stable")
+    place = np.minimum(np.searchsorted(keys[0][order], keys[1]), len(order) - 1)
+    following = order[place] if len(order) else order
+    return start, end, following
+
+
+def _on_plane(mesh: Mesh, height: Array, pair: Indices, at: Array) -> Array:
+    low, high = height[pair[:, 0]], height[pair[:, 1]]
+    share = np.clip((at - low) / np.where(high > low, high - low, 1.0), 0.0, 1.0)[:, None]
+    point: Array = (1.0 - share) * mesh.vertices[pair[:, 0]] + share * mesh.vertices[pair[:, 1]]
+    return point
+
+
+def _segments(
+    start: Array, end: Array, following: Indices, direction: Array, tiny_mm: float
+) -> tuple[Array, Array, Array]:
+    """Join pieces to chords, and return middle, area and depth of the segment beyond each that is curved."""
+    along = end - start
+    length = np.linalg.norm(along, axis=1)
+    turn = _angle(along, along[following], direction)
+    joined = (np.abs(turn) < FLAT_RAD) | (length < tiny_mm) | (length[following] < tiny_mm)
+    number, count = numbered_components(
+        np.stack([np.flatnonzero(joined), following[joined]], axis=1), len(along)
+    )
+    chord: Array = np.stack(
+        [np.bincount(number, weights=column, minlength=count) for column in along.T], axis=1
+    )
+    weight = np.maximum(length, 1e-300)
+    middles = 0.5 * (start + end) * weight[:, None]
+    middle: Array = np.stack(
+        [np.bincount(number, weights=column, minlength=count) for column in middles.T], axis=1
+    )
+    middle /= np.bincount(number, weights=weight, minlength=count)[:, None]
+    last = np.flatnonzero(~joined)
+    after, before = np.full(count, -1), np.full(count, -1)
+    after[number[last]], before[number[following[last]]] = number[following[last]], number[last]
+    whole = np.flatnonzero((after >= 0) & (before >= 0))
+    size = np.linalg.norm(chord, axis=1)
+    bend = np.zeros(count)  # at the end of each chord
+    bend[whole] = _angle(chord[whole], chord[after[whole]], direction)
+    bend[np.abs(bend) > SMOOTH_RAD] = 0.0
+    curvature = np.zeros(count)
+    ends = ((bend, after, 1), (bend[before], before, -1))
+    for own, beside, way in ends:
+        other = ends[1 if way > 0 else 0][0]
+        beyond = bend[beside] if way > 0 else bend[before[beside]]
+        goes_on = (own * other > 0.0) | (own * beyond > 0.0)
+        alike = (size < ALIKE * size[beside]) & (size[beside] < ALIKE * size)
+        one = np.where(goes_on & alike, 2.0 * own / np.maximum(size + size[beside], 1e-300), 0.0)
+        curvature = np.where(np.abs(one) > np.abs(curvature), one, curvature)
+    kept: Flags = (curvature != 0.0) & (after >= 0) & (before >= 0)
+    size, curvature = size[kept], curvature[kept]
+    return middle[kept], size**3 * curvature / 12.0, size**2 * np.abs(curvature) / 8.0
+
+
+def _angle(one: Array, other: Array, direction: Array) -> Array:
+    """Return the angle (n,) from vectors to others about a direction, left positive."""
+    angle: Array = np.arctan2(np.cross(one, other) @ direction, np.einsum("ij,ij->i", one, other))
+    return angle
