@@ -8,9 +8,11 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from autobalance.command.main import main
 from autobalance.crank.anatomy import Anatomy, Overrides
 from autobalance.crank.recognise import recognise
 from autobalance.errors import SolidError
+from autobalance.solid.kernel import has_kernel
 from autobalance.solid.read import Source, read
 
 CORPUS = os.environ.get("AUTOBALANCE_CORPUS")
@@ -66,3 +68,61 @@ def test_modelica_single() -> None:
 def test_two_loose_plates_are_told() -> None:
     with pytest.raises(SolidError, match="2 bodies"):
         crank("lunchdotbox-crankshaft.obj")
+
+
+KERNEL = pytest.mark.skipif(not has_kernel(), reason="the extra 'step' is not installed")
+STEP_JOB = """
+[crankshaft]
+file = "{file}"
+density_kg_m3 = 7850.0
+[engine.rotating_g]
+big_end = {mass}
+[engine.reciprocating_g]
+piston = {mass}
+[balance]
+factor = 0.5
+grade = {grade}
+speed_rpm = 3000
+judge = "static"
+[correction]
+method = "shoulder"
+"""
+
+
+def exact_crank(name: str) -> tuple[Source, Anatomy]:
+    source = read(Path(str(CORPUS)) / name, None)
+    assert source.surfaces is not None
+    own = source.surfaces.cylinders
+    return source, recognise(source.solid, Overrides(crankpin_in_file=None), own)
+
+
+@KERNEL
+def test_gmsh_overhung_has_its_true_volume_and_radius() -> None:
+    source, found = exact_crank("gmsh-kurbelwelle.stp")
+    assert source.volume_mm3 == pytest.approx(2133.5297, rel=1e-7)
+    assert_axis(found, [0.0, 1.0, 0.0], [0.0, 0.0, 0.0], 1e-9)
+    assert [t.crank_radius_mm for t in found.throws] == [pytest.approx(6.25, abs=1e-9)]
+
+
+@KERNEL
+def test_gmsh_forging_is_in_inch() -> None:
+    source, found = exact_crank("gmsh-sample-crankshaft-4a.stp")
+    assert source.mm_per_unit == 25.4
+    assert source.volume_mm3 == pytest.approx(1924629.4, rel=1e-6)  # the kernel's default order gives that
+    assert_axis(found, [0.0, 0.0, 1.0], [0.0, 0.0, 0.0], 1e-9)
+    assert [round(np.degrees(t.angle_rad)) for t in found.throws] == [0, 300]
+
+
+@KERNEL
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    ("name", "mass", "grade"),
+    [("gmsh-kurbelwelle.stp", 1.5, 40), ("gmsh-sample-crankshaft-4a.stp", 500, 100)],
+)
+def test_step_files_are_balanced_and_verified(tmp_path: Path, name: str, mass: float, grade: float) -> None:
+    job = tmp_path / "job.toml"
+    text = STEP_JOB.format(file=(Path(str(CORPUS)) / name).as_posix(), mass=mass, grade=grade)
+    job.write_text(text, encoding="utf-8")
+    assert main(["balance", str(job), "-o", str(tmp_path / "out"), "--no-report"]) == 0
+    assert (tmp_path / "out" / "balanced.stp").is_file()
+    assert main(["verify", str(tmp_path / "out" / "report.json"), "--independent"]) == 0
