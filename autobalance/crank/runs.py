@@ -33,6 +33,8 @@ WIDE = 0.02
 """How far from the circle that the sections show vertices of the cylinder are looked for, as shares of the
 radius: regular meshes give it exactly, irregular ones too small by as much as their facets are coarse, and
 sections through fillets too large. The radius of most vertices is tried then."""
+DENSEST = 3
+"""So many of the radii that most vertices have are tried."""
 OUT_OF_ROUND = 1e-3
 """A cylinder's vertices stand off it by less than this share of its radius, half of them at least: coarse
 facets have their corners on the true surface, a scan near it. A web with a rim of two radii looks round only
@@ -97,24 +99,40 @@ def find_runs(long: Lengthwise, rounding_mm: float) -> list[Run]:
             else:
                 chains.append([here])
     runs = [_run(long, chain, rounding_mm) for chain in chains]
-    return _joined(_distinct([run for run in runs if run is not None]))
+    return _joined(long, _distinct([run for run in runs if run is not None]))
 
 
-def _joined(runs: Sequence[Run]) -> list[Run]:
-    """Join pieces of one cylinder that meet end to end, where a drilling hid what is between them."""
+def _joined(long: Lengthwise, runs: Sequence[Run]) -> list[Run]:
+    """Join pieces of one cylinder that meet end to end, or have but a drilling between them."""
     joined: list[Run] = []
     for run in runs:
         for place, other in enumerate(joined):
             if (
                 abs(run.radius - other.radius) < NARROW[-1] * run.radius
                 and float(np.linalg.norm(run.centre - other.centre)) < NARROW[-1] * run.radius
-                and abs(run.z_low - other.z_high) < LEAST_WIDTH * run.radius
+                and _meet(long, other, run)
             ):
                 joined[place] = replace(other, z_high=run.z_high)
                 break
         else:
             joined.append(run)
     return joined
+
+
+def _meet(long: Lengthwise, before: Run, after: Run) -> bool:
+    """Whether one piece of a cylinder follows another, and all metal between them reaches just its radius."""
+    gap = after.z_low - before.z_high
+    if gap < LEAST_WIDTH * before.radius:
+        return gap > -LEAST_WIDTH * before.radius
+    between = [s for s in long.sections if before.z_high < s.z_mm < after.z_low]
+    own = _Link(0, before.centre, before.radius)
+    circles = [piece.circle for section in between for piece in section.pieces if piece.circle is not None]
+    if not all(_Link(0, circle.centre, circle.radius).continues(own) for circle in circles):
+        return False  # a groove, or a crankpin between two webs
+    reaches = [max((p.reach_from(before.centre) for p in s.pieces), default=0.0) for s in between]
+    return gap < GAP_SHARE * before.radius and all(
+        (1.0 - SURFACE_LEFT) * before.radius < reach < (1.0 + INSIDE) * before.radius for reach in reaches
+    )
 
 
 def _distinct(runs: Sequence[Run]) -> list[Run]:
@@ -155,7 +173,7 @@ def _run(long: Lengthwise, chain: Sequence[_Link], rounding_mm: float) -> Run | 
     """Return the cylinder that a chain of circles shows, its ends where its last vertices stand."""
     centre = np.median([link.centre for link in chain], axis=0)
     radius = float(np.median([link.radius for link in chain]))
-    shown = sorted((link.radius for link in chain), key=lambda other: abs(other - radius))
+    shown = sorted(chain, key=lambda link: abs(link.radius - radius))
     before, after = chain[0].place - 1, chain[-1].place + 1
     z_from = long.sections[before].z_mm if before >= 0 else -np.inf
     z_to = long.sections[after].z_mm if after < len(long.sections) else np.inf
@@ -170,43 +188,72 @@ def bare_cylinder(
     z_range: tuple[float, float],
     span: float,
     rounding_mm: float,
-    shown: Sequence[float] = (),
+    shown: Sequence[_Link] = (),
 ) -> Run | None:
     """Fit the cylinder along z that vertices in a range of z lie on; None if they show none.
 
     A cylinder's vertices lie on it at (at least) two heights, ``span`` or more apart, however coarse its
     facets; those of fillets, tapers and chamfers do not. Sections through a regular mesh give the radius
-    exactly, those apart that go through fillets or drillings, so each radius ``shown`` is tried; where none
+    exactly, those apart that go through fillets or drillings, so each circle ``shown`` is tried; where none
     does, the one near it that most vertices have, then a wide ring.
     """
     near = long.between(*z_range)
     away = distances(near, centre)
-    nearby = np.flatnonzero(np.abs(away - radius) <= AROUND * radius + rounding_mm)
-    near, away = near.take(nearby, axis=0), away.take(nearby)
-    middles = [radius]
-    for other in shown:
-        if all(abs(other - middle) > NARROW[-1] * middle for middle in middles):
-            middles.append(other)
-    dense = _densest(away[np.abs(away - radius) < 2.0 * WIDE * radius], NARROW[-1] * radius, radius)
-    tries = [(middle, share) for middle in middles for share in NARROW]
-    for middle, share in (*tries, (dense, NARROW[-1]), (dense, WIDE)):
-        ring = near[np.abs(away - middle) <= share * middle + rounding_mm]
-        if len(ring) < LEAST_VERTICES:
-            continue
-        fitted, size = fit_circle(ring[:, :2])
-        off = np.abs(distances(near, fitted) - size)
-        close = off[off <= 2.0 * share * size]
-        typical = float(np.median(close)) if len(close) else size
-        if typical > OUT_OF_ROUND * size + rounding_mm:
-            continue
-        slack = max(ON_CYLINDER * size + rounding_mm, 2.0 * typical)
-        on = near[off <= slack]
-        if len(on) < LEAST_VERTICES:
-            continue
-        low, high = float(on[:, 2].min()), float(on[:, 2].max())
-        if high - low >= max(LEAST_WIDTH * size, MOST_OF_SPAN * span):
-            return Run(fitted, size, low, high)
-    return None
+    near = near.take(np.flatnonzero(np.abs(away - radius) <= AROUND * radius + rounding_mm), axis=0)
+    circles = [(centre, radius)]
+    for link in shown:
+        grain = NARROW[-1] * link.radius
+        if all(abs(link.radius - r) + float(np.abs(link.centre - c).max()) > grain for c, r in circles):
+            circles.append((link.centre, link.radius))
+    for middle, size in circles:
+        away = distances(near, middle)
+        for share in NARROW:
+            run = _fitted(near, away, size, share, span, rounding_mm)
+            if run is not None:
+                return run
+    away = distances(near, centre)
+    rest = away[np.abs(away - radius) < 2.0 * WIDE * radius]
+    fallback = None
+    for _ in range(DENSEST):
+        dense = _densest(rest, NARROW[-1] * radius, radius)
+        for share in (NARROW[-1], WIDE):
+            run = _fitted(near, away, dense, share, span, rounding_mm)
+            if run is not None and _is_reached(long, run):
+                return run
+            fallback = fallback or run
+        rest = rest[np.abs(rest - dense) > NARROW[-1] * radius]
+    return fallback
+
+
+def _fitted(
+    near: Array, away: Array, radius: float, share: float, span: float, rounding_mm: float
+) -> Run | None:
+    """Fit the cylinder to the vertices whose distances ``away`` are a radius but for a share of it."""
+    ring = near[np.abs(away - radius) <= share * radius + rounding_mm]
+    if len(ring) < LEAST_VERTICES:
+        return None
+    fitted, size = fit_circle(ring[:, :2])
+    off = np.abs(distances(near, fitted) - size)
+    close = off[off <= 2.0 * share * size]
+    typical = float(np.median(close)) if len(close) else size
+    if typical > OUT_OF_ROUND * size + rounding_mm:
+        return None
+    slack = max(ON_CYLINDER * size + rounding_mm, 2.0 * typical)
+    on = near[off <= slack]
+    if len(on) < LEAST_VERTICES:
+        return None
+    low, high = float(on[:, 2].min()), float(on[:, 2].max())
+    wide = high - low >= max(LEAST_WIDTH * size, MOST_OF_SPAN * span)
+    return Run(fitted, size, low, high) if wide else None
+
+
+def _is_reached(long: Lengthwise, run: Run) -> bool:
+    """Whether a section within a cylinder reaches its radius; those between two fillets' feet do not."""
+    inside = [s for s in long.sections if run.z_low < s.z_mm < run.z_high]
+    return any(
+        abs(max((p.reach_from(run.centre) for p in s.pieces), default=0.0) - run.radius) < INSIDE * run.radius
+        for s in inside
+    )
 
 
 def _densest(values: Array, width: float, otherwise: float) -> float:
