@@ -106,6 +106,8 @@ def slow_optimum_g(residual: Unbalance, judge: Tolerance, offer: Offer, most: in
         for few in itertools.combinations(range(len(offer.cuts)), size):
             if any(pair in near for pair in itertools.combinations(few, 2)):
                 continue
+            if any(len(set(rule.members) & set(few)) > rule.most for rule in offer.counts):
+                continue
             cuts = [offer.cuts[k] for k in few]
             bounds = np.array([c.least_depth_mm for c in cuts]), np.array([c.max_depth_mm for c in cuts])
             plan = plan_depths(
@@ -130,6 +132,22 @@ def test_metal_is_within_a_hundredth_of_the_optimum_of_a_slow_search(seed: int) 
     optimum_g = slow_optimum_g(residual, judge, offer, 4)
     assert_rules_are_kept(offer, plan.depths_mm)
     assert (plan.share <= AIM * (1.0 + 1e-6)) == math.isfinite(optimum_g)
+    assert mass_g(offer, plan.depths_mm) <= 1.01 * optimum_g
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("seed", range(2))
+def test_metal_in_two_planes_is_within_a_hundredth_of_a_slow_search(seed: int) -> None:
+    rng = np.random.default_rng(seed)
+    offer = holes([12.0], [-40.0, 40.0], places=8, max_holes=2, max_depth_mm=16.0)
+    angle, size = rng.uniform(0.0, 2.0 * math.pi, 2), rng.uniform(500.0, 900.0, 2)
+    a, b = (s * complex(math.cos(t), math.sin(t)) for s, t in zip(size, angle, strict=True))
+    residual, judge = at_planes(a, b), tolerance(50.0)
+    plan = choose(residual, judge, offer)
+    optimum_g = slow_optimum_g(residual, judge, offer, 4)
+    assert_rules_are_kept(offer, plan.depths_mm)
+    assert math.isfinite(optimum_g)
+    assert plan.share <= AIM * (1.0 + 1e-6)
     assert mass_g(offer, plan.depths_mm) <= 1.01 * optimum_g
 
 
