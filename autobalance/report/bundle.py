@@ -6,7 +6,7 @@ from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
-from autobalance.report.metal import pieces_of
+from autobalance.report.metal import Piece, pieces_of
 from autobalance.solid.csg import Solid
 from autobalance.solid.mesh import Mesh
 
@@ -21,6 +21,8 @@ FILES = {
 }
 VIEW_TRIANGLES = 100_000
 """The page's view of a finer solid is decimated."""
+PIECES_TRIANGLES = 50_000
+"""The same of all removed metal; the two together keep the page below 5 MB."""
 
 
 @dataclass(frozen=True)
@@ -73,7 +75,8 @@ def bundle(
 
         told("writing the page")
         body, note = view_of(left)
-        made["html"] = page(report, body, pieces, images[0], note).encode()
+        shown = coarse_pieces(report, before, tools, pieces)
+        made["html"] = page(report, body, shown, images[0], note).encode()
     if "pdf" in kinds:
         from autobalance.report.drawing import drawings
         from autobalance.report.sheet import pdf
@@ -86,6 +89,22 @@ def bundle(
         told("writing the workbook")
         made["xlsx"] = xlsx(report)
     return {key: (name, made[key]) for key, name in FILES.items() if key in made}
+
+
+def coarse_pieces(
+    report: Mapping[str, Any],
+    before: Solid,
+    tools: Sequence[Solid],
+    pieces: Sequence[Piece],
+    most: int = PIECES_TRIANGLES,
+) -> Sequence[Piece]:
+    """Return the removed metal for the page's view: found again on coarser solids while it is too fine."""
+    step = 1e-5 * before.mesh.diagonal_mm
+    most_coarse = 1e-3 * before.mesh.diagonal_mm
+    while sum(len(piece.mesh.triangles) for piece in pieces) > most and step < most_coarse:
+        pieces = pieces_of(report, before.simplified(step), [tool.simplified(step) for tool in tools])
+        step *= 4.0
+    return pieces
 
 
 def view_of(solid: Solid, most: int = VIEW_TRIANGLES) -> tuple[Mesh, str | None]:

@@ -12,10 +12,11 @@ from typing import Any
 import numpy as np
 import pytest
 
-from autobalance.report.bundle import view_of
+from autobalance.report.bundle import coarse_pieces, view_of
 from autobalance.report.html import page
+from autobalance.report.metal import pieces_of
 from autobalance.report.words import at, number, signed
-from autobalance.solid.csg import Solid
+from autobalance.solid.csg import Region, Solid
 from tests import jobs
 from tests.report.browser import Browser, browser, missing
 
@@ -200,6 +201,19 @@ def test_a_fine_view_is_decimated_and_says_so_numbers_never(report: dict[str, An
     assert np.abs([low - ring.bounds[0], high - ring.bounds[1]]).max() < 0.5  # still the same shape
     assert note in page(report, shown, view_note=note)
     assert view_of(ring) == (ring.mesh, None)
+
+
+def test_fine_removed_metal_is_decimated_for_the_page(report: dict[str, Any]) -> None:
+    disc = Solid.prism(Region.circle(40.0, 4000), 0.0, 10.0)
+    tool = Solid.prism(Region.circle(41.0, 4000), 8.0, 11.0)
+    one = {**report, "corrections": report["corrections"][:1]}
+    fine = pieces_of(one, disc, [tool])
+    count = len(fine[0].mesh.triangles)
+    assert coarse_pieces(one, disc, [tool], fine, count) is fine
+    coarse = coarse_pieces(one, disc, [tool], fine, count // 4)
+    assert 0 < len(coarse[0].mesh.triangles) <= count // 4
+    assert coarse[0].correction == 0
+    np.testing.assert_allclose(np.ptp(coarse[0].mesh.vertices, axis=0), [80.0, 80.0, 2.0], rtol=1e-3)
 
 
 def test_a_polar_plot_points_to_the_heavy_side() -> None:
