@@ -17,7 +17,7 @@ from autobalance.solid.surface import CylinderFace
 from autobalance.solid.tessellation import bounds_mm, surfaces
 from autobalance.solid.tool import Drilling, Lowering, Raising, Tool
 
-CLEAR_SHARES = (1e-6, 1e-5, 1e-4)
+CLEAR_SHARES = (1e-7, 1e-6, 1e-5, 1e-4)
 """How high over a face it is looked what stands on it, as shares of the part's diagonal: higher where the
 kernel cannot make a sound cut of the first."""
 

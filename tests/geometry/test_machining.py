@@ -100,7 +100,7 @@ def test_what_stands_keeps_its_footprint_up_to_where_its_fillet_meets_the_face()
     whole = ExactSolid(block(Turned(profile)))
     done = pressed(whole.machined([lowered_by(3.0)]))
     removed = whole.volume_mm3 - done.volume_mm3
-    just_over = 1e-6 * math.hypot(SIDE, SIDE, 30.0)
+    just_over = 1e-7 * math.hypot(SIDE, SIDE, 30.0)
     reach = 8.0 - math.sqrt(4.0 - (2.0 - just_over) ** 2)
     assert removed == pytest.approx(3.0 * (SIDE**2 - math.pi * reach**2), rel=1e-7)
     assert done.face_kinds()["torus"] == whole.face_kinds()["torus"]
