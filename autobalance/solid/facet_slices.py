@@ -82,16 +82,34 @@ def _lenses(mesh: Mesh, direction: Array, sections: int) -> tuple[Array, Array, 
     sections = max(2, min(sections, int(CROSSINGS_MOST / max(spans, 1.0))))
     step = (high - low) / sections
     level = np.floor((height - low) / step + 0.5).astype(np.int16)
+    row, plane = _crossings(mesh, level)
+    at = np.asarray(low + (plane + 0.5) * step, dtype=np.float64)
+    start, end, following = _pieces(mesh, height, level, row, plane, at)
+    middle, area, depth = _segments(start, end, following, direction, TINY * mesh.diagonal_mm)
+    return middle, area * step, depth
+
+
+def signed_area_mm2(mesh: Mesh, direction: Array, heights: Array) -> Array:
+    """Return the areas (k,) inside the outlines of sections at rising heights, as often as they go round."""
+    height = mesh.vertices @ direction
+    level = np.searchsorted(heights, height, side="left").astype(np.int16)
+    row, plane = _crossings(mesh, level)
+    start, end, _ = _pieces(mesh, height, level, row, plane, heights[plane])
+    middle = mesh.bounds.mean(axis=0)
+    double = np.cross(start - middle, end - middle) @ direction
+    area = 0.5 * np.bincount(plane, weights=double, minlength=len(heights))
+    return np.asarray(area, dtype=np.float64)
+
+
+def _crossings(mesh: Mesh, level: Levels) -> tuple[Indices, Indices]:
+    """Return every triangle that is cut, once for each plane, and the plane; k lies above level k."""
     a, b, c = level[mesh.triangles].T
     first, last = np.minimum(np.minimum(a, b), c), np.maximum(np.maximum(a, b), c)
     cut = np.flatnonzero(first != last)
     times = (last[cut] - first[cut]).astype(np.int64)
     row = np.repeat(cut, times)
     within = np.arange(len(row)) - np.repeat(np.cumsum(times) - times, times)
-    plane = first[row] + within
-    start, end, following = _pieces(mesh, height, level, row, plane, low + (plane + 0.5) * step)
-    middle, area, depth = _segments(start, end, following, direction, TINY * mesh.diagonal_mm)
-    return middle, area * step, depth
+    return row, first[row] + within
 
 
 def _pieces(

@@ -13,9 +13,10 @@ from autobalance.errors import BodiesError, FileError, FormatError, SolidError
 from autobalance.rotor.moments import Moments
 from autobalance.solid.csg import Solid, union
 from autobalance.solid.formats import ALIASES, FORMATS, Format, kind_of
+from autobalance.solid.gate import check_solid
 from autobalance.solid.mesh import Array, Mesh, weld, without_collapsed
 from autobalance.solid.raw import Raw
-from autobalance.solid.repair import Body, are_apart, bodies_of, solid_of
+from autobalance.solid.repair import Body, are_apart, bodies_of, solid_of, volume_change
 from autobalance.units import MM_PER
 
 if TYPE_CHECKING:
@@ -220,10 +221,14 @@ def _solid(mesh: Mesh, body: int | str | None, pressed_up: bool) -> tuple[Solid,
     if len(bodies) == 1:
         if body not in (None, "all", 1):
             raise SolidError(f"body {body!r} was asked for; {_listed(bodies)}")
-        return bodies[0].solid if turned else solid, 1, notes
+        solid = bodies[0].solid if turned else solid
+        check_solid(solid, doubtful=bool(notes))
+        return solid, 1, notes
     if (body == "all" or (body is None and pressed_up)) and not turned and are_apart(bodies):
+        check_solid(solid, doubtful=bool(notes))
         return solid, len(bodies), notes
     chosen, said = _choose(bodies, body, pressed_up)
+    check_solid(chosen, doubtful=True)
     return chosen, len(bodies), notes + said
 
 
@@ -239,8 +244,11 @@ def _choose(bodies: list[Body], body: int | str | None, pressed_up: bool) -> tup
     united = union([one.solid for one in bodies])
     total = sum(one.volume_mm3 for one in bodies)
     overlap = total - united.volume_mm3
-    said = [f"{len(bodies)} bodies united; overlaps of {overlap:.6g} mm³ now count once"] if overlap else []
-    return united, said if abs(overlap) > 1e-9 * total else []
+    said = (
+        f"{len(bodies)} bodies united; overlaps of {overlap:.6g} mm³ now count once; "
+        f"{volume_change(total, united.volume_mm3)}"
+    )
+    return united, [said] if abs(overlap) > 1e-9 * total else []
 
 
 def _listed(bodies: list[Body]) -> str:

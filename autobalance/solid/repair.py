@@ -83,6 +83,7 @@ def bodies_of(solid: Solid) -> tuple[list[Body], list[str]]:
     A part that is inside out is a cavity if it lies within another; otherwise it is turned round.
     """
     parts = _parts(solid)
+    whole = solid.volume_mm3
     filled = sorted((part for part in parts if part.outside_volume_mm3 > 0.0), key=lambda one: one.volume_mm3)
     notes = []
     for part in parts:
@@ -93,7 +94,9 @@ def bodies_of(solid: Solid) -> tuple[list[Body], list[str]]:
             filled[around] = replace(filled[around], cavities=(*filled[around].cavities, part.solid))
             continue
         filled.append(part)
-        notes.append(f"a body of {part.volume_mm3:.6g} mm³ was inside out: turned round")
+        change = volume_change(whole, whole + 2.0 * part.volume_mm3)
+        whole += 2.0 * part.volume_mm3
+        notes.append(f"a body of {part.volume_mm3:.6g} mm³ was inside out: turned round; {change}")
     filled.sort(key=lambda one: (-one.volume_mm3, *one.bounds[0]))
     return filled, notes
 
@@ -177,8 +180,8 @@ def solid_of(mesh: Mesh) -> tuple[Solid, list[str]]:
     if len(edges):
         raise SolidError(open_message(mesh, edges))
     if signed_volume_mm3(mesh) < 0.0:
+        notes.append(f"the mesh was inside out: turned round; {_change(mesh, mesh.flipped())}")
         mesh = mesh.flipped()
-        notes.append("the mesh was inside out: turned round")
     return Solid.from_mesh(mesh), notes
 
 
@@ -192,7 +195,8 @@ def _cancel_pairs(mesh: Mesh) -> tuple[Mesh, list[str]]:
     pairs = (len(mesh.triangles) - len(kept)) // 2
     if not pairs:
         return mesh, []
-    return Mesh(mesh.vertices, kept), [f"{pairs} pairs of triangles that face each other cancelled"]
+    left = Mesh(mesh.vertices, kept)
+    return left, [f"{pairs} pairs of triangles that face each other cancelled; {_change(mesh, left)}"]
 
 
 def _weld_near(mesh: Mesh) -> tuple[Mesh, list[str]]:
@@ -212,7 +216,7 @@ def _weld_near(mesh: Mesh) -> tuple[Mesh, list[str]]:
     said = [f"{joined} vertices welded that lay within {reach:.3g} mm of another"]
     dropped = len(mesh.triangles) - len(triangles)
     if dropped:
-        said.append(f"{dropped} collapsed triangles dropped")
+        said.append(f"{dropped} collapsed triangles dropped; {_change(mesh, Mesh(mesh.vertices, triangles))}")
     welded, cancelled = _cancel_pairs(Mesh(mesh.vertices, triangles))
     return welded, said + cancelled
 
@@ -314,8 +318,12 @@ def _cap(rim: Array, flat_mm: float, area_most_mm2: float) -> Indices | None:
 
 
 def _change(before: Mesh, after: Mesh) -> str:
-    was, now = signed_volume_mm3(before), signed_volume_mm3(after)
-    return f"volume {was:.9g} → {now:.9g} mm³"
+    return volume_change(signed_volume_mm3(before), signed_volume_mm3(after))
+
+
+def volume_change(was_mm3: float, now_mm3: float) -> str:
+    """Say what a repair made of the volume."""
+    return f"volume {was_mm3:.9g} → {now_mm3:.9g} mm³"
 
 
 def open_edges(triangles: Indices) -> Indices:

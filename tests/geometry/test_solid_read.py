@@ -52,7 +52,7 @@ def test_a_box_is_read_with_its_facts(put: Put) -> None:
 def test_an_inverted_mesh_is_turned_round_and_said(put: Put) -> None:
     source = read(put(stl(box([0, 0, 0], [1, 1, 1]).flipped())), "mm")
     assert source.solid.volume_mm3 == pytest.approx(1.0)
-    assert source.repairs == ("the mesh was inside out: turned round",)
+    assert source.repairs == ("the mesh was inside out: turned round; volume -1 → 1 mm³",)
 
 
 def test_an_open_mesh_is_refused_with_where(put: Put) -> None:
@@ -84,7 +84,9 @@ def test_several_bodies_are_listed_chosen_or_united(put: Put) -> None:
     united = read(path, "mm", body="all")
     assert united.solid.volume_mm3 == pytest.approx(3.125)
     assert united.bodies == 3
-    assert united.repairs == ("3 bodies united; overlaps of 0.5 mm³ now count once",)
+    assert united.repairs == (
+        "3 bodies united; overlaps of 0.5 mm³ now count once; volume 3.625 → 3.125 mm³",
+    )
 
 
 def test_a_pressed_up_crank_may_have_several_bodies(put: Put) -> None:
@@ -105,7 +107,7 @@ def test_one_body_inside_out_among_others_is_turned_round(put: Put) -> None:
     path = put(stl(box([0, 0, 0], [3, 3, 3]), box([5, 5, 5], [6, 6, 6]).flipped()))
     source = read(path, "mm", body="all")
     assert source.solid.volume_mm3 == pytest.approx(28.0)
-    assert source.repairs == ("a body of 1 mm³ was inside out: turned round",)
+    assert source.repairs == ("a body of 1 mm³ was inside out: turned round; volume 26 → 28 mm³",)
 
 
 def test_body_of_a_file_with_one(put: Put) -> None:

@@ -26,7 +26,7 @@ def test_opposite_pairs_are_cancelled_and_the_closing_triangle_is_kept() -> None
     stuck = Mesh(BOX.vertices, np.concatenate([BOX.triangles, BOX.triangles[:1], BOX.triangles[:1, ::-1]]))
     solid, notes = solid_of(stuck)
     assert solid.volume_mm3 == pytest.approx(1000.0)
-    assert notes == ["1 pairs of triangles that face each other cancelled"]
+    assert notes == ["1 pairs of triangles that face each other cancelled; volume 1000 → 1000 mm³"]
     assert len(without_opposite_pairs(pair)) == 0
     assert without_opposite_pairs(np.array([[0, 1, 2], [1, 2, 0]])).tolist() == [[0, 1, 2], [1, 2, 0]]
     kept = without_opposite_pairs(np.array([[0, 1, 2], [2, 1, 0], [1, 2, 0]]))

@@ -1,0 +1,67 @@
+"""The last look at a solid before anything is measured on it."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from autobalance.errors import SolidError
+from autobalance.solid.csg import Solid
+from autobalance.solid.facet_slices import signed_area_mm2
+from autobalance.solid.measure import mesh_moments
+
+SECTIONS = 24
+"""Heights at which a solid is looked at for metal that counts twice."""
+OVERLAP_MOST = 1e-3
+"""Share of a solid that may count twice: less than the density of steel is known to."""
+NEAR_HULL = 1e-9
+"""How far outside the hull rounding may put a centre of mass, as a share of the diagonal."""
+
+
+def check_solid(solid: Solid, doubtful: bool) -> None:
+    """Refuse a solid that cannot be one; that it is closed and has a volume is known already.
+
+    Parameters
+    ----------
+    solid : Solid
+    doubtful : bool
+        Whether it was repaired or put together, so that looking more closely is worth the time.
+
+    Raises
+    ------
+    SolidError
+        If its centre of mass lies outside of it, or more than ``OVERLAP_MOST`` of it counts twice.
+    """
+    volume = solid.volume_mm3
+    if not 0.0 < volume < np.inf:
+        raise SolidError(f"the solid has a volume of {volume:.6g} mm³; it must be positive")
+    if not doubtful:
+        return
+    mesh = solid.mesh
+    centre = mesh_moments(mesh, 1.0).centre_mm
+    if solid.hull_distance_mm(centre) > NEAR_HULL * mesh.diagonal_mm:
+        x, y, z = centre
+        raise SolidError(
+            f"the solid's centre of mass ({x:.6g}, {y:.6g}, {z:.6g}) mm, in the file's coordinates, lies "
+            "outside its hull: some of its metal counts as negative"
+        )
+    share, height = overlap(solid)
+    if share > OVERLAP_MOST:
+        raise SolidError(
+            f"the solid overlaps itself: {100.0 * share:.3g} % of it counts twice, most of that at "
+            f"z = {height:.6g} mm in the file's coordinates; at most {100.0 * OVERLAP_MOST:g} % may"
+        )
+
+
+def overlap(solid: Solid) -> tuple[float, float]:
+    """Return the share of a solid that counts twice, from sections, and the height z with most of it.
+
+    Of a section, the signed area inside its outlines counts metal as often as it is there; what is left when
+    they are united counts it once.
+    """
+    low, high = (float(value) for value in solid.bounds[:, 2])
+    heights = low + (np.arange(SECTIONS) + 0.5) / SECTIONS * (high - low)
+    signed = signed_area_mm2(solid.mesh, np.array([0.0, 0.0, 1.0]), heights)
+    once = np.array([solid.section(float(height)).area_mm2 for height in heights])
+    twice = signed - once
+    worst = int(np.argmax(twice))
+    return float(twice.sum() / max(signed.sum(), 1e-300)), float(heights[worst])
