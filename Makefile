@@ -16,7 +16,7 @@ help:
 	@echo "make quick   the tests without the slow ones"
 	@echo "make lint    ruff, mypy, import-linter"
 	@echo "make fuzz    damaged files by the thousand for every reader"
-	@echo "make bench   measure time and memory beside the floor and the naive way"
+	@echo "make bench   measure time and memory beside the floor and the naive way, and the time to plan holes"
 	@echo "make ci      what the project's checks run: .ci/run"
 	@echo "make clean   remove $(VENV), $(OUTPUT)/ and caches"
 
@@ -47,6 +47,8 @@ fuzz: $(VENV)/.installed-dev
 bench: $(VENV)/.installed-dev
 	@echo "==> measuring time and memory of the main job"
 	@$(VENV)/bin/python benchmarks/main_job.py
+	@echo "==> measuring the time to plan holes"
+	@$(VENV)/bin/python benchmarks/planning.py
 	@echo "==> measuring recognition beside weld and build"
 	@$(VENV)/bin/python benchmarks/recognition.py
 	@echo "==> measuring the planning of drilled holes"
