@@ -18,8 +18,6 @@ from autobalance.rotor.moments import Moments
 from autobalance.solid.measure import mesh_moments
 from autobalance.solid.mesh import Array, Indices, Mesh
 
-DIRECTED = 1e-7
-"""Area of a triangle, as a share of the diagonal's square, from which on rounding leaves it its direction."""
 Polygons = list[Array]
 """Closed outlines (k, 2) [mm]: counter-clockwise ones add, clockwise ones are holes."""
 
@@ -166,15 +164,6 @@ class Solid:
     def simplified(self, by_mm: float) -> Solid:
         """Return the solid with edges merged that are shorter than ``by_mm``; its surface moves by less."""
         return Solid(self._body.simplify(by_mm))
-
-    def hull_distance_mm(self, point_mm: Array) -> float:
-        """Return how far a point (3,) lies outside the convex hull, at least; negative inside."""
-        hull = Solid(self._body.hull()).mesh
-        size = hull.doubled_areas
-        whole = size > DIRECTED * hull.diagonal_mm**2
-        normal = hull.area_vectors[whole] / size[whole, None]
-        away = np.einsum("ij,ij->i", point_mm - hull.vertices[hull.triangles[whole, 0]], normal)
-        return float(away.max())
 
     def pieces(self) -> list[Solid]:
         """Return the connected bodies, each by itself."""

@@ -8,6 +8,7 @@ from autobalance.errors import SolidError
 from autobalance.solid.csg import Solid
 from autobalance.solid.facet_slices import signed_area_mm2
 from autobalance.solid.measure import mesh_moments
+from autobalance.solid.mesh import Array, Mesh
 
 SECTIONS = 24
 """Heights at which a solid is looked at for metal that counts twice."""
@@ -38,7 +39,7 @@ def check_solid(solid: Solid, doubtful: bool) -> None:
         return
     mesh = solid.mesh
     centre = mesh_moments(mesh, 1.0).centre_mm
-    if solid.hull_distance_mm(centre) > NEAR_HULL * mesh.diagonal_mm:
+    if hull_distance_mm(mesh, centre) > NEAR_HULL * mesh.diagonal_mm:
         x, y, z = centre
         raise SolidError(
             f"the solid's centre of mass ({x:.6g}, {y:.6g}, {z:.6g}) mm, in the file's coordinates, lies "
@@ -50,6 +51,17 @@ def check_solid(solid: Solid, doubtful: bool) -> None:
             f"the solid overlaps itself: {100.0 * share:.3g} % of it counts twice, most of that at "
             f"z = {height:.6g} mm in the file's coordinates; at most {100.0 * OVERLAP_MOST:g} % may"
         )
+
+
+def hull_distance_mm(mesh: Mesh, point_mm: Array) -> float:
+    """Return how far a point (3,) lies outside the convex hull of a mesh, at least; negative inside.
+
+    By qhull: manifold3d's hull may hold triangles that face inward.
+    """
+    from scipy.spatial import ConvexHull
+
+    planes = ConvexHull(mesh.vertices).equations
+    return float((planes[:, :3] @ point_mm + planes[:, 3]).max())
 
 
 def overlap(solid: Solid) -> tuple[float, float]:

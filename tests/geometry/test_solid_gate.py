@@ -11,7 +11,7 @@ from autobalance.crank.design import preset
 from autobalance.crank.generate import crank_solid
 from autobalance.errors import SolidError
 from autobalance.solid.csg import Solid
-from autobalance.solid.gate import check_solid, overlap
+from autobalance.solid.gate import check_solid, hull_distance_mm, overlap
 from autobalance.solid.mesh import Mesh
 from autobalance.solid.read import read
 from autobalance.solid.write import encode
@@ -57,7 +57,7 @@ def test_a_centre_of_mass_outside_the_hull_is_refused() -> None:
     low, high = solid.bounds
     assert (low < centre).all()
     assert (centre < high).all()
-    assert solid.hull_distance_mm(centre) > 1.0
+    assert hull_distance_mm(solid.mesh, centre) > 1.0
     with pytest.raises(SolidError, match=r"centre of mass .* lies outside its hull"):
         check_solid(solid, doubtful=True)
 
