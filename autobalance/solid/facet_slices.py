@@ -21,8 +21,8 @@ Levels = NDArray[np.int16]
 
 ACROSS, ALONG = 24, 6
 """Sections across the crank axis, and along it, across the first throw."""
-CROSSINGS_MOST = 40_000
-"""Triangles that are cut in a direction, once for each section, about at most; else there are fewer."""
+CROSSINGS_ACROSS, CROSSINGS_ALONG = 90_000, 15_000
+"""Triangles that are cut, once for each section, about at most; else there are fewer sections."""
 SAMPLE = 61
 """Every so manieth triangle tells how many are cut."""
 FLAT_RAD = 3e-4
@@ -31,8 +31,9 @@ TINY = 1e-7
 """Pieces shorter than this share of the diagonal go with the piece after them: rounding has turned them."""
 ALIKE = 4.5
 """How many times as long as its neighbour a chord may be."""
-BAR = 0.4
-"""Error bar, as a share of the magnitudes: sections are few, and both kinds see what lies slantwise."""
+BAR, BAR_OF_FEW = 0.25, 4.0
+"""Error bar, as a share of the magnitudes: both kinds see what lies slantwise; and that ÷ number of sections:
+a section stands for all that lies nearer to it than to the next."""
 
 
 def facet_error_from_slices(mesh: Mesh, density_g_mm3: float, frame: Array) -> FacetError:
@@ -53,40 +54,41 @@ def facet_error_from_slices(mesh: Mesh, density_g_mm3: float, frame: Array) -> F
         ``surfaces`` is 0 and ``fitted`` None: nothing was fitted.
     """
     total = Moments.zero()
-    gross = np.zeros(4)
+    gross, bar = np.zeros(4), np.zeros(4)
     sag = 0.0
-    for axis, sections in ((2, ACROSS), (0, ALONG)):
-        middle, volume, depth = _lenses(mesh, frame[axis, :3], sections)
+    for axis, sections, most in ((2, ACROSS, CROSSINGS_ACROSS), (0, ALONG, CROSSINGS_ALONG)):
+        middle, volume, depth, made = _lenses(mesh, frame[axis, :3], sections, most)
         mass = density_g_mm3 * volume
         middle = middle @ frame[:3, :3].T + frame[:3, 3]
         weighted = mass[:, None] * middle
         total = total + Moments(float(mass.sum()), weighted.sum(axis=0), weighted.T @ middle)
         size, z = np.abs(mass) * np.hypot(middle[:, 0], middle[:, 1]), middle[:, 2]
-        gross += [np.abs(mass).sum(), size.sum(), size @ z, size @ z**2]
+        sums = np.array([np.abs(mass).sum(), size.sum(), size @ z, size @ z**2])
+        gross += sums
+        bar += (BAR + BAR_OF_FEW / made) * sums
         sag = max(sag, float(depth.max(initial=0.0)))
-    bar = BAR * gross
     mean, mean_square = (float(value) for value in bar[2:] / (bar[1] or 1.0))
     return FacetError(
         total, float(bar[0]), float(bar[1]), float(gross[0]), float(gross[1]), sag, 0, (mean, mean_square)
     )
 
 
-def _lenses(mesh: Mesh, direction: Array, sections: int) -> tuple[Array, Array, Array]:
-    """Return middles (n, 3), volumes (negative in holes) and depths of what lies beyond chords."""
+def _lenses(mesh: Mesh, direction: Array, sections: int, most: int) -> tuple[Array, Array, Array, int]:
+    """Return middles (n, 3), volumes (negative in holes) and depths beyond chords, and number of sections."""
     height = mesh.vertices @ direction
     low, high = float(height.min()), float(height.max())
     if not high > low:
-        return np.zeros((0, 3)), np.zeros(0), np.zeros(0)
+        return np.zeros((0, 3)), np.zeros(0), np.zeros(0), 1
     corners = height[mesh.triangles[::SAMPLE]]
     spans = SAMPLE * float(np.ptp(corners, axis=1).sum()) / (high - low)
-    sections = max(2, min(sections, int(CROSSINGS_MOST / max(spans, 1.0))))
+    sections = max(2, min(sections, int(most / max(spans, 1.0))))
     step = (high - low) / sections
     level = np.floor((height - low) / step + 0.5).astype(np.int16)
     row, plane = _crossings(mesh, level)
     at = np.asarray(low + (plane + 0.5) * step, dtype=np.float64)
     start, end, following = _pieces(mesh, height, level, row, plane, at)
     middle, area, depth = _segments(start, end, following, direction, TINY * mesh.diagonal_mm)
-    return middle, area * step, depth
+    return middle, area * step, depth, sections
 
 
 def signed_area_mm2(mesh: Mesh, direction: Array, heights: Array) -> Array:
