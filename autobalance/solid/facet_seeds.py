@@ -31,6 +31,9 @@ SEEDS = 10
 """Places of a piece that are tried."""
 SEED_SIZES = 12, 30
 """Facets that a surface is fitted to at a time."""
+TRIES_MOST = 2000
+"""Sets of facets whose profile about an axis is tried, in all: a free-form surface offers them by the
+ten thousand and to no end, turned parts by the hundred."""
 PIECES_MOST = 400
 """Pieces that are looked at, those of most area."""
 POINTS_MOST = 200
@@ -100,6 +103,7 @@ def find_joined(
     points = _Points(look)
     tight = tight_mm(look)
     i, j = look.face[look.edges.left[look.smooth]], look.face[look.edges.right[look.smooth]]
+    tries = 0
     for point, axis in axes:
         free = (surface_of[i] < 0) & (surface_of[j] < 0)
         i, j = i[free], j[free]
@@ -110,6 +114,9 @@ def find_joined(
                     break
                 if not np.isin(seed, left).all():
                     continue
+                tries += 1
+                if tries > TRIES_MOST:
+                    return
                 for fitted in _profiles(points, seed, point, axis, tight):
                     on = _on(look, points, fitted, left, tight)
                     if on.sum() >= max(LEAST, len(seed) // 2):
