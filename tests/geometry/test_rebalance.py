@@ -7,11 +7,12 @@ import pytest
 from numpy.typing import NDArray
 
 from autobalance import correction
+from autobalance.correction import Limits
 from autobalance.correction.kind import Offer, Workpiece
 from autobalance.correction.shoulder import ShoulderLimits
 from autobalance.crank.anatomy import Anatomy, Face, MainJournal, Pin, Throw, Web
 from autobalance.plan import AIM
-from autobalance.rebalance import Result, Rotor, balance, heavy_vectors
+from autobalance.rebalance import Offers, Result, Rotor, balance, heavy_vectors
 from autobalance.rotor.moments import Moments
 from autobalance.rotor.tolerance import Judge, Tolerance
 from autobalance.rotor.unbalance import Unbalance
@@ -109,8 +110,13 @@ def decode(data: bytes) -> Floats:
     return np.frombuffer(data, dtype=np.float32).reshape(-1, 3, 3)
 
 
-def run(rotor: Rotor, judge: Judge = "dynamic", limits: ShoulderLimits | None = None) -> Result:
-    return balance(rotor, tolerance(judge), [limits or ShoulderLimits()], encode, decode)
+def run(
+    rotor: Rotor,
+    judge: Judge = "dynamic",
+    limits: ShoulderLimits | None = None,
+    offers: Offers = correction.offer,
+) -> Result:
+    return balance(rotor, tolerance(judge), [limits or ShoulderLimits()], encode, decode, offers=offers)
 
 
 def somewhere(seed: int) -> Array:
@@ -210,42 +216,37 @@ def test_unequal_depths_correct_a_couple() -> None:
         assert math.hypot(*vector) <= 1.1 * AIM * plane.permissible_g_mm
 
 
-def test_a_second_pass_takes_out_what_the_first_left(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_second_pass_takes_out_what_the_first_left() -> None:
     """A prediction that is 1 % off costs a pass, not the result."""
-    offer = correction.offer
 
-    def misjudged(work: Workpiece, limits: ShoulderLimits, effort: int) -> Offer:
-        real = offer(work, limits, effort)
+    def misjudged(work: Workpiece, limits: Limits, effort: int) -> Offer:
+        real = correction.offer(work, limits, effort)
         for cut in real.cuts:
             effect, rate = cut.effect, cut.rate
             object.__setattr__(cut, "effect", lambda d, effect=effect: effect(d).scaled(1.01))
             object.__setattr__(cut, "rate", lambda d, rate=rate: rate(d).scaled(1.01))
         return real
 
-    monkeypatch.setattr(correction, "offer", misjudged)
-    result = run(rotor())
+    result = run(rotor(), offers=misjudged)
     assert result.outcome == "within_tolerance"
     assert result.steps[0].measured_g_mm > 10.0
     assert result.steps[1].measured_g_mm < 1.0
     assert result.residual.magnitude_g_mm <= AIM * tolerance().permissible_g_mm
 
 
-def test_the_end_is_never_worse_than_the_beginning(monkeypatch: pytest.MonkeyPatch) -> None:
-    offer = correction.offer
-
-    def backwards(work: Workpiece, limits: ShoulderLimits, effort: int) -> Offer:
-        real = offer(work, limits, effort)
+def test_the_end_is_never_worse_than_the_beginning() -> None:
+    def backwards(work: Workpiece, limits: Limits, effort: int) -> Offer:
+        real = correction.offer(work, limits, effort)
         for cut in real.cuts:
             effect, rate = cut.effect, cut.rate
             object.__setattr__(cut, "effect", lambda d, effect=effect: effect(d).scaled(-1.0))
             object.__setattr__(cut, "rate", lambda d, rate=rate: rate(d).scaled(-1.0))
         return real
 
-    monkeypatch.setattr(correction, "offer", backwards)
     heavy_pin = Moments.point(170.0, np.array([CRANK_RADIUS, 0.0, 0.0]))
     crank = rotor(extra=heavy_pin)
     limits = ShoulderLimits(faces=("low", "high"))
-    result = run(crank, limits=limits)
+    result = run(crank, limits=limits, offers=backwards)
     assert result.outcome == "above_tolerance"
     assert result.solid is None
     assert result.residual is result.initial
