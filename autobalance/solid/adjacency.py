@@ -42,37 +42,24 @@ class Edges:
     flat: Flags
 
 
-def area_vectors(mesh: Mesh) -> Array:
-    """Return each triangle's normal times twice its area (m, 3) [mm²]."""
-    a, b, c = (mesh.vertices[column] for column in mesh.triangles.T)
-    return np.cross(b - a, c - a)
-
-
 def unit(vectors: Array) -> Array:
     """Return vectors (..., 3) of length 1, zero where there is none."""
     length = np.linalg.norm(vectors, axis=-1, keepdims=True)
     return vectors / np.where(length > 0.0, length, 1.0)
 
 
-def edges_of(mesh: Mesh, doubled: Array) -> Edges:
-    """Pair the triangles of a closed mesh at their edges.
-
-    Parameters
-    ----------
-    mesh : Mesh
-    doubled : (m, 3) float
-        The triangles' ``area_vectors``.
-    """
+def edges_of(mesh: Mesh) -> Edges:
+    """Pair the triangles of a closed mesh at their edges."""
     low, high, triangle = _sorted_edges(mesh)
     same = (low[1:] == low[:-1]) & (high[1:] == high[:-1])
     first = np.flatnonzero(same)
     first = first[np.diff(first, prepend=-2) > 1]  # of four triangles at an edge, the first two
     left, right = triangle[first], triangle[first + 1]
     ends = np.stack([low[first], high[first]], axis=1)
-    normal = unit(doubled)
+    normal = unit(mesh.area_vectors)
     a, b = normal[left], normal[right]
     angle = np.arctan2(np.linalg.norm(np.cross(a, b), axis=1), np.einsum("ij,ij->i", a, b))
-    known = _has_direction(mesh, doubled)
+    known = _has_direction(mesh)
     sure = known[left] & known[right]
     flat = sure & (angle <= FLAT_RAD)
     if not sure.all():
@@ -110,12 +97,12 @@ def _sorted_edges(mesh: Mesh) -> tuple[Indices, Indices, Indices]:
     return edge >> bits, edge & ((1 << bits) - 1), key & ((1 << more) - 1)
 
 
-def _has_direction(mesh: Mesh, doubled: Array) -> Flags:
+def _has_direction(mesh: Mesh) -> Flags:
     a, b, c = (mesh.vertices[column] for column in mesh.triangles.T)
     longest = np.sqrt(
         np.maximum.reduce([np.square(b - a).sum(1), np.square(c - b).sum(1), np.square(a - c).sum(1)])
     )
-    known: Flags = np.linalg.norm(doubled, axis=1) > longest * LEAST_HEIGHT * mesh.diagonal_mm
+    known: Flags = mesh.doubled_areas > longest * LEAST_HEIGHT * mesh.diagonal_mm
     return known
 
 

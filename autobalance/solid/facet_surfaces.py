@@ -8,7 +8,7 @@ from itertools import pairwise
 import numpy as np
 from numpy.typing import NDArray
 
-from autobalance.solid.adjacency import Edges, area_vectors, edges_of, plane_faces, unit
+from autobalance.solid.adjacency import Edges, edges_of, plane_faces, unit
 from autobalance.solid.components import components, numbered_components
 from autobalance.solid.mesh import Array, Indices, Mesh
 from autobalance.solid.revolved import Revolved, cylindrical
@@ -77,8 +77,8 @@ class Look:
 
 def look_at(mesh: Mesh) -> Look:
     """Find the plane faces of a mesh and the pairs of them that meet smoothly."""
-    doubled = area_vectors(mesh)
-    edges = edges_of(mesh, doubled)
+    doubled = mesh.area_vectors
+    edges = edges_of(mesh)
     face, count = plane_faces(mesh, edges)
     total = np.zeros((count, 3))
     for column, weights in enumerate(doubled.T):

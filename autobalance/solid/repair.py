@@ -263,7 +263,7 @@ def _neighbours(triangles: Indices) -> tuple[Indices, Indices, Flags]:
 
 def _fill_holes(mesh: Mesh) -> tuple[Mesh, list[str]]:
     """Fill holes whose rim is one plane loop around little area."""
-    area = float(np.linalg.norm(_area_vectors(mesh), axis=1).sum()) / 2.0
+    area = float(mesh.doubled_areas.sum()) / 2.0
     caps: list[Indices] = []
     for loop in _loops(open_edges(mesh.triangles)):
         cap = _cap(mesh.vertices[loop], PLANE * mesh.diagonal_mm, HOLE_MOST * area)
@@ -273,11 +273,6 @@ def _fill_holes(mesh: Mesh) -> tuple[Mesh, list[str]]:
         return mesh, []
     filled = Mesh(mesh.vertices, np.concatenate([mesh.triangles, *caps]))
     return filled, [f"{len(caps)} small plane holes filled; {_change(mesh, filled)}"]
-
-
-def _area_vectors(mesh: Mesh) -> Array:
-    a, b, c = mesh.corners.transpose(1, 0, 2)
-    return np.cross(b - a, c - a)
 
 
 def _loops(edges: Indices) -> list[Indices]:
