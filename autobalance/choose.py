@@ -201,7 +201,7 @@ def _solve(task: _Task, tables: Sequence[Array], least_count: int) -> Array:
     be looked at.
     """
     count = len(task.cuts)
-    effects = [[cut.effect(float(d)) for d in points] for cut, points in zip(task.cuts, tables, strict=True)]
+    effects = _effects(task, tables)
     relaxed = _Rules(task, tables, effects, least_count)
     answer = _relaxed(relaxed)
     if answer.x is None:  # more cuts asked for than the counts allow
@@ -242,10 +242,7 @@ def least_share(residual: Unbalance, tolerance: Tolerance, offer: Offer) -> floa
     """
     if not offer.cuts:
         return tolerance.used_share(residual)
-    task = _Task(residual, tolerance, offer, "least_metal", AIM, *_usual(offer))
-    tables = _tables(task, 2 * POINTS - 1)
-    rules = _Rules(task, tables, _effects(task, tables), 0)
-    rules.cost[:] = 0.0
+    rules = _unpriced(residual, tolerance, offer)
     rules.cost[rules.excess] = 1.0
     excess = float(_relaxed(rules).fun or 0.0)
     return 0.0 if excess <= 1e-6 else math.cos(math.pi / SIDES) * AIM * (0.5 + excess)
@@ -258,9 +255,7 @@ def greatest_multiple(residual: Unbalance, tolerance: Tolerance, offer: Offer, m
     """
     if not offer.cuts:
         return 0.0
-    task = _Task(residual, tolerance, offer, "least_metal", AIM, *_usual(offer))
-    tables = _tables(task, 2 * POINTS - 1)
-    rules = _Rules(task, tables, _effects(task, tables), 0)
+    rules = _unpriced(residual, tolerance, offer)
     judged = np.flatnonzero(rules.matrix[:, [rules.excess]].toarray())
     now = 0.5 * math.cos(math.pi / SIDES) - rules.upper_rows[judged]
     matrix = rules.matrix.tolil()
@@ -268,9 +263,17 @@ def greatest_multiple(residual: Unbalance, tolerance: Tolerance, offer: Offer, m
     rules.matrix = matrix.tocsr()
     rules.upper_rows[judged] = 1.0 / AIM
     rules.upper[rules.excess] = most
-    rules.cost[:] = 0.0
     rules.cost[rules.excess] = -1.0
     return float(-_relaxed(rules).fun)
+
+
+def _unpriced(residual: Unbalance, tolerance: Tolerance, offer: Offer) -> _Rules:
+    """Return the rules over all cuts, finer than for choosing, in which nothing costs anything yet."""
+    task = _Task(residual, tolerance, offer, "least_metal", AIM, *_usual(offer))
+    tables = _tables(task, 2 * POINTS - 1)
+    rules = _Rules(task, tables, _effects(task, tables), 0)
+    rules.cost[:] = 0.0
+    return rules
 
 
 def _effects(task: _Task, tables: Sequence[Array]) -> list[list[Moments]]:
@@ -433,7 +436,7 @@ class _Rules:
         self._residual_rows(task, effects)
         self._apart_rows(task)
         for pair in task.offer.shared:
-            self._add_depths([(pair.first, 1.0), (pair.second, 1.0)], [], -math.inf, pair.most_mm)
+            self._add_depths([(pair.first, 1.0), (pair.second, 1.0)], -math.inf, pair.most_mm)
         for rule in task.offer.counts:
             self._add(
                 [self.switch + k for k in rule.members], [1.0] * len(rule.members), -math.inf, rule.most
@@ -460,22 +463,13 @@ class _Rules:
         self._low.append(low)
         self._high.append(high)
 
-    def _add_depths(
-        self,
-        depths: Sequence[tuple[int, float]],
-        switches: Sequence[tuple[int, float]],
-        low: float,
-        high: float,
-    ) -> None:
-        """Add a row in terms of depths and switches."""
+    def _add_depths(self, depths: Sequence[tuple[int, float]], low: float, high: float) -> None:
+        """Add a row in terms of depths."""
         columns: list[int] = []
         values: list[float] = []
         for k, factor in depths:
             columns += range(self.first[k], self.first[k + 1])
             values += (factor * self.tables[k]).tolist()
-        for k, factor in switches:
-            columns.append(self.switch + k)
-            values.append(factor)
         self._add(columns, values, low, high)
 
     def _weights_follow_switches(self, cuts: Sequence[Cut]) -> None:
