@@ -70,11 +70,6 @@ class Hole:
         turn = np.outer(u, point.first_g_mm)
         return disc + Moments(0.0, point.mass_g * u, turn + turn.T)
 
-    def tip_mm(self, depth_mm: float) -> Array:
-        """Return the end of the point (3,), rotor frame."""
-        tip: Array = self.axis.entry_mm + (depth_mm + self.point_mm) * self.axis.inward
-        return tip
-
     def body(self, depth_mm: float) -> Solid:
         """Return the tool body, rotor frame; it starts outside the metal."""
         shape = drill_body(self.radius_mm, -self.lift_mm, depth_mm, self.point_mm)

@@ -15,7 +15,7 @@ import numpy as np
 from autobalance.crank.anatomy import Anatomy, Array, Face, Indices
 from autobalance.crank.directions import sample
 from autobalance.solid.components import numbered_components
-from autobalance.solid.mesh import Mesh
+from autobalance.solid.mesh import Mesh, compacted
 from autobalance.solid.surface import PlaneFace, Surfaces
 
 LEAST_AREA_SHARE = 5e-4
@@ -237,10 +237,8 @@ def _connected(triangles: Indices, doubled_areas: Array, least_mm2: float) -> li
     """Group triangles (rows) that hang together by shared vertices; small groups are left out."""
     if len(triangles) == 0:
         return []
-    used = np.zeros(int(triangles.max()) + 1, dtype=bool)
-    used[triangles.reshape(-1)] = True
-    corners = (np.cumsum(used) - 1).take(triangles)
-    number, count = numbered_components(corners, int(corners.max()) + 1)
+    used, corners = compacted(triangles, int(triangles.max()) + 1)
+    number, count = numbered_components(corners, int(used.sum()))
     label = number.take(corners[:, 0])
     enough = np.bincount(label, doubled_areas, count) > NEARLY * 2.0 * least_mm2
     return [np.flatnonzero(label == group) for group in np.flatnonzero(enough)]

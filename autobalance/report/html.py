@@ -33,7 +33,7 @@ from autobalance.report.words import (
     weights,
     whole_degrees,
 )
-from autobalance.solid.mesh import Array, Indices, Mesh
+from autobalance.solid.mesh import Array, Indices, Mesh, compacted
 
 Report = Mapping[str, Any]
 
@@ -375,9 +375,9 @@ class _Packer:
         self.size = 0
 
     def add(self, vertices: Array, triangles: Indices) -> dict[str, list[int]]:
-        used, renumbered = np.unique(triangles, return_inverse=True)
+        used, renumbered = compacted(triangles, len(vertices))
         places = np.rint((vertices[used] - self.low) / max(self.step, 1e-12)).astype("<u2")
-        corners = renumbered.reshape(-1, 3).astype("<u4")
+        corners = renumbered.astype("<u4")
         return {"vertices": [self._put(places), len(places)], "triangles": [self._put(corners), len(corners)]}
 
     def _put(self, array: NDArray[Any]) -> int:

@@ -7,10 +7,7 @@ from collections.abc import Iterable
 import numpy as np
 
 from autobalance.rotor.moments import Moments
-from autobalance.solid.mesh import Array, Floats, Indices, Mesh
-
-CHUNK = 1 << 14
-"""Triangles at a time: their corners stay in the processor's cache."""
+from autobalance.solid.mesh import CHUNK, Array, Floats, Indices, Mesh
 
 
 def mesh_moments(mesh: Mesh, density_g_mm3: float, frame: Array | None = None) -> Moments:

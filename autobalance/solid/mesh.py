@@ -74,11 +74,8 @@ class Mesh:
 
     def part(self, wanted: NDArray[np.bool_]) -> Mesh:
         """Return some of the triangles, marked in ``wanted`` (m,), with only the vertices they use."""
-        triangles = self.triangles[wanted]
-        used = np.zeros(len(self.vertices), dtype=bool)
-        used[triangles] = True
-        number = np.cumsum(used) - 1
-        return Mesh(self.vertices[used], number[triangles])
+        used, triangles = compacted(self.triangles[wanted], len(self.vertices))
+        return Mesh(self.vertices[used], triangles)
 
     def flipped(self) -> Mesh:
         """Return the mesh turned inside out."""
@@ -155,6 +152,13 @@ def hash_numbers(numbers: Indices) -> NDArray[np.uint64]:
     key *= np.uint64(0xD6E8FEB86659FD93)
     key ^= key >> np.uint64(32)
     return key
+
+
+def compacted(triangles: Indices, count: int) -> tuple[NDArray[np.bool_], Indices]:
+    """Return which of ``count`` vertices some triangles use (count,), and the triangles numbered among those."""
+    used = np.zeros(count, dtype=bool)
+    used[triangles.reshape(-1)] = True
+    return used, (np.cumsum(used) - 1).take(triangles)
 
 
 def without_collapsed(triangles: Indices) -> Indices:

@@ -105,17 +105,6 @@ class Layers:
         return meets
 
 
-def slab_moments(
-    vertices: Array,
-    triangles: Indices,
-    z_range_mm: tuple[float, float],
-    density_g_mm3: float,
-    part: Part = EVERYTHING,
-) -> Moments:
-    """Return the mass moments about the origin of the metal of a closed, outward mesh between two heights."""
-    return Layers(vertices, triangles).moments(z_range_mm, density_g_mm3, part)
-
-
 def _slab_of_soup(soup: Array, height: float, part: Part) -> Moments:
     """Return volume and moments of what loose triangles (k, 3, 3) add between z = 0 and ``height``."""
     soup = _clipped(soup, np.array([0.0, 0.0, 1.0]), 0.0)

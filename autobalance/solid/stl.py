@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from autobalance.errors import FormatError
-from autobalance.solid.mesh import Array, Floats, Indices
+from autobalance.solid.mesh import CHUNK, Array, Floats, Indices
 
 HEADER_BYTES: Final = 84
 """80 bytes of text and the number of triangles."""
@@ -20,8 +20,6 @@ RECORD: Final = np.dtype([("normal", "<f4", (3,)), ("corners", "<f4", (3, 3)), (
 """One triangle of a binary STL, 50 bytes."""
 HEADER: Final = b"binary STL written by autobalance".ljust(80)
 """Does not begin with ``solid``, by which careless readers tell ASCII."""
-CHUNK: Final = 1 << 14
-"""Triangles at a time while writing: they stay in the processor's cache."""
 SHOWN: Final = 40
 """Characters of a wrong token that an error shows."""
 
