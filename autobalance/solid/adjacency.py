@@ -42,6 +42,42 @@ class Edges:
     flat: Flags
 
 
+@dataclass(frozen=True, eq=False)
+class Sides:
+    """The sides of triangles, those on one edge together; side 3 t + k runs from corner k of triangle t.
+
+    Attributes
+    ----------
+    start, end : (3 m,) int
+        Vertices of each side.
+    order : (3 m,) int
+        The sides, edge by edge.
+    first, count : (k,) int
+        Where in ``order`` each edge begins, and its number of sides.
+    """
+
+    start: Indices
+    end: Indices
+    order: Indices
+    first: Indices
+    count: Indices
+
+    @property
+    def of_two(self) -> tuple[Indices, Indices]:
+        """The sides of the edges that have just two."""
+        two = self.first[self.count == 2]
+        return self.order[two], self.order[two + 1]
+
+
+def sides_of(triangles: Indices) -> Sides:
+    """Sort the sides of triangles (m, 3) by their edges; any number may lie on one."""
+    start, end = triangles.reshape(-1), np.roll(triangles, -1, axis=1).reshape(-1)
+    key = np.minimum(start, end) * (int(triangles.max()) + 1) + np.maximum(start, end)
+    order = np.argsort(key, kind="stable")
+    first = np.flatnonzero(np.concatenate([[True], key[order][1:] != key[order][:-1]]))
+    return Sides(start, end, order, first, np.diff(np.append(first, len(order))))
+
+
 def unit(vectors: Array) -> Array:
     """Return vectors (..., 3) of length 1, zero where there is none."""
     length = np.linalg.norm(vectors, axis=-1, keepdims=True)

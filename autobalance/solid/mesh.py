@@ -155,7 +155,7 @@ def hash_numbers(numbers: Indices) -> NDArray[np.uint64]:
 
 
 def compacted(triangles: Indices, count: int) -> tuple[NDArray[np.bool_], Indices]:
-    """Return which of ``count`` vertices some triangles use (count,), and the triangles numbered among those."""
+    """Return which of ``count`` vertices some triangles use (count,), and the triangles among those alone."""
     used = np.zeros(count, dtype=bool)
     used[triangles.reshape(-1)] = True
     return used, (np.cumsum(used) - 1).take(triangles)

@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
+from autobalance.solid.adjacency import sides_of
 from autobalance.solid.mesh import Array, Indices, Mesh
 
 Flags = NDArray[np.bool_]
@@ -20,16 +21,12 @@ def linked_triangles(mesh: Mesh) -> Indices:
     together that follow each other about the edge with the inside between them. Faces that lie against each
     other have nothing between them and stay apart.
     """
-    start, end = mesh.triangles.reshape(-1), np.roll(mesh.triangles, -1, axis=1).reshape(-1)
-    key = np.minimum(start, end) * (int(mesh.triangles.max()) + 1) + np.maximum(start, end)
-    order = np.argsort(key, kind="stable")
-    first = np.flatnonzero(np.concatenate([[True], key[order][1:] != key[order][:-1]]))
-    count = np.diff(np.append(first, len(order)))
-    two = first[count == 2]
-    pairs = [np.stack([order[two] // 3, order[two + 1] // 3], axis=1)]
-    for at, many in zip(first[count > 2], count[count > 2], strict=True):
-        around = order[at : at + many]
-        runs_up = start[around] < end[around]
+    sides = sides_of(mesh.triangles)
+    pairs = [np.stack(sides.of_two, axis=1) // 3]
+    crowded = sides.count > 2
+    for at, many in zip(sides.first[crowded], sides.count[crowded], strict=True):
+        around = sides.order[at : at + many]
+        runs_up = sides.start[around] < sides.end[around]
         angle = _angles(mesh, around, runs_up)
         pairs.append(around[_wedges(angle, runs_up)] // 3)
     return np.concatenate(pairs)

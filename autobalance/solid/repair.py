@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from autobalance.errors import SolidError
+from autobalance.solid.adjacency import sides_of
 from autobalance.solid.components import components, numbered_components
 from autobalance.solid.csg import Solid, triangulated
 from autobalance.solid.measure import mesh_moments, part_volumes
@@ -251,14 +252,9 @@ def _wind_consistently(mesh: Mesh) -> tuple[Mesh, list[str]]:
 
 def _neighbours(triangles: Indices) -> tuple[Indices, Indices, Flags]:
     """Return pairs of triangles at edges that have just two, and whether both run the same way there."""
-    start, end = triangles.reshape(-1), np.roll(triangles, -1, axis=1).reshape(-1)
-    key = np.minimum(start, end) * (int(triangles.max()) + 1) + np.maximum(start, end)
-    order = np.argsort(key, kind="stable")
-    new = np.concatenate([[True], key[order][1:] != key[order][:-1]])
-    first = np.flatnonzero(new)
-    two = first[np.diff(np.append(first, len(order))) == 2]
-    one, other = order[two], order[two + 1]
-    return one // 3, other // 3, start[one] == start[other]
+    sides = sides_of(triangles)
+    one, other = sides.of_two
+    return one // 3, other // 3, sides.start[one] == sides.start[other]
 
 
 def _fill_holes(mesh: Mesh) -> tuple[Mesh, list[str]]:
