@@ -163,20 +163,18 @@ class SlugCut:
             depth_mm=self.max_depth_mm,
             change=self.effect(self.max_depth_mm),
             removed_volume_mm3=float(removed.mass_g),
-            details={
-                "direction": self.limits.direction,
-                "diameter_mm": 2.0 * hole.radius_mm,
-                "length_mm": self.length_mm,
-                "density_kg_m3": self.limits.density_kg_m3,
-                "slug_mass_g": slug.mass_g,
-                "slug_centre_mm": [float(v) for v in slug.centre_mm],
-                "angle_deg": math.degrees(self.site.angle_rad) % 360.0,
-                "inward": [float(v) for v in hole.axis.inward],
-                "wall_left_mm": wall_left_mm(
+            details=_details(
+                self.limits,
+                slug,
+                2.0 * hole.radius_mm,
+                self.length_mm,
+                self.site.angle_rad,
+                hole.axis.inward,
+                wall_left_mm=wall_left_mm(
                     self.site.others, hole.radius_mm, self.max_depth_mm, FLAT_BOTTOM_RAD
                 ),
-                "centrifugal_load_N": load_n(slug, self.service_speed_rad_s),
-            },
+                centrifugal_load_N=load_n(slug, self.service_speed_rad_s),
+            ),
             rate=self._deeper(),
         )
 
@@ -258,18 +256,16 @@ class FillCut:
             change=slug,
             removed_volume_mm3=0.0,
             rate=Moments.zero(),  # nothing is cut
-            details={
-                "direction": self.limits.direction,
-                "diameter_mm": 2.0 * self.radius_mm,
-                "length_mm": self.length_mm,
-                "density_kg_m3": self.limits.density_kg_m3,
-                "slug_mass_g": slug.mass_g,
-                "slug_centre_mm": [float(v) for v in slug.centre_mm],
-                "angle_deg": math.degrees(math.atan2(*slug.centre_mm[1::-1])) % 360.0,
-                "inward": [float(v) for v in axis.inward],
-                "fills_a_hole": True,
-                "centrifugal_load_N": load_n(slug, self.service_speed_rad_s),
-            },
+            details=_details(
+                self.limits,
+                slug,
+                2.0 * self.radius_mm,
+                self.length_mm,
+                math.atan2(*slug.centre_mm[1::-1]),
+                axis.inward,
+                fills_a_hole=True,
+                centrifugal_load_N=load_n(slug, self.service_speed_rad_s),
+            ),
         )
 
 
@@ -288,6 +284,29 @@ def fills(work: Workpiece, surface: Surface, limits: SlugLimits) -> list[FillCut
         for length in sorted(set(limits.lengths_mm))
         if length <= hole.shoulder_mm - hole.top_mm
     ]
+
+
+def _details(
+    limits: SlugLimits,
+    slug: Moments,
+    diameter_mm: float,
+    length_mm: float,
+    angle_rad: float,
+    inward: Array,
+    **own: Any,
+) -> dict[str, Any]:
+    """Return what the report tells of any slug, and what only this one has."""
+    return {
+        "direction": limits.direction,
+        "diameter_mm": diameter_mm,
+        "length_mm": length_mm,
+        "density_kg_m3": limits.density_kg_m3,
+        "slug_mass_g": slug.mass_g,
+        "slug_centre_mm": [float(v) for v in slug.centre_mm],
+        "angle_deg": math.degrees(angle_rad) % 360.0,
+        "inward": [float(v) for v in inward],
+        **own,
+    }
 
 
 def load_n(slug: Moments, service_speed_rad_s: float | None) -> float | None:
