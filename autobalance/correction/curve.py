@@ -10,17 +10,39 @@ from numpy.polynomial import chebyshev
 
 from autobalance.correction.kind import Array
 
-NODES = 9
-"""Samples of a piece; every other one alone must tell those between them."""
+NODES = (5, 9)
+"""Samples of a piece, and how many where that is too few: every other one alone must tell those between."""
 CLOSE = 1e-5
-"""By how much these may be off, as a share of the greatest: all nine together are far nearer."""
+"""By how much these may be off, as a share of the greatest: all together are far nearer."""
 SPLITS = 3
 """How often a piece is split where they are farther off, which happens at a kink."""
 
-_PLACES = -np.cos(np.pi * np.arange(NODES) / (NODES - 1))  # Chebyshev's, from −1 to 1
-_FIT = np.linalg.inv(chebyshev.chebvander(_PLACES, NODES - 1))
-_COARSE = np.linalg.inv(chebyshev.chebvander(_PLACES[::2], NODES // 2))
-_CHECK = chebyshev.chebvander(_PLACES[1::2], NODES // 2) @ _COARSE
+
+@dataclass(frozen=True, eq=False)
+class _Rule:
+    """A number of samples at Chebyshev's places, from −1 to 1; every other one is a smaller rule's too.
+
+    ``fit`` makes coefficients of samples; ``check`` tells the samples between every other one from these.
+    """
+
+    places: Array
+    fit: Array
+    check: Array
+
+    @classmethod
+    def of(cls, nodes: int) -> _Rule:
+        places = -np.cos(np.pi * np.arange(nodes) / (nodes - 1))
+        coarse = _fitted(places[::2])
+        return cls(places, _fitted(places), chebyshev.chebvander(places[1::2], nodes // 2) @ coarse)
+
+
+def _fitted(places: Array) -> Array:
+    """Return what makes coefficients of samples at as many places."""
+    fit: Array = np.linalg.inv(chebyshev.chebvander(places, len(places) - 1)).astype(np.float64)
+    return fit
+
+
+_RULES = tuple(_Rule.of(nodes) for nodes in NODES)
 
 
 @dataclass(frozen=True, eq=False)
@@ -63,16 +85,22 @@ class DepthCurve:
 
     def _add(self, start: float, end: float, splits: int) -> None:
         middle, half = 0.5 * (start + end), 0.5 * (end - start)
-        found = np.stack([self._sample(middle + half * float(place)) for place in _PLACES])
-        off = np.abs(_CHECK @ found[::2] - found[1::2])
-        if splits and (off > CLOSE * self._scale).any():
+        sampled: dict[float, Array] = {}
+        for rule in _RULES:
+            depths = [start, *(middle + half * float(place) for place in rule.places[1:-1]), end]
+            sampled |= {depth: self._sample(depth) for depth in depths if depth not in sampled}
+            found = np.stack([sampled[depth] for depth in depths])
+            off = np.abs(rule.check @ found[::2] - found[1::2])
+            if is_close := bool((off <= CLOSE * self._scale).all()):
+                break
+        if splits and not is_close:
             inner = self._breaks[np.abs(self._breaks - middle) < 0.5 * half]
             if len(inner):
                 middle = float(inner[np.argmin(np.abs(inner - middle))])
             self._add(start, middle, splits - 1)
             self._add(middle, end, splits - 1)
             return
-        value = _FIT @ found
+        value = rule.fit @ found
         integral: Array = half * chebyshev.chebint(value, lbnd=-1.0).astype(np.float64)
         if self._pieces:
             integral[0] += self._pieces[-1].integral.sum(axis=0)  # all the polynomials are 1 at 1

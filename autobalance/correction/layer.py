@@ -18,12 +18,14 @@ from autobalance.correction.curve import DepthCurve
 from autobalance.correction.kind import Array
 from autobalance.rotor.moments import Moments
 from autobalance.solid.csg import Region, Solid
-from autobalance.solid.mesh import Indices, Mesh
-from autobalance.solid.slices import cross_sections
+from autobalance.solid.mesh import Indices, Mesh, compacted
+from autobalance.solid.slices import Spans, cross_sections
 
 BACKWARD = -0.5
 """A surface counts as the next one behind the face if its normal has at most this component along the face's:
 side walls that lean back a little are no wall behind the face (ours)."""
+ABOVE_AND_BELOW = 3
+"""Of a triangle with a corner above the lower height of a slab, bit 1, and one below the upper, bit 2."""
 FLAT = 1.0 - 1e-5
 """Triangles whose normal has at least this component along the face's are planes that face the same way."""
 
@@ -58,19 +60,25 @@ class Slab:
     def of(cls, mesh: Mesh, frame: Array, low_mm: float, high_mm: float, grain_mm: float) -> Slab:
         """Pick the triangles that reach into low..high once ``frame`` (4, 4) has placed the mesh."""
         z = mesh.vertices @ frame[2, :3] + frame[2, 3]
-        a, b, c = (z[column] for column in mesh.triangles.T)
-        top, bottom = np.maximum(np.maximum(a, b), c), np.minimum(np.minimum(a, b), c)
-        picked = (top > low_mm) & (bottom < high_mm)
-        part = mesh.part(picked).moved(frame)
-        longest = np.maximum.reduce([_lengths(part, one, other) for one, other in ((0, 1), (1, 2), (2, 0))])
-        thick = part.doubled_areas > grain_mm * longest
-        up = np.divide(part.area_vectors[:, 2], part.doubled_areas, out=np.zeros(len(thick)), where=thick)
-        return cls(part.vertices, part.triangles, part.corners, bottom[picked], top[picked], up)
+        sides = (z > low_mm).view(np.uint8) | (z < high_mm).view(np.uint8) << 1
+        a, b, c = sides.take(mesh.triangles).T
+        rows = np.flatnonzero((a | b | c) == ABOVE_AND_BELOW)
+        used, triangles = compacted(mesh.triangles.take(rows, axis=0), len(mesh.vertices))
+        part = Mesh(mesh.vertices.take(np.flatnonzero(used), axis=0), triangles).moved(frame)
+        corners = part.corners
+        a, b, c = np.ascontiguousarray(corners.reshape(-1, 9).T).reshape(3, 3, -1)
+        longest = np.sqrt(np.maximum.reduce([_squared(b - a), _squared(c - b), _squared(a - c)]))
+        areas, leans = mesh.doubled_areas.take(rows), mesh.area_vectors.take(rows, axis=0) @ frame[2, :3]
+        up = np.divide(leans, areas, out=np.zeros(len(rows)), where=areas > grain_mm * longest)
+        bottoms, tops = np.minimum(np.minimum(a[2], b[2]), c[2]), np.maximum(np.maximum(a[2], b[2]), c[2])
+        return cls(part.vertices, part.triangles, corners, bottoms, tops, up)
 
     def section(self, height_mm: float) -> Region:
         """Return the solid's cross-section at a height within the slab."""
-        crossing = (self.bottoms < height_mm) & (self.tops >= height_mm)
-        return Region.of(cross_sections(self.vertices, self.numbers[crossing], np.array([height_mm]))[0])
+        crossing = np.flatnonzero((self.bottoms < height_mm) & (self.tops >= height_mm))
+        met = Spans(np.zeros(len(crossing), np.uint8), np.ones(len(crossing), np.uint8))
+        numbers = self.numbers.take(crossing, axis=0)
+        return Region.of(cross_sections(self.vertices, numbers, np.array([height_mm]), met)[0])
 
     def summits(self) -> Array:
         """Return the vertices (k, 3) that have no higher neighbour, by falling height."""
@@ -242,13 +250,11 @@ def moments_of(numbers: Array) -> Moments:
     return Moments(float(numbers[0]), numbers[1:4], numbers[4:].reshape(3, 3))
 
 
-def _lengths(mesh: Mesh, one: int, other: int) -> Array:
-    """Return the lengths (m,) of the edges between two corners of each triangle."""
-    x, y, z = (
-        column[mesh.triangles[:, other]] - column[mesh.triangles[:, one]] for column in mesh.vertices.T
-    )
-    lengths: Array = np.sqrt(x * x + y * y + z * z)
-    return lengths
+def _squared(vectors: Array) -> Array:
+    """Return the squared lengths (m,) of vectors (3, m)."""
+    x, y, z = vectors
+    squared: Array = x * x + y * y + z * z
+    return squared
 
 
 JOINED = 1e-3

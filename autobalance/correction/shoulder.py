@@ -102,7 +102,7 @@ def _worth_g_mm_per_mm(patch: Patch, work: Workpiece) -> float:
     if heavy is None:
         return 0.0
     corners = _face_corners(work.solid.mesh, work.anatomy, patch.face)
-    return work.density_g_mm3 * _half_plane_worth(corners[:, :, :2], heavy)[0]
+    return work.density_g_mm3 * _half_plane_worth(corners, heavy)[0]
 
 
 # --- where -------------------------------------------------------------------------------------------------
@@ -198,7 +198,7 @@ def auto_patches(
             continue
         corners = _face_corners(mesh, anatomy, face)
         heavy = _snapped(heavy, anatomy, face)
-        worth, area, spans = _half_plane_worth(corners[:, :, :2], heavy)
+        worth, area, spans = _half_plane_worth(corners, heavy)
         patches = [_patch(face, limits.sector_deg, reach)]
         angle = math.degrees(math.atan2(heavy[1], heavy[0]))
         if limits.sector_deg is None and spans:
@@ -260,14 +260,15 @@ def _snapped(heavy: Array, anatomy: Anatomy, face: Face) -> Array:
 
 
 def _half_plane_worth(corners: Array, direction: Array) -> tuple[float, float, bool]:
-    """Return first moment and area of the part of flat triangles (k, 3, 2) on the side of ``direction``.
+    """Return first moment and area of the part of flat triangles (k, 3, 3) on the side of ``direction`` (2,).
 
-    Triangles count whole, by their centroid; the third value tells whether the face reaches over to the other
-    side by more than a stray.
+    Both as seen along z. Triangles count whole, by their centroid; the third value tells whether the face
+    reaches over to the other side by more than a stray.
     """
-    (ax, ay), (bx, by) = (corners[:, 1] - corners[:, 0]).T, (corners[:, 2] - corners[:, 0]).T
+    (ax, ay), (bx, by) = (corners[:, 1] - corners[:, 0]).T[:2], (corners[:, 2] - corners[:, 0]).T[:2]
     areas = 0.5 * np.abs(ax * by - ay * bx)
-    lever = corners.mean(axis=1) @ direction
+    out = corners.reshape(-1, 3) @ np.array([*direction, 0.0])
+    lever = out.reshape(-1, 3) @ np.full(3, 1.0 / 3.0)
     side = lever > 0.0
     other = float(areas[~side].sum())
     return (
@@ -318,15 +319,15 @@ def face_frame(normal: Array) -> Array:
 
 
 def _face_corners(mesh: Mesh, anatomy: Anatomy, face: Face) -> Array:
-    corners = mesh.vertices[mesh.triangles[face.triangles].reshape(-1)]
+    part = mesh.vertices.take(mesh.triangles.take(face.triangles, axis=0), axis=0)
     frame = anatomy.file_to_rotor
-    placed: Array = corners @ frame[:3, :3].T + frame[:3, 3]
+    placed: Array = part.reshape(-1, 3) @ frame[:3, :3].T + frame[:3, 3]
     return placed.reshape(-1, 3, 3)
 
 
 def face_region(mesh: Mesh, anatomy: Anatomy, face: Face, to_face: Array) -> Region:
     """Return a face's outline as a region in its own frame, from the edges that only one triangle has."""
-    triangles = mesh.triangles[face.triangles]
+    triangles = mesh.triangles.take(face.triangles, axis=0)
     tail, head = triangles.reshape(-1), np.roll(triangles, -1, axis=1).reshape(-1)
     count = len(mesh.vertices)
     edge = 2 * (np.minimum(tail, head) * count + np.maximum(tail, head)) + (tail > head)
@@ -531,7 +532,7 @@ def _cut(
     depth, limit, is_reach = _depth_limit(layer, slab, looked, wall, limits)
     if depth <= 2.0 * grain:
         return None
-    z = np.unique(np.round(slab.corners[:, :, 2], 9))
+    z = np.unique(np.round(slab.vertices[:, 2], 9))
     return ShoulderCut(
         face=face,
         to_face=to_face,

@@ -59,7 +59,8 @@ def _placed(volume: Moments, near: Array, density_g_mm3: float, frame: Array | N
 
 def volume_moments(vertices: Array, triangles: Indices) -> Moments:
     """Return ∫ dV, ∫ r dV and ∫ r rᵀ dV about the origin, which is best near the part."""
-    return _summed(vertices[triangles[start : start + CHUNK]] for start in range(0, len(triangles), CHUNK))
+    starts = range(0, len(triangles), CHUNK)
+    return _summed(vertices.take(triangles[start : start + CHUNK], axis=0) for start in starts)
 
 
 def _summed(chunks: Iterable[Array]) -> Moments:

@@ -36,7 +36,7 @@ class Mesh:
     @property
     def corners(self) -> Array:
         """The triangles' corners (m, 3, 3) [mm]."""
-        return self.vertices[self.triangles]
+        return self.vertices.take(self.triangles, axis=0)
 
     @cached_property
     def bounds(self) -> Array:
@@ -74,8 +74,8 @@ class Mesh:
 
     def part(self, wanted: NDArray[np.bool_]) -> Mesh:
         """Return some of the triangles, marked in ``wanted`` (m,), with only the vertices they use."""
-        used, triangles = compacted(self.triangles[wanted], len(self.vertices))
-        return Mesh(self.vertices[used], triangles)
+        used, triangles = compacted(self.triangles.take(np.flatnonzero(wanted), axis=0), len(self.vertices))
+        return Mesh(self.vertices.take(np.flatnonzero(used), axis=0), triangles)
 
     def flipped(self) -> Mesh:
         """Return the mesh turned inside out."""
@@ -105,7 +105,7 @@ def weld(points: Floats) -> tuple[Floats, Indices]:
     leader = _first_equal(points)
     is_first = leader == np.arange(len(points))
     rank = np.cumsum(is_first) - 1
-    return points[is_first], rank[leader]
+    return points.take(np.flatnonzero(is_first), axis=0), rank.take(leader)
 
 
 def _first_equal(points: Floats) -> Indices:
@@ -125,8 +125,8 @@ def _first_equal(points: Floats) -> Indices:
     key >>= bits
     starts = np.flatnonzero(np.concatenate([[True], key[1:] != key[:-1]])) if count else order
     leader = np.zeros(count, dtype=np.int64)
-    leader[order] = np.repeat(order[starts], np.diff(starts, append=count))
-    differs = np.flatnonzero((points[leader] != points).any(axis=1))
+    leader[order] = np.repeat(order.take(starts), np.diff(starts, append=count))
+    differs = np.unique(np.flatnonzero(points.take(leader, axis=0) != points) // 3)
     if len(differs):
         leader[differs] = differs[_first_equal(points[differs])]
     return leader
@@ -135,14 +135,18 @@ def _first_equal(points: Floats) -> Indices:
 def hash_rows(points: Floats) -> NDArray[np.uint64]:
     """Mix each row of numbers into 64 bits (multiply and rotate, as in FNV)."""
     words = np.ascontiguousarray(points).view(np.uint32).reshape(len(points), 3 * points.itemsize // 4)
-    key = words[:, 0].astype(np.uint64)
-    for column in words.T[1:]:
-        key *= np.uint64(0x9E3779B97F4A7C15)
+    keys = np.zeros(len(words), dtype=np.uint64)
+    for start in range(0, len(words), CHUNK):
+        first, *others = words[start : start + CHUNK].T
+        key = keys[start : start + CHUNK]
+        key += first
+        for column in others:
+            key *= np.uint64(0x9E3779B97F4A7C15)
+            key ^= key >> np.uint64(32)
+            key += column
+        key *= np.uint64(0xD6E8FEB86659FD93)
         key ^= key >> np.uint64(32)
-        key += column
-    key *= np.uint64(0xD6E8FEB86659FD93)
-    key ^= key >> np.uint64(32)
-    return key
+    return keys
 
 
 def hash_numbers(numbers: Indices) -> NDArray[np.uint64]:

@@ -127,14 +127,22 @@ def write_stl(vertices: NDArray[np.float32], triangles: Indices) -> bytes:
         Vertex numbers.
     """
     file = BytesIO()  # whose value is not copied
+    file.seek(HEADER_BYTES + RECORD.itemsize * len(triangles) - 1)
+    file.write(b"\0")  # the whole length at once
+    file.seek(0)
     file.write(HEADER + len(triangles).to_bytes(4, "little"))
-    for start in range(0, len(triangles), CHUNK):
-        corners = vertices[triangles[start : start + CHUNK]]
-        records = np.zeros(len(corners), dtype=RECORD)
-        records["corners"] = corners
-        records["normal"] = _unit_normals(corners)
-        file.write(records.tobytes())
+    with file.getbuffer() as room:
+        _fill(np.frombuffer(room, dtype=RECORD, offset=HEADER_BYTES), vertices, triangles)
     return file.getvalue()
+
+
+def _fill(records: NDArray[np.void], vertices: NDArray[np.float32], triangles: Indices) -> None:
+    """Write triangles into the records of a binary STL."""
+    places, normals = records["corners"], records["normal"]
+    for start in range(0, len(triangles), CHUNK):
+        corners = vertices.take(triangles[start : start + CHUNK], axis=0)
+        places[start : start + CHUNK] = corners
+        normals[start : start + CHUNK] = _unit_normals(corners)
 
 
 def write_ascii_stl(vertices: Array, triangles: Indices) -> bytes:

@@ -16,10 +16,23 @@ def test_a_polynomial_is_exact_from_one_piece_also_above_its_first_sample() -> N
         return np.array([3.0, depth**4])
 
     curve = DepthCurve(sample, 0.01, 5.0, np.ones(2), np.zeros(0))
-    assert len(asked) == NODES
+    assert len(asked) == NODES[1]
     for depth in (0.0, 0.005, 1.3, 5.0):
         np.testing.assert_allclose(curve.value(depth), [3.0, depth**4], atol=1e-11)
         np.testing.assert_allclose(curve.integral(depth), [3.0 * depth, depth**5 / 5.0], atol=1e-11)
+
+
+def test_a_draft_takes_few_samples() -> None:
+    asked = []
+
+    def sample(depth: float) -> np.ndarray:
+        asked.append(depth)
+        return np.array([2.0 + depth + 0.5 * depth**2])
+
+    curve = DepthCurve(sample, 0.01, 5.0, np.ones(1), np.zeros(0))
+    assert len(asked) == NODES[0]
+    assert (min(asked), max(asked)) == (0.01, 5.0)
+    assert curve.integral(3.0)[0] == pytest.approx(6.0 + 4.5 + 4.5, rel=1e-13)
 
 
 def test_a_kink_that_is_told_is_exact() -> None:
