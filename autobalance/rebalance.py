@@ -128,9 +128,10 @@ class Result:
 
 @dataclass(frozen=True, eq=False)
 class _Pass:
-    """A cut crank, as written and as measured."""
+    """A cut crank, as written and as measured, and the bodies of its cuts (rotor frame)."""
 
     depths_mm: Array
+    tools: tuple[Solid, ...]
     solid: Solid
     written: Written
     moments: Moments
@@ -263,11 +264,7 @@ def balance(
         steps=tuple(steps),
         solid=best.solid,
         written=best.written,
-        tools=tuple(
-            cut.tool(float(depth)).moved(rotor.anatomy.rotor_to_file)
-            for cut, depth in zip(offer.cuts, best.depths_mm, strict=True)
-            if depth > 0.0
-        ),
+        tools=tuple(tool.moved(rotor.anatomy.rotor_to_file) for tool in best.tools),
         initial_doubt=initial_doubt,
         doubt=doubt,
     )
@@ -371,11 +368,12 @@ def _cut_and_measure(
 ) -> _Pass:
     """Cut the untouched crank to the plan's depths and measure what is written."""
     made = [(cut, float(depth)) for cut, depth in zip(cuts, plan.depths_mm, strict=True) if depth > 0.0]
+    tools = tuple(cut.tool(depth) for cut, depth in made)
     solid, pressed_in = rotor.solid, Moments.zero()
     for adds in (True, False):
-        tools = [cut.tool(depth) for cut, depth in made if cut.adds_metal == adds]
-        if tools:
-            tool = union(tools).moved(rotor.anatomy.rotor_to_file)
+        chosen = [tool for tool, (cut, _) in zip(tools, made, strict=True) if cut.adds_metal == adds]
+        if chosen:
+            tool = union(chosen).moved(rotor.anatomy.rotor_to_file)
             solid = solid + tool if adds else solid - tool
     for cut, depth in made:
         pressed_in = pressed_in + cut.pressed_in(depth)
@@ -389,7 +387,7 @@ def _cut_and_measure(
         written = Written(data, len(soup), bare, added=added)
     moments = written.moments + written.added + pressed_in
     residual = Unbalance.of(moments + rotor.loads)
-    return _Pass(plan.depths_mm, solid, written, moments, residual, tolerance.used_share(residual))
+    return _Pass(plan.depths_mm, tools, solid, written, moments, residual, tolerance.used_share(residual))
 
 
 def _exactly(rotor: Rotor, exact: Exact, made: Sequence[tuple[Cut, float]], in_facets: Solid) -> Written:

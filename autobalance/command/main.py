@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import argparse
+import os
 import sys
 from collections.abc import Sequence
 from importlib import import_module
@@ -30,11 +31,14 @@ Only the one that is called is imported, so that ``--help`` stays fast.
 """
 
 INTERRUPTED = 130
+ONE_THREAD = "OPENBLAS_NUM_THREADS"
+"""The matrices here are small: threads of the linear algebra only take the processor from other work."""
 
 
 def main(argv: Sequence[str] | None = None) -> int:
     """Run the command line and return its exit code; never raises for anything a user can cause."""
     arguments = sys.argv[1:] if argv is None else list(argv)
+    os.environ.setdefault(ONE_THREAD, "1")
     for stream in (sys.stdout, sys.stderr):
         if isinstance(stream, TextIOWrapper):  # a terminal that knows no "·" or "²" shows "?"
             stream.reconfigure(errors="replace")

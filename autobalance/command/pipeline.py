@@ -4,13 +4,15 @@ from __future__ import annotations
 
 import math
 import time
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass, replace
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import numpy as np
 
+from autobalance.beside import beside
 from autobalance.command.facet_correction import NOT_ASKED, FacetCorrection
 from autobalance.crank.alignment import misalignment_warning
 from autobalance.crank.anatomy import Anatomy, Overrides
@@ -26,6 +28,11 @@ from autobalance.rotor.unbalance import Unbalance
 from autobalance.solid.facet_slices import facet_error_from_slices
 from autobalance.solid.facets import FacetError, facet_error
 from autobalance.solid.read import Source, read
+
+if TYPE_CHECKING:
+    from concurrent.futures import Future
+
+    from autobalance.solid.csg import Solid
 
 FACETS_MOST = 200_000
 """Triangles up to which every facet is looked at: some 0.5 s for 100 000."""
@@ -86,17 +93,17 @@ class Stopwatch:
 
 def measured_crank(crankshaft: Crankshaft, watch: Stopwatch, asked: Balance | None = None) -> Crank:
     """Read a crank file, recognise the crank in it and measure it, as exactly as ``asked``."""
-    hints: Overrides = crankshaft.overrides
+    recognition = _Recognition(crankshaft.overrides)
     with watch.stage("load"):
-        source = _read(crankshaft)
+        source = _read(crankshaft, recognition.begin)
     with watch.stage("measure"):
-        own = source.surfaces.cylinders if source.surfaces is not None else ()
         try:
-            anatomy = recognise(source.solid, hints, own)
+            anatomy = recognition.anatomy(source)
         except RecognitionError as error:
             raise RecognitionError(f"{crankshaft.file}: {error}") from None
-        moments = source.moments(crankshaft.density_g_mm3, anatomy.file_to_rotor)
+        measuring = beside(lambda: source.moments(crankshaft.density_g_mm3, anatomy.file_to_rotor))
         facets = facets_of(source, crankshaft.density_g_mm3, anatomy, asked)
+        moments = measuring.result()
         correction = NOT_ASKED
         if facets is not None and asked is not None:
             correction = FacetCorrection.of(facets, asked.facet_correction)
@@ -104,10 +111,29 @@ def measured_crank(crankshaft: Crankshaft, watch: Stopwatch, asked: Balance | No
     return Crank(source, anatomy, crankshaft.density_g_mm3, moments, facets, correction)
 
 
-def _read(crankshaft: Crankshaft) -> Source:
+class _Recognition:
+    """Looks for the crank in a solid while that is still being checked."""
+
+    def __init__(self, hints: Overrides) -> None:
+        self._hints = hints
+        self._begun: tuple[Solid, Future[Anatomy]] | None = None
+
+    def begin(self, solid: Solid) -> None:
+        """Start with a solid that will most likely stay as it is."""
+        self._begun = solid, beside(lambda: recognise(solid, self._hints))
+
+    def anatomy(self, source: Source) -> Anatomy:
+        """Return the crank in a file's solid, once it is checked."""
+        if self._begun is not None and source.solid is self._begun[0]:
+            return self._begun[1].result()
+        own = source.surfaces.cylinders if source.surfaces is not None else ()
+        return recognise(source.solid, self._hints, own)
+
+
+def _read(crankshaft: Crankshaft, begun: Callable[[Solid], None]) -> Source:
     pressed_up = not crankshaft.crankpin_in_file
     try:
-        return read(crankshaft.file, crankshaft.unit, crankshaft.body, pressed_up=pressed_up)
+        return read(crankshaft.file, crankshaft.unit, crankshaft.body, pressed_up=pressed_up, begun=begun)
     except BodiesError as several:
         solid = read(crankshaft.file, crankshaft.unit, "all").solid
         try:

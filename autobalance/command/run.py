@@ -10,12 +10,13 @@ from pathlib import Path
 from typing import Any
 
 from autobalance import job as jobs
+from autobalance.beside import beside
 from autobalance.command import doubt, facet_correction, machine, pipeline
 from autobalance.command.pipeline import Crank, Stopwatch
 from autobalance.comparison import compare
 from autobalance.correction import Limits
 from autobalance.correction.drill import DrillLimits
-from autobalance.crank.anatomy import Face
+from autobalance.crank.anatomy import Anatomy, Face
 from autobalance.crank.faces import find_faces
 from autobalance.crank.sections import counterweight_moments
 from autobalance.engine.balance_factor import bob_weight_moments
@@ -40,6 +41,7 @@ from autobalance.report.record import (
     Overbalance,
     Record,
 )
+from autobalance.rotor.moments import Moments
 from autobalance.rotor.tolerance import Tolerance
 from autobalance.rotor.unbalance import Unbalance
 from autobalance.solid.mesh import Floats, Mesh
@@ -95,10 +97,11 @@ def run_job(
         progress("writing")
         entries: dict[str, Any] = {"solid": None}
         if written is not None:
+            digest = beside(lambda: hashlib.sha256(written.data).hexdigest())
             staging.add(solid_path, written.data)
             entries["solid"] = solid_entry(
                 solid_path.name,
-                hashlib.sha256(written.data).hexdigest(),
+                digest.result(),
                 written.triangles,
                 written.moments,
                 written.moments.mass_g / job.crankshaft.density_g_mm3,
@@ -159,6 +162,7 @@ def _balanced_record(job: Job, watch: Stopwatch, progress: Progress) -> tuple[Cr
     """Measure and balance; return the crank, what the report needs, and the solid if one was cut."""
     progress("reading the crank")
     crank = pipeline.measured_crank(job.crankshaft, watch, job.balance)
+    counterweights = beside(lambda: _counterweights(crank))
     with watch.stage("measure"):
         pipeline.check_engine(job, crank.anatomy)
         factor = pipeline.target_factor(job, crank.anatomy, crank.moments)
@@ -178,7 +182,7 @@ def _balanced_record(job: Job, watch: Stopwatch, progress: Progress) -> tuple[Cr
             result = balance(rotor, tolerance, job.methods, to_bytes, from_bytes, told, prefer=job.prefer)
         except CorrectionError as error:
             raise JobError(f"{job.path.name}: {error}") from None
-    record = _record(job, crank, factor, tolerance, result)
+    record = _record(job, crank, factor, tolerance, result, counterweights.result())
     if before is not None and record.balanced is not None:
         forces = _forces(job, crank, before, result)
         record = replace(record, balanced=replace(record.balanced, forces=forces))
@@ -297,7 +301,14 @@ def _faces(job: Job, crank: Crank) -> tuple[Face, ...]:
     return find_faces(crank.source.solid.mesh, crank.anatomy, crank.source.surfaces)
 
 
-def _record(job: Job, crank: Crank, factor: float, tolerance: Tolerance, result: Result) -> Record:
+def _record(
+    job: Job,
+    crank: Crank,
+    factor: float,
+    tolerance: Tolerance,
+    result: Result,
+    counterweights: Moments | None,
+) -> Record:
     planes = tuple(plane.z_mm for plane in tolerance.planes)
     return Record(
         command="balance",
@@ -310,7 +321,7 @@ def _record(job: Job, crank: Crank, factor: float, tolerance: Tolerance, result:
         planes_z_mm=(planes[0], planes[1]) if planes else None,
         balanced=Balanced(
             job=jobs.describe(job),
-            counterweight=_counterweight(crank, result),
+            counterweight=_counterweight(counterweights, crank.anatomy, result),
             loads=_loads(job, crank, factor),
             factors=_factors(job, crank, factor, result),
             tolerance=tolerance,
@@ -328,17 +339,22 @@ def _facet_entry(crank: Crank, tolerance: Tolerance, result: Result) -> FacetErr
     return facet_correction.facet_entry(crank.facets, crank.correction, needed, after)
 
 
-def _counterweight(crank: Crank, result: Result) -> Counterweight | None:
-    """Return m_cw and its product with r′, for a crank of one throw with counterweights.
-
-    The product lacks what unbalance is left along the throw, and what was cut came out of it.
-    """
+def _counterweights(crank: Crank) -> Moments | None:
+    """Return the moments of the counterweights of a crank of one throw; None without."""
     if len(crank.anatomy.throws) != 1:
         return None
     webs = counterweight_moments(crank.source.solid, crank.anatomy, crank.density_g_mm3)
-    if webs.mass_g <= 0.0:
+    return webs if webs.mass_g > 0.0 else None
+
+
+def _counterweight(webs: Moments | None, anatomy: Anatomy, result: Result) -> Counterweight | None:
+    """Return m_cw and its product with r′.
+
+    The product lacks what unbalance is left along the throw, and what was cut came out of it.
+    """
+    if webs is None:
         return None
-    along = crank.anatomy.throws[0].direction
+    along = anatomy.throws[0].direction
     initial = -float(webs.first_g_mm[:2] @ along)
     cut = (result.final_moments - result.initial_moments).first_g_mm[:2]
     return Counterweight(

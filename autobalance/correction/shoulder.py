@@ -532,13 +532,12 @@ def _cut(
     depth, limit, is_reach = _depth_limit(layer, slab, looked, wall, limits)
     if depth <= 2.0 * grain:
         return None
-    z = np.unique(np.round(slab.vertices[:, 2], 9))
     return ShoulderCut(
         face=face,
         to_face=to_face,
         top_mm=height + 3.0 * grain,
         layer=layer,
-        heights_mm=z,
+        heights_mm=slab.vertices[:, 2],
         within=patch.within,
         wedge=patch.wedge,
         density_g_mm3=density_g_mm3,

@@ -21,21 +21,22 @@ def components(links: Indices, count: int) -> Indices:
         Nodes in all, numbered from 0.
     """
     root = np.arange(count)
-    columns = list(links.T)
+    columns = [np.ascontiguousarray(column) for column in links.T]
     while len(columns[0]):
         low = columns[0]
         for column in columns[1:]:
             low = np.minimum(low, column)
         for column in columns:
-            above = column > low
-            root[column[above]] = low[above]  # of several lower ones any will do
-        while not np.array_equal(higher := root[root], root):
+            above = np.flatnonzero(column > low)
+            root[column.take(above)] = low.take(above)  # of several lower ones any will do
+        while not np.array_equal(higher := root.take(root), root):
             root = higher
-        ends = [root[column] for column in columns]
+        ends = [root.take(column) for column in columns]
         apart = np.zeros(len(low), dtype=bool)
         for end in ends[1:]:
             apart |= end != ends[0]
-        columns = [end[apart] for end in ends]
+        rows = np.flatnonzero(apart)
+        columns = [end.take(rows) for end in ends]
     return root
 
 

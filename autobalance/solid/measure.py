@@ -93,11 +93,11 @@ def part_volumes(mesh: Mesh, part_of: Indices, count: int) -> Array:
         The part, from 0 to ``count`` − 1, of each triangle.
     count : int
     """
-    x, y, z = (mesh.vertices - mesh.bounds.mean(axis=0)).T
+    axes = [np.ascontiguousarray(column) for column in (mesh.vertices - mesh.bounds.mean(axis=0)).T]
     volumes = np.zeros(count)
     for start in range(0, len(part_of), CHUNK):
-        a, b, c = mesh.triangles[start : start + CHUNK].T
-        doubled_area = (x[b] - x[a]) * (y[c] - y[a]) - (x[c] - x[a]) * (y[b] - y[a])
-        under = doubled_area * (z[a] + z[b] + z[c]) / 6.0
+        a, b, c = np.ascontiguousarray(mesh.triangles[start : start + CHUNK].T)
+        (ax, ay, az), (bx, by, bz), (cx, cy, cz) = ([axis.take(k) for axis in axes] for k in (a, b, c))
+        under = ((bx - ax) * (cy - ay) - (cx - ax) * (by - ay)) * (az + bz + cz) / 6.0
         volumes += np.bincount(part_of[start : start + CHUNK], weights=under, minlength=count)
     return volumes

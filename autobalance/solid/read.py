@@ -3,12 +3,15 @@
 from __future__ import annotations
 
 import hashlib
+from collections.abc import Callable
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
 
+from autobalance.beside import beside
 from autobalance.errors import BodiesError, FileError, FormatError, SolidError
 from autobalance.rotor.moments import Moments
 from autobalance.solid.csg import Solid, union
@@ -81,6 +84,7 @@ def read(
     unit: str | None,
     body: int | str | None = None,
     pressed_up: bool = False,
+    begun: Callable[[Solid], None] = lambda _: None,
 ) -> Source:
     """Read a solid from a file, check it, and say what had to be repaired.
 
@@ -95,6 +99,9 @@ def read(
         them, overlaps counting once.
     pressed_up : bool
         Whether the file may hold one body for each half of a crank; all are taken.
+    begun : callable
+        Told the solid as it is before the last look at it, after which it is refused, or another one is
+        returned, or it: so that work on it can begin meanwhile. Not told of true surfaces.
 
     Raises
     ------
@@ -107,17 +114,18 @@ def read(
     """
     name, kind = _format(path)
     data = _bytes(path)
-    sha256 = hashlib.sha256(data).hexdigest()
+    digest = beside(partial(_sha256, data))
     try:
         if kind.exact:
-            return _read_exact(data, sha256, name, unit, body, pressed_up)
+            return _read_exact(data, digest.result(), name, unit, body, pressed_up)
         with np.errstate(all="ignore"):  # numbers that overflow are refused with those that are not finite
             raw = kind.read(data)
         mm_per_unit = _mm_per_unit(raw, unit, name)
         triangles, written_as = len(raw.soup), kind_of(name, data)
         mesh, notes = _welded(raw, mm_per_unit)
+        sha256 = digest.result()
         del data, raw  # the solid takes many times their memory: not at the same time
-        solid, bodies, repairs = _solid(mesh, body, pressed_up)
+        solid, bodies, repairs = _solid(mesh, body, pressed_up, begun)
     except (FormatError, SolidError) as error:
         raise type(error)(f"{path}: {error}") from None
     return Source(
@@ -129,6 +137,10 @@ def read(
         bodies=bodies,
         repairs=(*notes, *repairs),
     )
+
+
+def _sha256(data: bytes) -> str:
+    return hashlib.sha256(data).hexdigest()
 
 
 def _read_exact(
@@ -213,9 +225,12 @@ def _welded(raw: Raw, mm_per_unit: float) -> tuple[Mesh, list[str]]:
     return mesh, notes
 
 
-def _solid(mesh: Mesh, body: int | str | None, pressed_up: bool) -> tuple[Solid, int, list[str]]:
+def _solid(
+    mesh: Mesh, body: int | str | None, pressed_up: bool, begun: Callable[[Solid], None]
+) -> tuple[Solid, int, list[str]]:
     """Return the solid wanted, the number of bodies in the mesh, and the repairs."""
     solid, notes = solid_of(mesh)
+    begun(solid)
     bodies, turned = bodies_of(solid)
     notes += turned
     if len(bodies) == 1:

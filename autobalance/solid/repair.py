@@ -113,8 +113,8 @@ def _parts(solid: Solid) -> list[Body]:
         points, part_of_point = mesh.corners.reshape(-1, 3), np.repeat(part_of, 3)
     else:
         part_of_vertex, count = _numbered(components(mesh.triangles, len(mesh.vertices)), mesh.triangles)
-        part_of, used = part_of_vertex[mesh.triangles[:, 0]], part_of_vertex >= 0
-        points, part_of_point = mesh.vertices[used], part_of_vertex[used]
+        part_of, used = part_of_vertex.take(mesh.triangles[:, 0]), np.flatnonzero(part_of_vertex >= 0)
+        points, part_of_point = mesh.vertices.take(used, axis=0), part_of_vertex.take(used)
     if count == 1:
         return [Body(mesh, part_of, 0, solid.volume_mm3, mesh.bounds)]
     bounds = np.stack([np.full((3, count), np.inf), np.full((3, count), -np.inf)])
@@ -131,9 +131,9 @@ def _parts(solid: Solid) -> list[Body]:
 def _numbered(root: Indices, triangles: Indices) -> tuple[Indices, int]:
     """Return the part of each vertex from 0, −1 where it is in no triangle, and how many parts there are."""
     present = np.zeros(len(root), dtype=bool)
-    present[root[triangles[:, 0]]] = True
-    number = np.cumsum(present) - 1
-    return np.where(present[root], number[root], -1), int(present.sum())
+    present[root.take(triangles[:, 0])] = True
+    number = np.where(present, np.cumsum(present) - 1, -1)
+    return number.take(root), int(present.sum())
 
 
 def are_apart(bodies: Sequence[Body]) -> bool:
