@@ -8,10 +8,13 @@ from autobalance.solid.mesh import Indices
 
 
 def components(links: Indices, count: int) -> Indices:
-    """Return for each node the lowest node of its connected component (count,).
+    """Return for each node the lowest node of its connected component (count,); see ``numbered_components``."""
+    number, lowest = _numbered(links, count)
+    return lowest.take(number)
 
-    Every link hangs its higher ends under its lowest; then roots that links still join are hung under one
-    another until none is left. Numbers that follow the surface, as a weld gives them, need a few rounds.
+
+def numbered_components(links: Indices, count: int) -> tuple[Indices, int]:
+    """Return for each node the number of its component (count,), from 0 by the lowest node; and how many.
 
     Parameters
     ----------
@@ -20,29 +23,34 @@ def components(links: Indices, count: int) -> Indices:
     count : int
         Nodes in all, numbered from 0.
     """
-    root = np.arange(count)
+    number, lowest = _numbered(links, count)
+    return number, len(lowest)
+
+
+def _numbered(links: Indices, count: int) -> tuple[Indices, Indices]:
+    """Return the number of each node's component (count,) and the lowest node of each component.
+
+    Every link hangs its higher ends under its lowest; what hangs together is one node of the next round, until
+    no link joins two. Numbers that follow the surface, as a weld gives them, need a few rounds.
+    """
+    number = lowest = np.arange(count)
     columns = [np.ascontiguousarray(column) for column in links.T]
     while len(columns[0]):
         low = columns[0]
         for column in columns[1:]:
             low = np.minimum(low, column)
+        root = np.arange(len(lowest))
         for column in columns:
-            above = np.flatnonzero(column > low)
-            root[column.take(above)] = low.take(above)  # of several lower ones any will do
+            root[column] = np.minimum(root.take(column), low)  # of several lower ones any will do
         while not np.array_equal(higher := root.take(root), root):
             root = higher
-        ends = [root.take(column) for column in columns]
+        is_root = root == np.arange(len(root))
+        joined = (np.cumsum(is_root) - 1).take(root)
+        number, lowest = joined.take(number), lowest[is_root]
+        ends = [joined.take(column) for column in columns]
         apart = np.zeros(len(low), dtype=bool)
         for end in ends[1:]:
             apart |= end != ends[0]
-        rows = np.flatnonzero(apart)
-        columns = [end.take(rows) for end in ends]
-    return root
-
-
-def numbered_components(links: Indices, count: int) -> tuple[Indices, int]:
-    """Return for each node the number of its component (count,), from 0 by the lowest node; and how many."""
-    lowest = components(links, count)
-    is_lowest = lowest == np.arange(count)
-    number = np.cumsum(is_lowest) - 1
-    return number[lowest], int(is_lowest.sum())
+        left = np.flatnonzero(apart)
+        columns = [end.take(left) for end in ends]
+    return number, lowest

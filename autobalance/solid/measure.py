@@ -43,7 +43,10 @@ def soup_moments(soup: Floats, density_g_mm3: float, frame: Array | None = None)
     """Return the mass moments of the solid that loose triangles (m, 3, 3) bound, as ``mesh_moments`` does."""
     some = soup[:: max(1, len(soup) // NEAR_ENOUGH)].reshape(-1, 3)
     near = 0.5 * (some.min(axis=0) + some.max(axis=0)).astype(np.float64)
-    volume = _summed(soup[start : start + CHUNK] - near for start in range(0, len(soup), CHUNK))
+    volume = _summed(
+        np.ascontiguousarray((soup[start : start + CHUNK] - near).transpose(1, 2, 0))
+        for start in range(0, len(soup), CHUNK)
+    )
     return _placed(volume, near, density_g_mm3, frame)
 
 
@@ -59,18 +62,19 @@ def _placed(volume: Moments, near: Array, density_g_mm3: float, frame: Array | N
 
 def volume_moments(vertices: Array, triangles: Indices) -> Moments:
     """Return ∫ dV, ∫ r dV and ∫ r rᵀ dV about the origin, which is best near the part."""
-    starts = range(0, len(triangles), CHUNK)
-    return _summed(vertices.take(triangles[start : start + CHUNK], axis=0) for start in starts)
+    axes = np.ascontiguousarray(vertices.T)
+    return _summed(
+        axes.take(triangles[start : start + CHUNK].T, axis=1).swapaxes(0, 1)
+        for start in range(0, len(triangles), CHUNK)
+    )
 
 
 def _summed(chunks: Iterable[Array]) -> Moments:
-    """Add up the tetrahedra that loose triangles (k, 3, 3), some at a time, span with the origin."""
+    """Add up the tetrahedra that triangles span with the origin, some at a time: corners × axes (3, 3, k)."""
     volume = 0.0
     first = np.zeros(3)
     second = np.zeros((3, 3))
-    for chunk in chunks:
-        columns = np.ascontiguousarray(chunk.reshape(-1, 9).T)
-        a, b, c = columns[:3], columns[3:6], columns[6:]
+    for a, b, c in chunks:
         det = a[0] * (b[1] * c[2] - b[2] * c[1])
         det += a[1] * (b[2] * c[0] - b[0] * c[2])
         det += a[2] * (b[0] * c[1] - b[1] * c[0])

@@ -53,12 +53,10 @@ class Mesh:
     def area_vectors(self) -> Array:
         """Twice the area vector (m, 3) of each triangle, pointing outward [mm²]."""
         out = np.zeros((len(self.triangles), 3))
-        axes = [np.ascontiguousarray(column) for column in self.vertices.T]
+        axes = np.ascontiguousarray(self.vertices.T)
         for begin in range(0, len(out), CHUNK):
-            a, b, c = np.ascontiguousarray(self.triangles[begin : begin + CHUNK].T)
-            starts = [column.take(a) for column in axes]
-            ux, uy, uz = (column.take(b) - start for column, start in zip(axes, starts, strict=True))
-            vx, vy, vz = (column.take(c) - start for column, start in zip(axes, starts, strict=True))
+            a, b, c = axes.take(self.triangles[begin : begin + CHUNK].T, axis=1).swapaxes(0, 1)
+            (ux, uy, uz), (vx, vy, vz) = b - a, c - a
             part = out[begin : begin + CHUNK]
             part[:, 0] = uy * vz - uz * vy
             part[:, 1] = uz * vx - ux * vz
