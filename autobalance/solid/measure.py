@@ -43,7 +43,7 @@ def soup_moments(soup: Floats, density_g_mm3: float, frame: Array | None = None)
     """Return the mass moments of the solid that loose triangles (m, 3, 3) bound, as ``mesh_moments`` does."""
     some = soup[:: max(1, len(soup) // NEAR_ENOUGH)].reshape(-1, 3)
     near = 0.5 * (some.min(axis=0) + some.max(axis=0)).astype(np.float64)
-    volume = _summed(
+    volume = summed(
         np.ascontiguousarray((soup[start : start + CHUNK] - near).transpose(1, 2, 0))
         for start in range(0, len(soup), CHUNK)
     )
@@ -63,13 +63,13 @@ def _placed(volume: Moments, near: Array, density_g_mm3: float, frame: Array | N
 def volume_moments(vertices: Array, triangles: Indices) -> Moments:
     """Return ∫ dV, ∫ r dV and ∫ r rᵀ dV about the origin, which is best near the part."""
     axes = np.ascontiguousarray(vertices.T)
-    return _summed(
+    return summed(
         axes.take(triangles[start : start + CHUNK].T, axis=1).swapaxes(0, 1)
         for start in range(0, len(triangles), CHUNK)
     )
 
 
-def _summed(chunks: Iterable[Array]) -> Moments:
+def summed(chunks: Iterable[Array]) -> Moments:
     """Add up the tetrahedra that triangles span with the origin, some at a time: corners × axes (3, 3, k)."""
     volume = 0.0
     first = np.zeros(3)

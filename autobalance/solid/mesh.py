@@ -13,6 +13,8 @@ Array = NDArray[np.float64]
 Indices = NDArray[np.int64]
 Floats = NDArray[Any]
 """float32 or float64."""
+Numbers = NDArray[Any]
+"""Of one type, integer or not."""
 
 CHUNK = 1 << 14
 """Triangles at a time: their corners stay in the processor's cache."""
@@ -154,6 +156,16 @@ def hash_numbers(numbers: Indices) -> NDArray[np.uint64]:
     key *= np.uint64(0xD6E8FEB86659FD93)
     key ^= key >> np.uint64(32)
     return key
+
+
+def least_and_greatest(values: Numbers, triangles: Indices) -> tuple[Numbers, Numbers]:
+    """Return the least and the greatest of the values (n,) that each triangle's corners have (m,)."""
+    least, greatest = np.zeros(len(triangles), values.dtype), np.zeros(len(triangles), values.dtype)
+    for begin in range(0, len(triangles), CHUNK):
+        a, b, c = values.take(triangles[begin : begin + CHUNK].T)
+        least[begin : begin + CHUNK] = np.minimum(np.minimum(a, b), c)
+        greatest[begin : begin + CHUNK] = np.maximum(np.maximum(a, b), c)
+    return least, greatest
 
 
 def compacted(triangles: Indices, count: int) -> tuple[NDArray[np.bool_], Indices]:

@@ -14,8 +14,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from autobalance.rotor.moments import Moments
-from autobalance.solid.measure import volume_moments
-from autobalance.solid.mesh import Array, Indices
+from autobalance.solid.measure import summed
+from autobalance.solid.mesh import CHUNK, Array, Indices, least_and_greatest
 
 
 @dataclass(frozen=True, eq=False)
@@ -49,8 +49,12 @@ class Layers:
     @cached_property
     def reach(self) -> tuple[Array, Array]:
         """Least and greatest z (m,) of each triangle."""
-        a, b, c = np.ascontiguousarray(self.vertices[:, 2]).take(self.triangles).T
-        return np.minimum(np.minimum(a, b), c), np.maximum(np.maximum(a, b), c)
+        return least_and_greatest(self._axes[2], self.triangles)
+
+    @cached_property
+    def _axes(self) -> Array:
+        """The vertices' x, y and z (3, n)."""
+        return np.ascontiguousarray(self.vertices.T)
 
     def moments(
         self, z_range_mm: tuple[float, float], density_g_mm3: float, part: Part = EVERYTHING
@@ -69,61 +73,70 @@ class Layers:
         if not z_high > z_low:
             return Moments.zero()
         low, high = self.reach
-        grain = min(self.rounding_mm, 0.01 * (z_high - z_low))
-        met = (high > z_low + grain) & (low < z_high - grain)
-        if part is EVERYTHING:
-            inside = met & (low >= z_low - grain) & (high < z_high - grain)
-            met &= ~inside
-            whole = volume_moments(self._snapped(z_low, grain), self.triangles[inside])
-        else:
-            whole = Moments.zero()
-        rows = np.flatnonzero(met)
+        height = z_high - z_low
+        grain = min(self.rounding_mm, 0.01 * height)
+        rows = np.flatnonzero((high > z_low + grain) & (low < z_high - grain))
+        low, high = low.take(rows), high.take(rows)
+        inside = (low >= z_low - grain) & (high <= z_high + grain) & (part is EVERYTHING)
+        whole, touching, crossing = rows[inside], rows[inside & (high >= z_high - grain)], rows[~inside]
         if part.centre is not None:
-            rows = rows[self._meets(rows, part.centre, part.radius_mm)]
-        soup = self.vertices.take(self.triangles.take(rows, axis=0), axis=0) - np.array([0.0, 0.0, z_low])
-        for plane in (0.0, z_high - z_low):
-            soup[:, :, 2][np.abs(soup[:, :, 2] - plane) <= grain] = plane
-        local = (whole + _slab_of_soup(soup, z_high - z_low, part)).scaled(density_g_mm3)
+            crossing = crossing[self._meets(crossing, part.centre, part.radius_mm)]
+        below, soup = (
+            np.ascontiguousarray(self._corners(some, z_low, height, grain).T) for some in (touching, crossing)
+        )
+        volume = _slab_of_soup(soup, below, height, part) + summed(
+            self._corners(whole[start : start + CHUNK], z_low, height, grain).swapaxes(0, 1)
+            for start in range(0, len(whole), CHUNK)
+        )
+        local = volume.scaled(density_g_mm3)
         back = np.eye(4)
         back[2, 3] = z_low
         return local.moved(back)
 
-    def _snapped(self, z_low: float, grain: float) -> Array:
-        """Return the vertices as seen from a plane, those within rounding of it on it."""
-        seen: Array = self.vertices - np.array([0.0, 0.0, z_low])
-        seen[np.abs(seen[:, 2]) <= grain, 2] = 0.0
-        return seen
+    def _corners(self, rows: Indices, z_low: float, height: float, grain: float) -> Array:
+        """Return axes × corners (3, 3, k) of triangles as seen from a slab's lower plane.
+
+        Those within rounding of the slab's planes are on them.
+        """
+        corners = self._axes.take(self.triangles.take(rows, axis=0).T, axis=1)
+        z = corners[2]
+        z -= z_low
+        for plane in (0.0, height):
+            z[np.abs(z - plane) <= grain] = plane
+        return corners
 
     def _meets(self, rows: Indices, centre: Array, radius: float) -> NDArray[np.bool_]:
         """Whether the boxes of triangles meet that of a circle, in x and y."""
         meets = np.ones(len(rows), dtype=bool)
-        corners = self.triangles.take(rows, axis=0)
-        for column, middle in zip(self.vertices.T[:2], centre, strict=True):
-            a, b, c = (np.ascontiguousarray(column) - middle).take(corners).T
+        corners = self.triangles.take(rows, axis=0).T
+        for column, middle in zip(self._axes, centre, strict=False):
+            a, b, c = column.take(corners) - middle
             meets &= np.minimum(np.minimum(a, b), c) <= radius
             meets &= np.maximum(np.maximum(a, b), c) >= -radius
         return meets
 
 
-def _slab_of_soup(soup: Array, height: float, part: Part) -> Moments:
-    """Return volume and moments of what loose triangles (k, 3, 3) add between z = 0 and ``height``."""
+def _slab_of_soup(soup: Array, below: Array, height: float, part: Part) -> Moments:
+    """Return volume and moments of what loose triangles (k, 3, 3) add between z = 0 and ``height``.
+
+    Of those ``below`` (j, 3, 3), which end at the upper plane, only the plane's share.
+    """
     soup = _clipped(soup, np.array([0.0, 0.0, 1.0]), 0.0)
-    edges = _upper_edges(soup, height)
+    edges = _upper_edges(np.concatenate([soup, below]), height)
     soup = _clipped(soup, np.array([0.0, 0.0, -1.0]), -height)
     if part.centre is not None:
         soup, edges = (_within(item, part.centre, part.radius_mm) for item in (soup, edges))
     if part.side is not None:
         soup = _clipped(soup, np.array([*part.side, 0.0]), 0.0)
         edges = _clipped_edges(edges, part.side)
-    volume = volume_moments(soup.reshape(-1, 3), np.arange(3 * len(soup)).reshape(-1, 3))
-    return volume + _cone(edges, height)
+    return summed([np.ascontiguousarray(soup.transpose(1, 2, 0))]) + _cone(edges, height)
 
 
 def _clipped(soup: Array, normal: Array, height: float) -> Array:
     """Return the parts of loose triangles (k, 3, 3) with normal · r ≥ height."""
-    over = soup @ normal - height
+    over = (soup.reshape(-1, 3) @ normal - height).reshape(-1, 3)
     keep = over >= 0.0
-    count = keep.sum(axis=1)
+    count = _count(keep)
     parts = [soup[count == 3]]
     for wanted in (1, 2):
         rows = np.flatnonzero(count == wanted)
@@ -140,13 +153,20 @@ def _clipped(soup: Array, normal: Array, height: float) -> Array:
     return np.concatenate(parts)
 
 
+def _count(marks: NDArray[np.bool_]) -> NDArray[np.int8]:
+    """Return how many of three marks (k, 3) hold."""
+    a, b, c = marks.T.astype(np.int8)
+    total: NDArray[np.int8] = a + b + c
+    return total
+
+
 def _upper_edges(soup: Array, height: float) -> Array:
     """Return the edges (k, 2, 2) of the section at ``height``, metal on their left, of loose triangles.
 
     A corner on the plane counts as above it: what lies on the plane is the section just below.
     """
     up = soup[:, :, 2] >= height
-    count = up.sum(axis=1)
+    count = _count(up)
     parts = []
     for wanted in (1, 2):
         rows = np.flatnonzero(count == wanted)
@@ -161,8 +181,8 @@ def _upper_edges(soup: Array, height: float) -> Array:
 
 
 def _within(items: Array, centre: Array, radius: float) -> Array:
-    away = np.linalg.norm(items.mean(axis=1)[:, :2] - centre, axis=1)
-    kept: Array = items[away <= radius]
+    x, y = (sum(corner) / len(corner) for corner in items.T[:2])
+    kept: Array = items[np.hypot(x - centre[0], y - centre[1]) <= radius]
     return kept
 
 
