@@ -31,9 +31,10 @@ def sample(size: Array) -> tuple[Indices, Array]:
     count = len(size)
     if count <= 2 * SAMPLE:
         return np.arange(count), np.ones(count)
-    order = np.argpartition(size, count - SAMPLE)
-    large = order[-SAMPLE:]
-    rest = np.sort(order[:-SAMPLE])
+    large = np.argpartition(size, count - SAMPLE)[-SAMPLE:]
+    is_large = np.zeros(count, dtype=bool)
+    is_large[large] = True
+    rest = np.flatnonzero(~is_large)
     every = len(rest) // SAMPLE
     rows = np.concatenate([large, rest[::every]])
     return rows, np.concatenate([np.ones(SAMPLE), np.full(len(rows) - SAMPLE, float(every))])

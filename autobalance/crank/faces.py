@@ -15,7 +15,7 @@ import numpy as np
 from autobalance.crank.anatomy import Anatomy, Array, Face, Indices
 from autobalance.crank.directions import sample
 from autobalance.solid.components import numbered_components
-from autobalance.solid.mesh import Mesh, compacted
+from autobalance.solid.mesh import Mesh, compacted, least_and_greatest
 from autobalance.solid.surface import PlaneFace, Surfaces
 
 LEAST_AREA_SHARE = 5e-4
@@ -159,14 +159,14 @@ def _side_directions(look: _Look) -> list[Array]:
     rows, unit, size = rows[aside], unit[aside], size[aside]
     height = (look.mesh.vertices[look.mesh.triangles[rows, 0]] * unit).sum(axis=1)
     cell_mm = HEIGHT_CELLS * look.flat_mm
-    cells = np.column_stack([unit / ONE_DIRECTION[0], height / cell_mm])
-    _, which = np.unique(np.floor(cells + 0.37).astype(np.int64), axis=0, return_inverse=True)
-    area = 0.5 * np.bincount(which.reshape(-1), size)
+    cells = np.floor(np.column_stack([unit / ONE_DIRECTION[0], height / cell_mm]) + 0.37).astype(np.int64)
+    _, which = np.unique(_row_numbers(cells), return_inverse=True)
+    area = 0.5 * np.bincount(which, size)
     chosen: list[Array] = []
     for place in np.argsort(-area, kind="stable"):
         if area[place] < STRADDLING * least:
             break
-        inside = which.reshape(-1) == place
+        inside = which == place
         total = (size[inside, None] * unit[inside]).sum(axis=0)
         start = total / np.linalg.norm(total)
         level = float(size[inside] @ height[inside] / size[inside].sum())
@@ -177,6 +177,13 @@ def _side_directions(look: _Look) -> list[Array]:
         if normal is not None and all(_apart(normal, other) for other in chosen):
             chosen.append(normal)
     return chosen
+
+
+def _row_numbers(cells: Indices) -> Indices:
+    """Return a number (k,) for each row of whole numbers, the same for equal rows alone."""
+    low, high = cells.min(axis=0, initial=0), cells.max(axis=0, initial=0)
+    numbers: Indices = np.ravel_multi_index(tuple((cells - low).T), tuple(high - low + 1))
+    return numbers
 
 
 def _apart(a: Array, b: Array) -> bool:
@@ -190,15 +197,15 @@ def _faces_along(look: _Look, normal: Array, least_mm2: float) -> list[Face]:
     height = mesh.vertices @ normal
     lean = mesh.area_vectors @ normal
     facing = np.flatnonzero(np.abs(lean) > _cosine(ONE_DIRECTION[-1]) * look.size)
-    at_corner = mesh.triangles[:, 0].take(facing)
+    at_corner = mesh.triangles[facing, 0]
     areas = np.bincount(at_corner, 0.5 * np.abs(lean.take(facing)), len(height)).astype(
         np.float64, copy=False
     )
     levels = _levels(height, areas, slack, least_mm2)
     if len(levels) == 0:
         return []
-    a, b, c = _nearest_level(height, levels, slack).take(mesh.triangles).T
-    members = np.flatnonzero((a == b) & (b == c) & (a >= 0))
+    lowest, highest = least_and_greatest(_nearest_level(height, levels, slack), mesh.triangles)
+    members = np.flatnonzero((lowest == highest) & (lowest >= 0))
     lean = lean.take(members)
     faces = []
     for sign in (1.0, -1.0):
@@ -253,11 +260,10 @@ def _face(look: _Look, rows: Indices, least_mm2: float) -> Face | None:
     if area < least_mm2:
         return None
     exact = half / area
-    corners = mesh.triangles.take(rows, axis=0)
+    corners = mesh.vertices.take(mesh.triangles.take(rows, axis=0), axis=0)
     weights = 0.5 * (vectors @ exact)
-    centroid = sum((weights @ mesh.vertices.take(column, axis=0) for column in corners.T), np.zeros(3))
-    centroid = centroid / (3.0 * weights.sum())
-    spread = float(np.abs((mesh.vertices @ exact).take(corners) - centroid @ exact).max())
+    centroid = (weights @ corners.reshape(-1, 9)).reshape(3, 3).sum(axis=0) / (3.0 * weights.sum())
+    spread = float(np.abs(corners.reshape(-1, 3) @ exact - centroid @ exact).max())
     turned = frame[:3, :3] @ exact
     placed = frame[:3, :3] @ centroid + frame[:3, 3]
     if abs(float(turned[2])) < math.cos(SQUARE_RAD) and _is_facet(rows, mesh, look.anatomy):
