@@ -121,11 +121,12 @@ def _circumcircles(a: Array, b: Array, c: Array) -> tuple[Array, Array]:
 
 def fit_circle(points: Array) -> tuple[Array, float]:
     """Return centre (2,) and radius of the circle that fits points (k, 2) best."""
-    middle = points.mean(axis=0)
-    local = points - middle
+    local = np.ascontiguousarray(points.T)
+    middle = local.mean(axis=1)
+    local = local - middle[:, None]
     scale = float(np.abs(local).max())
-    local = local / scale
-    rows = np.column_stack([2.0 * local, np.ones(len(local))])
-    solution = np.linalg.lstsq(rows.T @ rows, rows.T @ (local**2).sum(axis=1), rcond=None)[0]
+    local /= scale
+    rows = np.concatenate([2.0 * local, np.ones((1, len(points)))])
+    solution = np.linalg.lstsq(rows @ rows.T, rows @ (local**2).sum(axis=0), rcond=None)[0]
     radius = math.sqrt(max(float(solution[2] + solution[:2] @ solution[:2]), 0.0))
     return middle + scale * solution[:2], scale * radius

@@ -14,6 +14,7 @@ import numpy as np
 
 from autobalance.crank.anatomy import Anatomy, Array, Face, Indices
 from autobalance.crank.directions import sample
+from autobalance.crank.stations import plane_levels
 from autobalance.solid.components import numbered_components
 from autobalance.solid.mesh import Mesh, compacted, least_and_greatest
 from autobalance.solid.surface import PlaneFace, Surfaces
@@ -196,12 +197,8 @@ def _faces_along(look: _Look, normal: Array, least_mm2: float) -> list[Face]:
     mesh, slack = look.mesh, 2.0 * look.flat_mm
     height = mesh.vertices @ normal
     lean = mesh.area_vectors @ normal
-    facing = np.flatnonzero(np.abs(lean) > _cosine(ONE_DIRECTION[-1]) * look.size)
-    at_corner = mesh.triangles[facing, 0]
-    areas = np.bincount(at_corner, 0.5 * np.abs(lean.take(facing)), len(height)).astype(
-        np.float64, copy=False
-    )
-    levels = _levels(height, areas, slack, least_mm2)
+    levels, areas = plane_levels(mesh, height, lean, _cosine(ONE_DIRECTION[-1]), slack)
+    levels = levels[areas >= least_mm2]
     if len(levels) == 0:
         return []
     lowest, highest = least_and_greatest(_nearest_level(height, levels, slack), mesh.triangles)
@@ -217,20 +214,6 @@ def _faces_along(look: _Look, normal: Array, least_mm2: float) -> list[Face]:
             if face is not None:
                 faces.append(face)
     return faces
-
-
-def _levels(heights: Array, areas: Array, apart: float, least: float) -> Array:
-    """Return the heights, increasing, at which at least ``least`` area lies."""
-    there = np.flatnonzero(areas)
-    if len(there) == 0:
-        return np.zeros(0)
-    heights, areas = heights.take(there), areas.take(there)
-    order = np.argsort(heights)
-    ranked, weight = heights.take(order), areas.take(order)
-    group = np.concatenate([[0], np.cumsum(np.diff(ranked) > apart)])
-    total = np.bincount(group, weight)
-    middle: Array = np.bincount(group, weight * ranked) / total
-    return middle[total >= least]
 
 
 def _nearest_level(height: Array, levels: Array, slack: float) -> Indices:

@@ -133,8 +133,13 @@ def _along(mesh: Mesh, direction: Array, overrides: Overrides, cylinders: Sequen
         layout = _layout(long, overrides, rounding)
         if fixed is not None:
             break
-        direction, tilt = _axis_direction(long, layout, direction, rounding)
+        line = common_axis(long, layout.journals, rounding)
+        found = _upright(long.turn[:3, :3].T @ line[1])
+        tilt = float(np.linalg.norm(found - direction))
+        direction = found
         if tilt * long.length_mm <= rounding:  # less than the file's own rounding
+            if overrides.main_journals is None:
+                layout = replace(layout, axis=line[0][:2], settled=True)
             break
         if tilt < SLIGHT_TILT_RAD:
             long, layout = _straightened(mesh, long, layout, direction, overrides, rounding)
@@ -150,15 +155,6 @@ def _along(mesh: Mesh, direction: Array, overrides: Overrides, cylinders: Sequen
     if own is not None and overrides.main_journals is None and overrides.crankpins is None:
         layout = own_layout(long, layout, cylinders)
     return _anatomy(long, layout, overrides, rounding)
-
-
-def _axis_direction(
-    long: Lengthwise, layout: Layout, direction: Array, rounding: float
-) -> tuple[Array, float]:
-    """Return the direction of the journals' common axis, and by how much it differs from ``direction``."""
-    vector = long.turn[:3, :3].T @ common_axis(long, layout.journals, rounding)[1]
-    found = _upright(vector)
-    return found, float(np.linalg.norm(found - direction))
 
 
 def _straightened(

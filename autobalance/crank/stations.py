@@ -68,8 +68,6 @@ class Lengthwise:
         From file coordinates [mm] to these.
     vertices : (n, 3) float
         Turned.
-    order : (n,) int
-        Vertex numbers by increasing z.
     levels_mm, level_areas_mm2 : (k,) float
         Heights of planes square to the axis, increasing, and the area that lies there.
     sections : tuple of Section
@@ -78,7 +76,6 @@ class Lengthwise:
 
     turn: Array
     vertices: Array
-    order: Indices
     levels_mm: Array
     level_areas_mm2: Array
     sections: tuple[Section, ...]
@@ -86,8 +83,8 @@ class Lengthwise:
     @cached_property
     def by_height(self) -> tuple[Array, Array]:
         """Vertices by increasing z, and their z."""
-        vertices = self.vertices.take(self.order, axis=0)
-        return vertices, np.ascontiguousarray(vertices[:, 2])
+        columns = self.vertices.T.take(np.argsort(self.vertices[:, 2]), axis=1)
+        return columns.T, columns[2]
 
     def between(self, low: float, high: float) -> Array:
         """Return the vertices with low ≤ z ≤ high."""
@@ -112,9 +109,8 @@ def lengthwise(mesh: Mesh, direction: Array, rounding_mm: float) -> Lengthwise:
     """
     turn = turn_to_z(direction, mesh.bounds.mean(axis=0))
     vertices = turned(mesh.vertices, turn)
-    along = _along(mesh, turn[2, :3])
-    order = np.argsort(vertices[:, 2])
-    levels, areas = _levels(mesh, vertices, order, along)
+    along = mesh.area_vectors @ turn[2, :3]
+    levels, areas = _levels(mesh, vertices, along)
     heights = _stations(vertices, levels)
     spans = Spans.of(vertices, mesh.triangles, heights)
     stretch = _stretches(mesh, vertices, along, spans, len(heights), rounding_mm)
@@ -123,16 +119,15 @@ def lengthwise(mesh: Mesh, direction: Array, rounding_mm: float) -> Lengthwise:
     outlines = cross_sections(vertices, mesh.triangles, heights[middle], spans.among(middle))
     pieces = [_pieces(found, rounding_mm) for found in outlines]
     sections = tuple(Section(float(z), pieces[one]) for z, one in zip(heights, stretch, strict=True))
-    return Lengthwise(turn, vertices, order, levels, areas, sections)
+    return Lengthwise(turn, vertices, levels, areas, sections)
 
 
 def straightened(long: Lengthwise, mesh: Mesh, direction: Array) -> Lengthwise:
     """Return the same with the axis turned a very little, to ``direction``; the sections are kept."""
     turn = turn_to_z(direction, mesh.bounds.mean(axis=0))
     vertices = turned(mesh.vertices, turn)
-    order = np.argsort(vertices[:, 2])
-    levels, areas = _levels(mesh, vertices, order, _along(mesh, turn[2, :3]))
-    return Lengthwise(turn, vertices, order, levels, areas, long.sections)
+    levels, areas = _levels(mesh, vertices, mesh.area_vectors @ turn[2, :3])
+    return Lengthwise(turn, vertices, levels, areas, long.sections)
 
 
 def turned(vertices: Array, turn: Array) -> Array:
@@ -157,13 +152,6 @@ def turn_to_z(direction: Array, middle: Array) -> Array:
     return turn
 
 
-def _along(mesh: Mesh, axis: Array) -> Array:
-    """Return the components (m,) of the triangles' doubled area vectors along the axis."""
-    x, y, z = mesh.area_vectors.T
-    along: Array = axis[0] * x + axis[1] * y + axis[2] * z
-    return along
-
-
 def _stretches(
     mesh: Mesh, vertices: Array, along: Array, spans: Spans, count: int, rounding_mm: float
 ) -> Indices:
@@ -186,20 +174,39 @@ def _stretches(
     return stretch
 
 
-def _levels(mesh: Mesh, vertices: Array, order: Indices, along: Array) -> tuple[Array, Array]:
-    square = np.flatnonzero(np.abs(along) > SQUARE * mesh.doubled_areas)
-    if len(square) == 0:
-        return np.zeros(0), np.zeros(0)
-    at_corner = mesh.triangles[:, 0].take(square)
-    area = 0.5 * np.bincount(at_corner, np.abs(along.take(square)), len(vertices)).take(order)
-    there = np.flatnonzero(area)
-    height, area = vertices[:, 2].take(order.take(there)), area.take(there)
+def _levels(mesh: Mesh, vertices: Array, along: Array) -> tuple[Array, Array]:
+    """Return the heights where cross-sections jump, and the area that lies there."""
     apart = ASIDE_SHARE * float(np.ptp(vertices[:, 2]))
+    heights, areas = plane_levels(mesh, vertices[:, 2], along, SQUARE, apart)
+    real = areas > LEVEL_SHARE * areas.max(initial=0.0)
+    return heights[real], areas[real]
+
+
+def plane_levels(mesh: Mesh, height: Array, along: Array, square: float, apart: float) -> tuple[Array, Array]:
+    """Return the heights (k,), increasing, at which triangles square to a direction lie, and their area.
+
+    Parameters
+    ----------
+    mesh : Mesh
+    height : (n,) float
+        Of the vertices along the direction [mm].
+    along : (m,) float
+        Components of the triangles' doubled area vectors along it [mm²].
+    square : float
+        A triangle is square to it when its normal has at least this component along it.
+    apart : float
+        Triangles no farther apart than this are at one height [mm].
+    """
+    rows = np.flatnonzero(np.abs(along) > square * mesh.doubled_areas)
+    at_corner = np.bincount(mesh.triangles[rows, 0], 0.5 * np.abs(along.take(rows)), len(height))
+    there = np.flatnonzero(at_corner)
+    if len(there) == 0:
+        return np.zeros(0), np.zeros(0)
+    there = there.take(np.argsort(height.take(there)))
+    height, area = height.take(there), at_corner.take(there)
     group = np.concatenate([[0], np.cumsum(np.diff(height) > apart)])
     total = np.bincount(group, area)
-    middle = np.bincount(group, area * height) / np.maximum(total, 1e-300)
-    real = total > LEVEL_SHARE * total.max()
-    return middle[real], total[real]
+    return np.bincount(group, area * height) / total, total
 
 
 def _stations(vertices: Array, levels: Array) -> Array:

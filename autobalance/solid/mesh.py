@@ -68,8 +68,10 @@ class Mesh:
     @cached_property
     def doubled_areas(self) -> Array:
         """Twice the area (m,) of each triangle [mm²]."""
-        x, y, z = self.area_vectors.T
-        areas: Array = np.sqrt(x * x + y * y + z * z)
+        areas = np.zeros(len(self.triangles))
+        for begin in range(0, len(areas), CHUNK):
+            x, y, z = self.area_vectors[begin : begin + CHUNK].T
+            areas[begin : begin + CHUNK] = np.sqrt(x * x + y * y + z * z)
         return areas
 
     def part(self, wanted: NDArray[np.bool_]) -> Mesh:

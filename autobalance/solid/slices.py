@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from autobalance.solid.mesh import Array, Indices
+from autobalance.solid.mesh import Array, Indices, least_and_greatest
 
 Numbers = NDArray[np.unsignedinteger[Any]]
 
@@ -28,13 +28,12 @@ class Spans:
     def of(cls, vertices: Array, triangles: Indices, heights_mm: Array) -> Spans:
         """Return those of triangles (m, 3) among increasing heights (k,)."""
         count = np.searchsorted(heights_mm, vertices[:, 2], side="right")
-        a, b, c = count.astype(np.min_scalar_type(len(heights_mm)))[triangles].T
-        return cls(np.minimum(np.minimum(a, b), c), np.maximum(np.maximum(a, b), c))
+        return cls(*least_and_greatest(count.astype(np.min_scalar_type(len(heights_mm))), triangles))
 
     def among(self, chosen: Indices) -> Spans:
         """Return them among some of the heights, chosen by number, increasing."""
         fewer = np.searchsorted(chosen, np.arange(int(self.high.max()) + 1)).astype(self.low.dtype)
-        return Spans(fewer[self.low], fewer[self.high])
+        return Spans(fewer.take(self.low), fewer.take(self.high))
 
 
 def cross_sections(
@@ -104,17 +103,19 @@ def _following(start: Indices, end: Indices, station: Indices, count: int) -> In
     return following
 
 
-def _cycles(following: Indices) -> list[list[int]]:
-    """Return the cycles of a permutation; a place that was met follows nothing any more."""
+def _cycles(following: Indices) -> list[Indices]:
+    """Return the cycles of a permutation."""
     step = following.tolist()
+    left = np.ones(len(step), dtype=bool)
     cycles = []
-    for start in range(len(step)):
-        cycle = []
-        place = start
-        while (after := step[place]) >= 0:
+    start = 0
+    while left[start:].any():
+        start += int(left[start:].argmax())
+        cycle = [start]
+        place = step[start]
+        while place != start:
             cycle.append(place)
-            step[place] = -1
-            place = after
-        if cycle:
-            cycles.append(cycle)
+            place = step[place]
+        cycles.append(np.array(cycle))
+        left[cycles[-1]] = False
     return cycles
