@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from autobalance.crank.anatomy import Array
+from autobalance.crank.anatomy import Array, Indices
 from autobalance.crank.circles import distances, fit_circle
 from autobalance.crank.stations import Lengthwise
 
@@ -199,7 +199,8 @@ def bare_cylinder(
     """
     near = long.between(*z_range)
     away = distances(near, centre)
-    near = near.take(np.flatnonzero(np.abs(away - radius) <= AROUND * radius + rounding_mm), axis=0)
+    rows = np.flatnonzero(np.abs(away - radius) <= AROUND * radius + rounding_mm)
+    near = near.T.take(rows, axis=1).T
     circles = [(centre, radius)]
     for link in shown:
         grain = NARROW[-1] * link.radius
@@ -274,21 +275,20 @@ def common_axis(long: Lengthwise, runs: Sequence[Run], rounding_mm: float) -> tu
     their common direction, and the line passes through the mean of their places.
     """
     where: list[Array] = []
-    arms: list[Array] = []
-    who: list[Array] = []
+    who: list[Indices] = []
     for number, run in enumerate(runs):
         near = long.between(run.z_low, run.z_high)
         away = distances(near, run.centre)
         on = np.flatnonzero(np.abs(away - run.radius) <= 2e-4 * run.radius + rounding_mm)
-        near = near.take(on, axis=0)
-        where.append(near)
-        arms.append((near[:, :2] - run.centre) / away.take(on)[:, None])
+        where.append(near.T.take(on, axis=1).T)
         who.append(np.full(len(on), number))
-    points, unit, owner = np.concatenate(where), np.concatenate(arms), np.concatenate(who)
+    points, owner = np.concatenate(where), np.concatenate(who)
     middle, scale = float(points[:, 2].mean()), max(float(np.ptp(points[:, 2])), 1e-12)
     lever = (points[:, 2] - middle) / scale
     start = runs[0].centre
     radii = np.array([run.radius for run in runs])
+    unit = points[:, :2] - np.array([run.centre for run in runs]).T.take(owner, axis=1).T
+    unit /= np.hypot(*unit.T)[:, None]
     line = np.column_stack([unit, unit * lever[:, None]])
     is_of = owner[:, None] == np.arange(len(runs))
     reach = ((points[:, :2] - start) * unit).sum(axis=1) - radii[owner]

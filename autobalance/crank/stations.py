@@ -205,7 +205,7 @@ def plane_levels(mesh: Mesh, height: Array, along: Array, square: float, apart: 
     there = there.take(np.argsort(height.take(there)))
     height, area = height.take(there), at_corner.take(there)
     group = np.concatenate([[0], np.cumsum(np.diff(height) > apart)])
-    total = np.bincount(group, area)
+    total = np.bincount(group, area).astype(np.float64, copy=False)
     return np.bincount(group, area * height) / total, total
 
 

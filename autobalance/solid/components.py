@@ -8,7 +8,7 @@ from autobalance.solid.mesh import Indices
 
 
 def components(links: Indices, count: int) -> Indices:
-    """Return for each node the lowest node of its connected component (count,); see ``numbered_components``."""
+    """Return for each node the lowest node of its component (count,); see ``numbered_components``."""
     number, lowest = _numbered(links, count)
     return lowest.take(number)
 
@@ -30,8 +30,8 @@ def numbered_components(links: Indices, count: int) -> tuple[Indices, int]:
 def _numbered(links: Indices, count: int) -> tuple[Indices, Indices]:
     """Return the number of each node's component (count,) and the lowest node of each component.
 
-    Every link hangs its higher ends under its lowest; what hangs together is one node of the next round, until
-    no link joins two. Numbers that follow the surface, as a weld gives them, need a few rounds.
+    Every link hangs its higher ends under its lowest; what hangs together is one node of the next round,
+    until no link joins two. Numbers that follow the surface, as a weld gives them, need a few rounds.
     """
     number = lowest = np.arange(count)
     columns = [np.ascontiguousarray(column) for column in links.T]

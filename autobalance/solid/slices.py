@@ -87,10 +87,10 @@ def _crossed_edges(corner: Indices, up: NDArray[np.bool_]) -> tuple[Indices, Ind
 
 
 def _points_on(edges: Indices, vertices: Array, height: Array) -> Array:
-    a, b = vertices[edges[:, 0]], vertices[edges[:, 1]]
-    share = (height - a[:, 2]) / (b[:, 2] - a[:, 2])
-    points: Array = a[:, :2] + share[:, None] * (b[:, :2] - a[:, :2])
-    return points
+    i, j = edges.T
+    x, y, z = vertices.T
+    share = (height - z[i]) / (z[j] - z[i])
+    return np.stack([axis[i] + share * (axis[j] - axis[i]) for axis in (x, y)], axis=1)
 
 
 def _following(start: Indices, end: Indices, station: Indices, count: int) -> Indices:
