@@ -112,7 +112,7 @@ def inspected(arguments: argparse.Namespace, progress: Progress) -> tuple[Crank,
     watch = Stopwatch()
     path = Path(arguments.crank)
     progress("reading and measuring the crank")
-    crank = measured_crank(_crankshaft(arguments, path), watch)
+    crank = measured_crank(_crankshaft(arguments, path), watch, with_faces=True)
     with watch.stage("plan"):
         progress("looking for faces")
         faces = offered_faces(crank)
@@ -168,12 +168,11 @@ def _body(text: str | None, named: bool) -> Any:
 
 def offered_faces(crank: Crank) -> tuple[FaceOffer, ...]:
     """Return what a correction can use: faces on webs, the greatest unbalance per millimetre first."""
-    from autobalance.crank.faces import find_faces, lowering_worth_g_mm_per_mm
+    from autobalance.crank.faces import lowering_worth_g_mm_per_mm
     from autobalance.crank.rims import find_rims
     from autobalance.report.record import FaceOffer
 
-    every = find_faces(crank.source.solid.mesh, crank.anatomy, crank.source.surfaces)
-    found = [face for face in every if face.web is not None]
+    found = [face for face in crank.faces if face.web is not None]
     depths = _max_depths_mm(crank, found)
     rims = find_rims(crank.source.solid.mesh, crank.anatomy)
     depths |= _max_rim_depths_mm(crank, rims)

@@ -15,7 +15,8 @@ import numpy as np
 from autobalance.beside import beside
 from autobalance.command.facet_correction import NOT_ASKED, FacetCorrection
 from autobalance.crank.alignment import misalignment_warning
-from autobalance.crank.anatomy import Anatomy, Overrides
+from autobalance.crank.anatomy import Anatomy, Face, Overrides
+from autobalance.crank.faces import find_faces
 from autobalance.crank.recognise import recognise
 from autobalance.engine.balance_factor import balance_factor, bob_weight_moments
 from autobalance.engine.parts import Parts, ThrowLoad
@@ -50,6 +51,7 @@ class Crank:
     moments: Moments
     facets: FacetError | None
     correction: FacetCorrection = NOT_ASKED
+    faces: tuple[Face, ...] = ()
 
     @property
     def volume_mm3(self) -> float:
@@ -91,8 +93,13 @@ class Stopwatch:
         return {**self._spent, "total": time.perf_counter() - self._start}
 
 
-def measured_crank(crankshaft: Crankshaft, watch: Stopwatch, asked: Balance | None = None) -> Crank:
-    """Read a crank file, recognise the crank in it and measure it, as exactly as ``asked``."""
+def measured_crank(
+    crankshaft: Crankshaft, watch: Stopwatch, asked: Balance | None = None, with_faces: bool = False
+) -> Crank:
+    """Read a crank file, recognise the crank in it and measure it, as exactly as ``asked``.
+
+    Its planar faces are looked for only ``with_faces``.
+    """
     recognition = _Recognition(crankshaft.overrides)
     with watch.stage("load"):
         source = _read(crankshaft, recognition.begin)
@@ -101,14 +108,21 @@ def measured_crank(crankshaft: Crankshaft, watch: Stopwatch, asked: Balance | No
             anatomy = recognition.anatomy(source)
         except RecognitionError as error:
             raise RecognitionError(f"{crankshaft.file}: {error}") from None
-        measuring = beside(lambda: source.moments(crankshaft.density_g_mm3, anatomy.file_to_rotor))
+        looking = beside(
+            lambda: find_faces(source.solid.mesh, anatomy, source.surfaces) if with_faces else ()
+        )
+        moments = source.moments(crankshaft.density_g_mm3, anatomy.file_to_rotor)
         facets = facets_of(source, crankshaft.density_g_mm3, anatomy, asked)
-        moments = measuring.result()
         correction = NOT_ASKED
         if facets is not None and asked is not None:
             correction = FacetCorrection.of(facets, asked.facet_correction)
             moments = moments + correction.part(facets.missing)
-    return Crank(source, anatomy, crankshaft.density_g_mm3, moments, facets, correction)
+        faces = looking.result()
+    return Crank(source, anatomy, crankshaft.density_g_mm3, moments, facets, correction, faces)
+
+
+def _faces(source: Source, anatomy: Anatomy) -> tuple[Face, ...]:
+    return find_faces(source.solid.mesh, anatomy, source.surfaces)
 
 
 class _Recognition:

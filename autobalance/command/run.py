@@ -16,8 +16,7 @@ from autobalance.command.pipeline import Crank, Stopwatch
 from autobalance.comparison import compare
 from autobalance.correction import Limits
 from autobalance.correction.drill import DrillLimits
-from autobalance.crank.anatomy import Anatomy, Face
-from autobalance.crank.faces import find_faces
+from autobalance.crank.anatomy import Anatomy
 from autobalance.crank.sections import counterweight_moments
 from autobalance.engine.balance_factor import bob_weight_moments
 from autobalance.engine.force_summary import ShakingForce
@@ -161,7 +160,7 @@ def _warnings(job: Job, crank: Crank) -> tuple[str, ...]:
 def _balanced_record(job: Job, watch: Stopwatch, progress: Progress) -> tuple[Crank, Record, Written | None]:
     """Measure and balance; return the crank, what the report needs, and the solid if one was cut."""
     progress("reading the crank")
-    crank = pipeline.measured_crank(job.crankshaft, watch, job.balance)
+    crank = pipeline.measured_crank(job.crankshaft, watch, job.balance, _work_on_faces(job))
     counterweights = beside(lambda: _counterweights(crank))
     with watch.stage("measure"):
         pipeline.check_engine(job, crank.anatomy)
@@ -251,7 +250,7 @@ def compare_job(job: Job, progress: Progress) -> dict[str, Any]:
     progress("reading the crank")
     limits = _every_kind(job)
     every = replace(job, methods=tuple(limits.values()), method_names=tuple(limits))
-    crank = pipeline.measured_crank(job.crankshaft, watch, job.balance)
+    crank = pipeline.measured_crank(job.crankshaft, watch, job.balance, _work_on_faces(every))
     pipeline.check_engine(job, crank.anatomy)
     factor = pipeline.target_factor(job, crank.anatomy, crank.moments)
     tolerance = pipeline.tolerance_of(job, crank.anatomy, crank.moments)
@@ -277,14 +276,12 @@ def _rotor(job: Job, crank: Crank, tolerance: Tolerance, factor: float) -> Rotor
     if crank.facets is not None:
         spacing = doubt.spacing_mm(crank.source)
         causes = doubt.Causes(job, crank.anatomy, crank.moments, tolerance, factor, crank.facets, spacing)
-    off = None if causes is None else causes.budget(crank.moments)
-    within = tolerance.is_met_by(Unbalance.of(crank.moments + at_factor), off)
     return Rotor(
         solid=crank.source.solid,
         moments=crank.moments,
         density_g_mm3=crank.density_g_mm3,
         anatomy=crank.anatomy,
-        faces=() if within else _faces(job, crank),
+        faces=crank.faces,
         loads=at_factor,
         loads_per_factor=bob_weight_moments(loads, 1.0) - bob_weight_moments(loads, 0.0),
         factor=factor,
@@ -294,11 +291,8 @@ def _rotor(job: Job, crank: Crank, tolerance: Tolerance, factor: float) -> Rotor
     )
 
 
-def _faces(job: Job, crank: Crank) -> tuple[Face, ...]:
-    """Return the planar faces, where a method of the job works on faces."""
-    if not any(hasattr(limits, "faces") for limits in job.methods):
-        return ()
-    return find_faces(crank.source.solid.mesh, crank.anatomy, crank.source.surfaces)
+def _work_on_faces(job: Job) -> bool:
+    return any(hasattr(limits, "faces") for limits in job.methods)
 
 
 def _record(
