@@ -40,21 +40,21 @@ class Slab:
         In the face's frame [mm].
     numbers : (k, 3) int
         The triangles' vertices.
-    corners : (k, 3, 3) float
-        The same, in place.
     bottoms, tops : (k,) float
         Heights of their lowest and highest corners [mm].
-    up : (k,) float
-        Component of the unit normal along the face's; 0 for slivers lower than rounding, which have no
-        direction of their own.
+    areas, leans : (k,) float
+        Twice their areas, and the components of their doubled area vectors along the face's normal [mm²].
+    grain_mm : float
+        Lengths below it are rounding.
     """
 
     vertices: Array
     numbers: Indices
-    corners: Array
     bottoms: Array
     tops: Array
-    up: Array
+    areas: Array
+    leans: Array
+    grain_mm: float
 
     @classmethod
     def of(cls, mesh: Mesh, frame: Array, low_mm: float, high_mm: float, grain_mm: float) -> Slab:
@@ -65,13 +65,27 @@ class Slab:
         rows = np.flatnonzero((a | b | c) == ABOVE_AND_BELOW)
         used, triangles = compacted(mesh.triangles.take(rows, axis=0), len(mesh.vertices))
         part = Mesh(mesh.vertices.take(np.flatnonzero(used), axis=0), triangles).moved(frame)
-        corners = part.corners
-        a, b, c = np.ascontiguousarray(corners.reshape(-1, 9).T).reshape(3, 3, -1)
+        a, b, c = np.ascontiguousarray(part.vertices[:, 2]).take(triangles).T
+        return cls(
+            vertices=part.vertices,
+            numbers=triangles,
+            bottoms=np.minimum(np.minimum(a, b), c),
+            tops=np.maximum(np.maximum(a, b), c),
+            areas=mesh.doubled_areas.take(rows),
+            leans=mesh.area_vectors.take(rows, axis=0) @ frame[2, :3],
+            grain_mm=grain_mm,
+        )
+
+    def corners(self, rows: Indices) -> Array:
+        """Return the corners (j, 3, 3) of some triangles."""
+        return self.vertices.take(self.numbers.take(rows, axis=0), axis=0)
+
+    def thick(self, rows: Indices) -> Indices:
+        """Return those of some triangles that are no slivers lower than rounding, which face nowhere."""
+        a, b, c = self.corners(rows).transpose(1, 0, 2)
         longest = np.sqrt(np.maximum.reduce([_squared(b - a), _squared(c - b), _squared(a - c)]))
-        areas, leans = mesh.doubled_areas.take(rows), mesh.area_vectors.take(rows, axis=0) @ frame[2, :3]
-        up = np.divide(leans, areas, out=np.zeros(len(rows)), where=areas > grain_mm * longest)
-        bottoms, tops = np.minimum(np.minimum(a[2], b[2]), c[2]), np.maximum(np.maximum(a[2], b[2]), c[2])
-        return cls(part.vertices, part.triangles, corners, bottoms, tops, up)
+        chosen: Indices = rows[self.areas.take(rows) > self.grain_mm * longest]
+        return chosen
 
     def section(self, height_mm: float) -> Region:
         """Return the solid's cross-section at a height within the slab."""
@@ -84,9 +98,8 @@ class Slab:
         """Return the vertices (k, 3) that have no higher neighbour, by falling height."""
         z = self.vertices[:, 2]
         highest = np.full(len(z), -math.inf)
-        for a, b in ((0, 1), (1, 2), (2, 0)):
-            np.maximum.at(highest, self.numbers[:, a], z[self.numbers[:, b]])
-            np.maximum.at(highest, self.numbers[:, b], z[self.numbers[:, a]])
+        for corner in self.numbers.T:
+            np.maximum.at(highest, corner, self.tops)
         alone = self.vertices[highest <= z]
         return alone[np.argsort(-alone[:, 2])]
 
@@ -183,11 +196,11 @@ class FaceLayer:
     def step_depth_mm(self, slab: Slab, deepest_mm: float) -> float | None:
         """Return the depth at which another plane that faces the same way joins the section, if any does."""
         tops = slab.tops
-        planes = (slab.up >= FLAT) & (tops < self.height_mm - 2.0 * self.grain_mm)
-        depths = np.unique(np.round((self.height_mm - tops[planes]) / self.grain_mm)) * self.grain_mm
-        for depth in depths[depths < deepest_mm]:
-            level = planes & (np.abs(self.height_mm - tops - depth) <= self.grain_mm)
-            floor = _shadow(slab.corners[level])
+        below = (tops > self.height_mm - deepest_mm) & (tops < self.height_mm - 2.0 * self.grain_mm)
+        planes = slab.thick(np.flatnonzero((slab.leans >= FLAT * slab.areas) & below))
+        depth_of = self.height_mm - tops.take(planes)
+        for depth in np.unique(np.round(depth_of / self.grain_mm)) * self.grain_mm:
+            floor = _shadow(slab.corners(planes[np.abs(depth_of - depth) <= self.grain_mm]))
             if (self.kept(float(depth) + 2.0 * self.grain_mm) & floor).area_mm2 > JOINED * floor.area_mm2:
                 return float(depth)
         return None
@@ -215,10 +228,10 @@ class FaceLayer:
     def back_height_mm(self, slab: Slab, lowest_mm: float, deepest_mm: float) -> float | None:
         """Return the height of the next surface behind the cut, if there is one above ``lowest_mm``."""
         tops = slab.tops
-        behind = (slab.up <= BACKWARD) & (tops > lowest_mm) & (tops < self.height_mm - 2.0 * self.grain_mm)
+        below = (tops > lowest_mm) & (tops < self.height_mm - 2.0 * self.grain_mm)
+        rows = slab.thick(np.flatnonzero((slab.leans <= BACKWARD * slab.areas) & below))
         low, high = (self.kept(self.grain_mm) + self.kept(deepest_mm)).bounds
-        rows = np.flatnonzero(behind)
-        a, b, c = slab.corners[rows, :, :2].transpose(1, 0, 2)
+        a, b, c = slab.corners(rows)[:, :, :2].transpose(1, 0, 2)
         near = (np.maximum(np.maximum(a, b), c) >= low) & (np.minimum(np.minimum(a, b), c) <= high)
         rows = rows[near[:, 0] & near[:, 1]]
         rows = rows[np.argsort(-tops[rows])]
@@ -228,7 +241,7 @@ class FaceLayer:
         def covers(count: int) -> bool:
             over = self.height_mm - float(tops[rows[count - 1]]) - 2.0 * self.grain_mm
             floor = self.kept(self.grain_mm) + self.kept(min(max(over, self.grain_mm), deepest_mm))
-            shadow = _shadow(slab.corners[rows[:count]][:, ::-1])
+            shadow = _shadow(slab.corners(rows[:count])[:, ::-1])
             return bool((shadow & floor).area_mm2 > self.grain_mm**2)
 
         if not covers(len(rows)):
@@ -251,8 +264,8 @@ def moments_of(numbers: Array) -> Moments:
 
 
 def _squared(vectors: Array) -> Array:
-    """Return the squared lengths (m,) of vectors (3, m)."""
-    x, y, z = vectors
+    """Return the squared lengths (m,) of vectors (m, 3)."""
+    x, y, z = vectors.T
     squared: Array = x * x + y * y + z * z
     return squared
 

@@ -101,8 +101,7 @@ def _worth_g_mm_per_mm(patch: Patch, work: Workpiece) -> float:
     heavy = _heavy_direction(work.heavy_at, float(patch.face.centroid_mm[2]))
     if heavy is None:
         return 0.0
-    corners = _face_corners(work.solid.mesh, work.anatomy, patch.face)
-    return work.density_g_mm3 * _half_plane_worth(corners, heavy)[0]
+    return work.density_g_mm3 * _half_plane_worth(work.solid.mesh, work.anatomy, patch.face, heavy)[0]
 
 
 # --- where -------------------------------------------------------------------------------------------------
@@ -196,9 +195,8 @@ def auto_patches(
         heavy = _heavy_direction(heavy_at, float(face.centroid_mm[2]))
         if heavy is None:
             continue
-        corners = _face_corners(mesh, anatomy, face)
         heavy = _snapped(heavy, anatomy, face)
-        worth, area, spans = _half_plane_worth(corners, heavy)
+        worth, area, spans = _half_plane_worth(mesh, anatomy, face, heavy)
         patches = [_patch(face, limits.sector_deg, reach)]
         angle = math.degrees(math.atan2(heavy[1], heavy[0]))
         if limits.sector_deg is None and spans:
@@ -259,16 +257,18 @@ def _snapped(heavy: Array, anatomy: Anatomy, face: Face) -> Array:
     return heavy
 
 
-def _half_plane_worth(corners: Array, direction: Array) -> tuple[float, float, bool]:
-    """Return first moment and area of the part of flat triangles (k, 3, 3) on the side of ``direction`` (2,).
+def _half_plane_worth(
+    mesh: Mesh, anatomy: Anatomy, face: Face, direction: Array
+) -> tuple[float, float, bool]:
+    """Return first moment and area, as seen along z, of the part of a face on the side of ``direction`` (2,).
 
-    Both as seen along z. Triangles count whole, by their centroid; the third value tells whether the face
-    reaches over to the other side by more than a stray.
+    Triangles count whole, by their centroid; the third value tells whether the face reaches over to the other
+    side by more than a stray.
     """
-    (ax, ay), (bx, by) = (corners[:, 1] - corners[:, 0]).T[:2], (corners[:, 2] - corners[:, 0]).T[:2]
-    areas = 0.5 * np.abs(ax * by - ay * bx)
-    out = corners.reshape(-1, 3) @ np.array([*direction, 0.0])
-    lever = out.reshape(-1, 3) @ np.full(3, 1.0 / 3.0)
+    frame = anatomy.file_to_rotor
+    areas = 0.5 * abs(float(face.normal[2])) * mesh.doubled_areas.take(face.triangles)
+    out = mesh.vertices @ (direction @ frame[:2, :3]) + direction @ frame[:2, 3]
+    lever = out.take(mesh.triangles.take(face.triangles, axis=0)) @ np.full(3, 1.0 / 3.0)
     side = lever > 0.0
     other = float(areas[~side].sum())
     return (
@@ -316,13 +316,6 @@ def face_frame(normal: Array) -> Array:
     frame = np.eye(4)
     frame[:3, :3] = np.stack([x, np.cross(n, x), n])
     return frame
-
-
-def _face_corners(mesh: Mesh, anatomy: Anatomy, face: Face) -> Array:
-    part = mesh.vertices.take(mesh.triangles.take(face.triangles, axis=0), axis=0)
-    frame = anatomy.file_to_rotor
-    placed: Array = part.reshape(-1, 3) @ frame[:3, :3].T + frame[:3, 3]
-    return placed.reshape(-1, 3, 3)
 
 
 def face_region(mesh: Mesh, anatomy: Anatomy, face: Face, to_face: Array) -> Region:
