@@ -15,7 +15,7 @@ from autobalance.rotor.moments import Moments
 from autobalance.solid.components import numbered_components
 from autobalance.solid.facet_surfaces import SMOOTH_RAD, Flags
 from autobalance.solid.facets import FacetError
-from autobalance.solid.mesh import Array, Indices, Mesh
+from autobalance.solid.mesh import Array, Indices, Mesh, least_and_greatest
 
 Levels = NDArray[np.int16]
 
@@ -79,8 +79,8 @@ def _lenses(mesh: Mesh, direction: Array, sections: int, most: int) -> tuple[Arr
     low, high = float(height.min()), float(height.max())
     if not high > low:
         return np.zeros((0, 3)), np.zeros(0), np.zeros(0), 1
-    corners = height[mesh.triangles[::SAMPLE]]
-    spans = SAMPLE * float(np.ptp(corners, axis=1).sum()) / (high - low)
+    least, greatest = least_and_greatest(height, mesh.triangles[::SAMPLE])
+    spans = SAMPLE * float((greatest - least).sum()) / (high - low)
     sections = max(2, min(sections, int(most / max(spans, 1.0))))
     step = (high - low) / sections
     level = np.floor((height - low) / step + 0.5).astype(np.int16)
@@ -105,8 +105,7 @@ def signed_area_mm2(mesh: Mesh, direction: Array, heights: Array) -> Array:
 
 def _crossings(mesh: Mesh, level: Levels) -> tuple[Indices, Indices]:
     """Return every triangle that is cut, once for each plane, and the plane; k lies above level k."""
-    a, b, c = level[mesh.triangles].T
-    first, last = np.minimum(np.minimum(a, b), c), np.maximum(np.maximum(a, b), c)
+    first, last = least_and_greatest(level, mesh.triangles)
     cut = np.flatnonzero(first != last)
     times = (last[cut] - first[cut]).astype(np.int64)
     row = np.repeat(cut, times)
@@ -118,8 +117,8 @@ def _pieces(
     mesh: Mesh, height: Array, level: Levels, row: Indices, plane: Indices, at: Array
 ) -> tuple[Array, Array, Indices]:
     """Return where triangles are cut, from (n, 3) to (n, 3), metal on the left, and what follows each."""
-    corners = mesh.triangles[row]
-    above = level[corners] > plane[:, None]
+    corners = mesh.triangles.take(row, axis=0)
+    above = level.take(corners) > plane[:, None]
     onward = np.roll(corners, -1, axis=1)
     turns = above.astype(np.int8) - np.roll(above, -1, axis=1)  # +1: the edge goes down through the plane
     rows = np.arange(len(row))
@@ -138,7 +137,8 @@ def _pieces(
 def _on_plane(mesh: Mesh, height: Array, pair: Indices, at: Array) -> Array:
     low, high = height[pair[:, 0]], height[pair[:, 1]]
     share = np.clip((at - low) / np.where(high > low, high - low, 1.0), 0.0, 1.0)[:, None]
-    point: Array = (1.0 - share) * mesh.vertices[pair[:, 0]] + share * mesh.vertices[pair[:, 1]]
+    one, other = (mesh.vertices.take(end, axis=0) for end in pair.T)
+    point: Array = (1.0 - share) * one + share * other
     return point
 
 
