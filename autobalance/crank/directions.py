@@ -6,10 +6,8 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from autobalance.crank.anatomy import Array, Indices
+from autobalance.crank.anatomy import Array
 
-SAMPLE = 40_000
-"""Triangles looked at: the largest, and as many spread evenly over the rest."""
 BIN_RAD = 0.02
 """Directions closer than this count as one at first; the best are refined afterwards."""
 STRONGEST = 32
@@ -21,23 +19,6 @@ SIDE_SINE = 0.01
 """A triangle stands along an axis when the sine of its lean is below this (about half a degree)."""
 CANDIDATES = 8
 """Axes tried before giving up."""
-
-
-def sample(size: Array) -> tuple[Indices, Array]:
-    """Return rows and weights of triangles that stand for all: the largest, and every so-manieth of the rest.
-
-    ``size`` (m,) orders them; a few large triangles may be a whole face, many small ones a whole fillet.
-    """
-    count = len(size)
-    if count <= 2 * SAMPLE:
-        return np.arange(count), np.ones(count)
-    large = np.argpartition(size, count - SAMPLE)[-SAMPLE:]
-    is_large = np.zeros(count, dtype=bool)
-    is_large[large] = True
-    rest = np.flatnonzero(~is_large)
-    every = len(rest) // SAMPLE
-    rows = np.concatenate([large, rest[::every]])
-    return rows, np.concatenate([np.ones(SAMPLE), np.full(len(rows) - SAMPLE, float(every))])
 
 
 def axis_candidates(area_vectors: Array) -> Iterator[Array]:

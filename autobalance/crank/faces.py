@@ -9,11 +9,12 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from functools import partial
 
 import numpy as np
 
+from autobalance.beside import beside
 from autobalance.crank.anatomy import Anatomy, Array, Face, Indices
-from autobalance.crank.directions import sample
 from autobalance.crank.stations import plane_levels
 from autobalance.solid.components import numbered_components
 from autobalance.solid.mesh import Mesh, compacted, least_and_greatest
@@ -61,13 +62,15 @@ def find_faces(mesh: Mesh, anatomy: Anatomy, surfaces: Surfaces | None = None) -
     """
     low, high = mesh.bounds
     flat = FLAT * (mesh.diagonal_mm + float(np.abs([low, high]).max()))
-    vectors, size = mesh.area_vectors, mesh.doubled_areas
+    size = mesh.doubled_areas
     surface = 0.5 * float(size.sum())
     look = _Look(mesh, anatomy, size, surface, flat)
     if surfaces is not None:
         return tuple(_named(_exact_faces(look, surfaces), anatomy, mesh.diagonal_mm))
     found: list[Face] = []
-    axis = _narrowed(anatomy.file_to_rotor[2, :3], vectors, size)
+    rows, weight = mesh.sample
+    vectors = weight[:, None] * mesh.area_vectors.take(rows, axis=0)
+    axis = _narrowed(anatomy.file_to_rotor[2, :3], vectors, weight * size.take(rows))
     if axis is not None:
         found += _faces_along(look, axis, LEAST_AREA_SHARE * surface)
     for normal in _side_directions(look):
@@ -130,8 +133,6 @@ class _Look:
 
 def _narrowed(normal: Array, vectors: Array, size: Array) -> Array | None:
     """Return the mean direction of the triangles that face nearly one way or its opposite; None without."""
-    loose = np.flatnonzero(np.abs(vectors @ normal) > _cosine(2.0 * ONE_DIRECTION[0]) * size)
-    vectors, size = vectors.take(loose, axis=0), size.take(loose)
     for angle in ONE_DIRECTION:
         lean = vectors @ normal
         total = (np.sign(lean) * (np.abs(lean) > _cosine(angle) * size)) @ vectors
@@ -152,8 +153,8 @@ def _side_directions(look: _Look) -> list[Array]:
     A sample of the triangles is counted in cells of direction and height; the grid is shifted so that the
     usual directions do not lie on its borders.
     """
-    rows, weight = sample(look.size)
-    vectors, size = look.mesh.area_vectors[rows], look.size[rows] * weight
+    rows, weight = look.mesh.sample
+    vectors, size = look.mesh.area_vectors.take(rows, axis=0), look.size.take(rows) * weight
     least = LEAST_SIDE_AREA_SHARE * look.surface_mm2
     unit = vectors / np.maximum(look.size[rows, None], 1e-300)
     aside = np.abs(unit @ look.anatomy.file_to_rotor[2, :3]) < math.cos(SQUARE_RAD)
@@ -204,16 +205,18 @@ def _faces_along(look: _Look, normal: Array, least_mm2: float) -> list[Face]:
     lowest, highest = least_and_greatest(_nearest_level(height, levels, slack), mesh.triangles)
     members = np.flatnonzero((lowest == highest) & (lowest >= 0))
     lean = lean.take(members)
-    faces = []
-    for sign in (1.0, -1.0):
-        side = np.flatnonzero(sign * lean >= 0.0)
-        rows = members.take(side)
-        corners, sizes = mesh.triangles.take(rows, axis=0), np.abs(lean.take(side))
-        for group in _connected(corners, sizes, least_mm2):
-            face = _face(look, rows[group], least_mm2)
-            if face is not None:
-                faces.append(face)
-    return faces
+    faces_on = [partial(_faces_on_side, look, members, sign * lean, least_mm2) for sign in (1.0, -1.0)]
+    others = beside(faces_on[1])
+    return faces_on[0]() + others.result()
+
+
+def _faces_on_side(look: _Look, members: Indices, lean: Array, least_mm2: float) -> list[Face]:
+    """Return the faces among triangles on planes, whose area ``lean`` along the normal is not negative."""
+    side = np.flatnonzero(lean >= 0.0)
+    rows = members.take(side)
+    groups = _connected(look.mesh.triangles.take(rows, axis=0), lean.take(side), least_mm2)
+    faces = (_face(look, rows[group], least_mm2) for group in groups)
+    return [face for face in faces if face is not None]
 
 
 def _nearest_level(height: Array, levels: Array, slack: float) -> Indices:

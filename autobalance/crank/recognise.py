@@ -18,7 +18,7 @@ from autobalance.crank.anatomy import (
     Throw,
     Web,
 )
-from autobalance.crank.directions import axis_candidates, sample
+from autobalance.crank.directions import axis_candidates
 from autobalance.crank.layout import Layout, pressed_up_layout, solid_layout
 from autobalance.crank.own_cylinders import own_direction, own_layout
 from autobalance.crank.runs import ROUNDING, Run, bare_cylinder, common_axis, find_runs
@@ -116,8 +116,8 @@ def _directions(mesh: Mesh, overrides: Overrides) -> Iterator[Array]:
     if given is not None:
         yield given[1]
         return
-    rows, weight = sample(mesh.doubled_areas)
-    for axis in axis_candidates(weight[:, None] * mesh.area_vectors[rows]):
+    rows, weight = mesh.sample
+    for axis in axis_candidates(weight[:, None] * mesh.area_vectors.take(rows, axis=0)):
         yield _upright(axis)
 
 

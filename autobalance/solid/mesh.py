@@ -19,6 +19,9 @@ Numbers = NDArray[Any]
 CHUNK = 1 << 13
 """Triangles at a time: their corners stay in the processor's cache."""
 
+SAMPLE = 40_000
+"""Triangles that stand for all: the largest, and as many spread evenly over the rest."""
+
 
 @dataclass(frozen=True, eq=False)
 class Mesh:
@@ -76,6 +79,23 @@ class Mesh:
             vectors[part, 0], vectors[part, 1], vectors[part, 2] = x, y, z
             sizes[part] = np.sqrt(x * x + y * y + z * z)
         return vectors, sizes
+
+    @cached_property
+    def sample(self) -> tuple[Indices, Array]:
+        """Rows and weights of triangles that stand for all: the largest, and every so-manieth of the rest.
+
+        A few large triangles may be a whole face, many small ones a whole fillet.
+        """
+        count = len(self.triangles)
+        if count <= 2 * SAMPLE:
+            return np.arange(count), np.ones(count)
+        large = np.argpartition(self.doubled_areas, count - SAMPLE)[-SAMPLE:]
+        is_large = np.zeros(count, dtype=bool)
+        is_large[large] = True
+        rest = np.flatnonzero(~is_large)
+        every = len(rest) // SAMPLE
+        rows = np.concatenate([large, rest[::every]])
+        return rows, np.concatenate([np.ones(SAMPLE), np.full(len(rows) - SAMPLE, float(every))])
 
     def part(self, wanted: NDArray[np.bool_]) -> Mesh:
         """Return some of the triangles, marked in ``wanted`` (m,), with only the vertices they use."""
