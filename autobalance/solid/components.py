@@ -30,8 +30,8 @@ def numbered_components(links: Indices, count: int) -> tuple[Indices, int]:
 def _numbered(links: Indices, count: int) -> tuple[Indices, Indices]:
     """Return the number of each node's component (count,) and the lowest node of each component.
 
-    Every link hangs its higher ends under its lowest; what hangs together is one node of the next round,
-    until no link joins two. Numbers that follow the surface, as a weld gives them, need a few rounds.
+    Every node hangs under the lowest that a link joins it to; what hangs together is one node of the next
+    round, until no link joins two. Numbers that follow the surface, as a weld gives them, need a few rounds.
     """
     number = lowest = np.arange(count)
     columns = [np.ascontiguousarray(column) for column in links.T]
@@ -41,7 +41,7 @@ def _numbered(links: Indices, count: int) -> tuple[Indices, Indices]:
             low = np.minimum(low, column)
         root = np.arange(len(lowest))
         for column in columns:
-            root[column] = np.minimum(root.take(column), low)  # of several lower ones any will do
+            np.minimum.at(root, column, low)
         while not np.array_equal(higher := root.take(root), root):
             root = higher
         is_root = root == np.arange(len(root))

@@ -112,28 +112,17 @@ def _parts(solid: Solid) -> list[Body]:
         part_of, count = numbered_components(linked_triangles(mesh), len(mesh.triangles))
         points, part_of_point = mesh.corners.reshape(-1, 3), np.repeat(part_of, 3)
     else:
-        part_of_vertex, count = _numbered(components(mesh.triangles, len(mesh.vertices)), mesh.triangles)
-        part_of, used = part_of_vertex.take(mesh.triangles[:, 0]), np.flatnonzero(part_of_vertex >= 0)
-        points, part_of_point = mesh.vertices.take(used, axis=0), part_of_vertex.take(used)
-    if count == 1:
-        return [Body(mesh, part_of, 0, solid.volume_mm3, mesh.bounds)]
+        part_of_point, count = numbered_components(mesh.triangles, len(mesh.vertices))
+        points, part_of = mesh.vertices, part_of_point.take(mesh.triangles[:, 0])
+    parts = np.flatnonzero(np.bincount(part_of, minlength=count))  # vertices in no triangle are none
+    if len(parts) == 1:
+        return [Body(mesh, part_of, int(parts[0]), solid.volume_mm3, mesh.bounds)]
     bounds = np.stack([np.full((3, count), np.inf), np.full((3, count), -np.inf)])
     for axis, column in enumerate(points.T):
         np.minimum.at(bounds[0, axis], part_of_point, column)
         np.maximum.at(bounds[1, axis], part_of_point, column)
     volumes = part_volumes(mesh, part_of, count)
-    return [
-        Body(mesh, part_of, part, float(volume), box)
-        for part, (volume, box) in enumerate(zip(volumes, bounds.transpose(2, 0, 1), strict=True))
-    ]
-
-
-def _numbered(root: Indices, triangles: Indices) -> tuple[Indices, int]:
-    """Return the part of each vertex from 0, −1 where it is in no triangle, and how many parts there are."""
-    present = np.zeros(len(root), dtype=bool)
-    present[root.take(triangles[:, 0])] = True
-    number = np.where(present, np.cumsum(present) - 1, -1)
-    return number.take(root), int(present.sum())
+    return [Body(mesh, part_of, part, float(volumes[part]), bounds[:, :, part]) for part in parts.tolist()]
 
 
 def are_apart(bodies: Sequence[Body]) -> bool:
