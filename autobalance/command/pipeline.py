@@ -14,6 +14,7 @@ import numpy as np
 
 from autobalance.beside import beside
 from autobalance.command.facet_correction import NOT_ASKED, FacetCorrection
+from autobalance.command.memory import keep_freed_memory
 from autobalance.crank.alignment import misalignment_warning
 from autobalance.crank.anatomy import Anatomy, Face, Overrides
 from autobalance.crank.faces import find_faces
@@ -100,6 +101,7 @@ def measured_crank(
 
     Its planar faces are looked for only ``with_faces``.
     """
+    keep_freed_memory()
     recognition = _Recognition(crankshaft.overrides)
     with watch.stage("load"):
         source = _read(crankshaft, recognition.begin)
