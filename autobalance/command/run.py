@@ -27,7 +27,7 @@ from autobalance.rebalance import Result, Rotor, Written, balance, planned
 from autobalance.report.bundle import FILES, Choice, bundle
 from autobalance.report.comparison import comparison
 from autobalance.report.files import Staging
-from autobalance.report.json import dumps, report, showable, solid_entry
+from autobalance.report.json import dumps, library_versions, report, showable, solid_entry
 from autobalance.report.record import (
     Balanced,
     Counterweight,
@@ -83,6 +83,7 @@ def run_job(
         For anything wrong with the job, the crank or the folder; nothing is left behind then.
     """
     watch = Stopwatch()
+    beside(library_versions)  # are known when the report asks for them
     copy = None if json_file in (None, "-") else Path(str(json_file))
     solid_path = folder / (SOLID + job.crankshaft.file.suffix.lower())
     choice = choice or Choice(kinds=())
@@ -105,7 +106,7 @@ def run_job(
                 written.moments,
                 written.moments.mass_g / job.crankshaft.density_g_mm3,
             )
-        extras = _pages(showable(report(replace(record, outputs=entries))), crank, record, choice, progress)
+        extras = _pages(entries, crank, record, choice, progress) if choice.kinds else {}
         for key, (name, data) in extras.items():
             staging.add(folder / name, data)
             entries[key] = {"file": name, "sha256": hashlib.sha256(data).hexdigest()}
@@ -128,11 +129,12 @@ def run_job(
 
 
 def _pages(
-    values: dict[str, Any], crank: Crank, record: Record, choice: Choice, progress: Progress
+    entries: dict[str, Any], crank: Crank, record: Record, choice: Choice, progress: Progress
 ) -> dict[str, tuple[str, bytes]]:
     """Return the pages, sheets and pictures of a run."""
     assert record.balanced is not None
     result = record.balanced.result
+    values = showable(report(replace(record, outputs=entries)))
     return bundle(values, crank.source.solid, result.solid, result.tools, choice, progress)
 
 

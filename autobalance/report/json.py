@@ -8,8 +8,7 @@ from __future__ import annotations
 import json
 import math
 from collections.abc import Iterable, Mapping
-from importlib.metadata import PackageNotFoundError, version
-from importlib.resources import files
+from functools import cache
 from typing import Any, Literal
 
 import numpy as np
@@ -39,7 +38,7 @@ def report(record: Record) -> Values:
     balanced = record.balanced
     values: Values = {
         "schema_version": SCHEMA_VERSION,
-        "autobalance": {"version": __version__, **{name: _version(name) for name in LIBRARIES}},
+        "autobalance": {"version": __version__, **library_versions()},
         "command": record.command,
         "job": None if balanced is None else dict(balanced.job),
         "input": {
@@ -116,7 +115,7 @@ def generate_report(
     """Return what ``generate`` says of the crank it built: dimensions in, mass properties out."""
     return {
         "schema_version": SCHEMA_VERSION,
-        "autobalance": {"version": __version__, **{name: _version(name) for name in LIBRARIES}},
+        "autobalance": {"version": __version__, **library_versions()},
         "command": "generate",
         "design": dict(design),
         "frame": {"file_to_rotor": _rows(crank.anatomy.file_to_rotor)},
@@ -168,6 +167,8 @@ def _outline(web: Web) -> Values | None:
 
 def schema(of: Literal["report", "generate"] = "report") -> Values:
     """Return the JSON Schema (draft 2020-12) of reports, or of what ``generate`` says."""
+    from importlib.resources import files
+
     text = files("autobalance.report").joinpath(f"{of}.schema.json").read_text(encoding="utf-8")
     found: Values = json.loads(text)
     return found
@@ -189,11 +190,18 @@ def mass_properties(moments: Moments, volume_mm3: float) -> Values:
     }
 
 
-def _version(package: str) -> str | None:
-    try:
-        return version(package)
-    except PackageNotFoundError:
-        return None
+@cache
+def library_versions() -> dict[str, str | None]:
+    """Return the version of each library that is installed; looking them up reads files."""
+    from importlib.metadata import PackageNotFoundError, version
+
+    found: dict[str, str | None] = {}
+    for name in LIBRARIES:
+        try:
+            found[name] = version(name)
+        except PackageNotFoundError:
+            found[name] = None
+    return found
 
 
 def _list(values: Iterable[float]) -> list[float]:
