@@ -230,20 +230,20 @@ def _fitted(
     near: Array, away: Array, radius: float, share: float, span: float, rounding_mm: float
 ) -> Run | None:
     """Fit the cylinder to the vertices whose distances ``away`` are a radius but for a share of it."""
-    ring = near[np.abs(away - radius) <= share * radius + rounding_mm]
+    ring = np.flatnonzero(np.abs(away - radius) <= share * radius + rounding_mm)
     if len(ring) < LEAST_VERTICES:
         return None
-    fitted, size = fit_circle(ring[:, :2])
+    fitted, size = fit_circle(near[:, :2].T.take(ring, axis=1).T)
     off = np.abs(distances(near, fitted) - size)
     close = off[off <= 2.0 * share * size]
     typical = float(np.median(close)) if len(close) else size
     if typical > OUT_OF_ROUND * size + rounding_mm:
         return None
     slack = max(ON_CYLINDER * size + rounding_mm, 2.0 * typical)
-    on = near[off <= slack]
-    if len(on) < LEAST_VERTICES:
+    heights = near[:, 2][off <= slack]
+    if len(heights) < LEAST_VERTICES:
         return None
-    low, high = float(on[:, 2].min()), float(on[:, 2].max())
+    low, high = float(heights.min()), float(heights.max())
     wide = high - low >= max(LEAST_WIDTH * size, MOST_OF_SPAN * span)
     return Run(fitted, size, low, high) if wide else None
 

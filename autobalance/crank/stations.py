@@ -199,7 +199,7 @@ def plane_levels(mesh: Mesh, height: Array, along: Array, square: float, apart: 
     """
     rows = np.flatnonzero(np.abs(along) > square * mesh.doubled_areas)
     at_corner = np.bincount(mesh.triangles[rows, 0], 0.5 * np.abs(along.take(rows)), len(height))
-    there = np.flatnonzero(at_corner)
+    there = np.flatnonzero(at_corner > 0.0)
     if len(there) == 0:
         return np.zeros(0), np.zeros(0)
     there = there.take(np.argsort(height.take(there)))
