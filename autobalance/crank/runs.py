@@ -157,7 +157,8 @@ def _unbroken(long: Lengthwise, chain: Sequence[_Link], here: _Link) -> bool:
     between = long.sections[last + 1 : here.place]
     centre = np.median([link.centre for link in chain], axis=0)
     radius = float(np.median([link.radius for link in chain]))
-    reaches = [max((p.reach_from(centre) for p in s.pieces), default=0.0) for s in between]
+    distinct = {section.pieces for section in between}
+    reaches = [max((piece.reach_from(centre) for piece in pieces), default=0.0) for pieces in distinct]
     if max(reaches) > (1.0 + INSIDE) * radius or min(reaches) == 0.0:
         return False
     circles = [p.circle for s in between for p in s.pieces if p.circle is not None]

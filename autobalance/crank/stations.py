@@ -10,7 +10,7 @@ import numpy as np
 
 from autobalance.crank.anatomy import Array, Indices
 from autobalance.crank.circles import Circle, distances, whole_circle
-from autobalance.solid.mesh import CHUNK, Mesh
+from autobalance.solid.mesh import CHUNK, Mesh, least_and_greatest
 from autobalance.solid.slices import Spans, cross_sections
 
 SQUARE = 1.0 - 1e-4
@@ -163,8 +163,8 @@ def _stretches(
     lean, size = np.abs(along), mesh.doubled_areas
     facing = lean > 0.5 * size
     leaning = np.flatnonzero((lean > UPRIGHT_SINE * size) & ~facing)
-    a, b, c = vertices[:, 2].take(mesh.triangles.take(leaning, axis=0)).T
-    rise = np.maximum(np.maximum(a, b), c) - np.minimum(np.minimum(a, b), c)
+    lowest, highest = least_and_greatest(vertices[:, 2], mesh.triangles.take(leaning, axis=0))
+    rise = highest - lowest
     leaning = leaning[lean.take(leaning) * rise > rounding_mm * size.take(leaning)]
     changing = np.concatenate([np.flatnonzero(facing), leaning])
     begins = np.bincount(spans.low.take(changing), minlength=count + 1)
