@@ -19,7 +19,8 @@ from typing import Any, Literal, TypeVar
 import numpy as np
 
 from autobalance.correction.kind import Apart, Array, Cut, Offer, SharedDepth
-from autobalance.plan import AIM, Plan, judged_plan, judged_rows, plan_depths
+from autobalance.handful import lightest
+from autobalance.plan import AIM, Plan, four, judged_plan, judged_rows, plan_depths
 from autobalance.rotor.moments import Moments
 from autobalance.rotor.tolerance import Tolerance
 from autobalance.rotor.unbalance import Unbalance
@@ -87,7 +88,7 @@ def choose(
         kept = _finished(task, _settled(task, start_mm))
         if kept.share <= max(aim, _rounding_share(task, start_mm)):
             return kept
-    plan = _finished(task, _chosen(task, 0))
+    plan = _finished(task, _first(task))
     for extra in (1, 2):
         if not ROUNDED < plan.share <= HOPELESS or not plan.depths_mm.any():
             break
@@ -140,6 +141,36 @@ def _is_discrete(offer: Offer) -> bool:
 
 
 # --- which cuts ---------------------------------------------------------------------------------------------
+
+
+def _first(task: _Task) -> Plan:
+    """Return the lightest few cuts, or where that search finds no end, what the integer programme chooses."""
+    few, whole = _few(task)
+    if few is not None and whole:
+        return few
+    plan = _chosen(task, 0)
+    if few is None or few.share > task.aim * (1.0 + 1e-6):
+        return plan
+    return few if plan.share > task.aim * (1.0 + 1e-6) or _weight(task, few) < _weight(task, plan) else plan
+
+
+def _few(task: _Task) -> tuple[Plan | None, bool]:
+    """Return the plan of the lightest few cuts, if any, and whether no other can be lighter."""
+    offer = task.offer
+    if task.prefer != "least_metal" or offer.shared or any(cut.least_depth_mm <= 0.0 for cut in task.cuts):
+        return None, False
+    enough = task.aim * (1.0 + 1e-6)
+
+    def serves(depths: Array) -> bool:
+        here = judged_plan(task.residual, task.tolerance, task.cuts, depths)
+        return here.share <= enough or _settled(task, depths).share <= enough
+
+    depths, whole = lightest(task.residual, task.tolerance, offer, task.aim, serves)
+    return (None if depths is None else _settled(task, depths)), whole
+
+
+def _weight(task: _Task, plan: Plan) -> float:
+    return sum(task.cost(cut.effect(float(d))) for cut, d in zip(task.cuts, plan.depths_mm, strict=True) if d)
 
 
 def _chosen(task: _Task, least_count: int) -> Plan:
@@ -342,7 +373,7 @@ def _solve_few(
             integrality=rules.integrality,
             bounds=Bounds(0.0, rules.upper),
             constraints=LinearConstraint(rules.matrix, rules.lower_rows, rules.upper_rows),
-            options={"mip_rel_gap": slack, "node_limit": NODES},
+            options={"mip_rel_gap": slack, "node_limit": NODES, "presolve": False},
         )
     depths = np.zeros(len(task.cuts))
     if answer.x is None:
@@ -481,7 +512,7 @@ class _Rules:
 
     def _residual_rows(self, task: _Task, effects: Sequence[Sequence[Moments]]) -> None:
         rows = judged_rows(task.tolerance)
-        table = np.array([_four(effect) for group in effects for effect in group]).T
+        table = np.array([four(effect) for group in effects for effect in group]).T
         judged = rows @ table / task.aim
         now = rows @ np.concatenate([task.residual.resultant_g_mm, task.residual.moment_g_mm2]) / task.aim
         angle = (np.arange(SIDES) + 0.5) * (2.0 * math.pi / SIDES)
@@ -552,10 +583,6 @@ class _Rules:
                 self._add(np.append(np.arange(self.switch), self.change), values, -math.inf, 0.0)
         cost[self.excess] = EXCESS_WEIGHT
         return cost
-
-
-def _four(effect: Moments) -> Array:
-    return np.array([*effect.first_g_mm[:2], *effect.second_g_mm2[:2, 2]])
 
 
 def _is_never(pair: Apart, cuts: Sequence[Cut]) -> bool:
@@ -657,7 +684,7 @@ def _rounding_share(task: _Task, depths: Array) -> float:
     for k in np.flatnonzero(depths).tolist():
         cut = task.cuts[k]
         total = max(
-            total, float(np.abs(rows @ _four(cut.rate(float(depths[k])))).max()) * 0.5 * cut.depth_step_mm
+            total, float(np.abs(rows @ four(cut.rate(float(depths[k])))).max()) * 0.5 * cut.depth_step_mm
         )
     return total
 
@@ -690,7 +717,7 @@ def _rounded(task: _Task, plan: Plan) -> Plan:
 def _best_combination(task: _Task, plan: Plan, made: Sequence[int], choices: Sequence[Array]) -> Plan:
     """Look through all combinations on the tangent, then through the best of them exactly."""
     rows = judged_rows(task.tolerance)
-    slopes = rows @ np.array([_four(task.cuts[k].rate(float(plan.depths_mm[k]))) for k in made]).T
+    slopes = rows @ np.array([four(task.cuts[k].rate(float(plan.depths_mm[k]))) for k in made]).T
     now = rows @ np.concatenate([plan.predicted.resultant_g_mm, plan.predicted.moment_g_mm2])
     grid = np.array(list(islice(product(*[c.tolist() for c in choices]), COMBINATIONS * 2)))
     shift = grid - plan.depths_mm[list(made)]

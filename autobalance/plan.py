@@ -143,6 +143,11 @@ def _total(plan: Plan, cuts: Sequence[Cut], cost: Callable[[Moments], float]) ->
     return sum(cost(cut.effect(float(depth))) for cut, depth in zip(cuts, plan.depths_mm, strict=True))
 
 
+def four(change: Moments) -> Array:
+    """Return what a change of moments does to (U, P), in the order of `judged_rows`' columns."""
+    return np.array([*change.first_g_mm[:2], *change.second_g_mm2[:2, 2]])
+
+
 def judged_rows(tolerance: Tolerance) -> Array:
     """Return the matrix (k, 4) that takes (U, P) to the judged vectors ÷ their permissible values.
 
@@ -173,7 +178,7 @@ def _tangent_step(
     count = len(cuts)
     least, most = bounds
     rates = [cut.rate(float(depth)) for cut, depth in zip(cuts, depths, strict=True)]
-    slopes = np.array([[*rate.first_g_mm[:2], *rate.second_g_mm2[:2, 2]] for rate in rates]).T
+    slopes = np.array([four(rate) for rate in rates]).T
     here = judged_plan(residual, tolerance, cuts, depths).predicted
     now = np.concatenate([here.resultant_g_mm, here.moment_g_mm2])
     rows = judged_rows(tolerance)

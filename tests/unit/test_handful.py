@@ -1,0 +1,138 @@
+"""The search for the lightest few cuts, on holes whose effect is a formula."""
+
+import cmath
+import math
+from collections.abc import Callable
+
+import numpy as np
+import pytest
+
+from autobalance.choose import choose
+from autobalance.correction.kind import Apart, Count, Offer
+from autobalance.handful import lightest
+from autobalance.plan import AIM, judged_plan, plan_depths
+from autobalance.rotor.tolerance import Tolerance
+from autobalance.rotor.unbalance import Unbalance
+from tests.unit.test_choose import (
+    EIGHT_WEBS_Z_MM,
+    Array,
+    assert_rules_are_kept,
+    at_planes,
+    holes,
+    mass_g,
+    slow_optimum_g,
+    tolerance,
+)
+
+
+def settles(residual: Unbalance, judge: Tolerance, offer: Offer) -> Callable[[Array], bool]:
+    """Whether the made cuts reach the aim at any depths."""
+
+    def serves(depths_mm: Array) -> bool:
+        made = np.flatnonzero(depths_mm)
+        cuts = [offer.cuts[k] for k in made]
+        bounds = np.array([c.least_depth_mm for c in cuts]), np.array([c.max_depth_mm for c in cuts])
+        plan = plan_depths(residual, judge, cuts, start_mm=depths_mm[made], bounds_mm=bounds)
+        return plan.share <= AIM * (1.0 + 1e-6)
+
+    return serves
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("seed", [0, 2, 3])
+def test_the_lightest_of_all_sets_is_found(seed: int) -> None:
+    """Every set of up to four of 14 holes, unbalances that few holes correct, some in planes opposed."""
+    rng = np.random.default_rng(seed)
+    offer = holes([10.0], [-40.0, 40.0], places=7, max_holes=2)
+    size, angle = rng.uniform(100.0, 300.0, 2), rng.uniform(0.0, 2.0 * math.pi, 2)
+    a, b = (cmath.rect(s, t) for s, t in zip(size, angle, strict=True))
+    residual, judge = at_planes(a, b), tolerance(30.0)
+    depths, whole = lightest(residual, judge, offer, AIM, settles(residual, judge, offer))
+    optimum_g = slow_optimum_g(residual, judge, offer, 4)
+    assert math.isfinite(optimum_g)
+    assert depths is not None
+    assert whole
+    assert_rules_are_kept(offer, depths)
+    assert mass_g(offer, depths) == pytest.approx(optimum_g, rel=0.01)
+
+
+def test_a_single_hole_is_found_where_one_was_left_out() -> None:
+    offer = holes([10.0], EIGHT_WEBS_Z_MM)
+    chosen = 53
+    residual = Unbalance.of(offer.cuts[chosen].effect(2.3)).scaled(-1.0)
+    judge = tolerance(20.0, half_mm=170.0)
+    plan = choose(residual, judge, offer)
+    assert np.flatnonzero(plan.depths_mm).tolist() == [chosen]
+    assert plan.depths_mm[chosen] == pytest.approx(2.3, abs=0.02)
+
+
+@pytest.mark.parametrize("quarter", range(4))
+def test_a_turn_by_a_quarter_turns_the_plan(quarter: int) -> None:
+    """The places look the same after it; the integer programme needed up to twice the metal here."""
+    offer = holes([10.0], EIGHT_WEBS_Z_MM)
+    a = cmath.rect(150.0, math.radians(41.4 + 90.0 * quarter))
+    plan = choose(at_planes(a, a, 150.0), tolerance(144.0, half_mm=170.0), offer)
+    assert plan.share <= AIM * (1.0 + 1e-6)
+    assert mass_g(offer, plan.depths_mm) == pytest.approx(6.60, rel=0.005)
+
+
+def test_neighbours_and_counts_are_heeded() -> None:
+    """The best two holes may not both be made: by their distance, then by their number."""
+    free = holes([10.0], [-40.0, 40.0], places=8)
+    residual = at_planes(250.0 + 0.0j, 250.0 + 0.0j)
+    judge = tolerance(20.0)
+    best, _ = lightest(residual, judge, free, AIM, settles(residual, judge, free))
+    assert best is not None
+    first, second = np.flatnonzero(best).tolist()
+    for offer in (
+        Offer(free.cuts, apart=(*free.apart, Apart(first, second, -1.0)), counts=free.counts),
+        Offer(free.cuts, apart=free.apart, counts=(*free.counts, Count((first, second), 1, "one"))),
+    ):
+        other, _ = lightest(residual, judge, offer, AIM, settles(residual, judge, offer))
+        assert other is not None
+        assert not (other[first] > 0.0 and other[second] > 0.0)
+        assert mass_g(offer, other) > 1.01 * mass_g(offer, best)
+
+
+def test_depth_ends_where_a_neighbour_is() -> None:
+    """Two holes side by side, both deeper than they may be, are no plan; less deep they are."""
+    free = holes([10.0], [0.0], places=2)
+    judge = tolerance(20.0, "static")
+    for wanted_mm, most_mm in ((6.0, 6.5), (7.0, 6.5)):
+        offer = Offer(free.cuts, apart=(Apart(0, 1, most_mm),))
+        residual = Unbalance.of(
+            offer.cuts[0].effect(wanted_mm + 4.0) + offer.cuts[1].effect(wanted_mm)
+        ).scaled(-1.0)
+        depths, _ = lightest(residual, judge, offer, AIM, lambda _: True)
+        assert depths is not None
+        assert_rules_are_kept(offer, depths)
+
+
+def test_many_holes_are_left_to_the_programme() -> None:
+    offer = holes([10.0], EIGHT_WEBS_Z_MM)
+    residual = at_planes(4000.0 + 0.0j, 4000.0 + 0.0j, 150.0)
+    assert lightest(residual, tolerance(144.0), offer, AIM, lambda _: True) == (None, False)
+
+
+def test_what_nothing_reaches_is_no_plan() -> None:
+    offer = holes([10.0], [-40.0, 40.0], places=4, max_holes=1, max_depth_mm=2.5)
+    residual = at_planes(240.0 + 0.0j, 240.0 + 0.0j)
+    judge = tolerance(20.0)
+    depths, whole = lightest(residual, judge, offer, AIM, settles(residual, judge, offer))
+    assert depths is None
+    assert not whole
+    assert choose(residual, judge, offer).share > 1.0
+
+
+def test_estimated_depths_are_exact_for_radial_holes() -> None:
+    offer = holes([10.0], EIGHT_WEBS_Z_MM)
+    residual = at_planes(200.0 + 30.0j, -80.0 + 150.0j, 150.0)
+    judge = tolerance(144.0, half_mm=170.0)
+    shares: list[float] = []
+
+    def serves(depths_mm: Array) -> bool:
+        shares.append(judged_plan(residual, judge, offer.cuts, depths_mm).share)
+        return True
+
+    lightest(residual, judge, offer, AIM, serves)
+    assert shares[-1] <= AIM
