@@ -41,8 +41,8 @@ CLIPS = 3
 
 def lightest(
     residual: Unbalance, tolerance: Tolerance, offer: Offer, aim: float, serves: Callable[[Array], bool]
-) -> tuple[Array | None, bool]:
-    """Return the depths of the lightest few cuts that were found, and whether the search came to its end.
+) -> tuple[Array | None, float]:
+    """Return the depths of the lightest few cuts that were found, and the least weight of what was not seen.
 
     Parameters
     ----------
@@ -60,35 +60,37 @@ def lightest(
     -------
     (n,) float or None
         Depths near their best; None where nothing was found.
-    bool
-        Whether no other cuts at all weigh less (to about 0.5 %: the slack of the aim is left out).
+    float
+        What cuts weigh at least that were not looked at [g]; what was is lightest to about 0.5 %, since the
+        aim leaves some slack that the search leaves out.
     """
     field = Field.of(residual, tolerance, offer, aim)
     least = float(field.weight[:, 0].min())
     lowest = max(_price(field, None).bound, least)
     possible = _possible(offer)
     if possible > MOST_CUTS and lowest >= least * (MOST_CUTS + 1):
-        return None, False
+        return None, lowest
     sizes: dict[int, _Sets] = {}
-    best, chosen, whole = math.inf, None, True
+    best, chosen, unseen = math.inf, None, math.inf
     for level in lowest * np.array(LEVELS):
         for count in range(1, possible + 1):
             top = min(float(level), best)
             if count * least >= top:
                 break
             if count > MOST_CUTS:
-                whole = False
+                unseen = min(unseen, max(count * least, lowest))
                 break
             if count not in sizes:
                 sizes[count] = _Sets(field, count)
-            whole &= sizes[count].look(top)
+            if not sizes[count].look(top):
+                unseen = min(unseen, sizes[count].seen)
             for weight, depths in sizes[count].lightest(top):
                 if serves(depths):
                     best, chosen = weight, depths
                     break
-        if best <= level or not whole or level > possible * field.weight.max():
+        if min(best, unseen) <= level or level > possible * field.weight.max():
             break
-    return chosen, whole and chosen is not None
+    return chosen, unseen
 
 
 def _possible(offer: Offer) -> int:
@@ -272,7 +274,7 @@ class _Sets:
         self.price = _price(field, count)
         self.order = np.argsort(self.price.reduced, kind="stable")
         self.least = float(field.weight[:, 0].min())
-        self.below = 0.0
+        self.seen = self.price.bound
         self.found = _screened(field, np.zeros((0, count), dtype=np.int64))
 
     def look(self, top: float) -> bool:
@@ -288,10 +290,10 @@ class _Sets:
         missed = _length(field.wanted - field.effect[sets, :, 0].sum(axis=1)) - 0.5 * len(field.wanted)
         weight = np.maximum(
             field.weight[sets, 0].sum(axis=1) + np.maximum(missed, 0.0) / field.reach,
-            self.price.bound + self.price.reduced[sets].sum(axis=1),
+            self.price.bound + np.maximum(self.price.reduced[sets].sum(axis=1), 0.0),
         )
-        new = _screened(field, sets[(weight < top) & (weight >= self.below)])
-        old, self.below = self.found, top
+        new = _screened(field, sets[(weight < top) & (weight >= self.seen)])
+        old, self.seen = self.found, top
         self.found = _Found(
             np.concatenate([old.sets, new.sets]),
             np.concatenate([old.deep, new.deep]),

@@ -69,6 +69,7 @@ def plan_depths(
     aim: float = AIM,
     bounds_mm: tuple[Array, Array] | None = None,
     cost: Callable[[Moments], float] = metal_g,
+    worth: float = 0.0,
 ) -> Plan:
     """Return the depths that leave the least judged residual down to ``aim``, then remove the least metal.
 
@@ -90,6 +91,8 @@ def plan_depths(
         Least and greatest depths; default from zero to what the cuts allow.
     cost : callable
         What to spare: the cost of a change of moments, linear in it; default the metal.
+    worth : float
+        Share of the cost that one more step must save, once the aim is reached.
 
     Returns
     -------
@@ -107,11 +110,16 @@ def plan_depths(
         wanted = _tangent_step(residual, tolerance, cuts, depths, near, same_depth, shared, aim, cost)
         here = judged_plan(residual, tolerance, cuts, wanted)
         moved = float(np.abs(wanted - depths).max())
+        good = worth > 0.0 and best.share <= aim * (1.0 + 1e-6)
         if _is_better(here, best, cuts, aim, cost):
+            done = good and _total(best, cuts, cost) - _total(here, cuts, cost) <= worth * _total(
+                here, cuts, cost
+            )
             best, depths = here, wanted
         else:  # the curves bend away from the tangent: look nearer
+            done = good and moved <= ONLY_MM
             trust = 0.25 * min(trust, moved)
-        if moved <= SETTLED_MM:
+        if done or moved <= SETTLED_MM:
             break
     binding = tuple(
         dict.fromkeys(

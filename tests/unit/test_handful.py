@@ -47,11 +47,11 @@ def test_the_lightest_of_all_sets_is_found(seed: int) -> None:
     size, angle = rng.uniform(100.0, 300.0, 2), rng.uniform(0.0, 2.0 * math.pi, 2)
     a, b = (cmath.rect(s, t) for s, t in zip(size, angle, strict=True))
     residual, judge = at_planes(a, b), tolerance(30.0)
-    depths, whole = lightest(residual, judge, offer, AIM, settles(residual, judge, offer))
+    depths, unseen_g = lightest(residual, judge, offer, AIM, settles(residual, judge, offer))
     optimum_g = slow_optimum_g(residual, judge, offer, 4)
     assert math.isfinite(optimum_g)
     assert depths is not None
-    assert whole
+    assert unseen_g >= optimum_g
     assert_rules_are_kept(offer, depths)
     assert mass_g(offer, depths) == pytest.approx(optimum_g, rel=0.01)
 
@@ -111,16 +111,18 @@ def test_depth_ends_where_a_neighbour_is() -> None:
 def test_many_holes_are_left_to_the_programme() -> None:
     offer = holes([10.0], EIGHT_WEBS_Z_MM)
     residual = at_planes(4000.0 + 0.0j, 4000.0 + 0.0j, 150.0)
-    assert lightest(residual, tolerance(144.0), offer, AIM, lambda _: True) == (None, False)
+    depths, unseen_g = lightest(residual, tolerance(144.0), offer, AIM, lambda _: True)
+    assert depths is None
+    assert unseen_g < mass_g(offer, choose(residual, tolerance(144.0), offer).depths_mm)
 
 
 def test_what_nothing_reaches_is_no_plan() -> None:
     offer = holes([10.0], [-40.0, 40.0], places=4, max_holes=1, max_depth_mm=2.5)
     residual = at_planes(240.0 + 0.0j, 240.0 + 0.0j)
     judge = tolerance(20.0)
-    depths, whole = lightest(residual, judge, offer, AIM, settles(residual, judge, offer))
+    depths, unseen_g = lightest(residual, judge, offer, AIM, settles(residual, judge, offer))
     assert depths is None
-    assert not whole
+    assert math.isinf(unseen_g)
     assert choose(residual, judge, offer).share > 1.0
 
 
