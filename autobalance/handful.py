@@ -135,7 +135,7 @@ class Field:
         changes = [
             [cut.effect(float(d)) for d in three] for cut, three in zip(offer.cuts, depth, strict=True)
         ]
-        effect = np.array([[rows @ four(change) for change in three] for three in changes])
+        effect = np.array([[four(change) for change in three] for three in changes]) @ rows.T
         weight = np.array([[abs(change.mass_g) for change in three] for three in changes])
         now = np.concatenate([residual.resultant_g_mm, residual.moment_g_mm2])
         return cls(offer, depth, np.moveaxis(effect, 2, 1), weight, -rows @ now)
