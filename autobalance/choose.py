@@ -1,6 +1,7 @@
 """Choose which cuts to make where that is a matter of whole numbers: holes, drills, slugs, machine steps.
 
-A mixed-integer linear programme (HiGHS through scipy) picks the cuts on piecewise linear effects, `plan`
+Where a handful of cuts suffices, `handful` finds the lightest; elsewhere a mixed-integer linear programme
+(HiGHS through scipy) picks the cuts on piecewise linear effects. `plan`
 finds their depths on the exact curves, and the depths are then rounded to the machine's steps together, so
 that the residual stays least.
 """
@@ -149,7 +150,7 @@ def _first(task: _Task) -> Plan:
     few, unseen_g = _few(task)
     if few is not None and _weight(task, few) <= (1.0 + NEAR) * unseen_g:
         return few
-    plan = _chosen(task, 0)
+    plan = _chosen(task, 0, FEW if few is None else FEW[:1])
     if few is None or max(plan.share, few.share) > task.aim * (1.0 + 1e-6):
         return few if few is not None and few.share < plan.share else plan
     return few if _weight(task, few) < _weight(task, plan) else plan
@@ -174,12 +175,12 @@ def _weight(task: _Task, plan: Plan) -> float:
     return sum(task.cost(cut.effect(float(d))) for cut, d in zip(task.cuts, plan.depths_mm, strict=True) if d)
 
 
-def _chosen(task: _Task, least_count: int) -> Plan:
+def _chosen(task: _Task, least_count: int, sizes: Sequence[int] | None = None) -> Plan:
     """Return depths by the mixed-integer programme, refined until they hold on the exact curves."""
     tables = _tables(task)
     best = _settled(task, np.zeros(len(task.cuts)))
     for _ in range(ROUNDS):
-        depths = _solve(task, tables, least_count)
+        depths = _solve(task, tables, least_count, sizes or FEW)
         here = _settled(task, depths)
         if here.share < best.share:
             best = here
@@ -226,7 +227,7 @@ def _tables(task: _Task, count: int = POINTS) -> list[Array]:
     return tables
 
 
-def _solve(task: _Task, tables: Sequence[Array], least_count: int) -> Array:
+def _solve(task: _Task, tables: Sequence[Array], least_count: int, sizes: Sequence[int]) -> Array:
     """Return depths by the integer programme over the cuts that look best in its relaxation.
 
     The relaxation's value is a bound for the whole programme: where the few come near it, the rest need not
@@ -241,7 +242,7 @@ def _solve(task: _Task, tables: Sequence[Array], least_count: int) -> Array:
     best, value = np.zeros(count), math.inf
     bound = float(answer.fun or 0.0)
     looked_at: set[int] = set()
-    for size in FEW:
+    for size in sizes:
         few = sorted(_promising(relaxed, answer, value - bound)[:size])
         if looked_at.issuperset(few) or (size == FEW[-1] and value - bound < OUT_OF_REACH):
             break

@@ -36,6 +36,8 @@ MOST_MEETINGS = 600_000
 """Halves that meet, likewise."""
 TRIED = 8
 """Sets of each size and level that are tried on the exact curves, at most: the lightest."""
+BEYOND = 1.25
+"""How far the levels rise beyond the least weight of sets that are too many to look at."""
 CLIPS = 3
 
 
@@ -71,6 +73,7 @@ def lightest(
     if possible > MOST_CUTS and lowest >= least * (MOST_CUTS + 1):
         return None, lowest
     sizes: dict[int, _Sets] = {}
+    lost: set[int] = set()
     best, chosen, unseen = math.inf, None, math.inf
     for level in lowest * np.array(LEVELS):
         for count in range(1, possible + 1):
@@ -82,13 +85,14 @@ def lightest(
                 break
             if count not in sizes:
                 sizes[count] = _Sets(field, count)
-            if not sizes[count].look(top):
+            if count not in lost and not sizes[count].look(top):
+                lost.add(count)
                 unseen = min(unseen, sizes[count].seen)
             for weight, depths in sizes[count].lightest(top):
                 if serves(depths):
                     best, chosen = weight, depths
                     break
-        if min(best, unseen) <= level or level > possible * field.weight.max():
+        if best <= level or level > min(BEYOND * unseen, possible * field.weight.max()):
             break
     return chosen, unseen
 

@@ -202,23 +202,27 @@ EIGHT_WEBS_Z_MM = [-150.0, -110.0, -60.0, -20.0, 20.0, 60.0, 110.0, 150.0]
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize(
-    ("diameters_mm", "usual", "worst"), [([10.0], 0.5, 3.0), ([8.0, 10.0, 12.0], 1.0, 3.0)]
-)
-def test_planning_time(diameters_mm: list[float], usual: float, worst: float) -> None:
-    """Eight counterweights with 24 places each; twice the time, since the machine may be busy."""
+@pytest.mark.parametrize(("diameters_mm", "worst_s"), [([10.0], 0.5), ([8.0, 10.0, 12.0], 3.0)])
+def test_planning_time(diameters_mm: list[float], worst_s: float) -> None:
+    """Eight counterweights with 24 places each: unbalances that a few holes, and that many, correct.
+
+    The processor's time, the better of two where the first is too long: a busy machine's caches cost as well.
+    """
     offer = holes(diameters_mm, EIGHT_WEBS_Z_MM, step_mm=0.1)
+    judge = tolerance(144.0, half_mm=170.0)
     rng = np.random.default_rng(7)
-    taken = []
-    for size in (1500.0, 400.0, 4000.0) * 4:
+    for size in (150.0, 400.0, 1500.0, 4000.0) * 3:
         a, b = (complex(*v) for v in rng.normal(size=(2, 2)) * size)
-        start = time.perf_counter()
-        plan = choose(at_planes(a, b, 150.0), tolerance(144.0, half_mm=170.0), offer)
-        taken.append(time.perf_counter() - start)
-        assert plan.share <= 1.0
-        assert_rules_are_kept(offer, plan.depths_mm)
-    assert np.median(taken) < 2.0 * usual
-    assert max(taken) < 2.0 * worst
+        couple = a * size / abs(a)
+        for residual in (at_planes(a, b, 150.0), at_planes(couple, -couple, 150.0)):
+            taken = []
+            while not taken or (min(taken) >= worst_s and len(taken) < 2):
+                start = time.process_time()
+                plan = choose(residual, judge, offer)
+                taken.append(time.process_time() - start)
+            assert plan.share <= 1.0
+            assert_rules_are_kept(offer, plan.depths_mm)
+            assert min(taken) < worst_s
 
 
 @pytest.mark.slow
