@@ -1,9 +1,8 @@
 """Choose which cuts to make where that is a matter of whole numbers: holes, drills, slugs, machine steps.
 
 Where a handful of cuts suffices, `handful` finds the lightest; elsewhere a mixed-integer linear programme
-(HiGHS through scipy) picks the cuts on piecewise linear effects. `plan`
-finds their depths on the exact curves, and the depths are then rounded to the machine's steps together, so
-that the residual stays least.
+(HiGHS through scipy) picks the cuts on piecewise linear effects. `plan` finds their depths on the exact
+curves, and the depths are then rounded to the machine's steps together, so that the residual stays least.
 """
 
 from __future__ import annotations

@@ -215,7 +215,7 @@ def test_planning_time(diameters_mm: list[float], worst_s: float) -> None:
         a, b = (complex(*v) for v in rng.normal(size=(2, 2)) * size)
         couple = a * size / abs(a)
         for residual in (at_planes(a, b, 150.0), at_planes(couple, -couple, 150.0)):
-            taken = []
+            taken: list[float] = []
             while not taken or (min(taken) >= worst_s and len(taken) < 2):
                 start = time.process_time()
                 plan = choose(residual, judge, offer)
