@@ -750,12 +750,21 @@ def _best_combination(task: _Task, plan: Plan, made: Sequence[int], choices: Seq
     best: Plan | None = None
     for n in np.argsort(shares, kind="stable")[:EXACT].tolist():
         depths = plan.depths_mm.copy()
-        depths[list(made)] = grid[n]
+        depths[list(made)] = _combination(choices, n)
         here = judged_plan(task.residual, task.tolerance, task.cuts, depths)
         if best is None or here.share < best.share:
             best = here
     assert best is not None
     return best
+
+
+def _combination(choices: Sequence[Array], number: int) -> list[float]:
+    """Return one of all combinations, numbered with the last choice running fastest."""
+    chosen: list[float] = []
+    for steps in reversed(choices):
+        number, place = divmod(number, len(steps))
+        chosen.append(float(steps[place]))
+    return chosen[::-1]
 
 
 EXACT = 12

@@ -66,6 +66,8 @@ def lightest(
         What cuts weigh at least that were not looked at [g]; what was is lightest to about 0.5 %, since the
         aim leaves some slack that the search leaves out.
     """
+    if _count_at_least(residual, tolerance, offer) > MOST_CUTS:
+        return None, False
     field = Field.of(residual, tolerance, offer, aim)
     least = float(field.weight[:, 0].min())
     lowest = max(_price(field, None).bound, least)
@@ -95,6 +97,20 @@ def lightest(
         if best <= level or level > min(BEYOND * unseen, possible * field.weight.max()):
             break
     return chosen, unseen
+
+
+def _count_at_least(residual: Unbalance, tolerance: Tolerance, offer: Offer) -> float:
+    """Return how many cuts it takes at least to come within the permissible values, not a whole number."""
+    rows = _rows(tolerance)
+    now = np.concatenate([residual.resultant_g_mm, residual.moment_g_mm2])
+    need = float(_length(rows @ now)) - 0.5 * len(rows)
+    deepest = np.array([rows @ four(cut.effect(cut.max_depth_mm)) for cut in offer.cuts])
+    return need / max(float(_length(deepest).max(initial=0.0)), 1e-12)
+
+
+def _rows(tolerance: Tolerance) -> Array:
+    """Return what takes (U, P) to the judged vectors: both planes', or the resultant alone."""
+    return judged_rows(tolerance)[-4 if tolerance.judge == "dynamic" else -2 :]
 
 
 def _possible(offer: Offer) -> int:
@@ -134,7 +150,7 @@ class Field:
     @classmethod
     def of(cls, residual: Unbalance, tolerance: Tolerance, offer: Offer, aim: float) -> Field:
         """Look up all cuts."""
-        rows = judged_rows(tolerance)[-4 if tolerance.judge == "dynamic" else -2 :] / aim
+        rows = _rows(tolerance) / aim
         depth = np.array([np.linspace(cut.least_depth_mm, cut.max_depth_mm, 3) for cut in offer.cuts])
         changes = [
             [cut.effect(float(d)) for d in three] for cut, three in zip(offer.cuts, depth, strict=True)
