@@ -355,7 +355,7 @@ NEAR = 0.03
 
 Looks at more cuts took most of the time and found nothing lighter by more than 0.4 %.
 """
-FEW = (64, 100, 250)
+FEW = (56, 100, 250)
 """How many cuts the integer programme looks at: the best few, then those that could still be better."""
 OUT_OF_REACH = 1.0
 """Cost above the bound, in usual corrections, that only excess residual makes: the most cuts are for that."""
