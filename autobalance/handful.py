@@ -67,7 +67,7 @@ def lightest(
         aim leaves some slack that the search leaves out.
     """
     if _count_at_least(residual, tolerance, offer) > MOST_CUTS:
-        return None, False
+        return None, 0.0
     field = Field.of(residual, tolerance, offer, aim)
     least = float(field.weight[:, 0].min())
     lowest = max(_price(field, None).bound, least)
