@@ -39,6 +39,8 @@ TRIED = 8
 BEYOND = 1.25
 """How far the levels rise beyond the least weight of sets that are too many to look at."""
 CLIPS = 3
+MOST_LATE = 0.99
+"""Curves that would run backwards at first are taken to start slowly."""
 
 
 def lightest(
@@ -167,9 +169,14 @@ class Field:
 
     @cached_property
     def early(self) -> Array:
-        """How much farther than half along its chord each curve is at its middle depth, times four (n,)."""
+        """How much farther than half along its chord each curve is at its middle depth, times four (n,).
+
+        A cut of one depth only has no chord.
+        """
         middle = ((self.effect[:, :, 1] - self.effect[:, :, 0]) * self.chord).sum(axis=1)
-        return np.asarray(4.0 * middle / np.maximum((self.chord**2).sum(axis=1), 1e-30) - 2.0)
+        square = (self.chord**2).sum(axis=1)
+        early = np.where(square > 1e-30, 4.0 * middle / np.maximum(square, 1e-30) - 2.0, 0.0)
+        return np.asarray(np.maximum(early, -MOST_LATE))
 
     @cached_property
     def bend(self) -> Array:

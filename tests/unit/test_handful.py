@@ -3,11 +3,13 @@
 import cmath
 import math
 from collections.abc import Callable
+from dataclasses import replace
 
 import numpy as np
 import pytest
 
 from autobalance.choose import choose
+from autobalance.correction.drill import DrillCut
 from autobalance.correction.kind import Apart, Count, Offer
 from autobalance.handful import lightest
 from autobalance.plan import AIM, judged_plan, plan_depths
@@ -138,3 +140,24 @@ def test_estimated_depths_are_exact_for_radial_holes() -> None:
 
     lightest(residual, judge, offer, AIM, serves)
     assert shares[-1] <= AIM
+
+
+def test_cuts_of_one_depth_only() -> None:
+    """Slugs of a given length, say: made or not, without a depth to choose."""
+    free = holes([10.0], [-40.0, 40.0], places=8)
+    fixed = Offer(
+        tuple(
+            replace(cut, least_depth_mm=5.0, max_depth_mm=5.0)
+            for cut in free.cuts
+            if isinstance(cut, DrillCut)
+        ),
+        apart=free.apart,
+        counts=free.counts,
+    )
+    chosen = [1, 10]
+    residual = Unbalance.of(fixed.cuts[1].effect(5.0) + fixed.cuts[10].effect(5.0)).scaled(-1.0)
+    judge = tolerance(20.0)
+    depths, _ = lightest(residual, judge, fixed, AIM, settles(residual, judge, fixed))
+    assert depths is not None
+    assert np.flatnonzero(depths).tolist() == chosen
+    assert depths[chosen].tolist() == [5.0, 5.0]
