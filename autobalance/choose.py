@@ -19,7 +19,7 @@ import numpy as np
 
 from autobalance.correction.kind import Apart, Array, Cut, Offer, SharedDepth
 from autobalance.handful import lightest
-from autobalance.plan import AIM, Plan, four, judged_plan, judged_rows, plan_depths
+from autobalance.plan import AIM, Plan, four, judged_plan, judged_rows, own_rows, plan_depths
 from autobalance.rotor.moments import Moments
 from autobalance.rotor.tolerance import Tolerance
 from autobalance.rotor.unbalance import Unbalance
@@ -93,7 +93,7 @@ def choose(
     for extra in (1, 2):
         if not ROUNDED < plan.share <= HOPELESS or not plan.depths_mm.any():
             break
-        again = _finished(task, _chosen(task, int(np.count_nonzero(plan.depths_mm)) + extra))
+        again = _finished(task, _chosen(task, int(np.count_nonzero(plan.depths_mm)) + extra, FEW))
         plan = again if again.share < plan.share * (1.0 - aim) else plan
     return plan
 
@@ -174,12 +174,12 @@ def _weight(task: _Task, plan: Plan) -> float:
     return sum(task.cost(cut.effect(float(d))) for cut, d in zip(task.cuts, plan.depths_mm, strict=True) if d)
 
 
-def _chosen(task: _Task, least_count: int, sizes: Sequence[int] | None = None) -> Plan:
+def _chosen(task: _Task, least_count: int, sizes: Sequence[int]) -> Plan:
     """Return depths by the mixed-integer programme, refined until they hold on the exact curves."""
     tables = _tables(task)
     best = _settled(task, np.zeros(len(task.cuts)))
     for _ in range(ROUNDS):
-        depths = _solve(task, tables, least_count, sizes or FEW)
+        depths = _solve(task, tables, least_count, sizes)
         here = _settled(task, depths)
         if here.share < best.share:
             best = here
@@ -488,7 +488,7 @@ class _Rules:
         if least_count:
             self._add(range(self.switch, self.excess), [1.0] * count, least_count, math.inf)
         self.cost = self._cost_row(task, effects)
-        free = min(len(judged_rows(task.tolerance)), 4)
+        free = len(own_rows(task.tolerance))
         width = self.left + free
         self.upper = np.concatenate([np.ones(self.excess), np.full(2 + free, np.inf)])
         self.lower = np.concatenate([np.zeros(self.left), np.full(free, -np.inf)])
@@ -528,11 +528,11 @@ class _Rules:
     def _residual_rows(self, task: _Task, effects: Sequence[Sequence[Moments]]) -> None:
         """Give the residual columns of its own, so that few rows name every cut; keep it in polygons."""
         rows = judged_rows(task.tolerance)
-        size = min(len(rows), 4)
-        own = rows[-size:]
+        own = own_rows(task.tolerance)
+        size = len(own)
         table = np.array([four(effect) for group in effects for effect in group]).T
         effect = own @ table / task.aim
-        now = own @ np.concatenate([task.residual.resultant_g_mm, task.residual.moment_g_mm2]) / task.aim
+        now = own @ task.residual.components / task.aim
         for k in range(size):
             columns = np.append(np.arange(self.switch), self.left + k)
             self._add(columns, np.append(effect[k], -1.0), -now[k], -now[k])
@@ -586,7 +586,7 @@ class _Rules:
 
     def _cost_row(self, task: _Task, effects: Sequence[Sequence[Moments]]) -> Array:
         """Cost in units of a usual correction, so that the excess outweighs it."""
-        cost = np.zeros(self.left + min(len(judged_rows(task.tolerance)), 4))
+        cost = np.zeros(self.left + len(own_rows(task.tolerance)))
         masses = np.array([abs(effect.mass_g) for group in effects for effect in group])
         cost[: self.switch] = masses / task.usual_g
         inertia = np.array([effect.polar_inertia_g_mm2 for group in effects for effect in group])
@@ -740,7 +740,7 @@ def _best_combination(task: _Task, plan: Plan, made: Sequence[int], choices: Seq
     """Look through all combinations on the tangent, then through the best of them exactly."""
     rows = judged_rows(task.tolerance)
     slopes = rows @ np.array([four(task.cuts[k].rate(float(plan.depths_mm[k]))) for k in made]).T
-    now = rows @ np.concatenate([plan.predicted.resultant_g_mm, plan.predicted.moment_g_mm2])
+    now = rows @ plan.predicted.components
     grid = np.zeros((1, 0))
     for steps in choices:
         grid = np.hstack([np.repeat(grid, len(steps), axis=0), np.tile(steps, len(grid))[:, None]])
@@ -750,21 +750,12 @@ def _best_combination(task: _Task, plan: Plan, made: Sequence[int], choices: Seq
     best: Plan | None = None
     for n in np.argsort(shares, kind="stable")[:EXACT].tolist():
         depths = plan.depths_mm.copy()
-        depths[list(made)] = _combination(choices, n)
+        depths[list(made)] = grid[n]
         here = judged_plan(task.residual, task.tolerance, task.cuts, depths)
         if best is None or here.share < best.share:
             best = here
     assert best is not None
     return best
-
-
-def _combination(choices: Sequence[Array], number: int) -> list[float]:
-    """Return one of all combinations, numbered with the last choice running fastest."""
-    chosen: list[float] = []
-    for steps in reversed(choices):
-        number, place = divmod(number, len(steps))
-        chosen.append(float(steps[place]))
-    return chosen[::-1]
 
 
 EXACT = 12

@@ -19,7 +19,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from autobalance.correction.kind import Offer
-from autobalance.plan import Array, four, judged_rows
+from autobalance.plan import Array, four, own_rows
 from autobalance.rotor.tolerance import Tolerance
 from autobalance.rotor.unbalance import Unbalance
 
@@ -103,16 +103,11 @@ def lightest(
 
 def _count_at_least(residual: Unbalance, tolerance: Tolerance, offer: Offer) -> float:
     """Return how many cuts it takes at least to come within the permissible values, not a whole number."""
-    rows = _rows(tolerance)
-    now = np.concatenate([residual.resultant_g_mm, residual.moment_g_mm2])
+    rows = own_rows(tolerance)
+    now = residual.components
     need = float(_length(rows @ now)) - 0.5 * len(rows)
     deepest = np.array([rows @ four(cut.effect(cut.max_depth_mm)) for cut in offer.cuts])
     return need / max(float(_length(deepest).max(initial=0.0)), 1e-12)
-
-
-def _rows(tolerance: Tolerance) -> Array:
-    """Return what takes (U, P) to the judged vectors: both planes', or the resultant alone."""
-    return judged_rows(tolerance)[-4 if tolerance.judge == "dynamic" else -2 :]
 
 
 def _possible(offer: Offer) -> int:
@@ -152,14 +147,14 @@ class Field:
     @classmethod
     def of(cls, residual: Unbalance, tolerance: Tolerance, offer: Offer, aim: float) -> Field:
         """Look up all cuts."""
-        rows = _rows(tolerance) / aim
+        rows = own_rows(tolerance) / aim
         depth = np.array([np.linspace(cut.least_depth_mm, cut.max_depth_mm, 3) for cut in offer.cuts])
         changes = [
             [cut.effect(float(d)) for d in three] for cut, three in zip(offer.cuts, depth, strict=True)
         ]
         effect = np.array([[four(change) for change in three] for three in changes]) @ rows.T
         weight = np.array([[abs(change.mass_g) for change in three] for three in changes])
-        now = np.concatenate([residual.resultant_g_mm, residual.moment_g_mm2])
+        now = residual.components
         return cls(offer, depth, np.moveaxis(effect, 2, 1), weight, -rows @ now)
 
     @cached_property

@@ -171,6 +171,11 @@ def judged_rows(tolerance: Tolerance) -> Array:
     return np.vstack(blocks)
 
 
+def own_rows(tolerance: Tolerance) -> Array:
+    """Return those of `judged_rows` that the others follow from: both planes', or the resultant's alone."""
+    return judged_rows(tolerance)[-4 if tolerance.judge == "dynamic" else -2 :]
+
+
 def _tangent_step(
     residual: Unbalance,
     tolerance: Tolerance,
@@ -188,7 +193,7 @@ def _tangent_step(
     rates = [cut.rate(float(depth)) for cut, depth in zip(cuts, depths, strict=True)]
     slopes = np.array([four(rate) for rate in rates]).T
     here = judged_plan(residual, tolerance, cuts, depths).predicted
-    now = np.concatenate([here.resultant_g_mm, here.moment_g_mm2])
+    now = here.components
     rows = judged_rows(tolerance)
     matrix, at_zero = rows @ slopes, rows @ (now - slopes @ depths)
     if not shared:

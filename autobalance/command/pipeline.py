@@ -124,10 +124,6 @@ def measured_crank(
     return Crank(source, anatomy, crankshaft.density_g_mm3, moments, facets, correction, faces)
 
 
-def _faces(source: Source, anatomy: Anatomy) -> tuple[Face, ...]:
-    return find_faces(source.solid.mesh, anatomy, source.surfaces)
-
-
 class _Recognition:
     """Looks for the crank in a solid while that is still being checked."""
 

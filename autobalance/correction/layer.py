@@ -18,7 +18,7 @@ from autobalance.correction.curve import DepthCurve
 from autobalance.correction.kind import Array
 from autobalance.rotor.moments import Moments
 from autobalance.solid.csg import Region, Solid
-from autobalance.solid.mesh import Indices, Mesh, compacted
+from autobalance.solid.mesh import Indices, Mesh, least_and_greatest, longest_sides
 from autobalance.solid.slices import Spans, cross_sections
 
 BACKWARD = -0.5
@@ -62,15 +62,14 @@ class Slab:
         z = mesh.vertices @ frame[2, :3] + frame[2, 3]
         sides = (z > low_mm).view(np.uint8) | (z < high_mm).view(np.uint8) << 1
         a, b, c = sides.take(mesh.triangles).T
-        rows = np.flatnonzero((a | b | c) == ABOVE_AND_BELOW)
-        used, triangles = compacted(mesh.triangles.take(rows, axis=0), len(mesh.vertices))
-        part = Mesh(mesh.vertices.take(np.flatnonzero(used), axis=0), triangles).moved(frame)
-        a, b, c = np.ascontiguousarray(part.vertices[:, 2]).take(triangles).T
+        picked = (a | b | c) == ABOVE_AND_BELOW
+        rows, part = np.flatnonzero(picked), mesh.part(picked).moved(frame)
+        bottoms, tops = least_and_greatest(part.vertices[:, 2], part.triangles)
         return cls(
             vertices=part.vertices,
-            numbers=triangles,
-            bottoms=np.minimum(np.minimum(a, b), c),
-            tops=np.maximum(np.maximum(a, b), c),
+            numbers=part.triangles,
+            bottoms=bottoms,
+            tops=tops,
             areas=mesh.doubled_areas.take(rows),
             leans=mesh.area_vectors.take(rows, axis=0) @ frame[2, :3],
             grain_mm=grain_mm,
@@ -82,8 +81,7 @@ class Slab:
 
     def thick(self, rows: Indices) -> Indices:
         """Return those of some triangles that are no slivers lower than rounding, which face nowhere."""
-        a, b, c = self.corners(rows).transpose(1, 0, 2)
-        longest = np.sqrt(np.maximum.reduce([_squared(b - a), _squared(c - b), _squared(a - c)]))
+        longest = longest_sides(self.corners(rows))
         chosen: Indices = rows[self.areas.take(rows) > self.grain_mm * longest]
         return chosen
 
@@ -261,13 +259,6 @@ def numbers_of(moments: Moments) -> Array:
 def moments_of(numbers: Array) -> Moments:
     """Return the moments that numbers (13,) stand for."""
     return Moments(float(numbers[0]), numbers[1:4], numbers[4:].reshape(3, 3))
-
-
-def _squared(vectors: Array) -> Array:
-    """Return the squared lengths (m,) of vectors (m, 3)."""
-    x, y, z = vectors.T
-    squared: Array = x * x + y * y + z * z
-    return squared
 
 
 JOINED = 1e-3

@@ -30,6 +30,11 @@ class Unbalance:
         """Return the unbalance of a body from its mass moments."""
         return cls(moments.first_g_mm[:2].copy(), moments.second_g_mm2[:2, 2].copy())
 
+    @property
+    def components(self) -> Array:
+        """U and P side by side (4,) [g·mm, g·mm²]."""
+        return np.concatenate([self.resultant_g_mm, self.moment_g_mm2])
+
     @classmethod
     def of_planes(cls, plane_unbalance_g_mm: Array, z_a_mm: float, z_b_mm: float) -> Unbalance:
         """Return the unbalance of two vectors (2, 2) [g·mm] that act at z_a and z_b."""

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from autobalance.solid.components import numbered_components
-from autobalance.solid.mesh import Array, Indices, Mesh
+from autobalance.solid.mesh import Array, Indices, Mesh, longest_sides
 
 Flags = NDArray[np.bool_]
 
@@ -134,11 +134,7 @@ def _sorted_edges(mesh: Mesh) -> tuple[Indices, Indices, Indices]:
 
 
 def _has_direction(mesh: Mesh) -> Flags:
-    a, b, c = (mesh.vertices[column] for column in mesh.triangles.T)
-    longest = np.sqrt(
-        np.maximum.reduce([np.square(b - a).sum(1), np.square(c - b).sum(1), np.square(a - c).sum(1)])
-    )
-    known: Flags = mesh.doubled_areas > longest * LEAST_HEIGHT * mesh.diagonal_mm
+    known: Flags = mesh.doubled_areas > longest_sides(mesh.corners) * LEAST_HEIGHT * mesh.diagonal_mm
     return known
 
 

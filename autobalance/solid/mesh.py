@@ -193,6 +193,14 @@ def least_and_greatest(values: Numbers, triangles: Indices) -> tuple[Numbers, Nu
     return least, greatest
 
 
+def longest_sides(corners: Array) -> Array:
+    """Return the length (m,) of the longest side of each of loose triangles (m, 3, 3)."""
+    sides = (corners[:, k] - corners[:, k - 1] for k in range(3))
+    squares = [x * x + y * y + z * z for x, y, z in (side.T for side in sides)]
+    longest: Array = np.sqrt(np.maximum.reduce(squares))
+    return longest
+
+
 def compacted(triangles: Indices, count: int) -> tuple[NDArray[np.bool_], Indices]:
     """Return which of ``count`` vertices some triangles use (count,), and the triangles among those alone."""
     used = np.zeros(count, dtype=bool)
