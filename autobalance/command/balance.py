@@ -31,13 +31,14 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 def run(arguments: argparse.Namespace) -> int:
     """Balance a crank; 0 within tolerance, 4 above it."""
     from autobalance import job
-    from autobalance.command.console import say
-    from autobalance.report.json import dumps
-    from autobalance.report.text import UNITS, balance_text
 
     asked = job.load(arguments.job)
     folder = Path(arguments.output) if arguments.output else default_folder(asked.path)
     done = balanced(asked, folder, arguments.json, choice_of(arguments), mode_of(arguments))
+    from autobalance.command.console import say
+    from autobalance.report.json import dumps
+    from autobalance.report.text import UNITS, balance_text
+
     if arguments.json == "-":
         say(dumps(done.report).removesuffix("\n"))
     else:

@@ -25,8 +25,8 @@ def run(arguments: argparse.Namespace) -> int:
     from pathlib import Path
 
     from autobalance import job
+    from autobalance.command.balancing import compare_job
     from autobalance.command.console import progress, progress_done, say
-    from autobalance.command.run import compare_job
     from autobalance.report.comparison import comparison_text
     from autobalance.report.files import Staging
     from autobalance.report.json import dumps

@@ -5,16 +5,19 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from autobalance.crank.anatomy import Anatomy
-from autobalance.report import record
 from autobalance.rotor.moments import Moments
 from autobalance.rotor.tolerance import Tolerance
 from autobalance.rotor.uncertainty import Share
 from autobalance.solid.facets import FacetError
 from autobalance.solid.mesh import Floats
+
+if TYPE_CHECKING:
+    from autobalance.report import record
 
 COARSE = 1.0 / 3.0
 """Share of a permissible value that facets may put in doubt before a mesh is too coarse for the grade."""
@@ -102,6 +105,8 @@ def facet_entry(
     after: Moments | None = None,
 ) -> record.FacetError | None:
     """Return what the report says of the facets; ``after`` is what they hide once the crank is cut."""
+    from autobalance.report import record
+
     if facets is None:
         return None
     before = correction.part(facets.missing)
@@ -123,6 +128,8 @@ def needed(facets: FacetError, tolerance: Tolerance, share: Share) -> record.Fac
 
     What facets hide falls as the square of their number around a circle, as does their chord height.
     """
+    from autobalance.report import record
+
     used = [share.resultant_g_mm / tolerance.permissible_g_mm]
     if tolerance.judge == "dynamic":
         planes = zip(share.planes_g_mm, tolerance.planes, strict=True)

@@ -97,6 +97,7 @@ def _picture(crank: Crank, record: Record) -> bytes:
 
 def inspected(arguments: argparse.Namespace, progress: Progress) -> tuple[Crank, Record]:
     """Read, recognise and measure."""
+    from autobalance.command.balancing import input_file
     from autobalance.command.facet_correction import facet_entry
     from autobalance.command.pipeline import (
         Stopwatch,
@@ -104,7 +105,6 @@ def inspected(arguments: argparse.Namespace, progress: Progress) -> tuple[Crank,
         measured_crank,
         surfaces_entry,
     )
-    from autobalance.command.run import input_file
     from autobalance.crank.sections import sections, web_weights
     from autobalance.report.record import MeasuredCrank, Record
     from autobalance.rotor.unbalance import Unbalance

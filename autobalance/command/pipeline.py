@@ -23,7 +23,6 @@ from autobalance.engine.balance_factor import balance_factor, bob_weight_moments
 from autobalance.engine.parts import Parts, ThrowLoad
 from autobalance.errors import BodiesError, JobError, RecognitionError
 from autobalance.job import Attached, Balance, Crankshaft, Engine, Job, PartWeights, Weight
-from autobalance.report import record
 from autobalance.rotor.moments import Moments
 from autobalance.rotor.tolerance import Tolerance
 from autobalance.rotor.unbalance import Unbalance
@@ -34,6 +33,7 @@ from autobalance.solid.read import Source, read
 if TYPE_CHECKING:
     from concurrent.futures import Future
 
+    from autobalance.report.record import TrueSurfaces
     from autobalance.solid.csg import Solid
 
 FACETS_MOST = 200_000
@@ -124,6 +124,11 @@ def measured_crank(
     return Crank(source, anatomy, crankshaft.density_g_mm3, moments, facets, correction, faces)
 
 
+def work_on_faces(job: Job) -> bool:
+    """Tell whether a correction of the job begins at a planar face."""
+    return any(hasattr(limits, "faces") for limits in job.methods)
+
+
 class _Recognition:
     """Looks for the crank in a solid while that is still being checked."""
 
@@ -172,13 +177,15 @@ def facets_of(
     return facet_error(source.solid.mesh, density_g_mm3, frame)
 
 
-def surfaces_entry(crank: Crank) -> record.TrueSurfaces | None:
+def surfaces_entry(crank: Crank) -> TrueSurfaces | None:
     """Return what the report says of the true surfaces, where the file keeps them."""
+    from autobalance.report.record import TrueSurfaces
+
     exact = crank.source.exact
     if exact is None:
         return None
     faceted = crank.source.solid.moments(crank.density_g_mm3, crank.anatomy.file_to_rotor)
-    return record.TrueSurfaces(exact.solid.face_kinds(), crank.moments - faceted)
+    return TrueSurfaces(exact.solid.face_kinds(), crank.moments - faceted)
 
 
 # --- weights ------------------------------------------------------------------------------------------------

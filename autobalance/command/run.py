@@ -6,45 +6,19 @@ import hashlib
 import time
 from collections.abc import Callable
 from dataclasses import dataclass, replace
+from importlib import import_module
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
-from autobalance import job as jobs
 from autobalance.beside import beside
-from autobalance.command import doubt, facet_correction, machine, pipeline
-from autobalance.command.pipeline import Crank, Stopwatch
-from autobalance.comparison import compare
-from autobalance.correction import Limits
-from autobalance.correction.drill import DrillLimits
-from autobalance.crank.anatomy import Anatomy
-from autobalance.crank.sections import counterweight_moments
-from autobalance.engine.balance_factor import bob_weight_moments
-from autobalance.engine.force_summary import ShakingForce
-from autobalance.errors import CorrectionError, FileError, JobError
+from autobalance.command.pipeline import Crank, Stopwatch, measured_crank, work_on_faces
+from autobalance.errors import FileError
 from autobalance.job import Job
-from autobalance.job.limits import limits_of_every_kind
-from autobalance.rebalance import Result, Rotor, Written, balance, planned
 from autobalance.report.bundle import FILES, Choice, bundle
-from autobalance.report.comparison import comparison
 from autobalance.report.files import Staging
-from autobalance.report.json import dumps, library_versions, report, showable, solid_entry
-from autobalance.report.record import (
-    Balanced,
-    Counterweight,
-    FacetError,
-    Factors,
-    Forces,
-    InputFile,
-    Loads,
-    MeasuredCrank,
-    Overbalance,
-    Record,
-)
-from autobalance.rotor.moments import Moments
-from autobalance.rotor.tolerance import Tolerance
-from autobalance.rotor.unbalance import Unbalance
-from autobalance.solid.mesh import Floats, Mesh
-from autobalance.solid.write import decode, encode
+
+if TYPE_CHECKING:
+    from autobalance.report.record import Record
 
 REPORT = "report.json"
 SOLID = "balanced"
@@ -83,7 +57,7 @@ def run_job(
         For anything wrong with the job, the crank or the folder; nothing is left behind then.
     """
     watch = Stopwatch()
-    beside(library_versions)  # are known when the report asks for them
+    beside(_prepare)
     copy = None if json_file in (None, "-") else Path(str(json_file))
     solid_path = folder / (SOLID + job.crankshaft.file.suffix.lower())
     choice = choice or Choice(kinds=())
@@ -91,7 +65,12 @@ def run_job(
     targets = [folder / REPORT, solid_path, *pages] + ([copy] if copy else [])
     _refuse_overwriting(targets, [job.path, job.crankshaft.file])
     with Staging([folder] + ([copy.parent] if copy else [])) as staging:
-        crank, record, written = _balanced_record(job, watch, progress)
+        progress("reading the crank")
+        crank = measured_crank(job.crankshaft, watch, job.balance, work_on_faces(job))
+        from autobalance.command.balancing import balanced_record
+        from autobalance.report.json import dumps, report, solid_entry
+
+        record, written = balanced_record(job, crank, watch, progress)
         record = replace(record, warnings=_warnings(job, crank))
         started = time.perf_counter()
         progress("writing")
@@ -128,10 +107,18 @@ def run_job(
     return Run(values, (*files, folder / REPORT, *([copy] if copy else [])), tuple(warnings))
 
 
+def _prepare() -> None:
+    """Load what is needed once the crank is read, and what the report says of the libraries, meanwhile."""
+    import_module("autobalance.command.balancing")
+    import_module("autobalance.report.json").library_versions()
+
+
 def _pages(
     entries: dict[str, Any], crank: Crank, record: Record, choice: Choice, progress: Progress
 ) -> dict[str, tuple[str, bytes]]:
     """Return the pages, sheets and pictures of a run."""
+    from autobalance.report.json import report, showable
+
     assert record.balanced is not None
     result = record.balanced.result
     values = showable(report(replace(record, outputs=entries)))
@@ -154,239 +141,3 @@ def _warnings(job: Job, crank: Crank) -> tuple[str, ...]:
     empty = [name for name in ("rotating", "reciprocating") if not getattr(weights, name)]
     unnamed = [f"{job.path.name}: engine.{name}_g names no weight; its parts count as 0 g" for name in empty]
     return (*(() if job.engine.by_throw else unnamed), *crank.warnings(job.crankshaft.file))
-
-
-# --- the run ------------------------------------------------------------------------------------------------
-
-
-def _balanced_record(job: Job, watch: Stopwatch, progress: Progress) -> tuple[Crank, Record, Written | None]:
-    """Measure and balance; return the crank, what the report needs, and the solid if one was cut."""
-    progress("reading the crank")
-    crank = pipeline.measured_crank(job.crankshaft, watch, job.balance, _work_on_faces(job))
-    counterweights = beside(lambda: _counterweights(crank))
-    with watch.stage("measure"):
-        pipeline.check_engine(job, crank.anatomy)
-        factor = pipeline.target_factor(job, crank.anatomy, crank.moments)
-        tolerance = pipeline.tolerance_of(job, crank.anatomy, crank.moments)
-        rotor = _rotor(job, crank, tolerance, factor)
-        before = machine.shaking(job, crank.anatomy, crank.moments)
-    format_name, scale = crank.source.format, crank.source.mm_per_unit
-
-    def to_bytes(mesh: Mesh) -> bytes:
-        return encode(mesh, format_name, scale)
-
-    def from_bytes(data: bytes) -> Floats:
-        return decode(data, format_name, scale)
-
-    with _Stages(watch, progress) as told:
-        try:
-            result = balance(rotor, tolerance, job.methods, to_bytes, from_bytes, told, prefer=job.prefer)
-        except CorrectionError as error:
-            raise JobError(f"{job.path.name}: {error}") from None
-    record = _record(job, crank, factor, tolerance, result, counterweights.result())
-    if before is not None and record.balanced is not None:
-        forces = _forces(job, crank, before, result)
-        record = replace(record, balanced=replace(record.balanced, forces=forces))
-    if job.balance.overbalance_g_mm > 0.0 and record.balanced is not None:
-        progress("placing the last holes")
-        left = _overbalance(job, rotor, tolerance, result)
-        record = replace(record, balanced=replace(record.balanced, overbalance=left))
-    return crank, record, result.written
-
-
-def _forces(job: Job, crank: Crank, before: ShakingForce, result: Result) -> Forces | None:
-    after = machine.shaking(job, crank.anatomy, result.final_moments)
-    return None if after is None else Forces(before, after, job.engine.rod_length_mm is not None)
-
-
-def _overbalance(job: Job, rotor: Rotor, tolerance: Tolerance, result: Result) -> Overbalance:
-    """Plan the last holes on the crank as it was made: they take what was left on purpose."""
-    limits = next((each for each in job.methods if isinstance(each, DrillLimits)), DrillLimits())
-    allowance = pipeline.overbalance_moments(job, tolerance)
-    bare = result.written.moments if result.written else rotor.moments
-    slugs = result.final_moments - bare
-    made = replace(
-        rotor, solid=result.solid or rotor.solid, moments=bare, loads=rotor.loads + allowance + slugs
-    )
-    try:
-        holes, residual = planned(made, tolerance, [limits], "fewest_holes")
-    except CorrectionError as error:
-        return Overbalance(Unbalance.of(allowance), (), None, str(error))
-    short = tolerance.used_share(residual)
-    reason = None if short <= 1.0 else f"the last holes leave {short:.3g} times the permissible value"
-    return Overbalance(Unbalance.of(allowance), holes, residual, reason)
-
-
-class _Stages:
-    """Tell the user what the loop says, and count its time for planning or cutting."""
-
-    def __init__(self, watch: Stopwatch, progress: Progress) -> None:
-        self._watch, self._progress = watch, progress
-        self._stage, self._since = "plan", time.perf_counter()
-
-    def __enter__(self) -> _Stages:
-        return self
-
-    def __exit__(self, *_: object) -> None:
-        self._turn(self._stage)
-
-    def __call__(self, text: str) -> None:
-        self._turn("cut" if text.startswith("cutting") else "plan")
-        self._progress(text)
-
-    def _turn(self, stage: str) -> None:
-        now = time.perf_counter()
-        self._watch.add(self._stage, now - self._since)
-        self._stage, self._since = stage, now
-
-
-def compare_job(job: Job, progress: Progress) -> dict[str, Any]:
-    """Try every kind of correction and the useful mixes on a job's crank; return the comparison's values.
-
-    Raises
-    ------
-    AutobalanceError
-        For anything wrong with the job or the crank.
-    """
-    watch = Stopwatch()
-    progress("reading the crank")
-    limits = _every_kind(job)
-    every = replace(job, methods=tuple(limits.values()), method_names=tuple(limits))
-    crank = pipeline.measured_crank(job.crankshaft, watch, job.balance, _work_on_faces(every))
-    pipeline.check_engine(job, crank.anatomy)
-    factor = pipeline.target_factor(job, crank.anatomy, crank.moments)
-    tolerance = pipeline.tolerance_of(job, crank.anatomy, crank.moments)
-    rotor = _rotor(every, crank, tolerance, factor)
-    rows = compare(rotor, tolerance, limits, job.prefer, progress=progress)
-    initial = Unbalance.of(crank.moments + rotor.loads)
-    return comparison(str(job.path), tolerance, initial.magnitude_g_mm, rows)
-
-
-def _every_kind(job: Job) -> dict[str, Limits]:
-    try:
-        return limits_of_every_kind(job.raw)
-    except JobError as error:
-        raise JobError(f"{job.path.name}: {error}") from None
-
-
-def _rotor(job: Job, crank: Crank, tolerance: Tolerance, factor: float) -> Rotor:
-    loads = pipeline.throw_loads(crank.anatomy, job.engine)
-    attached = pipeline.attached_moments(job.engine.attached)
-    left = pipeline.overbalance_moments(job, tolerance)
-    at_factor = bob_weight_moments(loads, factor) + attached - left
-    causes = None
-    if crank.facets is not None:
-        spacing = doubt.spacing_mm(crank.source)
-        causes = doubt.Causes(job, crank.anatomy, crank.moments, tolerance, factor, crank.facets, spacing)
-    return Rotor(
-        solid=crank.source.solid,
-        moments=crank.moments,
-        density_g_mm3=crank.density_g_mm3,
-        anatomy=crank.anatomy,
-        faces=crank.faces,
-        loads=at_factor,
-        loads_per_factor=bob_weight_moments(loads, 1.0) - bob_weight_moments(loads, 0.0),
-        factor=factor,
-        budget=None if causes is None else causes.budget,
-        exact=crank.source.exact,
-        hidden=None if crank.facets is None else crank.correction.left(crank.facets, crank.anatomy),
-    )
-
-
-def _work_on_faces(job: Job) -> bool:
-    return any(hasattr(limits, "faces") for limits in job.methods)
-
-
-def _record(
-    job: Job,
-    crank: Crank,
-    factor: float,
-    tolerance: Tolerance,
-    result: Result,
-    counterweights: Moments | None,
-) -> Record:
-    planes = tuple(plane.z_mm for plane in tolerance.planes)
-    return Record(
-        command="balance",
-        input=input_file(job.crankshaft.file, crank),
-        crank=MeasuredCrank(
-            crank.moments, crank.volume_mm3, crank.anatomy, _facet_entry(crank, tolerance, result)
-        ),
-        initial=result.initial,
-        surfaces=pipeline.surfaces_entry(crank),
-        planes_z_mm=(planes[0], planes[1]) if planes else None,
-        balanced=Balanced(
-            job=jobs.describe(job),
-            counterweight=_counterweight(counterweights, crank.anatomy, result),
-            loads=_loads(job, crank, factor),
-            factors=_factors(job, crank, factor, result),
-            tolerance=tolerance,
-            result=result,
-        ),
-    )
-
-
-def _facet_entry(crank: Crank, tolerance: Tolerance, result: Result) -> FacetError | None:
-    """Return what the report says of the facets, and whether they are fine enough for the grade."""
-    needed = None
-    if crank.facets is not None and result.doubt is not None:
-        needed = facet_correction.needed(crank.facets, tolerance, result.doubt.shares["facets"])
-    after = None if result.written is None else result.written.added
-    return facet_correction.facet_entry(crank.facets, crank.correction, needed, after)
-
-
-def _counterweights(crank: Crank) -> Moments | None:
-    """Return the moments of the counterweights of a crank of one throw; None without."""
-    if len(crank.anatomy.throws) != 1:
-        return None
-    webs = counterweight_moments(crank.source.solid, crank.anatomy, crank.density_g_mm3)
-    return webs if webs.mass_g > 0.0 else None
-
-
-def _counterweight(webs: Moments | None, anatomy: Anatomy, result: Result) -> Counterweight | None:
-    """Return m_cw and its product with r′.
-
-    The product lacks what unbalance is left along the throw, and what was cut came out of it.
-    """
-    if webs is None:
-        return None
-    along = anatomy.throws[0].direction
-    initial = -float(webs.first_g_mm[:2] @ along)
-    cut = (result.final_moments - result.initial_moments).first_g_mm[:2]
-    return Counterweight(
-        mass_g=webs.mass_g,
-        initial_g_mm=initial,
-        target_g_mm=initial + float(result.initial.resultant_g_mm @ along),
-        final_g_mm=initial - float(cut @ along),
-    )
-
-
-def input_file(path: Path, crank: Crank) -> InputFile:
-    """Return what the report says of the crank's file."""
-    source = crank.source
-    name = source.format.removesuffix("-ascii")  # both are STL
-    return InputFile(str(path), source.sha256, name, source.triangles, source.bodies, source.repairs)
-
-
-def _loads(job: Job, crank: Crank, factor: float) -> Loads:
-    weights = job.engine.default.weights
-    loads = pipeline.throw_loads(crank.anatomy, job.engine)
-    return Loads(
-        pipeline.total_g(weights.rotating),
-        pipeline.total_g(weights.reciprocating),
-        pipeline.total_g(weights.crankpin),
-        {
-            throw.number: load.parts.bob_weight_g(factor)
-            for throw, load in zip(crank.anatomy.throws, loads, strict=True)
-        },
-    )
-
-
-def _factors(job: Job, crank: Crank, factor: float, result: Result) -> Factors:
-    loads = pipeline.throw_loads(crank.anatomy, job.engine)
-    attached = pipeline.attached_moments(job.engine.attached)
-    return Factors(
-        pipeline.crank_factor(result.initial_moments, loads, attached),
-        factor,
-        pipeline.crank_factor(result.final_moments, loads, attached),
-    )
