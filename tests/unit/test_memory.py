@@ -7,6 +7,7 @@ import pytest
 
 AGAIN = """
 import resource
+from threading import Thread
 import numpy as np
 from autobalance.command.memory import keep_freed_memory
 
@@ -14,14 +15,17 @@ KEEP = {keep}
 assert not KEEP or keep_freed_memory()
 np.ones(1 << 23)  # 64 MB, once
 before = resource.getrusage(resource.RUSAGE_SELF).ru_minflt
-for _ in range(10):
+for _ in range(5):
     np.ones(1 << 23)
+    thread = Thread(target=np.ones, args=(1 << 22,))
+    thread.start()
+    thread.join()
 print(resource.getrusage(resource.RUSAGE_SELF).ru_minflt - before)
 """
 
 
 @pytest.mark.skipif(sys.platform != "linux", reason="glibc's allocator")
-def test_pages_are_kept() -> None:
+def test_pages_are_kept_and_serve_every_thread() -> None:
     faults = {
         keep: int(
             subprocess.run(
