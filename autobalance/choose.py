@@ -13,11 +13,11 @@ import sys
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, replace
-from typing import Any, Literal, TypeVar
+from typing import Any, TypeVar
 
 import numpy as np
 
-from autobalance.correction.kind import Apart, Array, Cut, Offer, SharedDepth
+from autobalance.correction.kind import Apart, Array, Cut, Offer, Prefer, SharedDepth
 from autobalance.handful import lightest
 from autobalance.plan import AIM, Plan, four, judged_plan, judged_rows, own_rows, plan_depths
 from autobalance.rotor.moments import Moments
@@ -25,7 +25,6 @@ from autobalance.rotor.tolerance import Tolerance
 from autobalance.rotor.unbalance import Unbalance
 
 _Pair = TypeVar("_Pair", Apart, SharedDepth)
-Prefer = Literal["least_metal", "fewest_holes", "least_inertia_change", "most_inertia_removed"]
 
 POINTS = 3
 """Depths of each cut at which the programme knows its effect exactly."""

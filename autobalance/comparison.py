@@ -9,9 +9,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from autobalance import correction
-from autobalance.choose import Prefer, greatest_multiple
+from autobalance.choose import greatest_multiple
 from autobalance.correction import Limits
-from autobalance.correction.kind import Correction, Offer, Workpiece
+from autobalance.correction.kind import Correction, Offer, Prefer, Workpiece
 from autobalance.crank.anatomy import Anatomy, Web
 from autobalance.errors import CorrectionError
 from autobalance.rebalance import Offers, Outcome, Result, Rotor, balance, workpiece

@@ -9,9 +9,9 @@ from typing import TYPE_CHECKING, Literal
 import numpy as np
 
 from autobalance import correction
-from autobalance.choose import Prefer, choose, least_share
+from autobalance.choose import choose, least_share
 from autobalance.correction import Limits
-from autobalance.correction.kind import Array, Correction, Cut, Offer, Workpiece
+from autobalance.correction.kind import Array, Correction, Cut, Offer, Prefer, Workpiece
 from autobalance.crank.anatomy import Anatomy, Face
 from autobalance.errors import SolidError
 from autobalance.plan import AIM, Plan, Shortfall, explain_shortfall

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
-from typing import Any, Protocol
+from typing import Any, Literal, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
@@ -14,6 +14,8 @@ from autobalance.solid.csg import Solid
 from autobalance.solid.tool import Tool
 
 Array = NDArray[np.float64]
+Prefer = Literal["least_metal", "fewest_holes", "least_inertia_change", "most_inertia_removed"]
+"""What to spare, or to get rid of, among plans that reach the aim."""
 
 
 class Cut(Protocol):

@@ -10,10 +10,10 @@ from collections.abc import Mapping
 from dataclasses import fields
 from typing import Any, Literal, get_type_hints
 
-from autobalance.choose import Prefer
 from autobalance.correction import Limits
 from autobalance.correction.add import AddLimits
 from autobalance.correction.drill import DrillLimits
+from autobalance.correction.kind import Prefer
 from autobalance.correction.shoulder import ShoulderLimits
 from autobalance.correction.slug import SlugLimits
 from autobalance.correction.turn import TurnLimits

@@ -8,8 +8,8 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, Literal
 
-from autobalance.choose import Prefer
 from autobalance.correction import Limits
+from autobalance.correction.kind import Prefer
 from autobalance.crank.anatomy import Overrides
 from autobalance.rotor.margin import Margin
 from autobalance.rotor.tolerance import Judge

@@ -185,9 +185,10 @@ def hash_numbers(numbers: Indices) -> NDArray[np.uint64]:
 
 def least_and_greatest(values: Numbers, triangles: Indices) -> tuple[Numbers, Numbers]:
     """Return the least and the greatest of the values (n,) that each triangle's corners have (m,)."""
+    values = np.ascontiguousarray(values)  # else each take would copy them all
     least, greatest = np.zeros(len(triangles), values.dtype), np.zeros(len(triangles), values.dtype)
     for begin in range(0, len(triangles), CHUNK):
-        a, b, c = values.take(triangles[begin : begin + CHUNK].T)
+        a, b, c = values.take(triangles[begin : begin + CHUNK]).T
         least[begin : begin + CHUNK] = np.minimum(np.minimum(a, b), c)
         greatest[begin : begin + CHUNK] = np.maximum(np.maximum(a, b), c)
     return least, greatest
