@@ -25,7 +25,7 @@ Polygons = list[Array]
 class Solid:
     """A closed, outward, non-overlapping body, or nothing (``is_empty``)."""
 
-    __slots__ = ("_body", "_mesh")
+    __slots__ = ("_body", "_mesh", "_volume_mm3")
 
     def __init__(self, body: m3.Manifold) -> None:
         """Take a manifold3d body; use the named constructors instead."""
@@ -33,6 +33,7 @@ class Solid:
             raise SolidError(f"the solid is not valid: {_status_name(body)}")
         self._body = body
         self._mesh: Mesh | None = None
+        self._volume_mm3: float | None = None
 
     @classmethod
     def from_mesh(cls, mesh: Mesh) -> Solid:
@@ -53,11 +54,11 @@ class Solid:
         body = m3.Manifold(m3.Mesh64(vertices, triangles))
         if body.status() != m3.Error.NoError:
             raise SolidError(f"the mesh does not bound a solid: {_status_name(body)}")
-        if body.is_empty() or body.volume() == 0.0:
-            raise SolidError("the mesh bounds no volume")
-        if body.volume() < 0.0:
-            raise SolidError(f"the mesh is inside out: its volume is {body.volume():.6g} mm³")
         solid = cls(body)
+        if solid.is_empty or solid.volume_mm3 == 0.0:
+            raise SolidError("the mesh bounds no volume")
+        if solid.volume_mm3 < 0.0:
+            raise SolidError(f"the mesh is inside out: its volume is {solid.volume_mm3:.6g} mm³")
         solid._mesh = mesh
         return solid
 
@@ -98,7 +99,9 @@ class Solid:
     @property
     def volume_mm3(self) -> float:
         """Volume [mm³]."""
-        return float(self._body.volume())
+        if self._volume_mm3 is None:
+            self._volume_mm3 = float(self._body.volume())
+        return self._volume_mm3
 
     @property
     def triangle_count(self) -> int:
