@@ -86,7 +86,9 @@ def _lenses(mesh: Mesh, direction: Array, sections: int, most: int) -> tuple[Arr
     level = np.floor((height - low) / step + 0.5).astype(np.int16)
     row, plane = _crossings(mesh, level)
     at = np.asarray(low + (plane + 0.5) * step, dtype=np.float64)
-    start, end, following = _pieces(mesh, height, level, row, plane, at)
+    down, up = _crossed_edges(mesh, level, row, plane)
+    start, end = _on_plane(mesh, height, down, at), _on_plane(mesh, height, up, at)
+    following = _following(down, up, plane, len(mesh.vertices))
     middle, area, depth = _segments(start, end, following, direction, TINY * mesh.diagonal_mm)
     return middle, area * step, depth, sections
 
@@ -96,7 +98,9 @@ def signed_area_mm2(mesh: Mesh, direction: Array, heights: Array) -> Array:
     height = mesh.vertices @ direction
     level = np.searchsorted(heights, height, side="left").astype(np.int16)
     row, plane = _crossings(mesh, level)
-    start, end, _ = _pieces(mesh, height, level, row, plane, heights[plane])
+    start, end = (
+        _on_plane(mesh, height, edges, heights[plane]) for edges in _crossed_edges(mesh, level, row, plane)
+    )
     middle = mesh.bounds.mean(axis=0)
     double = np.cross(start - middle, end - middle) @ direction
     area = 0.5 * np.bincount(plane, weights=double, minlength=len(heights))
@@ -113,10 +117,8 @@ def _crossings(mesh: Mesh, level: Levels) -> tuple[Indices, Indices]:
     return row, first[row] + within
 
 
-def _pieces(
-    mesh: Mesh, height: Array, level: Levels, row: Indices, plane: Indices, at: Array
-) -> tuple[Array, Array, Indices]:
-    """Return where triangles are cut, from (n, 3) to (n, 3), metal on the left, and what follows each."""
+def _crossed_edges(mesh: Mesh, level: Levels, row: Indices, plane: Indices) -> tuple[Indices, Indices]:
+    """Return the edges (n, 2), lower end first, where a section enters and leaves, metal on its left."""
     corners = mesh.triangles.take(row, axis=0)
     above = level.take(corners) > plane[:, None]
     onward = np.roll(corners, -1, axis=1)
@@ -125,17 +127,19 @@ def _pieces(
     ups, downs = np.argmin(turns, axis=1), np.argmax(turns, axis=1)
     up = np.stack([corners[rows, ups], onward[rows, ups]], axis=1)
     down = np.stack([onward[rows, downs], corners[rows, downs]], axis=1)
-    count = len(mesh.vertices)
-    keys = [(pair[:, 0] * count + pair[:, 1]) * 64 + plane for pair in (down, up)]
-    start, end = (_on_plane(mesh, height, pair, at) for pair in (down, up))
+    return down, up
+
+
+def _following(entered: Indices, left: Indices, plane: Indices, count: int) -> Indices:
+    """Return for each cut triangle (n,) the one that is entered on the edge where it is left."""
+    keys = [(edges[:, 0] * count + edges[:, 1]) * 64 + plane for edges in (entered, left)]
     order = np.argsort(keys[0], kind="stable")
     place = np.minimum(np.searchsorted(keys[0][order], keys[1]), len(order) - 1)
-    following = order[place] if len(order) else order
-    return start, end, following
+    return order[place] if len(order) else order
 
 
 def _on_plane(mesh: Mesh, height: Array, pair: Indices, at: Array) -> Array:
-    low, high = height[pair[:, 0]], height[pair[:, 1]]
+    low, high = height.take(pair).T
     share = np.clip((at - low) / np.where(high > low, high - low, 1.0), 0.0, 1.0)[:, None]
     one, other = (mesh.vertices.take(end, axis=0) for end in pair.T)
     point: Array = (1.0 - share) * one + share * other

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 from typing import Any
 
@@ -11,6 +12,11 @@ from numpy.typing import NDArray
 from autobalance.solid.mesh import Array, Indices, least_and_greatest
 
 Numbers = NDArray[np.unsignedinteger[Any]]
+
+FEW_CORNERS = 16
+"""Outlines of no more corners are left as they are."""
+MOSTLY = 0.9
+"""Another round is worth its time where the last one left less than this share."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -72,6 +78,27 @@ def cross_sections(
     for loop in _cycles(following):
         sections[int(station[loop[0]])].append(points[loop])
     return sections
+
+
+def thinned(outline: Array, within_mm: float) -> Array:
+    """Return a closed outline (k, 2) without the corners that stand in line with those beside them.
+
+    Of neighbours only one goes at a time, so that the outline moves by ``within_mm`` in a round at most, and
+    a curve of many short chords keeps as many as that takes. Rounds end when little more is in line.
+    """
+    before = math.inf
+    while FEW_CORNERS < len(outline) < MOSTLY * before:
+        before = len(outline)
+        for first in (0, 1):
+            (x, y), (u, v) = (
+                (np.roll(outline, -1, axis=0) - outline).T,
+                (outline - np.roll(outline, 1, axis=0)).T,
+            )
+            aside = np.abs(u * y - v * x) > within_mm * np.hypot(x + u, y + v)
+            aside[first::2] = True
+            aside[-1] = True  # of an odd number, it and the first are of one kind
+            outline = outline[aside]
+    return outline
 
 
 def _crossed_edges(corner: Indices, up: NDArray[np.bool_]) -> tuple[Indices, Indices]:
