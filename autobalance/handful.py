@@ -13,7 +13,7 @@ import math
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from functools import cached_property
-from itertools import combinations, permutations
+from itertools import permutations, product
 
 import numpy as np
 from numpy.typing import NDArray
@@ -68,7 +68,8 @@ def lightest(
         What cuts weigh at least that were not looked at [g]; what was is lightest to about 0.5 %, since the
         aim leaves some slack that the search leaves out.
     """
-    if _count_at_least(residual, tolerance, offer) > MOST_CUTS:
+    fewest = math.ceil(_count_at_least(residual, tolerance, offer))
+    if fewest > MOST_CUTS:
         return None, 0.0
     field = Field.of(residual, tolerance, offer, aim)
     least = float(field.weight[:, 0].min())
@@ -80,7 +81,7 @@ def lightest(
     lost: set[int] = set()
     best, chosen, unseen = math.inf, None, math.inf
     for level in lowest * np.array(LEVELS):
-        for count in range(1, possible + 1):
+        for count in range(max(fewest, 1), possible + 1):
             top = min(float(level), best)
             if count * least >= top:
                 break
@@ -158,6 +159,18 @@ class Field:
         return cls(offer, depth, np.moveaxis(effect, 2, 1), weight, -rows @ now)
 
     @cached_property
+    def least(self) -> Array:
+        """The effects at the least depths (n, d)."""
+        return np.ascontiguousarray(self.effect[:, :, 0])
+
+    def missed(self, sets: Indices) -> Array:
+        """Return what sets of cuts (m, k) at their least depths leave of what is wanted (m, d)."""
+        left = np.repeat(self.wanted[None], len(sets), axis=0)
+        for members in sets.T:
+            left -= self.least.take(members, axis=0)
+        return left
+
+    @cached_property
     def chord(self) -> Array:
         """What lies between the least and the greatest depth (n, d)."""
         return self.effect[:, :, 2] - self.effect[:, :, 0]
@@ -199,11 +212,17 @@ class Field:
                 most[i, j] = min(most[i, j], -1.0 if never else (pair.most_mm - least[i]) / span[i])
         return most
 
-    def keeps_apart(self, sets: Indices) -> NDArray[np.bool_]:
-        """Tell which sets of cuts (m, k) keep the rules."""
-        good = np.ones(len(sets), dtype=bool)
-        for a, b in combinations(range(sets.shape[1]), 2):
-            good &= self.together[sets[:, a], sets[:, b]] >= 0.0
+    @cached_property
+    def never_both(self) -> NDArray[np.bool_]:
+        """Which two cuts exclude each other (n, n)."""
+        return self.together < 0.0
+
+    def keeps_apart(self, first: Indices, last: Indices) -> NDArray[np.bool_]:
+        """Tell which sets of cuts keep the rules; their first (m, j) and last members (m, k) each do."""
+        good = np.ones(len(first), dtype=bool)
+        for a, b in product(range(first.shape[1]), range(last.shape[1])):
+            good &= ~self.never_both[first[:, a], last[:, b]]
+        sets = np.hstack([first, last])
         for rule in self.offer.counts:
             if rule.most < sets.shape[1]:
                 inside = np.zeros(len(self.weight), dtype=np.int64)
@@ -309,7 +328,7 @@ class _Sets:
         if places is None:
             return False
         field, sets = self.field, self.order[places]
-        missed = _length(field.wanted - field.effect[sets, :, 0].sum(axis=1)) - 0.5 * len(field.wanted)
+        missed = _length(field.missed(sets)) - 0.5 * len(field.wanted)
         weight = np.maximum(
             field.weight[sets, 0].sum(axis=1) + np.maximum(missed, 0.0) / field.reach,
             self.price.bound + np.maximum(self.price.reduced[sets].sum(axis=1), 0.0),
@@ -349,8 +368,10 @@ class _Sets:
             if each.sum() > MOST_SETS:
                 return None
             last = np.repeat(start - np.cumsum(each) + each, each) + np.arange(each.sum())
-            sets = np.hstack([np.repeat(sets, each, axis=0), last[:, None]])
-            sets = sets[(light[sets].sum(axis=1) <= top) & self.field.keeps_apart(self.order[sets])]
+            begun = np.repeat(sets, each, axis=0)
+            apart = self.field.keeps_apart(self.order[begun], self.order[last[:, None]])
+            sets = np.hstack([begun, last[:, None]])
+            sets = sets[apart & (light[sets].sum(axis=1) <= top)]
             spent = reduced[sets].sum(axis=1)
         return sets
 
@@ -369,14 +390,15 @@ class _Sets:
         if sum(light) >= top:
             return np.zeros((0, self.count), dtype=np.int64)
         radius = field.reach * (top - float(sum(light))) + 0.5 * len(field.wanted)
-        tree = cKDTree(field.effect[self.order[few], :, 0].sum(axis=1))
-        other = cKDTree(field.wanted - field.effect[self.order[many], :, 0].sum(axis=1))
+        tree = cKDTree(field.wanted - field.missed(self.order[few]))
+        other = cKDTree(field.missed(self.order[many]))
         if tree.count_neighbors(other, radius) > MOST_MEETINGS:
             return None
         met = tree.sparse_distance_matrix(other, radius, output_type="ndarray")
-        one, rest = few[met["i"]], many[met["j"]]
-        places: Indices = np.hstack([one, rest])[one[:, -1] < rest[:, 0]]
-        return places[field.keeps_apart(self.order[places])]
+        rising = met[few[:, -1].take(met["i"]) < many[:, 0].take(met["j"])]
+        one, rest = few.take(rising["i"], axis=0), many.take(rising["j"], axis=0)
+        places: Indices = np.hstack([one, rest])[field.keeps_apart(self.order[one], self.order[rest])]
+        return places
 
 
 # --- how deep -----------------------------------------------------------------------------------------------
@@ -393,20 +415,20 @@ def _screened(field: Field, sets: Indices) -> _Found:
         high[:, a] = np.minimum(high[:, a], field.together[sets[:, a], sets[:, b]])
     early, chord = field.early[sets], field.chord[sets]
     high += early * high * (1.0 - high)
-    need = field.wanted - field.effect[sets, :, 0].sum(axis=1)
+    need = field.missed(sets)
     along, free = np.zeros(sets.shape), np.ones(sets.shape, dtype=bool)
     for _ in range(CLIPS):
         left = need - _added(chord, np.where(free, 0.0, along))
         answer = _shortest(chord * free[:, :, None], left)
         along = np.where(free, np.clip(answer, 0.0, high), along)
         free &= (answer > 0.0) & (answer < high)
+    left = need - _added(chord, along)
+    good = np.hypot(left[:, 0::2], left[:, 1::2]).max(axis=1) <= 1.0 + field.bend[sets].sum(axis=1)
+    sets, along, high, early = sets[good], along[good], high[good], early[good]
     for _ in range(chord.shape[1] - chord.shape[2]):
         along = _lightened(field, sets, along, high)
-    left = need - _added(chord, along)
     deep = _deep(early, along)
-    weight = _along(field.weight[sets], deep).sum(axis=1)
-    good = np.hypot(left[:, 0::2], left[:, 1::2]).max(axis=1) <= 1.0 + field.bend[sets].sum(axis=1)
-    return _Found(sets[good], deep[good], weight[good])
+    return _Found(sets, deep, _along(field.weight[sets], deep).sum(axis=1))
 
 
 def _added(chord: Array, along: Array) -> Array:
