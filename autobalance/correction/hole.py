@@ -11,7 +11,15 @@ import numpy as np
 from numpy.typing import NDArray
 
 from autobalance.correction.kind import Apart
-from autobalance.correction.walls import Axis, Room, Surface, cross2, greatest_depth_mm, segments_distance_mm
+from autobalance.correction.walls import (
+    Axis,
+    Room,
+    Surface,
+    cross2,
+    greatest_depth_mm,
+    met,
+    segments_distance_mm,
+)
 from autobalance.crank.anatomy import Anatomy, Web
 from autobalance.errors import CorrectionError
 from autobalance.rotor.moments import Moments
@@ -201,10 +209,11 @@ def _rim(near: Surface, web: Web, angle: float, outside: float) -> _Rim | None:
     tangent = np.array([-r_hat[1], r_hat[0], 0.0])
     beside = np.abs(near.centre @ tangent) <= near.reach
     beside &= near.centre @ r_hat >= -near.reach
-    strip = near._take(np.flatnonzero(beside))
+    line = Axis(r_hat * outside, -r_hat)
+    strip, upward = line.local(near.corners[beside]), line.placement[2, :3]
 
     def radius(z: float) -> float:
-        depth, _ = strip.hits(Axis(r_hat * outside + np.array([0.0, 0.0, z]), -r_hat))
+        depth, _ = met(strip - z * upward)
         return outside - float(depth[0]) if len(depth) and depth[0] < outside else 0.0
 
     thickness = web.z_max_mm - web.z_min_mm

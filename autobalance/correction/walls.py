@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
@@ -36,15 +37,17 @@ class Axis:
     entry_mm: Array
     inward: Array
 
-    @property
+    @cached_property
     def placement(self) -> Array:
         """Rigid motion (4, 4) from local coordinates to the rotor frame."""
         u = self.inward
-        helper = np.eye(3)[int(np.argmin(np.abs(u)))]
-        x = np.cross(helper, u)
-        x /= np.linalg.norm(x)
+        a, b, c = u.tolist()  # np.cross of two vectors takes as long as all the rest
+        x = np.array(((0.0, -c, b), (c, 0.0, -a), (-b, a, 0.0))[int(np.argmin(np.abs(u)))])
+        x /= math.hypot(*x)
+        d, e, f = x.tolist()
         place = np.eye(4)
-        place[:3, 0], place[:3, 1], place[:3, 2], place[:3, 3] = x, np.cross(u, x), u, self.entry_mm
+        place[:3, 0], place[:3, 1] = x, (b * f - c * e, c * d - a * f, a * e - b * d)
+        place[:3, 2], place[:3, 3] = u, self.entry_mm
         return place
 
     def local(self, points_mm: Array) -> Array:
@@ -92,17 +95,7 @@ class Surface:
 
     def hits(self, axis: Axis) -> tuple[Array, Indices]:
         """Return where the line along an axis meets the triangles: τ, ascending, and the triangles' rows."""
-        local = axis.local(self.corners)
-        a, b, c = local[:, 0, :2], local[:, 1, :2], local[:, 2, :2]
-        weights = np.stack([cross2(b, c), cross2(c, a), cross2(a, b)], axis=1)
-        total = weights.sum(1)
-        across = np.abs(total) > 1e-12  # seen edge-on, a triangle is met through its neighbours
-        weights = weights[across] / total[across, None]
-        inside = (weights >= -1e-9).all(1)  # a line through an edge meets both its triangles
-        rows = np.flatnonzero(across)[inside]
-        depth = (weights[inside] * local[rows][:, :, 2]).sum(1)
-        order = np.argsort(depth, kind="stable")
-        return depth[order], rows[order]
+        return met(axis.local(self.corners))
 
     def others(self, axis: Axis, entry_row: int) -> tuple[Array | None, float]:
         """Return the triangles (k, 3, 3) that are no continuation of the entry, and the entry's least τ.
@@ -121,6 +114,20 @@ class Surface:
         other[same] = False
         local = axis.local(self.corners)
         return local[other], float(local[same][:, :, 2].min())
+
+
+def met(local: Array) -> tuple[Array, Indices]:
+    """Return where the local axis meets triangles (k, 3, 3): τ, ascending, and the triangles' rows."""
+    a, b, c = local[:, 0, :2], local[:, 1, :2], local[:, 2, :2]
+    weights = np.stack([cross2(b, c), cross2(c, a), cross2(a, b)], axis=1)
+    total = weights.sum(1)
+    across = np.abs(total) > 1e-12  # seen edge-on, a triangle is met through its neighbours
+    weights = weights[across] / total[across, None]
+    inside = (weights >= -1e-9).all(1)  # a line through an edge meets both its triangles
+    rows = np.flatnonzero(across)[inside]
+    depth = (weights[inside] * local[rows][:, :, 2]).sum(1)
+    order = np.argsort(depth, kind="stable")
+    return depth[order], rows[order]
 
 
 def edge_pairs(vertex: Indices) -> tuple[Indices, Indices]:
