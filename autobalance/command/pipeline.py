@@ -106,6 +106,7 @@ def measured_crank(
     with watch.stage("load"):
         source = _read(crankshaft, recognition.begin)
     with watch.stage("measure"):
+        in_file = source.moments(crankshaft.density_g_mm3)
         try:
             anatomy = recognition.anatomy(source)
         except RecognitionError as error:
@@ -113,7 +114,7 @@ def measured_crank(
         looking = beside(
             lambda: find_faces(source.solid.mesh, anatomy, source.surfaces) if with_faces else ()
         )
-        moments = source.moments(crankshaft.density_g_mm3).moved(anatomy.file_to_rotor)
+        moments = in_file.moved(anatomy.file_to_rotor)
         facets = facets_of(source, crankshaft.density_g_mm3, anatomy, asked)
         correction = NOT_ASKED
         if facets is not None and asked is not None:
