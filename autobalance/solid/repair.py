@@ -10,6 +10,7 @@ from itertools import combinations
 import numpy as np
 from numpy.typing import NDArray
 
+from autobalance.beside import beside
 from autobalance.errors import SolidError
 from autobalance.solid.adjacency import sides_of
 from autobalance.solid.components import components, numbered_components
@@ -145,7 +146,7 @@ def signed_volume_mm3(mesh: Mesh) -> float:
     return mesh_moments(mesh, 1.0).mass_g
 
 
-def solid_of(mesh: Mesh) -> tuple[Solid, list[str]]:
+def solid_of(welded: Mesh) -> tuple[Solid, list[str]]:
     """Build a solid from a welded mesh, with what had to be done to it, from harmless to doubtful.
 
     Pairs of triangles that face each other are cancelled; then, only if the mesh is not closed, near vertices
@@ -156,7 +157,9 @@ def solid_of(mesh: Mesh) -> tuple[Solid, list[str]]:
     SolidError
         If the mesh stays open, bounds nothing or contradicts itself.
     """
-    mesh, notes = _cancel_pairs(mesh)
+    areas = beside(lambda: welded.doubled_areas)  # are asked for later, and nothing runs beside building
+    mesh, notes = _cancel_pairs(welded)
+    areas.result()
     try:
         return Solid.from_mesh(mesh), notes
     except SolidError:
