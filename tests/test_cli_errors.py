@@ -341,7 +341,15 @@ def test_not_enough_memory_is_one_line(
 # --- Ctrl-C -------------------------------------------------------------------------------------------------
 
 
-@pytest.mark.parametrize("where", ["pipeline.measured_crank", "run.balance", "run.encode", "run.report"])
+@pytest.mark.parametrize(
+    "where",
+    [
+        "command.run.measured_crank",
+        "command.balancing.balance",
+        "command.balancing.encode",
+        "report.json.report",
+    ],
+)
 def test_an_interrupted_run_leaves_nothing(
     where: str, tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -351,7 +359,7 @@ def test_an_interrupted_run_leaves_nothing(
     def interrupt(*_: object, **__: object) -> None:
         raise KeyboardInterrupt
 
-    monkeypatch.setattr(f"autobalance.command.{where}", interrupt)
+    monkeypatch.setattr(f"autobalance.{where}", interrupt)
     assert jobs.run("balance", job, "-o", tmp_path / "out") == 130
     assert "interrupted" in capsys.readouterr().err
     assert jobs.folder_state(tmp_path) == before
