@@ -26,6 +26,7 @@ from autobalance.rotor.unbalance import Unbalance
 Indices = NDArray[np.int64]
 
 MOST_CUTS = 7
+"""Cuts in a set at most: more are the integer programme's."""
 LEVELS = (1.0025, 1.005, 1.01, 1.02, *(1.04**n for n in range(1, 50)))
 """Weights up to which sets are looked for, over the least that the bounds allow."""
 PLACES = (0.0, 0.04, 0.1, 0.2, 0.4, 0.7, 1.0)
@@ -39,6 +40,7 @@ TRIED = 8
 BEYOND = 1.25
 """How far the levels rise beyond the least weight of sets that are too many to look at."""
 CLIPS = 3
+"""How often the rest goes again along the chords that have not come to an end."""
 MOST_LATE = 0.99
 """Curves that would run backwards at first are taken to start slowly."""
 
@@ -163,12 +165,12 @@ class Field:
         """The effects at the least depths (n, d)."""
         return np.ascontiguousarray(self.effect[:, :, 0])
 
-    def missed(self, sets: Indices) -> Array:
-        """Return what sets of cuts (m, k) at their least depths leave of what is wanted (m, d)."""
-        left = np.repeat(self.wanted[None], len(sets), axis=0)
+    def at_least(self, sets: Indices) -> Array:
+        """Return what sets of cuts (m, k) at their least depths add up to (m, d)."""
+        total = np.zeros((len(sets), len(self.wanted)))
         for members in sets.T:
-            left -= self.least.take(members, axis=0)
-        return left
+            total += self.least.take(members, axis=0)
+        return total
 
     @cached_property
     def chord(self) -> Array:
@@ -328,7 +330,7 @@ class _Sets:
         if places is None:
             return False
         field, sets = self.field, self.order[places]
-        missed = _length(field.missed(sets)) - 0.5 * len(field.wanted)
+        missed = _length(field.wanted - field.at_least(sets)) - 0.5 * len(field.wanted)
         weight = np.maximum(
             field.weight[sets, 0].sum(axis=1) + np.maximum(missed, 0.0) / field.reach,
             self.price.bound + np.maximum(self.price.reduced[sets].sum(axis=1), 0.0),
@@ -390,8 +392,8 @@ class _Sets:
         if sum(light) >= top:
             return np.zeros((0, self.count), dtype=np.int64)
         radius = field.reach * (top - float(sum(light))) + 0.5 * len(field.wanted)
-        tree = cKDTree(field.wanted - field.missed(self.order[few]))
-        other = cKDTree(field.missed(self.order[many]))
+        tree = cKDTree(field.at_least(self.order[few]))
+        other = cKDTree(field.wanted - field.at_least(self.order[many]))
         if tree.count_neighbors(other, radius) > MOST_MEETINGS:
             return None
         met = tree.sparse_distance_matrix(other, radius, output_type="ndarray")
@@ -415,7 +417,7 @@ def _screened(field: Field, sets: Indices) -> _Found:
         high[:, a] = np.minimum(high[:, a], field.together[sets[:, a], sets[:, b]])
     early, chord = field.early[sets], field.chord[sets]
     high += early * high * (1.0 - high)
-    need = field.missed(sets)
+    need = field.wanted - field.at_least(sets)
     along, free = np.zeros(sets.shape), np.ones(sets.shape, dtype=bool)
     for _ in range(CLIPS):
         left = need - _added(chord, np.where(free, 0.0, along))

@@ -67,6 +67,7 @@ def run_job(
     with Staging([folder] + ([copy.parent] if copy else [])) as staging:
         progress("reading the crank")
         crank = measured_crank(job.crankshaft, watch, job.balance, work_on_faces(job))
+        # not before: ``_prepare`` has loaded them by now
         from autobalance.command.balancing import balanced_record
         from autobalance.report.json import dumps, report, solid_entry
 

@@ -16,6 +16,7 @@ from autobalance.solid.components import numbered_components
 from autobalance.solid.facet_surfaces import SMOOTH_RAD, Flags
 from autobalance.solid.facets import FacetError
 from autobalance.solid.mesh import Array, Indices, Mesh, least_and_greatest
+from autobalance.solid.slices import crossed_edges, following_of
 
 Levels = NDArray[np.int16]
 
@@ -86,9 +87,9 @@ def _lenses(mesh: Mesh, direction: Array, sections: int, most: int) -> tuple[Arr
     level = np.floor((height - low) / step + 0.5).astype(np.int16)
     row, plane = _crossings(mesh, level)
     at = np.asarray(low + (plane + 0.5) * step, dtype=np.float64)
-    down, up = _crossed_edges(mesh, level, row, plane)
-    start, end = _on_plane(mesh, height, down, at), _on_plane(mesh, height, up, at)
-    following = _following(down, up, plane, len(mesh.vertices))
+    entered, left = _edges(mesh, level, row, plane)
+    start, end = _on_plane(mesh, height, entered, at), _on_plane(mesh, height, left, at)
+    following = following_of(entered, left, plane, len(mesh.vertices))
     middle, area, depth = _segments(start, end, following, direction, TINY * mesh.diagonal_mm)
     return middle, area * step, depth, sections
 
@@ -98,9 +99,7 @@ def signed_area_mm2(mesh: Mesh, direction: Array, heights: Array) -> Array:
     height = mesh.vertices @ direction
     level = np.searchsorted(heights, height, side="left").astype(np.int16)
     row, plane = _crossings(mesh, level)
-    start, end = (
-        _on_plane(mesh, height, edges, heights[plane]) for edges in _crossed_edges(mesh, level, row, plane)
-    )
+    start, end = (_on_plane(mesh, height, edges, heights[plane]) for edges in _edges(mesh, level, row, plane))
     middle = mesh.bounds.mean(axis=0)
     double = np.cross(start - middle, end - middle) @ direction
     area = 0.5 * np.bincount(plane, weights=double, minlength=len(heights))
@@ -117,31 +116,16 @@ def _crossings(mesh: Mesh, level: Levels) -> tuple[Indices, Indices]:
     return row, first[row] + within
 
 
-def _crossed_edges(mesh: Mesh, level: Levels, row: Indices, plane: Indices) -> tuple[Indices, Indices]:
-    """Return the edges (n, 2), lower end first, where a section enters and leaves, metal on its left."""
+def _edges(mesh: Mesh, level: Levels, row: Indices, plane: Indices) -> tuple[Indices, Indices]:
+    """Return the edges (n, 2) where cut triangles are entered and left."""
     corners = mesh.triangles.take(row, axis=0)
-    above = level.take(corners) > plane[:, None]
-    onward = np.roll(corners, -1, axis=1)
-    turns = above.astype(np.int8) - np.roll(above, -1, axis=1)  # +1: the edge goes down through the plane
-    rows = np.arange(len(row))
-    ups, downs = np.argmin(turns, axis=1), np.argmax(turns, axis=1)
-    up = np.stack([corners[rows, ups], onward[rows, ups]], axis=1)
-    down = np.stack([onward[rows, downs], corners[rows, downs]], axis=1)
-    return down, up
+    return crossed_edges(corners, level.take(corners) > plane[:, None])
 
 
-def _following(entered: Indices, left: Indices, plane: Indices, count: int) -> Indices:
-    """Return for each cut triangle (n,) the one that is entered on the edge where it is left."""
-    keys = [(edges[:, 0] * count + edges[:, 1]) * 64 + plane for edges in (entered, left)]
-    order = np.argsort(keys[0], kind="stable")
-    place = np.minimum(np.searchsorted(keys[0][order], keys[1]), len(order) - 1)
-    return order[place] if len(order) else order
-
-
-def _on_plane(mesh: Mesh, height: Array, pair: Indices, at: Array) -> Array:
-    low, high = height.take(pair).T
-    share = np.clip((at - low) / np.where(high > low, high - low, 1.0), 0.0, 1.0)[:, None]
-    one, other = (mesh.vertices.take(end, axis=0) for end in pair.T)
+def _on_plane(mesh: Mesh, height: Array, edges: Indices, at: Array) -> Array:
+    first, last = height.take(edges).T
+    share = np.clip((at - first) / np.where(last != first, last - first, 1.0), 0.0, 1.0)[:, None]
+    one, other = (mesh.vertices.take(end, axis=0) for end in edges.T)
     point: Array = (1.0 - share) * one + share * other
     return point
 

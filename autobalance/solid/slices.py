@@ -71,9 +71,9 @@ def cross_sections(
     corner = np.repeat(triangles[hit], crossings, axis=0)
     before = np.cumsum(crossings) - crossings
     station = np.repeat(first - before, crossings) + np.arange(len(corner))
-    start, end = _crossed_edges(corner, vertices[corner, 2] >= heights_mm[station][:, None])
+    start, end = crossed_edges(corner, vertices[corner, 2] >= heights_mm[station][:, None])
     points = _points_on(start, vertices, heights_mm[station])
-    following = _following(start, end, station, len(vertices))
+    following = following_of(start, end, station, len(vertices))
     sections: list[list[Array]] = [[] for _ in heights_mm]
     for loop in _cycles(following):
         sections[int(station[loop[0]])].append(points[loop])
@@ -101,8 +101,11 @@ def thinned(outline: Array, within_mm: float) -> Array:
     return outline
 
 
-def _crossed_edges(corner: Indices, up: NDArray[np.bool_]) -> tuple[Indices, Indices]:
-    """Return the edges (k, 2) where the section enters and leaves each triangle, metal on its left."""
+def crossed_edges(corner: Indices, up: NDArray[np.bool_]) -> tuple[Indices, Indices]:
+    """Return the edges (k, 2), lower number first, where a section enters and leaves triangles (k, 3).
+
+    ``up`` (k, 3) tells which corners lie above it; metal is on its left.
+    """
     row = np.arange(len(corner))
     a, b, c = up.T
     lone = np.where(b == c, 0, np.where(a == c, 1, 2))
@@ -120,8 +123,18 @@ def _points_on(edges: Indices, vertices: Array, height: Array) -> Array:
     return np.stack([axis[i] + share * (axis[j] - axis[i]) for axis in (x, y)], axis=1)
 
 
-def _following(start: Indices, end: Indices, station: Indices, count: int) -> Indices:
-    """Return for each segment the one that begins on the edge where it ends."""
+def following_of(start: Indices, end: Indices, station: Indices, count: int) -> Indices:
+    """Return for each segment the one that begins on the edge where it ends, in the same section.
+
+    Parameters
+    ----------
+    start, end : (k, 2) int
+        Edges.
+    station : (k,) int
+        The section that each segment is in.
+    count : int
+        Vertices in all.
+    """
     plane = station * (count * count)
     begins = np.argsort(plane + start[:, 0] * count + start[:, 1])
     ends = np.argsort(plane + end[:, 0] * count + end[:, 1])
