@@ -19,6 +19,9 @@ Numbers = NDArray[Any]
 CHUNK = 1 << 13
 """Triangles at a time: their corners stay in the processor's cache."""
 
+LOCAL = 10_000
+"""Vertices that stay in the processor's cache: the numbers of a triangle's corners should span no more."""
+
 SAMPLE = 40_000
 """Triangles that stand for all: the largest, and as many spread evenly over the rest."""
 
@@ -181,6 +184,53 @@ def hash_numbers(numbers: Indices) -> NDArray[np.uint64]:
     key *= np.uint64(0xD6E8FEB86659FD93)
     key ^= key >> np.uint64(32)
     return key
+
+
+def in_space_order(mesh: Mesh) -> Mesh:
+    """Return the mesh with what lies together in space together in memory, if its file has it scattered.
+
+    A solid of a million scattered triangles takes a third longer to build, and every look at them as well.
+    Vertices are sorted along Morton's curve (G. M. Morton, 1966), triangles by the first of their vertices.
+    """
+    some = mesh.triangles[:: max(1, len(mesh.triangles) // CHUNK)]
+    if len(some) == 0 or np.median(np.ptp(some, axis=1)) <= LOCAL:
+        return mesh
+    low, high = mesh.bounds
+    extent = float((high - low).max())
+    code = np.zeros(len(mesh.vertices), dtype=np.uint64)
+    for axis, (column, least) in enumerate(zip(mesh.vertices.T, low, strict=True)):
+        cell = ((column - least) / extent * (len(MORTON) - 1)).astype(np.int64)
+        code |= MORTON.take(cell) << np.uint64(axis)
+    order = _sorting_order(code)
+    number = np.zeros(len(order), dtype=np.int64)
+    number[order] = np.arange(len(order))
+    triangles = number.take(mesh.triangles)
+    a, b, c = triangles.T
+    first = np.minimum(np.minimum(a, b), c).view(np.uint64)
+    return Mesh(mesh.vertices.take(order, axis=0), triangles.take(_sorting_order(first), axis=0))
+
+
+def _sorting_order(numbers: NDArray[np.uint64]) -> Indices:
+    """Return the rows of numbers (k,) in rising order; those of a cell and its row must fit in 64 bits."""
+    bits = np.uint64(len(numbers).bit_length())
+    key = numbers << bits
+    key |= np.arange(len(numbers), dtype=np.uint64)
+    key.sort()
+    key &= (np.uint64(1) << bits) - np.uint64(1)
+    return key.view(np.int64)
+
+
+def _every_third_bit(bits: int) -> NDArray[np.uint64]:
+    """Return the numbers below 2 ** ``bits`` with two zeros put in after each of their binary digits."""
+    numbers = np.arange(1 << bits, dtype=np.uint64)
+    spread = np.zeros_like(numbers)
+    for bit in range(bits):
+        spread |= (numbers >> np.uint64(bit) & np.uint64(1)) << np.uint64(3 * bit)
+    return spread
+
+
+MORTON = _every_third_bit(10)
+"""For each of 1024 cells along an axis, its part in a Morton number."""
 
 
 def least_and_greatest(values: Numbers, triangles: Indices) -> tuple[Numbers, Numbers]:

@@ -17,7 +17,7 @@ from autobalance.rotor.moments import Moments
 from autobalance.solid.csg import Solid, union
 from autobalance.solid.formats import ALIASES, FORMATS, Format, kind_of
 from autobalance.solid.gate import check_solid
-from autobalance.solid.mesh import Array, Mesh, weld, without_collapsed
+from autobalance.solid.mesh import Array, Mesh, in_space_order, weld, without_collapsed
 from autobalance.solid.raw import Raw
 from autobalance.solid.repair import Body, are_apart, bodies_of, solid_of, volume_change
 from autobalance.units import MM_PER
@@ -222,7 +222,7 @@ def _welded(raw: Raw, mm_per_unit: float) -> tuple[Mesh, list[str]]:
         notes.append(f"exact weld: {raw.vertices} vertices became {len(distinct)}")
     if len(triangles) < len(soup):
         notes.append(f"{len(soup) - len(triangles)} collapsed triangles dropped")
-    return mesh, notes
+    return in_space_order(mesh), notes
 
 
 def _solid(

@@ -7,7 +7,7 @@ from autobalance.errors import SolidError
 from autobalance.solid import mesh as mesh_module
 from autobalance.solid.csg import Region, Solid, union
 from autobalance.solid.measure import mesh_moments
-from autobalance.solid.mesh import Floats, Mesh, mesh_of_soup, weld, without_collapsed
+from autobalance.solid.mesh import LOCAL, Floats, Mesh, in_space_order, mesh_of_soup, weld, without_collapsed
 
 ROUNDING = 1e-12
 
@@ -52,6 +52,44 @@ def test_soup_becomes_a_box_again() -> None:
     mesh = mesh_of_soup(body.mesh.corners.astype(np.float32), mm_per_unit=25.4)
     assert len(mesh.vertices) == 8
     assert Solid.from_mesh(mesh).volume_mm3 == pytest.approx(24 * 25.4**3, rel=ROUNDING)
+
+
+def grid(side: int) -> Mesh:
+    """Return a plane of side² squares, row by row."""
+    x, y = np.meshgrid(np.arange(side + 1.0), np.arange(side + 1.0), indexing="ij")
+    vertices = np.stack([x, y, 0.1 * x - 0.2 * y], axis=2).reshape(-1, 3)
+    corner = (np.arange(side)[:, None] * (side + 1) + np.arange(side)).reshape(-1)
+    low = np.stack([corner, corner + side + 1, corner + side + 2], axis=1)
+    return Mesh(vertices, np.concatenate([low, np.stack([corner, corner + side + 2, corner + 1], axis=1)]))
+
+
+def corner_rows(mesh: Mesh) -> list[list[float]]:
+    return sorted(mesh.corners.reshape(-1, 9).tolist())
+
+
+def span(mesh: Mesh) -> float:
+    return float(np.median(np.ptp(mesh.triangles, axis=1)))
+
+
+def test_scattered_triangles_are_put_together_and_stay_what_they_are() -> None:
+    tidy = grid(200)
+    rng = np.random.default_rng(2)
+    number = rng.permutation(len(tidy.vertices))
+    vertices = np.zeros_like(tidy.vertices)
+    vertices[number] = tidy.vertices
+    scattered = Mesh(vertices, rng.permutation(number[tidy.triangles]))
+    assert span(scattered) > LOCAL
+    ordered = in_space_order(scattered)
+    assert span(ordered) < 200
+    assert corner_rows(ordered) == corner_rows(scattered)  # each with its corners in the same order
+    assert np.median(np.abs(np.diff(ordered.triangles[:, 0]))) < 10
+
+
+def test_triangles_in_order_are_left_as_they_are() -> None:
+    tidy = grid(200)
+    assert in_space_order(tidy) is tidy
+    nothing = Mesh(np.zeros((0, 3)), np.zeros((0, 3), dtype=np.int64))
+    assert in_space_order(nothing) is nothing
 
 
 def test_moments_of_a_box() -> None:
