@@ -27,7 +27,7 @@ Indices = NDArray[np.int64]
 
 MOST_CUTS = 7
 """Cuts in a set at most: more are the integer programme's."""
-LEVELS = (1.0025, 1.005, 1.01, 1.02, *(1.04**n for n in range(1, 50)))
+LEVELS = (1.0025, 1.005, 1.01, 1.02, 1.03, *(1.04**n for n in range(1, 50)))
 """Weights up to which sets are looked for, over the least that the bounds allow."""
 PLACES = (0.0, 0.04, 0.1, 0.2, 0.4, 0.7, 1.0)
 """Where along the curves the linear programme knows them; closer where they are light."""
@@ -285,6 +285,7 @@ def _price(field: Field, count: int | None) -> _Price:
         A_eq=None if count is None else np.ones((1, columns.shape[1])),
         b_eq=None if count is None else [count],
         method="highs",
+        options={"presolve": False},  # presolving takes as long as all the rest
     )
     if answer.x is None:
         return _Price(math.inf, np.zeros(len(field.weight)))
@@ -318,14 +319,17 @@ class _Sets:
         self.order = np.argsort(self.price.reduced, kind="stable")
         self.least = float(field.weight[:, 0].min())
         self.seen = self.price.bound
+        self.are_many = False
+        self.meetings = MOST_MEETINGS
         self.found = _screened(field, np.zeros((0, count), dtype=np.int64))
 
     def look(self, top: float) -> bool:
         """Look through the sets up to a weight that have not been yet; tell whether they were few enough."""
         if self.price.bound >= top:
             return True
-        places = self._begun((self.count, 0), top - self.price.bound, top)
+        places = None if self.are_many else self._begun((self.count, 0), top - self.price.bound, top)
         if places is None:
+            self.are_many = True  # and all the more at higher weights
             places = self._met(top)
         if places is None:
             return False
@@ -394,9 +398,10 @@ class _Sets:
         radius = field.reach * (top - float(sum(light))) + 0.5 * len(field.wanted)
         tree = cKDTree(field.at_least(self.order[few]))
         other = cKDTree(field.wanted - field.at_least(self.order[many]))
-        if tree.count_neighbors(other, radius) > MOST_MEETINGS:
+        if 2 * self.meetings > MOST_MEETINGS and tree.count_neighbors(other, radius) > MOST_MEETINGS:
             return None
         met = tree.sparse_distance_matrix(other, radius, output_type="ndarray")
+        self.meetings = len(met)
         rising = met[few[:, -1].take(met["i"]) < many[:, 0].take(met["j"])]
         one, rest = few.take(rising["i"], axis=0), many.take(rising["j"], axis=0)
         places: Indices = np.hstack([one, rest])[field.keeps_apart(self.order[one], self.order[rest])]
@@ -412,6 +417,8 @@ def _screened(field: Field, sets: Indices) -> _Found:
     The shortest way along the chords that makes it up; ends that are passed are kept and the rest goes again.
     Then, of more cuts than needed, metal is saved as long as some still can be.
     """
+    if sets.shape[1] < len(field.wanted):
+        sets = sets[_can_meet(field, sets)]
     high = np.ones(sets.shape)
     for a, b in permutations(range(sets.shape[1]), 2):
         high[:, a] = np.minimum(high[:, a], field.together[sets[:, a], sets[:, b]])
@@ -425,12 +432,24 @@ def _screened(field: Field, sets: Indices) -> _Found:
         along = np.where(free, np.clip(answer, 0.0, high), along)
         free &= (answer > 0.0) & (answer < high)
     left = need - _added(chord, along)
-    good = np.hypot(left[:, 0::2], left[:, 1::2]).max(axis=1) <= 1.0 + field.bend[sets].sum(axis=1)
+    good = np.hypot(left[:, 0::2], left[:, 1::2]).max(axis=1) <= _play(field, sets)
     sets, along, high, early = sets[good], along[good], high[good], early[good]
     for _ in range(chord.shape[1] - chord.shape[2]):
         along = _lightened(field, sets, along, high)
     deep = _deep(early, along)
     return _Found(sets, deep, _along(field.weight[sets], deep).sum(axis=1))
+
+
+def _play(field: Field, sets: Indices) -> Array:
+    """Return how far judged vectors may end from what is wanted (m,), in units of the aim."""
+    return np.asarray(1.0 + field.bend[sets].sum(axis=1))
+
+
+def _can_meet(field: Field, sets: Indices) -> NDArray[np.bool_]:
+    """Tell which sets, of fewer cuts than there are directions, meet it all anywhere along their chords."""
+    chord, need = field.chord[sets], field.wanted - field.at_least(sets)
+    left = need - _added(chord, _shortest(chord, need))
+    return np.asarray((left**2).sum(axis=1) <= 0.5 * left.shape[1] * _play(field, sets) ** 2)
 
 
 def _added(chord: Array, along: Array) -> Array:

@@ -103,19 +103,18 @@ def plan_depths(
     depths = least if start_mm is None else np.clip(start_mm, least, most)
     if same_depth and count:
         depths = np.full(count, min(depths.mean(), most.min()))
-    best = judged_plan(residual, tolerance, cuts, depths)
+    best, spent = _looked_at(residual, tolerance, cuts, depths, cost)
     trust = math.inf
     for _ in range(STEPS if count else 0):
         near = np.maximum(least, depths - trust), np.minimum(most, depths + trust)
-        wanted = _tangent_step(residual, tolerance, cuts, depths, near, same_depth, shared, aim, cost)
-        here = judged_plan(residual, tolerance, cuts, wanted)
+        wanted = _tangent_step(best, tolerance, cuts, near, same_depth, shared, aim, cost)
+        here, spends = _looked_at(residual, tolerance, cuts, wanted, cost)
         moved = float(np.abs(wanted - depths).max())
-        good = worth > 0.0 and best.share <= aim * (1.0 + 1e-6)
-        if _is_better(here, best, cuts, aim, cost):
-            done = good and _total(best, cuts, cost) - _total(here, cuts, cost) <= worth * _total(
-                here, cuts, cost
-            )
-            best, depths = here, wanted
+        enough = aim * (1.0 + 1e-6)
+        good = worth > 0.0 and best.share <= enough
+        if spends < spent if max(here.share, best.share) <= enough else here.share < best.share:
+            done = good and spent - spends <= worth * spends
+            best, spent, depths = here, spends, wanted
         else:  # the curves bend away from the tangent: look nearer
             done = good and moved <= ONLY_MM
             trust = 0.25 * min(trust, moved)
@@ -133,22 +132,24 @@ def plan_depths(
 
 def judged_plan(residual: Unbalance, tolerance: Tolerance, cuts: Sequence[Cut], depths: Array) -> Plan:
     """Return what depths leave on the exact curves."""
-    for cut, depth in zip(cuts, depths, strict=True):
+    return _looked_at(residual, tolerance, cuts, depths, metal_g)[0]
+
+
+def _looked_at(
+    residual: Unbalance,
+    tolerance: Tolerance,
+    cuts: Sequence[Cut],
+    depths: Array,
+    cost: Callable[[Moments], float],
+) -> tuple[Plan, float]:
+    """Return what depths leave on the exact curves, and what they cost."""
+    total = 0.0
+    for cut, depth in zip(cuts, depths.tolist(), strict=True):
         if depth > 0.0:
-            residual = residual + Unbalance.of(cut.effect(float(depth)))
-    return Plan(depths, residual, tolerance.used_share(residual), ())
-
-
-def _is_better(
-    one: Plan, other: Plan, cuts: Sequence[Cut], aim: float, cost: Callable[[Moments], float]
-) -> bool:
-    if max(one.share, other.share) <= aim * (1.0 + 1e-6):
-        return _total(one, cuts, cost) < _total(other, cuts, cost)
-    return one.share < other.share
-
-
-def _total(plan: Plan, cuts: Sequence[Cut], cost: Callable[[Moments], float]) -> float:
-    return sum(cost(cut.effect(float(depth))) for cut, depth in zip(cuts, plan.depths_mm, strict=True))
+            change = cut.effect(depth)
+            residual = residual + Unbalance.of(change)
+            total += cost(change)
+    return Plan(depths, residual, tolerance.used_share(residual), ()), total
 
 
 def four(change: Moments) -> Array:
@@ -177,23 +178,21 @@ def own_rows(tolerance: Tolerance) -> Array:
 
 
 def _tangent_step(
-    residual: Unbalance,
+    here: Plan,
     tolerance: Tolerance,
     cuts: Sequence[Cut],
-    depths: Array,
     bounds: tuple[Array, Array],
     same_depth: bool,
     shared: Sequence[SharedDepth],
     aim: float,
     cost_of: Callable[[Moments], float],
 ) -> Array:
-    """Solve the linear programme of the tangent at ``depths`` for (depths, excess share, greatest depth)."""
+    """Solve the linear programme of the tangent at a plan for (depths, excess share, greatest depth)."""
     count = len(cuts)
     least, most = bounds
+    depths, now = here.depths_mm, here.predicted.components
     rates = [cut.rate(float(depth)) for cut, depth in zip(cuts, depths, strict=True)]
     slopes = np.array([four(rate) for rate in rates]).T
-    here = judged_plan(residual, tolerance, cuts, depths).predicted
-    now = here.components
     rows = judged_rows(tolerance)
     matrix, at_zero = rows @ slopes, rows @ (now - slopes @ depths)
     if not shared:
@@ -242,7 +241,7 @@ def _tangent_step(
     if answer.x is None:  # the depths at hand are always feasible: the excess is free
         raise CorrectionError(
             f"the planner cannot compute with a permissible {tolerance.permissible_g_mm:.3g} g·mm and "
-            f"{residual.magnitude_g_mm:.3g} g·mm to correct; check masses, speed and grade"
+            f"{here.predicted.magnitude_g_mm:.3g} g·mm to correct; check masses, speed and grade"
         )
     return np.clip(answer.x[:count], least, most)
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
+from functools import cached_property
 from typing import Literal
 
 import numpy as np
@@ -39,7 +40,8 @@ CLEAR_MM = 1.0
 RIM_SHARE = 0.97
 """The rim is where the web reaches this share of its radius at that angle."""
 RAYS = 9
-EYE = np.eye(3)
+Round = tuple[float, float, float, float]
+"""A body of revolution about a hole's axis: volume, its centre's depth, mean squares across and along."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -66,7 +68,7 @@ class Hole:
 
     def removed(self, depth_mm: float) -> Moments:
         """Return the volume moments of the metal that a hole of this depth, ≥ ``whole_mm``, removes."""
-        return self.mouth + self.column(self.reference_mm, depth_mm) + self._point(depth_mm)
+        return self.mouth + self._round(self._cylinder(self.reference_mm, depth_mm), self._point(depth_mm))
 
     def rate(self, depth_mm: float) -> Moments:
         """Return the derivative of ``removed`` with the depth [per mm]."""
@@ -75,7 +77,7 @@ class Hole:
         at = self.axis.entry_mm + depth_mm * u
         across = 0.25 * self.radius_mm**2 * (np.eye(3) - np.outer(u, u))
         disc = Moments(area, area * at, area * (np.outer(at, at) + across))
-        point = self._point(depth_mm)
+        point = self._round(self._point(depth_mm))
         turn = np.outer(u, point.first_g_mm)
         return disc + Moments(0.0, point.mass_g * u, turn + turn.T)
 
@@ -90,26 +92,35 @@ class Hole:
 
     def column(self, start_mm: float, end_mm: float) -> Moments:
         """Return the volume moments of the full cylinder between two depths."""
-        length = end_mm - start_mm
-        return self._round(
-            math.pi * self.radius_mm**2 * length,
-            0.5 * (start_mm + end_mm),
-            self.radius_mm**2 / 4.0,
-            length**2 / 12.0,
-        )
+        return self._round(self._cylinder(start_mm, end_mm))
 
-    def _point(self, depth_mm: float) -> Moments:
-        height = self.point_mm
-        volume = math.pi * self.radius_mm**2 * height / 3.0
-        return self._round(volume, depth_mm + 0.25 * height, 0.15 * self.radius_mm**2, 3.0 / 80.0 * height**2)
+    def _cylinder(self, start_mm: float, end_mm: float) -> Round:
+        r2, length = self.radius_mm**2, end_mm - start_mm
+        return math.pi * r2 * length, 0.5 * (start_mm + end_mm), 0.25 * r2, length**2 / 12.0
 
-    def _round(self, volume: float, depth: float, across2: float, along2: float) -> Moments:
-        """Return the moments of a round body: its centre's depth, mean squares across and along the axis."""
-        u = self.axis.inward
-        centre: Array = self.axis.entry_mm + depth * u
-        along: Array = u[:, None] * u  # np.outer takes several times as long, and a planner asks often
-        own: Array = across2 * (EYE - along) + along2 * along
-        return Moments(volume, volume * centre, volume * (centre[:, None] * centre + own))
+    def _point(self, depth_mm: float) -> Round:
+        r2, height = self.radius_mm**2, self.point_mm
+        return math.pi * r2 * height / 3.0, depth_mm + 0.25 * height, 0.15 * r2, 3.0 / 80.0 * height**2
+
+    def _round(self, *bodies: Round) -> Moments:
+        """Return the volume moments of round bodies on the axis."""
+        volume = first = along2 = across2 = 0.0
+        for v, depth, across, along in bodies:
+            volume += v
+            first += v * depth
+            along2 += v * (depth**2 + along)
+            across2 += v * across
+        numbers = np.array([volume, first, along2, across2]) @ self._terms
+        return Moments(volume, numbers[:3], numbers[3:].reshape(3, 3))
+
+    @cached_property
+    def _terms(self) -> Array:
+        """What volume, ∫ depth, ∫ depth² and ∫ across² each add to first and second moments (4, 3 + 9)."""
+        entry, u = self.axis.entry_mm, self.axis.inward
+        aslant, along = np.outer(entry, u), np.outer(u, u)
+        terms = [np.outer(entry, entry), aslant + aslant.T, along, np.eye(3) - along]
+        firsts = [entry, u, np.zeros(3), np.zeros(3)]
+        return np.array([[*one, *term.reshape(-1)] for one, term in zip(firsts, terms, strict=True)])
 
 
 def drill_body(radius_mm: float, top_mm: float, shoulder_mm: float, point_mm: float) -> Solid:

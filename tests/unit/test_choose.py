@@ -206,9 +206,8 @@ EIGHT_WEBS_Z_MM = [-150.0, -110.0, -60.0, -20.0, 20.0, 60.0, 110.0, 150.0]
 def test_planning_time(diameters_mm: list[float], worst_s: float) -> None:
     """Eight counterweights with 24 places each: unbalances that a few holes, and that many, correct.
 
-    The processor's time, the better of two where the first is too long; half as much again as is aimed at,
-    since other work on the machine costs that, and since one small unbalance here, whose sets of few holes
-    are too many, takes up to 0.56 s. ``benchmarks/planning.py`` has the figures.
+    The processor's time, the better of two where the first is too long: it may have loaded a library, or met
+    other work on the machine. ``benchmarks/planning.py`` has the figures.
     """
     offer = holes(diameters_mm, EIGHT_WEBS_Z_MM, step_mm=0.1)
     judge = tolerance(144.0, half_mm=170.0)
@@ -218,13 +217,13 @@ def test_planning_time(diameters_mm: list[float], worst_s: float) -> None:
         couple = a * size / abs(a)
         for residual in (at_planes(a, b, 150.0), at_planes(couple, -couple, 150.0)):
             taken: list[float] = []
-            while not taken or (min(taken) >= 1.5 * worst_s and len(taken) < 2):
+            while not taken or (min(taken) >= worst_s and len(taken) < 2):
                 start = time.process_time()
                 plan = choose(residual, judge, offer)
                 taken.append(time.process_time() - start)
             assert plan.share <= 1.0
             assert_rules_are_kept(offer, plan.depths_mm)
-            assert min(taken) < 1.5 * worst_s
+            assert min(taken) < worst_s
 
 
 @pytest.mark.slow
