@@ -74,7 +74,7 @@ def choose(
     -------
     Plan
     """
-    if not _is_discrete(offer) and prefer == "least_metal":
+    if not offer.cuts or (not _is_discrete(offer) and prefer == "least_metal"):
         return plan_depths(
             residual,
             tolerance,

@@ -245,6 +245,15 @@ def test_above_tolerance_is_a_result_with_its_reason(
     jsonschema.Draft202012Validator(schema()).validate(report)
 
 
+def test_no_cut_at_hand_is_a_result_whatever_is_preferred(tmp_path: Path) -> None:
+    method = '"shoulder"\nmin_wall_mm = 500.0\nprefer = "most_inertia_removed"'
+    report = jobs.balanced(
+        jobs.bundled_job(tmp_path, "drafted", "factor-0.28", method=method), tmp_path / "out", code=4
+    )
+    assert report["outcome"] == "above_tolerance"
+    assert report["corrections"] == []
+
+
 def test_a_static_verdict_judges_the_resultant_alone(tmp_path: Path) -> None:
     job = jobs.bundled_job(tmp_path, "drafted", "factor-0.28", grade='6.3\njudge = "static"')
     report = jobs.balanced(job, tmp_path / "out")

@@ -4,6 +4,7 @@ import itertools
 import math
 import time
 from collections.abc import Sequence
+from typing import get_args
 
 import numpy as np
 import pytest
@@ -12,7 +13,7 @@ from numpy.typing import NDArray
 from autobalance.choose import choose, greatest_multiple, least_share
 from autobalance.correction.drill import DrillCut, DrillLimits
 from autobalance.correction.hole import Hole, Site, keep_apart
-from autobalance.correction.kind import Count, Offer
+from autobalance.correction.kind import Count, Offer, Prefer
 from autobalance.correction.walls import Axis
 from autobalance.plan import AIM, plan_depths
 from autobalance.rotor.moments import Moments
@@ -196,6 +197,14 @@ def test_an_earlier_choice_is_kept() -> None:
     moved = at_planes(701.0 + 1.0j, 300.0 - 1.0j)
     second = choose(moved, tolerance(100.0), offer, start_mm=first.depths_mm)
     assert ((first.depths_mm > 0.0) == (second.depths_mm > 0.0)).all()
+
+
+@pytest.mark.parametrize("prefer", get_args(Prefer))
+def test_nothing_to_cut_leaves_the_unbalance_as_it_is(prefer: Prefer) -> None:
+    residual = at_planes(100.0 + 0.0j, 0.0j)
+    plan = choose(residual, tolerance(50.0), Offer(()), prefer=prefer)
+    assert len(plan.depths_mm) == 0
+    assert plan.share == tolerance(50.0).used_share(residual) > 1.0
 
 
 EIGHT_WEBS_Z_MM = [-150.0, -110.0, -60.0, -20.0, 20.0, 60.0, 110.0, 150.0]
