@@ -766,15 +766,23 @@ def _best_combination(task: _Task, plan: Plan, made: Sequence[int], choices: Seq
         judged = (judged[..., None, :] + (steps - plan.depths_mm[k])[:, None] * slope).reshape(-1, len(rows))
     shares = np.hypot(judged[:, 0::2], judged[:, 1::2]).max(axis=1)
     best: Plan | None = None
-    for n in np.argsort(shares, kind="stable")[:EXACT].tolist():
+    for place in np.argsort(shares, kind="stable")[:EXACT].tolist():
         depths = plan.depths_mm.copy()
-        chosen = np.unravel_index(n, [len(steps) for steps in choices])
-        depths[list(made)] = [steps[at] for steps, at in zip(choices, chosen, strict=True)]
+        depths[list(made)] = _combination(choices, place)
         here = judged_plan(task.residual, task.tolerance, task.cuts, depths)
         if best is None or here.share < best.share:
             best = here
     assert best is not None
     return best
+
+
+def _combination(choices: Sequence[Array], place: int) -> list[float]:
+    """Return the steps of one combination by its place; those of the last choice run fastest."""
+    steps_of = []
+    for steps in reversed(choices):
+        place, at = divmod(place, len(steps))
+        steps_of.append(float(steps[at]))
+    return steps_of[::-1]
 
 
 EXACT = 12

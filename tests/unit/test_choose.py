@@ -210,6 +210,15 @@ def test_nothing_to_cut_leaves_the_unbalance_as_it_is(prefer: Prefer) -> None:
 EIGHT_WEBS_Z_MM = [-150.0, -110.0, -60.0, -20.0, 20.0, 60.0, 110.0, 150.0]
 
 
+def test_a_hundred_holes_are_rounded_to_steps() -> None:
+    offer = holes([8.0], EIGHT_WEBS_Z_MM, max_holes=12, step_mm=0.5, max_depth_mm=9.0)
+    residual, judge = at_planes(900.0 + 0.0j, 300.0j, 150.0), tolerance(144.0, half_mm=170.0)
+    plan = choose(residual, judge, offer, prefer="most_inertia_removed")
+    assert np.count_nonzero(plan.depths_mm) == 96
+    assert plan.share <= 0.5
+    assert_rules_are_kept(offer, plan.depths_mm)
+
+
 @pytest.mark.slow
 @pytest.mark.parametrize(("diameters_mm", "worst_s"), [([10.0], 0.5), ([8.0, 10.0, 12.0], 3.0)])
 def test_planning_time(diameters_mm: list[float], worst_s: float) -> None:
