@@ -51,8 +51,6 @@ bench: $(VENV)/.installed-dev
 	@$(VENV)/bin/python benchmarks/planning.py
 	@echo "==> measuring recognition beside weld and build"
 	@$(VENV)/bin/python benchmarks/recognition.py
-	@echo "==> measuring the planning of drilled holes"
-	@$(VENV)/bin/python benchmarks/planning.py
 
 ci:
 	@bash .ci/run
@@ -72,9 +70,11 @@ $(VENV)/bin/python:
 $(VENV)/.installed: pyproject.toml | $(VENV)/bin/python
 	@echo "==> installing autobalance and its libraries into $(VENV)"
 	@$(VENV)/bin/python -m pip install $(PIP_FLAGS) --editable .
+	@$(VENV)/bin/python -m compileall -q autobalance # as pip does for all but editable packages
 	@touch $@
 
 $(VENV)/.installed-dev: pyproject.toml | $(VENV)/bin/python
 	@echo "==> installing autobalance, its libraries and the test tools into $(VENV)"
 	@$(VENV)/bin/python -m pip install $(PIP_FLAGS) --editable ".[dev]"
+	@$(VENV)/bin/python -m compileall -q autobalance
 	@touch $(VENV)/.installed $@

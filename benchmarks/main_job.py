@@ -14,6 +14,7 @@ The crank is the bundled straight one, each of its 16 348 triangles split in fou
 from __future__ import annotations
 
 import argparse
+import compileall
 import os
 import subprocess
 import sys
@@ -73,6 +74,7 @@ def main() -> int:
     parser.add_argument("--skip-naive", action="store_true")
     parser.add_argument("--balance-options", nargs="*", default=[], metavar="WORD")
     arguments = parser.parse_args()
+    compileall.compile_dir(ROOT / "autobalance", quiet=1)  # as any installed package is
     print(f"{'triangles':>10} {'way':>6} {'seconds':>8} {'÷ floor':>8} {'peak MB':>8}")
     with tempfile.TemporaryDirectory() as folder:
         work = Path(folder)
