@@ -398,6 +398,7 @@ class _Sets:
         radius = field.reach * (top - float(sum(light))) + 0.5 * len(field.wanted)
         tree = cKDTree(field.at_least(self.order[few]))
         other = cKDTree(field.wanted - field.at_least(self.order[many]))
+        # counting takes half as long as meeting: not where the last level was far from too many
         if 2 * self.meetings > MOST_MEETINGS and tree.count_neighbors(other, radius) > MOST_MEETINGS:
             return None
         met = tree.sparse_distance_matrix(other, radius, output_type="ndarray")

@@ -106,7 +106,7 @@ def measured_crank(
     with watch.stage("load"):
         source = _read(crankshaft, recognition.begin)
     with watch.stage("measure"):
-        in_file = source.moments(crankshaft.density_g_mm3)
+        in_file = source.moments(crankshaft.density_g_mm3)  # while the crank is still being recognised
         try:
             anatomy = recognition.anatomy(source)
         except RecognitionError as error:

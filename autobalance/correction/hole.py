@@ -72,11 +72,8 @@ class Hole:
 
     def rate(self, depth_mm: float) -> Moments:
         """Return the derivative of ``removed`` with the depth [per mm]."""
-        u = self.axis.inward
-        area = math.pi * self.radius_mm**2
-        at = self.axis.entry_mm + depth_mm * u
-        across = 0.25 * self.radius_mm**2 * (np.eye(3) - np.outer(u, u))
-        disc = Moments(area, area * at, area * (np.outer(at, at) + across))
+        u, r2 = self.axis.inward, self.radius_mm**2
+        disc = self._round((math.pi * r2, depth_mm, 0.25 * r2, 0.0))
         point = self._round(self._point(depth_mm))
         turn = np.outer(u, point.first_g_mm)
         return disc + Moments(0.0, point.mass_g * u, turn + turn.T)

@@ -143,14 +143,7 @@ def _first_equal(points: Floats) -> Indices:
     bits left to the hash are few enough that points may share one by chance: those are grouped again.
     """
     count = len(points)
-    bits = np.uint64(count.bit_length())
-    key = hash_rows(points)
-    key >>= bits
-    key <<= bits
-    key |= np.arange(count, dtype=np.uint64)
-    key.sort()
-    order = (key & ((np.uint64(1) << bits) - np.uint64(1))).astype(np.int64)
-    key >>= bits
+    key, order = _sorted_with_rows(hash_rows(points))
     starts = np.flatnonzero(np.concatenate([[True], key[1:] != key[:-1]])) if count else order
     leader = np.zeros(count, dtype=np.int64)
     leader[order] = np.repeat(order.take(starts), np.diff(starts, append=count))
@@ -158,6 +151,20 @@ def _first_equal(points: Floats) -> Indices:
     if len(differs):
         leader[differs] = differs[_first_equal(points[differs])]
     return leader
+
+
+def _sorted_with_rows(numbers: NDArray[np.uint64]) -> tuple[NDArray[np.uint64], Indices]:
+    """Return numbers (k,) in rising order, and the row that each had.
+
+    They are sorted in place, with their rows in the bits below; what of them no longer fits in 64 is lost.
+    """
+    bits = np.uint64(len(numbers).bit_length())
+    numbers <<= bits
+    numbers |= np.arange(len(numbers), dtype=np.uint64)
+    numbers.sort()
+    rows = (numbers & ((np.uint64(1) << bits) - np.uint64(1))).view(np.int64)
+    numbers >>= bits
+    return numbers, rows
 
 
 def hash_rows(points: Floats) -> NDArray[np.uint64]:
@@ -201,23 +208,13 @@ def in_space_order(mesh: Mesh) -> Mesh:
     for axis, (column, least) in enumerate(zip(mesh.vertices.T, low, strict=True)):
         cell = ((column - least) / extent * (len(MORTON) - 1)).astype(np.int64)
         code |= MORTON.take(cell) << np.uint64(axis)
-    order = _sorting_order(code)
+    order = _sorted_with_rows(code)[1]
     number = np.zeros(len(order), dtype=np.int64)
     number[order] = np.arange(len(order))
     triangles = number.take(mesh.triangles)
     a, b, c = triangles.T
     first = np.minimum(np.minimum(a, b), c).view(np.uint64)
-    return Mesh(mesh.vertices.take(order, axis=0), triangles.take(_sorting_order(first), axis=0))
-
-
-def _sorting_order(numbers: NDArray[np.uint64]) -> Indices:
-    """Return the rows of numbers (k,) in rising order; those of a cell and its row must fit in 64 bits."""
-    bits = np.uint64(len(numbers).bit_length())
-    key = numbers << bits
-    key |= np.arange(len(numbers), dtype=np.uint64)
-    key.sort()
-    key &= (np.uint64(1) << bits) - np.uint64(1)
-    return key.view(np.int64)
+    return Mesh(mesh.vertices.take(order, axis=0), triangles.take(_sorted_with_rows(first)[1], axis=0))
 
 
 def _every_third_bit(bits: int) -> NDArray[np.uint64]:
