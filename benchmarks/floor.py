@@ -6,8 +6,8 @@ from pathlib import Path
 import manifold3d as m3
 import numpy as np
 
-from autobalance.solid.measure import mesh_moments
-from autobalance.solid.mesh import Mesh, mesh_of_soup
+from autobalance.solid.mesh.measure import mesh_moments
+from autobalance.solid.mesh.mesh import Mesh, mesh_of_soup
 
 RECORD = np.dtype([("normal", "<f4", 3), ("corners", "<f4", (3, 3)), ("attribute", "<u2")])
 

@@ -22,8 +22,8 @@ sys.path.insert(0, str(ROOT))
 
 
 def write_ball(path: Path, triangles: int) -> None:
-    from autobalance.solid.csg import Solid
-    from autobalance.solid.write import encode
+    from autobalance.solid.csg.solid import Solid
+    from autobalance.solid.formats.write import encode
 
     segments = int(np.sqrt(triangles)) // 2 * 2
     angle = np.linspace(0.0, np.pi, segments // 2 + 1)
@@ -32,14 +32,14 @@ def write_ball(path: Path, triangles: int) -> None:
 
 
 def ours(path: Path) -> None:
-    from autobalance.solid.read import read
+    from autobalance.solid.formats.read import read
 
     read(path, "mm").solid.moments(7.85e-3)
 
 
 def floor(path: Path) -> None:
-    from autobalance.solid.csg import Solid
-    from autobalance.solid.mesh import mesh_of_soup
+    from autobalance.solid.csg.solid import Solid
+    from autobalance.solid.mesh.mesh import mesh_of_soup
 
     record = np.dtype([("normal", "<f4", (3,)), ("corners", "<f4", (3, 3)), ("attribute", "<u2")])
     corners = np.frombuffer(path.read_bytes(), dtype=record, offset=84)["corners"]

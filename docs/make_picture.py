@@ -11,8 +11,8 @@ from pathlib import Path
 import numpy as np
 
 from autobalance.command import main
-from autobalance.report.zbuffer import Camera, png, render
-from autobalance.solid.read import read
+from autobalance.graphics.zbuffer import Camera, png, render
+from autobalance.solid.formats.read import read
 
 ROOT = Path(__file__).resolve().parents[1]
 JOB = ROOT / "fixtures" / "crf250r" / "drafted" / "factor-0.28.toml"

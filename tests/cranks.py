@@ -9,8 +9,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from autobalance.crank.anatomy import Anatomy, MainJournal, Pin, Throw, Web
-from autobalance.solid.csg import Region, Solid, union
-from autobalance.solid.mesh import Array
+from autobalance.solid.csg.solid import Region, Solid, union
+from autobalance.solid.mesh.mesh import Array
 
 
 @dataclass(frozen=True)

@@ -7,10 +7,10 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from autobalance.crank.anatomy import Anatomy
-from autobalance.crank.design import PRESETS, Design
-from autobalance.crank.generate import crank_anatomy, crank_solid
-from autobalance.solid.csg import Solid
-from autobalance.solid.mesh import Array, Mesh, mesh_of_soup
+from autobalance.crank.parametric.design import PRESETS, Design
+from autobalance.crank.parametric.generate import crank_anatomy, crank_solid
+from autobalance.solid.csg.solid import Solid
+from autobalance.solid.mesh.mesh import Array, Mesh, mesh_of_soup
 from autobalance.units import MM_PER
 
 SEGMENTS = (12, 16, 24, 37, 64, 128, 360, 1000)

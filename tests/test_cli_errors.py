@@ -284,7 +284,7 @@ def no_reading(monkeypatch: pytest.MonkeyPatch) -> None:
     def read(*_: object, **__: object) -> None:
         raise AssertionError("the crank was read before the output folder was found impossible")
 
-    monkeypatch.setattr("autobalance.command.pipeline.read", read)
+    monkeypatch.setattr("autobalance.balancing.measured_crank.read", read)
 
 
 @pytest.mark.parametrize("target", ["crank.stl", "factor-0.28.toml"])
@@ -332,7 +332,7 @@ def test_not_enough_memory_is_one_line(
         raise MemoryError
 
     job = jobs.bundled_job(tmp_path)
-    monkeypatch.setattr("autobalance.command.pipeline.read", read)
+    monkeypatch.setattr("autobalance.balancing.measured_crank.read", read)
     assert jobs.run("balance", job, "-o", tmp_path / "out") == 3
     assert "not enough memory" in capsys.readouterr().err
     assert not (tmp_path / "out").exists()
@@ -344,9 +344,9 @@ def test_not_enough_memory_is_one_line(
 @pytest.mark.parametrize(
     "where",
     [
-        "command.run.measured_crank",
-        "command.balancing.balance",
-        "command.balancing.encode",
+        "command.run.measure_crank",
+        "balancing.run.balance",
+        "balancing.run.encode",
         "report.json.report",
     ],
 )

@@ -9,14 +9,14 @@ from typing import Any
 import numpy as np
 import pytest
 
-from autobalance.command.facet_correction import COARSE, FacetCorrection, needed
-from autobalance.crank.design import preset
-from autobalance.crank.generate import crank_solid, exact_moments
-from autobalance.rotor.moments import Moments
-from autobalance.rotor.tolerance import Tolerance
-from autobalance.rotor.uncertainty import Share
-from autobalance.solid.facets import FacetError
-from autobalance.solid.write import encode
+from autobalance.balancing.chordal_correction import COARSE, FacetCorrection, needed
+from autobalance.crank.parametric.design import preset
+from autobalance.crank.parametric.generate import crank_solid, exact_moments
+from autobalance.rigid_rotor.moments import Moments
+from autobalance.rigid_rotor.tolerance import Tolerance
+from autobalance.rigid_rotor.uncertainty import Share
+from autobalance.solid.chordal_error.estimate import ChordalError
+from autobalance.solid.formats.write import encode
 from tests.jobs import report_of, run
 
 NAME = "pressed-up-single"
@@ -115,9 +115,9 @@ def test_a_mesh_too_coarse_for_the_grade_is_told_and_how_fine_it_would_have_to_b
     assert fine["sag_mm"] == pytest.approx(coarse["too_coarse"]["needed_sag_mm"], rel=0.2)
 
 
-def error(mass_g: float, unbalance_g_mm: float, mass_bar_g: float, unbalance_bar_g_mm: float) -> FacetError:
+def error(mass_g: float, unbalance_g_mm: float, mass_bar_g: float, unbalance_bar_g_mm: float) -> ChordalError:
     missing = Moments(mass_g, np.array([unbalance_g_mm, 0.0, 0.0]), unbalance_g_mm * np.ones((3, 3)))
-    return FacetError(missing, mass_bar_g, unbalance_bar_g_mm, mass_g, unbalance_g_mm, 0.04, 1)
+    return ChordalError(missing, mass_bar_g, unbalance_bar_g_mm, mass_g, unbalance_g_mm, 0.04, 1)
 
 
 def test_what_is_not_sure_to_be_better_is_declined() -> None:
@@ -138,7 +138,7 @@ def test_what_is_not_sure_to_be_better_is_declined() -> None:
 
 
 def test_nothing_curved_needs_no_correction() -> None:
-    assert FacetCorrection.of(FacetError.known(Moments.zero()), True).verdict == "not_needed"
+    assert FacetCorrection.of(ChordalError.known(Moments.zero()), True).verdict == "not_needed"
     assert FacetCorrection.of(error(1.0, 20.0, 0.0, 0.0), False).verdict is None
 
 

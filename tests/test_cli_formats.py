@@ -9,10 +9,10 @@ from typing import Any
 import numpy as np
 import pytest
 
-from autobalance.solid.csg import Solid
-from autobalance.solid.formats import FORMATS
-from autobalance.solid.mesh import Mesh, mesh_of_soup
-from autobalance.solid.write import encode
+from autobalance.solid.csg.solid import Solid
+from autobalance.solid.formats.registry import FORMATS
+from autobalance.solid.formats.write import encode
+from autobalance.solid.mesh.mesh import Mesh, mesh_of_soup
 from autobalance.units import MM_PER
 from tests import jobs
 from tests.cranks import make_crank

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from autobalance.report.json import schema
-from autobalance.solid.csg import Solid
+from autobalance.solid.csg.solid import Solid
 from tests import jobs
 
 WITH_PIN = jobs.BUNDLED / "straight" / "crank-with-pin.stl"

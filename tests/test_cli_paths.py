@@ -12,7 +12,7 @@ import pytest
 
 from autobalance.errors import FileError
 from autobalance.report.files import Staging
-from autobalance.solid.write import encode
+from autobalance.solid.formats.write import encode
 from tests import jobs
 from tests.geometry.test_solid_formats import TETRAHEDRON, archive, body, model
 

@@ -55,10 +55,10 @@ def test_the_installed_way_in_and_the_checkouts_are_one_program() -> None:
 STOPPING = """
 import os, signal, sys, threading
 signal.signal(signal.SIGINT, signal.default_int_handler)  # who runs the tests in the background ignores it
-from autobalance import rebalance
+from autobalance.balancing import loop
 from autobalance.command import main, run
 
-cut = rebalance._cut_and_measure
+cut = loop._cut_and_measure
 
 def slow(*arguments):
     print("cutting", flush=True)
@@ -66,7 +66,7 @@ def slow(*arguments):
         signal.sigtimedwait([], 0.05) if hasattr(signal, "sigtimedwait") else None
     return cut(*arguments)
 
-rebalance._cut_and_measure = slow
+loop._cut_and_measure = slow
 sys.exit(main(sys.argv[1:]))
 """
 

@@ -15,13 +15,13 @@ import numpy as np
 import pytest
 
 from autobalance.report.json import schema
-from autobalance.solid.brep import ExactSolid
-from autobalance.solid.facets import facet_error
-from autobalance.solid.kernel import compound, has_kernel, is_valid
-from autobalance.solid.read import read
-from autobalance.solid.shape import Prism, circle
-from autobalance.solid.step_file import read_step_file
-from autobalance.solid.surface import CylinderFace, PlaneFace
+from autobalance.solid.cad.brep import ExactSolid
+from autobalance.solid.cad.kernel import compound, has_kernel, is_valid
+from autobalance.solid.cad.step_file import read_step_file
+from autobalance.solid.cad.surface import CylinderFace, PlaneFace
+from autobalance.solid.chordal_error.estimate import estimate_chordal_error
+from autobalance.solid.csg.shape import Prism, circle
+from autobalance.solid.formats.read import read
 from tests import jobs
 
 needs_kernel = pytest.mark.skipif(not has_kernel(), reason="the extra 'step' is not installed")
@@ -91,7 +91,7 @@ def assert_exact(folder: Path, report: dict[str, Any], code: int = 0) -> ExactSo
     np.testing.assert_allclose(moments.centre_mm, claimed["centre_of_mass_mm"], atol=1e-9)
     before, after = (report["true_surfaces"][key]["facets_hide"] for key in ("before", "after"))
     mesh = read(folder / "crank.step", None, report["job"]["crankshaft"]["body"]).solid.mesh
-    error = facet_error(mesh, DENSITY_G_MM3, frame)
+    error = estimate_chordal_error(mesh, DENSITY_G_MM3, frame)
     for hidden in (before, after):
         assert abs(hidden["mass_g"]) < error.gross_mass_g + error.mass_bar_g
         off = math.hypot(*hidden["unbalance_g_mm"])

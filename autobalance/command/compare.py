@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import argparse
+from typing import Any
 
 from autobalance.command.options import add_units
 
@@ -25,21 +26,26 @@ def run(arguments: argparse.Namespace) -> int:
     from pathlib import Path
 
     from autobalance import job
-    from autobalance.command.balancing import compare_job
+    from autobalance.balancing.run import compare_job
     from autobalance.command.console import progress, progress_done, say
-    from autobalance.report.comparison import comparison_text
+    from autobalance.report.comparison import comparison, comparison_text
     from autobalance.report.files import Staging
     from autobalance.report.json import dumps
     from autobalance.report.text import UNITS
 
     asked = job.load(arguments.job)
+
+    def compared() -> dict[str, Any]:
+        done = compare_job(asked, progress)
+        return comparison(str(asked.path), done.tolerance, done.initial_g_mm, done.rows)
+
     try:
         if arguments.json in (None, "-"):
-            values = compare_job(asked, progress)
+            values = compared()
         else:
             target = Path(arguments.json)
             with Staging([target.parent]) as staging:
-                values = compare_job(asked, progress)
+                values = compared()
                 staging.add(target, dumps(values).encode())
                 staging.commit()
     finally:

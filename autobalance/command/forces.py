@@ -9,7 +9,7 @@ from autobalance.command.options import add_json, add_plots, add_speed
 from autobalance.errors import UsageError
 
 if TYPE_CHECKING:
-    from autobalance.command.theory import Asked, Plots
+    from autobalance.command.theory import Plots, Request
     from autobalance.engine.whole_engine import Engine
 
 DEFAULT_FACTORS = (0.0, 0.25, 0.5, 0.75, 1.0)
@@ -35,26 +35,26 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(arguments: argparse.Namespace) -> int:
     """Compute the forces; 0 unless the job or the crank is bad."""
-    from autobalance.command import machine, pipeline
-    from autobalance.command.theory import asked, deliver, head
+    from autobalance.balancing import engine_from_job, rotor_from_job
+    from autobalance.command.theory import read_request, report_head, write_and_print
     from autobalance.engine.factor_advice import advise
+    from autobalance.engine.force_values import advice_values
     from autobalance.report.force_text import forces_text
-    from autobalance.report.force_values import advice_values
 
     weight = arguments.transverse_weight
     if not 0.0 <= weight < float("inf"):
         raise UsageError(f"--transverse-weight is {weight:g}; must be ≥ 0")
     factors = _factors(arguments.factors)
-    found = asked(arguments)
+    found = read_request(arguments)
     job, crank = found.job, found.crank
-    as_file = machine.as_measured(job, crank)
+    as_file = engine_from_job.as_measured(job, crank)
     engines = {
         "as the file is": as_file,
-        "balanced": machine.balanced_to(as_file, job, crank.anatomy, found.factor),
+        "balanced": engine_from_job.balanced_to(as_file, job, crank.anatomy, found.factor),
     }
-    loads = pipeline.throw_loads(crank.anatomy, job.engine)
-    attached = pipeline.attached_moments(job.engine.attached)
-    known = (pipeline.crank_factor(crank.moments, loads, attached), found.factor)
+    loads = rotor_from_job.throw_loads(crank.anatomy, job.engine)
+    attached = rotor_from_job.attached_moments(job.engine.attached)
+    known = (rotor_from_job.crank_factor(crank.moments, loads, attached), found.factor)
     states = [
         _state(name, engine, factor, found)
         for (name, engine), factor in zip(engines.items(), known, strict=True)
@@ -62,13 +62,13 @@ def run(arguments: argparse.Namespace) -> int:
     asked_factors = sorted({*factors, found.factor})
     advice = advise(as_file, found.speed_rad_s, asked_factors, weight)
     values = {
-        **head("forces", job),
+        **report_head("forces", job),
         "speed_rpm": found.speed_rpm,
         "states": states,
         "factors": advice_values(advice, weight),
     }
     plots = _plots(found, engines, as_file, asked_factors) if arguments.plots else None
-    return deliver(arguments, values, lambda: forces_text(values), plots)
+    return write_and_print(arguments, values, lambda: forces_text(values), plots)
 
 
 def _factors(text: str | None) -> tuple[float, ...]:
@@ -83,10 +83,10 @@ def _factors(text: str | None) -> tuple[float, ...]:
     return factors
 
 
-def _state(name: str, engine: Engine, factor: float | None, found: Asked) -> dict[str, Any]:
-    from autobalance.command.machine import mains_z_mm
+def _state(name: str, engine: Engine, factor: float | None, found: Request) -> dict[str, Any]:
+    from autobalance.balancing.engine_from_job import mains_z_mm
     from autobalance.engine.force_summary import shaking_force, turn_loads
-    from autobalance.report.force_values import force_values, load_values
+    from autobalance.engine.force_values import force_values, load_values
 
     mains = mains_z_mm(found.crank.anatomy)
     enough = len(mains) > 1
@@ -98,8 +98,8 @@ def _state(name: str, engine: Engine, factor: float | None, found: Asked) -> dic
     }
 
 
-def _plots(found: Asked, engines: dict[str, Engine], engine: Engine, factors: list[float]) -> Plots:
-    from autobalance.command.machine import mains_z_mm
+def _plots(found: Request, engines: dict[str, Engine], engine: Engine, factors: list[float]) -> Plots:
+    from autobalance.balancing.engine_from_job import mains_z_mm
     from autobalance.engine.force_summary import shaking_force, turn_loads
     from autobalance.report import plots
 

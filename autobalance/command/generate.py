@@ -13,9 +13,9 @@ from autobalance.errors import JobError, UsageError
 
 if TYPE_CHECKING:
     from autobalance.crank.anatomy import Anatomy
-    from autobalance.crank.design import Design
-    from autobalance.job import Engine
-    from autobalance.rotor.moments import Moments
+    from autobalance.crank.parametric.design import Design
+    from autobalance.job import EngineParts
+    from autobalance.rigid_rotor.moments import Moments
 
 STEP_ENDINGS = (".step", ".stp")
 EXACT_SEGMENTS = 64
@@ -24,7 +24,7 @@ EXACT_SEGMENTS = 64
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Describe the command line."""
-    from autobalance.crank.design import PRESETS
+    from autobalance.crank.parametric.design import PRESETS
 
     parser.epilog = f"presets: {', '.join(PRESETS)}"
     parser.add_argument("crank", metavar="PRESET|FILE.toml", help="a preset, or a description of the crank")
@@ -96,9 +96,9 @@ def _refuse_overwriting(targets: list[Path], source: Path) -> None:
 # --- in -----------------------------------------------------------------------------------------------------
 
 
-def designed(arguments: argparse.Namespace) -> tuple[Design, Engine | None]:
+def designed(arguments: argparse.Namespace) -> tuple[Design, EngineParts | None]:
     """Return the design that the command line asks for, and the weights if it names any."""
-    from autobalance.crank.design import preset
+    from autobalance.crank.parametric.design import preset
     from autobalance.job.crank_design import read_design, with_settings
     from autobalance.job.read import text_of
 
@@ -128,11 +128,13 @@ def _setting(text: str) -> tuple[str, Any]:
 # --- out ----------------------------------------------------------------------------------------------------
 
 
-def generated(design: Design, engine: Engine | None, target: Path, unit: str) -> tuple[bytes, dict[str, Any]]:
+def generated(
+    design: Design, engine: EngineParts | None, target: Path, unit: str
+) -> tuple[bytes, dict[str, Any]]:
     """Return the bytes of the crank's file, and the report."""
-    from autobalance.crank.generate import crank_anatomy, exact_moments
+    from autobalance.balancing.record import ChordalErrorEntry, MeasuredCrank
+    from autobalance.crank.parametric.generate import crank_anatomy, exact_moments
     from autobalance.report.json import generate_report
-    from autobalance.report.record import FacetError, MeasuredCrank
     from autobalance.units import G_PER_MM3_PER_KG_M3
 
     data, triangles, written = _encoded(design, target, unit)
@@ -141,7 +143,7 @@ def generated(design: Design, engine: Engine | None, target: Path, unit: str) ->
     error = None
     if written is not None:
         hidden = exact - written
-        error = FacetError(abs(hidden.mass_g), math.hypot(*hidden.first_g_mm[:2]))
+        error = ChordalErrorEntry(abs(hidden.mass_g), math.hypot(*hidden.first_g_mm[:2]))
     moments = exact.moved(anatomy.file_to_rotor)
     volume = exact.mass_g / (design.density_kg_m3 * G_PER_MM3_PER_KG_M3)
     values = generate_report(
@@ -162,14 +164,14 @@ def _described(design: Design) -> dict[str, Any]:
 
 def _encoded(design: Design, target: Path, unit: str) -> tuple[bytes, int | None, Moments | None]:
     """Return the file, its triangles, and the moments that they have; the latter not for exact surfaces."""
-    from autobalance.crank.generate import crank_shape, crank_solid
-    from autobalance.solid.formats import format_named
-    from autobalance.solid.measure import soup_moments
-    from autobalance.solid.write import decode, encode
+    from autobalance.crank.parametric.generate import crank_shape, crank_solid
+    from autobalance.solid.formats.registry import format_named
+    from autobalance.solid.formats.write import decode, encode
+    from autobalance.solid.mesh.measure import soup_moments
     from autobalance.units import G_PER_MM3_PER_KG_M3, MM_PER
 
     if target.suffix.lower() in STEP_ENDINGS:
-        from autobalance.solid.brep import ExactSolid
+        from autobalance.solid.cad.brep import ExactSolid
 
         if unit != "mm":
             raise UsageError(f"--unit {unit}: STEP files are written in mm")
@@ -187,9 +189,9 @@ def _entry(target: Path, data: bytes, triangles: int | None) -> dict[str, Any]:
     return {"file": str(target), "sha256": sha256(data).hexdigest(), "triangles": triangles}
 
 
-def _balance(moments: Moments, anatomy: Anatomy, engine: Engine) -> dict[str, Any]:
+def _balance(moments: Moments, anatomy: Anatomy, engine: EngineParts) -> dict[str, Any]:
     """Return the bob-weights and the balance factor that the crank has with these parts."""
-    from autobalance.command.pipeline import attached_moments, crank_factor, throw_loads
+    from autobalance.balancing.rotor_from_job import attached_moments, crank_factor, throw_loads
 
     loads = throw_loads(anatomy, engine)
     factor = crank_factor(moments, loads, attached_moments(engine.attached))

@@ -47,7 +47,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(arguments: argparse.Namespace) -> int:
     """Print grades; 0 unless an option is wrong."""
-    from autobalance.command.theory import deliver
+    from autobalance.command.theory import write_and_print
     from autobalance.report.force_text import grade_text
     from autobalance.report.text import UNITS
 
@@ -56,7 +56,7 @@ def run(arguments: argparse.Namespace) -> int:
     except ValueError as error:
         raise UsageError(str(error)) from None
     plots = _plots(values) if arguments.plots else None
-    return deliver(arguments, values, lambda: grade_text(values, UNITS[arguments.units]), plots)
+    return write_and_print(arguments, values, lambda: grade_text(values, UNITS[arguments.units]), plots)
 
 
 def _plots(values: dict[str, Any]) -> Plots:
@@ -65,7 +65,7 @@ def _plots(values: dict[str, Any]) -> Plots:
 
     from autobalance.engine.grade import neighbours, specific_unbalance_mm
     from autobalance.report import plots
-    from autobalance.rotor.tolerance import permissible_unbalance_g_mm
+    from autobalance.rigid_rotor.tolerance import permissible_unbalance_g_mm
     from autobalance.units import RAD_S_PER_RPM
 
     asked, rpm, mass = values["grade_mm_s"], values["speed_rpm"], values["rotor_mass_g"]
@@ -98,9 +98,9 @@ def _plots(values: dict[str, Any]) -> Plots:
 
 
 def _values(given: argparse.Namespace) -> dict[str, Any]:
-    from autobalance.command.theory import head
+    from autobalance.command.theory import report_head
     from autobalance.engine.grade import GRADES, listed_grade, specific_unbalance_mm
-    from autobalance.rotor.tolerance import (
+    from autobalance.rigid_rotor.tolerance import (
         achieved_grade_mm_s,
         permissible_unbalance_g_mm,
         share_between_planes,
@@ -109,7 +109,7 @@ def _values(given: argparse.Namespace) -> dict[str, Any]:
 
     _check(given)
     values: dict[str, Any] = {
-        **head("grade"),
+        **report_head("grade"),
         "grade_mm_s": given.grade,
         "speed_rpm": given.speed_rpm,
         "rotor_mass_g": None if given.mass is None else given.mass * G_PER[given.mass_unit],

@@ -12,9 +12,9 @@ from autobalance.command.progress import INSPECTED_BEFORE, Progress, add_progres
 from autobalance.errors import CorrectionError, UsageError
 
 if TYPE_CHECKING:
-    from autobalance.command.pipeline import Crank
+    from autobalance.balancing.measured_crank import Crank
+    from autobalance.balancing.record import FaceOffer, Record
     from autobalance.crank.anatomy import Face
-    from autobalance.report.record import FaceOffer, Record
 
 STEEL_KG_M3 = 7850.0
 
@@ -97,22 +97,19 @@ def _picture(crank: Crank, record: Record) -> bytes:
 
 def inspected(arguments: argparse.Namespace, progress: Progress) -> tuple[Crank, Record]:
     """Read, recognise and measure."""
-    from autobalance.command.balancing import input_file
-    from autobalance.command.facet_correction import facet_entry
-    from autobalance.command.pipeline import (
-        Stopwatch,
-        default_planes_mm,
-        measured_crank,
-        surfaces_entry,
-    )
+    from autobalance.balancing.chordal_correction import facet_entry
+    from autobalance.balancing.measured_crank import measure_crank, surfaces_entry
+    from autobalance.balancing.record import MeasuredCrank, Record
+    from autobalance.balancing.rotor_from_job import default_planes_mm
+    from autobalance.balancing.run import input_file
     from autobalance.crank.sections import sections, web_weights
-    from autobalance.report.record import MeasuredCrank, Record
-    from autobalance.rotor.unbalance import Unbalance
+    from autobalance.rigid_rotor.unbalance import Unbalance
+    from autobalance.runtime import Stopwatch
 
     watch = Stopwatch()
     path = Path(arguments.crank)
     progress("reading and measuring the crank")
-    crank = measured_crank(_crankshaft(arguments, path), watch, with_faces=True)
+    crank = measure_crank(_crankshaft(arguments, path), watch, with_faces=True)
     with watch.stage("plan"):
         progress("looking for faces")
         faces = offered_faces(crank)
@@ -168,9 +165,9 @@ def _body(text: str | None, named: bool) -> Any:
 
 def offered_faces(crank: Crank) -> tuple[FaceOffer, ...]:
     """Return what a correction can use: faces on webs, the greatest unbalance per millimetre first."""
+    from autobalance.balancing.record import FaceOffer
     from autobalance.crank.faces import lowering_worth_g_mm_per_mm
     from autobalance.crank.rims import find_rims
-    from autobalance.report.record import FaceOffer
 
     found = [face for face in crank.faces if face.web is not None]
     depths = _max_depths_mm(crank, found)

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import argparse
-import os
 import sys
 from collections.abc import Sequence
 from importlib import import_module
@@ -11,6 +10,7 @@ from io import TextIOWrapper
 
 from autobalance import __version__
 from autobalance.errors import AutobalanceError
+from autobalance.runtime import keep_freed_memory, one_thread_of_linear_algebra
 
 COMMANDS: dict[str, str] = {
     "demo": "balance the bundled motocross crank twice and compare with the published result",
@@ -31,14 +31,12 @@ Only the one that is called is imported, so that ``--help`` stays fast.
 """
 
 INTERRUPTED = 130
-ONE_THREAD = "OPENBLAS_NUM_THREADS"
-"""The matrices here are small: threads of the linear algebra only take the processor from other work."""
 
 
 def main(argv: Sequence[str] | None = None) -> int:
     """Run the command line and return its exit code; never raises for anything a user can cause."""
     arguments = sys.argv[1:] if argv is None else list(argv)
-    os.environ.setdefault(ONE_THREAD, "1")
+    one_thread_of_linear_algebra()
     for stream in (sys.stdout, sys.stderr):
         if isinstance(stream, TextIOWrapper):  # a terminal that knows no "·" or "²" shows "?"
             stream.reconfigure(errors="replace")
@@ -75,4 +73,5 @@ def _run(arguments: list[str]) -> int:
             module.add_arguments(subparser)
             subparser.set_defaults(run=module.run)
     parsed = parser.parse_args(arguments)
+    keep_freed_memory()
     return int(parsed.run(parsed))

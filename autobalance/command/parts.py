@@ -27,20 +27,20 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 def run(arguments: argparse.Namespace) -> int:
     """Roll up the weights; 0 unless the job is bad."""
     from autobalance import job as jobs
-    from autobalance.command.theory import asked, deliver, head
+    from autobalance.command.theory import read_request, report_head, write_and_print
     from autobalance.report.force_text import parts_text
     from autobalance.report.text import UNITS
 
     job = jobs.load(arguments.job)
-    factor = asked(arguments).factor if job.balance.factor is None else job.balance.factor
+    factor = read_request(arguments).factor if job.balance.factor is None else job.balance.factor
     throws = [(None, job.engine.default), *sorted(job.engine.by_throw.items())]
     values = {
-        **head("parts", job),
+        **report_head("parts", job),
         "throws": [_throw(number, parts, factor) for number, parts in throws],
         "rod": _rod(job),
     }
     plots = _plots(values["throws"]) if arguments.plots else None
-    return deliver(arguments, values, lambda: parts_text(values, UNITS[arguments.units]), plots)
+    return write_and_print(arguments, values, lambda: parts_text(values, UNITS[arguments.units]), plots)
 
 
 def _plots(throws: list[dict[str, Any]]) -> Plots:

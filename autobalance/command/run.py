@@ -10,15 +10,15 @@ from importlib import import_module
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from autobalance.beside import beside
-from autobalance.command.pipeline import Crank, Stopwatch, measured_crank, work_on_faces
+from autobalance.balancing.measured_crank import Crank, measure_crank, work_on_faces
 from autobalance.errors import FileError
 from autobalance.job import Job
 from autobalance.report.bundle import FILES, Choice, bundle
 from autobalance.report.files import Staging
+from autobalance.runtime import Stopwatch, in_thread
 
 if TYPE_CHECKING:
-    from autobalance.report.record import Record
+    from autobalance.balancing.record import Record
 
 REPORT = "report.json"
 SOLID = "balanced"
@@ -57,7 +57,7 @@ def run_job(
         For anything wrong with the job, the crank or the folder; nothing is left behind then.
     """
     watch = Stopwatch()
-    beside(_prepare)
+    in_thread(_prepare)
     copy = None if json_file in (None, "-") else Path(str(json_file))
     solid_path = folder / (SOLID + job.crankshaft.file.suffix.lower())
     choice = choice or Choice(kinds=())
@@ -66,9 +66,9 @@ def run_job(
     _refuse_overwriting(targets, [job.path, job.crankshaft.file])
     with Staging([folder] + ([copy.parent] if copy else [])) as staging:
         progress("reading the crank")
-        crank = measured_crank(job.crankshaft, watch, job.balance, work_on_faces(job))
+        crank = measure_crank(job.crankshaft, watch, job.balance, work_on_faces(job))
         # not before: ``_prepare`` has loaded them by now
-        from autobalance.command.balancing import balanced_record
+        from autobalance.balancing.run import balanced_record
         from autobalance.report.json import dumps, report, solid_entry
 
         record, written = balanced_record(job, crank, watch, progress)
@@ -77,7 +77,7 @@ def run_job(
         progress("writing")
         entries: dict[str, Any] = {"solid": None}
         if written is not None:
-            digest = beside(lambda: hashlib.sha256(written.data).hexdigest())
+            digest = in_thread(lambda: hashlib.sha256(written.data).hexdigest())
             staging.add(solid_path, written.data)
             entries["solid"] = solid_entry(
                 solid_path.name,
@@ -110,7 +110,7 @@ def run_job(
 
 def _prepare() -> None:
     """Load what is needed once the crank is read, and what the report says of the libraries, meanwhile."""
-    import_module("autobalance.command.balancing")
+    import_module("autobalance.balancing.run")
     import_module("autobalance.report.json").library_versions()
 
 

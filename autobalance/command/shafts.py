@@ -11,7 +11,7 @@ if TYPE_CHECKING:
     from autobalance.command.theory import Plots
     from autobalance.engine.shafts import BalanceShaft
     from autobalance.engine.whole_engine import Engine, Order
-    from autobalance.job import Shaft
+    from autobalance.job import BalanceShaftEntry
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -25,25 +25,25 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(arguments: argparse.Namespace) -> int:
     """Compute the shafts; 0 unless the job or the crank is bad."""
-    from autobalance.command import machine
-    from autobalance.command.theory import asked, deliver, head
+    from autobalance.balancing import engine_from_job
+    from autobalance.command.theory import read_request, report_head, write_and_print
     from autobalance.engine.force_summary import HIGHEST_ORDER
+    from autobalance.engine.force_values import order_values, shaft_values
     from autobalance.engine.loads import whole_turn
     from autobalance.engine.shafts import orders_with_shafts, roll_moment_n_m
     from autobalance.report.force_text import shafts_text
-    from autobalance.report.force_values import order_values, shaft_values
     from autobalance.report.text import UNITS
 
-    found = asked(arguments)
+    found = read_request(arguments)
     anatomy, speed = found.crank.anatomy, found.speed_rad_s
-    engine = machine.with_moments(found.job, anatomy, found.crank.moments)
-    engine = machine.balanced_to(engine, found.job, anatomy, found.factor)
+    engine = engine_from_job.with_moments(found.job, anatomy, found.crank.moments)
+    engine = engine_from_job.balanced_to(engine, found.job, anatomy, found.factor)
     orders = engine.orders(speed, HIGHEST_ORDER)
     shafts = [_shaft(shaft) for shaft in found.job.shafts]
     left = orders_with_shafts(orders, shafts, speed)
     roll = roll_moment_n_m(shafts, whole_turn(360), speed)
     values: dict[str, Any] = {
-        **head("shafts", found.job),
+        **report_head("shafts", found.job),
         "speed_rpm": found.speed_rpm,
         "balance_factor": found.factor,
         "without": {"orders": [order_values(order) for order in orders]},
@@ -58,17 +58,17 @@ def run(arguments: argparse.Namespace) -> int:
         },
     }
     plots = _plots(orders, left, found.speed_rpm, has_shafts=bool(shafts)) if arguments.plots else None
-    return deliver(arguments, values, lambda: shafts_text(values, UNITS[arguments.units]), plots)
+    return write_and_print(arguments, values, lambda: shafts_text(values, UNITS[arguments.units]), plots)
 
 
-def _shaft(shaft: Shaft) -> BalanceShaft:
+def _shaft(shaft: BalanceShaftEntry) -> BalanceShaft:
     from autobalance.engine.shafts import BalanceShaft
 
     x, y = shaft.place_mm
     return BalanceShaft(shaft.order, shaft.forward, shaft.product_g_mm, shaft.phase_rad, x, y)
 
 
-def _weights(shaft: Shaft) -> list[dict[str, Any]]:
+def _weights(shaft: BalanceShaftEntry) -> list[dict[str, Any]]:
     from autobalance.engine.shafts import BoltOnWeight
 
     found = []
@@ -91,9 +91,9 @@ def _weights(shaft: Shaft) -> list[dict[str, Any]]:
 def _proposals(orders: list[Order], engine: Engine, speed: float) -> list[dict[str, Any]]:
     """Return shafts for what is left of orders 1 and 2, where more than rounding is."""
     from autobalance.engine.balance_factor import LEAST_DIRECTION
+    from autobalance.engine.force_values import shaft_values
     from autobalance.engine.forces import centrifugal_force_n
     from autobalance.engine.shafts import cancelling_shafts, counter_rotating_shaft
-    from autobalance.report.force_values import shaft_values
 
     products = [each.reciprocating_g * each.slider_crank.crank_radius_mm for each in engine.cylinders]
     least = LEAST_DIRECTION * centrifugal_force_n(sum(products), speed)

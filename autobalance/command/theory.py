@@ -10,13 +10,14 @@ from typing import Any
 
 from autobalance import __version__
 from autobalance import job as jobs
-from autobalance.command import pipeline
+from autobalance.balancing import measured_crank, rotor_from_job
+from autobalance.balancing.measured_crank import Crank
 from autobalance.command.console import progress, progress_done, say
-from autobalance.command.pipeline import Crank, Stopwatch
 from autobalance.errors import UsageError
 from autobalance.job import Job
 from autobalance.report.files import Staging
 from autobalance.report.json import SCHEMA_VERSION, dumps
+from autobalance.runtime import Stopwatch
 from autobalance.units import RAD_S_PER_RPM
 
 Values = dict[str, Any]
@@ -24,7 +25,7 @@ Plots = Mapping[str, Mapping[str, bytes]]
 
 
 @dataclass(frozen=True, eq=False)
-class Asked:
+class Request:
     """A job with its crank, the target factor and the speed."""
 
     job: Job
@@ -34,7 +35,7 @@ class Asked:
     speed_rpm: float
 
 
-def asked(arguments: argparse.Namespace) -> Asked:
+def read_request(arguments: argparse.Namespace) -> Request:
     """Read the job and measure its crank."""
     job = jobs.load(arguments.job)
     speed = job.balance.service_speed_rad_s
@@ -45,15 +46,15 @@ def asked(arguments: argparse.Namespace) -> Asked:
         rpm, speed = arguments.speed_rpm, arguments.speed_rpm * RAD_S_PER_RPM
     progress("reading the crank")
     try:
-        crank = pipeline.measured_crank(job.crankshaft, Stopwatch())
+        crank = measured_crank.measure_crank(job.crankshaft, Stopwatch())
     finally:
         progress_done()
-    pipeline.check_engine(job, crank.anatomy)
-    factor = pipeline.target_factor(job, crank.anatomy, crank.moments)
-    return Asked(job, crank, factor, speed, float(rpm))
+    rotor_from_job.check_engine(job, crank.anatomy)
+    factor = rotor_from_job.target_factor(job, crank.anatomy, crank.moments)
+    return Request(job, crank, factor, speed, float(rpm))
 
 
-def head(command: str, job: Job | None = None) -> Values:
+def report_head(command: str, job: Job | None = None) -> Values:
     """Return the first keys of a command's JSON."""
     return {
         "schema_version": SCHEMA_VERSION,
@@ -63,7 +64,7 @@ def head(command: str, job: Job | None = None) -> Values:
     }
 
 
-def deliver(
+def write_and_print(
     arguments: argparse.Namespace, values: Values, text: Callable[[], str], plots: Plots | None = None
 ) -> int:
     """Write the JSON and the plots that were asked for, all or none, and print the rest."""

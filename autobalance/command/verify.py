@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING
 from autobalance.command.options import add_units
 
 if TYPE_CHECKING:
-    from autobalance.command.claims import Checked
     from autobalance.report.text import Units
+    from autobalance.verification.claims import Checked
 
 ABOVE_TOLERANCE = 4
 
@@ -27,9 +27,9 @@ def run(arguments: argparse.Namespace) -> int:
     """Check a report; 0 within tolerance, 4 above it; a claim that fails is an error (3)."""
     from pathlib import Path
 
-    from autobalance.command.claims import check_report
     from autobalance.command.console import say, warn
     from autobalance.report.text import UNITS
+    from autobalance.verification.claims import check_report
 
     found = check_report(Path(arguments.report), arguments.independent)
     for text in found.warnings:

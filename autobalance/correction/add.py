@@ -14,10 +14,10 @@ from autobalance.correction.kind import Array, Correction, Offer, Workpiece
 from autobalance.correction.shoulder import FacePoint, Patch, ShoulderLimits
 from autobalance.crank.anatomy import Face
 from autobalance.errors import CorrectionError
-from autobalance.rotor.moments import Moments
-from autobalance.solid.csg import Solid
-from autobalance.solid.shape import Shape
-from autobalance.solid.tool import Raising, Tool
+from autobalance.rigid_rotor.moments import Moments
+from autobalance.solid.csg.shape import Shape
+from autobalance.solid.csg.solid import Solid
+from autobalance.solid.csg.tool import Raising, Tool
 
 DEFAULT_MAX_MM = 10.0
 """Greatest height added where the job names none (ours)."""

@@ -11,8 +11,8 @@ import numpy as np
 from autobalance.correction.hole import Direction, Site
 from autobalance.correction.walls import Axis, Surface, edge_pairs
 from autobalance.crank.anatomy import Web
-from autobalance.solid.components import components
-from autobalance.solid.mesh import Array, Indices
+from autobalance.solid.mesh.components import components
+from autobalance.solid.mesh.mesh import Array, Indices
 
 SMOOTH_RAD = math.radians(40.0)
 """Neighbours that turn by less belong to one round surface: down to ten facets around."""

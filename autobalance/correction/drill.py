@@ -25,13 +25,13 @@ from autobalance.correction.hole import (
     site_angles,
 )
 from autobalance.correction.kind import Correction, Count, Offer, Workpiece
-from autobalance.correction.walls import Room, Surface, wall_left_mm
+from autobalance.correction.walls import HoleLimits, Surface, wall_left_mm
 from autobalance.crank.anatomy import Anatomy
 from autobalance.errors import CorrectionError
-from autobalance.rotor.moments import Moments
-from autobalance.solid.csg import Solid
-from autobalance.solid.mesh import Array
-from autobalance.solid.tool import Tool
+from autobalance.rigid_rotor.moments import Moments
+from autobalance.solid.csg.solid import Solid
+from autobalance.solid.csg.tool import Tool
+from autobalance.solid.mesh.mesh import Array
 
 
 @dataclass(frozen=True)
@@ -231,7 +231,7 @@ def cuts(
     surface = Surface.of(solid.mesh, anatomy.file_to_rotor)
     angles = site_angles(limits.sectors_deg, np.asarray(wanted, dtype=np.float64))
     half_point = math.radians(0.5 * limits.point_angle_deg)
-    room = Room(limits.min_wall_mm, half_point, limits.min_depth_mm, limits.max_depth_mm)
+    room = HoleLimits(limits.min_wall_mm, half_point, limits.min_depth_mm, limits.max_depth_mm)
     found: list[DrillCut] = []
     seen = False
     radii = sorted(0.5 * diameter for diameter in set(limits.diameters_mm))
@@ -261,7 +261,7 @@ def _deepened(
 ) -> list[DrillCut]:
     """Set up the blind holes that are there and that a drill at hand fits."""
     half_point = math.radians(0.5 * limits.point_angle_deg)
-    room = Room(limits.min_wall_mm, half_point, LEAST_DEEPENING_MM, limits.max_depth_mm)
+    room = HoleLimits(limits.min_wall_mm, half_point, LEAST_DEEPENING_MM, limits.max_depth_mm)
     fitting = [
         (site, 0.5 * diameter)
         for web in anatomy.webs

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from autobalance.correction.kind import Apart
 from autobalance.correction.walls import (
     Axis,
-    Room,
+    HoleLimits,
     Surface,
     cross2,
     greatest_depth_mm,
@@ -23,10 +23,10 @@ from autobalance.correction.walls import (
 )
 from autobalance.crank.anatomy import Anatomy, Web
 from autobalance.errors import CorrectionError
-from autobalance.rotor.moments import Moments
-from autobalance.solid.csg import Solid, union
-from autobalance.solid.mesh import Array
-from autobalance.solid.tool import Drilling
+from autobalance.rigid_rotor.moments import Moments
+from autobalance.solid.csg.solid import Solid, union
+from autobalance.solid.csg.tool import Drilling
+from autobalance.solid.mesh.mesh import Array
 
 Direction = Literal["radial", "axial"]
 Sectors = tuple[tuple[float, float], ...]
@@ -267,7 +267,7 @@ def _site(within: Surface, web: Web, angle: float, line: Axis, margin_mm: float)
 
 
 def make_holes(
-    sites: Sequence[Site], metal: Solid, radius_mm: float, room: Room
+    sites: Sequence[Site], metal: Solid, radius_mm: float, room: HoleLimits
 ) -> list[tuple[Site, Hole, float]]:
     """Set up the holes of one radius that keep the walls: site, hole and greatest depth.
 

@@ -9,9 +9,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from autobalance.crank.anatomy import Anatomy, Face
-from autobalance.rotor.moments import Moments
-from autobalance.solid.csg import Solid
-from autobalance.solid.tool import Tool
+from autobalance.rigid_rotor.moments import Moments
+from autobalance.solid.csg.solid import Solid
+from autobalance.solid.csg.tool import Tool
 
 Array = NDArray[np.float64]
 Prefer = Literal["least_metal", "fewest_holes", "least_inertia_change", "most_inertia_removed"]

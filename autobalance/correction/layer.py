@@ -16,10 +16,10 @@ import numpy as np
 
 from autobalance.correction.curve import DepthCurve
 from autobalance.correction.kind import Array
-from autobalance.rotor.moments import Moments
-from autobalance.solid.csg import Region, Solid
-from autobalance.solid.mesh import Indices, Mesh, least_and_greatest, longest_sides
-from autobalance.solid.slices import Spans, cross_sections, thinned
+from autobalance.rigid_rotor.moments import Moments
+from autobalance.solid.csg.solid import Region, Solid
+from autobalance.solid.mesh.mesh import Indices, Mesh, least_and_greatest, longest_sides
+from autobalance.solid.slicing.slices import Spans, cross_sections, thinned
 
 BACKWARD = -0.5
 """A surface counts as the next one behind the face if its normal has at most this component along the face's:
@@ -34,7 +34,7 @@ FLAT = 1.0 - 1e-5
 
 
 @dataclass(frozen=True, eq=False)
-class Slab:
+class Layer:
     """The triangles of a solid between two heights over a face's frame, with their directions.
 
     Attributes
@@ -60,7 +60,7 @@ class Slab:
     grain_mm: float
 
     @classmethod
-    def of(cls, mesh: Mesh, frame: Array, low_mm: float, high_mm: float, grain_mm: float) -> Slab:
+    def of(cls, mesh: Mesh, frame: Array, low_mm: float, high_mm: float, grain_mm: float) -> Layer:
         """Pick the triangles that reach into low..high once ``frame`` (4, 4) has placed the mesh."""
         z = mesh.vertices @ frame[2, :3] + frame[2, 3]
         sides = (z > low_mm).view(np.uint8) | (z < high_mm).view(np.uint8) << 1
@@ -195,7 +195,7 @@ class FaceLayer:
 
     # --- where the depth ends -------------------------------------------------------------------------------
 
-    def step_depth_mm(self, slab: Slab, deepest_mm: float) -> float | None:
+    def step_depth_mm(self, slab: Layer, deepest_mm: float) -> float | None:
         """Return the depth at which another plane that faces the same way joins the section, if any does."""
         tops = slab.tops
         below = (tops > self.height_mm - deepest_mm) & (tops < self.height_mm - 2.0 * self.grain_mm)
@@ -207,7 +207,7 @@ class FaceLayer:
                 return float(depth)
         return None
 
-    def merge_depth_mm(self, slab: Slab, deepest_mm: float) -> float | None:
+    def merge_depth_mm(self, slab: Layer, deepest_mm: float) -> float | None:
         """Return the depth at which another raised part becomes one with the section, if one does.
 
         From there on that part hangs together with the face, all of it: the removed metal would jump.
@@ -227,7 +227,7 @@ class FaceLayer:
             free, merged = (free, middle) if joined(middle) else (middle, merged)
         return free
 
-    def back_height_mm(self, slab: Slab, lowest_mm: float, deepest_mm: float) -> float | None:
+    def back_height_mm(self, slab: Layer, lowest_mm: float, deepest_mm: float) -> float | None:
         """Return the height of the next surface behind the cut, if there is one above ``lowest_mm``."""
         tops = slab.tops
         below = (tops > lowest_mm) & (tops < self.height_mm - 2.0 * self.grain_mm)

@@ -18,15 +18,15 @@ import numpy as np
 
 from autobalance.correction.curve import DepthCurve
 from autobalance.correction.kind import Array, Correction, Offer, SharedDepth, Workpiece
-from autobalance.correction.layer import BACKWARD, FaceLayer, Slab, moments_of
+from autobalance.correction.layer import BACKWARD, FaceLayer, Layer, moments_of
 from autobalance.correction.lowering import lowering
 from autobalance.crank.anatomy import Anatomy, Face, Web
 from autobalance.errors import CorrectionError
-from autobalance.rotor.moments import Moments
-from autobalance.solid.csg import Region, Solid
-from autobalance.solid.mesh import Mesh
-from autobalance.solid.shape import Shape
-from autobalance.solid.tool import Tool, wedge
+from autobalance.rigid_rotor.moments import Moments
+from autobalance.solid.csg.shape import Shape
+from autobalance.solid.csg.solid import Region, Solid
+from autobalance.solid.csg.tool import Tool, wedge
+from autobalance.solid.mesh.mesh import Mesh
 
 FacePoint = tuple[float, float, float]
 
@@ -509,7 +509,7 @@ def _cut(
     wall = _wall_mm(face, anatomy, limits)
     looked = reach_mm if limits.max_depth_mm is None else min(reach_mm, limits.max_depth_mm)
     low, high = height - looked - wall - grain, height + 2.0 * grain
-    slab = Slab.of(mesh, to_face @ anatomy.file_to_rotor, low, high, grain)
+    slab = Layer.of(mesh, to_face @ anatomy.file_to_rotor, low, high, grain)
     standing = slab.section(height + grain).grown(CLEARANCE * grain).simplified(0.5 * CLEARANCE * grain)
     size = _reach_mm(mesh, anatomy)
     layer = FaceLayer(
@@ -542,7 +542,7 @@ def _cut(
 
 
 def _depth_limit(
-    layer: FaceLayer, slab: Slab, looked_mm: float, wall_mm: float, limits: ShoulderLimits
+    layer: FaceLayer, slab: Layer, looked_mm: float, wall_mm: float, limits: ShoulderLimits
 ) -> tuple[float, str, bool]:
     """Return the greatest depth, what ends it, and whether that is only how far was looked."""
     depth, limit, is_reach = looked_mm, "how far was looked", True

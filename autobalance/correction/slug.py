@@ -25,11 +25,11 @@ from autobalance.correction.hole import (
     site_angles,
 )
 from autobalance.correction.kind import Apart, Array, Correction, Count, Cut, Offer, Workpiece
-from autobalance.correction.walls import Room, Surface, wall_left_mm
+from autobalance.correction.walls import HoleLimits, Surface, wall_left_mm
 from autobalance.errors import CorrectionError
-from autobalance.rotor.moments import Moments
-from autobalance.solid.csg import Solid
-from autobalance.solid.tool import Tool
+from autobalance.rigid_rotor.moments import Moments
+from autobalance.solid.csg.solid import Solid
+from autobalance.solid.csg.tool import Tool
 from autobalance.units import G_PER_MM3_PER_KG_M3
 
 FLAT_BOTTOM_RAD = 0.5 * math.pi
@@ -359,7 +359,7 @@ def cuts(work: Workpiece, wanted: Array, limits: SlugLimits) -> list[SlugCut]:
     found: list[SlugCut] = []
     for radius in sorted(0.5 * diameter for diameter in set(limits.diameters_mm)):
         sites = list(find_sites(surface, work.anatomy, limits.direction, angles, radius + limits.min_wall_mm))
-        room = Room(limits.min_wall_mm, FLAT_BOTTOM_RAD, lengths[0], lengths[-1] + radius)
+        room = HoleLimits(limits.min_wall_mm, FLAT_BOTTOM_RAD, lengths[0], lengths[-1] + radius)
         for web, metal in reach_of(work.solid, work.anatomy, sites, radius).items():
             here = [site for site in sites if site.web == web]
             for site, hole, deepest in make_holes(here, metal, radius, room):

@@ -11,10 +11,10 @@ import numpy as np
 from autobalance.correction.kind import Array, Correction, Offer, Workpiece
 from autobalance.crank.anatomy import Anatomy, Web
 from autobalance.errors import CorrectionError
-from autobalance.rotor.moments import Moments
-from autobalance.solid.csg import Solid, union
-from autobalance.solid.shape import Joined
-from autobalance.solid.tool import Tool, ring
+from autobalance.rigid_rotor.moments import Moments
+from autobalance.solid.csg.shape import Joined
+from autobalance.solid.csg.solid import Solid, union
+from autobalance.solid.csg.tool import Tool, ring
 
 SEGMENTS = 360
 """Sides of the turned circle; a polygon of its area."""

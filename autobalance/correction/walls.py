@@ -14,8 +14,8 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
-from autobalance.solid.components import components
-from autobalance.solid.mesh import Array, Indices, Mesh
+from autobalance.solid.mesh.components import components
+from autobalance.solid.mesh.mesh import Array, Indices, Mesh
 
 CONTINUATION_RAD = math.radians(40.0)
 """A surface that turns further away from the drill than this is another surface (a 45° chamfer is)."""
@@ -148,7 +148,7 @@ def _connected(vertex: Indices, start: int) -> NDArray[np.bool_]:
 
 
 @dataclass(frozen=True)
-class Room:
+class HoleLimits:
     """What a hole must keep: its wall, and depths that matter (of the full diameter).
 
     ``half_point_rad`` is half of the point angle; π/2 for a flat bottom.
@@ -160,7 +160,7 @@ class Room:
     most_mm: float
 
 
-def greatest_depth_mm(others: Array, radius_mm: float, room: Room) -> float:
+def greatest_depth_mm(others: Array, radius_mm: float, room: HoleLimits) -> float:
     """Return how deep a hole may go and leave its wall all around; −inf if not even the least.
 
     A point at distance s from the axis and depth τ is clear of a hole of depth t, inflated by the wall, when
@@ -216,10 +216,12 @@ def wall_left_mm(others: Array, radius_mm: float, depth_mm: float, half_point_ra
 
 def _fits(others: Array, radius_mm: float, depth_mm: float, half_point_rad: float, wall_mm: float) -> bool:
     deep = depth_mm + DEPTH_TOLERANCE_MM
-    return greatest_depth_mm(others, radius_mm, Room(wall_mm, half_point_rad, depth_mm, deep)) >= depth_mm
+    return (
+        greatest_depth_mm(others, radius_mm, HoleLimits(wall_mm, half_point_rad, depth_mm, deep)) >= depth_mm
+    )
 
 
-def _front(s: Array, a: float, room: Room) -> Array:
+def _front(s: Array, a: float, room: HoleLimits) -> Array:
     """Return how far ahead of the shoulder a point of radius ``a``, inflated by the wall, reaches at s."""
     cos, sin, wall = math.cos(room.half_point_rad), math.sin(room.half_point_rad), room.wall_mm
     tip = a * cos / sin + np.sqrt(np.maximum(wall**2 - s**2, 0.0))
@@ -228,7 +230,7 @@ def _front(s: Array, a: float, room: Room) -> Array:
     return np.where(s <= wall * cos, tip, np.where(s <= a + wall * cos, cone, edge))
 
 
-def _bound(pieces: Array, a: float, room: Room) -> Array:
+def _bound(pieces: Array, a: float, room: HoleLimits) -> Array:
     """Return a depth (k,) that no point of a piece undercuts; inf for pieces out of reach."""
     depth = pieces[:, :, 2]
     bound = _clear(_distance_from_axis(pieces), depth.min(1), depth.max(1), a, room)
@@ -237,7 +239,7 @@ def _bound(pieces: Array, a: float, room: Room) -> Array:
     return bound
 
 
-def _tangent_bound(pieces: Array, a: float, room: Room) -> Array:
+def _tangent_bound(pieces: Array, a: float, room: HoleLimits) -> Array:
     """Return a bound (k,) from the tangent at the pieces' middles, since τ − φ(s) is convex; −inf: none.
 
     It closes in with the square of a piece's size, where the least s and τ only do so with the size.
@@ -252,7 +254,7 @@ def _tangent_bound(pieces: Array, a: float, room: Room) -> Array:
     return np.where(valid, value, -np.inf)
 
 
-def _front_slope(s: Array, a: float, room: Room) -> Array:
+def _front_slope(s: Array, a: float, room: HoleLimits) -> Array:
     """Return the derivative of ``_front`` with s, for s short of the radius and the wall."""
     cos, sin, wall = math.cos(room.half_point_rad), math.sin(room.half_point_rad), room.wall_mm
     tip = -s / np.sqrt(np.maximum(wall**2 - s**2, 1e-12))
@@ -260,14 +262,14 @@ def _front_slope(s: Array, a: float, room: Room) -> Array:
     return np.where(s <= wall * cos, tip, np.where(s <= a + wall * cos, -cos / sin, edge))
 
 
-def _value(pieces: Array, a: float, room: Room) -> Array:
+def _value(pieces: Array, a: float, room: HoleLimits) -> Array:
     """Return the depths that corners and middles of pieces allow (k, 4)."""
     points = np.concatenate([pieces, pieces.mean(axis=1, keepdims=True)], axis=1)
     depth = points[:, :, 2]
     return _clear(np.hypot(points[:, :, 0], points[:, :, 1]), depth, depth, a, room)
 
 
-def _clear(s: Array, low: Array, high: Array, a: float, room: Room) -> Array:
+def _clear(s: Array, low: Array, high: Array, a: float, room: HoleLimits) -> Array:
     """Return the depth that surfaces at distance s from the axis, τ from low to high, allow."""
     above = high < -room.wall_mm  # in the drill's way, not beside the hole
     depth = np.where(above, -np.inf, low - _front(s, a, room))

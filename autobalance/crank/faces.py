@@ -13,12 +13,12 @@ from functools import partial
 
 import numpy as np
 
-from autobalance.beside import beside
 from autobalance.crank.anatomy import Anatomy, Array, Face, Indices
-from autobalance.crank.stations import plane_levels
-from autobalance.solid.components import numbered_components
-from autobalance.solid.mesh import Mesh, compacted, least_and_greatest
-from autobalance.solid.surface import PlaneFace, Surfaces
+from autobalance.crank.recognition.section_stack import plane_levels
+from autobalance.runtime import in_thread
+from autobalance.solid.cad.surface import PlaneFace, Surfaces
+from autobalance.solid.mesh.components import numbered_components
+from autobalance.solid.mesh.mesh import Mesh, compacted, least_and_greatest
 
 LEAST_AREA_SHARE = 5e-4
 """Faces smaller than this share of the whole surface are of no use to a correction."""
@@ -206,7 +206,7 @@ def _faces_along(look: _Look, normal: Array, least_mm2: float) -> list[Face]:
     members = np.flatnonzero((lowest == highest) & (lowest >= 0))
     lean = lean.take(members)
     faces_on = [partial(_faces_on_side, look, members, sign * lean, least_mm2) for sign in (1.0, -1.0)]
-    others = beside(faces_on[1])
+    others = in_thread(faces_on[1])
     return faces_on[0]() + others.result()
 
 

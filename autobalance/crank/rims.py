@@ -5,9 +5,9 @@ from __future__ import annotations
 import numpy as np
 
 from autobalance.crank.anatomy import Anatomy, Array, Face, Indices, Web
-from autobalance.crank.circles import distances
-from autobalance.crank.stations import turned
-from autobalance.solid.mesh import Mesh
+from autobalance.crank.recognition.circles import distances
+from autobalance.crank.recognition.section_stack import rotated
+from autobalance.solid.mesh.mesh import Mesh
 
 ON_RIM = 1e-3
 """A rim's corners are off its radius by less than this share of it."""
@@ -28,7 +28,7 @@ def find_rims(mesh: Mesh, anatomy: Anatomy) -> tuple[Face, ...]:
         In file coordinates [mm].
     anatomy : Anatomy
     """
-    placed = Mesh(turned(mesh.vertices, anatomy.file_to_rotor), mesh.triangles)
+    placed = Mesh(rotated(mesh.vertices, anatomy.file_to_rotor), mesh.triangles)
     away = distances(placed.vertices, np.zeros(2))
     least_mm2 = LEAST_AREA_SHARE * 0.5 * float(mesh.doubled_areas.sum())
     found = []

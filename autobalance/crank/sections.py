@@ -11,11 +11,11 @@ from typing import Literal
 import numpy as np
 
 from autobalance.crank.anatomy import Anatomy, Array, Pin, Web
-from autobalance.crank.stations import turned
-from autobalance.rotor.moments import Moments
-from autobalance.solid.csg import Solid
-from autobalance.solid.mesh import Mesh
-from autobalance.solid.slab import EVERYTHING, Layers, Part
+from autobalance.crank.recognition.section_stack import rotated
+from autobalance.rigid_rotor.moments import Moments
+from autobalance.solid.csg.solid import Solid
+from autobalance.solid.mesh.mesh import Mesh
+from autobalance.solid.slicing.slab import EVERYTHING, Part, Slab
 
 Kind = Literal["main journal", "crankpin", "web", "counterweight", "shaft"]
 
@@ -156,7 +156,9 @@ class _Cutter:
     @classmethod
     def of(cls, mesh: Mesh, anatomy: Anatomy, density_g_mm3: float) -> _Cutter:
         """Take a mesh in file coordinates."""
-        return cls(Mesh(turned(mesh.vertices, anatomy.file_to_rotor), mesh.triangles), anatomy, density_g_mm3)
+        return cls(
+            Mesh(rotated(mesh.vertices, anatomy.file_to_rotor), mesh.triangles), anatomy, density_g_mm3
+        )
 
     def spans(self) -> list[_Span]:
         """Return the stretches of the axis, by increasing z, without gaps."""
@@ -208,8 +210,8 @@ class _Cutter:
         return self._layers.moments((span.low, span.high), self.density_g_mm3, part)
 
     @cached_property
-    def _layers(self) -> Layers:
-        return Layers(self.mesh.vertices, self.mesh.triangles, ROUNDING * self.mesh.diagonal_mm)
+    def _layers(self) -> Slab:
+        return Slab(self.mesh.vertices, self.mesh.triangles, ROUNDING * self.mesh.diagonal_mm)
 
     def pin_moments(self, span: _Span) -> Moments:
         """Return the moments of the journal's or crankpin's metal in a stretch."""

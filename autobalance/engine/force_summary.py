@@ -9,7 +9,7 @@ import numpy as np
 
 from autobalance.engine.loads import Loads, loads, whole_turn
 from autobalance.engine.whole_engine import Engine, Order
-from autobalance.rotor.moments import Array
+from autobalance.rigid_rotor.moments import Array
 
 HIGHEST_ORDER = 8
 ANGLES = 720

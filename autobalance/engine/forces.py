@@ -13,7 +13,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from autobalance.engine.slider_crank import harmonic, harmonic_series
-from autobalance.rotor.moments import Array
+from autobalance.rigid_rotor.moments import Array
 from autobalance.units import N_PER_G_MM_S2
 
 

@@ -8,13 +8,13 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from autobalance.rotor.moments import Array, Moments
-from autobalance.rotor.unbalance import Unbalance
+from autobalance.rigid_rotor.moments import Array, Moments
+from autobalance.rigid_rotor.unbalance import Unbalance
 from autobalance.units import G_PER_MM3_PER_KG_M3
 
 
 @dataclass(frozen=True)
-class Section:
+class TableSection:
     """A piece of the crank: what it weighs and where its centre of mass is."""
 
     name: str
@@ -40,7 +40,7 @@ class Section:
         return Moments.point(self.mass_g, np.array([self.x_mm, self.y_mm, self.z_mm]))
 
 
-def section_sums(sections: Sequence[Section]) -> Unbalance:
+def section_sums(sections: Sequence[TableSection]) -> Unbalance:
     """Return the static sums (resultant) and the dynamic sums (moment about z = 0) of a section table.
 
     References
@@ -60,7 +60,7 @@ def section_sums(sections: Sequence[Section]) -> Unbalance:
     return Unbalance.of(total)
 
 
-def balancing_products_g_mm(sections: Sequence[Section], first: str, second: str) -> tuple[Array, Array]:
+def balancing_products_g_mm(sections: Sequence[TableSection], first: str, second: str) -> tuple[Array, Array]:
     """Return the static products (2,) that two sections must have for no force and no couple.
 
     Parameters
@@ -115,7 +115,7 @@ def cylinder_mass_g(diameter_mm: float, length_mm: float, density_kg_m3: float) 
 
 def oil_section(
     name: str, diameter_mm: float, length_mm: float, centre_mm: Array, density_kg_m3: float = 870.0
-) -> Section:
+) -> TableSection:
     """Return the oil that fills a drilled pin, as a row of the section table.
 
     ``centre_mm`` (3,) is the middle of the drilling; 870 kg/m³ is engine oil at room temperature.
@@ -126,7 +126,7 @@ def oil_section(
     2.733
     """
     x, y, z = (float(value) for value in centre_mm)
-    return Section(name, cylinder_mass_g(diameter_mm, length_mm, density_kg_m3), x, y, z)
+    return TableSection(name, cylinder_mass_g(diameter_mm, length_mm, density_kg_m3), x, y, z)
 
 
 def final_hole_depth_mm(

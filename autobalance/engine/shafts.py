@@ -16,7 +16,7 @@ import numpy as np
 
 from autobalance.engine.slider_crank import harmonic
 from autobalance.engine.whole_engine import Order
-from autobalance.rotor.moments import Array
+from autobalance.rigid_rotor.moments import Array
 from autobalance.units import N_M_PER_G_MM2_S2, N_PER_G_MM_S2
 
 LEAST_CIRCLE = 1e-9

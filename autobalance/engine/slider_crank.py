@@ -23,7 +23,7 @@ from fractions import Fraction
 import numpy as np
 from numpy.typing import NDArray
 
-from autobalance.rotor.moments import Array
+from autobalance.rigid_rotor.moments import Array
 
 Complex = NDArray[np.complex128]
 

@@ -16,8 +16,8 @@ import numpy as np
 
 from autobalance.engine.parts import Parts
 from autobalance.engine.slider_crank import Complex, SliderCrank
-from autobalance.rotor.moments import Array
-from autobalance.rotor.unbalance import Unbalance
+from autobalance.rigid_rotor.moments import Array
+from autobalance.rigid_rotor.unbalance import Unbalance
 from autobalance.units import N_M_PER_G_MM2_S2, N_PER_G_MM_S2
 
 

@@ -7,14 +7,14 @@ from dataclasses import MISSING, fields, is_dataclass
 from types import UnionType
 from typing import Any, Union, get_args, get_origin, get_type_hints
 
-from autobalance.crank.design import Design, preset
+from autobalance.crank.parametric.design import Design, preset
 from autobalance.errors import JobError
-from autobalance.job.model import Engine
+from autobalance.job.model import EngineParts
 from autobalance.job.read import read_engine, toml_of
 from autobalance.job.table import Table
 
 
-def read_design(text: str, source: str) -> tuple[Design, Engine | None]:
+def read_design(text: str, source: str) -> tuple[Design, EngineParts | None]:
     """Read a crank description from TOML.
 
     Parameters
@@ -37,7 +37,7 @@ def read_design(text: str, source: str) -> tuple[Design, Engine | None]:
         raise JobError(f"{source}: {error}") from None
 
 
-def _design_and_engine(raw: dict[str, Any], name: str) -> tuple[Design, Engine | None]:
+def _design_and_engine(raw: dict[str, Any], name: str) -> tuple[Design, EngineParts | None]:
     root = Table(raw, "", ("preset", "engine", *_keys(Design)))
     base = table_of(preset(root.value("preset", str))) if "preset" in root else {}
     described = {key: value for key, value in raw.items() if key not in ("preset", "engine")}

@@ -10,11 +10,11 @@ from typing import Any
 from autobalance.crank.anatomy import PinHint
 from autobalance.job.layout import G_MM2_PER_KG_MM2
 from autobalance.job.model import (
+    BalanceShaftEntry,
+    CylinderLayout,
     Job,
-    Layout,
     PartWeights,
     RodOnScales,
-    Shaft,
     ThrowParts,
     Weight,
 )
@@ -100,7 +100,7 @@ def _engine(job: Job) -> dict[str, Any]:
     return {
         "rod_length_mm": engine.rod_length_mm,
         "stroke_mm": engine.stroke_mm,
-        **({"layout": _layout(engine.layout)} if engine.layout != Layout() else {}),
+        **({"layout": _layout(engine.layout)} if engine.layout != CylinderLayout() else {}),
         **({"rod": _rod(engine.rod)} if engine.rod is not None else {}),
         "rods_per_throw": engine.default.rods,
         **_weights(engine.default.weights),
@@ -118,13 +118,13 @@ def _engine(job: Job) -> dict[str, Any]:
     }
 
 
-def _throw(number: int, parts: ThrowParts, layout: Layout) -> dict[str, Any]:
+def _throw(number: int, parts: ThrowParts, layout: CylinderLayout) -> dict[str, Any]:
     banks = layout.bank_by_throw.get(number)
     own = {} if banks is None else {"bank_deg": _degrees(banks)}
     return {"number": number, "rods": parts.rods, **own, **_weights(parts.weights)}
 
 
-def _layout(layout: Layout) -> dict[str, Any]:
+def _layout(layout: CylinderLayout) -> dict[str, Any]:
     return {
         "bank_deg": None if layout.bank_rad is None else _degrees(layout.bank_rad),
         "rod_pitch_mm": layout.rod_pitch_mm,
@@ -145,7 +145,7 @@ def _rod(rod: RodOnScales) -> dict[str, Any]:
     }
 
 
-def _shaft(shaft: Shaft) -> dict[str, Any]:
+def _shaft(shaft: BalanceShaftEntry) -> dict[str, Any]:
     product: dict[str, Any] = {"weight": [asdict(item) for item in shaft.weights]}
     return {
         "order": shaft.order,

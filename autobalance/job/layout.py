@@ -7,14 +7,14 @@ from collections.abc import Sequence
 from typing import Literal
 
 from autobalance.errors import JobError
-from autobalance.job.model import Bolted, Layout, RodOnScales, Shaft
+from autobalance.job.model import BalanceShaftEntry, Bolted, CylinderLayout, RodOnScales
 from autobalance.job.table import ANY, COUNTED, NOT_NEGATIVE, POSITIVE, Table
 
 Sense = Literal["forward", "backward"]
 G_MM2_PER_KG_MM2 = 1000.0
 
 
-def read_layout(engine: Table, throws: Sequence[Table]) -> Layout:
+def read_layout(engine: Table, throws: Sequence[Table]) -> CylinderLayout:
     """Read ``[engine.layout]`` and the bank angles of the throws that differ."""
     table = engine.table("layout", ("bank_deg", "rod_pitch_mm", "offset_mm"))
     by_throw = {}
@@ -22,7 +22,7 @@ def read_layout(engine: Table, throws: Sequence[Table]) -> Layout:
         banks = _banks(throw)
         if banks is not None:
             by_throw[throw.value("number", int, COUNTED)] = banks
-    return Layout(
+    return CylinderLayout(
         _banks(table),
         by_throw,
         table.optional("rod_pitch_mm", float, ANY, default=0.0),
@@ -57,18 +57,18 @@ SHAFT_KEYS = ("order", "sense", "product_g_mm", "phase_deg", "place_mm", "weight
 WEIGHT_KEYS = ("name", "eccentricity_mm", "cad_g", "weighed_g")
 
 
-def read_shafts(root: Table) -> tuple[Shaft, ...]:
+def read_shafts(root: Table) -> tuple[BalanceShaftEntry, ...]:
     """Read ``[[shafts]]``."""
     return tuple(_shaft(table) for table in root.tables("shafts", SHAFT_KEYS))
 
 
-def _shaft(table: Table) -> Shaft:
+def _shaft(table: Table) -> BalanceShaftEntry:
     weights = tuple(_bolted(item) for item in table.tables("weight", WEIGHT_KEYS))
     if weights and "product_g_mm" in table:
         raise JobError(f"{table.place('product_g_mm')} is given beside weights; must be one or the other")
     product = sum(_weight_g(item) * item.eccentricity_mm for item in weights)
     sense: Sense = table.value("sense", Sense)
-    return Shaft(
+    return BalanceShaftEntry(
         table.value("order", int, COUNTED),
         sense == "forward",
         product if weights else table.value("product_g_mm", float),

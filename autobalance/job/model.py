@@ -11,8 +11,8 @@ from typing import Any, Literal
 from autobalance.correction import Limits
 from autobalance.correction.kind import Prefer
 from autobalance.crank.anatomy import Overrides
-from autobalance.rotor.margin import Margin
-from autobalance.rotor.tolerance import Judge
+from autobalance.rigid_rotor.margin import Margin
+from autobalance.rigid_rotor.tolerance import Judge
 
 LengthUnit = Literal["mm", "cm", "m", "inch"]
 
@@ -87,7 +87,7 @@ class Attached:
 
 
 @dataclass(frozen=True)
-class Layout:
+class CylinderLayout:
     """How the cylinders stand about the crank; for forces and shafts.
 
     ``bank_rad`` has one direction for each rod of a throw, from the rotor's x axis at crank angle 0, or is
@@ -124,7 +124,7 @@ class Bolted:
 
 
 @dataclass(frozen=True)
-class Shaft:
+class BalanceShaftEntry:
     """A balance shaft; its product is given, or the sum of its bolted weights'."""
 
     order: int
@@ -136,7 +136,7 @@ class Shaft:
 
 
 @dataclass(frozen=True)
-class Engine:
+class EngineParts:
     """Weights on the throws: those of every throw, and of the throws that differ, by their number."""
 
     default: ThrowParts
@@ -144,7 +144,7 @@ class Engine:
     attached: tuple[Attached, ...] = ()
     rod_length_mm: float | None = None
     stroke_mm: float | None = None
-    layout: Layout = field(default_factory=Layout)
+    layout: CylinderLayout = field(default_factory=CylinderLayout)
     rod: RodOnScales | None = None
 
     def of_throw(self, number: int) -> ThrowParts:
@@ -183,14 +183,14 @@ class Job:
 
     path: Path
     crankshaft: Crankshaft
-    engine: Engine
+    engine: EngineParts
     original: PartWeights | None
     balance: Balance
     methods: tuple[Limits, ...]
     method_names: tuple[str, ...]
     raw: Mapping[str, Any]
     prefer: Prefer = "least_metal"
-    shafts: tuple[Shaft, ...] = ()
+    shafts: tuple[BalanceShaftEntry, ...] = ()
     depth_tolerance_mm: float | None = None
 
     @property

@@ -18,7 +18,7 @@ from autobalance.job.model import (
     Attached,
     Balance,
     Crankshaft,
-    Engine,
+    EngineParts,
     Job,
     LengthUnit,
     PartWeights,
@@ -26,8 +26,8 @@ from autobalance.job.model import (
     Weight,
 )
 from autobalance.job.table import ANY, COUNTED, NOT_NEGATIVE, POSITIVE, SHARE, Table
-from autobalance.rotor.margin import Margin
-from autobalance.rotor.tolerance import Judge
+from autobalance.rigid_rotor.margin import Margin
+from autobalance.rigid_rotor.tolerance import Judge
 from autobalance.units import G_PER_MM3_PER_KG_M3, RAD_S_PER_RPM
 
 UNITLESS = (".stl", ".obj", ".ply", ".off")
@@ -226,7 +226,7 @@ def _pins(table: Table, key: str) -> tuple[PinHint, ...] | None:
 # --- [engine] and [original] --------------------------------------------------------------------------------
 
 
-def read_engine(root: Table, pin_in_file: bool) -> Engine:
+def read_engine(root: Table, pin_in_file: bool) -> EngineParts:
     """Read ``[engine]``, whose weights must hold the crankpin where the file does not."""
     known = (
         "rod_length_mm",
@@ -252,7 +252,7 @@ def read_engine(root: Table, pin_in_file: bool) -> Engine:
     for throw in throws:
         if pin_in_file:
             _check_crankpin(throw, _weights(throw), pin_in_file)
-    return Engine(
+    return EngineParts(
         default,
         by_throw,
         tuple(_attached(item) for item in table.tables("attached", ATTACHED_KEYS)),

@@ -9,9 +9,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from autobalance.crank.anatomy import Anatomy, Array, Face, Pin
-from autobalance.report.lettering import draw_line, draw_text
-from autobalance.report.zbuffer import Camera, Image, Picture, png, render
-from autobalance.solid.mesh import Indices, Mesh
+from autobalance.graphics.lettering import draw_line, draw_text
+from autobalance.graphics.zbuffer import Camera, Image, Picture, png, render
+from autobalance.solid.mesh.mesh import Indices, Mesh
 
 VIEWS = ((-0.30, -0.62, -0.72), (-0.30, -0.62, 0.72))
 """Directions of sight in the rotor frame: faces that look along +z are seen in the first, the others in the

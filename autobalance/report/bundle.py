@@ -7,8 +7,8 @@ from dataclasses import dataclass
 from typing import Any
 
 from autobalance.report.metal import Piece, pieces_of
-from autobalance.solid.csg import Solid
-from autobalance.solid.mesh import Mesh
+from autobalance.solid.csg.solid import Solid
+from autobalance.solid.mesh.mesh import Mesh
 
 KINDS = ("html", "pdf", "xlsx", "png")
 """What can be chosen; ``report.json`` is always written."""

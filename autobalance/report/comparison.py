@@ -6,10 +6,10 @@ import math
 from collections.abc import Mapping, Sequence
 from typing import Any
 
-from autobalance.comparison import Row, beaten_by
+from autobalance.balancing.comparison import Row, beaten_by
 from autobalance.report.json import G_MM2_PER_KG_MM2, SCHEMA_VERSION
 from autobalance.report.text import Units, fixed, table
-from autobalance.rotor.tolerance import Tolerance
+from autobalance.rigid_rotor.tolerance import Tolerance
 
 Values = dict[str, Any]
 

@@ -9,8 +9,8 @@ from typing import Any
 import numpy as np
 
 from autobalance.report.metal import Piece
-from autobalance.solid.csg import Polygons, Solid
-from autobalance.solid.mesh import Array
+from autobalance.solid.csg.solid import Polygons, Solid
+from autobalance.solid.mesh.mesh import Array
 
 
 @dataclass(frozen=True, eq=False)

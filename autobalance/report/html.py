@@ -13,9 +13,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from autobalance.report import polar
-from autobalance.report.metal import Piece
-from autobalance.report.words import (
+from autobalance.graphics import polar
+from autobalance.graphics.words import (
     OUTCOMES,
     at,
     counts_uncertainty,
@@ -33,7 +32,8 @@ from autobalance.report.words import (
     weights,
     whole_degrees,
 )
-from autobalance.solid.mesh import Array, Indices, Mesh, compacted
+from autobalance.report.metal import Piece
+from autobalance.solid.mesh.mesh import Array, Indices, Mesh, compacted
 
 Report = Mapping[str, Any]
 

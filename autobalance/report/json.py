@@ -14,14 +14,21 @@ from typing import Any, Literal
 import numpy as np
 
 from autobalance import __version__
+from autobalance.balancing.record import (
+    Balanced,
+    ChordalErrorEntry,
+    FaceOffer,
+    MeasuredCrank,
+    Record,
+    TrueSurfaces,
+)
 from autobalance.correction.kind import Correction
 from autobalance.crank.anatomy import Anatomy, Pin, Throw, Web
 from autobalance.crank.sections import Section
-from autobalance.report.force_values import force_values
-from autobalance.report.record import Balanced, FaceOffer, FacetError, MeasuredCrank, Record, TrueSurfaces
-from autobalance.rotor.moments import Array, Moments
-from autobalance.rotor.unbalance import Unbalance
-from autobalance.rotor.uncertainty import Budget
+from autobalance.engine.force_values import force_values
+from autobalance.rigid_rotor.moments import Array, Moments
+from autobalance.rigid_rotor.unbalance import Unbalance
+from autobalance.rigid_rotor.uncertainty import Budget
 
 SCHEMA_VERSION = 1
 G_MM2_PER_KG_MM2 = 1000.0
@@ -236,7 +243,7 @@ def _crank(crank: MeasuredCrank) -> Values:
     }
 
 
-def _facet_error(error: FacetError) -> Values:
+def _facet_error(error: ChordalErrorEntry) -> Values:
     needed, added = error.needed, error.added
     return {
         "mass_g": error.mass_g,

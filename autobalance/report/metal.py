@@ -6,8 +6,8 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
-from autobalance.solid.csg import Solid, beyond, shared_with
-from autobalance.solid.mesh import Indices, Mesh
+from autobalance.solid.csg.solid import Solid, beyond, shared_with
+from autobalance.solid.mesh.mesh import Indices, Mesh
 
 
 @dataclass(frozen=True, eq=False)

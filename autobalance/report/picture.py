@@ -7,10 +7,10 @@ from typing import Any
 
 import numpy as np
 
+from autobalance.graphics.words import eye, number
+from autobalance.graphics.zbuffer import Camera, Image, Picture, Surface, png, render_each
 from autobalance.report.metal import Piece
-from autobalance.report.words import eye, number
-from autobalance.report.zbuffer import Camera, Image, Picture, Surface, png, render_each
-from autobalance.solid.mesh import Array, Mesh
+from autobalance.solid.mesh.mesh import Array, Mesh
 
 STEEL = (0.70, 0.73, 0.76)
 SHALLOW, DEEP = (0.97, 0.78, 0.40), (0.86, 0.33, 0.09)

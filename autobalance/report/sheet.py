@@ -12,8 +12,7 @@ from typing import Any, Literal
 
 import numpy as np
 
-from autobalance.report.drawing import Drawings, WebDrawing
-from autobalance.report.words import (
+from autobalance.graphics.words import (
     GRAMS_PER_OUNCE,
     MM_PER_INCH,
     OUTCOMES,
@@ -24,7 +23,8 @@ from autobalance.report.words import (
     number,
     weights,
 )
-from autobalance.solid.csg import Polygons
+from autobalance.report.drawing import Drawings, WebDrawing
+from autobalance.solid.csg.solid import Polygons
 
 Report = Mapping[str, Any]
 Paper = Literal["A4", "Letter"]

@@ -6,7 +6,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any, Literal
 
-from autobalance.report.words import degrees
+from autobalance.graphics.words import degrees
 from autobalance.units import G_MM_PER_OZ_IN, G_PER_OZ, MM_PER
 
 UnitName = Literal["metric", "inch"]

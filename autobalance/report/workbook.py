@@ -12,7 +12,7 @@ import math
 from collections.abc import Mapping, Sequence
 from typing import Any
 
-from autobalance.report.words import at, file_name, kind_name, place_of, weights
+from autobalance.graphics.words import at, file_name, kind_name, place_of, weights
 
 Report = Mapping[str, Any]
 

@@ -10,11 +10,11 @@ import numpy as np
 import pytest
 
 from autobalance.command import main
-from autobalance.crank.design import PRESETS
+from autobalance.crank.parametric.design import PRESETS
 from autobalance.job.crank_design import read_design
 from autobalance.report.json import schema
-from autobalance.solid.kernel import has_kernel
-from autobalance.solid.read import read
+from autobalance.solid.cad.kernel import has_kernel
+from autobalance.solid.formats.read import read
 
 EXAMPLES = Path(__file__).parents[2] / "examples"
 EXTRAPOLATED = 1e-5  # the command extrapolates from 64 segments

@@ -9,8 +9,8 @@ from autobalance.correction.add import AddLimits
 from autobalance.correction.kind import Workpiece
 from autobalance.crank.anatomy import Anatomy, Face
 from autobalance.errors import CorrectionError
-from autobalance.solid.csg import Solid
-from autobalance.solid.mesh import Array
+from autobalance.solid.csg.solid import Solid
+from autobalance.solid.mesh.mesh import Array
 from tests.cranks import make_crank, tilted
 from tests.geometry.test_drill import assert_same, difference
 

@@ -6,18 +6,18 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from autobalance.crank.design import PRESETS
-from autobalance.crank.generate import crank_shape, exact_moments
+from autobalance.crank.parametric.design import PRESETS
+from autobalance.crank.parametric.generate import crank_shape, exact_moments
 from autobalance.errors import FormatError, SolidError
-from autobalance.solid import kernel
-from autobalance.solid.brep import ExactSolid
-from autobalance.solid.shape import (
+from autobalance.solid.cad import kernel
+from autobalance.solid.cad.brep import ExactSolid
+from autobalance.solid.csg.shape import (
     Bar,
     Drafted,
     Line,
     Placed,
     Prism,
-    Turned,
+    Revolved,
     Without,
     circle,
     polygon,
@@ -51,7 +51,7 @@ def test_a_tube_has_its_moments() -> None:
 
 @needs_kernel
 def test_a_cone_is_turned_about_its_own_axis() -> None:
-    cone = Turned(polygon([(0.0, 0.0), (6.0, 0.0), (0.0, 9.0)]), (4.0, -2.0))
+    cone = Revolved(polygon([(0.0, 0.0), (6.0, 0.0), (0.0, 9.0)]), (4.0, -2.0))
     exact = ExactSolid(cone)
     assert exact.volume_mm3 == pytest.approx(math.pi * 36.0 * 9.0 / 3.0, rel=ROUNDING)
     np.testing.assert_allclose(exact.moments(1.0).centre_mm, [4.0, -2.0, 2.25], rtol=ROUNDING)

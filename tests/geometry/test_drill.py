@@ -9,11 +9,11 @@ from numpy.testing import assert_allclose
 from autobalance.correction import drill
 from autobalance.correction.drill import DrillLimits
 from autobalance.correction.hole import Hole, drill_body, keep_apart
-from autobalance.correction.walls import Axis, Room, greatest_depth_mm, wall_left_mm
+from autobalance.correction.walls import Axis, HoleLimits, greatest_depth_mm, wall_left_mm
 from autobalance.crank.anatomy import Anatomy, Web
-from autobalance.rotor.moments import Moments
-from autobalance.solid.csg import Solid
-from autobalance.solid.mesh import Array
+from autobalance.rigid_rotor.moments import Moments
+from autobalance.solid.csg.solid import Solid
+from autobalance.solid.mesh.mesh import Array
 from tests.cranks import Shape, make_crank, tilted
 
 STEEL = 7.85e-3
@@ -135,14 +135,14 @@ def plate(distance: float, normal_axis: int) -> Array:
 
 def test_depth_that_leaves_a_wall_to_a_floor_below() -> None:
     """Wall w under a cone's tip: the depth is floor − w − tip."""
-    room = Room(3.0, HALF_118, 1.0, 50.0)
+    room = HoleLimits(3.0, HALF_118, 1.0, 50.0)
     depth = greatest_depth_mm(plate(30.0, 2), 5.0, room)
     assert depth == pytest.approx(30.0 - 3.0 - 5.0 / math.tan(HALF_118), abs=1.1e-3)
     assert depth <= 30.0 - 3.0 - 5.0 / math.tan(HALF_118)
 
 
 def test_wall_to_a_side_parallel_to_the_hole() -> None:
-    room = Room(3.0, HALF_118, 1.0, 50.0)
+    room = HoleLimits(3.0, HALF_118, 1.0, 50.0)
     assert greatest_depth_mm(plate(8.0, 0), 5.0, room) == 50.0
     assert greatest_depth_mm(plate(7.99, 0), 5.0, room) == -math.inf
     assert wall_left_mm(plate(9.3, 1), 5.0, 20.0, HALF_118) == pytest.approx(4.3, abs=2e-3)
@@ -152,7 +152,7 @@ def test_wall_to_a_corner_beside_the_tip() -> None:
     """A point at distance s from the axis: met by the torus around the shoulder's edge, or by the cone."""
     tiny = 1e-7 * np.array([[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]])
     r, w = 5.0, 3.0
-    room = Room(w, HALF_118, 0.0, 50.0)
+    room = HoleLimits(w, HALF_118, 0.0, 50.0)
     corner = (tiny + np.array([r + 2.0, 0.0, 20.0]))[None]
     assert greatest_depth_mm(corner, r, room) == pytest.approx(20.0 - math.sqrt(w**2 - 4.0), abs=2e-3)
     below = (tiny + np.array([3.0, 0.0, 20.0]))[None]
@@ -161,7 +161,7 @@ def test_wall_to_a_corner_beside_the_tip() -> None:
 
 
 def test_something_in_the_drills_way() -> None:
-    room = Room(3.0, HALF_118, 1.0, 50.0)
+    room = HoleLimits(3.0, HALF_118, 1.0, 50.0)
     assert greatest_depth_mm(plate(-20.0, 2), 5.0, room) == -math.inf
 
 

@@ -8,12 +8,12 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from autobalance.command import pipeline
-from autobalance.crank.design import preset
-from autobalance.crank.generate import crank_solid, exact_moments
-from autobalance.solid.facet_slices import facet_error_from_slices
-from autobalance.solid.mesh import Mesh
-from autobalance.solid.shape import Prism, circle, polygon, tessellated
+from autobalance.balancing import measured_crank
+from autobalance.crank.parametric.design import preset
+from autobalance.crank.parametric.generate import crank_solid, exact_moments
+from autobalance.solid.chordal_error.from_slices import chordal_error_from_slices
+from autobalance.solid.csg.shape import Prism, circle, polygon, tessellated
+from autobalance.solid.mesh.mesh import Mesh
 from tests.jobs import balanced, bundled_job
 
 
@@ -46,7 +46,7 @@ def test_the_bar_covers_the_truth(name: str, segments: int, splits: int) -> None
     mesh = solid.mesh
     for _ in range(splits):
         mesh = split_in_four(mesh)
-    error = facet_error_from_slices(mesh, density, np.eye(4))
+    error = chordal_error_from_slices(mesh, density, np.eye(4))
     assert abs(truth.mass_g - error.missing.mass_g) < error.mass_bar_g
     assert math.hypot(*(truth - error.missing).first_g_mm[:2]) < error.unbalance_bar_g_mm
     assert error.mass_bar_g < 5.0 * abs(truth.mass_g)
@@ -55,13 +55,13 @@ def test_the_bar_covers_the_truth(name: str, segments: int, splits: int) -> None
 def test_planes_hide_nothing() -> None:
     slope = math.tan(math.radians(14.0))
     bar = Prism(polygon([(0, 0), (30, 0), (30, 10), (20, 10 + 10 * slope), (0, 10 + 10 * slope)]), 0.0, 8.0)
-    error = facet_error_from_slices(tessellated(bar, 24).mesh, 1.0, np.eye(4))
+    error = chordal_error_from_slices(tessellated(bar, 24).mesh, 1.0, np.eye(4))
     assert (error.missing.mass_g, error.mass_bar_g, error.sag_mm) == (0.0, 0.0, 0.0)
 
 
 def test_a_cylinder_to_the_digits_of_its_chords() -> None:
     solid = tessellated(Prism(circle(10.0, (30.0, 0.0)), 0.0, 20.0), 48)
-    error = facet_error_from_slices(solid.mesh, 1.0, np.eye(4))
+    error = chordal_error_from_slices(solid.mesh, 1.0, np.eye(4))
     assert error.missing.mass_g == pytest.approx(2000.0 * math.pi - solid.volume_mm3, rel=0.01)
     assert error.missing.first_g_mm[0] == pytest.approx(30.0 * error.missing.mass_g, rel=1e-6)
     assert error.sag_mm == pytest.approx(10.0 * (1.0 - math.cos(math.pi / 48)), rel=0.01)
@@ -70,7 +70,7 @@ def test_a_cylinder_to_the_digits_of_its_chords() -> None:
 def test_large_meshes_have_a_facet_error_and_a_share(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     job = bundled_job(tmp_path / "in")
     every = balanced(job, tmp_path / "every")
-    monkeypatch.setattr(pipeline, "FACETS_MOST", 1000)
+    monkeypatch.setattr(measured_crank, "FACETS_MOST", 1000)
     some = balanced(job, tmp_path / "some")
     assert some["crank"]["facet_error"]["mass_g"] == pytest.approx(
         every["crank"]["facet_error"]["mass_g"], rel=0.2

@@ -8,14 +8,14 @@ from typing import Any
 import numpy as np
 import pytest
 
-from autobalance.crank.design import preset
-from autobalance.crank.generate import crank_shape
-from autobalance.solid.brep import ExactSolid
-from autobalance.solid.facets import FacetError, facet_error
-from autobalance.solid.kernel import explored, has_kernel
-from autobalance.solid.measure import mesh_moments
-from autobalance.solid.mesh import Mesh, mesh_of_soup
-from autobalance.solid.shape import Bar, Joined, Prism, Shape, Turned, Without, circle, polygon
+from autobalance.crank.parametric.design import preset
+from autobalance.crank.parametric.generate import crank_shape
+from autobalance.solid.cad.brep import ExactSolid
+from autobalance.solid.cad.kernel import explored, has_kernel
+from autobalance.solid.chordal_error.estimate import ChordalError, estimate_chordal_error
+from autobalance.solid.csg.shape import Bar, Joined, Prism, Revolved, Shape, Without, circle, polygon
+from autobalance.solid.mesh.measure import mesh_moments
+from autobalance.solid.mesh.mesh import Mesh, mesh_of_soup
 
 pytestmark = pytest.mark.skipif(not has_kernel(), reason="the CAD kernel is not installed")
 
@@ -37,16 +37,16 @@ def tessellated(body: Any, sag_mm: float) -> Mesh:
 
 
 def _triangles(face: Any) -> Any:
-    from autobalance.solid.tessellation import _face_triangles
+    from autobalance.solid.cad.tessellation import _face_triangles
 
     corners, numbers = _face_triangles(face)
     return corners[numbers]
 
 
-def check(solid: ExactSolid, sag_mm: float) -> FacetError:
+def check(solid: ExactSolid, sag_mm: float) -> ChordalError:
     """Compare mesh, estimate and exact solid."""
     truth, mesh = solid.moments(1.0), tessellated(solid.body, sag_mm)
-    error = facet_error(mesh, 1.0)
+    error = estimate_chordal_error(mesh, 1.0)
     raw = truth - mesh_moments(mesh, 1.0)
     left = raw - error.missing
     unbalance = math.hypot(*left.first_g_mm[:2])
@@ -61,7 +61,7 @@ def check(solid: ExactSolid, sag_mm: float) -> FacetError:
 PLATE = polygon([(-20, -20), (20, -20), (20, 20), (-20, 20)])
 SHAPES: dict[str, Shape] = {
     "oblique oil hole": Without(Prism(circle(20.0), 0.0, 60.0), (Bar((-30, 0, 10), (30, 0, 50), 5.0),)),
-    "drill tip": Without(Prism(PLATE, 0.0, 20.0), (Turned(polygon([(0, 3), (5, 6), (5, 21), (0, 21)])),)),
+    "drill tip": Without(Prism(PLATE, 0.0, 20.0), (Revolved(polygon([(0, 3), (5, 6), (5, 21), (0, 21)])),)),
     "crossing bars": Joined((Bar((-30, 0, 0), (30, 0, 0), 20.0), Bar((0, -30, 0), (0, 30, 0), 19.0))),
     "bars that all but touch": Without(
         Prism(circle(20.0), 0.0, 30.0), (Prism(circle(8.0, (12.0 - 1e-3, 0.0)), -1.0, 31.0),)

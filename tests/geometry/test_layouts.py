@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 from autobalance import correction
+from autobalance.balancing.loop import Result, Rotor, balance
 from autobalance.correction import Limits
 from autobalance.correction.add import AddLimits
 from autobalance.correction.drill import DrillLimits
@@ -17,13 +18,12 @@ from autobalance.correction.slug import SlugLimits
 from autobalance.correction.turn import TurnLimits
 from autobalance.correction.walls import Axis
 from autobalance.crank.anatomy import Anatomy, Face
-from autobalance.crank.design import PRESETS
-from autobalance.rebalance import Result, Rotor, balance
-from autobalance.rotor.moments import Moments
-from autobalance.rotor.tolerance import Judge, Tolerance
-from autobalance.rotor.unbalance import Unbalance
-from autobalance.solid.csg import Solid
-from autobalance.solid.mesh import Array, Floats, Mesh
+from autobalance.crank.parametric.design import PRESETS
+from autobalance.rigid_rotor.moments import Moments
+from autobalance.rigid_rotor.tolerance import Judge, Tolerance
+from autobalance.rigid_rotor.unbalance import Unbalance
+from autobalance.solid.csg.solid import Solid
+from autobalance.solid.mesh.mesh import Array, Floats, Mesh
 from tests.cranks import Shape, make_crank, tilted
 from tests.generated import generated_crank
 from tests.geometry.test_add import web_face

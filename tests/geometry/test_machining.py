@@ -8,11 +8,12 @@ import pytest
 from autobalance.correction.layer import FaceLayer
 from autobalance.correction.lowering import clear_of, lowering
 from autobalance.errors import CorrectionError, SolidError
-from autobalance.solid.brep import ExactSolid
-from autobalance.solid.build import moved
-from autobalance.solid.csg import Region, Solid
-from autobalance.solid.kernel import has_kernel
-from autobalance.solid.shape import (
+from autobalance.solid.cad.brep import ExactSolid
+from autobalance.solid.cad.build import moved
+from autobalance.solid.cad.kernel import has_kernel
+from autobalance.solid.cad.step_file import read_step_file
+from autobalance.solid.cad.surface import CylinderFace, PlaneFace, Surface
+from autobalance.solid.csg.shape import (
     Arc,
     Bar,
     Drafted,
@@ -21,16 +22,15 @@ from autobalance.solid.shape import (
     Outline,
     Placed,
     Prism,
+    Revolved,
     Shape,
-    Turned,
     Without,
     circle,
     polygon,
     tessellated,
 )
-from autobalance.solid.step_file import read_step_file
-from autobalance.solid.surface import CylinderFace, PlaneFace, Surface
-from autobalance.solid.tool import Drilling, Lowering, Raising, placed, ring, twist_drill, wedge
+from autobalance.solid.csg.solid import Region, Solid
+from autobalance.solid.csg.tool import Drilling, Lowering, Raising, placed, ring, twist_drill, wedge
 
 pytestmark = pytest.mark.skipif(not has_kernel(), reason="the extra 'step' is not installed")
 
@@ -72,7 +72,7 @@ def test_a_plate_is_lowered_around_a_boss_which_keeps_its_cylinder() -> None:
 
 def test_seams_that_were_there_stay() -> None:
     """A plate in two halves on one plane: faces that its owner divided are not merged."""
-    from autobalance.solid.kernel import fused
+    from autobalance.solid.cad.kernel import fused
 
     halves = [
         Prism(polygon([(x, -9.0), (x + 9.0, -9.0), (x + 9.0, 9.0), (x, 9.0)]), 0.0, 5.0) for x in (-9.0, 0.0)
@@ -97,7 +97,7 @@ def test_what_stands_keeps_its_footprint_up_to_where_its_fillet_meets_the_face()
     foot = Line((0.0, 9.0), (8.0, 9.0)), Line((8.0, 9.0), (8.0, 10.0))
     bar = Line((6.0, 12.0), (6.0, 30.0)), Line((6.0, 30.0), (0.0, 30.0)), Line((0.0, 30.0), (0.0, 9.0))
     profile = (*foot, arc, *bar)
-    whole = ExactSolid(block(Turned(profile)))
+    whole = ExactSolid(block(Revolved(profile)))
     done = pressed(whole.machined([lowered_by(3.0)]))
     removed = whole.volume_mm3 - done.volume_mm3
     just_over = 1e-7 * math.hypot(SIDE, SIDE, 30.0)

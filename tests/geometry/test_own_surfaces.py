@@ -6,16 +6,16 @@ import numpy as np
 import pytest
 
 from autobalance.crank.anatomy import Overrides
-from autobalance.crank.design import PRESETS
 from autobalance.crank.faces import find_faces
-from autobalance.crank.generate import crank_anatomy, crank_shape
-from autobalance.crank.own_cylinders import own_direction
-from autobalance.crank.recognise import recognise
-from autobalance.solid.brep import ExactSolid
-from autobalance.solid.kernel import has_kernel
-from autobalance.solid.read import Source, read
-from autobalance.solid.shape import Placed
-from autobalance.solid.surface import CylinderFace
+from autobalance.crank.parametric.design import PRESETS
+from autobalance.crank.parametric.generate import crank_anatomy, crank_shape
+from autobalance.crank.recognition.exact_cylinders import own_direction
+from autobalance.crank.recognition.recognise import recognise
+from autobalance.solid.cad.brep import ExactSolid
+from autobalance.solid.cad.kernel import has_kernel
+from autobalance.solid.cad.surface import CylinderFace
+from autobalance.solid.csg.shape import Placed
+from autobalance.solid.formats.read import Source, read
 from tests.generated import random_placement
 
 needs_kernel = pytest.mark.skipif(not has_kernel(), reason="the extra 'step' is not installed")

@@ -7,17 +7,17 @@ import pytest
 from numpy.typing import NDArray
 
 from autobalance import correction
+from autobalance.balancing.loop import Offers, Result, Rotor, balance, heavy_vectors
 from autobalance.correction import Limits
 from autobalance.correction.kind import Offer, Workpiece
 from autobalance.correction.shoulder import ShoulderLimits
 from autobalance.crank.anatomy import Anatomy, Face, MainJournal, Pin, Throw, Web
-from autobalance.plan import AIM
-from autobalance.rebalance import Offers, Result, Rotor, balance, heavy_vectors
-from autobalance.rotor.moments import Moments
-from autobalance.rotor.tolerance import Judge, Tolerance
-from autobalance.rotor.unbalance import Unbalance
-from autobalance.solid.csg import Region, Solid, union
-from autobalance.solid.mesh import Floats, Mesh
+from autobalance.planning.depths import AIM
+from autobalance.rigid_rotor.moments import Moments
+from autobalance.rigid_rotor.tolerance import Judge, Tolerance
+from autobalance.rigid_rotor.unbalance import Unbalance
+from autobalance.solid.csg.solid import Region, Solid, union
+from autobalance.solid.mesh.mesh import Floats, Mesh
 
 Array = NDArray[np.float64]
 RHO = 7.85e-3

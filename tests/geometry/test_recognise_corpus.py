@@ -10,10 +10,10 @@ import pytest
 
 from autobalance.command.main import main
 from autobalance.crank.anatomy import Anatomy, Overrides
-from autobalance.crank.recognise import recognise
+from autobalance.crank.recognition.recognise import recognise
 from autobalance.errors import SolidError
-from autobalance.solid.kernel import has_kernel
-from autobalance.solid.read import Source, read
+from autobalance.solid.cad.kernel import has_kernel
+from autobalance.solid.formats.read import Source, read
 
 CORPUS = os.environ.get("AUTOBALANCE_CORPUS")
 pytestmark = pytest.mark.skipif(CORPUS is None, reason="AUTOBALANCE_CORPUS names no folder")

@@ -8,9 +8,9 @@ import numpy as np
 import pytest
 
 from autobalance.crank.anatomy import Anatomy, Overrides, PinHint
-from autobalance.crank.recognise import recognise
+from autobalance.crank.recognition.recognise import recognise
 from autobalance.errors import RecognitionError
-from autobalance.solid.csg import Region, Solid, union
+from autobalance.solid.csg.solid import Region, Solid, union
 from tests.cranks import Shape, make_crank, tilted
 
 ROUNDING_MM = 1e-6
@@ -61,7 +61,7 @@ def test_circumscribed_radius_is_the_pins() -> None:
 
 
 def test_the_order_of_triangles_does_not_matter() -> None:
-    from autobalance.solid.mesh import Mesh
+    from autobalance.solid.mesh.mesh import Mesh
 
     solid, _ = make_crank([0, 90], Shape(segments=24), tilted(1.1, (5.0, 6.0, 7.0)))
     mesh = solid.mesh

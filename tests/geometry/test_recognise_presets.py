@@ -9,13 +9,13 @@ import numpy as np
 import pytest
 
 from autobalance.crank.anatomy import Anatomy, Overrides
-from autobalance.crank.design import PRESETS, Bay
-from autobalance.crank.generate import crank_anatomy, crank_solid
-from autobalance.crank.recognise import recognise
+from autobalance.crank.parametric.design import PRESETS, Bay
+from autobalance.crank.parametric.generate import crank_anatomy, crank_solid
+from autobalance.crank.recognition.recognise import recognise
 from autobalance.errors import RecognitionError
 from autobalance.job.crank_design import with_settings
-from autobalance.solid.csg import Solid
-from autobalance.solid.mesh import Array, Mesh
+from autobalance.solid.csg.solid import Solid
+from autobalance.solid.mesh.mesh import Array, Mesh
 from tests.generated import SEGMENTS, differences, generated_crank
 
 AXIS_DEG = 0.02

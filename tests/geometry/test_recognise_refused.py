@@ -7,11 +7,11 @@ import math
 import numpy as np
 import pytest
 
-from autobalance.crank.alignment import misalignment_warning
 from autobalance.crank.anatomy import Overrides
-from autobalance.crank.recognise import recognise
+from autobalance.crank.recognition.alignment import misalignment_warning
+from autobalance.crank.recognition.recognise import recognise
 from autobalance.errors import RecognitionError
-from autobalance.solid.csg import Region, Solid, union
+from autobalance.solid.csg.solid import Region, Solid, union
 from tests.cranks import Shape, make_crank, tilted
 
 SEGMENTS = 48

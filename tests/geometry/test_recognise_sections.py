@@ -8,13 +8,13 @@ import numpy as np
 import pytest
 
 from autobalance.crank.anatomy import Overrides
-from autobalance.crank.design import PRESETS
-from autobalance.crank.generate import crank_anatomy, crank_solid
-from autobalance.crank.recognise import recognise
+from autobalance.crank.parametric.design import PRESETS
+from autobalance.crank.parametric.generate import crank_anatomy, crank_solid
+from autobalance.crank.recognition.recognise import recognise
 from autobalance.crank.sections import counterweight_moments, sections
-from autobalance.rotor.moments import Moments
-from autobalance.solid.csg import Solid
-from autobalance.solid.read import read
+from autobalance.rigid_rotor.moments import Moments
+from autobalance.solid.csg.solid import Solid
+from autobalance.solid.formats.read import read
 from tests.cranks import Shape, make_crank, tilted
 
 STEEL = 7.85e-3

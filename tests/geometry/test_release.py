@@ -5,12 +5,12 @@ from dataclasses import replace
 
 import pytest
 
+from autobalance.balancing.loop import Result, balance
 from autobalance.correction import Limits
 from autobalance.correction.drill import DrillLimits
 from autobalance.correction.slug import SlugLimits
 from autobalance.correction.turn import TurnLimits
-from autobalance.rebalance import Result, balance
-from autobalance.rotor.tolerance import Judge
+from autobalance.rigid_rotor.tolerance import Judge
 from tests.cranks import Shape, make_crank
 from tests.geometry.test_layouts import at_end_webs, from_double, in_double, rotor_with, tolerance
 

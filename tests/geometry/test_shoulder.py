@@ -20,8 +20,8 @@ from autobalance.correction.shoulder import (
 )
 from autobalance.crank.anatomy import Anatomy, Face, MainJournal, Pin, Throw, Web
 from autobalance.errors import CorrectionError
-from autobalance.solid.csg import Region, Solid
-from autobalance.solid.mesh import Mesh
+from autobalance.solid.csg.solid import Region, Solid
+from autobalance.solid.mesh.mesh import Mesh
 
 RHO = 7.85e-3
 HEAVY_DEG = math.degrees(math.atan2(0.6, -0.8))

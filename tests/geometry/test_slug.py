@@ -11,8 +11,8 @@ from autobalance.correction.kind import Workpiece
 from autobalance.correction.slug import SlugCut, SlugLimits
 from autobalance.crank.anatomy import Anatomy, Web
 from autobalance.errors import CorrectionError
-from autobalance.solid.csg import Region, Solid
-from autobalance.solid.mesh import Array
+from autobalance.solid.csg.solid import Region, Solid
+from autobalance.solid.mesh.mesh import Array
 from tests.cranks import Shape, make_crank, tilted
 from tests.geometry.test_drill import assert_same, difference
 

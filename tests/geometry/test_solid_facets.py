@@ -7,31 +7,31 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from autobalance.crank.design import preset
-from autobalance.crank.generate import crank_solid, exact_moments
-from autobalance.solid.csg import Solid
-from autobalance.solid.facets import facet_error
-from autobalance.solid.mesh import Mesh
-from autobalance.solid.read import read
-from autobalance.solid.shape import (
+from autobalance.crank.parametric.design import preset
+from autobalance.crank.parametric.generate import crank_solid, exact_moments
+from autobalance.solid.chordal_error.estimate import estimate_chordal_error
+from autobalance.solid.csg.shape import (
     Arc,
     Bar,
     Line,
     Outline,
     Prism,
+    Revolved,
     Shape,
-    Turned,
     Without,
     circle,
     polygon,
     tessellated,
 )
+from autobalance.solid.csg.solid import Solid
+from autobalance.solid.formats.read import read
+from autobalance.solid.mesh.mesh import Mesh
 
 BUNDLED = Path(__file__).parents[2] / "fixtures" / "crf250r"
 AT_LEAST = 10.0
 """How many times nearer to the truth a corrected value must be."""
 
-FRUSTUM = Turned(polygon([(0, 0), (10, 0), (10, 10), (7, 14), (0, 14)]))
+FRUSTUM = Revolved(polygon([(0, 0), (10, 0), (10, 10), (7, 14), (0, 14)]))
 PLATE = polygon([(-20, -20), (20, -20), (20, 20), (-20, 20)])
 
 
@@ -65,13 +65,13 @@ def fillet_volume() -> float:
             32000.0 - 1620 * math.pi,
         ),
         (FRUSTUM, math.pi * (1000.0 + 4.0 / 3.0 * 219.0)),
-        (Turned(with_fillet()), fillet_volume()),
+        (Revolved(with_fillet()), fillet_volume()),
     ],
     ids=["cylinder", "bore", "cone", "torus"],
 )
 def test_closed_forms(shape: Shape, volume: float, segments: int) -> None:
     solid = tessellated(shape, segments)
-    error = facet_error(solid.mesh, 1.0)
+    error = estimate_chordal_error(solid.mesh, 1.0)
     raw, left = volume - solid.volume_mm3, volume - solid.volume_mm3 - error.missing.mass_g
     assert abs(left) < abs(raw) / 1000.0
     assert error.mass_bar_g > abs(left)
@@ -83,7 +83,9 @@ def test_a_cross_hole_with_its_slivers() -> None:
     found = []
     for segments in (24, 96, 384):
         solid = tessellated(shape, segments)
-        found.append((solid.volume_mm3, solid.volume_mm3 + facet_error(solid.mesh, 1.0).missing.mass_g))
+        found.append(
+            (solid.volume_mm3, solid.volume_mm3 + estimate_chordal_error(solid.mesh, 1.0).missing.mass_g)
+        )
     truth = found[-1][1]
     for raw, corrected in found[:-1]:
         assert abs(corrected - truth) < abs(raw - truth) / 100.0
@@ -91,7 +93,7 @@ def test_a_cross_hole_with_its_slivers() -> None:
 
 def test_moments_of_an_eccentric_cylinder() -> None:
     solid = tessellated(Prism(circle(10.0, (30.0, 0.0)), 0.0, 20.0), 24)
-    corrected = solid.moments(2.0) + facet_error(solid.mesh, 2.0).missing
+    corrected = solid.moments(2.0) + estimate_chordal_error(solid.mesh, 2.0).missing
     mass = 2.0 * 2000.0 * math.pi
     np.testing.assert_allclose(
         corrected.first_g_mm, mass * np.array([30.0, 0.0, 10.0]), rtol=1e-6, atol=1e-6 * mass
@@ -106,7 +108,7 @@ def test_generated_cranks(name: str, segments: int) -> None:
     density = crank.density_kg_m3 * 1e-6
     solid = crank_solid(crank, segments)
     raw = exact_moments(crank) - solid.moments(density)
-    error = facet_error(solid.mesh, density)
+    error = estimate_chordal_error(solid.mesh, density)
     left = raw - error.missing
     assert abs(left.mass_g) < abs(raw.mass_g) / AT_LEAST
     assert abs(left.polar_inertia_g_mm2) < abs(raw.polar_inertia_g_mm2) / AT_LEAST
@@ -125,7 +127,7 @@ def test_generated_cranks_of_several_throws(name: str, segments: int) -> None:
 
 def test_planes_cost_nothing() -> None:
     box = Solid.box(np.zeros(3), np.array([10.0, 20.0, 30.0]))
-    error = facet_error(box.mesh, 1.0)
+    error = estimate_chordal_error(box.mesh, 1.0)
     assert (error.missing.mass_g, error.mass_bar_g, error.surfaces, error.sag_mm) == (0.0, 0.0, 0, 0.0)
     assert error.unbalance_g_mm == 0.0
 
@@ -134,7 +136,7 @@ def test_blunt_edges_between_planes_are_no_chords() -> None:
     """A bar with a drafted side: 14° between planes, as wide as each other, is an edge and no cylinder."""
     slope = math.tan(math.radians(14.0))
     bar = Prism(polygon([(0, 0), (30, 0), (30, 10), (20, 10 + 10 * slope), (0, 10 + 10 * slope)]), 0.0, 8.0)
-    error = facet_error(tessellated(bar, 24).mesh, 1.0)
+    error = estimate_chordal_error(tessellated(bar, 24).mesh, 1.0)
     assert (error.missing.mass_g, error.mass_bar_g) == (0.0, 0.0)
 
 
@@ -142,7 +144,7 @@ def test_a_ball_has_a_bar_and_no_correction() -> None:
     """No axis tells itself on a ball: the estimate is declined and the error bar covers the truth."""
     angle = np.linspace(0.0, math.pi, 33)
     ball = Solid.revolved(10.0 * np.stack([np.sin(angle), -np.cos(angle)], axis=1), 64)
-    error = facet_error(ball.mesh, 1.0)
+    error = estimate_chordal_error(ball.mesh, 1.0)
     missing = 4000.0 / 3.0 * math.pi - ball.volume_mm3
     assert abs(missing - error.missing.mass_g) <= missing * (1.0 + 1e-12)
     assert error.mass_bar_g > abs(missing - error.missing.mass_g)
@@ -150,13 +152,13 @@ def test_a_ball_has_a_bar_and_no_correction() -> None:
 
 def test_turning_and_moving_change_nothing() -> None:
     solid = crank_solid(preset("pressed-up-single"), 24)
-    here = facet_error(solid.mesh, 1.0)
+    here = estimate_chordal_error(solid.mesh, 1.0)
     axis = np.array([1.0, 2.0, 2.0]) / 3.0
     turn = 2.0 * np.outer(axis, axis) - np.eye(3)
     place = np.eye(4)
     place[:3, :3], place[:3, 3] = turn, [40.0, -30.0, 7.0]
     moved = Mesh(solid.mesh.vertices @ turn.T + place[:3, 3], solid.mesh.triangles)
-    there = facet_error(moved, 1.0, np.linalg.inv(place).astype(np.float64))
+    there = estimate_chordal_error(moved, 1.0, np.linalg.inv(place).astype(np.float64))
     assert there.missing.mass_g == pytest.approx(here.missing.mass_g, rel=1e-9)
     assert there.unbalance_g_mm == pytest.approx(here.unbalance_g_mm, rel=1e-6)
     assert there.unbalance_bar_g_mm == pytest.approx(here.unbalance_bar_g_mm, rel=1e-6)
@@ -168,7 +170,7 @@ def test_the_bundled_cranks_against_what_their_builder_knows(variant: str, name:
     built = json.loads((BUNDLED / "built.json").read_text(encoding="utf-8"))[variant][name]
     solid = read(BUNDLED / variant / name, "mm", pressed_up=True).solid
     density = built["mass_g"] / solid.volume_mm3
-    error = facet_error(solid.mesh, density)
+    error = estimate_chordal_error(solid.mesh, density)
     assert error.missing.mass_g == pytest.approx(-built["facet_error_mass_g"], rel=0.01)
     assert error.unbalance_g_mm == pytest.approx(abs(built["facet_error_unbalance_g_mm"]), rel=0.01)
     polar_kg_mm2 = error.missing.polar_inertia_g_mm2 / 1000.0
@@ -178,11 +180,11 @@ def test_the_bundled_cranks_against_what_their_builder_knows(variant: str, name:
 def test_where_along_the_axis_the_bar_comes_from() -> None:
     """Of an eccentric cylinder evenly from end to end; of a ball about its middle."""
     cylinder = tessellated(Prism(circle(10.0, (30.0, 0.0)), 5.0, 25.0), 24)
-    mean, mean_square = facet_error(cylinder.mesh, 2.0).bar_at_mm
+    mean, mean_square = estimate_chordal_error(cylinder.mesh, 2.0).bar_at_mm
     assert mean == pytest.approx(15.0, rel=1e-6)
     assert mean_square == pytest.approx(15.0**2 + 20.0**2 / 12.0, rel=1e-3)  # of the integration points
     angle = np.linspace(0.0, math.pi, 33)
     ball = Solid.revolved(10.0 * np.stack([np.sin(angle), -np.cos(angle)], axis=1), 64)
-    mean, mean_square = facet_error(ball.mesh, 2.0).bar_at_mm
+    mean, mean_square = estimate_chordal_error(ball.mesh, 2.0).bar_at_mm
     assert mean == pytest.approx(0.0, abs=0.1)
     assert 0.0 < mean_square < 100.0

@@ -13,15 +13,15 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from autobalance.errors import FormatError
-from autobalance.solid.csg import Solid
-from autobalance.solid.formats import FORMATS
-from autobalance.solid.glb import read_glb
-from autobalance.solid.mesh import Mesh
-from autobalance.solid.ply import read_ply
-from autobalance.solid.read import read
-from autobalance.solid.text import read_obj, read_off
-from autobalance.solid.threemf import read_3mf
-from autobalance.solid.write import decode, encode
+from autobalance.solid.csg.solid import Solid
+from autobalance.solid.formats.glb import read_glb
+from autobalance.solid.formats.obj_off import read_obj, read_off
+from autobalance.solid.formats.ply import read_ply
+from autobalance.solid.formats.read import read
+from autobalance.solid.formats.registry import FORMATS
+from autobalance.solid.formats.threemf import read_3mf
+from autobalance.solid.formats.write import decode, encode
+from autobalance.solid.mesh.mesh import Mesh
 
 EXAMPLES = int(os.environ.get("AUTOBALANCE_FUZZ", "60"))
 """How many damaged files to try; `make fuzz` asks for more."""

@@ -17,9 +17,9 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from autobalance.errors import AutobalanceError
-from autobalance.solid.formats import FORMATS
-from autobalance.solid.read import read
-from autobalance.solid.write import encode
+from autobalance.solid.formats.read import read
+from autobalance.solid.formats.registry import FORMATS
+from autobalance.solid.formats.write import encode
 from tests.geometry.test_solid_formats import WRITTEN, archive, body
 from tests.unit.test_solid_stl import ascii_stl
 

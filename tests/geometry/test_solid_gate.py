@@ -7,14 +7,14 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from autobalance.crank.design import preset
-from autobalance.crank.generate import crank_solid
+from autobalance.crank.parametric.design import preset
+from autobalance.crank.parametric.generate import crank_solid
 from autobalance.errors import SolidError
-from autobalance.solid.csg import Solid
-from autobalance.solid.gate import check_solid, hull_distance_mm, overlap
-from autobalance.solid.mesh import Mesh
-from autobalance.solid.read import read
-from autobalance.solid.write import encode
+from autobalance.solid.csg.solid import Solid
+from autobalance.solid.formats.read import read
+from autobalance.solid.formats.write import encode
+from autobalance.solid.mesh.mesh import Mesh
+from autobalance.solid.mesh.validate import check_solid, hull_distance_mm, overlap
 
 
 def box(low: tuple[float, float, float], size: float) -> Mesh:

@@ -5,11 +5,11 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from autobalance.command import claims
-from autobalance.rotor.moments import Moments
-from autobalance.solid.csg import Solid
-from autobalance.solid.independent import agreement, slice_moments
-from autobalance.solid.measure import mesh_moments
+from autobalance.rigid_rotor.moments import Moments
+from autobalance.solid.csg.solid import Solid
+from autobalance.solid.mesh.measure import mesh_moments
+from autobalance.solid.slicing.independent import agreement, slice_moments
+from autobalance.verification import claims
 from tests import jobs
 from tests.cranks import make_crank, tilted
 

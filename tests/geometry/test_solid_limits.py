@@ -20,10 +20,10 @@ import pytest
 from autobalance import job
 from autobalance.command import main
 from autobalance.errors import FileError, FormatError, JobError
-from autobalance.solid.formats import FORMATS
-from autobalance.solid.read import FARTHEST_MM, read
-from autobalance.solid.threemf import UNPACKED_FREE, UNPACKED_MOST
-from autobalance.solid.write import encode
+from autobalance.solid.formats.read import FARTHEST_MM, read
+from autobalance.solid.formats.registry import FORMATS
+from autobalance.solid.formats.threemf import UNPACKED_FREE, UNPACKED_MOST
+from autobalance.solid.formats.write import encode
 from tests.geometry.test_solid_formats import TETRAHEDRON, archive, body, model
 
 HUGE = 4_000_000_000

@@ -9,11 +9,11 @@ import numpy as np
 import pytest
 
 from autobalance.errors import SolidError
-from autobalance.solid.csg import Solid
-from autobalance.solid.mesh import Array, Mesh, mesh_of_soup
-from autobalance.solid.read import read
-from autobalance.solid.repair import bodies_of, solid_of
-from autobalance.solid.write import encode
+from autobalance.solid.csg.solid import Solid
+from autobalance.solid.formats.read import read
+from autobalance.solid.formats.write import encode
+from autobalance.solid.mesh.mesh import Array, Mesh, mesh_of_soup
+from autobalance.solid.mesh.repair import bodies_of, solid_of
 from tests.cranks import tilted
 
 

@@ -8,12 +8,12 @@ import numpy as np
 import pytest
 
 from autobalance.errors import FileError, FormatError, SolidError
-from autobalance.solid.csg import Solid
-from autobalance.solid.measure import soup_moments
-from autobalance.solid.mesh import Mesh
-from autobalance.solid.read import read
-from autobalance.solid.stl import write_stl
-from autobalance.solid.write import decode, encode
+from autobalance.solid.csg.solid import Solid
+from autobalance.solid.formats.read import read
+from autobalance.solid.formats.stl import write_stl
+from autobalance.solid.formats.write import decode, encode
+from autobalance.solid.mesh.measure import soup_moments
+from autobalance.solid.mesh.mesh import Mesh
 
 Put = Callable[..., Path]
 FLOAT32 = 2.0**-24

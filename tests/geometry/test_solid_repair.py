@@ -4,10 +4,10 @@ import numpy as np
 import pytest
 
 from autobalance.errors import SolidError
-from autobalance.solid import repair
-from autobalance.solid.csg import Solid
-from autobalance.solid.mesh import Mesh, mesh_of_soup
-from autobalance.solid.repair import open_edges, solid_of, without_opposite_pairs
+from autobalance.solid.csg.solid import Solid
+from autobalance.solid.mesh import repair
+from autobalance.solid.mesh.mesh import Mesh, mesh_of_soup
+from autobalance.solid.mesh.repair import open_edges, solid_of, without_opposite_pairs
 
 BOX = Solid.box(np.zeros(3), np.array([10.0, 10.0, 10.0])).mesh
 BALL = Solid.revolved(
@@ -121,6 +121,6 @@ def test_an_odd_number_of_triangles_does_not_reach_the_kernel(monkeypatch: pytes
     def crash(*_: object) -> None:
         raise AssertionError("the kernel was asked")
 
-    monkeypatch.setattr("autobalance.solid.csg.m3.Manifold", crash)
+    monkeypatch.setattr("autobalance.solid.csg.solid.m3.Manifold", crash)
     with pytest.raises(SolidError, match="11 triangles, an odd number"):
         Solid.from_mesh(odd)

@@ -7,19 +7,19 @@ from typing import Any
 import numpy as np
 import pytest
 
-from autobalance.crank.design import preset
-from autobalance.crank.generate import crank_shape
+from autobalance.crank.parametric.design import preset
+from autobalance.crank.parametric.generate import crank_shape
 from autobalance.errors import FormatError, SolidError
-from autobalance.solid import kernel, step
-from autobalance.solid.brep import ExactSolid
-from autobalance.solid.csg import Solid
-from autobalance.solid.facets import facet_error
-from autobalance.solid.kernel import compound, has_kernel
-from autobalance.solid.mesh import Mesh
-from autobalance.solid.read import read
-from autobalance.solid.shape import Bar, Prism, Shape, Without, circle, polygon
-from autobalance.solid.step_file import read_step_file
-from autobalance.solid.write import encode
+from autobalance.solid.cad import kernel, step
+from autobalance.solid.cad.brep import ExactSolid
+from autobalance.solid.cad.kernel import compound, has_kernel
+from autobalance.solid.cad.step_file import read_step_file
+from autobalance.solid.chordal_error.estimate import estimate_chordal_error
+from autobalance.solid.csg.shape import Bar, Prism, Shape, Without, circle, polygon
+from autobalance.solid.csg.solid import Solid
+from autobalance.solid.formats.read import read
+from autobalance.solid.formats.write import encode
+from autobalance.solid.mesh.mesh import Mesh
 
 needs_kernel = pytest.mark.skipif(not has_kernel(), reason="the CAD kernel is not installed")
 
@@ -131,7 +131,7 @@ def test_mesh_and_exact_surface_agree_within_the_facet_error(tmp_path: Path) -> 
     path.write_bytes(ExactSolid(crank_shape(preset("pressed-up-single"))).step())
     source = read(path, "mm")
     missing = source.moments(1.0) - source.solid.moments(1.0)
-    error = facet_error(source.solid.mesh, 1.0)
+    error = estimate_chordal_error(source.solid.mesh, 1.0)
     assert abs(missing.mass_g - error.missing.mass_g) < min(error.mass_bar_g, abs(missing.mass_g) / 10.0)
 
 

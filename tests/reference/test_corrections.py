@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 
 from autobalance.correction.hole import drill_body
-from autobalance.rotor.moments import Moments
-from autobalance.rotor.tolerance import permissible_unbalance_g_mm
-from autobalance.solid.csg import Solid
+from autobalance.rigid_rotor.moments import Moments
+from autobalance.rigid_rotor.tolerance import permissible_unbalance_g_mm
+from autobalance.solid.csg.solid import Solid
 from autobalance.units import G_MM_PER_OZ_IN, RAD_S_PER_RPM
 
 STEEL = 7.85e-3

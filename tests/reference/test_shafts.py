@@ -13,7 +13,7 @@ from autobalance.engine.counterweight import FanCounterweight
 from autobalance.engine.forces import FirstOrder, centrifugal_force_n, order_table
 from autobalance.engine.parts import Parts
 from autobalance.engine.section_table import (
-    Section,
+    TableSection,
     balancing_products_g_mm,
     cylinder_mass_g,
     section_sums,
@@ -29,7 +29,7 @@ from autobalance.engine.shafts import (
 )
 from autobalance.engine.slider_crank import SliderCrank, harmonic
 from autobalance.engine.whole_engine import Cylinder, Engine
-from autobalance.rotor.unbalance import Unbalance
+from autobalance.rigid_rotor.unbalance import Unbalance
 from autobalance.units import RAD_S_PER_RPM
 from tests.reference.published import CASES, check, inputs
 
@@ -178,10 +178,10 @@ TABLE_2 = [
 ]
 
 
-def printed_sections() -> list[Section]:
+def printed_sections() -> list[TableSection]:
     """Sections whose products are the printed ones (the table's inputs are rounded)."""
     return [
-        Section(name, max(mass, 1e-9), wx / max(mass, 1e-9), wy / max(mass, 1e-9), z)
+        TableSection(name, max(mass, 1e-9), wx / max(mass, 1e-9), wy / max(mass, 1e-9), z)
         for name, mass, _, _, z, wx, wy, _, _ in TABLE_2
     ]
 
@@ -189,9 +189,9 @@ def printed_sections() -> list[Section]:
 def test_ru_03() -> None:
     static, dynamic = [], []
     for name, mass, x, y, z, wx, wy, cx, cy in TABLE_2:
-        product = Section(name, mass, x, y, z).product_g_mm
+        product = TableSection(name, mass, x, y, z).product_g_mm
         static += [abs(product[0] - wx), abs(product[1] - wy)]
-        row = Section(name, 1.0, wx, wy, z).couple_g_mm2
+        row = TableSection(name, 1.0, wx, wy, z).couple_g_mm2
         dynamic += [abs(row[0] - cx), abs(row[1] - cy)]
     sums = section_sums(printed_sections())
     printed_dynamic = Unbalance(

@@ -10,7 +10,7 @@ from autobalance.engine.grade import specific_unbalance_mm
 from autobalance.engine.section_table import cylinder_mass_g
 from autobalance.engine.stroking import crankpin_overlap_mm
 from autobalance.engine.substitute_rotor import SubstituteRotor
-from autobalance.rotor.tolerance import (
+from autobalance.rigid_rotor.tolerance import (
     achieved_grade_mm_s,
     permissible_unbalance_g_mm,
     share_between_planes,

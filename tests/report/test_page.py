@@ -12,11 +12,11 @@ from typing import Any
 import numpy as np
 import pytest
 
+from autobalance.graphics.words import at, number, signed
 from autobalance.report.bundle import coarse_pieces, view_of
 from autobalance.report.html import page
 from autobalance.report.metal import pieces_of
-from autobalance.report.words import at, number, signed
-from autobalance.solid.csg import Region, Solid
+from autobalance.solid.csg.solid import Region, Solid
 from tests import jobs
 from tests.report.browser import Browser, browser, missing
 
@@ -217,7 +217,7 @@ def test_fine_removed_metal_is_decimated_for_the_page(report: dict[str, Any]) ->
 
 
 def test_a_polar_plot_points_to_the_heavy_side() -> None:
-    from autobalance.report.polar import RADIUS, SIZE, figure
+    from autobalance.graphics.polar import RADIUS, SIZE, figure
 
     def state(x: float, y: float) -> dict[str, Any]:
         return {"unbalance_g_mm": [x, y], "magnitude_g_mm": math.hypot(x, y), "uncertainty_g_mm": None}

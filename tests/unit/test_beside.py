@@ -5,23 +5,23 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from autobalance.beside import beside
-from autobalance.command.pipeline import Stopwatch, measured_crank
+from autobalance.balancing.measured_crank import measure_crank
 from autobalance.crank.anatomy import Overrides
 from autobalance.job import Crankshaft
-from autobalance.solid.csg import Solid
-from autobalance.solid.mesh import Mesh
-from autobalance.solid.read import read
-from autobalance.solid.write import encode
+from autobalance.runtime import Stopwatch, in_thread
+from autobalance.solid.csg.solid import Solid
+from autobalance.solid.formats.read import read
+from autobalance.solid.formats.write import encode
+from autobalance.solid.mesh.mesh import Mesh
 from tests.generated import generated_crank
 
 DENSITY_G_MM3 = 7.85e-3
 
 
 def test_the_result_and_what_it_raises_come_back() -> None:
-    assert beside(lambda: 6 * 7).result() == 42
+    assert in_thread(lambda: 6 * 7).result() == 42
     with pytest.raises(ZeroDivisionError):
-        beside(lambda: 1 / 0).result()
+        in_thread(lambda: 1 / 0).result()
 
 
 def _two_bodies(folder: Path) -> tuple[Path, Solid]:
@@ -53,6 +53,6 @@ def test_reading_tells_the_solid_before_the_last_look_at_it(tmp_path: Path) -> N
 
 def test_the_crank_is_that_of_the_body_asked_for(tmp_path: Path) -> None:
     path, crank = _two_bodies(tmp_path)
-    found = measured_crank(Crankshaft(path, "mm", DENSITY_G_MM3, Overrides(), 2), Stopwatch())
+    found = measure_crank(Crankshaft(path, "mm", DENSITY_G_MM3, Overrides(), 2), Stopwatch())
     assert len(found.anatomy.throws) == 1
     assert found.moments.mass_g == pytest.approx(DENSITY_G_MM3 * crank.volume_mm3, rel=1e-6)

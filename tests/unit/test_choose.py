@@ -10,15 +10,15 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from autobalance.choose import choose, greatest_multiple, least_share
 from autobalance.correction.drill import DrillCut, DrillLimits
 from autobalance.correction.hole import Hole, Site, keep_apart
 from autobalance.correction.kind import Count, Offer, Prefer
 from autobalance.correction.walls import Axis
-from autobalance.plan import AIM, plan_depths
-from autobalance.rotor.moments import Moments
-from autobalance.rotor.tolerance import Judge, Tolerance
-from autobalance.rotor.unbalance import Unbalance
+from autobalance.planning.depths import AIM, plan_depths
+from autobalance.planning.whole_cuts import choose, greatest_multiple, least_share
+from autobalance.rigid_rotor.moments import Moments
+from autobalance.rigid_rotor.tolerance import Judge, Tolerance
+from autobalance.rigid_rotor.unbalance import Unbalance
 
 Array = NDArray[np.float64]
 STEEL = 7.85e-3

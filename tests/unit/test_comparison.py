@@ -3,14 +3,14 @@ import math
 import numpy as np
 import pytest
 
-from autobalance.comparison import Row, beaten_by, wall_left_mm
+from autobalance.balancing.comparison import Row, beaten_by, wall_left_mm
 from autobalance.correction.kind import Correction
 from autobalance.crank.anatomy import Anatomy, Pin, Throw, Web
 from autobalance.report.comparison import comparison, comparison_text
 from autobalance.report.json import dumps
 from autobalance.report.text import UNITS
-from autobalance.rotor.moments import Moments
-from autobalance.rotor.tolerance import Tolerance
+from autobalance.rigid_rotor.moments import Moments
+from autobalance.rigid_rotor.tolerance import Tolerance
 
 
 def row(name: str, metal_g: float, inertia: float, cuts: int, wall_mm: float | None = 5.0) -> Row:

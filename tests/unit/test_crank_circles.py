@@ -7,10 +7,10 @@ import math
 import numpy as np
 import pytest
 
-from autobalance.crank.circles import corners_of, fit_circle, whole_circle
-from autobalance.solid.csg import Region, Solid
-from autobalance.solid.mesh import Array
-from autobalance.solid.slices import cross_sections
+from autobalance.crank.recognition.circles import corners_of, fit_circle, whole_circle
+from autobalance.solid.csg.solid import Region, Solid
+from autobalance.solid.mesh.mesh import Array
+from autobalance.solid.slicing.slices import cross_sections
 
 GRAIN_MM = 1e-5
 

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from autobalance.engine.slider_crank import SliderCrank, harmonic, harmonic_series
-from autobalance.rotor.moments import Array
+from autobalance.rigid_rotor.moments import Array
 
 STEP = 1e-5
 """Of central differences; their error is about STEP² times the third derivative."""

@@ -14,7 +14,7 @@ from autobalance.engine.grade import GRADES, listed_grade, specific_unbalance_mm
 from autobalance.engine.loads import whole_turn
 from autobalance.engine.parts import Parts
 from autobalance.engine.section_table import (
-    Section,
+    TableSection,
     balancing_products_g_mm,
     cylinder_mass_g,
     final_hole_depth_mm,
@@ -35,7 +35,7 @@ from autobalance.engine.slider_crank import SliderCrank
 from autobalance.engine.stroking import stroked
 from autobalance.engine.substitute_rotor import SubstituteRotor
 from autobalance.engine.whole_engine import Cylinder, Engine, vee
-from autobalance.rotor.moments import Moments
+from autobalance.rigid_rotor.moments import Moments
 
 TURN = whole_turn(72)
 FAN = FanCounterweight(60.0, 25.0, math.radians(120.0), 20.0, 7850.0)
@@ -172,13 +172,17 @@ def test_complete_balance_leaves_a_moment() -> None:
 
 
 def test_counterweights_that_a_table_asks_for_balance_it() -> None:
-    rows = [Section("cheek", 700.0, 3.0, 8.0, 20.0), Section("pin", 900.0, 1.0, 45.0, 60.0)]
-    table = [*rows, Section("one", 500.0, 0.0, -30.0, 15.0), Section("two", 500.0, 0.0, -30.0, 95.0)]
+    rows = [TableSection("cheek", 700.0, 3.0, 8.0, 20.0), TableSection("pin", 900.0, 1.0, 45.0, 60.0)]
+    table = [
+        *rows,
+        TableSection("one", 500.0, 0.0, -30.0, 15.0),
+        TableSection("two", 500.0, 0.0, -30.0, 95.0),
+    ]
     one, two = balancing_products_g_mm(table, "one", "two")
     balanced = [
         *rows,
-        Section("one", 1.0, float(one[0]), float(one[1]), 15.0),
-        Section("two", 1.0, float(two[0]), float(two[1]), 95.0),
+        TableSection("one", 1.0, float(one[0]), float(one[1]), 15.0),
+        TableSection("two", 1.0, float(two[0]), float(two[1]), 95.0),
     ]
     sums = section_sums(balanced)
     np.testing.assert_allclose(sums.resultant_g_mm, 0.0, atol=1e-9)
@@ -188,7 +192,7 @@ def test_counterweights_that_a_table_asks_for_balance_it() -> None:
 
 
 def test_a_counterweight_that_is_not_in_the_table_is_named() -> None:
-    table = [Section("cheek", 1.0, 0.0, 1.0, 0.0), Section("one", 1.0, 0.0, 1.0, 5.0)]
+    table = [TableSection("cheek", 1.0, 0.0, 1.0, 0.0), TableSection("one", 1.0, 0.0, 1.0, 5.0)]
     with pytest.raises(ValueError, match="no section is called 'tow'; there are: cheek, one"):
         balancing_products_g_mm(table, "one", "tow")
 

@@ -8,9 +8,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from autobalance.rotor.moments import Moments
-from autobalance.solid.csg import Solid
-from autobalance.solid.mesh import mesh_of_soup
+from autobalance.rigid_rotor.moments import Moments
+from autobalance.solid.csg.solid import Solid
+from autobalance.solid.mesh.mesh import mesh_of_soup
 from fixtures import make
 
 REBUILD = 1e-9  # other versions of the dependencies may round differently

@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from autobalance.crank.design import (
+from autobalance.crank.parametric.design import (
     PRESETS,
     Bay,
     CounterweightSize,
@@ -17,11 +17,11 @@ from autobalance.crank.design import (
     WebSize,
     preset,
 )
-from autobalance.crank.generate import crank_anatomy, crank_solid, exact_moments
+from autobalance.crank.parametric.generate import crank_anatomy, crank_solid, exact_moments
 from autobalance.errors import JobError
 from autobalance.job.crank_design import read_design, table_of, with_settings
-from autobalance.solid.csg import Region, Solid
-from autobalance.solid.shape import Bar, tessellated
+from autobalance.solid.csg.shape import Bar, tessellated
+from autobalance.solid.csg.solid import Region, Solid
 from fixtures import make
 from tests.generated import generated_crank, random_placement
 

@@ -8,13 +8,13 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from autobalance.choose import choose
 from autobalance.correction.drill import DrillCut
 from autobalance.correction.kind import Apart, Count, Offer
-from autobalance.handful import lightest
-from autobalance.plan import AIM, judged_plan, plan_depths
-from autobalance.rotor.tolerance import Tolerance
-from autobalance.rotor.unbalance import Unbalance
+from autobalance.planning.depths import AIM, judged_plan, plan_depths
+from autobalance.planning.enumeration import lightest_set
+from autobalance.planning.whole_cuts import choose
+from autobalance.rigid_rotor.tolerance import Tolerance
+from autobalance.rigid_rotor.unbalance import Unbalance
 from tests.unit.test_choose import (
     EIGHT_WEBS_Z_MM,
     Array,
@@ -49,7 +49,7 @@ def test_the_lightest_of_all_sets_is_found(seed: int) -> None:
     size, angle = rng.uniform(100.0, 300.0, 2), rng.uniform(0.0, 2.0 * math.pi, 2)
     a, b = (cmath.rect(s, t) for s, t in zip(size, angle, strict=True))
     residual, judge = at_planes(a, b), tolerance(30.0)
-    depths, unseen_g = lightest(residual, judge, offer, AIM, settles(residual, judge, offer))
+    depths, unseen_g = lightest_set(residual, judge, offer, AIM, settles(residual, judge, offer))
     optimum_g = slow_optimum_g(residual, judge, offer, 4)
     assert math.isfinite(optimum_g)
     assert depths is not None
@@ -83,14 +83,14 @@ def test_neighbours_and_counts_are_heeded() -> None:
     free = holes([10.0], [-40.0, 40.0], places=8)
     residual = at_planes(250.0 + 0.0j, 250.0 + 0.0j)
     judge = tolerance(20.0)
-    best, _ = lightest(residual, judge, free, AIM, settles(residual, judge, free))
+    best, _ = lightest_set(residual, judge, free, AIM, settles(residual, judge, free))
     assert best is not None
     first, second = np.flatnonzero(best).tolist()
     for offer in (
         Offer(free.cuts, apart=(*free.apart, Apart(first, second, -1.0)), counts=free.counts),
         Offer(free.cuts, apart=free.apart, counts=(*free.counts, Count((first, second), 1, "one"))),
     ):
-        other, _ = lightest(residual, judge, offer, AIM, settles(residual, judge, offer))
+        other, _ = lightest_set(residual, judge, offer, AIM, settles(residual, judge, offer))
         assert other is not None
         assert not (other[first] > 0.0 and other[second] > 0.0)
         assert mass_g(offer, other) > 1.01 * mass_g(offer, best)
@@ -105,7 +105,7 @@ def test_depth_ends_where_a_neighbour_is() -> None:
         residual = Unbalance.of(
             offer.cuts[0].effect(wanted_mm + 4.0) + offer.cuts[1].effect(wanted_mm)
         ).scaled(-1.0)
-        depths, _ = lightest(residual, judge, offer, AIM, lambda _: True)
+        depths, _ = lightest_set(residual, judge, offer, AIM, lambda _: True)
         assert depths is not None
         assert_rules_are_kept(offer, depths)
 
@@ -113,7 +113,7 @@ def test_depth_ends_where_a_neighbour_is() -> None:
 def test_many_holes_are_left_to_the_programme() -> None:
     offer = holes([10.0], EIGHT_WEBS_Z_MM)
     residual = at_planes(4000.0 + 0.0j, 4000.0 + 0.0j, 150.0)
-    depths, unseen_g = lightest(residual, tolerance(144.0), offer, AIM, lambda _: True)
+    depths, unseen_g = lightest_set(residual, tolerance(144.0), offer, AIM, lambda _: True)
     assert depths is None
     assert unseen_g < mass_g(offer, choose(residual, tolerance(144.0), offer).depths_mm)
 
@@ -122,7 +122,7 @@ def test_what_nothing_reaches_is_no_plan() -> None:
     offer = holes([10.0], [-40.0, 40.0], places=4, max_holes=1, max_depth_mm=2.5)
     residual = at_planes(240.0 + 0.0j, 240.0 + 0.0j)
     judge = tolerance(20.0)
-    depths, unseen_g = lightest(residual, judge, offer, AIM, settles(residual, judge, offer))
+    depths, unseen_g = lightest_set(residual, judge, offer, AIM, settles(residual, judge, offer))
     assert depths is None
     assert math.isinf(unseen_g)
     assert choose(residual, judge, offer).share > 1.0
@@ -138,7 +138,7 @@ def test_estimated_depths_are_exact_for_radial_holes() -> None:
         shares.append(judged_plan(residual, judge, offer.cuts, depths_mm).share)
         return True
 
-    lightest(residual, judge, offer, AIM, serves)
+    lightest_set(residual, judge, offer, AIM, serves)
     assert shares[-1] <= AIM
 
 
@@ -157,7 +157,7 @@ def test_cuts_of_one_depth_only() -> None:
     chosen = [1, 10]
     residual = Unbalance.of(fixed.cuts[1].effect(5.0) + fixed.cuts[10].effect(5.0)).scaled(-1.0)
     judge = tolerance(20.0)
-    depths, _ = lightest(residual, judge, fixed, AIM, settles(residual, judge, fixed))
+    depths, _ = lightest_set(residual, judge, fixed, AIM, settles(residual, judge, fixed))
     assert depths is not None
     assert np.flatnonzero(depths).tolist() == chosen
     assert depths[chosen].tolist() == [5.0, 5.0]

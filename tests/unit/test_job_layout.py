@@ -11,11 +11,12 @@ import numpy as np
 import pytest
 
 from autobalance import job
-from autobalance.command import machine
-from autobalance.command.pipeline import Crank, Stopwatch, measured_crank
+from autobalance.balancing import engine_from_job
+from autobalance.balancing.measured_crank import Crank, measure_crank
 from autobalance.engine.force_summary import shaking_force, turn_loads
 from autobalance.errors import JobError
-from autobalance.solid.mesh import Mesh
+from autobalance.runtime import Stopwatch
+from autobalance.solid.mesh.mesh import Mesh
 from tests.generated import generated_crank
 
 RAW: dict[str, Any] = {
@@ -61,7 +62,7 @@ def test_a_plain_job_needs_none_of_it() -> None:
     raw = {key: value for key, value in RAW.items() if key != "shafts"}
     raw["engine"] = {"rotating_g": {"rod": 1.0}, "reciprocating_g": {"piston": 1.0}}
     found = job.parse(raw, Path("job.toml"))
-    assert found.engine.layout == job.Layout()
+    assert found.engine.layout == job.CylinderLayout()
     assert (found.engine.rod, found.shafts) == (None, ())
     described = job.describe(found)
     assert not {"layout", "rod"} & set(described["engine"])
@@ -117,25 +118,25 @@ def four(tmp_path_factory: pytest.TempPathFactory) -> tuple[job.Job, Crank]:
         "engine": {key: RAW["engine"][key] for key in ("rod_length_mm", "rotating_g", "reciprocating_g")},
     }
     asked = job.parse(raw, folder / "job.toml")
-    return asked, measured_crank(asked.crankshaft, Stopwatch())
+    return asked, measure_crank(asked.crankshaft, Stopwatch())
 
 
 def test_the_crank_loads_the_mains_of_its_bays_as_a_whole(four: tuple[job.Job, Crank]) -> None:
     asked, crank = four
-    bays = machine.as_measured(asked, crank)
-    whole = machine.with_moments(asked, crank.anatomy, crank.moments)
+    bays = engine_from_job.as_measured(asked, crank)
+    whole = engine_from_job.with_moments(asked, crank.anatomy, crank.moments)
     size = 1e-6 * crank.moments.mass_g * crank.anatomy.throws[0].crank_radius_mm
     np.testing.assert_allclose(bays.rotating.resultant_g_mm, whole.rotating.resultant_g_mm, atol=size)
     np.testing.assert_allclose(bays.rotating.moment_g_mm2, whole.rotating.moment_g_mm2, atol=300.0 * size)
-    assert len(bays.crank) == 2 * (len(machine.mains_z_mm(crank.anatomy)) - 1)
+    assert len(bays.crank) == 2 * (len(engine_from_job.mains_z_mm(crank.anatomy)) - 1)
     assert bays.polar_inertia_g_mm2 == whole.polar_inertia_g_mm2
 
 
 def test_an_inline_four_shakes_at_order_two_but_loads_its_middle_main(four: tuple[job.Job, Crank]) -> None:
     asked, crank = four
-    mains = machine.mains_z_mm(crank.anatomy)
+    mains = engine_from_job.mains_z_mm(crank.anatomy)
     speed = asked.balance.service_speed_rad_s
-    bare = machine.balanced_to(machine.as_measured(asked, crank), asked, crank.anatomy, 0.0)
+    bare = engine_from_job.balanced_to(engine_from_job.as_measured(asked, crank), asked, crank.anatomy, 0.0)
     force = shaking_force(bare, speed)
     second = force.orders[3]
     assert second.order == 2.0

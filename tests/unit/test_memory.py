@@ -9,7 +9,7 @@ AGAIN = """
 import resource
 from threading import Thread
 import numpy as np
-from autobalance.command.memory import keep_freed_memory
+from autobalance.runtime import keep_freed_memory
 
 KEEP = {keep}
 assert not KEEP or keep_freed_memory()
@@ -39,7 +39,7 @@ def test_pages_are_kept_and_serve_every_thread() -> None:
 
 
 def test_elsewhere_nothing_is_set(monkeypatch: pytest.MonkeyPatch) -> None:
-    from autobalance.command.memory import keep_freed_memory
+    from autobalance.runtime import keep_freed_memory
 
     monkeypatch.setattr(sys, "platform", "win32")
     assert not keep_freed_memory()

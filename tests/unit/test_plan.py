@@ -6,14 +6,14 @@ from dataclasses import dataclass
 import numpy as np
 import pytest
 
-from autobalance import plan as planner
 from autobalance.correction.kind import Correction, SharedDepth
-from autobalance.plan import AIM, Shortfall, explain_shortfall, plan_depths, reachable_factor
-from autobalance.rotor.moments import Moments
-from autobalance.rotor.tolerance import Tolerance
-from autobalance.rotor.unbalance import Unbalance
-from autobalance.solid.csg import Solid
-from autobalance.solid.tool import Tool
+from autobalance.planning import depths as planner
+from autobalance.planning.depths import AIM, Shortfall, explain_shortfall, plan_depths, reachable_factor
+from autobalance.rigid_rotor.moments import Moments
+from autobalance.rigid_rotor.tolerance import Tolerance
+from autobalance.rigid_rotor.unbalance import Unbalance
+from autobalance.solid.csg.solid import Solid
+from autobalance.solid.csg.tool import Tool
 
 
 @dataclass(frozen=True)

@@ -5,14 +5,14 @@ import math
 import numpy as np
 import pytest
 
-from autobalance.rotor.moments import Moments
-from autobalance.rotor.tolerance import (
+from autobalance.rigid_rotor.moments import Moments
+from autobalance.rigid_rotor.tolerance import (
     Tolerance,
     achieved_grade_mm_s,
     permissible_unbalance_g_mm,
     share_between_planes,
 )
-from autobalance.rotor.unbalance import Unbalance
+from autobalance.rigid_rotor.unbalance import Unbalance
 
 ROUNDING = 1e-12  # relative, double precision over a handful of operations
 

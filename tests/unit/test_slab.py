@@ -7,10 +7,10 @@ from itertools import pairwise
 import numpy as np
 import pytest
 
-from autobalance.rotor.moments import Moments
-from autobalance.solid.csg import Region, Solid
-from autobalance.solid.measure import mesh_moments
-from autobalance.solid.slab import Layers, Part
+from autobalance.rigid_rotor.moments import Moments
+from autobalance.solid.csg.solid import Region, Solid
+from autobalance.solid.mesh.measure import mesh_moments
+from autobalance.solid.slicing.slab import Part, Slab
 from tests.cranks import Shape, make_crank, tilted
 
 
@@ -22,7 +22,7 @@ def assert_same(a: Moments, b: Moments, scale: float) -> None:
 
 def test_a_slab_of_a_box_is_a_box() -> None:
     box = Solid.box(np.array([1.0, 2.0, 3.0]), np.array([5.0, 8.0, 13.0])).mesh
-    found = Layers(box.vertices, box.triangles).moments((4.0, 6.5), 0.01)
+    found = Slab(box.vertices, box.triangles).moments((4.0, 6.5), 0.01)
     true = mesh_moments(Solid.box(np.array([1.0, 2.0, 4.0]), np.array([5.0, 8.0, 6.5])).mesh, 0.01)
     assert_same(found, true, 60.0)
 
@@ -34,7 +34,7 @@ def test_slabs_at_the_faces_add_up_to_the_whole() -> None:
     heights.append(mesh.bounds[1, 2])
     total = Moments.zero()
     for low, high in pairwise(heights):
-        total = total + Layers(mesh.vertices, mesh.triangles).moments((low, high), 7.85e-3)
+        total = total + Slab(mesh.vertices, mesh.triangles).moments((low, high), 7.85e-3)
     whole = mesh_moments(mesh, 7.85e-3)
     assert_same(total, whole, whole.mass_g * 100.0)
 
@@ -46,10 +46,10 @@ def test_any_slab_and_side_is_what_a_boolean_leaves() -> None:
     half_plane = big @ np.array([side, [-side[1], side[0]]])
     for low, high in ((-20.0, 11.0), (30.0, 71.0)):
         cut = solid.above(low).below(high)
-        found = Layers(solid.mesh.vertices, solid.mesh.triangles).moments((low, high), 1.0)
+        found = Slab(solid.mesh.vertices, solid.mesh.triangles).moments((low, high), 1.0)
         assert_same(found, cut.moments(1.0), 1e5)
         part = Part(side=side)
-        found = Layers(solid.mesh.vertices, solid.mesh.triangles).moments((low, high), 1.0, part)
+        found = Slab(solid.mesh.vertices, solid.mesh.triangles).moments((low, high), 1.0, part)
         assert_same(found, (cut & Solid.prism(Region.of([half_plane]), low, high)).moments(1.0), 1e6)
 
 
@@ -58,11 +58,11 @@ def test_a_journal_is_told_from_the_shoulder_around_it() -> None:
     journal = Solid.prism(Region.circle(14.0, 40), -10.0, 40.0)
     solid = journal + Solid.prism(ring, 0.0, 5.0) + Solid.prism(Region.circle(50.0, 40), -10.0, 0.0)
     mesh = solid.mesh
-    found = Layers(mesh.vertices, mesh.triangles).moments((0.0, 5.0), 1.0, Part(np.zeros(2), 15.0))
+    found = Slab(mesh.vertices, mesh.triangles).moments((0.0, 5.0), 1.0, Part(np.zeros(2), 15.0))
     assert_same(found, journal.above(0.0).below(5.0).moments(1.0), 1e4)
 
 
 def test_an_empty_slab_weighs_nothing() -> None:
     box = Solid.box(np.zeros(3), np.ones(3)).mesh
-    assert Layers(box.vertices, box.triangles).moments((0.5, 0.5), 1.0).mass_g == 0.0
-    assert Layers(box.vertices, box.triangles).moments((2.0, 3.0), 1.0).mass_g == 0.0
+    assert Slab(box.vertices, box.triangles).moments((0.5, 0.5), 1.0).mass_g == 0.0
+    assert Slab(box.vertices, box.triangles).moments((2.0, 3.0), 1.0).mass_g == 0.0

@@ -7,9 +7,9 @@ import math
 import numpy as np
 import pytest
 
-from autobalance.solid.csg import Region
-from autobalance.solid.mesh import Array
-from autobalance.solid.slices import FEW_CORNERS, thinned
+from autobalance.solid.csg.solid import Region
+from autobalance.solid.mesh.mesh import Array
+from autobalance.solid.slicing.slices import FEW_CORNERS, thinned
 
 SQUARE = np.array([[0.0, 0.0], [30.0, 0.0], [30.0, 20.0], [0.0, 20.0]])
 

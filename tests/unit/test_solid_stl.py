@@ -9,8 +9,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from autobalance.errors import FormatError
-from autobalance.solid.csg import Solid
-from autobalance.solid.stl import HEADER_BYTES, RECORD, read_stl, write_ascii_stl, write_stl
+from autobalance.solid.csg.solid import Solid
+from autobalance.solid.formats.stl import HEADER_BYTES, RECORD, read_stl, write_ascii_stl, write_stl
 
 EXAMPLES = int(os.environ.get("AUTOBALANCE_FUZZ", "200"))
 BOX = Solid.box(np.zeros(3), np.array([2.0, 3.0, 4.0])).mesh

@@ -5,10 +5,10 @@ import math
 import numpy as np
 import pytest
 
-from autobalance.rotor.moments import Moments
-from autobalance.rotor.tolerance import Tolerance
-from autobalance.rotor.unbalance import Unbalance
-from autobalance.rotor.uncertainty import (
+from autobalance.rigid_rotor.moments import Moments
+from autobalance.rigid_rotor.tolerance import Tolerance
+from autobalance.rigid_rotor.unbalance import Unbalance
+from autobalance.rigid_rotor.uncertainty import (
     Budget,
     Share,
     along_the_axis,

@@ -4,10 +4,18 @@ import numpy as np
 import pytest
 
 from autobalance.errors import SolidError
-from autobalance.solid import mesh as mesh_module
-from autobalance.solid.csg import Region, Solid, union
-from autobalance.solid.measure import mesh_moments
-from autobalance.solid.mesh import LOCAL, Floats, Mesh, in_space_order, mesh_of_soup, weld, without_collapsed
+from autobalance.solid.csg.solid import Region, Solid, union
+from autobalance.solid.mesh import mesh as mesh_module
+from autobalance.solid.mesh.measure import mesh_moments
+from autobalance.solid.mesh.mesh import (
+    LOCAL,
+    Floats,
+    Mesh,
+    in_space_order,
+    mesh_of_soup,
+    weld,
+    without_collapsed,
+)
 
 ROUNDING = 1e-12
 

@@ -1,0 +1,225 @@
+"""Every kind of correction, and the useful mixes, on one crank, like for like."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from autobalance import correction
+from autobalance.balancing.loop import Offers, Outcome, Result, Rotor, balance, workpiece
+from autobalance.correction import Limits
+from autobalance.correction.kind import Correction, Offer, Prefer, Workpiece
+from autobalance.crank.anatomy import Anatomy, Web
+from autobalance.errors import CorrectionError
+from autobalance.planning.whole_cuts import greatest_multiple
+from autobalance.rigid_rotor.tolerance import Tolerance
+from autobalance.solid.mesh.mesh import Floats, Mesh
+
+MIXES = (
+    ("shoulder",),
+    ("turn",),
+    ("drill",),
+    ("slug",),
+    ("add",),
+    ("shoulder", "drill"),
+    ("turn", "drill"),
+    ("slug", "drill"),
+)
+"""What is compared: each kind alone, then mixes in which holes make up what the other kind cannot reach."""
+MOST_CAPACITY = 64.0
+"""Multiples of the initial unbalance beyond which capacity is plenty."""
+SAME = 1e-3
+"""Share by which two figures must differ to count as better or worse."""
+
+
+@dataclass(frozen=True, eq=False)
+class Row:
+    """What one kind or mix makes of the crank.
+
+    Attributes
+    ----------
+    methods : tuple of str
+    outcome : Outcome or None
+        None where the kind cannot be set up on this crank; ``reason`` says why.
+    share : float or None
+        Greatest judged residual ÷ its permissible value.
+    residual_g_mm : float or None
+        Magnitude of the resultant.
+    mass_change_g, inertia_change_g_mm2 : float or None
+        Of the rotor, slugs included; negative: removed.
+    moved_g : float or None
+        Metal taken, added or pressed in, each counted positive.
+    cuts : int
+        Holes, slugs, faces and rims to make.
+    depths_mm : tuple of float
+        One a cut; below 0 for metal added.
+    wall_left_mm : float or None
+        Least metal left beside what is cut: see ``wall_left_mm``.
+    capacity : float or None
+        The multiple of the initial unbalance that these limits can still correct, at most; infinite:
+        more than ``MOST_CAPACITY``.
+    """
+
+    methods: tuple[str, ...]
+    outcome: Outcome | None
+    reason: str | None
+    share: float | None = None
+    residual_g_mm: float | None = None
+    mass_change_g: float | None = None
+    inertia_change_g_mm2: float | None = None
+    moved_g: float | None = None
+    cuts: int = 0
+    depths_mm: tuple[float, ...] = ()
+    wall_left_mm: float | None = None
+    capacity: float | None = None
+
+    @property
+    def name(self) -> str:
+        """The methods as one word: ``turn+drill``."""
+        return "+".join(self.methods)
+
+    def beats(self, other: Row) -> bool:
+        """Tell whether this is within tolerance and nowhere worse than another, and somewhere better.
+
+        Metal moved, change of inertia, number of cuts and least wall left are what counts.
+        """
+        if self.outcome != "within_tolerance":
+            return False
+        if other.outcome != "within_tolerance":
+            return True
+        pairs = list(zip(self._costs(), other._costs(), strict=True))
+        slack = [SAME * max(abs(a), abs(b)) if math.isfinite(a + b) else 0.0 for a, b in pairs]
+        return all(a <= b + s for (a, b), s in zip(pairs, slack, strict=True)) and any(
+            a < b - s for (a, b), s in zip(pairs, slack, strict=True)
+        )
+
+    def _costs(self) -> tuple[float, ...]:
+        wall = math.inf if self.wall_left_mm is None else self.wall_left_mm
+        return self.moved_g or 0.0, abs(self.inertia_change_g_mm2 or 0.0), float(self.cuts), -wall
+
+
+def compare(
+    rotor: Rotor,
+    tolerance: Tolerance,
+    limits: Mapping[str, Limits],
+    prefer: Prefer = "least_metal",
+    mixes: Sequence[tuple[str, ...]] = MIXES,
+    progress: Callable[[str], None] = lambda _: None,
+) -> list[Row]:
+    """Balance one crank by each kind and mix in turn.
+
+    Parameters
+    ----------
+    rotor, tolerance
+        As for ``rebalance.balance``.
+    limits : mapping of str to Limits
+        The limits of each kind, by its name.
+    """
+    rows = []
+    offers = _once()
+    for methods in mixes:
+        progress(f"trying {'+'.join(methods)}")
+        chosen = [limits[name] for name in methods]
+        try:
+            result = balance(
+                rotor, tolerance, chosen, _bytes_of, _soup_of, prefer=prefer, advise=False, offers=offers
+            )
+        except CorrectionError as error:
+            rows.append(Row(methods, None, str(error)))
+            continue
+        capacity = _capacity(rotor, tolerance, chosen, result, offers)
+        rows.append(_row(methods, rotor, tolerance, result, capacity))
+    return rows
+
+
+def _once() -> Offers:
+    """Return what asks each kind for the same cuts only once; good for one rotor and tolerance."""
+    known: dict[tuple[int, int, float], Offer] = {}
+
+    def offers(work: Workpiece, limits: Limits, effort: int) -> Offer:
+        key = (id(limits), effort, work.look)
+        if key not in known:
+            known[key] = correction.offer(work, limits, effort)
+        return known[key]
+
+    return offers
+
+
+def beaten_by(rows: Sequence[Row]) -> dict[str, list[str]]:
+    """Return, for each row's name, the names of the rows that beat it; nothing beats those with none."""
+    return {row.name: [other.name for other in rows if other.beats(row)] for row in rows}
+
+
+def _bytes_of(mesh: Mesh) -> bytes:
+    """Write nothing: what is compared is not kept."""
+    return mesh.corners.tobytes()
+
+
+def _soup_of(data: bytes) -> Floats:
+    return np.frombuffer(data, dtype=np.float64).reshape(-1, 3, 3)
+
+
+def _row(
+    methods: tuple[str, ...], rotor: Rotor, tolerance: Tolerance, result: Result, capacity: float
+) -> Row:
+    change = result.final_moments - result.initial_moments
+    return Row(
+        methods,
+        result.outcome,
+        result.reason,
+        share=tolerance.used_share(result.residual),
+        residual_g_mm=result.residual.magnitude_g_mm,
+        mass_change_g=float(change.mass_g),
+        inertia_change_g_mm2=change.polar_inertia_g_mm2,
+        moved_g=float(sum(_moved_g(c, rotor.density_g_mm3) for c in result.corrections)),
+        cuts=len(result.corrections),
+        depths_mm=tuple(float(c.depth_mm) for c in result.corrections),
+        wall_left_mm=wall_left_mm(result.corrections, rotor.anatomy),
+        capacity=capacity,
+    )
+
+
+def _moved_g(made: Correction, density_g_mm3: float) -> float:
+    slug = float(made.details.get("slug_mass_g", 0.0))
+    return abs(made.removed_volume_mm3) * density_g_mm3 + slug
+
+
+def wall_left_mm(corrections: Sequence[Correction], anatomy: Anatomy) -> float | None:
+    """Return the least metal left beside corrections.
+
+    Holes and slugs: the wall measured around them. Lowered faces: what is left of the web's thickness. Turned
+    rims: the metal outside of the crankpins. Added metal weakens nothing.
+    """
+    walls: list[float] = []
+    for made in corrections:
+        if "wall_left_mm" in made.details:
+            walls.append(float(made.details["wall_left_mm"]))
+        elif made.kind == "turn":
+            reach = [throw.crank_radius_mm + 0.5 * throw.crankpin.diameter_mm for throw in anatomy.throws]
+            walls.append(float(made.details["new_radius_mm"]) - max(reach, default=0.0))
+    for web in anatomy.webs:
+        lowered = [made for made in corrections if made.kind == "shoulder" and made.web == web.number]
+        if lowered:
+            walls.append(_thickness_left_mm(web, lowered))
+    return min(walls, default=None)
+
+
+def _thickness_left_mm(web: Web, lowered: Sequence[Correction]) -> float:
+    """Return a web's thickness less the deepest cut from either side."""
+    left = web.z_max_mm - web.z_min_mm
+    for sign in (1.0, -1.0):
+        left -= max((c.depth_mm for c in lowered if sign * c.details["normal"][2] > 0.0), default=0.0)
+    return left
+
+
+def _capacity(
+    rotor: Rotor, tolerance: Tolerance, chosen: Sequence[Limits], result: Result, offers: Offers
+) -> float:
+    """Return the greatest multiple of the initial unbalance that may be corrected; 1 is just this one."""
+    work = workpiece(rotor, tolerance, result.initial, look=MOST_CAPACITY)
+    offer = correction.joined([offers(work, limits, correction.efforts(limits) - 1) for limits in chosen])
+    multiple = greatest_multiple(result.initial, tolerance, offer, MOST_CAPACITY)
+    return math.inf if multiple >= MOST_CAPACITY else multiple

@@ -1,0 +1,437 @@
+"""The loop: measure, plan, cut, measure again. The only loop of the program."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from typing import TYPE_CHECKING, Literal
+
+import numpy as np
+
+from autobalance import correction
+from autobalance.correction import Limits
+from autobalance.correction.kind import Array, Correction, Cut, Offer, Prefer, Workpiece
+from autobalance.crank.anatomy import Anatomy, Face
+from autobalance.errors import SolidError
+from autobalance.planning.depths import AIM, Plan, Shortfall, explain_shortfall
+from autobalance.planning.relaxation import Relaxation, Shortage, relaxations
+from autobalance.planning.whole_cuts import choose, least_share
+from autobalance.rigid_rotor.moments import Moments
+from autobalance.rigid_rotor.tolerance import Tolerance
+from autobalance.rigid_rotor.unbalance import Unbalance
+from autobalance.rigid_rotor.uncertainty import Budget
+from autobalance.solid.csg.solid import Solid, union
+from autobalance.solid.csg.tool import Tool, placed
+from autobalance.solid.mesh.measure import soup_moments
+from autobalance.solid.mesh.mesh import Floats, Mesh
+
+if TYPE_CHECKING:
+    from autobalance.solid.cad.step import Exact
+
+Offers = Callable[[Workpiece, Limits, int], Offer]
+Outcome = Literal["within_tolerance", "already_within_tolerance", "above_tolerance"]
+
+PASSES = 6
+"""Cuts of the whole crank at most; one or two are usual."""
+DISAGREE = 0.02
+"""Share of the metal moved by which true surfaces and triangles may differ, beyond what facets hide."""
+LOOKS = 8
+"""How often to look for metal four times deeper."""
+
+
+@dataclass(frozen=True)
+class Step:
+    """One pass: what was planned, what was predicted and what was measured on the cut solid.
+
+    ``depths_mm`` has one entry a correction, in the order of the result's corrections; magnitudes are those
+    of the resultant [g·mm].
+    """
+
+    step: int
+    depths_mm: tuple[float, ...]
+    predicted_g_mm: float
+    measured_g_mm: float
+
+
+@dataclass(frozen=True, eq=False)
+class Rotor:
+    """What is balanced: the crank in file coordinates [mm] and what turns with it.
+
+    ``exact`` is the crank with its true surfaces, where its file keeps them: plans are made on ``solid``, its
+    triangles, and the exact solid is cut. ``moments`` are the bare crank's and ``loads`` those of bob-weights
+    and attached rotors, both in the rotor frame; ``loads_per_factor`` is the derivative of the loads with the
+    balance factor ``factor``. ``budget`` tells how far the residual may be off, from the bare crank's moments
+    and the corrections made on it; None where that is not known. ``hidden`` tells what the facets of loose
+    triangles (file coordinates) hide of the smooth surface, which ``moments`` have already; None: nothing is
+    added.
+    """
+
+    solid: Solid
+    moments: Moments
+    density_g_mm3: float
+    anatomy: Anatomy
+    faces: tuple[Face, ...]
+    loads: Moments
+    loads_per_factor: Moments
+    factor: float
+    budget: Callable[[Moments, Sequence[Correction]], Budget] | None = None
+    exact: Exact | None = None
+    hidden: Callable[[Floats], Moments] | None = None
+
+    def doubt(self, bare: Moments, corrections: Sequence[Correction] = ()) -> Budget | None:
+        """Return how far the residual may be off, None where that is not known."""
+        return None if self.budget is None else self.budget(bare, corrections)
+
+
+@dataclass(frozen=True, eq=False)
+class Written:
+    """A corrected crank as the bytes of its file, and what is measured of them (rotor frame).
+
+    ``triangles`` is None where the file keeps true surfaces; ``surfaces`` counts these by kind then, and
+    ``hidden`` is what they hold more than the triangles of the same cut. ``added`` is what the facets hide by
+    estimate, where that counts.
+    """
+
+    data: bytes
+    triangles: int | None
+    moments: Moments
+    surfaces: Mapping[str, int] | None = None
+    hidden: Moments | None = None
+    added: Moments = field(default_factory=Moments.zero)
+
+
+@dataclass(frozen=True, eq=False)
+class Result:
+    """The end of a balancing run.
+
+    ``initial_moments`` and ``final_moments`` are the bare crank's with its slugs, in the rotor frame;
+    ``initial`` and ``residual`` count bob-weights and attached rotors too, as judged. ``solid`` is the
+    corrected crank in file coordinates [mm], ``written`` its file, from which the residual was measured;
+    both are None when nothing was cut. ``tools`` are the corrections' bodies, file coordinates.
+    ``initial_doubt`` and ``doubt`` tell how far ``initial`` and ``residual`` may be off.
+    """
+
+    outcome: Outcome
+    reason: str | None
+    initial: Unbalance
+    residual: Unbalance
+    initial_moments: Moments
+    final_moments: Moments
+    corrections: tuple[Correction, ...]
+    steps: tuple[Step, ...]
+    solid: Solid | None
+    written: Written | None
+    tools: tuple[Solid, ...] = ()
+    initial_doubt: Budget | None = None
+    doubt: Budget | None = None
+
+
+@dataclass(frozen=True, eq=False)
+class _Pass:
+    """A cut crank, as written and as measured, and the bodies of its cuts (rotor frame)."""
+
+    depths_mm: Array
+    tools: tuple[Solid, ...]
+    solid: Solid
+    written: Written
+    moments: Moments
+    residual: Unbalance
+    share: float
+
+
+def balance(
+    rotor: Rotor,
+    tolerance: Tolerance,
+    methods: Sequence[Limits],
+    encode: Callable[[Mesh], bytes],
+    decode: Callable[[bytes], Floats],
+    progress: Callable[[str], None] = lambda _: None,
+    prefer: Prefer = "least_metal",
+    advise: bool = True,
+    offers: Offers = correction.offer,
+) -> Result:
+    """Cut a crank until its residual unbalance is within tolerance, or as near as the metal allows.
+
+    Parameters
+    ----------
+    rotor : Rotor
+    tolerance : Tolerance
+    methods : sequence of limits
+        The kinds of correction that may be mixed.
+    encode, decode : callable
+        Write a mesh [mm] as the bytes of a file, and read it back as loose triangles: the verdict is measured
+        on these.
+    progress : callable
+        Told in a few words what runs.
+    prefer : Prefer
+        What to spare among plans that reach the aim.
+    advise : bool
+        Compute what would suffice when the limits fall short; that takes a few more plans.
+    offers : callable
+        Takes a workpiece, limits and an effort, and returns the cuts at hand.
+
+    Returns
+    -------
+    Result
+        Not reaching the tolerance is a result (``above_tolerance`` with its reason), not an error.
+
+    Raises
+    ------
+    CorrectionError
+        If a correction cannot be set up as the job asks.
+    """
+    initial_moments = rotor.moments
+    initial = Unbalance.of(initial_moments + rotor.loads)
+    initial_doubt = rotor.doubt(initial_moments)
+
+    def untouched(outcome: Outcome, reason: str | None, steps: Sequence[Step] = ()) -> Result:
+        return Result(
+            outcome=outcome,
+            reason=reason,
+            initial=initial,
+            residual=initial,
+            initial_moments=initial_moments,
+            final_moments=initial_moments,
+            corrections=(),
+            steps=tuple(steps),
+            solid=None,
+            written=None,
+            initial_doubt=initial_doubt,
+            doubt=initial_doubt,
+        )
+
+    if tolerance.is_met_by(initial, initial_doubt):
+        return untouched("already_within_tolerance", None)
+    progress("planning the correction")
+    offer, plan = _best_offer(rotor, tolerance, methods, initial, prefer, offers)
+
+    def fixes() -> list[Relaxation]:
+        if not advise:
+            return []
+        progress("looking for what would suffice")
+        work = workpiece(rotor, tolerance, initial, 1.0)
+        return relaxations(Shortage(work, tuple(methods), offer, initial, tolerance))
+
+    def bound() -> float:
+        return least_share(initial, tolerance, offer)
+
+    def left_alone(steps: Sequence[Step] = ()) -> Result:
+        reason = tolerance.why_not(initial, initial_doubt, plan.binding) or _reason(
+            rotor, tolerance, offer, plan, initial, fixes(), bound()
+        )
+        return untouched("above_tolerance", reason, steps)
+
+    if not plan.depths_mm.any():
+        return left_alone()
+
+    steps: list[Step] = []
+    best: _Pass | None = None
+    drift = Unbalance(np.zeros(2), np.zeros(2))
+    for number in range(1, PASSES + 1):
+        progress(f"cutting, pass {number}")
+        done = _cut_and_measure(rotor, tolerance, offer.cuts, plan, encode, decode)
+        steps.append(
+            Step(
+                number,
+                tuple(float(depth) for depth in plan.depths_mm if depth > 0.0),
+                plan.predicted.magnitude_g_mm,
+                done.residual.magnitude_g_mm,
+            )
+        )
+        better = best is None or done.share < best.share
+        best = done if best is None or better else best
+        if done.share <= max(AIM, plan.share * (1.0 + AIM)) or not better:
+            break
+        drift = drift + (done.residual - plan.predicted)
+        plan = choose(initial + drift, tolerance, offer, prefer=prefer, start_mm=plan.depths_mm)
+    assert best is not None
+    if best.share >= tolerance.used_share(initial):
+        return left_alone(steps)
+    made = _corrections(offer.cuts, best.depths_mm)
+    doubt = rotor.doubt(best.written.moments, made)
+    within = tolerance.is_met_by(best.residual, doubt)
+    reason = None if within else tolerance.why_not(best.residual, doubt, plan.binding)
+    if not within and reason is None:
+        reason = _reason(rotor, tolerance, offer, plan, best.residual, fixes(), bound())
+    return Result(
+        outcome="within_tolerance" if within else "above_tolerance",
+        reason=reason,
+        initial=initial,
+        residual=best.residual,
+        initial_moments=initial_moments,
+        final_moments=best.moments,
+        corrections=made,
+        steps=tuple(steps),
+        solid=best.solid,
+        written=best.written,
+        tools=tuple(tool.moved(rotor.anatomy.rotor_to_file) for tool in best.tools),
+        initial_doubt=initial_doubt,
+        doubt=doubt,
+    )
+
+
+def _corrections(cuts: Sequence[Cut], depths_mm: Array) -> tuple[Correction, ...]:
+    """Return the cuts that are made, each with what one more millimetre of depth would change."""
+    made = []
+    for cut, depth in zip(cuts, depths_mm, strict=True):
+        if depth > 0.0:
+            each = cut.correction(float(depth))
+            made.append(each if each.rate is not None else replace(each, rate=cut.rate(float(depth))))
+    return tuple(made)
+
+
+def _best_offer(
+    rotor: Rotor,
+    tolerance: Tolerance,
+    methods: Sequence[Limits],
+    initial: Unbalance,
+    prefer: Prefer,
+    offers: Offers = correction.offer,
+) -> tuple[Offer, Plan]:
+    """Return the first set of cuts that reaches the aim, else the one that comes nearest."""
+    best: tuple[Offer, Plan] | None = None
+    for effort in range(max(correction.efforts(limits) for limits in methods)):
+        look = 1.0
+        for _ in range(LOOKS):
+            work = workpiece(rotor, tolerance, initial, look)
+            offer = correction.joined(
+                [offers(work, limits, min(effort, correction.efforts(limits) - 1)) for limits in methods]
+            )
+            plan = choose(initial, tolerance, offer, prefer=prefer)
+            if best is None or plan.share < best[1].share * (1.0 - AIM):
+                best = offer, plan
+            at_end = [
+                cut.limit_is_reach and depth >= cut.max_depth_mm - 1e-9
+                for cut, depth in zip(offer.cuts, plan.depths_mm, strict=True)
+            ]
+            if plan.share <= AIM or not any(at_end):
+                break
+            look *= 4.0
+        if best is not None and best[1].share <= AIM:
+            break
+    assert best is not None
+    return best
+
+
+def planned(
+    rotor: Rotor, tolerance: Tolerance, methods: Sequence[Limits], prefer: Prefer = "least_metal"
+) -> tuple[tuple[Correction, ...], Unbalance]:
+    """Return what would be cut and what that would leave, without cutting.
+
+    Raises
+    ------
+    CorrectionError
+        If a correction cannot be set up as asked.
+    """
+    now = rotor.moments + rotor.loads
+    offer, plan = _best_offer(rotor, tolerance, methods, Unbalance.of(now), prefer)
+    return _corrections(offer.cuts, plan.depths_mm), plan.predicted
+
+
+def workpiece(rotor: Rotor, tolerance: Tolerance, initial: Unbalance, look: float = 1.0) -> Workpiece:
+    """Return a rotor's crank as the kinds of correction see it, with the unbalance to be moved."""
+    return Workpiece(
+        rotor.solid,
+        rotor.anatomy,
+        rotor.faces,
+        rotor.density_g_mm3,
+        heavy_vectors(initial, tolerance, rotor.anatomy),
+        look,
+        tolerance.service_speed_rad_s,
+    )
+
+
+def heavy_vectors(
+    unbalance: Unbalance, tolerance: Tolerance, anatomy: Anatomy
+) -> tuple[tuple[float, Array], tuple[float, Array]]:
+    """Return the unbalance as vectors at the first and the last web: where metal can be taken.
+
+    A static verdict, or a crank with one web, takes half of the resultant at each.
+    """
+    first, last = anatomy.webs[0], anatomy.webs[-1]
+    z0 = 0.5 * (first.z_min_mm + first.z_max_mm)
+    z1 = 0.5 * (last.z_min_mm + last.z_max_mm)
+    if tolerance.judge == "static" or z0 == z1:
+        half = 0.5 * unbalance.resultant_g_mm
+        return (z0, half), (z1, half)
+    a, b = unbalance.in_planes(z0, z1)
+    return (z0, a), (z1, b)
+
+
+def _cut_and_measure(
+    rotor: Rotor,
+    tolerance: Tolerance,
+    cuts: Sequence[Cut],
+    plan: Plan,
+    encode: Callable[[Mesh], bytes],
+    decode: Callable[[bytes], Floats],
+) -> _Pass:
+    """Cut the untouched crank to the plan's depths and measure what is written."""
+    made = [(cut, float(depth)) for cut, depth in zip(cuts, plan.depths_mm, strict=True) if depth > 0.0]
+    tools = tuple(cut.tool(depth) for cut, depth in made)
+    solid, pressed_in = rotor.solid, Moments.zero()
+    for adds in (True, False):
+        chosen = [tool for tool, (cut, _) in zip(tools, made, strict=True) if cut.adds_metal == adds]
+        if chosen:
+            tool = union(chosen).moved(rotor.anatomy.rotor_to_file)
+            solid = solid + tool if adds else solid - tool
+    for cut, depth in made:
+        pressed_in = pressed_in + cut.pressed_in(depth)
+    if rotor.exact is not None:
+        written = _exactly(rotor, rotor.exact, made, solid)
+    else:
+        data = encode(solid.mesh)
+        soup = decode(data)
+        bare = soup_moments(soup, rotor.density_g_mm3, rotor.anatomy.file_to_rotor)
+        added = Moments.zero() if rotor.hidden is None else rotor.hidden(soup)
+        written = Written(data, len(soup), bare, added=added)
+    moments = written.moments + written.added + pressed_in
+    residual = Unbalance.of(moments + rotor.loads)
+    return _Pass(plan.depths_mm, tools, solid, written, moments, residual, tolerance.used_share(residual))
+
+
+def _exactly(rotor: Rotor, exact: Exact, made: Sequence[tuple[Cut, float]], in_facets: Solid) -> Written:
+    """Cut the exact solid, write it, and measure it as it is read again; ``in_facets`` is the same cut.
+
+    Raises
+    ------
+    SolidError
+        If the CAD kernel cannot make the cut, or makes another one.
+    """
+    from autobalance.solid.cad.step import written_and_read
+
+    removed: list[Tool] = []
+    added: list[Tool] = []
+    for cut, depth in made:
+        tool = cut.exact_tool(depth)
+        if tool is not None:
+            (added if cut.adds_metal else removed).append(placed(tool, rotor.anatomy.rotor_to_file))
+    data, again = written_and_read(exact, exact.solid.machined(removed, added))
+    density, frame = rotor.density_g_mm3, rotor.anatomy.file_to_rotor
+    moments, faceted = again.moments(density, frame), in_facets.moments(density, frame)
+    hidden = moments - faceted
+    hidden_before = rotor.moments - rotor.solid.moments(density, frame)
+    cut_g = abs(rotor.moments.mass_g - moments.mass_g)
+    if abs(hidden.mass_g - hidden_before.mass_g) > DISAGREE * cut_g + abs(hidden_before.mass_g):
+        raise SolidError(
+            f"the CAD kernel leaves {moments.mass_g:.6g} g where {faceted.mass_g:.6g} g were planned; "
+            "needed the same cut in both; a mesh of the part can be balanced instead"
+        )
+    return Written(data, None, moments, again.face_kinds(), hidden)
+
+
+def _reason(
+    rotor: Rotor,
+    tolerance: Tolerance,
+    offer: Offer,
+    plan: Plan,
+    residual: Unbalance,
+    fixes: Sequence[Relaxation],
+    bound: float,
+) -> str:
+    per_factor = Unbalance.of(rotor.loads_per_factor)
+    return explain_shortfall(
+        Shortfall(residual, tolerance, per_factor, rotor.factor, offer.cuts, plan.depths_mm, plan.binding),
+        [release.text for release in fixes],
+        bound,
+    )

@@ -1,0 +1,148 @@
+"""A crank file becomes a measured crank: read, recognised, its chordal error estimated."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from autobalance.balancing.chordal_correction import NOT_ASKED, FacetCorrection
+from autobalance.crank.anatomy import Anatomy, Face, Overrides
+from autobalance.crank.faces import find_faces
+from autobalance.crank.recognition.alignment import misalignment_warning
+from autobalance.crank.recognition.recognise import recognise
+from autobalance.errors import BodiesError, RecognitionError
+from autobalance.job import Balance, Crankshaft, Job
+from autobalance.rigid_rotor.moments import Moments
+from autobalance.runtime import Stopwatch, in_thread
+from autobalance.solid.chordal_error.estimate import ChordalError, estimate_chordal_error
+from autobalance.solid.chordal_error.from_slices import chordal_error_from_slices
+from autobalance.solid.formats.read import Source, read
+
+if TYPE_CHECKING:
+    from concurrent.futures import Future
+
+    from autobalance.balancing.record import TrueSurfaces
+    from autobalance.solid.csg.solid import Solid
+
+FACETS_MOST = 200_000
+"""Triangles up to which every facet is looked at: some 0.5 s for 100 000."""
+
+
+@dataclass(frozen=True, eq=False)
+class Crank:
+    """A crank file, read, recognised and measured (moments in the rotor frame)."""
+
+    source: Source
+    anatomy: Anatomy
+    density_g_mm3: float
+    moments: Moments
+    facets: ChordalError | None
+    correction: FacetCorrection = NOT_ASKED
+    faces: tuple[Face, ...] = ()
+
+    @property
+    def volume_mm3(self) -> float:
+        """Volume [mm³], what the facets hide added where the moments have it."""
+        added = Moments.zero() if self.facets is None else self.correction.part(self.facets.missing)
+        return self.source.volume_mm3 + added.mass_g / self.density_g_mm3
+
+    def warnings(self, file: Path) -> tuple[str, ...]:
+        """Return what a user should know of the file and the crank in it, one line each."""
+        misaligned = misalignment_warning(self.anatomy)
+        found = [*self.source.repairs, *([] if misaligned is None else [misaligned])]
+        return tuple(f"{file}: {text}" for text in found)
+
+
+def measure_crank(
+    crankshaft: Crankshaft, watch: Stopwatch, asked: Balance | None = None, with_faces: bool = False
+) -> Crank:
+    """Read a crank file, recognise the crank in it and measure it, as exactly as ``asked``.
+
+    Its planar faces are looked for only ``with_faces``.
+    """
+    recognition = _Recognition(crankshaft.overrides)
+    with watch.stage("load"):
+        source = _read(crankshaft, recognition.begin)
+    with watch.stage("measure"):
+        in_file = source.moments(crankshaft.density_g_mm3)  # while the crank is still being recognised
+        try:
+            anatomy = recognition.anatomy(source)
+        except RecognitionError as error:
+            raise RecognitionError(f"{crankshaft.file}: {error}") from None
+        looking = in_thread(
+            lambda: find_faces(source.solid.mesh, anatomy, source.surfaces) if with_faces else ()
+        )
+        moments = in_file.moved(anatomy.file_to_rotor)
+        facets = facets_of(source, crankshaft.density_g_mm3, anatomy, asked)
+        correction = NOT_ASKED
+        if facets is not None and asked is not None:
+            correction = FacetCorrection.of(facets, asked.facet_correction)
+            moments = moments + correction.part(facets.missing)
+        faces = looking.result()
+    return Crank(source, anatomy, crankshaft.density_g_mm3, moments, facets, correction, faces)
+
+
+def work_on_faces(job: Job) -> bool:
+    """Tell whether a correction of the job begins at a planar face."""
+    return any(hasattr(limits, "faces") for limits in job.methods)
+
+
+class _Recognition:
+    """Looks for the crank in a solid while that is still being checked."""
+
+    def __init__(self, hints: Overrides) -> None:
+        self._hints = hints
+        self._begun: tuple[Solid, Future[Anatomy]] | None = None
+
+    def begin(self, solid: Solid) -> None:
+        """Start with a solid that will most likely stay as it is."""
+        self._begun = solid, in_thread(lambda: recognise(solid, self._hints))
+
+    def anatomy(self, source: Source) -> Anatomy:
+        """Return the crank in a file's solid, once it is checked."""
+        if self._begun is not None and source.solid is self._begun[0]:
+            return self._begun[1].result()
+        own = source.surfaces.cylinders if source.surfaces is not None else ()
+        return recognise(source.solid, self._hints, own)
+
+
+def _read(crankshaft: Crankshaft, begun: Callable[[Solid], None]) -> Source:
+    pressed_up = not crankshaft.crankpin_in_file
+    try:
+        return read(crankshaft.file, crankshaft.unit, crankshaft.body, pressed_up=pressed_up, begun=begun)
+    except BodiesError as several:
+        solid = read(crankshaft.file, crankshaft.unit, "all").solid
+        try:
+            recognise(solid, replace(crankshaft.overrides, crankpin_in_file=None))
+        except RecognitionError as reason:
+            raise BodiesError(f"{several}; together they are no crank: {reason}") from None
+        raise
+
+
+def facets_of(
+    source: Source, density_g_mm3: float, anatomy: Anatomy, asked: Balance | None = None
+) -> ChordalError:
+    """Estimate what the facets cost: from sections alone where looking at all of them would take long.
+
+    A correction that is ``asked`` for, and a verdict in which the uncertainty counts, look at all of them.
+    """
+    frame = anatomy.file_to_rotor
+    if source.exact is not None:  # measured on the true surfaces
+        return ChordalError.known(Moments.zero())
+    needed = asked is not None and (asked.margin != "none" or asked.facet_correction)
+    if source.solid.triangle_count > FACETS_MOST and not needed:
+        return chordal_error_from_slices(source.solid.mesh, density_g_mm3, frame)
+    return estimate_chordal_error(source.solid.mesh, density_g_mm3, frame)
+
+
+def surfaces_entry(crank: Crank) -> TrueSurfaces | None:
+    """Return what the report says of the true surfaces, where the file keeps them."""
+    from autobalance.balancing.record import TrueSurfaces
+
+    exact = crank.source.exact
+    if exact is None:
+        return None
+    faceted = crank.source.solid.moments(crank.density_g_mm3, crank.anatomy.file_to_rotor)
+    return TrueSurfaces(exact.solid.face_kinds(), crank.moments - faceted)

@@ -1,0 +1,176 @@
+"""What a run found, before it is written down; put together by the commands, computed elsewhere."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from typing import Any, Literal
+
+from autobalance.balancing.loop import Result
+from autobalance.correction.kind import Correction
+from autobalance.crank.anatomy import Anatomy, Face
+from autobalance.crank.sections import Section, WebWeight
+from autobalance.engine.force_summary import ShakingForce
+from autobalance.rigid_rotor.moments import Array, Moments
+from autobalance.rigid_rotor.tolerance import Tolerance
+from autobalance.rigid_rotor.unbalance import Unbalance
+
+
+@dataclass(frozen=True)
+class InputFile:
+    """The crank's file as it was read."""
+
+    file: str
+    sha256: str
+    format: str
+    triangles: int
+    bodies: int
+    repairs: tuple[str, ...]
+
+
+@dataclass(frozen=True)
+class FacetsNeeded:
+    """How many times as many facets around a circle a grade needs, their chord height, and it in words."""
+
+    finer: float
+    sag_mm: float
+    text: str
+
+
+@dataclass(frozen=True)
+class ChordalErrorEntry:
+    """What the true surface holds more than the facets: mass, and the magnitude of the unbalance.
+
+    ``mass_bar_g`` and ``unbalance_bar_g_mm`` are their error bars, ``sag_mm`` is the greatest chord height.
+    ``correction`` tells whether the estimate was added to what was measured (None: not asked for), ``reason``
+    why not or not all of it; ``needed`` is None where the facets are fine enough or nothing is asked of them.
+    ``added`` is what was added before and after cutting, None where nothing was.
+    """
+
+    mass_g: float
+    unbalance_g_mm: float
+    mass_bar_g: float = 0.0
+    unbalance_bar_g_mm: float = 0.0
+    sag_mm: float = 0.0
+    correction: str | None = None
+    reason: str | None = None
+    needed: FacetsNeeded | None = None
+    added: tuple[Moments, Moments] | None = None
+
+
+@dataclass(frozen=True, eq=False)
+class MeasuredCrank:
+    """The crank before correction, in the rotor frame."""
+
+    moments: Moments
+    volume_mm3: float
+    anatomy: Anatomy
+    facet_error: ChordalErrorEntry | None = None
+
+
+@dataclass(frozen=True)
+class Counterweight:
+    """m_cw, r′ and their product before, wanted and after; for cranks of one throw."""
+
+    mass_g: float
+    initial_g_mm: float
+    target_g_mm: float
+    final_g_mm: float
+
+
+@dataclass(frozen=True)
+class BobWeights:
+    """Sums of the parts of one throw [g], and the bob-weight on each throw."""
+
+    rotating_g: float
+    reciprocating_g: float
+    crankpin_g: float
+    bob_weights_g: Mapping[int, float]
+
+
+@dataclass(frozen=True)
+class Factors:
+    """The crank's balance factor before, wanted and after; None where its throws cancel each other out."""
+
+    initial: float | None
+    target: float
+    final: float | None
+
+
+@dataclass(frozen=True, eq=False)
+class FaceOffer:
+    """A face that a correction can use: change of the unbalance per millimetre, and how deep it may go."""
+
+    face: Face
+    unbalance_per_mm_g_mm: Array
+    max_depth_mm: float | None
+
+
+@dataclass(frozen=True, eq=False)
+class Overbalance:
+    """Unbalance left on purpose for final drilling, and where the last holes belong; not cut yet.
+
+    ``predicted`` is what they will leave, as judged without the allowance; ``reason`` says why they are none
+    or not enough.
+    """
+
+    unbalance: Unbalance
+    holes: tuple[Correction, ...]
+    predicted: Unbalance | None
+    reason: str | None
+
+
+@dataclass(frozen=True, eq=False)
+class Forces:
+    """What shakes the engine before and after, at top speed; without a rod length the first order only."""
+
+    before: ShakingForce
+    after: ShakingForce
+    all_orders: bool
+
+
+@dataclass(frozen=True, eq=False)
+class Balanced:
+    """What only a balancing run knows; ``forces`` are None where the job lacks a cylinder's direction."""
+
+    job: Mapping[str, Any]
+    counterweight: Counterweight | None
+    loads: BobWeights
+    factors: Factors
+    tolerance: Tolerance
+    result: Result
+    overbalance: Overbalance | None = None
+    forces: Forces | None = None
+
+
+@dataclass(frozen=True, eq=False)
+class TrueSurfaces:
+    """Faces of a solid by kind, and what they hold more than triangles laid over them."""
+
+    faces: Mapping[str, int]
+    hidden: Moments
+
+
+@dataclass(frozen=True, eq=False)
+class Record:
+    """Everything that a report is written from.
+
+    ``initial`` is the bare crank's unbalance for ``inspect``, as judged for ``balance``; ``planes_z_mm`` are
+    the places of planes A and B, or None. ``outputs`` has one entry a written file (see ``solid_entry``).
+    ``warnings`` are what a user should know of the job and the crank, one line each. ``surfaces`` are the
+    crank's as read, where its file keeps true ones.
+    """
+
+    command: Literal["balance", "inspect"]
+    input: InputFile
+    crank: MeasuredCrank
+    initial: Unbalance
+    planes_z_mm: tuple[float, float] | None
+    faces: tuple[FaceOffer, ...] | None = None
+    sections: tuple[Section, ...] | None = None
+    web_weights: tuple[WebWeight, ...] | None = None
+    balanced: Balanced | None = None
+    warnings: tuple[str, ...] = ()
+    outputs: Mapping[str, Any] = field(default_factory=dict)
+    seconds: Mapping[str, float] = field(default_factory=dict)
+    surfaces: TrueSurfaces | None = None

@@ -1,0 +1,184 @@
+"""A job and its crank become a rotor: what hangs on the throws, the factor, what it is judged against."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+
+import numpy as np
+
+from autobalance.crank.anatomy import Anatomy
+from autobalance.engine.balance_factor import balance_factor, bob_weight_moments
+from autobalance.engine.parts import Parts, ThrowLoad
+from autobalance.errors import JobError
+from autobalance.job import Attached, EngineParts, Job, PartWeights, Weight
+from autobalance.rigid_rotor.moments import Moments
+from autobalance.rigid_rotor.tolerance import Tolerance
+from autobalance.rigid_rotor.unbalance import Unbalance
+
+STROKE_SLACK_MM = 0.1
+STROKE_SLACK_SHARE = 0.005
+
+
+# --- weights ------------------------------------------------------------------------------------------------
+
+
+def throw_loads(
+    anatomy: Anatomy, engine: EngineParts, weights: PartWeights | None = None
+) -> tuple[ThrowLoad, ...]:
+    """Return what hangs on each throw; ``weights`` take the place of the job's parts on all of them."""
+    return tuple(
+        ThrowLoad(
+            _parts(weights or engine.of_throw(throw.number).weights, engine.of_throw(throw.number).rods),
+            throw.crank_radius_mm,
+            throw.angle_rad,
+            float(throw.crankpin.centre_mm[2]),
+        )
+        for throw in anatomy.throws
+    )
+
+
+def _parts(weights: PartWeights, rods: int) -> Parts:
+    return Parts(
+        rotating_g=total_g(weights.rotating),
+        reciprocating_g=total_g(weights.reciprocating),
+        crankpin_g=total_g(weights.crankpin),
+        rods=rods,
+    )
+
+
+def total_g(weights: Mapping[str, Weight]) -> float:
+    """Return the sum of named weights."""
+    return sum(weight.mass_g for weight in weights.values())
+
+
+def attached_moments(attached: tuple[Attached, ...]) -> Moments:
+    """Return what attached rotors add: their mass on the axis, their unbalance at their place."""
+    total = Moments.zero()
+    for part in attached:
+        on_axis = Moments.point(part.mass_g, np.array([0.0, 0.0, part.z_mm]))
+        total = total + on_axis + unbalance_at(part.unbalance_g_mm, part.z_mm)
+    return total
+
+
+def unbalance_at(unbalance_g_mm: tuple[float, float], z_mm: float) -> Moments:
+    """Return the moments of an unbalance at a place on the axis."""
+    x, y = unbalance_g_mm
+    second = np.zeros((3, 3))
+    second[0, 2] = second[2, 0] = x * z_mm
+    second[1, 2] = second[2, 1] = y * z_mm
+    return Moments(0.0, np.array([x, y, 0.0]), second)
+
+
+def overbalance_moments(job: Job, tolerance: Tolerance) -> Moments:
+    """Return the unbalance that is left on purpose for final drilling, midway between the planes."""
+    balance = job.balance
+    x = balance.overbalance_g_mm * math.cos(balance.overbalance_rad)
+    y = balance.overbalance_g_mm * math.sin(balance.overbalance_rad)
+    return unbalance_at((x, y), 0.5 * sum(plane.z_mm for plane in tolerance.planes))
+
+
+def crank_factor(crank: Moments, loads: tuple[ThrowLoad, ...], attached: Moments) -> float | None:
+    """Return the balance factor that a crank has with these parts."""
+    rotating = crank + bob_weight_moments(loads, 0.0) + attached
+    return balance_factor(Unbalance.of(rotating).resultant_g_mm, loads)
+
+
+def target_factor(job: Job, anatomy: Anatomy, crank: Moments) -> float:
+    """Return the balance factor asked for; with ``"original"``, the untouched crank's with its old parts.
+
+    Raises
+    ------
+    JobError
+        If the crank has no balance factor, or one outside 0..1.
+    """
+    if job.balance.factor is not None:
+        return job.balance.factor
+    loads = throw_loads(anatomy, job.engine, job.original)
+    found = crank_factor(crank, loads, attached_moments(job.engine.attached))
+    asked = f'{job.path.name}: balance.factor = "original"'
+    if found is None:
+        raise JobError(f"{asked}: the throws cancel each other out, so the crank has no balance factor")
+    if not 0.0 <= found <= 1.0:
+        raise JobError(
+            f"{asked}: the crank's factor with the [original] parts is {found:.4f}; must be 0 to 1; check "
+            "the weights, the unit and the density"
+        )
+    return found
+
+
+# --- checks against the geometry ----------------------------------------------------------------------------
+
+
+def check_engine(job: Job, anatomy: Anatomy) -> None:
+    """Refuse a job whose engine is not this crank's.
+
+    Raises
+    ------
+    JobError
+        If a throw's number does not exist, or the stroke contradicts a crank radius.
+    """
+    count = len(anatomy.throws)
+    for number in job.engine.by_throw:
+        if number > count:
+            throws = "1 throw" if count == 1 else f"{count} throws"
+            raise JobError(f"{job.path.name}: engine.throw number {number}: the crank has {throws}")
+    stroke = job.engine.stroke_mm
+    if stroke is None:
+        return
+    slack = max(STROKE_SLACK_MM, STROKE_SLACK_SHARE * stroke)
+    for throw in anatomy.throws:
+        found = 2.0 * throw.crank_radius_mm
+        if abs(found - stroke) > slack:
+            raise JobError(
+                f"{job.path.name}: engine.stroke_mm is {stroke:g}, but throw {throw.number} of the crank "
+                f"strokes {found:.3f} mm; they must agree within {slack:.3g} mm (is crankshaft.unit right?)"
+            )
+
+
+# --- tolerance ----------------------------------------------------------------------------------------------
+
+
+def default_planes_mm(anatomy: Anatomy) -> tuple[float, float] | None:
+    """Return the mid-planes of the outermost main journals; None with fewer than two."""
+    if len(anatomy.main_journals) < 2:
+        return None
+    first, last = anatomy.main_journals[0], anatomy.main_journals[-1]
+    return float(first.centre_mm[2]), float(last.centre_mm[2])
+
+
+def tolerance_of(job: Job, anatomy: Anatomy, crank: Moments) -> Tolerance:
+    """Return what the residual is judged against.
+
+    Raises
+    ------
+    JobError
+        If a dynamic verdict has no planes.
+    """
+    balance = job.balance
+    planes = balance.tolerance_planes_mm or default_planes_mm(anatomy)
+    if planes is None and balance.judge == "dynamic":
+        count = len(anatomy.main_journals)
+        raise JobError(
+            f'{job.path.name}: balance.tolerance_planes_mm is missing: judge = "dynamic" needs two '
+            f"planes and the crank has {count} main journal{'' if count == 1 else 's'} to take them from"
+        )
+    rotor = crank + _crankpins_not_in_file(job, anatomy)
+    return Tolerance.of(
+        grade_mm_s=balance.grade_mm_s,
+        service_speed_rad_s=balance.service_speed_rad_s,
+        rotor_mass_g=balance.rotor_mass_g or rotor.mass_g,
+        z_centre_mm=float(rotor.centre_mm[2]),
+        planes_z_mm=planes,
+        judge=balance.judge,
+        margin=balance.margin,
+    )
+
+
+def _crankpins_not_in_file(job: Job, anatomy: Anatomy) -> Moments:
+    total = Moments.zero()
+    for throw in anatomy.throws:
+        pin = job.engine.of_throw(throw.number).weights.crankpin.get("crankpin")
+        if pin is not None:
+            total = total + Moments.point(pin.mass_g, throw.crankpin.centre_mm)
+    return total

@@ -1,0 +1,295 @@
+"""What becomes of a measured crank: it is balanced, and what the report needs is gathered; prints nothing."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+from autobalance import job as jobs
+from autobalance.balancing import (
+    chordal_correction,
+    engine_from_job,
+    measured_crank,
+    rotor_from_job,
+    uncertainty_budget,
+)
+from autobalance.balancing.comparison import Row, compare
+from autobalance.balancing.loop import Result, Rotor, Written, balance, planned
+from autobalance.balancing.measured_crank import Crank, work_on_faces
+from autobalance.balancing.record import (
+    Balanced,
+    BobWeights,
+    ChordalErrorEntry,
+    Counterweight,
+    Factors,
+    Forces,
+    InputFile,
+    MeasuredCrank,
+    Overbalance,
+    Record,
+)
+from autobalance.correction import Limits
+from autobalance.correction.drill import DrillLimits
+from autobalance.crank.anatomy import Anatomy
+from autobalance.crank.sections import counterweight_moments
+from autobalance.engine.balance_factor import bob_weight_moments
+from autobalance.engine.force_summary import ShakingForce
+from autobalance.errors import CorrectionError, JobError
+from autobalance.job import Job
+from autobalance.job.limits import limits_of_every_kind
+from autobalance.rigid_rotor.moments import Moments
+from autobalance.rigid_rotor.tolerance import Tolerance
+from autobalance.rigid_rotor.unbalance import Unbalance
+from autobalance.runtime import Stopwatch, in_thread
+from autobalance.solid.formats.write import decode, encode
+from autobalance.solid.mesh.mesh import Floats, Mesh
+
+Progress = Callable[[str], None]
+
+
+def balanced_record(
+    job: Job, crank: Crank, watch: Stopwatch, progress: Progress
+) -> tuple[Record, Written | None]:
+    """Balance a measured crank; return what the report needs, and the solid's file if one was cut.
+
+    Raises
+    ------
+    JobError
+        If the job does not fit the crank.
+    """
+    counterweights = in_thread(lambda: _counterweights(crank))
+    with watch.stage("measure"):
+        rotor_from_job.check_engine(job, crank.anatomy)
+        factor = rotor_from_job.target_factor(job, crank.anatomy, crank.moments)
+        tolerance = rotor_from_job.tolerance_of(job, crank.anatomy, crank.moments)
+        rotor = _rotor(job, crank, tolerance, factor)
+        before = engine_from_job.shaking(job, crank.anatomy, crank.moments)
+    format_name, scale = crank.source.format, crank.source.mm_per_unit
+
+    def to_bytes(mesh: Mesh) -> bytes:
+        return encode(mesh, format_name, scale)
+
+    def from_bytes(data: bytes) -> Floats:
+        return decode(data, format_name, scale)
+
+    with _Stages(watch, progress) as told:
+        try:
+            result = balance(rotor, tolerance, job.methods, to_bytes, from_bytes, told, prefer=job.prefer)
+        except CorrectionError as error:
+            raise JobError(f"{job.path.name}: {error}") from None
+    record = _record(job, crank, factor, tolerance, result, counterweights.result())
+    if before is not None and record.balanced is not None:
+        forces = _forces(job, crank, before, result)
+        record = replace(record, balanced=replace(record.balanced, forces=forces))
+    if job.balance.overbalance_g_mm > 0.0 and record.balanced is not None:
+        progress("placing the last holes")
+        left = _overbalance(job, rotor, tolerance, result)
+        record = replace(record, balanced=replace(record.balanced, overbalance=left))
+    return record, result.written
+
+
+def _forces(job: Job, crank: Crank, before: ShakingForce, result: Result) -> Forces | None:
+    after = engine_from_job.shaking(job, crank.anatomy, result.final_moments)
+    return None if after is None else Forces(before, after, job.engine.rod_length_mm is not None)
+
+
+def _overbalance(job: Job, rotor: Rotor, tolerance: Tolerance, result: Result) -> Overbalance:
+    """Plan the last holes on the crank as it was made: they take what was left on purpose."""
+    limits = next((each for each in job.methods if isinstance(each, DrillLimits)), DrillLimits())
+    allowance = rotor_from_job.overbalance_moments(job, tolerance)
+    bare = result.written.moments if result.written else rotor.moments
+    slugs = result.final_moments - bare
+    made = replace(
+        rotor, solid=result.solid or rotor.solid, moments=bare, loads=rotor.loads + allowance + slugs
+    )
+    try:
+        holes, residual = planned(made, tolerance, [limits], "fewest_holes")
+    except CorrectionError as error:
+        return Overbalance(Unbalance.of(allowance), (), None, str(error))
+    short = tolerance.used_share(residual)
+    reason = None if short <= 1.0 else f"the last holes leave {short:.3g} times the permissible value"
+    return Overbalance(Unbalance.of(allowance), holes, residual, reason)
+
+
+class _Stages:
+    """Tell the user what the loop says, and count its time for planning or cutting."""
+
+    def __init__(self, watch: Stopwatch, progress: Progress) -> None:
+        self._watch, self._progress = watch, progress
+        self._stage, self._since = "plan", time.perf_counter()
+
+    def __enter__(self) -> _Stages:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self._turn(self._stage)
+
+    def __call__(self, text: str) -> None:
+        self._turn("cut" if text.startswith("cutting") else "plan")
+        self._progress(text)
+
+    def _turn(self, stage: str) -> None:
+        now = time.perf_counter()
+        self._watch.add(self._stage, now - self._since)
+        self._stage, self._since = stage, now
+
+
+@dataclass(frozen=True, eq=False)
+class Compared:
+    """Every kind and mix tried on one crank, with what they are judged against."""
+
+    tolerance: Tolerance
+    initial_g_mm: float
+    rows: tuple[Row, ...]
+
+
+def compare_job(job: Job, progress: Progress) -> Compared:
+    """Try every kind of correction and the useful mixes on a job's crank.
+
+    Raises
+    ------
+    AutobalanceError
+        For anything wrong with the job or the crank.
+    """
+    watch = Stopwatch()
+    progress("reading the crank")
+    limits = _every_kind(job)
+    every = replace(job, methods=tuple(limits.values()), method_names=tuple(limits))
+    crank = measured_crank.measure_crank(job.crankshaft, watch, job.balance, work_on_faces(every))
+    rotor_from_job.check_engine(job, crank.anatomy)
+    factor = rotor_from_job.target_factor(job, crank.anatomy, crank.moments)
+    tolerance = rotor_from_job.tolerance_of(job, crank.anatomy, crank.moments)
+    rotor = _rotor(every, crank, tolerance, factor)
+    rows = compare(rotor, tolerance, limits, job.prefer, progress=progress)
+    initial = Unbalance.of(crank.moments + rotor.loads)
+    return Compared(tolerance, initial.magnitude_g_mm, tuple(rows))
+
+
+def _every_kind(job: Job) -> dict[str, Limits]:
+    try:
+        return limits_of_every_kind(job.raw)
+    except JobError as error:
+        raise JobError(f"{job.path.name}: {error}") from None
+
+
+def _rotor(job: Job, crank: Crank, tolerance: Tolerance, factor: float) -> Rotor:
+    loads = rotor_from_job.throw_loads(crank.anatomy, job.engine)
+    attached = rotor_from_job.attached_moments(job.engine.attached)
+    left = rotor_from_job.overbalance_moments(job, tolerance)
+    at_factor = bob_weight_moments(loads, factor) + attached - left
+    causes = None
+    if crank.facets is not None:
+        spacing = uncertainty_budget.spacing_mm(crank.source)
+        causes = uncertainty_budget.UncertaintyBudget(
+            job, crank.anatomy, crank.moments, tolerance, factor, crank.facets, spacing
+        )
+    return Rotor(
+        solid=crank.source.solid,
+        moments=crank.moments,
+        density_g_mm3=crank.density_g_mm3,
+        anatomy=crank.anatomy,
+        faces=crank.faces,
+        loads=at_factor,
+        loads_per_factor=bob_weight_moments(loads, 1.0) - bob_weight_moments(loads, 0.0),
+        factor=factor,
+        budget=None if causes is None else causes.budget,
+        exact=crank.source.exact,
+        hidden=None if crank.facets is None else crank.correction.left(crank.facets, crank.anatomy),
+    )
+
+
+def _record(
+    job: Job,
+    crank: Crank,
+    factor: float,
+    tolerance: Tolerance,
+    result: Result,
+    counterweights: Moments | None,
+) -> Record:
+    planes = tuple(plane.z_mm for plane in tolerance.planes)
+    return Record(
+        command="balance",
+        input=input_file(job.crankshaft.file, crank),
+        crank=MeasuredCrank(
+            crank.moments, crank.volume_mm3, crank.anatomy, _facet_entry(crank, tolerance, result)
+        ),
+        initial=result.initial,
+        surfaces=measured_crank.surfaces_entry(crank),
+        planes_z_mm=(planes[0], planes[1]) if planes else None,
+        balanced=Balanced(
+            job=jobs.describe(job),
+            counterweight=_counterweight(counterweights, crank.anatomy, result),
+            loads=_loads(job, crank, factor),
+            factors=_factors(job, crank, factor, result),
+            tolerance=tolerance,
+            result=result,
+        ),
+    )
+
+
+def _facet_entry(crank: Crank, tolerance: Tolerance, result: Result) -> ChordalErrorEntry | None:
+    """Return what the report says of the facets, and whether they are fine enough for the grade."""
+    needed = None
+    if crank.facets is not None and result.doubt is not None:
+        needed = chordal_correction.needed(crank.facets, tolerance, result.doubt.shares["facets"])
+    after = None if result.written is None else result.written.added
+    return chordal_correction.facet_entry(crank.facets, crank.correction, needed, after)
+
+
+def _counterweights(crank: Crank) -> Moments | None:
+    """Return the moments of the counterweights of a crank of one throw; None without."""
+    if len(crank.anatomy.throws) != 1:
+        return None
+    webs = counterweight_moments(crank.source.solid, crank.anatomy, crank.density_g_mm3)
+    return webs if webs.mass_g > 0.0 else None
+
+
+def _counterweight(webs: Moments | None, anatomy: Anatomy, result: Result) -> Counterweight | None:
+    """Return m_cw and its product with r′.
+
+    The product lacks what unbalance is left along the throw, and what was cut came out of it.
+    """
+    if webs is None:
+        return None
+    along = anatomy.throws[0].direction
+    initial = -float(webs.first_g_mm[:2] @ along)
+    cut = (result.final_moments - result.initial_moments).first_g_mm[:2]
+    return Counterweight(
+        mass_g=webs.mass_g,
+        initial_g_mm=initial,
+        target_g_mm=initial + float(result.initial.resultant_g_mm @ along),
+        final_g_mm=initial - float(cut @ along),
+    )
+
+
+def input_file(path: Path, crank: Crank) -> InputFile:
+    """Return what the report says of the crank's file."""
+    source = crank.source
+    name = source.format.removesuffix("-ascii")  # both are STL
+    return InputFile(str(path), source.sha256, name, source.triangles, source.bodies, source.repairs)
+
+
+def _loads(job: Job, crank: Crank, factor: float) -> BobWeights:
+    weights = job.engine.default.weights
+    loads = rotor_from_job.throw_loads(crank.anatomy, job.engine)
+    return BobWeights(
+        rotor_from_job.total_g(weights.rotating),
+        rotor_from_job.total_g(weights.reciprocating),
+        rotor_from_job.total_g(weights.crankpin),
+        {
+            throw.number: load.parts.bob_weight_g(factor)
+            for throw, load in zip(crank.anatomy.throws, loads, strict=True)
+        },
+    )
+
+
+def _factors(job: Job, crank: Crank, factor: float, result: Result) -> Factors:
+    loads = rotor_from_job.throw_loads(crank.anatomy, job.engine)
+    attached = rotor_from_job.attached_moments(job.engine.attached)
+    return Factors(
+        rotor_from_job.crank_factor(result.initial_moments, loads, attached),
+        factor,
+        rotor_from_job.crank_factor(result.final_moments, loads, attached),
+    )

@@ -1,0 +1,185 @@
+"""The error budget of a run: what a file, a job and its cuts make uncertain, cause by cause."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from autobalance.balancing import rotor_from_job
+from autobalance.balancing.chordal_correction import FacetCorrection
+from autobalance.correction.kind import Correction
+from autobalance.crank.anatomy import Anatomy
+from autobalance.engine.balance_factor import bob_weight_moments
+from autobalance.job import EngineParts, Job, PartWeights
+from autobalance.rigid_rotor.moments import Moments
+from autobalance.rigid_rotor.tolerance import Tolerance
+from autobalance.rigid_rotor.uncertainty import (
+    Budget,
+    Share,
+    along_the_axis,
+    displacement_share,
+    facets_share,
+    root_sum,
+    rounding_share,
+)
+from autobalance.solid.chordal_error.estimate import ChordalError
+from autobalance.solid.formats.read import Source
+from autobalance.solid.formats.registry import format_named
+
+TABLES = ("rotating", "reciprocating", "crankpin")
+
+
+@dataclass(frozen=True, eq=False)
+class UncertaintyBudget:
+    """What the budget of a run is made from.
+
+    Attributes
+    ----------
+    job : Job
+    anatomy : Anatomy
+        Its throws and its ``journal_misalignment_mm``.
+    crank : Moments
+        The bare crank before correction, rotor frame.
+    tolerance : Tolerance
+        Where the planes stand.
+    factor : float
+        The balance factor asked for.
+    facets : FacetError
+    spacing_mm : float
+        Between two numbers that the file can tell apart, at the far end of the crank.
+    """
+
+    job: Job
+    anatomy: Anatomy
+    crank: Moments
+    tolerance: Tolerance
+    factor: float
+    facets: ChordalError
+    spacing_mm: float
+
+    def budget(self, bare: Moments, corrections: Sequence[Correction] = ()) -> Budget:
+        """Return how far the unbalance may be off once ``bare`` is what the crank is, rotor frame."""
+        return self.with_depth_rates(bare, [cut.rate for cut in corrections if cut.rate is not None])
+
+    def with_depth_rates(self, bare: Moments, rates: Sequence[Moments]) -> Budget:
+        """Return the same, from what each cut would change with one more millimetre of depth."""
+        places = self.tolerance.places_mm
+        bar, (mean, mean_square) = self.facets.unbalance_bar_g_mm, self.facets.bar_at_mm
+        deeper = self.job.depth_tolerance_mm or 0.0
+        corrected = FacetCorrection.of(self.facets, self.job.balance.facet_correction)
+        off = self.job.crankshaft.density_pm_g_mm3 or 0.0
+        share = off / self.job.crankshaft.density_g_mm3
+        return Budget(
+            {
+                "facets": facets_share(
+                    self._carried(self.facets.missing),
+                    along_the_axis(bar, bar * mean, bar * mean_square),
+                    corrected=corrected.unbalance,
+                    places=places,
+                ),
+                "rounding": rounding_share(self.crank, self.spacing_mm, places),
+                "axis": displacement_share(self.crank, self.anatomy.journal_misalignment_mm, places),
+                "density": Share.of(
+                    bare.scaled(share) + self._factor_moved(self.crank.scaled(share)), places
+                ),
+                "weights": root_sum([Share.of(change, places) for change in self._weights()], places),
+                "attached": root_sum([Share.of(change, places) for change in self._attached()], places),
+                "depth": root_sum([Share.of(rate.scaled(deeper), places) for rate in rates], places),
+            },
+            places,
+            unstated(self.job),
+        )
+
+    # --- what a change does to the residual -----------------------------------------------------------------
+
+    def _carried(self, change: Moments) -> Moments:
+        """Return what a change of the crank changes of the residual, by the factor that is kept too."""
+        return change + self._factor_moved(change)
+
+    def _factor_moved(self, change: Moments) -> Moments:
+        """Return what a change of the crank does to the bob-weights: with ``"original"`` the factor moves."""
+        if self.job.balance.factor is not None:
+            return Moments.zero()
+        return self._by_factor(self._original_factor(self.crank + change) - self._original_factor(self.crank))
+
+    def _by_factor(self, change: float) -> Moments:
+        loads = rotor_from_job.throw_loads(self.anatomy, self.job.engine)
+        return (bob_weight_moments(loads, 1.0) - bob_weight_moments(loads, 0.0)).scaled(change)
+
+    def _original_factor(self, crank: Moments, weights: PartWeights | None = None) -> float:
+        loads = rotor_from_job.throw_loads(self.anatomy, self.job.engine, weights or self.job.original)
+        found = rotor_from_job.crank_factor(
+            crank, loads, rotor_from_job.attached_moments(self.job.engine.attached)
+        )
+        assert found is not None  # the target factor was found from the same
+        return found
+
+    # --- parts ----------------------------------------------------------------------------------------------
+
+    def _weights(self) -> Iterator[Moments]:
+        """Yield what each throw's bob-weight, and each part of the original ones, may change."""
+        pm_g = bob_weight_pm_g(self.job.engine, self.anatomy, self.factor)
+        for throw in self.anatomy.throws:
+            yield Moments.point(pm_g[throw.number], throw.crankpin.centre_mm)
+        if self.job.balance.factor is None and self.job.original is not None:
+            for heavier in _each_heavier(self.job.original):
+                moved = self._original_factor(self.crank, heavier) - self._original_factor(self.crank)
+                yield self._by_factor(moved)
+
+    def _attached(self) -> Iterator[Moments]:
+        """Yield what each attached part may change; its direction does not matter."""
+        for part in self.job.engine.attached:
+            yield self._carried(rotor_from_job.unbalance_at((part.pm_g_mm, 0.0), part.z_mm))
+
+
+def spacing_mm(source: Source) -> float:
+    """Return the distance of two numbers that a file can tell apart, at the far end of its solid."""
+    reach = float(np.abs(source.solid.bounds).max()) / source.mm_per_unit
+    number = format_named(source.format).number
+    return float(np.spacing(number(reach))) * source.mm_per_unit
+
+
+def unstated(job: Job) -> tuple[str, ...]:
+    """Return the causes of which a job says nothing."""
+    weights = [
+        weight
+        for parts in (job.engine.default, *job.engine.by_throw.values())
+        for name in TABLES
+        for weight in getattr(parts.weights, name).values()
+        if weight.mass_g > 0.0
+    ]
+    silent = sum(weight.pm_g == 0.0 for weight in weights)
+    found = ["density"] if job.crankshaft.density_pm_g_mm3 is None else []
+    if silent:
+        found.append("weights" if silent == len(weights) else "some weights")
+    if any(part.pm_g_mm == 0.0 for part in job.engine.attached):
+        found.append("attached")
+    return (*found, *(["depth"] if job.depth_tolerance_mm is None else []))
+
+
+def bob_weight_pm_g(engine: EngineParts, anatomy: Anatomy, factor: float) -> dict[int, float]:
+    """Return by how much each throw's bob-weight may be off: its parts' ± added as squares."""
+    found = {}
+    for throw in anatomy.throws:
+        parts = engine.of_throw(throw.number)
+        weights = parts.weights
+        scaled = [
+            *(weight.pm_g for weight in weights.crankpin.values()),
+            *(parts.rods * weight.pm_g for weight in weights.rotating.values()),
+            *(parts.rods * factor * weight.pm_g for weight in weights.reciprocating.values()),
+        ]
+        found[throw.number] = math.hypot(*scaled)
+    return found
+
+
+def _each_heavier(weights: PartWeights) -> Iterator[PartWeights]:
+    """Yield the weights once for each part that may be off, with that one as heavy as it may be."""
+    for name in TABLES:
+        named = getattr(weights, name)
+        for part, weight in named.items():
+            if weight.pm_g > 0.0:
+                heavier = replace(weight, mass_g=weight.mass_g + weight.pm_g)
+                yield replace(weights, **{name: {**named, part: heavier}})

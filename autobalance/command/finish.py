@@ -1,0 +1,83 @@
+"""The end of every command: the files that were asked for, all or none, and the rest printed."""
+
+from __future__ import annotations
+
+import argparse
+from collections.abc import Mapping
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from autobalance.command.console import say
+from autobalance.errors import UsageError
+from autobalance.report.files import Staging
+
+if TYPE_CHECKING:
+    from autobalance.api.result import VerbResult
+
+
+def finish(
+    arguments: argparse.Namespace,
+    result: VerbResult,
+    sources: tuple[str | Path, ...] = (),
+    files: Mapping[Path, bytes] | None = None,
+) -> int:
+    """Write what ``--json``, ``--plots`` and ``-o`` ask for, print the rest, return the exit code.
+
+    Parameters
+    ----------
+    arguments : argparse.Namespace
+        Those of the command; ``json``, ``plots``, ``output`` and ``units`` are looked at where they exist.
+    result : VerbResult
+    sources : tuple of paths
+        Files the command read: none of them may be overwritten.
+    files : mapping or None
+        Further files with their paths, such as that of ``--series``.
+
+    Raises
+    ------
+    UsageError
+        If a file would be written over another, or over one that was read.
+    """
+    to_write = [*_asked_for(arguments, result), *(files or {}).items()]
+    _refuse_collisions([path for path, _ in to_write], sources)
+    with Staging(sorted({path.parent for path, _ in to_write})) as staging:
+        for path, data in to_write:
+            staging.add(path, data)
+        staging.commit()
+    if getattr(arguments, "json", None) == "-":
+        say(result.json().removesuffix("\n"))
+    else:
+        written = ", ".join(str(path) for path, _ in to_write)
+        say(result.text(getattr(arguments, "units", "metric")) + (f"\n\nWritten: {written}" * bool(to_write)))
+    return result.exit_code
+
+
+def _asked_for(arguments: argparse.Namespace, result: VerbResult) -> list[tuple[Path, bytes]]:
+    """Return the files that the usual options ask for."""
+    found: list[tuple[Path, bytes]] = []
+    json_file, plots = getattr(arguments, "json", None), getattr(arguments, "plots", None)
+    output = getattr(arguments, "output", None)
+    if output is not None:
+        folder = Path(output)
+        found.append((folder / f"{result.report['command']}.json", result.json().encode()))
+        found += [(folder / name, data) for name, data in result.files().items()]
+    if plots is not None:
+        folder = Path(plots)
+        drawn = result.plots()
+        found += [(folder / f"{name}.{end}", data) for name, by in drawn.items() for end, data in by.items()]
+    if json_file not in (None, "-"):
+        found.append((Path(str(json_file)), result.json().encode()))
+    return found
+
+
+def _refuse_collisions(targets: list[Path], sources: tuple[str | Path, ...]) -> None:
+    """Refuse two outputs in one place, and an output over an input."""
+    seen: set[Path] = set()
+    read = {Path(source).resolve() for source in sources}
+    for target in targets:
+        place = target.resolve()
+        if place in read:
+            raise UsageError(f"{target} would overwrite a file that is read; choose another place")
+        if place in seen:
+            raise UsageError(f"{target} is asked for twice; each file needs a place of its own")
+        seen.add(place)

@@ -1,0 +1,1 @@
+"""Crankshafts from dimensions: designs, presets, solids."""

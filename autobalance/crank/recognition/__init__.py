@@ -1,0 +1,1 @@
+"""A crankshaft recognised in a solid."""

@@ -1,0 +1,317 @@
+"""Runs: bare cylinders along the crank, where sections stay one and the same circle."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from autobalance.crank.anatomy import Array, Indices
+from autobalance.crank.recognition.circles import distances, fit_circle
+from autobalance.crank.recognition.section_stack import SectionStack
+
+SAME_CENTRE = 0.03
+"""Circles of two sections belong to one axis when their centres are closer than this share of the radius."""
+SAME_RADIUS = 0.01
+"""... and to one cylinder when their radii differ by less than this share."""
+ON_CYLINDER = 1e-5
+"""A vertex lies on a cylinder when it is off by less than this share of the radius (and rounding)."""
+ROUNDING = 3e-7
+"""Rounding of a file's coordinates (float32), as a share of the greatest coordinate, with some room."""
+INSIDE = 1e-3
+"""Metal within a cylinder, up to this share of its radius, is part of it: drillings, keyways, grooves."""
+GAP_SHARE = 0.5
+"""A groove all around may part a cylinder for this share of its radius."""
+SURFACE_LEFT = 0.035
+"""Between parts of one cylinder, however long a window parts them, some surface is left: metal still reaches
+the radius but for this share (twelve facets)."""
+AROUND = 0.2
+"""No vertex farther than this share of the radius from a cylinder is looked at."""
+NARROW = (2e-5, 2e-4)
+WIDE = 0.02
+"""How far from the circle that the sections show vertices of the cylinder are looked for, as shares of the
+radius: regular meshes give it exactly, irregular ones too small by as much as their facets are coarse, and
+sections through fillets too large. The radius of most vertices is tried then."""
+DENSEST = 3
+"""So many of the radii that most vertices have are tried."""
+OUT_OF_ROUND = 1e-3
+"""A cylinder's vertices stand off it by less than this share of its radius, half of them at least: coarse
+facets have their corners on the true surface, a scan near it. A web with a rim of two radii looks round only
+beside the length of coarse facets."""
+OUT_OF_LINE = 0.3
+"""Cylinders are out of line when vertices are nearer than this to their own lines, beside a common one."""
+LEAST_VERTICES = 8
+"""Fewer vertices on a cylinder are none."""
+MOST_OF_SPAN = 0.6
+"""A cylinder's vertices reach over at least this share of the sections that show it."""
+LEAST_WIDTH = 0.05
+"""Bare cylinders shorter than this share of their radius are chamfers and steps."""
+
+
+@dataclass(frozen=True, eq=False)
+class CylinderRun:
+    """A bare cylinder: ``centre`` (2,) and ``radius`` in the turned axes, z range of its metal [mm]."""
+
+    centre: Array
+    radius: float
+    z_low: float
+    z_high: float
+
+    @property
+    def width(self) -> float:
+        """Length of the bare cylinder [mm]."""
+        return self.z_high - self.z_low
+
+    @property
+    def z_mid(self) -> float:
+        """Middle [mm]."""
+        return 0.5 * (self.z_low + self.z_high)
+
+
+@dataclass(frozen=True, eq=False)
+class _Link:
+    """A circle that is a whole piece of the section with number ``place``."""
+
+    place: int
+    centre: Array
+    radius: float
+
+    def continues(self, first: _Link) -> bool:
+        return (
+            abs(self.radius - first.radius) < SAME_RADIUS * first.radius
+            and float(np.linalg.norm(self.centre - first.centre)) < SAME_CENTRE * first.radius
+        )
+
+
+def find_runs(long: SectionStack, rounding_mm: float) -> list[CylinderRun]:
+    """Return the bare cylinders whose whole section piece is their circle, by increasing z."""
+    chains: list[list[_Link]] = []
+    for place, section in enumerate(long.sections):
+        for piece in section.pieces:
+            if piece.circle is None:
+                continue
+            here = _Link(place, piece.circle.centre, piece.circle.radius)
+            for chain in reversed(chains):
+                if here.continues(chain[0]) and _unbroken(long, chain, here):
+                    chain.append(here)
+                    break
+            else:
+                chains.append([here])
+    runs = [_run(long, chain, rounding_mm) for chain in chains]
+    return _joined(long, _distinct([run for run in runs if run is not None]))
+
+
+def _joined(long: SectionStack, runs: Sequence[CylinderRun]) -> list[CylinderRun]:
+    """Join pieces of one cylinder that meet end to end, or have but a drilling between them."""
+    joined: list[CylinderRun] = []
+    for run in runs:
+        for place, other in enumerate(joined):
+            if (
+                abs(run.radius - other.radius) < NARROW[-1] * run.radius
+                and float(np.linalg.norm(run.centre - other.centre)) < NARROW[-1] * run.radius
+                and _meet(long, other, run)
+            ):
+                joined[place] = replace(other, z_high=run.z_high)
+                break
+        else:
+            joined.append(run)
+    return joined
+
+
+def _meet(long: SectionStack, before: CylinderRun, after: CylinderRun) -> bool:
+    """Whether one piece of a cylinder follows another, and all metal between them reaches just its radius."""
+    gap = after.z_low - before.z_high
+    if gap < LEAST_WIDTH * before.radius:
+        return gap > -LEAST_WIDTH * before.radius
+    between = [s for s in long.sections if before.z_high < s.z_mm < after.z_low]
+    own = _Link(0, before.centre, before.radius)
+    circles = [piece.circle for section in between for piece in section.pieces if piece.circle is not None]
+    if not all(_Link(0, circle.centre, circle.radius).continues(own) for circle in circles):
+        return False  # a groove, or a crankpin between two webs
+    reaches = [max((p.reach_from(before.centre) for p in s.pieces), default=0.0) for s in between]
+    return gap < GAP_SHARE * before.radius and all(
+        (1.0 - SURFACE_LEFT) * before.radius < reach < (1.0 + INSIDE) * before.radius for reach in reaches
+    )
+
+
+def _distinct(runs: Sequence[CylinderRun]) -> list[CylinderRun]:
+    """Leave out cylinders that are part of another, found twice; sort the rest by z."""
+    kept: list[CylinderRun] = []
+    for run in sorted(runs, key=lambda run: -run.width):
+        if not any(
+            abs(run.radius - other.radius) < SAME_RADIUS * run.radius
+            and float(np.linalg.norm(run.centre - other.centre)) < SAME_RADIUS * run.radius
+            and min(run.z_high, other.z_high) > max(run.z_low, other.z_low)
+            for other in kept
+        ):
+            kept.append(run)
+    return sorted(kept, key=lambda run: run.z_mid)
+
+
+def _unbroken(long: SectionStack, chain: Sequence[_Link], here: _Link) -> bool:
+    """Whether a circle follows its chain directly, or with nothing but drillings and grooves between."""
+    last = chain[-1].place
+    if last >= here.place - 1:
+        return last == here.place - 1
+    between = long.sections[last + 1 : here.place]
+    centre = np.median([link.centre for link in chain], axis=0)
+    radius = float(np.median([link.radius for link in chain]))
+    distinct = {section.pieces for section in between}
+    reaches = [max((piece.reach_from(centre) for piece in pieces), default=0.0) for pieces in distinct]
+    if max(reaches) > (1.0 + INSIDE) * radius or min(reaches) == 0.0:
+        return False
+    circles = [p.circle for s in between for p in s.pieces if p.circle is not None]
+    if any(float(np.linalg.norm(c.centre - centre)) > SAME_CENTRE * c.radius for c in circles):
+        return False
+    if circles:
+        groove = long.sections[here.place].z_mm - long.sections[last].z_mm <= GAP_SHARE * radius
+        return groove and len(chain) > 1  # two sections through fillets are no cylinder with a groove
+    return min(reaches) > (1.0 - SURFACE_LEFT) * radius
+
+
+def _run(long: SectionStack, chain: Sequence[_Link], rounding_mm: float) -> CylinderRun | None:
+    """Return the cylinder that a chain of circles shows, its ends where its last vertices stand."""
+    centre = np.median([link.centre for link in chain], axis=0)
+    radius = float(np.median([link.radius for link in chain]))
+    shown = sorted(chain, key=lambda link: abs(link.radius - radius))
+    before, after = chain[0].place - 1, chain[-1].place + 1
+    z_from = long.sections[before].z_mm if before >= 0 else -np.inf
+    z_to = long.sections[after].z_mm if after < len(long.sections) else np.inf
+    span = long.sections[chain[-1].place].z_mm - long.sections[chain[0].place].z_mm
+    return bare_cylinder(long, centre, radius, (z_from, z_to), span, rounding_mm, shown)
+
+
+def bare_cylinder(
+    long: SectionStack,
+    centre: Array,
+    radius: float,
+    z_range: tuple[float, float],
+    span: float,
+    rounding_mm: float,
+    shown: Sequence[_Link] = (),
+) -> CylinderRun | None:
+    """Fit the cylinder along z that vertices in a range of z lie on; None if they show none.
+
+    A cylinder's vertices lie on it at (at least) two heights, ``span`` or more apart, however coarse its
+    facets; those of fillets, tapers and chamfers do not. Sections through a regular mesh give the radius
+    exactly, those apart that go through fillets or drillings, so each circle ``shown`` is tried; where none
+    does, the one near it that most vertices have, then a wide ring.
+    """
+    near = long.between(*z_range)
+    away = distances(near, centre)
+    rows = np.flatnonzero(np.abs(away - radius) <= AROUND * radius + rounding_mm)
+    near = near.T.take(rows, axis=1).T
+    circles = [(centre, radius)]
+    for link in shown:
+        grain = NARROW[-1] * link.radius
+        if all(abs(link.radius - r) + float(np.abs(link.centre - c).max()) > grain for c, r in circles):
+            circles.append((link.centre, link.radius))
+    for middle, size in circles:
+        away = distances(near, middle)
+        for share in NARROW:
+            run = _fitted(near, away, size, share, span, rounding_mm)
+            if run is not None:
+                return run
+    away = distances(near, centre)
+    rest = away[np.abs(away - radius) < 2.0 * WIDE * radius]
+    fallback = None
+    for _ in range(DENSEST):
+        dense = _densest(rest, NARROW[-1] * radius, radius)
+        for share in (NARROW[-1], WIDE):
+            run = _fitted(near, away, dense, share, span, rounding_mm)
+            if run is not None and _is_reached(long, run):
+                return run
+            fallback = fallback or run
+        rest = rest[np.abs(rest - dense) > NARROW[-1] * radius]
+    return fallback
+
+
+def _fitted(
+    near: Array, away: Array, radius: float, share: float, span: float, rounding_mm: float
+) -> CylinderRun | None:
+    """Fit the cylinder to the vertices whose distances ``away`` are a radius but for a share of it."""
+    ring = np.flatnonzero(np.abs(away - radius) <= share * radius + rounding_mm)
+    if len(ring) < LEAST_VERTICES:
+        return None
+    fitted, size = fit_circle(near[:, :2].T.take(ring, axis=1).T)
+    off = np.abs(distances(near, fitted) - size)
+    close = off[off <= 2.0 * share * size]
+    typical = float(np.median(close)) if len(close) else size
+    if typical > OUT_OF_ROUND * size + rounding_mm:
+        return None
+    slack = max(ON_CYLINDER * size + rounding_mm, 2.0 * typical)
+    heights = near[:, 2][off <= slack]
+    if len(heights) < LEAST_VERTICES:
+        return None
+    low, high = float(heights.min()), float(heights.max())
+    wide = high - low >= max(LEAST_WIDTH * size, MOST_OF_SPAN * span)
+    return CylinderRun(fitted, size, low, high) if wide else None
+
+
+def _is_reached(long: SectionStack, run: CylinderRun) -> bool:
+    """Whether a section within a cylinder reaches its radius; those between two fillets' feet do not."""
+    inside = [s for s in long.sections if run.z_low < s.z_mm < run.z_high]
+    return any(
+        abs(max((p.reach_from(run.centre) for p in s.pieces), default=0.0) - run.radius) < INSIDE * run.radius
+        for s in inside
+    )
+
+
+def _densest(values: Array, width: float, otherwise: float) -> float:
+    """Return the middle of the window of ``width`` that holds most values; the largest of equals."""
+    if len(values) == 0:
+        return otherwise
+    ranked = np.sort(values)
+    held = np.searchsorted(ranked, ranked + width, side="right") - np.arange(len(ranked))
+    best = len(held) - 1 - int(np.argmax(held[::-1]))
+    return float(np.median(ranked[best : best + held[best]]))
+
+
+def common_axis(long: SectionStack, runs: Sequence[CylinderRun], rounding_mm: float) -> tuple[Array, Array]:
+    """Return the line that is the common axis of cylinders nearly along z: point (3,), unit direction (3,).
+
+    Least squares over the vertices on the cylinders, linear in the line's position and slope and in each
+    radius; the vertices lie on the true surface however coarse the facets are. Cylinders out of line keep
+    their common direction, and the line passes through the mean of their places.
+    """
+    where: list[Array] = []
+    who: list[Indices] = []
+    for number, run in enumerate(runs):
+        near = long.between(run.z_low, run.z_high)
+        away = distances(near, run.centre)
+        on = np.flatnonzero(np.abs(away - run.radius) <= 2e-4 * run.radius + rounding_mm)
+        where.append(near.T.take(on, axis=1).T)
+        who.append(np.full(len(on), number))
+    points, owner = np.concatenate(where), np.concatenate(who)
+    middle, scale = float(points[:, 2].mean()), max(float(np.ptp(points[:, 2])), 1e-12)
+    lever = (points[:, 2] - middle) / scale
+    start = runs[0].centre
+    radii = np.array([run.radius for run in runs])
+    unit = points[:, :2] - np.array([run.centre for run in runs]).T.take(owner, axis=1).T
+    unit /= np.hypot(*unit.T)[:, None]
+    line = np.column_stack([unit, unit * lever[:, None]])
+    is_of = owner[:, None] == np.arange(len(runs))
+    reach = ((points[:, :2] - start) * unit).sum(axis=1) - radii[owner]
+    off, slack = np.abs(line @ _solved(line, reach) - reach), ON_CYLINDER * radii[owner] + rounding_mm
+    if len(runs) > 1 and float(np.median(off / slack)) > 1.0:
+        apart = np.column_stack([unit * lever[:, None], *(unit * each[:, None] for each in is_of.T)])
+        solution = _solved(apart, reach)
+        if float(np.median(np.abs(apart @ solution - reach))) < OUT_OF_LINE * float(np.median(off)):
+            place = start + solution[2:].reshape(-1, 2).mean(axis=0)
+            return _line(place, solution[:2] / scale, middle)
+    rows = np.column_stack([line, is_of])
+    keep = off <= slack
+    keep = keep if keep.sum() > 0.1 * len(keep) else np.ones(len(rows), dtype=bool)
+    solution = _solved(rows[keep], reach[keep])
+    return _line(start + solution[:2], solution[2:4] / scale, middle)
+
+
+def _line(place: Array, slope: Array, z_mm: float) -> tuple[Array, Array]:
+    """Return point and direction of the line through ``place`` (2,) with slopes (2,) of x and y."""
+    along = np.array([*slope, 1.0])
+    return np.array([*place, z_mm]), along / np.linalg.norm(along)
+
+
+def _solved(rows: Array, target: Array) -> Array:
+    return np.asarray(np.linalg.lstsq(rows.T @ rows, rows.T @ target, rcond=None)[0], dtype=np.float64)

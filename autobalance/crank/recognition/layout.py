@@ -1,0 +1,389 @@
+"""Which of a shaft's bare cylinders are main journals and which are crankpins."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from itertools import dropwhile, pairwise, takewhile
+
+import numpy as np
+
+from autobalance.crank.anatomy import Array
+from autobalance.crank.recognition.cylinder_runs import SAME_CENTRE, CylinderRun, bare_cylinder
+from autobalance.crank.recognition.section_stack import CrossSection, SectionStack
+from autobalance.errors import RecognitionError
+
+LONGER = 1.3
+"""A line of cylinders wins over another when it has this much more shaft, or metal reaches this much farther
+beyond it, and neither is so the other way round."""
+OUT_OF_LINE = 0.2
+"""A cylinder beside the axis by less than this share of the greatest crank radius is a main journal out of
+line: strokes of one crank do not differ as much."""
+LEANING = 2e-3
+"""A web's face, square to the axis but for a bent crank's lean, ends within this share of the length."""
+COLLAR = 0.5
+"""A cylinder is a collar, not a journal, when the next one outward is thinner and this much wider."""
+
+
+@dataclass(frozen=True, eq=False)
+class JournalLayout:
+    """Main journals and crankpins, each by increasing z, in the turned axes; ``axis`` (2,).
+
+    ``settled`` says that the axis is the journals' own, with nothing left to fit.
+    """
+
+    axis: Array
+    journals: tuple[CylinderRun, ...]
+    pins: tuple[CylinderRun, ...]
+    settled: bool = False
+
+
+def crank_axis(long: SectionStack, runs: Sequence[CylinderRun], given: Array | None) -> list[CylinderRun]:
+    """Return the cylinders on the crank axis: the line of cylinders that begins before and ends after others.
+
+    Where none does, the crank is overhung, and the axis is the line with more shaft on it and more metal
+    beyond it; unless one of these says otherwise.
+
+    ``given`` (2,) is the axis where a job says it.
+
+    Raises
+    ------
+    RecognitionError
+        If there is no cylinder, or two lines could be the axis.
+    """
+    lines = _lines(runs)
+    if given is not None:
+        for line in lines:
+            if float(np.linalg.norm(line[0].centre - given)) < SAME_CENTRE * max(r.radius for r in line):
+                return line
+        raise RecognitionError(
+            f"looked for main journals on the axis given, found none there among {len(runs)} bare cylinders; "
+            "axis_point_mm or main_journals settles it"
+        )
+    if not lines:
+        raise RecognitionError("looked for main journals, found no bare cylinder; main_journals settles it")
+    lines.sort(key=_span, reverse=True)
+    outer = [line for line in lines if all(_encloses(line, other) for other in lines if other is not line)]
+    if outer:
+        return outer[0]
+    found = [line for line in lines if all(_wins(long, line, other) for other in lines if other is not line)]
+    if len(found) != 1:
+        raise RecognitionError(
+            f"looked for the crank axis, found {len(lines)} lines of cylinders, none it for certain "
+            f"({_span(lines[0]):.4g} and {_span(lines[1]):.4g} mm long); axis_point_mm settles it"
+        )
+    return found[0]
+
+
+def _wins(long: SectionStack, line: Sequence[CylinderRun], other: Sequence[CylinderRun]) -> bool:
+    """Whether one line of an overhung crank is its axis, not another: no sign against it, and one for it."""
+    here, there = line[0].centre, other[0].centre
+    shaft = _shaft_mm(long, here) / max(_shaft_mm(long, there), 1e-9)
+    beyond = _beyond(long, here, there) / max(_beyond(long, there, here), 1e-9)
+    return min(shaft, beyond) > 1.0 / LONGER and max(shaft, beyond) > LONGER
+
+
+def _shaft_mm(long: SectionStack, centre: Array) -> float:
+    """Return along how much of the part there are circles about a line, tapers included."""
+    heights = np.array([section.z_mm for section in long.sections])
+    widths = np.gradient(heights)
+    on = [
+        any(
+            p.circle is not None
+            and float(np.linalg.norm(p.circle.centre - centre)) < SAME_CENTRE * p.circle.radius
+            for p in section.pieces
+        )
+        for section in long.sections
+    ]
+    return float(widths[on].sum())
+
+
+def _beyond(long: SectionStack, here: Array, there: Array) -> float:
+    """Return how far metal reaches beyond ``here``, seen from ``there``, at most [mm]."""
+    away = (here - there) / np.linalg.norm(here - there)
+    outlines = [piece.outline for section in long.sections for piece in section.pieces]
+    return max(float(((outline - here) @ away).max()) for outline in outlines)
+
+
+def _lines(runs: Sequence[CylinderRun]) -> list[list[CylinderRun]]:
+    """Group cylinders by common centre line."""
+    lines: list[list[CylinderRun]] = []
+    for run in sorted(runs, key=lambda run: -run.width):
+        for line in lines:
+            if float(np.linalg.norm(line[0].centre - run.centre)) < SAME_CENTRE * min(
+                line[0].radius, run.radius
+            ):
+                line.append(run)
+                break
+        else:
+            lines.append([run])
+    return [sorted(line, key=lambda run: run.z_mid) for line in lines]
+
+
+def _encloses(line: Sequence[CylinderRun], other: Sequence[CylinderRun]) -> bool:
+    """Whether one line of cylinders begins before and ends after another."""
+    return (
+        line[0].z_mid < min(run.z_low for run in other) and max(run.z_high for run in other) < line[-1].z_mid
+    )
+
+
+def _span(line: Sequence[CylinderRun]) -> float:
+    return max(run.z_high for run in line) - min(run.z_low for run in line)
+
+
+def solid_layout(long: SectionStack, runs: Sequence[CylinderRun], given_axis: Array | None) -> JournalLayout:
+    """Tell main journals from crankpins on a crank whose crankpins are in the file.
+
+    Raises
+    ------
+    RecognitionError
+        If there is no axis, no crankpin, or a cylinder beside the axis stands beside a journal.
+    """
+    on_axis = crank_axis(long, runs, given_axis)
+    _refuse_gap(long)
+    axis = _mean_centre(on_axis)
+    others = [run for run in runs if all(run is not other for other in on_axis)]
+    pins = _crankpins(long, on_axis, others)
+    bent = [pin for pin in pins if _is_out_of_line(pin, pins, axis)]
+    on_axis = sorted([*on_axis, *bent], key=lambda run: run.z_mid)
+    pins = [pin for pin in pins if all(pin is not run for run in bent)]
+    if not pins:
+        raise RecognitionError(
+            f"looked for crankpins beside the axis, found {len(on_axis)} cylinders on it and none beside it; "
+            "crankpins settles it (crankpin_in_file = false if they are not in the file)"
+        )
+    return JournalLayout(axis, tuple(choose_journals(on_axis, pins, axis)), tuple(pins))
+
+
+def _refuse_gap(long: SectionStack) -> None:
+    """Refuse a part that is in two along the axis: nothing but a crankpin can have held it together."""
+    empty = next((section.z_mm for section in long.sections if not section.pieces), None)
+    if empty is not None:
+        raise RecognitionError(
+            f"looked for crankpins, found a gap without metal {empty:.4g} mm from the middle of the part; "
+            "crankpin_in_file = false settles it if they are not in the file"
+        )
+
+
+def _is_out_of_line(run: CylinderRun, pins: Sequence[CylinderRun], axis: Array) -> bool:
+    """Whether what stands a little beside the axis is a bent crank's journal, not a crankpin."""
+    throws = [float(np.linalg.norm(pin.centre - axis)) for pin in pins]
+    return float(np.linalg.norm(run.centre - axis)) < OUT_OF_LINE * max(throws)
+
+
+def _mean_centre(runs: Sequence[CylinderRun]) -> Array:
+    weights = np.array([run.width for run in runs])
+    mean: Array = weights @ np.array([run.centre for run in runs]) / weights.sum()
+    return mean
+
+
+def _overlap(a: CylinderRun, b: CylinderRun) -> float:
+    return min(a.z_high, b.z_high) - max(a.z_low, b.z_low)
+
+
+def _crankpins(
+    long: SectionStack, on_axis: Sequence[CylinderRun], others: Sequence[CylinderRun]
+) -> list[CylinderRun]:
+    slack = 1e-3 * long.length_mm
+    alone = [
+        run
+        for run in others
+        if all(_overlap(run, other) < slack for other in [*on_axis, *others] if other is not run)
+    ]
+    alone = _without_discs(on_axis, alone)
+    low, high = on_axis[0].z_low, on_axis[-1].z_high
+    between = [run for run in alone if low < run.z_mid < high]
+    axis = _mean_centre(on_axis)
+    radii = [float(np.linalg.norm(run.centre - axis)) for run in between]
+    beside = [
+        run
+        for run in alone
+        if not between or any(abs(np.linalg.norm(run.centre - axis) - r) < SAME_CENTRE * r for r in radii)
+    ]
+    pins = sorted(beside, key=lambda run: run.z_mid)
+    widest: list[CylinderRun] = []
+    for run in pins:
+        if (
+            widest
+            and _same_line(widest[-1], run)
+            and not any(widest[-1].z_mid < other.z_mid < run.z_mid for other in on_axis)
+        ):
+            if run.width > widest[-1].width:
+                widest[-1] = run
+        else:
+            widest.append(run)
+    return widest
+
+
+def _without_discs(on_axis: Sequence[CylinderRun], others: Sequence[CylinderRun]) -> list[CylinderRun]:
+    """Leave out round webs whose centre is beside the axis: discs that hold the crankpin next to them."""
+    kept = list(others)
+    while True:
+        order = sorted([*on_axis, *kept], key=lambda run: run.z_mid)
+        discs = [
+            disc
+            for disc, pin in [*pairwise(order), *((b, a) for a, b in pairwise(order))]
+            if any(disc is run for run in kept)
+            and any(pin is run for run in kept)
+            and not _same_line(disc, pin)
+            and _holds(disc, pin, disc.centre)
+        ]
+        if not discs:
+            return kept
+        kept = [run for run in kept if all(run is not disc for disc in discs)]
+
+
+def _same_line(a: CylinderRun, b: CylinderRun) -> bool:
+    return float(np.linalg.norm(a.centre - b.centre)) < SAME_CENTRE * min(a.radius, b.radius)
+
+
+def choose_journals(
+    on_axis: Sequence[CylinderRun], pins: Sequence[CylinderRun], axis: Array
+) -> list[CylinderRun]:
+    """Return one main journal for each stretch of the axis that crankpins part."""
+    everything = sorted(
+        [(run.z_mid, 0, run) for run in on_axis] + [(run.z_mid, 1, run) for run in pins],
+        key=lambda item: item[0],
+    )
+    groups: list[tuple[list[CylinderRun], CylinderRun | None, CylinderRun | None]] = []
+    group: list[CylinderRun] = []
+    before: CylinderRun | None = None
+    for _, kind, run in everything:
+        if kind == 0:
+            group.append(run)
+            continue
+        if group:
+            groups.append((group, before, run))
+        group, before = [], run
+    if group:
+        groups.append((group, before, None))
+    found = [_journal(members, left, right, axis) for members, left, right in groups]
+    journals = [run for run in found if run is not None]
+    return journals or [max(on_axis, key=lambda run: run.width)]
+
+
+def _journal(
+    group: Sequence[CylinderRun], left: CylinderRun | None, right: CylinderRun | None, axis: Array
+) -> CylinderRun | None:
+    """Return the journal among the cylinders on one stretch of the axis.
+
+    Discs that hold a neighbouring crankpin are webs, and where there is nothing else there is no journal;
+    collars are passed over; at an end of the crank the one nearest to the web is taken, between crankpins the
+    widest.
+    """
+    beside = [pin for pin in (left, right) if pin is not None]
+    plain = [run for run in group if not any(_holds(run, pin, axis) for pin in beside)]
+    if not plain:
+        return None
+    if left is not None and right is not None:
+        return max(plain, key=lambda run: run.width)
+    outward = plain if right is None else plain[::-1]
+    for place, run in enumerate(outward[:-1]):
+        following = outward[place + 1]
+        if not (following.radius < run.radius and run.width < COLLAR * following.width):
+            return run
+    return outward[-1]
+
+
+def _holds(disc: CylinderRun, pin: CylinderRun, centre: Array) -> bool:
+    """Whether a disc about a centre holds all of a crankpin's end."""
+    offset = float(np.linalg.norm(pin.centre - centre))
+    return disc.radius > offset + 0.98 * pin.radius
+
+
+def pressed_up_layout(
+    long: SectionStack, runs: Sequence[CylinderRun], given_axis: Array | None, rounding_mm: float
+) -> JournalLayout:
+    """Find journals and throws of a crank whose crankpins are not in the file, from the pins' bores.
+
+    Raises
+    ------
+    RecognitionError
+        If there is no axis, or no gap between webs has a bore at its sides.
+    """
+    on_axis = crank_axis(long, runs, given_axis)
+    axis = _mean_centre(on_axis)
+    gaps = _gaps(long, axis)
+    if not gaps:
+        raise RecognitionError(
+            "looked for a gap between webs, or a web's face with a bore for the crankpin, found neither; "
+            "crankpins settles it"
+        )
+    pins = [_bore_pin(long, gap, axis, rounding_mm) for gap in gaps]
+    return JournalLayout(axis, tuple(choose_journals(on_axis, pins, axis)), tuple(pins))
+
+
+def _gaps(long: SectionStack, axis: Array) -> list[tuple[float, float]]:
+    """Return the z ranges without metal; without any, the end of the part where there are bores."""
+    z = long.vertices[:, 2]
+    empty = [section.z_mm for section in long.sections if not section.pieces]
+    gaps: list[tuple[float, float]] = []
+    for height in empty:
+        if not gaps or height > gaps[-1][1]:
+            gaps.append((float(z[z < height].max()), float(z[z > height].min())))
+    if gaps:
+        return gaps
+    ends = [(float(end), float(end)) for end in (z.min(), z.max())]
+    with_bores = [
+        end for end, side in zip(ends, (1, -1), strict=True) if _bores(_webward(long, end, side, axis), axis)
+    ]
+    return with_bores if len(with_bores) == 1 else []
+
+
+def _bore_pin(long: SectionStack, gap: tuple[float, float], axis: Array, rounding_mm: float) -> CylinderRun:
+    sides = [_bores(_webward(long, gap, side, axis), axis) for side in (-1, 1)]
+    found = [bores for bores in sides if bores]
+    if not found or (gap[1] > gap[0] and len(found) < 2):
+        raise RecognitionError(
+            f"looked for the crankpin's bores on both sides of the gap between webs, {gap[0]:.4g} .. "
+            f"{gap[1]:.4g} mm from the middle of the part, found none on one side; crankpins settles it"
+        )
+    shared = [bore for bore in found[0] if all(any(_near(bore, other) for other in bores) for bores in found)]
+    shared.sort(key=lambda bore: -bore[1])
+    if not shared or (len(shared) > 1 and shared[1][1] > 0.95 * shared[0][1]):
+        raise RecognitionError(
+            f"looked for one pair of crankpin bores in line, found {len(shared)}; crankpins settles it"
+        )
+    centre, radius = shared[0]
+    z = long.vertices[:, 2]
+    reach = 0.5 * (float(z.max()) - float(z.min()))
+    exact = bare_cylinder(long, centre, radius, (gap[0] - reach, gap[1] + reach), 0.0, rounding_mm)
+    if exact is not None and float(np.linalg.norm(exact.centre - centre)) < SAME_CENTRE * radius:
+        centre, radius = exact.centre, exact.radius
+    return CylinderRun(centre, radius, gap[0], gap[1])
+
+
+def _near(a: tuple[Array, float], b: tuple[Array, float]) -> bool:
+    return float(np.linalg.norm(a[0] - b[0])) < SAME_CENTRE * min(a[1], b[1]) and abs(
+        a[1] - b[1]
+    ) < 0.2 * min(a[1], b[1])
+
+
+def _webward(long: SectionStack, gap: tuple[float, float], side: int, axis: Array) -> list[CrossSection]:
+    """Return the sections from a gap outward as long as they have a round hole beside the axis.
+
+    The first few may have none: a face that leans a little is cut slantwise there.
+    """
+    edge = gap[0] if side < 0 else gap[1]
+    outward = sorted(
+        (section for section in long.sections if side * (section.z_mm - edge) > 0.0),
+        key=lambda section: side * section.z_mm,
+    )
+    face = edge + side * LEANING * long.length_mm
+    begun = dropwhile(
+        lambda section: side * (face - section.z_mm) > 0.0 and not _bores([section], axis), outward
+    )
+    return list(takewhile(lambda section: bool(_bores([section], axis)), begun))
+
+
+def _bores(sections: Sequence[CrossSection], axis: Array) -> list[tuple[Array, float]]:
+    """Return centre and radius of each round hole beside the axis, once."""
+    found: list[tuple[Array, float]] = []
+    for section in sections:
+        for piece in section.pieces:
+            for bore in piece.bores:
+                here = (bore.centre, bore.radius)
+                beside = float(np.linalg.norm(bore.centre - axis)) > 0.1 * bore.radius
+                if beside and not any(_near(here, other) for other in found):
+                    found.append(here)
+    return found

@@ -1,0 +1,344 @@
+"""A crankshaft recognised in a solid: axis, main journals, throws, webs."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from autobalance.crank.anatomy import (
+    Anatomy,
+    Array,
+    MainJournal,
+    Overrides,
+    Pin,
+    PinHint,
+    Throw,
+    Web,
+)
+from autobalance.crank.recognition.cylinder_runs import (
+    ROUNDING,
+    CylinderRun,
+    bare_cylinder,
+    common_axis,
+    find_runs,
+)
+from autobalance.crank.recognition.directions import axis_candidates
+from autobalance.crank.recognition.exact_cylinders import own_direction, own_layout
+from autobalance.crank.recognition.layout import JournalLayout, pressed_up_layout, solid_layout
+from autobalance.crank.recognition.section_stack import SectionStack, lengthwise, straightened
+from autobalance.crank.recognition.webs import find_webs
+from autobalance.errors import RecognitionError
+from autobalance.solid.cad.surface import CylinderFace
+from autobalance.solid.csg.solid import Solid
+from autobalance.solid.mesh.mesh import Mesh
+
+SLIGHT_TILT_RAD = 1e-4
+"""Sections taken along an axis that is off by less than this still show the same circles."""
+
+
+def recognise(solid: Solid, overrides: Overrides, cylinders: Sequence[CylinderFace] = ()) -> Anatomy:
+    """Find the crankshaft in a solid.
+
+    Parameters
+    ----------
+    solid : Solid
+        In file coordinates [mm]; several bodies where the crankpins are not in the file.
+    overrides : Overrides
+        What the job says itself; what it gives is not searched for.
+    cylinders : sequence of CylinderFace
+        The solid's own, where its file keeps them: axis, journals and crankpins are theirs, not fitted.
+
+    Returns
+    -------
+    Anatomy
+
+    Raises
+    ------
+    RecognitionError
+        If something is not found; the message names the job key that settles it.
+    """
+    mesh = solid.mesh
+    given = _given_axis(overrides)
+    if given is not None and overrides.crankpins is not None and overrides.main_journals is not None:
+        return _from_job(mesh, overrides, given)
+    if overrides.crankpin_in_file is None:
+        try:
+            return recognise(solid, replace(overrides, crankpin_in_file=True), cylinders)
+        except RecognitionError as reason:
+            try:
+                return recognise(solid, replace(overrides, crankpin_in_file=False), cylinders)
+            except RecognitionError:
+                raise reason from None
+    refusals: list[tuple[int, RecognitionError]] = []
+    for direction in _directions(mesh, overrides):
+        try:
+            return _along(mesh, direction, overrides, cylinders)
+        except _NotHereError as refusal:
+            refusals.append((refusal.progress, refusal.reason))
+    raise max(refusals, key=lambda item: item[0])[1]
+
+
+class _NotHereError(Exception):
+    """No crank along one direction; ``progress`` tells how far the search came."""
+
+    def __init__(self, progress: int, reason: RecognitionError) -> None:
+        super().__init__(str(reason))
+        self.progress, self.reason = progress, reason
+
+
+def _given_axis(overrides: Overrides) -> tuple[Array | None, Array] | None:
+    """Return (point or None, direction) as the job says them, itself or by two main journals."""
+    if overrides.axis_direction is not None:
+        point = overrides.axis_point_mm
+        if point is None and overrides.main_journals:
+            point = np.mean([hint.centre_mm for hint in overrides.main_journals], axis=0)
+        return point, _upright(overrides.axis_direction)
+    if overrides.main_journals is not None and len(overrides.main_journals) > 1:
+        centres = np.array([hint.centre_mm for hint in overrides.main_journals])
+        middle = centres.mean(axis=0)
+        direction = np.linalg.svd(centres - middle)[2][0]
+        if float(np.ptp(centres @ direction)) > 0.0:
+            point = middle if overrides.axis_point_mm is None else overrides.axis_point_mm
+            return point, _upright(direction)
+    return None
+
+
+def _upright(direction: Array) -> Array:
+    """Return the unit vector along ``direction`` whose largest component is positive (the frame's rule)."""
+    length = float(np.linalg.norm(direction))
+    if not (length > 0.0 and math.isfinite(length)):
+        raise RecognitionError("axis_direction has no length; it needs three numbers, not all zero")
+    unit = np.asarray(direction, dtype=np.float64) / length
+    size = np.abs(unit)
+    first = int(np.flatnonzero(size >= size.max() - 1e-6)[0])
+    return unit if unit[first] > 0.0 else -unit
+
+
+def _directions(mesh: Mesh, overrides: Overrides) -> Iterator[Array]:
+    given = _given_axis(overrides)
+    if given is not None:
+        yield given[1]
+        return
+    rows, weight = mesh.sample
+    for axis in axis_candidates(weight[:, None] * mesh.area_vectors.take(rows, axis=0)):
+        yield _upright(axis)
+
+
+def _along(mesh: Mesh, direction: Array, overrides: Overrides, cylinders: Sequence[CylinderFace]) -> Anatomy:
+    """Recognise the crank along one direction, which is refined unless the job or the solid gives it."""
+    rounding = _rounding_mm(mesh)
+    fixed: object = _given_axis(overrides)
+    own = None if fixed is not None else own_direction(direction, cylinders)
+    if own is not None:
+        direction, fixed = _upright(own), own
+    for _ in range(3):
+        long = lengthwise(mesh, direction, rounding)
+        layout = _layout(long, overrides, rounding)
+        if fixed is not None:
+            break
+        line = common_axis(long, layout.journals, rounding)
+        found = _upright(long.turn[:3, :3].T @ line[1])
+        tilt = float(np.linalg.norm(found - direction))
+        direction = found
+        if tilt * long.length_mm <= rounding:  # less than the file's own rounding
+            if overrides.main_journals is None:
+                layout = replace(layout, axis=line[0][:2], settled=True)
+            break
+        if tilt < SLIGHT_TILT_RAD:
+            long, layout = _straightened(mesh, long, layout, direction, overrides, rounding)
+            break
+    else:
+        raise _NotHereError(
+            len(layout.journals),
+            RecognitionError(
+                f"looked for the common axis of {len(layout.journals)} main journals, found none that holds "
+                "still; axis_point_mm and axis_direction settle it"
+            ),
+        )
+    if own is not None and overrides.main_journals is None and overrides.crankpins is None:
+        layout = own_layout(long, layout, cylinders)
+    return _anatomy(long, layout, overrides, rounding)
+
+
+def _straightened(
+    mesh: Mesh,
+    long: SectionStack,
+    layout: JournalLayout,
+    direction: Array,
+    overrides: Overrides,
+    rounding: float,
+) -> tuple[SectionStack, JournalLayout]:
+    """Turn everything by a slight tilt and fit the cylinders again, whose ends are sharp now."""
+    straight = straightened(long, mesh, direction)
+    if overrides.main_journals is None:
+        layout = replace(layout, journals=_tight(straight, layout.journals, rounding))
+    if overrides.crankpins is None and overrides.crankpin_in_file is not False:
+        layout = replace(layout, pins=_tight(straight, layout.pins, rounding))
+    return straight, layout
+
+
+def _rounding_mm(mesh: Mesh) -> float:
+    return ROUNDING * float(np.abs(mesh.bounds).max())
+
+
+def _layout(long: SectionStack, overrides: Overrides, rounding: float) -> JournalLayout:
+    runs = find_runs(long, rounding)
+    axis_point = overrides.axis_point_mm
+    if axis_point is None and overrides.main_journals:
+        axis_point = overrides.main_journals[0].centre_mm
+    given_axis = None if axis_point is None else long.placed(axis_point)[:2]
+    try:
+        if overrides.crankpins is not None:
+            pins = [_hinted(long, hint, runs, "crankpins") for hint in overrides.crankpins]
+            near = [run for run in runs if all(_apart(run, pin) for pin in pins)]
+            return _with_pins(long, near, pins, given_axis, overrides, runs)
+        layout = (
+            solid_layout(long, runs, given_axis)
+            if overrides.crankpin_in_file
+            else pressed_up_layout(long, runs, given_axis, rounding)
+        )
+    except RecognitionError as reason:
+        raise _NotHereError(len(runs), reason) from reason
+    if overrides.main_journals is not None:
+        journals = [_hinted(long, hint, runs, "main_journals") for hint in overrides.main_journals]
+        layout = replace(layout, journals=tuple(sorted(journals, key=lambda run: run.z_mid)))
+    return layout
+
+
+def _with_pins(
+    long: SectionStack,
+    near: Sequence[CylinderRun],
+    pins: Sequence[CylinderRun],
+    given_axis: Array | None,
+    overrides: Overrides,
+    runs: Sequence[CylinderRun],
+) -> JournalLayout:
+    from autobalance.crank.recognition.layout import choose_journals, crank_axis
+
+    pins = sorted(pins, key=lambda run: run.z_mid)
+    if overrides.main_journals is not None:
+        journals = [_hinted(long, hint, runs, "main_journals") for hint in overrides.main_journals]
+        axis = journals[0].centre if given_axis is None else given_axis
+        return JournalLayout(axis, tuple(sorted(journals, key=lambda run: run.z_mid)), tuple(pins))
+    on_axis = crank_axis(long, near, given_axis)
+    axis = on_axis[0].centre
+    return JournalLayout(axis, tuple(choose_journals(on_axis, pins, axis)), tuple(pins))
+
+
+def _apart(run: CylinderRun, pin: CylinderRun) -> bool:
+    return float(np.linalg.norm(run.centre - pin.centre)) > 0.03 * min(run.radius, pin.radius)
+
+
+def _hinted(long: SectionStack, hint: PinHint, runs: Sequence[CylinderRun], key: str) -> CylinderRun:
+    """Return the cylinder that a job gives; what it leaves out is taken from the one found there."""
+    centre = long.placed(hint.centre_mm)
+    there = [
+        run
+        for run in runs
+        if run.z_low <= centre[2] <= run.z_high
+        and float(np.linalg.norm(run.centre - centre[:2])) < 0.1 * run.radius
+    ]
+    if (hint.diameter_mm is None or hint.width_mm is None) and not there:
+        text = ", ".join(f"{value:g}" for value in hint.centre_mm)
+        raise RecognitionError(
+            f"{key} names a cylinder at [{text}] mm without its diameter or width, and none was found there; "
+            "give diameter_mm and width_mm"
+        )
+    radius = there[0].radius if hint.diameter_mm is None else 0.5 * hint.diameter_mm
+    width = there[0].width if hint.width_mm is None else hint.width_mm
+    middle = there[0].z_mid if hint.width_mm is None else float(centre[2])
+    return CylinderRun(centre[:2], radius, middle - 0.5 * width, middle + 0.5 * width)
+
+
+def _from_job(mesh: Mesh, overrides: Overrides, given: tuple[Array | None, Array]) -> Anatomy:
+    """Build the anatomy from what a job says alone; only webs are looked for."""
+    rounding = _rounding_mm(mesh)
+    long = lengthwise(mesh, given[1], rounding)
+    incomplete = any(
+        hint.diameter_mm is None or hint.width_mm is None
+        for hint in (*(overrides.crankpins or ()), *(overrides.main_journals or ()))
+    )
+    runs = find_runs(long, rounding) if incomplete else []
+    pins = [_hinted(long, hint, runs, "crankpins") for hint in overrides.crankpins or ()]
+    journals = [_hinted(long, hint, runs, "main_journals") for hint in overrides.main_journals or ()]
+    if not pins:
+        raise RecognitionError("crankpins is an empty list; it needs at least one crankpin")
+    point = given[0]
+    if point is None:
+        raise RecognitionError("axis_direction is given without axis_point_mm or main_journals")
+    axis = long.placed(point)[:2]
+    layout = JournalLayout(
+        axis,
+        tuple(sorted(journals, key=lambda run: run.z_mid)),
+        tuple(sorted(pins, key=lambda run: run.z_mid)),
+    )
+    return _anatomy(long, layout, overrides, rounding)
+
+
+def _anatomy(long: SectionStack, layout: JournalLayout, overrides: Overrides, rounding: float) -> Anatomy:
+    """Put the frame where it belongs, measure everything in it, and number it."""
+    axis = layout.axis
+    if overrides.axis_point_mm is not None:
+        axis = long.placed(overrides.axis_point_mm)[:2]
+    elif overrides.main_journals is None and not layout.settled:
+        axis = common_axis(long, layout.journals, rounding)[0][:2]
+    layout = replace(layout, axis=axis)
+    first = layout.pins[0]
+    arm = first.centre - axis
+    crank_radius = float(np.linalg.norm(arm))
+    if crank_radius < 1e-6 * long.length_mm:
+        raise RecognitionError("crankpin 1 lies on the crank axis; crankpins or axis_point_mm is wrong")
+    local = np.eye(4)
+    local[0, :2] = arm / crank_radius
+    local[1, :2] = [-local[0, 1], local[0, 0]]
+    local[:3, 3] = -local[:3, :3] @ np.array([axis[0], axis[1], first.z_mid])
+    webs = tuple(_shifted(web, -first.z_mid) for web in find_webs(long, layout))
+    journals = tuple(
+        MainJournal(_place(local, run), 2.0 * run.radius, run.width, number)
+        for number, run in enumerate(layout.journals, 1)
+    )
+    throws = tuple(_throw(local, run, number) for number, run in enumerate(layout.pins, 1))
+    return Anatomy(local @ long.turn, journals, throws, webs, _misalignment(layout))
+
+
+def _tight(long: SectionStack, runs: Sequence[CylinderRun], rounding: float) -> tuple[CylinderRun, ...]:
+    """Fit each cylinder again in the final axes, where its ends are sharp."""
+    tight = []
+    for run in runs:
+        pad = 1e-3 * run.radius
+        again = bare_cylinder(
+            long,
+            run.centre,
+            run.radius,
+            (run.z_low - pad, run.z_high + pad),
+            0.9 * run.width,
+            rounding,
+        )
+        tight.append(run if again is None else again)
+    return tuple(tight)
+
+
+def _place(local: Array, run: CylinderRun) -> Array:
+    placed: Array = local[:3, :3] @ np.array([*run.centre, run.z_mid]) + local[:3, 3]
+    return placed
+
+
+def _throw(local: Array, run: CylinderRun, number: int) -> Throw:
+    centre = _place(local, run)
+    angle = math.atan2(centre[1], centre[0]) % (2.0 * math.pi)
+    angle = 0.0 if 2.0 * math.pi - angle < 1e-9 else angle
+    return Throw(number, math.hypot(centre[0], centre[1]), angle, Pin(centre, 2.0 * run.radius, run.width))
+
+
+def _shifted(web: Web, by: float) -> Web:
+    return replace(web, z_min_mm=web.z_min_mm + by, z_max_mm=web.z_max_mm + by)
+
+
+def _misalignment(layout: JournalLayout) -> float:
+    return max(
+        (float(np.linalg.norm(run.centre - layout.axis)) for run in layout.journals),
+        default=0.0,
+    )

@@ -1,0 +1,255 @@
+"""A solid looked at lengthwise: cross-sections at stations along a supposed axis, and what is in them."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+from itertools import pairwise
+
+import numpy as np
+
+from autobalance.crank.anatomy import Array, Indices
+from autobalance.crank.recognition.circles import Circle, distances, whole_circle
+from autobalance.solid.mesh.mesh import CHUNK, Mesh, least_and_greatest
+from autobalance.solid.slicing.slices import Spans, cross_sections
+
+SQUARE = 1.0 - 1e-4
+"""A triangle is square to the axis when its normal has at least this component along it (0.8°)."""
+LEVEL_SHARE = 2e-3
+"""A height counts as a level, where cross-sections jump, if planes of at least this share of the greatest
+level's area lie there."""
+ASIDE_SHARE = 2e-5
+"""How far beside a level the sections next to it are taken, as a share of the part's length."""
+UNIFORM = 40
+"""Stations are at most the part's length divided by this apart."""
+UPRIGHT_SINE = 1e-4
+"""A triangle stands along the axis when the sine of its lean is below this, or its lean is but rounding."""
+
+
+@dataclass(frozen=True, eq=False)
+class SectionPiece:
+    """One connected piece of a section: its outline (k, 2), holes, and the circle the outline is, if any."""
+
+    outline: Array
+    holes: tuple[Array, ...]
+    grain_mm: float
+
+    @cached_property
+    def circle(self) -> Circle | None:
+        """The circle that the outline is, cut-outs apart."""
+        return whole_circle(self.outline, self.grain_mm)
+
+    @cached_property
+    def bores(self) -> tuple[Circle, ...]:
+        """Round holes."""
+        found = (whole_circle(hole[::-1], self.grain_mm) for hole in self.holes)
+        return tuple(circle for circle in found if circle is not None)
+
+    def reach_from(self, centre: Array) -> float:
+        """Return the greatest distance of the outline from ``centre`` (2,) [mm]."""
+        return float(distances(self.outline, centre).max())
+
+
+@dataclass(frozen=True, eq=False)
+class CrossSection:
+    """A cross-section at height ``z_mm``."""
+
+    z_mm: float
+    pieces: tuple[SectionPiece, ...]
+
+
+@dataclass(frozen=True, eq=False)
+class SectionStack:
+    """A mesh turned so that a supposed axis is z, with its levels and sections.
+
+    Attributes
+    ----------
+    turn : (4, 4) float
+        From file coordinates [mm] to these.
+    vertices : (n, 3) float
+        Turned.
+    levels_mm, level_areas_mm2 : (k,) float
+        Heights of planes square to the axis, increasing, and the area that lies there.
+    sections : tuple of Section
+        At increasing heights; between two levels there is at least one.
+    """
+
+    turn: Array
+    vertices: Array
+    levels_mm: Array
+    level_areas_mm2: Array
+    sections: tuple[CrossSection, ...]
+
+    @cached_property
+    def by_height(self) -> tuple[Array, Array]:
+        """Vertices by increasing z, and their z."""
+        columns = self.vertices.T.take(np.argsort(self.vertices[:, 2]), axis=1)
+        return columns.T, columns[2]
+
+    def between(self, low: float, high: float) -> Array:
+        """Return the vertices with low ≤ z ≤ high."""
+        vertices, z = self.by_height
+        return vertices[np.searchsorted(z, low, side="left") : np.searchsorted(z, high, side="right")]
+
+    def placed(self, point_mm: Array) -> Array:
+        """Return a point (3,) of the file in these axes."""
+        here: Array = self.turn[:3, :3] @ np.asarray(point_mm, dtype=np.float64) + self.turn[:3, 3]
+        return here
+
+    @property
+    def length_mm(self) -> float:
+        """Extent along the axis [mm]."""
+        return float(np.ptp(self.vertices[:, 2]))
+
+
+def lengthwise(mesh: Mesh, direction: Array, rounding_mm: float) -> SectionStack:
+    """Turn a mesh so that ``direction`` (3,) is z, its middle the origin, and cut it at stations along z.
+
+    Where nothing changes from one station to the next, one cut serves both.
+    """
+    turn = turn_to_z(direction, mesh.bounds.mean(axis=0))
+    vertices = rotated(mesh.vertices, turn)
+    along = mesh.area_vectors @ turn[2, :3]
+    levels, areas = _levels(mesh, vertices, along)
+    heights = _stations(vertices, levels)
+    spans = Spans.of(vertices, mesh.triangles, heights)
+    stretch = _stretches(mesh, vertices, along, spans, len(heights), rounding_mm)
+    first, count = np.unique(stretch, return_index=True, return_counts=True)[1:]
+    middle = first + count // 2
+    outlines = cross_sections(vertices, mesh.triangles, heights[middle], spans.among(middle))
+    pieces = [_pieces(found, rounding_mm) for found in outlines]
+    sections = tuple(CrossSection(float(z), pieces[one]) for z, one in zip(heights, stretch, strict=True))
+    return SectionStack(turn, vertices, levels, areas, sections)
+
+
+def straightened(long: SectionStack, mesh: Mesh, direction: Array) -> SectionStack:
+    """Return the same with the axis turned a very little, to ``direction``; the sections are kept."""
+    turn = turn_to_z(direction, mesh.bounds.mean(axis=0))
+    vertices = rotated(mesh.vertices, turn)
+    levels, areas = _levels(mesh, vertices, mesh.area_vectors @ turn[2, :3])
+    return SectionStack(turn, vertices, levels, areas, long.sections)
+
+
+def rotated(vertices: Array, turn: Array) -> Array:
+    """Return vertices moved by ``turn``; column by column, which is fastest and the same on any machine."""
+    columns = np.zeros((3, len(vertices)))
+    for begin in range(0, len(vertices), CHUNK):
+        x, y, z = np.ascontiguousarray(vertices[begin : begin + CHUNK].T)
+        for column, row in zip(columns, turn[:3], strict=True):
+            column[begin : begin + CHUNK] = row[0] * x + row[1] * y + row[2] * z + row[3]
+    return columns.T
+
+
+def turn_to_z(direction: Array, middle: Array) -> Array:
+    """Return a rigid motion (4, 4) that takes ``direction`` (3,) to z and ``middle`` (3,) to the origin."""
+    z = np.asarray(direction, dtype=np.float64) / np.linalg.norm(direction)
+    helper = np.eye(3)[int(np.argmin(np.abs(np.round(z, 3))))]
+    x = helper - (helper @ z) * z
+    x /= np.linalg.norm(x)
+    turn = np.eye(4)
+    turn[:3, :3] = np.stack([x, np.cross(z, x), z])
+    turn[:3, 3] = -turn[:3, :3] @ middle
+    return turn
+
+
+def _stretches(
+    mesh: Mesh, vertices: Array, along: Array, spans: Spans, count: int, rounding_mm: float
+) -> Indices:
+    """Return for each of ``count`` stations the number of the stretch of equal cross-sections it is in.
+
+    Two neighbours show the same section when all triangles between them stand along the axis: none leans by
+    more than rounding, or shows its face.
+    """
+    lean, size = np.abs(along), mesh.doubled_areas
+    facing = lean > 0.5 * size
+    leaning = np.flatnonzero((lean > UPRIGHT_SINE * size) & ~facing)
+    lowest, highest = least_and_greatest(vertices[:, 2], mesh.triangles.take(leaning, axis=0))
+    rise = highest - lowest
+    leaning = leaning[lean.take(leaning) * rise > rounding_mm * size.take(leaning)]
+    changing = np.concatenate([np.flatnonzero(facing), leaning])
+    begins = np.bincount(spans.low.take(changing), minlength=count + 1)
+    ends = np.bincount(spans.high.take(changing), minlength=count + 1)
+    changes = np.cumsum(begins) - np.cumsum(ends) + ends > 0
+    stretch: Indices = np.cumsum(changes[:count]) - int(changes[0])
+    return stretch
+
+
+def _levels(mesh: Mesh, vertices: Array, along: Array) -> tuple[Array, Array]:
+    """Return the heights where cross-sections jump, and the area that lies there."""
+    apart = ASIDE_SHARE * float(np.ptp(vertices[:, 2]))
+    heights, areas = plane_levels(mesh, vertices[:, 2], along, SQUARE, apart)
+    real = areas > LEVEL_SHARE * areas.max(initial=0.0)
+    return heights[real], areas[real]
+
+
+def plane_levels(mesh: Mesh, height: Array, along: Array, square: float, apart: float) -> tuple[Array, Array]:
+    """Return the heights (k,), increasing, at which triangles square to a direction lie, and their area.
+
+    Parameters
+    ----------
+    mesh : Mesh
+    height : (n,) float
+        Of the vertices along the direction [mm].
+    along : (m,) float
+        Components of the triangles' doubled area vectors along it [mm²].
+    square : float
+        A triangle is square to it when its normal has at least this component along it.
+    apart : float
+        Triangles no farther apart than this are at one height [mm].
+    """
+    rows = np.flatnonzero(np.abs(along) > square * mesh.doubled_areas)
+    at_corner = np.bincount(mesh.triangles[rows, 0], 0.5 * np.abs(along.take(rows)), len(height))
+    there = np.flatnonzero(at_corner > 0.0)
+    if len(there) == 0:
+        return np.zeros(0), np.zeros(0)
+    there = there.take(np.argsort(height.take(there)))
+    height, area = height.take(there), at_corner.take(there)
+    group = np.concatenate([[0], np.cumsum(np.diff(height) > apart)])
+    total = np.bincount(group, area).astype(np.float64, copy=False)
+    return np.bincount(group, area * height) / total, total
+
+
+def _stations(vertices: Array, levels: Array) -> Array:
+    """Return heights on both sides of each level, between levels, and all along."""
+    low, high = float(vertices[:, 2].min()), float(vertices[:, 2].max())
+    aside = ASIDE_SHARE * (high - low)
+    walls = np.unique(np.concatenate([[low], levels, [high]]))
+    walls = walls[np.concatenate([[True], np.diff(walls) > 4.0 * aside])]
+    heights = [walls - 1.5 * aside, walls + 1.5 * aside]
+    for a, b in pairwise(walls):
+        count = max(3, int(np.ceil((b - a) / (high - low) * UNIFORM)))
+        heights.append(a + (b - a) * (np.arange(count) + 0.5) / count)
+    stations = np.unique(np.concatenate(heights))
+    return stations[(stations > low) & (stations < high)]
+
+
+def _pieces(outlines: list[Array], grain_mm: float) -> tuple[SectionPiece, ...]:
+    areas = [_area(outline) for outline in outlines]
+    most = max((abs(area) for area in areas), default=0.0)
+    real = [(o, a) for o, a in zip(outlines, areas, strict=True) if abs(a) > 1e-9 * most]
+    solids = sorted((item for item in real if item[1] > 0.0), key=lambda item: item[1])
+    holes: list[list[Array]] = [[] for _ in solids]
+    for outline, area in real:
+        if area < 0.0:
+            for place, (around, size) in enumerate(solids):
+                if len(solids) == 1 or (size > -area and _inside(around, outline[0])):
+                    holes[place].append(outline)
+                    break
+    return tuple(
+        SectionPiece(outline, tuple(inner), grain_mm)
+        for (outline, _), inner in zip(solids, holes, strict=True)
+    )
+
+
+def _area(outline: Array) -> float:
+    x, y = outline.T
+    return 0.5 * float((x * np.roll(y, -1) - y * np.roll(x, -1)).sum())
+
+
+def _inside(outline: Array, point: Array) -> bool:
+    a = outline - point
+    b = np.roll(a, -1, axis=0)
+    crosses = (a[:, 1] > 0.0) != (b[:, 1] > 0.0)
+    a, b = a[crosses], b[crosses]
+    x = a[:, 0] - a[:, 1] * (b[:, 0] - a[:, 0]) / (b[:, 1] - a[:, 1])
+    return bool(np.count_nonzero(x > 0.0) % 2)

@@ -1,0 +1,149 @@
+"""Webs: what joins journals and crankpins, and whether it carries a counterweight."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from itertools import groupby, pairwise
+
+import numpy as np
+
+from autobalance.crank.anatomy import Array, CounterweightOutline, Web
+from autobalance.crank.recognition.circles import distances
+from autobalance.crank.recognition.cylinder_runs import INSIDE, CylinderRun
+from autobalance.crank.recognition.layout import JournalLayout
+from autobalance.crank.recognition.section_stack import ASIDE_SHARE, CrossSection, SectionPiece, SectionStack
+
+CENTRED = 0.02
+"""A section piece is a collar or fillet of a cylinder when it is a circle whose centre is off the cylinder's
+by less than this share of its radius."""
+COUNTERWEIGHT_SHARE = 0.4
+"""A web carries a counterweight when its first moment beyond the axis, away from the crankpin, is at least
+this share of that on the crankpin's side: a plain web's hub has less than a quarter, a disc has all."""
+GIVEN = 0.25
+"""Within the width that a job (or the recogniser) gives a cylinder, metal up to this share beyond its radius
+is still the cylinder: corners of coarse facets, a diameter given roundly."""
+RIM_SHARE = 0.99
+"""The rim is where the counterweight reaches at least this share of its greatest radius."""
+
+
+def find_webs(long: SectionStack, layout: JournalLayout) -> list[Web]:
+    """Return the webs by increasing z, in the turned axes' z [mm]."""
+    order = sorted(
+        [(run, False) for run in layout.journals] + [(run, True) for run in layout.pins],
+        key=lambda item: item[0].z_mid,
+    )
+    z = long.vertices[:, 2]
+    if order[0][1]:  # beyond an outermost crankpin there may be a web without a journal
+        order.insert(0, (_end(layout.axis, float(z.min())), False))
+    if order[-1][1]:
+        order.append((_end(layout.axis, float(z.max())), False))
+    webs: list[Web] = []
+    for (a, a_is_pin), (b, b_is_pin) in pairwise(order):
+        if not (a_is_pin or b_is_pin):
+            continue
+        extent = _extent(long, a, b, layout.axis)
+        if extent is not None:
+            pins = [run for run, is_pin in ((a, a_is_pin), (b, b_is_pin)) if is_pin]
+            webs.append(_web(long, layout.axis, extent, pins, len(webs) + 1))
+    return webs
+
+
+def _end(axis: Array, z_mm: float) -> CylinderRun:
+    """Return the end of the part as a journal without width."""
+    return CylinderRun(axis, 0.0, z_mm, z_mm)
+
+
+def _extent(long: SectionStack, a: CylinderRun, b: CylinderRun, axis: Array) -> tuple[float, float] | None:
+    """Return where the web between two cylinders begins and ends."""
+    sections = [s for s in long.sections if a.z_mid < s.z_mm < b.z_mid]
+    inside = [place for place, s in enumerate(sections) if _is_web(s, a, b, axis)]
+    if not inside:
+        return None
+    first, last = inside[0], inside[-1]
+    before = sections[first - 1] if first > 0 else None
+    after = sections[last + 1] if last + 1 < len(sections) else None
+    beside = 4.0 * ASIDE_SHARE * long.length_mm  # a small blend around a level belongs to the level
+    low = _edge(long, before.z_mm if before else a.z_mid, sections[first].z_mm + beside, a, upward=True)
+    high = _edge(long, sections[last].z_mm - beside, after.z_mm if after else b.z_mid, b, upward=False)
+    return low, high
+
+
+def _is_web(section: CrossSection, a: CylinderRun, b: CylinderRun, axis: Array) -> bool:
+    """Whether a section has metal that is neither cylinder nor its fillet or collar."""
+    z = section.z_mm
+    return any(not (_belongs(piece, z, a, b) or _belongs(piece, z, b, a)) for piece in section.pieces)
+
+
+def _belongs(piece: SectionPiece, z: float, run: CylinderRun, other: CylinderRun) -> bool:
+    room = GIVEN if run.z_low <= z <= run.z_high else INSIDE
+    if piece.reach_from(run.centre) <= (1.0 + room) * run.radius:
+        return True
+    circle = piece.circle
+    if circle is None or float(np.linalg.norm(circle.centre - run.centre)) > CENTRED * circle.radius:
+        return False
+    return circle.radius < float(np.linalg.norm(other.centre - run.centre))
+
+
+def _edge(long: SectionStack, low: float, high: float, run: CylinderRun, upward: bool) -> float:
+    """Return where between two stations the web begins (``upward``) or ends: a level, or its last vertex."""
+    levels = (long.levels_mm >= low) & (long.levels_mm <= high)
+    if levels.any():
+        return float(long.levels_mm[levels][np.argmax(long.level_areas_mm2[levels])])
+    z = long.vertices[:, 2]
+    near = long.vertices[(z >= low) & (z <= high)]
+    outside = near[distances(near, run.centre) > (1.0 + CENTRED) * run.radius]
+    if len(outside) == 0:
+        return high if upward else low
+    return float(outside[:, 2].min() if upward else outside[:, 2].max())
+
+
+def _web(
+    long: SectionStack, axis: Array, extent: tuple[float, float], pins: Sequence[CylinderRun], number: int
+) -> Web:
+    low, high = extent
+    arms = [pin.centre - axis for pin in pins]
+    towards = sum((arm / np.linalg.norm(arm) for arm in arms), np.zeros(2))
+    if float(np.linalg.norm(towards)) < 1e-3:
+        towards = arms[0]
+    towards = towards / np.linalg.norm(towards)
+    sections = [s for s in long.sections if low < s.z_mm < high]
+    beyond = toward = 0.0
+    for pieces, equal in groupby(section.pieces for section in sections):
+        count = len(list(equal))
+        for piece in pieces:
+            for outline in (piece.outline, *piece.holes):
+                toward += count * _half_moment((outline - axis) @ _basis(towards))
+                beyond += count * _half_moment((outline - axis) @ _basis(-towards))
+    heavy = beyond >= COUNTERWEIGHT_SHARE * toward
+    outline_of = _outline(sections, axis, towards, extent) if heavy and sections else None
+    return Web(number, low, high, heavy, outline_of)
+
+
+def _basis(towards: Array) -> Array:
+    return np.array([[towards[0], -towards[1]], [towards[1], towards[0]]])
+
+
+def _half_moment(outline: Array) -> float:
+    """Return ∫ x dA over the part x > 0 of the area inside a counter-clockwise outline (k, 2), exactly."""
+    x0, y0 = outline.T
+    x1, y1 = np.roll(x0, -1), np.roll(y0, -1)
+    a, b = np.maximum(x0, 0.0), np.maximum(x1, 0.0)
+    run = x1 - x0
+    steep = np.abs(run) > 1e-9 * (np.abs(x0) + np.abs(x1) + 1e-300)
+    mean = np.where(steep, (b**3 - a**3) / (6.0 * np.where(steep, run, 1.0)), 0.5 * a**2)
+    return float((mean * (y1 - y0)).sum())
+
+
+def _outline(
+    sections: Sequence[CrossSection], axis: Array, towards: Array, extent: tuple[float, float]
+) -> CounterweightOutline | None:
+    points = np.concatenate([p.outline for p in dict.fromkeys(p for s in sections for p in s.pieces)]) - axis
+    local = points @ _basis(-towards)
+    local = local[local[:, 0] > 0.0]
+    if len(local) == 0:
+        return None
+    reach = np.hypot(*local.T)
+    rim = float(reach.max())
+    angles = np.arctan2(local[:, 1], local[:, 0])[reach >= RIM_SHARE * rim]
+    return CounterweightOutline(rim, min(float(np.ptp(angles)), 2.0 * math.pi), extent[1] - extent[0])

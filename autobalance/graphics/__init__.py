@@ -1,0 +1,1 @@
+"""Pictures without a graphics library: z-buffer, lettering, polar plots."""

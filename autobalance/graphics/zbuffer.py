@@ -1,0 +1,325 @@
+"""Draw triangles into a picture: a z-buffer on arrays, and PNG. No graphics library, no screen."""
+
+from __future__ import annotations
+
+import math
+import struct
+import zlib
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from autobalance.solid.mesh.mesh import Array, Indices
+
+Image = NDArray[np.uint8]
+"""Rows from the top, pixels from the left, red green blue (h, w, 3)."""
+
+SUPERSAMPLE = 2
+"""Samples a pixel, each way: edges come out smooth."""
+MARGIN = 0.06
+"""Space around the part, as a share of the picture."""
+CREASE = math.cos(math.radians(25.0))
+"""Neighbouring samples whose surfaces meet at a sharper angle than this get a line between them."""
+LINE_SHADE = 0.55
+"""Brightness of a line against the surface that it lies on."""
+OVERLAP = 1e-6
+"""Triangles claim samples this far beyond their sides [samples]: rounding leaves no gap between two."""
+ROWS_AT_ONCE = 100_000
+"""Rows of triangles that are worked on together: what they need stays in the processor's cache."""
+NOTHING = np.uint64(0xFFFFFFFFFFFFFFFF)
+Surface = tuple[Array, Indices, Array]
+"""Vertices (n, 3), triangles (m, 3), and a colour for each triangle or one for all (3,)."""
+
+
+@dataclass(frozen=True, eq=False)
+class Camera:
+    """A parallel projection.
+
+    Attributes
+    ----------
+    looks : (3,) float
+        Direction of sight, from the eye into the picture.
+    up : (3,) float
+        What points up in the picture; not along ``looks``.
+    fit : (k, 3) float or None
+        Points that must lie inside the picture, so that two parts can share one view; None: the part itself.
+    """
+
+    looks: ArrayLike = (-1.0, -0.8, -0.6)
+    up: ArrayLike = (1.0, 0.0, 0.0)
+    fit: Array | None = None
+
+    @property
+    def axes(self) -> Array:
+        """Rows right, up and towards the eye (3, 3), of unit length."""
+        back = -np.asarray(self.looks, dtype=np.float64)
+        back /= np.linalg.norm(back)
+        right = np.cross(np.asarray(self.up, dtype=np.float64), back)
+        right /= np.linalg.norm(right)
+        return np.stack([right, np.cross(back, right), back])
+
+
+@dataclass(frozen=True, eq=False)
+class Picture:
+    """A drawn part.
+
+    ``image`` (h, w, 3) uint8; ``triangle`` (h, w) int64: the row of the triangle seen at each pixel, −1 where
+    none is; ``to_pixel`` (2, 4): from a homogeneous point to (column, row).
+    """
+
+    image: Image
+    triangle: Indices
+    to_pixel: Array
+
+
+def render(
+    vertices: Array,
+    triangles: Indices,
+    triangle_colours: ArrayLike,
+    camera: Camera,
+    width: int = 1200,
+    height: int = 800,
+    background: tuple[float, float, float] = (1.0, 1.0, 1.0),
+) -> Picture:
+    """Draw a closed mesh, lit from the eye's upper left, with lines along its creases.
+
+    Parameters
+    ----------
+    vertices : (n, 3) float
+    triangles : (m, 3) int
+        Counter-clockwise seen from outside; those that look away are not drawn.
+    triangle_colours : (m, 3) or (3,) float
+        Red, green, blue from 0 to 1, before light.
+    camera : Camera
+    width, height : int
+        Of the picture [pixels].
+    background : three floats
+
+    Returns
+    -------
+    Picture
+    """
+    nothing = np.zeros((0, 3)), np.zeros((0, 3), dtype=np.int64), np.zeros((0, 3))
+    part = vertices, triangles, np.asarray(triangle_colours, dtype=np.float64)
+    return render_each(part, [nothing], camera, width, height, background)[0]
+
+
+def render_each(
+    part: Surface,
+    coats: Sequence[Surface],
+    camera: Camera,
+    width: int,
+    height: int,
+    background: tuple[float, float, float] = (1.0, 1.0, 1.0),
+) -> list[Picture]:
+    """Draw a part several times, each time with another surface laid on it; the part is drawn only once.
+
+    In each picture's ``triangle`` those of the coat count on from the part's.
+    """
+    fine_w, fine_h = width * SUPERSAMPLE, height * SUPERSAMPLE
+    axes = camera.axes
+    to_fine = _placement(axes, part[0] if camera.fit is None else camera.fit, fine_w, fine_h)
+    bare = np.full(fine_w * fine_h, NOTHING, dtype=np.uint64)
+    _draw(part, to_fine, bare, fine_w, 0)
+    looks = _looks(part, axes)
+    to_pixel = to_fine[:2] / SUPERSAMPLE
+    pictures = []
+    for coat in coats:
+        seen = bare.copy()
+        _draw(coat, to_fine, seen, fine_w, len(part[1]))
+        which = seen.astype(np.uint32).view(np.int32).reshape(fine_h, fine_w)  # NOTHING becomes −1
+        normals, lit = (np.concatenate(pair) for pair in zip(looks, _looks(coat, axes), strict=True))
+        colour = _bytes(np.concatenate([lit, [background]]))[which]
+        lines = _creases(which, normals)
+        colour[lines] = _bytes(lit * LINE_SHADE)[which[lines]]
+        image = _halved(colour.view(np.uint8).reshape(fine_h, fine_w, 4))
+        pictures.append(Picture(image, which[::SUPERSAMPLE, ::SUPERSAMPLE].astype(np.int64), to_pixel))
+    return pictures
+
+
+def _looks(surface: Surface, axes: Array) -> tuple[Array, Array]:
+    """Return normals in the camera's axes and lit colours of a surface's triangles."""
+    vertices, triangles, colours = surface
+    normals = _normals(vertices, triangles) @ axes.T
+    return normals, _lit(np.broadcast_to(colours, (len(triangles), 3)), normals)
+
+
+def _bytes(colours: Array) -> NDArray[np.uint32]:
+    """Pack colours (k, 3) from 0 to 1 into one word each: looked up faster than three floats."""
+    four = np.zeros((len(colours), 4), dtype=np.uint8)
+    four[:, :3] = (np.asarray(colours) * 255.0 + 0.5).clip(0, 255)
+    return four.view(np.uint32).reshape(-1)
+
+
+def _halved(fine: NDArray[np.uint8]) -> Image:
+    """Return the mean of the samples of each pixel."""
+    total = np.zeros((fine.shape[0] // SUPERSAMPLE, fine.shape[1] // SUPERSAMPLE, 4), dtype=np.uint16)
+    for i in range(SUPERSAMPLE):
+        for j in range(SUPERSAMPLE):
+            total += fine[i::SUPERSAMPLE, j::SUPERSAMPLE]
+    mean: Image = ((total[:, :, :3] + SUPERSAMPLE) // SUPERSAMPLE**2).astype(np.uint8)
+    return mean
+
+
+def _placement(axes: Array, points: Array, width: int, height: int) -> Array:
+    """Return the map (3, 4) from space to column, row and depth (growing away from the eye)."""
+    flat = points @ axes.T
+    low, high = flat.min(axis=0), flat.max(axis=0)
+    size = np.maximum(high - low, 1e-12)
+    scale = (1.0 - 2.0 * MARGIN) * min(width / size[0], height / size[1])
+    middle = 0.5 * (low + high)
+    place = np.zeros((3, 4))
+    place[:, :3] = axes * np.array([[scale], [-scale], [-scale]])
+    place[:, 3] = np.array([0.5 * width, 0.5 * height, 0.0]) + np.array([-scale, scale, scale]) * middle
+    return place
+
+
+def _doubled_area(corners: Array) -> Array:
+    """Twice the signed area of flat triangles (m, 3, ≥ 2)."""
+    a, b, c = corners[:, 0], corners[:, 1], corners[:, 2]
+    return (b[:, 0] - a[:, 0]) * (c[:, 1] - a[:, 1]) - (b[:, 1] - a[:, 1]) * (c[:, 0] - a[:, 0])
+
+
+def _draw(surface: Surface, to_fine: Array, buffer: NDArray[np.uint64], width: int, start: int) -> None:
+    """Put a surface into the buffer: of each sample the upper half is the depth, the lower the triangle.
+
+    Each triangle is cut into rows, each row is the interval of columns that its three edges leave.
+    """
+    vertices, triangles, _ = surface
+    seen = vertices @ to_fine[:, :3].T + to_fine[:, 3]
+    corners = seen[triangles]
+    facing = np.flatnonzero(_doubled_area(corners) < 0.0)  # rows grow downward: outward turns negative
+    corners = corners[facing]
+    y = corners[:, :, 1]
+    height = len(buffer) // width
+    first = np.clip(np.ceil(y.min(axis=1) - 0.5 - OVERLAP), 0, height).astype(np.int64)
+    last = np.clip(np.floor(y.max(axis=1) - 0.5 + OVERLAP), -1, height - 1).astype(np.int64)
+    rows = np.cumsum(np.maximum(last - first + 1, 0))
+    if len(rows) == 0 or rows[-1] == 0:
+        return
+    cuts = np.searchsorted(rows, np.arange(ROWS_AT_ONCE, rows[-1], ROWS_AT_ONCE))
+    for few in np.split(np.arange(len(facing)), cuts):
+        number, row = _ranges(first[few], last[few])
+        _fill(corners[few], facing[few] + start, number, row, buffer, width)
+
+
+def _fill(
+    corners: Array, names: Indices, number: Indices, row: Indices, buffer: NDArray[np.uint64], width: int
+) -> None:
+    """Put the rows of some triangles into the buffer; ``number`` tells the triangle of each row."""
+    left, right = _spans(corners, number, row.astype(np.float64) + 0.5, width)
+    meets = right >= left  # most rows of a sliver hold no sample
+    number, row, left, count = number[meets], row[meets], left[meets], (right - left + 1)[meets]
+    gx, gy, g0 = _depth_plane(corners)
+    at_zero = gy[number] * (row + 0.5) + g0[number] + 0.5 * gx[number]
+    column = np.arange(int(count.sum())) - np.repeat(np.cumsum(count) - count - left, count)
+    far = (np.repeat(gx[number], count) * column + np.repeat(at_zero, count)).astype(np.float32)
+    triangle = np.repeat(names[number].astype(np.uint64), count)
+    np.minimum.at(buffer, np.repeat(row * width, count) + column, (_ordered(far) << np.uint64(32)) | triangle)
+
+
+def _spans(corners: Array, number: Indices, centre: Array, width: int) -> tuple[Indices, Indices]:
+    """Return the first and the last column of each row of each triangle."""
+    low, high = np.full(len(number), 0.0), np.full(len(number), float(width))
+    for edge in _edges(corners):
+        meets = edge[:, 0][number] * centre + edge[:, 1][number]
+        side = edge[:, 2][number]
+        low = np.where(side > 0.0, np.maximum(low, meets), low)
+        high = np.where(side < 0.0, np.minimum(high, meets), high)
+    left = np.maximum(np.ceil(low - 0.5 - OVERLAP), 0.0).astype(np.int64)
+    right = np.minimum(np.floor(high - 0.5 + OVERLAP), width - 1.0).astype(np.int64)
+    return left, right
+
+
+def _ranges(first: Indices, last: Indices) -> tuple[Indices, Indices]:
+    """List the members of integer ranges, ends included: the range of each, and its value."""
+    count = np.maximum(last - first + 1, 0)
+    number = np.repeat(np.arange(len(first)), count)
+    start = np.cumsum(count) - count
+    return number, first[number] + (np.arange(len(number)) - start[number])
+
+
+def _edges(corners: Array) -> list[Array]:
+    """Return each side's column as slope · row + offset, and on which side the triangle lies (±1, 0)."""
+    sides = []
+    for k in range(3):
+        p, q = corners[:, k, :2], corners[:, (k + 1) % 3, :2]
+        rise = q[:, 1] - p[:, 1]
+        slope = (q[:, 0] - p[:, 0]) / np.where(rise == 0.0, 1.0, rise)
+        sides.append(np.stack([slope, p[:, 0] - slope * p[:, 1], np.sign(rise)], axis=1))
+    return sides
+
+
+def _depth_plane(corners: Array) -> Array:
+    """Return depth as gx · column + gy · row + g0 over each triangle (3, m)."""
+    a = corners[:, 0]
+    u, v = corners[:, 1] - a, corners[:, 2] - a
+    det = u[:, 0] * v[:, 1] - u[:, 1] * v[:, 0]
+    gx = (u[:, 2] * v[:, 1] - v[:, 2] * u[:, 1]) / det
+    gy = (v[:, 2] * u[:, 0] - u[:, 2] * v[:, 0]) / det
+    return np.stack([gx, gy, a[:, 2] - gx * a[:, 0] - gy * a[:, 1]])
+
+
+def _ordered(depth: NDArray[np.float32]) -> NDArray[np.uint64]:
+    """Turn floats into whole numbers of the same order."""
+    bits = depth.view(np.uint32)
+    return np.where(bits >> 31, ~bits, bits | np.uint32(0x80000000)).astype(np.uint64)
+
+
+def _normals(vertices: Array, triangles: Indices) -> Array:
+    a, b, c = (vertices[triangles[:, k]] for k in range(3))
+    normal = np.cross(b - a, c - a)
+    length = np.linalg.norm(normal, axis=1, keepdims=True)
+    return normal / np.where(length == 0.0, 1.0, length)
+
+
+def _lit(colours: Array, normals: Array) -> Array:
+    """Shade colours by normals in the camera's axes: key light, fill light, a little from everywhere."""
+    key = np.array([-0.45, 0.65, 0.62])
+    fill = np.array([0.70, -0.20, 0.68])
+    halfway = np.array([-0.25, 0.36, 0.90])
+    light = 0.36 + 0.50 * np.clip(normals @ key, 0.0, None) + 0.34 * np.clip(normals @ fill, 0.0, None)
+    gleam = 0.10 * np.clip(normals @ halfway, 0.0, 1.0) ** 24
+    shaded: Array = np.clip(colours * light[:, None] + gleam[:, None], 0.0, 1.0)
+    return shaded
+
+
+def _creases(which: NDArray[np.int32], normals: Array) -> NDArray[np.bool_]:
+    """Return the samples whose right or lower neighbour shows another surface at an angle, or none."""
+    lines = np.zeros(which.shape, dtype=bool)
+    for here, there in (
+        ((slice(None), slice(None, -1)), (slice(None), slice(1, None))),
+        ((slice(None, -1),), (slice(1, None),)),
+    ):
+        a, b = which[here], which[there]
+        place = np.flatnonzero(a != b)
+        one, other = a.reshape(-1)[place], b.reshape(-1)[place]
+        sharp = np.sum(normals[one] * normals[other], axis=1) < CREASE
+        sharp |= (one < 0) | (other < 0)
+        flag = np.zeros(a.size, dtype=bool)
+        flag[place[sharp]] = True
+        lines[here] |= flag.reshape(a.shape) & (a >= 0)
+        lines[there] |= flag.reshape(a.shape) & (a < 0)
+    return lines & (which >= 0)
+
+
+def png(image: Image) -> bytes:
+    """Return an image (h, w, 3) uint8 as the bytes of a PNG file."""
+    height, width, _ = image.shape
+    rows = np.ascontiguousarray(image).reshape(height, width * 3)
+    change = rows.copy()
+    change[1:] -= rows[:-1]  # filter "up": flat areas become zeros
+    data = np.concatenate([np.full((height, 1), 2, dtype=np.uint8), change], axis=1).tobytes()
+
+    def chunk(name: bytes, body: bytes) -> bytes:
+        return struct.pack(">I", len(body)) + name + body + struct.pack(">I", zlib.crc32(name + body))
+
+    head = struct.pack(">IIBBBBB", width, height, 8, 2, 0, 0, 0)
+    return (
+        b"\x89PNG\r\n\x1a\n"
+        + chunk(b"IHDR", head)
+        + chunk(b"IDAT", zlib.compress(data, 4))
+        + chunk(b"IEND", b"")
+    )

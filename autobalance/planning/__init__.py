@@ -1,0 +1,1 @@
+"""How deep and which cuts: pure numbers on the effects of cuts."""

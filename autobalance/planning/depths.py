@@ -1,0 +1,351 @@
+"""Choose the depths of cuts; pure numbers.
+
+The judged residual is a smooth function of the depths, known exactly with its derivative. Each step solves
+the linear programme of its tangent (HiGHS through scipy); a few steps reach the exact curves, as Newton's
+method does.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from autobalance.correction.kind import Cut, SharedDepth
+from autobalance.errors import CorrectionError
+from autobalance.rigid_rotor.moments import Moments
+from autobalance.rigid_rotor.tolerance import Tolerance
+from autobalance.rigid_rotor.unbalance import Unbalance
+
+Array = NDArray[np.float64]
+
+AIM = 0.01
+"""Share of the permissible value that a plan aims to stay within; well inside, not just passing."""
+SIDES = 32
+"""Sides of the polygon that stands for a circle in the linear programme; inscribed, so it never flatters."""
+STEPS = 40
+SETTLED_MM = 1e-7
+EVENNESS = 1e-4
+"""Weight of the greatest depth beside the removed mass: between equals, even depths win."""
+
+
+def metal_g(change: Moments) -> float:
+    """Return the metal that a change of moments takes or adds [g]."""
+    return abs(change.mass_g)
+
+
+@dataclass(frozen=True, eq=False)
+class Plan:
+    """Depths for a list of cuts and what they are predicted to leave.
+
+    Attributes
+    ----------
+    depths_mm : (n,) float
+    predicted : Unbalance
+        The residual, as judged.
+    share : float
+        Its greatest judged magnitude ÷ the permissible value.
+    binding : tuple of str
+        The limits that keep the plan from less, where ``share`` is above the aim.
+    """
+
+    depths_mm: Array
+    predicted: Unbalance
+    share: float
+    binding: tuple[str, ...]
+
+
+def plan_depths(
+    residual: Unbalance,
+    tolerance: Tolerance,
+    cuts: Sequence[Cut],
+    *,
+    start_mm: Array | None = None,
+    same_depth: bool = False,
+    shared: Sequence[SharedDepth] = (),
+    aim: float = AIM,
+    bounds_mm: tuple[Array, Array] | None = None,
+    cost: Callable[[Moments], float] = metal_g,
+    worth: float = 0.0,
+) -> Plan:
+    """Return the depths that leave the least judged residual down to ``aim``, then remove the least metal.
+
+    Parameters
+    ----------
+    residual : Unbalance
+        With every cut at depth zero, as judged.
+    tolerance : Tolerance
+        What is judged, and against what.
+    cuts : sequence of Cut
+    start_mm : (n,) float, optional
+        Where to start; default zero.
+    same_depth : bool
+        One depth for all cuts.
+    shared : sequence of SharedDepth
+    aim : float
+        Share of the permissible value below which less residual is worth no metal.
+    bounds_mm : ((n,) float, (n,) float), optional
+        Least and greatest depths; default from zero to what the cuts allow.
+    cost : callable
+        What to spare: the cost of a change of moments, linear in it; default the metal.
+    worth : float
+        Share of the cost that one more step must save, once the aim is reached.
+
+    Returns
+    -------
+    Plan
+    """
+    count = len(cuts)
+    least, most = bounds_mm or (np.zeros(count), np.array([cut.max_depth_mm for cut in cuts]))
+    depths = least if start_mm is None else np.clip(start_mm, least, most)
+    if same_depth and count:
+        depths = np.full(count, min(depths.mean(), most.min()))
+    best, spent = _looked_at(residual, tolerance, cuts, depths, cost)
+    trust = math.inf
+    for _ in range(STEPS if count else 0):
+        near = np.maximum(least, depths - trust), np.minimum(most, depths + trust)
+        wanted = _tangent_step(best, tolerance, cuts, near, same_depth, shared, aim, cost)
+        here, spends = _looked_at(residual, tolerance, cuts, wanted, cost)
+        moved = float(np.abs(wanted - depths).max())
+        enough = aim * (1.0 + 1e-6)
+        good = worth > 0.0 and best.share <= enough
+        if spends < spent if max(here.share, best.share) <= enough else here.share < best.share:
+            done = good and spent - spends <= worth * spends
+            best, spent, depths = here, spends, wanted
+        else:  # the curves bend away from the tangent: look nearer
+            done = good and moved <= ONLY_MM
+            trust = 0.25 * min(trust, moved)
+        if done or moved <= SETTLED_MM:
+            break
+    binding = tuple(
+        dict.fromkeys(
+            cut.limit
+            for cut, depth in zip(cuts, best.depths_mm, strict=True)
+            if depth >= cut.max_depth_mm - 1e-6
+        )
+    )
+    return Plan(best.depths_mm, best.predicted, best.share, binding if best.share > aim else ())
+
+
+def judged_plan(residual: Unbalance, tolerance: Tolerance, cuts: Sequence[Cut], depths: Array) -> Plan:
+    """Return what depths leave on the exact curves."""
+    return _looked_at(residual, tolerance, cuts, depths, metal_g)[0]
+
+
+def _looked_at(
+    residual: Unbalance,
+    tolerance: Tolerance,
+    cuts: Sequence[Cut],
+    depths: Array,
+    cost: Callable[[Moments], float],
+) -> tuple[Plan, float]:
+    """Return what depths leave on the exact curves, and what they cost."""
+    total = 0.0
+    for cut, depth in zip(cuts, depths.tolist(), strict=True):
+        if depth > 0.0:
+            change = cut.effect(depth)
+            residual = residual + Unbalance.of(change)
+            total += cost(change)
+    return Plan(depths, residual, tolerance.used_share(residual), ()), total
+
+
+def resultant_and_moment(change: Moments) -> Array:
+    """Return what a change of moments does to (U, P), in the order of `judged_rows`' columns."""
+    return np.array([*change.first_g_mm[:2], *change.second_g_mm2[:2, 2]])
+
+
+def judged_rows(tolerance: Tolerance) -> Array:
+    """Return the matrix (k, 4) that takes (U, P) to the judged vectors ÷ their permissible values.
+
+    Two rows each: the resultant; with a dynamic verdict planes A and B.
+    """
+    eye = np.eye(2)
+    blocks = [np.hstack([eye, 0.0 * eye]) / tolerance.permissible_g_mm]
+    if tolerance.judge == "dynamic":
+        a, b = tolerance.planes
+        span = b.z_mm - a.z_mm
+        blocks.append(np.hstack([b.z_mm * eye, -eye]) / span / a.permissible_g_mm)
+        blocks.append(np.hstack([-a.z_mm * eye, eye]) / span / b.permissible_g_mm)
+    return np.vstack(blocks)
+
+
+def independent_rows(tolerance: Tolerance) -> Array:
+    """Return those of `judged_rows` that the others follow from: both planes', or the resultant's alone."""
+    return judged_rows(tolerance)[-4 if tolerance.judge == "dynamic" else -2 :]
+
+
+def _tangent_step(
+    here: Plan,
+    tolerance: Tolerance,
+    cuts: Sequence[Cut],
+    bounds: tuple[Array, Array],
+    same_depth: bool,
+    shared: Sequence[SharedDepth],
+    aim: float,
+    cost_of: Callable[[Moments], float],
+) -> Array:
+    """Solve the linear programme of the tangent at a plan for (depths, excess share, greatest depth)."""
+    count = len(cuts)
+    least, most = bounds
+    depths, now = here.depths_mm, here.predicted.components
+    rates = [cut.rate(float(depth)) for cut, depth in zip(cuts, depths, strict=True)]
+    slopes = np.array([resultant_and_moment(rate) for rate in rates]).T
+    rows = judged_rows(tolerance)
+    matrix, at_zero = rows @ slopes, rows @ (now - slopes @ depths)
+    if not shared:
+        only = _only_answer(matrix, at_zero, bounds, same_depth, aim)
+        if only is not None:
+            return only
+
+    from scipy.optimize import linprog
+
+    angle = np.arange(SIDES) * (2.0 * math.pi / SIDES)
+    directions = np.stack([np.cos(angle), np.sin(angle)], axis=1)
+    inner = math.cos(math.pi / SIDES)
+    # direction · (at_zero + matrix d) <= inner (aim + excess), in units of the aim to keep numbers near 1
+    a_ub, b_ub = [], []
+    for k in range(0, len(rows), 2):
+        a_ub.append(
+            np.hstack(
+                [directions @ matrix[k : k + 2] / aim, np.full((SIDES, 1), -inner), np.zeros((SIDES, 1))]
+            )
+        )
+        b_ub.append(inner * 0.5 - directions @ at_zero[k : k + 2] / aim)
+    a_ub.append(np.hstack([np.eye(count), np.zeros((count, 1)), -np.ones((count, 1))]))
+    b_ub.append(np.zeros(count))
+    for pair in shared:
+        row = np.zeros(count + 2)
+        row[[pair.first, pair.second]] = 1.0
+        a_ub.append(row[None])
+        b_ub.append(np.array([pair.most_mm]))
+    costs = np.array([cost_of(rate) for rate in rates])
+    worst = float(np.abs(costs) @ most) or 1.0
+    cost = np.concatenate([costs / worst, [10.0], [EVENNESS / max(float(most.max()), 1e-9)]])
+    equal = None
+    if same_depth and count > 1:
+        equal = np.zeros((count - 1, count + 2))
+        equal[:, 0] = 1.0
+        equal[np.arange(count - 1), np.arange(1, count)] = -1.0
+    answer = linprog(
+        cost,
+        A_ub=np.vstack(a_ub),
+        b_ub=np.concatenate(b_ub),
+        A_eq=equal,
+        b_eq=None if equal is None else np.zeros(count - 1),
+        bounds=[*zip(least.tolist(), most.tolist(), strict=True), (0.0, None), (0.0, None)],
+        method="highs",
+    )
+    if answer.x is None:  # the depths at hand are always feasible: the excess is free
+        raise CorrectionError(
+            f"the planner cannot compute with a permissible {tolerance.permissible_g_mm:.3g} g·mm and "
+            f"{here.predicted.magnitude_g_mm:.3g} g·mm to correct; check masses, speed and grade"
+        )
+    return np.clip(answer.x[:count], least, most)
+
+
+ONLY_MM = 1e-3
+"""Depths that the aim leaves free by less than this are settled: no machine sets them nearer."""
+
+
+def _only_answer(
+    matrix: Array, at_zero: Array, bounds: tuple[Array, Array], same_depth: bool, aim: float
+) -> Array | None:
+    """Return the depths of least residual where the aim leaves no room for any others; else None.
+
+    Newton's step: a linear programme would find the same depths, and its library takes longer to load than
+    everything else that a small crank needs.
+    """
+    least, most = bounds
+    shares = np.ones((len(most), 1)) if same_depth else np.eye(len(most))
+    free = matrix @ shares
+    depths, _, rank, singular = np.linalg.lstsq(free, -at_zero)
+    if not len(singular) or rank < shares.shape[1] or aim > ONLY_MM * float(singular[-1]):
+        return None
+    wanted: Array = shares @ depths
+    left = (at_zero + matrix @ wanted).reshape(-1, 2)
+    if (np.hypot(*left.T) > 0.5 * aim).any() or (wanted < least).any() or (wanted > most).any():
+        return None
+    return wanted
+
+
+# --- when it cannot be done ---------------------------------------------------------------------------------
+
+
+@dataclass(frozen=True, eq=False)
+class Shortfall:
+    """A residual above the permissible value and what was tried."""
+
+    residual: Unbalance
+    tolerance: Tolerance
+    per_factor: Unbalance
+    factor: float
+    cuts: Sequence[Cut]
+    depths_mm: Array
+    binding: tuple[str, ...]
+
+
+def explain_shortfall(short: Shortfall, computed: Sequence[str] = (), bound: float = 0.0) -> str:
+    """Say by how much, in which plane, what limits it, and what would fix it.
+
+    ``computed`` are changes of the limits that are known to suffice; ``bound`` is the share of the
+    permissible value that no plan within the limits gets below, where that is known.
+    """
+    worst, value, permitted = max(_judged_values(short), key=lambda row: row[1] / row[2])
+    text = (
+        f"the residual of {worst} is {value:.2f} g·mm, {value - permitted:.2f} g·mm above the permissible "
+        f"{permitted:.2f} g·mm"
+    )
+    if not short.cuts:
+        text += "; no face can be lowered on the heavy side"
+    elif short.binding:
+        text += "; the metal ends at " + ", ".join(short.binding)
+    else:
+        text += "; none of the cuts at hand acts in the direction that is left"
+    if bound > 1.0:
+        text += f"; no plan within these limits leaves less than {bound:.3g} times the permissible value"
+    enough = "; enough would be: " + ", or ".join(computed) if computed else ""
+    return text + enough + "; " + ", or ".join(_fixes(short, estimate=not computed))
+
+
+def _judged_values(short: Shortfall) -> list[tuple[str, float, float]]:
+    rows = [("the resultant", short.residual.magnitude_g_mm, short.tolerance.permissible_g_mm)]
+    if short.tolerance.judge == "dynamic":
+        a, b = short.tolerance.planes
+        for plane, vector in zip((a, b), short.residual.in_planes(a.z_mm, b.z_mm), strict=True):
+            rows.append((f"plane {plane.name}", math.hypot(*vector), plane.permissible_g_mm))
+    return rows
+
+
+def _fixes(short: Shortfall, estimate: bool) -> list[str]:
+    fixes = []
+    factor = reachable_factor(short)
+    if factor is not None:
+        fixes.append(f"a balance factor of {factor:.4f} can be reached as it is")
+    pull = sum(
+        abs(float(cut.rate(float(depth)).first_g_mm[:2] @ short.residual.resultant_g_mm))
+        for cut, depth in zip(short.cuts, short.depths_mm, strict=True)
+        if depth >= cut.max_depth_mm - 1e-6 and cut.max_depth_mm > cut.least_depth_mm
+    )
+    if estimate and short.binding and pull > 0.0:
+        deeper = short.residual.magnitude_g_mm**2 / pull
+        if deeper <= 2.0 * float(short.depths_mm.max()):  # farther on the slope tells nothing
+            fixes.append(f"about {deeper:.3g} mm more depth where it ends")
+    light = math.degrees(short.residual.angle_rad + math.pi) % 360.0
+    fixes.append(f"add {short.residual.magnitude_g_mm:.1f} g·mm of metal at {light:.1f}° from throw 1")
+    return fixes
+
+
+def reachable_factor(short: Shortfall) -> float | None:
+    """Return the balance factor nearest to the one asked for that the same cuts bring within tolerance."""
+    slope = short.per_factor.resultant_g_mm
+    size = float(slope @ slope)
+    if size == 0.0:
+        return None
+    exact = short.factor - float(short.residual.resultant_g_mm @ slope) / size
+    if not 0.0 <= exact <= 1.0:
+        return None
+    moved = short.residual + short.per_factor.scaled(exact - short.factor)
+    return exact if short.tolerance.used_share(moved) <= 1.0 else None

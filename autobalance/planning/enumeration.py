@@ -1,0 +1,488 @@
+"""Find the lightest handful of cuts: where few suffice, whole numbers decide and a linear bound says little.
+
+A cut that is made weighs at least its least depth. So k cuts weigh at least what a small linear programme
+over all cuts says of any k of them, and more by the reduced cost of each one; and at their least depths they
+add up to nearly what is wanted: by how much that may be missed, the weight left to spend says. All sets that
+keep to both are looked through, up to a level of weight that rises until one of them serves. Many sets are
+put together from two halves whose sums meet, which a tree finds.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+from functools import cached_property
+from itertools import permutations, product
+
+import numpy as np
+from numpy.typing import NDArray
+
+from autobalance.correction.kind import Offer
+from autobalance.planning.depths import Array, independent_rows, resultant_and_moment
+from autobalance.rigid_rotor.tolerance import Tolerance
+from autobalance.rigid_rotor.unbalance import Unbalance
+
+Indices = NDArray[np.int64]
+
+MOST_CUTS = 7
+"""Cuts in a set at most: more are the integer programme's."""
+LEVELS = (1.0025, 1.005, 1.01, 1.02, 1.03, *(1.04**n for n in range(1, 50)))
+"""Weights up to which sets are looked for, over the least that the bounds allow."""
+PLACES = (0.0, 0.04, 0.1, 0.2, 0.4, 0.7, 1.0)
+"""Where along the curves the linear programme knows them; closer where they are light."""
+MOST_SETS = 100_000
+"""Sets or halves of sets held at once; where a level has more, the search ends."""
+MOST_MEETINGS = 600_000
+"""Halves that meet, likewise."""
+TRIED = 8
+"""Sets of each size and level that are tried on the exact curves, at most: the lightest."""
+BEYOND = 1.25
+"""How far the levels rise beyond the least weight of sets that are too many to look at."""
+CLIPS = 3
+"""How often the rest goes again along the chords that have not come to an end."""
+MOST_LATE = 0.99
+"""Curves that would run backwards at first are taken to start slowly."""
+
+
+def lightest_set(
+    residual: Unbalance, tolerance: Tolerance, offer: Offer, aim: float, serves: Callable[[Array], bool]
+) -> tuple[Array | None, float]:
+    """Return the depths of the lightest few cuts that were found, and the least weight of what was not seen.
+
+    Parameters
+    ----------
+    residual : Unbalance
+        With no cut made, as judged.
+    tolerance : Tolerance
+    offer : Offer
+        Cuts with a least depth; shared depths are not heeded.
+    aim : float
+        Share of the permissible value to reach.
+    serves : callable
+        Whether cuts reach the aim from depths near the given ones (n,), on the exact curves.
+
+    Returns
+    -------
+    (n,) float or None
+        Depths near their best; None where nothing was found.
+    float
+        What cuts weigh at least that were not looked at [g]; what was is lightest to about 0.5 %, since the
+        aim leaves some slack that the search leaves out.
+    """
+    fewest = math.ceil(_count_at_least(residual, tolerance, offer))
+    if fewest > MOST_CUTS:
+        return None, 0.0
+    field = CutCurves.of(residual, tolerance, offer, aim)
+    least = float(field.weight[:, 0].min())
+    lowest = max(_price(field, None).bound, least)
+    possible = _possible(offer)
+    if possible > MOST_CUTS and lowest >= least * (MOST_CUTS + 1):
+        return None, lowest
+    sizes: dict[int, _Sets] = {}
+    lost: set[int] = set()
+    best, chosen, unseen = math.inf, None, math.inf
+    for level in lowest * np.array(LEVELS):
+        for count in range(max(fewest, 1), possible + 1):
+            top = min(float(level), best)
+            if count * least >= top:
+                break
+            if count > MOST_CUTS:
+                unseen = min(unseen, max(count * least, lowest))
+                break
+            if count not in sizes:
+                sizes[count] = _Sets(field, count)
+            if count not in lost and not sizes[count].look(top):
+                lost.add(count)
+                unseen = min(unseen, sizes[count].seen)
+            for weight, depths in sizes[count].lightest_set(top):
+                if serves(depths):
+                    best, chosen = weight, depths
+                    break
+        if best <= level or level > min(BEYOND * unseen, possible * field.weight.max()):
+            break
+    return chosen, unseen
+
+
+def _count_at_least(residual: Unbalance, tolerance: Tolerance, offer: Offer) -> float:
+    """Return how many cuts it takes at least to come within the permissible values, not a whole number."""
+    rows = independent_rows(tolerance)
+    now = residual.components
+    need = float(_length(rows @ now)) - 0.5 * len(rows)
+    deepest = np.array([rows @ resultant_and_moment(cut.effect(cut.max_depth_mm)) for cut in offer.cuts])
+    return need / max(float(_length(deepest).max(initial=0.0)), 1e-12)
+
+
+def _possible(offer: Offer) -> int:
+    """Return how many cuts the counts allow at most."""
+    free, total = set(range(len(offer.cuts))), 0
+    for rule in offer.counts:
+        total += min(rule.most, len(free.intersection(rule.members)))
+        free.difference_update(rule.members)
+    return total + len(free)
+
+
+# --- the cuts -----------------------------------------------------------------------------------------------
+
+
+@dataclass(frozen=True, eq=False)
+class CutCurves:
+    """All cuts as curves of judged vectors, known at their least, middle and greatest depths.
+
+    Attributes
+    ----------
+    offer : Offer
+    depth_mm : (n, 3) float
+    effect : (n, d, 3) float
+        d = 2 or 4: the judged vectors side by side, in units of the aim.
+    weight : (n, 3) float
+        Metal [g].
+    wanted : (d,) float
+        What the effects shall add up to.
+    """
+
+    offer: Offer
+    depth_mm: Array
+    effect: Array
+    weight: Array
+    wanted: Array
+
+    @classmethod
+    def of(cls, residual: Unbalance, tolerance: Tolerance, offer: Offer, aim: float) -> CutCurves:
+        """Look up all cuts."""
+        rows = independent_rows(tolerance) / aim
+        depth = np.array([np.linspace(cut.least_depth_mm, cut.max_depth_mm, 3) for cut in offer.cuts])
+        changes = [
+            [cut.effect(float(d)) for d in three] for cut, three in zip(offer.cuts, depth, strict=True)
+        ]
+        effect = np.array([[resultant_and_moment(change) for change in three] for three in changes]) @ rows.T
+        weight = np.array([[abs(change.mass_g) for change in three] for three in changes])
+        now = residual.components
+        return cls(offer, depth, np.moveaxis(effect, 2, 1), weight, -rows @ now)
+
+    @cached_property
+    def least(self) -> Array:
+        """The effects at the least depths (n, d)."""
+        return np.ascontiguousarray(self.effect[:, :, 0])
+
+    def at_least(self, sets: Indices) -> Array:
+        """Return what sets of cuts (m, k) at their least depths add up to (m, d)."""
+        total = np.zeros((len(sets), len(self.wanted)))
+        for members in sets.T:
+            total += self.least.take(members, axis=0)
+        return total
+
+    @cached_property
+    def chord(self) -> Array:
+        """What lies between the least and the greatest depth (n, d)."""
+        return self.effect[:, :, 2] - self.effect[:, :, 0]
+
+    @cached_property
+    def bow(self) -> Array:
+        """How much farther than half along its chord each curve is at its middle depth, times four (n,).
+
+        A cut of one depth only has no chord.
+        """
+        middle = ((self.effect[:, :, 1] - self.effect[:, :, 0]) * self.chord).sum(axis=1)
+        square = (self.chord**2).sum(axis=1)
+        bow = np.where(square > 1e-30, 4.0 * middle / np.maximum(square, 1e-30) - 2.0, 0.0)
+        return np.asarray(np.maximum(bow, -MOST_LATE))
+
+    @cached_property
+    def bend(self) -> Array:
+        """How far each curve leaves its chord sideways (n,)."""
+        middle = self.effect[:, :, 1] - self.effect[:, :, 0]
+        return _length(middle - (0.5 + 0.25 * self.bow)[:, None] * self.chord)
+
+    @cached_property
+    def reach(self) -> float:
+        """The most that one gram more makes of the length of an effect."""
+        gain, spent = _length(np.moveaxis(_slopes(self.effect), 2, 1)), _slopes(self.weight)
+        return max(float((gain / np.maximum(spent, 1e-12)).max(initial=0.0, where=spent > 1e-12)), 1e-12)
+
+    @cached_property
+    def deepest_beside(self) -> Array:
+        """How deep, from 0 least to 1 greatest, the first of two cuts may go beside the second (n, n).
+
+        Below 0: never both.
+        """
+        most = np.full((len(self.weight), len(self.weight)), np.inf)
+        least, span = self.depth_mm[:, 0], np.maximum(self.depth_mm[:, 2] - self.depth_mm[:, 0], 1e-9)
+        for pair in self.offer.apart:
+            for i, j in ((pair.first, pair.second), (pair.second, pair.first)):
+                never = pair.most_mm < max(least[i], least[j])
+                most[i, j] = min(most[i, j], -1.0 if never else (pair.most_mm - least[i]) / span[i])
+        return most
+
+    @cached_property
+    def never_both(self) -> NDArray[np.bool_]:
+        """Which two cuts exclude each other (n, n)."""
+        return self.deepest_beside < 0.0
+
+    def keeps_apart(self, first: Indices, last: Indices) -> NDArray[np.bool_]:
+        """Tell which sets of cuts keep the rules; their first (m, j) and last members (m, k) each do."""
+        good = np.ones(len(first), dtype=bool)
+        for a, b in product(range(first.shape[1]), range(last.shape[1])):
+            good &= ~self.never_both[first[:, a], last[:, b]]
+        sets = np.hstack([first, last])
+        for rule in self.offer.counts:
+            if rule.most < sets.shape[1]:
+                inside = np.zeros(len(self.weight), dtype=np.int64)
+                inside[list(rule.members)] = 1
+                good &= inside[sets].sum(axis=1) <= rule.most
+        return good
+
+
+def _length(vectors: Array) -> Array:
+    """Return the sum of the lengths of the judged vectors that lie side by side."""
+    return np.asarray(np.hypot(vectors[..., 0::2], vectors[..., 1::2]).sum(axis=-1))
+
+
+def _along(three: Array, at: Array | float) -> Array:
+    """Return parabolas through values at 0, ½ and 1."""
+    first, middle, last = np.moveaxis(three, -1, 0)
+    curve = 2.0 * (first - 2.0 * middle + last)
+    return np.asarray(first + at * (last - first - curve) + at * at * curve)
+
+
+def _slopes(three: Array) -> Array:
+    """Return the slopes at 0, ½ and 1 of parabolas through values there."""
+    first, middle, last = np.moveaxis(three, -1, 0)
+    return np.stack(
+        [4.0 * middle - 3.0 * first - last, last - first, first + 3.0 * last - 4.0 * middle], axis=-1
+    )
+
+
+def _least(three: Array) -> Array:
+    """Return the least values, between 0 and 1, of parabolas through values at 0, ½ and 1."""
+    first, middle, last = np.moveaxis(three, -1, 0)
+    curve = 2.0 * (first - 2.0 * middle + last)
+    inside = np.clip((curve - last + first) / np.where(curve > 0.0, 2.0 * curve, 1.0), 0.0, 1.0)
+    return _along(three, np.where(curve > 0.0, inside, last < first))
+
+
+# --- bounds -------------------------------------------------------------------------------------------------
+
+
+@dataclass(frozen=True, eq=False)
+class _Price:
+    """What some cuts weigh at least: ``bound``, and ``reduced`` (n,) more for each one that is a member."""
+
+    bound: float
+    reduced: Array
+
+
+def _price(field: CutCurves, count: int | None) -> _Price:
+    """Return the bound for so many cuts, any of which may be made in part and more than once."""
+    from scipy.optimize import linprog
+
+    width = len(field.wanted)
+    columns = np.concatenate([_along(field.effect, at) for at in PLACES]).T
+    answer = linprog(
+        np.concatenate([_along(field.weight, at) for at in PLACES]),
+        A_ub=np.vstack([columns, -columns]),
+        b_ub=np.concatenate([field.wanted + 1.0, 1.0 - field.wanted]),
+        A_eq=None if count is None else np.ones((1, columns.shape[1])),
+        b_eq=None if count is None else [count],
+        method="highs",
+        options={"presolve": False},  # presolving takes as long as all the rest
+    )
+    if answer.x is None:
+        return _Price(math.inf, np.zeros(len(field.weight)))
+    dual: Array = answer.ineqlin.marginals[:width] - answer.ineqlin.marginals[width:]
+    each = 0.0 if count is None else float(answer.eqlin.marginals[0])
+    return _Price(float(answer.fun or 0.0), _least(field.weight - dual @ field.effect - each))
+
+
+# --- sets of so many cuts -----------------------------------------------------------------------------------
+
+
+@dataclass(frozen=True, eq=False)
+class _Found:
+    """Sets that meet what is wanted on their chords: members, depths from 0 to 1 (m, k), and weights."""
+
+    sets: Indices
+    deep: Array
+    weight: Array
+
+    def part(self, of: Indices | slice) -> _Found:
+        return _Found(self.sets[of], self.deep[of], self.weight[of])
+
+
+class _Sets:
+    """The sets of ``count`` cuts, looked through up to a weight that rises."""
+
+    def __init__(self, field: CutCurves, count: int) -> None:
+        self.field = field
+        self.count = count
+        self.price = _price(field, count)
+        self.order = np.argsort(self.price.reduced, kind="stable")
+        self.least = float(field.weight[:, 0].min())
+        self.seen = self.price.bound
+        self.are_many = False
+        self.meetings = MOST_MEETINGS
+        self.found = _screened(field, np.zeros((0, count), dtype=np.int64))
+
+    def look(self, top: float) -> bool:
+        """Look through the sets up to a weight that have not been yet; tell whether they were few enough."""
+        if self.price.bound >= top:
+            return True
+        places = None if self.are_many else self._begun((self.count, 0), top - self.price.bound, top)
+        if places is None:
+            self.are_many = True  # and all the more at higher weights
+            places = self._meet_in_the_middle(top)
+        if places is None:
+            return False
+        field, sets = self.field, self.order[places]
+        missed = _length(field.wanted - field.at_least(sets)) - 0.5 * len(field.wanted)
+        weight = np.maximum(
+            field.weight[sets, 0].sum(axis=1) + np.maximum(missed, 0.0) / field.reach,
+            self.price.bound + np.maximum(self.price.reduced[sets].sum(axis=1), 0.0),
+        )
+        new = _screened(field, sets[(weight < top) & (weight >= self.seen)])
+        old, self.seen = self.found, top
+        self.found = _Found(
+            np.concatenate([old.sets, new.sets]),
+            np.concatenate([old.deep, new.deep]),
+            np.concatenate([old.weight, new.weight]),
+        )
+        return True
+
+    def lightest_set(self, top: float) -> Iterator[tuple[float, Array]]:
+        """Yield weight and depths of sets up to a weight, lightest first, and forget them all."""
+        order = np.argsort(self.found.weight, kind="stable")
+        most = int((self.found.weight <= top).sum())
+        tried, self.found = self.found.part(order[: min(most, TRIED)]), self.found.part(order[most:])
+        low, high = self.field.depth_mm[:, 0], self.field.depth_mm[:, 2]
+        for weight, members, deep in zip(tried.weight.tolist(), tried.sets, tried.deep, strict=True):
+            depths = np.zeros(len(low))
+            depths[members] = low[members] + deep * (high - low)[members]
+            yield weight, depths
+
+    def _begun(self, sizes: tuple[int, int], spare: float, top: float) -> Indices | None:
+        """Return places in ``order`` (m, first size) of members, in rising order; None: too many.
+
+        Their reduced costs leave room for as many more as the second size, none of them lower.
+        """
+        size, following = sizes
+        reduced, light = self.price.reduced[self.order], self.field.weight[self.order, 0]
+        sets, spent = np.zeros((1, 0), dtype=np.int64), np.zeros(1)
+        for n in range(size):
+            start = sets[:, -1] + 1 if n else np.zeros(1, dtype=np.int64)
+            end = np.searchsorted(reduced * (size - n + following), spare - spent, side="right")
+            each = np.maximum(end - start, 0)
+            if each.sum() > MOST_SETS:
+                return None
+            last = np.repeat(start - np.cumsum(each) + each, each) + np.arange(each.sum())
+            begun = np.repeat(sets, each, axis=0)
+            apart = self.field.keeps_apart(self.order[begun], self.order[last[:, None]])
+            sets = np.hstack([begun, last[:, None]])
+            sets = sets[apart & (light[sets].sum(axis=1) <= top)]
+            spent = reduced[sets].sum(axis=1)
+        return sets
+
+    def _meet_in_the_middle(self, top: float) -> Indices | None:
+        """Put sets together from their first and their last members in ``order``; None: too many."""
+        from scipy.spatial import cKDTree
+
+        field, first, last = self.field, self.count // 2, self.count - self.count // 2
+        spare = top - self.price.bound
+        few = self._begun((first, last), spare, top - last * self.least)
+        spare -= first * float(self.price.reduced.min())
+        many = self._begun((last, 0), spare, top - first * self.least)
+        if few is None or many is None:
+            return None
+        light = [field.weight[self.order[half], 0].sum(axis=1).min(initial=math.inf) for half in (few, many)]
+        if sum(light) >= top:
+            return np.zeros((0, self.count), dtype=np.int64)
+        radius = field.reach * (top - float(sum(light))) + 0.5 * len(field.wanted)
+        tree = cKDTree(field.at_least(self.order[few]))
+        other = cKDTree(field.wanted - field.at_least(self.order[many]))
+        # counting takes half as long as meeting: not where the last level was far from too many
+        if 2 * self.meetings > MOST_MEETINGS and tree.count_neighbors(other, radius) > MOST_MEETINGS:
+            return None
+        met = tree.sparse_distance_matrix(other, radius, output_type="ndarray")
+        self.meetings = len(met)
+        rising = met[few[:, -1].take(met["i"]) < many[:, 0].take(met["j"])]
+        one, rest = few.take(rising["i"], axis=0), many.take(rising["j"], axis=0)
+        places: Indices = np.hstack([one, rest])[field.keeps_apart(self.order[one], self.order[rest])]
+        return places
+
+
+# --- how deep -----------------------------------------------------------------------------------------------
+
+
+def _screened(field: CutCurves, sets: Indices) -> _Found:
+    """Return the sets (m, k) that can meet what is wanted on their chords, with good depths.
+
+    The shortest way along the chords that makes it up; ends that are passed are kept and the rest goes again.
+    Then, of more cuts than needed, metal is saved as long as some still can be.
+    """
+    if sets.shape[1] < len(field.wanted):
+        sets = sets[_can_meet(field, sets)]
+    high = np.ones(sets.shape)
+    for a, b in permutations(range(sets.shape[1]), 2):
+        high[:, a] = np.minimum(high[:, a], field.deepest_beside[sets[:, a], sets[:, b]])
+    bow, chord = field.bow[sets], field.chord[sets]
+    high += bow * high * (1.0 - high)
+    need = field.wanted - field.at_least(sets)
+    along, free = np.zeros(sets.shape), np.ones(sets.shape, dtype=bool)
+    for _ in range(CLIPS):
+        left = need - _added(chord, np.where(free, 0.0, along))
+        answer = _shortest(chord * free[:, :, None], left)
+        along = np.where(free, np.clip(answer, 0.0, high), along)
+        free &= (answer > 0.0) & (answer < high)
+    left = need - _added(chord, along)
+    good = np.hypot(left[:, 0::2], left[:, 1::2]).max(axis=1) <= _slack(field, sets)
+    sets, along, high, bow = sets[good], along[good], high[good], bow[good]
+    for _ in range(chord.shape[1] - chord.shape[2]):
+        along = _lightened(field, sets, along, high)
+    deep = _depth_share(bow, along)
+    return _Found(sets, deep, _along(field.weight[sets], deep).sum(axis=1))
+
+
+def _slack(field: CutCurves, sets: Indices) -> Array:
+    """Return how far judged vectors may end from what is wanted (m,), in units of the aim."""
+    return np.asarray(1.0 + field.bend[sets].sum(axis=1))
+
+
+def _can_meet(field: CutCurves, sets: Indices) -> NDArray[np.bool_]:
+    """Tell which sets, of fewer cuts than there are directions, meet it all anywhere along their chords."""
+    chord, need = field.chord[sets], field.wanted - field.at_least(sets)
+    left = need - _added(chord, _shortest(chord, need))
+    return np.asarray((left**2).sum(axis=1) <= 0.5 * left.shape[1] * _slack(field, sets) ** 2)
+
+
+def _added(chord: Array, along: Array) -> Array:
+    """Return what ways (m, k) along chords (m, k, d) add up to."""
+    return np.asarray((along[:, None] @ chord)[:, 0])
+
+
+def _shortest(chord: Array, left: Array) -> Array:
+    """Return the shortest ways (m, k) along chords (m, k, d) that make up what is left (m, d)."""
+    square = np.swapaxes(chord, 1, 2) @ chord
+    ridge = 1e-9 * np.maximum(np.trace(square, axis1=1, axis2=2), 1e-30)  # some do not span all directions
+    square += ridge[:, None, None] * np.eye(square.shape[1])
+    return np.asarray((chord @ np.linalg.solve(square, left[:, :, None]))[:, :, 0])
+
+
+def _depth_share(bow: Array, along: Array) -> Array:
+    """Return the depths, from 0 least to 1 greatest, that lead so far along the chords."""
+    root = np.sqrt(np.maximum((1.0 + bow) ** 2 - 4.0 * bow * along, 0.0))
+    return np.asarray(2.0 * along / (1.0 + bow + root))
+
+
+def _lightened(field: CutCurves, sets: Indices, along: Array, high: Array) -> Array:
+    """Go where the weight falls most steeply and the sum stays, to an end or to the least weight."""
+    chord = field.chord[sets] * ((along > 0.0) & (along < high))[:, :, None]
+    bow, deep = field.bow[sets], _depth_share(field.bow[sets], along)
+    slopes = _slopes(field.weight[sets])
+    pace = np.maximum(1.0 + bow * (1.0 - 2.0 * deep), 1e-6)
+    slope = np.where(chord.any(axis=2), _along(slopes, deep) / pace, 0.0)
+    steeper = np.maximum((slopes[..., 2] - slopes[..., 0] + 2.0 * bow * slope) / pace**2, 0.0)
+    way = _shortest(chord, _added(chord, slope)) - slope
+    way[np.abs(way).max(axis=1) < 1e-5 * np.abs(slope).max(axis=1)] = 0.0  # rounding, no way at all
+    to_end = np.where(way > 0.0, high - along, along) / np.maximum(np.abs(way), 1e-12)
+    to_least = -(slope * way).sum(axis=1) / np.maximum((steeper * way**2).sum(axis=1), 1e-12)
+    step = np.maximum(np.minimum(to_end.min(axis=1), to_least), 0.0)
+    return np.asarray(np.clip(along + step[:, None] * way, 0.0, high))

@@ -1,0 +1,236 @@
+"""Permissible residual unbalance, its share for each tolerance plane, and the verdict."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import Literal
+
+from autobalance.rigid_rotor.margin import Judged, Margin, explain_margin
+from autobalance.rigid_rotor.unbalance import Unbalance
+from autobalance.rigid_rotor.uncertainty import Budget, Share
+
+Judge = Literal["dynamic", "static"]
+
+INBOARD_SHARES = (0.3, 0.7)
+"""Least and greatest share of U_per that a plane may get, centre of mass between the planes."""
+OVERHUNG_SHARES = (0.3, 1.3)
+"""The same with the centre of mass outside the planes: the near plane at most 1.3, the far at least 0.3."""
+
+
+def permissible_unbalance_g_mm(mass_g: float, grade_mm_s: float, service_speed_rad_s: float) -> float:
+    """Return the permissible residual unbalance U_per of a rigid rotor.
+
+    U_per = m G / Ω, since the grade is the product e_per Ω [1]_.
+
+    Parameters
+    ----------
+    mass_g : float
+        Rotor mass, positive [g].
+    grade_mm_s : float
+        Balance quality grade, positive; 6.3 for G 6.3 [mm/s].
+    service_speed_rad_s : float
+        Highest service speed, positive [rad/s].
+
+    Returns
+    -------
+    float
+        For the whole rotor, not yet shared between planes [g·mm].
+
+    Raises
+    ------
+    ValueError
+        If an argument is not positive and finite.
+
+    References
+    ----------
+    .. [1] ISO 21940-11:2016 (was ISO 1940-1), 6.2.
+
+    Examples
+    --------
+    >>> round(permissible_unbalance_g_mm(2700.0, 6.3, 1591.740), 2)
+    10.69
+    """
+    for name, value, unit in (
+        ("rotor mass", mass_g, "g"),
+        ("balance quality grade", grade_mm_s, "mm/s"),
+        ("service speed", service_speed_rad_s, "rad/s"),
+    ):
+        if not 0.0 < value < math.inf:  # also refuses NaN
+            raise ValueError(f"{name} is {value:g} {unit}; must be > 0")
+    return mass_g * grade_mm_s / service_speed_rad_s
+
+
+def achieved_grade_mm_s(residual_g_mm: float, mass_g: float, service_speed_rad_s: float) -> float:
+    """Return the balance quality grade G that a residual stands for: G = U Ω / m [mm/s].
+
+    Examples
+    --------
+    >>> round(achieved_grade_mm_s(7.39, 2700.0, 1591.74028), 3)
+    4.357
+    """
+    return residual_g_mm * service_speed_rad_s / mass_g
+
+
+def share_between_planes(
+    permissible_g_mm: float, z_centre_mm: float, z_a_mm: float, z_b_mm: float
+) -> tuple[float, float]:
+    """Split U_per between two tolerance planes by the distance of the centre of mass to the other plane.
+
+    U_perA = U_per (z_B − z_c)/(z_B − z_A) and U_perB the rest, within limits.
+
+    Parameters
+    ----------
+    permissible_g_mm : float
+        U_per of the whole rotor [g·mm].
+    z_centre_mm : float
+        Place of the centre of mass on the axis [mm].
+    z_a_mm, z_b_mm : float
+        Tolerance planes, z_a < z_b [mm].
+
+    Returns
+    -------
+    (float, float)
+        U_per of plane A and of plane B [g·mm].
+
+    Raises
+    ------
+    ValueError
+        If z_a is not below z_b.
+
+    References
+    ----------
+    ISO 21940-11:2016, 7.2.1 (was ISO 1940-1:2003, 7.3): centre of mass between the planes, neither share
+    above 0.7 U_per nor below 0.3 U_per; 7.2.2: centre of mass outboard, the plane near it at most
+    1.3 U_per, the far plane at least 0.3 U_per.
+
+    Examples
+    --------
+    >>> share_between_planes(10.0, 0.0, -40.0, 40.0)
+    (5.0, 5.0)
+    >>> share_between_planes(10.0, 39.0, -40.0, 40.0)
+    (3.0, 7.0)
+    """
+    if not z_a_mm < z_b_mm:
+        raise ValueError(
+            f"tolerance planes stand at z = {z_a_mm:g} and {z_b_mm:g} mm; the first must be lower"
+        )
+    share_a = (z_b_mm - z_centre_mm) / (z_b_mm - z_a_mm)
+    inboard = 0.0 <= share_a <= 1.0
+    least, greatest = INBOARD_SHARES if inboard else OVERHUNG_SHARES
+
+    def clamped(share: float) -> float:
+        return min(max(share, least), greatest) * permissible_g_mm
+
+    return clamped(share_a), clamped(1.0 - share_a)
+
+
+@dataclass(frozen=True)
+class TolerancePlane:
+    """A plane in which the residual is judged (not one in which metal is cut)."""
+
+    name: Literal["A", "B"]
+    z_mm: float
+    permissible_g_mm: float
+
+
+@dataclass(frozen=True)
+class Tolerance:
+    """What a residual unbalance is measured against.
+
+    ``planes`` holds A and B, or nothing where only the resultant can be judged. ``margin`` says whether the
+    uncertainty counts in the verdict (see ``rotor.margin``).
+    """
+
+    grade_mm_s: float
+    service_speed_rad_s: float
+    rotor_mass_g: float
+    permissible_g_mm: float
+    planes: tuple[TolerancePlane, ...]
+    judge: Judge
+    margin: Margin = "none"
+
+    @classmethod
+    def of(
+        cls,
+        *,
+        grade_mm_s: float,
+        service_speed_rad_s: float,
+        rotor_mass_g: float,
+        z_centre_mm: float,
+        planes_z_mm: tuple[float, float] | None,
+        judge: Judge,
+        margin: Margin = "none",
+    ) -> Tolerance:
+        """Return the tolerance of a rotor whose centre of mass stands at ``z_centre_mm``.
+
+        Raises
+        ------
+        ValueError
+            If a value is not positive, the planes are not in order, or a dynamic verdict has no planes.
+        """
+        permissible = permissible_unbalance_g_mm(rotor_mass_g, grade_mm_s, service_speed_rad_s)
+        planes: tuple[TolerancePlane, ...] = ()
+        if planes_z_mm is not None:
+            a, b = share_between_planes(permissible, z_centre_mm, *planes_z_mm)
+            planes = (TolerancePlane("A", planes_z_mm[0], a), TolerancePlane("B", planes_z_mm[1], b))
+        elif judge == "dynamic":
+            raise ValueError("a dynamic verdict needs two tolerance planes")
+        return cls(grade_mm_s, service_speed_rad_s, rotor_mass_g, permissible, planes, judge, margin)
+
+    @property
+    def places_mm(self) -> tuple[float, float] | None:
+        """Where the planes stand, or None where there are none."""
+        return (self.planes[0].z_mm, self.planes[1].z_mm) if self.planes else None
+
+    def judged(self, residual: Unbalance, doubt: Share | None = None) -> list[Judged]:
+        """Return what the verdict looks at: the resultant; with ``judge = "dynamic"`` each plane too."""
+        off = doubt or Share.none(self.places_mm)
+        rows = [
+            Judged("the resultant", residual.magnitude_g_mm, off.resultant_g_mm, self.permissible_g_mm),
+        ]
+        if self.judge == "dynamic":
+            a, b = self.planes
+            vectors = residual.in_planes(a.z_mm, b.z_mm)
+            for plane, vector, share in zip((a, b), vectors, off.planes_g_mm, strict=True):
+                name = f"plane {plane.name}"
+                rows.append(Judged(name, math.hypot(*vector), share, plane.permissible_g_mm))
+        return rows
+
+    def used_share(self, residual: Unbalance) -> float:
+        """Return the greatest judged magnitude ÷ its permissible value, whatever its uncertainty.
+
+        The resultant is always judged; with ``judge = "dynamic"`` each tolerance plane too.
+        """
+        return max(row.share for row in self.judged(residual))
+
+    def is_met_by(self, residual: Unbalance, budget: Budget | None = None) -> bool:
+        """Tell whether a residual is within the permissible value in everything that is judged.
+
+        Raises
+        ------
+        ValueError
+            If the uncertainty counts and is not known.
+        """
+        return all(row.share <= 1.0 for row in self.judged(residual, self._doubt(budget)))
+
+    def why_not(self, residual: Unbalance, budget: Budget | None, ends: tuple[str, ...] = ()) -> str | None:
+        """Say why a residual that is within tolerance itself is not with its uncertainty; else None.
+
+        ``ends`` are what keeps the cuts from a smaller residual.
+        """
+        if budget is None or self.used_share(residual) > 1.0 or self.is_met_by(residual, budget):
+            return None
+        rows = self.judged(residual, self._doubt(budget))
+        place = max(range(len(rows)), key=lambda k: rows[k].share)
+        causes = {
+            cause: (share.resultant_g_mm, *share.planes_g_mm)[place] for cause, share in budget.shares.items()
+        }
+        return explain_margin(rows[place], causes, ends)
+
+    def _doubt(self, budget: Budget | None) -> Share | None:
+        if self.margin == "none":
+            return None
+        if budget is None:
+            raise ValueError('margin = "expanded" needs the uncertainty of the residual')
+        return budget.total

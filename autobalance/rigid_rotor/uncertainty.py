@@ -1,0 +1,156 @@
+"""How far the unbalance may be off: shares by cause, and their sum, for the resultant and in two planes."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from autobalance.rigid_rotor.moments import Moments
+from autobalance.rigid_rotor.unbalance import Unbalance
+
+Places = tuple[float, float] | None
+"""Where tolerance planes A and B stand on the axis [mm], or None."""
+
+
+@dataclass(frozen=True)
+class Share:
+    """How far something may put the resultant, and what is seen in planes A and B, where there are any.
+
+    Attributes
+    ----------
+    resultant_g_mm : float
+        Finite, ≥ 0 [g·mm].
+    planes_g_mm : tuple of float
+        Two like it, or none [g·mm].
+
+    Raises
+    ------
+    ValueError
+        If one is negative or not finite.
+    """
+
+    resultant_g_mm: float
+    planes_g_mm: tuple[float, ...] = ()
+
+    def __post_init__(self) -> None:
+        for value in (self.resultant_g_mm, *self.planes_g_mm):
+            if not 0.0 <= value < math.inf:
+                raise ValueError(f"a share is {value:g} g·mm; must be finite and not negative")
+
+    @classmethod
+    def none(cls, places: Places) -> Share:
+        """Return the share of what changes nothing."""
+        return cls(0.0, () if places is None else (0.0, 0.0))
+
+    @classmethod
+    def of(cls, change: Moments, places: Places) -> Share:
+        """Return the share of one change of the moments that may be there or not."""
+        unbalance = Unbalance.of(change)
+        planes = () if places is None else unbalance.in_planes(*places)
+        return cls(unbalance.magnitude_g_mm, tuple(math.hypot(*vector) for vector in planes))
+
+    def __add__(self, other: Share) -> Share:
+        """Return both at once, in the worst directions."""
+        pairs = zip(self.planes_g_mm, other.planes_g_mm, strict=True)
+        return Share(self.resultant_g_mm + other.resultant_g_mm, tuple(a + b for a, b in pairs))
+
+
+def root_sum(shares: Sequence[Share], places: Places) -> Share:
+    """Return the root of the sum of squares of shares that do not know of each other."""
+    if not shares:
+        return Share.none(places)
+    planes = zip(*(share.planes_g_mm for share in shares), strict=True)
+    return Share(
+        math.hypot(*(share.resultant_g_mm for share in shares)), tuple(math.hypot(*each) for each in planes)
+    )
+
+
+@dataclass(frozen=True)
+class Budget:
+    """What makes the unbalance uncertain.
+
+    Attributes
+    ----------
+    shares : mapping
+        By cause: how far that cause alone may put the unbalance.
+    places : (float, float) or None
+        Where the planes of the shares stand [mm].
+    unstated : tuple of str
+        Causes of which nothing is known; they count as nothing.
+    """
+
+    shares: Mapping[str, Share]
+    places: Places = None
+    unstated: tuple[str, ...] = ()
+
+    @property
+    def total(self) -> Share:
+        """Root of the sum of squares: the causes do not know of each other.
+
+        References
+        ----------
+        JCGM 100:2008 (GUM), 5.1.2. That the shares are half-widths of about 95 %, not standard deviations,
+        is ours; so is leaving out a cause of which nothing is known.
+        """
+        return root_sum(list(self.shares.values()), self.places)
+
+    @property
+    def total_g_mm(self) -> float:
+        """How far the resultant may be off [g·mm]."""
+        return self.total.resultant_g_mm
+
+
+def facets_share(missing: Moments, bar_g_mm: Moments, corrected: bool, places: Places) -> Share:
+    """Return the share of the facets: the bar alone where the estimate is corrected for, else both.
+
+    ``bar_g_mm`` is the error bar of the estimate, as a mass along the axis: its mass is the bar of the
+    resultant [g·mm], its moments are that bar times z and z².
+    """
+    bar = Share(bar_g_mm.mass_g, _on_levers(bar_g_mm, places))
+    return bar if corrected else Share.of(missing, places) + bar
+
+
+def rounding_share(body: Moments, spacing_mm: float, places: Places) -> Share:
+    """Return the share of coordinates rounded to ``spacing_mm``.
+
+    Every point lies within half a spacing of where it was, and so does the centre of mass: an upper bound,
+    since the errors of many points cancel. In a plane, points that are off along the axis count too.
+    """
+    half = 0.5 * spacing_mm
+    share = displacement_share(body, half, places)
+    if places is None:
+        return share
+    radial = math.sqrt(max(body.mass_g * body.polar_inertia_g_mm2, 0.0)) / abs(places[1] - places[0])
+    return Share(share.resultant_g_mm, tuple(plane + half * radial for plane in share.planes_g_mm))
+
+
+def displacement_share(body: Moments, most_mm: float, places: Places) -> Share:
+    """Return the share of a body of which each slice may lie off the axis by up to ``most_mm``.
+
+    Specific unbalance is distance from the axis; the axis itself may lie elsewhere by as much.
+    """
+    levers = _on_levers(body, places)
+    return Share(most_mm * body.mass_g, tuple(most_mm * lever for lever in levers))
+
+
+def _on_levers(body: Moments, places: Places) -> tuple[float, ...]:
+    """Return ∫ |w| dm at most for planes A and B, w the share of a force at z that the plane carries.
+
+    ∫ |w| dm ≤ √(m ∫ w² dm), by Cauchy and Schwarz; ∫ w² dm follows from the moments.
+    """
+    if places is None:
+        return ()
+    first, second = float(body.first_g_mm[2]), float(body.second_g_mm2[2, 2])
+    span = places[1] - places[0]
+    squares = (second - 2.0 * far * first + far * far * body.mass_g for far in reversed(places))
+    return tuple(math.sqrt(max(body.mass_g * square, 0.0)) / abs(span) for square in squares)
+
+
+def along_the_axis(amount: float, amount_z: float, amount_z2: float) -> Moments:
+    """Return an amount spread along the axis as moments: itself, ∫ z and ∫ z² of it."""
+    first, second = np.zeros(3), np.zeros((3, 3))
+    first[2], second[2, 2] = amount_z, amount_z2
+    return Moments(amount, first, second)

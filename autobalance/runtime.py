@@ -1,0 +1,90 @@
+"""What concerns the process and not the crank: threads, the memory of large arrays, clocks.
+
+Nothing of the process is changed on import; ``keep_freed_memory`` and ``one_thread_of_linear_algebra`` are
+for the command line, whose process is its own.
+"""
+
+from __future__ import annotations
+
+import os
+import sys
+import time
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from typing import TYPE_CHECKING, TypeVar
+
+if TYPE_CHECKING:
+    from concurrent.futures import Future
+
+T = TypeVar("T")
+
+
+def in_thread(work: Callable[[], T]) -> Future[T]:
+    """Start ``work`` in a thread of its own; its result, or what it raised, is the future's."""
+    from concurrent.futures import ThreadPoolExecutor
+
+    threads = ThreadPoolExecutor(max_workers=1)
+    future = threads.submit(work)
+    threads.shutdown(wait=False)  # the thread ends with its work
+    return future
+
+
+class Stopwatch:
+    """Seconds spent in each stage of a run."""
+
+    def __init__(self) -> None:
+        """Start the clock."""
+        self._start = time.perf_counter()
+        self._spent: dict[str, float] = {}
+
+    @contextmanager
+    def stage(self, name: str) -> Iterator[None]:
+        """Count the time of the block for a stage."""
+        start = time.perf_counter()
+        try:
+            yield
+        finally:
+            self.add(name, time.perf_counter() - start)
+
+    def add(self, name: str, seconds: float) -> None:
+        """Count more seconds for a stage."""
+        self._spent[name] = self._spent.get(name, 0.0) + seconds
+
+    @property
+    def seconds(self) -> dict[str, float]:
+        """Seconds of each stage, and of everything so far."""
+        return {**self._spent, "total": time.perf_counter() - self._start}
+
+
+ONE_THREAD = "OPENBLAS_NUM_THREADS"
+"""The matrices here are small: threads of the linear algebra only take the processor from other work."""
+
+
+def one_thread_of_linear_algebra() -> None:
+    """Let linear algebra use one thread, unless the environment says otherwise; before numpy loads."""
+    os.environ.setdefault(ONE_THREAD, "1")
+
+
+TRIM_THRESHOLD, MMAP_THRESHOLD, ARENA_MAX = -1, -3, -8
+"""Parameters of glibc's ``mallopt`` (malloc.h)."""
+KEPT_BYTES = 1 << 30
+"""Freed memory, and arrays, up to this size stay with the process."""
+
+
+def keep_freed_memory() -> bool:
+    """Let the memory of an array that is gone serve the next one; return whether that can be set here.
+
+    By default glibc gives every array of some megabytes back to the system at once and asks for the next one
+    anew, whose pages then cost more to provide than the arithmetic on them; and it gives every thread memory
+    of its own. The peak stays nearly the same.
+    """
+    if sys.platform != "linux":
+        return False
+    import ctypes
+
+    try:
+        set_option = ctypes.CDLL(None).mallopt
+    except AttributeError:  # another C library
+        return False
+    options = {MMAP_THRESHOLD: KEPT_BYTES, TRIM_THRESHOLD: KEPT_BYTES, ARENA_MAX: 1}
+    return all(set_option(option, value) == 1 for option, value in options.items())

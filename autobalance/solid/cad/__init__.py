@@ -1,0 +1,1 @@
+"""The CAD kernel: solids with exact surfaces, STEP, machining, tessellation."""

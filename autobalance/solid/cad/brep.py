@@ -1,0 +1,133 @@
+"""Solids with exact surfaces through the CAD kernel: built, measured, cut; needs the extra ``step``."""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Sequence
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+
+from autobalance.errors import SolidError
+from autobalance.rigid_rotor.moments import Moments
+from autobalance.solid.cad.build import built
+from autobalance.solid.cad.kernel import (
+    compound,
+    explored,
+    fused,
+    is_valid,
+    properties,
+    require_kernel,
+    unified,
+)
+from autobalance.solid.cad.machining import machined
+from autobalance.solid.cad.surface import Surface
+from autobalance.solid.cad.tessellation import Facets, bounds_mm, facets, surface_kind, surfaces
+from autobalance.solid.csg.shape import Shape
+from autobalance.solid.csg.tool import Tool
+from autobalance.solid.mesh.mesh import Array
+
+
+class ExactSolid:
+    """One or several bodies bounded by exact surfaces: planes, cylinders, cones, tori and others.
+
+    Raises
+    ------
+    FormatError
+        If the CAD kernel is not installed.
+    SolidError
+        If the kernel cannot build the shape, or what it built is not valid.
+    """
+
+    def __init__(self, shape: Shape) -> None:
+        """Build a shape exactly."""
+        require_kernel()
+        self._take(unified(built(shape)), "the CAD kernel could not build the shape exactly")
+
+    @classmethod
+    def of(cls, body: Any) -> ExactSolid:
+        """Take a body of the CAD kernel, after checking it."""
+        solid = cls.__new__(cls)
+        solid._take(body, "the CAD kernel finds fault with the solid")
+        return solid
+
+    def _take(self, body: Any, complaint: str) -> None:
+        if not is_valid(body):
+            raise SolidError(complaint)
+        self._body = body
+
+    @property
+    def body(self) -> Any:
+        """The kernel's own body."""
+        return self._body
+
+    @property
+    def volume_mm3(self) -> float:
+        """Volume [mm³]."""
+        return self._unit.mass_g
+
+    @cached_property
+    def _unit(self) -> Moments:
+        return properties(self._body)
+
+    def moments(self, density_g_mm3: float, frame: Array | None = None) -> Moments:
+        """Return the mass moments from the exact surfaces, in ``frame`` (4, 4) if given."""
+        moments = self._unit.scaled(density_g_mm3)
+        return moments if frame is None else moments.moved(frame)
+
+    @property
+    def bounds(self) -> Array:
+        """Least and greatest coordinates (2, 3) [mm], with a little room."""
+        return bounds_mm(self._body)
+
+    @property
+    def solid_count(self) -> int:
+        """Number of bodies."""
+        return len(explored(self._body, "SOLID"))
+
+    def face_kinds(self) -> dict[str, int]:
+        """Count the faces by their surface: ``plane``, ``cylinder``, ``cone``, ``torus`` and others."""
+        return dict(Counter(surface_kind(face) for face in explored(self._body, "FACE")))
+
+    def surfaces(self) -> tuple[Surface, ...]:
+        """Return the plane and cylindrical faces."""
+        return surfaces(self._body)
+
+    def facets(self) -> Facets:
+        """Return triangles whose corners lie on the true surface, and whose face each is."""
+        return facets(self._body)
+
+    def machined(self, removed: Sequence[Tool], added: Sequence[Tool] = ()) -> ExactSolid:
+        """Return the solid with metal added, then other metal removed.
+
+        Raises
+        ------
+        SolidError
+            If the kernel cannot cut it, or it falls apart.
+        """
+        return ExactSolid.of(machined(self._body, removed, added))
+
+    def step(self, unit: str = "mm", name: str = "crank") -> bytes:
+        """Return a STEP file of the solid, in a unit."""
+        from autobalance.solid.cad.step_file import write_step
+
+        return write_step(self._body, unit, name)
+
+
+def joined_solids(solids: Sequence[ExactSolid], apart: bool = False) -> ExactSolid:
+    """Return several solids as one; overlaps count once. ``apart`` says that there are none."""
+    if len(solids) == 1:
+        return solids[0]
+    bodies = [solid.body for solid in solids]
+    return ExactSolid.of(compound(bodies) if apart else fused(bodies))
+
+
+def are_apart(solids: Sequence[ExactSolid]) -> bool:
+    """Tell whether the bounding boxes of solids are clear of each other."""
+    boxes = [solid.bounds for solid in solids]
+    return all(
+        bool(np.any(one[0] > other[1]) or np.any(other[0] > one[1]))
+        for place, one in enumerate(boxes)
+        for other in boxes[:place]
+    )

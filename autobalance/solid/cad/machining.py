@@ -1,0 +1,173 @@
+"""Tools meet a solid in the CAD kernel: metal is added and removed, all with exact surfaces."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+
+from autobalance.errors import SolidError
+from autobalance.solid.cad.build import built, moved, plane_face
+from autobalance.solid.cad.kernel import common, cut, explored, fused, is_valid, properties, unified
+from autobalance.solid.cad.surface import CylinderFace
+from autobalance.solid.cad.tessellation import bounds_mm, surfaces
+from autobalance.solid.csg.shape import Prism
+from autobalance.solid.csg.tool import Drilling, Lowering, Raising, Tool
+from autobalance.solid.mesh.mesh import Array
+
+CLEAR_SHARES = (1e-7, 1e-6, 1e-5, 1e-4)
+"""How high over a face it is looked what stands on it, as shares of the part's diagonal: higher where the
+kernel cannot make a sound cut of the first."""
+
+SAME_VOLUME = 1e-9
+"""Share of the volume by which merging faces may change it: rounding."""
+SAME_HOLE = 0.02
+"""A hole is that which a drill continues when axis and radius are this near, as shares of the radius ..."""
+ASKEW = 5e-3
+"""... and the directions [rad]."""
+SAME_DRILL = 1e-3
+"""Radii that differ by less, as a share, are one."""
+
+
+def machined(body: Any, removed: Sequence[Tool], added: Sequence[Tool]) -> Any:
+    """Return a body with metal added, then other metal removed.
+
+    Raises
+    ------
+    SolidError
+        If the kernel makes no sound solid of it, or it falls apart.
+    """
+    low, high = bounds_mm(body)
+    size = float(np.linalg.norm(high - low))
+    bodies = len(explored(body, "SOLID"))
+    found = 0
+    for share in CLEAR_SHARES:
+        grown = [_tool(tool, body, share * size) for tool in added]
+        gone = [_tool(tool, body, share * size) for tool in removed]
+        result = cut(fused([body, *grown]), gone)
+        found = len(explored(result, "SOLID"))
+        if found == bodies and is_valid(result):
+            return _seamless(result, body)
+    if found != bodies:
+        raise SolidError(f"cut as planned, the part falls into {found} solids; needed {bodies}")
+    raise SolidError("the CAD kernel finds fault with the solid after the cut")
+
+
+def _seamless(result: Any, before: Any) -> Any:
+    """Return a cut body without seams where faces of the tools go on in the body's own.
+
+    A body that had such seams before keeps all: its owner may want them.
+    """
+    if len(explored(unified(before), "FACE")) < len(explored(before, "FACE")):
+        return result
+    merged = unified(result)
+    volume = properties(result).mass_g
+    same = abs(properties(merged).mass_g - volume) < SAME_VOLUME * volume
+    sound = same and is_valid(merged) and len(explored(merged, "SOLID")) == len(explored(result, "SOLID"))
+    return merged if sound else result
+
+
+def _tool(tool: Tool, body: Any, clear_mm: float) -> Any:
+    if isinstance(tool, Lowering):
+        return _lowering(tool, body, clear_mm)
+    if isinstance(tool, Raising):
+        return _raising(tool, body)
+    if isinstance(tool, Drilling):
+        return built(_along_old_hole(tool, body).shape)
+    return built(tool)
+
+
+def _along_old_hole(tool: Drilling, body: Any) -> Drilling:
+    """Return a drill in the hole of its size that it continues, if there is one: on one axis, not nearly."""
+    for face in surfaces(body):
+        if isinstance(face, CylinderFace) and face.hollow:
+            found = _in_hole(tool, face)
+            if found is not None:
+                return found
+    return tool
+
+
+def _in_hole(tool: Drilling, face: CylinderFace) -> Drilling | None:
+    down, entry, slack = tool.placement[:3, 2], tool.placement[:3, 3], SAME_HOLE * tool.radius_mm
+    if abs(face.radius_mm - tool.radius_mm) > slack or np.linalg.norm(np.cross(face.axis, down)) > ASKEW:
+        return None
+    axis = face.axis if float(face.axis @ down) > 0.0 else -face.axis
+    start = face.point_mm + float((entry - face.point_mm) @ axis) * axis
+    ends = [float((face.point_mm + at * face.axis - start) @ axis) for at in (face.low_mm, face.high_mm)]
+    if np.linalg.norm(start - entry) > slack or min(ends) > tool.shoulder_mm or max(ends) < tool.top_mm:
+        return None
+    x = tool.placement[:3, 0] - float(tool.placement[:3, 0] @ axis) * axis
+    x /= np.linalg.norm(x)
+    placement = np.eye(4)
+    placement[:3] = np.column_stack([x, np.cross(axis, x), axis, start])
+    same = abs(face.radius_mm - tool.radius_mm) < SAME_DRILL * tool.radius_mm
+    return replace(tool, placement=placement, radius_mm=face.radius_mm if same else tool.radius_mm)
+
+
+def _lowering(tool: Lowering, body: Any, clear_mm: float) -> Any:
+    """Return the prism over the new plane, without what stands on the old one."""
+    top = tool.face_mm + clear_mm
+    room = moved(built(Prism(tool.outline, tool.low_mm, top)), tool.placement)
+    keep = [moved(built(spared), tool.placement) for spared in tool.spared]
+    plane = moved(plane_face(tool.outline, (0.0, 0.0, top), (0.0, 0.0, 1.0), (1.0, 0.0, 0.0)), tool.placement)
+    up = tool.placement[:3, 2]
+    seed = tool.placement[:3, :3] @ np.array([*tool.seed, top]) + tool.placement[:3, 3]
+    for footprint in explored(common(plane, body), "FACE"):
+        outer, holes = _outlines(footprint, seed)
+        pillar, *wells = [
+            drawn_out(moved(face, _shift(up)), -(top - tool.low_mm + 2.0) * up) for face in (outer, *holes)
+        ]
+        keep.append(cut(pillar, wells))
+    found = cut(room, keep)
+    return found if tool.within is None else common(found, built(tool.within))
+
+
+def _outlines(footprint: Any, seed: Array) -> tuple[Any, list[Any]]:
+    """Return a plane face with its holes filled, and those holes, as faces, that a point (3,) lies in.
+
+    There the cut is; in all other holes it is not, since they are drillings in what stands on the face.
+    """
+    from OCP.BRepAdaptor import BRepAdaptor_Surface
+    from OCP.BRepBuilderAPI import BRepBuilderAPI_MakeFace
+    from OCP.BRepTools import BRepTools
+    from OCP.TopoDS import TopoDS
+
+    face = TopoDS.Face(footprint)
+    outer, plane = BRepTools.OuterWire_s(face), BRepAdaptor_Surface(face).Plane()
+    inner = [wire for wire in explored(face, "WIRE") if not wire.IsSame(outer)]
+    holes = [BRepBuilderAPI_MakeFace(plane, TopoDS.Wire(wire)).Face() for wire in inner]
+    around = [hole for hole in holes if _is_inside(hole, seed)]
+    return BRepBuilderAPI_MakeFace(plane, outer).Face(), around
+
+
+def _is_inside(face: Any, point: Array) -> bool:
+    from OCP.BRepClass import BRepClass_FaceClassifier
+    from OCP.gp import gp_Pnt
+    from OCP.TopAbs import TopAbs_State
+
+    found = BRepClass_FaceClassifier(face, gp_Pnt(*(float(value) for value in point)), 1e-7)
+    return bool(found.State() == TopAbs_State.TopAbs_IN)
+
+
+def _raising(tool: Raising, body: Any) -> Any:
+    if not tool.surfaces:
+        raise SolidError("a face that metal is to grow on is no plane of its own in the solid")
+    faces = explored(body, "FACE")
+    grown = fused([drawn_out(faces[number], tool.rise_mm * tool.normal) for number in tool.surfaces])
+    return grown if tool.within is None else common(grown, built(tool.within))
+
+
+def drawn_out(face: Any, along: Array) -> Any:
+    """Return the body that a face sweeps along a vector (3,)."""
+    from OCP.BRepPrimAPI import BRepPrimAPI_MakePrism
+    from OCP.gp import gp_Vec
+
+    return BRepPrimAPI_MakePrism(face, gp_Vec(*(float(value) for value in along)), True).Shape()
+
+
+def _shift(by: Array) -> Array:
+    motion = np.eye(4)
+    motion[:3, 3] = by
+    return motion

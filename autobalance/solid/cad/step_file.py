@@ -1,0 +1,161 @@
+"""STEP files: named bodies in their place, and their unit; the kernel works in mm."""
+
+from __future__ import annotations
+
+import tempfile
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Any, Final
+
+from autobalance.errors import FormatError, SolidError
+from autobalance.solid.cad.kernel import explored, require_kernel
+
+UNITS: Final = {"millimetre": "mm", "centimetre": "cm", "metre": "m", "inch": "inch"}
+"""Names of units in STEP files, in small letters, and ours."""
+WRITTEN_UNITS: Final = {"mm": "MM", "cm": "CM", "m": "M", "inch": "INCH"}
+TIME: Final = "2000-01-01T00:00:00"
+"""Written as the time of every file, so that equal solids are equal files."""
+
+
+@dataclass(frozen=True, eq=False)
+class NamedBody:
+    """A solid of a STEP file with its part's name, and its place's in the assembly; both may be empty."""
+
+    name: str
+    body: Any
+    place: str = ""
+
+
+@dataclass(frozen=True, eq=False)
+class StepFile:
+    """The solids of a STEP file [mm] and the name of the unit that it is written in."""
+
+    bodies: tuple[NamedBody, ...]
+    unit: str
+
+
+def read_step_file(data: bytes) -> StepFile:
+    """Read the solids of a STEP file.
+
+    Raises
+    ------
+    FormatError
+        If the CAD kernel is not installed, or the file is no STEP file or holds no solid.
+    """
+    require_kernel()
+    if b"ISO-10303-21" not in data[:256]:
+        raise FormatError("the STEP file does not begin with ISO-10303-21")
+    from OCP.IFSelect import IFSelect_ReturnStatus
+    from OCP.STEPCAFControl import STEPCAFControl_Reader
+    from OCP.TCollection import TCollection_ExtendedString
+    from OCP.TDocStd import TDocStd_Document
+
+    reader = STEPCAFControl_Reader()
+    reader.SetNameMode(True)
+    document = TDocStd_Document(TCollection_ExtendedString("autobalance"))
+    with tempfile.TemporaryDirectory() as folder:
+        path = Path(folder) / "crank.step"
+        path.write_bytes(data)
+        if reader.ReadFile(str(path)) != IFSelect_ReturnStatus.IFSelect_RetDone:
+            raise FormatError("the STEP file cannot be read")
+        reader.Transfer(document)
+    bodies = tuple(_bodies(document))
+    if not bodies:
+        raise FormatError("the STEP file holds no solid; needed a closed body, not surfaces or wires")
+    return StepFile(bodies, _unit(reader.Reader()))
+
+
+def _unit(reader: Any) -> str:
+    from OCP.collections import Sequence_TCollection_AsciiString as Names
+
+    lengths, angles, solid_angles = Names(), Names(), Names()
+    reader.FileUnits(lengths, angles, solid_angles)
+    names = {lengths.Value(place + 1).ToCString().lower() for place in range(lengths.Length())}
+    known = {UNITS[name] for name in names if name in UNITS}
+    return known.pop() if len(known) == 1 else "mm"
+
+
+def _bodies(document: Any) -> list[NamedBody]:
+    """Return the solids of all parts in their places, in the order of the file."""
+    from OCP.collections import Sequence_TDF_Label
+    from OCP.XCAFDoc import XCAFDoc_DocumentTool
+
+    roots = Sequence_TDF_Label()
+    XCAFDoc_DocumentTool.ShapeTool_s(document.Main()).GetFreeShapes(roots)
+    found: list[NamedBody] = []
+    for place in range(roots.Length()):
+        found += _of_label(roots.Value(place + 1), None)
+    return found
+
+
+def _of_label(label: Any, place: Any) -> list[NamedBody]:
+    """Return the solids of a label: of its parts, if it is an assembly, each moved to its place."""
+    from OCP.collections import Sequence_TDF_Label
+    from OCP.TDF import TDF_Label
+    from OCP.XCAFDoc import XCAFDoc_ShapeTool
+
+    if not XCAFDoc_ShapeTool.IsAssembly_s(label):
+        shape = XCAFDoc_ShapeTool.GetShape_s(label)
+        solids = explored(shape if place is None else shape.Moved(place), "SOLID")
+        name = _name(label)
+        return [NamedBody(name, solid) for solid in solids]
+    found: list[NamedBody] = []
+    parts = Sequence_TDF_Label()
+    XCAFDoc_ShapeTool.GetComponents_s(label, parts, False)
+    for number in range(parts.Length()):
+        part, target = parts.Value(number + 1), TDF_Label()
+        here = XCAFDoc_ShapeTool.GetLocation_s(part)
+        there = here if place is None else place.Multiplied(here)
+        if XCAFDoc_ShapeTool.GetReferredShape_s(part, target):
+            inside = _of_label(target, there)
+            found += [replace(one, place=_name(part)) for one in inside]
+    return found
+
+
+def _name(label: Any) -> str:
+    from OCP.TDataStd import TDataStd_Name
+
+    name = TDataStd_Name()
+    return str(name.Get().ToExtString()) if label.FindAttribute(TDataStd_Name.GetID_s(), name) else ""
+
+
+def write_step(body: Any, unit: str, name: str) -> bytes:
+    """Return a STEP file of a body [mm] in a unit; equal bodies give equal files.
+
+    Raises
+    ------
+    SolidError
+        If the kernel cannot write it.
+    """
+    from OCP.APIHeaderSection import APIHeaderSection_MakeHeader
+    from OCP.IFSelect import IFSelect_ReturnStatus
+    from OCP.Interface import Interface_Static
+    from OCP.STEPCAFControl import STEPCAFControl_Writer
+    from OCP.TCollection import TCollection_HAsciiString
+
+    require_kernel()
+    document = _document(body, name)
+    Interface_Static.SetCVal_s("write.step.unit", WRITTEN_UNITS[unit])
+    writer = STEPCAFControl_Writer()
+    writer.SetNameMode(True)
+    writer.Transfer(document)
+    header = APIHeaderSection_MakeHeader(writer.ChangeWriter().Model())
+    header.SetTimeStamp(TCollection_HAsciiString(TIME))
+    with tempfile.TemporaryDirectory() as folder:
+        path = Path(folder) / "crank.step"
+        if writer.Write(str(path)) != IFSelect_ReturnStatus.IFSelect_RetDone:
+            raise SolidError("the CAD kernel could not write the STEP file")
+        return path.read_bytes()
+
+
+def _document(body: Any, name: str) -> Any:
+    """Return a document that holds one part with its name."""
+    from OCP.TCollection import TCollection_ExtendedString
+    from OCP.TDataStd import TDataStd_Name
+    from OCP.TDocStd import TDocStd_Document
+    from OCP.XCAFDoc import XCAFDoc_DocumentTool
+
+    document = TDocStd_Document(TCollection_ExtendedString("autobalance"))
+    label = XCAFDoc_DocumentTool.ShapeTool_s(document.Main()).AddShape(body, False)
+    TDataStd_Name.Set_s(label, TCollection_ExtendedString(name, True))
+    return document

@@ -1,0 +1,157 @@
+"""Exact faces become triangles and surfaces with names: planes, cylinders."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any, Final
+
+import numpy as np
+
+from autobalance.solid.cad.kernel import explored
+from autobalance.solid.cad.surface import CylinderFace, PlaneFace, Surface
+from autobalance.solid.mesh.mesh import Array, Indices
+
+SAG_SHARE: Final = 2e-5
+"""Greatest distance of a triangle from the true surface, as a share of the diagonal."""
+TURN_RAD: Final = 0.1
+"""Greatest angle between neighbouring triangles on one surface."""
+
+
+@dataclass(frozen=True, eq=False)
+class Facets:
+    """Triangles of an exact solid.
+
+    Attributes
+    ----------
+    points : (n, 3) float
+        Corners [mm]; faces that meet have equal ones, each its own.
+    triangles : (m, 3) int
+        Outward.
+    face : (m,) int
+        Number of the face that each belongs to.
+    """
+
+    points: Array
+    triangles: Indices
+    face: Indices
+
+
+def bounds_mm(body: Any) -> Array:
+    """Return least and greatest coordinates (2, 3) of a body [mm], with a little room."""
+    from OCP.Bnd import Bnd_Box
+    from OCP.BRepBndLib import BRepBndLib
+
+    box = Bnd_Box()
+    BRepBndLib.Add_s(body, box, False)
+    low, high = box.CornerMin(), box.CornerMax()
+    return np.array([[low.X(), low.Y(), low.Z()], [high.X(), high.Y(), high.Z()]])
+
+
+def facets(body: Any) -> Facets:
+    """Return triangles of a body, face by face."""
+    from OCP.BRepMesh import BRepMesh_IncrementalMesh
+
+    low, high = bounds_mm(body)
+    BRepMesh_IncrementalMesh(body, SAG_SHARE * float(np.linalg.norm(high - low)), False, TURN_RAD, False)
+    points: list[Array] = []
+    triangles: list[Indices] = []
+    owners: list[Indices] = []
+    count = 0
+    for number, face in enumerate(explored(body, "FACE")):
+        corners, numbers = _face_triangles(face)
+        points.append(corners)
+        triangles.append(numbers + count)
+        owners.append(np.full(len(numbers), number))
+        count += len(corners)
+    return Facets(np.concatenate(points), np.concatenate(triangles), np.concatenate(owners))
+
+
+def _face_triangles(face: Any) -> tuple[Array, Indices]:
+    from OCP.BRep import BRep_Tool
+    from OCP.TopAbs import TopAbs_Orientation
+    from OCP.TopLoc import TopLoc_Location
+    from OCP.TopoDS import TopoDS
+
+    place = TopLoc_Location()
+    mesh = BRep_Tool.Triangulation_s(TopoDS.Face(face), place)
+    if mesh is None:
+        return np.zeros((0, 3)), np.zeros((0, 3), dtype=np.int64)
+    motion = place.Transformation()
+    nodes = (mesh.Node(number + 1).Transformed(motion) for number in range(mesh.NbNodes()))
+    corners = np.array([(node.X(), node.Y(), node.Z()) for node in nodes])
+    numbers = np.array([mesh.Triangle(number + 1).Get() for number in range(mesh.NbTriangles())]) - 1
+    inward = face.Orientation() == TopAbs_Orientation.TopAbs_REVERSED
+    return corners, numbers[:, ::-1] if inward else numbers
+
+
+def surface_kind(face: Any) -> str:
+    """Return what a face's surface is: ``plane``, ``cylinder``, ``cone``, ``torus`` or another."""
+    from OCP.BRepAdaptor import BRepAdaptor_Surface
+    from OCP.TopoDS import TopoDS
+
+    return str(BRepAdaptor_Surface(TopoDS.Face(face)).GetType()).rpartition("_")[2].lower()
+
+
+def surfaces(body: Any) -> tuple[Surface, ...]:
+    """Return the plane and cylindrical faces of a body with their own parameters."""
+    found: list[Surface] = []
+    for number, face in enumerate(explored(body, "FACE")):
+        kind = surface_kind(face)
+        if kind == "plane":
+            found.append(_plane(number, face))
+        elif kind == "cylinder":
+            found.append(_cylinder(number, face))
+    return tuple(found)
+
+
+def _plane(number: int, face: Any) -> PlaneFace:
+    area, centroid = _area(face)
+    return PlaneFace(number, _outward(face, _adaptor(face).Plane()), area, centroid)
+
+
+def _outward(face: Any, plane: Any) -> Array:
+    """Return the outward normal: a plane's own sense, turned by its axes' hand and by the face's."""
+    from OCP.TopAbs import TopAbs_Orientation
+
+    direction = _vector(plane.Axis().Direction())
+    inward = face.Orientation() == TopAbs_Orientation.TopAbs_REVERSED
+    return -direction if inward == bool(plane.Direct()) else direction
+
+
+def _cylinder(number: int, face: Any) -> CylinderFace:
+    from OCP.TopAbs import TopAbs_Orientation
+
+    adaptor = _adaptor(face)
+    cylinder = adaptor.Cylinder()
+    reversed_ = face.Orientation() == TopAbs_Orientation.TopAbs_REVERSED
+    return CylinderFace(
+        number,
+        _vector(cylinder.Location()),
+        _vector(cylinder.Axis().Direction()),
+        float(cylinder.Radius()),
+        float(adaptor.FirstVParameter()),
+        float(adaptor.LastVParameter()),
+        reversed_ == bool(cylinder.Position().Direct()),
+        _area(face)[0],
+        float(adaptor.LastUParameter() - adaptor.FirstUParameter()),
+    )
+
+
+def _adaptor(face: Any) -> Any:
+    from OCP.BRepAdaptor import BRepAdaptor_Surface
+    from OCP.TopoDS import TopoDS
+
+    return BRepAdaptor_Surface(TopoDS.Face(face))
+
+
+def _vector(xyz: Any) -> Array:
+    return np.array([xyz.X(), xyz.Y(), xyz.Z()])
+
+
+def _area(face: Any) -> tuple[float, Array]:
+    from OCP.BRepGProp import BRepGProp
+    from OCP.GProp import GProp_GProps
+
+    found = GProp_GProps()
+    BRepGProp.SurfaceProperties_s(face, found)
+    return float(found.Mass()), _vector(found.CentreOfMass())

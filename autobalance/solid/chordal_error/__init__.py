@@ -1,0 +1,1 @@
+"""What flat facets hide of the smooth surface they stand for."""

@@ -1,0 +1,202 @@
+"""What flat facets cost against the smooth surface they stand for, from the mesh alone.
+
+Neighbouring facets that turn by a little are looked at as chords. Chords of one circle make a cylinder;
+what lies between a facet and the cylinder through its corners has a closed form. Smooth facets about the
+axis of such a cylinder whose corners lie on one line or one arc of the half-plane through that axis make a
+cone or a torus. What is smooth and neither counts in the error bar alone.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from autobalance.rigid_rotor.moments import Moments
+from autobalance.solid.chordal_error.match import Fitted
+from autobalance.solid.chordal_error.revolved import SIX_POINTS, THREE_POINTS, Revolved, lens
+from autobalance.solid.chordal_error.seeds import find_joined, find_leftover_cylinders
+from autobalance.solid.chordal_error.surfaces import (
+    SMOOTH_RAD,
+    Look,
+    axes_of,
+    find_cylinders,
+    find_revolved,
+    look_at,
+)
+from autobalance.solid.mesh.mesh import Array, Indices, Mesh
+
+Flags = NDArray[np.bool_]
+
+THICKEST = 0.5 * np.tan(SMOOTH_RAD / 4.0)
+"""Sag of a chord at most, as a share of its width."""
+FITTED_SHARE = 0.04
+"""Error bar of a fitted surface, as a share of its contribution: seams and second-order terms."""
+LOOSE_SHARE = 1.5
+"""Error bar of a smooth surface that was not fitted, as a share of what its angles tell."""
+MANY = 200_000
+"""Triangles from which on they are so small that degree 2 is enough."""
+
+
+@dataclass(frozen=True, eq=False)
+class ChordalError:
+    """What the true surface holds more than the facets (negative: less), and how sure that is.
+
+    Attributes
+    ----------
+    missing : Moments
+        True minus mesh, estimated.
+    mass_bar_g, unbalance_bar_g_mm : float
+        Error bars of the missing mass and of its first moment across z.
+    gross_mass_g, gross_unbalance_g_mm : float
+        Sums of the magnitudes of the contributions: how much cancels.
+    sag_mm : float
+        Greatest distance of a facet from its fitted surface.
+    surfaces : int
+        Number of surfaces fitted.
+    bar_at_mm : (float, float)
+        Where along z the bar of the unbalance comes from: means of z and of z², weighted with it.
+    fitted : Fitted or None
+        The surfaces and the planes of their facets, for what is left of them after a cut.
+    """
+
+    missing: Moments
+    mass_bar_g: float
+    unbalance_bar_g_mm: float
+    gross_mass_g: float
+    gross_unbalance_g_mm: float
+    sag_mm: float
+    surfaces: int
+    bar_at_mm: tuple[float, float] = (0.0, 0.0)
+    fitted: Fitted | None = None
+
+    @classmethod
+    def known(cls, missing: Moments) -> ChordalError:
+        """Return what is known from the true surface itself, without error bar."""
+        gross = float(np.hypot(*missing.first_g_mm[:2]))
+        return cls(missing, 0.0, 0.0, abs(missing.mass_g), gross, 0.0, 0)
+
+    @property
+    def is_sure(self) -> bool:
+        """Whether mass and inertia are nearer to the truth with the estimate, even at the end of its bar."""
+        return abs(self.missing.mass_g) >= 2.0 * self.mass_bar_g
+
+    @property
+    def is_sure_of_unbalance(self) -> bool:
+        """Whether the unbalance is nearer to the truth with the estimate, even at the end of its bar."""
+        return self.unbalance_g_mm >= 2.0 * self.unbalance_bar_g_mm
+
+    @property
+    def unbalance_g_mm(self) -> float:
+        """Magnitude of the missing unbalance [g·mm]."""
+        return float(np.hypot(*self.missing.first_g_mm[:2]))
+
+
+def estimate_chordal_error(mesh: Mesh, density_g_mm3: float, frame: Array | None = None) -> ChordalError:
+    """Estimate what the flat facets of a mesh cost against the smooth surface they stand for.
+
+    Parameters
+    ----------
+    mesh : Mesh
+        Closed, outward [mm]; its corners on the true surface.
+    density_g_mm3 : float
+        Density [g/mm³].
+    frame : (4, 4) float, optional
+        From the mesh's coordinates to those the moments are wanted in, z along the crank.
+
+    Returns
+    -------
+    FacetError
+        Zero where nothing is curved.
+    """
+    placed = mesh if frame is None else mesh.moved(frame)
+    look = look_at(placed)
+    surface_of = np.full(look.count, -1)
+    surfaces: list[Revolved] = []
+    find_cylinders(look, surfaces, surface_of)
+    find_leftover_cylinders(look, surfaces, surface_of)
+    find_revolved(look, surfaces, surface_of)
+    find_joined(look, surfaces, surface_of, axes_of(look, surfaces, surface_of))
+    return _summed(look, surfaces, surface_of, density_g_mm3)
+
+
+def _summed(look: Look, surfaces: list[Revolved], surface_of: Indices, density_g_mm3: float) -> ChordalError:
+    """Integrate what lies between the facets and their surfaces."""
+    total = Moments.zero()
+    gross_mass = gross_unbalance = sag = 0.0
+    along = np.zeros(2)
+    used = 0
+    triangle_surface = surface_of[look.face]
+    rule = SIX_POINTS if len(look.mesh.triangles) < MANY else THREE_POINTS
+    order = np.argsort(triangle_surface, kind="stable")
+    bounds = np.searchsorted(triangle_surface[order], np.arange(len(surfaces) + 1))
+    for number, surface in enumerate(surfaces):
+        mine = order[bounds[number] : bounds[number + 1]]
+        corners = (
+            look.mesh.corners[mine] if len(mine) > MANY else look.mesh.vertices[look.mesh.triangles[mine]]
+        )
+        found = lens(surface, corners, look.doubled[mine], density_g_mm3, rule)
+        if not _is_thin(found.volumes, corners, look.doubled[mine]):
+            surface_of[look.face[mine]] = -1
+            continue
+        used += 1
+        total = total + found.moments
+        gross_mass += found.gross_mass_g
+        gross_unbalance += found.gross_unbalance_g_mm
+        along += FITTED_SHARE * found.gross_at
+        sag = max(sag, float(np.abs(surface.off(corners.mean(axis=1))).max(initial=0.0)))
+    loose_mass, loose_unbalance, loose_along = _loose(look, surface_of, density_g_mm3)
+    bar = FITTED_SHARE * gross_unbalance + loose_unbalance
+    mean, mean_square = (along + loose_along) / (bar or 1.0)
+    return ChordalError(
+        total,
+        FITTED_SHARE * gross_mass + loose_mass,
+        bar,
+        gross_mass,
+        gross_unbalance,
+        sag,
+        used,
+        (float(mean), float(mean_square)),
+        _fitted(look, surfaces, surface_of, density_g_mm3),
+    )
+
+
+def _fitted(look: Look, surfaces: list[Revolved], surface_of: Indices, density_g_mm3: float) -> Fitted:
+    """Return the surfaces, and of each face that belongs to one its plane."""
+    faces = np.flatnonzero(surface_of >= 0)
+    number = surface_of[faces]
+    corner = look.mesh.vertices[look.mesh.triangles[look.order[look.starts[faces]], 0]]
+    height = np.einsum("ij,ij->i", corner, look.normal[faces])
+    return Fitted(tuple(surfaces), look.normal[faces], height, number, look.mesh.diagonal_mm, density_g_mm3)
+
+
+def _is_thin(volumes: Array, corners: Array, doubled: Array) -> bool:
+    """Tell whether no triangle has more between it and its surface than a chord of its size can have."""
+    sides = np.roll(corners, -1, axis=1) - corners
+    longest = np.sqrt(np.square(sides).sum(axis=2).max(axis=1))
+    most = THICKEST * 0.5 * np.linalg.norm(doubled, axis=1) * longest
+    return bool((volumes <= most + 1e-300).all())
+
+
+def _loose(look: Look, surface_of: Indices, density_g_mm3: float) -> tuple[float, float, Array]:
+    """Return the error bars of smooth facets that no surface was fitted to: L w² δ / 12 at each edge.
+
+    The last two numbers are the bar of the unbalance times z and z².
+    Only edges whose two faces both go on smoothly count: a blunt edge between two planes is real.
+    """
+    edge = look.smooth
+    i, j = look.face[look.edges.left[edge]], look.face[look.edges.right[edge]]
+    pairs = np.unique(np.sort(np.stack([i, j], axis=1), axis=1), axis=0)
+    neighbours = np.bincount(pairs.reshape(-1), minlength=look.count)
+    counts = (surface_of[i] < 0) & (surface_of[j] < 0) & (neighbours[i] > 1) & (neighbours[j] > 1)
+    edge = edge[counts]
+    ends = look.mesh.vertices[look.edges.ends[edge]]
+    length = np.linalg.norm(ends[:, 1] - ends[:, 0], axis=1)
+    size = np.linalg.norm(look.doubled, axis=1)
+    least = np.minimum(size[look.edges.left[edge]], size[look.edges.right[edge]])
+    width = least / np.where(length > 0.0, length, 1.0)
+    mass = LOOSE_SHARE * density_g_mm3 * length * width**2 * look.edges.angle_rad[edge] / 12.0
+    middle = ends.mean(axis=1)
+    size, z = mass * np.hypot(middle[:, 0], middle[:, 1]), middle[:, 2]
+    return float(mass.sum()), float(size.sum()), np.array([size @ z, size @ z**2])

@@ -1,0 +1,131 @@
+"""Surfaces about an axis, cylinders, cones and tori, and what lies between them and flat triangles."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from autobalance.rigid_rotor.moments import Moments
+from autobalance.solid.mesh.adjacency import unit
+from autobalance.solid.mesh.mesh import Array
+
+THREE_POINTS = np.array([[0.5, 0.5, 0.0], [0.0, 0.5, 0.5], [0.5, 0.0, 0.5]]), np.full(3, 1.0 / 3.0)
+"""Quadrature of degree 2 on a triangle: barycentric points and weights."""
+_A, _B = 0.445948490915965, 0.091576213509771
+SIX_POINTS = (
+    np.array(
+        [[1 - 2 * a if k == j else a for k in range(3)] for a in (_A, _B) for j in range(3)],
+    ),
+    np.array([0.223381589678011] * 3 + [0.109951743655322] * 3),
+)
+"""Quadrature of degree 4, Dunavant 1985."""
+
+
+@dataclass(frozen=True, eq=False)
+class Revolved:
+    """A surface about an axis: a cylinder or cone r = r0 + slope h, or a torus of tube radius ``tube_mm``.
+
+    ``h`` runs along ``axis`` from ``point``; the tube's centre is at (``r0``, ``h0``).
+    """
+
+    point: Array
+    axis: Array
+    r0: float
+    slope: float = 0.0
+    h0: float = 0.0
+    tube_mm: float = 0.0
+
+    def off(self, points: Array) -> Array:
+        """Return how far points (n, 3) lie off the surface, outside positive [mm]."""
+        h, r, _ = cylindrical(points, self.point, self.axis)
+        if self.tube_mm:
+            return np.hypot(r - self.r0, h - self.h0) - self.tube_mm
+        off: Array = (r - self.r0 - self.slope * h) / np.hypot(1.0, self.slope)
+        return off
+
+    def normal(self, points: Array) -> Array:
+        """Return the surface's direction (n, 3) at points near it."""
+        h, r, out = cylindrical(points, self.point, self.axis)
+        if self.tube_mm:
+            return unit((r - self.r0)[:, None] * out + (h - self.h0)[:, None] * self.axis)
+        return unit(out - self.slope * self.axis)
+
+
+def cylindrical(points: Array, point: Array, axis: Array) -> tuple[Array, Array, Array]:
+    """Return height along an axis, distance from it, and the unit vector (n, 3) away from it."""
+    local = points - point
+    h = local @ axis
+    away = local - h[..., None] * axis
+    r = np.linalg.norm(away, axis=-1)
+    return h, r, away / np.where(r > 0.0, r, 1.0)[..., None]
+
+
+def between(
+    surface: Revolved, corners: Array, doubled: Array, rule: tuple[Array, Array]
+) -> tuple[Array, Array, Array]:
+    """Return base points, directions (k, 3) and weights (3, k) of ∫ (base + t·direction)ⁿ between.
+
+    Points of a triangle are moved to the surface along the direction away from the axis, or from the centre
+    of the tube; the volume they sweep is exact, whatever the size of the triangle, up to the quadrature.
+    """
+    points, shares = rule
+    x = np.einsum("pk,mkd->mpd", points, corners).reshape(-1, 3)
+    flow = (0.5 * shares[None, :, None] * doubled[:, None, :]).reshape(-1, 3)  # normal times area
+    h, r, out = cylindrical(x, surface.point, surface.axis)
+    r = np.maximum(r, 1e-12)
+    if not surface.tube_mm:
+        base = surface.point + h[:, None] * surface.axis
+        through = np.einsum("ij,ij->i", flow, out)
+        end = surface.r0 + surface.slope * h
+        weights = [(end ** (k + 2) - r ** (k + 2)) / ((k + 2) * r) * through for k in range(3)]
+        return base, out, np.array(weights)
+    across, up = r - surface.r0, h - surface.h0
+    rho = np.maximum(np.hypot(across, up), 1e-12)
+    cosine = across / rho
+    direction = cosine[:, None] * out + (up / rho)[:, None] * surface.axis
+    base = surface.point + surface.h0 * surface.axis + surface.r0 * out
+    through = np.einsum("ij,ij->i", flow, direction) / (r * rho)
+    tube = surface.tube_mm
+    weights = [
+        through
+        * (
+            surface.r0 * (tube ** (k + 2) - rho ** (k + 2)) / (k + 2)
+            + cosine * (tube ** (k + 3) - rho ** (k + 3)) / (k + 3)
+        )
+        for k in range(3)
+    ]
+    return base, direction, np.array(weights)
+
+
+@dataclass(frozen=True, eq=False)
+class Lens:
+    """What lies between some facets and their surface: its moments, and sums of magnitudes.
+
+    ``gross_at`` are ∫ z and ∫ z² of the gross unbalance, across and along the z axis.
+    """
+
+    moments: Moments
+    gross_mass_g: float
+    gross_unbalance_g_mm: float
+    gross_at: Array
+    volumes: Array
+
+
+def lens(
+    surface: Revolved, corners: Array, doubled: Array, density_g_mm3: float, rule: tuple[Array, Array]
+) -> Lens:
+    """Integrate between a surface and triangles (m, 3, 3); ``doubled`` (m, 3) is twice their area vectors."""
+    base, out, weights = between(surface, corners, doubled, rule)
+    w0, w1, w2 = density_g_mm3 * weights
+    first = w0[:, None] * base + w1[:, None] * out
+    cross = (w1[:, None] * base).T @ out
+    second = (w0[:, None] * base).T @ base + cross + cross.T + (w2[:, None] * out).T @ out
+    size, z = np.hypot(first[:, 0], first[:, 1]), base[:, 2]
+    return Lens(
+        Moments(float(w0.sum()), first.sum(axis=0), second),
+        float(np.abs(w0).sum()),
+        float(size.sum()),
+        np.array([size @ z, size @ z**2]),
+        np.abs(weights[0]).reshape(len(corners), -1).sum(axis=1),
+    )

@@ -1,0 +1,1 @@
+"""Solids and their booleans, exact shapes and tools."""

@@ -1,0 +1,333 @@
+"""Solids and plane regions with booleans; no unchecked result leaves this module.
+
+manifold3d does not raise: an open mesh becomes an empty solid with a status, an inverted one a solid of
+negative volume, and both travel on through booleans. Everything here looks at the status first.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable, Sequence
+
+import manifold3d as m3
+import numpy as np
+from numpy.typing import NDArray
+
+from autobalance.errors import SolidError
+from autobalance.rigid_rotor.moments import Moments
+from autobalance.solid.mesh.measure import mesh_moments
+from autobalance.solid.mesh.mesh import Array, Indices, Mesh
+
+Polygons = list[Array]
+"""Closed outlines (k, 2) [mm]: counter-clockwise ones add, clockwise ones are holes."""
+
+
+class Solid:
+    """A closed, outward, non-overlapping body, or nothing (``is_empty``)."""
+
+    __slots__ = ("_body", "_mesh", "_volume_mm3")
+
+    def __init__(self, body: m3.Manifold) -> None:
+        """Take a manifold3d body; use the named constructors instead."""
+        if body.status() != m3.Error.NoError:
+            raise SolidError(f"the solid is not valid: {_status_name(body)}")
+        self._body = body
+        self._mesh: Mesh | None = None
+        self._volume_mm3: float | None = None
+
+    @classmethod
+    def from_mesh(cls, mesh: Mesh) -> Solid:
+        """Build a solid from a closed, outward mesh.
+
+        Raises
+        ------
+        SolidError
+            If the mesh is open or not manifold, is inside out, or bounds nothing.
+        """
+        if len(mesh.triangles) == 0:
+            raise SolidError("the mesh bounds no volume: it has no triangles")
+        if len(mesh.triangles) % 2:  # three sides each, two to an edge; manifold3d 3.5 may crash on these
+            odd = f"NotManifold, with {len(mesh.triangles)} triangles, an odd number"
+            raise SolidError(f"the mesh does not bound a solid: {odd}")
+        vertices = np.require(mesh.vertices, np.float64, ["C", "W"])
+        triangles = np.require(mesh.triangles, np.int64, ["C", "W"]).view(np.uint64)
+        body = m3.Manifold(m3.Mesh64(vertices, triangles))
+        if body.status() != m3.Error.NoError:
+            raise SolidError(f"the mesh does not bound a solid: {_status_name(body)}")
+        solid = cls(body)
+        if solid.is_empty or solid.volume_mm3 == 0.0:
+            raise SolidError("the mesh bounds no volume")
+        if solid.volume_mm3 < 0.0:
+            raise SolidError(f"the mesh is inside out: its volume is {solid.volume_mm3:.6g} mm³")
+        solid._mesh = mesh
+        return solid
+
+    @classmethod
+    def nothing(cls) -> Solid:
+        """Return the empty solid."""
+        return cls(m3.Manifold())
+
+    @classmethod
+    def box(cls, low_mm: Array, high_mm: Array) -> Solid:
+        """Return the box between two corners (3,) [mm]."""
+        low, high = np.asarray(low_mm, dtype=np.float64), np.asarray(high_mm, dtype=np.float64)
+        return cls(m3.Manifold.cube(tuple(high - low)).translate(tuple(low)))
+
+    @classmethod
+    def prism(cls, region: Region, z_low_mm: float, z_high_mm: float, *, slices: int = 1) -> Solid:
+        """Return a plane region extruded from ``z_low_mm`` to ``z_high_mm``, its walls in ``slices`` rings.
+
+        A long slender body that lies slantwise wants slices: booleans compare the boxes around its triangles,
+        and those of facets from end to end enclose half the crank.
+        """
+        if region.is_empty:
+            return cls.nothing()
+        body = m3.Manifold.extrude(region.section, z_high_mm - z_low_mm, slices - 1)
+        return cls(body.translate((0.0, 0.0, z_low_mm)))
+
+    @classmethod
+    def revolved(cls, profile_rz_mm: Array, segments: int) -> Solid:
+        """Return the body that a closed (r, z) outline (k, 2), r ≥ 0, sweeps about the z axis."""
+        outline = m3.CrossSection([np.asarray(profile_rz_mm, dtype=np.float64)], m3.FillRule.NonZero)
+        return cls(m3.Manifold.revolve(outline, segments))
+
+    @property
+    def is_empty(self) -> bool:
+        """Whether there is no metal."""
+        return bool(self._body.is_empty())
+
+    @property
+    def volume_mm3(self) -> float:
+        """Volume [mm³]."""
+        if self._volume_mm3 is None:
+            self._volume_mm3 = float(self._body.volume())
+        return self._volume_mm3
+
+    @property
+    def triangle_count(self) -> int:
+        """Number of triangles."""
+        return int(self._body.num_tri())
+
+    @property
+    def is_pinched(self) -> bool:
+        """Whether parts of the mesh touch at vertices or edges: manifold3d gives each its own there."""
+        used = np.zeros(len(self.mesh.vertices), dtype=bool)
+        used[self.mesh.triangles] = True
+        return int(self._body.num_vert()) != int(used.sum())
+
+    @property
+    def bounds(self) -> Array:
+        """Least and greatest coordinates (2, 3) [mm]."""
+        return np.asarray(self._body.bounding_box(), dtype=np.float64).reshape(2, 3)
+
+    @property
+    def mesh(self) -> Mesh:
+        """The boundary as triangles, in double precision."""
+        if self._mesh is None:
+            raw = self._body.to_mesh64()
+            self._mesh = Mesh(
+                np.asarray(raw.vert_properties, dtype=np.float64)[:, :3],
+                np.asarray(raw.tri_verts).view(np.int64),
+            )
+        return self._mesh
+
+    def moments(self, density_g_mm3: float, frame: Array | None = None) -> Moments:
+        """Return the mass moments, in ``frame`` (4, 4) if given; zero for the empty solid."""
+        return Moments.zero() if self.is_empty else mesh_moments(self.mesh, density_g_mm3, frame)
+
+    def __add__(self, other: Solid) -> Solid:
+        return Solid(self._body + other._body)
+
+    def __sub__(self, other: Solid) -> Solid:
+        return Solid(self._body - other._body)
+
+    def __and__(self, other: Solid) -> Solid:
+        return Solid(self._body ^ other._body)
+
+    def moved(self, placement: Array) -> Solid:
+        """Return the solid with the rigid motion ``placement`` (4, 4) applied."""
+        return Solid(self._body.transform(np.ascontiguousarray(placement[:3, :], dtype=np.float64)))
+
+    def above(self, z_mm: float) -> Solid:
+        """Return the part with z ≥ ``z_mm``."""
+        return Solid(self._body.trim_by_plane((0.0, 0.0, 1.0), z_mm))
+
+    def below(self, z_mm: float) -> Solid:
+        """Return the part with z ≤ ``z_mm``."""
+        return Solid(self._body.trim_by_plane((0.0, 0.0, -1.0), -z_mm))
+
+    def section(self, z_mm: float) -> Region:
+        """Return the cross-section at ``z_mm``."""
+        return Region(self._body.slice(z_mm))
+
+    def shadow(self) -> Region:
+        """Return the projection along z."""
+        return Region(self._body.project())
+
+    def simplified(self, by_mm: float) -> Solid:
+        """Return the solid with edges merged that are shorter than ``by_mm``; its surface moves by less."""
+        return Solid(self._body.simplify(by_mm))
+
+    def pieces(self) -> list[Solid]:
+        """Return the connected bodies, each by itself."""
+        return [Solid(body) for body in self._body.decompose()]
+
+
+class Region:
+    """A plane region with booleans, coordinates rounded to 1e-8 mm."""
+
+    __slots__ = ("section",)
+
+    def __init__(self, section: m3.CrossSection) -> None:
+        """Take a manifold3d cross-section."""
+        self.section = section
+
+    @classmethod
+    def of(cls, polygons: Iterable[Array]) -> Region:
+        """Return the region inside outlines (k, 2) [mm], holes clockwise."""
+        outlines = [np.asarray(polygon, dtype=np.float64) for polygon in polygons]
+        return cls(m3.CrossSection(outlines, m3.FillRule.Positive))
+
+    @classmethod
+    def rectangle(cls, low_mm: Sequence[float], high_mm: Sequence[float]) -> Region:
+        """Return the rectangle between two corners (2,) [mm]."""
+        (x0, y0), (x1, y1) = low_mm, high_mm
+        return cls.of([np.array([[x0, y0], [x1, y0], [x1, y1], [x0, y1]])])
+
+    @classmethod
+    def circle(cls, radius_mm: float, segments: int, centre_mm: Sequence[float] = (0.0, 0.0)) -> Region:
+        """Return a regular polygon of ``segments`` corners on the circle."""
+        angle = np.arange(segments) * (2.0 * math.pi / segments)
+        return cls.of([np.stack([np.cos(angle), np.sin(angle)], axis=1) * radius_mm + np.asarray(centre_mm)])
+
+    @property
+    def is_empty(self) -> bool:
+        """Whether the region has no area."""
+        return bool(self.section.is_empty())
+
+    @property
+    def area_mm2(self) -> float:
+        """Area [mm²]."""
+        return float(self.section.area())
+
+    @property
+    def bounds(self) -> Array:
+        """Least and greatest coordinates (2, 2) [mm]."""
+        return np.asarray(self.section.bounds(), dtype=np.float64).reshape(2, 2)
+
+    @property
+    def polygons(self) -> Polygons:
+        """Outlines (k, 2) [mm], holes clockwise."""
+        return [np.asarray(polygon, dtype=np.float64) for polygon in self.section.to_polygons()]
+
+    def __add__(self, other: Region) -> Region:
+        return Region(self.section + other.section)
+
+    def __sub__(self, other: Region) -> Region:
+        return Region(self.section - other.section)
+
+    def __and__(self, other: Region) -> Region:
+        return Region(self.section ^ other.section)
+
+    def grown(self, by_mm: float) -> Region:
+        """Return the region with its outline moved outward by ``by_mm`` (inward if < 0), corners kept."""
+        return Region(self.section.offset(by_mm, m3.JoinType.Miter))
+
+    def turned(self, matrix: Array) -> Region:
+        """Return the region with a rotation or reflection (2, 2) applied."""
+        sense = 1 if float(np.linalg.det(matrix)) > 0.0 else -1
+        return Region.of(polygon[::sense] @ matrix.T for polygon in self.polygons)
+
+    def simplified(self, by_mm: float) -> Region:
+        """Return the region with corners left out that stand off its outline by less than ``by_mm``."""
+        return Region(self.section.simplify(by_mm))
+
+    def contains(self, points_mm: Array) -> NDArray[np.bool_]:
+        """Tell for each point (k, 2) whether it lies inside (crossings to its right are odd)."""
+        inside = np.zeros(len(points_mm), dtype=bool)
+        for polygon in self.polygons if len(points_mm) else []:
+            for x, y, u, v in np.hstack([polygon, np.roll(polygon, -1, axis=0)]).tolist():
+                crosses = (points_mm[:, 1] < y) != (points_mm[:, 1] < v)
+                if y != v:
+                    reach = x + (points_mm[:, 1] - y) * ((u - x) / (v - y))
+                    inside ^= crosses & (points_mm[:, 0] < reach)
+        return inside
+
+    def inner_point(self) -> Array:
+        """Return a point (2,) inside, as far from the outline as the largest of its triangles allows."""
+        corners = np.concatenate(self.polygons)
+        a, b, c = (corners[column] for column in np.asarray(m3.triangulate(self.polygons)).T)
+        (ux, uy), (vx, vy) = (b - a).T, (c - a).T
+        best = int(np.argmax(ux * vy - uy * vx))
+        middle: Array = (a[best] + b[best] + c[best]) / 3.0
+        return middle
+
+    def pieces(self) -> list[Region]:
+        """Return the connected parts, each with its holes."""
+        return [Region(part) for part in self.section.decompose()]
+
+    def area_moments(self) -> tuple[float, Array, Array]:
+        """Return area, first moments (2,) and second moments ∫ r rᵀ dA (2, 2) about the origin."""
+        area, first, second = 0.0, np.zeros(2), np.zeros((2, 2))
+        for polygon in self.polygons:
+            nxt = np.roll(polygon, -1, axis=0)
+            det = polygon[:, 0] * nxt[:, 1] - polygon[:, 1] * nxt[:, 0]
+            total = polygon + nxt
+            area += float(det.sum()) / 2.0
+            first += det @ total / 6.0
+            for corner in (total, polygon, nxt):
+                second += (det[:, None] * corner).T @ corner / 24.0
+        return area, first, second
+
+
+def union(solids: Sequence[Solid]) -> Solid:
+    """Return everything that is in any of the solids; overlaps count once."""
+    if len(solids) == 1:
+        return solids[0]
+    return Solid(m3.Manifold.batch_boolean([solid._body for solid in solids], m3.OpType.Add))
+
+
+def triangulated(polygon: Array) -> Indices:
+    """Return triangles (m, 3) over the corners (k, 2) of a simple counter-clockwise polygon.
+
+    Raises
+    ------
+    SolidError
+        If it has fewer than three corners.
+    """
+    if len(polygon) < 3:  # manifold3d would crash
+        raise SolidError(f"a face has {len(polygon)} corners; three or more are needed")
+    return np.asarray(m3.triangulate([np.asarray(polygon, dtype=np.float64)]), dtype=np.int64)
+
+
+Sourced = tuple[Mesh, NDArray[np.bool_]]
+"""A mesh, and which of its triangles (m,) lie on the surface of the first of two solids."""
+
+
+def shared_with(first: Solid, tools: Sequence[Solid]) -> list[Sourced]:
+    """Return what ``first`` shares with each of some small solids."""
+    if not tools:
+        return []
+    body = first._body.as_original()
+    reach = body ^ union(tools)._body
+    return [_sourced(reach ^ tool._body, body.original_id()) for tool in tools]
+
+
+def beyond(tool: Solid, solid: Solid) -> Sourced:
+    """Return what a small solid has that ``solid`` has not."""
+    body = tool._body.as_original()
+    return _sourced(body - solid._body, body.original_id())
+
+
+def _sourced(body: m3.Manifold, source: int) -> Sourced:
+    raw = body.to_mesh64()
+    ends = np.asarray(raw.run_index, dtype=np.int64) // 3
+    lengths = ends[1:] - ends[:-1]
+    of_source = np.asarray(raw.run_original_id) == source
+    vertices = np.asarray(raw.vert_properties, dtype=np.float64).reshape(-1, raw.vert_properties.shape[1])
+    mesh = Mesh(vertices[:, :3], np.asarray(raw.tri_verts, dtype=np.int64).reshape(-1, 3))
+    return mesh, np.repeat(of_source[: len(lengths)], lengths)
+
+
+def _status_name(body: m3.Manifold) -> str:
+    return str(body.status()).rpartition(".")[2]

@@ -1,0 +1,275 @@
+"""Files become checked solids, in mm, in the file's own coordinates."""
+
+from __future__ import annotations
+
+import hashlib
+from collections.abc import Callable
+from dataclasses import dataclass
+from functools import partial
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from autobalance.errors import BodiesError, FileError, FormatError, SolidError
+from autobalance.rigid_rotor.moments import Moments
+from autobalance.runtime import in_thread
+from autobalance.solid.csg.solid import Solid, union
+from autobalance.solid.formats.raw import Raw
+from autobalance.solid.formats.registry import ALIASES, FORMATS, Format, kind_of
+from autobalance.solid.mesh.mesh import Array, Mesh, in_space_order, weld, without_collapsed
+from autobalance.solid.mesh.repair import Body, are_apart, bodies_of, solid_of, volume_change
+from autobalance.solid.mesh.validate import check_solid
+from autobalance.units import MM_PER
+
+if TYPE_CHECKING:
+    from autobalance.solid.cad.step import Exact
+    from autobalance.solid.cad.surface import Surfaces
+
+FARTHEST_MM = 1e7
+"""Coordinates at most: ten kilometres leave no digit for a crank, and their products would overflow."""
+
+
+@dataclass(frozen=True, eq=False)
+class Source:
+    """A crank as its file gives it.
+
+    Attributes
+    ----------
+    solid : Solid
+        Checked, outward, in the file's coordinates [mm].
+    format : str
+        What ``encode`` and ``decode`` are to be given, unless the surfaces are exact.
+    mm_per_unit : float
+        Millimetres in one unit of the file.
+    sha256 : str
+        Of the file's bytes, in hexadecimal.
+    triangles : int
+        In the file, before anything was repaired.
+    bodies : int
+        In the file, before one was chosen.
+    repairs : tuple of str
+        What had to be done to the mesh, one line each.
+    exact : Exact or None
+        The solid with its true surfaces, where the format keeps them; ``solid`` is only tessellated then.
+    """
+
+    solid: Solid
+    format: str
+    mm_per_unit: float
+    sha256: str
+    triangles: int
+    bodies: int
+    repairs: tuple[str, ...]
+    exact: Exact | None = None
+
+    @property
+    def surfaces(self) -> Surfaces | None:
+        """The solid's own planes and cylinders, where the format keeps them."""
+        return None if self.exact is None else self.exact.surfaces
+
+    @property
+    def volume_mm3(self) -> float:
+        """Volume [mm³], inside the true surfaces where they are known."""
+        return self.solid.volume_mm3 if self.exact is None else self.exact.solid.volume_mm3
+
+    def moments(self, density_g_mm3: float, frame: Array | None = None) -> Moments:
+        """Return the mass moments, in ``frame`` (4, 4) if given, from the true surfaces where known."""
+        solid = self.solid if self.exact is None else self.exact.solid
+        return solid.moments(density_g_mm3, frame)
+
+
+def read(
+    path: Path,
+    unit: str | None,
+    body: int | str | None = None,
+    pressed_up: bool = False,
+    begun: Callable[[Solid], None] = lambda _: None,
+) -> Source:
+    """Read a solid from a file, check it, and say what had to be repaired.
+
+    Parameters
+    ----------
+    path : Path
+        Its ending tells the format.
+    unit : str or None
+        mm, cm, m or inch; needed where the format carries none, and an error where it carries another.
+    body : int or str or None
+        Which body, numbered from 1 by falling volume, or its name where the format has names; "all" unites
+        them, overlaps counting once.
+    pressed_up : bool
+        Whether the file may hold one body for each half of a crank; all are taken.
+    begun : callable
+        Told the solid as it is before the last look at it, after which it is refused, or another one is
+        returned, or it: so that work on it can begin meanwhile. Not told of true surfaces.
+
+    Raises
+    ------
+    FileError
+        If the file is missing, is a folder or cannot be read.
+    FormatError
+        If it is not what its format says, or its unit is not known.
+    SolidError
+        If the mesh is open, bounds nothing, or holds several bodies and none was chosen.
+    """
+    name, kind = _format(path)
+    data = _bytes(path)
+    digest = in_thread(partial(_sha256, data))
+    try:
+        if kind.exact:
+            return _read_exact(data, digest.result(), name, unit, body, pressed_up)
+        with np.errstate(all="ignore"):  # numbers that overflow are refused with those that are not finite
+            raw = kind.read(data)
+        mm_per_unit = _mm_per_unit(raw, unit, name)
+        triangles, written_as = len(raw.soup), kind_of(name, data)
+        mesh, notes = _welded(raw, mm_per_unit)
+        sha256 = digest.result()
+        del data, raw  # the solid takes many times their memory: not at the same time
+        solid, bodies, repairs = _solid(mesh, body, pressed_up, begun)
+    except (FormatError, SolidError) as error:
+        raise type(error)(f"{path}: {error}") from None
+    return Source(
+        solid=solid,
+        format=written_as,
+        mm_per_unit=mm_per_unit,
+        sha256=sha256,
+        triangles=triangles,
+        bodies=bodies,
+        repairs=(*notes, *repairs),
+    )
+
+
+def _sha256(data: bytes) -> str:
+    return hashlib.sha256(data).hexdigest()
+
+
+def _read_exact(
+    data: bytes, sha256: str, name: str, unit: str | None, body: int | str | None, pressed_up: bool
+) -> Source:
+    from autobalance.solid.cad.step import exact_of
+    from autobalance.solid.cad.step_file import read_step_file
+
+    file = read_step_file(data)
+    if unit is not None and unit != file.unit:
+        raise FormatError(f"the file is in {file.unit}, the unit given is {unit}; leave it out or correct it")
+    exact = exact_of(file, body, pressed_up)
+    return Source(
+        solid=exact.mesh,
+        format=name,
+        mm_per_unit=MM_PER[file.unit],
+        sha256=sha256,
+        triangles=exact.triangles,
+        bodies=exact.bodies,
+        repairs=(),
+        exact=exact,
+    )
+
+
+def _format(path: Path) -> tuple[str, Format]:
+    ending = path.suffix.lower().lstrip(".")
+    name = ALIASES.get(ending, ending)
+    if name not in FORMATS:
+        known = " ".join(f".{ending}" for ending in FORMATS)
+        raise FormatError(f"{path}: the ending '{path.suffix}' is not known; needed one of {known}")
+    return name, FORMATS[name]
+
+
+def _bytes(path: Path) -> bytes:
+    try:
+        if path.is_dir():
+            raise FileError(f"{path} is a folder; needed a file")
+        if path.exists() and not path.is_file():  # a device or a pipe may never end
+            raise FileError(f"{path} is no regular file; needed one on disk")
+        return path.read_bytes()
+    except FileError:
+        raise
+    except FileNotFoundError:
+        raise FileError(f"{path} does not exist") from None
+    except (OSError, ValueError) as error:  # ValueError: a NUL in the name
+        reason = getattr(error, "strerror", None) or str(error)
+        raise FileError(f"{path} cannot be read: {reason}") from None
+
+
+def _mm_per_unit(raw: Raw, asked: str | None, name: str) -> float:
+    known = ", ".join(MM_PER)
+    if asked is not None and asked not in MM_PER:
+        raise FormatError(f"the unit '{asked}' is not known; needed one of {known}")
+    if raw.mm_per_unit is not None:
+        if asked is not None and MM_PER[asked] != raw.mm_per_unit:
+            raise FormatError(
+                f"the file is in {raw.unit}, the unit given is {asked}; leave it out or correct it"
+            )
+        return raw.mm_per_unit
+    if asked is None:
+        raise FormatError(f"{name.upper()} carries no unit; needed unit = one of {known}")
+    return MM_PER[asked]
+
+
+def _welded(raw: Raw, mm_per_unit: float) -> tuple[Mesh, list[str]]:
+    """Return the triangles of a file with shared vertices [mm], and what had to be done to them."""
+    soup = raw.soup
+    distinct, number = weld(soup.reshape(-1, 3))
+    farthest = mm_per_unit * max(abs(float(distinct.min())), abs(float(distinct.max())))
+    if farthest > FARTHEST_MM:
+        raise FormatError(
+            f"a corner lies {farthest:.3g} mm from the file's origin; needed at most {FARTHEST_MM:g} mm; is "
+            "the unit right?"
+        )
+    triangles = without_collapsed(number.reshape(-1, 3))
+    mesh = Mesh(distinct.astype(np.float64) * mm_per_unit, triangles)
+    notes = []
+    if raw.vertices is not None and len(distinct) < raw.vertices:
+        notes.append(f"exact weld: {raw.vertices} vertices became {len(distinct)}")
+    if len(triangles) < len(soup):
+        notes.append(f"{len(soup) - len(triangles)} collapsed triangles dropped")
+    return in_space_order(mesh), notes
+
+
+def _solid(
+    mesh: Mesh, body: int | str | None, pressed_up: bool, begun: Callable[[Solid], None]
+) -> tuple[Solid, int, list[str]]:
+    """Return the solid wanted, the number of bodies in the mesh, and the repairs."""
+    solid, notes = solid_of(mesh)
+    begun(solid)
+    bodies, turned = bodies_of(solid)
+    notes += turned
+    if len(bodies) == 1:
+        if body not in (None, "all", 1):
+            raise SolidError(f"body {body!r} was asked for; {_listed(bodies)}")
+        solid = bodies[0].solid if turned else solid
+        check_solid(solid, doubtful=bool(notes))
+        return solid, 1, notes
+    if (body == "all" or (body is None and pressed_up)) and not turned and are_apart(bodies):
+        check_solid(solid, doubtful=bool(notes))
+        return solid, len(bodies), notes
+    chosen, said = _choose(bodies, body, pressed_up)
+    check_solid(chosen, doubtful=True)
+    return chosen, len(bodies), notes + said
+
+
+def _choose(bodies: list[Body], body: int | str | None, pressed_up: bool) -> tuple[Solid, list[str]]:
+    if isinstance(body, str) and body != "all":
+        raise SolidError(f"body {body!r} was asked for; this format has no names; {_listed(bodies)}")
+    if isinstance(body, int):
+        if not 1 <= body <= len(bodies):
+            raise SolidError(f"body {body} was asked for; {_listed(bodies)}")
+        return bodies[body - 1].solid, []
+    if body is None and not pressed_up:
+        raise BodiesError(f"{_listed(bodies)}; needed body = a number, or 'all' to unite them")
+    united = union([one.solid for one in bodies])
+    total = sum(one.volume_mm3 for one in bodies)
+    overlap = total - united.volume_mm3
+    said = (
+        f"{len(bodies)} bodies united; overlaps of {overlap:.6g} mm³ now count once; "
+        f"{volume_change(total, united.volume_mm3)}"
+    )
+    return united, [said] if abs(overlap) > 1e-9 * total else []
+
+
+def _listed(bodies: list[Body]) -> str:
+    lines = []
+    for number, one in enumerate(bodies, start=1):
+        x, y, z = one.size_mm
+        lines.append(f"{number}: {one.volume_mm3:.6g} mm³, {x:.5g} × {y:.5g} × {z:.5g} mm")
+    count = "1 body" if len(bodies) == 1 else f"{len(bodies)} bodies"
+    return f"the file holds {count} ({'; '.join(lines)})"

@@ -1,0 +1,1 @@
+"""Triangles with shared vertices: weld, repair, validate, measure."""

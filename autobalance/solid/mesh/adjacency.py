@@ -1,0 +1,144 @@
+"""Which triangles of a closed mesh touch, and at what angle."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from autobalance.solid.mesh.components import numbered_components
+from autobalance.solid.mesh.mesh import Array, Indices, Mesh, longest_sides
+
+Flags = NDArray[np.bool_]
+
+FLAT_RAD = 1e-4
+"""Triangles that meet at less are one plane face; a circle would need 60 000 segments."""
+LEAST_HEIGHT = 1e-6
+"""Height of a triangle below which its direction means nothing, as a share of the mesh's diagonal."""
+
+
+@dataclass(frozen=True, eq=False)
+class Edges:
+    """The edges of a closed mesh.
+
+    Attributes
+    ----------
+    left, right : (k,) int
+        Triangles on the two sides.
+    ends : (k, 2) int
+        Vertices.
+    angle_rad : (k,) float
+        Between the triangles' normals, 0 in one plane; 0 too beside a triangle without direction.
+    flat : (k,) bool
+        Whether the triangles are of one plane face; a triangle without direction joins the face beside its
+        longest edge.
+    """
+
+    left: Indices
+    right: Indices
+    ends: Indices
+    angle_rad: Array
+    flat: Flags
+
+
+@dataclass(frozen=True, eq=False)
+class Sides:
+    """The sides of triangles, those on one edge together; side 3 t + k runs from corner k of triangle t.
+
+    Attributes
+    ----------
+    start, end : (3 m,) int
+        Vertices of each side.
+    order : (3 m,) int
+        The sides, edge by edge.
+    first, count : (k,) int
+        Where in ``order`` each edge begins, and its number of sides.
+    """
+
+    start: Indices
+    end: Indices
+    order: Indices
+    first: Indices
+    count: Indices
+
+    @property
+    def of_two(self) -> tuple[Indices, Indices]:
+        """The sides of the edges that have just two."""
+        two = self.first[self.count == 2]
+        return self.order[two], self.order[two + 1]
+
+
+def sides_of(triangles: Indices) -> Sides:
+    """Sort the sides of triangles (m, 3) by their edges; any number may lie on one."""
+    start, end = triangles.reshape(-1), np.roll(triangles, -1, axis=1).reshape(-1)
+    key = np.minimum(start, end) * (int(triangles.max()) + 1) + np.maximum(start, end)
+    order = np.argsort(key, kind="stable")
+    first = np.flatnonzero(np.concatenate([[True], key[order][1:] != key[order][:-1]]))
+    return Sides(start, end, order, first, np.diff(np.append(first, len(order))))
+
+
+def unit(vectors: Array) -> Array:
+    """Return vectors (..., 3) of length 1, zero where there is none."""
+    length = np.linalg.norm(vectors, axis=-1, keepdims=True)
+    return vectors / np.where(length > 0.0, length, 1.0)
+
+
+def edges_of(mesh: Mesh) -> Edges:
+    """Pair the triangles of a closed mesh at their edges."""
+    low, high, triangle = _sorted_edges(mesh)
+    same = (low[1:] == low[:-1]) & (high[1:] == high[:-1])
+    first = np.flatnonzero(same)
+    first = first[np.diff(first, prepend=-2) > 1]  # of four triangles at an edge, the first two
+    left, right = triangle[first], triangle[first + 1]
+    ends = np.stack([low[first], high[first]], axis=1)
+    normal = unit(mesh.area_vectors)
+    a, b = normal[left], normal[right]
+    angle = np.arctan2(np.linalg.norm(np.cross(a, b), axis=1), np.einsum("ij,ij->i", a, b))
+    known = _has_direction(mesh)
+    sure = known[left] & known[right]
+    flat = sure & (angle <= FLAT_RAD)
+    if not sure.all():
+        flat |= _longest_of_slivers(mesh, left, right, ends, known)
+    return Edges(left, right, ends, np.where(sure, angle, 0.0), flat)
+
+
+def _longest_of_slivers(mesh: Mesh, left: Indices, right: Indices, ends: Indices, known: Flags) -> Flags:
+    """Mark, for each triangle without direction, its longest edge."""
+    rows = np.flatnonzero(~(known[left] & known[right]))
+    span = mesh.vertices[ends[rows]]
+    length = np.linalg.norm(span[:, 1] - span[:, 0], axis=1)
+    edge = np.concatenate([rows[~known[left[rows]]], rows[~known[right[rows]]]])
+    size = np.concatenate([length[~known[left[rows]]], length[~known[right[rows]]]])
+    triangle = np.concatenate([left[rows][~known[left[rows]]], right[rows][~known[right[rows]]]])
+    order = np.lexsort((size, triangle))
+    last = np.append(triangle[order][1:] != triangle[order][:-1], True)
+    longest = np.zeros(len(left), dtype=bool)
+    longest[edge[order][last]] = True
+    return longest
+
+
+def _sorted_edges(mesh: Mesh) -> tuple[Indices, Indices, Indices]:
+    """Return every triangle's edges as (lower vertex, higher vertex, triangle), sorted."""
+    start, end = mesh.triangles.reshape(-1), mesh.triangles[:, [1, 2, 0]].reshape(-1)
+    low, high = np.minimum(start, end), np.maximum(start, end)
+    bits, more = len(mesh.vertices).bit_length(), len(mesh.triangles).bit_length()
+    triangle = np.repeat(np.arange(len(mesh.triangles), dtype=np.int64), 3)
+    if 2 * bits + more > 63:
+        order = np.lexsort((high, low))
+        return low[order], high[order], triangle[order]
+    key = (((low << bits) | high) << more) | triangle  # one number, which numpy sorts fastest
+    key.sort()
+    edge = key >> more
+    return edge >> bits, edge & ((1 << bits) - 1), key & ((1 << more) - 1)
+
+
+def _has_direction(mesh: Mesh) -> Flags:
+    known: Flags = mesh.doubled_areas > longest_sides(mesh.corners) * LEAST_HEIGHT * mesh.diagonal_mm
+    return known
+
+
+def plane_faces(mesh: Mesh, edges: Edges) -> tuple[Indices, int]:
+    """Return each triangle's face (m,), where a face is a connected set in one plane, and their number."""
+    links = np.stack([edges.left[edges.flat], edges.right[edges.flat]], axis=1)
+    return numbered_components(links, len(mesh.triangles))

@@ -1,0 +1,56 @@
+"""What hangs together: connected components of many nodes, without a loop over them."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from autobalance.solid.mesh.mesh import Indices
+
+
+def components(links: Indices, count: int) -> Indices:
+    """Return for each node the lowest node of its component (count,); see ``numbered_components``."""
+    number, lowest = _numbered(links, count)
+    return lowest.take(number)
+
+
+def numbered_components(links: Indices, count: int) -> tuple[Indices, int]:
+    """Return for each node the number of its component (count,), from 0 by the lowest node; and how many.
+
+    Parameters
+    ----------
+    links : (k, m) int
+        Nodes that belong together, m at a time: the triangles of a mesh, or pairs.
+    count : int
+        Nodes in all, numbered from 0.
+    """
+    number, lowest = _numbered(links, count)
+    return number, len(lowest)
+
+
+def _numbered(links: Indices, count: int) -> tuple[Indices, Indices]:
+    """Return the number of each node's component (count,) and the lowest node of each component.
+
+    Every node hangs under the lowest that a link joins it to; what hangs together is one node of the next
+    round, until no link joins two. Numbers that follow the surface, as a weld gives them, need a few rounds.
+    """
+    number = lowest = np.arange(count)
+    columns = [np.ascontiguousarray(column) for column in links.T]
+    while len(columns[0]):
+        low = columns[0]
+        for column in columns[1:]:
+            low = np.minimum(low, column)
+        root = np.arange(len(lowest))
+        for column in columns:
+            np.minimum.at(root, column, low)
+        while not np.array_equal(higher := root.take(root), root):
+            root = higher
+        is_root = root == np.arange(len(root))
+        joined = (np.cumsum(is_root) - 1).take(root)
+        number, lowest = joined.take(number), lowest[is_root]
+        ends = [joined.take(column) for column in columns]
+        apart = np.zeros(len(low), dtype=bool)
+        for end in ends[1:]:
+            apart |= end != ends[0]
+        left = np.flatnonzero(apart)
+        columns = [end.take(left) for end in ends]
+    return number, lowest

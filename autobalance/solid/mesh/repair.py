@@ -1,0 +1,365 @@
+"""Repairs of meshes, from harmless to doubtful; each is told, and what stays open is refused."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from functools import cached_property
+from itertools import combinations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from autobalance.errors import SolidError
+from autobalance.runtime import in_thread
+from autobalance.solid.csg.solid import Solid, triangulated
+from autobalance.solid.mesh.adjacency import sides_of
+from autobalance.solid.mesh.components import components, numbered_components
+from autobalance.solid.mesh.measure import mesh_moments, part_volumes
+from autobalance.solid.mesh.mesh import Array, Indices, Mesh, hash_numbers, without_collapsed
+from autobalance.solid.mesh.pinched import linked_triangles
+
+PLACES_SHOWN = 4
+"""How many open edges an error names."""
+NEAR = 1e-7
+"""Distance of vertices that are one point, as a share of the diagonal: single precision leaves as much."""
+PLANE = 1e-4
+"""How far a rim may leave its plane, as a share of the diagonal."""
+HOLE_MOST = 0.01
+"""Area of a hole that may be filled, as a share of the surface."""
+
+Flags = NDArray[np.bool_]
+
+
+@dataclass(frozen=True, eq=False)
+class Body:
+    """One connected body of a file, with its cavities; a solid only when it is asked for.
+
+    Attributes
+    ----------
+    mesh : Mesh
+        The mesh of which it is a part.
+    part_of : (m,) int
+        The part that each of its triangles belongs to.
+    part : int
+        The one that is this body's outside.
+    outside_volume_mm3 : float
+        Volume inside these; negative while they are inside out.
+    bounds : (2, 3) float
+        Least and greatest coordinates [mm].
+    cavities : tuple of Solid
+    """
+
+    mesh: Mesh
+    part_of: Indices
+    part: int
+    outside_volume_mm3: float
+    bounds: Array
+    cavities: tuple[Solid, ...] = ()
+
+    @cached_property
+    def solid(self) -> Solid:
+        """The body, its cavities taken out."""
+        outside = self.mesh.part(self.part_of == self.part)
+        solid = Solid.from_mesh(outside if self.outside_volume_mm3 > 0.0 else outside.flipped())
+        for cavity in self.cavities:
+            solid = solid - cavity
+        return solid
+
+    @property
+    def volume_mm3(self) -> float:
+        """Volume [mm³]."""
+        return abs(self.outside_volume_mm3) - sum(cavity.volume_mm3 for cavity in self.cavities)
+
+    @property
+    def size_mm(self) -> Array:
+        """Edges of its bounding box (3,) [mm]."""
+        low, high = self.bounds
+        size: Array = high - low
+        return size
+
+
+def bodies_of(solid: Solid) -> tuple[list[Body], list[str]]:
+    """Return the connected bodies by falling volume, then by place, and what had to be done to them.
+
+    A part that is inside out is a cavity if it lies within another; otherwise it is turned round.
+    """
+    parts = _parts(solid)
+    whole = solid.volume_mm3
+    filled = sorted((part for part in parts if part.outside_volume_mm3 > 0.0), key=lambda one: one.volume_mm3)
+    notes = []
+    for part in parts:
+        if part.outside_volume_mm3 > 0.0:
+            continue
+        around = next((k for k, one in enumerate(filled) if _contains(one.solid, part.solid)), None)
+        if around is not None:
+            filled[around] = replace(filled[around], cavities=(*filled[around].cavities, part.solid))
+            continue
+        filled.append(part)
+        change = volume_change(whole, whole + 2.0 * part.volume_mm3)
+        whole += 2.0 * part.volume_mm3
+        notes.append(f"a body of {part.volume_mm3:.6g} mm³ was inside out: turned round; {change}")
+    filled.sort(key=lambda one: (-one.volume_mm3, *one.bounds[0]))
+    return filled, notes
+
+
+def _parts(solid: Solid) -> list[Body]:
+    """Return the connected parts of a solid's mesh as bodies without cavities.
+
+    Parts that lie against each other, and share vertices or edges, are parts all the same.
+    """
+    mesh = solid.mesh
+    if solid.is_pinched:
+        part_of, count = numbered_components(linked_triangles(mesh), len(mesh.triangles))
+        points, part_of_point = mesh.corners.reshape(-1, 3), np.repeat(part_of, 3)
+    else:
+        part_of_point, count = numbered_components(mesh.triangles, len(mesh.vertices))
+        points, part_of = mesh.vertices, part_of_point.take(mesh.triangles[:, 0])
+    parts = np.flatnonzero(np.bincount(part_of, minlength=count))  # vertices in no triangle are none
+    if len(parts) == 1:
+        return [Body(mesh, part_of, int(parts[0]), solid.volume_mm3, mesh.bounds)]
+    bounds = np.stack([np.full((3, count), np.inf), np.full((3, count), -np.inf)])
+    for axis, column in enumerate(points.T):
+        np.minimum.at(bounds[0, axis], part_of_point, column)
+        np.maximum.at(bounds[1, axis], part_of_point, column)
+    volumes = part_volumes(mesh, part_of, count)
+    return [Body(mesh, part_of, part, float(volumes[part]), bounds[:, :, part]) for part in parts.tolist()]
+
+
+def are_apart(bodies: Sequence[Body]) -> bool:
+    """Tell whether the bounding boxes of bodies are clear of each other, so that nothing can overlap."""
+    boxes = [body.bounds for body in bodies]
+    return all(
+        bool((one[0] > other[1]).any() or (other[0] > one[1]).any()) for one, other in combinations(boxes, 2)
+    )
+
+
+def _contains(outer: Solid, inner: Solid) -> bool:
+    low, high = outer.bounds
+    if (inner.bounds[0] < low).any() or (inner.bounds[1] > high).any():
+        return False
+    return (outer & inner).volume_mm3 >= (1.0 - 1e-9) * inner.volume_mm3  # rounding of a boolean
+
+
+def signed_volume_mm3(mesh: Mesh) -> float:
+    """Return the volume inside a closed mesh, negative if it is inside out."""
+    return mesh_moments(mesh, 1.0).mass_g
+
+
+def solid_of(welded: Mesh) -> tuple[Solid, list[str]]:
+    """Build a solid from a welded mesh, with what had to be done to it, from harmless to doubtful.
+
+    Pairs of triangles that face each other are cancelled; then, only if the mesh is not closed, near vertices
+    are welded, the winding is made consistent and small plane holes are filled, one after the other.
+
+    Raises
+    ------
+    SolidError
+        If the mesh stays open, bounds nothing or contradicts itself.
+    """
+    areas = in_thread(lambda: welded.doubled_areas)  # are asked for later, and nothing runs beside building
+    mesh, notes = _cancel_pairs(welded)
+    areas.result()
+    try:
+        return Solid.from_mesh(mesh), notes
+    except SolidError:
+        pass
+    for step in (_weld_near, _wind_consistently, _fill_holes):
+        if len(open_edges(mesh.triangles)) == 0:
+            break
+        mesh, said = step(mesh)
+        notes += said
+    edges = open_edges(mesh.triangles)
+    if len(edges):
+        raise SolidError(open_message(mesh, edges))
+    if signed_volume_mm3(mesh) < 0.0:
+        notes.append(f"the mesh was inside out: turned round; {_change(mesh, mesh.flipped())}")
+        mesh = mesh.flipped()
+    return Solid.from_mesh(mesh), notes
+
+
+def _cancel_pairs(mesh: Mesh) -> tuple[Mesh, list[str]]:
+    """Cancel opposite pairs; a symmetric hash of the corners tells quickly that there is none."""
+    a, b, c = hash_numbers(np.arange(len(mesh.vertices))).take(mesh.triangles).T
+    key = a + b + c
+    key.sort()
+    if not (key[1:] == key[:-1]).any():
+        return mesh, []
+    kept = without_opposite_pairs(mesh.triangles)
+    pairs = (len(mesh.triangles) - len(kept)) // 2
+    if not pairs:
+        return mesh, []
+    left = Mesh(mesh.vertices, kept)
+    return left, [f"{pairs} pairs of triangles that face each other cancelled; {_change(mesh, left)}"]
+
+
+def _weld_near(mesh: Mesh) -> tuple[Mesh, list[str]]:
+    """Weld vertices on open edges that are nearer to each other than ``NEAR`` of the diagonal."""
+    from scipy.spatial import cKDTree
+
+    reach = NEAR * mesh.diagonal_mm
+    loose = np.unique(open_edges(mesh.triangles))
+    pairs = cKDTree(mesh.vertices[loose]).query_pairs(reach, output_type="ndarray")
+    if len(pairs) == 0:
+        return mesh, []
+    lowest = components(pairs, len(loose))
+    number = np.arange(len(mesh.vertices))
+    number[loose] = loose[lowest]
+    triangles = without_collapsed(number[mesh.triangles])
+    joined = int((lowest != np.arange(len(loose))).sum())
+    said = [f"{joined} vertices welded that lay within {reach:.3g} mm of another"]
+    dropped = len(mesh.triangles) - len(triangles)
+    if dropped:
+        said.append(f"{dropped} collapsed triangles dropped; {_change(mesh, Mesh(mesh.vertices, triangles))}")
+    welded, cancelled = _cancel_pairs(Mesh(mesh.vertices, triangles))
+    return welded, said + cancelled
+
+
+def _wind_consistently(mesh: Mesh) -> tuple[Mesh, list[str]]:
+    """Turn triangles so that neighbours run through their common edge in opposite directions."""
+    from scipy.sparse import coo_array
+    from scipy.sparse.csgraph import breadth_first_order
+
+    left, right, same = _neighbours(mesh.triangles)
+    if not same.any():
+        return mesh, []
+    count = len(mesh.triangles)
+    graph = coo_array((np.where(same, 2, 1), (left, right)), shape=(count, count)).tocsr()
+    graph = graph + graph.T
+    label = components(np.stack([left, right], axis=1), count)
+    turned = np.zeros(count, dtype=bool)
+    for part in np.unique(label):
+        members = np.flatnonzero(label == part)
+        order, before = breadth_first_order(graph, members[0], directed=False)
+        for triangle in order[1:]:
+            turned[triangle] = turned[before[triangle]] ^ (graph[before[triangle], triangle] == 2)
+        if 2 * turned[members].sum() > len(members):  # the greater number keeps its sense
+            turned[members] ^= True
+    if (turned[left] ^ turned[right] != same).any():
+        raise SolidError("the mesh has one side only: its triangles cannot be wound consistently")
+    triangles = mesh.triangles.copy()
+    triangles[turned] = triangles[turned][:, ::-1]
+    wound = Mesh(mesh.vertices, triangles)
+    return wound, [f"{int(turned.sum())} triangles turned round to wind alike; {_change(mesh, wound)}"]
+
+
+def _neighbours(triangles: Indices) -> tuple[Indices, Indices, Flags]:
+    """Return pairs of triangles at edges that have just two, and whether both run the same way there."""
+    sides = sides_of(triangles)
+    one, other = sides.of_two
+    return one // 3, other // 3, sides.start[one] == sides.start[other]
+
+
+def _fill_holes(mesh: Mesh) -> tuple[Mesh, list[str]]:
+    """Fill holes whose rim is one plane loop around little area."""
+    area = float(mesh.doubled_areas.sum()) / 2.0
+    caps: list[Indices] = []
+    for loop in _loops(open_edges(mesh.triangles)):
+        cap = _cap(mesh.vertices[loop], PLANE * mesh.diagonal_mm, HOLE_MOST * area)
+        if cap is not None:
+            caps.append(loop[cap])
+    if not caps:
+        return mesh, []
+    filled = Mesh(mesh.vertices, np.concatenate([mesh.triangles, *caps]))
+    return filled, [f"{len(caps)} small plane holes filled; {_change(mesh, filled)}"]
+
+
+def _loops(edges: Indices) -> list[Indices]:
+    """Chain the reversed open edges to closed loops; a rim that touches itself falls into several."""
+    following: dict[int, list[int]] = {}
+    for start, end in edges.tolist():
+        following.setdefault(end, []).append(start)
+    loops: list[Indices] = []
+    for first in list(following):
+        path, seen = [first], {first: 0}
+        while following.get(path[-1]):
+            at = following[path[-1]].pop()
+            if at in seen:  # a loop closes here: take it off the path
+                loop, path = path[seen[at] :], path[: seen[at] + 1]
+                for corner in loop[1:]:
+                    del seen[corner]
+                if len(loop) > 2:
+                    loops.append(np.array(loop, dtype=np.int64))
+            else:
+                seen[at] = len(path)
+                path.append(at)
+    return loops
+
+
+def _cap(rim: Array, flat_mm: float, area_most_mm2: float) -> Indices | None:
+    """Return triangles (k, 3) over the corners of a plane rim, or None if it is not plane or too large."""
+    local = rim - rim.mean(axis=0)
+    normal = np.cross(local, np.roll(local, -1, axis=0)).sum(axis=0)
+    size = float(np.linalg.norm(normal))
+    if size / 2.0 > area_most_mm2:
+        return None
+    axes = np.linalg.svd(local, full_matrices=False)[2]
+    if np.abs(local @ axes[2]).max() > flat_mm:
+        return None
+    if axes[:2].shape == (2, 3) and np.cross(axes[0], axes[1]) @ normal < 0.0:
+        axes = axes[[1, 0, 2]]
+    return triangulated(local @ axes[:2].T).reshape(-1, 3)
+
+
+def _change(before: Mesh, after: Mesh) -> str:
+    return volume_change(signed_volume_mm3(before), signed_volume_mm3(after))
+
+
+def volume_change(was_mm3: float, now_mm3: float) -> str:
+    """Say what a repair made of the volume."""
+    return f"volume {was_mm3:.9g} → {now_mm3:.9g} mm³"
+
+
+def open_edges(triangles: Indices) -> Indices:
+    """Return the edges (k, 2) that are not run through equally often in both directions."""
+    if len(triangles) == 0:
+        return np.zeros((0, 2), dtype=np.int64)
+    start, end = triangles.reshape(-1), np.roll(triangles, -1, axis=1).reshape(-1)
+    low, high = np.minimum(start, end), np.maximum(start, end)
+    key = low * (int(high.max()) + 1) + high
+    unique, where, inverse = np.unique(key, return_index=True, return_inverse=True)
+    balance = np.bincount(inverse, weights=np.where(start < end, 1.0, -1.0), minlength=len(unique))
+    bad = where[balance != 0.0]
+    return np.stack([start[bad], end[bad]], axis=1)
+
+
+def open_message(mesh: Mesh, edges: Indices) -> str:
+    """Return one line that says how many edges are open and where."""
+    middles = mesh.vertices[edges].mean(axis=1)
+    places = ", ".join(f"({x:.6g}, {y:.6g}, {z:.6g})" for x, y, z in middles[:PLACES_SHOWN])
+    more = ", ..." if len(middles) > PLACES_SHOWN else ""
+    return (
+        f"the mesh is open: {len(edges)} edges do not have a triangle on each side;"
+        f" needed a closed surface; middles of open edges in the file's coordinates [mm]: {places}{more}"
+    )
+
+
+def without_opposite_pairs(triangles: Indices) -> Indices:
+    """Return the triangles without pairs on the same three corners that face each other; they bound nothing.
+
+    Triangles that are equal and face the same way are kept: one of them may close the mesh.
+    """
+    if len(triangles) == 0:
+        return triangles
+    ordered = np.sort(triangles, axis=1)
+    size = int(triangles.max()) + 1
+    if size < 2_000_000:  # three numbers fit in 63 bits
+        key = (ordered[:, 0] * size + ordered[:, 1]) * size + ordered[:, 2]
+        _, group = np.unique(key, return_inverse=True)
+    else:
+        _, group = np.unique(ordered, axis=0, return_inverse=True)
+    group = group.reshape(-1)
+    if int(group.max()) + 1 == len(triangles):
+        return triangles
+    sense = np.sign(np.roll(triangles, -1, axis=1) - triangles).sum(axis=1)  # ±1 by the parity of the order
+    surplus = np.bincount(group, weights=sense)
+    keep = np.zeros(len(triangles), dtype=bool)
+    taken = np.zeros(len(surplus))
+    crowded = np.bincount(group) > 1
+    keep[~crowded[group]] = True
+    for triangle in np.flatnonzero(crowded[group]):
+        at = group[triangle]
+        if taken[at] != surplus[at] and sense[triangle] == np.sign(surplus[at]):
+            keep[triangle] = True
+            taken[at] += sense[triangle]
+    return triangles[keep]

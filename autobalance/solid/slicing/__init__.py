@@ -1,0 +1,1 @@
+"""Cross-sections, slabs, and the independent measurement by slices."""

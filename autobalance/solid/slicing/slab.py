@@ -1,0 +1,217 @@
+"""Exact mass moments of the part of a solid between two heights, straight from its triangles.
+
+No boolean: triangles are clipped to the slab, and each spans a tetrahedron with a point of the lower plane,
+to which that plane's cut face adds nothing. The upper plane's cut face is known from the edges that clipping
+leaves.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import NDArray
+
+from autobalance.rigid_rotor.moments import Moments
+from autobalance.solid.mesh.measure import summed
+from autobalance.solid.mesh.mesh import CHUNK, Array, Indices, least_and_greatest
+
+
+@dataclass(frozen=True, eq=False)
+class Part:
+    """Which metal of a slab counts: within a cylinder along z that bounds it there, or on one side of z.
+
+    ``centre`` (2,) and ``radius_mm`` of the cylinder: no surface may cross it in the slab; ``side`` (2,):
+    only where (x, y) · side ≥ 0.
+    """
+
+    centre: Array | None = None
+    radius_mm: float = 0.0
+    side: Array | None = None
+
+
+EVERYTHING = Part()
+
+
+@dataclass(frozen=True, eq=False)
+class Slab:
+    """A closed, outward mesh ready to be measured between many pairs of heights.
+
+    ``vertices`` (n, 3) [mm], ``triangles`` (m, 3); corners within ``rounding_mm`` of a slab's plane are taken
+    to lie on it.
+    """
+
+    vertices: Array
+    triangles: Indices
+    rounding_mm: float = 0.0
+
+    @cached_property
+    def reach(self) -> tuple[Array, Array]:
+        """Least and greatest z (m,) of each triangle."""
+        return least_and_greatest(self._axes[2], self.triangles)
+
+    @cached_property
+    def _axes(self) -> Array:
+        """The vertices' x, y and z (3, n)."""
+        return np.ascontiguousarray(self.vertices.T)
+
+    def moments(
+        self, z_range_mm: tuple[float, float], density_g_mm3: float, part: Part = EVERYTHING
+    ) -> Moments:
+        """Return the mass moments about the origin of the metal between two heights.
+
+        Parameters
+        ----------
+        z_range_mm : (float, float)
+            Lower and upper height [mm].
+        density_g_mm3 : float
+        part : Part
+            Leaves part of the metal out.
+        """
+        z_low, z_high = z_range_mm
+        if not z_high > z_low:
+            return Moments.zero()
+        low, high = self.reach
+        height = z_high - z_low
+        grain = min(self.rounding_mm, 0.01 * height)
+        rows = np.flatnonzero((high > z_low + grain) & (low < z_high - grain))
+        low, high = low.take(rows), high.take(rows)
+        inside = (low >= z_low - grain) & (high <= z_high + grain) & (part is EVERYTHING)
+        whole, touching, crossing = rows[inside], rows[inside & (high >= z_high - grain)], rows[~inside]
+        if part.centre is not None:
+            crossing = crossing[self._meets(crossing, part.centre, part.radius_mm)]
+        below, soup = (
+            np.ascontiguousarray(self._corners(some, z_low, height, grain).T) for some in (touching, crossing)
+        )
+        volume = _slab_of_soup(soup, below, height, part) + summed(
+            self._corners(whole[start : start + CHUNK], z_low, height, grain).swapaxes(0, 1)
+            for start in range(0, len(whole), CHUNK)
+        )
+        local = volume.scaled(density_g_mm3)
+        back = np.eye(4)
+        back[2, 3] = z_low
+        return local.moved(back)
+
+    def _corners(self, rows: Indices, z_low: float, height: float, grain: float) -> Array:
+        """Return axes × corners (3, 3, k) of triangles as seen from a slab's lower plane.
+
+        Those within rounding of the slab's planes are on them.
+        """
+        corners = self._axes.take(self.triangles.take(rows, axis=0).T, axis=1)
+        z = corners[2]
+        z -= z_low
+        for plane in (0.0, height):
+            z[np.abs(z - plane) <= grain] = plane
+        return corners
+
+    def _meets(self, rows: Indices, centre: Array, radius: float) -> NDArray[np.bool_]:
+        """Whether the boxes of triangles meet that of a circle, in x and y."""
+        meets = np.ones(len(rows), dtype=bool)
+        corners = self.triangles.take(rows, axis=0).T
+        for column, middle in zip(self._axes, centre, strict=False):
+            a, b, c = column.take(corners) - middle
+            meets &= np.minimum(np.minimum(a, b), c) <= radius
+            meets &= np.maximum(np.maximum(a, b), c) >= -radius
+        return meets
+
+
+def _slab_of_soup(soup: Array, below: Array, height: float, part: Part) -> Moments:
+    """Return volume and moments of what loose triangles (k, 3, 3) add between z = 0 and ``height``.
+
+    Of those ``below`` (j, 3, 3), which end at the upper plane, only the plane's share.
+    """
+    soup = _clipped(soup, np.array([0.0, 0.0, 1.0]), 0.0)
+    edges = _upper_edges(np.concatenate([soup, below]), height)
+    soup = _clipped(soup, np.array([0.0, 0.0, -1.0]), -height)
+    if part.centre is not None:
+        soup, edges = (_within(item, part.centre, part.radius_mm) for item in (soup, edges))
+    if part.side is not None:
+        soup = _clipped(soup, np.array([*part.side, 0.0]), 0.0)
+        edges = _clipped_edges(edges, part.side)
+    return summed([np.ascontiguousarray(soup.transpose(1, 2, 0))]) + _cone(edges, height)
+
+
+def _clipped(soup: Array, normal: Array, height: float) -> Array:
+    """Return the parts of loose triangles (k, 3, 3) with normal · r ≥ height."""
+    over = (soup.reshape(-1, 3) @ normal - height).reshape(-1, 3)
+    keep = over >= 0.0
+    count = _count(keep)
+    parts = [soup[count == 3]]
+    for wanted in (1, 2):
+        rows = np.flatnonzero(count == wanted)
+        lone = (keep[rows] if wanted == 1 else ~keep[rows]).argmax(axis=1)
+        turn = (lone[:, None] + np.arange(3)) % 3
+        p, q, r = (soup[rows, turn[:, k]] for k in range(3))
+        hp, hq, hr = (over[rows, turn[:, k]] for k in range(3))
+        pq = p + (hp / (hp - hq))[:, None] * (q - p)
+        pr = p + (hp / (hp - hr))[:, None] * (r - p)
+        if wanted == 1:
+            parts.append(np.stack([p, pq, pr], axis=1))
+        else:
+            parts += [np.stack([pq, q, r], axis=1), np.stack([pq, r, pr], axis=1)]
+    return np.concatenate(parts)
+
+
+def _count(marks: NDArray[np.bool_]) -> NDArray[np.int8]:
+    """Return how many of three marks (k, 3) hold."""
+    a, b, c = marks.T.astype(np.int8)
+    total: NDArray[np.int8] = a + b + c
+    return total
+
+
+def _upper_edges(soup: Array, height: float) -> Array:
+    """Return the edges (k, 2, 2) of the section at ``height``, metal on their left, of loose triangles.
+
+    A corner on the plane counts as above it: what lies on the plane is the section just below.
+    """
+    up = soup[:, :, 2] >= height
+    count = _count(up)
+    parts = []
+    for wanted in (1, 2):
+        rows = np.flatnonzero(count == wanted)
+        lone = (up[rows] if wanted == 1 else ~up[rows]).argmax(axis=1)
+        turn = (lone[:, None] + np.arange(3)) % 3
+        p, q, r = (soup[rows, turn[:, k]] for k in range(3))
+        share_q, share_r = ((height - p[:, 2]) / (s[:, 2] - p[:, 2]) for s in (q, r))
+        pq = (p + share_q[:, None] * (q - p))[:, :2]
+        pr = (p + share_r[:, None] * (r - p))[:, :2]
+        parts.append(np.stack([pq, pr] if wanted == 1 else [pr, pq], axis=1))
+    return np.concatenate(parts)
+
+
+def _within(items: Array, centre: Array, radius: float) -> Array:
+    x, y = (sum(corner) / len(corner) for corner in items.T[:2])
+    kept: Array = items[np.hypot(x - centre[0], y - centre[1]) <= radius]
+    return kept
+
+
+def _clipped_edges(edges: Array, side: Array) -> Array:
+    """Return the parts of edges on one side of the origin; what closes them lies in line with it."""
+    over = edges @ side
+    edges, over = edges[(over >= 0.0).any(axis=1)], over[(over >= 0.0).any(axis=1)]
+    p, q = edges[:, 0], edges[:, 1]
+    fall = over[:, 0] - over[:, 1]
+    share = (over[:, 0] / np.where(fall == 0.0, 1.0, fall))[:, None]
+    cut = p + share * (q - p)
+    start = np.where(over[:, :1] < 0.0, cut, p)
+    end = np.where(over[:, 1:] < 0.0, cut, q)
+    return np.stack([start, end], axis=1)
+
+
+def _cone(edges: Array, height: float) -> Moments:
+    """Return volume and moments of the cone from the origin to a flat region at z = ``height``."""
+    p, q = edges[:, 0], edges[:, 1]
+    det = p[:, 0] * q[:, 1] - p[:, 1] * q[:, 0]
+    total = p + q
+    area = float(det.sum()) / 2.0
+    flat_first = det @ total / 6.0
+    flat_second = (
+        sum(((det[:, None] * corner).T @ corner for corner in (total, p, q)), np.zeros((2, 2))) / 24.0
+    )
+    first = np.array([*flat_first, height * area])
+    second = np.zeros((3, 3))
+    second[:2, :2] = flat_second
+    second[:2, 2] = second[2, :2] = height * flat_first
+    second[2, 2] = height**2 * area
+    return Moments(height * area / 3.0, height * first / 4.0, height * second / 5.0)
