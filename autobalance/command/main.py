@@ -23,6 +23,7 @@ COMMANDS: dict[str, str] = {
     "shafts": "balance shafts: what would cancel the first and second order, and what the job's shafts leave",
     "parts": "roll up the weights of the job: rotating, reciprocating, bob-weights, with their uncertainty",
     "grade": "balance quality grades: permissible and achieved, and the list for crank drives",
+    "fem": "natural modes and static stress of a solid, by quadratic tetrahedra (extra)",
 }
 """Name of a subcommand → what it does, in the order of the help text.
 

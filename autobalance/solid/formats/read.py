@@ -113,7 +113,7 @@ def read(
         If the mesh is open, bounds nothing, or holds several bodies and none was chosen.
     """
     name, kind = _format(path)
-    data = _bytes(path)
+    data = file_bytes(path)
     digest = in_thread(partial(_sha256, data))
     try:
         if kind.exact:
@@ -174,7 +174,14 @@ def _format(path: Path) -> tuple[str, Format]:
     return name, FORMATS[name]
 
 
-def _bytes(path: Path) -> bytes:
+def file_bytes(path: Path) -> bytes:
+    """Return the bytes of a solid's file.
+
+    Raises
+    ------
+    FileError
+        If it is missing, no regular file, or cannot be read.
+    """
     try:
         if path.is_dir():
             raise FileError(f"{path} is a folder; needed a file")

@@ -1,0 +1,166 @@
+"""``ab.fem``: natural modes and static stress of a solid by quadratic tetrahedra."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from autobalance.api.result import Plots, Values, VerbResult, report_head
+from autobalance.errors import UsageError
+
+if TYPE_CHECKING:
+    from autobalance.fem_analysis.analysis import Answer, Level
+    from autobalance.fem_analysis.mesher import SurfaceSolid
+    from autobalance.job.fem import FemJob
+
+EXACT = (".step", ".stp")
+"""Endings of files of which the mesher takes the true surfaces."""
+
+
+class FemResult(VerbResult):
+    """Modes or stress of a solid, with the meshes they were found on."""
+
+    def text(self, units: str = "metric") -> str:
+        """Return the analysis as lines for people; always metric."""
+        from autobalance.report.fem_text import fem_text
+
+        return fem_text(self.report)
+
+    def plots(self) -> Plots:
+        """Return how the answer settles from mesh to mesh."""
+        from autobalance.report.fem_plots import fem_plots
+
+        return fem_plots(self.report)
+
+
+def fem(
+    solid: str | Path | dict[str, Any],
+    *,
+    unit: str | None = None,
+    body: int | str | None = None,
+    density_kg_m3: float | None = None,
+    e_gpa: float | None = None,
+    nu: float | None = None,
+    modes: int | None = None,
+    size_mm: float | None = None,
+    progress: Callable[[str, float], object] = lambda _words, _share: None,
+) -> FemResult:
+    """Find the natural modes of a free body, or what an analysis file asks for.
+
+    Parameters
+    ----------
+    solid : path or dict
+        A solid's file; or a FEM.toml, or its tables (files are relative to the working folder then): the
+        other parameters must stand in there.
+    unit : str or None
+        mm, cm, m or inch, where the solid's format carries none.
+    body : int, str or None
+        Which solid, where the file holds several.
+    density_kg_m3, e_gpa, nu : float or None
+        Material, by default 7850 kg/m³, 210 GPa, 0.3.
+    modes : int or None
+        Number of elastic modes, by default 6.
+    size_mm : float or None
+        Greatest edge of the last mesh; by default some thousand elements.
+    progress : callable
+        Told words and the share done; may raise to stop.
+
+    Returns
+    -------
+    FemResult
+
+    Raises
+    ------
+    FileError
+        If a file cannot be read, or the extra ``fem`` is not installed.
+    SolidError
+        If the solid cannot be trusted or meshed.
+    JobError
+        If the analysis is impossible: unknown keys, a box without surface, a body that can still move.
+    """
+    from autobalance.fem_analysis.analysis import Question, analysed
+    from autobalance.job.fem import fem_of_solid, load_fem, parse_fem
+
+    started = time.perf_counter()
+    options = {
+        "unit": unit, "body": body, "density_kg_m3": density_kg_m3, "e_gpa": e_gpa, "nu": nu, "modes": modes,
+        "size_mm": size_mm,
+    }  # fmt: skip
+    given = {key: value for key, value in options.items() if value is not None}
+    if isinstance(solid, dict) or Path(solid).suffix.lower() == ".toml":
+        if given:
+            raise UsageError(f"{', '.join(given)} must stand in the analysis, not beside it")
+        job = parse_fem(solid, Path()) if isinstance(solid, dict) else load_fem(Path(solid))
+    else:
+        job = fem_of_solid(Path(solid), **given)  # type: ignore[arg-type]
+    progress("reading the solid", 0.0)
+    surface, read = _read(job)
+    question = Question(surface, job.material, job.kind, job.modes, job.size_mm, job.holds, job.loads)
+    answer = analysed(question, progress)
+    return FemResult(_report(job, read, answer, time.perf_counter() - started))
+
+
+def _read(job: FemJob) -> tuple[SurfaceSolid | Path, Values]:
+    """Return what is to be meshed, and what was read."""
+    from hashlib import sha256
+
+    from autobalance.fem_analysis.mesher import SurfaceSolid, need_libraries
+    from autobalance.solid.formats.read import file_bytes, read
+
+    need_libraries()
+    if job.file.suffix.lower() in EXACT:
+        digest = sha256(file_bytes(job.file)).hexdigest()
+        return job.file, {"file": job.file.name, "sha256": digest, "format": "step", "repairs": []}
+    source = read(job.file, job.unit, job.body)
+    mesh = source.solid.mesh
+    entry = {
+        "file": job.file.name,
+        "sha256": source.sha256,
+        "format": source.format,
+        "repairs": list(source.repairs),
+    }
+    return SurfaceSolid(mesh.vertices, mesh.triangles), entry
+
+
+def _report(job: FemJob, read: Values, answer: Answer, seconds: float) -> Values:
+    last = answer.levels[-1]
+    stress = answer.stress
+    return {
+        **report_head("fem"),
+        "analysis": job.described,
+        "input": read,
+        "mesh": {
+            "tetrahedra": last.tetrahedra,
+            "nodes": last.nodes,
+            "size_mm": last.size_mm,
+            "volume_error": last.volume_error,
+        },
+        "modes": None
+        if stress is not None
+        else [
+            {"number": n, "frequency_hz": mode.frequency_hz, "error_hz": mode.error_hz, "kind": mode.kind}
+            for n, mode in enumerate(answer.modes, 1)
+        ],
+        "convergence": [_level(level, static=stress is not None) for level in answer.levels],
+        "stress": None
+        if stress is None
+        else {
+            "greatest_von_mises_MPa": stress.greatest_von_mises_MPa,
+            "greatest_principal_MPa": stress.greatest_principal_MPa,
+            "at_mm": list(stress.at_mm),
+            "error_MPa": stress.error_MPa,
+        },
+        "displacement": None if stress is None else {"greatest_mm": stress.greatest_displacement_mm},
+        "reactions_N": None if stress is None else list(stress.reactions_N),
+        "seconds": seconds,
+    }
+
+
+def _level(level: Level, *, static: bool) -> Values:
+    head = {"size_mm": level.size_mm, "nodes": level.nodes}
+    if not static:
+        return {**head, "frequencies_hz": list(level.values)}
+    principal, mises = level.values
+    return {**head, "greatest_principal_MPa": principal, "greatest_von_mises_MPa": mises}
