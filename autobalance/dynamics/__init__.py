@@ -1,0 +1,1 @@
+"""What turns and shakes: beam rotors, torsion, speed control, balancing machines, influence coefficients."""
