@@ -22,6 +22,7 @@ COMMANDS: dict[str, str] = {
     "forces": "inertia forces of the job's engine: orders, bearing loads, what each balance factor does",
     "shafts": "balance shafts: what would cancel the first and second order, and what the job's shafts leave",
     "parts": "roll up the weights of the job: rotating, reciprocating, bob-weights, with their uncertainty",
+    "influence": "balancing by influence coefficients: what to add in each plane, from trial weights",
     "grade": "balance quality grades: permissible and achieved, and the list for crank drives",
     "fem": "natural modes and static stress of a solid, by quadratic tetrahedra (extra)",
 }

@@ -9,12 +9,13 @@ from __future__ import annotations
 
 import math
 import time
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 from scipy.optimize import Bounds, LinearConstraint, milp
 
 from autobalance.dynamics.influence_coefficients import Array, Complex
+from autobalance.dynamics.weights_with_sum import Fitted, places_with_sum, weights_with_sum
 
 ACCURACY = 0.007
 """Share by which the worst residual may lie above the bound."""
@@ -32,9 +33,6 @@ OVER = 1e-7
 """Relative, by which a sum may pass its limit: rounding."""
 TIE = 1e-7
 """What a weight costs against the residual: of equal sets, the smaller is taken."""
-
-Fitted = tuple[float, float]
-"""A weight that is fitted: where [rad] and how much [g·mm]."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -59,13 +57,14 @@ class Fitting:
 class FittedWeights:
     """The set found: its sum in each plane (N,), what is fitted where (None: any), and how good it is.
 
-    ``bound``: no set has a smaller worst residual than that.
+    ``bound``: no set has a smaller worst residual than that; ``proven``: it is near enough.
     """
 
     sums_g_mm: Complex
     split: tuple[tuple[Fitted, ...] | None, ...]
     worst: float
     bound: float
+    proven: bool
 
 
 @dataclass
@@ -122,11 +121,13 @@ def fitted_weights(
     scale = float(np.abs(reading_weights * initial).max())
     if scale == 0.0:
         nothing = np.zeros(len(fittings), dtype=complex)
-        return FittedWeights(nothing, tuple(None if each.free else () for each in fittings), 0.0, 0.0)
+        return FittedWeights(
+            nothing, tuple(None if each.free else () for each in fittings), 0.0, 0.0, proven=True
+        )
     task = _scaled(influence, initial, reading_weights, scale)
     search = _Search(task, fittings)
     best = search.run()
-    return FittedWeights(best.sums_g_mm, best.split, best.worst * scale, best.bound * scale)
+    return replace(best, worst=best.worst * scale, bound=best.bound * scale)
 
 
 def _scaled(influence: Complex, initial: Complex, reading_weights: Array, scale: float) -> _Scaled:
@@ -150,11 +151,14 @@ class _Search:
         self.limit_tangents = [list(around) for _ in fittings]
         arcs = 2.0 * math.pi * np.arange(SECTORS) / SECTORS
         self.sectors = [
-            [(weight, angle, math.pi / SECTORS) for weight in _single(each) for angle in arcs] for each in fittings
+            [(weight, angle, math.pi / SECTORS) for weight in _single(each) for angle in arcs]
+            for each in fittings
         ]
 
     def run(self) -> FittedWeights:
-        best = self._judged(tuple(() for _ in self.fittings), np.zeros(len(self.fittings), dtype=complex), 0.0)
+        best = self._judged(
+            tuple(() for _ in self.fittings), np.zeros(len(self.fittings), dtype=complex), 0.0
+        )
         end = time.monotonic() + SECONDS
         for _ in range(ROUNDS):
             program = self._program()
@@ -163,8 +167,9 @@ class _Search:
             found = self._judged(*self._fitted(program, x), bound) if x is not None else None
             if found is not None and self._allowed(found) and found.worst < best.worst:
                 best = found
-            best = FittedWeights(best.sums_g_mm, best.split, best.worst, bound)
-            if x is None or best.worst <= (1.0 + ACCURACY) * bound + NEGLIGIBLE or time.monotonic() > end:
+            proven = best.worst <= (1.0 + ACCURACY) * bound + NEGLIGIBLE
+            best = replace(best, bound=bound, proven=proven)
+            if x is None or proven or time.monotonic() > end:
                 break
             self._refine(program, x)
         return best
@@ -179,7 +184,9 @@ class _Search:
             for angle in angles:
                 back = np.exp(-1j * angle)
                 row = dict(enumerate((back * turned[number]).real, 1))
-                program.rows.append(({0: -1.0, **row}, -np.inf, -float((back * self.task.start[number]).real)))
+                program.rows.append(
+                    ({0: -1.0, **row}, -np.inf, -float((back * self.task.start[number]).real))
+                )
         for plane, angles in enumerate(self.limit_tangents):
             limit = self._limit(plane)
             if math.isfinite(limit):
@@ -193,15 +200,19 @@ class _Search:
         return program
 
     def _limit(self, plane: int) -> float:
-        """Return the limit of a plane's sum, scaled; several weights at any angle reach all up to their sum."""
+        """Return the limit of a plane's sum, scaled; several weights at any angle reach all sums below."""
         fitting = self.fittings[plane]
         limit = fitting.limit_g_mm
-        if fitting.angles_rad is None and fitting.weights_g_mm is not None and fitting.max_weights is not None:
+        if (
+            fitting.angles_rad is None
+            and fitting.weights_g_mm is not None
+            and fitting.max_weights is not None
+        ):
             limit = min(limit, fitting.max_weights * float(fitting.weights_g_mm.max()))
         return limit / float(self.task.units_g_mm[plane])
 
     def _columns(self, program: _Program, plane: int, fitting: Fitting) -> list[tuple[int, float, float]]:
-        """Add a plane's columns; return those that are weights at places: column, angle, g·mm each stands for."""
+        """Add a plane's columns; return those that are weights at places: column, angle, g·mm of each."""
         unit = float(self.task.units_g_mm[plane])
         if self.sectors[plane]:
             return self._arcs(program, plane, unit)
@@ -319,9 +330,13 @@ class _Search:
             return ()
         if fitting.max_weights is None:
             return places_with_sum(total, fitting.angles_rad)
-        pieces = sorted(((x[column], angle, unit) for column, angle, unit in self.pieces[plane]), reverse=True)
+        pieces = sorted(
+            ((x[column], angle, unit) for column, angle, unit in self.pieces[plane]), reverse=True
+        )
         least = 1e-9 * self.task.reach
-        kept = [(at, float(share) * unit) for share, at, unit in pieces[: fitting.max_weights] if share > least]
+        kept = [
+            (at, float(share) * unit) for share, at, unit in pieces[: fitting.max_weights] if share > least
+        ]
         most = abs(sum(g_mm * np.exp(1j * at) for at, g_mm in kept)) / fitting.limit_g_mm
         return tuple((at, g_mm / max(1.0, most)) for at, g_mm in kept)
 
@@ -330,7 +345,7 @@ class _Search:
     ) -> FittedWeights:
         residual = self.task.start + self.task.rows @ (sums_g_mm / self.task.units_g_mm)
         shown = tuple(None if fit.free else each for each, fit in zip(split, self.fittings, strict=True))
-        return FittedWeights(sums_g_mm, shown, float(np.abs(residual).max()), bound)
+        return FittedWeights(sums_g_mm, shown, float(np.abs(residual).max()), bound, proven=False)
 
     def _allowed(self, found: FittedWeights) -> bool:
         limits = np.array([each.limit_g_mm for each in self.fittings])
@@ -354,56 +369,16 @@ class _Search:
 
 
 def _single(fitting: Fitting) -> list[float]:
-    """Return the stock where one weight of it may stand at any angle: all else can be any sum up to a limit."""
+    """Return the stock where one weight may stand at any angle; two or more make any sum up to a limit."""
     alone = fitting.angles_rad is None and fitting.weights_g_mm is not None and fitting.max_weights == 1
-    return [float(weight) for weight in fitting.weights_g_mm] if alone and fitting.weights_g_mm is not None else []
+    return (
+        [float(weight) for weight in fitting.weights_g_mm]
+        if alone and fitting.weights_g_mm is not None
+        else []
+    )
 
 
 def _least_sine(angles_rad: Array) -> float:
     """Return the least |sin| between two places that are neither one nor opposite; 1 where there are none."""
     between = np.abs(np.sin(angles_rad[:, None] - angles_rad[None, :]))
     return max(1e-3, float(between[between > 1e-6].min(initial=1.0)))
-
-
-def places_with_sum(total_g_mm: complex, angles_rad: Array) -> tuple[Fitted, ...]:
-    """Return the least weights at one or two of some places that give a sum; none where none do."""
-    size, angle = abs(total_g_mm), float(np.angle(total_g_mm))
-    pairs = []
-    for a in angles_rad:
-        for b in angles_rad:
-            turn = math.sin(b - a)
-            if abs(turn) < 1e-9:
-                continue
-            at_a, at_b = size * math.sin(b - angle) / turn, size * math.sin(angle - a) / turn
-            if min(at_a, at_b) >= -1e-9 * size:
-                pairs.append((at_a + at_b, ((float(a), at_a), (float(b), at_b))))
-    alone = [((float(a), size),) for a in angles_rad if abs(np.exp(1j * a) - np.exp(1j * angle)) < 1e-9]
-    chosen = alone[0] if alone else min(pairs)[1] if pairs else ()
-    return tuple(each for each in chosen if each[1] > 1e-9 * size)
-
-
-def weights_with_sum(total_g_mm: complex, stock_g_mm: Array) -> tuple[Fitted, ...]:
-    """Return few weights from stock, any number of each, and where to put them, for a given sum.
-
-    One where the size is in stock; else two, the pair of least sum whose difference is not over the size; else
-    as many of the greatest as are needed, turned by equal angles to both sides.
-    """
-    size, angle = abs(total_g_mm), float(np.angle(total_g_mm))
-    if size <= 1e-9 * float(stock_g_mm.min()):
-        return ()
-    stock = sorted(float(weight) for weight in stock_g_mm)
-    same = [weight for weight in stock if math.isclose(weight, size, rel_tol=1e-7)]
-    if same:
-        return ((angle, same[0]),)
-    pairs = [(a, b) for a in stock for b in stock if a <= b and b - a <= size <= (a + b) * (1.0 + OVER)]
-    if pairs:
-        a, b = min(pairs, key=sum)
-        turn_a = math.acos(max(-1.0, min(1.0, (size**2 + a**2 - b**2) / (2.0 * size * a))))
-        turn_b = math.acos(max(-1.0, min(1.0, (size**2 + b**2 - a**2) / (2.0 * size * b))))
-        return ((angle + turn_a, a), (angle - turn_b, b))
-    greatest = stock[-1]
-    count = math.ceil(size / greatest * (1.0 - 1e-9))
-    middle = count % 2
-    turn = math.acos(min(1.0, (size / greatest - middle) / (count - middle)))
-    turns = [0.0] * middle + [sign * turn for sign in (1.0, -1.0) for _ in range(count // 2)]
-    return tuple((angle + each, greatest) for each in turns)

@@ -1,11 +1,12 @@
 """Influence coefficients: what a unit of unbalance in each plane does to each reading, from trial weights.
 
-Readings and weights are complex: amplitude and phase of a reading, size and angle of a weight. Readings may be
-of any sensors at any speeds, in any unit; the rotor may be flexible. M readings, N planes, N ≤ M.
+Readings and weights are complex: amplitude and phase of a reading, size and angle of a weight. Readings may
+be of any sensors at any speeds, in any unit; the rotor may be flexible. M readings, N planes, N ≤ M.
 """
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
@@ -70,7 +71,7 @@ def influence_coefficients(initial: Complex, trials: Sequence[Trial], planes: in
     for trial, change in zip(trials, changes(initial, trials), strict=True):
         products[:, trial.plane] += np.conj(trial.weight_g_mm) * change
         squares[trial.plane] += abs(trial.weight_g_mm) ** 2
-    return products / squares
+    return np.asarray(products / squares, dtype=complex)
 
 
 def left_on_g_mm(trials: Sequence[Trial], planes: int) -> Complex:
@@ -91,15 +92,15 @@ def condition(influence: Complex, reading_weights: Array) -> tuple[float, Array]
     weighted = reading_weights[:, None] * influence
     lengths = np.linalg.norm(weighted, axis=0)
     if not lengths.all():
-        return np.inf, (lengths == 0.0).astype(float)
+        return math.inf, (lengths == 0.0).astype(float)
     _, sizes, right = np.linalg.svd(weighted / lengths, full_matrices=False)
-    ratio = np.inf if sizes[-1] == 0.0 else float(sizes[0] / sizes[-1])
+    ratio = math.inf if sizes[-1] == 0.0 else float(sizes[0] / sizes[-1])
     return ratio, np.abs(right[-1])
 
 
 def least_squares(influence: Complex, initial: Complex, reading_weights: Array) -> Complex:
     """Return the weights (N,) [g·mm] that make Σ (v_i |initial_i + (α w)_i|)² least, without limits."""
-    rows = reading_weights[:, None] * influence
+    rows: Complex = reading_weights[:, None] * influence
     lengths = np.linalg.norm(rows, axis=0)
     scaled, *_ = np.linalg.lstsq(rows / lengths, -reading_weights * initial, rcond=None)
     solution: Any = scaled / lengths

@@ -61,7 +61,8 @@ def limited_weights(
     Returns
     -------
     (N,) complex
-        Optimal to 1e-8 of the greatest v_i |initial_i| for the worst residual, 1e-11 of its square for the sum.
+        Optimal to 1e-8 of the greatest v_i |initial_i| for the worst residual, 1e-11 of its square
+        for the sum.
     """
     free = least_squares(influence, initial, reading_weights)
     scale = float(np.abs(reading_weights * initial).max())
@@ -145,7 +146,12 @@ def _centre(hessian: Array, gradient: Array, cones: Cones, x: Array) -> Array:
         slopes = 2.0 * (bound[:, None] * cones.d - np.einsum("ki,kin->kn", inner, cones.B)) / slack[:, None]
         curved = cones.B / np.sqrt(slack)[:, None, None]
         lines = cones.d / np.sqrt(slack)[:, None]
-        H = hessian + slopes.T @ slopes + 2.0 * np.einsum("kin,kim->nm", curved, curved) - 2.0 * lines.T @ lines
+        H = (
+            hessian
+            + slopes.T @ slopes
+            + 2.0 * np.einsum("kin,kim->nm", curved, curved)
+            - 2.0 * lines.T @ lines
+        )
         g = hessian @ x + gradient - slopes.sum(axis=0)
         step = -np.linalg.lstsq(H, g, rcond=None)[0]
         decrement = float(-g @ step)

@@ -6,17 +6,18 @@ editors all come from that one list.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from types import UnionType
-from typing import Any, Literal, Union, get_args, get_origin
+from typing import Any, Literal, TypeVar, Union, get_args, get_origin
 
 from autobalance.errors import JobError
 from autobalance.job.read import text_of, toml_of
 from autobalance.job.table import ANY, COUNTED, NOT_NEGATIVE, POSITIVE, SHARE, Rule, Table
 
 Values = dict[str, Any]
+T = TypeVar("T")
 
 
 class _Required:
@@ -50,28 +51,36 @@ def names(keys: tuple[Key, ...]) -> tuple[str, ...]:
     return tuple(key.name for key in keys)
 
 
-def read_file(path: str | Path, what: str, keys: tuple[Key, ...]) -> Values:
-    """Read a TOML file strictly; see ``read``.
+def read_document(
+    source: str | Path | Mapping[str, Any], what: str, keys: tuple[Key, ...], made: Callable[[Values], T]
+) -> T:
+    """Read a TOML file, or its structure, strictly and make something of its values.
 
     Parameters
     ----------
-    path : path
+    source : path or mapping
+        The file, or the structure it would have.
     what : str
         What the file is, for messages.
     keys : tuple of Key
         All that may stand at its top level.
+    made : callable
+        Takes the values, defaults filled in.
 
     Raises
     ------
     FileError
         If it cannot be read.
     JobError
-        If it is not TOML or breaks a key's rules; the message begins with the file's name.
+        If it is not TOML, a key breaks its rules or ``made`` refuses; the message begins with the
+        file's name.
     """
-    path = Path(path)
+    if isinstance(source, Mapping):
+        return made(read(source, keys))
+    path = Path(source)
     raw = toml_of(text_of(path, what), path.name)
     try:
-        return read(raw, keys)
+        return made(read(raw, keys))
     except JobError as error:
         raise JobError(f"{path.name}: {error}") from None
 
@@ -139,7 +148,7 @@ def _key_schema(key: Key) -> Values:
     says = {"description": key.says} if key.says else {}
     if key.keys:
         table = _table_schema(key.keys)
-        many = {"type": "array", "items": table}
+        many: Values = {"type": "array", "items": table}
         if key.default is REQUIRED:
             many["minItems"] = 1
         return {**says, **(many if key.many else table)}

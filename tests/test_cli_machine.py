@@ -1,0 +1,69 @@
+"""The commands of the balancing machine: what they print, write and refuse."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from autobalance.command import main
+
+TRIALS = """
+initial = [[8.5, 60.0], [6.5, 205.0]]
+trial = [
+  { plane = "left", g_mm = 10.0, angle_deg = 270.0, readings = [[6.0, 125.0], [4.5, 230.0]], left_on = true },
+  { plane = "right", g = 0.4, radius_mm = 30.0, angle_deg = 180.0, readings = [[6.0, 35.0], [10.5, 160.0]] },
+]
+"""
+
+
+def written(folder: Path, name: str, text: str) -> str:
+    path = folder / name
+    path.write_text(text, encoding="utf-8")
+    return str(path)
+
+
+def json_of(capsys: pytest.CaptureFixture[str], *arguments: str) -> tuple[int, dict[str, Any]]:
+    code = main([*arguments, "--json", "-"])
+    values: dict[str, Any] = json.loads(capsys.readouterr().out)
+    return code, values
+
+
+def test_influence_prints_what_to_add(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    file = written(tmp_path, "trials.toml", TRIALS)
+    assert main(["influence", file]) == 0
+    text = capsys.readouterr().out
+    assert "With the trials left on" in text
+    assert "at 30.000 mm" in text
+    code, values = json_of(capsys, "influence", file)
+    assert code == 0
+    assert list(values)[:3] == ["schema_version", "autobalance", "command"]
+    assert values["planes"] == ["left", "right"]
+
+
+def test_influence_above_its_target_is_4(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    limits = 'target = 0.5\nplane = [{ plane = "left", max_g_mm = 1.0 }]\n'
+    code, values = json_of(capsys, "influence", written(tmp_path, "trials.toml", limits + TRIALS))
+    assert (code, values["outcome"]) == (4, "above_tolerance")
+    assert "over the target of 0.5" in values["reason"]
+
+
+def test_influence_draws_the_readings(tmp_path: Path) -> None:
+    file = written(tmp_path, "trials.toml", TRIALS)
+    assert main(["influence", file, "--plots", str(tmp_path / "plots")]) == 0
+    assert {path.name for path in (tmp_path / "plots").iterdir()} == {
+        "influence-readings.png",
+        "influence-readings.svg",
+    }
+
+
+def test_influence_names_file_and_key(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    file = written(tmp_path, "trials.toml", TRIALS.replace("plane =", "plan =", 1))
+    assert main(["influence", file]) == 3
+    error = capsys.readouterr().err
+    assert error.startswith(
+        "autobalance: error: trials.toml: trial[1].plan is an unknown key; did you mean 'plane'?"
+    )
+    assert error.count("\n") == 1
