@@ -19,9 +19,11 @@ PUBLIC = {
     "balance": "api.balance",
     "compare": "api.compare",
     "crank_from_mesh": "api.crank",
+    "fem": "api.fem",
     "forces": "api.forces",
     "generate": "api.generate",
     "grade": "api.grade",
+    "influence": "api.influence",
     "inspect": "api.inspect",
     "parts": "api.parts",
     "read_crank": "api.crank",
@@ -38,9 +40,11 @@ if TYPE_CHECKING:
     from autobalance.api.crank import Crank as Crank
     from autobalance.api.crank import crank_from_mesh as crank_from_mesh
     from autobalance.api.crank import read_crank as read_crank
+    from autobalance.api.fem import fem as fem
     from autobalance.api.forces import forces as forces
     from autobalance.api.generate import generate as generate
     from autobalance.api.grade import grade as grade
+    from autobalance.api.influence import influence as influence
     from autobalance.api.inspect import inspect as inspect
     from autobalance.api.job import read_job as read_job
     from autobalance.api.parts import parts as parts
