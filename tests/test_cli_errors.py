@@ -344,9 +344,9 @@ def test_not_enough_memory_is_one_line(
 @pytest.mark.parametrize(
     "where",
     [
-        "api.balance.measure_crank",
+        "command.run.measure_crank",
         "balancing.run.balance",
-        "balancing.measuring.encode",
+        "balancing.run.encode",
         "report.json.report",
     ],
 )

@@ -23,10 +23,10 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 def run(arguments: argparse.Namespace) -> int:
     """Analyse; 0 unless something is wrong with the solid or the analysis."""
     from autobalance.api.fem import fem
-    from autobalance.command.finish import finish
-    from autobalance.command.progress import shown
+    from autobalance.command.console import progress, progress_done
+    from autobalance.command.theory import write_and_print
 
-    with shown() as progress:
+    try:
         result = fem(
             arguments.solid,
             unit=arguments.unit,
@@ -35,6 +35,8 @@ def run(arguments: argparse.Namespace) -> int:
             nu=arguments.nu,
             modes=arguments.modes,
             size_mm=arguments.size_mm,
-            progress=progress,
+            progress=lambda words, _share: progress(words),
         )
-    return finish(arguments, result, sources=(arguments.solid,))
+    finally:
+        progress_done()
+    return write_and_print(arguments, result.report, result.text, result.plots() if arguments.plots else None)

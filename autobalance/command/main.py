@@ -8,9 +8,9 @@ from collections.abc import Sequence
 from importlib import import_module
 from io import TextIOWrapper
 
+from autobalance import __version__
 from autobalance.errors import AutobalanceError
 from autobalance.runtime import keep_freed_memory, one_thread_of_linear_algebra
-from autobalance.version import __version__
 
 COMMANDS: dict[str, str] = {
     "demo": "balance the bundled motocross crank twice and compare with the published result",
@@ -23,6 +23,7 @@ COMMANDS: dict[str, str] = {
     "shafts": "balance shafts: what would cancel the first and second order, and what the job's shafts leave",
     "parts": "roll up the weights of the job: rotating, reciprocating, bob-weights, with their uncertainty",
     "influence": "balancing by influence coefficients: what to add in each plane, from trial weights",
+    "machine": "what a balancing machine reads on a rotor of known unbalance, and what following it leaves",
     "grade": "balance quality grades: permissible and achieved, and the list for crank drives",
     "fem": "natural modes and static stress of a solid, by quadratic tetrahedra (extra)",
 }

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from dataclasses import dataclass
 from typing import Literal
 
@@ -50,11 +49,6 @@ class Throw:
     crank_radius_mm: float
     angle_rad: float
     crankpin: Pin
-
-    @property
-    def angle_deg(self) -> float:
-        """Angle from throw 1, in [0, 360)."""
-        return math.degrees(self.angle_rad) % 360.0 % 360.0  # twice: −1e-15 % 360 is 360 itself
 
     @property
     def direction(self) -> Array:
