@@ -1,3 +1,66 @@
-"""Balance crankshafts from their solid models."""
+"""Balance crankshafts from their solid models.
 
-__version__ = "0.1.0"
+Everything public is here; see the functions' own documentation. Each is loaded when it is first used, so that
+``import autobalance`` costs nothing.
+"""
+
+from __future__ import annotations
+
+from importlib import import_module
+from typing import TYPE_CHECKING, Any
+
+from autobalance.version import __version__ as __version__
+
+PUBLIC = {
+    "AutobalanceError": "errors",
+    "BalanceResult": "api.balance",
+    "Crank": "api.crank",
+    "Job": "job.model",
+    "balance": "api.balance",
+    "compare": "api.compare",
+    "crank_from_mesh": "api.crank",
+    "fem": "api.fem",
+    "forces": "api.forces",
+    "generate": "api.generate",
+    "grade": "api.grade",
+    "influence": "api.influence",
+    "inspect": "api.inspect",
+    "parts": "api.parts",
+    "read_crank": "api.crank",
+    "read_job": "api.job",
+    "shafts": "api.shafts",
+    "verify": "api.verify",
+}
+"""Public name → the module that holds it."""
+
+if TYPE_CHECKING:
+    from autobalance.api.balance import BalanceResult as BalanceResult
+    from autobalance.api.balance import balance as balance
+    from autobalance.api.compare import compare as compare
+    from autobalance.api.crank import Crank as Crank
+    from autobalance.api.crank import crank_from_mesh as crank_from_mesh
+    from autobalance.api.crank import read_crank as read_crank
+    from autobalance.api.fem import fem as fem
+    from autobalance.api.forces import forces as forces
+    from autobalance.api.generate import generate as generate
+    from autobalance.api.grade import grade as grade
+    from autobalance.api.influence import influence as influence
+    from autobalance.api.inspect import inspect as inspect
+    from autobalance.api.job import read_job as read_job
+    from autobalance.api.parts import parts as parts
+    from autobalance.api.shafts import shafts as shafts
+    from autobalance.api.verify import verify as verify
+    from autobalance.errors import AutobalanceError as AutobalanceError
+    from autobalance.job.model import Job as Job
+
+
+def __getattr__(name: str) -> Any:
+    if name not in PUBLIC:
+        raise AttributeError(f"module 'autobalance' has no attribute {name!r}")
+    found = getattr(import_module(f"autobalance.{PUBLIC[name]}"), name)
+    globals()[name] = found
+    return found
+
+
+def __dir__() -> list[str]:
+    return sorted({*globals(), *PUBLIC})

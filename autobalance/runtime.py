@@ -29,6 +29,17 @@ def in_thread(work: Callable[[], T]) -> Future[T]:
     return future
 
 
+def load_in_thread(*modules: str) -> None:
+    """Begin to load modules that will be needed soon, while other work goes on."""
+    from importlib import import_module
+
+    def load() -> None:
+        for module in modules:
+            import_module(module)
+
+    in_thread(load)
+
+
 class Stopwatch:
     """Seconds spent in each stage of a run."""
 

@@ -344,9 +344,9 @@ def test_not_enough_memory_is_one_line(
 @pytest.mark.parametrize(
     "where",
     [
-        "command.run.measure_crank",
+        "api.balance.measure_crank",
         "balancing.run.balance",
-        "balancing.run.encode",
+        "balancing.measuring.encode",
         "report.json.report",
     ],
 )

@@ -56,7 +56,7 @@ STOPPING = """
 import os, signal, sys, threading
 signal.signal(signal.SIGINT, signal.default_int_handler)  # who runs the tests in the background ignores it
 from autobalance.balancing import loop
-from autobalance.command import main, run
+from autobalance.command import main
 
 cut = loop._cut_and_measure
 

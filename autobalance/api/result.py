@@ -8,9 +8,9 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from autobalance import __version__
 from autobalance.errors import FileError, FormatError
 from autobalance.report.files import Staging
+from autobalance.version import __version__
 
 Values = dict[str, Any]
 Plots = Mapping[str, Mapping[str, bytes]]

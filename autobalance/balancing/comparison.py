@@ -6,17 +6,16 @@ import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 
-import numpy as np
-
 from autobalance import correction
-from autobalance.balancing.loop import Offers, Outcome, Result, Rotor, balance, workpiece
+from autobalance.balancing.loop import Offers, Outcome, Result, balance, workpiece
+from autobalance.balancing.measuring import in_memory, on_true_surfaces
+from autobalance.balancing.rotor import Rotor
 from autobalance.correction import Limits
 from autobalance.correction.kind import Correction, Offer, Prefer, Workpiece
 from autobalance.crank.anatomy import Anatomy, Web
 from autobalance.errors import CorrectionError
 from autobalance.planning.whole_cuts import greatest_multiple
 from autobalance.rigid_rotor.tolerance import Tolerance
-from autobalance.solid.mesh.mesh import Floats, Mesh
 
 MIXES = (
     ("shoulder",),
@@ -114,19 +113,18 @@ def compare(
     Parameters
     ----------
     rotor, tolerance
-        As for ``rebalance.balance``.
+        As for ``loop.balance``.
     limits : mapping of str to Limits
         The limits of each kind, by its name.
     """
     rows = []
     offers = _once()
+    measure = in_memory if rotor.exact is None else on_true_surfaces
     for methods in mixes:
         progress(f"trying {'+'.join(methods)}")
         chosen = [limits[name] for name in methods]
         try:
-            result = balance(
-                rotor, tolerance, chosen, _bytes_of, _soup_of, prefer=prefer, advise=False, offers=offers
-            )
+            result = balance(rotor, tolerance, chosen, measure, prefer=prefer, advise=False, offers=offers)
         except CorrectionError as error:
             rows.append(Row(methods, None, str(error)))
             continue
@@ -151,15 +149,6 @@ def _once() -> Offers:
 def beaten_by(rows: Sequence[Row]) -> dict[str, list[str]]:
     """Return, for each row's name, the names of the rows that beat it; nothing beats those with none."""
     return {row.name: [other.name for other in rows if other.beats(row)] for row in rows}
-
-
-def _bytes_of(mesh: Mesh) -> bytes:
-    """Write nothing: what is compared is not kept."""
-    return mesh.corners.tobytes()
-
-
-def _soup_of(data: bytes) -> Floats:
-    return np.frombuffer(data, dtype=np.float64).reshape(-1, 3, 3)
 
 
 def _row(

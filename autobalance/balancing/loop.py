@@ -2,17 +2,18 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, field, replace
-from typing import TYPE_CHECKING, Literal
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+from typing import Literal
 
 import numpy as np
 
 from autobalance import correction
+from autobalance.balancing.measuring import Measure, Measured, in_memory
+from autobalance.balancing.rotor import Rotor
 from autobalance.correction import Limits
 from autobalance.correction.kind import Array, Correction, Cut, Offer, Prefer, Workpiece
-from autobalance.crank.anatomy import Anatomy, Face
-from autobalance.errors import SolidError
+from autobalance.crank.anatomy import Anatomy
 from autobalance.planning.depths import AIM, Plan, Shortfall, explain_shortfall
 from autobalance.planning.relaxation import Relaxation, Shortage, relaxations
 from autobalance.planning.whole_cuts import choose, least_share
@@ -21,20 +22,12 @@ from autobalance.rigid_rotor.tolerance import Tolerance
 from autobalance.rigid_rotor.unbalance import Unbalance
 from autobalance.rigid_rotor.uncertainty import Budget
 from autobalance.solid.csg.solid import Solid, union
-from autobalance.solid.csg.tool import Tool, placed
-from autobalance.solid.mesh.measure import soup_moments
-from autobalance.solid.mesh.mesh import Floats, Mesh
-
-if TYPE_CHECKING:
-    from autobalance.solid.cad.step import Exact
 
 Offers = Callable[[Workpiece, Limits, int], Offer]
 Outcome = Literal["within_tolerance", "already_within_tolerance", "above_tolerance"]
 
 PASSES = 6
 """Cuts of the whole crank at most; one or two are usual."""
-DISAGREE = 0.02
-"""Share of the metal moved by which true surfaces and triangles may differ, beyond what facets hide."""
 LOOKS = 8
 """How often to look for metal four times deeper."""
 
@@ -54,60 +47,14 @@ class Step:
 
 
 @dataclass(frozen=True, eq=False)
-class Rotor:
-    """What is balanced: the crank in file coordinates [mm] and what turns with it.
-
-    ``exact`` is the crank with its true surfaces, where its file keeps them: plans are made on ``solid``, its
-    triangles, and the exact solid is cut. ``moments`` are the bare crank's and ``loads`` those of bob-weights
-    and attached rotors, both in the rotor frame; ``loads_per_factor`` is the derivative of the loads with the
-    balance factor ``factor``. ``budget`` tells how far the residual may be off, from the bare crank's moments
-    and the corrections made on it; None where that is not known. ``hidden`` tells what the facets of loose
-    triangles (file coordinates) hide of the smooth surface, which ``moments`` have already; None: nothing is
-    added.
-    """
-
-    solid: Solid
-    moments: Moments
-    density_g_mm3: float
-    anatomy: Anatomy
-    faces: tuple[Face, ...]
-    loads: Moments
-    loads_per_factor: Moments
-    factor: float
-    budget: Callable[[Moments, Sequence[Correction]], Budget] | None = None
-    exact: Exact | None = None
-    hidden: Callable[[Floats], Moments] | None = None
-
-    def doubt(self, bare: Moments, corrections: Sequence[Correction] = ()) -> Budget | None:
-        """Return how far the residual may be off, None where that is not known."""
-        return None if self.budget is None else self.budget(bare, corrections)
-
-
-@dataclass(frozen=True, eq=False)
-class Written:
-    """A corrected crank as the bytes of its file, and what is measured of them (rotor frame).
-
-    ``triangles`` is None where the file keeps true surfaces; ``surfaces`` counts these by kind then, and
-    ``hidden`` is what they hold more than the triangles of the same cut. ``added`` is what the facets hide by
-    estimate, where that counts.
-    """
-
-    data: bytes
-    triangles: int | None
-    moments: Moments
-    surfaces: Mapping[str, int] | None = None
-    hidden: Moments | None = None
-    added: Moments = field(default_factory=Moments.zero)
-
-
-@dataclass(frozen=True, eq=False)
 class Result:
     """The end of a balancing run.
 
     ``initial_moments`` and ``final_moments`` are the bare crank's with its slugs, in the rotor frame;
     ``initial`` and ``residual`` count bob-weights and attached rotors too, as judged. ``solid`` is the
-    corrected crank in file coordinates [mm], ``written`` its file, from which the residual was measured;
-    both are None when nothing was cut. ``tools`` are the corrections' bodies, file coordinates.
+    corrected crank in file coordinates [mm], ``measured`` what was measured of it, with the bytes of its file
+    where these were measured; both are None when nothing was cut. ``tools`` are the corrections' bodies, file
+    coordinates.
     ``initial_doubt`` and ``doubt`` tell how far ``initial`` and ``residual`` may be off.
     """
 
@@ -120,7 +67,7 @@ class Result:
     corrections: tuple[Correction, ...]
     steps: tuple[Step, ...]
     solid: Solid | None
-    written: Written | None
+    measured: Measured | None
     tools: tuple[Solid, ...] = ()
     initial_doubt: Budget | None = None
     doubt: Budget | None = None
@@ -128,12 +75,12 @@ class Result:
 
 @dataclass(frozen=True, eq=False)
 class _Pass:
-    """A cut crank, as written and as measured, and the bodies of its cuts (rotor frame)."""
+    """A cut crank as it was measured, and the bodies of its cuts (rotor frame)."""
 
     depths_mm: Array
     tools: tuple[Solid, ...]
     solid: Solid
-    written: Written
+    measured: Measured
     moments: Moments
     residual: Unbalance
     share: float
@@ -143,8 +90,7 @@ def balance(
     rotor: Rotor,
     tolerance: Tolerance,
     methods: Sequence[Limits],
-    encode: Callable[[Mesh], bytes],
-    decode: Callable[[bytes], Floats],
+    measure: Measure = in_memory,
     progress: Callable[[str], None] = lambda _: None,
     prefer: Prefer = "least_metal",
     advise: bool = True,
@@ -158,9 +104,8 @@ def balance(
     tolerance : Tolerance
     methods : sequence of limits
         The kinds of correction that may be mixed.
-    encode, decode : callable
-        Write a mesh [mm] as the bytes of a file, and read it back as loose triangles: the verdict is measured
-        on these.
+    measure : Measure
+        How a cut crank is measured: the verdict is on what it finds (see ``measuring``).
     progress : callable
         Told in a few words what runs.
     prefer : Prefer
@@ -195,7 +140,7 @@ def balance(
             corrections=(),
             steps=tuple(steps),
             solid=None,
-            written=None,
+            measured=None,
             initial_doubt=initial_doubt,
             doubt=initial_doubt,
         )
@@ -229,7 +174,7 @@ def balance(
     drift = Unbalance(np.zeros(2), np.zeros(2))
     for number in range(1, PASSES + 1):
         progress(f"cutting, pass {number}")
-        done = _cut_and_measure(rotor, tolerance, offer.cuts, plan, encode, decode)
+        done = _cut_and_measure(rotor, tolerance, offer.cuts, plan, measure)
         steps.append(
             Step(
                 number,
@@ -248,7 +193,7 @@ def balance(
     if best.share >= tolerance.used_share(initial):
         return left_alone(steps)
     made = _corrections(offer.cuts, best.depths_mm)
-    doubt = rotor.doubt(best.written.moments, made)
+    doubt = rotor.doubt(best.measured.moments, made)
     within = tolerance.is_met_by(best.residual, doubt)
     reason = None if within else tolerance.why_not(best.residual, doubt, plan.binding)
     if not within and reason is None:
@@ -263,7 +208,7 @@ def balance(
         corrections=made,
         steps=tuple(steps),
         solid=best.solid,
-        written=best.written,
+        measured=best.measured,
         tools=tuple(tool.moved(rotor.anatomy.rotor_to_file) for tool in best.tools),
         initial_doubt=initial_doubt,
         doubt=doubt,
@@ -363,10 +308,9 @@ def _cut_and_measure(
     tolerance: Tolerance,
     cuts: Sequence[Cut],
     plan: Plan,
-    encode: Callable[[Mesh], bytes],
-    decode: Callable[[bytes], Floats],
+    measure: Measure,
 ) -> _Pass:
-    """Cut the untouched crank to the plan's depths and measure what is written."""
+    """Cut the untouched crank to the plan's depths and measure it."""
     made = [(cut, float(depth)) for cut, depth in zip(cuts, plan.depths_mm, strict=True) if depth > 0.0]
     tools = tuple(cut.tool(depth) for cut, depth in made)
     solid, pressed_in = rotor.solid, Moments.zero()
@@ -377,47 +321,10 @@ def _cut_and_measure(
             solid = solid + tool if adds else solid - tool
     for cut, depth in made:
         pressed_in = pressed_in + cut.pressed_in(depth)
-    if rotor.exact is not None:
-        written = _exactly(rotor, rotor.exact, made, solid)
-    else:
-        data = encode(solid.mesh)
-        soup = decode(data)
-        bare = soup_moments(soup, rotor.density_g_mm3, rotor.anatomy.file_to_rotor)
-        added = Moments.zero() if rotor.hidden is None else rotor.hidden(soup)
-        written = Written(data, len(soup), bare, added=added)
-    moments = written.moments + written.added + pressed_in
+    measured = measure(rotor, solid, made)
+    moments = measured.moments + measured.added + pressed_in
     residual = Unbalance.of(moments + rotor.loads)
-    return _Pass(plan.depths_mm, tools, solid, written, moments, residual, tolerance.used_share(residual))
-
-
-def _exactly(rotor: Rotor, exact: Exact, made: Sequence[tuple[Cut, float]], in_facets: Solid) -> Written:
-    """Cut the exact solid, write it, and measure it as it is read again; ``in_facets`` is the same cut.
-
-    Raises
-    ------
-    SolidError
-        If the CAD kernel cannot make the cut, or makes another one.
-    """
-    from autobalance.solid.cad.step import written_and_read
-
-    removed: list[Tool] = []
-    added: list[Tool] = []
-    for cut, depth in made:
-        tool = cut.exact_tool(depth)
-        if tool is not None:
-            (added if cut.adds_metal else removed).append(placed(tool, rotor.anatomy.rotor_to_file))
-    data, again = written_and_read(exact, exact.solid.machined(removed, added))
-    density, frame = rotor.density_g_mm3, rotor.anatomy.file_to_rotor
-    moments, faceted = again.moments(density, frame), in_facets.moments(density, frame)
-    hidden = moments - faceted
-    hidden_before = rotor.moments - rotor.solid.moments(density, frame)
-    cut_g = abs(rotor.moments.mass_g - moments.mass_g)
-    if abs(hidden.mass_g - hidden_before.mass_g) > DISAGREE * cut_g + abs(hidden_before.mass_g):
-        raise SolidError(
-            f"the CAD kernel leaves {moments.mass_g:.6g} g where {faceted.mass_g:.6g} g were planned; "
-            "needed the same cut in both; a mesh of the part can be balanced instead"
-        )
-    return Written(data, None, moments, again.face_kinds(), hidden)
+    return _Pass(plan.depths_mm, tools, solid, measured, moments, residual, tolerance.used_share(residual))
 
 
 def _reason(

@@ -12,7 +12,7 @@ from autobalance.crank.anatomy import Anatomy, Face, Overrides
 from autobalance.crank.faces import find_faces
 from autobalance.crank.recognition.alignment import misalignment_warning
 from autobalance.crank.recognition.recognise import recognise
-from autobalance.errors import BodiesError, RecognitionError
+from autobalance.errors import BodiesError, JobError, RecognitionError
 from autobalance.job import Balance, Crankshaft, Job
 from autobalance.rigid_rotor.moments import Moments
 from autobalance.runtime import Stopwatch, in_thread
@@ -48,11 +48,11 @@ class Crank:
         added = Moments.zero() if self.facets is None else self.correction.part(self.facets.missing)
         return self.source.volume_mm3 + added.mass_g / self.density_g_mm3
 
-    def warnings(self, file: Path) -> tuple[str, ...]:
+    def warnings(self, file: Path | None) -> tuple[str, ...]:
         """Return what a user should know of the file and the crank in it, one line each."""
         misaligned = misalignment_warning(self.anatomy)
         found = [*self.source.repairs, *([] if misaligned is None else [misaligned])]
-        return tuple(f"{file}: {text}" for text in found)
+        return tuple(text if file is None else f"{file}: {text}" for text in found)
 
 
 def measure_crank(
@@ -71,17 +71,43 @@ def measure_crank(
             anatomy = recognition.anatomy(source)
         except RecognitionError as error:
             raise RecognitionError(f"{crankshaft.file}: {error}") from None
-        looking = in_thread(
-            lambda: find_faces(source.solid.mesh, anatomy, source.surfaces) if with_faces else ()
+        return measured_source(
+            source, anatomy, crankshaft.density_g_mm3, asked, with_faces, in_file.moved(anatomy.file_to_rotor)
         )
-        moments = in_file.moved(anatomy.file_to_rotor)
-        facets = facets_of(source, crankshaft.density_g_mm3, anatomy, asked)
-        correction = NOT_ASKED
-        if facets is not None and asked is not None:
-            correction = FacetCorrection.of(facets, asked.facet_correction)
-            moments = moments + correction.part(facets.missing)
-        faces = looking.result()
-    return Crank(source, anatomy, crankshaft.density_g_mm3, moments, facets, correction, faces)
+
+
+def measured_source(
+    source: Source,
+    anatomy: Anatomy,
+    density_g_mm3: float,
+    asked: Balance | None = None,
+    with_faces: bool = False,
+    moments: Moments | None = None,
+) -> Crank:
+    """Measure a crank that was read and recognised, as exactly as ``asked``.
+
+    ``moments`` (rotor frame) are the solid's where they are known already.
+    """
+    looking = in_thread(lambda: find_faces(source.solid.mesh, anatomy, source.surfaces) if with_faces else ())
+    found = source.moments(density_g_mm3, anatomy.file_to_rotor) if moments is None else moments
+    facets = facets_of(source, density_g_mm3, anatomy, asked)
+    correction = NOT_ASKED
+    if facets is not None and asked is not None:
+        correction = FacetCorrection.of(facets, asked.facet_correction)
+        found = found + correction.part(facets.missing)
+    return Crank(source, anatomy, density_g_mm3, found, facets, correction, looking.result())
+
+
+def recognised(source: Source, hints: Overrides) -> Anatomy:
+    """Return the crank in a checked solid.
+
+    Raises
+    ------
+    RecognitionError
+        If there is none, or not enough of one.
+    """
+    own = source.surfaces.cylinders if source.surfaces is not None else ()
+    return recognise(source.solid, hints, own)
 
 
 def work_on_faces(job: Job) -> bool:
@@ -104,11 +130,12 @@ class _Recognition:
         """Return the crank in a file's solid, once it is checked."""
         if self._begun is not None and source.solid is self._begun[0]:
             return self._begun[1].result()
-        own = source.surfaces.cylinders if source.surfaces is not None else ()
-        return recognise(source.solid, self._hints, own)
+        return recognised(source, self._hints)
 
 
 def _read(crankshaft: Crankshaft, begun: Callable[[Solid], None]) -> Source:
+    if crankshaft.file is None:
+        raise JobError("crankshaft.file is missing; needed a crank file, or a crank given with the job")
     pressed_up = not crankshaft.crankpin_in_file
     try:
         return read(crankshaft.file, crankshaft.unit, crankshaft.body, pressed_up=pressed_up, begun=begun)

@@ -20,9 +20,9 @@ from autobalance.rigid_rotor.unbalance import Unbalance
 class InputFile:
     """The crank's file as it was read."""
 
-    file: str
+    file: str | None
     sha256: str
-    format: str
+    format: str | None
     triangles: int
     bodies: int
     repairs: tuple[str, ...]

@@ -16,8 +16,9 @@ from autobalance.balancing import (
     uncertainty_budget,
 )
 from autobalance.balancing.comparison import Row, compare
-from autobalance.balancing.loop import Result, Rotor, Written, balance, planned
+from autobalance.balancing.loop import Result, balance, planned
 from autobalance.balancing.measured_crank import Crank, work_on_faces
+from autobalance.balancing.measuring import Measure, as_file, in_memory, on_true_surfaces
 from autobalance.balancing.record import (
     Balanced,
     BobWeights,
@@ -30,6 +31,7 @@ from autobalance.balancing.record import (
     Overbalance,
     Record,
 )
+from autobalance.balancing.rotor import Rotor
 from autobalance.correction import Limits
 from autobalance.correction.drill import DrillLimits
 from autobalance.crank.anatomy import Anatomy
@@ -43,16 +45,13 @@ from autobalance.rigid_rotor.moments import Moments
 from autobalance.rigid_rotor.tolerance import Tolerance
 from autobalance.rigid_rotor.unbalance import Unbalance
 from autobalance.runtime import Stopwatch, in_thread
-from autobalance.solid.formats.write import decode, encode
-from autobalance.solid.mesh.mesh import Floats, Mesh
+from autobalance.solid.formats.read import Source
 
 Progress = Callable[[str], None]
 
 
-def balanced_record(
-    job: Job, crank: Crank, watch: Stopwatch, progress: Progress
-) -> tuple[Record, Written | None]:
-    """Balance a measured crank; return what the report needs, and the solid's file if one was cut.
+def balanced_record(job: Job, crank: Crank, watch: Stopwatch, progress: Progress) -> Record:
+    """Balance a measured crank; return what the report needs.
 
     Raises
     ------
@@ -66,17 +65,9 @@ def balanced_record(
         tolerance = rotor_from_job.tolerance_of(job, crank.anatomy, crank.moments)
         rotor = _rotor(job, crank, tolerance, factor)
         before = engine_from_job.shaking(job, crank.anatomy, crank.moments)
-    format_name, scale = crank.source.format, crank.source.mm_per_unit
-
-    def to_bytes(mesh: Mesh) -> bytes:
-        return encode(mesh, format_name, scale)
-
-    def from_bytes(data: bytes) -> Floats:
-        return decode(data, format_name, scale)
-
     with _Stages(watch, progress) as told:
         try:
-            result = balance(rotor, tolerance, job.methods, to_bytes, from_bytes, told, prefer=job.prefer)
+            result = balance(rotor, tolerance, job.methods, _measure(crank.source), told, prefer=job.prefer)
         except CorrectionError as error:
             raise JobError(f"{job.path.name}: {error}") from None
     record = _record(job, crank, factor, tolerance, result, counterweights.result())
@@ -87,7 +78,14 @@ def balanced_record(
         progress("placing the last holes")
         left = _overbalance(job, rotor, tolerance, result)
         record = replace(record, balanced=replace(record.balanced, overbalance=left))
-    return record, result.written
+    return record
+
+
+def _measure(source: Source) -> Measure:
+    """Return how to measure what is cut: as its file will hold it, or in memory where there is no file."""
+    if source.exact is not None:
+        return on_true_surfaces
+    return in_memory if source.format is None else as_file(source.format, source.mm_per_unit)
 
 
 def _forces(job: Job, crank: Crank, before: ShakingForce, result: Result) -> Forces | None:
@@ -99,7 +97,7 @@ def _overbalance(job: Job, rotor: Rotor, tolerance: Tolerance, result: Result) -
     """Plan the last holes on the crank as it was made: they take what was left on purpose."""
     limits = next((each for each in job.methods if isinstance(each, DrillLimits)), DrillLimits())
     allowance = rotor_from_job.overbalance_moments(job, tolerance)
-    bare = result.written.moments if result.written else rotor.moments
+    bare = result.measured.moments if result.measured else rotor.moments
     slugs = result.final_moments - bare
     made = replace(
         rotor, solid=result.solid or rotor.solid, moments=bare, loads=rotor.loads + allowance + slugs
@@ -145,8 +143,8 @@ class Compared:
     rows: tuple[Row, ...]
 
 
-def compare_job(job: Job, progress: Progress) -> Compared:
-    """Try every kind of correction and the useful mixes on a job's crank.
+def compare_job(job: Job, progress: Progress, given: Crank | None = None) -> Compared:
+    """Try every kind of correction and the useful mixes on a job's crank, or on the one ``given``.
 
     Raises
     ------
@@ -157,7 +155,11 @@ def compare_job(job: Job, progress: Progress) -> Compared:
     progress("reading the crank")
     limits = _every_kind(job)
     every = replace(job, methods=tuple(limits.values()), method_names=tuple(limits))
-    crank = measured_crank.measure_crank(job.crankshaft, watch, job.balance, work_on_faces(every))
+    if given is None:
+        crank = measured_crank.measure_crank(job.crankshaft, watch, job.balance, work_on_faces(every))
+    else:
+        found = given.source, given.anatomy, given.density_g_mm3
+        crank = measured_crank.measured_source(*found, job.balance, work_on_faces(every))
     rotor_from_job.check_engine(job, crank.anatomy)
     factor = rotor_from_job.target_factor(job, crank.anatomy, crank.moments)
     tolerance = rotor_from_job.tolerance_of(job, crank.anatomy, crank.moments)
@@ -234,7 +236,7 @@ def _facet_entry(crank: Crank, tolerance: Tolerance, result: Result) -> ChordalE
     needed = None
     if crank.facets is not None and result.doubt is not None:
         needed = chordal_correction.needed(crank.facets, tolerance, result.doubt.shares["facets"])
-    after = None if result.written is None else result.written.added
+    after = None if result.measured is None else result.measured.added
     return chordal_correction.facet_entry(crank.facets, crank.correction, needed, after)
 
 
@@ -264,11 +266,12 @@ def _counterweight(webs: Moments | None, anatomy: Anatomy, result: Result) -> Co
     )
 
 
-def input_file(path: Path, crank: Crank) -> InputFile:
+def input_file(path: Path | None, crank: Crank) -> InputFile:
     """Return what the report says of the crank's file."""
     source = crank.source
-    name = source.format.removesuffix("-ascii")  # both are STL
-    return InputFile(str(path), source.sha256, name, source.triangles, source.bodies, source.repairs)
+    name = None if source.format is None else source.format.removesuffix("-ascii")  # both are STL
+    file = None if path is None else str(path)
+    return InputFile(file, source.sha256, name, source.triangles, source.bodies, source.repairs)
 
 
 def _loads(job: Job, crank: Crank, factor: float) -> BobWeights:

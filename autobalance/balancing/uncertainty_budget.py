@@ -138,7 +138,7 @@ class UncertaintyBudget:
 def spacing_mm(source: Source) -> float:
     """Return the distance of two numbers that a file can tell apart, at the far end of its solid."""
     reach = float(np.abs(source.solid.bounds).max()) / source.mm_per_unit
-    number = format_named(source.format).number
+    number = np.float64 if source.format is None else format_named(source.format).number
     return float(np.spacing(number(reach))) * source.mm_per_unit
 
 

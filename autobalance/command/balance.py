@@ -4,16 +4,15 @@ from __future__ import annotations
 
 import argparse
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from autobalance.command.options import add_json, add_pages, add_units, choice_of
-from autobalance.command.progress import Mode, Progress, add_progress, mode_of
+from autobalance.command.progress import Mode, add_progress, mode_of
 
 if TYPE_CHECKING:
-    from autobalance.command.run import Run
+    from autobalance.api.balance import BalancedFiles
+    from autobalance.job import Job
     from autobalance.report.bundle import Choice
-
-ABOVE_TOLERANCE = 4
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -31,11 +30,11 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 def run(arguments: argparse.Namespace) -> int:
     """Balance a crank; 0 within tolerance, 4 above it."""
     from autobalance import job
+    from autobalance.command.console import say
 
     asked = job.load(arguments.job)
     folder = Path(arguments.output) if arguments.output else default_folder(asked.path)
     done = balanced(asked, folder, arguments.json, choice_of(arguments), mode_of(arguments))
-    from autobalance.command.console import say
     from autobalance.report.json import dumps
     from autobalance.report.text import UNITS, balance_text
 
@@ -44,7 +43,7 @@ def run(arguments: argparse.Namespace) -> int:
     else:
         say(balance_text(done.report, UNITS[arguments.units]))
         say("\nWritten: " + ", ".join(str(path) for path in done.files))
-    return exit_code(done.report)
+    return done.result.exit_code
 
 
 def default_folder(job_path: Path) -> Path:
@@ -52,23 +51,17 @@ def default_folder(job_path: Path) -> Path:
     return job_path.with_name(f"{job_path.stem}-balanced")
 
 
-def exit_code(report: dict[str, Any]) -> int:
-    """Return the exit code that a report's outcome stands for."""
-    return ABOVE_TOLERANCE if report["outcome"] == "above_tolerance" else 0
-
-
 def balanced(
-    asked: Any, folder: Path, json_file: str | None = None, choice: Choice | None = None, mode: Mode = "usual"
-) -> Run:
+    asked: Job, folder: Path, json_file: str | None = None, choice: Choice | None = None, mode: Mode = "usual"
+) -> BalancedFiles:
     """Run a job and put its files in place."""
+    from autobalance.api.balance import balance_to_files
+    from autobalance.api.progress import telling
     from autobalance.command.console import warn
-    from autobalance.command.run import run_job
+    from autobalance.command.progress import shown
 
-    progress = Progress(mode)
-    try:
-        done = run_job(asked, folder, json_file, progress, choice)
-    finally:
-        progress.done()
+    with shown(mode) as progress:
+        done = balance_to_files(asked, folder, json_file, telling(progress), choice)
     for text in done.warnings:
         warn(text)
     return done

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import argparse
-from typing import Any
 
 from autobalance.command.options import add_units
 
@@ -25,34 +24,12 @@ def run(arguments: argparse.Namespace) -> int:
     """Compare; 0 if some kind comes within tolerance (or nothing is to be cut), 4 if none does."""
     from pathlib import Path
 
-    from autobalance import job
-    from autobalance.balancing.run import compare_job
-    from autobalance.command.console import progress, progress_done, say
-    from autobalance.report.comparison import comparison, comparison_text
+    from autobalance.api.compare import compare
+    from autobalance.command.finish import finish
+    from autobalance.command.progress import shown
     from autobalance.report.files import Staging
-    from autobalance.report.json import dumps
-    from autobalance.report.text import UNITS
 
-    asked = job.load(arguments.job)
-
-    def compared() -> dict[str, Any]:
-        done = compare_job(asked, progress)
-        return comparison(str(asked.path), done.tolerance, done.initial_g_mm, done.rows)
-
-    try:
-        if arguments.json in (None, "-"):
-            values = compared()
-        else:
-            target = Path(arguments.json)
-            with Staging([target.parent]) as staging:
-                values = compared()
-                staging.add(target, dumps(values).encode())
-                staging.commit()
-    finally:
-        progress_done()
-    if arguments.json == "-":
-        say(dumps(values).removesuffix("\n"))
-    else:
-        say(comparison_text(values, UNITS[arguments.units]))
-    good = ("within_tolerance", "already_within_tolerance")
-    return 0 if any(row["outcome"] in good for row in values["rows"]) else 4
+    copy = None if arguments.json in (None, "-") else Path(arguments.json)
+    with Staging([] if copy is None else [copy.parent]), shown() as progress:  # that it can be written
+        result = compare(arguments.job, progress=progress)
+    return finish(arguments, result, sources=(arguments.job,))

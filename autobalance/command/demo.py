@@ -40,8 +40,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 def run(arguments: argparse.Namespace) -> int:
     """Balance the bundled crank to 28 % and to its original factor."""
     from autobalance import job
-    from autobalance.command.balance import balanced, exit_code
-    from autobalance.command.bundled import bundled_folder
+    from autobalance.bundled import bundled_folder
+    from autobalance.command.balance import balanced
     from autobalance.command.console import say
     from autobalance.report.bundle import Choice
     from autobalance.report.text import UNITS
@@ -49,14 +49,14 @@ def run(arguments: argparse.Namespace) -> int:
     output = Path(arguments.output)
     choice = Choice(units=arguments.units, date=today())
     jobs = bundled_folder() / "crf250r" / "drafted"
-    reports = []
+    done = []
     for case in CASES:
         asked = job.load(jobs / f"{case.job}.toml")
-        reports.append(balanced(asked, output / case.job, choice=choice).report)
-    say(demo_text(reports, UNITS[arguments.units]))
+        done.append(balanced(asked, output / case.job, choice=choice))
+    say(demo_text([each.report for each in done], UNITS[arguments.units]))
     say(f"\nWritten: {', '.join(str(output / case.job) for case in CASES)}")
     say(f"Check:   autobalance verify {output / CASES[0].job / 'report.json'}")
-    return max(exit_code(report) for report in reports)
+    return max(each.result.exit_code for each in done)
 
 
 def demo_text(reports: Sequence[Mapping[str, Any]], units: Any) -> str:

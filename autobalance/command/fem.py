@@ -23,10 +23,10 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 def run(arguments: argparse.Namespace) -> int:
     """Analyse; 0 unless something is wrong with the solid or the analysis."""
     from autobalance.api.fem import fem
-    from autobalance.command.console import progress, progress_done
-    from autobalance.command.theory import write_and_print
+    from autobalance.command.finish import finish
+    from autobalance.command.progress import shown
 
-    try:
+    with shown() as progress:
         result = fem(
             arguments.solid,
             unit=arguments.unit,
@@ -35,8 +35,6 @@ def run(arguments: argparse.Namespace) -> int:
             nu=arguments.nu,
             modes=arguments.modes,
             size_mm=arguments.size_mm,
-            progress=lambda words, _share: progress(words),
+            progress=progress,
         )
-    finally:
-        progress_done()
-    return write_and_print(arguments, result.report, result.text, result.plots() if arguments.plots else None)
+    return finish(arguments, result, sources=(arguments.solid,))

@@ -39,7 +39,11 @@ def finish(
         If a file would be written over another, or over one that was read.
     """
     to_write = [*_asked_for(arguments, result), *(files or {}).items()]
-    _refuse_collisions([path for path, _ in to_write], sources)
+    job = getattr(arguments, "job", None)
+    named = {
+        Path(source).resolve(): "the job" if source == job else "a file that is read" for source in sources
+    }
+    _refuse_collisions([path for path, _ in to_write], named)
     with Staging(sorted({path.parent for path, _ in to_write})) as staging:
         for path, data in to_write:
             staging.add(path, data)
@@ -70,14 +74,13 @@ def _asked_for(arguments: argparse.Namespace, result: VerbResult) -> list[tuple[
     return found
 
 
-def _refuse_collisions(targets: list[Path], sources: tuple[str | Path, ...]) -> None:
-    """Refuse two outputs in one place, and an output over an input."""
+def _refuse_collisions(targets: list[Path], sources: Mapping[Path, str]) -> None:
+    """Refuse two outputs in one place, and an output over an input; ``sources`` tells what these are."""
     seen: set[Path] = set()
-    read = {Path(source).resolve() for source in sources}
     for target in targets:
         place = target.resolve()
-        if place in read:
-            raise UsageError(f"{target} would overwrite a file that is read; choose another place")
+        if place in sources:
+            raise UsageError(f"{target} would overwrite {sources[place]}; choose another place")
         if place in seen:
             raise UsageError(f"{target} is asked for twice; each file needs a place of its own")
         seen.add(place)

@@ -3,16 +3,8 @@
 from __future__ import annotations
 
 import argparse
-from typing import TYPE_CHECKING, Any
 
 from autobalance.command.options import add_json, add_plots, add_units
-from autobalance.errors import UsageError
-
-if TYPE_CHECKING:
-    from autobalance.command.theory import Plots
-
-USUAL_SPEEDS_RPM = (100.0, 20000.0)
-"""Plotted where no speed is given: a slow marine diesel to a racing engine."""
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -47,118 +39,17 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(arguments: argparse.Namespace) -> int:
     """Print grades; 0 unless an option is wrong."""
-    from autobalance.command.theory import write_and_print
-    from autobalance.report.force_text import grade_text
-    from autobalance.report.text import UNITS
+    from autobalance.api.grade import grade
+    from autobalance.command.finish import finish
 
-    try:
-        values = _values(arguments)
-    except ValueError as error:
-        raise UsageError(str(error)) from None
-    plots = _plots(values) if arguments.plots else None
-    return write_and_print(arguments, values, lambda: grade_text(values, UNITS[arguments.units]), plots)
-
-
-def _plots(values: dict[str, Any]) -> Plots:
-    """Draw e_per, and U_per where the rotor is known, for the grade and its neighbours over the speed."""
-    import numpy as np
-
-    from autobalance.engine.grade import neighbours, specific_unbalance_mm
-    from autobalance.report import plots
-    from autobalance.rigid_rotor.tolerance import permissible_unbalance_g_mm
-    from autobalance.units import RAD_S_PER_RPM
-
-    asked, rpm, mass = values["grade_mm_s"], values["speed_rpm"], values["rotor_mass_g"]
-    grade = values["achieved_grade_mm_s"] if asked is None else asked
-    low, high = USUAL_SPEEDS_RPM if rpm is None else (0.1 * rpm, 10.0 * rpm)
-    speeds = np.geomspace(low, high, 61)
-    specific = {
-        each: np.array([1e3 * specific_unbalance_mm(each, n * RAD_S_PER_RPM) for n in speeds])
-        for each in neighbours(grade)
-    }
-    thick = f"G {grade:.4g}" if grade else None
-    lines = [plots.Curve(f"G {each:.4g}", speeds, e) for each, e in specific.items()]
-    at = None if not grade else (rpm, 1e3 * specific_unbalance_mm(grade, rpm * RAD_S_PER_RPM))
-    title = "Permissible specific unbalance"
-    made = {"grade-specific": plots.over_speed(title, "e_per [µm]", lines, thick, at)}
-    if mass is None:
-        return made
-    lines = [
-        plots.Curve(
-            f"G {each:.4g}",
-            speeds,
-            np.array([permissible_unbalance_g_mm(mass, each, n * RAD_S_PER_RPM) for n in speeds]),
-        )
-        for each in specific
-    ]
-    at = None if not grade else (rpm, permissible_unbalance_g_mm(mass, grade, rpm * RAD_S_PER_RPM))
-    title = f"Permissible residual unbalance of {mass:g} g"
-    made["grade-permissible"] = plots.over_speed(title, "U_per [g·mm]", lines, thick, at)
-    return made
-
-
-def _values(given: argparse.Namespace) -> dict[str, Any]:
-    from autobalance.command.theory import report_head
-    from autobalance.engine.grade import GRADES, listed_grade, specific_unbalance_mm
-    from autobalance.rigid_rotor.tolerance import (
-        achieved_grade_mm_s,
-        permissible_unbalance_g_mm,
-        share_between_planes,
+    result = grade(
+        arguments.grade,
+        speed_rpm=arguments.speed_rpm,
+        mass=arguments.mass,
+        mass_unit=arguments.mass_unit,
+        residual=arguments.residual,
+        residual_unit=arguments.residual_unit,
+        planes=arguments.planes,
+        centre=arguments.centre,
     )
-    from autobalance.units import G_MM_PER, G_PER, RAD_S_PER_RPM
-
-    _check(given)
-    values: dict[str, Any] = {
-        **report_head("grade"),
-        "grade_mm_s": given.grade,
-        "speed_rpm": given.speed_rpm,
-        "rotor_mass_g": None if given.mass is None else given.mass * G_PER[given.mass_unit],
-        "permissible_g_mm": None,
-        "specific_unbalance_um": None,
-        "planes": [],
-        "residual_g_mm": None if given.residual is None else given.residual * G_MM_PER[given.residual_unit],
-        "achieved_grade_mm_s": None,
-        "listed_grade_mm_s": None,
-        "grades": [{"grade_mm_s": grade.grade_mm_s, "what": grade.what} for grade in GRADES],
-    }
-    if given.mass is None:
-        return values
-    speed, mass = given.speed_rpm * RAD_S_PER_RPM, values["rotor_mass_g"]
-    if given.grade is not None:
-        permissible = permissible_unbalance_g_mm(mass, given.grade, speed)
-        values["permissible_g_mm"] = permissible
-        values["specific_unbalance_um"] = 1e3 * specific_unbalance_mm(given.grade, speed)
-        if given.planes is not None:
-            low, high = given.planes
-            centre = 0.5 * (low + high) if given.centre is None else given.centre
-            shares = share_between_planes(permissible, centre, low, high)
-            values["planes"] = [
-                {"name": name, "z_mm": z, "permissible_g_mm": share}
-                for name, z, share in zip("AB", given.planes, shares, strict=True)
-            ]
-    if given.residual is not None:
-        achieved = achieved_grade_mm_s(values["residual_g_mm"], mass, speed)
-        listed = listed_grade(achieved)
-        values["achieved_grade_mm_s"] = achieved
-        values["listed_grade_mm_s"] = None if listed is None else listed.grade_mm_s
-    return values
-
-
-def _check(given: argparse.Namespace) -> None:
-    """Refuse what is impossible or only half given."""
-    numbers = {"--grade": given.grade, "--speed-rpm": given.speed_rpm, "--mass": given.mass}
-    for name, value in numbers.items():
-        if value is not None and not 0.0 < value < float("inf"):
-            raise UsageError(f"{name} is {value:g}; must be > 0")
-    if given.residual is not None and not 0.0 <= given.residual < float("inf"):
-        raise UsageError(f"--residual is {given.residual:g}; must be ≥ 0")
-    asked = given.grade is not None or given.residual is not None
-    if asked and (given.mass is None or given.speed_rpm is None):
-        missing = [name for name in ("--mass", "--speed-rpm") if numbers[name] is None]
-        raise UsageError(
-            f"{' and '.join(missing)} missing; a grade or a residual needs the rotor and its speed"
-        )
-    if not asked and not (given.mass is None and given.speed_rpm is None):
-        raise UsageError("--grade or --residual is missing; --mass and --speed-rpm alone say nothing")
-    if given.planes is not None and given.grade is None:
-        raise UsageError("--grade is missing; --planes share what a grade permits")
+    return finish(arguments, result)

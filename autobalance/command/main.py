@@ -8,9 +8,9 @@ from collections.abc import Sequence
 from importlib import import_module
 from io import TextIOWrapper
 
-from autobalance import __version__
 from autobalance.errors import AutobalanceError
 from autobalance.runtime import keep_freed_memory, one_thread_of_linear_algebra
+from autobalance.version import __version__
 
 COMMANDS: dict[str, str] = {
     "demo": "balance the bundled motocross crank twice and compare with the published result",

@@ -5,25 +5,15 @@ from __future__ import annotations
 import argparse
 import sys
 import time
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager
 from typing import Literal, TextIO
+
+from autobalance.api.progress import BALANCED_BEFORE
+from autobalance.api.progress import Progress as Told
 
 Mode = Literal["quiet", "usual", "verbose"]
 
-DONE_BEFORE = (
-    ("reading", 0.0),
-    ("planning", 0.25),
-    ("cutting", 0.45),
-    ("placing", 0.60),
-    ("writing the page", 0.85),
-    ("writing the workbook", 0.97),
-    ("writing", 0.65),
-    ("drawing pictures", 0.70),
-    ("drawing", 0.90),
-)
-"""Share of a usual run that lies behind when a step with this beginning starts; on 16 000 triangles."""
-INSPECTED_BEFORE = (("reading", 0.0), ("looking for faces", 0.50), ("weighing", 0.75), ("drawing", 0.85))
-"""The same of ``inspect``."""
 BAR = 12
 
 
@@ -40,7 +30,7 @@ def mode_of(arguments: argparse.Namespace) -> Mode:
 
 
 class Progress:
-    """Told what runs, it shows that; ``done`` takes the line away.
+    """A progress line on standard error; ``done`` takes it away.
 
     Usual: one line on a terminal, nothing elsewhere. Verbose: a kept line for each step, anywhere.
     """
@@ -50,7 +40,7 @@ class Progress:
         mode: Mode = "usual",
         stream: TextIO | None = None,
         clock: Callable[[], float] = time.monotonic,
-        done_before: Sequence[tuple[str, float]] = DONE_BEFORE,
+        done_before: Sequence[tuple[str, float]] = BALANCED_BEFORE,
     ) -> None:
         self._done_before = done_before
         self._stream = sys.stderr if stream is None else stream
@@ -59,10 +49,10 @@ class Progress:
         self._start = clock()
         self._share = 0.0
 
-    def __call__(self, text: str) -> None:
-        """Show what runs now."""
+    def __call__(self, text: str, share: float | None = None) -> None:
+        """Show what runs now; the share done is looked up where it is not told."""
         spent = self._clock() - self._start
-        self._share = max(self._share, _share(text, self._done_before))
+        self._share = max(self._share, _share(text, self._done_before) if share is None else share)
         if self._mode == "verbose":
             print(f"{spent:7.2f} s  {text}", file=self._stream, flush=True)
         elif self._live:
@@ -77,6 +67,16 @@ class Progress:
             print("\r\x1b[K", end="", file=self._stream, flush=True)
         elif self._mode == "verbose":
             print(f"{self._clock() - self._start:7.2f} s  done", file=self._stream, flush=True)
+
+
+@contextmanager
+def shown(mode: Mode = "usual") -> Iterator[Told]:
+    """Show progress while the block runs; yields what a public function takes as ``progress``."""
+    progress = Progress(mode)
+    try:
+        yield progress
+    finally:
+        progress.done()
 
 
 def _share(text: str, done_before: Sequence[tuple[str, float]]) -> float:

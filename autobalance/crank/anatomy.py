@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 from typing import Literal
 
@@ -49,6 +50,11 @@ class Throw:
     crank_radius_mm: float
     angle_rad: float
     crankpin: Pin
+
+    @property
+    def angle_deg(self) -> float:
+        """Angle from throw 1, in [0, 360)."""
+        return math.degrees(self.angle_rad) % 360.0 % 360.0  # twice: −1e-15 % 360 is 360 itself
 
     @property
     def direction(self) -> Array:

@@ -37,6 +37,17 @@ def read_design(text: str, source: str) -> tuple[Design, EngineParts | None]:
         raise JobError(f"{source}: {error}") from None
 
 
+def design_from(values: Mapping[str, Any]) -> tuple[Design, EngineParts | None]:
+    """Return the design that a mapping says, with the structure of the TOML file, and the weights if any.
+
+    Raises
+    ------
+    JobError
+        As ``read_design``.
+    """
+    return _design_and_engine(dict(values), "crank")
+
+
 def _design_and_engine(raw: dict[str, Any], name: str) -> tuple[Design, EngineParts | None]:
     root = Table(raw, "", ("preset", "engine", *_keys(Design)))
     base = table_of(preset(root.value("preset", str))) if "preset" in root else {}

@@ -66,7 +66,7 @@ def _as_given(job: Job, key: str, value: float) -> float:
 def _crankshaft(job: Job) -> dict[str, Any]:
     crank, hints = job.crankshaft, job.crankshaft.overrides
     return {
-        "file": job.raw.get("crankshaft", {}).get("file", str(crank.file)),
+        "file": job.raw.get("crankshaft", {}).get("file", None if crank.file is None else str(crank.file)),
         "unit": crank.unit,
         "density_kg_m3": float(
             job.raw.get("crankshaft", {}).get("density_kg_m3", crank.density_g_mm3 / G_PER_MM3_PER_KG_M3)

@@ -21,12 +21,12 @@ LengthUnit = Literal["mm", "cm", "m", "inch"]
 class Crankshaft:
     """The file and what has to be known to read it as a crank.
 
-    ``unit`` is None where the format carries its own; ``body`` picks one of several solids, from 1, or by its
-    name where the format has names; ``density_pm_g_mm3`` is by how much the density may be off, None where
-    the job does not say.
+    ``file`` is None where the crank is given as an object; ``unit`` is None where the format carries its
+    own; ``body`` picks one of several solids, from 1, or by its name where the format has names;
+    ``density_pm_g_mm3`` is by how much the density may be off, None where the job does not say.
     """
 
-    file: Path
+    file: Path | None
     unit: LengthUnit | None
     density_g_mm3: float
     overrides: Overrides
@@ -192,6 +192,35 @@ class Job:
     prefer: Prefer = "least_metal"
     shafts: tuple[BalanceShaftEntry, ...] = ()
     depth_tolerance_mm: float | None = None
+
+    @classmethod
+    def from_dict(cls, values: Mapping[str, Any], folder: str | Path = ".") -> Job:
+        """Return the job that a mapping says, with the structure of the TOML file.
+
+        Parameters
+        ----------
+        values : mapping
+            Tables and keys as in a job file; ``crankshaft.file`` may be missing where a crank is given with
+            the job.
+        folder : path
+            Files are relative to it.
+
+        Raises
+        ------
+        JobError
+            If a key is unknown, missing, of the wrong type or impossible.
+
+        Examples
+        --------
+        >>> job = Job.from_dict({"engine": {"rotating_g": {"big_end": 134.0}},
+        ...                      "balance": {"factor": 0.5, "grade": 6.3, "speed_rpm": 12000},
+        ...                      "correction": {"method": "drill"}})
+        >>> job.balance.factor
+        0.5
+        """
+        from autobalance.job.read import parse
+
+        return parse(dict(values), Path(folder) / "job.toml", crank_given=True)
 
     @property
     def name(self) -> str:

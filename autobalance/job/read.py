@@ -31,9 +31,9 @@ from autobalance.rigid_rotor.tolerance import Judge
 from autobalance.units import G_PER_MM3_PER_KG_M3, RAD_S_PER_RPM
 
 UNITLESS = (".stl", ".obj", ".ply", ".off")
+"""Formats that carry no unit of length."""
 NAMING = (".step", ".stp")
 """Endings of formats whose parts have names."""
-"""Formats that carry no unit of length."""
 WEIGHT_TABLES = ("rotating_g", "reciprocating_g", "crankpin_g")
 CRANKPIN = "crankpin"
 """The part in ``crankpin_g`` that is the pin itself."""
@@ -121,10 +121,13 @@ def _first_line(error: Exception) -> str:
     return (str(error).splitlines() or [""])[0]
 
 
-def parse(raw: Mapping[str, Any], path: Path) -> Job:
-    """Return the job that a TOML document says; ``path`` is its file (see ``load``)."""
+def parse(raw: Mapping[str, Any], path: Path, *, crank_given: bool = False) -> Job:
+    """Return the job that a TOML document says; ``path`` is its file (see ``load``).
+
+    ``crankshaft.file`` and its density may be missing with ``crank_given``: the crank is an object then.
+    """
     root = Table(dict(raw), "", ("crankshaft", "engine", "original", "balance", "correction", "shafts"))
-    crankshaft = _crankshaft(root, path)
+    crankshaft = _crankshaft(root, path, crank_given=crank_given)
     engine = read_engine(root, crankshaft.crankpin_in_file)
     balance = _balance(root)
     original = _original(root, crankshaft.crankpin_in_file, needed=balance.factor is None)
@@ -160,8 +163,21 @@ CRANKSHAFT_KEYS = (
 )
 
 
-def _crankshaft(root: Table, path: Path) -> Crankshaft:
+def read_crankshaft(values: Mapping[str, Any], folder: Path) -> Crankshaft:
+    """Return the crank that the keys of ``[crankshaft]`` say; its file is relative to ``folder``.
+
+    Raises
+    ------
+    JobError
+        If a key is unknown, missing, of the wrong type or impossible.
+    """
+    return _crankshaft(Table({"crankshaft": dict(values)}, "", ("crankshaft",)), folder / "job.toml")
+
+
+def _crankshaft(root: Table, path: Path, *, crank_given: bool = False) -> Crankshaft:
     table = root.table("crankshaft", CRANKSHAFT_KEYS)
+    if crank_given and "file" not in table:
+        return _of_no_file(table)
     name = table.value("file", str)
     if not name:
         raise JobError("crankshaft.file is empty; must name a crank file, relative to the job")
@@ -181,6 +197,19 @@ def _crankshaft(root: Table, path: Path) -> Crankshaft:
         density * G_PER_MM3_PER_KG_M3,
         _overrides(table),
         _body(table, file),
+        None if off is None else off * G_PER_MM3_PER_KG_M3,
+    )
+
+
+def _of_no_file(table: Table) -> Crankshaft:
+    density = table.optional("density_kg_m3", float, POSITIVE, default=0.0)
+    off = table.optional("density_pm_kg_m3", float, NOT_NEGATIVE)
+    return Crankshaft(
+        None,
+        table.optional("unit", LengthUnit),
+        density * G_PER_MM3_PER_KG_M3,
+        _overrides(table),
+        None,
         None if off is None else off * G_PER_MM3_PER_KG_M3,
     )
 

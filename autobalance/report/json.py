@@ -13,7 +13,6 @@ from typing import Any, Literal
 
 import numpy as np
 
-from autobalance import __version__
 from autobalance.balancing.record import (
     Balanced,
     ChordalErrorEntry,
@@ -29,6 +28,7 @@ from autobalance.engine.force_values import force_values
 from autobalance.rigid_rotor.moments import Array, Moments
 from autobalance.rigid_rotor.unbalance import Unbalance
 from autobalance.rigid_rotor.uncertainty import Budget
+from autobalance.version import __version__
 
 SCHEMA_VERSION = 1
 G_MM2_PER_KG_MM2 = 1000.0
@@ -99,7 +99,7 @@ def report(record: Record) -> Values:
 
 
 def _true_surfaces(before: TrueSurfaces, balanced: Balanced | None) -> Values:
-    written = None if balanced is None else balanced.result.written
+    written = None if balanced is None else balanced.result.measured
     after = None
     if written is not None and written.surfaces is not None and written.hidden is not None:
         after = _surfaces(written.surfaces, written.hidden)
@@ -181,7 +181,9 @@ def schema(of: Literal["report", "generate"] = "report") -> Values:
     return found
 
 
-def solid_entry(file: str, sha256: str, triangles: int | None, moments: Moments, volume_mm3: float) -> Values:
+def solid_entry(
+    file: str, sha256: str | None, triangles: int | None, moments: Moments, volume_mm3: float
+) -> Values:
     """Return the entry of a written solid in ``outputs``, with what is claimed of it (rotor frame)."""
     return {"file": file, "sha256": sha256, "triangles": triangles, **mass_properties(moments, volume_mm3)}
 

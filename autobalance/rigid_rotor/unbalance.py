@@ -103,3 +103,8 @@ class Unbalance:
         """Direction of the resultant, the heavy side, in [0, 2π) from x towards y [rad]."""
         angle = math.atan2(self.resultant_g_mm[1], self.resultant_g_mm[0])
         return angle % (2.0 * math.pi) % (2.0 * math.pi)  # twice: −1e-17 % 2π is 2π itself
+
+    @property
+    def angle_deg(self) -> float:
+        """Direction of the resultant, the heavy side, in [0, 360)."""
+        return math.degrees(self.angle_rad) % 360.0 % 360.0

@@ -257,7 +257,7 @@ def claimed_job(claims: Claims) -> Job:
     raw = given(claims.get("job", dict))
     file = raw.pop("file", "job")
     try:
-        return jobs.parse(raw, Path(str(file)))
+        return jobs.parse(raw, Path(str(file)), crank_given=True)
     except JobError as error:
         raise FormatError(f"{claims.name}: job: {error}") from None
 
@@ -346,7 +346,7 @@ def _measured(claims: Claims, folder: Path, job: Job, frame: Array) -> tuple[Sou
         moments = source.moments(crankshaft.density_g_mm3, frame)
     else:
         claims.same(f"{key}.triangles", source.triangles)
-        soup = decode(path.read_bytes(), source.format, source.mm_per_unit)
+        soup = decode(path.read_bytes(), str(source.format), source.mm_per_unit)
         moments = soup_moments(soup, crankshaft.density_g_mm3, frame)
     _check_properties(claims, key, moments, source.volume_mm3)
     return source, moments, soup

@@ -8,7 +8,8 @@ import numpy as np
 import pytest
 
 from autobalance import correction
-from autobalance.balancing.loop import Result, Rotor, balance
+from autobalance.balancing.loop import Result, balance
+from autobalance.balancing.rotor import Rotor
 from autobalance.correction import Limits
 from autobalance.correction.add import AddLimits
 from autobalance.correction.drill import DrillLimits
@@ -23,7 +24,7 @@ from autobalance.rigid_rotor.moments import Moments
 from autobalance.rigid_rotor.tolerance import Judge, Tolerance
 from autobalance.rigid_rotor.unbalance import Unbalance
 from autobalance.solid.csg.solid import Solid
-from autobalance.solid.mesh.mesh import Array, Floats, Mesh
+from autobalance.solid.mesh.mesh import Array
 from tests.cranks import Shape, make_crank, tilted
 from tests.generated import generated_crank
 from tests.geometry.test_add import web_face
@@ -44,15 +45,6 @@ LAYOUTS = {
     "v12": (0.0, 120.0, 240.0, 240.0, 120.0, 0.0),
 }
 SLUGS = SlugLimits(diameters_mm=(10.0, 14.0, 18.0), lengths_mm=(5.0, 7.0, 9.0, 11.0), max_slugs=8)
-
-
-def in_double(mesh: Mesh) -> bytes:
-    """A file that rounds nothing."""
-    return mesh.corners.tobytes()
-
-
-def from_double(data: bytes) -> Floats:
-    return np.frombuffer(data).reshape(-1, 3, 3)
 
 
 def web_faces(solid: Solid, anatomy: Anatomy) -> tuple[Face, ...]:
@@ -128,7 +120,7 @@ def test_every_layout_in_two_planes(layout: str, limits: Limits) -> None:
     solid, anatomy = make_crank(LAYOUTS[layout], placement=tilted(0.7, [100.0, -50.0, 30.0]))
     rotor = rotor_with(solid, anatomy, on_counterweights(anatomy, 500.0), web_faces(solid, anatomy))
     judge = tolerance(solid, anatomy)
-    result = balance(rotor, judge, [limits], in_double, from_double)
+    result = balance(rotor, judge, [limits])
     assert result.outcome == "within_tolerance"
     stepped = isinstance(limits, DrillLimits)
     assert judge.used_share(result.residual) <= (0.5 if stepped else BEFORE_STEPS)
@@ -141,11 +133,11 @@ def test_a_pure_couple_is_seen_and_drilled_away() -> None:
     rotor = rotor_with(solid, anatomy, at_end_webs(anatomy, [-400.0, 0.0], [400.0, 0.0]))
     judge = tolerance(solid, anatomy)
     assert judge.permissible_g_mm > 0.0
-    result = balance(rotor, judge, [DrillLimits(diameters_mm=(8.0, 10.0))], in_double, from_double)
+    result = balance(rotor, judge, [DrillLimits(diameters_mm=(8.0, 10.0))])
     assert result.initial.magnitude_g_mm < 1e-6
     assert result.outcome == "within_tolerance"
     assert result.steps
-    static = balance(rotor, tolerance(solid, anatomy, "static"), [DrillLimits()], in_double, from_double)
+    static = balance(rotor, tolerance(solid, anatomy, "static"), [DrillLimits()])
     assert static.outcome == "already_within_tolerance"
 
 
@@ -154,7 +146,7 @@ def test_a_transverse_part_is_drilled_off_centre() -> None:
     solid, anatomy = make_crank([0.0])
     rotor = rotor_with(solid, anatomy, at_end_webs(anatomy, [-500.0, 200.0], [-500.0, 200.0]))
     judge = tolerance(solid, anatomy)
-    result = balance(rotor, judge, [DrillLimits()], in_double, from_double)
+    result = balance(rotor, judge, [DrillLimits()])
     assert result.outcome == "within_tolerance"
     angles = [c.details["angle_deg"] for c in result.corrections]
     assert min(angles) < 175.0
@@ -177,7 +169,7 @@ def test_mixes(methods: list[Limits]) -> None:
     size = -900.0 if methods == [SLUGS] else 900.0  # slugs alone make a light counterweight heavier
     rotor = rotor_with(solid, anatomy, on_counterweights(anatomy, size), web_faces(solid, anatomy))
     grade = 40.0 if methods == [SLUGS] else 6.3  # slugs come in whole sizes only
-    result = balance(rotor, tolerance(solid, anatomy, grade=grade), methods, in_double, from_double)
+    result = balance(rotor, tolerance(solid, anatomy, grade=grade), methods)
     assert result.outcome == "within_tolerance"
     assert_only_the_plan_is_gone(rotor, result)
     slugs = sum((c.details["slug_mass_g"] for c in result.corrections if c.kind == "slug"), 0.0)
@@ -227,11 +219,11 @@ def test_thirty_generated_cranks(seed: int) -> None:
     bare = rotor_with(solid, anatomy, Unbalance(np.zeros(2), np.zeros(2)))
     rotor = rotor_with(solid, anatomy, some_feasible_unbalance(offer_of(bare, limits), rng))
     judge = tolerance(solid, anatomy)
-    exact = balance(rotor, judge, [limits], in_double, from_double)
+    exact = balance(rotor, judge, [limits])
     assert exact.outcome == "within_tolerance"
     assert judge.used_share(exact.residual) <= BEFORE_STEPS
     assert_only_the_plan_is_gone(rotor, exact)
-    stepped = balance(rotor, judge, [replace(limits, depth_step_mm=0.1)], in_double, from_double)
+    stepped = balance(rotor, judge, [replace(limits, depth_step_mm=0.1)])
     assert stepped.outcome == "within_tolerance"
     for c in stepped.corrections:
         assert c.depth_mm / 0.1 == pytest.approx(round(c.depth_mm / 0.1), abs=1e-6)
@@ -257,7 +249,7 @@ def test_random_limits_are_never_violated(seed: int) -> None:
         sectors_deg=((start, start + 300.0),),
     )
     rotor = rotor_with(solid, anatomy, on_counterweights(anatomy, 400.0))
-    result = balance(rotor, tolerance(solid, anatomy), [limits], in_double, from_double)
+    result = balance(rotor, tolerance(solid, anatomy), [limits])
     for web in anatomy.webs:
         assert sum(c.web == web.number for c in result.corrections) <= limits.max_holes
     spaced: list[Solid] = []

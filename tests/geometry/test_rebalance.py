@@ -7,7 +7,9 @@ import pytest
 from numpy.typing import NDArray
 
 from autobalance import correction
-from autobalance.balancing.loop import Offers, Result, Rotor, balance, heavy_vectors
+from autobalance.balancing.loop import Offers, Result, balance, heavy_vectors
+from autobalance.balancing.measuring import as_file
+from autobalance.balancing.rotor import Rotor
 from autobalance.correction import Limits
 from autobalance.correction.kind import Offer, Workpiece
 from autobalance.correction.shoulder import ShoulderLimits
@@ -17,7 +19,7 @@ from autobalance.rigid_rotor.moments import Moments
 from autobalance.rigid_rotor.tolerance import Judge, Tolerance
 from autobalance.rigid_rotor.unbalance import Unbalance
 from autobalance.solid.csg.solid import Region, Solid, union
-from autobalance.solid.mesh.mesh import Floats, Mesh
+from autobalance.solid.mesh.mesh import Mesh
 
 Array = NDArray[np.float64]
 RHO = 7.85e-3
@@ -102,21 +104,13 @@ def tolerance(judge: Judge = "dynamic") -> Tolerance:
     )
 
 
-def encode(mesh: Mesh) -> bytes:
-    return mesh.vertices[mesh.triangles].astype(np.float32).tobytes()
-
-
-def decode(data: bytes) -> Floats:
-    return np.frombuffer(data, dtype=np.float32).reshape(-1, 3, 3)
-
-
 def run(
     rotor: Rotor,
     judge: Judge = "dynamic",
     limits: ShoulderLimits | None = None,
     offers: Offers = correction.offer,
 ) -> Result:
-    return balance(rotor, tolerance(judge), [limits or ShoulderLimits()], encode, decode, offers=offers)
+    return balance(rotor, tolerance(judge), [limits or ShoulderLimits()], as_file("stl", 1.0), offers=offers)
 
 
 def somewhere(seed: int) -> Array:
@@ -147,7 +141,7 @@ def test_the_depth_is_that_of_the_closed_form(seed: int | None, factor: float, j
 def test_the_residual_is_that_of_the_bytes_written() -> None:
     crank = rotor(somewhere(3))
     result = run(crank)
-    assert result.written is not None
+    assert result.measured is not None
     assert result.solid is not None
     again = Unbalance.of(
         Solid.from_mesh(result.solid.mesh).moments(RHO, crank.anatomy.file_to_rotor) + crank.loads
@@ -176,7 +170,7 @@ def test_a_balanced_crank_is_left_alone() -> None:
     result = run(rotor(factor=0.28, extra=counter))
     assert result.outcome == "already_within_tolerance"
     assert result.solid is None
-    assert result.written is None
+    assert result.measured is None
     assert result.corrections == ()
 
 

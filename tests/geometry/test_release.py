@@ -12,7 +12,7 @@ from autobalance.correction.slug import SlugLimits
 from autobalance.correction.turn import TurnLimits
 from autobalance.rigid_rotor.tolerance import Judge
 from tests.cranks import Shape, make_crank
-from tests.geometry.test_layouts import at_end_webs, from_double, in_double, rotor_with, tolerance
+from tests.geometry.test_layouts import at_end_webs, rotor_with, tolerance
 
 FEW_HOLES = DrillLimits(diameters_mm=(10.0,), max_holes=1, depth_step_mm=0.0)
 
@@ -20,7 +20,7 @@ FEW_HOLES = DrillLimits(diameters_mm=(10.0,), max_holes=1, depth_step_mm=0.0)
 def run(size: float, *methods: Limits, judge: Judge = "dynamic") -> Result:
     solid, anatomy = make_crank([0.0], Shape(web_width=24.0))
     rotor = rotor_with(solid, anatomy, at_end_webs(anatomy, [-size, 0.0], [-size, 0.0]))
-    return balance(rotor, tolerance(solid, anatomy, judge), methods, in_double, from_double)
+    return balance(rotor, tolerance(solid, anatomy, judge), methods)
 
 
 def number_after(name: str, text: str) -> float:

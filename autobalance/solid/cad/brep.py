@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from functools import cached_property
 from typing import Any
 
@@ -51,6 +51,10 @@ class ExactSolid:
         solid = cls.__new__(cls)
         solid._take(body, "the CAD kernel finds fault with the solid")
         return solid
+
+    def __reduce__(self) -> tuple[Callable[..., ExactSolid], tuple[Any, ...]]:
+        """Pickle a STEP file: the kernel's bodies stay in their process."""
+        return _of_step, (self.step(),)
 
     def _take(self, body: Any, complaint: str) -> None:
         if not is_valid(body):
@@ -113,6 +117,12 @@ class ExactSolid:
         from autobalance.solid.cad.step_file import write_step
 
         return write_step(self._body, unit, name)
+
+
+def _of_step(data: bytes) -> ExactSolid:
+    from autobalance.solid.cad.step_file import read_step_file
+
+    return joined_solids([ExactSolid.of(one.body) for one in read_step_file(data).bodies], apart=True)
 
 
 def joined_solids(solids: Sequence[ExactSolid], apart: bool = False) -> ExactSolid:

@@ -7,7 +7,8 @@ negative volume, and both travel on through booleans. Everything here looks at t
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Sequence
+from collections.abc import Callable, Iterable, Sequence
+from typing import Any
 
 import manifold3d as m3
 import numpy as np
@@ -90,6 +91,12 @@ class Solid:
         """Return the body that a closed (r, z) outline (k, 2), r ≥ 0, sweeps about the z axis."""
         outline = m3.CrossSection([np.asarray(profile_rz_mm, dtype=np.float64)], m3.FillRule.NonZero)
         return cls(m3.Manifold.revolve(outline, segments))
+
+    def __reduce__(self) -> tuple[Callable[..., Solid], tuple[Any, ...]]:
+        """Pickle the mesh: manifold3d's bodies stay in their process."""
+        if self.is_empty:
+            return Solid.nothing, ()
+        return Solid.from_mesh, (self.mesh,)
 
     @property
     def is_empty(self) -> bool:

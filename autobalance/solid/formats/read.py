@@ -17,7 +17,7 @@ from autobalance.runtime import in_thread
 from autobalance.solid.csg.solid import Solid, union
 from autobalance.solid.formats.raw import Raw
 from autobalance.solid.formats.registry import ALIASES, FORMATS, Format, kind_of
-from autobalance.solid.mesh.mesh import Array, Mesh, in_space_order, weld, without_collapsed
+from autobalance.solid.mesh.mesh import Array, Floats, Mesh, in_space_order, weld, without_collapsed
 from autobalance.solid.mesh.repair import Body, are_apart, bodies_of, solid_of, volume_change
 from autobalance.solid.mesh.validate import check_solid
 from autobalance.units import MM_PER
@@ -38,8 +38,8 @@ class Source:
     ----------
     solid : Solid
         Checked, outward, in the file's coordinates [mm].
-    format : str
-        What ``encode`` and ``decode`` are to be given, unless the surfaces are exact.
+    format : str or None
+        What ``encode`` and ``decode`` are to be given, unless the surfaces are exact; None: it is of no file.
     mm_per_unit : float
         Millimetres in one unit of the file.
     sha256 : str
@@ -55,7 +55,7 @@ class Source:
     """
 
     solid: Solid
-    format: str
+    format: str | None
     mm_per_unit: float
     sha256: str
     triangles: int
@@ -112,28 +112,72 @@ def read(
     SolidError
         If the mesh is open, bounds nothing, or holds several bodies and none was chosen.
     """
-    name, kind = _format(path)
-    data = file_bytes(path)
-    digest = in_thread(partial(_sha256, data))
+    name, _ = _format(path)
     try:
-        if kind.exact:
-            return _read_exact(data, digest.result(), name, unit, body, pressed_up)
-        with np.errstate(all="ignore"):  # numbers that overflow are refused with those that are not finite
-            raw = kind.read(data)
-        mm_per_unit = _mm_per_unit(raw, unit, name)
-        triangles, written_as = len(raw.soup), kind_of(name, data)
-        mesh, notes = _welded(raw, mm_per_unit)
-        sha256 = digest.result()
-        del data, raw  # the solid takes many times their memory: not at the same time
-        solid, bodies, repairs = _solid(mesh, body, pressed_up, begun)
+        return source_of_bytes(file_bytes(path), name, unit, body, pressed_up, begun)
     except (FormatError, SolidError) as error:
         raise type(error)(f"{path}: {error}") from None
+
+
+def source_of_bytes(
+    data: bytes,
+    name: str,
+    unit: str | None,
+    body: int | str | None = None,
+    pressed_up: bool = False,
+    begun: Callable[[Solid], None] = lambda _: None,
+) -> Source:
+    """Check the solid that the bytes of a file of the format ``name`` hold; the rest is as for ``read``."""
+    kind = FORMATS[name]
+    digest = in_thread(partial(_sha256, data))
+    if kind.exact:
+        return _read_exact(data, digest.result(), name, unit, body, pressed_up)
+    with np.errstate(all="ignore"):  # numbers that overflow are refused with those that are not finite
+        raw = kind.read(data)
+    mm_per_unit = _mm_per_unit(raw, unit, name)
+    triangles, written_as = len(raw.soup), kind_of(name, data)
+    mesh, notes = _welded(raw, mm_per_unit)
+    sha256 = digest.result()
+    del data, raw  # the solid takes many times their memory: not at the same time
+    solid, bodies, repairs = _solid(mesh, body, pressed_up, begun)
     return Source(
         solid=solid,
         format=written_as,
         mm_per_unit=mm_per_unit,
         sha256=sha256,
         triangles=triangles,
+        bodies=bodies,
+        repairs=(*notes, *repairs),
+    )
+
+
+def source_of(soup: Floats, unit: str, body: int | str | None = None, pressed_up: bool = False) -> Source:
+    """Check a mesh that is in memory, as ``read`` checks a file's.
+
+    Parameters
+    ----------
+    soup : (m, 3, 3) float
+        Corners of its triangles, in ``unit``.
+    unit, body, pressed_up
+        As for ``read``.
+
+    Raises
+    ------
+    FormatError
+        If a number is not finite, or the unit is not known.
+    SolidError
+        If the mesh is open, bounds nothing, or holds several bodies and none was chosen.
+    """
+    raw = Raw(soup)
+    mm_per_unit = _mm_per_unit(raw, unit, "mesh")
+    mesh, notes = _welded(raw, mm_per_unit)
+    solid, bodies, repairs = _solid(mesh, body, pressed_up, lambda _: None)
+    return Source(
+        solid=solid,
+        format=None,
+        mm_per_unit=mm_per_unit,
+        sha256=_sha256(np.ascontiguousarray(soup).tobytes()),
+        triangles=len(soup),
         bodies=bodies,
         repairs=(*notes, *repairs),
     )

@@ -6,7 +6,7 @@ from pathlib import Path
 
 from autobalance.errors import FileError
 
-PACKAGE = Path(__file__).resolve().parents[1]
+PACKAGE = Path(__file__).resolve().parent
 
 
 def bundled_folder() -> Path:

@@ -1,0 +1,70 @@
+"""``compare``: every kind of correction and the useful mixes on one crank, like for like."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from autobalance import job as jobs
+from autobalance.api.balance import with_crank
+from autobalance.api.entry import Entry, entries
+from autobalance.api.progress import Progress, telling
+from autobalance.api.result import VerbResult
+from autobalance.balancing.run import compare_job
+from autobalance.job.model import Job
+
+if TYPE_CHECKING:
+    from autobalance.api.crank import Crank
+
+GOOD = ("within_tolerance", "already_within_tolerance")
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class CompareResult(VerbResult):
+    """One row for each kind and mix."""
+
+    @property
+    def rows(self) -> tuple[Entry, ...]:
+        """The rows, with the keys of the report."""
+        return entries(self.report["rows"])
+
+    @property
+    def exit_code(self) -> int:
+        """0 if some kind comes within tolerance (or nothing is to be cut), 4 if none does."""
+        return 0 if any(row["outcome"] in GOOD for row in self.report["rows"]) else 4
+
+    def text(self, units: str = "metric") -> str:
+        """Return the table that the command prints."""
+        from autobalance.report.comparison import comparison_text
+        from autobalance.report.text import UNITS
+
+        return comparison_text(self.report, UNITS[units])
+
+
+def compare(
+    job: Job | str | Path, crank: Crank | None = None, *, progress: Progress | None = None
+) -> CompareResult:
+    """Balance one crank by every kind of correction and the useful mixes in turn; nothing is written.
+
+    Parameters
+    ----------
+    job : Job or path
+        Its ``[correction]`` tables set the limits; ``method`` is not looked at.
+    crank : Crank or None
+        In place of the job's crank file.
+    progress : callable or None
+        Told words and the share done.
+
+    Raises
+    ------
+    AutobalanceError
+        For anything wrong with the job or the crank.
+    """
+    from autobalance.report.comparison import comparison
+
+    job = job if isinstance(job, Job) else jobs.load(job)
+    given = None if crank is None else crank.measured
+    job = job if crank is None else with_crank(job, crank)
+    done = compare_job(job, telling(progress), given)
+    return CompareResult(comparison(str(job.path), done.tolerance, done.initial_g_mm, done.rows))

@@ -1,0 +1,373 @@
+"""A crank as an object: read from a file or taken from a mesh, recognised and measured."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from functools import cached_property
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, Literal
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from autobalance.balancing.measured_crank import Crank as MeasuredCrank
+from autobalance.balancing.measured_crank import measure_crank, measured_source, recognised
+from autobalance.errors import FormatError
+from autobalance.job.model import Crankshaft
+from autobalance.job.read import read_crankshaft
+from autobalance.rigid_rotor.unbalance import Unbalance
+from autobalance.runtime import Stopwatch
+
+if TYPE_CHECKING:
+    from autobalance.crank.anatomy import MainJournal, Throw, Web
+
+Array = NDArray[np.float64]
+G_MM2_PER_KG_MM2 = 1000.0
+
+
+@dataclass(frozen=True, eq=False)
+class CrankFace:
+    """A face that a correction can use, with the keys of a report's ``faces``.
+
+    ``normal`` and ``centroid_mm`` (3,) are in the rotor frame, ``file_centroid_mm`` in the file's own;
+    ``unbalance_per_mm_g_mm`` (2,) is what a millimetre of depth changes; ``max_depth_mm`` is None where no
+    metal ends the depth.
+    """
+
+    id: str
+    kind: Literal["plane", "cylinder"]
+    web: int | None
+    area_mm2: float
+    normal: Array
+    centroid_mm: Array
+    file_centroid_mm: Array
+    unbalance_per_mm_g_mm: Array
+    max_depth_mm: float | None
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class Crank:
+    """A crankshaft, recognised and measured; values as in a report, arrays of numpy.
+
+    Everything is in the rotor frame (z the crank axis, x towards crankpin 1) but ``vertices_mm``, which are
+    in the file's coordinates, in mm. Cranks pickle.
+    """
+
+    measured: MeasuredCrank
+    crankshaft: Crankshaft
+
+    @property
+    def file(self) -> Path | None:
+        """The file it was read from; None for a mesh or a corrected crank."""
+        return self.crankshaft.file
+
+    @property
+    def mass_g(self) -> float:
+        """Mass [g]."""
+        return self.measured.moments.mass_g
+
+    @property
+    def volume_mm3(self) -> float:
+        """Volume [mm³]."""
+        return self.measured.volume_mm3
+
+    @property
+    def density_kg_m3(self) -> float:
+        """Density [kg/m³]."""
+        return self.measured.density_g_mm3 * 1e6
+
+    @property
+    def centre_of_mass_mm(self) -> Array:
+        """Centre of mass (3,) [mm]."""
+        return self.measured.moments.centre_mm
+
+    @property
+    def inertia_kg_mm2(self) -> Array:
+        """Inertia (3, 3) about the rotor's origin, off-diagonals −∫xy dm [kg·mm²]."""
+        return self.measured.moments.inertia_g_mm2 / G_MM2_PER_KG_MM2
+
+    @property
+    def polar_inertia_kg_mm2(self) -> float:
+        """Mass moment of inertia about the crank axis [kg·mm²]."""
+        return self.measured.moments.polar_inertia_g_mm2 / G_MM2_PER_KG_MM2
+
+    @property
+    def main_journals(self) -> tuple[MainJournal, ...]:
+        """Main journals along increasing z."""
+        return self.measured.anatomy.main_journals
+
+    @property
+    def throws(self) -> tuple[Throw, ...]:
+        """Throws along increasing z."""
+        return self.measured.anatomy.throws
+
+    @property
+    def webs(self) -> tuple[Web, ...]:
+        """Webs along increasing z."""
+        return self.measured.anatomy.webs
+
+    @cached_property
+    def faces(self) -> tuple[CrankFace, ...]:
+        """Faces that a correction can use, the greatest unbalance per millimetre first."""
+        from autobalance.balancing.faces import offered_faces
+
+        back = self.measured.anatomy.rotor_to_file
+        return tuple(
+            CrankFace(
+                offer.face.id,
+                offer.face.kind,
+                offer.face.web,
+                float(offer.face.area_mm2),
+                offer.face.normal,
+                offer.face.centroid_mm,
+                back[:3, :3] @ offer.face.centroid_mm + back[:3, 3],
+                offer.unbalance_per_mm_g_mm,
+                offer.max_depth_mm,
+            )
+            for offer in offered_faces(self.with_faces().measured)
+        )
+
+    @property
+    def unbalance(self) -> Unbalance:
+        """Unbalance of the bare crank, about z = 0."""
+        return Unbalance.of(self.measured.moments)
+
+    @property
+    def vertices_mm(self) -> Array:
+        """Corners (n, 3) in the file's coordinates [mm]."""
+        return self.measured.source.solid.mesh.vertices
+
+    @property
+    def triangles(self) -> NDArray[np.int64]:
+        """Rows of ``vertices_mm`` (m, 3), counter-clockwise seen from outside."""
+        return self.measured.source.solid.mesh.triangles
+
+    @property
+    def file_to_rotor(self) -> Array:
+        """Motion (4, 4) from file coordinates in mm to the rotor frame."""
+        return self.measured.anatomy.file_to_rotor
+
+    @property
+    def warnings(self) -> tuple[str, ...]:
+        """What a user should know of the file and the crank in it."""
+        return self.measured.warnings(self.file)
+
+    def to_trimesh(self) -> Any:
+        """Return the crank as a ``trimesh.Trimesh``, file coordinates in mm."""
+        from autobalance.solid.mesh.exchange import to_trimesh
+
+        return to_trimesh(self.measured.source.solid.mesh)
+
+    def write(self, path: str | Path, unit: str | None = None) -> Path:
+        """Write the crank to a file, whose ending tells the format.
+
+        Parameters
+        ----------
+        path : path
+        unit : str or None
+            mm, cm, m or inch; None: the unit it was read in, or what the format prescribes.
+
+        Raises
+        ------
+        FormatError
+            If the format is not known, or keeps true surfaces that this crank does not have.
+        FileError
+            If it cannot be written.
+        """
+        from autobalance.balancing.encoding import encoded
+        from autobalance.report.files import Staging
+
+        path = Path(path)
+        data = encoded(self.measured.source, path.suffix, unit)
+        with Staging([path.parent]) as staging:
+            staging.add(path, data)
+            staging.commit()
+        return path
+
+    def with_faces(self) -> Crank:
+        """Return the crank with its planar faces looked for."""
+        if self.measured.faces:
+            return self
+        found = self.measured
+        return replace(
+            self,
+            measured=measured_source(
+                found.source, found.anatomy, found.density_g_mm3, None, with_faces=True, moments=found.moments
+            ),
+        )
+
+    def __repr__(self) -> str:
+        place = "" if self.file is None else f" {self.file.name}"
+        return (
+            f"<autobalance crank{place}: {self.mass_g:.6g} g, {len(self.throws)} throw"
+            f"{'s' * (len(self.throws) != 1)}, {len(self.main_journals)} main journals, unbalance"
+            f" {self.unbalance.magnitude_g_mm:.6g} g·mm at {self.unbalance.angle_deg:.4g}°>"
+        )
+
+    def _repr_html_(self) -> str:
+        rows = {
+            "mass [g]": f"{self.mass_g:.6g}",
+            "centre of mass [mm]": ", ".join(f"{value:.4g}" for value in self.centre_of_mass_mm),
+            "polar inertia [kg·mm²]": f"{self.polar_inertia_kg_mm2:.6g}",
+            "throws": str(len(self.throws)),
+            "main journals": str(len(self.main_journals)),
+            "unbalance [g·mm]": f"{self.unbalance.magnitude_g_mm:.6g} at {self.unbalance.angle_deg:.4g}°",
+        }
+        cells = "".join(
+            f"<tr><th style='text-align:left'>{name}</th><td>{value}</td></tr>"
+            for name, value in rows.items()
+        )
+        return f"<table>{cells}</table>"
+
+
+def read_crank(
+    path: str | Path,
+    unit: str | None = None,
+    density_kg_m3: float = 7850.0,
+    *,
+    crankpin_in_file: bool | None = None,
+    body: int | str | None = None,
+    axis_point_mm: Sequence[float] | None = None,
+    axis_direction: Sequence[float] | None = None,
+    crankpins: Sequence[Mapping[str, Any]] | None = None,
+    main_journals: Sequence[Mapping[str, Any]] | None = None,
+    density_pm_kg_m3: float | None = None,
+) -> Crank:
+    """Read a crank file, recognise the crank in it and measure it.
+
+    Parameters
+    ----------
+    path : path
+        .stl, .obj, .ply, .off, .3mf, .glb, or .step with the extra ``step``.
+    unit : str or None
+        mm, cm, m or inch; needed where the format carries none.
+    density_kg_m3 : float
+        Density [kg/m³].
+    crankpin_in_file : bool or None
+        False for a pressed-up crank modelled without its crankpins; None: crankpins are looked for first,
+        then bores for them.
+    body, axis_point_mm, axis_direction, crankpins, main_journals, density_pm_kg_m3
+        As the keys of ``[crankshaft]`` in a job.
+
+    Returns
+    -------
+    Crank
+
+    Raises
+    ------
+    FileError, FormatError, SolidError
+        If the file cannot be read or holds no solid to be trusted.
+    JobError
+        If a keyword is impossible.
+    RecognitionError
+        If no crankshaft is found in it.
+
+    Examples
+    --------
+    >>> from autobalance.bundled import bundled_folder
+    >>> file = bundled_folder() / "crf250r" / "drafted" / "crank.stl"
+    >>> crank = read_crank(file, unit="mm", density_kg_m3=7850.0, crankpin_in_file=False)
+    >>> round(crank.throws[0].crank_radius_mm, 1)
+    26.9
+    """
+    given = {
+        "unit": unit,
+        "density_kg_m3": density_kg_m3,
+        "density_pm_kg_m3": density_pm_kg_m3,
+        "crankpin_in_file": crankpin_in_file,
+        "body": body,
+        "axis_point_mm": _listed(axis_point_mm),
+        "axis_direction": _listed(axis_direction),
+        "crankpins": _pins(crankpins),
+        "main_journals": _pins(main_journals),
+    }
+    values = {"file": str(path), **{key: value for key, value in given.items() if value is not None}}
+    crankshaft = read_crankshaft(values, Path())
+    if crankpin_in_file is None:
+        crankshaft = replace(crankshaft, overrides=replace(crankshaft.overrides, crankpin_in_file=None))
+    return Crank(measure_crank(crankshaft, Stopwatch()), crankshaft)
+
+
+def crank_from_mesh(
+    vertices: ArrayLike | Any,
+    triangles: ArrayLike | None = None,
+    density_kg_m3: float = 7850.0,
+    *,
+    unit: str = "mm",
+    crankpin_in_file: bool | None = None,
+    **overrides: Any,
+) -> Crank:
+    """Recognise and measure the crank in a mesh; no file is needed.
+
+    Parameters
+    ----------
+    vertices : (n, 3) float, or a mesh with ``vertices`` and ``faces``
+        Corners in ``unit``; a ``trimesh.Trimesh`` may stand for both.
+    triangles : (m, 3) int or None
+        Rows of ``vertices``, counter-clockwise seen from outside.
+    density_kg_m3 : float
+        Density [kg/m³].
+    unit : str
+        mm, cm, m or inch.
+    crankpin_in_file : bool or None
+        As for ``read_crank``.
+    **overrides
+        ``body``, ``axis_point_mm``, ``axis_direction``, ``crankpins``, ``main_journals``: see ``read_crank``.
+
+    Raises
+    ------
+    FormatError
+        If the arrays are no triangles, or a number is not finite.
+    SolidError, RecognitionError
+        As for ``read_crank``.
+    """
+    from autobalance.solid.formats.read import source_of
+
+    if triangles is None:
+        if not (hasattr(vertices, "vertices") and hasattr(vertices, "faces")):
+            raise FormatError("triangles is missing; needed (m, 3) rows of vertices, or a mesh for both")
+        vertices, triangles = vertices.vertices, vertices.faces
+    soup = _soup(vertices, triangles)
+    given = {
+        "file": "mesh.ply",
+        "unit": unit,
+        "density_kg_m3": density_kg_m3,
+        **({} if crankpin_in_file is None else {"crankpin_in_file": crankpin_in_file}),
+        **{key: _plain(value) for key, value in overrides.items() if value is not None},
+    }
+    crankshaft = replace(read_crankshaft(given, Path()), file=None)
+    if crankpin_in_file is None:
+        crankshaft = replace(crankshaft, overrides=replace(crankshaft.overrides, crankpin_in_file=None))
+    source = source_of(soup, unit, crankshaft.body, pressed_up=crankpin_in_file is False)
+    anatomy = recognised(source, crankshaft.overrides)
+    return Crank(measured_source(source, anatomy, crankshaft.density_g_mm3), crankshaft)
+
+
+def _soup(vertices: ArrayLike, triangles: ArrayLike) -> Array:
+    from autobalance.solid.formats.raw import soup_of
+
+    points, rows = np.asarray(vertices), np.asarray(triangles)
+    if points.ndim != 2 or points.shape[1] != 3 or points.dtype.kind not in "fiu":
+        raise FormatError(f"vertices are {points.shape} of {points.dtype}; needed (n, 3) numbers")
+    if rows.ndim != 2 or rows.shape[1] != 3 or rows.dtype.kind not in "iu":
+        raise FormatError(f"triangles are {rows.shape} of {rows.dtype}; needed (m, 3) whole numbers")
+    soup: Array = soup_of(points.astype(np.float64), rows.astype(np.int64), "mesh")
+    return soup
+
+
+def _listed(values: Sequence[float] | None) -> list[float] | None:
+    return None if values is None else [float(value) for value in values]
+
+
+def _pins(pins: Sequence[Mapping[str, Any]] | None) -> list[dict[str, Any]] | None:
+    return None if pins is None else [{key: _plain(value) for key, value in pin.items()} for pin in pins]
+
+
+def _plain(value: Any) -> Any:
+    """Return a value as a job file would hold it: lists for arrays and tuples."""
+    if isinstance(value, np.ndarray | np.generic):
+        return value.tolist()
+    if isinstance(value, tuple | list):
+        return [_plain(item) for item in value]
+    return {key: _plain(item) for key, item in value.items()} if isinstance(value, Mapping) else value

@@ -1,0 +1,172 @@
+"""``forces``: orders, bearing loads and balance factors of a job's engine."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from autobalance.api.progress import Progress
+from autobalance.api.request import Request, job_head, request
+from autobalance.api.result import Plots, VerbResult
+from autobalance.balancing import engine_from_job, rotor_from_job
+from autobalance.engine.factor_advice import advise
+from autobalance.engine.force_summary import shaking_force, turn_loads
+from autobalance.engine.force_values import advice_values, force_values, load_values
+from autobalance.engine.whole_engine import Engine
+from autobalance.errors import UsageError
+from autobalance.job.model import Job
+
+if TYPE_CHECKING:
+    from autobalance.api.crank import Crank
+
+DEFAULT_FACTORS = (0.0, 0.25, 0.5, 0.75, 1.0)
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class ForcesResult(VerbResult):
+    """Inertia forces of an engine, with its crank as the file has it and balanced."""
+
+    found: Request
+    engines: dict[str, Engine]
+    factors: tuple[float, ...]
+
+    def text(self, units: str = "metric") -> str:
+        """Return tables of forces, orders and loads."""
+        from autobalance.report.force_text import forces_text
+
+        return forces_text(self.report)
+
+    def plots(self) -> Plots:
+        """Return forces over the angle, polar plots and orders."""
+        return _plots(self.found, self.engines, self.engines["as the file is"], list(self.factors))
+
+
+def forces(
+    job: Job | str | Path,
+    crank: Crank | None = None,
+    *,
+    speed_rpm: float | None = None,
+    factors: Sequence[float] = DEFAULT_FACTORS,
+    transverse_weight: float = 1.0,
+    progress: Progress | None = None,
+) -> ForcesResult:
+    """Return what inertia does to an engine: shaking forces by order, pin and bearing loads, each factor.
+
+    Parameters
+    ----------
+    job : Job or path
+        ``engine.rod_length_mm`` is needed.
+    crank : Crank or None
+        In place of the job's crank file.
+    speed_rpm : float or None
+        Crank speed [1/min]; None: the job's top speed.
+    factors : sequence of float
+        Balance factors to compare, 0 to 1.
+    transverse_weight : float
+        How badly the mount takes force across cylinder 1, over force along it.
+
+    Raises
+    ------
+    UsageError
+        If a number is impossible.
+    AutobalanceError
+        For anything wrong with the job or the crank.
+    """
+    if not 0.0 <= transverse_weight < float("inf"):
+        raise UsageError(f"--transverse-weight is {transverse_weight:g}; must be ≥ 0")
+    if not all(0.0 <= factor <= 1.0 for factor in factors):
+        raise UsageError(f"--factors is {','.join(f'{f:g}' for f in factors)!r}; each must be 0 to 1")
+    found = request(job, crank, speed_rpm, progress)
+    as_file = engine_from_job.as_measured(found.job, found.crank)
+    balanced = engine_from_job.balanced_to(as_file, found.job, found.crank.anatomy, found.factor)
+    engines = {"as the file is": as_file, "balanced": balanced}
+    loads = rotor_from_job.throw_loads(found.crank.anatomy, found.job.engine)
+    attached = rotor_from_job.attached_moments(found.job.engine.attached)
+    known = (rotor_from_job.crank_factor(found.crank.moments, loads, attached), found.factor)
+    states = [
+        _state(name, engine, factor, found)
+        for (name, engine), factor in zip(engines.items(), known, strict=True)
+    ]
+    compared = sorted({*factors, found.factor})
+    advice = advise(as_file, found.speed_rad_s, compared, transverse_weight)
+    values = {
+        **job_head("forces", found.job),
+        "speed_rpm": found.speed_rpm,
+        "states": states,
+        "factors": advice_values(advice, transverse_weight),
+    }
+    return ForcesResult(values, found, engines, tuple(compared))
+
+
+def _state(name: str, engine: Engine, factor: float | None, found: Request) -> dict[str, Any]:
+    mains = engine_from_job.mains_z_mm(found.crank.anatomy)
+    enough = len(mains) > 1
+    return {
+        "name": name,
+        "balance_factor": factor,
+        "force": force_values(shaking_force(engine, found.speed_rad_s)),
+        "loads": load_values(engine, turn_loads(engine, mains, found.speed_rad_s), mains) if enough else None,
+    }
+
+
+def _plots(found: Request, engines: dict[str, Engine], engine: Engine, factors: list[float]) -> Plots:
+    from autobalance.report import plots
+
+    speed = found.speed_rad_s
+    at = f"at {found.speed_rpm:g} rpm"
+    shaking = {name: shaking_force(each, speed) for name, each in engines.items()}
+    angle = next(iter(shaking.values())).angle_rad
+    curves = {}
+    for name, force in shaking.items():
+        curves[f"along cylinder 1, {name}"] = force.force_n[:, 0]
+        curves[f"across, {name}"] = force.force_n[:, 1]
+    by_factor = {
+        factor: shaking_force(engine.with_counterweights(factor), speed).force_n for factor in factors
+    }
+    labels = ("force along cylinder 1 [N]", "force across [N]")
+    whole = [order.order for order in shaking["balanced"].orders if order.order % 1.0 == 0.0]
+    heights = {
+        name: [order.greatest_force_n for order in force.orders if order.order % 1.0 == 0.0]
+        for name, force in shaking.items()
+    }
+    made = {
+        "force-over-angle": plots.over_angle(f"Shaking force {at}", "force [N]", angle, curves),
+        "force-polar": plots.polar(
+            f"Shaking force by balance factor {at}",
+            labels,
+            [
+                plots.Curve(f"factor {factor:g}", force[:, 0], force[:, 1])
+                for factor, force in by_factor.items()
+            ],
+        ),
+        "orders": plots.bars(f"Shaking force by order {at}", "greatest force [N]", whole, heights),
+    }
+    mains = engine_from_job.mains_z_mm(found.crank.anatomy)
+    if len(mains) < 2:
+        return made
+    loads = turn_loads(engines["balanced"], mains, speed)
+    axes = ("load along x [N]", "load along y [N]")
+    made["main-bearings-polar"] = plots.polar(
+        f"Main bearings, engine's frame, {at}",
+        axes,
+        [plots.Curve(f"main {n}", load[:, 0], load[:, 1]) for n, load in enumerate(loads.main_n, 1)],
+    )
+    made["wrist-pins-polar"] = plots.polar(
+        f"Wrist pins, engine's frame, {at}",
+        axes,
+        [plots.Curve(f"cylinder {n}", load[:, 0], load[:, 1]) for n, load in enumerate(loads.wrist_pin_n, 1)],
+    )
+    made["crankpins-polar"] = plots.polar(
+        f"Crankpins, crank's frame, {at}",
+        axes,
+        [
+            plots.Curve(f"cylinder {n}", load[:, 0], load[:, 1])
+            for n, load in enumerate(loads.crankpin_in_crank_frame_n(), 1)
+        ],
+    )
+    made["torque-over-angle"] = plots.over_angle(
+        f"Inertia torque {at}", "torque [N·m]", angle, {"balanced": loads.torque_n_m}
+    )
+    return made

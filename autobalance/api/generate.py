@@ -1,0 +1,181 @@
+"""``generate``: build a crankshaft of any layout from its dimensions, as a mesh or with true surfaces."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass
+from functools import cached_property
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from autobalance.api.progress import Progress, telling
+from autobalance.api.result import VerbResult
+from autobalance.balancing.encoding import GLB_MM_PER_UNIT
+from autobalance.balancing.record import ChordalErrorEntry, MeasuredCrank
+from autobalance.balancing.rotor_from_job import attached_moments, crank_factor, throw_loads
+from autobalance.crank.parametric.design import Design, preset
+from autobalance.crank.parametric.generate import crank_anatomy, crank_shape, crank_solid, exact_moments
+from autobalance.errors import JobError, UsageError
+from autobalance.job.crank_design import design_from, read_design, table_of, with_settings
+from autobalance.job.read import text_of
+from autobalance.solid.formats.registry import format_named
+from autobalance.solid.formats.write import decode, encode
+from autobalance.solid.mesh.measure import soup_moments
+from autobalance.units import G_PER_MM3_PER_KG_M3, MM_PER
+
+if TYPE_CHECKING:
+    from autobalance.api.crank import Crank
+    from autobalance.crank.anatomy import Anatomy
+    from autobalance.job import EngineParts
+    from autobalance.rigid_rotor.moments import Moments
+
+STEP_ENDINGS = (".step", ".stp")
+EXACT_SEGMENTS = 64
+"""Fineness from which the moments are extrapolated: a second for an engine of eight throws, right to 1e-5."""
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class GenerateResult(VerbResult):
+    """A crank that was built, as the bytes of its file and as an object."""
+
+    design: Design
+    data: bytes
+    file: Path
+
+    @cached_property
+    def crank(self) -> Crank:
+        """The crank as it is read from its triangles, recognised and measured."""
+        from autobalance.api.crank import crank_from_mesh
+
+        mesh = crank_solid(self.design).mesh
+        return crank_from_mesh(mesh.vertices, mesh.triangles, self.design.density_kg_m3)
+
+    def text(self, units: str = "metric") -> str:
+        """Return the summary that the command prints."""
+        from autobalance.report.text import UNITS, generate_text
+
+        return generate_text(self.report, UNITS[units])
+
+    def files(self) -> Mapping[str, bytes]:
+        """Return the crank's file."""
+        return {self.file.name: self.data}
+
+
+def generate(
+    design: str | Path | Mapping[str, Any],
+    *,
+    file: str | Path | None = None,
+    unit: str = "mm",
+    segments: int | None = None,
+    settings: Mapping[str, Any] | None = None,
+    progress: Progress | None = None,
+) -> GenerateResult:
+    """Build a crankshaft from dimensions; nothing is written until asked.
+
+    Parameters
+    ----------
+    design : str, path or mapping
+        A preset (``single``, ``inline-4``, ...), a TOML description, or what one says.
+    file : path or None
+        Name that the crank's file will have, whose ending tells the format; None: the design's name, STL.
+    unit : str
+        Of a mesh file: mm, cm, m or inch; glTF is in metres always.
+    segments : int or None
+        Corners of a full circle; None: the design's.
+    settings : mapping or None
+        Dimensions to change, by dotted key: ``{"counterweight.radius_mm": 60.0}``.
+
+    Raises
+    ------
+    AutobalanceError
+        If the description is impossible or the format is not known.
+
+    Examples
+    --------
+    >>> round(generate("single", segments=48).report["crank"]["throws"][0]["crank_radius_mm"], 3)
+    27.0
+    """
+    telling(progress)("building the crank")
+    found, engine = _designed(design)
+    changes = {**(settings or {}), **({} if segments is None else {"segments": segments})}
+    found = with_settings(found, changes) if changes else found
+    target = Path(file) if file is not None else _named(found.name)
+    data, values = _generated(found, engine, target, unit)
+    return GenerateResult(values, found, data, target)
+
+
+def _designed(design: str | Path | Mapping[str, Any]) -> tuple[Design, EngineParts | None]:
+    """Return the design that is asked for, and the weights if it names any."""
+    if isinstance(design, Mapping):
+        return design_from(dict(design))
+    path = Path(design)
+    if path.suffix.lower() == ".toml":
+        return read_design(text_of(path, "description"), path.name)
+    return preset(str(design)), None
+
+
+def _named(name: str) -> Path:
+    """Return the file that is named after a crank: here, not where its name points to."""
+    if not name or "\\" in name or Path(name).name != name or not name.isprintable():
+        raise JobError(f"name is {name!r}; must be a plain file name, without folders, or give -o FILE")
+    return Path(f"{name}.stl")
+
+
+def _generated(
+    design: Design, engine: EngineParts | None, target: Path, unit: str
+) -> tuple[bytes, dict[str, Any]]:
+    """Return the bytes of the crank's file, and the report."""
+    from autobalance.report.json import generate_report
+
+    data, triangles, written = _encoded(design, target, unit)
+    anatomy = crank_anatomy(design)
+    exact = exact_moments(design, EXACT_SEGMENTS)
+    error = None
+    if written is not None:
+        hidden = exact - written
+        error = ChordalErrorEntry(abs(hidden.mass_g), math.hypot(*hidden.first_g_mm[:2]))
+    moments = exact.moved(anatomy.file_to_rotor)
+    volume = exact.mass_g / (design.density_kg_m3 * G_PER_MM3_PER_KG_M3)
+    values = generate_report(
+        design=table_of(design),
+        crank=MeasuredCrank(moments, volume, anatomy, error),
+        engine=None if engine is None else _balance(moments, anatomy, engine),
+        solid=_entry(target, data, triangles),
+    )
+    return data, values
+
+
+def _encoded(design: Design, target: Path, unit: str) -> tuple[bytes, int | None, Moments | None]:
+    """Return the file, its triangles, and the moments that they have; the latter not for exact surfaces."""
+    if target.suffix.lower() in STEP_ENDINGS:
+        from autobalance.solid.cad.brep import ExactSolid
+
+        if unit != "mm":
+            raise UsageError(f"--unit {unit}: STEP files are written in mm")
+        return ExactSolid(crank_shape(design)).step(), None, None
+    name = target.suffix.lower().lstrip(".")
+    format_named(name)
+    mm_per_unit = GLB_MM_PER_UNIT if name == "glb" else MM_PER[unit]
+    data = encode(crank_solid(design).mesh, name, mm_per_unit)
+    soup = decode(data, name, mm_per_unit)
+    return data, len(soup), soup_moments(soup, design.density_kg_m3 * G_PER_MM3_PER_KG_M3)
+
+
+def _entry(target: Path, data: bytes, triangles: int | None) -> dict[str, Any]:
+    from hashlib import sha256
+
+    return {"file": str(target), "sha256": sha256(data).hexdigest(), "triangles": triangles}
+
+
+def _balance(moments: Moments, anatomy: Anatomy, engine: EngineParts) -> dict[str, Any]:
+    """Return the bob-weights and the balance factor that the crank has with these parts."""
+    loads = throw_loads(anatomy, engine)
+    factor = crank_factor(moments, loads, attached_moments(engine.attached))
+    return {
+        "balance_factor": factor,
+        "bob_weights": [
+            {"throw": number, "mass_g": load.parts.bob_weight_g(0.0 if factor is None else factor)}
+            for number, load in enumerate(loads, start=1)
+        ],
+    }

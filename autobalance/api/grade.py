@@ -1,0 +1,189 @@
+"""``grade``: what a balance quality grade permits, what a residual achieves, and the list."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from autobalance.api.result import Plots, VerbResult, report_head
+from autobalance.engine.grade import GRADES, listed_grade, neighbours, specific_unbalance_mm
+from autobalance.errors import UsageError
+from autobalance.rigid_rotor.tolerance import (
+    achieved_grade_mm_s,
+    permissible_unbalance_g_mm,
+    share_between_planes,
+)
+from autobalance.units import G_MM_PER, G_PER, RAD_S_PER_RPM
+
+USUAL_SPEEDS_RPM = (100.0, 20000.0)
+"""Plotted where no speed is given: a slow marine diesel to a racing engine."""
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class GradeResult(VerbResult):
+    """What a grade permits and a residual achieves."""
+
+    def text(self, units: str = "metric") -> str:
+        """Return the table of grades."""
+        from autobalance.report.force_text import grade_text
+        from autobalance.report.text import UNITS
+
+        return grade_text(self.report, UNITS[units])
+
+    def plots(self) -> Plots:
+        """Return e_per and U_per over the speed."""
+        return _plots(self.report)
+
+
+@dataclass(frozen=True)
+class _Given:
+    """The arguments of ``grade``, by their names."""
+
+    grade: float | None
+    speed_rpm: float | None
+    mass: float | None
+    mass_unit: str
+    residual: float | None
+    residual_unit: str
+    planes: Sequence[float] | None
+    centre: float | None
+
+
+def grade(
+    grade: float | None = None,
+    *,
+    speed_rpm: float | None = None,
+    mass: float | None = None,
+    mass_unit: str = "g",
+    residual: float | None = None,
+    residual_unit: str = "g·mm",
+    planes: Sequence[float] | None = None,
+    centre: float | None = None,
+) -> GradeResult:
+    """Return what a balance quality grade permits on a rotor, and what grade a residual achieves.
+
+    Parameters
+    ----------
+    grade : float or None
+        Balance quality grade, 6.3 for G 6.3 [mm/s].
+    speed_rpm : float or None
+        Highest service speed [1/min].
+    mass : float or None
+        Rotor mass, in ``mass_unit`` (g, kg or oz).
+    residual : float or None
+        Residual unbalance, in ``residual_unit`` (g·mm, kg·mm or oz·in).
+    planes : (float, float) or None
+        Tolerance planes to share it between [mm].
+    centre : float or None
+        Place of the centre of mass; midway between the planes unless told [mm].
+
+    Raises
+    ------
+    UsageError
+        If a number is impossible or only half is given.
+
+    Examples
+    --------
+    >>> round(grade(6.3, speed_rpm=15200, mass=2700.0).report["permissible_g_mm"], 2)
+    10.69
+    """
+    given = _Given(grade, speed_rpm, mass, mass_unit, residual, residual_unit, planes, centre)
+    try:
+        return GradeResult(_values(given))
+    except ValueError as error:
+        raise UsageError(str(error)) from None
+
+
+def _plots(values: dict[str, Any]) -> Plots:
+    """Draw e_per, and U_per where the rotor is known, for the grade and its neighbours over the speed."""
+    from autobalance.report import plots
+
+    asked, rpm, mass = values["grade_mm_s"], values["speed_rpm"], values["rotor_mass_g"]
+    grade = values["achieved_grade_mm_s"] if asked is None else asked
+    low, high = USUAL_SPEEDS_RPM if rpm is None else (0.1 * rpm, 10.0 * rpm)
+    speeds = np.geomspace(low, high, 61)
+    specific = {
+        each: np.array([1e3 * specific_unbalance_mm(each, n * RAD_S_PER_RPM) for n in speeds])
+        for each in neighbours(grade)
+    }
+    thick = f"G {grade:.4g}" if grade else None
+    lines = [plots.Curve(f"G {each:.4g}", speeds, e) for each, e in specific.items()]
+    at = None if not grade else (rpm, 1e3 * specific_unbalance_mm(grade, rpm * RAD_S_PER_RPM))
+    title = "Permissible specific unbalance"
+    made = {"grade-specific": plots.over_speed(title, "e_per [µm]", lines, thick, at)}
+    if mass is None:
+        return made
+    lines = [
+        plots.Curve(
+            f"G {each:.4g}",
+            speeds,
+            np.array([permissible_unbalance_g_mm(mass, each, n * RAD_S_PER_RPM) for n in speeds]),
+        )
+        for each in specific
+    ]
+    at = None if not grade else (rpm, permissible_unbalance_g_mm(mass, grade, rpm * RAD_S_PER_RPM))
+    title = f"Permissible residual unbalance of {mass:g} g"
+    made["grade-permissible"] = plots.over_speed(title, "U_per [g·mm]", lines, thick, at)
+    return made
+
+
+def _values(given: _Given) -> dict[str, Any]:
+    _check(given)
+    values: dict[str, Any] = {
+        **report_head("grade"),
+        "grade_mm_s": given.grade,
+        "speed_rpm": given.speed_rpm,
+        "rotor_mass_g": None if given.mass is None else given.mass * G_PER[given.mass_unit],
+        "permissible_g_mm": None,
+        "specific_unbalance_um": None,
+        "planes": [],
+        "residual_g_mm": None if given.residual is None else given.residual * G_MM_PER[given.residual_unit],
+        "achieved_grade_mm_s": None,
+        "listed_grade_mm_s": None,
+        "grades": [{"grade_mm_s": grade.grade_mm_s, "what": grade.what} for grade in GRADES],
+    }
+    if given.mass is None:
+        return values
+    assert given.speed_rpm is not None  # ``_check`` has looked
+    speed, mass = given.speed_rpm * RAD_S_PER_RPM, values["rotor_mass_g"]
+    if given.grade is not None:
+        permissible = permissible_unbalance_g_mm(mass, given.grade, speed)
+        values["permissible_g_mm"] = permissible
+        values["specific_unbalance_um"] = 1e3 * specific_unbalance_mm(given.grade, speed)
+        if given.planes is not None:
+            low, high = given.planes
+            centre = 0.5 * (low + high) if given.centre is None else given.centre
+            shares = share_between_planes(permissible, centre, low, high)
+            values["planes"] = [
+                {"name": name, "z_mm": z, "permissible_g_mm": share}
+                for name, z, share in zip("AB", given.planes, shares, strict=True)
+            ]
+    if given.residual is not None:
+        achieved = achieved_grade_mm_s(values["residual_g_mm"], mass, speed)
+        listed = listed_grade(achieved)
+        values["achieved_grade_mm_s"] = achieved
+        values["listed_grade_mm_s"] = None if listed is None else listed.grade_mm_s
+    return values
+
+
+def _check(given: _Given) -> None:
+    """Refuse what is impossible or only half given."""
+    numbers = {"--grade": given.grade, "--speed-rpm": given.speed_rpm, "--mass": given.mass}
+    for name, value in numbers.items():
+        if value is not None and not 0.0 < value < float("inf"):
+            raise UsageError(f"{name} is {value:g}; must be > 0")
+    if given.residual is not None and not 0.0 <= given.residual < float("inf"):
+        raise UsageError(f"--residual is {given.residual:g}; must be ≥ 0")
+    asked = given.grade is not None or given.residual is not None
+    if asked and (given.mass is None or given.speed_rpm is None):
+        missing = [name for name in ("--mass", "--speed-rpm") if numbers[name] is None]
+        raise UsageError(
+            f"{' and '.join(missing)} missing; a grade or a residual needs the rotor and its speed"
+        )
+    if not asked and not (given.mass is None and given.speed_rpm is None):
+        raise UsageError("--grade or --residual is missing; --mass and --speed-rpm alone say nothing")
+    if given.planes is not None and given.grade is None:
+        raise UsageError("--grade is missing; --planes share what a grade permits")

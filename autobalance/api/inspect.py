@@ -1,0 +1,115 @@
+"""``inspect``: measure a crank and say what was recognised in it."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from autobalance.api.crank import Crank, read_crank
+from autobalance.api.progress import INSPECTED_BEFORE, Progress, telling
+from autobalance.api.result import VerbResult
+from autobalance.balancing.chordal_correction import facet_entry
+from autobalance.balancing.faces import offered_faces
+from autobalance.balancing.measured_crank import surfaces_entry
+from autobalance.balancing.record import MeasuredCrank, Record
+from autobalance.balancing.rotor_from_job import default_planes_mm
+from autobalance.balancing.run import input_file
+from autobalance.crank.sections import sections, web_weights
+from autobalance.rigid_rotor.unbalance import Unbalance
+from autobalance.runtime import Stopwatch
+
+if TYPE_CHECKING:
+    from autobalance.crank.anatomy import Face
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class InspectResult(VerbResult):
+    """What was measured and recognised, with the crank itself."""
+
+    crank: Crank
+    faces: tuple[Face, ...]
+
+    @property
+    def warnings(self) -> tuple[str, ...]:
+        """What a user should know of the file and the crank."""
+        return tuple(self.report["warnings"])
+
+    def text(self, units: str = "metric") -> str:
+        """Return the summary that the command prints."""
+        from autobalance.report.text import UNITS, inspect_text
+
+        return inspect_text(self.report, UNITS[units])
+
+    def sections_text(self) -> str:
+        """Return the table of sections."""
+        from autobalance.report.text import sections_text
+
+        return sections_text(self.report)
+
+    def picture(self) -> bytes:
+        """Return a PNG of the crank with its axis, pins, and faces by their ids."""
+        from autobalance.report.anatomy_picture import crank_picture
+
+        measured = self.crank.measured
+        return crank_picture(measured.source.solid.mesh, measured.anatomy, self.faces)
+
+
+def inspect(crank: Crank | str | Path, *, progress: Progress | None = None, **keywords: Any) -> InspectResult:
+    """Measure a crank and say what was recognised in it: mass, axis, journals, throws, webs, faces.
+
+    Parameters
+    ----------
+    crank : Crank or path
+    progress : callable or None
+        Told words and the share done.
+    **keywords
+        Those of ``read_crank``, where ``crank`` is a path.
+
+    Raises
+    ------
+    AutobalanceError
+        As ``read_crank``.
+
+    Examples
+    --------
+    >>> from autobalance.bundled import bundled_folder
+    >>> file = bundled_folder() / "crf250r" / "drafted" / "crank.stl"
+    >>> len(inspect(file, unit="mm", crankpin_in_file=False).report["crank"]["webs"])
+    2
+    """
+    tell, watch = telling(progress, INSPECTED_BEFORE), Stopwatch()
+    if not isinstance(crank, Crank):
+        tell("reading and measuring the crank")
+        with watch.stage("load"):
+            crank = read_crank(crank, **keywords)
+    elif keywords:
+        raise TypeError(f"{', '.join(keywords)}: a crank that is read already takes no keywords")
+    with watch.stage("plan"):
+        tell("looking for faces")
+        crank = crank.with_faces()
+        measured = crank.measured
+        faces = offered_faces(measured)
+        tell("weighing the sections")
+        parts = sections(measured.source.solid, measured.anatomy, measured.density_g_mm3)
+    record = Record(
+        command="inspect",
+        input=input_file(crank.file, measured),
+        crank=MeasuredCrank(
+            measured.moments,
+            measured.volume_mm3,
+            measured.anatomy,
+            facet_entry(measured.facets, measured.correction),
+        ),
+        initial=Unbalance.of(measured.moments),
+        surfaces=surfaces_entry(measured),
+        planes_z_mm=default_planes_mm(measured.anatomy),
+        faces=faces,
+        sections=parts,
+        web_weights=web_weights(parts, measured.anatomy),
+        warnings=measured.warnings(crank.file),
+        seconds=watch.seconds,
+    )
+    from autobalance.report.json import report
+
+    return InspectResult(report(record), crank, tuple(offer.face for offer in faces))

@@ -1,0 +1,31 @@
+"""Jobs as objects."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from autobalance.job.model import Job
+from autobalance.job.read import load
+
+
+def read_job(path: str | Path) -> Job:
+    """Read a job file.
+
+    Parameters
+    ----------
+    path : path
+        A TOML file; the crank file it names is relative to it.
+
+    Returns
+    -------
+    Job
+        ``Job.from_dict`` makes one of a mapping.
+
+    Raises
+    ------
+    FileError
+        If it cannot be read.
+    JobError
+        If it is not TOML, or a key is unknown, missing, of the wrong type or impossible.
+    """
+    return load(path)

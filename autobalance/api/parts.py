@@ -1,0 +1,142 @@
+"""``parts``: the weights of a job rolled up, and its bob-weights."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from autobalance import job as jobs
+from autobalance.api.progress import Progress
+from autobalance.api.request import job_head, request
+from autobalance.api.result import Plots, VerbResult
+from autobalance.engine.conrod import ConnectingRod
+from autobalance.engine.parts import roll_up
+from autobalance.errors import JobError
+from autobalance.job.model import Job, ThrowParts, Weight
+
+if TYPE_CHECKING:
+    from autobalance.api.crank import Crank
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class PartsResult(VerbResult):
+    """Weights of a job, with their uncertainty."""
+
+    def text(self, units: str = "metric") -> str:
+        """Return tables of weights and bob-weights."""
+        from autobalance.report.force_text import parts_text
+        from autobalance.report.text import UNITS
+
+        return parts_text(self.report, UNITS[units])
+
+    def plots(self) -> Plots:
+        """Return bars of the weights on each throw."""
+        return _plots(self.report["throws"])
+
+
+def parts(
+    job: Job | str | Path, crank: Crank | None = None, *, progress: Progress | None = None
+) -> PartsResult:
+    """Roll up the weights of a job: rotating, reciprocating, bob-weights, with their uncertainty.
+
+    Parameters
+    ----------
+    job : Job or path
+        Its crank is read for ``factor = "original"`` only.
+    crank : Crank or None
+        In place of the job's crank file.
+
+    Raises
+    ------
+    AutobalanceError
+        For anything wrong with the job, or the crank where it is needed.
+    """
+    job = job if isinstance(job, Job) else jobs.load(job)
+    asked = job.balance.factor
+    factor = request(job, crank, progress=progress).factor if asked is None else asked
+    throws = [(None, job.engine.default), *sorted(job.engine.by_throw.items())]
+    return PartsResult(
+        {
+            **job_head("parts", job),
+            "throws": [_throw(number, parts, factor) for number, parts in throws],
+            "rod": _rod(job),
+        }
+    )
+
+
+def _plots(throws: list[dict[str, Any]]) -> Plots:
+    from autobalance.report import plots
+
+    roles = {
+        "rotating": "rotating,\neach rod",
+        "reciprocating": "reciprocating,\neach rod",
+        "crankpin": "crankpin",
+    }
+    named = {f"throw {each['number']}" if each["number"] else "every throw": each for each in throws}
+    return {
+        "parts-weights": plots.named_bars(
+            "Weights on a throw",
+            ("what the parts move with [-]", "mass [g]"),
+            list(roles.values()),
+            {name: [each[role]["mass_g"] for role in roles] for name, each in named.items()},
+            {name: [each[role]["pm_g"] for role in roles] for name, each in named.items()},
+        )
+    }
+
+
+def _throw(number: int | None, parts: ThrowParts, factor: float) -> dict[str, Any]:
+    weights = parts.weights
+    shares = [
+        (1.0, weights.crankpin),
+        (parts.rods, weights.rotating),
+        (factor * parts.rods, weights.reciprocating),
+    ]
+    bob, off = roll_up(
+        (share * weight.mass_g, share * weight.pm_g) for share, named in shares for weight in named.values()
+    )
+    pin = weights.crankpin.get("crankpin")
+    return {
+        "number": number,
+        "rods": parts.rods,
+        "rotating": _rolled_up(weights.rotating),
+        "reciprocating": _rolled_up(weights.reciprocating),
+        "crankpin": _rolled_up(weights.crankpin),
+        "balance_factor": factor,
+        "bob_weight_g": bob,
+        "bob_weight_pm_g": off,
+        "bob_weight_pin_fitted_g": bob - (pin.mass_g if pin is not None else 0.0),
+    }
+
+
+def _rolled_up(named: Mapping[str, Weight]) -> dict[str, Any]:
+    mass, off = roll_up((weight.mass_g, weight.pm_g) for weight in named.values())
+    return {
+        "mass_g": mass,
+        "pm_g": off,
+        "parts": [
+            {"name": name, "mass_g": weight.mass_g, "pm_g": weight.pm_g} for name, weight in named.items()
+        ],
+    }
+
+
+def _rod(job: Job) -> dict[str, Any] | None:
+    given, length = job.engine.rod, job.engine.rod_length_mm
+    if given is None:
+        return None
+    try:
+        rod = ConnectingRod.from_two_scales(
+            given.big_end_g, given.small_end_g, length or 1.0, given.inertia_g_mm2
+        )
+    except ValueError as error:
+        raise JobError(f"{job.path.name}: engine.rod: {error}") from None
+    known = length is not None
+    couple = known and given.inertia_g_mm2 is not None
+    return {
+        "mass_g": rod.mass_g,
+        "big_end_g": rod.big_end_g,
+        "small_end_g": rod.small_end_g,
+        "centre_from_big_end_mm": rod.centre_from_big_end_mm if known else None,
+        "couple_inertia_kg_mm2": rod.couple_inertia_g_mm2 * 1e-3 if couple else None,
+    }

@@ -1,0 +1,38 @@
+"""How far a long function is, told in words and as a share."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+
+Progress = Callable[[str, float], None]
+"""Told what runs, in a few words, and what share of the whole is done (0 to 1); may raise to stop."""
+
+BALANCED_BEFORE = (
+    ("reading", 0.0),
+    ("planning", 0.25),
+    ("cutting", 0.45),
+    ("placing", 0.60),
+    ("writing the page", 0.85),
+    ("writing the workbook", 0.97),
+    ("writing", 0.65),
+    ("drawing pictures", 0.70),
+    ("drawing", 0.90),
+)
+"""Share of a usual run that lies behind when a step with this beginning starts; on 16 000 triangles."""
+INSPECTED_BEFORE = (("reading", 0.0), ("looking for faces", 0.50), ("weighing", 0.75), ("drawing", 0.85))
+"""The same of ``inspect``."""
+
+
+def telling(
+    progress: Progress | None, done_before: Sequence[tuple[str, float]] = BALANCED_BEFORE
+) -> Callable[[str], None]:
+    """Return a function that takes the words of a step and tells them with a share that never falls."""
+    told = 0.0
+
+    def tell(words: str) -> None:
+        nonlocal told
+        if progress is not None:
+            told = max(told, next((share for start, share in done_before if words.startswith(start)), 0.0))
+            progress(words, told)
+
+    return tell

@@ -1,0 +1,70 @@
+"""A job with its crank measured: what forces, shafts and other verbs of the engine begin with."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from autobalance import job as jobs
+from autobalance.api.balance import with_crank
+from autobalance.api.progress import Progress, telling
+from autobalance.api.result import Values, report_head
+from autobalance.balancing import rotor_from_job
+from autobalance.balancing.measured_crank import Crank as MeasuredCrank
+from autobalance.balancing.measured_crank import measure_crank
+from autobalance.errors import UsageError
+from autobalance.job.model import Job
+from autobalance.runtime import Stopwatch
+from autobalance.units import RAD_S_PER_RPM
+
+if TYPE_CHECKING:
+    from autobalance.api.crank import Crank
+
+
+@dataclass(frozen=True, eq=False)
+class Request:
+    """A job with its crank, the target factor and the speed."""
+
+    job: Job
+    crank: MeasuredCrank
+    factor: float
+    speed_rad_s: float
+    speed_rpm: float
+
+
+def request(
+    job: Job | str | Path,
+    crank: Crank | None = None,
+    speed_rpm: float | None = None,
+    progress: Progress | None = None,
+) -> Request:
+    """Measure the crank of a job and check that the engine fits it; a path is read as a job.
+
+    Raises
+    ------
+    UsageError
+        If the speed is not positive.
+    AutobalanceError
+        For anything wrong with the job or the crank.
+    """
+    job = job if isinstance(job, Job) else jobs.load(job)
+    if speed_rpm is not None and not 0.0 < speed_rpm < math.inf:
+        raise UsageError(f"--speed-rpm is {speed_rpm:g}; must be > 0")
+    rpm = jobs.describe(job)["balance"]["speed_rpm"] if speed_rpm is None else speed_rpm
+    speed = job.balance.service_speed_rad_s if speed_rpm is None else speed_rpm * RAD_S_PER_RPM
+    if crank is None:
+        telling(progress)("reading the crank")
+        measured = measure_crank(job.crankshaft, Stopwatch())
+    else:
+        job, measured = with_crank(job, crank), crank.measured
+    rotor_from_job.check_engine(job, measured.anatomy)
+    factor = rotor_from_job.target_factor(job, measured.anatomy, measured.moments)
+    return Request(job, measured, factor, speed, float(rpm))
+
+
+def job_head(command: str, job: Job) -> Values:
+    """Return the keys that the report of a verb on a job begins with."""
+    described: dict[str, Any] = jobs.describe(job)
+    return {**report_head(command), "job": described}

@@ -1,0 +1,153 @@
+"""``shafts``: balance shafts that would cancel orders 1 and 2, and what the job's own leave."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from autobalance.api.progress import Progress
+from autobalance.api.request import job_head, request
+from autobalance.api.result import Plots, VerbResult
+from autobalance.balancing import engine_from_job
+from autobalance.engine.balance_factor import LEAST_DIRECTION
+from autobalance.engine.force_summary import HIGHEST_ORDER
+from autobalance.engine.force_values import order_values, shaft_values
+from autobalance.engine.forces import centrifugal_force_n
+from autobalance.engine.loads import whole_turn
+from autobalance.engine.shafts import (
+    BalanceShaft,
+    BoltOnWeight,
+    cancelling_shafts,
+    counter_rotating_shaft,
+    orders_with_shafts,
+    roll_moment_n_m,
+)
+from autobalance.engine.whole_engine import Engine, Order
+from autobalance.job.model import BalanceShaftEntry, Job
+
+if TYPE_CHECKING:
+    from autobalance.api.crank import Crank
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class ShaftsResult(VerbResult):
+    """Orders without and with shafts, and shafts that would cancel them."""
+
+    orders: tuple[Order, ...]
+    left: tuple[Order, ...]
+
+    def text(self, units: str = "metric") -> str:
+        """Return tables of orders and shafts."""
+        from autobalance.report.force_text import shafts_text
+        from autobalance.report.text import UNITS
+
+        return shafts_text(self.report, UNITS[units])
+
+    def plots(self) -> Plots:
+        """Return bars of the orders."""
+        rpm, shafts = self.report["speed_rpm"], bool(self.report["shafts"])
+        return _plots(list(self.orders), list(self.left), rpm, has_shafts=shafts)
+
+
+def shafts(
+    job: Job | str | Path,
+    crank: Crank | None = None,
+    *,
+    speed_rpm: float | None = None,
+    progress: Progress | None = None,
+) -> ShaftsResult:
+    """Return what would cancel the first and second order, and what the job's shafts leave.
+
+    Parameters
+    ----------
+    job : Job or path
+        ``engine.rod_length_mm`` is needed.
+    crank : Crank or None
+        In place of the job's crank file.
+    speed_rpm : float or None
+        Crank speed [1/min]; None: the job's top speed.
+
+    Raises
+    ------
+    UsageError
+        If the speed is not positive.
+    AutobalanceError
+        For anything wrong with the job or the crank.
+    """
+    found = request(job, crank, speed_rpm, progress)
+    anatomy, speed = found.crank.anatomy, found.speed_rad_s
+    engine = engine_from_job.with_moments(found.job, anatomy, found.crank.moments)
+    engine = engine_from_job.balanced_to(engine, found.job, anatomy, found.factor)
+    orders = engine.orders(speed, HIGHEST_ORDER)
+    own = [_shaft(shaft) for shaft in found.job.shafts]
+    left = orders_with_shafts(orders, own, speed)
+    roll = roll_moment_n_m(own, whole_turn(360), speed)
+    values: dict[str, Any] = {
+        **job_head("shafts", found.job),
+        "speed_rpm": found.speed_rpm,
+        "balance_factor": found.factor,
+        "without": {"orders": [order_values(order) for order in orders]},
+        "proposals": _proposals(orders, engine, speed),
+        "shafts": [
+            shaft_values(shaft, _weights(given)) for shaft, given in zip(own, found.job.shafts, strict=True)
+        ],
+        "with": {
+            "orders": [order_values(order) for order in left],
+            "greatest_roll_n_m": float(abs(roll).max()),
+        },
+    }
+    return ShaftsResult(values, tuple(orders), tuple(left))
+
+
+def _shaft(shaft: BalanceShaftEntry) -> BalanceShaft:
+    x, y = shaft.place_mm
+    return BalanceShaft(shaft.order, shaft.forward, shaft.product_g_mm, shaft.phase_rad, x, y)
+
+
+def _weights(shaft: BalanceShaftEntry) -> list[dict[str, Any]]:
+    found = []
+    for item in shaft.weights:
+        bolted = BoltOnWeight(item.name, item.eccentricity_mm, item.cad_g, item.weighed_g)
+        found.append(
+            {
+                "name": item.name,
+                "eccentricity_mm": item.eccentricity_mm,
+                "cad_g": item.cad_g,
+                "weighed_g": item.weighed_g,
+                "deviation": bolted.deviation,
+                "cad_product_g_mm": bolted.cad_product_g_mm,
+                "product_g_mm": bolted.product_g_mm,
+            }
+        )
+    return found
+
+
+def _proposals(orders: list[Order], engine: Engine, speed: float) -> list[dict[str, Any]]:
+    """Return shafts for what is left of orders 1 and 2, where more than rounding is."""
+    products = [each.reciprocating_g * each.slider_crank.crank_radius_mm for each in engine.cylinders]
+    least = LEAST_DIRECTION * centrifugal_force_n(sum(products), speed)
+    by_order = {order.order: order for order in orders}
+    offers = []
+    for number, name in ((1.0, "first order"), (2.0, "second order")):
+        order = by_order[number]
+        if order.greatest_force_n > least:
+            offers.append((f"all of the {name}", cancelling_shafts(order, speed)))
+        if number == 1.0 and order.circles_n[1] > least:
+            offers.append(("its backward part alone", (counter_rotating_shaft(order, speed),)))
+    return [{"what": what, "shafts": [shaft_values(shaft) for shaft in shafts]} for what, shafts in offers]
+
+
+def _plots(orders: list[Order], left: list[Order], rpm: float, *, has_shafts: bool) -> Plots:
+    from autobalance.report import plots
+
+    whole = [order.order for order in orders if order.order % 1.0 == 0.0]
+
+    def heights(of: list[Order]) -> list[float]:
+        return [order.greatest_force_n for order in of if order.order % 1.0 == 0.0]
+
+    groups = {"without shafts": heights(orders)}
+    if has_shafts:
+        groups["with the job's shafts"] = heights(left)
+    title = f"Shaking force by order at {rpm:g} rpm"
+    return {"shafts-orders": plots.bars(title, "greatest force [N]", whole, groups)}

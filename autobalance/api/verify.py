@@ -1,0 +1,103 @@
+"""``verify``: read a corrected solid from disk again and check every number that its report claims."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from autobalance.api.result import VerbResult, report_head
+from autobalance.verification.claims import Checked, check_report
+
+if TYPE_CHECKING:
+    from autobalance.report.text import Units
+
+ABOVE_TOLERANCE = 4
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class VerifyResult(VerbResult):
+    """A report all of whose claims hold; one whose claims fail raises ``ClaimError``."""
+
+    checked: Checked
+
+    @property
+    def holds(self) -> bool:
+        """Whether every claim holds."""
+        return bool(self.report["holds"])
+
+    @property
+    def within_tolerance(self) -> bool:
+        """Whether the residual, as measured again, is within tolerance."""
+        return bool(self.report["within_tolerance"])
+
+    @property
+    def claims(self) -> int:
+        """Number of claims that were checked."""
+        return int(self.report["claims"])
+
+    @property
+    def warnings(self) -> tuple[str, ...]:
+        """What was seen beside the claims."""
+        return self.checked.warnings
+
+    @property
+    def exit_code(self) -> int:
+        """0, or 4 above tolerance."""
+        return 0 if self.within_tolerance else ABOVE_TOLERANCE
+
+    def text(self, units: str = "metric") -> str:
+        """Return the verdict in a line or two."""
+        from autobalance.report.text import UNITS
+
+        found, chosen = self.checked, UNITS[units]
+        verdict = "within" if found.within else "ABOVE"
+        said = (
+            f"{self.report['report']}: all {found.checked} claims hold; residual "
+            f"{chosen.of_unbalance(found.residual.magnitude_g_mm)} of permitted "
+            f"{chosen.of_unbalance(found.tolerance.permissible_g_mm)}{_doubt(found, chosen)}: "
+            f"{verdict} tolerance"
+        )
+        if found.agreement is None:
+            return said
+        agree = f"volume, first and second moments agree to {found.agreement:.1e}"
+        return f"{said}\nMeasured a second way, from slices: {agree}"
+
+
+def verify(report: str | Path, *, independent: bool = False) -> VerifyResult:
+    """Check every number that a report claims of its corrected solid.
+
+    Parameters
+    ----------
+    report : path
+        What ``balance`` wrote, beside its solid.
+    independent : bool
+        Measure the solid a second way too, from its slices, and require both to agree.
+
+    Raises
+    ------
+    FileError, FormatError
+        If the report or a file cannot be read.
+    ClaimError
+        If a claim fails.
+    """
+    found = check_report(Path(report), independent)
+    values = {
+        **report_head("verify"),
+        "report": str(report),
+        "holds": True,
+        "within_tolerance": found.within,
+        "claims": found.checked,
+        "residual_g_mm": found.residual.magnitude_g_mm,
+        "permissible_g_mm": found.tolerance.permissible_g_mm,
+        "agreement": found.agreement,
+        "warnings": list(found.warnings),
+    }
+    return VerifyResult(values, found)
+
+
+def _doubt(found: Checked, units: Units) -> str:
+    """Return how far the residual may be off, where that counts in the verdict."""
+    if found.tolerance.margin == "none" or found.budget is None:
+        return ""
+    return f", and its uncertainty of {units.of_unbalance(found.budget.total_g_mm)} counts"

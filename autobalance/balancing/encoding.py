@@ -1,0 +1,48 @@
+"""A crank's solid as the bytes of a file of any format that can hold it."""
+
+from __future__ import annotations
+
+from autobalance.errors import FormatError
+from autobalance.solid.formats.read import Source
+from autobalance.solid.formats.registry import ALIASES, format_named
+from autobalance.solid.formats.write import encode
+from autobalance.units import MM_PER
+
+GLB_MM_PER_UNIT = 1000.0
+"""glTF is in metres."""
+
+
+def encoded(source: Source, ending: str, unit: str | None = None) -> bytes:
+    """Return a solid as the bytes of a file.
+
+    Parameters
+    ----------
+    source : Source
+    ending : str
+        Of the file, ``.3mf`` say.
+    unit : str or None
+        mm, cm, m or inch; None: that of the source, or what the format prescribes.
+
+    Raises
+    ------
+    FormatError
+        If the format or the unit is not known, or the format keeps true surfaces and the source has none.
+    """
+    name = ending.lower().lstrip(".")
+    name = ALIASES.get(name, name)
+    kind = format_named(name)
+    if unit is not None and unit not in MM_PER:
+        raise FormatError(f"the unit '{unit}' is not known; needed one of {', '.join(MM_PER)}")
+    if kind.exact:
+        if source.exact is None:
+            raise FormatError(f"'{ending}' keeps true surfaces, this crank has triangles; needed .stl, say")
+        return source.exact.solid.step(unit or source.exact.unit, source.exact.name)
+    return encode(source.solid.mesh, name, _mm_per_unit(name, unit, source.mm_per_unit))
+
+
+def _mm_per_unit(name: str, unit: str | None, own: float) -> float:
+    if name == "glb":
+        if unit not in (None, "m"):
+            raise FormatError(f"GLB is in metres, the unit given is {unit}; leave it out")
+        return GLB_MM_PER_UNIT
+    return own if unit is None else MM_PER[unit]

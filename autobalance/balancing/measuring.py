@@ -1,0 +1,98 @@
+"""How a cut crank is measured: on the bytes of its file, on its own triangles, or on its true surfaces."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field
+
+from autobalance.balancing.rotor import Rotor
+from autobalance.correction.kind import Cut
+from autobalance.errors import SolidError
+from autobalance.rigid_rotor.moments import Moments
+from autobalance.solid.csg.solid import Solid
+from autobalance.solid.csg.tool import Tool, placed
+from autobalance.solid.formats.write import decode, encode
+from autobalance.solid.mesh.measure import soup_moments
+from autobalance.solid.mesh.mesh import Floats
+
+DISAGREE = 0.02
+"""Share of the metal moved by which true surfaces and triangles may differ, beyond what facets hide."""
+
+Made = Sequence[tuple[Cut, float]]
+"""Cuts with their depths [mm]."""
+
+
+@dataclass(frozen=True, eq=False)
+class Measured:
+    """What was measured of a corrected crank (rotor frame), and the bytes of its file if they were measured.
+
+    ``triangles`` is None where the file keeps true surfaces; ``surfaces`` counts these by kind then, and
+    ``hidden`` is what they hold more than the triangles of the same cut. ``added`` is what the facets hide by
+    estimate, where that counts.
+    """
+
+    moments: Moments
+    triangles: int | None
+    data: bytes | None = None
+    surfaces: Mapping[str, int] | None = None
+    hidden: Moments | None = None
+    added: Moments = field(default_factory=Moments.zero)
+
+
+Measure = Callable[[Rotor, Solid, Made], Measured]
+"""Takes a rotor, its crank as cut (file coordinates [mm]) and the cuts; the verdict is on what it returns."""
+
+
+def in_memory(rotor: Rotor, solid: Solid, made: Made) -> Measured:
+    """Measure the solid's own triangles, in double precision."""
+    vertices, triangles = solid.mesh.vertices, solid.mesh.triangles
+    return _on_triangles(rotor, vertices[triangles], None)
+
+
+def as_file(format: str, mm_per_unit: float) -> Measure:  # noqa: A002
+    """Return the way to measure what a file of this format and unit will hold: its bytes, read back."""
+
+    def measure(rotor: Rotor, solid: Solid, made: Made) -> Measured:
+        data = encode(solid.mesh, format, mm_per_unit)
+        return _on_triangles(rotor, decode(data, format, mm_per_unit), data)
+
+    return measure
+
+
+def _on_triangles(rotor: Rotor, soup: Floats, data: bytes | None) -> Measured:
+    """Measure loose triangles (m, 3, 3) [mm]."""
+    moments = soup_moments(soup, rotor.density_g_mm3, rotor.anatomy.file_to_rotor)
+    added = Moments.zero() if rotor.hidden is None else rotor.hidden(soup)
+    return Measured(moments, len(soup), data, added=added)
+
+
+def on_true_surfaces(rotor: Rotor, in_facets: Solid, made: Made) -> Measured:
+    """Cut the exact solid, write it, and measure it as it is read again; ``in_facets`` is the same cut.
+
+    Raises
+    ------
+    SolidError
+        If the CAD kernel cannot make the cut, or makes another one.
+    """
+    from autobalance.solid.cad.step import written_and_read
+
+    exact = rotor.exact
+    assert exact is not None  # whoever chose this way of measuring has looked
+    removed: list[Tool] = []
+    added: list[Tool] = []
+    for cut, depth in made:
+        tool = cut.exact_tool(depth)
+        if tool is not None:
+            (added if cut.adds_metal else removed).append(placed(tool, rotor.anatomy.rotor_to_file))
+    data, again = written_and_read(exact, exact.solid.machined(removed, added))
+    density, frame = rotor.density_g_mm3, rotor.anatomy.file_to_rotor
+    moments, faceted = again.moments(density, frame), in_facets.moments(density, frame)
+    hidden = moments - faceted
+    hidden_before = rotor.moments - rotor.solid.moments(density, frame)
+    cut_g = abs(rotor.moments.mass_g - moments.mass_g)
+    if abs(hidden.mass_g - hidden_before.mass_g) > DISAGREE * cut_g + abs(hidden_before.mass_g):
+        raise SolidError(
+            f"the CAD kernel leaves {moments.mass_g:.6g} g where {faceted.mass_g:.6g} g were planned; "
+            "needed the same cut in both; a mesh of the part can be balanced instead"
+        )
+    return Measured(moments, None, data, again.face_kinds(), hidden)

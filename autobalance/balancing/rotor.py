@@ -1,0 +1,47 @@
+"""What is balanced: the crank as a solid, its moments, and what turns with it."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+from autobalance.correction.kind import Correction
+from autobalance.crank.anatomy import Anatomy, Face
+from autobalance.rigid_rotor.moments import Moments
+from autobalance.rigid_rotor.uncertainty import Budget
+from autobalance.solid.csg.solid import Solid
+from autobalance.solid.mesh.mesh import Floats
+
+if TYPE_CHECKING:
+    from autobalance.solid.cad.step import Exact
+
+
+@dataclass(frozen=True, eq=False)
+class Rotor:
+    """What is balanced: the crank in file coordinates [mm] and what turns with it.
+
+    ``exact`` is the crank with its true surfaces, where its file keeps them: plans are made on ``solid``, its
+    triangles, and the exact solid is cut. ``moments`` are the bare crank's and ``loads`` those of bob-weights
+    and attached rotors, both in the rotor frame; ``loads_per_factor`` is the derivative of the loads with the
+    balance factor ``factor``. ``budget`` tells how far the residual may be off, from the bare crank's moments
+    and the corrections made on it; None where that is not known. ``hidden`` tells what the facets of loose
+    triangles (file coordinates) hide of the smooth surface, which ``moments`` have already; None: nothing is
+    added.
+    """
+
+    solid: Solid
+    moments: Moments
+    density_g_mm3: float
+    anatomy: Anatomy
+    faces: tuple[Face, ...]
+    loads: Moments
+    loads_per_factor: Moments
+    factor: float
+    budget: Callable[[Moments, Sequence[Correction]], Budget] | None = None
+    exact: Exact | None = None
+    hidden: Callable[[Floats], Moments] | None = None
+
+    def doubt(self, bare: Moments, corrections: Sequence[Correction] = ()) -> Budget | None:
+        """Return how far the residual may be off, None where that is not known."""
+        return None if self.budget is None else self.budget(bare, corrections)

@@ -1,0 +1,208 @@
+"""The public functions: objects in, objects out, nothing written until asked."""
+
+import os
+import pickle
+import signal
+import subprocess
+import sys
+import threading
+from concurrent.futures import ProcessPoolExecutor
+from multiprocessing import get_context
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+import autobalance as ab
+from autobalance.bundled import bundled_folder
+
+CRANKS = bundled_folder() / "crf250r" / "drafted"
+JOB = CRANKS / "factor-0.28.toml"
+
+
+@pytest.fixture(scope="module")
+def result() -> ab.BalanceResult:
+    return ab.balance(ab.read_job(JOB))
+
+
+@pytest.fixture(scope="module")
+def crank() -> ab.Crank:
+    return ab.read_crank(CRANKS / "crank.stl", unit="mm", density_kg_m3=7850.0, crankpin_in_file=False)
+
+
+def without_crank() -> dict[str, Any]:
+    raw = {key: value for key, value in ab.read_job(JOB).raw.items() if key != "crankshaft"}
+    return {**raw, "crankshaft": {"crankpin_in_file": False}}
+
+
+def test_a_result_has_the_values_of_its_report(result: ab.BalanceResult) -> None:
+    assert result.outcome == result.report["outcome"] == "within_tolerance"
+    assert result.reason is None
+    assert result.residual.magnitude_g_mm == result.report["residual"]["magnitude_g_mm"]
+    assert result.initial.planes[1].name == "B"
+    assert result.tolerance.permissible_g_mm == pytest.approx(10.686, abs=1e-3)
+    assert [each.depth_mm for each in result.corrections] == [
+        each["depth_mm"] for each in result.report["corrections"]
+    ]
+    assert result.steps[-1].measured_g_mm == result.residual.magnitude_g_mm
+    assert result.measured_on == "file"
+    assert "within_tolerance" in repr(result)
+    assert "<table>" in result._repr_html_()
+
+
+def test_the_corrected_crank_is_the_solid_of_the_report(result: ab.BalanceResult) -> None:
+    solid = result.report["outputs"]["solid"]
+    assert result.crank.mass_g == pytest.approx(solid["mass_g"], rel=1e-9)
+    assert result.crank.volume_mm3 == pytest.approx(solid["volume_mm3"], rel=1e-9)
+    assert np.allclose(result.crank.inertia_kg_mm2, solid["inertia_kg_mm2"], rtol=1e-9, atol=1e-9)
+    assert np.array_equal(result.crank.file_to_rotor, result.before.file_to_rotor)
+
+
+def test_what_is_written_is_verified(result: ab.BalanceResult, tmp_path: Path) -> None:
+    files = result.write(tmp_path / "out", only=("json",))
+    assert sorted(path.name for path in files) == ["balanced.stl", "report.json"]
+    checked = ab.verify(tmp_path / "out" / "report.json", independent=True)
+    assert checked.holds
+    assert checked.within_tolerance
+    assert checked.claims > 50
+    with pytest.raises(ab.AutobalanceError, match="only names 'doc'"):
+        result.write(tmp_path / "other", only=("doc",))
+    assert not (tmp_path / "other").exists()
+
+
+def test_a_mesh_is_balanced_in_memory_and_its_files_verified(crank: ab.Crank, tmp_path: Path) -> None:
+    mesh = ab.crank_from_mesh(crank.to_trimesh(), density_kg_m3=7850.0, unit="mm", crankpin_in_file=False)
+    assert mesh.mass_g == pytest.approx(crank.mass_g, rel=1e-12)
+    done = ab.balance(ab.Job.from_dict(without_crank()), crank=mesh)
+    assert done.outcome == "within_tolerance"
+    assert done.measured_on == "mesh"
+    done.write(tmp_path, only=("json",))
+    assert ab.verify(tmp_path / "report.json", independent=True).within_tolerance
+
+
+def test_a_crank_needs_no_trimesh(crank: ab.Crank) -> None:
+    again = ab.crank_from_mesh(
+        crank.vertices_mm / 25.4, crank.triangles, 7850.0, unit="inch", crankpin_in_file=False
+    )
+    assert again.mass_g == pytest.approx(crank.mass_g, rel=1e-9)
+    with pytest.raises(ab.AutobalanceError, match=r"needed \(m, 3\) rows"):
+        ab.crank_from_mesh(crank.vertices_mm)
+    with pytest.raises(ab.AutobalanceError, match=r"needed \(n, 3\) numbers"):
+        ab.crank_from_mesh(crank.vertices_mm[:, :2], crank.triangles)
+
+
+def test_a_crank_has_the_fields_of_a_report(crank: ab.Crank) -> None:
+    report = ab.inspect(crank).report
+    for own, told in zip(crank.main_journals, report["crank"]["main_journals"], strict=True):
+        assert (own.number, own.diameter_mm, own.width_mm) == (
+            told["number"],
+            told["diameter_mm"],
+            told["width_mm"],
+        )
+    assert crank.throws[0].angle_deg == report["crank"]["throws"][0]["angle_deg"]
+    assert crank.webs[1].z_max_mm == report["crank"]["webs"][1]["z_max_mm"]
+    assert [face.id for face in crank.faces] == [face["id"] for face in report["faces"]]
+    assert crank.faces[0].file_centroid_mm.tolist() == report["faces"][0]["file_centroid_mm"]
+    assert crank.unbalance.angle_deg == report["initial"]["angle_deg"]
+    assert crank.unbalance.moment_g_mm2.tolist() == report["initial"]["moment_g_mm2"]
+
+
+@pytest.mark.parametrize("ending", ["3mf", "glb", "ply", "off", "obj"])
+def test_a_crank_is_written_in_any_format(crank: ab.Crank, ending: str, tmp_path: Path) -> None:
+    path = crank.write(tmp_path / f"copy.{ending}")
+    unit = None if ending in ("3mf", "glb") else "mm"
+    again = ab.read_crank(path, unit=unit, crankpin_in_file=False)
+    assert again.mass_g == pytest.approx(crank.mass_g, rel=1e-6)
+    with pytest.raises(ab.AutobalanceError, match="keeps true surfaces"):
+        crank.write(tmp_path / "copy.step")
+
+
+def test_density_and_crank_are_said_once(crank: ab.Crank) -> None:
+    values = without_crank()
+    values["crankshaft"]["density_kg_m3"] = 7800.0
+    with pytest.raises(ab.AutobalanceError, match="needed the same"):
+        ab.balance(ab.Job.from_dict(values), crank=crank)
+    with pytest.raises(ab.AutobalanceError, match=r"crankshaft\.file is missing"):
+        ab.balance(ab.Job.from_dict(without_crank()))
+
+
+def test_progress_is_told_and_may_stop() -> None:
+    told: list[tuple[str, float]] = []
+
+    class Enough(Exception):  # noqa: N818
+        pass
+
+    def progress(words: str, share: float) -> None:
+        told.append((words, share))
+        if words.startswith("cutting"):
+            raise Enough
+
+    with pytest.raises(Enough):
+        ab.balance(ab.read_job(JOB), progress=progress)
+    shares = [share for _, share in told]
+    assert shares == sorted(shares)
+    assert 0.0 <= shares[0] < shares[-1] < 1.0
+
+
+def test_two_threads_may_balance_at_once(result: ab.BalanceResult) -> None:
+    found: list[float] = []
+
+    def work() -> None:
+        found.append(ab.balance(ab.read_job(JOB)).residual.magnitude_g_mm)
+
+    threads = [threading.Thread(target=work) for _ in range(2)]
+    for thread in threads:
+        thread.start()
+    for thread in threads:
+        thread.join()
+    assert found == [result.residual.magnitude_g_mm] * 2
+
+
+def _in_another_process(path: str) -> ab.BalanceResult:
+    return ab.balance(ab.read_job(path))
+
+
+@pytest.mark.slow
+def test_results_come_back_from_a_spawned_process(result: ab.BalanceResult) -> None:
+    with ProcessPoolExecutor(1, mp_context=get_context("spawn")) as pool:
+        other = pool.submit(_in_another_process, str(JOB)).result()
+    assert other.residual.magnitude_g_mm == result.residual.magnitude_g_mm
+    assert other.crank.mass_g == result.crank.mass_g
+
+
+def test_results_pickle(result: ab.BalanceResult, crank: ab.Crank) -> None:
+    again = pickle.loads(pickle.dumps(result))
+    assert again.report == result.report
+    assert again.crank.mass_g == result.crank.mass_g
+    assert pickle.loads(pickle.dumps(crank)).unbalance.magnitude_g_mm == crank.unbalance.magnitude_g_mm
+
+
+def test_the_process_stays_as_it_was(tmp_path: Path) -> None:
+    def state() -> tuple[Any, ...]:
+        return (
+            os.getcwd(),
+            dict(os.environ),
+            signal.getsignal(signal.SIGINT),
+            signal.getsignal(signal.SIGTERM),
+        )
+
+    before = state()
+    ab.balance(ab.read_job(JOB)).write(tmp_path, only=("json",))
+    assert state() == before
+
+
+def test_import_loads_nothing_heavy() -> None:
+    code = "import sys, autobalance as ab; print([m for m in ('numpy', 'trimesh') if m in sys.modules])"
+    out = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True).stdout
+    assert out.strip() == "[]"
+
+
+def test_every_public_name_is_there_and_no_room_is_called_like_a_function() -> None:
+    rooms = {path.name.removesuffix(".py") for path in Path(ab.__file__).parent.iterdir()}
+    for name in ab.PUBLIC:
+        assert getattr(ab, name) is not None
+    verbs = {name for name in ab.PUBLIC if callable(getattr(ab, name)) and name.islower()}
+    assert not verbs & rooms
+    with pytest.raises(AttributeError, match="has no attribute 'rebalance'"):
+        _ = ab.rebalance
