@@ -67,3 +67,51 @@ def test_influence_names_file_and_key(tmp_path: Path, capsys: pytest.CaptureFixt
         "autobalance: error: trials.toml: trial[1].plan is an unknown key; did you mean 'plane'?"
     )
     assert error.count("\n") == 1
+
+
+MACHINE = """
+seed = 3
+kind = "hard"
+speed_rpm = 600
+planes_mm = [-40, 40]
+[rotor]
+mass_g = 2500
+z_mm = 3
+transverse_kg_mm2 = 2900
+polar_kg_mm2 = 2900
+[[unbalance]]
+z_mm = 20
+g_mm = 150
+angle_deg = 40
+[noise]
+g_mm = 1
+[reading]
+rotation = "cw"
+urr_percent = 95
+umar_g_mm = 2
+"""
+
+
+def test_machine_writes_the_reading(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    file, folder = written(tmp_path, "machine.toml", MACHINE), tmp_path / "out"
+    assert main(["machine", file, "-o", str(folder)]) == 0
+    assert "hard-bearing machine (forces) at 600 rpm" in capsys.readouterr().out
+    first = (folder / "reading.toml").read_bytes()
+    assert main(["machine", file, "-o", str(folder)]) == 0
+    assert (folder / "reading.toml").read_bytes() == first
+    code, values = json_of(capsys, "machine", file, "--plots", str(tmp_path / "plots"))
+    assert (code, values["rotor"]["kind"]) == (0, "quasi_static")
+    assert (tmp_path / "plots" / "machine-readings.svg").is_file()
+
+
+@pytest.mark.parametrize("kind", ["nodal", "static"])
+def test_machine_of_other_kinds_is_told(
+    kind: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    text = MACHINE.replace('"hard"', f'"{kind}"') + "[static]\njourney = 1\n"
+    assert main(["machine", written(tmp_path, "machine.toml", text)]) == 3
+    assert "static.journey is an unknown key" in capsys.readouterr().err
+    text = text.replace("journey = 1", "journal_radius_mm = 12\nfriction_lever_mm = 0.01")
+    assert main(["machine", written(tmp_path, "machine.toml", text)]) == 0
+    out = capsys.readouterr().out
+    assert ("Nodes: of plane A" if kind == "nodal" else "heavy side down after") in out

@@ -23,6 +23,7 @@ COMMANDS: dict[str, str] = {
     "shafts": "balance shafts: what would cancel the first and second order, and what the job's shafts leave",
     "parts": "roll up the weights of the job: rotating, reciprocating, bob-weights, with their uncertainty",
     "influence": "balancing by influence coefficients: what to add in each plane, from trial weights",
+    "machine": "what a balancing machine reads on a rotor of known unbalance, and what following it leaves",
     "grade": "balance quality grades: permissible and achieved, and the list for crank drives",
     "fem": "natural modes and static stress of a solid, by quadratic tetrahedra (extra)",
 }

@@ -28,13 +28,15 @@ class _Required:
 
 
 REQUIRED = _Required()
+FILLED: Any = ()
 
 
 @dataclass(frozen=True)
 class Key:
     """One key of a table: its name, type, rule and default, and what it means.
 
-    ``keys`` makes it a table of its own; with ``many``, an array of tables.
+    ``keys`` makes it a table of its own; with ``many``, an array of tables. A table that may be missing has
+    the default None, or ``FILLED``: then it is there with the defaults of its keys.
     """
 
     name: str

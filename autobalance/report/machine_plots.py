@@ -27,3 +27,15 @@ def _vectors(name: str, readings: Sequence[Sequence[float]]) -> plots.Curve:
     ends = np.array([amplitude * np.exp(1j * np.radians(phase)) for amplitude, phase in readings])
     path = np.stack([np.zeros_like(ends), ends], axis=1).ravel()
     return plots.Curve(name, path.real, path.imag)
+
+
+def runs_plot(report: Values) -> dict[str, dict[str, bytes]]:
+    """Return where the readings of all runs of ``machine`` lie in each plane, and the true unbalance."""
+    runs = np.array([[plane["unbalance_g_mm"] for plane in run["planes"]] for run in report["runs"]])
+    left = np.array([plane["unbalance_g_mm"] for plane in report["runs"][0]["left"]["planes"]])
+    true = runs[0] + left
+    names = [plane["name"] for plane in report["runs"][0]["planes"]]
+    clouds = {f"read in {name}": runs[:, number] for number, name in enumerate(names)}
+    clouds |= {f"true in {name}": true[number][None, :] for number, name in enumerate(names)}
+    labels = ("x, towards crankpin 1 [g·mm]", "y [g·mm]")
+    return {"machine-readings": plots.scatter("Readings of the machine", labels, clouds)}

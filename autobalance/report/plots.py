@@ -69,6 +69,23 @@ def polar(title: str, labels: tuple[str, str], curves: Sequence[Curve]) -> dict[
     return _drawn(title, labels[1], draw)
 
 
+MARKS = (".", "x", "o", "^", "s", "d")
+
+
+def scatter(title: str, labels: tuple[str, str], clouds: Mapping[str, Array]) -> dict[str, bytes]:
+    """Return named points (n, 2), both axes to one scale."""
+
+    def draw(axes: Axes) -> None:
+        for number, (name, points) in enumerate(clouds.items()):
+            look = {"marker": MARKS[number % len(MARKS)], "color": _style(number)["color"]}
+            axes.plot(points[:, 0], points[:, 1], label=name, linestyle="", **look)
+        axes.plot(0.0, 0.0, "+", color="black")
+        axes.set_xlabel(labels[0])
+        axes.set_aspect("equal", adjustable="datalim")
+
+    return _drawn(title, labels[1], draw)
+
+
 def bars(
     title: str, y_label: str, orders: Sequence[float], groups: Mapping[str, Sequence[float]]
 ) -> dict[str, bytes]:

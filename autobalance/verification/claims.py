@@ -143,7 +143,7 @@ def check_report(path: Path, independent: bool = False) -> Checked:
     ClaimError
         If a claim fails.
     """
-    claims = Claims(path.name, _read_json(path))
+    claims = Claims(path.name, read_report(path))
     try:
         return _checked(claims, path.parent, independent)
     except AutobalanceError:
@@ -154,7 +154,7 @@ def check_report(path: Path, independent: bool = False) -> Checked:
 
 def _checked(claims: Claims, folder: Path, independent: bool) -> Checked:
     claims.same("command", "balance")
-    job = _job(claims)
+    job = claimed_job(claims)
     frame = _frame(claims)
     anatomy = _anatomy(claims, frame)
     crank = _claimed_crank(claims)
@@ -175,6 +175,26 @@ def _checked(claims: Claims, folder: Path, independent: bool) -> Checked:
     budget = _check_doubt(claims, "residual", causes, moments, _depth_rates(claims), _size(source, crank))
     within = _verdict(claims, tolerance, residual, budget)
     return Checked(claims.held, within, residual, tolerance, tuple(claims.warnings), again, budget)
+
+
+def claimed_anatomy(claims: Claims) -> Anatomy:
+    """Return the journals and throws that a report names, in its frame."""
+    return _anatomy(claims, _frame(claims))
+
+
+def measured_solid(claims: Claims, folder: Path, job: Job, anatomy: Anatomy) -> Moments:
+    """Return the moments of a report's corrected solid, read back from disk, with its slugs.
+
+    Raises
+    ------
+    FileError
+        If it is not there.
+    ClaimError
+        If its sha256 or its mass properties are others than the report's.
+    """
+    _, moments, soup = _measured(claims, folder, job, anatomy.file_to_rotor)
+    hidden = _hidden(claims, job, anatomy, _check_input(claims, job, anatomy), soup)
+    return moments + hidden + _pressed_in(claims)
 
 
 def _measured_again(claims: Claims, source: Source, job: Job, frame: Array) -> float:
@@ -204,7 +224,8 @@ def _size(source: Source, crank: Moments) -> float:
     return crank.mass_g * (source.solid.mesh.diagonal_mm + float(np.abs(source.solid.bounds).max()))
 
 
-def _read_json(path: Path) -> Mapping[str, Any]:
+def read_report(path: Path) -> Mapping[str, Any]:
+    """Return the values of a report's JSON."""
     try:
         values = json.loads(
             path.read_bytes(),
@@ -231,7 +252,8 @@ def _not_a_number(word: str) -> float:
     raise ValueError(f"it holds the number {word}")
 
 
-def _job(claims: Claims) -> Job:
+def claimed_job(claims: Claims) -> Job:
+    """Return the job that a report says it ran."""
     raw = given(claims.get("job", dict))
     file = raw.pop("file", "job")
     try:

@@ -1,0 +1,304 @@
+"""``ab.machine``: what a balancing machine reads on a rotor of known unbalance, and what that leaves."""
+
+from __future__ import annotations
+
+import cmath
+import math
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from autobalance.api.result import Plots, Values, VerbResult, report_head
+from autobalance.errors import JobError
+from autobalance.units import N_M_PER_G_MM2_S2, N_PER_G_MM_S2
+
+if TYPE_CHECKING:
+    from autobalance.dynamics.spun_rotor import SpunRotor
+    from autobalance.job.machine import Machine
+    from autobalance.verification.reported_rotor import ReportedRotor
+
+UM_PER_MM = 1000.0
+Pair = tuple[float, float]
+
+
+class MachineResult(VerbResult):
+    """Sensors, readings and corrections; ``reading_toml`` is the first reading as a file for ``recut``."""
+
+    def text(self, units: str = "metric") -> str:
+        """Return the reading as lines for people."""
+        from autobalance.report.machine_text import machine_text
+        from autobalance.report.text import UNITS
+
+        return machine_text(self.report, UNITS[units])
+
+    def plots(self) -> Plots:
+        """Return a polar plot of the readings of all runs."""
+        from autobalance.report.machine_plots import runs_plot
+
+        return runs_plot(self.report)
+
+    def files(self) -> Mapping[str, bytes]:
+        """Return ``reading.toml``, the first reading in the machine's own way of counting."""
+        from autobalance.report.reading_toml import reading_toml
+
+        return {"reading.toml": reading_toml(self.report).encode()}
+
+
+def machine(machine_file: str | Path | Mapping[str, Any]) -> MachineResult:
+    """Simulate a balancing machine.
+
+    Parameters
+    ----------
+    machine_file : path or dict
+        A ``MACHINE.toml`` or its structure: the kind of machine, the rotor, its unbalance, the noise.
+
+    Returns
+    -------
+    MachineResult
+
+    Raises
+    ------
+    JobError
+        If a key is wrong, or the machine cannot read such a rotor.
+
+    Examples
+    --------
+    >>> rotor = {"mass_g": 2000.0, "z_mm": 0.0}
+    >>> found = machine({"kind": "hard", "speed_rpm": 600.0, "planes_mm": [-40.0, 40.0], "rotor": rotor,
+    ...     "unbalance": [{"z_mm": 40.0, "g_mm": 100.0, "angle_deg": 30.0}]})
+    >>> [round(plane["g_mm"], 6) for plane in found.report["runs"][0]["planes"]]
+    [0.0, 100.0]
+    """
+    from autobalance.job.machine import read_machine
+
+    return MachineResult(_report(read_machine(machine_file)))
+
+
+def _report(given: Machine) -> Values:
+    from autobalance.dynamics.balancing_machine import noisy_readings
+    from autobalance.dynamics.spun_rotor import spun_rotor
+
+    reported = _reported(given)
+    body = given.body if reported is None else reported.body
+    assert body is not None
+    rotor = spun_rotor(body, given.unbalances, given.masses)
+    planes_mm = given.planes_mm if reported is None or given.planes_mm is not None else reported.planes_mm
+    warnings: list[str] = []
+    names, places, true = _planes(given, rotor, planes_mm)
+    runs = noisy_readings(true, given.noise, given.runs, given.seed)
+    read = [[_plane(*each) for each in zip(names, places, values, strict=True)] for values in runs]
+    return {
+        **report_head("machine"),
+        "input": given.values,
+        "rotor": _rotor_values(rotor, planes_mm),
+        "sensors": _sensors(given, rotor, planes_mm),
+        "nodes": _nodes(given, rotor, planes_mm),
+        "static": _static(given, rotor, warnings),
+        "runs": [
+            {"planes": planes, "left": _left(names, true, values)}
+            for planes, values in zip(read, runs, strict=True)
+        ],
+        "corrections": _corrections(given, read[0], warnings),
+        "noise": {"g_mm": _spread(names, runs)},
+        "bob_weights_g": None if reported is None else list(reported.fit_g),
+        "serial": None if reported is None else reported.serial,
+        "warnings": warnings,
+    }
+
+
+def _reported(given: Machine) -> ReportedRotor | None:
+    if given.report is None:
+        return None
+    from autobalance.verification.reported_rotor import reported_rotor
+
+    return reported_rotor(given.report)
+
+
+def _planes(
+    given: Machine, rotor: SpunRotor, planes_mm: Pair | None
+) -> tuple[tuple[str, ...], tuple[float | None, ...], tuple[complex, ...]]:
+    """Return name, place and true unbalance of each plane that is read."""
+    if given.kind == "static":
+        return ("static",), (None,), (rotor.unbalance_g_mm,)
+    if planes_mm is None:
+        raise JobError("planes_mm is missing; the report has no tolerance planes to read in")
+    return ("A", "B"), planes_mm, rotor.in_planes(*planes_mm)
+
+
+def _plane(name: str, z_mm: float | None, value: complex) -> Values:
+    return {
+        "name": name,
+        "z_mm": z_mm,
+        "unbalance_g_mm": [value.real, value.imag],
+        "g_mm": abs(value),
+        "angle_deg": degrees(value),
+    }
+
+
+def degrees(value: complex) -> float:
+    """Return the angle of a vector in [0, 360)."""
+    return math.degrees(cmath.phase(value)) % 360.0 % 360.0
+
+
+def _rotor_values(rotor: SpunRotor, planes_mm: Pair | None) -> Values:
+    unbalance, moment, tilt = rotor.unbalance_g_mm, rotor.moment_g_mm2, rotor.principal_axis_rad
+    planes = [] if planes_mm is None else list(zip("AB", planes_mm, rotor.in_planes(*planes_mm), strict=True))
+    return {
+        "mass_g": rotor.mass_g,
+        "centre_of_mass_mm": [unbalance.real / rotor.mass_g, unbalance.imag / rotor.mass_g, rotor.z_mm],
+        "unbalance_g_mm": [unbalance.real, unbalance.imag],
+        "moment_g_mm2": [moment.real, moment.imag],
+        "magnitude_g_mm": abs(unbalance),
+        "planes": [_plane(*each) for each in planes],
+        "kind": rotor.kind,
+        "principal_axis_deg": None if tilt is None else math.degrees(tilt),
+    }
+
+
+def _sensor(name: str, z_mm: float, quantity: str, value: complex, unit: float) -> Values:
+    return {
+        "name": name,
+        "z_mm": z_mm,
+        "force_N": None,
+        "displacement_um": None,
+        "moment_N_m": None,
+        "angle_deg": degrees(value),
+        quantity: unit * abs(value),
+    }
+
+
+def _sensors(given: Machine, rotor: SpunRotor, planes_mm: Pair | None) -> list[Values] | None:
+    from autobalance.dynamics import balancing_machine as machines
+
+    if given.kind == "static" or planes_mm is None:
+        return None
+    speed, supports = given.speed_rad_s or 0.0, given.bearings_mm or planes_mm
+    if given.kind == "hard":
+        forces = machines.support_forces(rotor, supports, speed)
+        quantity, unit, places, values = "force_N", N_PER_G_MM_S2, supports, forces
+    elif given.kind == "cradle":
+        moments = machines.cradle_moments(rotor, planes_mm, speed)
+        quantity, unit, places, values = "moment_N_m", N_M_PER_G_MM2_S2, planes_mm, moments
+    else:
+        places = supports if given.kind == "soft" else _node_places(rotor, planes_mm)
+        moved = _displacements(given, rotor, places)
+        quantity, unit, values = "displacement_um", UM_PER_MM, moved
+    names = ("A", "B") if given.kind == "nodal" else ("1", "2")
+    return [_sensor(*each, unit) for each in zip(names, places, (quantity,) * 2, values, strict=True)]
+
+
+def _displacements(given: Machine, rotor: SpunRotor, places: Pair) -> tuple[complex, complex]:
+    from autobalance.dynamics.balancing_machine import free_displacement, sprung_displacements
+
+    if given.kind == "soft" and given.stiffness_g_s2 > 0.0 and given.speed_rad_s is not None:
+        try:
+            return sprung_displacements(rotor, places, given.stiffness_g_s2, given.speed_rad_s)
+        except ValueError as error:
+            raise JobError(f"speed_rpm is {given.values['speed_rpm']:g}: {error}") from None
+    return free_displacement(rotor, places[0]), free_displacement(rotor, places[1])
+
+
+def _node_places(rotor: SpunRotor, planes_mm: Pair) -> Pair:
+    """Return where planes A and B alone are read: each at the node of the other."""
+    from autobalance.dynamics.balancing_machine import node_mm
+
+    try:
+        return node_mm(rotor, planes_mm[1]), node_mm(rotor, planes_mm[0])
+    except ValueError as error:
+        raise JobError(f"planes_mm is [{planes_mm[0]:g}, {planes_mm[1]:g}]: {error}") from None
+
+
+def _nodes(given: Machine, rotor: SpunRotor, planes_mm: Pair | None) -> list[Values] | None:
+    """Return the node of each plane's unbalance; None for the kinds that have none."""
+    if given.kind != "nodal" or planes_mm is None:
+        return None
+    of_B, of_A = _node_places(rotor, planes_mm)
+    return [{"plane": "A", "z_mm": of_A}, {"plane": "B", "z_mm": of_B}]
+
+
+def _static(given: Machine, rotor: SpunRotor, warnings: list[str]) -> Values | None:
+    from autobalance.dynamics.static_stand import static_stand
+
+    if given.kind != "static" or given.stand is None:
+        return None
+    stand, polar = given.stand, given.polar_g_mm2
+    if rotor.second_g_mm2 is not None:  # that of the rotor with all that is on it, about the axis
+        around = rotor.second_g_mm2[0, 0] + rotor.second_g_mm2[1, 1]
+        polar = float(around + abs(rotor.unbalance_g_mm) ** 2 / rotor.mass_g)
+    elif polar is not None:
+        polar += sum(each.mass_g * abs(each.offset_mm) ** 2 for each in given.masses)
+    found = static_stand(
+        abs(rotor.unbalance_g_mm),
+        rotor.mass_g,
+        stand.friction_lever_mm,
+        stand.journal_radius_mm,
+        stand.start_rad,
+        polar,
+    )
+    if not found.rolls:
+        warnings.append(
+            f"the rotor does not roll: its unbalance of {abs(rotor.unbalance_g_mm):.4g} g·mm is not over the "
+            f"{found.least_g_mm:.4g} g·mm of rolling friction"
+        )
+    elif polar is None:
+        warnings.append("rotor.polar_kg_mm2 is not given, so there is no roll_time_s")
+    within = found.rest_within_rad
+    return {
+        "rolls": found.rolls,
+        "least_g_mm": found.least_g_mm,
+        "rest_within_deg": None if within is None else math.degrees(within),
+        "roll_time_s": found.roll_time_s,
+    }
+
+
+def _left(names: Sequence[str], true: Sequence[complex], read: Sequence[complex]) -> Values:
+    """Return what is left where the reading is followed to the letter."""
+    left = [a - b for a, b in zip(true, read, strict=True)]
+    return {
+        "planes": [
+            {
+                "name": name,
+                "unbalance_g_mm": [value.real, value.imag],
+                "g_mm": abs(value),
+                "angle_deg": degrees(value),
+            }
+            for name, value in zip(names, left, strict=True)
+        ],
+        "magnitude_g_mm": abs(sum(left)),
+    }
+
+
+def _corrections(given: Machine, planes: Sequence[Values], warnings: list[str]) -> list[Values]:
+    """Return what to take off for the first reading, at the heavy side."""
+    found = []
+    for plane in planes:
+        depth = None if given.drill is None else given.drill.depth_mm(plane["g_mm"])
+        if given.drill is not None and depth is None:
+            point = given.drill.unbalance_g_mm(0.0)
+            what = (
+                "the drill's point alone takes off more"
+                if plane["g_mm"] < point
+                else "no hole is deep enough"
+            )
+            warnings.append(f"plane {plane['name']}: {plane['g_mm']:.4g} g·mm cannot be drilled; {what}")
+        found.append(
+            {
+                "plane": plane["name"],
+                "g_mm": plane["g_mm"],
+                "angle_deg": plane["angle_deg"],
+                "depth_mm": depth,
+            }
+        )
+    return found
+
+
+def _spread(names: Sequence[str], runs: Sequence[Sequence[complex]]) -> list[Values]:
+    """Return mean and standard deviation of what each plane reads; None from a single run."""
+    sizes = np.abs(np.array(runs))
+    spread = np.std(sizes, axis=0, ddof=1) if len(runs) > 1 else [None] * len(names)
+    return [
+        {"name": name, "mean": float(mean), "standard_deviation": None if off is None else float(off)}
+        for name, mean, off in zip(names, sizes.mean(axis=0), spread, strict=True)
+    ]

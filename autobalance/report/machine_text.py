@@ -1,0 +1,100 @@
+"""What a balancing machine reads, as lines to read."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+from autobalance.report.text import Units, table
+
+Values = Mapping[str, Any]
+KINDS = {
+    "hard": "hard-bearing machine (forces)",
+    "soft": "soft-bearing machine (displacements)",
+    "cradle": "pivoted cradle (moments)",
+    "nodal": "nodal-point machine (displacements)",
+    "static": "static stand",
+}
+QUANTITIES = {"force_N": "N", "displacement_um": "µm", "moment_N_m": "N·m"}
+UNBALANCE_KINDS = {
+    "balanced": "balanced",
+    "static": "static unbalance",
+    "couple": "couple unbalance",
+    "quasi_static": "quasi-static unbalance",
+    "dynamic": "dynamic unbalance",
+}
+
+
+def machine_text(report: Values, units: Units) -> str:
+    """Return rotor, sensors, reading and corrections."""
+    rotor, asked = report["rotor"], report["input"]
+    speed = "" if asked["speed_rpm"] is None else f" at {asked['speed_rpm']:g} rpm"
+    tilt = rotor["principal_axis_deg"]
+    parts = [
+        f"{KINDS[asked['kind']]}{speed}: {units.of_mass(rotor['mass_g'])}, centre of mass at z "
+        f"{units.of_length(rotor['centre_of_mass_mm'][2])}, {UNBALANCE_KINDS[rotor['kind']]} of "
+        f"{units.of_unbalance(rotor['magnitude_g_mm'])}"
+        + ("" if tilt is None else f", principal axis tilted by {tilt:.4f}°"),
+    ]
+    if report["sensors"]:
+        parts.append(_sensors(report["sensors"], units))
+    if report["nodes"]:
+        nodes = (f"of plane {each['plane']} at z {units.of_length(each['z_mm'])}" for each in report["nodes"])
+        parts.append(f"Nodes: {', '.join(nodes)}")
+    if report["static"] is not None:
+        parts.append(_static(report["static"], units))
+    parts += [_reading(report, units), *(f"Warning: {each}" for each in report["warnings"])]
+    return "\n\n".join(parts)
+
+
+def _sensors(sensors: Sequence[Values], units: Units) -> str:
+    rows: list[Sequence[str]] = [("Sensor", "z", "amplitude", "angle")]
+    for each in sensors:
+        quantity = next(key for key in QUANTITIES if each[key] is not None)
+        rows.append(
+            (
+                f"  {each['name']}",
+                units.of_length(each["z_mm"]),
+                f"{each[quantity]:.4g} {QUANTITIES[quantity]}",
+                f"{each['angle_deg']:.2f}°",
+            )
+        )
+    return table(rows)
+
+
+def _static(static: Values, units: Units) -> str:
+    least = units.of_unbalance(static["least_g_mm"])
+    if not static["rolls"]:
+        return f"The rotor does not roll; it would from {least}"
+    time = "" if static["roll_time_s"] is None else f", heavy side down after {static['roll_time_s']:.3f} s"
+    return f"The rotor rolls (from {least}) and rests within ±{static['rest_within_deg']:.2f}°{time}"
+
+
+def _reading(report: Values, units: Units) -> str:
+    rows: list[Sequence[str]] = [("Plane", "true", "read", "take off at", "depth", "left")]
+    first = report["runs"][0]
+    true = {plane["name"]: plane["g_mm"] for plane in report["rotor"]["planes"] or ()}
+    for plane, left, correction in zip(
+        first["planes"], first["left"]["planes"], report["corrections"], strict=True
+    ):
+        depth = correction["depth_mm"]
+        rows.append(
+            (
+                f"  {plane['name']}",
+                units.of_unbalance(true.get(plane["name"], report["rotor"]["magnitude_g_mm"])),
+                units.of_unbalance(plane["g_mm"]),
+                f"{plane['angle_deg']:.2f}°",
+                "" if depth is None else units.of_length(depth),
+                units.of_unbalance(left["g_mm"]),
+            )
+        )
+    runs = len(report["runs"])
+    more = "" if runs == 1 else f"\n  the first of {runs} runs; {_spread(report['noise']['g_mm'], units)}"
+    return table(rows) + more
+
+
+def _spread(noise: Sequence[Values], units: Units) -> str:
+    read = units.of_unbalance
+    return ", ".join(
+        f"{each['name']} {read(each['mean'])} ± {read(each['standard_deviation'])}" for each in noise
+    )
