@@ -23,3 +23,7 @@ N_PER_G_MM_S2: Final = 1e-6
 """Newtons in one g·mm/s²."""
 N_M_PER_G_MM2_S2: Final = 1e-9
 """Newton-metres in one g·mm²/s²."""
+BAR_PER_MPA: Final = 10.0
+"""Bars in one MPa (N/mm²)."""
+N_M_PER_N_MM: Final = 1e-3
+"""Newton-metres (joules) in one newton-millimetre."""

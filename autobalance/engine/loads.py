@@ -1,13 +1,13 @@
-"""What inertia does to the pins and bearings of an engine over a turn, and the torque it takes; without gas.
+"""What inertia and gas do to the pins and bearings of an engine over the crank angle, and the torque.
 
 Each rod is two masses at its eyes and the couple that they miss, which together are the rigid rod exactly.
 Per cylinder, with X along it and Y across, u = (cos β, sin β) from crankpin to wrist pin::
 
-    wrist-pin end   m_rec ẍ along X from the rod, the cylinder wall answers with N along Y
-    rod about its crankpin      l (u_x N + u_y m_rec ẍ) = J_c β̈       gives N
-    crankpin        load = −(m_rot a_pin + (m_rec ẍ, −N))
+    wrist-pin end   m_rec ẍ + G along X from the rod (G: gas on the piston), the wall answers with N along Y
+    rod about its crankpin      l (u_x N + u_y (m_rec ẍ + G)) = J_c β̈     gives N
+    crankpin        load = −(m_rot a_pin + (m_rec ẍ + G, −N))
     mains           the crankpin loads and the crank's own unbalance, by levers between the mains beside them
-    shaft           T = J(θ) θ̈ + ½ J′(θ) θ̇²
+    shaft           T = J(θ) θ̈ + ½ J′(θ) θ̇² is what the masses take, −G x′ what the gas gives
 """
 
 from __future__ import annotations
@@ -41,7 +41,9 @@ class Loads:
     main_n : (m, n, 2) float
         Of the crank on each main bearing [N].
     torque_n_m : (n,) float
-        That the shaft must be given to turn as asked [N·m].
+        That the shaft must be given for its masses to turn as asked [N·m].
+    gas_torque_n_m : (n,) float
+        That the gas gives to the shaft; zero without gas [N·m].
     """
 
     angle_rad: Array
@@ -50,6 +52,7 @@ class Loads:
     crankpin_n: Array
     main_n: Array
     torque_n_m: Array
+    gas_torque_n_m: Array
 
     def crankpin_in_crank_frame_n(self) -> Array:
         """Return the crankpin loads (c, n, 2) as the crank sees them, for a polar plot about the pin [N]."""
@@ -97,8 +100,9 @@ def loads(
     speed_rad_s: float,
     angle_rad: Array,
     acceleration_rad_s2: float = 0.0,
+    gas_n: Array | None = None,
 ) -> Loads:
-    """Return the inertia loads of an engine over the crank angle.
+    """Return the loads of an engine over the crank angle: those of inertia, and of gas where it is given.
 
     Parameters
     ----------
@@ -110,6 +114,8 @@ def loads(
         Of the crank [rad/s, rad/s²].
     angle_rad : (n,) float
         Crank angles [rad].
+    gas_n : (c, n) float, optional
+        Force of the gas on each piston, towards the crank: (p − p below) A [N].
 
     Returns
     -------
@@ -119,20 +125,23 @@ def loads(
     count = len(engine.cylinders)
     square = speed_rad_s**2
     wrist, crankpin = np.zeros((count, angle.size, 2)), np.zeros((count, angle.size, 2))
-    wall, torque = np.zeros((count, angle.size)), np.zeros(angle.size)
+    wall, torque, gas_torque = np.zeros((count, angle.size)), np.zeros(angle.size), np.zeros(angle.size)
     main = np.zeros((len(mains_z_mm), angle.size, 2))
     for number, cylinder in enumerate(engine.cylinders):
         motion = cylinder.slider_crank.motion(angle + (cylinder.throw_angle_rad - cylinder.bank_rad))
-        ends = _rod_ends(cylinder, motion, square, acceleration_rad_s2)
+        gas = np.zeros(1) if gas_n is None else gas_n[number] / N_PER_G_MM_S2
+        ends = _rod_ends(cylinder, motion, square, acceleration_rad_s2, gas)
         wrist[number], wall[number], crankpin[number] = ends
         torque += _torque(cylinder, motion, square, acceleration_rad_s2)
+        gas_torque -= gas * motion.dx_mm
         main += _at_mains(crankpin[number], cylinder.z_mm, mains_z_mm)
     turning = np.exp(1j * angle) * (square - 1j * acceleration_rad_s2) * N_PER_G_MM_S2
     for piece in engine.crank:
         pull = turning * complex(*piece.unbalance_g_mm)
         main += _at_mains(np.stack([pull.real, pull.imag], axis=-1), piece.z_mm, mains_z_mm)
     torque += engine.polar_inertia_g_mm2 * acceleration_rad_s2
-    return Loads(angle, wrist, wall, crankpin, main, torque * N_M_PER_G_MM2_S2)
+    torques = torque * N_M_PER_G_MM2_S2, gas_torque * N_M_PER_G_MM2_S2
+    return Loads(angle, wrist, wall, crankpin, main, *torques)
 
 
 def _at_mains(load_n: Array, z_mm: float, mains_z_mm: Sequence[float]) -> Array:
@@ -141,14 +150,14 @@ def _at_mains(load_n: Array, z_mm: float, mains_z_mm: Sequence[float]) -> Array:
 
 
 def _rod_ends(
-    cylinder: Cylinder, motion: Motion, square: float, acceleration: float
+    cylinder: Cylinder, motion: Motion, square: float, acceleration: float, gas: Array
 ) -> tuple[Array, Array, Array]:
-    """Wrist-pin load, wall force and crankpin load [N] of one cylinder, (n, 2), (n,), (n, 2)."""
+    """Wrist-pin load, wall force, crankpin load [N] of a cylinder, (n, 2), (n,), (n, 2); gas in g·mm/s²."""
     crank = cylinder.slider_crank
     along = motion.ddx_mm * square + motion.dx_mm * acceleration
     tilt = motion.ddtilt * square + motion.dtilt * acceleration
     couple = cylinder.couple_inertia_g_mm2 * tilt / crank.rod_length_mm
-    inertia = cylinder.reciprocating_g * along
+    inertia = cylinder.reciprocating_g * along + gas
     side = (couple - motion.rod_sine * inertia) / motion.rod_cosine  # N of the wall on the piston
     radius = crank.crank_radius_mm * cylinder.rotating_g
     pin_x = -radius * (motion.crank_cosine * square + motion.crank_sine * acceleration)
@@ -158,7 +167,7 @@ def _rod_ends(
     def in_engine(x: Array, y: Array) -> Array:
         return np.stack([cosine * x - sine * y, sine * x + cosine * y], axis=-1)
 
-    carried = (cylinder.reciprocating_g - cylinder.small_end_g) * along
+    carried = (cylinder.reciprocating_g - cylinder.small_end_g) * along + gas
     return in_engine(-carried, side), -side * N_PER_G_MM_S2, in_engine(-pin_x - inertia, side - pin_y)
 
 

@@ -45,6 +45,7 @@ def describe(job: Job) -> dict[str, Any]:
             "overbalance_g_mm": balance.overbalance_g_mm,
             "overbalance_deg": _as_given(job, "overbalance_deg", math.degrees(balance.overbalance_rad)),
         },
+        **({"cycle": dict(job.cycle.values)} if job.cycle is not None else {}),
         **({"shafts": [_shaft(shaft) for shaft in job.shafts]} if job.shafts else {}),
         "correction": {
             "method": list(job.method_names),

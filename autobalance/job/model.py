@@ -11,6 +11,7 @@ from typing import Any, Literal
 from autobalance.correction import Limits
 from autobalance.correction.kind import Prefer
 from autobalance.crank.anatomy import Overrides
+from autobalance.job.cycle import Cycle
 from autobalance.rigid_rotor.margin import Margin
 from autobalance.rigid_rotor.tolerance import Judge
 
@@ -192,6 +193,7 @@ class Job:
     prefer: Prefer = "least_metal"
     shafts: tuple[BalanceShaftEntry, ...] = ()
     depth_tolerance_mm: float | None = None
+    cycle: Cycle | None = None
 
     @classmethod
     def from_dict(cls, values: Mapping[str, Any], folder: str | Path = ".") -> Job:

@@ -12,6 +12,7 @@ import numpy as np
 
 from autobalance.crank.anatomy import Overrides, PinHint
 from autobalance.errors import FileError, JobError
+from autobalance.job.cycle import read_cycle
 from autobalance.job.layout import read_layout, read_rod, read_shafts
 from autobalance.job.limits import read_correction, read_depth_tolerance_mm, read_prefer
 from autobalance.job.model import (
@@ -34,6 +35,8 @@ UNITLESS = (".stl", ".obj", ".ply", ".off")
 """Formats that carry no unit of length."""
 NAMING = (".step", ".stp")
 """Endings of formats whose parts have names."""
+TOP_KEYS = ("crankshaft", "engine", "original", "balance", "correction", "shafts", "cycle")
+"""Tables of a job."""
 WEIGHT_TABLES = ("rotating_g", "reciprocating_g", "crankpin_g")
 CRANKPIN = "crankpin"
 """The part in ``crankpin_g`` that is the pin itself."""
@@ -126,7 +129,7 @@ def parse(raw: Mapping[str, Any], path: Path, *, crank_given: bool = False) -> J
 
     ``crankshaft.file`` and its density may be missing with ``crank_given``: the crank is an object then.
     """
-    root = Table(dict(raw), "", ("crankshaft", "engine", "original", "balance", "correction", "shafts"))
+    root = Table(dict(raw), "", TOP_KEYS)
     crankshaft = _crankshaft(root, path, crank_given=crank_given)
     engine = read_engine(root, crankshaft.crankpin_in_file)
     balance = _balance(root)
@@ -144,6 +147,7 @@ def parse(raw: Mapping[str, Any], path: Path, *, crank_given: bool = False) -> J
         prefer=read_prefer(root),
         shafts=read_shafts(root),
         depth_tolerance_mm=read_depth_tolerance_mm(root),
+        cycle=read_cycle(root),
     )
 
 

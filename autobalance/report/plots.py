@@ -41,16 +41,34 @@ class Curve:
     y: Array
 
 
-def over_angle(title: str, y_label: str, angle_rad: Array, curves: Mapping[str, Array]) -> dict[str, bytes]:
-    """Return a plot of curves over the crank angle, closed to 360°."""
-    degrees = np.append(np.degrees(angle_rad), 360.0)
+def over_angle(
+    title: str, y_label: str, angle_rad: Array, curves: Mapping[str, Array], span_deg: int = 360
+) -> dict[str, bytes]:
+    """Return a plot of curves over the crank angle, closed to 360° or the ``span_deg`` of a whole cycle."""
+    degrees = np.append(np.degrees(angle_rad), float(span_deg))
 
     def draw(axes: Axes) -> None:
         for number, (name, values) in enumerate(curves.items()):
             axes.plot(degrees, np.append(values, values[0]), label=name, **_style(number))
         axes.set_xlabel("crank angle [°]")
-        axes.set_xticks(range(0, 361, 60))
-        axes.set_xlim(0.0, 360.0)
+        axes.set_xticks(range(0, span_deg + 1, span_deg // 6))
+        axes.set_xlim(0.0, float(span_deg))
+
+    return _drawn(title, y_label, draw)
+
+
+def over_volume(
+    title: str, y_label: str, curves: Sequence[Curve], *, logarithmic: bool = False
+) -> dict[str, bytes]:
+    """Return an indicator diagram: pressures over the volume [cm³], closed; both scales may be logarithmic."""
+
+    def draw(axes: Axes) -> None:
+        for number, curve in enumerate(curves):
+            closed = np.append(curve.x, curve.x[0]), np.append(curve.y, curve.y[0])
+            axes.plot(*closed, label=curve.name, **_style(number))
+        if logarithmic:
+            axes.loglog()
+        axes.set_xlabel("volume [cm³]")
 
     return _drawn(title, y_label, draw)
 

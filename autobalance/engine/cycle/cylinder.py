@@ -16,7 +16,7 @@ from autobalance.engine.cycle.heat_release import Wiebe
 from autobalance.engine.cycle.quadrature import SAME_RAD, Panels, edges_between
 from autobalance.engine.cycle.trace import Trace
 from autobalance.engine.cycle.wall_heat import SolvedPart, Woschni
-from autobalance.rotor.moments import Array
+from autobalance.rigid_rotor.moments import Array
 
 Strokes = Literal[2, 4]
 WIDEST_RAD = math.radians(0.5)
@@ -99,7 +99,12 @@ class CylinderCycle:
 
     @classmethod
     def modelled(
-        cls, chamber: Chamber, exchange: GasExchange, charge: Charge, heat: Wiebe | None, walls: Woschni | None
+        cls,
+        chamber: Chamber,
+        exchange: GasExchange,
+        charge: Charge,
+        heat: Wiebe | None,
+        walls: Woschni | None,
     ) -> CylinderCycle:
         """Return the cycle of a single zone; without ``heat`` it is motored.
 
@@ -122,9 +127,7 @@ class CylinderCycle:
         return cls(chamber, exchange, charge, part, None, None if heat is None else heat.heat_n_mm)
 
     @classmethod
-    def measured(
-        cls, chamber: Chamber, exchange: GasExchange, charge: Charge, trace: Trace
-    ) -> CylinderCycle:
+    def measured(cls, chamber: Chamber, exchange: GasExchange, charge: Charge, trace: Trace) -> CylinderCycle:
         """Return the cycle of a measured pressure."""
         exchange.closed_ends_rad(chamber)
         return cls(chamber, exchange, charge, None, trace)
@@ -274,11 +277,13 @@ class CylinderCycle:
         first = np.array(self.exchange.closed_ends_rad(self.chamber)[0])
         start = float(self.pressure_mpa(first[None])[0] * self.chamber.volume_mm3(first))
         volume = self.chamber.volume_mm3(after_firing_rad)
-        result: Array = self.charge.temperature_k * self.pressure_mpa(after_firing_rad, volume) * volume / start
+        result: Array = (
+            self.charge.temperature_k * self.pressure_mpa(after_firing_rad, volume) * volume / start
+        )
         return result
 
     def _greatest(self, function: Callable[[Array], Array]) -> tuple[float, float]:
-        """Greatest value of a function in the closed part, and its angle [rad], between the panels' points."""
+        """Greatest value of a function in the closed part, and its angle [rad], between points too."""
         from scipy.optimize import minimize_scalar
 
         low, high = self.exchange.closed_ends_rad(self.chamber)
@@ -287,10 +292,12 @@ class CylinderCycle:
         place = int(np.argmax(values))
         ends = angle[max(place - 1, 0)], angle[min(place + 1, angle.size - 1)]
         found = minimize_scalar(
-            lambda at: -float(function(np.array([at]))[0]), bounds=ends, method="bounded", options={"xatol": 1e-9}
+            lambda at: -float(function(np.array([at]))[0]),
+            bounds=ends,
+            method="bounded",
+            options={"xatol": 1e-9},
         )
-        best = max((-float(found.fun), float(found.x)), (float(values[place]), float(angle[place])))
-        return best
+        return max((-float(found.fun), float(found.x)), (float(values[place]), float(angle[place])))
 
     def scatter_mpa(self) -> float | None:
         """Return the standard deviation of the mean effective pressure over a trace's cycles [MPa]."""
@@ -300,7 +307,7 @@ class CylinderCycle:
         return float(np.std(self.trace.pressure_mpa @ shares) / self.chamber.swept_mm3)
 
     def _work_shares_mm3(self, trace: Trace) -> Array:
-        """What each row's pressure adds to ∮ p dV, linear between rows (n,) [mm³]."""
+        """Return what each row's pressure adds to ∮ p dV, linear between rows (n,) [mm³]."""
         edges = np.append(trace.angle_rad, trace.angle_rad[0] + trace.span_rad)
         panels = Panels.between(edges, 5)
         _, slope = self.chamber.volume_and_slope(panels.nodes_rad)

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from autobalance.rotor.moments import Array
+from autobalance.rigid_rotor.moments import Array
 
 SAME_RAD = 1e-9
 """Angles that differ by less are one."""
@@ -58,7 +58,7 @@ def edges_between(low_rad: float, high_rad: float, widest_rad: float, corners_ra
     inside = [corner for corner in corners_rad if low_rad < corner < high_rad]
     both = np.sort(np.concatenate([even, np.asarray(inside, dtype=np.float64)]))
     keep = np.concatenate([[True], np.diff(both) > SAME_RAD])
-    kept = both[keep]
+    kept: Array = both[keep]
     kept[-1] = high_rad
     return kept
 

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from autobalance.engine.cycle.quadrature import SAME_RAD
-from autobalance.rotor.moments import Array
+from autobalance.rigid_rotor.moments import Array
 
 LARGEST_GAP_RAD = math.radians(10.0)
 PEG_RAD = (math.radians(-185.0), math.radians(-175.0))
@@ -76,7 +76,9 @@ class Trace:
         first = float(angle[0])
         place = angle - first
         cycle = np.minimum(np.floor(place / span_rad + WHOLE), count - 1).astype(np.int64)
-        inside = place < count * span_rad * (1.0 - WHOLE / count)  # the repeated end is the next cycle's start
+        inside = place < count * span_rad * (
+            1.0 - WHOLE / count
+        )  # the repeated end is the next cycle's start
         local = np.clip(place[inside] - cycle[inside] * span_rad, 0.0, None)
         grid = np.unique(np.round(local / SAME_RAD)) * SAME_RAD
         closed = np.append(place[inside], count * span_rad), np.append(pressure[inside], pressure[0])
@@ -99,7 +101,7 @@ class Trace:
         if not self.whole:
             at = at[at >= self.angle_rad[0] - SAME_RAD]
             if at.size < 2:
-                raise ValueError("holds nothing between −185° and −175°, where trace_peg = \"intake\" looks")
+                raise ValueError('holds nothing between −185° and −175°, where trace_peg = "intake" looks')
         values = self.at(at)
         mean = float(np.mean(0.5 * (values[1:] + values[:-1])))
         raised = self.pressure_mpa + (intake_mpa - mean)
@@ -147,7 +149,7 @@ class Trace:
             where = int(np.argmin(self.pressure_mpa.min(axis=0)))
             raise ValueError(
                 f"has {least * 10.0:.4g} bar at {math.degrees(self.angle_rad[where]):g}°; pressures must be"
-                " absolute, ≥ 0 (gauge pressures? trace_peg = \"intake\" sets their level)"
+                ' absolute, ≥ 0 (gauge pressures? trace_peg = "intake" sets their level)'
             )
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 from dataclasses import dataclass
 
 import numpy as np
@@ -10,7 +11,7 @@ from autobalance.engine.cycle.chamber import Chamber
 from autobalance.engine.cycle.closed_part import Charge, _table_edges, burn_corners_rad
 from autobalance.engine.cycle.heat_release import Wiebe
 from autobalance.engine.cycle.quadrature import edges_between, hermite
-from autobalance.rotor.moments import Array
+from autobalance.rigid_rotor.moments import Array
 
 WIDEST_RAD = np.radians(0.25)
 RELATIVE = 1e-10
@@ -46,7 +47,7 @@ class Woschni:
         Examples
         --------
         >>> round(Woschni(450.0, 300.0).coefficient_w_m2_k(100.0, 5.0, 2000.0, 20.0), 1)
-        789.0
+        790.0
         """
         gas = (pressure_mpa * 1e3) ** 0.8 * temperature_k**-0.55
         result: float = 3.26 * (bore_mm * 1e-3) ** -0.2 * gas * gas_speed_m_s**0.8
@@ -97,14 +98,14 @@ class SolvedPart:
 
 
 def _solved(gas: _Gas, edges_rad: Array) -> Array:
-    """p V, work and wall heat (3, n) at the edges; in two runs where a burn starts between."""
+    """P V, work and wall heat (3, n) at the edges; in two runs where a burn starts between."""
     from scipy.integrate import solve_ivp
 
     state = np.zeros((3, edges_rad.size))
     state[:, 0] = gas.first_state
     burn = None if gas.heat is None else int(np.searchsorted(edges_rad, gas.heat.start_rad))
     stops = sorted({0, edges_rad.size - 1, *([] if burn is None else [min(burn, edges_rad.size - 1)])})
-    for low, high in zip(stops, stops[1:], strict=False):
+    for low, high in itertools.pairwise(stops):
         run = solve_ivp(
             gas.rates,
             (edges_rad[low], edges_rad[high]),
@@ -129,7 +130,7 @@ class _Gas:
         self.first_state = np.array([charge.pressure_mpa * self.first_mm3, 0.0, 0.0])
 
     def rates(self, angle_rad: float, state: Array) -> Array:
-        """Derivatives by the crank angle of p V, work and wall heat."""
+        """Return the derivatives by the crank angle of p V, work and wall heat."""
         volume, slope = (float(each) for each in self.chamber.volume_and_slope(np.array(angle_rad)))
         pressure = float(state[0]) / volume
         temperature = self.charge.temperature_k * float(state[0]) / float(self.first_state[0])

@@ -1,0 +1,169 @@
+"""A job with a ``[cycle]`` and its crank become an engine that fires."""
+
+from __future__ import annotations
+
+from autobalance.balancing.engine_from_job import as_measured
+from autobalance.balancing.measured_crank import Crank
+from autobalance.crank.anatomy import Anatomy
+from autobalance.engine.cycle.chamber import Chamber
+from autobalance.engine.cycle.closed_part import Charge
+from autobalance.engine.cycle.cylinder import CylinderCycle, GasExchange, span_rad
+from autobalance.engine.cycle.firing import dead_centres_rad, firing_as_given, firing_in_order
+from autobalance.engine.cycle.firing_engine import FiringEngine, ThrowPlace
+from autobalance.engine.cycle.heat_release import Wiebe
+from autobalance.engine.cycle.trace import Trace
+from autobalance.engine.cycle.wall_heat import Woschni
+from autobalance.engine.slider_crank import SliderCrank
+from autobalance.engine.whole_engine import Cylinder, Engine
+from autobalance.errors import JobError
+from autobalance.job import Job
+from autobalance.job.cycle import Cycle, CylinderGas
+from autobalance.job.trace import read_trace
+
+
+def firing_engine(job: Job, crank: Crank, speed_rad_s: float) -> FiringEngine:
+    """Return the firing engine of a job, its crank as the file is.
+
+    Parameters
+    ----------
+    job : Job
+        With a ``[cycle]``.
+    crank : Crank
+        Measured.
+    speed_rad_s : float
+        At which heat goes through the walls; of no matter without wall heat [rad/s].
+
+    Raises
+    ------
+    JobError
+        If the job has no ``[cycle]``, no rod length, or a cycle that this engine cannot have.
+    """
+    if job.cycle is None:
+        raise JobError(
+            f"{job.path.name}: [cycle] is missing; it needs at least bore_mm, compression_ratio and heat_J"
+        )
+    if job.engine.rod_length_mm is None:
+        raise JobError(f"{job.path.name}: engine.rod_length_mm is missing; the cycle needs it")
+    mains = sorted(crank.anatomy.main_journals, key=lambda pin: float(pin.centre_mm[2]))
+    if len(mains) < 2:
+        raise JobError(
+            f"{job.path.name}: the crank has {len(mains)} main journal{'s' * (len(mains) != 1)}; its loads"
+            " need at least two (crankshaft.main_journals names them)"
+        )
+    engine = as_measured(job, crank)
+    try:
+        return FiringEngine(
+            engine,
+            _throws(job, crank.anatomy),
+            tuple(float(pin.centre_mm[2]) for pin in mains),
+            tuple(pin.diameter_mm for pin in mains),
+            _cycles(job, job.cycle, engine, speed_rad_s),
+            tuple(_firing_rad(job.cycle, engine.cylinders)),
+            job.cycle.flywheel_g_mm2,
+            job.cycle.friction,
+        )
+    except JobError:  # has named the job and the key
+        raise
+    except ValueError as error:
+        raise JobError(f"{job.path.name}: {error}") from None
+
+
+def _throws(job: Job, anatomy: Anatomy) -> tuple[ThrowPlace, ...]:
+    places: list[ThrowPlace] = []
+    first = 0
+    for throw in anatomy.throws:
+        rods = job.engine.of_throw(throw.number).rods
+        numbers = tuple(range(first, first + rods))
+        places.append(ThrowPlace(throw.angle_rad, float(throw.crankpin.centre_mm[2]), numbers))
+        first += rods
+    return tuple(places)
+
+
+def _firing_rad(cycle: Cycle, cylinders: tuple[Cylinder, ...]) -> list[float]:
+    tops, span = dead_centres_rad(cylinders), span_rad(cycle.strokes)
+    if cycle.firing_rad is not None:
+        with_key = "cycle.firing_deg"
+        try:
+            return firing_as_given(tops, cycle.firing_rad, span)
+        except ValueError as error:
+            raise ValueError(f"{with_key} {error}") from None
+    if cycle.firing_order is None:
+        if len(tops) > 1 and cycle.strokes == 4:
+            raise ValueError(
+                f"cycle.firing_order is missing; {len(tops)} cylinders need it, or cycle.firing_deg"
+            )
+        return tops
+    try:
+        return firing_in_order(tops, cycle.firing_order, span)
+    except ValueError as error:
+        raise ValueError(f"cycle.firing_order {error}") from None
+
+
+def _cycles(job: Job, cycle: Cycle, engine: Engine, speed_rad_s: float) -> tuple[CylinderCycle, ...]:
+    count = len(engine.cylinders)
+    for number in cycle.by_cylinder:
+        if number > count:
+            raise ValueError(
+                f"cycle.cylinder number {number}: the engine has {count} cylinder{'s' * (count != 1)}"
+            )
+    walls = None if cycle.woschni_wall_k is None else Woschni(cycle.woschni_wall_k, speed_rad_s)
+    traces: dict[float, Trace] = {}
+    made: dict[tuple[SliderCrank, CylinderGas], CylinderCycle] = {}
+    for number, cylinder in enumerate(engine.cylinders, 1):
+        gas = cycle.of_cylinder(number)
+        key = cylinder.slider_crank, gas
+        if key not in made:
+            if gas.model == "trace" and gas.intake_mpa not in traces:
+                traces[gas.intake_mpa] = _trace(job, cycle, gas)
+            trace = traces.get(gas.intake_mpa) if gas.model == "trace" else None
+            try:
+                made[key] = _cylinder_cycle(cylinder.slider_crank, gas, cycle, trace, walls)
+            except ValueError as error:
+                raise ValueError(f"cycle, cylinder {number}: {error}") from None
+    return tuple(
+        made[cylinder.slider_crank, cycle.of_cylinder(number)]
+        for number, cylinder in enumerate(engine.cylinders, 1)
+    )
+
+
+def _cylinder_cycle(
+    slider_crank: SliderCrank, gas: CylinderGas, cycle: Cycle, trace: Trace | None, walls: Woschni | None
+) -> CylinderCycle:
+    chamber = Chamber(slider_crank, gas.bore_mm, gas.compression_ratio)
+    if gas.crankcase_mm3 is not None and gas.crankcase_mm3 <= chamber.swept_mm3:
+        raise ValueError(
+            f"crankcase_volume_cm3 is {gas.crankcase_mm3 / 1e3:g}; the piston sweeps"
+            f" {chamber.swept_mm3 / 1e3:g} cm³, and it must be more"
+        )
+    exchange = GasExchange(
+        cycle.strokes,
+        gas.intake_mpa,
+        gas.exhaust_mpa,
+        gas.crankcase_mpa,
+        gas.intake_closes_rad,
+        gas.exhaust_opens_rad,
+        gas.crankcase_mm3,
+    )
+    charge = Charge(gas.intake_mpa, gas.intake_k, gas.gamma, gas.gamma_per_k)
+    if trace is not None:
+        return CylinderCycle.measured(chamber, exchange, charge, trace)
+    heat = None
+    if gas.heat_n_mm is not None:
+        heat = Wiebe(gas.start_rad, gas.duration_rad, gas.wiebe_a, gas.wiebe_n, gas.heat_n_mm)
+    return CylinderCycle.modelled(chamber, exchange, charge, heat, walls)
+
+
+def _trace(job: Job, cycle: Cycle, gas: CylinderGas) -> Trace:
+    """Return the trace of the job's file: cut into cycles, shifted, smoothed, set to its level."""
+    path = job.path.parent / cycle.trace.file
+    angle, pressure = read_trace(path)
+    try:
+        trace = Trace.cut(angle, pressure, span_rad(cycle.strokes)).shifted(cycle.trace.shift_rad)
+        if cycle.trace.smooth_rad > 0.0:
+            trace = trace.smoothed(cycle.trace.smooth_rad)
+        if cycle.trace.peg == "intake":
+            trace = trace.levelled(gas.intake_mpa)
+        trace.check_absolute()
+    except ValueError as error:
+        raise ValueError(f"cycle.trace {cycle.trace.file} {error}") from None
+    return trace

@@ -1,0 +1,58 @@
+"""A cycle by angle, one column each, unit in its name."""
+
+from __future__ import annotations
+
+import io
+from collections.abc import Iterator
+
+import numpy as np
+
+from autobalance.engine.cycle.analysis import CycleAnalysis
+from autobalance.rigid_rotor.moments import Array
+from autobalance.units import BAR_PER_MPA, RAD_S_PER_RPM
+
+
+def series_columns(found: CycleAnalysis) -> dict[str, Array]:
+    """Return the columns of a series, every ½° from crank angle 0: (1440,) for 4 strokes, (720,) for 2.
+
+    At a jump of the pressure they have the value after it. ``speed_rpm`` is left out where the crank would
+    stop.
+    """
+    columns = {"angle_deg": np.arange(found.grid.even_rad.size) * 0.5}
+    columns |= {name: found.grid.even(values) for name, values in _columns(found)}
+    if found.uneven_speed is not None:
+        columns["speed_rpm"] = found.uneven_speed.speed_rad_s / RAD_S_PER_RPM
+    return columns
+
+
+def _columns(found: CycleAnalysis) -> Iterator[tuple[str, Array]]:
+    state, loads = found.firing.parts.gas_state, found.loads
+    for number in range(len(found.firing.cycles)):
+        name = f"c{number + 1}"
+        yield f"{name}_volume_cm3", state.volume_mm3[number] * 1e-3
+        yield f"{name}_pressure_bar", state.pressure_mpa[number] * BAR_PER_MPA
+        yield from _force(f"{name}_wrist_pin", loads.wrist_pin_n[number])
+        yield f"{name}_wall_N", loads.wall_n[number]
+        yield from _force(f"{name}_big_end", loads.crankpin_n[number])
+    for number, load in enumerate(found.crankpins_n, 1):
+        yield from _force(f"crankpin_{number}", load)
+    for number, load in enumerate(loads.main_n, 1):
+        yield from _force(f"main_{number}", load)
+    yield "gas_N_m", found.gas_n_m
+    yield "inertia_N_m", found.inertia_n_m
+    yield "friction_N_m", found.friction_n_m
+    yield "total_N_m", found.total_n_m
+
+
+def _force(name: str, load_n: Array) -> Iterator[tuple[str, Array]]:
+    yield f"{name}_x_N", load_n[:, 0]
+    yield f"{name}_y_N", load_n[:, 1]
+
+
+def series_csv(columns: dict[str, Array]) -> bytes:
+    """Return columns as a CSV file with a header."""
+    text = io.StringIO()
+    np.savetxt(
+        text, np.column_stack(list(columns.values())), fmt="%.12g", delimiter=",", header=",".join(columns), comments=""
+    )
+    return text.getvalue().encode()

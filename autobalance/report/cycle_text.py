@@ -1,0 +1,164 @@
+"""A cycle as lines to read, from its JSON values."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+from autobalance.report.text import table
+
+Values = Mapping[str, Any]
+
+
+def cycle_text(report: Values) -> str:
+    """Return the summary of ``cycle``: cylinders, torque, speed, loads, and what each factor costs."""
+    blocks = [
+        f"{report['input']['file']}: {report['strokes']}-stroke cycle at {report['speed_rpm']:g} rpm",
+        _cylinders(report),
+        _torque(report),
+        _speed(report["speed"]),
+        _loads(report["loads"]),
+        _factors(report["factors"]),
+        _counterweights(report["counterweights"]),
+        _key_figures(report["key_figures"]),
+    ]
+    if report.get("pendulum") is not None:
+        blocks.append(_pendulum(report["pendulum"]))
+    return "\n\n".join(blocks)
+
+
+def number(value: float | None, text: str, unit: str = "") -> str:
+    """Return a number as a format says, a dash where there is none."""
+    return "-" if value is None else f"{value:{text}}{unit}"
+
+
+def _cylinders(report: Values) -> str:
+    rows: list[Sequence[str]] = [("Cylinder", "fires at", "work", "imep", "peak", "at", "efficiency", "hottest")]
+    for each, fires in zip(report["cylinders"], report["firing_deg"], strict=True):
+        efficiency = each["thermal_efficiency"]
+        rows.append(
+            (
+                f"  {each['number']}",
+                f"{fires:.1f}°",
+                f"{each['work_J']:.1f} J",
+                f"{each['imep_bar']:.2f} bar",
+                f"{each['peak_pressure_bar']:.1f} bar",
+                f"{each['peak_angle_deg']:.1f}°",
+                number(None if efficiency is None else 100.0 * efficiency, ".1f", " %"),
+                number(each["peak_temperature_K"], ".0f", " K"),
+            )
+        )
+    scatter = report["cylinder"]["imep_scatter_bar"]
+    told = "" if scatter is None else f"\n  imep of the trace's cycles: standard deviation {scatter:.3f} bar"
+    return table(rows) + told
+
+
+def _torque(report: Values) -> str:
+    torque = report["torque"]
+    parts = (("gas", "gas_mean_N_m"), ("friction", "friction_mean_N_m"), ("inertia", "inertia_mean_N_m"))
+    means = ", ".join(f"{name} {torque[key] + 0.0:.2f}" for name, key in parts)
+    lines = [
+        f"Torque: mean {torque['mean_N_m']:.2f} N·m ({means}), {torque['least_N_m']:.1f} to"
+        f" {torque['greatest_N_m']:.1f} N·m; {report['power_W'] / 1e3:.2f} kW"
+    ]
+    rows: list[Sequence[str]] = [("  Order", "gas", "inertia", "total", "phase")]
+    for order in torque["orders"]:
+        cells = [f"{order[key]:.2f} N·m" for key in ("gas_N_m", "inertia_N_m", "total_N_m")]
+        rows.append((f"  {order['order']:g}", *cells, f"{order['phase_deg']:.1f}°"))
+    return "\n".join([*lines, table(rows)])
+
+
+def _speed(speed: Values) -> str:
+    if speed["fluctuation"] is None:
+        first = "Speed: the crank would come to a stop within a cycle; it needs a flywheel"
+    else:
+        first = (
+            f"Speed over the cycle: {speed['least_rpm']:.1f} to {speed['greatest_rpm']:.1f} rpm, fluctuation"
+            f" {speed['fluctuation']:.4f}"
+        )
+    lines = [first]
+    if speed["flywheel_needed_kg_mm2"] is not None:
+        lines.append(f"  flywheel for the fluctuation wanted: {speed['flywheel_needed_kg_mm2']:.1f} kg·mm²")
+    lines.append(
+        f"  mean inertia {speed['inertia_mean_kg_mm2']:.1f} kg·mm²; unloaded it gains"
+        f" {speed['acceleration_rad_s2']:.0f} rad/s²"
+    )
+    if speed["run_up"] is not None:
+        first_row, last = speed["run_up"][0], speed["run_up"][-1]
+        lines.append(
+            f"  free run-up from {first_row['speed_rpm']:.0f} to {last['speed_rpm']:.0f} rpm:"
+            f" {last['time_s']:.3f} s"
+        )
+    return "\n".join(lines)
+
+
+LOADS = (
+    ("crankpins", "crankpin"),
+    ("big_ends", "big end of cylinder"),
+    ("wrist_pins", "wrist pin of cylinder"),
+    ("piston_walls", "wall of cylinder"),
+    ("main_journals", "main journal"),
+)
+
+
+def _loads(loads: Values) -> str:
+    rows: list[Sequence[str]] = [("Load over the cycle", "greatest", "at", "mean")]
+    for key, name in LOADS:
+        for row in loads[key]:
+            cells = f"{row['greatest_N']:.0f} N", f"{row['at_deg']:.1f}°", f"{row['mean_N']:.0f} N"
+            rows.append((f"  {name} {row['number']}", *cells))
+    return table(rows)
+
+
+def _factors(factors: Sequence[Values]) -> str:
+    rows: list[Sequence[str]] = [("Balance factor (ideal crank)", "greatest main", "mean main", "friction")]
+    for row in factors:
+        rows.append(
+            (
+                f"  {100.0 * row['factor']:g} %",
+                f"{row['greatest_main_N']:.0f} N",
+                f"{row['mean_main_N']:.0f} N",
+                f"{row['friction_mean_N_m']:.3f} N·m",
+            )
+        )
+    return table(rows)
+
+
+def _counterweights(found: Sequence[Values]) -> str:
+    rows: list[Sequence[str]] = [("Counterweight of least reaction", "unbalance", "at", "greatest left", "factor")]
+    for row in found:
+        rows.append(
+            (
+                f"  throw {row['throw']}",
+                f"{row['unbalance_g_mm']:.0f} g·mm",
+                f"{row['angle_deg']:.1f}°",
+                f"{row['greatest_N']:.0f} N",
+                number(row["factor"], ".3f"),
+            )
+        )
+    return table(rows)
+
+
+def _key_figures(found: Values) -> str:
+    rows: list[Sequence[str]] = [("Key figures", "throttle response", "greatest speed", "greatest torque")]
+    for key, name in (("factor", "factor"), ("inertia", "inertia ×"), ("reciprocating_mass", "reciprocating ×")):
+        for row in found[key]:
+            rows.append(
+                (
+                    f"  {name} {row['factor' if key == 'factor' else 'share']:g}",
+                    f"{row['acceleration_rad_s2']:.0f} rad/s²",
+                    number(row["greatest_speed_rpm"], ".0f", " rpm"),
+                    f"{row['greatest_torque_N_m']:.2f} N·m",
+                )
+            )
+    return table(rows)
+
+
+def _pendulum(found: Values) -> str:
+    mass = number(found["mass_g"], ".1f", " g")
+    return (
+        f"Pendulum for order {found['order']:g}, {found['path']} path: {found['length_mm']:.3f} mm long on"
+        f" {found['distance_mm']:g} mm, {mass} for {100.0 * found['reduction']:g} % of"
+        f" {number(found['torque_N_m'], '.2f')} N·m at {found['swing_deg']:g}°; its order there is"
+        f" {found['order_at_swing']:.4f}"
+    )
