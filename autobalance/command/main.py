@@ -20,6 +20,7 @@ COMMANDS: dict[str, str] = {
     "generate": "build a crankshaft of any layout from its dimensions, as a mesh or as STEP",
     "verify": "read a corrected solid from disk again and check every number its report claims",
     "forces": "inertia forces of the job's engine: orders, bearing loads, what each balance factor does",
+    "cycle": "the working cycle: gas pressure, loads of pins and bearings, torque, speed",
     "shafts": "balance shafts: what would cancel the first and second order, and what the job's shafts leave",
     "parts": "roll up the weights of the job: rotating, reciprocating, bob-weights, with their uncertainty",
     "influence": "balancing by influence coefficients: what to add in each plane, from trial weights",

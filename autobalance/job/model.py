@@ -6,14 +6,16 @@ import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any, Literal
+from typing import TYPE_CHECKING, Any, Literal
 
 from autobalance.correction import Limits
 from autobalance.correction.kind import Prefer
 from autobalance.crank.anatomy import Overrides
-from autobalance.job.cycle import Cycle
 from autobalance.rigid_rotor.margin import Margin
 from autobalance.rigid_rotor.tolerance import Judge
+
+if TYPE_CHECKING:
+    from autobalance.job.cycle import Cycle
 
 LengthUnit = Literal["mm", "cm", "m", "inch"]
 

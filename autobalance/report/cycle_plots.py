@@ -63,7 +63,7 @@ def _indicator(found: CycleAnalysis) -> Plots:
 
 
 def _polar(found: CycleAnalysis, at: str) -> Plots:
-    """Draw the paths of the loads: mains and wrist pins as the engine sees them, crankpins as the crank does."""
+    """Draw the paths of the loads: mains and wrist pins in the engine's frame, crankpins in the crank's."""
     from autobalance.report import plots
 
     turned = np.exp(-1j * found.grid.even_rad)

@@ -33,7 +33,9 @@ def number(value: float | None, text: str, unit: str = "") -> str:
 
 
 def _cylinders(report: Values) -> str:
-    rows: list[Sequence[str]] = [("Cylinder", "fires at", "work", "imep", "peak", "at", "efficiency", "hottest")]
+    rows: list[Sequence[str]] = [
+        ("Cylinder", "fires at", "work", "imep", "peak", "at", "efficiency", "hottest")
+    ]
     for each, fires in zip(report["cylinders"], report["firing_deg"], strict=True):
         efficiency = each["thermal_efficiency"]
         rows.append(
@@ -125,7 +127,9 @@ def _factors(factors: Sequence[Values]) -> str:
 
 
 def _counterweights(found: Sequence[Values]) -> str:
-    rows: list[Sequence[str]] = [("Counterweight of least reaction", "unbalance", "at", "greatest left", "factor")]
+    rows: list[Sequence[str]] = [
+        ("Counterweight of least reaction", "unbalance", "at", "greatest left", "factor")
+    ]
     for row in found:
         rows.append(
             (
@@ -141,7 +145,11 @@ def _counterweights(found: Sequence[Values]) -> str:
 
 def _key_figures(found: Values) -> str:
     rows: list[Sequence[str]] = [("Key figures", "throttle response", "greatest speed", "greatest torque")]
-    for key, name in (("factor", "factor"), ("inertia", "inertia ×"), ("reciprocating_mass", "reciprocating ×")):
+    for key, name in (
+        ("factor", "factor"),
+        ("inertia", "inertia ×"),
+        ("reciprocating_mass", "reciprocating ×"),
+    ):
         for row in found[key]:
             rows.append(
                 (

@@ -60,7 +60,7 @@ def over_angle(
 def over_volume(
     title: str, y_label: str, curves: Sequence[Curve], *, logarithmic: bool = False
 ) -> dict[str, bytes]:
-    """Return an indicator diagram: pressures over the volume [cm³], closed; both scales may be logarithmic."""
+    """Return an indicator diagram: pressures over the volume [cm³], closed."""
 
     def draw(axes: Axes) -> None:
         for number, curve in enumerate(curves):

@@ -18,7 +18,7 @@ def series_columns(found: CycleAnalysis) -> dict[str, Array]:
     At a jump of the pressure they have the value after it. ``speed_rpm`` is left out where the crank would
     stop.
     """
-    columns = {"angle_deg": np.arange(found.grid.even_rad.size) * 0.5}
+    columns = {"angle_deg": 0.5 * np.arange(found.grid.even_rad.size, dtype=np.float64)}
     columns |= {name: found.grid.even(values) for name, values in _columns(found)}
     if found.uneven_speed is not None:
         columns["speed_rpm"] = found.uneven_speed.speed_rad_s / RAD_S_PER_RPM
@@ -51,8 +51,6 @@ def _force(name: str, load_n: Array) -> Iterator[tuple[str, Array]]:
 
 def series_csv(columns: dict[str, Array]) -> bytes:
     """Return columns as a CSV file with a header."""
-    text = io.StringIO()
-    np.savetxt(
-        text, np.column_stack(list(columns.values())), fmt="%.12g", delimiter=",", header=",".join(columns), comments=""
-    )
+    text, table = io.StringIO(), np.column_stack(list(columns.values()))
+    np.savetxt(text, table, fmt="%.12g", delimiter=",", header=",".join(columns), comments="")
     return text.getvalue().encode()

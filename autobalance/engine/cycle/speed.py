@@ -15,7 +15,9 @@ from autobalance.rigid_rotor.moments import Array
 from autobalance.units import N_M_PER_G_MM2_S2
 
 LEAST_SHARE = 1e-14
-"""Of the range of E₀ that is searched: nearer to standstill the crank is taken to stop."""
+NEVER = 1e9
+LONGEST_SHARE = 0.05
+"""Of the cycle's time that one of its angles may take: a crank that lingers longer is taken to stop there."""
 LARGEST_FLYWHEEL_G_MM2 = 1e15
 
 
@@ -90,19 +92,22 @@ def periodic_speed(
     most = float(np.max(0.5 * inertia * mean_rad_s**2 - work_n_m))
 
     def speed(energy: float) -> Array:
-        result: Array = np.sqrt(2.0 * (energy + work_n_m) / inertia)
+        result: Array = np.sqrt(2.0 * np.maximum(0.0, energy + work_n_m) / inertia)
         return result
 
     def late(energy: float) -> float:
         """Time of a cycle over the wanted one, less 1."""
-        return float(np.mean(mean_rad_s / speed(energy))) - 1.0
+        found = speed(energy)
+        return NEVER if found.min() <= 0.0 else float(np.mean(mean_rad_s / found)) - 1.0
 
-    low = least + LEAST_SHARE * (most - least)
     high = most + LEAST_SHARE * abs(most)
-    if not high > low or late(low) < 0.0:
+    if not high > least or late(least) < 0.0:
         return None
-    energy = brentq(late, low, high, xtol=1e-15 * abs(high), rtol=8.9e-16, maxiter=200)
-    return UnevenSpeed(angle_rad, speed(float(energy)))
+    energy = brentq(late, least, high, xtol=1e-15 * abs(high), rtol=8.9e-16, maxiter=200)
+    slowness = 1.0 / speed(float(energy))
+    if slowness.max() > LONGEST_SHARE * slowness.sum():
+        return None
+    return UnevenSpeed(angle_rad, 1.0 / slowness)
 
 
 def flywheel_needed_g_mm2(fluctuation: Callable[[float], float | None], wanted: float) -> float | None:

@@ -202,7 +202,7 @@ def _figures(name: str, value: float, figures: KeyFigures) -> Values:
 
 
 def pendulum_values(found: CycleAnalysis, pendulum: Pendulum, swing_rad: float, reduction: float) -> Values:
-    """Return a pendulum absorber for a share of the torque of its order, None where the order is not there."""
+    """Return a pendulum absorber for a share of the torque of its order; no mass where that is not known."""
     torque = next((each.total_n_m for each in found.orders if each.order == pendulum.order), None)
     mass = None if torque is None else pendulum.mass_g(reduction * torque, swing_rad, found.speed_rad_s)
     return {

@@ -1,0 +1,169 @@
+"""``ab.cycle``: gas pressure, loads of pins and bearings, torque, speed, and what each factor costs."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from autobalance import job as jobs
+from autobalance.api.result import Plots, Values, VerbResult, report_head
+from autobalance.errors import UsageError
+from autobalance.job import Job
+from autobalance.units import RAD_S_PER_RPM
+
+if TYPE_CHECKING:
+    from autobalance.engine.cycle.analysis import CycleAnalysis
+
+DEFAULT_FACTORS = (0.0, 0.28, 0.5, 0.64, 1.0)
+SERIES = "cycle.csv"
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class CycleResult(VerbResult):
+    """A cycle at one speed; ``analysis`` has its arrays."""
+
+    analysis: CycleAnalysis
+
+    def text(self, units: str = "metric") -> str:
+        """Return the cycle as lines for people; always metric."""
+        from autobalance.report.cycle_text import cycle_text
+
+        return cycle_text(self.report)
+
+    def plots(self) -> Plots:
+        """Return pressure, indicator diagrams, torque, orders, polar loads and speed."""
+        from autobalance.report.cycle_plots import cycle_plots
+
+        return cycle_plots(self.analysis)
+
+    def files(self) -> Mapping[str, bytes]:
+        """Return the series by angle as a CSV file."""
+        return {SERIES: self.series_csv()}
+
+    def series(self) -> dict[str, Any]:
+        """Return every amount by angle: name of a column with its unit → array, from 0 in steps of ½°."""
+        from autobalance.engine.cycle.series import series_columns
+
+        return dict(series_columns(self.analysis))
+
+    def series_csv(self) -> bytes:
+        """Return what ``--series`` writes."""
+        from autobalance.engine.cycle.series import series_csv
+
+        return series_csv(self.series())
+
+
+def cycle(
+    job: Job | str | Path | dict[str, Any],
+    speed_rpm: float | None = None,
+    factors: Sequence[float] | None = None,
+    *,
+    progress: Callable[[str, float], object] = lambda _words, _share: None,
+) -> CycleResult:
+    """Compute the working cycle of a job's engine.
+
+    Parameters
+    ----------
+    job : Job, path or dict
+        With ``[cycle]`` and ``engine.rod_length_mm``; the files a dict names are relative to the working
+        folder.
+    speed_rpm : float or None
+        Crank speed [1/min]; None: the job's top speed.
+    factors : sequence of float or None
+        Balance factors to compare, 0 to 1; None: 0, 0.28, 0.5, 0.64, 1.
+    progress : callable
+        Told words and the share done; may raise to stop.
+
+    Returns
+    -------
+    CycleResult
+
+    Raises
+    ------
+    UsageError
+        If speed or factors are impossible.
+    JobError
+        If the job says something impossible, or its engine cannot have this cycle.
+    AutobalanceError
+        For anything wrong with the crank or the trace.
+    """
+    from autobalance.balancing.firing_from_job import firing_engine
+    from autobalance.balancing.measured_crank import measure_crank
+    from autobalance.balancing.rotor_from_job import check_engine
+    from autobalance.engine.cycle.analysis import CycleAnalysis
+    from autobalance.runtime import Stopwatch
+
+    wanted = checked_factors(factors)
+    read = _job(job)
+    rpm = _speed_rpm(read, speed_rpm)
+    speed = rpm * RAD_S_PER_RPM
+    progress("reading the crank", 0.0)
+    crank = measure_crank(read.crankshaft, Stopwatch())
+    check_engine(read, crank.anatomy)
+    progress("computing the cycle", 0.5)
+    found = CycleAnalysis(firing_engine(read, crank, speed), speed)
+    values = _values(read, found, wanted)
+    values["speed_rpm"] = rpm  # as it was asked, without the rounding of its conversion
+    return CycleResult(values, found)
+
+
+def checked_factors(factors: Sequence[float] | None) -> tuple[float, ...]:
+    """Return the factors asked for, or the usual ones.
+
+    Raises
+    ------
+    UsageError
+        If one is not a share.
+    """
+    if factors is None:
+        return DEFAULT_FACTORS
+    if not factors or not all(0.0 <= factor <= 1.0 for factor in factors):
+        given = ", ".join(f"{each:g}" for each in factors) or "none"
+        raise UsageError(f"factors are {given}; each must be 0 to 1")
+    return tuple(float(factor) for factor in factors)
+
+
+def _job(job: Job | str | Path | dict[str, Any]) -> Job:
+    if isinstance(job, Job):
+        return job
+    return jobs.parse(job, Path("job.toml")) if isinstance(job, dict) else jobs.load(job)
+
+
+def _speed_rpm(job: Job, speed_rpm: float | None) -> float:
+    if speed_rpm is None:
+        return float(jobs.describe(job)["balance"]["speed_rpm"])
+    if not 0.0 < speed_rpm < math.inf:
+        raise UsageError(f"speed_rpm is {speed_rpm:g}; must be > 0")
+    return float(speed_rpm)
+
+
+def _values(job: Job, found: CycleAnalysis, factors: Sequence[float]) -> Values:
+    from autobalance.engine.cycle.values import cycle_values, pendulum_values
+
+    assert job.cycle is not None  # the firing engine needs it
+    absorber = job.cycle.absorber
+    return {
+        **report_head("cycle"),
+        "input": _input(job, found),
+        **cycle_values(found, factors, job.cycle.fluctuation_wanted),
+        "pendulum": None
+        if absorber is None
+        else pendulum_values(found, absorber.pendulum, absorber.swing_rad, absorber.reduction),
+    }
+
+
+def _input(job: Job, found: CycleAnalysis) -> Values:
+    """Return the job as read; what the engine decides is filled in with cylinder 1's."""
+    values: Values = jobs.describe(job)
+    cycle = values["cycle"]
+    first = found.firing.cycles[0]
+    low, high = first.exchange.closed_ends_rad(first.chamber)
+    for key, angle in (("intake_closes_deg", low), ("exhaust_opens_deg", high)):
+        if cycle[key] is None:
+            cycle[key] = math.degrees(angle)
+    if cycle["firing_order"] is None and len(found.firing.cycles) == 1:
+        cycle["firing_order"] = [1]
+    return values

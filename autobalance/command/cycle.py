@@ -1,0 +1,50 @@
+"""``autobalance cycle JOB.toml``: gas pressure, loads, torque and speed over the working cycle."""
+
+from __future__ import annotations
+
+import argparse
+from pathlib import Path
+
+from autobalance.command.options import add_json, add_plots, add_speed
+from autobalance.errors import UsageError
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """Describe the command line."""
+    parser.add_argument(
+        "job", metavar="JOB.toml", help="the job; [cycle] and engine.rod_length_mm are needed"
+    )
+    add_speed(parser)
+    parser.add_argument(
+        "--factors", metavar="F,F,...", help="balance factors to compare (default: 0, 0.28, 0.5, 0.64, 1)"
+    )
+    parser.add_argument("--series", metavar="FILE.csv", help="write everything by angle, every half degree")
+    add_json(parser)
+    add_plots(parser)
+
+
+def run(arguments: argparse.Namespace) -> int:
+    """Compute the cycle; 0 unless the job, its trace or the crank is bad."""
+    from autobalance.api.cycle import cycle
+    from autobalance.command.console import progress, progress_done
+    from autobalance.command.finish import finish
+
+    factors = None if arguments.factors is None else _numbers(arguments.factors)
+    try:
+        result = cycle(
+            arguments.job,
+            speed_rpm=arguments.speed_rpm,
+            factors=factors,
+            progress=lambda words, _share: progress(words),
+        )
+    finally:
+        progress_done()
+    files = {} if arguments.series is None else {Path(arguments.series): result.series_csv()}
+    return finish(arguments, result, sources=(arguments.job,), files=files)
+
+
+def _numbers(text: str) -> tuple[float, ...]:
+    try:
+        return tuple(float(word) for word in text.split(","))
+    except ValueError:
+        raise UsageError(f"--factors is {text!r}; must be numbers with commas between, 0,0.5,1 say") from None
