@@ -80,7 +80,7 @@ class Trace:
             1.0 - WHOLE / count
         )  # the repeated end is the next cycle's start
         local = np.clip(place[inside] - cycle[inside] * span_rad, 0.0, None)
-        grid = np.unique(np.round(local / SAME_RAD)) * SAME_RAD
+        grid = local[np.unique(np.round(local / SAME_RAD), return_index=True)[1]]
         closed = np.append(place[inside], count * span_rad), np.append(pressure[inside], pressure[0])
         rows = np.stack([np.interp(grid + number * span_rad, *closed) for number in range(count)])
         return cls(first + grid, rows, span_rad)
