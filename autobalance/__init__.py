@@ -19,6 +19,7 @@ PUBLIC = {
     "balance": "api.balance",
     "compare": "api.compare",
     "crank_from_mesh": "api.crank",
+    "cycle": "api.cycle",
     "fem": "api.fem",
     "forces": "api.forces",
     "generate": "api.generate",
@@ -40,6 +41,7 @@ if TYPE_CHECKING:
     from autobalance.api.crank import Crank as Crank
     from autobalance.api.crank import crank_from_mesh as crank_from_mesh
     from autobalance.api.crank import read_crank as read_crank
+    from autobalance.api.cycle import cycle as cycle
     from autobalance.api.fem import fem as fem
     from autobalance.api.forces import forces as forces
     from autobalance.api.generate import generate as generate

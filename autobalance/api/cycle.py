@@ -3,18 +3,21 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from autobalance import job as jobs
+from autobalance.api.job import read_job
+from autobalance.api.progress import Progress
+from autobalance.api.request import request
 from autobalance.api.result import Plots, Values, VerbResult, report_head
 from autobalance.errors import UsageError
-from autobalance.job import Job
-from autobalance.units import RAD_S_PER_RPM
+from autobalance.job.model import Job
 
 if TYPE_CHECKING:
+    from autobalance.api.crank import Crank
     from autobalance.engine.cycle.analysis import CycleAnalysis
 
 DEFAULT_FACTORS = (0.0, 0.28, 0.5, 0.64, 1.0)
@@ -57,24 +60,27 @@ class CycleResult(VerbResult):
 
 
 def cycle(
-    job: Job | str | Path | dict[str, Any],
+    job: Job | str | Path | Mapping[str, Any],
     speed_rpm: float | None = None,
     factors: Sequence[float] | None = None,
     *,
-    progress: Callable[[str, float], object] = lambda _words, _share: None,
+    crank: Crank | None = None,
+    progress: Progress | None = None,
 ) -> CycleResult:
     """Compute the working cycle of a job's engine.
 
     Parameters
     ----------
-    job : Job, path or dict
-        With ``[cycle]`` and ``engine.rod_length_mm``; the files a dict names are relative to the working
-        folder.
+    job : Job, path or mapping
+        With ``[cycle]`` and ``engine.rod_length_mm``; the files that a mapping names are relative to the
+        working folder.
     speed_rpm : float or None
         Crank speed [1/min]; None: the job's top speed.
     factors : sequence of float or None
         Balance factors to compare, 0 to 1; None: 0, 0.28, 0.5, 0.64, 1.
-    progress : callable
+    crank : Crank or None
+        In place of the job's crank file.
+    progress : callable or None
         Told words and the share done; may raise to stop.
 
     Returns
@@ -90,24 +96,20 @@ def cycle(
     AutobalanceError
         For anything wrong with the crank or the trace.
     """
-    from autobalance.balancing.firing_from_job import firing_engine
-    from autobalance.balancing.measured_crank import measure_crank
-    from autobalance.balancing.rotor_from_job import check_engine
+    from autobalance.balancing.firing_from_job import check_cycle, firing_engine
     from autobalance.engine.cycle.analysis import CycleAnalysis
-    from autobalance.runtime import Stopwatch
 
     wanted = checked_factors(factors)
-    read = _job(job)
-    rpm = _speed_rpm(read, speed_rpm)
-    speed = rpm * RAD_S_PER_RPM
-    progress("reading the crank", 0.0)
-    crank = measure_crank(read.crankshaft, Stopwatch())
-    check_engine(read, crank.anatomy)
-    progress("computing the cycle", 0.5)
-    found = CycleAnalysis(firing_engine(read, crank, speed), speed)
-    values = _values(read, found, wanted)
-    values["speed_rpm"] = rpm  # as it was asked, without the rounding of its conversion
-    return CycleResult(values, found)
+    read = (
+        job if isinstance(job, Job) else read_job(job) if isinstance(job, str | Path) else Job.from_dict(job)
+    )
+    check_cycle(read)
+    found = request(read, crank, speed_rpm, progress)
+    firing = firing_engine(found.job, found.crank, found.speed_rad_s)
+    analysis = CycleAnalysis(firing, found.speed_rad_s)
+    values = _values(found.job, analysis, wanted)
+    values["speed_rpm"] = found.speed_rpm  # as it was asked, without the rounding of its conversion
+    return CycleResult(values, analysis)
 
 
 def checked_factors(factors: Sequence[float] | None) -> tuple[float, ...]:
@@ -124,20 +126,6 @@ def checked_factors(factors: Sequence[float] | None) -> tuple[float, ...]:
         given = ", ".join(f"{each:g}" for each in factors) or "none"
         raise UsageError(f"factors are {given}; each must be 0 to 1")
     return tuple(float(factor) for factor in factors)
-
-
-def _job(job: Job | str | Path | dict[str, Any]) -> Job:
-    if isinstance(job, Job):
-        return job
-    return jobs.parse(job, Path("job.toml")) if isinstance(job, dict) else jobs.load(job)
-
-
-def _speed_rpm(job: Job, speed_rpm: float | None) -> float:
-    if speed_rpm is None:
-        return float(jobs.describe(job)["balance"]["speed_rpm"])
-    if not 0.0 < speed_rpm < math.inf:
-        raise UsageError(f"speed_rpm is {speed_rpm:g}; must be > 0")
-    return float(speed_rpm)
 
 
 def _values(job: Job, found: CycleAnalysis, factors: Sequence[float]) -> Values:

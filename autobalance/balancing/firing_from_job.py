@@ -38,12 +38,7 @@ def firing_engine(job: Job, crank: Crank, speed_rad_s: float) -> FiringEngine:
     JobError
         If the job has no ``[cycle]``, no rod length, or a cycle that this engine cannot have.
     """
-    if job.cycle is None:
-        raise JobError(
-            f"{job.path.name}: [cycle] is missing; it needs at least bore_mm, compression_ratio and heat_J"
-        )
-    if job.engine.rod_length_mm is None:
-        raise JobError(f"{job.path.name}: engine.rod_length_mm is missing; the cycle needs it")
+    table = check_cycle(job)
     mains = sorted(crank.anatomy.main_journals, key=lambda pin: float(pin.centre_mm[2]))
     if len(mains) < 2:
         raise JobError(
@@ -57,15 +52,30 @@ def firing_engine(job: Job, crank: Crank, speed_rad_s: float) -> FiringEngine:
             _throws(job, crank.anatomy),
             tuple(float(pin.centre_mm[2]) for pin in mains),
             tuple(pin.diameter_mm for pin in mains),
-            _cycles(job, job.cycle, engine, speed_rad_s),
-            tuple(_firing_rad(job.cycle, engine.cylinders)),
-            job.cycle.flywheel_g_mm2,
-            job.cycle.friction,
+            _cycles(job, table, engine, speed_rad_s),
+            tuple(_firing_rad(table, engine.cylinders)),
+            table.flywheel_g_mm2,
+            table.friction,
         )
     except JobError:  # has named the job and the key
         raise
     except ValueError as error:
         raise JobError(f"{job.path.name}: {error}") from None
+
+
+def check_cycle(job: Job) -> Cycle:
+    """Return the ``[cycle]`` of a job that can have one.
+
+    Raises
+    ------
+    JobError
+        If it is missing, or the rod length that it needs.
+    """
+    if job.cycle is None:
+        raise JobError(f"{job.path.name}: [cycle] is missing; it needs bore_mm, compression_ratio and heat_J")
+    if job.engine.rod_length_mm is None:
+        raise JobError(f"{job.path.name}: engine.rod_length_mm is missing; the cycle needs it")
+    return job.cycle
 
 
 def _throws(job: Job, anatomy: Anatomy) -> tuple[ThrowPlace, ...]:

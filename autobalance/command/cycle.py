@@ -26,19 +26,12 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 def run(arguments: argparse.Namespace) -> int:
     """Compute the cycle; 0 unless the job, its trace or the crank is bad."""
     from autobalance.api.cycle import cycle
-    from autobalance.command.console import progress, progress_done
     from autobalance.command.finish import finish
+    from autobalance.command.progress import shown
 
     factors = None if arguments.factors is None else _numbers(arguments.factors)
-    try:
-        result = cycle(
-            arguments.job,
-            speed_rpm=arguments.speed_rpm,
-            factors=factors,
-            progress=lambda words, _share: progress(words),
-        )
-    finally:
-        progress_done()
+    with shown() as progress:
+        result = cycle(arguments.job, speed_rpm=arguments.speed_rpm, factors=factors, progress=progress)
     files = {} if arguments.series is None else {Path(arguments.series): result.series_csv()}
     return finish(arguments, result, sources=(arguments.job,), files=files)
 

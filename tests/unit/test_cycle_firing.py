@@ -141,8 +141,7 @@ def test_the_smallest_circle_agrees_with_brute_force(seed: int) -> None:
 
 def test_circles_of_few_points_and_of_a_line() -> None:
     assert smallest_circle(np.array([2.0 + 1.0j])).radius == 0.0
-    slanted: Complex = np.linspace(0.0, 4.0, 9) * (1.0 + 1.0j)
-    line = smallest_circle(slanted)
+    line = smallest_circle(np.array([k * (0.5 + 0.5j) for k in range(9)]))
     assert line.centre == pytest.approx(2.0 + 2.0j)
     assert line.radius == pytest.approx(2.0 * math.sqrt(2.0))
     right = smallest_circle(np.array([0.0, 2.0, 2.0j], dtype=np.complex128))
