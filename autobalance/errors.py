@@ -50,6 +50,15 @@ class BodiesError(SolidError):
     """A file holds several bodies, and which of them to take was not said."""
 
 
+class OverlapError(SolidError):
+    """A solid overlaps itself, so that some of its metal counts twice."""
+
+    def __init__(self, message: str, volume_mm3: float = 0.0) -> None:
+        """Take the message and the volume in doubt [mm³]."""
+        super().__init__(message)
+        self.volume_mm3 = volume_mm3
+
+
 class JobError(AutobalanceError, ValueError):
     """A job file says something impossible, unknown or contradictory."""
 

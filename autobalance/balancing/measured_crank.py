@@ -12,7 +12,7 @@ from autobalance.crank.anatomy import Anatomy, Face, Overrides
 from autobalance.crank.faces import find_faces
 from autobalance.crank.recognition.alignment import misalignment_warning
 from autobalance.crank.recognition.recognise import recognise
-from autobalance.errors import BodiesError, JobError, RecognitionError
+from autobalance.errors import BodiesError, JobError, OverlapError, RecognitionError
 from autobalance.job import Balance, Crankshaft, Job
 from autobalance.rigid_rotor.moments import Moments
 from autobalance.runtime import Stopwatch, in_thread
@@ -139,6 +139,9 @@ def _read(crankshaft: Crankshaft, begun: Callable[[Solid], None]) -> Source:
     pressed_up = not crankshaft.crankpin_in_file
     try:
         return read(crankshaft.file, crankshaft.unit, crankshaft.body, pressed_up=pressed_up, begun=begun)
+    except OverlapError as error:
+        mass = error.volume_mm3 * crankshaft.density_g_mm3
+        raise OverlapError(f"{error}; {mass:.4g} g of its mass are in doubt", error.volume_mm3) from None
     except BodiesError as several:
         solid = read(crankshaft.file, crankshaft.unit, "all").solid
         try:

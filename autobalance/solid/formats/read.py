@@ -11,9 +11,10 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from autobalance.errors import BodiesError, FileError, FormatError, SolidError
+from autobalance.errors import BodiesError, FileError, FormatError, OverlapError, SolidError
 from autobalance.rigid_rotor.moments import Moments
 from autobalance.runtime import in_thread
+from autobalance.solid.csg.self_overlap import united
 from autobalance.solid.csg.solid import Solid, union
 from autobalance.solid.formats.raw import Raw
 from autobalance.solid.formats.registry import ALIASES, FORMATS, Format, kind_of
@@ -85,6 +86,7 @@ def read(
     body: int | str | None = None,
     pressed_up: bool = False,
     begun: Callable[[Solid], None] = lambda _: None,
+    unite: bool | None = None,
 ) -> Source:
     """Read a solid from a file, check it, and say what had to be repaired.
 
@@ -102,6 +104,9 @@ def read(
     begun : callable
         Told the solid as it is before the last look at it, after which it is refused, or another one is
         returned, or it: so that work on it can begin meanwhile. Not told of true surfaces.
+    unite : bool, optional
+        Whether metal that counts twice is to count once instead of being refused; unless told, with
+        ``body`` "all".
 
     Raises
     ------
@@ -110,13 +115,13 @@ def read(
     FormatError
         If it is not what its format says, or its unit is not known.
     SolidError
-        If the mesh is open, bounds nothing, or holds several bodies and none was chosen.
+        If the mesh is open, bounds nothing, overlaps itself, or holds several bodies and none was chosen.
     """
     name, _ = _format(path)
     try:
-        return source_of_bytes(file_bytes(path), name, unit, body, pressed_up, begun)
+        return source_of_bytes(file_bytes(path), name, unit, body, pressed_up, begun, unite)
     except (FormatError, SolidError) as error:
-        raise type(error)(f"{path}: {error}") from None
+        raise _named(path, error) from None
 
 
 def source_of_bytes(
@@ -126,6 +131,7 @@ def source_of_bytes(
     body: int | str | None = None,
     pressed_up: bool = False,
     begun: Callable[[Solid], None] = lambda _: None,
+    unite: bool | None = None,
 ) -> Source:
     """Check the solid that the bytes of a file of the format ``name`` hold; the rest is as for ``read``."""
     kind = FORMATS[name]
@@ -139,7 +145,9 @@ def source_of_bytes(
     mesh, notes = _welded(raw, mm_per_unit)
     sha256 = digest.result()
     del data, raw  # the solid takes many times their memory: not at the same time
-    solid, bodies, repairs = _solid(mesh, body, pressed_up, begun)
+    solid, bodies, repairs = _solid(mesh, body, pressed_up, begun, unite is not False)
+    asked = body == "all" if unite is None else unite
+    solid, changed = _checked(solid, bool(repairs) or bodies > 1, asked)
     return Source(
         solid=solid,
         format=written_as,
@@ -147,7 +155,7 @@ def source_of_bytes(
         sha256=sha256,
         triangles=triangles,
         bodies=bodies,
-        repairs=(*notes, *repairs),
+        repairs=(*notes, *repairs, *changed),
     )
 
 
@@ -171,7 +179,8 @@ def source_of(soup: Floats, unit: str, body: int | str | None = None, pressed_up
     raw = Raw(soup)
     mm_per_unit = _mm_per_unit(raw, unit, "mesh")
     mesh, notes = _welded(raw, mm_per_unit)
-    solid, bodies, repairs = _solid(mesh, body, pressed_up, lambda _: None)
+    solid, bodies, repairs = _solid(mesh, body, pressed_up, lambda _: None, True)
+    solid, changed = _checked(solid, bool(repairs) or bodies > 1, body == "all")
     return Source(
         solid=solid,
         format=None,
@@ -179,8 +188,29 @@ def source_of(soup: Floats, unit: str, body: int | str | None = None, pressed_up
         sha256=_sha256(np.ascontiguousarray(soup).tobytes()),
         triangles=len(soup),
         bodies=bodies,
-        repairs=(*notes, *repairs),
+        repairs=(*notes, *repairs, *changed),
     )
+
+
+def _named(path: Path, error: FormatError | SolidError) -> FormatError | SolidError:
+    """Return an error that says which file it is about."""
+    text = f"{path}: {error}"
+    return OverlapError(text, error.volume_mm3) if isinstance(error, OverlapError) else type(error)(text)
+
+
+def _checked(solid: Solid, doubtful: bool, unite: bool) -> tuple[Solid, list[str]]:
+    """Return a solid that passed the last look, and how it was made to if it had to be united."""
+    try:
+        check_solid(solid, doubtful)
+    except OverlapError:
+        if not unite:
+            raise
+    else:
+        return solid, []
+    now = united(solid)
+    check_solid(now, doubtful=True)
+    change = volume_change(solid.volume_mm3, now.volume_mm3)
+    return now, [f"the solid overlapped itself: united, so that all of its metal counts once; {change}"]
 
 
 def _sha256(data: bytes) -> str:
@@ -277,7 +307,7 @@ def _welded(raw: Raw, mm_per_unit: float) -> tuple[Mesh, list[str]]:
 
 
 def _solid(
-    mesh: Mesh, body: int | str | None, pressed_up: bool, begun: Callable[[Solid], None]
+    mesh: Mesh, body: int | str | None, pressed_up: bool, begun: Callable[[Solid], None], unite: bool
 ) -> tuple[Solid, int, list[str]]:
     """Return the solid wanted, the number of bodies in the mesh, and the repairs."""
     solid, notes = solid_of(mesh)
@@ -287,14 +317,11 @@ def _solid(
     if len(bodies) == 1:
         if body not in (None, "all", 1):
             raise SolidError(f"body {body!r} was asked for; {_listed(bodies)}")
-        solid = bodies[0].solid if turned else solid
-        check_solid(solid, doubtful=bool(notes))
-        return solid, 1, notes
-    if (body == "all" or (body is None and pressed_up)) and not turned and are_apart(bodies):
-        check_solid(solid, doubtful=bool(notes))
+        return bodies[0].solid if turned else solid, 1, notes
+    together = (body == "all" or (body is None and pressed_up)) and not turned
+    if together and (not unite or are_apart(bodies)):
         return solid, len(bodies), notes
     chosen, said = _choose(bodies, body, pressed_up)
-    check_solid(chosen, doubtful=True)
     return chosen, len(bodies), notes + said
 
 
