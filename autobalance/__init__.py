@@ -25,6 +25,7 @@ PUBLIC = {
     "generate": "api.generate",
     "grade": "api.grade",
     "influence": "api.influence",
+    "init": "api.init",
     "inspect": "api.inspect",
     "parts": "api.parts",
     "read_crank": "api.crank",
@@ -47,6 +48,7 @@ if TYPE_CHECKING:
     from autobalance.api.generate import generate as generate
     from autobalance.api.grade import grade as grade
     from autobalance.api.influence import influence as influence
+    from autobalance.api.init import init as init
     from autobalance.api.inspect import inspect as inspect
     from autobalance.api.job import read_job as read_job
     from autobalance.api.parts import parts as parts

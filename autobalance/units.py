@@ -14,9 +14,9 @@ RAD_S_PER_RPM: Final = 2.0 * 3.141592653589793 / 60.0
 G_PER_MM3_PER_KG_M3: Final = 1e-6
 """1 kg/m³ in g/mm³."""
 
-G_PER: Final = {"g": 1.0, "kg": G_PER_KG, "oz": G_PER_OZ}
+G_PER: Final = {"g": 1.0, "kg": G_PER_KG, "oz": G_PER_OZ, "lb": 16.0 * G_PER_OZ}
 """Grams in one unit of mass."""
-G_MM_PER: Final = {"g·mm": 1.0, "kg·mm": G_PER_KG, "oz·in": G_MM_PER_OZ_IN}
+G_MM_PER: Final = {"g·mm": 1.0, "kg·mm": G_PER_KG, "g·cm": 10.0, "g·in": 25.4, "oz·in": G_MM_PER_OZ_IN}
 """Gram-millimetres in one unit of unbalance."""
 
 N_PER_G_MM_S2: Final = 1e-6

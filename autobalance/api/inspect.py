@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -11,11 +12,13 @@ from autobalance.api.progress import INSPECTED_BEFORE, Progress, telling
 from autobalance.api.result import VerbResult
 from autobalance.balancing.chordal_correction import facet_entry
 from autobalance.balancing.faces import offered_faces
-from autobalance.balancing.measured_crank import surfaces_entry
+from autobalance.balancing.measured_crank import measure_crank, surfaces_entry
 from autobalance.balancing.record import MeasuredCrank, Record
 from autobalance.balancing.rotor_from_job import default_planes_mm
 from autobalance.balancing.run import input_file
 from autobalance.crank.sections import sections, web_weights
+from autobalance.job.model import Job
+from autobalance.job.read import WORKBOOKS, load_crankshaft
 from autobalance.rigid_rotor.unbalance import Unbalance
 from autobalance.runtime import Stopwatch
 
@@ -55,12 +58,21 @@ class InspectResult(VerbResult):
         return crank_picture(measured.source.solid.mesh, measured.anatomy, self.faces)
 
 
-def inspect(crank: Crank | str | Path, *, progress: Progress | None = None, **keywords: Any) -> InspectResult:
+def inspect(
+    crank: Crank | Job | str | Path,
+    *,
+    settings: Sequence[str] = (),
+    progress: Progress | None = None,
+    **keywords: Any,
+) -> InspectResult:
     """Measure a crank and say what was recognised in it: mass, axis, journals, throws, webs, faces.
 
     Parameters
     ----------
-    crank : Crank or path
+    crank : Crank, Job or path
+        A crank, or its file; or a job, of which ``[crankshaft]`` alone is needed.
+    settings : sequence of str
+        Keys of the job's file to set before: ``["crankshaft.body=1"]``.
     progress : callable or None
         Told words and the share done.
     **keywords
@@ -82,7 +94,7 @@ def inspect(crank: Crank | str | Path, *, progress: Progress | None = None, **ke
     if not isinstance(crank, Crank):
         tell("reading and measuring the crank")
         with watch.stage("load"):
-            crank = read_crank(crank, **keywords)
+            crank = _read(crank, settings, keywords)
     elif keywords:
         raise TypeError(f"{', '.join(keywords)}: a crank that is read already takes no keywords")
     with watch.stage("plan"):
@@ -113,3 +125,13 @@ def inspect(crank: Crank | str | Path, *, progress: Progress | None = None, **ke
     from autobalance.report.json import report
 
     return InspectResult(report(record), crank, tuple(offer.face for offer in faces))
+
+
+def _read(source: Job | str | Path, settings: Sequence[str], keywords: dict[str, Any]) -> Crank:
+    """Read the crank of a file or of a job."""
+    if not isinstance(source, Job) and Path(source).suffix.lower() not in (".toml", *WORKBOOKS):
+        return read_crank(source, **keywords)
+    if keywords:
+        raise TypeError(f"{', '.join(keywords)}: a job says its own")
+    crankshaft = source.crankshaft if isinstance(source, Job) else load_crankshaft(source, settings)
+    return Crank(measure_crank(crankshaft, Stopwatch()), crankshaft)

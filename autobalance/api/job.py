@@ -2,19 +2,22 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from pathlib import Path
 
 from autobalance.job.model import Job
 from autobalance.job.read import load
 
 
-def read_job(path: str | Path) -> Job:
+def read_job(path: str | Path, settings: Sequence[str] = ()) -> Job:
     """Read a job file.
 
     Parameters
     ----------
     path : path
-        A TOML file; the crank file it names is relative to it.
+        A TOML file, or a workbook as ``init`` writes it; the crank file it names is relative to it.
+    settings : sequence of str
+        Keys to set before anything is checked: ``["balance.factor=0.5"]``.
 
     Returns
     -------
@@ -28,4 +31,4 @@ def read_job(path: str | Path) -> Job:
     JobError
         If it is not TOML, or a key is unknown, missing, of the wrong type or impossible.
     """
-    return load(path)
+    return load(path, settings)

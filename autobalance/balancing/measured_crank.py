@@ -7,6 +7,8 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+import numpy as np
+
 from autobalance.balancing.chordal_correction import NOT_ASKED, FacetCorrection
 from autobalance.crank.anatomy import Anatomy, Face, Overrides
 from autobalance.crank.faces import find_faces
@@ -18,14 +20,16 @@ from autobalance.rigid_rotor.moments import Moments
 from autobalance.runtime import Stopwatch, in_thread
 from autobalance.solid.chordal_error.estimate import ChordalError, estimate_chordal_error
 from autobalance.solid.chordal_error.from_slices import chordal_error_from_slices
+from autobalance.solid.csg.solid import Solid
 from autobalance.solid.formats.read import Source, read
 
 if TYPE_CHECKING:
     from concurrent.futures import Future
 
     from autobalance.balancing.record import TrueSurfaces
-    from autobalance.solid.csg.solid import Solid
 
+FILLED = 0.05
+"""Share of the box around a crankpin that even a hollow one fills."""
 FACETS_MOST = 200_000
 """Triangles up to which every facet is looked at: some 0.5 s for 100 000."""
 
@@ -47,6 +51,14 @@ class Crank:
         """Volume [mm³], what the facets hide added where the moments have it."""
         added = Moments.zero() if self.facets is None else self.correction.part(self.facets.missing)
         return self.source.volume_mm3 + added.mass_g / self.density_g_mm3
+
+    @property
+    def holds_crankpins(self) -> bool:
+        """Whether the file holds the crankpins, not only bores for them: metal midway along the first."""
+        pin = self.anatomy.throws[0].crankpin
+        half = 0.5 * np.array([pin.diameter_mm, pin.diameter_mm, 0.1 * pin.width_mm])
+        place = Solid.box(pin.centre_mm - half, pin.centre_mm + half).moved(self.anatomy.rotor_to_file)
+        return (place & self.source.solid).volume_mm3 > FILLED * place.volume_mm3
 
     def warnings(self, file: Path | None) -> tuple[str, ...]:
         """Return what a user should know of the file and the crank in it, one line each."""

@@ -131,7 +131,11 @@ class Forces:
 
 @dataclass(frozen=True, eq=False)
 class Balanced:
-    """What only a balancing run knows; ``forces`` are None where the job lacks a cylinder's direction."""
+    """What only a balancing run knows.
+
+    ``forces`` are None where the job lacks a cylinder's direction; ``job_set`` are the keys of the job that
+    were set from outside, as given.
+    """
 
     job: Mapping[str, Any]
     counterweight: Counterweight | None
@@ -141,6 +145,7 @@ class Balanced:
     result: Result
     overbalance: Overbalance | None = None
     forces: Forces | None = None
+    job_set: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True, eq=False)

@@ -227,6 +227,7 @@ def _record(
             factors=_factors(job, crank, factor, result),
             tolerance=tolerance,
             result=result,
+            job_set=job.settings,
         ),
     )
 

@@ -6,7 +6,7 @@ import argparse
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from autobalance.command.options import add_json, add_pages, add_units, choice_of
+from autobalance.command.options import add_json, add_pages, add_set, add_units, choice_of
 from autobalance.command.progress import Mode, add_progress, mode_of
 
 if TYPE_CHECKING:
@@ -21,6 +21,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "-o", "--output", metavar="DIR", help="folder of the results (default: NAME-balanced beside the job)"
     )
+    add_set(parser)
     add_json(parser)
     add_units(parser)
     add_pages(parser)
@@ -32,7 +33,7 @@ def run(arguments: argparse.Namespace) -> int:
     from autobalance import job
     from autobalance.command.console import say
 
-    asked = job.load(arguments.job)
+    asked = job.load(arguments.job, arguments.settings)
     folder = Path(arguments.output) if arguments.output else default_folder(asked.path)
     done = balanced(asked, folder, arguments.json, choice_of(arguments), mode_of(arguments))
     from autobalance.report.json import dumps

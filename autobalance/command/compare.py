@@ -25,11 +25,12 @@ def run(arguments: argparse.Namespace) -> int:
     from pathlib import Path
 
     from autobalance.api.compare import compare
+    from autobalance.api.job import read_job
     from autobalance.command.finish import finish
     from autobalance.command.progress import shown
     from autobalance.report.files import Staging
 
     copy = None if arguments.json in (None, "-") else Path(arguments.json)
     with Staging([] if copy is None else [copy.parent]), shown() as progress:  # that it can be written
-        result = compare(arguments.job, progress=progress)
+        result = compare(read_job(arguments.job, arguments.settings), progress=progress)
     return finish(arguments, result, sources=(arguments.job,))

@@ -5,7 +5,7 @@ from __future__ import annotations
 import argparse
 from typing import TYPE_CHECKING
 
-from autobalance.command.options import add_json, add_plots, add_speed
+from autobalance.command.options import add_json, add_plots, add_set, add_speed
 from autobalance.errors import UsageError
 
 if TYPE_CHECKING:
@@ -28,6 +28,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         metavar="W",
         help="how badly the mount takes force across cylinder 1, over force along it (1)",
     )
+    add_set(parser)
     add_json(parser)
     add_plots(parser)
 
@@ -35,13 +36,14 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 def run(arguments: argparse.Namespace) -> int:
     """Compute the forces; 0 unless the job or the crank is bad."""
     from autobalance.api.forces import DEFAULT_FACTORS, forces
+    from autobalance.api.job import read_job
     from autobalance.command.finish import finish
     from autobalance.command.progress import shown
 
     given = _factors(arguments.factors)
     with shown() as progress:
         result = forces(
-            arguments.job,
+            read_job(arguments.job, arguments.settings),
             speed_rpm=arguments.speed_rpm,
             factors=DEFAULT_FACTORS if given is None else given,
             transverse_weight=arguments.transverse_weight,

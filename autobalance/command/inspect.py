@@ -4,25 +4,33 @@ from __future__ import annotations
 
 import argparse
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
-from autobalance.command.options import add_json, add_units
+from autobalance.command.options import add_json, add_set, add_units
 from autobalance.command.progress import add_progress, mode_of, shown
 from autobalance.errors import UsageError
+
+if TYPE_CHECKING:
+    from autobalance.api.inspect import InspectResult
+    from autobalance.api.progress import Progress
 
 STEEL_KG_M3 = 7850.0
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Describe the command line."""
-    parser.add_argument("crank", metavar="CRANK", help="a crank file: .stl .obj .ply .off .3mf .glb .step")
+    parser.add_argument(
+        "crank",
+        metavar="CRANK|JOB",
+        help="a crank file: .stl .obj .ply .off .3mf .glb .step; or a job",
+    )
     parser.add_argument(
         "--unit",
         choices=("mm", "cm", "m", "inch"),
         help="the file's unit, where its format carries none (mm)",
     )
     parser.add_argument(
-        "--density-kg-m3", type=float, default=STEEL_KG_M3, metavar="RHO", help="default: 7850, steel"
+        "--density-kg-m3", type=float, metavar="RHO", help="default: 7850, steel; a job says its own"
     )
     parser.add_argument("--body", metavar="N", help="which body of several, or its name; or all")
     parser.add_argument(
@@ -34,6 +42,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--picture", metavar="FILE.png", help="draw the crank with its axis, pins, and faces by their ids"
     )
+    add_set(parser)
     add_json(parser)
     add_units(parser)
     add_progress(parser)
@@ -41,7 +50,6 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(arguments: argparse.Namespace) -> int:
     """Measure a crank; 0 unless the file is bad."""
-    from autobalance.api.inspect import inspect
     from autobalance.command.console import say, warn
     from autobalance.report.files import Staging
 
@@ -49,7 +57,7 @@ def run(arguments: argparse.Namespace) -> int:
     drawing = _target(arguments, "--picture", arguments.picture)
     with Staging([path.parent for path in (target, drawing) if path is not None]) as staging:
         with shown(mode_of(arguments)) as progress:
-            result = inspect(Path(arguments.crank), progress=progress, **_keywords(arguments))
+            result = _inspected(arguments, progress)
             if drawing is not None:
                 progress("drawing the crank", 0.85)
                 staging.add(drawing, result.picture())
@@ -77,12 +85,29 @@ def _target(arguments: argparse.Namespace, option: str, text: str | None) -> Pat
     return target
 
 
+def _inspected(arguments: argparse.Namespace, progress: Progress) -> InspectResult:
+    from autobalance.api.inspect import inspect
+    from autobalance.job.read import WORKBOOKS
+
+    path = Path(arguments.crank)
+    if path.suffix.lower() not in (".toml", *WORKBOOKS):
+        if arguments.settings:
+            raise UsageError("--set goes with a job; a crank file has no keys")
+        return inspect(path, progress=progress, **_keywords(arguments))
+    given = {"--unit": arguments.unit, "--density-kg-m3": arguments.density_kg_m3, "--body": arguments.body}
+    for option, value in given.items():
+        if value is not None:
+            raise UsageError(f"{option} beside a job: it says its own; --set crankshaft.... changes it")
+    return inspect(path, progress=progress, settings=arguments.settings)
+
+
 def _keywords(arguments: argparse.Namespace) -> dict[str, Any]:
     """Return the options as ``read_crank`` takes them."""
     from autobalance.command.console import warn
     from autobalance.job.read import NAMING, UNITLESS
 
-    path, density, unit = Path(arguments.crank), arguments.density_kg_m3, arguments.unit
+    path, unit = Path(arguments.crank), arguments.unit
+    density = STEEL_KG_M3 if arguments.density_kg_m3 is None else arguments.density_kg_m3
     if not 0.0 < density < float("inf"):
         raise UsageError(f"--density-kg-m3 is {density:g}; must be > 0")
     if unit is None and path.suffix.lower() in UNITLESS and path.is_file():

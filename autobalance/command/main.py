@@ -14,6 +14,7 @@ from autobalance.version import __version__
 
 COMMANDS: dict[str, str] = {
     "demo": "balance the bundled motocross crank twice and compare with the published result",
+    "init": "write a commented job for a crank, or put a job into a workbook and back",
     "inspect": "measure a crank file: mass, axis, journals, throws, webs, unbalance, faces",
     "balance": "the main job: measure, plan, cut, measure again until within tolerance",
     "compare": "try every kind of correction and the useful mixes on one crank, like for like",

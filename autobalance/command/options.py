@@ -33,6 +33,18 @@ def add_speed(parser: argparse.ArgumentParser) -> None:
     )
 
 
+def add_set(parser: argparse.ArgumentParser) -> None:
+    """Offer ``--set``."""
+    parser.add_argument(
+        "--set",
+        dest="settings",
+        action="append",
+        default=[],
+        metavar="KEY=VALUE",
+        help="set a key of the job first, balance.factor=0.5 say; may be given several times",
+    )
+
+
 def add_plots(parser: argparse.ArgumentParser) -> None:
     """Offer ``--plots``."""
     parser.add_argument("--plots", metavar="DIR", help="write plots to DIR, each as SVG and PNG")

@@ -182,6 +182,7 @@ class Job:
     ``original`` are the parts the crank was balanced for, or None. ``methods`` are the kinds of correction,
     in the job's order; ``prefer`` is what their plan spares. ``raw`` is the TOML as read, for the report.
     ``depth_tolerance_mm`` is by how much the depth of a cut may be off, None where the job does not say.
+    ``settings`` are the keys that were set from outside, as given.
     """
 
     path: Path
@@ -196,6 +197,7 @@ class Job:
     shafts: tuple[BalanceShaftEntry, ...] = ()
     depth_tolerance_mm: float | None = None
     cycle: Cycle | None = None
+    settings: tuple[str, ...] = ()
 
     @classmethod
     def from_dict(cls, values: Mapping[str, Any], folder: str | Path = ".") -> Job:

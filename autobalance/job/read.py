@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import tomllib
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any, Literal
 
@@ -26,7 +26,10 @@ from autobalance.job.model import (
     ThrowParts,
     Weight,
 )
+from autobalance.job.settings import with_settings
+from autobalance.job.solid_weights import with_weighed_solids
 from autobalance.job.table import ANY, COUNTED, NOT_NEGATIVE, POSITIVE, SHARE, Table
+from autobalance.job.typed_units import WEIGHT_TABLES, in_base_units, refuse_unfilled
 from autobalance.rigid_rotor.margin import Margin
 from autobalance.rigid_rotor.tolerance import Judge
 from autobalance.units import G_PER_MM3_PER_KG_M3, RAD_S_PER_RPM
@@ -37,7 +40,10 @@ NAMING = (".step", ".stp")
 """Endings of formats whose parts have names."""
 TOP_KEYS = ("crankshaft", "engine", "original", "balance", "correction", "shafts", "cycle")
 """Tables of a job."""
-WEIGHT_TABLES = ("rotating_g", "reciprocating_g", "crankpin_g")
+CRANK_ENDINGS = (*UNITLESS, ".3mf", ".glb", ".step", ".stp", ".iges", ".igs", ".brep")
+WORKBOOKS = (".xlsx", ".xlsm")
+FOREIGN_CAD = (".fcstd", ".sldprt", ".sldasm", ".ipt", ".prt", ".catpart", ".f3d", ".x_t")
+"""Files of CAD programs that only they read."""
 CRANKPIN = "crankpin"
 """The part in ``crankpin_g`` that is the pin itself."""
 ATTACHED_KEYS = ("name", "mass_g", "unbalance_g_mm", "z_mm", "pm_g_mm")
@@ -48,13 +54,15 @@ LARGEST_BYTES = 1 << 20
 Vector = tuple[float, float, float]
 
 
-def load(path: str | Path) -> Job:
+def load(path: str | Path, settings: Sequence[str] = ()) -> Job:
     """Read a job file.
 
     Parameters
     ----------
     path : path
-        A TOML file; the crank file it names is relative to it.
+        A TOML file, or a workbook as ``init`` writes it; the crank file it names is relative to it.
+    settings : sequence of str
+        Keys to set before anything is checked: ``balance.factor=0.5``.
 
     Returns
     -------
@@ -68,11 +76,61 @@ def load(path: str | Path) -> Job:
         If it is not TOML, or a key is unknown, missing, of the wrong type or impossible.
     """
     path = Path(path)
-    raw = toml_of(text_of(path, "job"), path.name)
+    raw = tables_of(path)
     try:
-        return parse(raw, path)
+        return parse(with_settings(raw, settings), path, settings=tuple(settings))
+    except JobError as error:
+        raise JobError(f"{path.name}: {_cell(path, str(error))}{error}") from None
+
+
+def _cell(path: Path, message: str) -> str:
+    """Return the cell of a workbook that a message is about, for its beginning."""
+    if path.suffix.lower() not in WORKBOOKS:
+        return ""
+    from autobalance.job.workbook import cell_of, cells_of
+
+    cell = cell_of(cells_of(path), message)
+    return "" if cell is None else f"{cell}: "
+
+
+def load_crankshaft(path: str | Path, settings: Sequence[str] = ()) -> Crankshaft:
+    """Read ``[crankshaft]`` of a job file alone; the other tables may be missing or unfilled.
+
+    Raises
+    ------
+    FileError, JobError
+        As ``load``.
+    """
+    path = Path(path)
+    raw = tables_of(path)
+    try:
+        values = in_base_units({"crankshaft": with_settings(raw, settings).get("crankshaft", {})})
+        refuse_unfilled(values)
+        return _crankshaft(Table(values, "", ("crankshaft",)), path)
     except JobError as error:
         raise JobError(f"{path.name}: {error}") from None
+
+
+def tables_of(path: Path) -> dict[str, Any]:
+    """Return the tables of a job file, TOML or workbook, as they stand there.
+
+    Raises
+    ------
+    FileError
+        If it cannot be read.
+    JobError
+        If it is neither; a crank file is told apart.
+    """
+    ending = path.suffix.lower()
+    if ending in WORKBOOKS:
+        from autobalance.job.workbook import read_workbook
+
+        return read_workbook(path)
+    if ending in CRANK_ENDINGS and path.exists():
+        raise JobError(f"{path.name} is a crank, not a job: `autobalance init {path.name}` writes one")
+    if ending in FOREIGN_CAD:
+        raise JobError(f"{path.name} is a file of a CAD program; export STEP from it")
+    return toml_of(text_of(path, "job"), path.name)
 
 
 def text_of(path: Path, what: str) -> str:
@@ -124,11 +182,16 @@ def _first_line(error: Exception) -> str:
     return (str(error).splitlines() or [""])[0]
 
 
-def parse(raw: Mapping[str, Any], path: Path, *, crank_given: bool = False) -> Job:
+def parse(
+    raw: Mapping[str, Any], path: Path, *, crank_given: bool = False, settings: tuple[str, ...] = ()
+) -> Job:
     """Return the job that a TOML document says; ``path`` is its file (see ``load``).
 
     ``crankshaft.file`` and its density may be missing with ``crank_given``: the crank is an object then.
+    ``settings`` are told in the report; they are in ``raw`` already.
     """
+    refuse_unfilled(raw)
+    raw = with_weighed_solids(in_base_units(raw), path.parent)
     root = Table(dict(raw), "", TOP_KEYS)
     crankshaft = _crankshaft(root, path, crank_given=crank_given)
     engine = read_engine(root, crankshaft.crankpin_in_file)
@@ -148,6 +211,7 @@ def parse(raw: Mapping[str, Any], path: Path, *, crank_given: bool = False) -> J
         shafts=read_shafts(root),
         depth_tolerance_mm=read_depth_tolerance_mm(root),
         cycle=read_cycle(root),
+        settings=settings,
     )
 
 

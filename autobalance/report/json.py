@@ -48,6 +48,7 @@ def report(record: Record) -> Values:
         "autobalance": {"version": __version__, **library_versions()},
         "command": record.command,
         "job": None if balanced is None else dict(balanced.job),
+        **({"job_set": list(balanced.job_set)} if balanced is not None and balanced.job_set else {}),
         "input": {
             "file": record.input.file,
             "sha256": record.input.sha256,

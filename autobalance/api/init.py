@@ -1,0 +1,179 @@
+"""``init``: a job for a crank, as TOML or as a workbook; and a job in the other form."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from autobalance.api.crank import Crank, read_crank
+from autobalance.api.progress import Progress, telling
+from autobalance.api.result import VerbResult, report_head
+from autobalance.balancing.rotor_from_job import default_planes_mm
+from autobalance.errors import JobError, UsageError
+from autobalance.job.read import UNITLESS, tables_of
+from autobalance.job.settings import with_settings
+from autobalance.job.template import Found, commented_toml, job_rows
+from autobalance.job.toml_text import toml_text
+from autobalance.job.typed_units import FILL_IN, leaves
+from autobalance.job.workbook import rows_of, write_workbook
+
+JOB_ENDINGS = (".toml", ".xlsx")
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class InitResult(VerbResult):
+    """A job that was written for a crank, as the bytes of its file."""
+
+    file: Path
+    data: bytes
+
+    def text(self, units: str = "metric") -> str:
+        """Return where the job went and what is left to fill in."""
+        left = self.report["fill_in"]
+        if not left:
+            return f"{self.file}: the same job, nothing left to fill in"
+        keys = "\n".join(f"  {key}" for key in left)
+        return f"{self.file}: a job for {self.report['crank']}; left to fill in:\n{keys}"
+
+    def files(self) -> Mapping[str, bytes]:
+        """Return the job's file."""
+        return {self.file.name: self.data}
+
+
+def init(
+    source: str | Path,
+    *,
+    file: str | Path | None = None,
+    unit: str | None = None,
+    density_kg_m3: float | None = None,
+    method: str = "drill",
+    settings: Sequence[str] = (),
+    progress: Progress | None = None,
+) -> InitResult:
+    """Make a commented job for a crank, or put a job into its other form.
+
+    Nothing is written until asked.
+
+    Parameters
+    ----------
+    source : path
+        A crank file, whose journals and throws are recognised; or a job, TOML or workbook.
+    file : path or None
+        The job's file, ``.toml`` or ``.xlsx``; None: the source's name with ``.toml`` here.
+    unit : str or None
+        mm, cm, m or inch; needed where the crank's format carries none.
+    density_kg_m3 : float or None
+        Density; None: left to fill in.
+    method : str
+        Kind of correction to begin with.
+    settings : sequence of str
+        ``crankshaft.crankpin_in_file=false`` and the like: what recognition must be told.
+
+    Raises
+    ------
+    AutobalanceError
+        If the crank or the job cannot be read.
+    """
+    source = Path(source)
+    target = Path(file) if file is not None else Path(f"{source.stem}.toml")
+    if target.suffix.lower() not in JOB_ENDINGS:
+        raise UsageError(f"-o {target}: a job ends in .toml or .xlsx")
+    if source.suffix.lower() in JOB_ENDINGS:
+        return _converted(source, target, settings)
+    telling(progress)("reading the crank")
+    found = _found(source, target, unit, density_kg_m3, method, settings)
+    rows = job_rows(found)
+    data = write_workbook(rows) if _is_workbook(target) else commented_toml(rows).encode()
+    left = [row.key for row in rows if row.active and row.value == FILL_IN]
+    return InitResult(_report(target, str(source), left), target, data)
+
+
+def _is_workbook(target: Path) -> bool:
+    return target.suffix.lower() == ".xlsx"
+
+
+def _report(target: Path, crank: str, left: list[str]) -> dict[str, Any]:
+    return {**report_head("init"), "crank": crank, "job": str(target), "fill_in": left}
+
+
+def _converted(source: Path, target: Path, settings: Sequence[str]) -> InitResult:
+    values = with_settings(tables_of(source), settings)
+    crank = values.get("crankshaft", {}).get("file")
+    if isinstance(crank, str) and source.parent.resolve() != target.parent.resolve():
+        values["crankshaft"]["file"] = _relative(source.parent / crank, target)
+    data = write_workbook(rows_of(values)) if _is_workbook(target) else toml_text(values).encode()
+    left = [key for key, value in leaves(values) if value == FILL_IN]
+    return InitResult(_report(target, str(crank), left), target, data)
+
+
+def _found(
+    source: Path,
+    target: Path,
+    unit: str | None,
+    density_kg_m3: float | None,
+    method: str,
+    settings: Sequence[str],
+) -> Found:
+    asked = _asked(settings)
+    unit = asked.get("unit", unit)
+    keywords = {key: value for key, value in asked.items() if key not in ("file", "unit", "density_kg_m3")}
+    density = asked.get("density_kg_m3", density_kg_m3)
+    crank = read_crank(source, unit=unit, density_kg_m3=density or 7850.0, **keywords)
+    return Found(
+        file=_relative(source, target),
+        unit=unit if source.suffix.lower() in UNITLESS else None,
+        density_kg_m3=density,
+        crankpin_in_file=crank.measured.holds_crankpins,
+        stroke_mm=round(2.0 * crank.throws[0].crank_radius_mm, 4),
+        planes_mm=_rounded(default_planes_mm(crank.measured.anatomy)),
+        method=method,
+        throws=len(crank.throws),
+        hints=_hints(crank),
+        asked=asked,
+    )
+
+
+def _asked(settings: Sequence[str]) -> dict[str, Any]:
+    values = with_settings({}, settings)
+    if set(values) - {"crankshaft"}:
+        other = ", ".join(sorted(set(values) - {"crankshaft"}))
+        raise JobError(f"--set {other}: init takes keys of [crankshaft] alone; edit the job for others")
+    found: dict[str, Any] = values.get("crankshaft", {})
+    return found
+
+
+def _hints(crank: Crank) -> dict[str, Any]:
+    """Return what was recognised, in the file's own axes, as keys of ``[crankshaft]``."""
+    back = crank.measured.anatomy.rotor_to_file
+
+    def place(point: Any) -> list[float]:
+        return [round(float(value), 4) + 0.0 for value in back[:3, :3] @ point + back[:3, 3]]
+
+    def pin(each: Any) -> dict[str, Any]:
+        return {
+            "centre_mm": place(each.centre_mm),
+            "diameter_mm": round(float(each.diameter_mm), 4),
+            "width_mm": round(float(each.width_mm), 4),
+        }
+
+    return {
+        "axis_point_mm": [round(float(value), 4) + 0.0 for value in back[:3, 3]],
+        "axis_direction": [round(float(value), 6) + 0.0 for value in back[:3, 2]],
+        "main_journals": [pin(each) for each in crank.main_journals],
+        "crankpins": [pin(each.crankpin) for each in crank.throws],
+    }
+
+
+def _rounded(planes: tuple[float, float] | None) -> tuple[float, float] | None:
+    return None if planes is None else (round(planes[0], 4), round(planes[1], 4))
+
+
+def _relative(path: Path, job: Path) -> str:
+    """Return a path as the job's file names it."""
+    try:
+        return Path(os.path.relpath(path.resolve(), job.parent.resolve())).as_posix()
+    except ValueError:  # another drive
+        return path.resolve().as_posix()

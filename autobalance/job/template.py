@@ -1,0 +1,165 @@
+"""The job that ``init`` writes for a crank: what was found filled in, what only the user knows marked."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass, field
+from typing import Any
+
+from autobalance.job.toml_text import toml_value
+from autobalance.job.typed_units import FILL_IN
+from autobalance.job.workbook import Row
+
+WIDTH = 108
+
+
+@dataclass(frozen=True)
+class Found:
+    """What recognition found, as keys and values of a job.
+
+    ``hints`` are keys that say what was recognised but need not be said.
+    """
+
+    file: str
+    unit: str | None
+    density_kg_m3: float | None
+    crankpin_in_file: bool
+    stroke_mm: float
+    planes_mm: tuple[float, float] | None
+    method: str
+    throws: int
+    hints: Mapping[str, Any] = field(default_factory=dict)
+    asked: Mapping[str, Any] = field(default_factory=dict)
+
+
+def job_rows(found: Found) -> list[Row]:
+    """Return the rows of a job, headings with an empty key."""
+    return [
+        *_crankshaft(found),
+        *_engine(found),
+        *_balance(found),
+        *_correction(found),
+    ]
+
+
+def _heading(text: str) -> Row:
+    return Row("", meaning=text)
+
+
+def _crankshaft(found: Found) -> list[Row]:
+    density = FILL_IN if found.density_kg_m3 is None else found.density_kg_m3
+    rows = [
+        _heading("The crank's file and what must be known to read it"),
+        Row("crankshaft.file", found.file, "", "the crank's solid model, relative to this job"),
+    ]
+    if found.unit is not None:
+        rows.append(Row("crankshaft.unit", found.unit, "", "mm, cm, m or inch: the format carries none"))
+    rows += [
+        Row("crankshaft.density_kg_m3", density, "kg/m³", "of its material; steel 7850, cast iron 7200"),
+        Row("crankshaft.density_pm_kg_m3", 20.0, "kg/m³", "by how much that may be off", active=False),
+    ]
+    if not found.crankpin_in_file:
+        meaning = "the crankpin is pressed in and not in the file"
+        rows.append(Row("crankshaft.crankpin_in_file", False, "", meaning))
+    rows += [
+        Row(f"crankshaft.{key}", value, "", "as given to init")
+        for key, value in found.asked.items()
+        if key not in ("file", "unit", "density_kg_m3", "crankpin_in_file")
+    ]
+    return rows + [
+        Row(f"crankshaft.{key}", value, "", "recognised; say it only to overrule that", active=False)
+        for key, value in found.hints.items()
+        if key not in found.asked
+    ]
+
+
+def _engine(found: Found) -> list[Row]:
+    rotating = {
+        "connecting_rod_big_end": "the rod's big end, by two scales",
+        "big_end_bearing": "bearing or shells",
+    }
+    reciprocating = {
+        "connecting_rod_small_end": "the rod's small end, by two scales",
+        "piston": "bare piston",
+        "wrist_pin": "",
+        "rings_clips_oil": "rings, clips, and the oil on them",
+    }
+    note = (
+        "; also { g = 158.0, pm = 0.5 }, { oz = 5.6 }, or a solid:"
+        ' { file = "pin.stl", unit = "mm", density_kg_m3 = 7850 }'
+    )
+    rows = [
+        _heading("What hangs on the crank; weights are of one connecting rod" + note),
+        Row("engine.stroke_mm", found.stroke_mm, "mm", "measured; checked against the geometry"),
+        Row("engine.rod_length_mm", 2.0 * found.stroke_mm, "mm", "eye to eye; for forces", active=False),
+        Row("engine.rods_per_throw", 2, "", "connecting rods on a crankpin, 1 unless told", active=False),
+    ]
+    rows += [Row(f"engine.rotating_g.{name}", FILL_IN, "g", text) for name, text in rotating.items()]
+    rows += [
+        Row(f"engine.reciprocating_g.{name}", FILL_IN, "g", text) for name, text in reciprocating.items()
+    ]
+    if not found.crankpin_in_file:
+        rows.append(Row("engine.crankpin_g.crankpin", FILL_IN, "g", "the crankpin, which is not in the file"))
+    rows.append(Row("engine.crankpin_g.oil", 4.0, "g", "what sits in a crankpin, of one throw", active=False))
+    return rows
+
+
+def _balance(found: Found) -> list[Row]:
+    dynamic = found.planes_mm is not None
+    usual = "0.5 to 0.65 for singles, 0.5 for vee twins" if found.throws < 3 else "0 where throws cancel"
+    rows = [
+        _heading("What is asked of the balanced crank"),
+        Row("balance.factor", FILL_IN, "", f"share of the reciprocating mass to balance, 0 to 1 ({usual})"),
+        Row("balance.grade", FILL_IN, "mm/s", "balance quality grade G: 6.3 in racing, 16 coarser"),
+        Row("balance.speed_rpm", FILL_IN, "1/min", "highest service speed"),
+        Row(
+            "balance.judge",
+            "dynamic" if dynamic else "static",
+            "",
+            "dynamic: the resultant and each tolerance plane; static: the resultant alone",
+        ),
+    ]
+    if found.planes_mm is not None:
+        meaning = "z of the tolerance planes: the middle of the outermost main journals"
+        rows.append(Row("balance.tolerance_planes_mm", list(found.planes_mm), "mm", meaning))
+    return rows
+
+
+def _correction(found: Found) -> list[Row]:
+    return [
+        _heading("How metal may be taken off or added; every limit has a default (see the list of keys)"),
+        Row(
+            "correction.method",
+            found.method,
+            "",
+            "one kind or a list: shoulder, turn, drill, slug, add, ...",
+        ),
+        Row("correction.min_wall_mm", 3.0, "mm", "metal to leave", active=False),
+        Row("correction.drill.diameters_mm", [8.0, 10.0, 12.0], "mm", "drills at hand", active=False),
+        Row("correction.drill.max_holes", 6, "", "on each counterweight", active=False),
+    ]
+
+
+def commented_toml(rows: Iterable[Row]) -> str:
+    """Return rows as a TOML document with a comment for each key; hints stand commented out."""
+    lines: list[str] = []
+    table = ""
+    for row in rows:
+        if not row.key:
+            lines += ["", *_wrapped(row.meaning)]
+            table = ""
+            continue
+        here, _, key = row.key.rpartition(".")
+        if here != table:
+            lines += [f"[{here}]"] if not table else ["", f"[{here}]"]
+            table = here
+        mark = "" if row.active else "# "
+        unit = f"[{row.unit}] " if row.unit else ""
+        lines.append(f"{mark}{key} = {toml_value(row.value)}  # {unit}{row.meaning}".rstrip(" #"))
+    return "\n".join(lines).strip() + "\n"
+
+
+def _wrapped(text: str) -> Sequence[str]:
+    import textwrap
+
+    return [f"# {line}" for line in textwrap.wrap(text, WIDTH)]

@@ -1,0 +1,175 @@
+"""A workbook as a job: sheet ``Job``, one key a row, A its dotted path, B its value."""
+
+from __future__ import annotations
+
+import io
+import tomllib
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+from zipfile import BadZipFile
+
+from autobalance.errors import FileError, JobError
+from autobalance.job.settings import set_key
+from autobalance.job.toml_text import toml_value
+
+SHEET = "Job"
+HEADING = ("Key", "Value", "Unit", "Meaning")
+UNITS_OF_MASS = {"g", "kg", "oz", "lb"}
+
+
+@dataclass(frozen=True)
+class Row:
+    """One row: a key with its value, or a heading where the key is empty.
+
+    A row that is not ``active`` is a hint: a comment in TOML, a row without a value in a workbook.
+    """
+
+    key: str
+    value: Any = None
+    unit: str = ""
+    meaning: str = ""
+    active: bool = True
+
+
+def read_workbook(path: Path) -> dict[str, Any]:
+    """Return the tables that a workbook's sheet ``Job`` says.
+
+    Raises
+    ------
+    FileError
+        If it cannot be read.
+    JobError
+        If it is no workbook, has no such sheet, or a cell is wrong: ``Job!B17``.
+    """
+    return tables_of_cells(cells_of(path))
+
+
+def cells_of(path: Path) -> dict[str, tuple[str, Any]]:
+    """Return each key with its cell and its value, in the order of the sheet; empty values are left out."""
+    shown, formulas = _sheet(path, data_only=True), _sheet(path, data_only=False)
+    if [str(cell or "").strip() for cell in next(shown, ())][: len(HEADING)] != list(HEADING):
+        raise JobError(f"{path.name}: {SHEET}!A1 to D1 must be {' | '.join(HEADING)}")
+    next(formulas)
+    found: dict[str, tuple[str, Any]] = {}
+    for number, (row, raw) in enumerate(zip(shown, formulas, strict=True), 2):
+        key, value = str(row[0] or "").strip(), (row[1] if len(row) > 1 else None)
+        if not key:
+            continue
+        cell = f"{SHEET}!B{number}"
+        if key in found:
+            raise JobError(f"{path.name}: {SHEET}!A{number}: {key} stands in {found[key][0]} already")
+        written = raw[1] if len(raw) > 1 else None
+        if value is None and isinstance(written, str) and written.startswith("="):
+            raise JobError(f"{path.name}: {cell}: {key} is a formula without a stored value")
+        found[key] = (cell, value)
+    return found
+
+
+def tables_of_cells(cells: Mapping[str, tuple[str, Any]]) -> dict[str, Any]:
+    """Return nested tables of dotted keys; keys without a value are left out."""
+    values: dict[str, Any] = {}
+    for key, (cell, value) in cells.items():
+        if value is None or value == "":
+            continue
+        try:
+            set_key(values, key, _plain(value))
+        except JobError as error:
+            raise JobError(f"{cell}: {error}") from None
+    return values
+
+
+def cell_of(cells: Mapping[str, tuple[str, Any]], message: str) -> str | None:
+    """Return the cell of the key that a message is about; that of the longest key it begins with."""
+    named = [key for key in cells if message.startswith((f"{key} ", f"{key}[", f"{key}.", f"{key}:"))]
+    return cells[max(named, key=len)][0] if named else None
+
+
+def _sheet(path: Path, *, data_only: bool) -> Any:
+    from openpyxl import load_workbook
+    from openpyxl.utils.exceptions import InvalidFileException
+
+    try:
+        data = path.read_bytes()
+    except OSError as error:
+        raise FileError(
+            f"cannot read the workbook {path}: {(error.strerror or str(error)).lower()}"
+        ) from None
+    try:
+        book = load_workbook(io.BytesIO(data), data_only=data_only)
+    except (InvalidFileException, BadZipFile, KeyError, ValueError, OSError) as error:
+        raise JobError(f"{path.name} is no workbook: {str(error).splitlines()[0]}") from None
+    if SHEET not in book.sheetnames:
+        sheets = ", ".join(book.sheetnames)
+        raise JobError(
+            f"{path.name} has no sheet {SHEET!r} (there are: {sheets}); `autobalance init` writes one"
+        )
+    return book[SHEET].iter_rows(values_only=True)
+
+
+def _plain(value: Any) -> Any:
+    """Return a cell's value as TOML has it: lists and inline tables are TOML text."""
+    if isinstance(value, float) and value.is_integer() and abs(value) < 2.0**53:
+        return int(value)
+    if isinstance(value, str) and value.lstrip().startswith(("[", "{")):
+        try:
+            return tomllib.loads(f"value = {value}")["value"]
+        except (ValueError, RecursionError):  # TOMLDecodeError is a ValueError
+            return value
+    return value
+
+
+def write_workbook(rows: Iterable[Row]) -> bytes:
+    """Return a workbook with one sheet ``Job``."""
+    from openpyxl import Workbook
+    from openpyxl.styles import Alignment, Font, PatternFill
+
+    book = Workbook()
+    sheet = book.active
+    sheet.title = SHEET
+    sheet.append(HEADING)
+    for cell in sheet[1]:
+        cell.font = Font(bold=True)
+    for row in rows:
+        value = row.value if row.active and row.key else None
+        sheet.append([row.key, _cell(value), row.unit, row.meaning])
+        last = sheet.max_row
+        if not row.key:
+            sheet.cell(last, 4).font = Font(bold=True)
+        elif row.active:
+            sheet.cell(last, 2).fill = PatternFill("solid", start_color="FFF6D5")
+        sheet.cell(last, 4).alignment = Alignment(wrap_text=True, vertical="top")
+    for column, width in zip("ABCD", (38, 26, 10, 90), strict=True):
+        sheet.column_dimensions[column].width = width
+    sheet.freeze_panes = "A2"
+    sheet.page_setup.orientation = "landscape"
+    sheet.page_setup.fitToWidth, sheet.page_setup.fitToHeight = 1, 0
+    sheet.sheet_properties.pageSetUpPr.fitToPage = True
+    buffer = io.BytesIO()
+    book.save(buffer)
+    return buffer.getvalue()
+
+
+def _cell(value: Any) -> Any:
+    return toml_value(value) if isinstance(value, list | tuple | Mapping) else value
+
+
+def rows_of(values: Mapping[str, Any], path: str = "") -> list[Row]:
+    """Return the rows of a job's tables; weights with their unit stay in one cell."""
+    rows: list[Row] = []
+    for key, value in values.items():
+        where = f"{path}.{key}" if path else key
+        if isinstance(value, Mapping) and not UNITS_OF_MASS & set(value) and not _is_part(value, path):
+            rows += rows_of(value, where)
+        elif isinstance(value, list) and value and all(isinstance(item, Mapping) for item in value):
+            for place, item in enumerate(value, 1):
+                rows += rows_of(item, f"{where}[{place}]")
+        else:
+            rows.append(Row(where, value))
+    return rows
+
+
+def _is_part(value: Mapping[str, Any], path: str) -> bool:
+    """Tell whether a table is a weight taken from a solid."""
+    return "file" in value and path.endswith("_g")
