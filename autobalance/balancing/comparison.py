@@ -12,22 +12,11 @@ from autobalance.balancing.measuring import in_memory, on_true_surfaces
 from autobalance.balancing.rotor import Rotor
 from autobalance.correction import Limits
 from autobalance.correction.kind import Correction, Offer, Prefer, Workpiece
-from autobalance.crank.anatomy import Anatomy, Web
+from autobalance.crank.anatomy import Anatomy
 from autobalance.errors import CorrectionError
 from autobalance.planning.whole_cuts import greatest_multiple
 from autobalance.rigid_rotor.tolerance import Tolerance
 
-MIXES = (
-    ("shoulder",),
-    ("turn",),
-    ("drill",),
-    ("slug",),
-    ("add",),
-    ("shoulder", "drill"),
-    ("turn", "drill"),
-    ("slug", "drill"),
-)
-"""What is compared: each kind alone, then mixes in which holes make up what the other kind cannot reach."""
 MOST_CAPACITY = 64.0
 """Multiples of the initial unbalance beyond which capacity is plenty."""
 SAME = 1e-3
@@ -105,7 +94,7 @@ def compare(
     tolerance: Tolerance,
     limits: Mapping[str, Limits],
     prefer: Prefer = "least_metal",
-    mixes: Sequence[tuple[str, ...]] = MIXES,
+    mixes: Sequence[tuple[str, ...]] | None = None,
     progress: Callable[[str], None] = lambda _: None,
 ) -> list[Row]:
     """Balance one crank by each kind and mix in turn.
@@ -116,11 +105,13 @@ def compare(
         As for ``loop.balance``.
     limits : mapping of str to Limits
         The limits of each kind, by its name.
+    mixes : sequence of tuples of str, optional
+        Names of the kinds to mix; default each kind alone, then with those that make up what it cannot reach.
     """
     rows = []
     offers = _once()
     measure = in_memory if rotor.exact is None else on_true_surfaces
-    for methods in mixes:
+    for methods in correction.mixes() if mixes is None else mixes:
         progress(f"trying {'+'.join(methods)}")
         chosen = [limits[name] for name in methods]
         try:
@@ -172,36 +163,20 @@ def _row(
 
 
 def _moved_g(made: Correction, density_g_mm3: float) -> float:
-    slug = float(made.details.get("slug_mass_g", 0.0))
-    return abs(made.removed_volume_mm3) * density_g_mm3 + slug
+    keys = correction.KINDS[made.kind].pressed_in
+    pressed_in_g = 0.0 if keys is None else float(made.details[keys[0]])
+    return abs(made.removed_volume_mm3) * density_g_mm3 + pressed_in_g
 
 
 def wall_left_mm(corrections: Sequence[Correction], anatomy: Anatomy) -> float | None:
-    """Return the least metal left beside corrections.
+    """Return the least metal left beside corrections, as each kind tells of its own; None: none is weakened.
 
     Holes and slugs: the wall measured around them. Lowered faces: what is left of the web's thickness. Turned
     rims: the metal outside of the crankpins. Added metal weakens nothing.
     """
-    walls: list[float] = []
-    for made in corrections:
-        if "wall_left_mm" in made.details:
-            walls.append(float(made.details["wall_left_mm"]))
-        elif made.kind == "turn":
-            reach = [throw.crank_radius_mm + 0.5 * throw.crankpin.diameter_mm for throw in anatomy.throws]
-            walls.append(float(made.details["new_radius_mm"]) - max(reach, default=0.0))
-    for web in anatomy.webs:
-        lowered = [made for made in corrections if made.kind == "shoulder" and made.web == web.number]
-        if lowered:
-            walls.append(_thickness_left_mm(web, lowered))
-    return min(walls, default=None)
-
-
-def _thickness_left_mm(web: Web, lowered: Sequence[Correction]) -> float:
-    """Return a web's thickness less the deepest cut from either side."""
-    left = web.z_max_mm - web.z_min_mm
-    for sign in (1.0, -1.0):
-        left -= max((c.depth_mm for c in lowered if sign * c.details["normal"][2] > 0.0), default=0.0)
-    return left
+    by_kind = {name: [made for made in corrections if made.kind == name] for name in correction.KINDS}
+    walls = [correction.KINDS[name].wall_left_mm(made, anatomy) for name, made in by_kind.items() if made]
+    return min((wall for wall in walls if wall is not None), default=None)
 
 
 def _capacity(

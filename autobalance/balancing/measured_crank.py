@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from autobalance.balancing.chordal_correction import NOT_ASKED, FacetCorrection
+from autobalance.correction import kind_of
 from autobalance.crank.anatomy import Anatomy, Face, Overrides
 from autobalance.crank.faces import find_faces
 from autobalance.crank.recognition.alignment import misalignment_warning
@@ -124,7 +125,7 @@ def recognised(source: Source, hints: Overrides) -> Anatomy:
 
 def work_on_faces(job: Job) -> bool:
     """Tell whether a correction of the job begins at a planar face."""
-    return any(hasattr(limits, "faces") for limits in job.methods)
+    return any(kind_of(limits).needs_faces for limits in job.methods)
 
 
 class _Recognition:

@@ -32,8 +32,7 @@ from autobalance.balancing.record import (
     Record,
 )
 from autobalance.balancing.rotor import Rotor
-from autobalance.correction import Limits
-from autobalance.correction.drill import DrillLimits
+from autobalance.correction import Limits, finishing
 from autobalance.crank.anatomy import Anatomy
 from autobalance.crank.sections import counterweight_moments
 from autobalance.engine.balance_factor import bob_weight_moments
@@ -95,7 +94,7 @@ def _forces(job: Job, crank: Crank, before: ShakingForce, result: Result) -> For
 
 def _overbalance(job: Job, rotor: Rotor, tolerance: Tolerance, result: Result) -> Overbalance:
     """Plan the last holes on the crank as it was made: they take what was left on purpose."""
-    limits = next((each for each in job.methods if isinstance(each, DrillLimits)), DrillLimits())
+    limits = finishing(job.methods)
     allowance = rotor_from_job.overbalance_moments(job, tolerance)
     bare = result.measured.moments if result.measured else rotor.moments
     slugs = result.final_moments - bare

@@ -5,18 +5,38 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Literal
 
 import numpy as np
 
-from autobalance.correction import shoulder
-from autobalance.correction.kind import Array, Correction, Offer, Workpiece
-from autobalance.correction.shoulder import FacePoint, Patch, ShoulderLimits
+from autobalance.correction.kind import (
+    Array,
+    Correction,
+    Figures,
+    Item,
+    Kind,
+    Limits,
+    Offer,
+    Relaxing,
+    Workpiece,
+)
+from autobalance.correction.patches import (
+    FacePoint,
+    Patch,
+    auto_patches,
+    chosen_patches,
+    face_frame,
+    face_region,
+)
+from autobalance.correction.relaxing import deeper, thinner
+from autobalance.correction.room import Room, drawn_out
+from autobalance.correction.shoulder import face_heights
 from autobalance.crank.anatomy import Face
 from autobalance.errors import CorrectionError
 from autobalance.rigid_rotor.moments import Moments
 from autobalance.solid.csg.shape import Shape
-from autobalance.solid.csg.solid import Solid
+from autobalance.solid.csg.solid import Region, Solid
 from autobalance.solid.csg.tool import Raising, Tool
 
 DEFAULT_MAX_MM = 10.0
@@ -32,7 +52,7 @@ inside, so that no two surfaces coincide."""
 
 
 @dataclass(frozen=True)
-class AddLimits:
+class AddLimits(Limits):
     """What a job asks of added metal; keys as for shoulders.
 
     Attributes
@@ -88,11 +108,17 @@ class AddCut:
     least_depth_mm: float = 0.0
     limit_is_reach: bool = False
     adds_metal: bool = True
+    clearance_mm: float = 0.0
 
     @property
     def label(self) -> str:
         """Short name for messages."""
         return f"metal on face {self.face.id}"
+
+    @cached_property
+    def room(self) -> Room:
+        """The body that grows on the face."""
+        return drawn_out(self._outline, self.height_mm, 1.0, self._to_rotor)
 
     def effect(self, depth_mm: float) -> Moments:
         """Return the change of the crank's moments: a prism."""
@@ -140,7 +166,11 @@ class AddCut:
 
     @property
     def _area(self) -> tuple[float, Array, Array]:
-        return self.base.section(self.height_mm + 0.5 * self.max_depth_mm).area_moments()
+        return self._outline.area_moments()
+
+    @property
+    def _outline(self) -> Region:
+        return self.base.section(self.height_mm + 0.5 * self.max_depth_mm)
 
     @property
     def _to_rotor(self) -> Array:
@@ -158,21 +188,6 @@ class AddCut:
         return moments.moved(self._to_rotor).scaled(self.density_g_mm3)
 
 
-EFFORTS = shoulder.EFFORTS
-
-
-def offer(work: Workpiece, limits: AddLimits, effort: int) -> Offer:
-    """Return the faces that metal may be added on: on the light side, unless the job picks them."""
-    twin = ShoulderLimits(faces=limits.faces, sector_deg=limits.sector_deg)
-    mesh = work.solid.mesh
-    if limits.faces == "auto":
-        light = [(z, -vector) for z, vector in work.heavy_at]
-        patches = shoulder.auto_patches(mesh, work.anatomy, work.faces, light, twin, effort)
-    else:
-        patches = shoulder.chosen_patches(twin, mesh, work.anatomy, work.faces)
-    return Offer(tuple(cuts(work, patches, limits)), same_depth=limits.same_depth)
-
-
 def cuts(work: Workpiece, patches: Sequence[Patch], limits: AddLimits) -> list[AddCut]:
     """Set up the bodies that may grow on faces, each up to the next metal over it."""
     asked = DEFAULT_MAX_MM if limits.max_depth_mm is None else limits.max_depth_mm
@@ -181,9 +196,9 @@ def cuts(work: Workpiece, patches: Sequence[Patch], limits: AddLimits) -> list[A
     sink = SINK_SHARE * mesh.diagonal_mm
     found = []
     for patch in patches:
-        to_face = shoulder.face_frame(patch.face.normal)
+        to_face = face_frame(patch.face.normal)
         height = float(patch.face.normal @ patch.face.centroid_mm)
-        face = shoulder.face_region(mesh, anatomy, patch.face, to_face)
+        face = face_region(mesh, anatomy, patch.face, to_face)
         placed = work.solid.moved(to_face @ anatomy.file_to_rotor)
         beside = BESIDE_SINKS * sink
         standing = placed.section(height + 2.0 * sink + patch.face.spread_mm)
@@ -217,3 +232,41 @@ def cuts(work: Workpiece, patches: Sequence[Patch], limits: AddLimits) -> list[A
             )
         )
     return found
+
+
+class Add(Kind[AddLimits]):
+    """Metal added on faces, for designers."""
+
+    name = "add"
+    verb = "build up"
+    noun = "Added metal"
+    datum = "the face as it is, outward along its normal"
+    limits = AddLimits
+    efforts = 3
+    needs_faces = True
+    adds_metal = True
+
+    def offer(self, work: Workpiece, limits: AddLimits, effort: int) -> Offer:
+        """Return the faces that metal may be added on: on the light side, unless the job picks them."""
+        mesh = work.solid.mesh
+        if limits.faces == "auto":
+            light = [(z, -vector) for z, vector in work.heavy_at]
+            patches = auto_patches(mesh, work.anatomy, work.faces, light, limits, effort)
+        else:
+            patches = chosen_patches(limits, mesh, work.anatomy, work.faces)
+        return Offer(tuple(cuts(work, patches, limits)), same_depth=limits.same_depth)
+
+    def relaxing(self, limits: AddLimits) -> Sequence[Relaxing]:
+        """Return more height, and less clearance over the face."""
+        return *deeper(limits.max_depth_mm), *thinner(limits.min_wall_mm)
+
+    def instruction(self, item: Item, figures: Figures) -> str:
+        """Return on which face to add metal."""
+        return f"Add metal on face {item.get('face')}"
+
+    def size(self, item: Item) -> str:
+        """Return the face's height, old and new."""
+        return face_heights(item)
+
+
+KIND = Add()

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -24,10 +24,24 @@ from autobalance.correction.hole import (
     refuse_wide,
     site_angles,
 )
-from autobalance.correction.kind import Correction, Count, Offer, Workpiece
+from autobalance.correction.kind import (
+    Correction,
+    Count,
+    Figures,
+    Item,
+    Kind,
+    Limits,
+    MoreCuts,
+    Offer,
+    Relaxing,
+    Workpiece,
+)
+from autobalance.correction.relaxing import deeper, thinner
+from autobalance.correction.room import Room
 from autobalance.correction.walls import HoleLimits, Surface, wall_left_mm
 from autobalance.crank.anatomy import Anatomy
 from autobalance.errors import CorrectionError
+from autobalance.graphics.words import degrees, number
 from autobalance.rigid_rotor.moments import Moments
 from autobalance.solid.csg.solid import Solid
 from autobalance.solid.csg.tool import Tool
@@ -35,7 +49,7 @@ from autobalance.solid.mesh.mesh import Array
 
 
 @dataclass(frozen=True)
-class DrillLimits:
+class DrillLimits(Limits):
     """What a job asks of drilled holes. The defaults are ours: no standard gives them.
 
     Attributes
@@ -144,6 +158,16 @@ class DrillCut:
         degrees = math.degrees(self.site.angle_rad) % 360.0
         return f"hole ⌀{2.0 * self.hole.radius_mm:g} in web {self.web} at {degrees:.4g}°"
 
+    @property
+    def room(self) -> Room:
+        """What the hole takes."""
+        return self.hole.room
+
+    @property
+    def clearance_mm(self) -> float:
+        """The wall."""
+        return self.limits.min_wall_mm
+
     def effect(self, depth_mm: float) -> Moments:
         """Return the change of the rotor's moments by a hole of this depth."""
         return self.hole.removed(depth_mm).scaled(-self.density_g_mm3)
@@ -192,22 +216,58 @@ class DrillCut:
         )
 
 
-EFFORTS = 1
-"""All places are offered at once."""
+class Drill(Kind[DrillLimits]):
+    """Twist-drilled holes."""
+
+    name = "drill"
+    verb = "drill"
+    noun = "Drilled hole"
+    datum = "the surface on the hole's axis, without the point"
+    limits = DrillLimits
+    finishes = True
+
+    def offer(self, work: Workpiece, limits: DrillLimits, effort: int) -> Offer:
+        """Return the holes that a job's limits allow, which keep a spacing and are limited in number."""
+        heavy = sum((vector for _, vector in work.heavy_at), np.zeros(2))
+        found = cuts(work.solid, work.anatomy, work.density_g_mm3, heavy, limits)
+        apart = keep_apart(
+            [cut.hole for cut in found], [cut.max_depth_mm for cut in found], limits.min_spacing_mm
+        )
+        counts = []
+        for web in sorted({cut.web for cut in found}):
+            members = tuple(k for k, cut in enumerate(found) if cut.web == web)
+            counts.append(Count(members, limits.max_holes, f"max_holes = {limits.max_holes} in web {web}"))
+        return Offer(tuple(found), apart=apart, counts=tuple(counts))
+
+    def relaxing(self, limits: DrillLimits) -> Sequence[Relaxing]:
+        """Return more holes, deeper ones, and thinner walls."""
+
+        def say(more: int) -> str:
+            plural = "" if more == 1 else "s"
+            return f"{more} more hole{plural} on a counterweight (max_holes = {limits.max_holes + more})"
+
+        more = MoreCuts("max_holes", limits.max_holes, say)
+        return more, *deeper(limits.max_depth_mm), *thinner(limits.min_wall_mm)
+
+    def instruction(self, item: Item, figures: Figures) -> str:
+        """Return what to drill, where."""
+        where = f"at {degrees(item['angle_deg'])} ({degrees(-item['angle_deg'])})"
+        height = (
+            f"z {figures.mm(item['position_mm'][2])}"
+            if item.get("direction") == "radial"
+            else f"radius {figures.mm(math.hypot(*item['position_mm'][:2]))}"
+        )
+        diameter = figures.mm(item["diameter_mm"], figures.diameter_digits)
+        point = f"point {item.get('point_angle_deg', 0):g}°"
+        return f"Drill dia {diameter}, {item.get('direction', '')}, {where}, {height}, {point}"
+
+    def size(self, item: Item) -> str:
+        """Return the drill."""
+        point = item.get("point_angle_deg")
+        return f"⌀ {number(item['diameter_mm'], 1)}" + (f", point {point:g}°" if point else "")
 
 
-def offer(work: Workpiece, limits: DrillLimits, effort: int) -> Offer:
-    """Return the holes that a job's limits allow, which keep a spacing and are limited in number."""
-    heavy = sum((vector for _, vector in work.heavy_at), np.zeros(2))
-    found = cuts(work.solid, work.anatomy, work.density_g_mm3, heavy, limits)
-    apart = keep_apart(
-        [cut.hole for cut in found], [cut.max_depth_mm for cut in found], limits.min_spacing_mm
-    )
-    counts = []
-    for web in sorted({cut.web for cut in found}):
-        members = tuple(k for k, cut in enumerate(found) if cut.web == web)
-        counts.append(Count(members, limits.max_holes, f"max_holes = {limits.max_holes} in web {web}"))
-    return Offer(tuple(found), apart=apart, counts=tuple(counts))
+KIND = Drill()
 
 
 def cuts(

@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from autobalance.correction.kind import Apart
+from autobalance.correction.room import Room, bar
 from autobalance.correction.walls import (
     Axis,
     HoleLimits,
@@ -65,6 +66,12 @@ class Hole:
     def point_mm(self) -> float:
         """Length of the point [mm]."""
         return self.radius_mm * math.cos(self.half_point_rad) / math.sin(self.half_point_rad)
+
+    @property
+    def room(self) -> Room:
+        """What the hole takes, its point as a cylinder."""
+        entry, inward = self.axis.entry_mm, self.axis.inward
+        return bar(entry, entry + self.point_mm * inward, inward, self.radius_mm)
 
     def removed(self, depth_mm: float) -> Moments:
         """Return the volume moments of the metal that a hole of this depth, ≥ ``whole_mm``, removes."""

@@ -1,9 +1,11 @@
-"""What every kind of correction offers to the planner, the loop and the report."""
+"""What every kind of correction offers to the job file, the planner, the loop and the report."""
 
 from __future__ import annotations
 
+from abc import ABC, abstractmethod
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
-from typing import Any, Literal, Protocol
+from typing import TYPE_CHECKING, Any, ClassVar, Generic, Literal, Protocol, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -12,6 +14,9 @@ from autobalance.crank.anatomy import Anatomy, Face
 from autobalance.rigid_rotor.moments import Moments
 from autobalance.solid.csg.solid import Solid
 from autobalance.solid.csg.tool import Tool
+
+if TYPE_CHECKING:
+    from autobalance.correction.room import Room
 
 Array = NDArray[np.float64]
 Prefer = Literal["least_metal", "fewest_holes", "least_inertia_change", "most_inertia_removed"]
@@ -58,6 +63,16 @@ class Cut(Protocol):
     @property
     def adds_metal(self) -> bool:
         """Whether ``tool`` is added to the crank instead of subtracted."""
+        ...
+
+    @property
+    def room(self) -> Room:
+        """What metal the cut takes, adds or replaces, at any depth; other kinds' cuts keep clear of it."""
+        ...
+
+    @property
+    def clearance_mm(self) -> float:
+        """Metal that the cut wants between its room and that of another kind's cut [mm]."""
         ...
 
     def effect(self, depth_mm: float) -> Moments:
@@ -141,7 +156,7 @@ class SharedDepth:
 
 @dataclass(frozen=True)
 class Apart:
-    """Two cuts that come too close where both are deeper than ``most_mm``; below 0: never both."""
+    """Two cuts of which, where both are made, neither may be deeper than ``most_mm``; below 0: never both."""
 
     first: int
     second: int
@@ -175,3 +190,149 @@ class Correction:
     removed_volume_mm3: float
     details: dict[str, Any] = field(default_factory=dict)
     rate: Moments | None = None
+
+
+# --- the contract of a kind ---------------------------------------------------------------------------------
+
+
+@dataclass(frozen=True)
+class Limits:
+    """What a job asks of one kind of correction: a frozen dataclass, its fields the keys of its table."""
+
+
+L = TypeVar("L", bound=Limits)
+
+
+class Figures(Protocol):
+    """How a sheet writes numbers, in the user's units."""
+
+    @property
+    def diameter_digits(self) -> int:
+        """Decimals of a diameter."""
+        ...
+
+    @property
+    def mass(self) -> str:
+        """Name of the unit of mass."""
+        ...
+
+    def mm(self, value: float | None, digits: int | None = None) -> str:
+        """Return a length [mm]."""
+        ...
+
+    def g(self, value: float | None) -> str:
+        """Return a mass [g]."""
+        ...
+
+
+@dataclass(frozen=True)
+class MoreCuts:
+    """A count of limits that may rise: its key, what it is now, and what to say of ``more``."""
+
+    key: str
+    now: int
+    say: Callable[[int], str]
+
+
+@dataclass(frozen=True)
+class WiderLimits:
+    """Limits that may widen: fields to replace for a share 0 to 1 of the widest, and what to say of them."""
+
+    changed: Callable[[float], dict[str, float]]
+    say: Callable[[dict[str, float]], str]
+
+
+Relaxing = MoreCuts | WiderLimits
+Item = Mapping[str, Any]
+"""A correction as the report lists it: `Correction` with its details as JSON values."""
+
+
+class Kind(ABC, Generic[L]):
+    """A kind of correction: one class in one file, registered by one line in `autobalance.correction`.
+
+    Job keys, the JSON Schema, the documentation's table, comparisons, sheets and pages are derived from what
+    it says here; nothing outside of ``autobalance.correction`` asks which kind a cut is.
+
+    Attributes
+    ----------
+    name : str
+        As a job's ``method`` has it; its limits stand in ``[correction.<name>]``.
+    verb, noun : str
+        For people: ``drill``, ``Drilled hole``.
+    datum : str
+        From where its depths count, for the machinist.
+    limits : type
+        A frozen dataclass derived from `Limits`, each field with a default.
+    efforts : int
+        How many ever wider offers it can make.
+    needs_faces : bool
+        Whether its cuts begin at planar faces, which have to be found first.
+    adds_metal : bool
+        Whether its cuts put metal on instead of taking it.
+    is_round_the_rim : bool
+        Whether its cuts go all around, so that they have no angle.
+    finishes : bool
+        Whether it can make the last cuts on the machine, where some unbalance is left for these.
+    mixed_with : tuple of str
+        Kinds that make up what it cannot reach alone; ``compare`` tries it with each.
+    remedy : Limits or None
+        Usual limits of a single cut to propose where the kinds of a job fall short.
+    pressed_in : (str, str) or None
+        Keys of the details that hold mass [g] and centre (3,) [mm] of what is pressed in.
+    """
+
+    name: ClassVar[str]
+    verb: ClassVar[str]
+    noun: ClassVar[str]
+    datum: ClassVar[str]
+    limits: ClassVar[type[Limits]]
+    efforts: ClassVar[int] = 1
+    needs_faces: ClassVar[bool] = False
+    adds_metal: ClassVar[bool] = False
+    is_round_the_rim: ClassVar[bool] = False
+    finishes: ClassVar[bool] = False
+    mixed_with: ClassVar[tuple[str, ...]] = ()
+    remedy: ClassVar[Limits | None] = None
+    pressed_in: ClassVar[tuple[str, str] | None] = None
+
+    # --- cuts -------------------------------------------------------------------------------------------
+
+    @abstractmethod
+    def offer(self, work: Workpiece, limits: L, effort: int) -> Offer:
+        """Return the cuts that limits allow on a workpiece, and the rules they keep among themselves.
+
+        Raises
+        ------
+        CorrectionError
+            If no cut fits anywhere.
+        """
+
+    def relaxing(self, limits: L) -> Sequence[Relaxing]:
+        """Return in which ways these limits might be widened, where they fall short."""
+        del limits
+        return ()
+
+    def remedy_text(self, cut: Any) -> str:
+        """Return what to propose of a cut that ``remedy`` offered."""
+        return str(cut.label)
+
+    # --- what is told ---------------------------------------------------------------------------------------
+
+    @abstractmethod
+    def instruction(self, item: Item, figures: Figures) -> str:
+        """Return what the machinist is to do, in one line."""
+
+    @abstractmethod
+    def size(self, item: Item) -> str:
+        """Return what the machinist sets besides the depth, in mm; nothing where the depth is all."""
+
+    def wall_left_mm(self, made: Sequence[Correction], anatomy: Anatomy) -> float | None:
+        """Return the least metal left beside corrections of this kind; None where they weaken nothing."""
+        del anatomy
+        walls = [float(each.details["wall_left_mm"]) for each in made if "wall_left_mm" in each.details]
+        return min(walls, default=None)
+
+    def face_depths_mm(self, work: Workpiece, rims: Sequence[Face]) -> Mapping[str, float]:
+        """Return how deep faces and rims, by their ids, may be cut by default where metal ends that."""
+        del work, rims
+        return {}

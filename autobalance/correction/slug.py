@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -24,9 +25,25 @@ from autobalance.correction.hole import (
     refuse_wide,
     site_angles,
 )
-from autobalance.correction.kind import Apart, Array, Correction, Count, Cut, Offer, Workpiece
+from autobalance.correction.kind import (
+    Apart,
+    Array,
+    Correction,
+    Count,
+    Cut,
+    Figures,
+    Item,
+    Kind,
+    Limits,
+    MoreCuts,
+    Offer,
+    Relaxing,
+    Workpiece,
+)
+from autobalance.correction.room import Room, bar
 from autobalance.correction.walls import HoleLimits, Surface, wall_left_mm
 from autobalance.errors import CorrectionError
+from autobalance.graphics.words import number
 from autobalance.rigid_rotor.moments import Moments
 from autobalance.solid.csg.solid import Solid
 from autobalance.solid.csg.tool import Tool
@@ -38,7 +55,7 @@ SEAT_MM = 0.02
 
 
 @dataclass(frozen=True)
-class SlugLimits:
+class SlugLimits(Limits):
     """What a job asks of heavy-metal slugs. The defaults are ours: no standard gives them.
 
     Attributes
@@ -128,6 +145,16 @@ class SlugCut:
         """Moments of the slug."""
         density = self.limits.density_kg_m3 * G_PER_MM3_PER_KG_M3
         return self.hole.column(self.max_depth_mm - self.length_mm, self.max_depth_mm).scaled(density)
+
+    @property
+    def room(self) -> Room:
+        """What the bore takes."""
+        return self.hole.room
+
+    @property
+    def clearance_mm(self) -> float:
+        """The wall."""
+        return self.limits.min_wall_mm
 
     def effect(self, depth_mm: float) -> Moments:
         """Return the change of the rotor's moments: the bore's metal goes, the slug comes."""
@@ -225,6 +252,18 @@ class FillCut:
             self.limits.density_kg_m3 * G_PER_MM3_PER_KG_M3
         )
 
+    @property
+    def room(self) -> Room:
+        """What the slug fills, whatever the depth."""
+        axis, end = self.hole.axis, self.hole.shoulder_mm
+        top, bottom = (axis.entry_mm + tau * axis.inward for tau in (end - self.length_mm, end))
+        return bar(top, bottom, 0.0 * axis.inward, self.radius_mm)
+
+    @property
+    def clearance_mm(self) -> float:
+        """The wall."""
+        return self.limits.min_wall_mm
+
     def effect(self, depth_mm: float) -> Moments:
         """Return the moments of the slug."""
         return self.slug if depth_mm > 0.0 else Moments.zero()
@@ -316,32 +355,75 @@ def load_n(slug: Moments, service_speed_rad_s: float | None) -> float | None:
     return math.hypot(*slug.first_g_mm[:2]) * 1e-6 * service_speed_rad_s**2
 
 
-EFFORTS = 1
-"""All places are offered at once."""
+class Slug(Kind[SlugLimits]):
+    """Heavy-metal slugs."""
+
+    name = "slug"
+    verb = "bore and fill"
+    noun = "Slug"
+    datum = "the surface on the bore's axis"
+    limits = SlugLimits
+    mixed_with = ("drill",)
+    remedy = SlugLimits(
+        diameters_mm=(12.0, 16.0, 20.0, 25.4), lengths_mm=(8.0, 12.0, 16.0, 20.0, 25.4), max_slugs=1
+    )
+    pressed_in = ("slug_mass_g", "slug_centre_mm")
+
+    def offer(self, work: Workpiece, limits: SlugLimits, effort: int) -> Offer:
+        """Return the slugs that a job's limits allow."""
+        heavy: Array = sum((vector for _, vector in work.heavy_at), np.zeros(2))
+        filled: list[FillCut] = []
+        if limits.fill:
+            filled = fills(work, Surface.of(work.solid.mesh, work.anatomy.file_to_rotor), limits)
+        try:
+            found = cuts(work, -heavy, limits)
+        except CorrectionError:
+            if not filled:
+                raise
+            found = []
+        apart = keep_apart(
+            [cut.hole for cut in found], [cut.max_depth_mm for cut in found], limits.min_wall_mm
+        )
+        one_each = [
+            Apart(len(found) + i, len(found) + j, -1.0)
+            for j in range(len(filled))
+            for i in range(j)
+            if np.array_equal(filled[i].hole.axis.entry_mm, filled[j].hole.axis.entry_mm)
+        ]
+        every: list[Cut] = [*found, *filled]
+        rule = Count(tuple(range(len(every))), limits.max_slugs, f"max_slugs = {limits.max_slugs}")
+        return Offer(tuple(every), apart=(*apart, *one_each), counts=(rule,))
+
+    def relaxing(self, limits: SlugLimits) -> Sequence[Relaxing]:
+        """Return more slugs."""
+
+        def say(more: int) -> str:
+            plural = "" if more == 1 else "s"
+            return f"{more} more slug{plural} (max_slugs = {limits.max_slugs + more})"
+
+        return (MoreCuts("max_slugs", limits.max_slugs, say),)
+
+    def remedy_text(self, cut: SlugCut) -> str:
+        """Return which slug, and where."""
+        angle = math.degrees(cut.site.angle_rad) % 360.0
+        return (
+            f"one axial slug of {2.0 * cut.hole.radius_mm:g} × {cut.length_mm:g} mm "
+            f"({cut.limits.density_kg_m3:g} kg/m³) in web {cut.web} at {angle:.0f}°"
+        )
+
+    def instruction(self, item: Item, figures: Figures) -> str:
+        """Return what to bore and what to press in."""
+        bore, length = figures.mm(item["diameter_mm"]), figures.mm(item.get("length_mm"))
+        return (
+            f"Bore dia {bore}, press in slug of {length}, {figures.g(item.get('slug_mass_g'))} {figures.mass}"
+        )
+
+    def size(self, item: Item) -> str:
+        """Return the slug."""
+        return f"⌀ {number(item['diameter_mm'], 1)} × {number(item.get('length_mm'), 1)}"
 
 
-def offer(work: Workpiece, limits: SlugLimits, effort: int) -> Offer:
-    """Return the slugs that a job's limits allow."""
-    heavy: Array = sum((vector for _, vector in work.heavy_at), np.zeros(2))
-    filled: list[FillCut] = []
-    if limits.fill:
-        filled = fills(work, Surface.of(work.solid.mesh, work.anatomy.file_to_rotor), limits)
-    try:
-        found = cuts(work, -heavy, limits)
-    except CorrectionError:
-        if not filled:
-            raise
-        found = []
-    apart = keep_apart([cut.hole for cut in found], [cut.max_depth_mm for cut in found], limits.min_wall_mm)
-    one_each = [
-        Apart(len(found) + i, len(found) + j, -1.0)
-        for j in range(len(filled))
-        for i in range(j)
-        if np.array_equal(filled[i].hole.axis.entry_mm, filled[j].hole.axis.entry_mm)
-    ]
-    every: list[Cut] = [*found, *filled]
-    rule = Count(tuple(range(len(every))), limits.max_slugs, f"max_slugs = {limits.max_slugs}")
-    return Offer(tuple(every), apart=(*apart, *one_each), counts=(rule,))
+KIND = Slug()
 
 
 def cuts(work: Workpiece, wanted: Array, limits: SlugLimits) -> list[SlugCut]:

@@ -2,18 +2,33 @@
 
 from __future__ import annotations
 
+import functools
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
+from functools import cached_property
 
 import numpy as np
 
-from autobalance.correction.kind import Array, Correction, Offer, Workpiece
-from autobalance.crank.anatomy import Anatomy, Web
+from autobalance.correction.kind import (
+    Array,
+    Correction,
+    Figures,
+    Item,
+    Kind,
+    Limits,
+    Offer,
+    Relaxing,
+    WiderLimits,
+    Workpiece,
+)
+from autobalance.correction.room import Room, blocks, sector_corners
+from autobalance.crank.anatomy import Anatomy, Face, Web
 from autobalance.errors import CorrectionError
+from autobalance.graphics.words import number
 from autobalance.rigid_rotor.moments import Moments
 from autobalance.solid.csg.shape import Joined
-from autobalance.solid.csg.solid import Solid, union
+from autobalance.solid.csg.solid import Region, Solid, union
 from autobalance.solid.csg.tool import Tool, ring
 
 SEGMENTS = 360
@@ -23,12 +38,14 @@ BESIDE_MM = 0.25
 """How far the tool reaches beyond a web's faces, so that no skin is left; never over a quarter of the gap."""
 PIN_WALL_MM = 2.0
 """Metal that a default ``min_radius_mm`` leaves outside of the crankpins (ours)."""
+ROOM_SECTORS = 36
+"""Blocks that stand for a ring where it is looked what comes near."""
 FIRST_SHARE = 0.02
 """Before the tool meets the rim all around there is no slope to plan on; that of this share is taken."""
 
 
 @dataclass(frozen=True)
-class TurnLimits:
+class TurnLimits(Limits):
     """What a job asks of turned rims. The defaults are ours: no standard gives them.
 
     Attributes
@@ -73,12 +90,32 @@ class TurnCut:
     least_depth_mm: float = 0.0
     limit_is_reach: bool = False
     adds_metal: bool = False
+    clearance_mm: float = 0.0
     _known: dict[float, tuple[Moments, Moments]] = field(default_factory=dict, repr=False)
 
     @property
     def label(self) -> str:
         """Short name for messages."""
         return "rim of web " + ", ".join(str(number) for number in self.webs)
+
+    @cached_property
+    def room(self) -> Room:
+        """The rings between the old rim and the new, where they hold metal."""
+        angles: Array = np.arange(float(ROOM_SECTORS)) * (2.0 * math.pi / ROOM_SECTORS)
+        rim = np.full(ROOM_SECTORS, self.rim_mm)
+        flat = sector_corners(rim, rim, angles, angles + angles[1])
+        shadow = self.metal.shadow()
+        least = self.rim_mm - self.max_depth_mm
+        wedges = sector_corners(0.5 * np.full_like(rim, least), 2.0 * rim, angles, angles + angles[1])
+        holds = [not (shadow & Region.of([wedge[[0, 2, 3, 1]]])).is_empty for wedge in wedges]
+        flat = flat[holds]
+        inner = np.zeros((len(flat), 4, 3))
+        inner[:, :2, :2] = -flat[:, :2] / np.linalg.norm(flat[:, :2], axis=2, keepdims=True)
+        rings = []
+        for slab in self.slabs:
+            low, high = (np.concatenate([flat, np.full((len(flat), 4, 1), z)], axis=2) for z in slab)
+            rings.append(blocks(low, high, inner, inner))
+        return functools.reduce(Room.joined, rings)
 
     def effect(self, depth_mm: float) -> Moments:
         """Return the change of the crank's moments, measured on the metal beyond the least radius."""
@@ -153,15 +190,6 @@ def _ring(inner_mm: float, outer_mm: float, low_mm: float, high_mm: float) -> So
     return Solid.revolved(np.array(outline), SEGMENTS)
 
 
-EFFORTS = 1
-"""All webs are offered at once."""
-
-
-def offer(work: Workpiece, limits: TurnLimits, effort: int) -> Offer:
-    """Return the rims that a job's limits allow to turn."""
-    return Offer(tuple(cuts(work.solid, work.anatomy, work.density_g_mm3, limits)))
-
-
 def cuts(solid: Solid, anatomy: Anatomy, density_g_mm3: float, limits: TurnLimits) -> list[TurnCut]:
     """Set up the rims that can be turned.
 
@@ -180,18 +208,18 @@ def cuts(solid: Solid, anatomy: Anatomy, density_g_mm3: float, limits: TurnLimit
     slabs = {web.number: _slab(web, anatomy.webs) for web in anatomy.webs}
     if not slabs or least >= far:
         raise CorrectionError(f"turn: no web reaches beyond {text}")
-    rings = {number: _ring(least * EQUAL_AREA, far, *slab) for number, slab in slabs.items()}
+    rings = {web: _ring(least * EQUAL_AREA, far, *slab) for web, slab in slabs.items()}
     reach = (solid & union(list(rings.values())).moved(anatomy.rotor_to_file)).moved(anatomy.file_to_rotor)
-    metal = {number: reach & ring for number, ring in rings.items()}
+    metal = {web: reach & ring for web, ring in rings.items()}
     found = []
-    for group in [(number,) for number in metal] if limits.per_web else [tuple(metal)]:
-        own = union([metal[number] for number in group])
+    for group in [(web,) for web in metal] if limits.per_web else [tuple(metal)]:
+        own = union([metal[web] for web in group])
         rim = 0.0 if own.is_empty else float(np.hypot(*own.mesh.vertices[:, :2].T).max())
         if rim - least > THIN_MM:
             found.append(
                 TurnCut(
                     webs=group,
-                    slabs=tuple(slabs[number] for number in group),
+                    slabs=tuple(slabs[web] for web in group),
                     rim_mm=rim,
                     far_mm=far,
                     metal=own,
@@ -230,3 +258,68 @@ def _slab(web: Web, webs: Sequence[Web]) -> tuple[float, float]:
         web.z_min_mm - min([BESIDE_MM, *(0.25 * gap for gap in below)]),
         web.z_max_mm + min([BESIDE_MM, *(0.25 * gap for gap in above)]),
     )
+
+
+class Turn(Kind[TurnLimits]):
+    """Rims turned down."""
+
+    name = "turn"
+    verb = "turn"
+    noun = "Turned rim"
+    datum = "the rim's farthest point from the crank axis"
+    limits = TurnLimits
+    is_round_the_rim = True
+    mixed_with = ("drill",)
+
+    def offer(self, work: Workpiece, limits: TurnLimits, effort: int) -> Offer:
+        """Return the rims that a job's limits allow to turn."""
+        return Offer(tuple(cuts(work.solid, work.anatomy, work.density_g_mm3, limits)))
+
+    def relaxing(self, limits: TurnLimits) -> Sequence[Relaxing]:
+        """Return a smaller radius to turn to."""
+        if limits.min_radius_mm is None:
+            return ()
+        now = limits.min_radius_mm
+
+        def changed(share: float) -> dict[str, float]:
+            return {"min_radius_mm": now * (1.0 - SMALLER * share)}
+
+        def say(to: dict[str, float]) -> str:
+            return f"turned down further (min_radius_mm = {to['min_radius_mm']:.4g})"
+
+        return (WiderLimits(changed, say),)
+
+    def instruction(self, item: Item, figures: Figures) -> str:
+        """Return to which radius to turn."""
+        return f"Turn the rim to radius {figures.mm(item.get('new_radius_mm'))}"
+
+    def size(self, item: Item) -> str:
+        """Return the new radius."""
+        return f"to radius {number(item.get('new_radius_mm'), 3)}"
+
+    def wall_left_mm(self, made: Sequence[Correction], anatomy: Anatomy) -> float | None:
+        """Return the metal left outside of the crankpins."""
+        reach = [throw.crank_radius_mm + 0.5 * throw.crankpin.diameter_mm for throw in anatomy.throws]
+        radius = min((float(cut.details["new_radius_mm"]) for cut in made), default=None)
+        return None if radius is None else radius - max(reach, default=0.0)
+
+    def face_depths_mm(self, work: Workpiece, rims: Sequence[Face]) -> Mapping[str, float]:
+        """Return how deep each rim may be turned, unless its web reaches farther elsewhere."""
+        try:
+            found = cuts(work.solid, work.anatomy, work.density_g_mm3, TurnLimits(per_web=True))
+        except CorrectionError:
+            return {}
+        outlines = {web.number: web.outline for web in work.anatomy.webs}
+        of_web = {cut.webs[0]: cut for cut in found}
+        return {
+            rim.id: of_web[rim.web].max_depth_mm
+            for rim in rims
+            if rim.web in of_web
+            and (outline := outlines[rim.web]) is not None
+            and abs(outline.rim_radius_mm - of_web[rim.web].rim_mm) < THIN_MM
+        }
+
+
+SMALLER = 0.4
+"""Share of the least radius that is given up, at most."""
+KIND = Turn()

@@ -10,13 +10,6 @@ from typing import Any
 GRAMS_PER_OUNCE = 28.349523125
 MM_PER_INCH = 25.4
 
-KIND_NAMES = {
-    "shoulder": "Shoulder",
-    "turn": "Turned rim",
-    "drill": "Drilled hole",
-    "slug": "Slug",
-    "add": "Added metal",
-}
 OUTCOMES = {
     "within_tolerance": "Within tolerance",
     "already_within_tolerance": "Already within tolerance",
@@ -49,11 +42,6 @@ def signed(value: float | None, digits: int = 2) -> str:
     text = number(value, digits)
     positive = value is not None and value > 0.0 and any(c in "123456789" for c in text)
     return f"+{text}" if positive else text
-
-
-def kind_name(kind: str) -> str:
-    """Return how people call a kind of correction."""
-    return KIND_NAMES.get(kind, kind.replace("_", " ").capitalize())
 
 
 def angle_deg(vector: Any) -> float:
@@ -114,21 +102,6 @@ def place_of(correction: Mapping[str, Any]) -> str:
     return ", ".join(parts) or "–"
 
 
-def size_of(correction: Mapping[str, Any]) -> str:
-    """Return what the machinist sets, besides the depth."""
-    kind = correction["kind"]
-    if kind == "drill":
-        point = correction.get("point_angle_deg")
-        return f"⌀ {number(correction['diameter_mm'], 1)}" + (f", point {point:g}°" if point else "")
-    if kind == "slug":
-        return f"⌀ {number(correction['diameter_mm'], 1)} × {number(correction.get('length_mm'), 1)}"
-    if kind == "turn":
-        return f"to radius {number(correction.get('new_radius_mm'), 3)}"
-    if correction.get("new_height_mm") is not None:
-        return f"{number(correction['face_height_mm'], 3)} → {number(correction['new_height_mm'], 3)}"
-    return ""
-
-
 def verdict(report: Mapping[str, Any]) -> str:
     """Return the verdict in one sentence."""
     residual, tolerance = report["residual"], report["tolerance"]
@@ -142,15 +115,6 @@ def verdict(report: Mapping[str, Any]) -> str:
         f"{number(tolerance['speed_rpm'], 0)} rpm. "
         f"{what} uses {number(100.0 * share, 1)} % of what is permitted{where}."
     )
-
-
-def eye(report: Mapping[str, Any]) -> tuple[float, float, float]:
-    """Return where to look from, rotor frame: from below where the rim opposite the crankpin is worked on."""
-    rim = [
-        item for item in report["corrections"] if item["kind"] == "turn" or item.get("direction") == "radial"
-    ]
-    below = sum(item["position_mm"][0] for item in rim) < 0.0
-    return (-0.55, 1.15, 0.9) if below else (0.62, 1.15, 1.0)
 
 
 def counts_uncertainty(report: Mapping[str, Any]) -> bool:

@@ -1,7 +1,7 @@
 """The ``[correction]`` table becomes the limits of each kind of correction.
 
-A kind of correction is a frozen dataclass whose fields are named and typed as the keys of its table. To add
-one, enter it in ``KINDS``.
+The limits of a kind are a frozen dataclass whose fields are named and typed as the keys of its table; the
+kinds are those entered in ``autobalance.correction``.
 """
 
 from __future__ import annotations
@@ -10,30 +10,13 @@ from collections.abc import Mapping
 from dataclasses import fields
 from typing import Any, Literal, get_type_hints
 
-from autobalance.correction import Limits
-from autobalance.correction.add import AddLimits
-from autobalance.correction.drill import DrillLimits
+from autobalance.correction import KINDS, Limits
 from autobalance.correction.kind import Prefer
-from autobalance.correction.shoulder import ShoulderLimits
-from autobalance.correction.slug import SlugLimits
-from autobalance.correction.turn import TurnLimits
 from autobalance.errors import CorrectionError, JobError
 from autobalance.job.table import ANY, NOT_NEGATIVE, POSITIVE, Rule, Table
 
-METHODS = ("shoulder", "turn", "drill", "slug", "add")
-"""Every method that a job may name, whether or not it is there yet."""
-KINDS: Mapping[str, type[Any]] = {
-    "shoulder": ShoulderLimits,
-    "turn": TurnLimits,
-    "drill": DrillLimits,
-    "slug": SlugLimits,
-    "add": AddLimits,
-}
-"""The limits of each method that is there."""
 FACE_KEYS = ("faces", "sector_deg", "max_depth_mm", "same_depth", "min_wall_mm")
-"""Keys of the top level, which the methods in ``ON_FACES`` share."""
-ON_FACES = ("shoulder", "add")
-CORRECTION_KEYS = (*FACE_KEYS, "method", "prefer", "depth_tolerance_mm", *METHODS)
+"""Keys of the top level, which the kinds share whose limits have ``faces``."""
 
 FINEST_STEP_MM = 1e-6
 """Of a machine; with a finer one the number of steps is no number any more."""
@@ -43,7 +26,10 @@ RULES: Mapping[str, Rule] = {
     "depth_step_mm": Rule(lambda x: x == 0.0 or x >= FINEST_STEP_MM, f"must be 0 or ≥ {FINEST_STEP_MM:g}"),
 }
 
-Method = Literal["shoulder", "turn", "drill", "slug", "add"]
+
+def correction_keys() -> tuple[str, ...]:
+    """Return the keys of the ``[correction]`` table."""
+    return (*FACE_KEYS, "method", "prefer", "depth_tolerance_mm", *KINDS)
 
 
 def read_correction(root: Table) -> tuple[tuple[str, ...], tuple[Limits, ...]]:
@@ -52,21 +38,21 @@ def read_correction(root: Table) -> tuple[tuple[str, ...], tuple[Limits, ...]]:
     Raises
     ------
     JobError
-        If a key or value of ``[correction]`` is wrong, or a method is not there yet.
+        If a key or value of ``[correction]`` is wrong.
     """
     if "correction" not in root:
-        raise JobError(f"[correction] is missing; it needs at least method: one of {', '.join(METHODS)}")
-    table = root.table("correction", CORRECTION_KEYS)
+        raise JobError(f"[correction] is missing; it needs at least method: one of {', '.join(KINDS)}")
+    table = root.table("correction", correction_keys())
     names = _methods(table)
-    for name in METHODS:  # a table of another method than the one asked for is checked all the same
-        if name in table and name in KINDS and name not in names:
+    for name in KINDS:  # a table of another method than the one asked for is checked all the same
+        if name in table and name not in names:
             _limits(table, name)
     return names, tuple(_limits(table, name) for name in names)
 
 
 def read_prefer(root: Table) -> Prefer:
     """Return what a job wants spared."""
-    prefer: Prefer = root.table("correction", CORRECTION_KEYS).optional(
+    prefer: Prefer = root.table("correction", correction_keys()).optional(
         "prefer", Prefer, default="least_metal"
     )
     return prefer
@@ -74,7 +60,7 @@ def read_prefer(root: Table) -> Prefer:
 
 def read_depth_tolerance_mm(root: Table) -> float | None:
     """Return by how much the depth of a cut may be off, None where a job does not say."""
-    most: float | None = root.table("correction", CORRECTION_KEYS).optional(
+    most: float | None = root.table("correction", correction_keys()).optional(
         "depth_tolerance_mm", float, NOT_NEGATIVE
     )
     return most
@@ -88,39 +74,38 @@ def limits_of_every_kind(raw: Mapping[str, Any]) -> dict[str, Limits]:
     JobError
         If a value of a table is wrong.
     """
-    table = Table(dict(raw.get("correction", {})), "correction", CORRECTION_KEYS)
-    return {name: _limits(table, name) for name in METHODS}
+    table = Table(dict(raw.get("correction", {})), "correction", correction_keys())
+    return {name: _limits(table, name) for name in KINDS}
 
 
 def _methods(table: Table) -> tuple[str, ...]:
+    method: Any = Literal[tuple(KINDS)]
     listed = isinstance(table.raw.get("method"), list)
     names: tuple[str, ...]
-    names = table.value("method", tuple[Method, ...]) if listed else (table.value("method", Method),)
+    names = table.value("method", tuple[method, ...]) if listed else (table.value("method", method),)
     if not names:
         raise JobError("correction.method is an empty list; must name at least one method")
     for place, name in enumerate(names):
         if name in names[:place]:
             raise JobError(f"correction.method names {name!r} twice")
-        if name not in KINDS:
-            there = ", ".join(KINDS)
-            raise JobError(f"correction.method {name!r} is not there yet; this version has: {there}")
     return names
 
 
 def _limits(table: Table, name: str) -> Limits:
     """Return the limits of a method: its own table, over the top level's keys where it works on faces."""
-    kind = KINDS[name]
-    own = table.table(name, tuple(field.name for field in fields(kind)))
-    shared = {key: table.raw[key] for key in FACE_KEYS if key in table} if name in ON_FACES else {}
+    kind = KINDS[name].limits
+    keys = tuple(field.name for field in fields(kind))
+    own = table.table(name, keys)
+    shared = {key: table.raw[key] for key in FACE_KEYS if key in table} if "faces" in keys else {}
     values = _values(Table(shared, table.path, None), kind) | _values(own, kind)
     try:
-        limits: Limits = kind(**values)
+        limits = kind(**values)
     except CorrectionError as error:
         raise JobError(f"correction.{error}") from None
     return limits
 
 
-def _values(table: Table, kind: type[Any]) -> dict[str, Any]:
+def _values(table: Table, kind: type[Limits]) -> dict[str, Any]:
     hints = get_type_hints(kind)
     values = {key: table.value(key, hints[key], RULES.get(key, ANY)) for key in table.raw}
     _refuse_sector(table, values.get("sector_deg"))

@@ -20,18 +20,16 @@ from autobalance.graphics.words import (
     counts_uncertainty,
     degrees,
     escape,
-    eye,
     file_name,
     judged_shares,
-    kind_name,
     number,
     place_of,
     signed,
-    size_of,
     verdict,
     weights,
     whole_degrees,
 )
+from autobalance.report import kinds
 from autobalance.report.metal import Piece
 from autobalance.solid.mesh.mesh import Array, Indices, Mesh, compacted
 
@@ -288,11 +286,11 @@ def _cut_table(report: Report) -> str:
         return "<p class=soft style='padding:12px 4px'>The file is untouched.</p>"
     rows = []
     for k, item in enumerate(report["corrections"]):
-        details = ", ".join(part for part in (place_of(item), size_of(item)) if part)
+        details = ", ".join(part for part in (place_of(item), kinds.size(item)) if part)
         rows.append(
             f'<tr tabindex="0" aria-selected="false" data-part="{item["number"]}">'
             f'<td><span class="badge">{item["number"]}</span></td>'
-            f'<td class="what">{escape(kind_name(item["kind"]))}<small>{escape(details)}</small></td>'
+            f'<td class="what">{escape(kinds.noun(item))}<small>{escape(details)}</small></td>'
             f"{_cell(report, f'corrections.{k}.depth_mm', 3)}{_cell(report, f'corrections.{k}.removed_mass_g')}"
             f"<td>{number(math.hypot(*item['unbalance_change_g_mm']), 1)}<small class=soft> "
             f"{whole_degrees(item['unbalance_change_g_mm'])}</small></td></tr>"
@@ -350,7 +348,7 @@ def view_data(report: Report, body: Mesh, pieces: Sequence[Piece]) -> tuple[dict
         "step_mm": step,
         "z_mm": [float(z.min()), float(z.max())],
         "radius_mm": float(np.hypot(points[:, 0], points[:, 1]).max()),
-        "eye": list(eye(report)),
+        "eye": list(kinds.eye(report)),
         "body": shape,
         "pieces": parts,
         "corrections": [_label(item, pieces, turned) for item in enumerate(report["corrections"])],
@@ -411,7 +409,7 @@ def _label(
         "depth_mm": item["depth_mm"],
         "depth_text": depth,
         "label_mm": [float(v) for v in label],
-        "said": f"Correction {item['number']}: {kind_name(item['kind'])}, {place_of(item)}, depth {depth}",
+        "said": f"Correction {item['number']}: {kinds.noun(item)}, {place_of(item)}, depth {depth}",
     }
 
 

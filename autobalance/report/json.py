@@ -13,6 +13,7 @@ from typing import Any, Literal
 
 import numpy as np
 
+from autobalance import correction
 from autobalance.balancing.record import (
     Balanced,
     ChordalErrorEntry,
@@ -174,11 +175,18 @@ def _outline(web: Web) -> Values | None:
 
 
 def schema(of: Literal["report", "generate"] = "report") -> Values:
-    """Return the JSON Schema (draft 2020-12) of reports, or of what ``generate`` says."""
+    """Return the JSON Schema (draft 2020-12) of reports, or of what ``generate`` says.
+
+    The kinds of correction in it are those that are there.
+    """
     from importlib.resources import files
 
     text = files("autobalance.report").joinpath(f"{of}.schema.json").read_text(encoding="utf-8")
     found: Values = json.loads(text)
+    if of == "report":
+        job = found["properties"]["job"]["anyOf"][0]["properties"]
+        job["correction"]["properties"]["method"]["items"]["enum"] = list(correction.KINDS)
+        found["$defs"]["correction"]["properties"]["kind"]["enum"] = list(correction.KINDS)
     return found
 
 

@@ -6,6 +6,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
+from autobalance.report import kinds
 from autobalance.solid.csg.solid import Solid, beyond, shared_with
 from autobalance.solid.mesh.mesh import Indices, Mesh
 
@@ -27,7 +28,7 @@ class Piece:
 
 def pieces_of(report: Mapping[str, Any], before: Solid, tools: Sequence[Solid]) -> list[Piece]:
     """Return the metal of each correction from its tool body, file coordinates."""
-    adds = [item["kind"] == "add" for item in report["corrections"]]
+    adds = [kinds.adds_metal(item) for item in report["corrections"]]
     removing = [k for k, added in enumerate(adds) if not added]
     pieces = []
     for k, (mesh, old) in zip(removing, shared_with(before, [tools[k] for k in removing]), strict=True):

@@ -7,8 +7,9 @@ from typing import Any
 
 import numpy as np
 
-from autobalance.graphics.words import eye, number
+from autobalance.graphics.words import number
 from autobalance.graphics.zbuffer import Camera, Image, Picture, Surface, png, render_each
+from autobalance.report import kinds
 from autobalance.report.metal import Piece
 from autobalance.solid.mesh.mesh import Array, Mesh
 
@@ -37,7 +38,7 @@ def pictures(
         Width and height [pixels].
     """
     frame = np.asarray(report["frame"]["file_to_rotor"], dtype=np.float64)
-    sight = Camera(-np.array(eye(report)), (1.0, 0.0, 0.0), fit=before.moved(frame).vertices)
+    sight = Camera(-np.array(kinds.eye(report)), (1.0, 0.0, 0.0), fit=before.moved(frame).vertices)
     items = report["corrections"]
     depths = [abs(item["depth_mm"]) for item in items]
     body = after.moved(frame)

@@ -19,10 +19,10 @@ from autobalance.graphics.words import (
     at,
     degrees,
     file_name,
-    kind_name,
     number,
     weights,
 )
+from autobalance.report import kinds
 from autobalance.report.drawing import Drawings, WebDrawing
 from autobalance.solid.csg.solid import Polygons
 
@@ -152,10 +152,7 @@ def pdf(
     _summary_page(sheet, drawings)
     for web in drawings.webs if drawings else ():
         _web_page(sheet, web)
-    if any(
-        item["kind"] in {"drill", "slug"} and item.get("direction") == "radial"
-        for item in report["corrections"]
-    ):
+    if any(item.get("inward") and item.get("direction") == "radial" for item in report["corrections"]):
         _rim_page(sheet)
     return sheet.finished()
 
@@ -391,10 +388,10 @@ def _cut_table(sheet: _Sheet, down: float) -> float:
         ]
     ]
     for item in items:
-        ccw = _angle(item)
+        ccw = kinds.angle_deg(item)
         rows.append(
             [
-                str(item["number"]), kind_name(item["kind"]), _safe(_where(item)),
+                str(item["number"]), kinds.noun(item), _safe(_where(item)),
                 "–" if ccw is None else degrees(ccw), "–" if ccw is None else degrees(-ccw),
                 u.mm(item["position_mm"][2], u.length_digits - 1), u.mm(math.hypot(*item["position_mm"][:2]), u.length_digits - 1),
                 u.mm(item.get("diameter_mm"), u.diameter_digits), u.mm(item["depth_mm"]),
@@ -406,16 +403,6 @@ def _cut_table(sheet: _Sheet, down: float) -> float:
     note = "Angles from crankpin 1: ccw counter-clockwise seen from the +z end, cw the other way round (degree wheel from the same end). z from the middle of crankpin 1."
     sheet.text(MARGIN_MM, down + 0.5, note, 7, SOFT)
     return down + 3.0
-
-
-def _angle(item: Mapping[str, Any]) -> float | None:
-    """Return the angle of a hole; of a face the direction of its metal; none at the axis."""
-    if item.get("angle_deg") is not None:
-        return float(item["angle_deg"])
-    if item["kind"] == "turn":
-        return None
-    dx, dy = item["unbalance_change_g_mm"]
-    return math.degrees(math.atan2(-dy, -dx)) % 360.0 if math.hypot(dx, dy) > 0.0 else None
 
 
 def _where(item: Mapping[str, Any]) -> str:
@@ -561,7 +548,7 @@ def _web_page(sheet: _Sheet, web: WebDrawing) -> None:
     rows += [
         [
             str(i["number"]),
-            _safe(_instruction(i, u)),
+            _safe(kinds.instruction(i, u)),
             u.mm(i["depth_mm"]),
             u.mm(_with_point(i)) if i.get("point_mm") else "–",
             u.g(i["removed_mass_g"]),
@@ -643,31 +630,6 @@ def _scale_bar(sheet: _Sheet, scale: float, down: float) -> None:
     sheet.text(
         x + length + 3.0, down + 1.0, f"{label} on paper: check with a rule (print at 100 %)", 7.5, SOFT
     )
-
-
-def _instruction(item: Mapping[str, Any], u: Units) -> str:
-    """Return what to do, in one line."""
-    kind = item["kind"]
-    if kind == "drill":
-        where = f"at {degrees(item['angle_deg'])} ({degrees(-item['angle_deg'])})"
-        height = (
-            f"z {u.mm(item['position_mm'][2])}"
-            if item.get("direction") == "radial"
-            else f"radius {u.mm(math.hypot(*item['position_mm'][:2]))}"
-        )
-        return f"Drill dia {u.mm(item['diameter_mm'], u.diameter_digits)}, {item.get('direction', '')}, {where}, {height}, point {item.get('point_angle_deg', 0):g}°"
-    if kind == "slug":
-        return f"Bore dia {u.mm(item['diameter_mm'])}, press in slug of {u.mm(item.get('length_mm'))}, {u.g(item.get('slug_mass_g'))} {u.mass}"
-    if kind == "turn":
-        return f"Turn the rim to radius {u.mm(item.get('new_radius_mm'))}"
-    if kind == "add":
-        return f"Add metal on face {item.get('face')}"
-    heights = (
-        f" from {u.mm(item['face_height_mm'])} to {u.mm(item['new_height_mm'])} from the crankpin's middle"
-        if item.get("new_height_mm") is not None
-        else ""
-    )
-    return f"Lower face {item.get('face')}{heights}"
 
 
 # --- rim -----------------------------------------------------------------------------------------------------

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from typing import Any, Literal
 
 from autobalance.graphics.words import degrees
+from autobalance.report.kinds import verb
 from autobalance.units import G_MM_PER_OZ_IN, G_PER_OZ, MM_PER
 
 UnitName = Literal["metric", "inch"]
@@ -88,17 +89,8 @@ def _corrections(report: Values, units: Units) -> str:
     return "\n".join(["What to cut"] + [_correction(each, units) for each in report["corrections"]])
 
 
-VERBS: Mapping[Any, str] = {
-    "shoulder": "lower",
-    "turn": "turn",
-    "drill": "drill",
-    "slug": "bore and fill",
-    "add": "build up",
-}
-
-
 def _correction(correction: Values, units: Units) -> str:
-    what = VERBS[correction["kind"]]
+    what = verb(correction)
     if correction.get("diameter_mm") is not None:
         what += f" ⌀{units.of_length(correction['diameter_mm'])}"
     where = [f"face {correction['face']}"] if correction["face"] is not None else []

@@ -14,6 +14,7 @@ import numpy as np
 from autobalance import job as jobs
 from autobalance.balancing import engine_from_job, measured_crank, rotor_from_job, uncertainty_budget
 from autobalance.balancing.chordal_correction import FacetCorrection
+from autobalance.correction import KINDS
 from autobalance.crank.anatomy import Anatomy, MainJournal, Pin, Throw
 from autobalance.engine.balance_factor import bob_weight_moments
 from autobalance.engine.force_values import force_values
@@ -514,9 +515,16 @@ def _pressed_in(claims: Claims) -> Moments:
     total = Moments.zero()
     for values in claims.get("corrections", list):
         part = Claims(claims.name, values)
-        if part.get("kind", str) == "slug":
-            total = total + Moments.point(part.get("slug_mass_g", float), part.array("slug_centre_mm", (3,)))
+        keys = _keys_of_pressed_in(part)
+        if keys is not None:
+            total = total + Moments.point(part.get(keys[0], float), part.array(keys[1], (3,)))
     return total
+
+
+def _keys_of_pressed_in(correction: Claims) -> tuple[str, str] | None:
+    """Return the keys of mass and centre of what a correction presses in, if it does."""
+    kind = KINDS.get(correction.get("kind", str))
+    return None if kind is None else kind.pressed_in
 
 
 def _check_after(claims: Claims, job: Job, anatomy: Anatomy, crank: Moments, after: Moments) -> None:
@@ -530,8 +538,8 @@ def _check_after(claims: Claims, job: Job, anatomy: Anatomy, crank: Moments, aft
         else:
             claims.near(f"balance_factor.{key}", factor, 10.0)
     change = (after.polar_inertia_g_mm2 - crank.polar_inertia_g_mm2) / 1000.0
-    slugs = any(values.get("kind") == "slug" for values in claims.get("corrections", list))
-    if not slugs:  # a slug's own inertia is not in the report
+    parts = [Claims(claims.name, values) for values in claims.get("corrections", list)]
+    if not any(map(_keys_of_pressed_in, parts)):  # its own inertia is not in the report
         claims.near("inertia_change_kg_mm2", change, crank.polar_inertia_g_mm2 / 1000.0)
 
 

@@ -40,7 +40,7 @@ def work(solid: Solid, anatomy: Anatomy, face: Face) -> Workpiece:
 def test_planned_effect_is_what_the_solid_gains(faces: str | tuple[str], placement: Array) -> None:
     solid, anatomy = make_crank([0.0], placement=placement)
     face = web_face(solid, anatomy, 1, 0)
-    offer = add.offer(work(solid, anatomy, face), AddLimits(faces=faces), 0)  # type: ignore[arg-type]
+    offer = add.KIND.offer(work(solid, anatomy, face), AddLimits(faces=faces), 0)  # type: ignore[arg-type]
     (cut,) = offer.cuts
     assert cut.adds_metal
     assert cut.max_depth_mm == 10.0
@@ -59,7 +59,7 @@ def test_planned_effect_is_what_the_solid_gains(faces: str | tuple[str], placeme
 def test_a_whole_face_gives_its_area() -> None:
     solid, anatomy = make_crank([0.0])
     face = web_face(solid, anatomy, 1, 0)
-    (cut,) = add.offer(work(solid, anatomy, face), AddLimits(faces=("w1",)), 0).cuts
+    (cut,) = add.KIND.offer(work(solid, anatomy, face), AddLimits(faces=("w1",)), 0).cuts
     assert_allclose(
         cut.effect(2.0).mass_g, STEEL * 2.0 * face.area_mm2, rtol=1e-3
     )  # it keeps a few µm inside its edges
@@ -69,7 +69,7 @@ def test_growth_keeps_clear_of_the_next_web() -> None:
     solid, anatomy = make_crank([0.0])
     face = web_face(solid, anatomy, 1, 1)  # towards the other web, a crankpin's width of 24 mm away
     limits = AddLimits(faces=("w1",), max_depth_mm=40.0, min_wall_mm=3.0)
-    (cut,) = add.offer(work(solid, anatomy, face), limits, 0).cuts
+    (cut,) = add.KIND.offer(work(solid, anatomy, face), limits, 0).cuts
     assert cut.max_depth_mm == pytest.approx(21.0, abs=1e-6)
     assert cut.limit == "the clearance of 3 mm over the face"
 

@@ -7,17 +7,8 @@ import pytest
 from numpy.typing import NDArray
 
 from autobalance.correction.kind import Workpiece
-from autobalance.correction.shoulder import (
-    Patch,
-    ShoulderCut,
-    ShoulderLimits,
-    auto_patches,
-    chosen_patches,
-    cuts,
-    offer,
-    sector,
-    shared_depths,
-)
+from autobalance.correction.patches import Patch, auto_patches, chosen_patches, sector
+from autobalance.correction.shoulder import KIND, ShoulderCut, ShoulderLimits, cuts, shared_depths
 from autobalance.crank.anatomy import Anatomy, Face, MainJournal, Pin, Throw, Web
 from autobalance.errors import CorrectionError
 from autobalance.solid.csg.solid import Region, Solid
@@ -207,12 +198,12 @@ def work(solid: Solid, faces: tuple[Face, ...], heavy: tuple[float, float]) -> W
 def test_auto_takes_the_heavy_side_beyond_the_axis() -> None:
     disc = Solid.prism(Region.circle(30.0, 360), 0.0, 20.0)
     piece = work(disc, (face_at(disc.mesh, UP, 20.0),), (-300.0, 10.0))
-    (cut,) = offer(piece, ShoulderLimits(), 0).cuts
+    (cut,) = KIND.offer(piece, ShoulderLimits(), 0).cuts
     half = disc.section(10.0) & Region.rectangle([-40.0, -40.0], [0.0, 40.0])
     assert -cut.effect(1.0).mass_g == pytest.approx(RHO * half.area_mm2, rel=1e-3)
     assert cut.effect(1.0).first_g_mm[0] > 0.0
     assert abs(cut.effect(1.0).first_g_mm[1]) < 1e-6  # snapped to the throw's direction
-    left, right = offer(piece, ShoulderLimits(), 2).cuts
+    left, right = KIND.offer(piece, ShoulderLimits(), 2).cuts
     together = left.effect(1.0) + right.effect(1.0)
     assert together.mass_g == pytest.approx(cut.effect(1.0).mass_g, rel=1e-6)
 
@@ -236,7 +227,7 @@ def test_auto_prefers_metal_that_stands_far_out() -> None:
 def test_auto_finds_nothing_on_the_light_side_only() -> None:
     block = Solid.box(np.array([5.0, -20.0, 0.0]), np.array([40.0, 20.0, 20.0]))
     piece = work(block, (face_at(block.mesh, UP, 20.0),), (-300.0, 0.0))
-    assert offer(piece, ShoulderLimits(), 1).cuts == ()
+    assert KIND.offer(piece, ShoulderLimits(), 1).cuts == ()
 
 
 def test_faces_are_picked_by_id_and_by_point() -> None:

@@ -11,6 +11,7 @@ import numpy as np
 import pytest
 
 from autobalance import job
+from autobalance.correction import KINDS
 from autobalance.correction.add import AddLimits
 from autobalance.correction.drill import DrillLimits
 from autobalance.correction.shoulder import ShoulderLimits
@@ -171,8 +172,8 @@ def test_methods_may_be_mixed() -> None:
 
 
 def test_every_method_is_enough_by_itself() -> None:
-    for name, kind in limits.KINDS.items():
-        assert parsed(put("correction.method", name)).methods == (kind(),)
+    for name, kind in KINDS.items():
+        assert parsed(put("correction.method", name)).methods == (kind.limits(),)
 
 
 def test_added_metal_shares_the_keys_of_the_top_level() -> None:
@@ -384,9 +385,9 @@ def test_wrong_jobs_name_the_key(name: str) -> None:
     assert "\n" not in str(caught.value)
 
 
-def test_a_method_that_is_not_there_yet_says_so(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(limits, "KINDS", {"shoulder": ShoulderLimits})
-    with pytest.raises(JobError, match="'drill' is not there yet; this version has: shoulder"):
+def test_a_method_that_is_not_there_says_so(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(limits, "KINDS", {"shoulder": KINDS["shoulder"]})
+    with pytest.raises(JobError, match="'drill'; must be 'shoulder'"):
         parsed(put("correction.method", ["shoulder", "drill"]))
 
 

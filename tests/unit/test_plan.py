@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 
 from autobalance.correction.kind import Correction, SharedDepth
+from autobalance.correction.room import Room
 from autobalance.planning import depths as planner
 from autobalance.planning.depths import AIM, Shortfall, explain_shortfall, plan_depths, reachable_factor
 from autobalance.rigid_rotor.moments import Moments
@@ -31,6 +32,11 @@ class Column:
     least_depth_mm: float = 0.0
     depth_step_mm: float = 0.0
     adds_metal: bool = False
+    clearance_mm: float = 0.0
+
+    @property
+    def room(self) -> Room:
+        raise NotImplementedError
 
     def effect(self, depth_mm: float) -> Moments:
         mass = depth_mm + 0.5 * self.bend * depth_mm**2

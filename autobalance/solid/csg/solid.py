@@ -260,10 +260,17 @@ class Region:
                     inside ^= crosses & (points_mm[:, 0] < reach)
         return inside
 
+    def triangles(self) -> Array:
+        """Return triangles (m, 3, 2) over the region."""
+        outlines = self.polygons
+        if not outlines:
+            return np.zeros((0, 3, 2))
+        corners: Array = np.concatenate(outlines)[np.asarray(m3.triangulate(outlines))]
+        return corners
+
     def inner_point(self) -> Array:
         """Return a point (2,) inside, as far from the outline as the largest of its triangles allows."""
-        corners = np.concatenate(self.polygons)
-        a, b, c = (corners[column] for column in np.asarray(m3.triangulate(self.polygons)).T)
+        a, b, c = self.triangles().transpose(1, 0, 2)
         (ux, uy), (vx, vy) = (b - a).T, (c - a).T
         best = int(np.argmax(ux * vy - uy * vx))
         middle: Array = (a[best] + b[best] + c[best]) / 3.0

@@ -1,0 +1,90 @@
+"""The kinds of correction there are: each is entered once, and found by its name or by its limits."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import MISSING, fields, is_dataclass
+from types import MappingProxyType
+from typing import Any
+
+import numpy as np
+
+from autobalance.correction.kind import Kind, Limits, Workpiece
+from autobalance.crank.anatomy import Anatomy, Face
+from autobalance.solid.csg.solid import Solid
+
+_KINDS: dict[str, Kind[Any]] = {}
+KINDS: Mapping[str, Kind[Any]] = MappingProxyType(_KINDS)
+"""Every kind by its name, in the order in which they were entered."""
+
+
+def register(kind: Kind[Any]) -> None:
+    """Enter a kind of correction.
+
+    Raises
+    ------
+    TypeError
+        If it does not say all that `Kind` asks, or a kind of its name or limits is there already.
+    """
+    for fault in _faults(kind):
+        raise TypeError(f"{type(kind).__name__} is no kind of correction: {fault}")
+    _KINDS[kind.name] = kind
+
+
+def _faults(kind: Kind[Any]) -> Iterator[str]:
+    for text in ("name", "verb", "noun", "datum"):
+        value = getattr(kind, text, None)
+        if not isinstance(value, str) or not value.strip():
+            yield f"its {text} is {value!r}; needed a text"
+            return
+    if not kind.name.isidentifier() or kind.name != kind.name.lower():
+        yield f"its name is {kind.name!r}; needed a key of lower-case letters"
+    if kind.name in _KINDS:
+        yield f"the name {kind.name!r} is taken"
+    limits = getattr(kind, "limits", None)
+    if not (isinstance(limits, type) and issubclass(limits, Limits) and limits is not Limits):
+        yield f"its limits are {limits!r}; needed a class derived from Limits"
+        return
+    if any(other.limits is limits for other in _KINDS.values()):
+        yield f"the limits {limits.__name__} are another kind's"
+    if not is_dataclass(limits) or "__dataclass_fields__" not in vars(limits):
+        yield f"its limits {limits.__name__} are no dataclass"
+        return
+    for each in fields(limits):
+        if each.default is MISSING and each.default_factory is MISSING:
+            yield f"{limits.__name__}.{each.name} has no default; needed one, so that method alone is enough"
+    if kind.efforts < 1:
+        yield f"efforts is {kind.efforts}; needed 1 or more"
+    if kind.remedy is not None and not isinstance(kind.remedy, limits):
+        yield f"its remedy is {kind.remedy!r}; needed {limits.__name__}"
+
+
+def kind_of(limits: Limits) -> Kind[Any]:
+    """Return the kind that limits belong to."""
+    return next(kind for kind in _KINDS.values() if type(limits) is kind.limits)
+
+
+def finishing(methods: Sequence[Limits]) -> Limits:
+    """Return the limits of a kind that makes the last cuts on the machine: a job's own, else the defaults."""
+    for limits in methods:
+        if kind_of(limits).finishes:
+            return limits
+    return next(kind for kind in _KINDS.values() if kind.finishes).limits()
+
+
+def face_depths_mm(
+    solid: Solid, anatomy: Anatomy, density_g_mm3: float, faces: tuple[Face, ...], rims: Sequence[Face]
+) -> dict[str, float]:
+    """Return how deep faces and rims, by their ids, may be cut by default where metal ends that."""
+    nowhere = (0.0, np.zeros(2))
+    work = Workpiece(solid, anatomy, faces, density_g_mm3, (nowhere, nowhere))
+    depths: dict[str, float] = {}
+    for kind in _KINDS.values():
+        depths |= kind.face_depths_mm(work, rims)
+    return depths
+
+
+def mixes() -> tuple[tuple[str, ...], ...]:
+    """Return the names of the kinds that ``compare`` tries: each alone, then with those it is mixed with."""
+    alone = [(name,) for name in _KINDS]
+    return (*alone, *((name, other) for name, kind in _KINDS.items() for other in kind.mixed_with))

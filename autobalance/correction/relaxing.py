@@ -1,0 +1,37 @@
+"""Ways to widen limits that several kinds share."""
+
+from __future__ import annotations
+
+from autobalance.correction.kind import WiderLimits
+
+DEEPER = 3.0
+"""How many times deeper is tried, at most."""
+THINNER = 0.5
+"""Share of a wall that is given up, at most."""
+
+
+def deeper(max_depth_mm: float | None) -> tuple[WiderLimits, ...]:
+    """Return a greater ``max_depth_mm``, where there is one."""
+    if max_depth_mm is None:
+        return ()
+    now = max_depth_mm
+
+    def changed(share: float) -> dict[str, float]:
+        return {"max_depth_mm": now * (1.0 + share * (DEEPER - 1.0))}
+
+    def say(to: dict[str, float]) -> str:
+        return f"deeper by {to['max_depth_mm'] - now:.2g} mm (max_depth_mm = {to['max_depth_mm']:.3g})"
+
+    return (WiderLimits(changed, say),)
+
+
+def thinner(min_wall_mm: float | None) -> tuple[WiderLimits, ...]:
+    """Return a smaller ``min_wall_mm``, where there is one."""
+    if not min_wall_mm:
+        return ()
+    now = min_wall_mm
+
+    def changed(share: float) -> dict[str, float]:
+        return {"min_wall_mm": now * (1.0 - share * THINNER)}
+
+    return (WiderLimits(changed, lambda to: f"a wall of {to['min_wall_mm']:.3g} mm (min_wall_mm)"),)
