@@ -28,6 +28,7 @@ COMMANDS: dict[str, str] = {
     "machine": "what a balancing machine reads on a rotor of known unbalance, and what following it leaves",
     "grade": "balance quality grades: permissible and achieved, and the list for crank drives",
     "fem": "natural modes and static stress of a solid, by quadratic tetrahedra (extra)",
+    "bearing": "friction, oil film, stiffness and damping of a bearing; its film through a cycle",
 }
 """Name of a subcommand → what it does, in the order of the help text.
 

@@ -155,6 +155,29 @@ def over_speed(
     return _drawn(title, y_label, draw)
 
 
+def lines(
+    title: str,
+    labels: tuple[str, str],
+    curves: Sequence[Curve],
+    *,
+    equal: bool = False,
+    logarithmic: bool = False,
+) -> dict[str, bytes]:
+    """Return curves over one another; ``equal``: both axes to one scale, ``logarithmic``: both scales."""
+
+    def draw(axes: Axes) -> None:
+        for number, curve in enumerate(curves):
+            axes.plot(curve.x, curve.y, label=curve.name, **_style(number))
+        axes.set_xlabel(labels[0])
+        if equal:
+            axes.set_aspect("equal", adjustable="datalim")
+        if logarithmic:
+            axes.set_xscale("log")
+            axes.set_yscale("log")
+
+    return _drawn(title, labels[1], draw)
+
+
 def _style(number: int) -> dict[str, Any]:
     return {**STYLES[number % len(STYLES)], "linewidth": 1.4 + 1.2 * (number // len(STYLES))}
 

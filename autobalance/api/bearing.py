@@ -1,0 +1,88 @@
+"""``ab.bearing``: friction, film, stiffness and damping of a bearing, and its film through a cycle."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from autobalance.api.result import Plots, VerbResult, report_head
+
+if TYPE_CHECKING:
+    from autobalance.bearings.analysis import Analysis
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class BearingResult(VerbResult):
+    """A bearing's friction and film."""
+
+    analysis: Analysis
+
+    def text(self, units: str = "metric") -> str:
+        """Return the result as lines for people; always metric."""
+        from autobalance.report.bearing_text import bearing_text
+
+        return bearing_text(self.report)
+
+    def plots(self) -> Plots:
+        """Return the film's pressure, its orbit and the moment over the speed, as far as there are any."""
+        from autobalance.report.bearing_plots import bearing_plots
+
+        return bearing_plots(self.analysis)
+
+    def series(self) -> bytes | None:
+        """Return the orbit by angle as CSV; None without a history of loads."""
+        from autobalance.report.bearing_values import orbit_series
+
+        return orbit_series(self.analysis)
+
+    def files(self) -> Mapping[str, bytes]:
+        """Return the series of the orbit."""
+        series = self.series()
+        return {} if series is None else {"orbit.csv": series}
+
+
+def bearing(
+    bearing: str | Path | Mapping[str, Any], *, history: str | Path | Mapping[str, Any] | None = None
+) -> BearingResult:
+    """Find friction and film of a bearing.
+
+    Parameters
+    ----------
+    bearing : path or dict
+        A BEARING.toml, or its tables; files are relative to it, or to the working folder.
+    history : path or dict, optional
+        Forces of the journal on the bush through a cycle, for the film's orbit: a CSV file whose columns
+        ``[history]`` names (``x_N`` and ``y_N`` where it does not), in place of its ``file``; or arrays
+        ``angle_deg``, ``x_N`` and ``y_N``, each (n,).
+
+    Returns
+    -------
+    BearingResult
+        ``report`` is what ``autobalance bearing --json`` writes.
+
+    Raises
+    ------
+    FileError
+        If a file cannot be read.
+    JobError
+        If something in it is unknown, missing, of the wrong type or impossible.
+
+    Examples
+    --------
+    >>> dry = bearing({"kind": "dry", "diameter_mm": 20.0, "load_N": 25.01, "mu": 0.1})
+    >>> round(dry.report["friction"]["moment_N_m"], 6)
+    0.024886
+    """
+    from autobalance.bearings.analysis import analyse
+    from autobalance.job.bearing_file import load_bearing, parse_bearing
+    from autobalance.report.bearing_values import bearing_values
+
+    if isinstance(bearing, Mapping):
+        file = parse_bearing(bearing, history=history)
+    else:
+        file = load_bearing(bearing, history)
+    analysis = analyse(file.case, file.speeds_rad_s)
+    values = bearing_values(file.kind, file.described, file.speeds_rpm, analysis)
+    return BearingResult({**report_head("bearing"), **values}, analysis)

@@ -1,0 +1,219 @@
+"""The path of a journal in its film through a cycle of loads: Booker's mobility method, periodic.
+
+Any number of bearings, speeds and loads go through at once: a case is a column. The journal's mass does not
+count; the film is the short bearing's, positive pressure only.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+from scipy.integrate import solve_ivp
+
+from autobalance.bearings.loads import Array
+from autobalance.bearings.mobility import NEAREST, Polar, squeeze_velocity
+from autobalance.bearings.unit_film import CONTACT
+
+SETTLED = 2e-5
+"""Change of the eccentricity ratio from one cycle to the next that counts as none."""
+MOST_TURNS = 120
+"""Turns after which an orbit that still changes is said not to repeat."""
+ACCURACY = 1e-6
+"""Of the eccentricity ratio in one step of the integration."""
+
+
+@dataclass(frozen=True, eq=False)
+class Orbits:
+    """Paths of journals in their films over one cycle.
+
+    Angles (n,), places (n, k, 2) in the clearance, in the axes of the force; ``turns_to_settle`` (k,) is 0
+    where the path does not repeat, ``contact`` (k,) whether it comes nearer than ``CONTACT``.
+    """
+
+    angle_rad: Array
+    eccentricity: Array
+    clearance_m: Array
+    moment_N_m: Array
+    """Friction on the journal by angle (n, k)."""
+    turns_to_settle: npt.NDArray[np.int64]
+
+    def case(self, number: int) -> Orbits:
+        """Return one case alone."""
+        one = slice(number, number + 1)
+        return Orbits(
+            self.angle_rad,
+            self.eccentricity[:, one],
+            self.clearance_m[one],
+            self.moment_N_m[:, one],
+            self.turns_to_settle[one],
+        )
+
+    @property
+    def ratio(self) -> Array:
+        """Eccentricity ratio (n, k)."""
+        return np.asarray(np.hypot(self.eccentricity[..., 0], self.eccentricity[..., 1]))
+
+    @property
+    def film_m(self) -> Array:
+        """Least film at each angle (n, k)."""
+        return self.clearance_m * (1.0 - self.ratio)
+
+    @property
+    def least_film_m(self) -> Array:
+        """Least film of the cycle (k,)."""
+        return np.asarray(self.film_m.min(axis=0))
+
+    @property
+    def least_at_rad(self) -> Array:
+        """Angle of the least film (k,)."""
+        return np.asarray(self.angle_rad[self.film_m.argmin(axis=0)])
+
+    @property
+    def mean_moment_N_m(self) -> Array:
+        """Mean friction over the angle (k,)."""
+        return np.asarray(self.moment_N_m.mean(axis=0))
+
+    @property
+    def contact(self) -> npt.NDArray[np.bool_]:
+        """Whether the film breaks (k,)."""
+        return np.asarray(self.ratio.max(axis=0) > CONTACT)
+
+
+def film_orbits(
+    angle_rad: npt.ArrayLike,
+    force_N: npt.ArrayLike,
+    speed_rad_s: npt.ArrayLike,
+    viscosity_Pa_s: npt.ArrayLike,
+    diameter_m: npt.ArrayLike,
+    length_m: npt.ArrayLike,
+    clearance_m: npt.ArrayLike,
+    bush_speed_rad_s: npt.ArrayLike = 0.0,
+) -> Orbits:
+    """Return the periodic orbits of journals under loads by angle.
+
+    Parameters
+    ----------
+    angle_rad : (n,) float
+        In equal steps from the first one through one whole cycle, its end not repeated [rad].
+    force_N : (n, 2) or (n, k, 2) float
+        Of the journal on the bush, linear between angles, in axes that do not turn [N].
+    speed_rad_s : float or (k,)
+        Of the journal, positive in the sense from x to y [rad/s].
+    viscosity_Pa_s, diameter_m, length_m, clearance_m : float or (k,)
+        Dynamic viscosity [Pa·s]; journal diameter, bearing length, radial clearance [m]; positive.
+    bush_speed_rad_s : float or (k,)
+        Of the bush about its own axis, in the same axes: the mean one of a rod [rad/s].
+
+    Returns
+    -------
+    Orbits
+
+    References
+    ----------
+    .. [1] J. F. Booker, J. Basic Eng. 87 (1965) 537-546.
+    """
+    angle = np.asarray(angle_rad, dtype=float)
+    force = np.asarray(force_N, dtype=float)
+    force = force[:, None, :] if force.ndim == 2 else force
+    shape = force.shape[1:2]
+    speed, viscosity, diameter, length, clearance, bush = (
+        np.broadcast_to(np.asarray(each, dtype=float), shape)
+        for each in (speed_rad_s, viscosity_Pa_s, diameter_m, length_m, clearance_m, bush_speed_rad_s)
+    )
+    radius = 0.5 * diameter
+    unit = viscosity * speed * radius * length**3 / clearance**2
+    motion = _Motion(angle, force / unit[:, None], 0.5 * (1.0 + bush / speed))
+    path, turns = _periodic(motion)
+    petroff = 2.0 * np.pi * viscosity * (speed - bush) * radius**3 * length / clearance
+    pull = path[..., 1] * force[..., 0] - path[..., 0] * force[..., 1]
+    ratio = np.minimum(np.hypot(path[..., 0], path[..., 1]), NEAREST)
+    moment = petroff / np.sqrt(1.0 - ratio**2) + 0.5 * clearance * pull
+    return Orbits(angle, path, clearance, moment, turns)
+
+
+@dataclass(frozen=True, eq=False)
+class _Motion:
+    """Forces in the film's unit (n, k, 2) over angles (n,); the surfaces' mean speed over Ω (k,)."""
+
+    angle: Array
+    force: Array
+    mean_speed: Array
+
+    @property
+    def step(self) -> float:
+        return float(self.angle[1] - self.angle[0])
+
+    def of(self, cases: npt.NDArray[np.int64]) -> _Motion:
+        """Return some of the cases."""
+        return _Motion(self.angle, self.force[:, cases], self.mean_speed[cases])
+
+
+def _rate(motion: _Motion) -> Callable[[float, Array], Array]:
+    """Return dε/dθ of states (2 k,) at an angle from the first one.
+
+    Each search for the squeeze velocity begins at the one before.
+    """
+    before: tuple[Array, Array] | None = None
+
+    def rate(angle: float, state: Array) -> Array:
+        nonlocal before
+        x, y = state.reshape(2, -1)
+        place = angle / motion.step
+        row = int(place)
+        share, count = place - row, len(motion.angle)
+        force = (1.0 - share) * motion.force[row % count] + share * motion.force[(row + 1) % count]
+        ratio = np.hypot(x, y)
+        safe = np.where(ratio > 0.0, ratio, 1.0)
+        line = np.where(ratio > 0.0, x / safe, 1.0), y / safe
+        guess = None if before is None else _turned(before, (line[0], -line[1]))
+        polar = _turned((force[:, 0], force[:, 1]), (line[0], -line[1]))
+        before = _turned(squeeze_velocity(ratio, polar, guess), line)
+        return np.concatenate([before[0] - motion.mean_speed * y, before[1] + motion.mean_speed * x])
+
+    return rate
+
+
+def _turned(vector: Polar, by: Polar) -> Polar:
+    """Return vectors turned by the angles of unit vectors."""
+    return vector[0] * by[0] - vector[1] * by[1], vector[0] * by[1] + vector[1] * by[0]
+
+
+def _periodic(motion: _Motion) -> tuple[Array, npt.NDArray[np.int64]]:
+    """Go round until every path repeats; return the paths (n, k, 2) and the turns each took."""
+    count, cases = motion.force.shape[:2]
+    path = np.zeros((count, cases, 2))
+    turns = np.zeros(cases, dtype=np.int64)
+    start = np.zeros((2, cases))
+    left = np.arange(cases)
+    each = max(round(count * motion.step / (2.0 * np.pi)), 1)
+    for done in range(each, MOST_TURNS + 1, each):
+        passed, end = _cycle(motion.of(left), start[:, left])
+        path[:, left] = passed
+        change = np.hypot(*(end - start[:, left]))
+        start[:, left] = end
+        turns[left[change < SETTLED]] = done
+        left = left[change >= SETTLED]
+        if not len(left):
+            break
+    return path, turns
+
+
+def _cycle(motion: _Motion, start: Array) -> tuple[Array, Array]:
+    """Return one cycle's path (n, k, 2) and its end (2, k)."""
+    count, cases = motion.force.shape[:2]
+    end = count * motion.step
+    accuracy = ACCURACY / np.sqrt(2.0 * cases)  # the solver's measure is a mean over all cases
+    found = solve_ivp(
+        _rate(motion),
+        (0.0, end),
+        start.ravel(),
+        t_eval=np.append(np.arange(count) * motion.step, end),
+        rtol=1e-13,
+        atol=accuracy,
+        first_step=1e-3 * motion.step,
+    )
+    states = found.y.reshape(2, cases, count + 1)
+    return np.moveaxis(states[..., :-1], (0, 1, 2), (2, 1, 0)), states[..., -1]
