@@ -17,6 +17,7 @@ PUBLIC = {
     "Crank": "api.crank",
     "Job": "job.model",
     "balance": "api.balance",
+    "bearing": "api.bearing",
     "compare": "api.compare",
     "crank_from_mesh": "api.crank",
     "cycle": "api.cycle",
@@ -38,6 +39,7 @@ PUBLIC = {
 if TYPE_CHECKING:
     from autobalance.api.balance import BalanceResult as BalanceResult
     from autobalance.api.balance import balance as balance
+    from autobalance.api.bearing import bearing as bearing
     from autobalance.api.compare import compare as compare
     from autobalance.api.crank import Crank as Crank
     from autobalance.api.crank import crank_from_mesh as crank_from_mesh
