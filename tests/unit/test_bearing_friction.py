@@ -34,7 +34,7 @@ def test_means_are_those_of_the_turn(constant: float, rotating: float) -> None:
     def power(exponent: float) -> float:
         def force(angle: float) -> float:
             square = constant**2 + rotating**2 + 2.0 * constant * rotating * math.cos(angle)
-            return math.pow(square, 0.5 * exponent)
+            return math.pow(max(square, 0.0), 0.5 * exponent)
 
         return float(quad(force, 0.0, math.pi, epsabs=1e-13, limit=400)[0]) / math.pi
 
