@@ -7,6 +7,8 @@ CANDIDATES := $(PYTHON) python3 python3.14 python3.13 python3.12 python3.11 pyth
 PIP_FLAGS := --quiet --disable-pip-version-check
 OUTPUT := demo-output
 FUZZ := 3000
+# tests that run side by side; each needs about 1 GB
+WORKERS := 2
 
 .PHONY: help demo test quick lint fuzz bench ci clean
 
@@ -26,12 +28,13 @@ demo: $(VENV)/.installed
 
 test: $(VENV)/.installed-dev
 	@script/test-tools
-	@echo "==> running every test"
-	@$(VENV)/bin/python -m pytest -q
+	@echo "==> running every test, $(WORKERS) at a time, then those that measure time, one by one"
+	@$(VENV)/bin/python -m pytest -q -n $(WORKERS) --dist worksteal -m "not timing" --durations 20
+	@$(VENV)/bin/python -m pytest -q -m timing
 
 quick: $(VENV)/.installed-dev
 	@echo "==> running the quick tests"
-	@$(VENV)/bin/python -m pytest -q -m "not slow"
+	@$(VENV)/bin/python -m pytest -q -n $(WORKERS) --dist worksteal -m "not slow and not timing"
 
 lint: $(VENV)/.installed-dev
 	@echo "==> ruff check, ruff format --check, mypy --strict, lint-imports"

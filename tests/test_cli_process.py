@@ -20,6 +20,7 @@ def environment(**more: str) -> dict[str, str]:
     return {**os.environ, "PYTHONPATH": str(jobs.ROOT), **more}
 
 
+@pytest.mark.timing
 @pytest.mark.parametrize(
     "arguments", [["--help"], ["--version"], ["balance", "--help"], ["inspect", "--help"]]
 )

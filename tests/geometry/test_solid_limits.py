@@ -136,6 +136,7 @@ CLAIMS = {
 }
 
 
+@pytest.mark.timing
 @pytest.mark.parametrize("name", CLAIMS)
 def test_a_claim_costs_neither_memory_nor_time(name: str) -> None:
     kind, data, message = CLAIMS[name]

@@ -84,6 +84,7 @@ def test_png_decodes_to_the_same_pixels() -> None:
     assert np.array_equal(np.cumsum(rows[:, 1:], axis=0, dtype=np.uint8).reshape(7, 5, 3), image)
 
 
+@pytest.mark.timing
 @pytest.mark.slow
 def test_a_hundred_thousand_triangles_take_no_more_than_a_second() -> None:
     angle = np.linspace(0.0, 2.0 * np.pi, 250, endpoint=False)

@@ -219,6 +219,7 @@ def test_a_hundred_holes_are_rounded_to_steps() -> None:
     assert_rules_are_kept(offer, plan.depths_mm)
 
 
+@pytest.mark.timing
 @pytest.mark.slow
 @pytest.mark.parametrize(("diameters_mm", "worst_s"), [([10.0], 0.5), ([8.0, 10.0, 12.0], 3.0)])
 def test_planning_time(diameters_mm: list[float], worst_s: float) -> None:
