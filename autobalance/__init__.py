@@ -28,6 +28,7 @@ PUBLIC = {
     "influence": "api.influence",
     "init": "api.init",
     "inspect": "api.inspect",
+    "orders": "api.orders",
     "parts": "api.parts",
     "read_crank": "api.crank",
     "read_job": "api.job",
@@ -53,6 +54,7 @@ if TYPE_CHECKING:
     from autobalance.api.init import init as init
     from autobalance.api.inspect import inspect as inspect
     from autobalance.api.job import read_job as read_job
+    from autobalance.api.orders import orders as orders
     from autobalance.api.parts import parts as parts
     from autobalance.api.shafts import shafts as shafts
     from autobalance.api.verify import verify as verify

@@ -29,6 +29,7 @@ COMMANDS: dict[str, str] = {
     "grade": "balance quality grades: permissible and achieved, and the list for crank drives",
     "fem": "natural modes and static stress of a solid, by quadratic tetrahedra (extra)",
     "bearing": "friction, oil film, stiffness and damping of a bearing; its film through a cycle",
+    "orders": "a recorded signal: spectrum, orders, natural frequencies, bearings, and what may cause them",
 }
 """Name of a subcommand → what it does, in the order of the help text.
 

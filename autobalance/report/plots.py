@@ -6,7 +6,7 @@ matplotlib draws them; it comes with the extra ``plots`` and is imported only wh
 from __future__ import annotations
 
 import io
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
@@ -182,6 +182,11 @@ def _style(number: int) -> dict[str, Any]:
     return {**STYLES[number % len(STYLES)], "linewidth": 1.4 + 1.2 * (number // len(STYLES))}
 
 
+def drawn(title: str, y_label: str, draw: Callable[[Axes], None]) -> dict[str, bytes]:
+    """Return whatever ``draw`` puts on the axes, in the style of all plots."""
+    return _drawn(title, y_label, draw)
+
+
 def _drawn(title: str, y_label: str, draw: Any) -> dict[str, bytes]:
     """Return the plot as the bytes of its files, by their endings; the same from run to run."""
     try:
@@ -200,7 +205,8 @@ def _drawn(title: str, y_label: str, draw: Any) -> dict[str, bytes]:
         axes.set_ylabel(y_label)
         axes.grid(visible=True, color="0.85")
         axes.set_axisbelow(True)
-        axes.legend(loc="best", fontsize="small")
+        if axes.get_legend_handles_labels()[0]:
+            axes.legend(loc="best", fontsize="small")
         for ending, metadata in (("svg", {"Date": None}), ("png", {"Software": None})):
             buffer = io.BytesIO()
             figure.savefig(buffer, format=ending, dpi=PIXELS_PER_INCH, metadata=metadata)

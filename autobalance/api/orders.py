@@ -1,0 +1,277 @@
+"""``ab.orders``: spectrum, orders, natural frequencies and sources of a recorded signal."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from autobalance.api.result import Plots, Values, VerbResult, report_head
+from autobalance.errors import FormatError
+
+if TYPE_CHECKING:
+    from numpy.typing import ArrayLike
+
+    from autobalance.job import Job
+    from autobalance.signal.analysis import Analysis, Question
+    from autobalance.signal.bearing import Bearing
+    from autobalance.signal.record import Channel, Record
+    from autobalance.signal.sources import Source
+
+Progress = Callable[[str, float], object]
+BEARING_KEYS = ("balls", "ball", "pitch", "contact", "speed")
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class OrdersResult(VerbResult):
+    """What a record holds; with the analysis itself, for plots and the page."""
+
+    analysis: Analysis | None = field(default=None)
+
+    def text(self, units: str = "metric") -> str:
+        """Return the analysis as lines for people; always metric."""
+        from autobalance.report.orders_text import orders_text
+
+        return orders_text(self.report)
+
+    def plots(self) -> Plots:
+        """Return spectrum, waterfall, order map, cuts, and the envelope and circles that were asked for."""
+        from autobalance.report.orders_plots import orders_plots
+
+        return {} if self.analysis is None else orders_plots(self.analysis, self.report)
+
+    def files(self) -> Mapping[str, bytes]:
+        """Return ``orders.html``: a page with the record to zoom into."""
+        from autobalance.report.orders_page import orders_page
+
+        return (
+            {} if self.analysis is None else {"orders.html": orders_page(self.analysis, self.report).encode()}
+        )
+
+    def reading(self, order: float = 1.0) -> list[float]:
+        """Return an order's amplitude and phase [°] as ``influence`` takes them: ``phases = "same"``.
+
+        The phase counts from the tacho's first pulse, so the tacho must give one pulse a turn for two records
+        to count from the same place of the shaft.
+
+        Raises
+        ------
+        FormatError
+            If the record has no such order, or counts its angle from anywhere else than one pulse a turn.
+        """
+        speed = self.report["speed"]
+        once = speed["source"] == "tacho" and self.report["input"]["pulses_per_rev"] == 1
+        if not once:
+            raise FormatError(
+                "a reading for influence needs a tacho with one pulse a turn: its phase counts from there"
+            )
+        for row in self.report["orders"]:
+            if row["order"] == order and row["amplitude"] is not None:
+                return [row["amplitude"], row["phase_deg"]]
+        raise FormatError(f"order {order:g} is none of the record's")
+
+
+def orders(
+    record: str | Path | Mapping[str, ArrayLike],
+    other: str | Path | Mapping[str, ArrayLike] | None = None,
+    *,
+    channel: str | None = None,
+    sample_rate: float | None = None,
+    calibration: Mapping[str, float | str] | None = None,
+    speed_rpm: float | None = None,
+    tacho: str | None = None,
+    pulses_per_rev: int = 1,
+    threshold: float | None = None,
+    window: str = "hann",
+    max_order: float = 12.0,
+    peaks: int = 20,
+    natural: bool = False,
+    excitation: str | None = None,
+    frequencies: Sequence[float] | None = None,
+    bearing: Mapping[str, float] | None = None,
+    band: tuple[float, float] | None = None,
+    axes: tuple[str, str] | None = None,
+    job: str | Path | Job | None = None,
+    progress: Progress = lambda _words, _share: None,
+) -> OrdersResult:
+    """Find what a recorded signal holds, and what may cause it.
+
+    Parameters
+    ----------
+    record, other : path or mapping
+        A CSV, WAV, MATLAB, TDMS or UFF58 file; or header → samples, with ``sample_rate``. A second one is
+        compared with the first.
+    channel : str or None
+        Which; needed where there are several that are no tacho.
+    sample_rate : float or None
+        Where the record has none [Hz].
+    calibration : mapping
+        Channel → factor, or its sensitivity as text: ``"100 mV/g"`` of a channel in V.
+    speed_rpm, tacho, pulses_per_rev, threshold
+        A constant speed, or the channel with pulses, how many a turn, and the level that they rise through.
+        Neither: the speed that the record's own orders tell.
+    window : str
+        hann, hamming, blackman, flattop or rect.
+    max_order, peaks
+        Highest order; how many peaks of the spectrum.
+    natural, excitation
+        Natural frequencies from a run-up or sweep; from the transfer function where the force was recorded.
+    frequencies : sequence of float or None
+        Whose crossings with orders are wanted [Hz]; default: the natural ones found.
+    bearing : mapping or None
+        ``balls``, ``ball`` and ``pitch`` diameters, ``contact`` [°], ``speed`` of its shaft over the crank's.
+    band : pair or None
+        Of the envelope [Hz]; default the one with the most peaked envelope.
+    axes : pair of str or None
+        X and Y: forward and backward circles of order 1.
+    job : path, Job or None
+        The engine that was recorded, for the sources.
+    progress : callable
+        Told words and the share done; may raise to stop.
+
+    Returns
+    -------
+    OrdersResult
+
+    Raises
+    ------
+    FormatError, FileError
+        If a file or an option is impossible.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> t = np.arange(4000) / 2000.0
+    >>> result = orders({"accel_g": 0.5 * np.cos(2 * np.pi * 25.0 * t)}, sample_rate=2000.0, speed_rpm=1500)
+    >>> [round(row["amplitude"], 9) for row in result.report["orders"][:3]]
+    [0.0, 0.5, 0.0]
+    """
+    from autobalance.report.orders_values import orders_values
+    from autobalance.signal.analysis import Question, analyse
+
+    question = Question(
+        channel=channel, speed_rpm=speed_rpm, tacho=tacho, pulses_per_rev=pulses_per_rev, threshold=threshold,
+        window=window, max_order=max_order, peaks=peaks, natural=natural, excitation=excitation,
+        frequencies_hz=None if frequencies is None else tuple(map(float, frequencies)),
+        bearing=None if bearing is None else _bearing(bearing), band_hz=band, axes=axes,
+    )  # fmt: skip
+    progress("reading the record", 0.0)
+    first = _record(record, sample_rate, calibration)
+    second = None if other is None else _record(other, sample_rate, calibration)
+    progress("analysing", 0.3)
+    found = analyse(first, question)
+    compared = None if second is None else analyse(second, question)
+    sources = _sources(question, job, found, progress)
+    given = _input(question, first, second, sample_rate, calibration, job, bearing)
+    return OrdersResult(
+        {**report_head("orders"), "input": given, **orders_values(found, sources, compared)}, analysis=found
+    )
+
+
+def _record(
+    given: str | Path | Mapping[str, ArrayLike],
+    sample_rate: float | None,
+    calibration: Mapping[str, float | str] | None,
+) -> Record:
+    from autobalance.signal.formats import read
+    from autobalance.signal.record import Record
+    from autobalance.signal.sensitivity import calibration_factor
+
+    if isinstance(given, Mapping):
+        record = Record("arrays", "arrays", _channels(given, sample_rate))
+    else:
+        record = read(given, sample_rate)
+    factors = {
+        name: calibration_factor(name, value, record.channel(name).unit)
+        for name, value in (calibration or {}).items()
+    }
+    return record.calibrated(factors)
+
+
+def _channels(given: Mapping[str, ArrayLike], sample_rate: float | None) -> tuple[Channel, ...]:
+    import numpy as np
+
+    from autobalance.signal.formats import agreed_rate
+    from autobalance.signal.header import named
+    from autobalance.signal.record import Channel
+
+    rate = agreed_rate("a mapping of samples", None, sample_rate)
+    found = []
+    for header, samples in given.items():
+        values = np.asarray(samples)
+        if values.ndim != 1 or values.size < 2 or values.dtype.kind not in "iuf":
+            raise FormatError(f"channel {header!r} is no list of numbers longer than 1")
+        found.append(Channel(*named(header), rate, values, header=header))
+    if not found:
+        raise FormatError("the record holds no channel")
+    return tuple(found)
+
+
+def _bearing(given: Mapping[str, float]) -> Bearing:
+    import math
+
+    from autobalance.signal.bearing import Bearing
+
+    for key in given:
+        if key not in BEARING_KEYS:
+            raise FormatError(f"bearing: {key} is an unknown key; known: {', '.join(BEARING_KEYS)}")
+    for key in BEARING_KEYS[:3]:
+        if key not in given:
+            raise FormatError(f"bearing: {key} is missing")
+    if float(given["balls"]) % 1.0:
+        raise FormatError(f"bearing: balls is {given['balls']:g}; must be a whole number")
+    return Bearing(
+        int(given["balls"]), float(given["ball"]), float(given["pitch"]),
+        math.radians(float(given.get("contact", 0.0))), float(given.get("speed", 1.0)),
+    )  # fmt: skip
+
+
+def _sources(
+    question: Question, job: str | Path | Job | None, found: Analysis, progress: Progress
+) -> list[Source]:
+    from autobalance.signal.sources import bearing_sources, shaft_source
+
+    known = [] if question.bearing is None else bearing_sources(question.bearing)
+    if job is None:
+        return [shaft_source(), *known]
+    progress("measuring the job's crank", 0.6)
+    from autobalance.balancing.order_sources import engine_sources
+
+    turning = found.speed.turning
+    speed_rpm = None if turning is None else turning.mean_rpm
+    return engine_sources(_job(job), speed_rpm, question.max_order) + known
+
+
+def _job(given: str | Path | Job) -> Job:
+    from autobalance.job import load
+
+    return load(Path(given)) if isinstance(given, str | Path) else given
+
+
+def _input(
+    question: Question, first: Record, second: Record | None, sample_rate: float | None,
+    calibration: Mapping[str, float | str] | None, job: str | Path | Job | None,
+    bearing: Mapping[str, float] | None,
+) -> Values:  # fmt: skip
+    return {
+        "record": first.file,
+        "record_b": None if second is None else second.file,
+        "channel": question.channel,
+        "sample_rate": sample_rate,
+        "calibration": dict(calibration or {}),
+        "speed_rpm": question.speed_rpm,
+        "tacho": question.tacho,
+        "pulses_per_rev": question.pulses_per_rev if question.tacho is not None else None,
+        "threshold": question.threshold,
+        "window": question.window,
+        "max_order": question.max_order,
+        "peaks": question.peaks,
+        "natural": question.natural,
+        "excitation": question.excitation,
+        "frequencies": None if question.frequencies_hz is None else list(question.frequencies_hz),
+        "bearing": None if bearing is None else {"contact": 0.0, "speed": 1.0, **bearing},
+        "band": None if question.band_hz is None else list(question.band_hz),
+        "axes": None if question.axes is None else list(question.axes),
+        "job": str(job) if isinstance(job, str | Path) else None,
+    }

@@ -1,0 +1,267 @@
+"""Plots of a record: spectrum, orders, waterfall, order map, cuts, envelope, circles."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from autobalance.report.plots import drawn
+from autobalance.signal.analysis import Analysis
+from autobalance.signal.maps import Map, OrderCut, order_cuts, order_map, waterfall
+from autobalance.signal.record import Array, Channel
+from autobalance.signal.sines import amplitude_spectrum
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+
+Values = dict[str, Any]
+Files = dict[str, dict[str, bytes]]
+SHOWN_SAMPLES = 1 << 21
+CUTS = 4
+SHOWN_SHARE = 0.02
+"""An order below this share of the strongest is not drawn: its phase is noise."""
+DECADES = 3.0
+"""Of amplitude that a map shows, from its greatest down."""
+ANGLES = np.linspace(0.0, 2.0 * np.pi, 181)
+DOTTED: dict[str, Any] = {"color": "0.5", "linestyle": ":", "linewidth": 1.0}
+
+
+def orders_plots(found: Analysis, values: Values) -> Files:
+    """Return every plot that the record allows, by name."""
+    unit = f" [{found.channel.unit}]" if found.channel.unit else ""
+    label = f"{found.channel.name}{unit}"
+    made: Files = {"spectrum": _spectrum(found, values, label)}
+    turning = found.speed.turning
+    top = _top_hz(found)
+    fall = waterfall(found.channel, found.question.window, top, turning)
+    made["waterfall"] = _waterfall(fall, label, found, values)
+    if turning is not None and found.lines is not None:
+        made["orders"] = _orders(values, label)
+        mapped = order_map(found.channel, turning, _max_order(found))
+        if mapped is not None:
+            made["order-map"] = _order_map(mapped, label)
+        cuts = order_cuts(found.channel, turning, _max_order(found))
+        strongest = _strongest(cuts)
+        if len(cuts) and len(cuts[0].times_s) > 3:
+            made |= _cuts(strongest, label, steady=found.speed.is_steady)
+    if found.envelope is not None:
+        made["envelope"] = _envelope(found, values, label)
+    if values["axes"] is not None:
+        made["full-spectrum"] = _full_spectrum(found, values)
+    return made
+
+
+def _strongest(cuts: list[OrderCut]) -> list[OrderCut]:
+    """Return the few orders that stand well out of the others."""
+    sizes = {cut.order: float(np.median(np.abs(cut.amplitudes))) for cut in cuts}
+    falling = sorted(cuts, key=lambda cut: -sizes[cut.order])[:CUTS]
+    return [cut for cut in falling if sizes[cut.order] > SHOWN_SHARE * sizes[falling[0].order]]
+
+
+def _max_order(found: Analysis) -> float:
+    return found.question.max_order if found.lines is None else float(found.lines.orders[-1])
+
+
+def _top_hz(found: Analysis) -> float:
+    """Return the highest frequency of the waterfall: that of the highest order, else of what there is."""
+    half = 0.5 * found.channel.sample_rate_hz
+    if found.speed.turning is None:
+        highest = max(
+            [sine.frequency_hz for sine in found.sines] + [mode.frequency_hz for mode in found.modes] + [0.0]
+        )
+        return min(half, 3.0 * highest) if highest > 0.0 else half
+    fastest = float(found.speed.turning.speeds_rpm().max()) / 60.0
+    highest = max([mode.frequency_hz for mode in found.modes], default=0.0)
+    return min(half, max(1.05 * found.question.max_order * fastest, 1.5 * highest))
+
+
+def _spectrum(found: Analysis, values: Values, label: str) -> dict[str, bytes]:
+    channel = found.channel
+    f, size = amplitude_spectrum(
+        channel.values(0, SHOWN_SAMPLES), channel.sample_rate_hz, found.question.window
+    )
+    top = max([peak["frequency_hz"] for peak in values["spectrum"]["peaks"]] + [_top_hz(found)])
+    shown = f <= min(1.1 * top, 0.5 * channel.sample_rate_hz)
+
+    def draw(axes: Axes) -> None:
+        x, y = _envelope_of(f[shown][1:], size[shown][1:])
+        axes.semilogy(x, np.maximum(y, 1e-12 * size.max() + 1e-300), color="black", linewidth=0.8)
+        peaks = values["spectrum"]["peaks"]
+        axes.plot(
+            [p["frequency_hz"] for p in peaks], [p["amplitude"] for p in peaks], "o", color="0.35",
+            fillstyle="none", label="sines, between bins too",
+        )  # fmt: skip
+        axes.set_xlabel("frequency [Hz]")
+
+    return drawn("Amplitude spectrum", label, draw)
+
+
+def _envelope_of(x: Array, y: Array, points: int = 4000) -> tuple[Array, Array]:
+    """Return the greatest of neighbours where there are more points than pixels."""
+    few = -(-len(x) // points)
+    if few < 2:
+        return x, y
+    kept = len(x) // few * few
+    return x[:kept:few], y[:kept].reshape(-1, few).max(axis=1)
+
+
+def _orders(values: Values, label: str) -> dict[str, bytes]:
+    rows = [row for row in values["orders"] if row["amplitude"] is not None]
+
+    def draw(axes: Axes) -> None:
+        at = [row["order"] for row in rows]
+        sizes = [row["amplitude"] for row in rows]
+        axes.bar(
+            at, sizes, 0.35, color=["0.2" if order % 1.0 == 0.0 else "0.7" for order in at], edgecolor="black"
+        )
+        errors = [(row["order"], row["amplitude"], row["uncertainty"]) for row in rows if row["uncertainty"]]
+        if errors:
+            x, y, off = zip(*errors, strict=True)
+            axes.errorbar(x, y, off, fmt="none", color="black", capsize=3.0, label="± from turn to turn")
+        axes.set_xlabel("order of the crank speed [-]")
+
+    return drawn("Orders of the whole record", label, draw)
+
+
+def _level(sizes: Array) -> Array:
+    top = float(sizes.max()) or 1.0
+    return np.asarray(np.log10(np.maximum(sizes / top, 10.0**-DECADES)))
+
+
+def _colours(axes: Axes, x: Array, y: Array, sizes: Array, label: str) -> None:
+    """Fill the axes with a map, dark where it is loud, a logarithmic scale beside it."""
+    mesh = axes.pcolormesh(x, y, _level(sizes), cmap="Greys", shading="nearest", rasterized=True)
+    figure = axes.get_figure()
+    if figure is not None:
+        bar = figure.colorbar(mesh, ax=axes)
+        bar.set_label(f"log₁₀ of amplitude over its greatest, {sizes.max():.4g} {label.partition(' ')[2]}")
+
+
+def _waterfall(found: Map, label: str, analysis: Analysis, values: Values) -> dict[str, bytes]:
+    rising = found.speeds_rpm is not None and not analysis.speed.is_steady
+    speeds = found.speeds_rpm
+
+    def draw(axes: Axes) -> None:
+        over = speeds if rising and speeds is not None else found.times_s
+        place = np.argsort(over, kind="stable")
+        _colours(axes, found.columns, over[place], found.amplitudes[place], label)
+        axes.set_xlabel("frequency [Hz]")
+        for mode in values["natural_modes"]:
+            axes.axvline(mode["frequency_hz"], **DOTTED, label=f"natural {mode['frequency_hz']:.4g} Hz")
+        if rising:
+            strong = sorted(
+                (r for r in values["orders"] if r["amplitude"]), key=lambda row: -row["amplitude"]
+            )
+            strong = [row for row in strong[:CUTS] if row["amplitude"] > SHOWN_SHARE * strong[0]["amplitude"]]
+            ends = np.array([over.min(), over.max()])
+            for row in strong:
+                axes.plot(row["order"] * ends / 60.0, ends, color="0.4", linestyle="--", linewidth=0.8)
+                axes.annotate(f"{row['order']:g}", (row["order"] * ends[1] / 60.0, ends[1]), fontsize="small")
+        axes.set_xlim(0.0, float(found.columns[-1]))
+
+    return drawn("Waterfall" + (f" of {label}"), "speed [1/min]" if rising else "time [s]", draw)
+
+
+def _order_map(found: Map, label: str) -> dict[str, bytes]:
+    speeds = found.speeds_rpm
+    if speeds is None:
+        raise ValueError("an order map has speeds")
+    steady = float(np.ptp(speeds)) < 0.02 * float(speeds.mean())
+
+    def draw(axes: Axes) -> None:
+        over = found.times_s if steady else speeds
+        place = np.argsort(over, kind="stable")
+        _colours(axes, found.columns, over[place], found.amplitudes[place], label)
+        axes.set_xlabel("order of the crank speed [-]")
+
+    return drawn("Order map" + f" of {label}", "time [s]" if steady else "speed [1/min]", draw)
+
+
+def _cuts(cuts: list[OrderCut], label: str, *, steady: bool) -> Files:
+    """Return amplitude and phase over the speed (Bode), and both as a polar plot."""
+    x_label = "time [s]" if steady else "speed [1/min]"
+    from autobalance.report.plots import STYLES
+
+    def over(cut: OrderCut) -> Array:
+        return cut.times_s if steady else cut.speeds_rpm
+
+    def amplitudes(axes: Axes) -> None:
+        for number, cut in enumerate(cuts):
+            axes.plot(
+                over(cut),
+                np.abs(cut.amplitudes),
+                label=f"order {cut.order:g}",
+                **STYLES[number % len(STYLES)],
+            )
+        axes.set_xlabel(x_label)
+
+    def phases(axes: Axes) -> None:
+        for number, cut in enumerate(cuts):
+            turned = np.degrees(np.unwrap(np.angle(cut.amplitudes)))
+            axes.plot(over(cut), turned, label=f"order {cut.order:g}", **STYLES[number % len(STYLES)])
+        axes.set_xlabel(x_label)
+
+    def polar(axes: Axes) -> None:
+        for number, cut in enumerate(cuts):
+            path = cut.amplitudes
+            axes.plot(path.real, path.imag, label=f"order {cut.order:g}", **STYLES[number % len(STYLES)])
+        axes.plot(0.0, 0.0, "+", color="black")
+        axes.set_xlabel(f"A cos φ, {label}")
+        axes.set_aspect("equal", adjustable="datalim")
+
+    return {
+        "cuts": drawn("Order cuts", label, amplitudes),
+        "cuts-phase": drawn("Phase of the orders", "phase [°]", phases),
+        "cuts-polar": drawn("Order cuts, polar", f"A sin φ, {label}", polar),
+    }
+
+
+def _envelope(found: Analysis, values: Values, label: str) -> dict[str, bytes]:
+    envelope = found.envelope
+    if envelope is None:
+        raise ValueError("there is no envelope")
+    channel = Channel("envelope", found.channel.unit, envelope.sample_rate_hz, envelope.values)
+    f, size = amplitude_spectrum(channel.values() - channel.values().mean(), channel.sample_rate_hz)
+    marks = [] if values["bearing"] is None else values["bearing"]["envelope"]
+    top = 3.0 * max([mark["frequency_hz"] for mark in marks], default=channel.sample_rate_hz / 20.0)
+
+    def draw(axes: Axes) -> None:
+        shown = f <= min(top, 0.5 * channel.sample_rate_hz)
+        axes.plot(*_envelope_of(f[shown], size[shown]), color="black", linewidth=0.8)
+        for number, mark in enumerate(marks):
+            style: dict[str, Any] = {
+                "color": "0.3" if mark["found"] else "0.7",
+                "linestyle": ("--", ":", "-.")[number % 3],
+            }
+            axes.axvline(
+                mark["frequency_hz"], label=f"{mark['name']} {mark['order']:.4g}", linewidth=1.0, **style
+            )
+        axes.set_xlabel("frequency [Hz]")
+
+    low, high = envelope.band_hz
+    return drawn(f"Envelope of {low:g} to {high:g} Hz", label, draw)
+
+
+def _full_spectrum(found: Analysis, values: Values) -> dict[str, bytes]:
+    """Return the orders of X + iY with and against the shaft, and what they say."""
+    from autobalance.signal.order_lines import order_lines
+
+    turning, names = found.speed.turning, found.question.axes
+    if turning is None or names is None:
+        raise ValueError("there are no axes")
+    x, y = (order_lines(found.record.channel(name), turning, _max_order(found)) for name in names)
+    if x is None or y is None:
+        raise ValueError("too few turns")
+    forward = np.abs(x.amplitudes + 1j * y.amplitudes) / 2.0
+    backward = np.abs(x.amplitudes - 1j * y.amplitudes) / 2.0
+
+    def draw(axes: Axes) -> None:
+        axes.bar(x.orders, forward, 0.35, color="0.2", label="forward, X to Y")
+        axes.bar(-x.orders, backward, 0.35, color="0.7", edgecolor="black", label="backward")
+        axes.set_xlabel("order of the crank speed [-]")
+
+    unit = f" [{found.channel.unit}]" if found.channel.unit else ""
+    return drawn(
+        f"Full spectrum: order 1 is {values['axes']['verdict']}", f"radius of the circle{unit}", draw
+    )

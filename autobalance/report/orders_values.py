@@ -1,0 +1,226 @@
+"""What was found in a record as JSON values."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+
+from autobalance.signal.analysis import Analysis, uncertain_ratio
+from autobalance.signal.header import spelled
+from autobalance.signal.record import Complex
+from autobalance.signal.sources import Source, candidates, natural_sources
+from autobalance.signal.spectra import BANDS_HZ, band_rms, quantity, welch
+from autobalance.signal.windows import gain, noise_bandwidth_bins
+
+Values = dict[str, Any]
+QUANTITIES = ("displacement", "velocity", "acceleration")
+UNITS = {"displacement": ("µm", 1e6), "velocity": ("mm/s", 1e3), "acceleration": ("m/s²", 1.0)}
+
+
+def finite(value: float | None) -> float | None:
+    """Return a number, or None where there is none."""
+    return float(value) if value is not None and math.isfinite(value) else None
+
+
+def degrees(radians: float) -> float:
+    """Return an angle in (−180, 180]."""
+    turned = math.degrees(radians)
+    wrapped = turned - 360.0 * math.ceil((turned - 180.0) / 360.0)
+    return 180.0 if wrapped <= -180.0 else wrapped
+
+
+def orders_values(found: Analysis, sources: Sequence[Source], other: Analysis | None) -> Values:
+    """Return everything but the head and the input."""
+    return {
+        "record": record_values(found),
+        "channel": found.channel.name,
+        "speed": _speed(found),
+        "spectrum": _spectrum(found, sources),
+        "orders": _orders(found, sources),
+        "natural_frequencies_hz": [mode.frequency_hz for mode in found.modes],
+        "natural_modes": [
+            {
+                "frequency_hz": mode.frequency_hz,
+                "damping_ratio": mode.damping_ratio,
+                "explained": mode.explained,
+            }
+            for mode in found.modes
+        ],
+        "crossings": [
+            {"order": each.order, "frequency_hz": each.frequency_hz, "speed_rpm": each.speed_rpm}
+            for each in found.crossings
+        ],
+        "bearing": _bearing(found),
+        "axes": _axes(found),
+        "bands": _bands(found),
+        "comparison": None if other is None else _comparison(found, other),
+        "record_b": None if other is None else record_values(other),
+        "warnings": found.warnings
+        + [f"second record: {each}" for each in ([] if other is None else other.warnings)],
+    }
+
+
+def record_values(found: Analysis) -> Values:
+    """Return what a record holds."""
+    record = found.record
+    return {
+        "file": record.file,
+        "format": record.format,
+        "duration_s": record.duration_s,
+        "channels": [
+            {
+                "name": each.name,
+                "unit": each.unit,
+                "sample_rate_hz": each.sample_rate_hz,
+                "samples": len(each),
+                "clipped": found.clipped[each.name],
+            }
+            for each in record.channels
+        ],
+    }
+
+
+def _speed(found: Analysis) -> Values:
+    speed, turning = found.speed, found.speed.turning
+    speeds = None if turning is None else turning.speeds_rpm()
+    pulses = speed.pulses
+    return {
+        "source": speed.source,
+        "mean_rpm": None if turning is None else turning.mean_rpm,
+        "least_rpm": None if speeds is None else float(speeds.min()),
+        "greatest_rpm": None if speeds is None else float(speeds.max()),
+        "uncertainty_rpm": finite(speed.uncertainty_rpm),
+        "pulses": None
+        if pulses is None
+        else {
+            "found": pulses.found,
+            "missing": pulses.missing,
+            "extra": pulses.extra,
+            "jitter_percent": 100.0 * pulses.jitter,
+            "pattern_percent": 100.0 * pulses.pattern,
+        },
+    }
+
+
+def _spectrum(found: Analysis, sources: Sequence[Source]) -> Values:
+    channel, name = found.channel, found.question.window
+    turning = found.speed.turning
+    mean_hz = None if turning is None or not found.speed.is_steady else turning.mean_rpm / 60.0
+    resolution = channel.sample_rate_hz / len(channel)
+    natural = [mode.frequency_hz for mode in found.modes]
+    peaks = []
+    for sine in found.sines:
+        order = None if mean_hz is None else sine.frequency_hz / mean_hz
+        texts = None
+        if order is not None and mean_hz is not None:
+            texts = candidates(order, max(2.0 * resolution / mean_hz, 2e-3 * order), sources)
+            texts += natural_sources(natural, sine.frequency_hz, 2.0 * resolution)
+        peaks.append(
+            {
+                "frequency_hz": sine.frequency_hz,
+                "amplitude": sine.amplitude,
+                "phase_deg": degrees(sine.phase_rad),
+                "order": order,
+                "sources": texts,
+            }
+        )
+    return {
+        "window": name,
+        "resolution_hz": resolution,
+        "gain": gain(name),
+        "noise_bandwidth_bins": noise_bandwidth_bins(name),
+        "peaks": peaks,
+    }
+
+
+def _orders(found: Analysis, sources: Sequence[Source]) -> list[Values]:
+    count = round(2 * found.question.max_order)
+    lines = found.lines
+    known: Complex = np.zeros(0, dtype=complex) if lines is None else lines.amplitudes
+    errors = np.zeros(0) if lines is None else lines.standard_errors()
+    rows = []
+    for place in range(count):
+        order = 0.5 * (place + 1)
+        amplitude = complex(known[place]) if place < len(known) else None
+        rows.append(
+            {
+                "order": order,
+                "amplitude": None if amplitude is None else abs(amplitude),
+                "phase_deg": None if amplitude is None else degrees(float(np.angle(amplitude))),
+                "uncertainty": finite(float(errors[place])) if place < len(errors) else None,
+                "sources": candidates(order, 1e-9, sources),
+            }
+        )
+    return rows
+
+
+def _bearing(found: Analysis) -> Values | None:
+    bearing = found.question.bearing
+    if bearing is None:
+        return None
+    return {
+        **bearing.orders(),
+        "band_hz": None if found.envelope is None else list(found.envelope.band_hz),
+        "envelope": [
+            {
+                "name": each.name,
+                "order": each.order,
+                "frequency_hz": each.frequency_hz,
+                "amplitude": each.amplitude,
+                "found": each.found,
+            }
+            for each in found.defects or ()
+        ],
+    }
+
+
+def _axes(found: Analysis) -> Values | None:
+    if found.circles is None:
+        return None
+    each = found.circles
+    return {"order": each.order, "forward": each.forward, "backward": each.backward, "verdict": each.verdict}
+
+
+def _bands(found: Analysis) -> list[Values]:
+    """Return RMS of acceleration, velocity and displacement in the usual bands, where the unit is known."""
+    channel = found.channel
+    known = quantity(spelled(channel.unit))
+    if known is None:
+        return []
+    times, size = known
+    rows = []
+    for low, high in BANDS_HZ:
+        if high > 0.5 * channel.sample_rate_hz or low * channel.duration_s < 4.0:
+            continue
+        spectrum = welch(channel, least_hz=low)
+        for wanted, name in enumerate(QUANTITIES):
+            unit, scale = UNITS[name]
+            rms = band_rms(spectrum, low, high, wanted - times) * size * scale
+            rows.append({"quantity": name, "unit": unit, "low_hz": low, "high_hz": high, "rms": rms})
+    return rows
+
+
+def _comparison(first: Analysis, second: Analysis) -> list[Values]:
+    """Return orders of two records side by side."""
+    if first.lines is None or second.lines is None:
+        return []
+    rows = []
+    pairs = zip(
+        first.lines.orders, first.lines.amplitudes, second.lines.amplitudes, first.lines.standard_errors(),
+        second.lines.standard_errors(), strict=False,
+    )  # fmt: skip
+    for order, a, b, error_a, error_b in pairs:
+        ratio, doubt = uncertain_ratio(complex(a), complex(b), float(error_a), float(error_b))
+        rows.append(
+            {
+                "order": float(order),
+                "a": abs(a),
+                "b": abs(b),
+                "ratio": finite(ratio),
+                "uncertainty": finite(doubt),
+            }
+        )
+    return rows

@@ -1,0 +1,1 @@
+"""Recorded signals: records, spectra, angle, orders, maps, modes, bearings; numbers in, numbers out."""

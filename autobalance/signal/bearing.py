@@ -1,0 +1,196 @@
+"""Rolling bearings: the orders at which a defect strikes, and the envelope in which it is seen."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from scipy import fft
+
+from autobalance.errors import FormatError
+from autobalance.signal.record import Array, Channel
+from autobalance.signal.sines import Sine, find_sines
+from autobalance.signal.turning import TURN, Turning
+
+SLIP = 0.02
+"""Balls slide a little: a defect is looked for so far to each side of its kinematic order."""
+
+
+@dataclass(frozen=True)
+class Bearing:
+    """A rolling bearing whose inner ring turns.
+
+    Parameters
+    ----------
+    balls : int
+        N.
+    ball_mm, pitch_mm : float
+        Diameters d and D [mm].
+    contact_rad : float
+        α.
+    speed : float
+        Of its shaft over the crank's.
+    """
+
+    balls: int
+    ball_mm: float
+    pitch_mm: float
+    contact_rad: float = 0.0
+    speed: float = 1.0
+
+    def __post_init__(self) -> None:
+        if self.balls < 1:
+            raise FormatError(f"bearing: balls is {self.balls}; must be ≥ 1")
+        if not 0.0 < self.ball_mm < self.pitch_mm:
+            raise FormatError(
+                f"bearing: ball is {self.ball_mm:g} and pitch {self.pitch_mm:g}; 0 < ball < pitch is needed"
+            )
+        if not 0.0 <= self.contact_rad < np.pi / 2:
+            raise FormatError(f"bearing: contact is {np.degrees(self.contact_rad):g}°; must be 0 to 90")
+        if not self.speed > 0.0:
+            raise FormatError(f"bearing: speed is {self.speed:g}; must be > 0")
+
+    @property
+    def _ratio(self) -> float:
+        return self.ball_mm / self.pitch_mm * float(np.cos(self.contact_rad))
+
+    @property
+    def bpfo(self) -> float:
+        """Return the balls that pass a point of the outer ring, a turn: N/2 (1 − d cos α/D)."""
+        return 0.5 * self.balls * (1.0 - self._ratio) * self.speed
+
+    @property
+    def bpfi(self) -> float:
+        """Return the balls that pass a point of the inner ring: N/2 (1 + d cos α/D)."""
+        return 0.5 * self.balls * (1.0 + self._ratio) * self.speed
+
+    @property
+    def ftf(self) -> float:
+        """Return the cage's turns: ½ (1 − d cos α/D)."""
+        return 0.5 * (1.0 - self._ratio) * self.speed
+
+    @property
+    def bsf(self) -> float:
+        """Return the ball's own turns: D/2d (1 − (d cos α/D)²); a spot on it strikes twice as often."""
+        return 0.5 * self.pitch_mm / self.ball_mm * (1.0 - self._ratio**2) * self.speed
+
+    @property
+    def ball_defect(self) -> float:
+        """Return how often a spot on a ball strikes a ring: twice the ball's own turns."""
+        return 2.0 * self.bsf
+
+    def orders(self) -> dict[str, float]:
+        """Return the orders by name.
+
+        Examples
+        --------
+        >>> {name: round(order, 4) for name, order in Bearing(9, 7.94004, 39.0398).orders().items()}
+        {'bpfo': 3.5848, 'bpfi': 5.4152, 'ftf': 0.3983, 'bsf': 2.3567, 'ball_defect': 4.7134}
+        """
+        names = ("bpfo", "bpfi", "ftf", "bsf", "ball_defect")
+        return {name: float(getattr(self, name)) for name in names}
+
+
+@dataclass(frozen=True)
+class Defect:
+    """A line of the envelope at (or beside) a bearing's order."""
+
+    name: str
+    order: float
+    frequency_hz: float
+    amplitude: float
+    found: bool
+
+
+@dataclass(frozen=True, eq=False)
+class Envelope:
+    """The size of what a band carries, at its own lower sample rate, from the record's first sample on."""
+
+    values: Array
+    sample_rate_hz: float
+    band_hz: tuple[float, float]
+
+
+def envelope(channel: Channel, low_hz: float, high_hz: float) -> Envelope:
+    """Return |x + i Hilbert(x)| of a band; only the band's part of the spectrum is brought back.
+
+    Raises
+    ------
+    FormatError
+        If the band is none of the record's.
+    """
+    rate = channel.sample_rate_hz
+    if not 0.0 <= low_hz < high_hz <= 0.5 * rate:
+        raise FormatError(
+            f"the band is {low_hz:g} to {high_hz:g} Hz; it must lie between 0 and "
+            f"half the sample rate, {0.5 * rate:g}"
+        )
+    values = channel.values()
+    count = len(values)
+    spectrum = fft.rfft(values - values.mean())
+    first, last = int(np.ceil(low_hz * count / rate)), min(int(high_hz * count / rate), count // 2)
+    band = 2.0 * spectrum[max(first, 1) : last + 1]
+    # Four times the band's width: the size of a sum has no end, but little beyond that.
+    length = min(fft.next_fast_len(4 * max(len(band), 4)), count)
+    length = max(length, len(band))
+    wide = np.zeros(length, dtype=complex)
+    wide[: len(band)] = band
+    size = np.abs(fft.ifft(wide)) * (length / count)
+    return Envelope(size, rate * length / count, (low_hz, high_hz))
+
+
+def liveliest_band(channel: Channel) -> tuple[float, float]:
+    """Return the band, a quarter or an eighth of the spectrum, whose envelope has the strongest peaks.
+
+    Kurtosis times power: bursts that carry something, not the quietest ones. The lowest eighth is left out:
+    shafts and gears live there, and no resonance that a defect rings.
+    """
+    half = 0.5 * channel.sample_rate_hz
+    piece = Channel(channel.name, None, channel.sample_rate_hz, channel.values(0, 1 << 20))
+    bands = [(k * half / 8.0, (k + width) * half / 8.0) for width in (1, 2) for k in range(1, 8 - width)]
+
+    def peakedness(band: tuple[float, float]) -> float:
+        values = envelope(piece, *band).values
+        spread = values - values.mean()
+        power = float((spread**2).mean())
+        return float((spread**4).mean()) / power if power > 0.0 else 0.0
+
+    return max(bands, key=peakedness)
+
+
+def defects(found: Envelope, turning: Turning, bearing: Bearing) -> list[Defect]:
+    """Return what the envelope holds at each of a bearing's orders, by the shaft's angle.
+
+    The envelope is read at even steps of angle, so that a speed that varies does not smear its lines.
+    """
+    by_turn, per_turn = _by_turn(found, turning, max(bearing.orders().values()))
+    sines = find_sines(by_turn, per_turn, most=24)
+    mean_hz = turning.mean_rpm / 60.0
+    return [
+        _defect(name, order, sines, by_turn, per_turn, mean_hz) for name, order in bearing.orders().items()
+    ]
+
+
+def _by_turn(found: Envelope, turning: Turning, top: float) -> tuple[Array, float]:
+    from autobalance.signal.by_angle import by_angle, samples_per_turn
+
+    channel = Channel("envelope", None, found.sample_rate_hz, found.values)
+    first = turning.angles_rad[0]
+    turns = int((turning.angles_rad[-1] - max(first, 0.0)) / TURN)
+    per_turn = samples_per_turn(2.5 * top)
+    return np.concatenate(list(by_angle(channel, turning, per_turn, 2.5 * top, turns))), float(per_turn)
+
+
+def _defect(
+    name: str, order: float, sines: list[Sine], values: Array, per_turn: float, mean_hz: float
+) -> Defect:
+    near = [
+        sine for sine in sines if abs(sine.frequency_hz - order) <= max(SLIP * order, per_turn / len(values))
+    ]
+    if near:
+        best = max(near, key=lambda sine: sine.amplitude)
+        return Defect(name, order, best.frequency_hz * mean_hz, best.amplitude, True)
+    angle = np.arange(len(values)) * (TURN / per_turn * order)
+    weights = np.hanning(len(values))
+    amplitude = 2.0 * abs(((values - values.mean()) * weights) @ np.exp(-1j * angle)) / weights.sum()
+    return Defect(name, order, order * mean_hz, float(amplitude), False)

@@ -1,0 +1,103 @@
+"""What is wrong with a record: clipped, holes, content up to half the sample rate; and holes filled."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+
+from autobalance.errors import FormatError
+from autobalance.signal.record import BLOCK, Array, Channel
+
+RUN = 3
+"""Samples that stand at the extreme together before a record may be clipped."""
+CROWDED = 5.0
+"""The extreme holds so many times the samples of the next level: a rounded sine's holds three at most."""
+GUARD_FROM = 0.8
+"""Share of half the sample rate from which on an anti-aliasing filter should have left nothing."""
+GUARD_SHARE = 0.01
+MOST_HOLES = 0.5
+
+
+def clipped_share(channel: Channel) -> float:
+    """Return the share of samples that stand at an extreme that the signal was cut at; 0 where it was not."""
+    values = channel.stored
+    if len(values) < 2 * RUN:
+        return 0.0
+    count = 0
+    for sign in (1.0, -1.0):
+        count += _crowd(values, sign)
+    return count / len(values)
+
+
+def _crowd(stored: Array, sign: float) -> int:
+    """Return how many samples stand at the greatest (or least) value, where that is clipping."""
+    top = sign * float(np.nanmax(np.asarray(stored) if sign > 0 else -np.asarray(stored, dtype=float)))
+    if not np.isfinite(top):
+        return 0
+    total, run_found, second, beside, last = 0, False, -np.inf, 0, np.zeros(0, dtype=bool)
+    for start in range(0, len(stored), BLOCK):
+        piece = np.asarray(stored[start : start + BLOCK])
+        at = np.concatenate([last, piece == top])
+        run_found |= bool((at[2:] & at[1:-1] & at[:-2]).any())
+        last = at[-2:]
+        total += int((piece == top).sum())
+        others = sign * piece[(piece != top) & ~np.isnan(piece.astype(float))].astype(float)
+        if len(others):
+            best = float(others.max())
+            if best > second:
+                second, beside = best, 0
+            beside += int((others == second).sum())
+    return total if run_found and np.isfinite(second) and total > CROWDED * beside else 0
+
+
+def filled(channel: Channel) -> tuple[Channel, str | None]:
+    """Return a channel whose holes (nan) are filled by straight lines, and what to say of them.
+
+    Raises
+    ------
+    FormatError
+        If more than half of the samples are none.
+    """
+    if channel.stored.dtype.kind != "f":
+        return channel, None
+    holes = ~np.isfinite(channel.stored)
+    count = int(holes.sum())
+    if not count:
+        return channel, None
+    if count > MOST_HOLES * len(holes):
+        raise FormatError(f"channel {channel.name!r}: {count} of {len(holes)} samples are no numbers")
+    places = np.flatnonzero(~holes)
+    values = channel.values()
+    values = np.interp(np.arange(len(values)), places, values[places])
+    first = int(np.argmax(holes)) / channel.sample_rate_hz
+    edges = int((np.diff(holes.astype(np.int8)) == 1).sum()) + int(holes[0])
+    note = (
+        f"gap: channel {channel.name!r} has {count} samples that are no numbers, in {edges} places, "
+        f"the first at {first:.6g} s; filled by straight lines"
+    )
+    return replace(channel, stored=values, factor=1.0, offset=0.0), note
+
+
+def unguarded_share(values: Array) -> float:
+    """Return the share of a signal's power in the top fifth below half the sample rate."""
+    length = min(len(values), 1 << 14)
+    pieces = values[: len(values) // length * length].reshape(-1, length)[:64]
+    weights = np.hanning(length)
+    centred = (pieces - pieces.mean(axis=1, keepdims=True)) * weights
+    power = (np.abs(np.fft.rfft(centred, axis=1)) ** 2).sum(axis=0)
+    total = float(power.sum())
+    return float(power[int(GUARD_FROM * len(power)) :].sum()) / total if total > 0.0 else 0.0
+
+
+def aliasing_note(channel: Channel) -> str | None:
+    """Return what to say of content that reaches up to half the sample rate."""
+    share = unguarded_share(channel.values(0, BLOCK))
+    if share < GUARD_SHARE:
+        return None
+    half = 0.5 * channel.sample_rate_hz
+    return (
+        f"aliasing: {100.0 * share:.2g} % of the power of channel {channel.name!r} lies between "
+        f"{GUARD_FROM * half:.6g} and {half:.6g} Hz, half the sample rate; a filter that lets it through "
+        "leaves no guard band, and what is above half the rate folds back onto what is below"
+    )

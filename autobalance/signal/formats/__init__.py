@@ -1,0 +1,79 @@
+"""Records from files: one module a format; ``read`` finds the one that a file's ending asks for."""
+
+from __future__ import annotations
+
+from importlib import import_module
+from pathlib import Path
+
+from autobalance.errors import FileError, FormatError
+from autobalance.signal.record import Record
+
+READERS = {
+    ".csv": "csv",
+    ".txt": "csv",
+    ".tsv": "csv",
+    ".wav": "wav",
+    ".mat": "mat",
+    ".tdms": "tdms",
+    ".uff": "uff58",
+    ".unv": "uff58",
+    ".uf": "uff58",
+}
+"""File ending → module of this package, whose ``read(path, sample_rate_hz)`` returns a Record."""
+
+
+def read(path: str | Path, sample_rate_hz: float | None = None) -> Record:
+    """Read a record.
+
+    Parameters
+    ----------
+    path : path
+        A CSV, WAV, MATLAB (v5), TDMS or UFF58 file.
+    sample_rate_hz : float or None
+        For files that do not tell it [Hz].
+
+    Raises
+    ------
+    FileError
+        If the file cannot be read.
+    FormatError
+        If it is not what its ending says, or holds no channel.
+    """
+    file = Path(path)
+    if sample_rate_hz is not None and not 0.0 < sample_rate_hz < float("inf"):
+        raise FormatError(f"the sample rate is {sample_rate_hz:g} Hz; must be > 0")
+    name = READERS.get(file.suffix.lower())
+    if name is None:
+        raise FormatError(f"{file.name} is no record that can be read; known: {', '.join(READERS)}")
+    if not file.is_file():
+        raise FileError(f"no such file: {file}")
+    try:
+        record = import_module(f"autobalance.signal.formats.{name}").read(file, sample_rate_hz)
+    except OSError as error:
+        raise FileError(f"cannot read {file}: {(error.strerror or str(error)).lower()}") from None
+    if not isinstance(record, Record):
+        raise TypeError(name)
+    if not record.channels:
+        raise FormatError(f"{file.name} holds no channel of numbers")
+    return record
+
+
+def agreed_rate(file: str, told_hz: float | None, asked_hz: float | None) -> float:
+    """Return a file's own sample rate, or the one given where it has none.
+
+    Raises
+    ------
+    FormatError
+        If there is neither, or they differ.
+    """
+    if told_hz is None:
+        if asked_hz is None:
+            raise FormatError(f"{file} tells no sample rate; give --sample-rate HZ")
+        return asked_hz
+    if not 0.0 < told_hz < float("inf"):
+        raise FormatError(f"{file} tells a sample rate of {told_hz:g} Hz; must be > 0")
+    if asked_hz is not None and abs(asked_hz - told_hz) > 1e-6 * told_hz:
+        raise FormatError(
+            f"{file} has a sample rate of {told_hz:.10g} Hz; --sample-rate says {asked_hz:.10g}"
+        )
+    return told_hz

@@ -1,0 +1,239 @@
+"""CSV: comma, semicolon or tab, a header, ``time_s`` (or a rate given), one column a channel."""
+
+from __future__ import annotations
+
+import csv
+import io
+from collections import Counter
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from autobalance.errors import FormatError
+from autobalance.signal.formats import agreed_rate
+from autobalance.signal.header import named
+from autobalance.signal.record import Array, Channel, Record
+
+TIMES = {"time": 1.0, "t": 1.0, "zeit": 1.0}
+TIME_UNITS = {None: 1.0, "s": 1.0, "sec": 1.0, "ms": 1e-3, "us": 1e-6, "µs": 1e-6, "min": 60.0}
+ANGLE_UNITS = {"deg": 1.0, "°": 1.0, "rad": 180.0 / np.pi}
+SAMPLED_ROWS = 200
+UNEVEN = 0.25
+"""A sample may stand this share of a step off its place before the record counts as uneven."""
+
+
+@dataclass(frozen=True, eq=False)
+class _Sheet:
+    """Columns (rows, columns) of numbers, nan where there is none, and what their headers say."""
+
+    headers: list[str]
+    units: list[str | None]
+    columns: Array
+    text: list[bool]
+
+
+def read(path: Path, sample_rate_hz: float | None) -> Record:
+    """Read a file; text columns are left out, cells without a number are gaps, and both are told."""
+    sheet = _sheet(path)
+    notes = [
+        f"column {header!r} is text and was left out"
+        for header, text in zip(sheet.headers, sheet.text, strict=True)
+        if text
+    ]
+    places = [place for place, text in enumerate(sheet.text) if not text]
+    time = next((place for place in places if _time_scale(sheet, place) is not None), None)
+    angle = next((place for place in places if _angle_scale(sheet, place) is not None), None)
+    if time is not None:
+        return _by_time(path, sheet, places, time, sample_rate_hz, notes)
+    if angle is not None and sample_rate_hz is None:
+        return _by_angle(path, sheet, places, angle, notes)
+    rate = agreed_rate(f"{path.name} has no column time_s and", None, sample_rate_hz)
+    return Record(path.name, "CSV", _channels(sheet, places, sheet.columns, rate), tuple(notes))
+
+
+def _time_scale(sheet: _Sheet, place: int) -> float | None:
+    """Return seconds in a column's unit, where it is the time."""
+    name, unit = _called(sheet, place)
+    return TIME_UNITS.get(unit) if name.lower() in TIMES else None
+
+
+def _angle_scale(sheet: _Sheet, place: int) -> float | None:
+    name, unit = _called(sheet, place)
+    return ANGLE_UNITS.get(unit or "") if name.lower() in ("angle", "crank_angle", "theta") else None
+
+
+def _called(sheet: _Sheet, place: int) -> tuple[str, str | None]:
+    name, unit = named(sheet.headers[place])
+    return name, unit or sheet.units[place]
+
+
+def _channels(sheet: _Sheet, places: list[int], columns: Array, rate_hz: float) -> tuple[Channel, ...]:
+    """Return the channels; where two would have one name, each keeps its whole header."""
+    found = [(*_called(sheet, place), place) for place in places]
+    times = Counter(name for name, _, _ in found)
+    return tuple(
+        Channel(
+            name if times[name] == 1 else sheet.headers[place].strip(),
+            unit,
+            rate_hz,
+            columns[:, place],
+            header=sheet.headers[place].strip(),
+        )
+        for name, unit, place in found
+    )
+
+
+def _by_time(
+    path: Path, sheet: _Sheet, places: list[int], at: int, asked_hz: float | None, notes: list[str]
+) -> Record:
+    seconds = sheet.columns[:, at] * (_time_scale(sheet, at) or 1.0)
+    rate, rows = _even(path, seconds)
+    rate = agreed_rate(path.name, rate, asked_hz)
+    columns = sheet.columns
+    if len(rows) != int(rows[-1]) + 1:
+        notes = [*notes, _gap_note(seconds, rows)]
+        columns = np.full((int(rows[-1]) + 1, columns.shape[1]), np.nan)
+        columns[rows] = sheet.columns
+    others = [place for place in places if place != at]
+    return Record(path.name, "CSV", _channels(sheet, others, columns, rate), tuple(notes))
+
+
+def _gap_note(seconds: Array, rows: NDArray[np.intp]) -> str:
+    jumps = np.flatnonzero(np.diff(rows) > 1)
+    lost = int(rows[-1]) + 1 - len(rows)
+    return f"gap: {lost} samples are missing in {len(jumps)} places, first after {seconds[jumps[0]]:.6g} s"
+
+
+def _even(path: Path, seconds: Array) -> tuple[float, NDArray[np.intp]]:
+    """Return the rate, and each row's place on the even grid, which jumps where rows are missing."""
+    bad = ~np.isfinite(seconds)
+    if bad.any():
+        raise FormatError(f"{path.name} has no time in data row {int(np.argmax(bad)) + 1}")
+    if len(seconds) < 2:
+        raise FormatError(f"{path.name} has {len(seconds)} rows; a record needs more")
+    steps = np.diff(seconds)
+    if (back := np.flatnonzero(steps < 0.0)).size or not seconds[-1] > seconds[0]:
+        row = int(back[0]) + 2 if back.size else 2
+        raise FormatError(f"{path.name}: the time does not grow in data row {row}")
+    n = len(seconds)
+    step = (seconds[-1] - seconds[0]) / (n - 1)
+    off = np.abs(seconds - seconds[0] - step * np.arange(n)).max()
+    if off > max(UNEVEN * step, 1.05 * _resolution(seconds)):
+        step = float(np.median(steps))
+        if not step > 0.0:
+            raise FormatError(f"{path.name}: the time is too coarse to tell the steps; give more digits")
+        for _ in range(2):  # the median is as coarse as the digits; the whole record is not
+            rows = np.round((seconds - seconds[0]) / step)
+            step = (seconds[-1] - seconds[0]) / rows[-1]
+        off = np.abs(seconds - seconds[0] - step * rows).max()
+        if off > max(UNEVEN * step, 1.05 * _resolution(seconds)) or (np.diff(rows) < 1).any():
+            worst = int(np.argmax(np.abs(seconds - seconds[0] - step * rows))) + 1
+            raise FormatError(f"{path.name}: the time steps are uneven (data row {worst}, step {step:g} s)")
+    else:
+        rows = np.arange(n)
+    return _rounded(1.0 / step, _resolution(seconds) / (seconds[-1] - seconds[0])), rows.astype(np.intp)
+
+
+def _resolution(seconds: Array) -> float:
+    """Return the last digit that the times are written with."""
+    sample = seconds[:: max(1, len(seconds) // 1000)]
+    for digits in range(13):
+        if np.abs(sample - np.round(sample, digits)).max() <= 1e-12 * max(1.0, float(np.abs(sample).max())):
+            return float(10.0**-digits)
+    return 0.0
+
+
+def _rounded(rate: float, doubt: float) -> float:
+    """Return the roundest number of hertz that the digits of the times allow; else the rate."""
+    for digits in (-2, -1, 0, 3):
+        near = float(round(rate, digits))
+        if abs(near - rate) <= rate * (doubt + 1e-12):
+            return near
+    return rate
+
+
+def _by_angle(path: Path, sheet: _Sheet, places: list[int], at: int, notes: list[str]) -> Record:
+    degrees = sheet.columns[:, at] * (_angle_scale(sheet, at) or 1.0)
+    steps = np.diff(degrees)
+    step = float(np.mean(steps)) if len(steps) else 0.0
+    if not step > 0.0 or not np.allclose(steps, step, rtol=UNEVEN, atol=1e-9):
+        raise FormatError(f"{path.name}: the angle does not grow in even steps")
+    others = [place for place in places if place != at]
+    channels = _channels(sheet, others, sheet.columns, 360.0 / step)
+    return Record(path.name, "CSV", channels, tuple(notes), 360.0 / step, float(degrees[0]))
+
+
+def _sheet(path: Path) -> _Sheet:
+    """Read headers and numbers."""
+    data = path.read_bytes()
+    if b"\0" in data[:4096]:
+        raise FormatError(f"{path.name} is no text file")
+    try:
+        text = data.decode("utf-8-sig")
+    except UnicodeDecodeError:
+        text = data.decode("latin-1")
+    stream = io.StringIO(text, newline=None)
+    head = ""
+    while not head.strip() or head.lstrip().startswith("#"):
+        head = stream.readline()
+        if not head:
+            raise FormatError(f"{path.name} is empty")
+    separator = max(";\t,", key=head.count)
+    headers = next(csv.reader([head], delimiter=separator))
+    if all(_number(cell) is not None for cell in headers):
+        raise FormatError(f"{path.name} has no header: its first line is numbers")
+    body = text[stream.tell() :] if "\r" not in text else stream.read()
+    units, body = _units_row(body, separator, len(headers))
+    if separator != "," and "," in body[:10000]:
+        body = body.replace(",", ".")
+    if not body.strip():
+        raise FormatError(f"{path.name} has a header and no numbers")
+    columns, text_columns = _numbers(path, body, separator, len(headers))
+    return _Sheet(headers, units, columns, text_columns)
+
+
+def _units_row(body: str, separator: str, count: int) -> tuple[list[str | None], str]:
+    """Return the units of a line under the header, where there is one, and the rest."""
+    first, _, rest = body.partition("\n")
+    cells = [cell.strip().strip('"').strip("[]() ") for cell in first.split(separator)]
+    if len(cells) == count and all(_number(cell) is None for cell in cells) and any(cells):
+        return [cell or None for cell in cells], rest
+    return [None] * count, body
+
+
+def _number(cell: str) -> float | None:
+    try:
+        return float(cell)
+    except ValueError:
+        return None
+
+
+def _numbers(path: Path, body: str, separator: str, count: int) -> tuple[Array, list[bool]]:
+    """Return the columns and which of them are text."""
+    try:
+        columns = np.loadtxt(io.StringIO(body), delimiter=separator, ndmin=2, comments=None)
+    except ValueError:
+        return _cell_by_cell(path, body, separator, count)
+    if columns.shape[1] != count:
+        return _cell_by_cell(path, body, separator, count)
+    return columns, [False] * count
+
+
+def _cell_by_cell(path: Path, body: str, separator: str, count: int) -> tuple[Array, list[bool]]:
+    """Read what the fast way refuses: text, empty cells, lines of another length."""
+    rows = [row for row in csv.reader(io.StringIO(body), delimiter=separator) if any(map(str.strip, row))]
+    for place, row in enumerate(rows, 1):
+        if len(row) == count + 1 and not row[-1].strip():
+            del row[-1]
+        if len(row) != count:
+            raise FormatError(f"{path.name}: data row {place} has {len(row)} cells; the header has {count}")
+    columns = np.full((len(rows), count), np.nan)
+    text = [False] * count
+    for k in range(count):
+        found = [_number(row[k]) for row in rows]
+        wrong = [place for place, value in enumerate(found) if value is None and rows[place][k].strip()]
+        text[k] = 2 * len(wrong) > len(rows) or all(value is None for value in found)
+        columns[:, k] = [np.nan if value is None else value for value in found]
+    return columns, text

@@ -1,0 +1,59 @@
+"""What is done in pieces where a record is longer than memory or patience."""
+
+from __future__ import annotations
+
+import numpy as np
+from scipy import signal
+
+from autobalance.signal.record import Array, Channel
+from autobalance.signal.sines import Sine, find_sines
+
+LONG = 1 << 24
+"""Samples up to which a record is transformed whole: 5 minutes at 50 kHz."""
+PIECE = 1 << 22
+MODE_SAMPLES = 1 << 22
+SAME_BINS = 0.5
+
+
+def sines_of(channel: Channel, window_name: str, most: int) -> list[Sine]:
+    """Return the sines of a whole record; of a long one, those of its pieces put together.
+
+    Then an amplitude is the RMS over the pieces, and the phase that of the strongest piece, brought back to
+    the first sample.
+    """
+    if most == 0:
+        return []
+    if len(channel) <= LONG:
+        return find_sines(channel.values(), channel.sample_rate_hz, window_name, most)
+    rate = channel.sample_rate_hz
+    starts = range(0, len(channel) - PIECE + 1, PIECE)
+    seen = [
+        (sine, start / rate)
+        for start in starts
+        for sine in find_sines(channel.values(start, start + PIECE), rate, window_name, most)
+    ]
+    groups: list[list[tuple[Sine, float]]] = []
+    for sine, start in sorted(seen, key=lambda each: each[0].frequency_hz):
+        last = groups[-1][-1][0].frequency_hz if groups else -np.inf
+        if sine.frequency_hz - last > SAME_BINS * rate / PIECE:
+            groups.append([])
+        groups[-1].append((sine, start))
+    found = [_together(group, len(starts)) for group in groups]
+    return sorted(found, key=lambda sine: -sine.amplitude)[:most]
+
+
+def _together(group: list[tuple[Sine, float]], pieces: int) -> Sine:
+    power = np.array([sine.amplitude**2 for sine, _ in group])
+    frequency = float(power @ [sine.frequency_hz for sine, _ in group] / power.sum())
+    best, start = max(group, key=lambda each: each[0].amplitude)
+    phase = best.phase_rad - 2.0 * np.pi * best.frequency_hz * start
+    return Sine(frequency, float(np.sqrt(power.sum() / pieces)), float(np.angle(np.exp(1j * phase))))
+
+
+def thinned(channel: Channel, length: int) -> tuple[Array, float]:
+    """Return the first samples of a channel, fewer of them where they are very many, and their rate [Hz]."""
+    fewer = -(-length // MODE_SAMPLES)
+    values = channel.values(0, length)
+    if fewer == 1:
+        return values, channel.sample_rate_hz
+    return np.asarray(signal.resample_poly(values, 1, fewer)), channel.sample_rate_hz / fewer

@@ -1,0 +1,139 @@
+"""Spectra over time: the waterfall in hertz, the map in orders, and cuts through it with phase."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from scipy import fft
+
+from autobalance.signal.by_angle import by_angle, samples_per_turn
+from autobalance.signal.order_lines import CYCLE, fit_between, whole_cycles
+from autobalance.signal.record import Array, Channel, Complex
+from autobalance.signal.turning import TURN, Turning
+from autobalance.signal.windows import gain, window
+
+MOST_ROWS = 400
+WATERFALL_BINS = 1024
+MAP_TURNS = 16
+"""Turns in a row of the order map: its lines stand 1/16 of an order apart."""
+
+
+@dataclass(frozen=True, eq=False)
+class Map:
+    """Amplitudes (rows, columns) over a speed or time a row and a frequency or order a column."""
+
+    times_s: Array
+    speeds_rpm: Array | None
+    columns: Array
+    amplitudes: Array
+
+
+@dataclass(frozen=True, eq=False)
+class OrderCut:
+    """One order along the record: complex amplitudes (n,) at speeds (n,)."""
+
+    order: float
+    times_s: Array
+    speeds_rpm: Array
+    amplitudes: Complex
+
+
+def waterfall(channel: Channel, window_name: str, top_hz: float, turning: Turning | None = None) -> Map:
+    """Return amplitude spectra of pieces of the record, which overlap by half unless it is very long.
+
+    Parameters
+    ----------
+    top_hz : float
+        Highest frequency told [Hz].
+    turning : Turning or None
+        For the speed of each row.
+    """
+    rate = channel.sample_rate_hz
+    length = min(
+        len(channel), 1 << int(np.round(np.log2(max(16.0, WATERFALL_BINS * rate / max(top_hz, 1.0)))))
+    )
+    steps = max(1, min(MOST_ROWS, 2 * (len(channel) - length) // length + 1))
+    starts = np.round(np.linspace(0, len(channel) - length, steps)).astype(int)
+    weights = window(window_name, length) * (2.0 / (length * gain(window_name)))
+    columns = fft.rfftfreq(length, 1.0 / rate)
+    kept = columns <= top_hz
+    rows = np.zeros((steps, int(kept.sum())))
+    for row, start in enumerate(starts):
+        rows[row] = np.abs(fft.rfft(channel.values(start, start + length) * weights))[kept]
+    rows[:, 0] *= 0.5
+    times = (starts + 0.5 * length) / rate
+    speeds = None
+    if turning is not None:
+        within = np.clip(times, turning.start_s, turning.end_s)
+        speeds = turning.speed_rad_s(within) * (60.0 / TURN)
+    return Map(times, speeds, columns[kept], rows)
+
+
+def order_map(channel: Channel, turning: Turning, max_order: float, window_name: str = "hann") -> Map | None:
+    """Return spectra by angle, an order a column, a speed a row; None where the record is too short.
+
+    The record goes by once, in blocks; no more than the map and one block are held.
+    """
+    turns = int(np.floor(turning.angles_rad[-1] / TURN + 1e-9))
+    of_row = min(MAP_TURNS, turns - turns % 2)
+    if of_row < 2:
+        return None
+    per_turn = samples_per_turn(max_order)
+    length = of_row * per_turn
+    rows = int(max(1, min(MOST_ROWS, 2 * (turns - of_row) // of_row + 1)))
+    starts = np.round(np.linspace(0, turns - of_row, rows)).astype(int) * per_turn
+    columns = np.arange(round(max_order * of_row) + 1) / of_row
+    weights = window(window_name, length) * (2.0 / (length * gain(window_name)))
+    found = np.zeros((rows, len(columns)))
+    held, at, row = np.zeros(0), 0, 0
+    for piece in by_angle(channel, turning, per_turn, max_order, turns):
+        held = np.concatenate([held, piece])
+        while row < rows and starts[row] + length <= at + len(held):
+            values = held[starts[row] - at : starts[row] - at + length]
+            found[row] = np.abs(fft.rfft(values * weights))[: len(columns)]
+            row += 1
+        drop = min((starts[row] if row < rows else at + len(held)) - at, len(held))
+        held, at = held[drop:], at + drop
+    found[:, 0] *= 0.5
+    middles = turning.time_s((starts / per_turn + 0.5 * of_row) * TURN)
+    return Map(middles, turning.speed_rad_s(middles) * (60.0 / TURN), columns, found)
+
+
+def order_cuts(channel: Channel, turning: Turning, max_order: float, most: int = MOST_ROWS) -> list[OrderCut]:
+    """Return every half order along the record, each point fitted over whole cycles."""
+    cycles = whole_cycles(turning)
+    if cycles < 1:
+        return []
+    edges = CYCLE * np.unique(np.round(np.linspace(0, cycles, min(cycles, most) + 1)))
+    lines = fit_between(channel, turning, round(2 * max_order), edges)
+    ends = turning.time_s(edges)
+    speeds = np.diff(edges) / np.diff(ends) * (60.0 / TURN)
+    middles = 0.5 * (ends[1:] + ends[:-1])
+    return [
+        OrderCut(float(order), middles, speeds, lines.blocks[:, place])
+        for place, order in enumerate(lines.orders)
+    ]
+
+
+def cycle_average(
+    channel: Channel, turning: Turning, max_order: float, turns: int = 2
+) -> tuple[Array, Array]:
+    """Return the mean and the standard deviation over cycles of one or two turns (turns · N,), from angle 0.
+
+    What does not come again each cycle averages out.
+    """
+    per_turn = samples_per_turn(max_order)
+    cycles = int(np.floor(turning.angles_rad[-1] / (turns * TURN) + 1e-9))
+    total, squares, held = np.zeros(turns * per_turn), np.zeros(turns * per_turn), np.zeros(0)
+    for piece in by_angle(channel, turning, per_turn, max_order, cycles * turns):
+        held = np.concatenate([held, piece])
+        whole = len(held) // (turns * per_turn)
+        rows = held[: whole * turns * per_turn].reshape(whole, -1)
+        total += rows.sum(axis=0)
+        squares += (rows**2).sum(axis=0)
+        held = held[whole * turns * per_turn :]
+    if not cycles:
+        return total, squares
+    mean = total / cycles
+    return mean, np.sqrt(np.maximum(squares / cycles - mean**2, 0.0))

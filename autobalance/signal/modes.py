@@ -1,0 +1,383 @@
+"""Natural frequencies and damping from run-ups, sweeps and transfer functions.
+
+Within a band around one resonance the transform of the response Y to known inputs U_j is, for a finite
+record,
+
+    (s − p) Y = Σ B_j(s) U_j + T(s),    s = i(f − f_c)/b,
+
+with the pole p, short polynomials B_j for what each input and all other modes do, and T for the motion at
+the record's ends. It is linear in p and the coefficients, and solved by least squares with the weight 1/|s
+− p| of the last solution. The inputs are the force where it was measured; in a run-up, e^(ikθ) of the
+orders that pass, so that a fast run-up does not shift the resonance. With neither, the spectrum's size
+alone is fitted: |Y|² = C(f)/|s − p|².
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy import fft, signal
+
+from autobalance.signal.record import Array, Complex
+from autobalance.signal.turning import TURN, Turning
+
+PER_DECADE = 300
+"""Steps of the logarithmic frequency by which resonances are looked for: 0.8 % each."""
+PROMINENCE = np.log(2.0)
+"""A resonance stands so far over its flanks (in ln of amplitude), at least."""
+MOST_DAMPING = 0.3
+LEAST_BINS = 3.0
+"""A line whose half-power width is under so many bins is a steady tone or too short a record."""
+SMOOTH_DEGREE = 2
+ROUNDS = 30
+WIDTHS = (8.0, 5.0, 5.0)
+"""Half widths of the band, in half widths of the resonance, from round to round."""
+EXPLAINED = 0.5
+BELL_POINTS = 100
+RIDGE_SHARE = 0.7
+"""Of a piece's power that lies on the ridge, where one sine alone sweeps."""
+LEAST_EXCITED = 1e-3
+"""Share of the strongest excitation below which a frequency was not excited."""
+
+
+@dataclass(frozen=True)
+class Mode:
+    """A natural frequency, undamped [Hz], its damping ratio, and the share of its band's power explained."""
+
+    frequency_hz: float
+    damping_ratio: float
+    explained: float
+
+
+@dataclass(frozen=True)
+class _Candidate:
+    """Where a resonance may be, and how far it stands over its flanks (ln)."""
+
+    frequency_hz: float
+    height: float
+
+
+def modes_of_transfer(response: Array, excitation: Array, sample_rate_hz: float) -> list[Mode]:
+    """Return the modes that a response shows to a measured excitation, ascending.
+
+    Parameters
+    ----------
+    response, excitation : (n,) array
+        Samples taken together; any units.
+    sample_rate_hz : float
+        Samples a second [Hz].
+    """
+    y, u = fft.rfft(response - response.mean()), fft.rfft(excitation - excitation.mean())
+    f, (cross, power, _) = _log_sums(
+        len(response), sample_rate_hz, y * u.conj(), np.abs(u) ** 2, np.abs(y) ** 2
+    )
+    size = np.abs(cross) / np.maximum(power.real, 1e-300)
+    excited = power.real / np.gradient(f) > LEAST_EXCITED * np.max(power.real / np.gradient(f))
+    candidates = _peaks(f, size, excited)
+    return _fitted(candidates, y, [u], sample_rate_hz, len(response))
+
+
+def modes_of_run_up(
+    response: Array, sample_rate_hz: float, turning: Turning, orders: Sequence[float]
+) -> list[Mode]:
+    """Return the modes that stay in hertz while the orders pass through them, ascending.
+
+    Parameters
+    ----------
+    response : (n,) array
+        Samples from the record's first on.
+    turning : Turning
+        The shaft's angle by the same clock; what is outside of it is left out.
+    orders : sequence of float
+        Those that excite, the strongest ones [-].
+    """
+    first = int(np.ceil(max(turning.start_s, 0.0) * sample_rate_hz))
+    last = min(int(turning.end_s * sample_rate_hz), len(response))
+    piece = response[first:last] - response[first:last].mean()
+    times = np.arange(first, last) / sample_rate_hz
+    y, angle = fft.rfft(piece), turning.angle_rad(times)
+    f, (power,) = _log_sums(len(piece), sample_rate_hz, np.abs(y) ** 2)
+    density = power.real / np.gradient(f)
+    candidates = _peaks(f, np.sqrt(density), density > 0.0)
+    inputs = [fft.rfft(np.cos(order * angle)) for order in orders]
+    return _fitted(candidates, y, inputs, sample_rate_hz, len(piece))
+
+
+def modes_of_response(response: Array, sample_rate_hz: float) -> list[Mode]:
+    """Return the modes that a response alone shows, to an excitation of even level, ascending."""
+    length = len(response)
+    y = fft.rfft(response - response.mean())
+    power = np.abs(y) ** 2
+    f, (sums,) = _log_sums(length, sample_rate_hz, power)
+    density = sums.real / np.gradient(f)
+    candidates = _peaks(f, np.sqrt(density), density > 1e-10 * density.max())
+    found = []
+    for place, guess in enumerate(candidates):
+        room = _room(candidates, place)
+        mode = _by_size(power, sample_rate_hz / length, guess.frequency_hz, room)
+        if mode is not None:
+            found.append(mode)
+    return _distinct(found)
+
+
+def _log_sums(length: int, rate: float, *values: Complex | Array) -> tuple[Array, list[Complex]]:
+    """Return middles of steps of the logarithmic frequency, a few bins or more, and what lies in each."""
+    bins = np.arange(1, length // 2)
+    step = np.floor(PER_DECADE * np.log10(bins)).astype(int)
+    wide = np.maximum(step, 0)
+    starts = np.flatnonzero(np.diff(wide, prepend=-1))
+    least = np.concatenate([[0], np.flatnonzero(np.diff(starts) >= 4)])
+    first = starts[least[1]] if len(least) > 1 else len(bins)
+    even = np.arange(0, first, 4)
+    starts = np.concatenate([even, starts[starts >= first]])
+    ends = np.append(starts[1:], len(bins))
+    middles = np.sqrt(bins[starts] * (bins[ends - 1].astype(float))) * rate / length
+    return middles, [
+        np.add.reduceat(np.asarray(each[1 : length // 2], dtype=complex), starts) for each in values
+    ]
+
+
+def _peaks(f: Array, size: Array, excited: NDArray[np.bool_]) -> list[_Candidate]:
+    """Return frequencies where a size stands out over its flanks, on a logarithmic scale."""
+    level = np.log(np.maximum(size, 1e-300))
+    kernel = np.array([1.0, 2.0, 3.0, 2.0, 1.0]) / 9.0
+    smooth = np.convolve(np.pad(level, 2, "edge"), kernel, "valid")
+    places, told = signal.find_peaks(smooth, prominence=PROMINENCE)
+    heights = np.asarray(told["prominences"])  # type: ignore[typeddict-item]
+    return [
+        _Candidate(float(f[place]), float(height))
+        for place, height in zip(places, heights, strict=True)
+        if excited[place]
+    ]
+
+
+def _room(candidates: Sequence[_Candidate], place: int) -> float:
+    """Return how far a band may reach before it comes halfway to a resonance of some size [Hz]."""
+    own = candidates[place]
+    gaps = [
+        abs(other.frequency_hz - own.frequency_hz)
+        for k, other in enumerate(candidates)
+        if k != place and other.height > 0.5 * own.height
+    ]
+    return 0.6 * min([*gaps, own.frequency_hz / 0.75])
+
+
+def _fitted(
+    candidates: Sequence[_Candidate], y: Complex, inputs: Sequence[Complex], rate: float, length: int
+) -> list[Mode]:
+    found = []
+    for place, guess in enumerate(candidates):
+        mode = _by_inputs(y, inputs, rate / length, guess.frequency_hz, _room(candidates, place))
+        if mode is not None:
+            found.append(mode)
+    return _distinct(found)
+
+
+def _distinct(found: Sequence[Mode]) -> list[Mode]:
+    """Return modes ascending, of those that are one the best explained."""
+    kept: list[Mode] = []
+    for mode in sorted(found, key=lambda each: -each.explained):
+        near = (abs(mode.frequency_hz - other.frequency_hz) for other in kept)
+        if all(gap > 0.5 * mode.damping_ratio * mode.frequency_hz for gap in near):
+            kept.append(mode)
+    return sorted(kept, key=lambda each: each.frequency_hz)
+
+
+def _by_inputs(y: Complex, inputs: Sequence[Complex], step: float, guess: float, room: float) -> Mode | None:
+    """Fit one pole to a band around a guess; the band follows the width that is found."""
+    centre, half = guess, min(room, max(0.05 * guess, 12.0 * step))
+    mode: Mode | None = None
+    for width in WIDTHS:
+        low, high = max(1, int((centre - half) / step)), min(len(y) - 1, int((centre + half) / step) + 1)
+        if high - low < 6 * (SMOOTH_DEGREE + 2):
+            break
+        s = np.asarray(1j * (np.arange(low, high) * step - centre) / half, dtype=complex)
+        seen = y[low:high]
+        driving = [u[low:high] for u in inputs]
+        strongest = max((float((np.abs(u) ** 2).sum()) for u in driving), default=0.0)
+        driving = [u for u in driving if (np.abs(u) ** 2).sum() > 0.05 * strongest > 0.0]
+        pole, explained = _pole(s, seen, driving)
+        mode = _mode(centre + half * pole.imag, -half * pole.real, explained)
+        if mode is None or abs(mode.frequency_hz - guess) > room:
+            return None
+        if 2.0 * mode.damping_ratio * mode.frequency_hz < LEAST_BINS * step:
+            return None
+        centre = centre + half * pole.imag
+        half = min(room, max(width * mode.damping_ratio * mode.frequency_hz, 40.0 * step))
+    return mode if mode is not None and mode.explained > EXPLAINED else None
+
+
+def _pole(s: Complex, seen: Complex, inputs: Sequence[Complex]) -> tuple[complex, float]:
+    """Return the pole and the share of the power that is explained."""
+    powers = [s**k for k in range(SMOOTH_DEGREE + 1)]
+    columns = [power * u for u in inputs for power in powers] + powers
+    matrix = np.stack([seen, *columns], axis=1)  # s·seen = p·seen + Σ …
+    pole, weight = -0.1 + 0j, np.ones(len(s))
+    size = np.sqrt((np.abs(matrix) ** 2).sum(axis=0))
+    size[size == 0.0] = 1.0
+    for _ in range(ROUNDS):
+        found = np.linalg.lstsq(weight[:, None] * matrix / size, weight * s * seen, rcond=1e-12)[0] / size
+        moved = abs(complex(found[0]) - pole)
+        pole = complex(found[0])
+        weight = 1.0 / np.maximum(np.abs(s - pole), 1e-6)
+        if moved < 1e-9:
+            break
+    model = (matrix[:, 1:] @ found[1:]) / (s - pole)
+    total = float((np.abs(seen) ** 2).sum())
+    return pole, 1.0 - float((np.abs(seen - model) ** 2).sum()) / total if total else 0.0
+
+
+def _by_size(power: Array, step: float, guess: float, room: float) -> Mode | None:
+    """Fit C(x)/(x² − 2ax + c) to the size squared in a band around a guess."""
+    centre, half = guess, min(room, max(0.05 * guess, 12.0 * step))
+    mode: Mode | None = None
+    for width in WIDTHS:
+        low, high = max(1, int((centre - half) / step)), min(len(power) - 1, int((centre + half) / step) + 1)
+        if high - low < 12:
+            break
+        x, seen = _thinned((np.arange(float(low), float(high)) * step - centre) / half, power[low:high])
+        a, c, explained = _bell(x, seen)
+        if not c > a * a:
+            return None
+        mode = _mode(centre + half * a, half * float(np.sqrt(c - a * a)), explained)
+        if mode is None or abs(mode.frequency_hz - guess) > room:
+            return None
+        if 2.0 * mode.damping_ratio * mode.frequency_hz < LEAST_BINS * step:
+            return None
+        centre, half = (
+            centre + half * a,
+            min(room, max(width * mode.damping_ratio * mode.frequency_hz, 12.0 * step)),
+        )
+    return mode if mode is not None and mode.explained > EXPLAINED else None
+
+
+def _thinned(x: Array, seen: Array) -> tuple[Array, Array]:
+    """Return means over neighbours where there are many: the answer to noise scatters by its own size."""
+    few = len(x) // BELL_POINTS
+    if few < 2:
+        return x, seen
+    kept = len(x) // few * few
+    return x[:kept].reshape(-1, few).mean(axis=1), seen[:kept].reshape(-1, few).mean(axis=1)
+
+
+def _bell(x: Array, seen: Array) -> tuple[float, float, float]:
+    """Return a, c and the share explained."""
+    powers = np.stack([x**k for k in range(SMOOTH_DEGREE + 1)], axis=1)
+    a, c = 0.0, 0.1
+    for _ in range(ROUNDS):
+        weight = 1.0 / np.maximum(x * x - 2.0 * a * x + c, 1e-9)
+        matrix = np.concatenate([(2.0 * x * seen)[:, None], -seen[:, None], powers], axis=1) * weight[:, None]
+        size = np.sqrt((matrix**2).sum(axis=0)) + 1e-300
+        found = np.linalg.lstsq(matrix / size, weight * x * x * seen, rcond=1e-12)[0] / size
+        moved = abs(found[0] - a) + abs(found[1] - c)
+        a, c = float(found[0]), float(found[1])
+        if moved < 1e-10 or not c > a * a:
+            break
+    bell = x * x - 2.0 * a * x + c
+    if not c > a * a:
+        return a, c, 0.0
+    model = powers @ found[2:] / bell
+    spread = float(((seen - seen.mean()) ** 2).sum())
+    return a, c, 1.0 - float(((seen - model) ** 2).sum()) / spread if spread else 0.0
+
+
+def _mode(damped_hz: float, decay_hz: float, explained: float) -> Mode | None:
+    """Return the mode of a pole; None where it is none that rings."""
+    frequency = float(np.hypot(damped_hz, decay_hz))
+    if not decay_hz > 0.0 or not frequency > 0.0 or decay_hz > MOST_DAMPING * frequency:
+        return None
+    return Mode(frequency, decay_hz / frequency, explained)
+
+
+def modes_of_sweep(response: Array, sample_rate_hz: float) -> list[Mode]:
+    """Return the modes that a response shows to one sine that sweeps, whose course is read from the response.
+
+    The course of the sine's frequency is the spectrogram's ridge, made smooth; the resonance turns the
+    response's phase, but that is what the fit finds. Where there is no one ridge, the spectrum's size is
+    fitted instead.
+    """
+    angle = _ridge_angle(response, sample_rate_hz)
+    if angle is None:
+        return modes_of_response(response, sample_rate_hz)
+    return modes_of_transfer(response, np.cos(angle), sample_rate_hz)
+
+
+def _ridge_angle(values: Array, rate: float) -> Array | None:
+    """Return the angle of a lone sweeping sine at each sample; None where the record holds none."""
+    ridge = _ridge(values, rate)
+    if ridge is None:
+        return None
+    times, frequencies, sure = ridge
+    course = _smooth_course(times, frequencies, sure)
+    if course is None:
+        return None
+    at = np.arange(len(values)) / rate
+    instant = np.interp(at, times, course, left=np.nan, right=np.nan)
+    first, last = (
+        int(np.argmax(np.isfinite(instant))),
+        len(at) - 1 - int(np.argmax(np.isfinite(instant[::-1]))),
+    )
+    # Straight on beyond the middles of the first and last piece, as slopes are there.
+    reach = max(1, (last - first) // 50)
+    front = (instant[first + reach] - instant[first]) / reach
+    back = (instant[last] - instant[last - reach]) / reach
+    instant[:first] = instant[first] + front * (np.arange(first) - first)
+    instant[last + 1 :] = instant[last] + back * np.arange(1, len(at) - last)
+    return np.asarray(np.cumsum(np.maximum(instant, 0.0)) * (TURN / rate))
+
+
+def _ridge(values: Array, rate: float) -> tuple[Array, Array, Array] | None:
+    """Return times, frequencies and shares of power of a spectrogram's ridge; None where there is none."""
+    count = len(values)
+    length = 1 << int(np.clip(np.round(np.log2(np.sqrt(count) * 4.0)), 6, 15))
+    if count < 4 * length:
+        return None
+    steps = min(400, 4 * (count // length))
+    starts = np.round(np.linspace(0, count - length, steps)).astype(int)
+    weights = np.hanning(length + 1)[:-1]
+    power = np.stack([np.abs(fft.rfft(values[k : k + length] * weights)) ** 2 for k in starts])
+    power[:, :2] = 0.0
+    top = np.argmax(power, axis=1)
+    near = np.abs(np.arange(power.shape[1])[None, :] - top[:, None]) <= max(8, length // 64)
+    total = power.sum(axis=1)
+    share = np.where(near, power, 0.0).sum(axis=1) / np.maximum(total, 1e-300)
+    if np.median(share) < RIDGE_SHARE:
+        return None
+    columns = np.arange(power.shape[1])
+    centre = (np.where(near, power, 0.0) @ columns) / np.maximum(
+        np.where(near, power, 0.0).sum(axis=1), 1e-300
+    )
+    return (starts + 0.5 * length) / rate, centre * rate / length, share
+
+
+def _smooth_course(times: Array, frequencies: Array, sure: Array) -> Array | None:
+    """Return an even or exponential sweep through a ridge, or a cubic; None where it is no sweep.
+
+    What rings on at the resonance is no sweep: it lies off, and counts less from round to round.
+    """
+    x = 2.0 * (times - times[0]) / (times[-1] - times[0]) - 1.0
+    known = sure > RIDGE_SHARE
+    fits = []
+    for degree, charge in ((1, 1.0), (3, 1.5)):
+        for forth, back in ((np.asarray, np.asarray), (np.log, np.exp)):
+            values = forth(np.maximum(frequencies, 1e-9))
+            curve = np.polynomial.Polynomial(_middle_line(x[known], values[known]))
+            for _ in range(12):
+                off = np.abs(curve(x) - values)
+                weight = np.where(known, 1.0 / (1.0 + (off / (np.median(off[known]) + 1e-12)) ** 2), 0.0)
+                curve = np.polynomial.Polynomial.fit(x, values, degree, w=weight, domain=[-1.0, 1.0])
+            course = back(curve(x))
+            fits.append((charge * float(np.median(np.abs(course - frequencies)[known])), course))
+    off, course = min(fits, key=lambda each: each[0])
+    swept = float(course.max() - course.min())
+    return np.asarray(course) if swept > 0.2 * course.max() and off < 0.02 * swept else None
+
+
+def _middle_line(x: Array, y: Array) -> tuple[float, float]:
+    """Return the line of median slope through points, which strays do not move: offset and slope."""
+    half = len(x) // 2
+    slope = float(np.median((y[-half:] - y[:half]) / (x[-half:] - x[:half])))
+    return float(np.median(y - slope * x)), slope

@@ -1,0 +1,290 @@
+"""The sines of a record: frequency, amplitude and phase, between bins too, without leakage.
+
+A sine A cos(2πνn/N + φ) has the transform ½ [c W(ν − k) + c̄ W(−ν − k)], c = A e^(iφ), W the window's own
+transform, known exactly. All sines and the mean are fitted together, by least squares, to the bins around
+each of them (Gauss-Newton, damped): what leaks from one into another's bins, and from a sine's negative
+frequency into its positive one, belongs to the model and so spoils nothing.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from itertools import pairwise
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy import fft
+
+from autobalance.signal.record import Array, Complex
+from autobalance.signal.windows import SIDELOBE, gain, half_width_bins, line, window
+
+ROUNDING = 1e-10
+"""A peak below this share of the greatest is what double precision leaves."""
+ABOVE_NOISE = 5.0
+"""A peak must stand so many times above the median around it: one in 10⁷ of white noise's bins does."""
+MEDIAN_BINS = 256
+STEPS = 30
+QUICK_STEPS = 5
+"""While sines are still being found; each step doubles the digits."""
+CONVERGED_BINS = 1e-11
+LEAKS_BINS = 4096
+"""So far from a sine every window but the rectangle leaves less than double precision shows."""
+MOST_LEFT = 0.5
+"""Share of a sine's power, within its main lobe, that may be left unexplained."""
+CLOSEST_BINS = 0.3
+"""Two sines nearer to one another than this are one."""
+
+
+@dataclass(frozen=True)
+class Sine:
+    """A cos(2πft + φ), t from the record's first sample."""
+
+    frequency_hz: float
+    amplitude: float
+    phase_rad: float
+
+
+@dataclass(frozen=True, eq=False)
+class _Fit:
+    """Frequencies in bins, ascending, complex amplitudes, and the mean."""
+
+    bins: Array
+    amplitudes: Complex
+    mean: float
+
+
+def find_sines(values: Array, sample_rate_hz: float, window_name: str = "hann", most: int = 20) -> list[Sine]:
+    """Return the strongest sines of a record, falling in amplitude.
+
+    Parameters
+    ----------
+    values : (n,) array
+        Samples, n ≥ 8.
+    sample_rate_hz : float
+        Samples a second [Hz].
+    window_name : str
+        A key of ``COSINES``.
+    most : int
+        How many at most; fewer where fewer stand above the noise.
+
+    Returns
+    -------
+    list of Sine
+        Without noise, of sines more than a main lobe apart, exact to rounding.
+
+    Examples
+    --------
+    >>> t = np.arange(1000) / 1000.0
+    >>> [sine] = find_sines(3.0 * np.cos(2.0 * np.pi * 20.37 * t + 0.5), 1000.0)
+    >>> round(sine.frequency_hz, 9), round(sine.amplitude, 9), round(sine.phase_rad, 9)
+    (20.37, 3.0, 0.5)
+    """
+    length = len(values)
+    weights = window(window_name, length)
+    level = float(weights @ values / weights.sum())
+    spectrum = fft.rfft((values - level) * weights)
+    fit = _strip(spectrum, length, window_name, max(most, 12))
+    sines = [
+        Sine(float(nu) * sample_rate_hz / length, float(abs(c)), float(np.angle(c)))
+        for nu, c in zip(fit.bins, fit.amplitudes, strict=True)
+    ]
+    return sorted(sines, key=lambda sine: -sine.amplitude)[:most]
+
+
+def amplitude_spectrum(
+    values: Array, sample_rate_hz: float, window_name: str = "hann"
+) -> tuple[Array, Array]:
+    """Return frequencies [Hz] and amplitudes, calibrated: a sine on a bin reads its peak amplitude there."""
+    length = len(values)
+    scale = 2.0 / (length * gain(window_name))
+    amplitudes = np.abs(fft.rfft(values * window(window_name, length))) * scale
+    amplitudes[0] *= 0.5
+    if length % 2 == 0:
+        amplitudes[-1] *= 0.5
+    return fft.rfftfreq(length, 1.0 / sample_rate_hz), amplitudes
+
+
+def _strip(spectrum: Complex, length: int, name: str, most: int) -> _Fit:
+    """Fit the strongest sines, take them off, and look again at what is left, until nothing stands out."""
+    fit = _Fit(np.zeros(0), np.zeros(0, dtype=complex), 0.0)
+    rest = np.abs(spectrum)
+    ceiling = float(rest.max(initial=0.0))
+    while len(fit.bins) < most:
+        fresh = _standing_out(rest, name, most - len(fit.bins), ceiling * ROUNDING, fit.bins)
+        if not len(fresh):
+            break
+        places = np.array([_start(spectrum, length, name, fit, k) for k in fresh])
+        grown = _refined(spectrum, length, name, np.concatenate([fit.bins, places]), QUICK_STEPS)
+        if len(grown.bins) <= len(fit.bins):
+            break
+        fit = grown
+        if len(fit.bins) < most:
+            rest = _remainder(spectrum, length, name, fit)
+    if not len(fit.bins):
+        return fit
+    return _sines_only(spectrum, length, name, _refined(spectrum, length, name, fit.bins, STEPS))
+
+
+def _sines_only(spectrum: Complex, length: int, name: str, fit: _Fit) -> _Fit:
+    """Leave out what is no sine: lines of a speed that varies are wider than the window makes a sine."""
+    keep = np.ones(len(fit.bins), dtype=bool)
+    for place, nu in enumerate(fit.bins):
+        at = _around(np.array([nu]), half_width_bins(name), len(spectrum))
+        seen = spectrum[at.astype(int)]
+        rest = seen - _model(at, length, name, fit)
+        own = 0.5 * fit.amplitudes[place] * line(name, length, nu - at)
+        keep[place] = (np.abs(rest) ** 2).sum() < MOST_LEFT * (np.abs(own) ** 2).sum()
+    return _Fit(fit.bins[keep], fit.amplitudes[keep], fit.mean)
+
+
+def _remainder(spectrum: Complex, length: int, name: str, fit: _Fit) -> Array:
+    """Return the size of what the fit leaves; far from its sines nothing changes."""
+    rest = np.abs(spectrum)
+    far = len(spectrum) if name == "rect" else LEAKS_BINS
+    at = (
+        np.arange(len(spectrum))
+        if len(spectrum) <= far
+        else _around(fit.bins, far, len(spectrum)).astype(int)
+    )
+    rest[at] = np.abs(spectrum[at] - _model(at.astype(float), length, name, fit))
+    return rest
+
+
+def _standing_out(rest: Array, name: str, most: int, least: float, known: Array) -> NDArray[np.intp]:
+    """Return bins of maxima above the noise around them and too strong to be side lobes of others."""
+    inner = rest[1:-1]
+    maxima = 1 + np.flatnonzero((inner >= rest[:-2]) & (inner > rest[2:]))
+    maxima = maxima[rest[maxima] > np.maximum(ABOVE_NOISE * _floor(rest)[maxima], least)]
+    if len(known):
+        gap = np.abs(maxima[:, None] - known[None, :]).min(axis=1)
+        maxima = maxima[gap > CLOSEST_BINS]
+    if not len(maxima):
+        return maxima
+    maxima = maxima[rest[maxima] >= SIDELOBE[name] * rest[maxima].max()]
+    apart = 2 * half_width_bins(name)
+    chosen: list[int] = []
+    for k in maxima[np.argsort(-rest[maxima], kind="stable")]:
+        if len(chosen) == most:
+            break
+        if all(abs(k - other) >= apart for other in chosen):
+            chosen.append(int(k))
+    return np.array(chosen)
+
+
+def _floor(rest: Array) -> Array:
+    """Return the median around each bin, piece by piece."""
+    pieces = max(1, len(rest) // MEDIAN_BINS)
+    edges = np.linspace(0, len(rest), pieces + 1).astype(int)
+    medians = [np.median(rest[a:b]) for a, b in pairwise(edges)]
+    return np.repeat(np.array(medians), np.diff(edges))
+
+
+def _start(spectrum: Complex, length: int, name: str, fit: _Fit, k: int) -> float:
+    """Return where within a bin of its maximum one sine alone explains most."""
+    at = _around(np.array([float(k)]), half_width_bins(name), len(spectrum))
+    seen = spectrum[at.astype(int)] - _model(at, length, name, fit)
+    tries = k + np.linspace(-0.75, 0.75, 31)
+    shapes = line(name, length, tries[:, None] - at[None, :])
+    explained = np.abs(shapes.conj() @ seen) ** 2 / (np.abs(shapes) ** 2).sum(axis=1)
+    return float(tries[int(np.argmax(explained))])
+
+
+def _around(bins: Array, reach: int, count: int) -> Array:
+    """Return the whole bins within reach of any of the given ones."""
+    near = np.round(bins)[:, None] + np.arange(-reach, reach + 1)[None, :]
+    return np.unique(near[(near >= 0) & (near < count)])
+
+
+def _model(at: Array, length: int, name: str, fit: _Fit) -> Complex:
+    """Return the transform of the fitted sines and mean at bins."""
+    total = fit.mean * line(name, length, -at)
+    for nu, c in zip(fit.bins, fit.amplitudes, strict=True):
+        total += 0.5 * (c * line(name, length, nu - at) + np.conj(c) * line(name, length, -nu - at))
+    return total
+
+
+@dataclass(frozen=True, eq=False)
+class _Seen:
+    """The part of the spectrum that is fitted: whole bins, their values, and the record they are of."""
+
+    at: Array
+    values: Complex
+    length: int
+    name: str
+
+    def solved(self, bins: Array) -> tuple[_Fit, float]:
+        """Return the amplitudes and mean that fit best at given frequencies, and the sum of squares left."""
+        columns = _columns(self.at, self.length, self.name, bins)
+        rows, right = _split(columns), _split(self.values)
+        found = np.linalg.lstsq(rows, right, rcond=1e-12)[0]
+        m = len(bins)
+        left = float(((right - rows @ found) ** 2).sum())
+        return _Fit(bins, found[:m] + 1j * found[m : 2 * m], float(found[2 * m])), left
+
+
+def _refined(spectrum: Complex, length: int, name: str, bins: Array, steps: int) -> _Fit:
+    """Fit frequencies and amplitudes together; sines that run into one another or away are left out."""
+    anchors = bins = np.sort(bins)
+    at = _around(np.append(bins, 0.0), half_width_bins(name) + 1, len(spectrum))
+    seen = _Seen(at, spectrum[at.astype(int)], length, name)
+    low, high = np.maximum(anchors - 1.0, 0.05), np.minimum(anchors + 1.0, length / 2 - 0.05)
+    fit, cost = seen.solved(bins)
+    damping = 0.0
+    for _ in range(steps):
+        step = np.clip(_step(seen, fit, damping), -0.5, 0.5)
+        trial, trial_cost = seen.solved(np.clip(fit.bins + step, low, high))
+        if trial_cost > cost * (1.0 + 1e-9):
+            damping = max(10.0 * damping, 1e-3)
+            if damping > 1e6:
+                break
+            continue
+        moved = float(np.abs(trial.bins - fit.bins).max())
+        fit, cost, damping = trial, trial_cost, 0.1 * damping
+        if moved < CONVERGED_BINS:
+            break
+    ghosts = np.abs(fit.amplitudes) < ROUNDING * np.abs(fit.amplitudes).max(initial=0.0)
+    keep = _kept(fit.bins, fit.amplitudes) & ~ghosts
+    return fit if keep.all() else seen.solved(fit.bins[keep])[0]
+
+
+def _kept(bins: Array, amplitudes: Complex) -> NDArray[np.bool_]:
+    keep = np.ones(len(bins), dtype=bool)
+    for place in np.argsort(-np.abs(amplitudes)):
+        near = (np.abs(bins - bins[place]) < CLOSEST_BINS) & keep
+        near[place] = False
+        if keep[place]:
+            keep &= ~near
+    return keep
+
+
+def _columns(at: Array, length: int, name: str, bins: Array) -> Complex:
+    """Return the transforms of each sine's cosine and sine part and of the mean, (bins, 2m + 1)."""
+    plus = line(name, length, bins[None, :] - at[:, None])
+    minus = line(name, length, -bins[None, :] - at[:, None])
+    mean = line(name, length, -at)[:, None]
+    return np.hstack([0.5 * (plus + minus), 0.5j * (plus - minus), mean])
+
+
+def _step(seen: _Seen, fit: _Fit, damping: float) -> Array:
+    """Return the Gauss-Newton step of the frequencies, amplitudes and mean moving with them."""
+    h = 1e-4
+    at, length, name = seen.at[:, None], seen.length, seen.name
+    plus = line(name, length, fit.bins + h - at) - line(name, length, fit.bins - h - at)
+    minus = line(name, length, -fit.bins - h - at) - line(name, length, -fit.bins + h - at)
+    slopes = (fit.amplitudes * plus + np.conj(fit.amplitudes) * minus) / (4.0 * h)
+    rest = seen.values - _model(seen.at, length, name, fit)
+    rows = _split(np.hstack([slopes, _columns(seen.at, length, name, fit.bins)]))
+    right = _split(rest)
+    size = np.sqrt((rows**2).sum(axis=0))
+    size[size == 0.0] = 1.0
+    rows = rows / size
+    if damping > 0.0:
+        count = rows.shape[1]
+        rows = np.vstack([rows, np.sqrt(damping) * np.eye(count)])
+        right = np.append(right, np.zeros(count))
+    found = np.linalg.lstsq(rows, right, rcond=1e-12)[0] / size
+    return np.asarray(found[: len(fit.bins)])
+
+
+def _split(values: Complex) -> Array:
+    return np.concatenate([values.real, values.imag], axis=0)

@@ -1,0 +1,173 @@
+"""What may cause an order: the engine's masses, its shafts, its firing, its bearings; and how well each fits.
+
+A source is expected at an order. It is a candidate where that order and the one seen are no further apart
+than the record can tell, or than balls slide in a bearing.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from autobalance.engine.whole_engine import Engine, Order
+from autobalance.signal.bearing import SLIP, Bearing
+
+UNEXPLAINED = "unexplained"
+BEARING_NAMES = {
+    "bpfo": "outer ring (BPFO)",
+    "bpfi": "inner ring (BPFI)",
+    "ftf": "cage (FTF)",
+    "bsf": "ball's own turning (BSF)",
+    "ball_defect": "ball striking (2 BSF)",
+}
+BEARING_HARMONICS = 3
+NOTHING = 1e-6
+"""Share of the engine's greatest order below which an order cancels."""
+
+
+@dataclass(frozen=True)
+class Source:
+    """Something that would show at an order; ``slip`` is by what share of it it may be off."""
+
+    order: float
+    text: str
+    slip: float = 0.0
+
+
+def bearing_sources(bearing: Bearing) -> list[Source]:
+    """Return what a bearing's defects would give, with their harmonics."""
+    return [
+        Source(times * order, f"bearing, {BEARING_NAMES[name]}" + (f" × {times}" if times > 1 else ""), SLIP)
+        for name, order in bearing.orders().items()
+        for times in range(1, BEARING_HARMONICS + 1)
+    ]
+
+
+def shaft_source() -> Source:
+    """Return what any shaft gives, where nothing is known of the engine."""
+    return Source(
+        1.0, "turns with the shaft: unbalance, a bend, or misalignment (a job tells how much unbalance)"
+    )
+
+
+def mass_sources(
+    engine: Engine,
+    speed_rad_s: float,
+    max_order: float,
+    shafts: Sequence[Order] = (),
+    *,
+    first_only: bool = False,
+) -> list[Source]:
+    """Return what moving masses give at a speed, order by order: the whole engine, and one cylinder alone.
+
+    Parameters
+    ----------
+    engine : Engine
+        With the crank as it is.
+    shafts : sequence of Order
+        The engine's orders with its balance shafts, where it has any.
+    first_only : bool
+        Without a rod length only the first order is known.
+    """
+    highest = 1 if first_only else max(1, int(max_order))
+    orders = [order for order in engine.orders(speed_rad_s, highest) if order.order % 1.0 == 0.0]
+    alone = _alone(engine, speed_rad_s, highest)
+    with_shafts = {order.order: order for order in shafts}
+    force = max([order.greatest_force_n for order in orders] + list(alone.values()))
+    moment = max(order.greatest_moment_n_m for order in orders)
+    found = []
+    for order in orders:
+        kept = with_shafts.get(order.order, order)
+        if alone[order.order] <= NOTHING * force and kept.greatest_moment_n_m <= NOTHING * moment:
+            continue
+        if kept.greatest_force_n <= NOTHING * force and kept.greatest_moment_n_m <= NOTHING * moment:
+            continue
+        found.append(
+            Source(
+                order.order, _masses_text(kept, alone[order.order], len(engine.cylinders), kept is not order)
+            )
+        )
+    return found + _rotating(engine, speed_rad_s)
+
+
+def _masses_text(order: Order, alone: float, cylinders: int, shafts: bool) -> str:
+    forward, backward = order.circles_n
+    what = "moving masses with the balance shafts" if shafts else "moving masses"
+    each = f"; of {cylinders} cylinders, {alone:.4g} N each" if cylinders > 1 else ""
+    return (
+        f"{what}: force {order.greatest_force_n:.4g} N (forward {forward:.4g}, backward {backward:.4g}), "
+        f"moment {order.greatest_moment_n_m:.4g} N·m{each}"
+    )
+
+
+def _alone(engine: Engine, speed_rad_s: float, highest: int) -> dict[float, float]:
+    """Return the greatest force of one cylinder's piston alone, by order [N]."""
+    if not engine.cylinders:
+        return {float(k): 0.0 for k in range(1, highest + 1)}
+    piston = replace(engine.cylinders[0], rotating_g=0.0)
+    found = Engine((piston,)).orders(speed_rad_s, highest)
+    return {order.order: order.greatest_force_n for order in found if order.order % 1.0 == 0.0}
+
+
+def _rotating(engine: Engine, speed_rad_s: float) -> list[Source]:
+    unbalance = engine.rotating
+    size = float(np.hypot(*unbalance.resultant_g_mm))
+    angle = float(np.degrees(np.arctan2(unbalance.resultant_g_mm[1], unbalance.resultant_g_mm[0])))
+    force = size * speed_rad_s**2 * 1e-6
+    if size == 0.0:
+        return []
+    return [
+        Source(1.0, f"rotating unbalance of crank and rods: {size:.4g} g·mm at {angle:.1f}°, {force:.4g} N")
+    ]
+
+
+def firing_sources(cylinders: int, strokes: int, max_order: float) -> list[Source]:
+    """Return what combustion gives: the firing order's multiples, and what unlike cylinders leave."""
+    cycle = 2.0 / strokes  # order of one cylinder's cycle
+    found = []
+    for k in range(1, int(max_order / cycle) + 1):
+        order = k * cycle
+        if k % cylinders == 0:
+            found.append(Source(order, f"firing of {cylinders} cylinders, {k // cylinders} a cycle of each"))
+        elif cylinders > 1:
+            found.append(Source(order, f"combustion: unlike cylinders or uneven firing, {k} times a cycle"))
+    return found
+
+
+def torque_sources(amplitudes_N_m: Sequence[tuple[float, float]]) -> list[Source]:
+    """Return what a computed cycle's torque gives, (order, amplitude) each."""
+    return [
+        Source(order, f"torque of the cycle: {size:.4g} N·m") for order, size in amplitudes_N_m if size > 0.0
+    ]
+
+
+def natural_sources(frequencies_hz: Sequence[float], order_hz: float, width_hz: float) -> list[str]:
+    """Return the natural frequencies that a line stands on."""
+    return [
+        f"raised by the natural frequency {f:.6g} Hz" for f in frequencies_hz if abs(f - order_hz) <= width_hz
+    ]
+
+
+def candidates(order: float, resolution: float, sources: Sequence[Source]) -> list[str]:
+    """Return what may cause a line at an order, the best fit first; ``unexplained`` where nothing does.
+
+    Parameters
+    ----------
+    order : float
+        Of the line seen.
+    resolution : float
+        How far off a line may be read.
+    """
+    near = [(abs(order - source.order), source) for source in sources]
+    near = [(gap, source) for gap, source in near if gap <= resolution + source.slip * source.order]
+    near.sort(key=lambda each: each[0])
+    return [_fit_text(order, gap, source) for gap, source in near] or [UNEXPLAINED]
+
+
+def _fit_text(order: float, gap: float, source: Source) -> str:
+    if gap < 1e-9:
+        return source.text
+    off = 100.0 * (order - source.order) / source.order
+    return f"{source.text}: expected at order {source.order:.5g}, {off:+.2g} %"

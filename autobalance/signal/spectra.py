@@ -1,0 +1,113 @@
+"""Averaged spectra and what is made of them: Welch with scatter, bands of RMS, velocity and displacement."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from scipy import fft
+
+from autobalance.signal.record import Array, Channel
+from autobalance.signal.windows import window
+
+STANDARD_GRAVITY = 9.80665
+ACCELERATION = {"g": STANDARD_GRAVITY, "m/s²": 1.0, "mm/s²": 1e-3}
+VELOCITY = {"m/s": 1.0, "mm/s": 1e-3, "in/s": 0.0254, "ips": 0.0254}
+DISPLACEMENT = {"m": 1.0, "mm": 1e-3, "µm": 1e-6}
+"""Unit → metres and seconds, by quantity: how often it was differentiated by time is 2, 1, 0."""
+BANDS_HZ = ((10.0, 1000.0), (2.0, 1000.0))
+"""ISO 20816: from 10 Hz; from 2 Hz for machines below 600 1/min."""
+
+
+@dataclass(frozen=True, eq=False)
+class Welch:
+    """A power spectral density with its scatter.
+
+    ``density`` and ``scatter`` (the mean's standard error, from the segments) in unit²/Hz.
+    """
+
+    frequencies_hz: Array
+    density: Array
+    scatter: Array
+    segments: int
+    noise_bandwidth_hz: float
+
+
+def welch(
+    channel: Channel, window_name: str = "hann", length: int | None = None, least_hz: float = 0.0
+) -> Welch:
+    """Return the mean power spectral density of segments that overlap by half, one after another.
+
+    Parameters
+    ----------
+    length : int or None
+        Samples of a segment; default an eighth of the record, 2¹⁶ at most.
+    least_hz : float
+        Instead of ``length``: the lowest frequency that must be told apart from 0.
+    """
+    rate, count = channel.sample_rate_hz, len(channel)
+    if length is None:
+        length = max(min(count // 8, 1 << 16), int(8 * rate / least_hz) if least_hz > 0.0 else 0, 16)
+    length = min(length, count)
+    weights = window(window_name, length)
+    scale = 2.0 / (rate * float((weights**2).sum()))
+    starts = range(0, count - length + 1, max(1, length // 2))
+    total, squares = np.zeros(length // 2 + 1), np.zeros(length // 2 + 1)
+    for start in starts:
+        piece = channel.values(start, start + length)
+        density = scale * np.abs(fft.rfft((piece - piece.mean()) * weights)) ** 2
+        total += density
+        squares += density**2
+    segments = len(starts)
+    total[0] *= 0.5
+    if length % 2 == 0:
+        total[-1] *= 0.5
+    mean = total / segments
+    variance = np.maximum(squares / segments - mean**2, 0.0)
+    # Halves that overlap are not independent: of n of them, about 0.75 n are, under a Hann window.
+    scatter = np.sqrt(variance / max(0.75 * segments, 1.0))
+    bandwidth = rate * float((weights**2).sum()) / float(weights.sum()) ** 2
+    return Welch(fft.rfftfreq(length, 1.0 / rate), mean, scatter, segments, bandwidth)
+
+
+def band_rms(spectrum: Welch, low_hz: float, high_hz: float, derivative: int = 0) -> float:
+    """Return the RMS between two frequencies, of the signal differentiated so often (−1: integrated)."""
+    f = spectrum.frequencies_hz
+    inside = (f >= max(low_hz, 1e-12)) & (f <= high_hz)
+    power = spectrum.density[inside] * (2.0 * np.pi * f[inside]) ** (2 * derivative)
+    return float(np.sqrt(power.sum() * (f[1] - f[0])))
+
+
+def quantity(unit: str | None) -> tuple[int, float] | None:
+    """Return how often a unit's displacement was differentiated, and its size in metres and seconds."""
+    for times, units in ((2, ACCELERATION), (1, VELOCITY), (0, DISPLACEMENT)):
+        if unit in units:
+            return times, units[unit]
+    return None
+
+
+def integrated(values: Array, sample_rate_hz: float, low_hz: float, times: int = 1) -> Array:
+    """Return a signal integrated by time, without what is below a frequency.
+
+    Each wave is divided by (2πif)ⁿ; below ``low_hz`` a half cosine over an octave takes it away, since
+    noise there would drown the rest. The record is mirrored at its ends, which keeps what wraps around away
+    from them.
+
+    Parameters
+    ----------
+    values : (n,) array
+        Samples.
+    low_hz : float
+        All of what is above is kept [Hz]; the half of it and less is gone.
+    times : int
+        1: acceleration to velocity; 2: to displacement; −1: velocity to acceleration.
+    """
+    room = len(values) - 1
+    centred = values - values.mean()
+    padded = np.pad(centred, (room, room), "reflect", reflect_type="odd")
+    f = fft.rfftfreq(len(padded), 1.0 / sample_rate_hz)
+    octave = np.clip(np.log2(np.maximum(f, 1e-12) / (0.5 * low_hz)), 0.0, 1.0)
+    factor = np.zeros(len(f), dtype=complex)
+    factor[1:] = (0.5 - 0.5 * np.cos(np.pi * octave[1:])) / (2j * np.pi * f[1:]) ** times
+    whole = fft.irfft(fft.rfft(padded) * factor, len(padded))
+    return np.asarray(whole[room : room + len(values)])
