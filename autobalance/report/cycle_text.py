@@ -127,9 +127,8 @@ def _factors(factors: Sequence[Values]) -> str:
 
 
 def _counterweights(found: Sequence[Values]) -> str:
-    rows: list[Sequence[str]] = [
-        ("Counterweight of least reaction", "unbalance", "at", "greatest left", "factor")
-    ]
+    head = ("Counterweight of least reaction", "anywhere", "at", "leaves", "opposite", "leaves", "factor")
+    rows: list[Sequence[str]] = [head]
     for row in found:
         rows.append(
             (
@@ -137,7 +136,9 @@ def _counterweights(found: Sequence[Values]) -> str:
                 f"{row['unbalance_g_mm']:.0f} g·mm",
                 f"{row['angle_deg']:.1f}°",
                 f"{row['greatest_N']:.0f} N",
-                number(row["factor"], ".3f"),
+                f"{row['opposite_g_mm']:.0f} g·mm",
+                f"{row['opposite_greatest_N']:.0f} N",
+                number(row["opposite_factor"], ".3f"),
             )
         )
     return table(rows)

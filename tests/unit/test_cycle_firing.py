@@ -9,7 +9,11 @@ import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
 
-from autobalance.engine.cycle.counterweight_search import best_counterweight, smallest_circle
+from autobalance.engine.cycle.counterweight_search import (
+    best_counterweight,
+    best_counterweight_at,
+    smallest_circle,
+)
 from autobalance.engine.cycle.firing import dead_centres_rad, firing_as_given, firing_in_order
 from autobalance.engine.cycle.pendulum import Pendulum
 from autobalance.engine.cycle.speed import run_up_s
@@ -161,6 +165,23 @@ def test_pure_inertia_is_balanced_by_half() -> None:
     factor = (best.product_g_mm - 134.04 * 26.9) / (261.5 * 26.9)
     assert factor == pytest.approx(0.5, abs=1e-4)
     assert best.greatest_n == pytest.approx(0.5 * 261.5 * 26.9 * speed**2 * 1e-6, rel=1e-4)
+    facing = best_counterweight_at(load[:, 0] + 1j * load[:, 1], angle, speed, math.pi)
+    assert facing.product_g_mm == pytest.approx(best.product_g_mm, rel=1e-6)
+    worse = best_counterweight_at(load[:, 0] + 1j * load[:, 1], angle, speed, 0.0)
+    assert worse.product_g_mm == 0.0
+
+
+@pytest.mark.parametrize("place", [2.0, 3.0])
+def test_an_allowed_direction_is_searched_as_brute_force_does(place: float) -> None:
+    draw = np.random.default_rng(4)
+    angle = whole_turn(360)
+    load = 900.0 * np.exp(1j * angle) + draw.normal(size=360) * 300.0 + 200.0j * draw.normal(size=360)
+    found = best_counterweight_at(load, angle, 500.0, place)
+    products = np.linspace(0.0, 2e4, 20001)
+    pull = products * 500.0**2 * 1e-6 * np.exp(1j * place)
+    left = np.abs(load[None, :] * np.exp(-1j * angle)[None, :] + pull[:, None]).max(axis=1)
+    assert found.greatest_n == pytest.approx(float(left.min()), abs=0.3)
+    assert found.product_g_mm == pytest.approx(float(products[left.argmin()]), abs=2.0)
 
 
 # --- pendulum and run-up ------------------------------------------------------------------------------------

@@ -379,3 +379,11 @@ def test_the_flywheel_needed_gives_the_fluctuation_wanted() -> None:
 def test_a_crank_without_inertia_would_stop() -> None:
     angle = np.linspace(0.0, 4.0 * math.pi, 720, endpoint=False)
     assert periodic_speed(angle, 50.0 * np.cos(2.0 * angle), np.full(720, 1e-9), 10.0) is None
+
+
+def test_a_twelve_is_quick_and_so_are_many_speeds_and_factors() -> None:
+    from benchmarks.cycle import loads_of_a_cycle, seconds, speeds_and_factors
+
+    assert loads_of_a_cycle().main_n.shape == (7, 7200, 2)
+    assert min(seconds(loads_of_a_cycle, 5)) < 0.1  # the least of a few: others may be using the machine
+    assert min(seconds(speeds_and_factors, 2)) < 1.0

@@ -24,6 +24,10 @@ class Circle:
     radius: float
 
 
+SEARCHED = 4.0
+"""Greatest counterweight that is looked at, over that which would take the greatest load away."""
+
+
 @dataclass(frozen=True)
 class BestCounterweight:
     """The unbalance to add in a throw's plane, in the rotor frame, and the greatest load it leaves."""
@@ -116,3 +120,24 @@ def best_counterweight(load_n: Complex, angle_rad: Array, speed_rad_s: float) ->
     circle = smallest_circle(load_n * np.exp(-1j * angle_rad))
     unbalance = -circle.centre / (speed_rad_s**2 * N_PER_G_MM_S2)
     return BestCounterweight(abs(unbalance), math.atan2(unbalance.imag, unbalance.real), circle.radius)
+
+
+def best_counterweight_at(
+    load_n: Complex, angle_rad: Array, speed_rad_s: float, place_rad: float
+) -> BestCounterweight:
+    """Return the best counterweight where only one direction in the rotor frame is allowed.
+
+    The greatest load is a convex function of the product: it has one valley. Zero where any makes it worse.
+    """
+    from scipy.optimize import minimize_scalar
+
+    seen = load_n * np.exp(-1j * angle_rad)
+    along = complex(math.cos(place_rad), math.sin(place_rad)) * speed_rad_s**2 * N_PER_G_MM_S2
+    most = SEARCHED * float(np.abs(seen).max()) / abs(along)
+
+    def greatest(product: float) -> float:
+        return float(np.abs(seen + product * along).max())
+
+    found = minimize_scalar(greatest, bounds=(0.0, most), method="bounded", options={"xatol": 1e-9 * most})
+    product = float(found.x) if found.fun < greatest(0.0) else 0.0
+    return BestCounterweight(product, place_rad, greatest(product))

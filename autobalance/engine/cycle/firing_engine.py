@@ -18,6 +18,9 @@ from autobalance.engine.whole_engine import CrankUnbalance, Engine
 from autobalance.rigid_rotor.moments import Array
 from autobalance.units import BAR_PER_MPA, N_M_PER_N_MM, N_PER_G_MM_S2
 
+NO_WORK = 1e-9
+"""Share of peak pressure × swept volume below which work is rounding."""
+
 
 @dataclass(frozen=True)
 class ThrowPlace:
@@ -118,9 +121,9 @@ class FiringEngine:
 
     @property
     def energy_error(self) -> float | None:
-        """|∮ torque dθ − Σ work|/Σ|work|; None where the gas does no work."""
+        """|∮ torque dθ − Σ work|/Σ|work|; None where the gas does no work but for rounding."""
         size = sum(abs(cycle.work_n_mm) for cycle in self.cycles)
-        if size == 0.0:
+        if size <= NO_WORK * sum(cycle.peak[0] * cycle.chamber.swept_mm3 for cycle in self.cycles):
             return None
         return abs(sum(cycle.torque_work_n_mm for cycle in self.cycles) - self.work_n_mm) / size
 

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from autobalance.engine.cycle.analysis import CycleAnalysis, LoadPeak
-from autobalance.engine.cycle.counterweight_search import best_counterweight
+from autobalance.engine.cycle.counterweight_search import best_counterweight, best_counterweight_at
 from autobalance.engine.cycle.cylinder import CylinderCycle
 from autobalance.engine.cycle.factors import (
     KeyFigures,
@@ -163,18 +163,22 @@ def _counterweights(found: CycleAnalysis) -> list[Values]:
     """Return the counterweight of each throw that leaves the least reaction to its rods."""
     rows = []
     for number, (throw, load) in enumerate(zip(found.firing.throws, found.crankpins_n, strict=True), 1):
-        best = best_counterweight(as_complex(load), found.grid.angle_rad, found.speed_rad_s)
+        case = as_complex(load), found.grid.angle_rad, found.speed_rad_s
+        best = best_counterweight(*case)
+        facing = best_counterweight_at(*case, throw.angle_rad + math.pi)
         rods = [found.firing.engine.cylinders[each] for each in throw.cylinders]
         rotating = sum(rod.bob_weight_product_g_mm(0.0) for rod in rods)
         reciprocating = sum(rod.bob_weight_product_g_mm(1.0) for rod in rods) - rotating
-        opposite = -best.product_g_mm * math.cos(best.angle_rad - throw.angle_rad)
+        factor = (facing.product_g_mm - rotating) / reciprocating if reciprocating else None
         rows.append(
             {
                 "throw": number,
                 "unbalance_g_mm": best.product_g_mm,
                 "angle_deg": math.degrees(best.angle_rad),
                 "greatest_N": best.greatest_n,
-                "factor": (opposite - rotating) / reciprocating if reciprocating else None,
+                "opposite_g_mm": facing.product_g_mm,
+                "opposite_greatest_N": facing.greatest_n,
+                "opposite_factor": factor,
             }
         )
     return rows
