@@ -33,6 +33,7 @@ PUBLIC = {
     "read_crank": "api.crank",
     "read_job": "api.job",
     "shafts": "api.shafts",
+    "study": "api.study",
     "verify": "api.verify",
 }
 """Public name → the module that holds it."""
@@ -57,6 +58,7 @@ if TYPE_CHECKING:
     from autobalance.api.orders import orders as orders
     from autobalance.api.parts import parts as parts
     from autobalance.api.shafts import shafts as shafts
+    from autobalance.api.study import study as study
     from autobalance.api.verify import verify as verify
     from autobalance.errors import AutobalanceError as AutobalanceError
     from autobalance.job.model import Job as Job

@@ -54,8 +54,8 @@ class Result:
     ``initial`` and ``residual`` count bob-weights and attached rotors too, as judged. ``solid`` is the
     corrected crank in file coordinates [mm], ``measured`` what was measured of it, with the bytes of its file
     where these were measured; both are None when nothing was cut. ``tools`` are the corrections' bodies, file
-    coordinates.
-    ``initial_doubt`` and ``doubt`` tell how far ``initial`` and ``residual`` may be off.
+    coordinates. ``initial_doubt`` and ``doubt`` tell how far ``initial`` and ``residual`` may be off.
+    ``made`` are the cuts behind the corrections, each with its depth.
     """
 
     outcome: Outcome
@@ -71,6 +71,11 @@ class Result:
     tools: tuple[Solid, ...] = ()
     initial_doubt: Budget | None = None
     doubt: Budget | None = None
+    made: tuple[tuple[Cut, float], ...] = ()
+
+    def __getstate__(self) -> dict[str, object]:
+        """Leave the cuts behind when pickled: they hold parts of the solid's kernel."""
+        return {**self.__dict__, "made": ()}
 
 
 @dataclass(frozen=True, eq=False)
@@ -212,6 +217,9 @@ def balance(
         tools=tuple(tool.moved(rotor.anatomy.rotor_to_file) for tool in best.tools),
         initial_doubt=initial_doubt,
         doubt=doubt,
+        made=tuple(
+            (cut, float(depth)) for cut, depth in zip(offer.cuts, best.depths_mm, strict=True) if depth > 0.0
+        ),
     )
 
 

@@ -62,7 +62,7 @@ def balanced_record(job: Job, crank: Crank, watch: Stopwatch, progress: Progress
         rotor_from_job.check_engine(job, crank.anatomy)
         factor = rotor_from_job.target_factor(job, crank.anatomy, crank.moments)
         tolerance = rotor_from_job.tolerance_of(job, crank.anatomy, crank.moments)
-        rotor = _rotor(job, crank, tolerance, factor)
+        rotor = rotor_of(job, crank, tolerance, factor)
         before = engine_from_job.shaking(job, crank.anatomy, crank.moments)
     with _Stages(watch, progress) as told:
         try:
@@ -162,7 +162,7 @@ def compare_job(job: Job, progress: Progress, given: Crank | None = None) -> Com
     rotor_from_job.check_engine(job, crank.anatomy)
     factor = rotor_from_job.target_factor(job, crank.anatomy, crank.moments)
     tolerance = rotor_from_job.tolerance_of(job, crank.anatomy, crank.moments)
-    rotor = _rotor(every, crank, tolerance, factor)
+    rotor = rotor_of(every, crank, tolerance, factor)
     rows = compare(rotor, tolerance, limits, job.prefer, progress=progress)
     initial = Unbalance.of(crank.moments + rotor.loads)
     return Compared(tolerance, initial.magnitude_g_mm, tuple(rows))
@@ -175,7 +175,8 @@ def _every_kind(job: Job) -> dict[str, Limits]:
         raise JobError(f"{job.path.name}: {error}") from None
 
 
-def _rotor(job: Job, crank: Crank, tolerance: Tolerance, factor: float) -> Rotor:
+def rotor_of(job: Job, crank: Crank, tolerance: Tolerance, factor: float) -> Rotor:
+    """Return what is balanced: the measured crank with what the job hangs on it at a balance factor."""
     loads = rotor_from_job.throw_loads(crank.anatomy, job.engine)
     attached = rotor_from_job.attached_moments(job.engine.attached)
     left = rotor_from_job.overbalance_moments(job, tolerance)

@@ -27,6 +27,7 @@ COMMANDS: dict[str, str] = {
     "influence": "balancing by influence coefficients: what to add in each plane, from trial weights",
     "machine": "what a balancing machine reads on a rotor of known unbalance, and what following it leaves",
     "grade": "balance quality grades: permissible and achieved, and the list for crank drives",
+    "study": "many cranks to one plan: how many are within tolerance, and which ± to improve",
     "fem": "natural modes and static stress of a solid, by quadratic tetrahedra (extra)",
     "bearing": "friction, oil film, stiffness and damping of a bearing; its film through a cycle",
     "orders": "a recorded signal: spectrum, orders, natural frequencies, bearings, and what may cause them",

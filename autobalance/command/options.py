@@ -45,6 +45,16 @@ def add_set(parser: argparse.ArgumentParser) -> None:
     )
 
 
+def add_workers(parser: argparse.ArgumentParser) -> None:
+    """Offer ``--workers``, ``--cluster`` and ``--cluster-timeout``."""
+    where = parser.add_mutually_exclusive_group()
+    where.add_argument("--workers", type=int, metavar="N", help="processes here (default: one a core)")
+    where.add_argument("--cluster", metavar="tcp://HOST:PORT", help="the workers of a Dask cluster instead")
+    parser.add_argument(
+        "--cluster-timeout", type=float, default=10.0, metavar="S", help="how long it may take to answer (10)"
+    )
+
+
 def add_plots(parser: argparse.ArgumentParser) -> None:
     """Offer ``--plots``."""
     parser.add_argument("--plots", metavar="DIR", help="write plots to DIR, each as SVG and PNG")

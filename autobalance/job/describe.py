@@ -47,6 +47,7 @@ def describe(job: Job) -> dict[str, Any]:
         },
         **({"cycle": dict(job.cycle.values)} if job.cycle is not None else {}),
         **({"shafts": [_shaft(shaft) for shaft in job.shafts]} if job.shafts else {}),
+        **({"study": asdict(job.study)} if "study" in job.raw else {}),
         "correction": {
             "method": list(job.method_names),
             "prefer": job.prefer,
@@ -165,7 +166,9 @@ def _weights(weights: PartWeights) -> dict[str, Any]:
     }
 
 
-def _weight(weight: Weight) -> float | dict[str, float]:
+def _weight(weight: Weight) -> float | dict[str, float | str]:
+    if weight.distribution is not None:
+        return {"g": weight.mass_g, "pm": weight.pm_g, "distribution": weight.distribution}
     return {"g": weight.mass_g, "pm": weight.pm_g} if weight.pm_g else weight.mass_g
 
 

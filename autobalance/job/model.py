@@ -18,6 +18,8 @@ if TYPE_CHECKING:
     from autobalance.job.cycle import Cycle
 
 LengthUnit = Literal["mm", "cm", "m", "inch"]
+Distribution = Literal["normal", "rectangular"]
+Sampling = Literal["random", "latin_hypercube"]
 
 
 @dataclass(frozen=True, eq=False)
@@ -43,11 +45,32 @@ class Crankshaft:
 
 
 @dataclass(frozen=True)
+class StudyOptions:
+    """How ``study`` reads a ±, and what else is uncertain about a crank that is made.
+
+    ``distribution``: of a ± that says nothing else, 95 % lie within (normal) or all, evenly (rectangular).
+    ``position_pm_mm`` and ``wander_pm_deg`` are of holes, ``journal_pm_mm`` of the outermost main journals;
+    ``measurement`` adds what the mesh and the axis make uncertain.
+    """
+
+    distribution: Distribution = "normal"
+    sampling: Sampling = "random"
+    position_pm_mm: float = 0.0
+    wander_pm_deg: float = 0.0
+    journal_pm_mm: float = 0.0
+    measurement: bool = False
+
+
+@dataclass(frozen=True)
 class Weight:
-    """A mass on the scale, and by how much it may be off [g]."""
+    """A mass on the scale, and by how much it may be off [g].
+
+    ``distribution`` is how the ± is read by ``study``; None: as the job's ``[study]`` says.
+    """
 
     mass_g: float
     pm_g: float = 0.0
+    distribution: Distribution | None = None
 
 
 @dataclass(frozen=True)
@@ -183,6 +206,7 @@ class Job:
     in the job's order; ``prefer`` is what their plan spares. ``raw`` is the TOML as read, for the report.
     ``depth_tolerance_mm`` is by how much the depth of a cut may be off, None where the job does not say.
     ``settings`` are the keys that were set from outside, as given.
+    ``study`` is what only ``study`` reads.
     """
 
     path: Path
@@ -198,6 +222,7 @@ class Job:
     depth_tolerance_mm: float | None = None
     cycle: Cycle | None = None
     settings: tuple[str, ...] = ()
+    study: StudyOptions = StudyOptions()
 
     @classmethod
     def from_dict(cls, values: Mapping[str, Any], folder: str | Path = ".") -> Job:

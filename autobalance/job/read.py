@@ -19,6 +19,7 @@ from autobalance.job.model import (
     Attached,
     Balance,
     Crankshaft,
+    Distribution,
     EngineParts,
     Job,
     LengthUnit,
@@ -28,6 +29,7 @@ from autobalance.job.model import (
 )
 from autobalance.job.settings import with_settings
 from autobalance.job.solid_weights import with_weighed_solids
+from autobalance.job.study import read_study
 from autobalance.job.table import ANY, COUNTED, NOT_NEGATIVE, POSITIVE, SHARE, Table
 from autobalance.job.typed_units import WEIGHT_TABLES, in_base_units, refuse_unfilled
 from autobalance.rigid_rotor.margin import Margin
@@ -38,7 +40,7 @@ UNITLESS = (".stl", ".obj", ".ply", ".off")
 """Formats that carry no unit of length."""
 NAMING = (".step", ".stp")
 """Endings of formats whose parts have names."""
-TOP_KEYS = ("crankshaft", "engine", "original", "balance", "correction", "shafts", "cycle")
+TOP_KEYS = ("crankshaft", "engine", "original", "balance", "correction", "shafts", "cycle", "study")
 """Tables of a job."""
 CRANK_ENDINGS = (*UNITLESS, ".3mf", ".glb", ".step", ".stp", ".iges", ".igs", ".brep")
 WORKBOOKS = (".xlsx", ".xlsm")
@@ -212,6 +214,7 @@ def parse(
         depth_tolerance_mm=read_depth_tolerance_mm(root),
         cycle=read_cycle(root),
         settings=settings,
+        study=read_study(root),
     )
 
 
@@ -392,9 +395,11 @@ def _weight_table(table: Table, key: str) -> dict[str, Weight]:
 def _weight(table: Table, name: str) -> Weight:
     if not isinstance(table.raw[name], dict):
         return Weight(table.value(name, float, NOT_NEGATIVE))
-    weight = table.table(name, ("g", "pm"))
+    weight = table.table(name, ("g", "pm", "distribution"))
     return Weight(
-        weight.value("g", float, NOT_NEGATIVE), weight.optional("pm", float, NOT_NEGATIVE, default=0.0)
+        weight.value("g", float, NOT_NEGATIVE),
+        weight.optional("pm", float, NOT_NEGATIVE, default=0.0),
+        weight.optional("distribution", Distribution),
     )
 
 

@@ -27,6 +27,7 @@ from autobalance.crank.anatomy import Anatomy, Pin, Throw, Web
 from autobalance.crank.sections import Section
 from autobalance.engine.force_values import force_values
 from autobalance.rigid_rotor.moments import Array, Moments
+from autobalance.rigid_rotor.tolerance import Tolerance
 from autobalance.rigid_rotor.unbalance import Unbalance
 from autobalance.rigid_rotor.uncertainty import Budget
 from autobalance.version import __version__
@@ -357,12 +358,14 @@ def _factors(balanced: Balanced | None) -> Values | None:
 
 
 def _tolerance(balanced: Balanced | None) -> Values | None:
-    if balanced is None:
-        return None
-    tolerance = balanced.tolerance
+    return None if balanced is None else tolerance_values(balanced.tolerance, balanced.job)
+
+
+def tolerance_values(tolerance: Tolerance, job: Mapping[str, Any]) -> Values:
+    """Return what a residual is judged against; ``job`` as the report describes it."""
     return {
         "grade_mm_s": tolerance.grade_mm_s,
-        "speed_rpm": balanced.job["balance"]["speed_rpm"],  # as given, without the rounding of conversion
+        "speed_rpm": job["balance"]["speed_rpm"],  # as given, without the rounding of conversion
         "rotor_mass_g": tolerance.rotor_mass_g,
         "permissible_g_mm": tolerance.permissible_g_mm,
         "planes": [

@@ -1,0 +1,186 @@
+"""Many cranks made to one plan: how many are within tolerance, why not the others, and what would help."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from autobalance.balancing import rotor_from_job
+from autobalance.engine.balance_factor import LEAST_DIRECTION, factor_direction_g_mm
+from autobalance.job.model import Sampling
+from autobalance.studies.advice import AdviceStep, advise
+from autobalance.studies.causes import Causes, causes_of
+from autobalance.studies.draws import Z_95
+from autobalance.studies.exact_cranks import exact_state
+from autobalance.studies.linear_model import (
+    Contribution,
+    LinearModel,
+    contributions,
+    linear_spread_g_mm,
+    state_of,
+)
+from autobalance.studies.plan import Plan
+from autobalance.studies.statistics import wilson_interval
+from autobalance.studies.workers import InThisProcess, Workers
+
+Array = NDArray[np.float64]
+
+CHUNK = 1 << 15
+"""Cranks that a worker makes at a time; their numbers are the same however they are shared out."""
+DEFAULT_TARGET = 0.95
+
+
+@dataclass(frozen=True)
+class Sampler:
+    """How many cranks are drawn, and how."""
+
+    samples: int = 10_000
+    seed: int = 1
+    sampling: Sampling = "random"
+    exact: int = 10
+
+
+@dataclass(frozen=True)
+class ModelCheck:
+    """How far the linear model is off cranks that were cut and measured."""
+
+    checked: int
+    greatest_error_g_mm: float | None
+    share_of_permissible: float | None
+
+
+@dataclass(frozen=True, eq=False)
+class StudyAnswer:
+    """What a study found.
+
+    ``states`` (n, 4) and ``deviations`` (label → (n, 1) or (n, 2)) are of the drawn cranks; ``factors`` (n,)
+    are their balance factors, None where the crank has none.
+    """
+
+    plan: Plan
+    model: LinearModel
+    deviations: Mapping[str, Array]
+    states: Array
+    shares: Array
+    factors: Array | None
+    contributions: tuple[Contribution, ...]
+    check: ModelCheck
+    target: float
+    steps: tuple[AdviceStep, ...]
+
+    @property
+    def within(self) -> int:
+        """How many cranks are within tolerance."""
+        return int((self.shares <= 1.0).sum())
+
+    @property
+    def probability(self) -> float:
+        """Their share."""
+        return self.within / len(self.states)
+
+    @property
+    def interval(self) -> tuple[float, float]:
+        """Wilson's interval of 95 % of that share."""
+        return wilson_interval(self.within, len(self.states))
+
+    @property
+    def linear_spread_g_mm(self) -> float:
+        """1.959964 √trace of the covariance of the resultant, by the linear model."""
+        return linear_spread_g_mm(self.model.covariance())
+
+    @property
+    def sampled_spread_g_mm(self) -> float:
+        """The same, of the drawn cranks."""
+        if len(self.states) < 2:
+            return 0.0
+        return float(Z_95 * np.sqrt(self.states[:, :2].var(axis=0, ddof=1).sum()))
+
+
+def study_of(
+    plan: Plan,
+    sampler: Sampler,
+    target: float | None,
+    workers: Workers | None = None,
+    progress: Callable[[str, float], object] = lambda _words, _share: None,
+) -> StudyAnswer:
+    """Draw cranks to a plan and judge them.
+
+    Raises
+    ------
+    JobError
+        If nothing is uncertain.
+    """
+    causes = causes_of(plan)
+    model = LinearModel(state_of(plan.result.residual), causes.draws, plan.tolerance)
+    progress("drawing cranks", 0.3)
+    deviations = {
+        draw.label: draw.sampled(sampler.seed, sampler.samples, sampler.sampling) for draw in causes.draws
+    }
+    states = _states(model, deviations, sampler.samples, workers or InThisProcess())
+    progress("cutting cranks to check the model", 0.5)
+    check = _checked(plan, model, deviations, states, min(sampler.exact, sampler.samples))
+    progress("looking for advice", 0.9)
+    shares = model.used_shares(states)
+    wanted = DEFAULT_TARGET if target is None else target
+    reached = float((shares <= 1.0).mean()) >= wanted
+    return StudyAnswer(
+        plan,
+        model,
+        deviations,
+        states,
+        shares,
+        _factors(plan, causes, deviations, states),
+        tuple(contributions(model)),
+        check,
+        wanted,
+        () if reached else tuple(advise(model, deviations, wanted)),
+    )
+
+
+def _states(model: LinearModel, deviations: Mapping[str, Array], count: int, workers: Workers) -> Array:
+    """Return the states (n, 4) of all cranks, worked out in parts by the workers."""
+    parts = [slice(begin, min(begin + CHUNK, count)) for begin in range(0, count, CHUNK)]
+    tasks = [(model, {label: values[part] for label, values in deviations.items()}) for part in parts]
+    states = np.zeros((count, 4))
+    for done in workers.run(_states_of_part, tasks):
+        states[parts[done.number]] = _states_of_part(tasks[done.number]) if done.lost else done.value
+    return states
+
+
+def _states_of_part(task: tuple[LinearModel, Mapping[str, Array]]) -> Array:
+    model, deviations = task
+    return model.states(deviations)
+
+
+def _checked(
+    plan: Plan, model: LinearModel, deviations: Mapping[str, Array], states: Array, count: int
+) -> ModelCheck:
+    if count == 0:
+        return ModelCheck(0, None, None)
+    errors = []
+    for row in range(count):
+        exact = exact_state(plan, {label: values[row] for label, values in deviations.items()})
+        errors.append(float(np.hypot(*(exact - states[row])[:2])))
+    return ModelCheck(count, max(errors), max(errors) / model.tolerance.permissible_g_mm)
+
+
+def _factors(plan: Plan, causes: Causes, deviations: Mapping[str, Array], states: Array) -> Array | None:
+    """Return the balance factor of each crank, f = f_target − U·D/|D|², None where D vanishes."""
+    loads = rotor_from_job.throw_loads(plan.crank.anatomy, plan.job.engine)
+    nominal = factor_direction_g_mm(loads)
+    greatest = sum(load.parts.reciprocating_on_throw_g * load.crank_radius_mm for load in loads)
+    if not np.hypot(*nominal) >= max(LEAST_DIRECTION * greatest, 1e-300):
+        return None
+    direction = np.tile(nominal, (len(states), 1))
+    for label, rate in causes.direction_rates.items():
+        direction = direction + deviations[label] * rate
+    target = np.full(len(states), plan.rotor.factor)
+    for label, slope in causes.factor_rates.items():
+        target = target + slope * deviations[label][:, 0]
+    left = rotor_from_job.overbalance_moments(plan.job, plan.tolerance).first_g_mm[:2]
+    along = ((states[:, :2] + left) * direction).sum(axis=1)
+    found: Array = target - along / (direction**2).sum(axis=1)
+    return found

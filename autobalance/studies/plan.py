@@ -1,0 +1,56 @@
+"""A crank as planned: what a study makes many of."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+from autobalance.balancing import rotor_from_job
+from autobalance.balancing.loop import Result
+from autobalance.balancing.measured_crank import Crank, measure_crank, work_on_faces
+from autobalance.balancing.rotor import Rotor
+from autobalance.balancing.run import balanced_record, rotor_of
+from autobalance.job import Job
+from autobalance.rigid_rotor.moments import Moments
+from autobalance.rigid_rotor.tolerance import Tolerance
+from autobalance.runtime import Stopwatch
+
+
+@dataclass(frozen=True, eq=False)
+class Plan:
+    """A job's crank, and what balancing it has found."""
+
+    job: Job
+    crank: Crank
+    rotor: Rotor
+    tolerance: Tolerance
+    result: Result
+
+    @property
+    def metal(self) -> Moments:
+        """The corrected crank's own metal: no slugs, nothing estimated."""
+        measured = self.result.measured
+        return self.result.initial_moments if measured is None else measured.moments
+
+    @property
+    def crank_and_slugs(self) -> Moments:
+        """The corrected crank with what is pressed into it."""
+        return self.result.final_moments
+
+
+def planned(job: Job, progress: Callable[[str], None], crank: Crank | None = None) -> Plan:
+    """Balance a job's crank; ``crank`` is in the place of its file.
+
+    Raises
+    ------
+    AutobalanceError
+        For anything wrong with the job or the crank.
+    """
+    if crank is None:
+        progress("reading the crank")
+        crank = measure_crank(job.crankshaft, Stopwatch(), job.balance, work_on_faces(job))
+    found = balanced_record(job, crank, Stopwatch(), progress).balanced
+    assert found is not None
+    factor = rotor_from_job.target_factor(job, crank.anatomy, crank.moments)
+    rotor = rotor_of(job, crank, found.tolerance, factor)
+    return Plan(job, crank, rotor, found.tolerance, found.result)

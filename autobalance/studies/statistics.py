@@ -1,0 +1,42 @@
+"""Proportions and percentiles of samples."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numpy.typing import NDArray
+
+from autobalance.studies.draws import Z_95
+
+Array = NDArray[np.float64]
+
+PERCENTILES = (1, 5, 25, 50, 75, 95, 99)
+
+
+def wilson_interval(hits: int, count: int, z: float = Z_95) -> tuple[float, float]:
+    """Return Wilson's score interval of a proportion.
+
+    References
+    ----------
+    Wilson, J. Am. Stat. Assoc. 22 (1927) 209.
+
+    Examples
+    --------
+    >>> low, high = wilson_interval(10, 10)
+    >>> round(low, 4), high
+    (0.7225, 1.0)
+    """
+    share, z2 = hits / count, z * z
+    centre = share + 0.5 * z2 / count
+    reach = z * math.sqrt(share * (1.0 - share) / count + 0.25 * z2 / count**2)
+    low, high = ((centre + sign * reach) / (1.0 + z2 / count) for sign in (-1.0, 1.0))
+    return (0.0 if hits == 0 else max(low, 0.0)), (1.0 if hits == count else min(high, 1.0))
+
+
+def percentiles(values: Array) -> dict[str, float]:
+    """Return the percentiles of a sample, named p1 to p99."""
+    return {
+        f"p{share}": float(value)
+        for share, value in zip(PERCENTILES, np.percentile(values, PERCENTILES), strict=True)
+    }

@@ -1,0 +1,281 @@
+"""One way to run many tasks: in this process, in processes of this machine, or on a Dask cluster.
+
+Results do not depend on which, nor on the number of workers, nor on workers that die: a task is a function of
+its arguments alone, and its result is told by its number.
+"""
+
+from __future__ import annotations
+
+import os
+import signal
+import threading
+from collections.abc import Callable, Iterator, Sequence
+from concurrent.futures import FIRST_COMPLETED, Executor, Future, ProcessPoolExecutor, wait
+from concurrent.futures.process import BrokenProcessPool
+from contextlib import contextmanager, suppress
+from dataclasses import dataclass, field
+from multiprocessing import get_context, parent_process
+from multiprocessing.connection import wait as wait_for_end
+from typing import Any, Protocol
+
+from autobalance.errors import FileError, JobError
+from autobalance.version import __version__
+
+TRIES = 3
+"""Workers that a task may lose before it is given up."""
+CLUSTER_TIMEOUT_S = 10.0
+
+
+@dataclass(frozen=True)
+class Done:
+    """The end of a task: its number, its value, and by which worker at which try.
+
+    ``lost`` tells a task whose worker died at each try; it has no value.
+    """
+
+    number: int
+    value: Any
+    worker: str
+    attempt: int
+    lost: bool = False
+
+
+Work = Callable[[Any], Any]
+
+
+class Workers(Protocol):
+    """What runs tasks."""
+
+    def run(self, work: Work, tasks: Sequence[Any]) -> Iterator[Done]:
+        """Yield the end of each task, in the order in which they end.
+
+        What a task itself raises is raised here.
+        """
+        ...
+
+
+def available_cores() -> int:
+    """Return how many cores this process may use."""
+    with suppress(AttributeError):  # not on every system
+        return len(os.sched_getaffinity(0))
+    return os.cpu_count() or 1
+
+
+@contextmanager
+def workers_of(
+    count: int | None, cluster: str | None = None, timeout_s: float = CLUSTER_TIMEOUT_S, *, alone: bool = True
+) -> Iterator[Workers]:
+    """Provide workers; none of them outlives the block.
+
+    Parameters
+    ----------
+    count : int or None
+        Processes here; None: as many as this process has cores.
+    cluster : str or None
+        Address of a Dask scheduler (``tcp://host:port``), whose workers are taken instead.
+    timeout_s : float
+        How long the cluster may take to answer [s].
+    alone : bool
+        Whether one worker may be this process itself; else a task that kills its process kills only that.
+
+    Raises
+    ------
+    JobError
+        If the count is not positive.
+    FileError
+        If the cluster does not answer, has no workers, or has another version of this package.
+    """
+    if cluster is not None:
+        with _cluster(cluster, timeout_s) as found:
+            yield found
+        return
+    wanted = available_cores() if count is None else count
+    if wanted < 1:
+        raise JobError(f"workers is {wanted}; must be ≥ 1")
+    if wanted == 1 and alone:
+        yield InThisProcess()
+        return
+    processes = Processes(wanted)
+    try:
+        yield processes
+    finally:
+        processes.end()
+
+
+class InThisProcess:
+    """Runs tasks one after the other, here."""
+
+    def run(self, work: Work, tasks: Sequence[Any]) -> Iterator[Done]:
+        """Yield the end of each task, in order."""
+        for number, task in enumerate(tasks):
+            yield Done(number, work(task), f"{os.getpid()}", 1)
+
+
+# --- processes of this machine ------------------------------------------------------------------------------
+
+
+def _begin_worker() -> None:
+    """Leave Ctrl-C to the parent, and end when the parent is gone, however it went."""
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
+    parent = parent_process()
+    if parent is not None:
+        sentinel = parent.sentinel
+        threading.Thread(target=_end_with_parent, args=(sentinel,), daemon=True).start()
+
+
+def _end_with_parent(sentinel: Any) -> None:
+    wait_for_end([sentinel])
+    os._exit(1)
+
+
+@dataclass(eq=False)
+class _Slot:
+    """One process at a time, so that a process that dies tells which task it was at."""
+
+    executor: ProcessPoolExecutor | None = None
+    pid: int | None = None
+
+    def submit(self, work: Work, task: Any) -> Future[tuple[int, Any]]:
+        if self.executor is None:
+            self.executor = ProcessPoolExecutor(1, get_context("spawn"), initializer=_begin_worker)
+        return self.executor.submit(_with_pid, work, task)
+
+    def end(self) -> None:
+        """End the process, whatever it is at."""
+        if self.executor is None:
+            return
+        processes = list((self.executor._processes or {}).values())
+        self.executor.shutdown(wait=False, cancel_futures=True)
+        for process in processes:
+            process.kill()
+        for process in processes:
+            process.join()
+        self.executor = None
+
+
+def _with_pid(work: Work, task: Any) -> tuple[int, Any]:
+    return os.getpid(), work(task)
+
+
+class Processes:
+    """Runs tasks in processes of this machine, each process one task at a time."""
+
+    def __init__(self, count: int) -> None:
+        """Start nothing yet."""
+        self._slots = [_Slot() for _ in range(count)]
+
+    def run(self, work: Work, tasks: Sequence[Any]) -> Iterator[Done]:
+        """Yield the end of each task; the tasks of a process that dies go to others."""
+        waiting = [(number, 1) for number in range(len(tasks))][::-1]
+        idle = self._slots[::-1]
+        running: dict[Future[tuple[int, Any]], tuple[int, int, _Slot]] = {}
+        while waiting or running:
+            while waiting and idle:
+                number, attempt = waiting.pop()
+                slot = idle.pop()
+                running[slot.submit(work, tasks[number])] = number, attempt, slot
+            done, _ = wait(running, return_when=FIRST_COMPLETED)
+            for future in done:
+                number, attempt, slot = running.pop(future)
+                idle.append(slot)
+                try:
+                    pid, value = future.result()
+                except BrokenProcessPool:
+                    slot.end()
+                    if attempt < TRIES:
+                        waiting.append((number, attempt + 1))
+                    else:
+                        yield Done(number, None, "", attempt, lost=True)
+                    continue
+                yield Done(number, value, f"{pid}", attempt)
+
+    def end(self) -> None:
+        """End every process."""
+        for slot in self._slots:
+            slot.end()
+
+
+# --- a cluster ----------------------------------------------------------------------------------------------
+
+
+@contextmanager
+def _cluster(address: str, timeout_s: float) -> Iterator[Workers]:
+    """Connect to a Dask scheduler whose workers have this version."""
+    try:
+        import distributed
+    except ImportError:
+        raise FileError(
+            "a cluster needs dask.distributed, which is not installed: pip install 'autobalance[cluster]'"
+        ) from None
+    try:
+        connect: Any = distributed.Client
+        client: Any = connect(address, timeout=timeout_s, set_as_default=False)
+    except (OSError, TimeoutError, ValueError) as error:
+        reason = " ".join(str(error).split()) or "no answer"
+        raise FileError(f"the cluster {address} did not answer within {timeout_s:g} s: {reason}") from None
+    try:
+        _check_versions(client, address)
+        yield Cluster(client)
+    finally:
+        client.close(timeout=timeout_s)
+
+
+def _check_versions(client: Any, address: str) -> None:
+    """Refuse a cluster without workers, or with another version of this package."""
+    found = client.run(_version)
+    if not found:
+        raise FileError(f"the cluster {address} has no workers; needed at least one")
+    for worker, version in sorted(found.items()):
+        if version != __version__:
+            has = "no autobalance" if version is None else f"autobalance {version}"
+            raise FileError(f"worker {worker} of the cluster {address} has {has}; needed {__version__}")
+
+
+def _version() -> str | None:
+    """Return the version of this package that a worker has; sent by value, since it may have none."""
+    try:
+        from autobalance.version import __version__ as found
+    except ImportError:
+        return None
+    return found
+
+
+@dataclass(eq=False)
+class Cluster:
+    """Runs tasks on the workers of a Dask cluster, by its executor."""
+
+    client: Any
+    ahead: int = 2
+    """Tasks on their way for each thread of the cluster, so that none waits for the next one."""
+    _executor: Executor | None = field(default=None, repr=False)
+
+    def run(self, work: Work, tasks: Sequence[Any]) -> Iterator[Done]:
+        """Yield the end of each task; the scheduler gives tasks of dead workers to others."""
+        from distributed import KilledWorker
+
+        executor = self.client.get_executor(pure=False, retries=0)
+        waiting = [(number, 1) for number in range(len(tasks))][::-1]
+        running: dict[Future[tuple[str, Any]], tuple[int, int]] = {}
+        try:
+            while waiting or running:
+                most = max(1, sum(self.client.nthreads().values())) * self.ahead
+                while waiting and len(running) < most:
+                    number, attempt = waiting.pop()
+                    running[executor.submit(_with_address, work, tasks[number])] = number, attempt
+                done, _ = wait(running, return_when=FIRST_COMPLETED)
+                for future in done:
+                    number, attempt = running.pop(future)
+                    try:
+                        worker, value = future.result()
+                    except KilledWorker:  # the scheduler has tried it as often as it may
+                        yield Done(number, None, "", TRIES, lost=True)
+                        continue
+                    yield Done(number, value, worker, attempt)
+        finally:
+            executor.shutdown(wait=False, cancel_futures=True)
+
+
+def _with_address(work: Work, task: Any) -> tuple[str, Any]:
+    from distributed import get_worker
+
+    return str(get_worker().address), work(task)
