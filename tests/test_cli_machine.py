@@ -99,6 +99,7 @@ def test_machine_writes_the_reading(tmp_path: Path, capsys: pytest.CaptureFixtur
     first = (folder / "reading.toml").read_bytes()
     assert main(["machine", file, "-o", str(folder)]) == 0
     assert (folder / "reading.toml").read_bytes() == first
+    capsys.readouterr()
     code, values = json_of(capsys, "machine", file, "--plots", str(tmp_path / "plots"))
     assert (code, values["rotor"]["kind"]) == (0, "quasi_static")
     assert (tmp_path / "plots" / "machine-readings.svg").is_file()

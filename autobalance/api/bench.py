@@ -1,0 +1,225 @@
+"""``ab.bench``: a rotor under speed control in its bearings, and measured torques beside the simulated ones."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from autobalance.api.result import Plots, Values, VerbResult, report_head
+from autobalance.errors import JobError
+from autobalance.units import G_PER_KG, RAD_S_PER_RPM
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+    from autobalance.dynamics.speed_control import LoopMargin, Trace
+    from autobalance.job.bench import Bench, Reading
+
+KG_M2_PER_G_MM2 = 1e-9
+SAME_SPEED = 1e-9
+SERIES = ("time_s", "speed_rpm", "wanted_rpm", "torque_N_m", "friction_N_m")
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class BenchResult(VerbResult):
+    """Runs, readings and their comparison; ``traces`` by speed of the schedule."""
+
+    traces: tuple[Trace, ...] = ()
+
+    def text(self, units: str = "metric") -> str:
+        """Return the bench as lines for people; always SI."""
+        from autobalance.report.bench_text import bench_text
+
+        return bench_text(self.report)
+
+    def plots(self) -> Plots:
+        """Return speed and torque over time."""
+        from autobalance.report.bench_plots import bench_plots
+
+        return bench_plots(self.report, self.traces)
+
+    def series(self) -> bytes:
+        """Return all runs over time as CSV, one after the other; the time runs on."""
+        repeats = self.report["input"]["schedule"]["repeats"]
+        lines, start = [",".join(SERIES)], 0.0
+        for trace in [each for each in self.traces for _ in range(repeats)]:
+            columns = (
+                start + trace.time_s,
+                trace.speed / RAD_S_PER_RPM,
+                trace.wanted / RAD_S_PER_RPM,
+                trace.torque_N_m,
+                trace.friction_N_m,
+            )
+            lines += [",".join(map(repr, row)) for row in np.stack(columns, axis=1).tolist()]
+            start += float(trace.time_s[-1])
+        return ("\n".join(lines) + "\n").encode()
+
+    def files(self) -> Mapping[str, bytes]:
+        """Return the series as ``bench.csv``."""
+        return {"bench.csv": self.series()}
+
+
+def bench(bench_file: str | Path | Mapping[str, Any]) -> BenchResult:
+    """Simulate a rotor bench and reduce what was measured on it.
+
+    Parameters
+    ----------
+    bench_file : path or dict
+        A ``BENCH.toml`` or its structure: rotor, bearings, control, schedule, readings.
+
+    Returns
+    -------
+    BenchResult
+
+    Raises
+    ------
+    JobError
+        If a key is wrong, or the speed control is unstable.
+
+    Examples
+    --------
+    >>> found = bench({"rotor": {"inertia_kg_mm2": 2847.335, "weight_N": 25.01},
+    ...     "bearing": {"kind": "dry", "diameter_mm": 20.0, "mu": 0.7773, "small_angle": True},
+    ...     "schedule": {"speeds_rpm": [3000.0]}})
+    >>> round(found.report["runs"][0]["mean_torque_N_m"], 4)
+    0.1944
+    """
+    from autobalance.dynamics.bench_rotor import bench_friction, missing_unbalance_g_mm
+    from autobalance.dynamics.speed_control import loop_margin, ramp_and_hold
+    from autobalance.job.bench import read_bench
+
+    given = read_bench(bench_file)
+    inertia = given.polar_g_mm2 * KG_M2_PER_G_MM2
+    margin = _stable(loop_margin(given.control, inertia))
+    unbalance = missing_unbalance_g_mm(given.holes, given.density_g_mm3)
+    friction = bench_friction(given.bearings, given.weight_N, unbalance)
+    traces = tuple(
+        ramp_and_hold(inertia, friction, given.control, speed, given.ramp_s, given.hold_s)
+        for speed in given.speeds_rad_s
+    )
+    runs = [
+        _run(given, speed_rpm, trace, unbalance, friction)
+        for speed_rpm, trace in zip(given.speeds_rpm, traces, strict=True)
+    ]
+    readings = [_reading(given, each) for each in given.readings]
+    report = {
+        **report_head("bench"),
+        "input": given.values,
+        "rotor": _rotor(given, unbalance),
+        "loop": {
+            "phase_margin_deg": math.degrees(margin.phase_margin_rad),
+            "crossover_rad_s": margin.crossover_rad_s,
+            "stable": margin.stable,
+        },
+        "runs": [{**run, "repeat": repeat} for run in runs for repeat in range(1, given.repeats + 1)],
+        "readings": readings,
+        "comparison": _comparison(given, runs, readings),
+    }
+    return BenchResult(report, traces)
+
+
+def _stable(margin: LoopMargin) -> LoopMargin:
+    if margin.stable:
+        return margin
+    raise JobError(
+        f"control: the speed loop is unstable, its phase margin is {math.degrees(margin.phase_margin_rad):.1f}°; "
+        "must be > 0: more kp_N_m_s for ki_N_m, lower gains, or a shorter delay_s"
+    )
+
+
+def _rotor(given: Bench, unbalance_g_mm: float) -> Values:
+    holes = [(each.mass_g(given.density_g_mm3), each.radius_mm) for each in given.holes]
+    return {
+        "mass_kg": given.mass_g / G_PER_KG,
+        "weight_N": given.weight_N,
+        "inertia_kg_mm2": given.polar_g_mm2 / 1000.0,
+        "disc_thickness_mm": None if given.shape is None else given.shape.thickness_mm,
+        "shaft_each_side_mm": None if given.shape is None else given.shape.shaft_each_side_mm,
+        "holes": [{"mass_g": mass, "unbalance_g_mm": mass * radius} for mass, radius in holes],
+        "unbalance_g_mm": unbalance_g_mm,
+    }
+
+
+def _run(
+    given: Bench, speed_rpm: float, trace: Trace, unbalance_g_mm: float, friction: Callable[[float], float]
+) -> Values:
+    from autobalance.dynamics.bench_rotor import unbalance_force_N
+
+    speed = speed_rpm * RAD_S_PER_RPM
+    ramp, end = given.ramp_s, given.ramp_s + given.hold_s
+    mean = trace.mean_torque_N_m(ramp, end)
+    settled = trace.time_s >= ramp + 0.5 * given.hold_s
+    return {
+        "speed_rpm": speed_rpm,
+        "repeat": 1,
+        "unbalance_force_N": unbalance_force_N(unbalance_g_mm, speed),
+        "friction_N_m": friction(speed),
+        "ramp_inertia_N_m": given.polar_g_mm2 * KG_M2_PER_G_MM2 * speed / ramp,
+        "ramp_torque_N_m": trace.mean_torque_N_m(0.5 * ramp, ramp),
+        "mean_torque_N_m": mean,
+        "power_W": mean * speed,
+        "greatest_torque_N_m": float(np.abs(trace.torque_N_m).max()),
+        "overshoot_rpm": max(0.0, float(trace.speed.max()) - speed) / RAD_S_PER_RPM,
+        "speed_error": float(np.abs(trace.wanted - trace.speed)[settled].max()) / speed,
+    }
+
+
+def _reading(given: Bench, reading: Reading) -> Values:
+    shared = {"case": reading.case, "speed_rpm": reading.speed_rpm, "dropped": list(reading.dropped)}
+    if reading.torque_N_m is not None:
+        return {
+            **shared, "mean_V": None, "zero_V": None, "torque_N_m": reading.torque_N_m, "scatter_N_m": None
+        }
+    zero = _rest_V(given, reading.case) if given.zero_V is None else given.zero_V
+    mean = float(np.mean(reading.kept))
+    spread = float(np.std(reading.kept, ddof=1)) if len(reading.kept) > 1 else None
+    return {
+        **shared,
+        "mean_V": mean,
+        "zero_V": zero,
+        "torque_N_m": (mean - zero) * given.N_m_per_V,
+        "scatter_N_m": None if spread is None else spread * given.N_m_per_V,
+    }
+
+
+def _rest_V(given: Bench, case: int | str) -> float:
+    """Return the mean of a case's readings at rest."""
+    volts = [v for each in given.readings if each.case == case and each.speed_rpm == 0.0 for v in each.kept]
+    if not volts:
+        raise JobError(f'reduction.zero is "rest", but case {case!r} has no volts at speed_rpm = 0')
+    return float(np.mean(volts))
+
+
+def _comparison(given: Bench, runs: Sequence[Values], readings: Sequence[Values]) -> list[Values]:
+    """Set each measured torque beside the simulated one; a run that there is none of is None."""
+    found = []
+    for reading, values in zip(given.readings, readings, strict=True):
+        if reading.speed_rpm == 0.0:
+            continue
+        simulated = reading.simulated_N_m
+        if simulated is None:
+            same = [
+                run["mean_torque_N_m"]
+                for run in runs
+                if math.isclose(run["speed_rpm"], reading.speed_rpm, rel_tol=SAME_SPEED)
+            ]
+            simulated = same[0] if same else None
+        test = values["torque_N_m"]
+        least = None if simulated is None else min(test, simulated)
+        found.append(
+            {
+                "case": reading.case,
+                "speed_rpm": reading.speed_rpm,
+                "test_N_m": test,
+                "simulated_N_m": simulated,
+                "difference_percent": 100.0 * abs(test - simulated) / least
+                if simulated is not None and least is not None and least > 0.0
+                else None,
+            }
+        )
+    return found

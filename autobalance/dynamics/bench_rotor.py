@@ -1,0 +1,153 @@
+"""The rotor of a bench: a disc on a shaft with drilled holes, its inertia, unbalance and bearing friction. mm, g, N."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+
+from autobalance.bearings import dry, rolling
+from autobalance.bearings.loads import mean_load_N
+from autobalance.units import N_PER_G_MM_S2, RAD_S_PER_RPM
+
+M_PER_MM = 1e-3
+Curve = tuple[tuple[float, float], ...]
+"""Points (speed [1/min], value), the speeds rising."""
+
+
+@dataclass(frozen=True)
+class DiscOnShaft:
+    """A disc midway on a shaft of one diameter; ``length_mm`` is that of the whole rotor."""
+
+    disc_mm: float
+    shaft_mm: float
+    length_mm: float
+    thickness_mm: float
+    density_g_mm3: float
+
+    @property
+    def mass_g(self) -> float:
+        """Mass of disc and shaft."""
+        shaft = self.shaft_mm**2 * (self.length_mm - self.thickness_mm)
+        return 0.25 * math.pi * self.density_g_mm3 * (self.disc_mm**2 * self.thickness_mm + shaft)
+
+    @property
+    def polar_g_mm2(self) -> float:
+        """Inertia about the axis, ρ π/32 (d₁⁴ t + d₂⁴ (L − t))."""
+        shaft = self.shaft_mm**4 * (self.length_mm - self.thickness_mm)
+        return math.pi / 32.0 * self.density_g_mm3 * (self.disc_mm**4 * self.thickness_mm + shaft)
+
+    @property
+    def shaft_each_side_mm(self) -> float:
+        """Length of shaft that stands out on each side of the disc."""
+        return 0.5 * (self.length_mm - self.thickness_mm)
+
+
+def disc_thickness_mm(
+    polar_g_mm2: float, disc_mm: float, shaft_mm: float, length_mm: float, density_g_mm3: float
+) -> float:
+    """Return the thickness of the disc that gives a rotor its inertia.
+
+    t = (32 I/(π ρ) − d₂⁴ L)/(d₁⁴ − d₂⁴).
+
+    Raises
+    ------
+    ValueError
+        If no disc within the length does.
+
+    References
+    ----------
+    .. [1] Hoem & Røsholm (2016), Eq. 7.8; Table 7.2 prints the thickness of a 100 mm disc beside 98 mm.
+
+    Examples
+    --------
+    >>> round(disc_thickness_mm(2847335.0, 98.0, 20.0, 188.0, 7850e-6), 3)
+    39.799
+    """
+    wanted = 32.0 * polar_g_mm2 / (math.pi * density_g_mm3)
+    thickness = (wanted - shaft_mm**4 * length_mm) / (disc_mm**4 - shaft_mm**4)
+    if not 0.0 < thickness <= length_mm:
+        raise ValueError(
+            f"a disc of {disc_mm:g} mm would have to be {thickness:.4g} mm thick for this inertia; the rotor is "
+            f"{length_mm:g} mm long"
+        )
+    return thickness
+
+
+@dataclass(frozen=True)
+class DrilledHole:
+    """A hole through or into the disc: its metal is missing at a radius and an angle."""
+
+    diameter_mm: float
+    depth_mm: float
+    radius_mm: float
+    angle_rad: float
+
+    def mass_g(self, density_g_mm3: float) -> float:
+        """Return the mass that is missing, ρ π d² t/4."""
+        return 0.25 * math.pi * density_g_mm3 * self.diameter_mm**2 * self.depth_mm
+
+
+def missing_unbalance_g_mm(holes: Sequence[DrilledHole], density_g_mm3: float) -> float:
+    """Return the size of the vector sum of what is missing."""
+    x = sum(each.mass_g(density_g_mm3) * each.radius_mm * math.cos(each.angle_rad) for each in holes)
+    y = sum(each.mass_g(density_g_mm3) * each.radius_mm * math.sin(each.angle_rad) for each in holes)
+    return math.hypot(x, y)
+
+
+def unbalance_force_N(unbalance_g_mm: float, speed_rad_s: float) -> float:
+    """Return U Ω²."""
+    return N_PER_G_MM_S2 * unbalance_g_mm * speed_rad_s**2
+
+
+@dataclass(frozen=True)
+class DryBearings:
+    """Coulomb bearings; ``mu`` by speed, taken straight between points and constant beyond them."""
+
+    diameter_mm: float
+    mu: Curve
+    small_angle: bool
+
+    def mu_at(self, speed_rpm: float) -> float:
+        """Return the coefficient of friction at a speed."""
+        points = self.mu
+        if speed_rpm <= points[0][0]:
+            return points[0][1]
+        for (low, mu_low), (high, mu_high) in zip(points, points[1:], strict=False):
+            if speed_rpm <= high:
+                return mu_low + (mu_high - mu_low) * (speed_rpm - low) / (high - low)
+        return points[-1][1]
+
+    def moment_N_m(self, mean_load_N: float, speed_rpm: float) -> float:
+        """Return the friction of all bearings together at a load, the mean of its size over a turn."""
+        friction = dry.small_angle_moment_N_m if self.small_angle else dry.friction_moment_N_m
+        return float(friction(mean_load_N, self.diameter_mm * M_PER_MM, self.mu_at(speed_rpm)))
+
+
+@dataclass(frozen=True)
+class RollingBearings:
+    """Rolling bearings alike that share the load."""
+
+    bearing: rolling.RollingBearing
+    count: int
+    viscosity_mm2_s: float
+
+    def moment_N_m(self, mean_load_N: float, speed_rpm: float) -> float:
+        """Return the friction of all bearings together at a load, the mean of its size over a turn."""
+        each = mean_load_N / self.count
+        return self.count * rolling.friction_moment_N_m(self.bearing, each, speed_rpm, self.viscosity_mm2_s)
+
+
+BenchBearings = DryBearings | RollingBearings
+
+
+def bench_friction(
+    bearings: BenchBearings, weight_N: float, unbalance_g_mm: float
+) -> Callable[[float], float]:
+    """Return the friction moment [N·m] by speed [rad/s], of the mean over a turn of |weight + unbalance force|."""
+
+    def friction(speed_rad_s: float) -> float:
+        load = float(mean_load_N(weight_N, unbalance_force_N(unbalance_g_mm, speed_rad_s)))
+        return bearings.moment_N_m(load, speed_rad_s / RAD_S_PER_RPM)
+
+    return friction

@@ -1,0 +1,310 @@
+"""``BENCH.toml``: a rotor, its bearings, the speed control, the schedule and what was measured."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, Literal
+
+from autobalance.bearings.cases import RollingCase
+from autobalance.dynamics.bench_rotor import (
+    BenchBearings,
+    DiscOnShaft,
+    DrilledHole,
+    DryBearings,
+    RollingBearings,
+    disc_thickness_mm,
+)
+from autobalance.dynamics.speed_control import SpeedControl
+from autobalance.errors import JobError
+from autobalance.job.bearing_file import parse_bearing
+from autobalance.job.keys import FILLED, Key, Values, names, read_document
+from autobalance.job.table import COUNTED, NOT_NEGATIVE, POSITIVE
+from autobalance.units import G_PER_KG, G_PER_MM3_PER_KG_M3, RAD_S_PER_RPM
+
+GRAVITY_M_S2 = 9.80665
+G_MM2_PER_KG_MM2 = 1000.0
+MOST_RUNS = 1000
+Pair = tuple[float, float]
+
+ROTOR_KEYS = (
+    Key("inertia_kg_mm2", float, "about the axis; with disc_mm and no thickness_mm the disc fits it", POSITIVE, None),
+    Key("mass_kg", float, "of the rotor", POSITIVE, None),
+    Key("weight_N", float, "or its weight", POSITIVE, None),
+    Key("disc_mm", float, "or its shape: diameter of the disc", POSITIVE, None),
+    Key("shaft_mm", float, "diameter of the shaft", POSITIVE, None),
+    Key("length_mm", float, "of the whole rotor", POSITIVE, None),
+    Key("thickness_mm", float, "of the disc", POSITIVE, None),
+    Key("density_kg_m3", float, "of rotor and holes", POSITIVE, 7850.0),
+)
+HOLE_KEYS = (
+    Key("diameter_mm", float, "of the hole", POSITIVE),
+    Key("depth_mm", float, "of the hole", POSITIVE),
+    Key("radius_mm", float, "of its middle", NOT_NEGATIVE),
+    Key("angle_deg", float, "where it is", default=0.0),
+)
+OIL_KEYS = (
+    Key("viscosity_mm2_s", tuple[Pair, Pair], "two pairs °C, ν"),
+    Key("density_kg_m3", float, "of the oil", POSITIVE, 860.0),
+    Key("temperature_C", float, "of the oil"),
+)
+DRY_KEYS = (
+    Key("diameter_mm", float, "dry: of the journals", POSITIVE, None),
+    Key("mu", float, "dry: coefficient of friction", NOT_NEGATIVE, None),
+    Key("mu_by_speed", tuple[Pair, ...], "or pairs [rpm, mu], straight between them", NOT_NEGATIVE, None),
+)
+ROLLING_KEYS = (
+    Key("model", Literal["palmgren", "skf"], "rolling: how friction is found", default=None),
+    Key("mean_diameter_mm", float, "rolling: (d + D)/2", POSITIVE, None),
+    Key("kinematic_viscosity_mm2_s", float, "rolling: of the oil", POSITIVE, None),
+    Key("count", int, "rolling: bearings alike that share the load", COUNTED, None),
+    *(
+        Key(name, float, "rolling: constant of the model", NOT_NEGATIVE, None)
+        for name in "f0 f1 r1 s1 bore_mm outer_mm mu_bl mu_ehl k_rs k_z seal_N_mm drag_N_mm".split()
+    ),
+    Key("oil", says="rolling: instead of the viscosity", keys=OIL_KEYS, default=None),
+)
+BEARING_KEYS = (
+    Key("kind", Literal["dry", "rolling"], "what the rotor runs in"),
+    *DRY_KEYS,
+    Key("small_angle", bool, "dry: μ in place of μ/√(1 + μ²)", default=False),
+    *ROLLING_KEYS,
+)
+CONTROL_KEYS = (
+    Key("kp_N_m_s", float, "torque by speed error", NOT_NEGATIVE, 0.05),
+    Key("ki_N_m", float, "torque by the integral of the speed error", NOT_NEGATIVE, 0.5),
+    Key("torque_limit_N_m", float, "greatest torque", POSITIVE, 5.0),
+    Key("delay_s", float, "of the torque", NOT_NEGATIVE, 0.0),
+)
+SCHEDULE_KEYS = (
+    Key("speeds_rpm", tuple[float, ...], "each from rest", POSITIVE, (3000.0, 6000.0, 9000.0)),
+    Key("ramp_s", float, "straight up", POSITIVE, 2.0),
+    Key("hold_s", float, "then held", POSITIVE, 1.5),
+    Key("repeats", int, "of each speed", COUNTED, 1),
+)
+REDUCTION_KEYS = (
+    Key("zero_V", float, "reading without torque (0.2)", default=None),
+    Key("zero", Literal["rest"], "or: mean of the readings at 0 rpm of the case", default=None),
+    Key("N_m_per_V", float, "of the torque transducer", POSITIVE, 5.0 / 4.8),
+)
+READING_KEYS = (
+    Key("case", int | str, "name of the case"),
+    Key("speed_rpm", float, "0: at rest", NOT_NEGATIVE),
+    Key("volts", tuple[float, ...], "one a run", default=None),
+    Key("torque_N_m", float, "or the torque", default=None),
+    Key("drop", tuple[int, ...], "runs that do not count, from 1", default=()),
+    Key("simulated_N_m", float, "to compare with; default the run of that speed here", default=None),
+)
+BENCH_KEYS = (
+    Key("rotor", says="what turns", keys=ROTOR_KEYS),
+    Key("hole", says="drilled: its weight is missing", keys=HOLE_KEYS, many=True, default=None),
+    Key("bearing", says="both together", keys=BEARING_KEYS),
+    Key("control", says="of the speed", keys=CONTROL_KEYS, default=FILLED),
+    Key("schedule", says="of the runs", keys=SCHEDULE_KEYS, default=FILLED),
+    Key("reduction", says="of volts to torque", keys=REDUCTION_KEYS, default=FILLED),
+    Key("reading", says="what was measured", keys=READING_KEYS, many=True, default=None),
+)
+DEFAULT_ZERO_V = 0.2
+
+
+@dataclass(frozen=True)
+class Reading:
+    """What was measured at a speed: volts of each run, or the torque; ``dropped`` runs count from 1."""
+
+    case: int | str
+    speed_rpm: float
+    volts: tuple[float, ...]
+    dropped: tuple[int, ...]
+    torque_N_m: float | None
+    simulated_N_m: float | None
+
+    @property
+    def kept(self) -> tuple[float, ...]:
+        """Volts of the runs that count."""
+        return tuple(v for run, v in enumerate(self.volts, 1) if run not in self.dropped)
+
+
+@dataclass(frozen=True, eq=False)
+class Bench:
+    """The file in mm, g, s, rad, N and V; ``zero_V`` None: the mean of the readings at rest."""
+
+    values: Values
+    mass_g: float
+    weight_N: float
+    polar_g_mm2: float
+    shape: DiscOnShaft | None
+    density_g_mm3: float
+    holes: tuple[DrilledHole, ...]
+    bearings: BenchBearings
+    control: SpeedControl
+    speeds_rpm: tuple[float, ...]
+    ramp_s: float
+    hold_s: float
+    repeats: int
+    zero_V: float | None
+    N_m_per_V: float
+    readings: tuple[Reading, ...]
+
+    @property
+    def speeds_rad_s(self) -> tuple[float, ...]:
+        """Speeds of the schedule."""
+        return tuple(RAD_S_PER_RPM * each for each in self.speeds_rpm)
+
+
+def read_bench(source: str | Path | Mapping[str, Any]) -> Bench:
+    """Read a bench file, or its structure.
+
+    Raises
+    ------
+    FileError
+        If it cannot be read.
+    JobError
+        If a key is unknown, missing or impossible.
+    """
+    return read_document(source, "bench file", BENCH_KEYS, _bench)
+
+
+def _bench(values: Values) -> Bench:
+    schedule, reduction = values["schedule"], values["reduction"]
+    if not schedule["speeds_rpm"]:
+        raise JobError("schedule.speeds_rpm is an empty list; at least one speed is needed")
+    if len(schedule["speeds_rpm"]) * schedule["repeats"] > MOST_RUNS:
+        raise JobError(f"schedule has more than {MOST_RUNS} runs; fewer speeds or repeats are needed")
+    if reduction["zero_V"] is not None and reduction["zero"] is not None:
+        raise JobError("reduction.zero_V is given with zero; one of them is needed")
+    if reduction["zero_V"] is None and reduction["zero"] is None:
+        reduction["zero_V"] = DEFAULT_ZERO_V
+    density = values["rotor"]["density_kg_m3"] * G_PER_MM3_PER_KG_M3
+    shape = _shape(values["rotor"], density)
+    mass, weight = _mass(values["rotor"], shape)
+    control = values["control"]
+    return Bench(
+        values,
+        mass,
+        weight,
+        _inertia(values["rotor"], shape),
+        shape,
+        density,
+        tuple(
+            DrilledHole(each["diameter_mm"], each["depth_mm"], each["radius_mm"], math.radians(each["angle_deg"]))
+            for each in values["hole"]
+        ),
+        _bearings(values["bearing"]),
+        SpeedControl(
+            control["kp_N_m_s"], control["ki_N_m"], control["torque_limit_N_m"], control["delay_s"]
+        ),
+        schedule["speeds_rpm"],
+        schedule["ramp_s"],
+        schedule["hold_s"],
+        schedule["repeats"],
+        reduction["zero_V"],
+        reduction["N_m_per_V"],
+        tuple(_reading(each, f"reading[{number}]") for number, each in enumerate(values["reading"], 1)),
+    )
+
+
+def _shape(rotor: Values, density: float) -> DiscOnShaft | None:
+    """Return the disc on its shaft; None where the file does not say one."""
+    if rotor["disc_mm"] is None:
+        for key in ("shaft_mm", "length_mm", "thickness_mm"):
+            if rotor[key] is not None:
+                raise JobError(f"rotor.{key} is given without disc_mm; both make the rotor's shape")
+        return None
+    for key in ("shaft_mm", "length_mm"):
+        if rotor[key] is None:
+            raise JobError(f"rotor.{key} is missing; the rotor's shape needs it with disc_mm")
+    disc, shaft, length, thickness = (rotor[key] for key in ("disc_mm", "shaft_mm", "length_mm", "thickness_mm"))
+    if not disc > shaft:
+        raise JobError(f"rotor.disc_mm is {disc:g}; must be over shaft_mm, {shaft:g}")
+    if thickness is None:
+        if rotor["inertia_kg_mm2"] is None:
+            raise JobError("rotor.inertia_kg_mm2 is missing; or thickness_mm, from which it is found")
+        inertia = rotor["inertia_kg_mm2"] * G_MM2_PER_KG_MM2
+        try:
+            thickness = disc_thickness_mm(inertia, disc, shaft, length, density)
+        except ValueError as error:
+            raise JobError(f"rotor.inertia_kg_mm2 is {rotor['inertia_kg_mm2']:g}: {error}") from None
+    if thickness > length:
+        raise JobError(f"rotor.thickness_mm is {thickness:g}; must be at most length_mm, {length:g}")
+    return DiscOnShaft(disc, shaft, length, thickness, density)
+
+
+def _inertia(rotor: Values, shape: DiscOnShaft | None) -> float:
+    if rotor["inertia_kg_mm2"] is not None:
+        return float(rotor["inertia_kg_mm2"] * G_MM2_PER_KG_MM2)
+    if shape is None:
+        raise JobError("rotor.inertia_kg_mm2 is missing")
+    return shape.polar_g_mm2
+
+
+def _mass(rotor: Values, shape: DiscOnShaft | None) -> tuple[float, float]:
+    """Return mass and weight, from whichever is given."""
+    mass, weight = rotor["mass_kg"], rotor["weight_N"]
+    if mass is None and weight is None:
+        if shape is None:
+            raise JobError("rotor.mass_kg is missing; or weight_N, or disc_mm, shaft_mm, length_mm")
+        mass = shape.mass_g / G_PER_KG
+    mass = weight / GRAVITY_M_S2 if mass is None else mass
+    return mass * G_PER_KG, mass * GRAVITY_M_S2 if weight is None else weight
+
+
+def _bearings(table: Values) -> BenchBearings:
+    return _dry(table) if table["kind"] == "dry" else _rolling(table)
+
+
+def _dry(table: Values) -> DryBearings:
+    for key in names(ROLLING_KEYS):
+        if table[key] is not None:
+            raise JobError(f'bearing.{key} is given, but kind is "dry"; it is a key of "rolling"')
+    if table["diameter_mm"] is None:
+        raise JobError("bearing.diameter_mm is missing; must be > 0")
+    if (table["mu"] is None) == (table["mu_by_speed"] is None):
+        found = "mu is missing" if table["mu"] is None else "mu is given with mu_by_speed"
+        raise JobError(f"bearing.{found}; either mu or mu_by_speed is needed")
+    curve = ((0.0, table["mu"]),) if table["mu_by_speed"] is None else table["mu_by_speed"]
+    speeds = [speed for speed, _ in curve]
+    if not curve or any(b <= a for a, b in zip(speeds, speeds[1:], strict=False)):
+        raise JobError("bearing.mu_by_speed must have at least one pair [rpm, mu], the speeds rising")
+    return DryBearings(table["diameter_mm"], curve, table["small_angle"])
+
+
+def _rolling(table: Values) -> RollingBearings:
+    for key in names(DRY_KEYS):
+        if table[key] is not None:
+            raise JobError(f'bearing.{key} is given, but kind is "rolling"; it is a key of "dry"')
+    if table["small_angle"]:
+        raise JobError('bearing.small_angle is given, but kind is "rolling"; it is a key of "dry"')
+    raw = {key: table[key] for key in ("kind", *names(ROLLING_KEYS)) if table[key] is not None}
+    try:
+        case = parse_bearing(_lists({**raw, "load_N": 0.0})).case
+    except JobError as error:
+        raise JobError(f"bearing.{error}") from None
+    assert isinstance(case, RollingCase)
+    viscosity = case.lubricant.kinematic_mm2_s
+    assert viscosity is not None
+    return RollingBearings(case.bearing, case.count, viscosity)
+
+
+def _lists(value: Any) -> Any:
+    """Return tuples as lists, as TOML has them."""
+    if isinstance(value, dict):
+        return {key: _lists(item) for key, item in value.items()}
+    return [_lists(item) for item in value] if isinstance(value, tuple) else value
+
+
+def _reading(each: Values, where: str) -> Reading:
+    volts, torque = each["volts"], each["torque_N_m"]
+    if (volts is None) == (torque is None):
+        found = "volts is missing" if volts is None else "volts is given with torque_N_m"
+        raise JobError(f"{where}.{found}; either volts or torque_N_m is needed")
+    for run in each["drop"]:
+        if not 1 <= run <= len(volts or ()):
+            raise JobError(f"{where}.drop names run {run}; there are {len(volts or ())}, counted from 1")
+    reading = Reading(
+        each["case"], each["speed_rpm"], volts or (), each["drop"], torque, each["simulated_N_m"]
+    )
+    if volts is not None and not reading.kept:
+        raise JobError(f"{where}.drop leaves no run; at least one must count")
+    return reading

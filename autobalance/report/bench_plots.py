@@ -1,0 +1,24 @@
+"""Plots of a rotor bench: speed and torque over time."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import TYPE_CHECKING, Any
+
+from autobalance.report import plots
+from autobalance.units import RAD_S_PER_RPM
+
+if TYPE_CHECKING:
+    from autobalance.dynamics.speed_control import Trace
+
+
+def bench_plots(report: Mapping[str, Any], traces: Sequence[Trace]) -> dict[str, dict[str, bytes]]:
+    """Return speed and torque of each run over time."""
+    names = [f"{speed:g} rpm" for speed in report["input"]["schedule"]["speeds_rpm"]]
+    pairs = list(zip(names, traces, strict=True))
+    speeds = [plots.Curve(name, trace.time_s, trace.speed / RAD_S_PER_RPM) for name, trace in pairs]
+    torques = [plots.Curve(name, trace.time_s, trace.torque_N_m) for name, trace in pairs]
+    return {
+        "bench-speed": plots.lines("Speed on the bench", ("time [s]", "speed [1/min]"), speeds),
+        "bench-torque": plots.lines("Torque on the bench", ("time [s]", "torque [N·m]"), torques),
+    }

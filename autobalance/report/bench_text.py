@@ -1,0 +1,90 @@
+"""A rotor bench as lines to read."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+from autobalance.report.text import table
+
+Values = Mapping[str, Any]
+
+
+def bench_text(report: Values) -> str:
+    """Return rotor, loop, runs, readings and their comparison."""
+    rotor, loop = report["rotor"], report["loop"]
+    head = f"Rotor of {rotor['mass_kg']:.4f} kg, {rotor['inertia_kg_mm2']:.3f} kg·mm²"
+    if rotor["disc_thickness_mm"] is not None:
+        head += (
+            f": disc {rotor['disc_thickness_mm']:.3f} mm thick, shaft {rotor['shaft_each_side_mm']:.3f} mm "
+            "on each side"
+        )
+    if rotor["holes"]:
+        head += f"; {len(rotor['holes'])} hole(s) leave {rotor['unbalance_g_mm']:.2f} g·mm"
+    parts = [
+        head,
+        f"Speed loop: phase margin {loop['phase_margin_deg']:.1f}° at {loop['crossover_rad_s']:.3g} rad/s",
+        _runs(report["runs"]),
+    ]
+    if report["readings"]:
+        parts.append(_readings(report["readings"]))
+    if report["comparison"]:
+        parts.append(_comparison(report["comparison"]))
+    return "\n\n".join(parts)
+
+
+def _runs(runs: Sequence[Values]) -> str:
+    rows: list[Sequence[str]] = [
+        ("Run", "unbalance", "friction", "in the ramp", "mean held", "power", "greatest", "overshoot", "error")
+    ]
+    for run in runs:
+        name = f"  {run['speed_rpm']:g} rpm" + (f" ({run['repeat']})" if run["repeat"] > 1 else "")
+        torques = ("friction_N_m", "ramp_torque_N_m", "mean_torque_N_m")
+        rows.append(
+            (
+                name,
+                f"{run['unbalance_force_N']:.2f} N",
+                *(f"{run[key]:.4f} N·m" for key in torques),
+                f"{run['power_W']:.1f} W",
+                f"{run['greatest_torque_N_m']:.4f} N·m",
+                f"{run['overshoot_rpm']:.1f} rpm",
+                f"{100.0 * run['speed_error']:.4f} %",
+            )
+        )
+    return table(rows)
+
+
+def _volts(value: float | None) -> str:
+    return "" if value is None else f"{value:.4f} V"
+
+
+def _readings(readings: Sequence[Values]) -> str:
+    rows: list[Sequence[str]] = [("Reading", "speed", "mean", "zero", "torque", "runs left out")]
+    for each in readings:
+        rows.append(
+            (
+                f"  case {each['case']}",
+                f"{each['speed_rpm']:g} rpm",
+                _volts(each["mean_V"]),
+                _volts(each["zero_V"]),
+                f"{each['torque_N_m']:.4f} N·m",
+                ", ".join(str(run) for run in each["dropped"]),
+            )
+        )
+    return table(rows)
+
+
+def _comparison(comparison: Sequence[Values]) -> str:
+    rows: list[Sequence[str]] = [("Comparison", "speed", "test", "simulated", "apart")]
+    for each in comparison:
+        simulated, apart = each["simulated_N_m"], each["difference_percent"]
+        rows.append(
+            (
+                f"  case {each['case']}",
+                f"{each['speed_rpm']:g} rpm",
+                f"{each['test_N_m']:.4f} N·m",
+                "no run" if simulated is None else f"{simulated:.4f} N·m",
+                "" if apart is None else f"{apart:.2f} %",
+            )
+        )
+    return table(rows)
