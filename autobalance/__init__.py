@@ -18,6 +18,7 @@ PUBLIC = {
     "Job": "job.model",
     "balance": "api.balance",
     "bearing": "api.bearing",
+    "bench": "api.bench",
     "compare": "api.compare",
     "crank_from_mesh": "api.crank",
     "cycle": "api.cycle",
@@ -29,6 +30,7 @@ PUBLIC = {
     "init": "api.init",
     "inspect": "api.inspect",
     "orders": "api.orders",
+    "machine": "api.machine",
     "parts": "api.parts",
     "read_crank": "api.crank",
     "read_job": "api.job",
@@ -42,6 +44,7 @@ if TYPE_CHECKING:
     from autobalance.api.balance import BalanceResult as BalanceResult
     from autobalance.api.balance import balance as balance
     from autobalance.api.bearing import bearing as bearing
+    from autobalance.api.bench import bench as bench
     from autobalance.api.compare import compare as compare
     from autobalance.api.crank import Crank as Crank
     from autobalance.api.crank import crank_from_mesh as crank_from_mesh
@@ -56,6 +59,7 @@ if TYPE_CHECKING:
     from autobalance.api.inspect import inspect as inspect
     from autobalance.api.job import read_job as read_job
     from autobalance.api.orders import orders as orders
+    from autobalance.api.machine import machine as machine
     from autobalance.api.parts import parts as parts
     from autobalance.api.shafts import shafts as shafts
     from autobalance.api.study import study as study

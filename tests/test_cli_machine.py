@@ -116,3 +116,39 @@ def test_machine_of_other_kinds_is_told(
     assert main(["machine", written(tmp_path, "machine.toml", text)]) == 0
     out = capsys.readouterr().out
     assert ("Nodes: of plane A" if kind == "nodal" else "heavy side down after") in out
+
+
+BENCH = """
+[rotor]
+inertia_kg_mm2 = 2847.335
+weight_N = 25.01
+[bearing]
+kind = "dry"
+diameter_mm = 20
+mu = 0.3681
+[schedule]
+speeds_rpm = [3000]
+hold_s = 0.5
+[[reading]]
+case = "1"
+speed_rpm = 3000
+volts = [0.40, 0.38]
+"""
+
+
+def test_bench_writes_series_and_plots(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    file, series = written(tmp_path, "bench.toml", BENCH), tmp_path / "series.csv"
+    assert main(["bench", file, "--series", str(series), "--plots", str(tmp_path / "plots")]) == 0
+    text = capsys.readouterr().out
+    assert "phase margin 63.1°" in text
+    assert "case 1" in text
+    assert series.read_text().startswith("time_s,speed_rpm,wanted_rpm,torque_N_m,friction_N_m\n0.0,0.0,0.0,")
+    assert len(list((tmp_path / "plots").iterdir())) == 4
+
+
+def test_bench_with_an_unstable_loop_says_the_phase_margin(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    file = written(tmp_path, "bench.toml", BENCH + "[control]\ndelay_s = 0.2\n")
+    assert main(["bench", file]) == 3
+    assert "bench.toml: control: the speed loop is unstable" in capsys.readouterr().err

@@ -1,4 +1,4 @@
-"""``ab.bench``: a rotor under speed control in its bearings, and measured torques beside the simulated ones."""
+"""``ab.bench``: a rotor under speed control in its bearings, measured torques beside the simulated ones."""
 
 from __future__ import annotations
 
@@ -127,7 +127,8 @@ def _stable(margin: LoopMargin) -> LoopMargin:
     if margin.stable:
         return margin
     raise JobError(
-        f"control: the speed loop is unstable, its phase margin is {math.degrees(margin.phase_margin_rad):.1f}°; "
+        "control: the speed loop is unstable, its phase margin is "
+        f"{math.degrees(margin.phase_margin_rad):.1f}°; "
         "must be > 0: more kp_N_m_s for ki_N_m, lower gains, or a shorter delay_s"
     )
 
@@ -173,7 +174,11 @@ def _reading(given: Bench, reading: Reading) -> Values:
     shared = {"case": reading.case, "speed_rpm": reading.speed_rpm, "dropped": list(reading.dropped)}
     if reading.torque_N_m is not None:
         return {
-            **shared, "mean_V": None, "zero_V": None, "torque_N_m": reading.torque_N_m, "scatter_N_m": None
+            **shared,
+            "mean_V": None,
+            "zero_V": None,
+            "torque_N_m": reading.torque_N_m,
+            "scatter_N_m": None,
         }
     zero = _rest_V(given, reading.case) if given.zero_V is None else given.zero_V
     mean = float(np.mean(reading.kept))

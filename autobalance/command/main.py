@@ -26,6 +26,7 @@ COMMANDS: dict[str, str] = {
     "parts": "roll up the weights of the job: rotating, reciprocating, bob-weights, with their uncertainty",
     "influence": "balancing by influence coefficients: what to add in each plane, from trial weights",
     "machine": "what a balancing machine reads on a rotor of known unbalance, and what following it leaves",
+    "bench": "a rotor under speed control in its bearings: torque needed, and what was measured beside it",
     "grade": "balance quality grades: permissible and achieved, and the list for crank drives",
     "study": "many cranks to one plan: how many are within tolerance, and which ± to improve",
     "fem": "natural modes and static stress of a solid, by quadratic tetrahedra (extra)",

@@ -1,13 +1,15 @@
-"""The rotor of a bench: a disc on a shaft with drilled holes, its inertia, unbalance and bearing friction. mm, g, N."""
+"""The rotor of a bench: disc, shaft, drilled holes; its inertia, unbalance and bearing friction. mm, g, N."""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from itertools import pairwise
 
-from autobalance.bearings import dry, rolling
-from autobalance.bearings.loads import mean_load_N
+from scipy.special import ellipe
+
+from autobalance.bearings import rolling
 from autobalance.units import N_PER_G_MM_S2, RAD_S_PER_RPM
 
 M_PER_MM = 1e-3
@@ -68,8 +70,8 @@ def disc_thickness_mm(
     thickness = (wanted - shaft_mm**4 * length_mm) / (disc_mm**4 - shaft_mm**4)
     if not 0.0 < thickness <= length_mm:
         raise ValueError(
-            f"a disc of {disc_mm:g} mm would have to be {thickness:.4g} mm thick for this inertia; the rotor is "
-            f"{length_mm:g} mm long"
+            f"a disc of {disc_mm:g} mm would have to be {thickness:.4g} mm thick for this inertia; the "
+            f"rotor is {length_mm:g} mm long"
         )
     return thickness
 
@@ -113,15 +115,16 @@ class DryBearings:
         points = self.mu
         if speed_rpm <= points[0][0]:
             return points[0][1]
-        for (low, mu_low), (high, mu_high) in zip(points, points[1:], strict=False):
+        for (low, mu_low), (high, mu_high) in pairwise(points):
             if speed_rpm <= high:
                 return mu_low + (mu_high - mu_low) * (speed_rpm - low) / (high - low)
         return points[-1][1]
 
     def moment_N_m(self, mean_load_N: float, speed_rpm: float) -> float:
         """Return the friction of all bearings together at a load, the mean of its size over a turn."""
-        friction = dry.small_angle_moment_N_m if self.small_angle else dry.friction_moment_N_m
-        return float(friction(mean_load_N, self.diameter_mm * M_PER_MM, self.mu_at(speed_rpm)))
+        mu = self.mu_at(speed_rpm)
+        sine = mu if self.small_angle else mu / math.hypot(1.0, mu)
+        return 0.5 * mean_load_N * self.diameter_mm * M_PER_MM * sine
 
 
 @dataclass(frozen=True)
@@ -144,10 +147,21 @@ BenchBearings = DryBearings | RollingBearings
 def bench_friction(
     bearings: BenchBearings, weight_N: float, unbalance_g_mm: float
 ) -> Callable[[float], float]:
-    """Return the friction moment [N·m] by speed [rad/s], of the mean over a turn of |weight + unbalance force|."""
+    """Return the friction moment [N·m] by speed [rad/s], at the mean of |weight + unbalance force|."""
 
     def friction(speed_rad_s: float) -> float:
-        load = float(mean_load_N(weight_N, unbalance_force_N(unbalance_g_mm, speed_rad_s)))
+        load = mean_load_N(weight_N, unbalance_force_N(unbalance_g_mm, speed_rad_s))
         return bearings.moment_N_m(load, speed_rad_s / RAD_S_PER_RPM)
 
     return friction
+
+
+def mean_load_N(constant_N: float, turning_N: float) -> float:
+    """Return the mean over a turn of |constant + turning load|, (2/π)(W + R) E(4 W R/(W + R)²).
+
+    For single numbers, tens of thousands of times in a simulation; ``bearings.loads`` has it for arrays.
+    """
+    total = constant_N + turning_N
+    if turning_N == 0.0 or constant_N == 0.0:
+        return total
+    return 2.0 / math.pi * total * float(ellipe(4.0 * constant_N * turning_N / total**2))

@@ -1,7 +1,7 @@
 """A rotor with friction under PI speed control: ramp, hold, torque limit, anti-windup, delay. SI units.
 
-Classical Runge-Kutta steps inside smooth stretches; where the torque reaches its limit, the integral stops, or
-the rotor starts or stands, the step ends there. A torque that would flutter at its limit slides along it.
+Classical Runge-Kutta steps inside smooth stretches; where the torque reaches its limit, the integral stops,
+or the rotor starts or stands, the step ends there. A torque that would flutter at its limit slides along it.
 """
 
 from __future__ import annotations
@@ -70,7 +70,7 @@ def loop_margin(control: SpeedControl, inertia_kg_m2: float) -> LoopMargin:
 
 @dataclass(frozen=True, eq=False)
 class Trace:
-    """A run from rest, all (n,): speeds [rad/s], torque on the rotor, friction against it and ∫T dt [N·m, s]."""
+    """A run from rest, all (n,): speeds [rad/s], torque on the rotor, friction against it, ∫T dt [N·m·s]."""
 
     time_s: Array
     speed: Array

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass
+from itertools import pairwise
 from pathlib import Path
 from typing import Any, Literal
 
@@ -30,7 +31,13 @@ MOST_RUNS = 1000
 Pair = tuple[float, float]
 
 ROTOR_KEYS = (
-    Key("inertia_kg_mm2", float, "about the axis; with disc_mm and no thickness_mm the disc fits it", POSITIVE, None),
+    Key(
+        "inertia_kg_mm2",
+        float,
+        "about the axis; with disc_mm and no thickness_mm the disc fits it",
+        POSITIVE,
+        None,
+    ),
     Key("mass_kg", float, "of the rotor", POSITIVE, None),
     Key("weight_N", float, "or its weight", POSITIVE, None),
     Key("disc_mm", float, "or its shape: diameter of the disc", POSITIVE, None),
@@ -55,6 +62,8 @@ DRY_KEYS = (
     Key("mu", float, "dry: coefficient of friction", NOT_NEGATIVE, None),
     Key("mu_by_speed", tuple[Pair, ...], "or pairs [rpm, mu], straight between them", NOT_NEGATIVE, None),
 )
+CONSTANTS = ("f0", "f1", "r1", "s1", "bore_mm", "outer_mm", "mu_bl", "mu_ehl", "k_rs", "k_z")
+CATALOGUED = ("seal_N_mm", "drag_N_mm")
 ROLLING_KEYS = (
     Key("model", Literal["palmgren", "skf"], "rolling: how friction is found", default=None),
     Key("mean_diameter_mm", float, "rolling: (d + D)/2", POSITIVE, None),
@@ -62,7 +71,7 @@ ROLLING_KEYS = (
     Key("count", int, "rolling: bearings alike that share the load", COUNTED, None),
     *(
         Key(name, float, "rolling: constant of the model", NOT_NEGATIVE, None)
-        for name in "f0 f1 r1 s1 bore_mm outer_mm mu_bl mu_ehl k_rs k_z seal_N_mm drag_N_mm".split()
+        for name in (*CONSTANTS, *CATALOGUED)
     ),
     Key("oil", says="rolling: instead of the viscosity", keys=OIL_KEYS, default=None),
 )
@@ -176,6 +185,8 @@ def _bench(values: Values) -> Bench:
         raise JobError("reduction.zero_V is given with zero; one of them is needed")
     if reduction["zero_V"] is None and reduction["zero"] is None:
         reduction["zero_V"] = DEFAULT_ZERO_V
+    if values["control"]["kp_N_m_s"] == 0.0 and values["control"]["ki_N_m"] == 0.0:
+        raise JobError("control.kp_N_m_s and control.ki_N_m are both 0; there is no control")
     density = values["rotor"]["density_kg_m3"] * G_PER_MM3_PER_KG_M3
     shape = _shape(values["rotor"], density)
     mass, weight = _mass(values["rotor"], shape)
@@ -188,13 +199,13 @@ def _bench(values: Values) -> Bench:
         shape,
         density,
         tuple(
-            DrilledHole(each["diameter_mm"], each["depth_mm"], each["radius_mm"], math.radians(each["angle_deg"]))
+            DrilledHole(
+                each["diameter_mm"], each["depth_mm"], each["radius_mm"], math.radians(each["angle_deg"])
+            )
             for each in values["hole"]
         ),
         _bearings(values["bearing"]),
-        SpeedControl(
-            control["kp_N_m_s"], control["ki_N_m"], control["torque_limit_N_m"], control["delay_s"]
-        ),
+        SpeedControl(control["kp_N_m_s"], control["ki_N_m"], control["torque_limit_N_m"], control["delay_s"]),
         schedule["speeds_rpm"],
         schedule["ramp_s"],
         schedule["hold_s"],
@@ -215,7 +226,9 @@ def _shape(rotor: Values, density: float) -> DiscOnShaft | None:
     for key in ("shaft_mm", "length_mm"):
         if rotor[key] is None:
             raise JobError(f"rotor.{key} is missing; the rotor's shape needs it with disc_mm")
-    disc, shaft, length, thickness = (rotor[key] for key in ("disc_mm", "shaft_mm", "length_mm", "thickness_mm"))
+    disc, shaft, length, thickness = (
+        rotor[key] for key in ("disc_mm", "shaft_mm", "length_mm", "thickness_mm")
+    )
     if not disc > shaft:
         raise JobError(f"rotor.disc_mm is {disc:g}; must be over shaft_mm, {shaft:g}")
     if thickness is None:
@@ -265,7 +278,7 @@ def _dry(table: Values) -> DryBearings:
         raise JobError(f"bearing.{found}; either mu or mu_by_speed is needed")
     curve = ((0.0, table["mu"]),) if table["mu_by_speed"] is None else table["mu_by_speed"]
     speeds = [speed for speed, _ in curve]
-    if not curve or any(b <= a for a, b in zip(speeds, speeds[1:], strict=False)):
+    if not curve or any(b <= a for a, b in pairwise(speeds)):
         raise JobError("bearing.mu_by_speed must have at least one pair [rpm, mu], the speeds rising")
     return DryBearings(table["diameter_mm"], curve, table["small_angle"])
 

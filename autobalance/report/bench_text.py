@@ -35,7 +35,17 @@ def bench_text(report: Values) -> str:
 
 def _runs(runs: Sequence[Values]) -> str:
     rows: list[Sequence[str]] = [
-        ("Run", "unbalance", "friction", "in the ramp", "mean held", "power", "greatest", "overshoot", "error")
+        (
+            "Run",
+            "unbalance",
+            "friction",
+            "in the ramp",
+            "mean held",
+            "power",
+            "greatest",
+            "overshoot",
+            "error",
+        )
     ]
     for run in runs:
         name = f"  {run['speed_rpm']:g} rpm" + (f" ({run['repeat']})" if run["repeat"] > 1 else "")
