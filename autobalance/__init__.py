@@ -29,8 +29,8 @@ PUBLIC = {
     "influence": "api.influence",
     "init": "api.init",
     "inspect": "api.inspect",
-    "orders": "api.orders",
     "machine": "api.machine",
+    "orders": "api.orders",
     "parts": "api.parts",
     "read_crank": "api.crank",
     "read_job": "api.job",
@@ -58,8 +58,8 @@ if TYPE_CHECKING:
     from autobalance.api.init import init as init
     from autobalance.api.inspect import inspect as inspect
     from autobalance.api.job import read_job as read_job
-    from autobalance.api.orders import orders as orders
     from autobalance.api.machine import machine as machine
+    from autobalance.api.orders import orders as orders
     from autobalance.api.parts import parts as parts
     from autobalance.api.shafts import shafts as shafts
     from autobalance.api.study import study as study

@@ -89,11 +89,18 @@ def bench(bench_file: str | Path | Mapping[str, Any]) -> BenchResult:
     >>> round(found.report["runs"][0]["mean_torque_N_m"], 4)
     0.1944
     """
-    from autobalance.dynamics.bench_rotor import bench_friction, missing_unbalance_g_mm
-    from autobalance.dynamics.speed_control import loop_margin, ramp_and_hold
     from autobalance.job.bench import read_bench
+    from autobalance.job.keys import named_in
 
     given = read_bench(bench_file)
+    with named_in(bench_file):
+        return _result(given)
+
+
+def _result(given: Bench) -> BenchResult:
+    from autobalance.dynamics.bench_rotor import bench_friction, missing_unbalance_g_mm
+    from autobalance.dynamics.speed_control import loop_margin, ramp_and_hold
+
     inertia = given.polar_g_mm2 * KG_M2_PER_G_MM2
     margin = _stable(loop_margin(given.control, inertia))
     unbalance = missing_unbalance_g_mm(given.holes, given.density_g_mm3)

@@ -71,9 +71,12 @@ def influence(trials: str | Path | Mapping[str, Any]) -> InfluenceResult:
     >>> [round(result.report["corrections"][0][key], 6) for key in ("g_mm", "angle_deg")]
     [10.0, 180.0]
     """
+    from autobalance.job.keys import named_in
     from autobalance.job.trials import read_trials
 
-    return InfluenceResult(_report(read_trials(trials)))
+    task = read_trials(trials)
+    with named_in(trials):
+        return InfluenceResult(_report(task))
 
 
 def _report(task: Trials) -> Values:

@@ -71,9 +71,12 @@ def machine(machine_file: str | Path | Mapping[str, Any]) -> MachineResult:
     >>> [round(plane["g_mm"], 6) for plane in found.report["runs"][0]["planes"]]
     [0.0, 100.0]
     """
+    from autobalance.job.keys import named_in
     from autobalance.job.machine import read_machine
 
-    return MachineResult(_report(read_machine(machine_file)))
+    given = read_machine(machine_file)
+    with named_in(machine_file):
+        return MachineResult(_report(given))
 
 
 def _report(given: Machine) -> Values:

@@ -6,7 +6,8 @@ editors all come from that one list.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 from types import UnionType
@@ -81,10 +82,19 @@ def read_document(
         return made(read(source, keys))
     path = Path(source)
     raw = toml_of(text_of(path, what), path.name)
-    try:
+    with named_in(source):
         return made(read(raw, keys))
+
+
+@contextmanager
+def named_in(source: str | Path | Mapping[str, Any]) -> Iterator[None]:
+    """Begin the message of an error about a file with its name; a structure has none."""
+    try:
+        yield
     except JobError as error:
-        raise JobError(f"{path.name}: {error}") from None
+        if isinstance(source, Mapping):
+            raise
+        raise JobError(f"{Path(source).name}: {error}") from None
 
 
 def read(raw: Mapping[str, Any], keys: tuple[Key, ...], path: str = "") -> Values:
