@@ -87,17 +87,6 @@ def polar(title: str, labels: tuple[str, str], curves: Sequence[Curve]) -> dict[
     return _drawn(title, labels[1], draw)
 
 
-def lines(title: str, labels: tuple[str, str], curves: Sequence[Curve]) -> dict[str, bytes]:
-    """Return curves over a quantity, both scales linear."""
-
-    def draw(axes: Axes) -> None:
-        for number, curve in enumerate(curves):
-            axes.plot(curve.x, curve.y, label=curve.name, **_style(number))
-        axes.set_xlabel(labels[0])
-
-    return _drawn(title, labels[1], draw)
-
-
 MARKS = (".", "x", "o", "^", "s", "d")
 
 
