@@ -6,8 +6,9 @@ The pressure is positive where V·e(α) > 0, half the circle around V; with V = 
 
     J = ∫ e eᵀ/(1 − ε cos u)³ du,    u from the line of centres, over that half circle.
 
-J has a closed form by Sommerfeld's substitution, cos u = (cos γ + ε)/(1 + ε cos γ). Since the pressure ends
-at zero, J is also ∂f/∂V: Newton's method on f(V) = f is V ← J(V)⁻¹ f.
+J has a closed form by Sommerfeld's substitution, cos u = (cos γ + ε)/(1 + ε cos γ): its integrands become
+polynomials of cos γ and sin γ, and γ at both ends of the half circle is algebraic. Since the pressure ends at
+zero, J is also ∂f/∂V: Newton's method on f(V) = f is V ← J(V)⁻¹ f.
 """
 
 from __future__ import annotations
@@ -17,7 +18,7 @@ import numpy as np
 from autobalance.bearings.loads import Array
 
 NEWTON_STEPS = 10
-ENOUGH = 1e-4
+ENOUGH = 1e-3
 """Relative change after which the next step, its square, does not count."""
 NEAREST = 1.0 - 1e-6
 """Eccentricity ratio that stands for all beyond it: the film's force grows without bound there."""
@@ -52,17 +53,13 @@ def half_film(ratio: Array, direction: Polar) -> Symmetric:
     along, across = direction
     rest = (1.0 - ratio) * (1.0 + ratio)
     root = np.sqrt(rest)
-    # The half circle begins at u = b − 90° and ends at b + 90°: cos u = ±(−across), sin u = ±along.
-    first, last = 1.0 - ratio * across, 1.0 + ratio * across
-    cos_first, sin_first = (across - ratio) / first, -root * along / first
-    cos_last, sin_last = (-across - ratio) / last, root * along / last
-    span = np.arctan2(
-        sin_last * cos_first - cos_last * sin_first, cos_last * cos_first + sin_last * sin_first
-    )
-    span = np.where(span < 0.0, span + 2.0 * np.pi, span)
-    double = 0.5 * (sin_last * cos_last - sin_first * cos_first)
-    rr = ((0.5 + ratio**2) * span + double + 2.0 * ratio * (sin_last - sin_first)) / (rest**2 * root)
-    rt = (0.5 * (sin_last**2 - sin_first**2) - ratio * (cos_last - cos_first)) / rest**2
+    square = along**2
+    gaps = 1.0 - ratio**2 * (1.0 - square)  # product of H at both ends of the half circle
+    both = ratio * root * along
+    span = np.pi + np.arctan2(2.0 * both, 1.0 - ratio**2 * (1.0 + square))  # of γ
+    double = both * (2.0 * (1.0 - square) - 2.0 + gaps) / gaps**2
+    rr = ((0.5 + ratio**2) * span + double + 4.0 * both / gaps) / (rest**2 * root)
+    rt = 2.0 * ratio * across**3 / gaps**2
     tt = (0.5 * span - double) / (rest * root)
     return rr, rt, tt
 
