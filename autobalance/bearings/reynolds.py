@@ -277,8 +277,8 @@ def _obstacle(matrix: csc_array, right: Array, free: Flags) -> tuple[Array, Flag
         now = np.where(free, pressure > 0.0, matrix @ pressure < right)
         if np.array_equal(now, free):
             break
-        free = now
-    return pressure, free
+        free = now  # rounding may let a cell of no pressure come and go: the last set is as good
+    return np.maximum(pressure, 0.0), free
 
 
 def _greatest(grid: _Grid, pressure: Array) -> float:

@@ -64,6 +64,11 @@ KEYS: dict[str, tuple[str, ...]] = {
 }
 """Keys of each kind besides ``kind`` and ``speed_rpm``; a rolling bearing's model adds its constants."""
 
+OIL_POINTS = ((40.0, 100.0), (100.0, 11.0))
+"""Of an oil that names none: an SAE 30."""
+SERIES = {"file": "series.csv", "x": "main_1_x_N", "y": "main_1_y_N"}
+"""File and columns of a history that names none."""
+
 UP_TO_ONE = Rule(lambda x: 0.0 <= x <= 1.0, "must be 0 to 1: the journal touches its bush at 1")
 ABOVE_ZERO_KELVIN = Rule(lambda x: x > -273.15, "must be above -273.15")
 
@@ -150,7 +155,7 @@ class _Reader:
         """Return a value; required where no default is given."""
         if key in self.table or default is ...:
             return self.table.value(key, hint, rule)
-        self.described[key] = list(default) if isinstance(default, tuple) else default
+        self.described[key] = _listed(default)
         return default
 
     def inner(self, key: str, known: tuple[str, ...]) -> _Reader:
@@ -158,6 +163,11 @@ class _Reader:
         reader = _Reader(self.table.raw[key], self.table.place(key), known)
         self.described[key] = reader.described
         return reader
+
+
+def _listed(value: Any) -> Any:
+    """Return tuples as the lists of a file."""
+    return [_listed(item) for item in value] if isinstance(value, tuple) else value
 
 
 def _dry(reader: _Reader) -> DryCase:
@@ -240,7 +250,7 @@ def _lubricant(reader: _Reader, key: str, heats: bool = True) -> Lubricant:
         raise JobError(f"{key} and [oil] are both given; the viscosity must come from one of them")
     reader.described[key] = None
     table = reader.inner("oil", OIL_KEYS)
-    points = table.value("viscosity_mm2_s", tuple[tuple[float, float], tuple[float, float]])
+    points = table.value("viscosity_mm2_s", tuple[tuple[float, float], tuple[float, float]], ANY, OIL_POINTS)
     density = table.value("density_kg_m3", float, POSITIVE, 860.0)
     try:
         oil = Oil.of_points(points, density)
@@ -291,7 +301,8 @@ def _history(reader: _Reader, folder: Path, given: Given) -> History:
     if given is not None:
         columns = table.value("x", str, default="x_N"), table.value("y", str, default="y_N")
         return read_history(Path(given), *columns, bush)
-    return read_history(folder / table.value("file", str), table.value("x", str), table.value("y", str), bush)
+    file, x, y = (table.value(key, str, default=usual) for key, usual in SERIES.items())
+    return read_history(folder / file, x, y, bush)
 
 
 def _rolling(reader: _Reader) -> RollingCase:

@@ -190,6 +190,9 @@ def test_defaults_are_told() -> None:
     assert (told["speed_rpm"], told["boundary"], told["grid"]) == (3000.0, "half", [120, 40])
     assert told["oil"]["density_kg_m3"] == 860.0
     assert bearing({**SKF}).report["input"]["k_z"] == 3.1
+    usual = bearing({**OILED, "oil": {"temperature_C": 40.0}}).report
+    assert usual["input"]["oil"]["viscosity_mm2_s"] == [[40.0, 100.0], [100.0, 11.0]]
+    assert usual["oil"]["kinematic_mm2_s"] == pytest.approx(100.0)
     reynolds = parse_bearing({**without(FILM, "solver")})
     assert (reynolds.described["solver"], reynolds.described["boundary"]) == ("reynolds", "reynolds")
 
@@ -308,7 +311,8 @@ BAD = {
     "count is 1.5; must be a whole number": {**BALL, "count": 1.5},
     "bore_mm is 50; must be less than outer_mm": {**SKF, "bore_mm": 50.0},
     "film_mm is 0; must be > 0": {**PLATES, "film_mm": 0},
-    "history.file is missing": {**FILM, "history": {}},
+    "history.files is an unknown key; did you mean 'file'": {**FILM, "history": {"files": "a.csv"}},
+    "history.bush_speed_rpm is 'still'; must be a number": {**FILM, "history": {"bush_speed_rpm": "still"}},
 }
 
 
