@@ -19,6 +19,7 @@ PUBLIC = {
     "balance": "api.balance",
     "bearing": "api.bearing",
     "bench": "api.bench",
+    "calc": "api.calc",
     "compare": "api.compare",
     "crank_from_mesh": "api.crank",
     "cycle": "api.cycle",
@@ -41,10 +42,12 @@ PUBLIC = {
 """Public name → the module that holds it."""
 
 if TYPE_CHECKING:
+    from autobalance import theory as theory
     from autobalance.api.balance import BalanceResult as BalanceResult
     from autobalance.api.balance import balance as balance
     from autobalance.api.bearing import bearing as bearing
     from autobalance.api.bench import bench as bench
+    from autobalance.api.calc import calc as calc
     from autobalance.api.compare import compare as compare
     from autobalance.api.crank import Crank as Crank
     from autobalance.api.crank import crank_from_mesh as crank_from_mesh
@@ -69,6 +72,8 @@ if TYPE_CHECKING:
 
 
 def __getattr__(name: str) -> Any:
+    if name == "theory":  # a room of its own that is public
+        return import_module("autobalance.theory")
     if name not in PUBLIC:
         raise AttributeError(f"module 'autobalance' has no attribute {name!r}")
     found = getattr(import_module(f"autobalance.{PUBLIC[name]}"), name)

@@ -17,6 +17,7 @@ COMMANDS: dict[str, str] = {
     "init": "write a commented job for a crank, or put a job into a workbook and back",
     "inspect": "measure a crank file: mass, axis, journals, throws, webs, unbalance, faces",
     "balance": "the main job: measure, plan, cut, measure again until within tolerance",
+    "calc": "any of the documented formulas, by its name",
     "compare": "try every kind of correction and the useful mixes on one crank, like for like",
     "generate": "build a crankshaft of any layout from its dimensions, as a mesh or as STEP",
     "verify": "read a corrected solid from disk again and check every number its report claims",
@@ -71,6 +72,14 @@ def _run(arguments: list[str]) -> int:
         epilog="autobalance COMMAND --help tells more about each.",
     )
     parser.add_argument("--version", action="version", version=f"autobalance {__version__}")
+    if arguments[:1] == ["calc"]:
+        from autobalance.command.calc import help_for
+        from autobalance.command.console import say
+
+        text = help_for(arguments)
+        if text is not None:
+            say(text)
+            return 0
     subparsers = parser.add_subparsers(dest="command", metavar="COMMAND", required=True)
     called = next((word for word in arguments if not word.startswith("-")), None)
     for name, summary in COMMANDS.items():

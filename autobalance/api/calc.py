@@ -1,0 +1,54 @@
+"""``calc``: any formula of ``autobalance.theory`` by its name."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any
+
+from autobalance.api.result import VerbResult, report_head
+from autobalance.theory.calling import call, plain
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class CalcResult(VerbResult):
+    """What a formula gives."""
+
+    def text(self, units: str = "metric") -> str:
+        """Return the result's fields, one a line; units end the names."""
+        found = self.report["result"]
+        if isinstance(found, list):
+            return "\n".join(_line(each) for each in found)
+        if isinstance(found, Mapping):
+            width = max(len(key) for key in found)
+            return "\n".join(f"{key:<{width}}  {_shown(value)}" for key, value in found.items())
+        return _shown(found)
+
+
+def calc(name: str, values: Mapping[str, str]) -> CalcResult:
+    """Return the result of a function of ``autobalance.theory`` for values typed as text.
+
+    Raises
+    ------
+    UsageError
+        If the name or a key is unknown, or a value is impossible.
+
+    Examples
+    --------
+    >>> calc("swept_volume_cm3", {"bore_mm": "76.8", "stroke_mm": "53.8"}).text()
+    '249.227'
+    """
+    found = plain(call(name, values))
+    return CalcResult({**report_head("calc"), "name": name, "input": dict(values), "result": found})
+
+
+def _shown(value: Any) -> str:
+    if isinstance(value, float):
+        return f"{value:.6g}"
+    return ", ".join(_shown(item) for item in value) if isinstance(value, list) else str(value)
+
+
+def _line(value: Any) -> str:
+    if isinstance(value, Mapping):
+        return "  ".join(f"{key} {_shown(item)}" for key, item in value.items())
+    return _shown(value)

@@ -1,0 +1,101 @@
+"""The documented formulas of crankshaft balancing, each with its source and its misprints.
+
+Plain numbers in, with the unit at the end of each name; numbers or small records out. ``autobalance calc``
+calls any of them.
+"""
+
+from autobalance.theory.kinematics import (
+    dead_centres,
+    greatest_piston_speed,
+    harmonic_coefficient,
+    harmonic_series,
+    piston_harmonics,
+    piston_motion,
+    swept_volume_cm3,
+)
+from autobalance.theory.sections import (
+    balancing_counterweights,
+    crankpin_overlap_mm,
+    cylinder_mass_g,
+    disc_rotor,
+    drilled_hole,
+    fan_counterweight,
+    fan_counterweight_for,
+    final_hole_depth_mm,
+    section_sums,
+    stroke_for_displacement_mm,
+    stroked_crank,
+    substitute_rotor,
+)
+from autobalance.theory.shafts import (
+    bolted_pair,
+    complete_balance,
+    counter_rotating_shaft_g_mm,
+    second_order_pair,
+    shaft_pair,
+    shaft_roll_moment_n_m,
+)
+from autobalance.theory.tolerance import (
+    achieved_grade,
+    convert_unbalance,
+    permissible_unbalance,
+    plane_shares,
+    unbalance_in_planes,
+)
+from autobalance.theory.weights import (
+    balance_factor,
+    bob_weight_g,
+    centrifugal_force_n,
+    conrod,
+    conrod_cut_in_two,
+    conrod_on_scales,
+    correction_mass_g,
+    counterweight_product_g_mm,
+    first_order_force,
+    order_table,
+    sum_of_parts,
+)
+
+__all__ = [
+    "achieved_grade",
+    "balance_factor",
+    "balancing_counterweights",
+    "bob_weight_g",
+    "bolted_pair",
+    "centrifugal_force_n",
+    "complete_balance",
+    "conrod",
+    "conrod_cut_in_two",
+    "conrod_on_scales",
+    "convert_unbalance",
+    "correction_mass_g",
+    "counter_rotating_shaft_g_mm",
+    "counterweight_product_g_mm",
+    "crankpin_overlap_mm",
+    "cylinder_mass_g",
+    "dead_centres",
+    "disc_rotor",
+    "drilled_hole",
+    "fan_counterweight",
+    "fan_counterweight_for",
+    "final_hole_depth_mm",
+    "first_order_force",
+    "greatest_piston_speed",
+    "harmonic_coefficient",
+    "harmonic_series",
+    "order_table",
+    "permissible_unbalance",
+    "piston_harmonics",
+    "piston_motion",
+    "plane_shares",
+    "second_order_pair",
+    "section_sums",
+    "shaft_pair",
+    "shaft_roll_moment_n_m",
+    "stroke_for_displacement_mm",
+    "stroked_crank",
+    "substitute_rotor",
+    "sum_of_parts",
+    "swept_volume_cm3",
+    "unbalance_in_planes",
+]
