@@ -331,6 +331,53 @@ def test_plots_text_and_pendulum(job: Path, tmp_path: Path, capsys: pytest.Captu
     assert "Pendulum for order 1.5" in text
 
 
+def test_films_are_those_that_bearing_finds_in_the_series(
+    job: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    with job.open("a", encoding="utf-8") as file:
+        file.write(
+            "[cycle.film]\nviscosity_Pa_s = 0.004\nmain_clearance_mm = 0.04\ncrankpin_clearance_mm = 0.03\n"
+        )
+    found = run(capsys, job, "--series", tmp_path / "s.csv", "--factors", "0,1")
+    crank = ab.read_crank(CRANK, unit="mm", crankpin_in_file=False)
+    main_2 = crank.main_journals[1]
+    bearing = {
+        "kind": "hydrodynamic",
+        "speed_rpm": RPM,
+        "diameter_mm": main_2.diameter_mm,
+        "length_mm": main_2.width_mm,
+        "radial_clearance_mm": 0.04,
+        "viscosity_Pa_s": 0.004,
+        "load_N": 1000.0,
+        "history": {"file": str(tmp_path / "s.csv"), "x": "main_2_x_N", "y": "main_2_y_N"},
+    }
+    orbit = ab.bearing(bearing).report["orbit"]
+    told = found["films"]["main_journals"][1]
+    assert told["least_film_mm"] == pytest.approx(orbit["least_film_mm"], rel=1e-3)
+    assert told["mean_friction_N_m"] == pytest.approx(orbit["mean_friction_N_m"], rel=1e-3)
+    assert 0.0 < found["films"]["big_ends"][0]["least_film_mm"] < 0.03
+    assert 0.0 < found["factors"][1]["least_film_mm"] < 0.04
+
+
+@pytest.mark.parametrize(("ratio", "turns", "limit"), [(0.995, 3, "contact"), (0.5, 0, "not periodic")])
+def test_a_film_that_breaks_or_does_not_repeat_has_a_limit(ratio: float, turns: int, limit: str) -> None:
+    from autobalance.balancing.cycle_films import CycleFilms, film_values
+    from autobalance.bearings.orbit import Orbits
+
+    path = np.tile([[ratio, 0.0]], (8, 1, 1))
+    orbits = Orbits(np.arange(8.0), path, np.array([2e-5]), np.ones((8, 1)), np.array([turns]))
+    row = film_values(CycleFilms(orbits, None))["main_journals"][0]
+    assert row == {
+        "number": 1,
+        "least_film_mm": None,
+        "at_deg": None,
+        "greatest_eccentricity_ratio": None,
+        "mean_friction_N_m": None,
+        "turns_to_settle": None,
+        "limit": limit,
+    }
+
+
 def test_the_same_from_python(job: Path) -> None:
     found = ab.cycle(job, speed_rpm=7000, factors=[0.5])
     assert found.report["speed_rpm"] == 7000
@@ -396,6 +443,11 @@ def test_the_same_from_python(job: Path) -> None:
             "heat_J = 900.0\n",
             "heat_J = 900.0\n[cycle.friction]\nchen_flynn = [1, 2]\n",
             "chen_flynn has 2 entries",
+        ),
+        (
+            "heat_J = 900.0\n",
+            "heat_J = 900.0\n[cycle.film]\nviscosity_Pa_s = 0\n",
+            "cycle.film.viscosity_Pa_s is 0; must be > 0",
         ),
         (
             "heat_J = 900.0\n",

@@ -11,13 +11,14 @@ from typing import TYPE_CHECKING, Any
 from autobalance import job as jobs
 from autobalance.api.job import read_job
 from autobalance.api.progress import Progress
-from autobalance.api.request import request
+from autobalance.api.request import Request, request
 from autobalance.api.result import Plots, Values, VerbResult, report_head
 from autobalance.errors import UsageError
 from autobalance.job.model import Job
 
 if TYPE_CHECKING:
     from autobalance.api.crank import Crank
+    from autobalance.balancing.cycle_films import CycleFilms
     from autobalance.engine.cycle.analysis import CycleAnalysis
 
 DEFAULT_FACTORS = (0.0, 0.28, 0.5, 0.64, 1.0)
@@ -29,6 +30,8 @@ class CycleResult(VerbResult):
     """A cycle at one speed; ``analysis`` has its arrays."""
 
     analysis: CycleAnalysis
+    factors: tuple[float, ...]
+    films: CycleFilms | None = None
 
     def text(self, units: str = "metric") -> str:
         """Return the cycle as lines for people; always metric."""
@@ -40,7 +43,7 @@ class CycleResult(VerbResult):
         """Return pressure, indicator diagrams, torque, orders, polar loads and speed."""
         from autobalance.report.cycle_plots import cycle_plots
 
-        return cycle_plots(self.analysis)
+        return cycle_plots(self.analysis, self.factors, self.films)
 
     def files(self) -> Mapping[str, bytes]:
         """Return the series by angle as a CSV file."""
@@ -108,8 +111,9 @@ def cycle(
     firing = firing_engine(found.job, found.crank, found.speed_rad_s)
     analysis = CycleAnalysis(firing, found.speed_rad_s)
     values = _values(found.job, analysis, wanted)
+    films = _add_films(values, found, analysis, wanted)
     values["speed_rpm"] = found.speed_rpm  # as it was asked, without the rounding of its conversion
-    return CycleResult(values, analysis)
+    return CycleResult(values, analysis, wanted, films)
 
 
 def checked_factors(factors: Sequence[float] | None) -> tuple[float, ...]:
@@ -141,6 +145,25 @@ def _values(job: Job, found: CycleAnalysis, factors: Sequence[float]) -> Values:
         if absorber is None
         else pendulum_values(found, absorber.pendulum, absorber.swing_rad, absorber.reduction),
     }
+
+
+def _add_films(
+    values: Values, found: Request, analysis: CycleAnalysis, factors: Sequence[float]
+) -> CycleFilms | None:
+    """Put the oil films into a report, where the job asks for them."""
+    from autobalance.balancing.cycle_films import cycle_films, film_values, least_films_mm
+
+    assert found.job.cycle is not None  # the firing engine needs it
+    film, anatomy = found.job.cycle.film, found.crank.anatomy
+    if film is None:
+        values["films"] = None
+        return None
+    films = cycle_films(analysis, anatomy, film)
+    values["films"] = film_values(films)
+    least = least_films_mm(analysis, anatomy, film, factors)
+    for row, value in zip(values["factors"], least, strict=True):
+        row["least_film_mm"] = value
+    return films
 
 
 def _input(job: Job, found: CycleAnalysis) -> Values:

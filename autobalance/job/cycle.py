@@ -60,6 +60,13 @@ ENGINE_KEYS: Mapping[str, tuple[Any, Rule, Any]] = {
 }
 FRICTION_KEYS = ("main_mu", "chen_flynn")
 PENDULUM_KEYS = ("order", "distance_mm", "path", "swing_deg", "reduction")
+FILM_KEYS = (
+    "viscosity_Pa_s",
+    "main_clearance_mm",
+    "main_length_mm",
+    "crankpin_clearance_mm",
+    "crankpin_length_mm",
+)
 ChenFlynn = tuple[float, float, float, float]
 
 
@@ -105,6 +112,17 @@ class Absorber:
     reduction: float
 
 
+@dataclass(frozen=True)
+class Film:
+    """Oil films: viscosity [Pa·s], radial clearances and lengths [mm]; None: as long as the pins are wide."""
+
+    viscosity_pa_s: float
+    main_clearance_mm: float
+    main_length_mm: float | None
+    crankpin_clearance_mm: float | None
+    crankpin_length_mm: float | None
+
+
 @dataclass(frozen=True, eq=False)
 class Cycle:
     """The ``[cycle]`` table of a job, checked; ``values`` are its keys with the defaults filled in."""
@@ -120,6 +138,7 @@ class Cycle:
     woschni_wall_k: float | None
     friction: Friction
     absorber: Absorber | None = None
+    film: Film | None = None
     values: Mapping[str, Any] = field(default_factory=dict)
 
     def of_cylinder(self, number: int) -> CylinderGas:
@@ -137,7 +156,7 @@ def read_cycle(root: Table) -> Cycle | None:
     """
     if "cycle" not in root:
         return None
-    known = ("strokes", *CYLINDER_KEYS, *ENGINE_KEYS, "cylinder", "friction", "pendulum")
+    known = ("strokes", *CYLINDER_KEYS, *ENGINE_KEYS, "cylinder", "friction", "pendulum", "film")
     table = root.table("cycle", known)
     strokes = _strokes(table)
     shared = {key: table.raw[key] for key in CYLINDER_KEYS if key in table}
@@ -170,6 +189,7 @@ def read_cycle(root: Table) -> Cycle | None:
         own["wall_temperature_K"] if own["wall_heat"] == "woschni" else None,
         _friction(table),
         _absorber(table),
+        _film(table),
         _filled_in(table, strokes, own),
     )
 
@@ -252,6 +272,19 @@ def _absorber(cycle: Table) -> Absorber | None:
     return Absorber(pendulum, math.radians(swing), table.optional("reduction", float, SHARE, default=1.0))
 
 
+def _film(cycle: Table) -> Film | None:
+    if "film" not in cycle:
+        return None
+    table = cycle.table("film", FILM_KEYS)
+    return Film(
+        table.value("viscosity_Pa_s", float, POSITIVE),
+        table.value("main_clearance_mm", float, POSITIVE),
+        table.optional("main_length_mm", float, POSITIVE),
+        table.optional("crankpin_clearance_mm", float, POSITIVE),
+        table.optional("crankpin_length_mm", float, POSITIVE),
+    )
+
+
 def _filled_in(table: Table, strokes: Strokes, own: Mapping[str, Any]) -> dict[str, Any]:
     """Return the table as it was read, in its own units, with every default."""
     friction = table.table("friction", FRICTION_KEYS).raw
@@ -261,7 +294,7 @@ def _filled_in(table: Table, strokes: Strokes, own: Mapping[str, Any]) -> dict[s
         **{key: list(value) if isinstance(value, tuple) else value for key, value in own.items()},
         "friction": {"main_mu": 0.0, "chen_flynn": [0.0, 0.0, 0.0, 0.0], **friction},
     }
-    for key in ("cylinder", "pendulum"):
+    for key in ("cylinder", "pendulum", "film"):
         if key in table:
             values[key] = table.raw[key]
     return values

@@ -2,20 +2,27 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from autobalance.engine.cycle.analysis import CycleAnalysis
+from autobalance.engine.cycle.factors import MainLoads, key_figures
 from autobalance.rigid_rotor.moments import Array
 from autobalance.units import BAR_PER_MPA, RAD_S_PER_RPM
 
+if TYPE_CHECKING:
+    from autobalance.balancing.cycle_films import CycleFilms
+    from autobalance.bearings.orbit import Orbits
+
 Plots = dict[str, Mapping[str, bytes]]
+HIGHEST_DRAWN = 8
 AXES = ("load along x [N]", "load along y [N]")
 
 
-def cycle_plots(found: CycleAnalysis) -> Plots:
-    """Return every plot of a cycle, by its name; cylinder 1 stands for those that are like it."""
+def cycle_plots(found: CycleAnalysis, factors: Sequence[float], films: CycleFilms | None = None) -> Plots:
+    """Return every plot of a cycle, by its name; the indicator diagrams are cylinder 1's."""
     from autobalance.report import plots
 
     at = f"at {found.speed_rad_s / RAD_S_PER_RPM:g} rpm"
@@ -24,16 +31,20 @@ def cycle_plots(found: CycleAnalysis) -> Plots:
     torques = {"gas": found.gas_n_m, "inertia": found.inertia_n_m, "total": found.total_n_m}
     curves = {name: found.grid.even(values) for name, values in torques.items()}
     made["torque-over-angle"] = plots.over_angle(f"Torque {at}", "torque [N·m]", angle, curves, span)
+    drawn = [each for each in found.orders if each.order <= HIGHEST_DRAWN]
     heights = {
-        "gas": [each.gas_n_m for each in found.orders],
-        "inertia": [each.inertia_n_m for each in found.orders],
-        "total": [each.total_n_m for each in found.orders],
+        "gas": [each.gas_n_m for each in drawn],
+        "inertia": [each.inertia_n_m for each in drawn],
+        "total": [each.total_n_m for each in drawn],
     }
-    orders = [each.order for each in found.orders]
+    orders = [each.order for each in drawn]
     made["torque-orders"] = plots.bars(f"Torque by order {at}", "amplitude [N·m]", orders, heights)
     if found.uneven_speed is not None:
         speed = {"speed": found.uneven_speed.speed_rad_s / RAD_S_PER_RPM}
         made["speed-over-angle"] = plots.over_angle(f"Speed {at}", "speed [1/min]", angle, speed, span)
+    made |= _factors(found, factors, at)
+    if films is not None:
+        made |= _films(films, at)
     return made
 
 
@@ -87,3 +98,48 @@ def _polar(found: CycleAnalysis, at: str) -> Plots:
             f"Wrist pins, engine's frame, {at}", AXES, paths("cylinder", found.loads.wrist_pin_n)
         ),
     }
+
+
+def _factors(found: CycleAnalysis, factors: Sequence[float], at: str) -> Plots:
+    """Draw what each factor does to the most loaded main over the angle, and to the key figures."""
+    from autobalance.report import plots
+
+    mains, speed = MainLoads.of(found.firing), found.speed_rad_s
+    names = [f"{100.0 * factor:g} %" for factor in factors]
+    sizes = [found.grid.even(mains.sizes_n(factor, speed).max(axis=0)) for factor in factors]
+    figures = [key_figures(found.firing, speed, factor) for factor in factors]
+    figure = {"throttle response": [each.acceleration_rad_s2 for each in figures]}
+    over = plots.over_angle(
+        f"Greatest load of a main by balance factor {at}",
+        "load [N]",
+        found.grid.even_rad,
+        dict(zip(names, sizes, strict=True)),
+        180 * found.firing.strokes,
+    )
+    labels = ("balance factor", "throttle response [rad/s²]")
+    return {
+        "main-load-by-factor": over,
+        "throttle-response-by-factor": plots.named_bars(f"Throttle response {at}", labels, names, figure),
+    }
+
+
+def _films(films: CycleFilms, at: str) -> Plots:
+    """Draw the orbits of the journals in their films; a circle of radius 1 would be contact."""
+    from autobalance.report import plots
+
+    axes = ("eccentricity along x over the clearance [-]", "along y [-]")
+
+    def paths(name: str, orbits: Orbits) -> list[plots.Curve]:
+        return [
+            plots.Curve(f"{name} {number}", path[:, 0], path[:, 1])
+            for number, path in enumerate(np.moveaxis(orbits.eccentricity, 1, 0), 1)
+        ]
+
+    made: Plots = {
+        "main-film-orbits": plots.polar(f"Films of the mains {at}", axes, paths("main", films.mains))
+    }
+    if films.big_ends is not None:
+        made["big-end-film-orbits"] = plots.polar(
+            f"Films of the big ends {at}", axes, paths("cylinder", films.big_ends)
+        )
+    return made

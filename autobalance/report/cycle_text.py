@@ -22,6 +22,8 @@ def cycle_text(report: Values) -> str:
         _counterweights(report["counterweights"]),
         _key_figures(report["key_figures"]),
     ]
+    if report.get("films") is not None:
+        blocks.append(_films(report["films"]))
     if report.get("pendulum") is not None:
         blocks.append(_pendulum(report["pendulum"]))
     return "\n\n".join(blocks)
@@ -113,7 +115,8 @@ def _loads(loads: Values) -> str:
 
 
 def _factors(factors: Sequence[Values]) -> str:
-    rows: list[Sequence[str]] = [("Balance factor (ideal crank)", "greatest main", "mean main", "friction")]
+    head = ("Balance factor (ideal crank)", "greatest main", "mean main", "friction", "least film")
+    rows: list[Sequence[str]] = [head]
     for row in factors:
         rows.append(
             (
@@ -121,6 +124,7 @@ def _factors(factors: Sequence[Values]) -> str:
                 f"{row['greatest_main_N']:.0f} N",
                 f"{row['mean_main_N']:.0f} N",
                 f"{row['friction_mean_N_m']:.3f} N·m",
+                _micrometres(row.get("least_film_mm")),
             )
         )
     return table(rows)
@@ -161,6 +165,28 @@ def _key_figures(found: Values) -> str:
                 )
             )
     return table(rows)
+
+
+def _films(films: Values) -> str:
+    rows: list[Sequence[str]] = [("Oil film over the cycle", "least", "at", "eccentricity", "friction")]
+    for key, name in (("main_journals", "main journal"), ("big_ends", "big end of cylinder")):
+        for row in films[key] or []:
+            rows.append(
+                (
+                    f"  {name} {row['number']}" + (f", {row['limit']}" if row["limit"] else ""),
+                    number(
+                        None if row["least_film_mm"] is None else 1e3 * row["least_film_mm"], ".2f", " µm"
+                    ),
+                    number(row["at_deg"], ".0f", "°"),
+                    number(row["greatest_eccentricity_ratio"], ".4f"),
+                    number(row["mean_friction_N_m"], ".3f", " N·m"),
+                )
+            )
+    return table(rows)
+
+
+def _micrometres(film_mm: float | None) -> str:
+    return number(None if film_mm is None else 1e3 * film_mm, ".2f", " µm")
 
 
 def _pendulum(found: Values) -> str:
