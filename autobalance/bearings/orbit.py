@@ -106,8 +106,8 @@ def film_orbits(
         Of the journal, positive in the sense from x to y [rad/s].
     viscosity_Pa_s, diameter_m, length_m, clearance_m : float or (k,)
         Dynamic viscosity [Pa·s]; journal diameter, bearing length, radial clearance [m]; positive.
-    bush_speed_rad_s : float or (k,)
-        Of the bush about its own axis, in the same axes: the mean one of a rod [rad/s].
+    bush_speed_rad_s : float, (k,) or (n, k)
+        Of the bush about its own axis, in the same axes; by angle for a rod that swings [rad/s].
 
     Returns
     -------
@@ -120,11 +120,11 @@ def film_orbits(
     angle = np.asarray(angle_rad, dtype=float)
     force = np.asarray(force_N, dtype=float)
     force = force[:, None, :] if force.ndim == 2 else force
-    shape = force.shape[1:2]
-    speed, viscosity, diameter, length, clearance, bush = (
-        np.broadcast_to(np.asarray(each, dtype=float), shape)
-        for each in (speed_rad_s, viscosity_Pa_s, diameter_m, length_m, clearance_m, bush_speed_rad_s)
+    speed, viscosity, diameter, length, clearance = (
+        np.broadcast_to(np.asarray(each, dtype=float), force.shape[1:2])
+        for each in (speed_rad_s, viscosity_Pa_s, diameter_m, length_m, clearance_m)
     )
+    bush = np.broadcast_to(np.asarray(bush_speed_rad_s, dtype=float), force.shape[:2])
     radius = 0.5 * diameter
     unit = viscosity * speed * radius * length**3 / clearance**2
     motion = _Motion(angle, force / unit[:, None], 0.5 * (1.0 + bush / speed))
@@ -138,7 +138,7 @@ def film_orbits(
 
 @dataclass(frozen=True, eq=False)
 class _Motion:
-    """Forces in the film's unit (n, k, 2) over angles (n,); the surfaces' mean speed over Ω (k,)."""
+    """Forces in the film's unit (n, k, 2) over angles (n,); the surfaces' mean speed over Ω (n, k)."""
 
     angle: Array
     force: Array
@@ -150,7 +150,7 @@ class _Motion:
 
     def of(self, cases: npt.NDArray[np.int64]) -> _Motion:
         """Return some of the cases."""
-        return _Motion(self.angle, self.force[:, cases], self.mean_speed[cases])
+        return _Motion(self.angle, self.force[:, cases], self.mean_speed[:, cases])
 
 
 def _rate(motion: _Motion) -> Callable[[float, Array], Array]:
@@ -166,14 +166,16 @@ def _rate(motion: _Motion) -> Callable[[float, Array], Array]:
         place = angle / motion.step
         row = int(place)
         share, count = place - row, len(motion.angle)
-        force = (1.0 - share) * motion.force[row % count] + share * motion.force[(row + 1) % count]
+        row, after = row % count, (row + 1) % count
+        force = (1.0 - share) * motion.force[row] + share * motion.force[after]
+        turning = (1.0 - share) * motion.mean_speed[row] + share * motion.mean_speed[after]
         ratio = np.hypot(x, y)
         safe = np.where(ratio > 0.0, ratio, 1.0)
         line = np.where(ratio > 0.0, x / safe, 1.0), y / safe
         guess = None if before is None else _turned(before, (line[0], -line[1]))
         polar = _turned((force[:, 0], force[:, 1]), (line[0], -line[1]))
         before = _turned(squeeze_velocity(ratio, polar, guess), line)
-        return np.concatenate([before[0] - motion.mean_speed * y, before[1] + motion.mean_speed * x])
+        return np.concatenate([before[0] - turning * y, before[1] + turning * x])
 
     return rate
 

@@ -106,6 +106,26 @@ def test_the_bushs_speed_adds_to_the_journals() -> None:
     assert abs(shear[0]) < 1e-6  # both surfaces turn alike: nothing is sheared
 
 
+def test_a_bush_that_swings_is_told_by_angle() -> None:
+    force = engine_force(CYCLE)
+    size = BEARING.diameter_m, BEARING.length_m, BEARING.clearance_m
+    still = film_orbits(CYCLE, force, SPEED_RAD_S, VISCOSITY_PA_S, *size, np.full((len(CYCLE), 1), 40.0))
+    np.testing.assert_allclose(
+        still.eccentricity, orbits(CYCLE, force, bush=40.0).eccentricity, atol=RATIO_ERROR
+    )
+    swing = 0.25 * SPEED_RAD_S * np.cos(CYCLE)[:, None]
+    path = film_orbits(CYCLE, force, SPEED_RAD_S, VISCOSITY_PA_S, *size, swing)
+    x, y = path.eccentricity[:, 0].T
+    step = CYCLE[1] - CYCLE[0]
+    rate = [(np.roll(each, -1) - np.roll(each, 1)) / (2.0 * step) for each in (x, y)]
+    mean = 0.5 * (1.0 + swing[:, 0] / SPEED_RAD_S)
+    squeeze = np.array([rate[0] + mean * y, rate[1] - mean * x])
+    unit = VISCOSITY_PA_S * SPEED_RAD_S * 0.025 * 0.02**3 / 25e-6**2
+    for row in range(15, 480, 60):
+        made = _film_force(np.array([x[row], y[row]]), squeeze[:, row])
+        assert np.hypot(*(made * unit - force[row])) < 0.01 * np.hypot(*force[row]) + 5.0
+
+
 def test_squeezing_without_turning_follows_its_closed_form(monkeypatch: pytest.MonkeyPatch) -> None:
     """A constant load on a bush that turns against its journal: straight down, at the rate of J(ε)."""
     monkeypatch.setattr(orbit, "MOST_TURNS", 1)
