@@ -17,6 +17,7 @@ PUBLIC = {
     "Crank": "api.crank",
     "Job": "job.model",
     "balance": "api.balance",
+    "batch": "api.batch",
     "bearing": "api.bearing",
     "bench": "api.bench",
     "calc": "api.calc",
@@ -45,6 +46,7 @@ if TYPE_CHECKING:
     from autobalance import theory as theory
     from autobalance.api.balance import BalanceResult as BalanceResult
     from autobalance.api.balance import balance as balance
+    from autobalance.api.batch import batch as batch
     from autobalance.api.bearing import bearing as bearing
     from autobalance.api.bench import bench as bench
     from autobalance.api.calc import calc as calc

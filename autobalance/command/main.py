@@ -29,6 +29,7 @@ COMMANDS: dict[str, str] = {
     "machine": "what a balancing machine reads on a rotor of known unbalance, and what following it leaves",
     "bench": "a rotor under speed control in its bearings: torque needed, and what was measured beside it",
     "grade": "balance quality grades: permissible and achieved, and the list for crank drives",
+    "batch": "many jobs from a list or a folder: one row each, taken up again after a kill",
     "study": "many cranks to one plan: how many are within tolerance, and which ± to improve",
     "fem": "natural modes and static stress of a solid, by quadratic tetrahedra (extra)",
     "bearing": "friction, oil film, stiffness and damping of a bearing; its film through a cycle",

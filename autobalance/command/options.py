@@ -69,7 +69,7 @@ def add_pages(parser: argparse.ArgumentParser) -> None:
     which.add_argument(
         "--only",
         metavar="LIST",
-        type=_kinds,
+        type=kinds_of,
         help="write only these beside the solid: json, html, pdf, xlsx, png (default: all; json always)",
     )
     which.add_argument(
@@ -80,7 +80,8 @@ def add_pages(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--paper", choices=("A4", "Letter"), default="A4", help="paper of sheet.pdf (A4)")
 
 
-def _kinds(text: str) -> tuple[str, ...]:
+def kinds_of(text: str) -> tuple[str, ...]:
+    """Return the kinds of pages that a list with commas names."""
     kinds = tuple(word.strip() for word in text.split(",") if word.strip())
     for kind in kinds:
         if kind not in PAGE_KINDS:

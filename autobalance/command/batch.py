@@ -1,0 +1,54 @@
+"""``autobalance batch LIST|FOLDER -o DIR``: many jobs, resumable, one table."""
+
+from __future__ import annotations
+
+import argparse
+from pathlib import Path
+
+from autobalance.command.options import add_json, add_workers, kinds_of
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """Describe the command line."""
+    parser.add_argument("source", metavar="LIST|FOLDER", help="a list (CSV, workbook) or a folder of jobs")
+    parser.add_argument("-o", "--output", metavar="DIR", required=True, help="folder of the results")
+    parser.add_argument(
+        "--job", metavar="JOB.toml", help="the job of rows that name none; a folder holds cranks then"
+    )
+    parser.add_argument(
+        "--only",
+        metavar="LIST",
+        type=kinds_of,
+        default=("json",),
+        help="files beside each solid: json, html, pdf, xlsx, png (default: json)",
+    )
+    parser.add_argument("--fresh", action="store_true", help="forget what DIR holds of an earlier batch")
+    add_workers(parser)
+    add_json(parser)
+
+
+def run(arguments: argparse.Namespace) -> int:
+    """Run the batch; 0 where every row is within tolerance, else 4."""
+    from autobalance.api.batch import batch
+    from autobalance.command.console import say
+    from autobalance.command.finish import finish
+    from autobalance.command.progress import shown
+
+    with shown() as progress:
+        result = batch(
+            arguments.source,
+            arguments.output,
+            job=arguments.job,
+            only=arguments.only,
+            fresh=arguments.fresh,
+            workers=arguments.workers,
+            cluster=arguments.cluster,
+            cluster_timeout_s=arguments.cluster_timeout,
+            progress=progress,
+        )
+    folder = Path(arguments.output)
+    arguments.output = None  # its files are in place already
+    code = finish(arguments, result, sources=(arguments.source,))
+    if arguments.json != "-":
+        say(f"\nWritten: {folder / 'results.csv'}, {folder / 'results.xlsx'}, {folder / 'summary.html'}")
+    return code

@@ -1,0 +1,93 @@
+"""What a batch has done, on disk: a line a row, and a folder that one batch at a time holds."""
+
+from __future__ import annotations
+
+import contextlib
+import json
+import os
+from collections.abc import Iterator, Mapping
+from pathlib import Path
+from typing import Any
+
+from autobalance.errors import FileError
+
+JOURNAL = "journal.jsonl"
+Line = dict[str, Any]
+
+
+@contextlib.contextmanager
+def held(folder: Path) -> Iterator[None]:
+    """Hold a folder: the system lets go of it when this process ends, however that comes.
+
+    Raises
+    ------
+    FileError
+        If another process holds it.
+    """
+    handle = _opened(folder)
+    try:
+        if not _locked(handle):
+            raise FileError(f"{folder} is held by another batch that is running; needed another folder")
+        yield
+    finally:
+        os.close(handle)
+
+
+def _opened(folder: Path) -> int:
+    if os.name == "nt":  # folders cannot be locked there
+        return os.open(folder / ".lock", os.O_RDWR | os.O_CREAT)
+    return os.open(folder, os.O_RDONLY)
+
+
+def _locked(handle: int) -> bool:
+    try:
+        if os.name == "nt":
+            import msvcrt
+
+            msvcrt.locking(handle, msvcrt.LK_NBLCK, 1)  # type: ignore[attr-defined,unused-ignore]
+        else:
+            import fcntl
+
+            fcntl.flock(handle, fcntl.LOCK_EX | fcntl.LOCK_NB)
+    except OSError:
+        return False
+    return True
+
+
+def read_journal(folder: Path) -> dict[str, Line]:
+    """Return the last whole line of each row, by the row's name; a line that was cut off is none."""
+    path = folder / JOURNAL
+    if not path.exists():
+        return {}
+    try:
+        data = path.read_bytes()
+    except OSError as error:
+        raise FileError(f"cannot read {path}: {(error.strerror or str(error)).lower()}") from None
+    found: dict[str, Line] = {}
+    for text in data.split(b"\n")[:-1]:
+        try:
+            line = json.loads(text)
+        except ValueError:
+            continue
+        if isinstance(line, dict) and isinstance(line.get("name"), str):
+            found[line["name"]] = line
+    return found
+
+
+def rewrite_journal(folder: Path, lines: Mapping[str, Line]) -> None:
+    """Replace the journal by these lines, whole or not at all."""
+    part = folder / f".{JOURNAL}.part"
+    part.write_bytes(b"".join(_bytes(line) for line in lines.values()))
+    os.replace(part, folder / JOURNAL)
+
+
+def append_line(folder: Path, line: Line) -> None:
+    """Add a line, and do not return before the disk has it."""
+    with (folder / JOURNAL).open("ab") as stream:
+        stream.write(_bytes(line))
+        stream.flush()
+        os.fsync(stream.fileno())
+
+
+def _bytes(line: Line) -> bytes:
+    return json.dumps(line, ensure_ascii=False, allow_nan=False).encode() + b"\n"
