@@ -424,7 +424,7 @@ def _result(balanced: Balanced, record: Record) -> Values:
     change = result.final_moments.polar_inertia_g_mm2 - result.initial_moments.polar_inertia_g_mm2
     return {
         "residual": _unbalance(result.residual, record.planes_z_mm, result.doubt),
-        "corrections": [_correction(number, each) for number, each in enumerate(result.corrections, 1)],
+        "corrections": [correction_entry(number, each) for number, each in enumerate(result.corrections, 1)],
         "steps": [
             {
                 "step": step.step,
@@ -449,13 +449,14 @@ def _overbalance(balanced: Balanced) -> Values | None:
         "unbalance_g_mm": _list(left.unbalance.resultant_g_mm),
         "magnitude_g_mm": left.unbalance.magnitude_g_mm,
         "angle_deg": degrees(left.unbalance.angle_rad),
-        "last_holes": [_correction(number, each) for number, each in enumerate(left.holes, 1)],
+        "last_holes": [correction_entry(number, each) for number, each in enumerate(left.holes, 1)],
         "predicted_g_mm": None if left.predicted is None else left.predicted.magnitude_g_mm,
         "reason": left.reason,
     }
 
 
-def _correction(number: int, correction: Correction) -> Values:
+def correction_entry(number: int, correction: Correction) -> Values:
+    """Return what the report lists of a correction, the kind's own details last."""
     rate = correction.rate
     return {
         "kind": correction.kind,

@@ -48,10 +48,10 @@ def angle_deg(item: Item) -> float | None:
     return math.degrees(math.atan2(-dy, -dx)) % 360.0 if math.hypot(dx, dy) > 0.0 else None
 
 
-def datums(items: Iterable[Item]) -> str:
-    """Return from where the depths of some corrections count, kind by kind."""
+def datums(items: Iterable[Item]) -> list[str]:
+    """Return from where the depths of some corrections count, a line a kind."""
     kinds = dict.fromkeys(item["kind"] for item in items)
-    return "; ".join(f"{KINDS[kind].noun.lower()}: from {KINDS[kind].datum}" for kind in kinds)
+    return [f"{KINDS[kind].noun}: depth from {KINDS[kind].datum}." for kind in kinds]
 
 
 def eye(report: Mapping[str, Any]) -> tuple[float, float, float]:

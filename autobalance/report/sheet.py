@@ -387,22 +387,34 @@ def _cut_table(sheet: _Sheet, down: float) -> float:
             "mass",
         ]
     ]
-    for item in items:
-        ccw = kinds.angle_deg(item)
-        rows.append(
-            [
-                str(item["number"]), kinds.noun(item), _safe(_where(item)),
-                "–" if ccw is None else degrees(ccw), "–" if ccw is None else degrees(-ccw),
-                u.mm(item["position_mm"][2], u.length_digits - 1), u.mm(math.hypot(*item["position_mm"][:2]), u.length_digits - 1),
-                u.mm(item.get("diameter_mm"), u.diameter_digits), u.mm(item["depth_mm"]),
-                u.mm(_with_point(item)) if item.get("point_mm") else "–", u.g(item["removed_mass_g"]),
-            ]
-        )  # fmt: skip
+    rows += [cut_row(item, u) for item in items]
     widths = [8.0, 23.0, 22.0, 16.0, 16.0, 16.0, 16.0, 15.0, 16.0, 16.0, 16.0]
     down = sheet.table(MARGIN_MM, down, widths, rows, left=3)
     note = "Angles from crankpin 1: ccw counter-clockwise seen from the +z end, cw the other way round (degree wheel from the same end). z from the middle of crankpin 1."
     sheet.text(MARGIN_MM, down + 0.5, note, 7, SOFT)
+    for text in kinds.datums(items):
+        down += 2.8
+        sheet.text(MARGIN_MM, down + 0.5, text, 7, SOFT)
     return down + 3.0
+
+
+def cut_row(item: Mapping[str, Any], u: Units) -> list[str]:
+    """Return what the table tells of a correction: number, kind, place, angles, z, radius, sizes, mass."""
+    ccw = kinds.angle_deg(item)
+    x, y, z = item["position_mm"]
+    return [
+        str(item["number"]),
+        kinds.noun(item),
+        _safe(_where(item)),
+        "–" if ccw is None else degrees(ccw),
+        "–" if ccw is None else degrees(-ccw),
+        u.mm(z, u.length_digits - 1),
+        u.mm(math.hypot(x, y), u.length_digits - 1),
+        u.mm(item.get("diameter_mm"), u.diameter_digits),
+        u.mm(item["depth_mm"]),
+        u.mm(_with_point(item)) if item.get("point_mm") else "–",
+        u.g(item["removed_mass_g"]),
+    ]
 
 
 def _where(item: Mapping[str, Any]) -> str:

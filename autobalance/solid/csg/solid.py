@@ -151,6 +151,10 @@ class Solid:
     def __and__(self, other: Solid) -> Solid:
         return Solid(self._body ^ other._body)
 
+    def gap_mm(self, other: Solid, most_mm: float) -> float:
+        """Return the least distance to another solid, at most ``most_mm``; 0 where they touch or overlap."""
+        return float(self._body.min_gap(other._body, most_mm))
+
     def moved(self, placement: Array) -> Solid:
         """Return the solid with the rigid motion ``placement`` (4, 4) applied."""
         return Solid(self._body.transform(np.ascontiguousarray(placement[:3, :], dtype=np.float64)))
