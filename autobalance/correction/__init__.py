@@ -4,7 +4,7 @@ from collections.abc import Sequence
 from dataclasses import replace
 from typing import TypeVar
 
-from autobalance.correction import add, drill, shoulder, slug, turn
+from autobalance.correction import add, drill, mill, shoulder, slug, turn
 from autobalance.correction.kind import Apart, Count, Cut, Limits, Offer, SharedDepth, Workpiece
 from autobalance.correction.registry import KINDS, face_depths_mm, finishing, kind_of, mixes, register
 from autobalance.correction.room import between_kinds
@@ -27,6 +27,7 @@ register(turn.KIND)
 register(drill.KIND)
 register(slug.KIND)
 register(add.KIND)
+register(mill.KIND)
 
 
 def efforts(limits: Limits) -> int:

@@ -1,0 +1,468 @@
+"""Pockets milled into the cheeks of webs: between two radii and two angles, down to a depth along the axis.
+
+A pocket starts on a plane cheek that the cutter reaches along the axis, keeps a wall of metal on all
+sides and below, and has the cutter's radius in its corners.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, replace
+from functools import cached_property
+
+import numpy as np
+
+from autobalance.correction.hole import Sectors, in_sectors, refuse_sectors
+from autobalance.correction.kind import (
+    Array,
+    Correction,
+    Figures,
+    Item,
+    Kind,
+    Limits,
+    Offer,
+    Relaxing,
+    Workpiece,
+)
+from autobalance.correction.patches import face_region, heavy_direction
+from autobalance.correction.relaxing import deeper, thinner
+from autobalance.correction.room import Room, blocks, keep_apart, sector_corners
+from autobalance.crank.anatomy import Face
+from autobalance.errors import CorrectionError
+from autobalance.graphics.words import degrees, number
+from autobalance.rigid_rotor.moments import Moments
+from autobalance.solid.csg.shape import Arc, Line, Outline, Prism, outline_points
+from autobalance.solid.csg.solid import Region, Solid
+
+SEGMENTS = 360
+"""Parts of a full circle in the tool's outline: what they miss is 5e-5 of a pocket."""
+PLACES = 24
+"""Directions tried on each cheek; one is the heavy side's."""
+SPANS_DEG = (24.0, 60.0)
+"""Angles that pockets take."""
+NARROW_CUTTERS = 2.0
+"""Radial width of a narrow pocket, in cutters; a wide one takes what there is."""
+RAYS = 13
+"""Directions in which it is looked how far a pocket may reach; the pocket is checked after."""
+SHRINKING_MM = (1e-3, 0.05, 0.2, 0.6)
+"""By how much a pocket is made smaller where it does not fit between the rays."""
+CLEAR_MM = 1.0
+"""How far over the cheek the tool starts, and how far the cutter keeps from what stands there."""
+SKIN_MM = 1e-3
+"""Metal over or under a cheek that is its own roughness."""
+UPRIGHT = 1.0 - 1e-6
+"""A cheek's normal has at least this component along the axis."""
+DEPTH_SHARES = (1.0, 0.5)
+"""Shares of the greatest depth that pockets are placed for, if none fits for the first."""
+ROOM_RAD = math.radians(15.0)
+MIRROR = np.diag([1.0, -1.0, -1.0, 1.0])
+
+
+@dataclass(frozen=True)
+class MillLimits(Limits):
+    """What a job asks of milled pockets. The defaults are ours: no standard gives them.
+
+    Attributes
+    ----------
+    cutter_mm : float
+        Diameter of the end mill; corners have its radius.
+    min_wall_mm : float
+        Metal between a pocket and any surface but the cheek it enters, and between pockets.
+    min_depth_mm, max_depth_mm, depth_step_mm : float
+        From the cheek, along the axis; step 0: any depth.
+    sectors_deg : tuple of (float, float)
+        Where the middles of pockets may lie: angles in the rotor frame, counter-clockwise from the first to
+        the second; (0, 360) is all around.
+    """
+
+    cutter_mm: float = 10.0
+    min_wall_mm: float = 3.0
+    min_depth_mm: float = 0.5
+    max_depth_mm: float = 15.0
+    depth_step_mm: float = 0.1
+    sectors_deg: Sectors = ((0.0, 360.0),)
+
+    def __post_init__(self) -> None:
+        """Refuse limits that contradict each other."""
+        if not 0.0 < self.cutter_mm < math.inf:
+            raise CorrectionError(f"mill.cutter_mm is {self.cutter_mm:g}; must be > 0")
+        for name in ("min_wall_mm", "depth_step_mm"):
+            if not 0.0 <= getattr(self, name) < math.inf:
+                raise CorrectionError(f"mill.{name} is {getattr(self, name):g}; must be ≥ 0")
+        if not 0.0 < self.min_depth_mm <= self.max_depth_mm < math.inf:
+            raise CorrectionError(
+                f"mill.min_depth_mm is {self.min_depth_mm:g}; must be > 0 and at most "
+                f"max_depth_mm = {self.max_depth_mm:g}"
+            )
+        refuse_sectors("mill", self.sectors_deg)
+
+
+@dataclass(frozen=True)
+class Pocket:
+    """The outline of a pocket about the crank axis, its corners rounded; angles counter-clockwise."""
+
+    inner_mm: float
+    outer_mm: float
+    start_rad: float
+    end_rad: float
+    corner_mm: float
+
+    @property
+    def has_room(self) -> bool:
+        """Whether the rounded corners fit."""
+        c = self.corner_mm
+        wide = self.outer_mm - self.inner_mm >= 2.0 * c and self.inner_mm >= 0.0
+        return wide and self.end_rad - self.start_rad > 2.0 * math.asin(c / (self.inner_mm + c))
+
+    @cached_property
+    def outline(self) -> Outline:
+        """Two arcs, two lines, four round corners."""
+        c, a, b = self.corner_mm, self.start_rad, self.end_rad
+        far, near = self.outer_mm - c, self.inner_mm + c
+        lean, bend = math.asin(c / far), math.asin(c / near)
+        quarter, half = 0.5 * math.pi, math.pi
+
+        def at(radius: float, angle: float) -> tuple[float, float]:
+            return radius * math.cos(angle), radius * math.sin(angle)
+
+        corners = (
+            Arc(at(far, a + lean), c, a - quarter, a + lean),
+            Arc(at(far, b - lean), c, b - lean, b + quarter),
+            Arc(at(near, b - bend), c, b + quarter, b - bend + half),
+            Arc(at(near, a + bend), c, a + bend + half, a + 3.0 * quarter),
+        )
+        return (
+            corners[0],
+            Arc((0.0, 0.0), self.outer_mm, a + lean, b - lean),
+            corners[1],
+            Line(corners[1].end, corners[2].start),
+            corners[2],
+            Arc((0.0, 0.0), self.inner_mm, b - bend, a + bend),
+            corners[3],
+            Line(corners[3].end, corners[0].start),
+        )
+
+    @cached_property
+    def region(self) -> Region:
+        """The outline in straight edges."""
+        return Region.of([outline_points(self.outline, SEGMENTS)])
+
+
+@dataclass(frozen=True, eq=False)
+class Cheek:
+    """A plane cheek: ``up`` is ±1 along the axis, ``free`` where pockets down to ``deepest_mm`` may lie."""
+
+    web: int
+    z_mm: float
+    up: float
+    deepest_mm: float
+    limit: str
+    metal: Region
+    free: Region
+
+    def heights(self, depth_mm: float, above_mm: float = 0.0) -> tuple[float, float]:
+        """Return the lesser and the greater z of what lies from ``above`` the cheek down to a depth."""
+        ends = self.z_mm + self.up * above_mm, self.z_mm - self.up * depth_mm
+        return min(ends), max(ends)
+
+
+@dataclass(frozen=True, eq=False)
+class MillCut:
+    """One pocket that may be milled (a `Cut`)."""
+
+    pocket: Pocket
+    cheek: Cheek
+    density_g_mm3: float
+    limits: MillLimits
+    least_depth_mm: float
+    max_depth_mm: float
+    limit_is_reach: bool = False
+    adds_metal: bool = False
+
+    @property
+    def label(self) -> str:
+        """Short name for messages."""
+        return f"pocket in web {self.cheek.web} at {math.degrees(self._middle_rad) % 360.0:.4g}°"
+
+    @property
+    def depth_step_mm(self) -> float:
+        """The machine's step."""
+        return self.limits.depth_step_mm
+
+    @property
+    def limit(self) -> str:
+        """What ends the depth, for messages."""
+        return self.cheek.limit
+
+    @property
+    def clearance_mm(self) -> float:
+        """The wall."""
+        return self.limits.min_wall_mm
+
+    @cached_property
+    def room(self) -> Room:
+        """Blocks around the pocket."""
+        pocket = self.pocket
+        count = math.ceil((pocket.end_rad - pocket.start_rad) / ROOM_RAD)
+        ends = np.linspace(pocket.start_rad, pocket.end_rad, count + 1)
+        radii = np.full(count, pocket.inner_mm), np.full(count, pocket.outer_mm)
+        flat = sector_corners(*radii, ends[:-1], ends[1:])
+        top = np.concatenate([flat, np.full((count, 4, 1), self.cheek.z_mm)], axis=2)
+        down = np.zeros_like(top)
+        down[:, :, 2] = -self.cheek.up
+        return blocks(top, top, np.zeros_like(top), down)
+
+    @property
+    def _middle_rad(self) -> float:
+        return 0.5 * (self.pocket.start_rad + self.pocket.end_rad)
+
+    @cached_property
+    def _area(self) -> tuple[float, Array, Array]:
+        return self.pocket.region.area_moments()
+
+    def effect(self, depth_mm: float) -> Moments:
+        """Return the change of the rotor's moments: a prism goes."""
+        low, high = self.cheek.heights(depth_mm)
+        return self._prism(high - low, 0.5 * (high**2 - low**2), (high**3 - low**3) / 3.0)
+
+    def rate(self, depth_mm: float) -> Moments:
+        """Return the derivative of ``effect`` with the depth: the floor's section."""
+        z = self.cheek.z_mm - self.cheek.up * depth_mm
+        return self._prism(1.0, z, z * z)
+
+    def _prism(self, length: float, first_z: float, second_z: float) -> Moments:
+        area, first, second = self._area
+        whole = np.zeros((3, 3))
+        whole[:2, :2] = second * length
+        whole[:2, 2] = whole[2, :2] = first * first_z
+        whole[2, 2] = area * second_z
+        moments = Moments(area * length, np.array([*(first * length), area * first_z]), whole)
+        return moments.scaled(-self.density_g_mm3)
+
+    def pressed_in(self, depth_mm: float) -> Moments:
+        """Return nothing: a pocket stays empty."""
+        return Moments.zero()
+
+    def tool(self, depth_mm: float) -> Solid:
+        """Return the pocket's body, rotor frame; it starts over the cheek."""
+        return Solid.prism(self.pocket.region, *self.cheek.heights(depth_mm, CLEAR_MM))
+
+    def exact_tool(self, depth_mm: float) -> Prism:
+        """Return the pocket's body without facets."""
+        return Prism(self.pocket.outline, *self.cheek.heights(depth_mm, CLEAR_MM))
+
+    def correction(self, depth_mm: float) -> Correction:
+        """Return what the machinist needs to know."""
+        change, pocket = self.effect(depth_mm), self.pocket
+        return Correction(
+            kind="mill",
+            face=None,
+            web=self.cheek.web,
+            position_mm=np.array([*change.centre_mm[:2], self.cheek.z_mm]),
+            depth_mm=depth_mm,
+            change=change,
+            removed_volume_mm3=-change.mass_g / self.density_g_mm3,
+            details={
+                "direction": "axial",
+                "cutter_mm": self.limits.cutter_mm,
+                "corner_radius_mm": pocket.corner_mm,
+                "inner_radius_mm": pocket.inner_mm,
+                "outer_radius_mm": pocket.outer_mm,
+                "start_deg": math.degrees(pocket.start_rad) % 360.0,
+                "end_deg": math.degrees(pocket.end_rad) % 360.0,
+                "angle_deg": math.degrees(self._middle_rad) % 360.0,
+                "z_mm": self.cheek.z_mm,
+                "wall_left_mm": self._wall_left_mm(depth_mm),
+                "depth_left_mm": self.max_depth_mm - depth_mm,
+            },
+        )
+
+    def _wall_left_mm(self, depth_mm: float) -> float:
+        """Return the least metal beside or below the pocket, as far as that was looked at; to 0.01 mm."""
+        below = self.cheek.deepest_mm + self.limits.min_wall_mm - depth_mm
+        low, high = self.limits.min_wall_mm, below
+        while high - low > 0.01:
+            middle = 0.5 * (low + high)
+            fits = _lies_in(self.pocket.region.grown(middle), self.cheek.metal)
+            low, high = (middle, high) if fits else (low, middle)
+        return min(low, below)
+
+
+SLIVER_MM2 = 1e-6
+"""Area by which outlines may differ from rounding."""
+
+
+def _lies_in(inner: Region, outer: Region) -> bool:
+    return (inner - outer).area_mm2 <= SLIVER_MM2
+
+
+# --- where ------------------------------------------------------------------------------------------------
+
+
+def cheeks(work: Workpiece, limits: MillLimits) -> Iterator[Cheek]:
+    """Yield the plane cheeks of webs that hold pockets."""
+    placed = work.solid.moved(work.anatomy.file_to_rotor)
+    webs = {web.number: web for web in work.anatomy.webs}
+    for face in work.faces:
+        if face.kind != "plane" or face.web is None or abs(float(face.normal[2])) < UPRIGHT:
+            continue
+        up, z = math.copysign(1.0, float(face.normal[2])), float(face.centroid_mm[2])
+        web = webs[face.web]
+        behind = z - web.z_min_mm if up > 0.0 else web.z_max_mm - z
+        most = min(limits.max_depth_mm, behind - limits.min_wall_mm)
+        by_wall = most < limits.max_depth_mm
+        key = "min_wall_mm" if by_wall else "max_depth_mm"
+        limit = f"{key} = {getattr(limits, key):g}"
+        footprint = _footprint(face, work) - _over(placed, z, up, face.spread_mm).grown(CLEAR_MM)
+        for share in DEPTH_SHARES:
+            deepest = share * most
+            if deepest < limits.min_depth_mm:
+                break
+            metal = footprint - _voids(placed, z, up, deepest + limits.min_wall_mm, face.spread_mm)
+            free = metal.grown(-limits.min_wall_mm)
+            if not free.grown(-0.5 * limits.cutter_mm).is_empty:
+                yield Cheek(face.web, z, up, deepest, limit, metal, free)
+                break
+
+
+def _footprint(face: Face, work: Workpiece) -> Region:
+    """Return the outline of a face that looks along the axis, rotor frame."""
+    if face.normal[2] > 0.0:
+        return face_region(work.solid.mesh, work.anatomy, face, np.eye(4))
+    return face_region(work.solid.mesh, work.anatomy, face, MIRROR).turned(MIRROR[:2, :2])
+
+
+def _over(placed: Solid, z_mm: float, up: float, spread_mm: float) -> Region:
+    """Return the shadow of all that stands over a height, however far: there no cutter comes along."""
+    clear = 2.0 * spread_mm + SKIN_MM
+    above = placed.above(z_mm + clear) if up > 0.0 else placed.below(z_mm - clear)
+    return above.shadow()
+
+
+def _voids(placed: Solid, z_mm: float, up: float, depth_mm: float, spread_mm: float) -> Region:
+    """Return the shadow of all that is no metal between a cheek and a depth."""
+    top, bottom = z_mm - up * (2.0 * spread_mm + 2.0 * SKIN_MM), z_mm - up * depth_mm
+    low, high = min(top, bottom), max(top, bottom)
+    slab = placed.above(low - SKIN_MM).below(high + SKIN_MM)  # no skin is left where both end
+    ends = placed.bounds
+    box = Solid.box(np.array([*ends[0, :2] - 1.0, low]), np.array([*ends[1, :2] + 1.0, high]))
+    return (box - slab).shadow()
+
+
+def pockets(cheek: Cheek, towards_rad: float, limits: MillLimits) -> Iterator[Pocket]:
+    """Yield the pockets tried on a cheek: around in even steps from one direction, narrow and wide."""
+    corner = 0.5 * limits.cutter_mm
+    seen: set[tuple[float, ...]] = set()
+    for place in range(PLACES):
+        middle = towards_rad + place * (2.0 * math.pi / PLACES)
+        if not in_sectors(middle, limits.sectors_deg):
+            continue
+        for span in map(math.radians, SPANS_DEG):
+            start, end = middle - 0.5 * span, middle + 0.5 * span
+            reach = _common_reach(cheek.free, start, end)
+            if reach is None:
+                continue
+            for inner in (reach[0], max(reach[0], reach[1] - NARROW_CUTTERS * limits.cutter_mm)):
+                found = _fitted(Pocket(inner, reach[1], start, end, corner), cheek.free)
+                if found is not None and (key := (found.inner_mm, found.outer_mm, start, end)) not in seen:
+                    seen.add(key)
+                    yield found
+
+
+def _common_reach(free: Region, start_rad: float, end_rad: float) -> tuple[float, float] | None:
+    """Return the radii between which a region lies in all of some directions, the outermost stretch."""
+    inner, outer = 0.0, math.inf
+    for angle in np.linspace(start_rad, end_rad, RAYS).tolist():
+        ends = _crossings(free, angle)
+        stretches = [(a, b) for a, b in zip(ends[::2], ends[1::2], strict=False) if a < outer and b > inner]
+        if not stretches:
+            return None
+        inner, outer = max(inner, stretches[-1][0]), min(outer, stretches[-1][1])
+    return (inner, outer) if outer > inner else None
+
+
+def _crossings(region: Region, angle_rad: float) -> list[float]:
+    """Return where a ray from the axis crosses an outline, outward; 0 first where it starts inside."""
+    along = np.array([math.cos(angle_rad), math.sin(angle_rad)])
+    across = np.array([-along[1], along[0]])
+    found: list[float] = []
+    for outline in region.polygons:
+        u, v = outline @ along, outline @ across
+        u1, v1 = np.roll(u, -1), np.roll(v, -1)
+        rows = (v < 0.0) != (v1 < 0.0)
+        at = u[rows] - v[rows] * (u1[rows] - u[rows]) / (v1[rows] - v[rows])
+        found += at[at > 0.0].tolist()
+    found.sort()
+    return [0.0, *found] if len(found) % 2 else found
+
+
+def _fitted(pocket: Pocket, free: Region) -> Pocket | None:
+    """Return a pocket a little smaller, so that it lies in a region all over; None if it does not."""
+    for by in SHRINKING_MM:
+        smaller = replace(pocket, inner_mm=pocket.inner_mm + by, outer_mm=pocket.outer_mm - by)
+        if smaller.has_room and _lies_in(smaller.region, free):
+            return smaller
+    return None
+
+
+# --- the kind ---------------------------------------------------------------------------------------------
+
+
+class Mill(Kind[MillLimits]):
+    """Pockets in cheeks."""
+
+    name = "mill"
+    verb = "mill"
+    noun = "Milled pocket"
+    datum = "the cheek of the web, along the axis"
+    limits = MillLimits
+    needs_faces = True
+    mixed_with = ("drill",)
+
+    def offer(self, work: Workpiece, limits: MillLimits, effort: int) -> Offer:
+        """Return the pockets that a job's limits allow, and which of them come too near to each other."""
+        found = list(self._cuts(work, limits))
+        if not found:
+            raise CorrectionError(
+                f"no pocket for a cutter of {limits.cutter_mm:g} mm fits into any cheek with min_wall_mm = "
+                f"{limits.min_wall_mm:g} and min_depth_mm = {limits.min_depth_mm:g} within sectors_deg; a "
+                "smaller cutter, wall or depth is needed"
+            )
+        depths = np.array([cut.max_depth_mm for cut in found])
+        walls = np.full(len(found), limits.min_wall_mm)
+        return Offer(tuple(found), apart=keep_apart([cut.room for cut in found], depths, walls))
+
+    def _cuts(self, work: Workpiece, limits: MillLimits) -> Iterator[MillCut]:
+        step = limits.depth_step_mm
+        for cheek in cheeks(work, limits):
+            heavy = heavy_direction(work.heavy_at, cheek.z_mm)
+            towards = 0.0 if heavy is None else math.atan2(float(heavy[1]), float(heavy[0]))
+            least, most = limits.min_depth_mm, cheek.deepest_mm
+            if step:
+                least, most = math.ceil(least / step - 1e-6) * step, math.floor(most / step + 1e-6) * step
+            if least > most:
+                continue
+            for pocket in pockets(cheek, towards, limits):
+                yield MillCut(pocket, cheek, work.density_g_mm3, limits, least, most)
+
+    def relaxing(self, limits: MillLimits) -> Sequence[Relaxing]:
+        """Return deeper pockets, and thinner walls."""
+        return *deeper(limits.max_depth_mm), *thinner(limits.min_wall_mm)
+
+    def instruction(self, item: Item, figures: Figures) -> str:
+        """Return which pocket to mill."""
+        cutter = figures.mm(item["cutter_mm"], figures.diameter_digits)
+        radii = f"radius {figures.mm(item['inner_radius_mm'])} to {figures.mm(item['outer_radius_mm'])}"
+        angles = f"{degrees(item['start_deg'])} to {degrees(item['end_deg'])}"
+        depth = f"{figures.mm(item['depth_mm'])} deep from z {figures.mm(item['z_mm'])}"
+        return f"Mill pocket, cutter dia {cutter}, {radii}, {angles}, {depth}"
+
+    def size(self, item: Item) -> str:
+        """Return the pocket's radii, angles and cutter."""
+        radii = f"radius {number(item['inner_radius_mm'], 1)} to {number(item['outer_radius_mm'], 1)}"
+        angles = f"{degrees(item['start_deg'])} to {degrees(item['end_deg'])}"
+        return f"{radii}, {angles}, cutter ⌀ {number(item['cutter_mm'], 1)}"
+
+
+KIND = Mill()
