@@ -31,6 +31,13 @@ class BearingResult(VerbResult):
 
         return bearing_plots(self.analysis)
 
+    def __repr__(self) -> str:
+        moment, film = self.report["friction"]["moment_N_m"], self.report["film"] or {}
+        shown = {"kind": self.report["kind"], "moment_N_m": moment}
+        shown |= {key: film.get(key) for key in ("eccentricity_ratio", "least_film_mm")}
+        words = (f"{key}={_short(value)}" for key, value in shown.items() if value is not None)
+        return f"<autobalance bearing: {', '.join(words)}>"
+
     def series(self) -> bytes | None:
         """Return the orbit by angle as CSV; None without a history of loads."""
         from autobalance.report.bearing_values import orbit_series
@@ -41,6 +48,10 @@ class BearingResult(VerbResult):
         """Return the series of the orbit."""
         series = self.series()
         return {} if series is None else {"orbit.csv": series}
+
+
+def _short(value: object) -> str:
+    return f"{value:.6g}" if isinstance(value, float) else str(value)
 
 
 def bearing(

@@ -36,16 +36,16 @@ def _pressure(film: Film) -> dict[str, bytes]:
     """Pressure around the bush, angles from the load's direction."""
     unit = film.unit.pressure
     scale = MPA_PER_PA * film.bearing.pressure_unit_Pa(film.viscosity_Pa_s, film.speed_rad_s)
-    angle = np.linspace(0.0, 2.0 * np.pi, POINTS)[:-1]
+    angle = np.linspace(-np.pi, np.pi, POINTS)
     from_widest = np.mod(angle - film.attitude_rad - np.pi, 2.0 * np.pi)
-    curves = {}
+    curves = []
     for place in PLACES:
         row = int(np.argmin(np.abs(unit.place - place)))
         name = "middle" if row == 0 else f"{unit.place[row]:.2g} of half the length out"
-        curves[name] = scale * np.interp(
-            from_widest, unit.angle_rad, unit.pressure[:, row], period=2.0 * np.pi
-        )
-    return plots.over_angle("Pressure of the film", "pressure [MPa]", angle, curves)
+        pressure = np.interp(from_widest, unit.angle_rad, unit.pressure[:, row], period=2.0 * np.pi)
+        curves.append(plots.Curve(name, np.degrees(angle), scale * pressure))
+    labels = ("angle from the load, in the sense of turning [°]", "pressure [MPa]")
+    return plots.lines("Pressure of the film", labels, curves)
 
 
 def _path(orbit: Orbits) -> dict[str, bytes]:

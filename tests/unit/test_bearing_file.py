@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import math
+import pickle
 from pathlib import Path
 from typing import Any
 
@@ -253,6 +254,15 @@ def test_the_end_of_a_history_may_be_repeated_and_its_rows_uneven() -> None:
     assert len(brought.angle_rad) == 1440
     whole = np.interp(np.degrees(brought.angle_rad), ANGLES, ARRAYS["x_N"], period=720.0)
     np.testing.assert_allclose(brought.force_N[:, 0], whole, atol=2.0)
+
+
+def test_results_are_short_and_pickle() -> None:
+    result = bearing(FILM, history=ARRAYS)
+    assert repr(result).startswith("<autobalance bearing: kind=hydrodynamic, moment_N_m=0.")
+    assert repr(bearing(PLATES)) == "<autobalance bearing: kind=squeeze_film>"
+    again = pickle.loads(pickle.dumps(result))
+    assert again.report == result.report
+    assert again.series() == result.series()
 
 
 BAD = {
