@@ -36,6 +36,7 @@ PUBLIC = {
     "parts": "api.parts",
     "read_crank": "api.crank",
     "read_job": "api.job",
+    "rotor": "api.rotor",
     "shafts": "api.shafts",
     "study": "api.study",
     "verify": "api.verify",
@@ -66,6 +67,7 @@ if TYPE_CHECKING:
     from autobalance.api.machine import machine as machine
     from autobalance.api.orders import orders as orders
     from autobalance.api.parts import parts as parts
+    from autobalance.api.rotor import rotor as rotor
     from autobalance.api.shafts import shafts as shafts
     from autobalance.api.study import study as study
     from autobalance.api.verify import verify as verify

@@ -28,6 +28,7 @@ COMMANDS: dict[str, str] = {
     "influence": "balancing by influence coefficients: what to add in each plane, from trial weights",
     "machine": "what a balancing machine reads on a rotor of known unbalance, and what following it leaves",
     "bench": "a rotor under speed control in its bearings: torque needed, and what was measured beside it",
+    "rotor": "a shaft on bearings: critical speeds, modes, unbalance response, modal balancing",
     "grade": "balance quality grades: permissible and achieved, and the list for crank drives",
     "batch": "many jobs from a list or a folder: one row each, taken up again after a kill",
     "study": "many cranks to one plan: how many are within tolerance, and which ± to improve",

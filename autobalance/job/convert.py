@@ -6,12 +6,16 @@ import math
 from collections.abc import Sequence
 from difflib import get_close_matches
 from types import UnionType
-from typing import Any, Literal, Union, get_args, get_origin
+from typing import Any, Literal, NewType, Union, get_args, get_origin
 
 from autobalance.errors import JobError
 
 LARGEST = 1e9
 """Size of a number at most: beyond is no mass, length or speed of a crankshaft, and squares overflow."""
+
+Large = NewType("Large", float)
+"""Type hint of a number that may be larger, such as a stiffness [N/m]."""
+LARGEST_OF_ALL = 1e15
 
 
 def convert(value: object, hint: Any, where: str) -> Any:
@@ -50,6 +54,8 @@ def convert(value: object, hint: Any, where: str) -> Any:
         return _listed(value, hint, where)
     if hint is float:
         return _number(value, where)
+    if hint is Large:
+        return _number(value, where, LARGEST_OF_ALL)
     if not isinstance(value, hint) or (hint is int and isinstance(value, bool)):
         raise JobError(f"{where} is {shown(value)}; must be {needed(hint)}")
     if hint is int and abs(value) > LARGEST:
@@ -57,7 +63,7 @@ def convert(value: object, hint: Any, where: str) -> Any:
     return value
 
 
-def _number(value: object, where: str) -> float:
+def _number(value: object, where: str, largest: float = LARGEST) -> float:
     if isinstance(value, bool) or not isinstance(value, int | float):
         raise JobError(f"{where} is {shown(value)}; must be a number")
     try:
@@ -66,8 +72,8 @@ def _number(value: object, where: str) -> float:
         number = math.inf
     if not math.isfinite(number):
         raise JobError(f"{where} is {number}; must be a finite number")
-    if abs(number) > LARGEST:
-        raise JobError(f"{where} is {number:g}; must be at most {LARGEST:g} in size")
+    if abs(number) > largest:
+        raise JobError(f"{where} is {number:g}; must be at most {largest:g} in size")
     return number
 
 
@@ -98,7 +104,7 @@ def _fits(value: object, hint: Any) -> bool:
         return value in get_args(hint)
     if origin is tuple:
         return isinstance(value, list)
-    if hint is float:
+    if hint in (float, Large):
         return isinstance(value, int | float) and not isinstance(value, bool)
     return isinstance(value, hint) and not (hint is int and isinstance(value, bool))
 
@@ -117,7 +123,7 @@ def _listed(value: object, hint: Any, where: str) -> tuple[Any, ...]:
     )
 
 
-NEEDED = {float: "a number", int: "a whole number", bool: "true or false", str: "a text"}
+NEEDED = {float: "a number", Large: "a number", int: "a whole number", bool: "true or false", str: "a text"}
 
 
 def needed(hint: Any) -> str:

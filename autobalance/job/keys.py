@@ -14,6 +14,7 @@ from types import UnionType
 from typing import Any, Literal, TypeVar, Union, get_args, get_origin
 
 from autobalance.errors import JobError
+from autobalance.job.convert import Large
 from autobalance.job.read import text_of, toml_of
 from autobalance.job.table import ANY, COUNTED, NOT_NEGATIVE, POSITIVE, SHARE, Rule, Table
 
@@ -138,7 +139,7 @@ LIMITS: Mapping[str, Mapping[str, float]] = {
     SHARE.text: {"minimum": 0, "maximum": 1},
     COUNTED.text: {"minimum": 1},
 }
-SIMPLE = {float: "number", int: "integer", bool: "boolean", str: "string"}
+SIMPLE = {float: "number", Large: "number", int: "integer", bool: "boolean", str: "string"}
 
 
 def json_schema(title: str, keys: tuple[Key, ...]) -> Values:

@@ -1,0 +1,70 @@
+"""The procedures of ISO 21940-12 for rotors with flexible behaviour, and which of them a rotor calls for."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+from autobalance.dynamics.critical_speeds import CriticalSpeed
+
+RIGID_BELOW = 0.7
+"""Service speed over first critical speed up to which a rotor is usually taken as rigid."""
+
+
+@dataclass(frozen=True)
+class Procedure:
+    """A procedure by its letter in ISO 21940-12, table 1 (formerly ISO 11342)."""
+
+    letter: str
+    name: str
+    low_speed: bool
+
+
+PROCEDURES = (
+    Procedure("A", "single-plane balancing", True),
+    Procedure("B", "two-plane balancing", True),
+    Procedure("C", "individual component balancing prior to assembly", True),
+    Procedure("D", "balancing subsequent to controlling initial unbalance", True),
+    Procedure("E", "balancing in stages during assembly", True),
+    Procedure("F", "balancing in optimum planes", True),
+    Procedure("G", "multiple speed balancing", False),
+    Procedure("H", "service speed balancing", False),
+    Procedure("I", "fixed speed balancing", False),
+)
+
+
+@dataclass(frozen=True)
+class Advice:
+    """What a service speed beside the critical speeds means for balancing."""
+
+    behaviour: str
+    procedures: tuple[Procedure, ...]
+    planes: int
+    reason: str
+
+
+def advice(service_speed_rad_s: float, criticals: Sequence[CriticalSpeed]) -> Advice:
+    """Return the procedures that fit a service speed, and the planes of modal balancing (N + 2).
+
+    Counted are critical speeds that unbalance drives: those of forward whirl or of motion in a plane.
+    """
+    driven = [each.speed_rad_s for each in criticals if each.whirl in ("forward", "null", "mixed")]
+    if not driven or service_speed_rad_s <= RIGID_BELOW * driven[0]:
+        reason = f"the service speed is at most {100 * RIGID_BELOW:.0f} % of the first critical speed"
+        if not driven:
+            reason = "no critical speed that unbalance drives was found"
+        return Advice("rigid", _named("AB"), 2, reason)
+    passed = sum(1 for each in driven if each <= service_speed_rad_s)
+    near = max(1, passed)
+    planes = near + 2
+    if not passed:
+        reason = "the service speed is near the first critical speed, below it"
+        return Advice("flexible, one mode", _named("CDEFH"), planes, reason)
+    reason = (
+        f"the rotor passes {passed} critical speed{'s' if passed > 1 else ''} on its way to service speed"
+    )
+    return Advice("flexible", _named("G" if passed > 1 else "FG"), planes, reason)
+
+
+def _named(letters: str) -> tuple[Procedure, ...]:
+    return tuple(each for each in PROCEDURES if each.letter in letters)

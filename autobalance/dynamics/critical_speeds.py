@@ -1,0 +1,186 @@
+"""Critical speeds: where a damped frequency of the spinning rotor equals its speed."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from scipy import sparse
+from scipy.optimize import brentq
+from scipy.sparse.linalg import splu
+
+from autobalance.dynamics.rotor_matrices import Sparse
+from autobalance.dynamics.rotor_preparation import KEPT, SPARE_MODES, PreparedRotor
+from autobalance.dynamics.rotor_reduction import ReducedRotor, reduced_rotor
+from autobalance.dynamics.whirl_modes import (
+    OVERDAMPED,
+    Complex,
+    Whirl,
+    WhirlMode,
+    frequencies_with_zeros,
+    modes_at,
+    refined,
+    whirl_of_orbits,
+)
+from autobalance.rigid_rotor.moments import Array
+
+SCANNED = 120
+"""Speeds at which frequencies are compared with the speed, where no direct solution exists."""
+SAME = 1e-9
+"""Relative distance of two critical speeds, both of motion in a plane, that are told as one."""
+SECANT_STEPS = 4
+
+
+@dataclass(frozen=True)
+class CriticalSpeed:
+    """A speed that excites a mode by its own unbalance, with the mode's whirl and decrement there."""
+
+    speed_rad_s: float
+    whirl: Whirl
+    log_decrement: float
+
+
+def critical_speeds(prepared: PreparedRotor, upper_rad_s: float) -> list[CriticalSpeed]:
+    """Return every critical speed up to a limit, ascending, of any whirl.
+
+    Without damping and with constant bearings λ = iΩ turns the eigenproblem into a linear one,
+    (K − Ω² (M − iG)) x = 0, solved at once; otherwise each frequency's crossing with the speed is
+    searched for.
+    """
+    if upper_rad_s <= 0.0:
+        return []
+    reduced = reduced_rotor(prepared.matrices, KEPT * upper_rad_s, least=SPARE_MODES)
+    if prepared.rotor.constant_bearings and reduced.conservative(0.0):
+        found = _direct(reduced, upper_rad_s)
+    else:
+        found = _searched(reduced, upper_rad_s)
+    found.sort(key=lambda each: each.speed_rad_s)
+    kept: list[CriticalSpeed] = []
+    for each in found:
+        twin = kept and each.whirl == kept[-1].whirl == "null"
+        if not (twin and each.speed_rad_s - kept[-1].speed_rad_s <= SAME * each.speed_rad_s):
+            kept.append(each)
+    return kept
+
+
+# --- constant bearings without damping ----------------------------------------------------------------------
+
+
+def _direct(reduced: ReducedRotor, upper_rad_s: float) -> list[CriticalSpeed]:
+    matrices = reduced.matrices
+    speeds, vectors = synchronous(reduced)
+    stiffness = matrices.stiffness(0.0)
+
+    def inert(vector: Complex) -> Complex:
+        return np.asarray(matrices.mass @ vector - 1j * (matrices.gyroscopic @ vector), dtype=complex)
+
+    found = []
+    for speed, vector in zip(speeds, vectors.T, strict=True):
+        if speed > 1.01 * upper_rad_s:
+            continue
+        square, full = float(speed**2), reduced.expand(vector)
+        for _ in range(2):
+            try:
+                full = _solved(
+                    stiffness - square * matrices.mass,
+                    sparse.csc_matrix(square * matrices.gyroscopic),
+                    inert(full),
+                )
+            except RuntimeError:  # singular to the last digit: the speed is exact
+                break
+            full = full / np.linalg.norm(full)
+            strain = np.vdot(full, np.asarray(stiffness @ full, dtype=complex))
+            square = float((strain / np.vdot(full, inert(full))).real)
+        if square**0.5 <= upper_rad_s:
+            found.append(CriticalSpeed(square**0.5, whirl_of_orbits(*matrices.deflections(full)), 0.0))
+    return found
+
+
+def _solved(real: Sparse, imaginary: Sparse, load: Complex) -> Complex:
+    """Solve (real + i imaginary) x = load."""
+    turned = sparse.csc_matrix((1j * imaginary.data, imaginary.indices, imaginary.indptr), imaginary.shape)
+    dynamic = sparse.csc_matrix(real.astype(np.complex128) + turned)
+    return np.asarray(splu(dynamic).solve(load), dtype=complex)
+
+
+def synchronous(reduced: ReducedRotor) -> tuple[Array, Complex]:
+    """Return the speeds [rad/s] at which an undamped rotor whirls with its speed, and the reduced vectors."""
+    stiffness = reduced.stiffness(0.0)
+    gyroscopic = reduced.damping(1.0) - reduced.damping(0.0)
+    if not reduced.planes_apart(gyroscopic, stiffness):
+        return _definite(stiffness, np.eye(len(stiffness)) - 1j * gyroscopic, reduced.rigid_body_modes)
+    speeds, vectors = [], []
+    for plane in (0, 1):
+        own, shapes = _definite(
+            stiffness[plane::2, plane::2], np.eye(len(stiffness) // 2, dtype=complex), None
+        )
+        both = np.zeros((len(stiffness), len(own)), dtype=complex)
+        both[plane::2] = shapes
+        speeds.append(own)
+        vectors.append(both)
+    return np.concatenate(speeds), np.hstack(vectors)
+
+
+def _definite(stiffness: Array, inertia: Complex, rigid: int | None) -> tuple[Array, Complex]:
+    """Solve K x = Ω² A x for Ω² > 0, K symmetric, A Hermitian and perhaps indefinite.
+
+    Rigid-body motions, on which K is zero, are taken out: K is definite on the rest. Negative springs
+    may leave K indefinite; what they do to a rotor at rest is no critical speed.
+    """
+    energy, modes = np.linalg.eigh(stiffness)
+    still = energy < 1e-12 * energy[-1] if rigid is None else np.arange(len(energy)) < rigid
+    free, bent = modes[:, still], modes[:, ~still]
+    lift = bent.astype(complex)
+    if free.shape[1]:
+        lift = bent - free @ (np.linalg.pinv(free.T @ inertia @ free) @ (free.T @ inertia @ bent))
+    if (energy[~still] > 0.0).all():
+        root = 1.0 / np.sqrt(energy[~still])
+        flexibility, mix = np.linalg.eigh(root[:, None] * (lift.conj().T @ inertia @ lift) * root)
+        real = flexibility > 1e-14 * np.abs(flexibility).max()
+        return 1.0 / np.sqrt(flexibility[real]), lift @ (root[:, None] * mix[:, real])
+    values, mix = np.linalg.eig(np.linalg.solve(stiffness.astype(complex), inertia))
+    real = (values.real > 0.0) & (np.abs(values.imag) < 1e-9 * np.abs(values))
+    return 1.0 / np.sqrt(values[real].real), mix[:, real]
+
+
+# --- anything else ------------------------------------------------------------------------------------------
+
+
+def _searched(reduced: ReducedRotor, upper_rad_s: float) -> list[CriticalSpeed]:
+    speeds = upper_rad_s * np.linspace(1e-4, 1.0, SCANNED + 1)
+    above = np.array([frequencies_with_zeros(reduced, float(speed))[0] - speed for speed in speeds])
+    found = []
+    for step, branch in zip(*np.nonzero((above[:-1] > 0.0) != (above[1:] > 0.0)), strict=True):
+
+        def beyond(speed: float, branch: int = int(branch)) -> float:
+            return float(frequencies_with_zeros(reduced, speed)[0][branch]) - speed
+
+        speed = float(brentq(beyond, speeds[step], speeds[step + 1], xtol=1e-8 * upper_rad_s, rtol=1e-9))
+        if frequencies_with_zeros(reduced, speed)[1][int(branch)] <= OVERDAMPED:
+            critical = _on_the_line(reduced, speed)
+            if critical is not None:
+                found.append(critical)
+    return found
+
+
+def _on_the_line(reduced: ReducedRotor, speed_rad_s: float) -> CriticalSpeed | None:
+    """Return a critical speed as the whole matrices have it, from the reduced one."""
+
+    def nearest(speed: float, to: float) -> WhirlMode | None:
+        modes = modes_at(reduced, speed, 4 * reduced.basis.shape[1])
+        return min(modes, key=lambda each: abs(each.frequency_rad_s - to), default=None)
+
+    mode = nearest(speed_rad_s, speed_rad_s)
+    if mode is None or abs(mode.frequency_rad_s - speed_rad_s) > 1e-4 * speed_rad_s:
+        return None
+    mode = refined(reduced, speed_rad_s, [mode])[0]
+    before, off = None, mode.frequency_rad_s - speed_rad_s
+    for _ in range(SECANT_STEPS):
+        if abs(off) <= 1e-10 * speed_rad_s:
+            break
+        slope = -1.0 if before is None else (off - before[1]) / (speed_rad_s - before[0])
+        before = (speed_rad_s, off)
+        speed_rad_s -= off / slope
+        mode = refined(reduced, speed_rad_s, [mode])[0]
+        off = mode.frequency_rad_s - speed_rad_s
+    return CriticalSpeed(speed_rad_s, mode.whirl, mode.log_decrement)

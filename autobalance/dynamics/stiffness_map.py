@@ -1,0 +1,40 @@
+"""The undamped critical speed map: critical speeds over a stiffness that all bearings have in turn."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import replace
+
+import numpy as np
+
+from autobalance.dynamics.beam_rotor import BeamRotor, Bearing, spring_bearing
+from autobalance.dynamics.critical_speeds import CriticalSpeed, critical_speeds
+from autobalance.dynamics.rotor_preparation import prepared
+from autobalance.rigid_rotor.moments import Array
+
+
+def undamped_map(
+    rotor: BeamRotor, stiffnesses_n_m: Array, upper_rad_s: float, modes: int, stations_m: Iterable[float] = ()
+) -> list[list[CriticalSpeed]]:
+    """Return the critical speeds at each stiffness (k,) of all bearings that give; rigid ones stay.
+
+    Damping, cross coupling and differences between the directions are left out. Divided and reduced
+    once a decade of stiffness.
+    """
+    found: list[list[CriticalSpeed]] = []
+    stations = list(stations_m)
+    ready, ready_for = None, 0.0
+    for stiffness in stiffnesses_n_m:
+        same = replace(rotor, bearings=tuple(_replaced(each, float(stiffness)) for each in rotor.bearings))
+        if ready is None or stiffness > 10.0 * ready_for:
+            ready, ready_for = prepared(same, upper_rad_s, modes, stations), float(stiffness)
+        matrices = replace(ready.matrices, rotor=same)
+        reduced = replace(ready.reduced, matrices=matrices)
+        found.append(critical_speeds(replace(ready, matrices=matrices, reduced=reduced), upper_rad_s))
+    return found
+
+
+def _replaced(bearing: Bearing, stiffness_n_m: float) -> Bearing:
+    if bearing.constraint is not None:
+        return bearing
+    return spring_bearing(bearing.z_m, stiffness_n_m * np.eye(2))

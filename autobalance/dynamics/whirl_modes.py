@@ -1,0 +1,204 @@
+"""Damped modes of a spinning rotor: frequency, decrement, whirl and shape at one speed."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Literal
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy import sparse
+from scipy.sparse.linalg import splu
+
+from autobalance.dynamics.rotor_matrices import RotorMatrices
+from autobalance.dynamics.rotor_reduction import ReducedRotor
+from autobalance.rigid_rotor.moments import Array
+
+Complex = NDArray[np.complex128]
+Whirl = Literal["forward", "backward", "mixed", "null"]
+
+OVERDAMPED = 0.99
+"""Damping ratio above which a mode counts as no vibration."""
+PLANAR = 1e-6
+"""Swept area over the square of the greatest amplitude below which motion is in a plane."""
+UNSTRAINED = 1e-3
+"""Strain energy over kinetic energy below which a mode of a free rotor is a rigid-body motion."""
+NEWTON_STEPS = 3
+CLOSE = 1e-12
+
+
+@dataclass(frozen=True, eq=False)
+class WhirlMode:
+    """A damped mode: displacement is the real part of ``vector`` exp(``eigenvalue`` t).
+
+    ``vector`` (2 n,) over the unknowns of the rotor's matrices, x and y alternating.
+    """
+
+    eigenvalue: complex
+    vector: Complex
+    whirl: Whirl
+
+    @property
+    def frequency_rad_s(self) -> float:
+        """Of the damped vibration."""
+        return self.eigenvalue.imag
+
+    @property
+    def log_decrement(self) -> float:
+        """δ = −2π Re λ / |Im λ|; negative is unstable."""
+        return -2.0 * np.pi * self.eigenvalue.real / abs(self.eigenvalue.imag) + 0.0
+
+
+def modes_at(reduced: ReducedRotor, speed_rad_s: float, count: int) -> list[WhirlMode]:
+    """Return the lowest modes at a speed, ascending; rigid-body and overdamped ones left out.
+
+    Parameters
+    ----------
+    reduced : ReducedRotor
+    speed_rad_s : float
+        Speed of rotation, from 0 [rad/s].
+    count : int
+        Modes at most; a planar pair is two.
+    """
+    values, vectors = reduced_modes(reduced, speed_rad_s)
+    modes = []
+    for value, vector in zip(values[:count], vectors[:, :count].T, strict=True):
+        full = reduced.expand(vector)
+        modes.append(WhirlMode(complex(value), full, whirl_of(reduced.matrices, full, speed_rad_s)))
+    return modes
+
+
+def reduced_modes(reduced: ReducedRotor, speed_rad_s: float) -> tuple[Complex, Complex]:
+    """Return eigenvalues (k,), Im λ > 0 ascending, and the reduced vectors (2 m, k) of real vibrations."""
+    values, vectors = _all(reduced, speed_rad_s)
+    kept = np.flatnonzero(_vibrates(values) & ~_rigid(reduced, speed_rad_s, values, vectors))
+    kept = kept[np.argsort(values[kept].imag, kind="stable")]
+    return values[kept], vectors[:, kept]
+
+
+def frequencies_with_zeros(reduced: ReducedRotor, speed_rad_s: float) -> tuple[Array, Array]:
+    """Return all damped frequencies [rad/s], ascending, and each one's damping ratio.
+
+    Modes that do not vibrate count as frequency 0, so that the k-th of them is continuous in the speed.
+    """
+    values = _everything(reduced, speed_rad_s)
+    half = len(values) // 2
+    order = np.argsort(-np.abs(values.imag), kind="stable")
+    pairs = values[order][: 2 * half : 2]
+    frequency = np.abs(pairs.imag)
+    ratio = -pairs.real / np.maximum(np.abs(pairs), np.finfo(float).tiny)
+    return frequency[::-1], ratio[::-1]
+
+
+def _vibrates(values: Complex) -> NDArray[np.bool_]:
+    size = np.maximum(np.abs(values), np.finfo(float).tiny)
+    still = 1e-9 * float(np.median(size)) if len(size) else 0.0
+    return (values.imag > still) & (-values.real / size <= OVERDAMPED)
+
+
+def _everything(reduced: ReducedRotor, speed_rad_s: float) -> Complex:
+    """Return all eigenvalues."""
+    state, scale = _state(reduced.damping(speed_rad_s), reduced.stiffness(speed_rad_s))
+    values = scale * np.linalg.eigvals(state).astype(complex)
+    return np.asarray(1j * values.imag if reduced.conservative(speed_rad_s) else values, dtype=complex)
+
+
+def _all(reduced: ReducedRotor, speed_rad_s: float) -> tuple[Complex, Complex]:
+    """Return eigenvalues with Im λ ≥ 0 and their displacement vectors."""
+    damping, stiffness = reduced.damping(speed_rad_s), reduced.stiffness(speed_rad_s)
+    if reduced.planes_apart(damping, stiffness):
+        parts = [_solved(damping[p::2, p::2], stiffness[p::2, p::2]) for p in (0, 1)]
+        values = np.concatenate([part[0] for part in parts])
+        vectors = np.zeros((len(damping), len(values)), dtype=complex)
+        split = len(parts[0][0])
+        vectors[0::2, :split], vectors[1::2, split:] = parts[0][1], parts[1][1]
+    else:
+        values, vectors = _solved(damping, stiffness)
+    if reduced.conservative(speed_rad_s):
+        values = 1j * values.imag
+    return values[values.imag >= 0.0], vectors[:, values.imag >= 0.0]
+
+
+def _solved(damping: Array, stiffness: Array) -> tuple[Complex, Complex]:
+    """Solve λ² x + λ C x + K x = 0, the mass matrix being one."""
+    state, scale = _state(damping, stiffness)
+    values, vectors = np.linalg.eig(state)
+    return (scale * values).astype(complex), vectors[: len(damping)].astype(complex)
+
+
+def _state(damping: Array, stiffness: Array) -> tuple[Array, float]:
+    """Return the state matrix of which the eigenvalues times a scale [rad/s] are λ."""
+    size = len(damping)
+    scale = float(np.sqrt(np.linalg.norm(stiffness) / np.sqrt(size))) or 1.0
+    state = np.zeros((2 * size, 2 * size))
+    state[:size, size:] = np.eye(size)
+    state[size:, :size] = -stiffness / scale**2
+    state[size:, size:] = -damping / scale
+    return state, scale
+
+
+def _rigid(reduced: ReducedRotor, speed_rad_s: float, values: Complex, vectors: Complex) -> NDArray[np.bool_]:
+    """Return which modes strain neither shaft nor bearings, as free rotors have them."""
+    if not reduced.rigid_body_modes:
+        return np.zeros(len(values), dtype=bool)
+    stiffness = reduced.stiffness(speed_rad_s)
+    strain = np.einsum("ik,ij,jk->k", vectors.conj(), 0.5 * (stiffness + stiffness.T), vectors).real
+    kinetic = np.abs(values) ** 2 * np.einsum("ik,ik->k", vectors.conj(), vectors).real
+    slow = np.abs(values) < UNSTRAINED * reduced.first_flexible_rad_s
+    rigid: NDArray[np.bool_] = (np.abs(strain) <= UNSTRAINED * kinetic) | slow
+    return rigid
+
+
+def whirl_of(matrices: RotorMatrices, vector: Complex, speed_rad_s: float) -> Whirl:
+    """Return the sense in which the places of the shaft run around their orbits."""
+    if speed_rad_s == 0.0:
+        return "null"
+    return whirl_of_orbits(*matrices.deflections(vector))
+
+
+def whirl_of_orbits(x: Complex, y: Complex) -> Whirl:
+    """Return the common sense of orbits Re(x exp iωt), Re(y exp iωt): x to y is forward."""
+    area = -(np.conj(x) * y).imag
+    largest = float(np.max(np.abs(x) ** 2 + np.abs(y) ** 2, initial=0.0))
+    forward, backward = (area > PLANAR * largest).any(), (area < -PLANAR * largest).any()
+    if forward and backward:
+        return "mixed"
+    return "forward" if forward else "backward" if backward else "null"
+
+
+def refined(reduced: ReducedRotor, speed_rad_s: float, modes: Sequence[WhirlMode]) -> list[WhirlMode]:
+    """Return modes as the whole matrices have them: Newton's iteration from the reduced ones."""
+    matrices = reduced.matrices
+    mass, damping = matrices.mass, matrices.damping(speed_rad_s)
+    stiffness = matrices.stiffness(speed_rad_s)
+    conservative = reduced.conservative(speed_rad_s)
+    done = []
+    for mode in modes:
+        value, vector = mode.eigenvalue, mode.vector
+        for _ in range(NEWTON_STEPS):
+            step, vector = _newton(mass, damping, stiffness, value, vector)
+            value = value - step
+            if abs(step) <= CLOSE * abs(value):
+                break
+        if conservative:
+            value = 1j * value.imag
+        done.append(WhirlMode(value, vector, whirl_of(matrices, vector, speed_rad_s)))
+    return sorted(done, key=lambda each: each.frequency_rad_s)
+
+
+def _newton(
+    mass: sparse.csc_matrix,
+    damping: sparse.csc_matrix,
+    stiffness: sparse.csc_matrix,
+    value: complex,
+    vector: Complex,
+) -> tuple[complex, Complex]:
+    """Return by how much an eigenvalue is too great, and a better vector."""
+    try:
+        solve = splu((value * value * mass + value * damping + stiffness).tocsc()).solve
+    except RuntimeError:  # singular to the last digit: the value is exact
+        return 0.0, vector
+    better = solve((2.0 * value * mass + damping) @ vector)
+    step = complex(np.vdot(vector, vector) / np.vdot(vector, better))
+    return step, better / np.linalg.norm(better)
