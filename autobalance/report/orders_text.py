@@ -14,7 +14,7 @@ def orders_text(values: Values) -> str:
     """Return an analysis as lines for people."""
     parts = [_record(values), _speed(values["speed"]), _peaks(values), _orders(values), _modes(values)]
     parts += [_crossings(values), _bearing(values["bearing"]), _axes(values["axes"]), _bands(values["bands"])]
-    parts += [_comparison(values["comparison"]), [f"warning: {each}" for each in values["warnings"]]]
+    parts.append(_comparison(values["comparison"]))
     return "\n\n".join("\n".join(lines) for lines in parts if lines)
 
 
@@ -35,7 +35,7 @@ def _speed(speed: Values) -> list[str]:
         return []
     doubt = "" if speed["uncertainty_rpm"] is None else f" ± {speed['uncertainty_rpm']:.2g}"
     line = f"speed ({speed['source']})  mean {speed['mean_rpm']:.6g}{doubt} 1/min"
-    if speed["greatest_rpm"] > speed["least_rpm"]:
+    if speed["greatest_rpm"] > 1.00001 * speed["least_rpm"]:
         line += f", from {speed['least_rpm']:.6g} to {speed['greatest_rpm']:.6g}"
     pulses = speed["pulses"]
     if pulses is None:

@@ -86,10 +86,13 @@ def record_values(found: Analysis) -> Values:
 def _speed(found: Analysis) -> Values:
     speed, turning = found.speed, found.speed.turning
     speeds = None if turning is None else turning.speeds_rpm()
+    mean = None if turning is None else turning.mean_rpm
+    if found.question.speed_rpm is not None:  # as it was told, without the rounding of an angle
+        mean, speeds = found.question.speed_rpm, np.array([found.question.speed_rpm])
     pulses = speed.pulses
     return {
         "source": speed.source,
-        "mean_rpm": None if turning is None else turning.mean_rpm,
+        "mean_rpm": mean,
         "least_rpm": None if speeds is None else float(speeds.min()),
         "greatest_rpm": None if speeds is None else float(speeds.max()),
         "uncertainty_rpm": finite(speed.uncertainty_rpm),

@@ -102,7 +102,8 @@ class Record:
             return found[0]
         known = ", ".join(each.name for each in self.channels)
         what = "has no channel" if not found else "has several channels"
-        raise FormatError(f"{self.file} {what} {name!r}; its channels: {known}")
+        why = "".join(f"; {note}" for note in self.notes if repr(name) in note)
+        raise FormatError(f"{self.file} {what} {name!r}; its channels: {known}{why}")
 
     def calibrated(self, factors: Mapping[str, tuple[float, str | None]]) -> Record:
         """Return the record with channels multiplied by factors, and given units where these are not None."""

@@ -9,7 +9,6 @@ frequency into its positive one, belongs to the model and so spoils nothing.
 from __future__ import annotations
 
 from dataclasses import dataclass
-from itertools import pairwise
 
 import numpy as np
 from numpy.typing import NDArray
@@ -172,11 +171,11 @@ def _standing_out(rest: Array, name: str, most: int, least: float, known: Array)
 
 
 def _floor(rest: Array) -> Array:
-    """Return the median around each bin, piece by piece."""
+    """Return the median around each bin, piece by piece; the rest at the end goes with the last piece."""
     pieces = max(1, len(rest) // MEDIAN_BINS)
-    edges = np.linspace(0, len(rest), pieces + 1).astype(int)
-    medians = [np.median(rest[a:b]) for a, b in pairwise(edges)]
-    return np.repeat(np.array(medians), np.diff(edges))
+    width = len(rest) // pieces
+    medians = np.median(rest[: pieces * width].reshape(pieces, width), axis=1)
+    return np.append(np.repeat(medians, width), np.full(len(rest) - pieces * width, medians[-1]))
 
 
 def _start(spectrum: Complex, length: int, name: str, fit: _Fit, k: int) -> float:
@@ -204,6 +203,19 @@ def _model(at: Array, length: int, name: str, fit: _Fit) -> Complex:
 
 
 @dataclass(frozen=True, eq=False)
+class _Solved:
+    """The best amplitudes and mean at given frequencies, what is left, and the matrix of the fit."""
+
+    fit: _Fit
+    left: Array
+    rows: Array
+
+    @property
+    def cost(self) -> float:
+        return float(self.left @ self.left)
+
+
+@dataclass(frozen=True, eq=False)
 class _Seen:
     """The part of the spectrum that is fitted: whole bins, their values, and the record they are of."""
 
@@ -212,39 +224,38 @@ class _Seen:
     length: int
     name: str
 
-    def solved(self, bins: Array) -> tuple[_Fit, float]:
-        """Return the amplitudes and mean that fit best at given frequencies, and the sum of squares left."""
-        columns = _columns(self.at, self.length, self.name, bins)
-        rows, right = _split(columns), _split(self.values)
+    def solved(self, bins: Array) -> _Solved:
+        """Return the best amplitudes and mean at given frequencies."""
+        rows, right = _split(_columns(self.at, self.length, self.name, bins)), _split(self.values)
         found = np.linalg.lstsq(rows, right, rcond=1e-12)[0]
         m = len(bins)
-        left = float(((right - rows @ found) ** 2).sum())
-        return _Fit(bins, found[:m] + 1j * found[m : 2 * m], float(found[2 * m])), left
+        fit = _Fit(bins, found[:m] + 1j * found[m : 2 * m], float(found[2 * m]))
+        return _Solved(fit, right - rows @ found, rows)
 
 
 def _refined(spectrum: Complex, length: int, name: str, bins: Array, steps: int) -> _Fit:
     """Fit frequencies and amplitudes together; sines that run into one another or away are left out."""
-    anchors = bins = np.sort(bins)
-    at = _around(np.append(bins, 0.0), half_width_bins(name) + 1, len(spectrum))
+    anchors = np.sort(bins)
+    at = _around(np.append(anchors, 0.0), half_width_bins(name) + 1, len(spectrum))
     seen = _Seen(at, spectrum[at.astype(int)], length, name)
     low, high = np.maximum(anchors - 1.0, 0.05), np.minimum(anchors + 1.0, length / 2 - 0.05)
-    fit, cost = seen.solved(bins)
+    best = seen.solved(anchors)
     damping = 0.0
     for _ in range(steps):
-        step = np.clip(_step(seen, fit, damping), -0.5, 0.5)
-        trial, trial_cost = seen.solved(np.clip(fit.bins + step, low, high))
-        if trial_cost > cost * (1.0 + 1e-9):
+        step = np.clip(_step(seen, best, damping), -0.5, 0.5)
+        trial = seen.solved(np.clip(best.fit.bins + step, low, high))
+        if trial.cost > best.cost * (1.0 + 1e-9):
             damping = max(10.0 * damping, 1e-3)
             if damping > 1e6:
                 break
             continue
-        moved = float(np.abs(trial.bins - fit.bins).max())
-        fit, cost, damping = trial, trial_cost, 0.1 * damping
+        moved = float(np.abs(trial.fit.bins - best.fit.bins).max())
+        best, damping = trial, 0.1 * damping
         if moved < CONVERGED_BINS:
             break
-    ghosts = np.abs(fit.amplitudes) < ROUNDING * np.abs(fit.amplitudes).max(initial=0.0)
-    keep = _kept(fit.bins, fit.amplitudes) & ~ghosts
-    return fit if keep.all() else seen.solved(fit.bins[keep])[0]
+    sizes = np.abs(best.fit.amplitudes)
+    keep = _kept(best.fit.bins, best.fit.amplitudes) & (sizes >= ROUNDING * sizes.max(initial=0.0))
+    return best.fit if keep.all() else seen.solved(best.fit.bins[keep]).fit
 
 
 def _kept(bins: Array, amplitudes: Complex) -> NDArray[np.bool_]:
@@ -265,16 +276,15 @@ def _columns(at: Array, length: int, name: str, bins: Array) -> Complex:
     return np.hstack([0.5 * (plus + minus), 0.5j * (plus - minus), mean])
 
 
-def _step(seen: _Seen, fit: _Fit, damping: float) -> Array:
+def _step(seen: _Seen, best: _Solved, damping: float) -> Array:
     """Return the Gauss-Newton step of the frequencies, amplitudes and mean moving with them."""
     h = 1e-4
     at, length, name = seen.at[:, None], seen.length, seen.name
-    plus = line(name, length, fit.bins + h - at) - line(name, length, fit.bins - h - at)
-    minus = line(name, length, -fit.bins - h - at) - line(name, length, -fit.bins + h - at)
-    slopes = (fit.amplitudes * plus + np.conj(fit.amplitudes) * minus) / (4.0 * h)
-    rest = seen.values - _model(seen.at, length, name, fit)
-    rows = _split(np.hstack([slopes, _columns(seen.at, length, name, fit.bins)]))
-    right = _split(rest)
+    bins, c = best.fit.bins, best.fit.amplitudes
+    plus = line(name, length, bins + h - at) - line(name, length, bins - h - at)
+    minus = line(name, length, -bins - h - at) - line(name, length, -bins + h - at)
+    slopes = _split((c * plus + np.conj(c) * minus) / (4.0 * h))
+    rows, right = np.hstack([slopes, best.rows]), best.left
     size = np.sqrt((rows**2).sum(axis=0))
     size[size == 0.0] = 1.0
     rows = rows / size
@@ -283,7 +293,7 @@ def _step(seen: _Seen, fit: _Fit, damping: float) -> Array:
         rows = np.vstack([rows, np.sqrt(damping) * np.eye(count)])
         right = np.append(right, np.zeros(count))
     found = np.linalg.lstsq(rows, right, rcond=1e-12)[0] / size
-    return np.asarray(found[: len(fit.bins)])
+    return np.asarray(found[: len(bins)])
 
 
 def _split(values: Complex) -> Array:

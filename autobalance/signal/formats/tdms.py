@@ -20,6 +20,9 @@ def read(path: Path, sample_rate_hz: float | None) -> Record:
         raise FormatError(
             "TDMS files need npTDMS, which is not installed: pip install 'autobalance[signals]'"
         ) from None
+    with path.open("rb") as stream:
+        if stream.read(4) != b"TDSm":
+            raise FormatError(f"{path.name} is no TDMS file that can be read: it does not begin with TDSm")
     try:
         file = TdmsFile.read(path)
     except (ValueError, KeyError, IndexError, EOFError, TypeError, NotImplementedError) as error:
