@@ -378,6 +378,35 @@ def test_a_film_that_breaks_or_does_not_repeat_has_a_limit(ratio: float, turns: 
     }
 
 
+def test_balance_tells_the_loads_with_gas_and_verify_checks_them(
+    job: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    with job.open("a", encoding="utf-8") as file:
+        file.write("[cycle.friction]\nmain_mu = 0.01\n")
+    out = tmp_path / "out"
+    assert main(["balance", str(job), "-o", str(out), "--only", "html"]) == 0
+    assert "With gas" in capsys.readouterr().out
+    report = json.loads((out / "report.json").read_text("utf-8"))
+    told = report["loads_with_gas"]
+    found = run(capsys, job)
+    for before, row in zip(told["before"]["main_journals"], found["loads"]["main_journals"], strict=True):
+        assert before["greatest_N"] == pytest.approx(row["greatest_N"], rel=1e-6)
+    ideal = found["factors"][1]
+    assert ideal["factor"] == report["balance_factor"]["target"] == 0.28
+    assert told["after"]["main_journals"][0]["greatest_N"] == pytest.approx(
+        ideal["greatest_main_N"], rel=1e-3
+    )
+    assert told["after"]["friction_mean_N_m"] == pytest.approx(ideal["friction_mean_N_m"], rel=1e-3)
+    assert 'data-path="loads_with_gas.after.main_journals.1.mean_N"' in (out / "report.html").read_text(
+        "utf-8"
+    )
+    assert main(["verify", str(out / "report.json")]) == 0
+    told["after"]["main_journals"][1]["mean_N"] += 1.0
+    (out / "report.json").write_text(json.dumps(report), "utf-8")
+    assert main(["verify", str(out / "report.json")]) != 0
+    assert "loads_with_gas.after.main_journals[2]: mean_N is" in capsys.readouterr().err
+
+
 def test_the_same_from_python(job: Path) -> None:
     found = ab.cycle(job, speed_rpm=7000, factors=[0.5])
     assert found.report["speed_rpm"] == 7000

@@ -99,6 +99,7 @@ def cycle(
     AutobalanceError
         For anything wrong with the crank or the trace.
     """
+    from autobalance.balancing.engine_from_job import as_measured
     from autobalance.balancing.firing_from_job import check_cycle, firing_engine
     from autobalance.engine.cycle.analysis import CycleAnalysis
 
@@ -108,7 +109,9 @@ def cycle(
     )
     check_cycle(read)
     found = request(read, crank, speed_rpm, progress)
-    firing = firing_engine(found.job, found.crank, found.speed_rad_s)
+    firing = firing_engine(
+        found.job, found.crank.anatomy, found.speed_rad_s, lambda: as_measured(found.job, found.crank)
+    )
     analysis = CycleAnalysis(firing, found.speed_rad_s)
     values = _values(found.job, analysis, wanted)
     films = _add_films(values, found, analysis, wanted)

@@ -17,6 +17,7 @@ from autobalance.errors import JobError
 from autobalance.job import Job, RodOnScales
 from autobalance.rigid_rotor.moments import Moments
 from autobalance.rigid_rotor.unbalance import Unbalance
+from autobalance.solid.csg.solid import Solid
 
 LONG_ROD = 1e3
 """Rod ÷ crank radius where the job gives no rod length; only the first order is used then, which is free
@@ -84,24 +85,35 @@ def _bare_rod(rod: RodOnScales | None, length_mm: float) -> tuple[float, float]:
 
 def as_measured(job: Job, crank: Crank) -> Engine:
     """Return the engine with its crank as the file has it, whose metal loads the mains of its own bay."""
-    anatomy = crank.anatomy
+    return with_solid(job, crank.anatomy, crank.source.solid, crank.density_g_mm3, crank.moments)
+
+
+def with_solid(job: Job, anatomy: Anatomy, solid: Solid, density_g_mm3: float, crank: Moments) -> Engine:
+    """Return the engine with a solid (file coordinates) for its crank; metal loads the mains of its bay.
+
+    What the crank's moments have besides the solid (slugs pressed in) is shared by the outermost mains.
+    """
     beside = _beside_the_rods(job, anatomy)
     mains = mains_z_mm(anatomy)
     if len(mains) < 2:
-        return with_moments(job, anatomy, crank.moments)
-    solid = crank.source.solid.moved(anatomy.file_to_rotor)
+        return with_moments(job, anatomy, crank)
+    solid = solid.moved(anatomy.file_to_rotor)
+    rest = crank
     pieces: list[CrankUnbalance] = []
     for number, (low, high) in enumerate(itertools.pairwise(mains)):
         bay = solid if number == 0 else solid.above(low)
         if number < len(mains) - 2:
             bay = bay.below(high)
-        moments = bay.moments(crank.density_g_mm3)
+        moments = bay.moments(density_g_mm3)
+        rest = rest - moments
         for part, z in beside:
             inside = (z > low or number == 0) and (z <= high or number == len(mains) - 2)
             moments = moments + part if inside else moments
         a, b = Unbalance.of(moments).in_planes(low, high)
         pieces += [CrankUnbalance(a, low), CrankUnbalance(b, high)]
-    return Engine(cylinders(job, anatomy), tuple(pieces), _polar(job, anatomy, crank.moments))
+    a, b = Unbalance.of(rest).in_planes(mains[0], mains[-1])
+    pieces += [CrankUnbalance(a, mains[0]), CrankUnbalance(b, mains[-1])]
+    return Engine(cylinders(job, anatomy), tuple(pieces), _polar(job, anatomy, crank))
 
 
 def _beside_the_rods(job: Job, anatomy: Anatomy) -> list[tuple[Moments, float]]:

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from autobalance.balancing.engine_from_job import as_measured
-from autobalance.balancing.measured_crank import Crank
+from collections.abc import Callable
+
 from autobalance.crank.anatomy import Anatomy
 from autobalance.engine.cycle.chamber import Chamber
 from autobalance.engine.cycle.closed_part import Charge
@@ -21,17 +21,21 @@ from autobalance.job.cycle import Cycle, CylinderGas
 from autobalance.job.trace import read_trace
 
 
-def firing_engine(job: Job, crank: Crank, speed_rad_s: float) -> FiringEngine:
-    """Return the firing engine of a job, its crank as the file is.
+def firing_engine(
+    job: Job, anatomy: Anatomy, speed_rad_s: float, engine: Callable[[], Engine]
+) -> FiringEngine:
+    """Return the firing engine of a job.
 
     Parameters
     ----------
     job : Job
         With a ``[cycle]``.
-    crank : Crank
-        Measured.
+    anatomy : Anatomy
+        Of its crank.
     speed_rad_s : float
         At which heat goes through the walls; of no matter without wall heat [rad/s].
+    engine : callable
+        Returns cylinders and crank; called once the job is known to have a cycle and enough main bearings.
 
     Raises
     ------
@@ -39,21 +43,21 @@ def firing_engine(job: Job, crank: Crank, speed_rad_s: float) -> FiringEngine:
         If the job has no ``[cycle]``, no rod length, or a cycle that this engine cannot have.
     """
     table = check_cycle(job)
-    mains = sorted(crank.anatomy.main_journals, key=lambda pin: float(pin.centre_mm[2]))
+    mains = sorted(anatomy.main_journals, key=lambda pin: float(pin.centre_mm[2]))
     if len(mains) < 2:
         raise JobError(
             f"{job.path.name}: the crank has {len(mains)} main journal{'s' * (len(mains) != 1)}; its loads"
             " need at least two (crankshaft.main_journals names them)"
         )
-    engine = as_measured(job, crank)
+    mover = engine()
     try:
         return FiringEngine(
-            engine,
-            _throws(job, crank.anatomy),
+            mover,
+            _throws(job, anatomy),
             tuple(float(pin.centre_mm[2]) for pin in mains),
             tuple(pin.diameter_mm for pin in mains),
-            _cycles(job, table, engine, speed_rad_s),
-            tuple(_firing_rad(table, engine.cylinders)),
+            _cycles(job, table, mover, speed_rad_s),
+            tuple(_firing_rad(table, mover.cylinders)),
             table.flywheel_g_mm2,
             table.friction,
         )

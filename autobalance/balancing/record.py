@@ -133,8 +133,8 @@ class Forces:
 class Balanced:
     """What only a balancing run knows.
 
-    ``forces`` are None where the job lacks a cylinder's direction; ``job_set`` are the keys of the job that
-    were set from outside, as given.
+    ``forces`` are None where the job lacks a cylinder's direction, ``loads_with_gas`` where it has no cycle;
+    ``job_set`` are the keys of the job that were set from outside, as given.
     """
 
     job: Mapping[str, Any]
@@ -145,6 +145,7 @@ class Balanced:
     result: Result
     overbalance: Overbalance | None = None
     forces: Forces | None = None
+    loads_with_gas: Mapping[str, Any] | None = None
     job_set: tuple[str, ...] = ()
 
 

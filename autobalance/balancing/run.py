@@ -16,6 +16,7 @@ from autobalance.balancing import (
     uncertainty_budget,
 )
 from autobalance.balancing.comparison import Row, compare
+from autobalance.balancing.gas_loads import gas_load_values, gas_loads
 from autobalance.balancing.loop import Result, balance, planned
 from autobalance.balancing.measured_crank import Crank, work_on_faces
 from autobalance.balancing.measuring import Measure, as_file, in_memory, on_true_surfaces
@@ -36,6 +37,7 @@ from autobalance.correction import Limits, finishing
 from autobalance.crank.anatomy import Anatomy
 from autobalance.crank.sections import counterweight_moments
 from autobalance.engine.balance_factor import bob_weight_moments
+from autobalance.engine.cycle.analysis import CycleAnalysis
 from autobalance.engine.force_summary import ShakingForce
 from autobalance.errors import CorrectionError, JobError
 from autobalance.job import Job
@@ -44,6 +46,7 @@ from autobalance.rigid_rotor.moments import Moments
 from autobalance.rigid_rotor.tolerance import Tolerance
 from autobalance.rigid_rotor.unbalance import Unbalance
 from autobalance.runtime import Stopwatch, in_thread
+from autobalance.solid.csg.solid import Solid
 from autobalance.solid.formats.read import Source
 
 Progress = Callable[[str], None]
@@ -64,6 +67,7 @@ def balanced_record(job: Job, crank: Crank, watch: Stopwatch, progress: Progress
         tolerance = rotor_from_job.tolerance_of(job, crank.anatomy, crank.moments)
         rotor = rotor_of(job, crank, tolerance, factor)
         before = engine_from_job.shaking(job, crank.anatomy, crank.moments)
+        with_gas = None if job.cycle is None else _gas_loads(job, crank, crank.source.solid, crank.moments)
     with _Stages(watch, progress) as told:
         try:
             result = balance(rotor, tolerance, job.methods, _measure(crank.source), told, prefer=job.prefer)
@@ -73,6 +77,10 @@ def balanced_record(job: Job, crank: Crank, watch: Stopwatch, progress: Progress
     if before is not None and record.balanced is not None:
         forces = _forces(job, crank, before, result)
         record = replace(record, balanced=replace(record.balanced, forces=forces))
+    if with_gas is not None and record.balanced is not None:
+        after = _gas_loads(job, crank, result.solid or crank.source.solid, result.final_moments)
+        values = gas_load_values(with_gas, after)
+        record = replace(record, balanced=replace(record.balanced, loads_with_gas=values))
     if job.balance.overbalance_g_mm > 0.0 and record.balanced is not None:
         progress("placing the last holes")
         left = _overbalance(job, rotor, tolerance, result)
@@ -90,6 +98,10 @@ def _measure(source: Source) -> Measure:
 def _forces(job: Job, crank: Crank, before: ShakingForce, result: Result) -> Forces | None:
     after = engine_from_job.shaking(job, crank.anatomy, result.final_moments)
     return None if after is None else Forces(before, after, job.engine.rod_length_mm is not None)
+
+
+def _gas_loads(job: Job, crank: Crank, solid: Solid, moments: Moments) -> CycleAnalysis:
+    return gas_loads(job, crank.anatomy, solid, crank.density_g_mm3, moments)
 
 
 def _overbalance(job: Job, rotor: Rotor, tolerance: Tolerance, result: Result) -> Overbalance:

@@ -141,6 +141,11 @@ class Cycle:
     film: Film | None = None
     values: Mapping[str, Any] = field(default_factory=dict)
 
+    @property
+    def measured(self) -> bool:
+        """Whether a cylinder takes its pressure from a trace."""
+        return any(gas.model == "trace" for gas in (self.default, *self.by_cylinder.values()))
+
     def of_cylinder(self, number: int) -> CylinderGas:
         """Return what happens in a cylinder, from 1."""
         return self.by_cylinder.get(number, self.default)

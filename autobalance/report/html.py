@@ -90,6 +90,7 @@ def page(
         _planes(report),
         _passes(report),
         _forces(report),
+        _loads_with_gas(report),
         _inputs(report),
     ]
     return f"""<!doctype html>
@@ -484,6 +485,31 @@ def _forces(report: Report) -> str:
     return f"""<section aria-labelledby="h-forces"><h2 id="h-forces">Forces at {speed} rpm</h2>
 <p class="lead">Shaking forces in N, moments in N·m. x runs along the first cylinder, y across it.</p>
 <div class="scroll"><table><thead><tr><th scope="col"></th><th scope="col">Before</th><th scope="col">After</th></tr></thead>
+<tbody>{rows}</tbody></table></div></section>"""
+
+
+def _loads_with_gas(report: Report) -> str:
+    """Return the loads of the mains with gas, where the job has a cycle."""
+    loads = report.get("loads_with_gas")
+    if loads is None:
+        return ""
+    rows = ""
+    for k, main in enumerate(loads["after"]["main_journals"]):
+        cells = "".join(
+            _cell(report, f"loads_with_gas.{state}.main_journals.{k}.{key}", 0)
+            for key in ("greatest_N", "mean_N")
+            for state in ("before", "after")
+        )
+        rows += f'<tr><th scope="row">Main journal {main["number"]}</th>{cells}</tr>'
+    frictions = "".join(
+        _cell(report, f"loads_with_gas.{state}.friction_mean_N_m", 3) for state in ("before", "after")
+    )
+    rows += f'<tr><th scope="row">Mean friction, N·m</th><td></td><td></td>{frictions}</tr>'
+    speed = number(loads["speed_rpm"], 0)
+    return f"""<section aria-labelledby="h-gas"><h2 id="h-gas">Main bearings with gas at {speed} rpm</h2>
+<p class="lead">Greatest and mean load over the working cycle, in N.</p>
+<div class="scroll"><table><thead><tr><th scope="col"></th><th scope="col">Greatest before</th>
+<th scope="col">Greatest after</th><th scope="col">Mean before</th><th scope="col">Mean after</th></tr></thead>
 <tbody>{rows}</tbody></table></div></section>"""
 
 

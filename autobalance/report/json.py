@@ -82,6 +82,8 @@ def report(record: Record) -> Values:
     }
     if balanced is not None:
         values |= _result(balanced, record)
+    if balanced is not None and balanced.loads_with_gas is not None:
+        values["loads_with_gas"] = dict(balanced.loads_with_gas)
     if record.surfaces is not None:
         values["true_surfaces"] = _true_surfaces(record.surfaces, balanced)
     if record.faces is not None:

@@ -66,6 +66,7 @@ def balance_text(report: Values, units: Units) -> str:
         _before_and_after(report, units),
         _factor(report, units),
         _forces(report),
+        _loads_with_gas(report),
         _changes(report, units),
         _overbalance(report, units),
     ]
@@ -188,6 +189,19 @@ def _arrow(initial: float | None, target: float, final: float | None) -> str:
     if initial is None or final is None:
         return f"{target:.4f} asked for; the throws cancel each other out, so the crank has none"
     return f"{initial:.4f} before, {final:.4f} after, {target:.4f} wanted"
+
+
+def _loads_with_gas(report: Values) -> str:
+    loads = report.get("loads_with_gas")
+    if loads is None:
+        return ""
+    rows: list[Sequence[str]] = [("With gas", "before", "after", "mean after")]
+    for before, after in zip(*(loads[key]["main_journals"] for key in ("before", "after")), strict=True):
+        cells = f"{before['greatest_N']:.0f} N", f"{after['greatest_N']:.0f} N", f"{after['mean_N']:.0f} N"
+        rows.append((f"  main journal {after['number']}", *cells))
+    frictions = (f"{loads[key]['friction_mean_N_m']:.3f} N·m" for key in ("before", "after"))
+    rows.append(("  mean friction", *frictions, ""))
+    return table(rows) + f"\n  greatest load over the cycle at {loads['speed_rpm']:g} rpm"
 
 
 def _forces(report: Values) -> str:

@@ -14,6 +14,7 @@ import numpy as np
 from autobalance import job as jobs
 from autobalance.balancing import engine_from_job, measured_crank, rotor_from_job, uncertainty_budget
 from autobalance.balancing.chordal_correction import FacetCorrection
+from autobalance.balancing.gas_loads import crank_values, gas_loads
 from autobalance.correction import KINDS
 from autobalance.crank.anatomy import Anatomy, MainJournal, Pin, Throw
 from autobalance.engine.balance_factor import bob_weight_moments
@@ -35,6 +36,8 @@ from autobalance.units import RAD_S_PER_RPM
 
 ROUNDING = 1e-9
 """Share by which a number may differ from its claim: sums in another order, no more."""
+BAY_ROUNDING = 1e-5
+"""The same for loads of mains: the solid between two of them is cut before it is written, or after."""
 MOMENT_ROUNDING = 1e-11
 """The same for unbalances, as a share of mass times size: the sums are the same ones as in the run."""
 FACET_BARS = 3.0
@@ -172,6 +175,7 @@ def _checked(claims: Claims, folder: Path, independent: bool) -> Checked:
     _check_unbalance(claims, "residual", residual, tolerance, _size(source, crank))
     _check_after(claims, job, anatomy, crank, after)
     _check_forces(claims, job, anatomy, {"before": crank, "after": after})
+    _check_gas_loads(claims, job, anatomy, source, after)
     causes = _causes(claims, job, anatomy, crank, tolerance, given_in)
     _check_doubt(claims, "initial", causes, crank, [], _size(source, crank))
     budget = _check_doubt(claims, "residual", causes, moments, _depth_rates(claims), _size(source, crank))
@@ -490,6 +494,22 @@ def _check_forces(claims: Claims, job: Job, anatomy: Anatomy, cranks: Mapping[st
             claims.held += part.held
         for name in ("greatest_n", "greatest_inline_n", "greatest_transverse_n") if whole else ():
             claims.near(f"forces.{key}.{name}", values[name], scale)
+
+
+def _check_gas_loads(claims: Claims, job: Job, anatomy: Anatomy, source: Source, after: Moments) -> None:
+    """Check the loads with gas of the corrected crank; a measured pressure is not kept with a report."""
+    if claims.values.get("loads_with_gas") is None or job.cycle is None or job.cycle.measured:
+        return
+    density = job.crankshaft.density_g_mm3
+    values = crank_values(gas_loads(job, anatomy, source.solid, density, after))
+    rows = values["main_journals"]
+    scale = max(row["greatest_N"] for row in rows)
+    for part, row in zip(_listed(claims, "loads_with_gas.after.main_journals", len(rows)), rows, strict=True):
+        for name in ("greatest_N", "mean_N"):
+            part.near(name, row[name], scale, BAY_ROUNDING)
+        claims.held += part.held
+    friction = values["friction_mean_N_m"]
+    claims.near("loads_with_gas.after.friction_mean_N_m", friction, max(friction, 1e-3), BAY_ROUNDING)
 
 
 def _check_unbalance(

@@ -125,15 +125,16 @@ def _run_up(found: CycleAnalysis) -> list[Values] | None:
 def _loads(found: CycleAnalysis) -> Values:
     loads = found.loads
     return {
-        "crankpins": _rows(found.peaks(found.crankpins_n)),
-        "big_ends": _rows(found.peaks(loads.crankpin_n)),
-        "wrist_pins": _rows(found.peaks(loads.wrist_pin_n)),
-        "piston_walls": _rows(found.peaks(loads.wall_n)),
-        "main_journals": _rows(found.peaks(loads.main_n)),
+        "crankpins": load_rows(found.peaks(found.crankpins_n)),
+        "big_ends": load_rows(found.peaks(loads.crankpin_n)),
+        "wrist_pins": load_rows(found.peaks(loads.wrist_pin_n)),
+        "piston_walls": load_rows(found.peaks(loads.wall_n)),
+        "main_journals": load_rows(found.peaks(loads.main_n)),
     }
 
 
-def _rows(peaks: Sequence[LoadPeak]) -> list[Values]:
+def load_rows(peaks: Sequence[LoadPeak]) -> list[Values]:
+    """Return greatest and mean loads as JSON values, numbered from 1."""
     return [
         {
             "number": number,
