@@ -38,6 +38,25 @@ class BearingResult(VerbResult):
         words = (f"{key}={_short(value)}" for key, value in shown.items() if value is not None)
         return f"<autobalance bearing: {', '.join(words)}>"
 
+    def rotor_bearing(self, z_mm: float, load_deg: float = 270.0) -> dict[str, Any]:
+        """Return the film as a ``[[bearing]]`` of ``ab.rotor``, over the speeds where there are several.
+
+        Parameters
+        ----------
+        z_mm : float
+            Its place on the shaft [mm].
+        load_deg : float
+            Direction of the load on the journal in the rotor's axes, from x to y; 270 is down [°].
+
+        Raises
+        ------
+        JobError
+            If there is no film, or it breaks at one of the speeds.
+        """
+        from autobalance.report.bearing_values import rotor_bearing
+
+        return rotor_bearing(self.report["rows"], self.analysis, z_mm, load_deg)
+
     def series(self) -> bytes | None:
         """Return the orbit by angle as CSV; None without a history of loads."""
         from autobalance.report.bearing_values import orbit_series

@@ -13,6 +13,7 @@ import numpy as np
 import numpy.typing as npt
 
 from autobalance.bearings.loads import Array
+from autobalance.bearings.stability import WhirlThreshold, whirl_threshold
 from autobalance.bearings.unit_film import CONTACT, FilmModel, UnitFilm, film_for_load
 
 LEAST_RATIO = 1e-6
@@ -111,6 +112,19 @@ class Film:
     damping_N_s_m: Array
     moment_N_m: float
     unit: UnitFilm
+
+    @property
+    def whirl(self) -> WhirlThreshold:
+        """When oil whirl begins."""
+        if self.eccentricity_ratio < LEAST_RATIO:
+            return WhirlThreshold(0.5, 0.0)
+        return whirl_threshold(self.stiffness_N_m, self.damping_N_s_m, self.speed_rad_s)
+
+    def turned(self, load_rad: float) -> tuple[Array, Array]:
+        """Return stiffness and damping in axes in which the load stands at an angle from x [rad]."""
+        cosine, sine = math.cos(load_rad), math.sin(load_rad)
+        turn = np.array([[cosine, -sine], [sine, cosine]])
+        return turn @ self.stiffness_N_m @ turn.T, turn @ self.damping_N_s_m @ turn.T
 
 
 def film_at_eccentricity(
@@ -229,18 +243,18 @@ def film_coefficients(
     """
     speeds = np.asarray(speeds_rad_s, dtype=float)
     angle = math.atan2(load_N[1], load_N[0])
-    turn = np.array([[math.cos(angle), -math.sin(angle)], [math.sin(angle), math.cos(angle)]])
     films: list[Film | None] = []
     last: Film | None = None
     for speed in speeds:
         film = film_at_load(bearing, model, viscosity_Pa_s, float(speed), math.hypot(*load_N), last)
         films.append(film)
         last = film or last
-    nothing = np.full((2, 2), np.nan)
+    nothing = np.full((2, 2), np.nan), np.full((2, 2), np.nan)
+    turned = [nothing if film is None else film.turned(angle) for film in films]
     return FilmTable(
         speeds,
-        np.array([nothing if film is None else turn @ film.stiffness_N_m @ turn.T for film in films]),
-        np.array([nothing if film is None else turn @ film.damping_N_s_m @ turn.T for film in films]),
+        np.array([stiffness for stiffness, _ in turned]),
+        np.array([damping for _, damping in turned]),
         np.array([np.nan if film is None else film.eccentricity_ratio for film in films]),
         np.array([np.nan if film is None else film.attitude_rad for film in films]),
     )

@@ -85,6 +85,11 @@ def _film(report: Values) -> list[str]:
         if film[name] is not None:
             cells = ", ".join(f"{cell:.4g}" for row in film[name] for cell in row)
             lines.append(f"  {name.split('_', maxsplit=1)[0] + ' xx, xy, yx, yy':<34}{cells} {unit}")
+    if film["critical_mass_kg"] is not None:
+        lines += _line("oil whirl of a rigid rotor above", film["critical_mass_kg"], "kg on this bearing")
+        lines += _line("at this share of the speed", film["whirl_ratio"], "")
+    elif film["stiffness_N_m"] is not None:
+        lines.append("  no mass of a rigid rotor makes the oil whirl")
     return ["Film", *lines] if lines else []
 
 

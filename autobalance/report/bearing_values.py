@@ -10,6 +10,7 @@ from typing import Any
 from autobalance.bearings.analysis import Analysis, PetroffFilm, PlateFilm, State
 from autobalance.bearings.film import Film
 from autobalance.bearings.rolling import FourParts, PalmgrenParts
+from autobalance.errors import JobError
 
 Values = dict[str, Any]
 MM_PER_M = 1e3
@@ -26,6 +27,8 @@ FILM_KEYS = (
     "side_flow_mm3_s",
     "stiffness_N_m",
     "damping_N_s_m",
+    "whirl_ratio",
+    "critical_mass_kg",
 )
 ORBIT_KEYS = (
     "least_film_mm",
@@ -67,6 +70,8 @@ def _row(speed_rpm: float, state: State) -> Values:
         "power_W": state.friction.power_W,
         "eccentricity_ratio": None if state.film is None else state.film.eccentricity_ratio,
         "least_film_mm": None if state.film is None else MM_PER_M * state.film.least_film_m,
+        "stiffness_N_m": None if state.film is None else state.film.stiffness_N_m.tolist(),
+        "damping_N_s_m": None if state.film is None else state.film.damping_N_s_m.tolist(),
         "limit": CONTACT if state.contact else None,
     }
 
@@ -97,6 +102,8 @@ def _film(state: State) -> Values:
         MM3_PER_M3 * film.side_flow_m3_s,
         film.stiffness_N_m.tolist(),
         film.damping_N_s_m.tolist(),
+        film.whirl.whirl_ratio,
+        film.whirl.critical_mass_kg,
     )
     return dict(zip(FILM_KEYS, found, strict=True))
 
@@ -151,3 +158,29 @@ def orbit_series(analysis: Analysis) -> bytes | None:
     ):
         lines.append(f"{round(math.degrees(angle), 9):.10g},{x:.9g},{y:.9g},{MM_PER_M * film:.9g}")
     return ("\n".join(lines) + "\n").encode()
+
+
+def rotor_bearing(rows: Sequence[Values], analysis: Analysis, z_mm: float, load_deg: float) -> Values:
+    """Return the film's coefficients as the keys of a rotor's ``[[bearing]]``, speeds ascending.
+
+    Raises
+    ------
+    JobError
+        If there is no film at one of the speeds.
+    """
+    found = {}
+    for row, state in sorted(zip(rows, analysis.states, strict=True), key=lambda pair: pair[0]["speed_rpm"]):
+        if state.film is None:
+            raise JobError(
+                f"no film carries the journal at {row['speed_rpm']:g} 1/min; its stiffness is needed"
+            )
+        found[row["speed_rpm"]] = state.film.turned(math.radians(load_deg))
+    values: Values = {"z_mm": z_mm, "speeds_rpm": list(found)} if len(found) > 1 else {"z_mm": z_mm}
+    for number, (letter, unit) in enumerate((("k", "n_m"), ("c", "n_s_m"))):
+        for i, j in ((0, 0), (0, 1), (1, 0), (1, 1)):
+            column = [float(pair[number][i, j]) for pair in found.values()]
+            name = f"{letter}{'xy'[i]}{'xy'[j]}_{unit}"
+            values[name] = column if len(found) > 1 else column[0]
+            if number == 0 and i == j and min(column) < 0.0:
+                values["allow_negative"] = True
+    return values
