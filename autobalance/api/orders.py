@@ -240,7 +240,18 @@ def _sources(
 
     turning = found.speed.turning
     speed_rpm = None if turning is None else turning.mean_rpm
-    return engine_sources(_job(job), speed_rpm, question.max_order) + known
+    engine = _job(job)
+    moving = engine_sources(engine, speed_rpm, question.max_order) + known
+    return moving + (_torque_sources(engine, speed_rpm) if "cycle" in engine.raw else [])
+
+
+def _torque_sources(job: Job, speed_rpm: float | None) -> list[Source]:
+    """Return the torque orders of a job's working cycle."""
+    from autobalance.api.cycle import cycle
+    from autobalance.signal.sources import torque_sources
+
+    rows = cycle(job, speed_rpm).report["torque"]["orders"]
+    return torque_sources([(row["order"], row["gas_N_m"], row["inertia_N_m"]) for row in rows])
 
 
 def _job(given: str | Path | Job) -> Job:

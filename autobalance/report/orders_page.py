@@ -86,7 +86,7 @@ def _curve(name: str, title: str) -> str:
     return (
         f'<section class="curve"><h2>{escape(title)}</h2>'
         '<p class="lead">Wheel or + − zooms, dragging or arrows move, '
-        'a double click or 0 shows all. <output></output></p><canvas data-curve="{name}" tabindex="0" '
+        f'a double click or 0 shows all. <output></output></p><canvas data-curve="{name}" tabindex="0" '
         f'aria-label="{escape(title)}"></canvas></section>'
     )
 

@@ -130,16 +130,21 @@ def firing_sources(cylinders: int, strokes: int, max_order: float) -> list[Sourc
     for k in range(1, int(max_order / cycle) + 1):
         order = k * cycle
         if k % cylinders == 0:
-            found.append(Source(order, f"firing of {cylinders} cylinders, {k // cylinders} a cycle of each"))
-        elif cylinders > 1:
+            found.append(
+                Source(order, f"firing, harmonic {k // cylinders} of {order / (k // cylinders):g} a turn")
+            )
+        else:
             found.append(Source(order, f"combustion: unlike cylinders or uneven firing, {k} times a cycle"))
     return found
 
 
-def torque_sources(amplitudes_N_m: Sequence[tuple[float, float]]) -> list[Source]:
-    """Return what a computed cycle's torque gives, (order, amplitude) each."""
+def torque_sources(orders: Sequence[tuple[float, float, float]]) -> list[Source]:
+    """Return what a cycle's torque gives: (order, amplitude of gas, amplitude of inertia) each [N·m]."""
+    greatest = max((max(gas, inertia) for _, gas, inertia in orders), default=0.0)
     return [
-        Source(order, f"torque of the cycle: {size:.4g} N·m") for order, size in amplitudes_N_m if size > 0.0
+        Source(order, f"torque of the cycle: gas {gas:.4g} N·m, inertia {inertia:.4g} N·m")
+        for order, gas, inertia in orders
+        if max(gas, inertia) > NOTHING * greatest
     ]
 
 

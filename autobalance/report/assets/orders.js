@@ -59,7 +59,7 @@
       for (const t of ticks(from, to, 8)) { pen.beginPath(); pen.moveTo(x(t), top); pen.lineTo(x(t), bottom); pen.stroke(); pen.fillText(String(+t.toPrecision(7)), x(t), bottom + 14); }
       pen.fillText(curve.x, (left + right) / 2, h - 4);
       pen.textAlign = "right";
-      for (const v of ticks(least, most, 5)) { pen.beginPath(); pen.moveTo(left, level_y(v)); pen.lineTo(right, level_y(v)); pen.stroke(); pen.fillText(log ? (10 ** v).toPrecision(2) : String(+v.toPrecision(4)), left - 6, level_y(v) + 4); }
+      for (const v of ticks(least, most, 5)) { pen.beginPath(); pen.moveTo(left, level_y(v)); pen.lineTo(right, level_y(v)); pen.stroke(); pen.fillText(log ? (10 ** v).toExponential(0) : String(+v.toPrecision(4)), left - 6, level_y(v) + 4); }
       pen.save(); pen.beginPath(); pen.rect(left, top, right - left, bottom - top); pen.clip();
       pen.strokeStyle = style("--accent"); pen.lineWidth = 1.2; pen.beginPath();
       for (let k = a; k <= b; k++) {
