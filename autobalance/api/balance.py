@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import datetime
 import hashlib
+import os
 import time
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
@@ -230,7 +231,7 @@ def run(job: Job, given: Crank | None, tell: Tell, watch: Stopwatch) -> BalanceR
     from autobalance.balancing.run import balanced_record  # not before: it loads while the crank is read
 
     record = balanced_record(job, measured, watch, tell)
-    record = replace(record, warnings=_warnings(job, measured))
+    record = replace(record, warnings=(*_warnings(job, measured), *record.warnings))
     started = time.perf_counter()
     outputs = {"solid": _solid_entry(job, measured, record)}
     watch.add("write", time.perf_counter() - started)
@@ -361,7 +362,7 @@ def staged(
         outputs["solid"] = {**outputs["solid"], "sha256": hashlib.sha256(data).hexdigest()}
         staging.add(folder / outputs["solid"]["file"], data)
         files.append(folder / outputs["solid"]["file"])
-    record = replace(record, outputs=outputs)
+    record = replace(_named_from(record, result, folder), outputs=outputs)
     for key, (name, page) in _pages(record, result, choice, tell).items():
         staging.add(folder / name, page)
         files.append(folder / name)
@@ -375,6 +376,18 @@ def staged(
     values = report(replace(record, outputs=outputs, seconds=seconds))
     staging.add(folder / REPORT, dumps(values).encode())
     return values, (*files, folder / REPORT)
+
+
+def _named_from(record: Record, result: BalanceResult, folder: Path) -> Record:
+    """Return the record with its crank file named from the report's folder, where that can be."""
+    file = result.before.file
+    if file is None:
+        return record
+    try:
+        name = Path(os.path.relpath(file.resolve(), folder.resolve())).as_posix()
+    except ValueError:  # another drive
+        name = str(file.resolve())
+    return replace(record, input=replace(record.input, file=name))
 
 
 def _in_memory_bytes(result: BalanceResult) -> bytes:
@@ -469,6 +482,10 @@ def balance_to_files(
 
 
 def _refuse_overwriting(targets: list[Path], sources: list[Path]) -> None:
+    places = [target.resolve() for target in targets]
+    for place in places:
+        if places.count(place) > 1:
+            raise FileError(f"{place} is asked for twice: the report's copy needs a place of its own")
     for target in targets:
         if target.is_dir():
             raise FileError(f"cannot write {target}: a folder has this name")

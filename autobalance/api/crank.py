@@ -13,6 +13,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from autobalance.balancing.measured_crank import Crank as MeasuredCrank
 from autobalance.balancing.measured_crank import measure_crank, measured_source, recognised
+from autobalance.balancing.plausibility import refuse_density, refuse_size
 from autobalance.errors import FormatError
 from autobalance.job.model import Crankshaft
 from autobalance.job.read import read_crankshaft
@@ -340,6 +341,8 @@ def crank_from_mesh(
     if crankpin_in_file is None:
         crankshaft = replace(crankshaft, overrides=replace(crankshaft.overrides, crankpin_in_file=None))
     source = source_of(soup, unit, crankshaft.body, pressed_up=crankpin_in_file is False)
+    refuse_density(crankshaft)
+    refuse_size(source, "the mesh")
     anatomy = recognised(source, crankshaft.overrides)
     return Crank(measured_source(source, anatomy, crankshaft.density_g_mm3), crankshaft)
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
@@ -187,3 +188,9 @@ def _check(given: _Given) -> None:
         raise UsageError("--grade or --residual is missing; --mass and --speed-rpm alone say nothing")
     if given.planes is not None and given.grade is None:
         raise UsageError("--grade is missing; --planes share what a grade permits")
+    if given.centre is not None and given.planes is None:
+        raise UsageError("--planes is missing; --centre tells where between them the mass is")
+    for name, places in (("--centre", (given.centre,)), ("--planes", given.planes or ())):
+        for place in places:
+            if place is not None and not math.isfinite(place):
+                raise UsageError(f"{name} is {place:g}; must be a finite number [mm]")

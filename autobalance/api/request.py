@@ -11,7 +11,7 @@ from autobalance import job as jobs
 from autobalance.api.balance import with_crank
 from autobalance.api.progress import Progress, telling
 from autobalance.api.result import Values, report_head
-from autobalance.balancing import rotor_from_job
+from autobalance.balancing import plausibility, rotor_from_job
 from autobalance.balancing.measured_crank import Crank as MeasuredCrank
 from autobalance.balancing.measured_crank import measure_crank
 from autobalance.errors import UsageError
@@ -60,6 +60,7 @@ def request(
     else:
         job, measured = with_crank(job, crank), crank.measured
     rotor_from_job.check_engine(job, measured.anatomy)
+    plausibility.oddities(job, measured, None)  # refuses what cannot be
     factor = rotor_from_job.target_factor(job, measured.anatomy, measured.moments)
     return Request(job, measured, factor, speed, float(rpm))
 

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from autobalance.balancing.chordal_correction import NOT_ASKED, FacetCorrection
+from autobalance.balancing.plausibility import refuse_density, refuse_size
 from autobalance.correction import kind_of
 from autobalance.crank.anatomy import Anatomy, Face, Overrides
 from autobalance.crank.faces import find_faces
@@ -75,9 +76,11 @@ def measure_crank(
 
     Its planar faces are looked for only ``with_faces``.
     """
+    refuse_density(crankshaft)
     recognition = _Recognition(crankshaft.overrides)
     with watch.stage("load"):
         source = _read(crankshaft, recognition.begin)
+        refuse_size(source, crankshaft.file)
     with watch.stage("measure"):
         in_file = source.moments(crankshaft.density_g_mm3)  # while the crank is still being recognised
         try:

@@ -38,6 +38,11 @@ def throw_loads(
     )
 
 
+def hung_on(job: Job, anatomy: Anatomy) -> tuple[tuple[ThrowLoad, ...], Moments]:
+    """Return what hangs on each throw of a job's crank, and what attached rotors add."""
+    return throw_loads(anatomy, job.engine), attached_moments(job.engine.attached)
+
+
 def _parts(weights: PartWeights, rods: int) -> Parts:
     return Parts(
         rotating_g=total_g(weights.rotating),

@@ -20,6 +20,7 @@ from autobalance.balancing.gas_loads import gas_load_values, gas_loads
 from autobalance.balancing.loop import Result, balance, planned
 from autobalance.balancing.measured_crank import Crank, work_on_faces
 from autobalance.balancing.measuring import Measure, as_file, in_memory, on_true_surfaces
+from autobalance.balancing.plausibility import oddities
 from autobalance.balancing.record import (
     Balanced,
     BobWeights,
@@ -63,6 +64,8 @@ def balanced_record(job: Job, crank: Crank, watch: Stopwatch, progress: Progress
     counterweights = in_thread(lambda: _counterweights(crank))
     with watch.stage("measure"):
         rotor_from_job.check_engine(job, crank.anatomy)
+        loads, attached = rotor_from_job.hung_on(job, crank.anatomy)
+        odd = oddities(job, crank, rotor_from_job.crank_factor(crank.moments, loads, attached))
         factor = rotor_from_job.target_factor(job, crank.anatomy, crank.moments)
         tolerance = rotor_from_job.tolerance_of(job, crank.anatomy, crank.moments)
         rotor = rotor_of(job, crank, tolerance, factor)
@@ -74,6 +77,7 @@ def balanced_record(job: Job, crank: Crank, watch: Stopwatch, progress: Progress
         except CorrectionError as error:
             raise JobError(f"{job.path.name}: {error}") from None
     record = _record(job, crank, factor, tolerance, result, counterweights.result())
+    record = replace(record, warnings=odd)
     if before is not None and record.balanced is not None:
         forces = _forces(job, crank, before, result)
         record = replace(record, balanced=replace(record.balanced, forces=forces))

@@ -164,7 +164,7 @@ def parts_text(report: Values, units: Units) -> str:
         blocks.append(table(rows))
         blocks.append(
             f"  {throw['rods']} rod{'s' * (throw['rods'] != 1)}; bob-weight at {throw['balance_factor']:.4f}:"
-            f" {units.of_mass(throw['bob_weight_g'])} ± {units.of_mass(throw['bob_weight_pm_g'])}"
+            f" {units.of_mass(throw['bob_weight_g'])}{_plus_minus(throw['bob_weight_pm_g'], units)}"
             + (
                 f"; with the crankpin fitted {units.of_mass(throw['bob_weight_pin_fitted_g'])}"
                 if throw["bob_weight_pin_fitted_g"] != throw["bob_weight_g"]
@@ -227,3 +227,8 @@ def grade_text(report: Values, units: Units) -> str:
     lines.append("")
     lines += [f"  G {row['grade_mm_s']:<6g} {row['what']}" for row in report["grades"]]
     return "\n".join(lines).strip("\n")
+
+
+def _plus_minus(pm_g: float, units: Units) -> str:
+    """Return an uncertainty with its sign; nothing where no weight states one."""
+    return f" ± {units.of_mass(pm_g)}" if pm_g else ", uncertainty not stated"

@@ -165,7 +165,7 @@ def _checked(claims: Claims, folder: Path, independent: bool) -> Checked:
     crank = _claimed_crank(claims)
     source, moments, soup = _measured(claims, folder, job, frame)
     again = _measured_again(claims, source, job, frame) if independent else None
-    given_in = _check_input(claims, job, anatomy)
+    given_in = _check_input(claims, folder, job, anatomy)
     hidden = _hidden(claims, job, anatomy, given_in, soup)
     tolerance = _check_tolerance(claims, job, anatomy, crank)
     loads = _check_loads(claims, job, anatomy, crank) - rotor_from_job.overbalance_moments(job, tolerance)
@@ -199,7 +199,7 @@ def measured_solid(claims: Claims, folder: Path, job: Job, anatomy: Anatomy) -> 
         If its sha256 or its mass properties are others than the report's.
     """
     _, moments, soup = _measured(claims, folder, job, anatomy.file_to_rotor)
-    hidden = _hidden(claims, job, anatomy, _check_input(claims, job, anatomy), soup)
+    hidden = _hidden(claims, job, anatomy, _check_input(claims, folder, job, anatomy), soup)
     return moments + hidden + _pressed_in(claims)
 
 
@@ -339,7 +339,7 @@ def _measured(claims: Claims, folder: Path, job: Job, frame: Array) -> tuple[Sou
     key = "outputs.solid"
     if claims.get(key, object) is None:
         source = read(
-            Path(claims.get("input.file", str)),
+            _input_path(claims, folder),
             crankshaft.unit,
             crankshaft.body,
             pressed_up=not crankshaft.crankpin_in_file,
@@ -377,9 +377,16 @@ Given = tuple[Source, ChordalError | None]
 """The crank's file, and what its facets hide."""
 
 
-def _check_input(claims: Claims, job: Job, anatomy: Anatomy) -> Given | None:
+def _input_path(claims: Claims, folder: Path) -> Path:
+    """Return the crank's file: relative to the report, or to where one runs in reports of before."""
+    name = Path(claims.get("input.file", str))
+    beside = folder / name
+    return name if name.is_file() and not beside.is_file() else beside
+
+
+def _check_input(claims: Claims, folder: Path, job: Job, anatomy: Anatomy) -> Given | None:
     """Check what is claimed of the crank before correction, where its file is still there; return it."""
-    path = Path(claims.get("input.file", str))
+    path = _input_path(claims, folder)
     if claims.get("outputs.solid", object) is not None and not path.is_file():
         claims.warnings.append(f"{path} is not there any more; what is claimed of it was not checked")
         return None
