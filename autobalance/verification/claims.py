@@ -378,10 +378,14 @@ Given = tuple[Source, ChordalError | None]
 
 
 def _input_path(claims: Claims, folder: Path) -> Path:
-    """Return the crank's file: relative to the report, or to where one runs in reports of before."""
+    """Return the crank's file: relative to the report, else where the job found it; its hash is checked."""
     name = Path(claims.get("input.file", str))
-    beside = folder / name
-    return name if name.is_file() and not beside.is_file() else beside
+    job = claims.get("job", dict)
+    crank = (job.get("crankshaft") or {}).get("file")
+    places = [folder / name, name]
+    if isinstance(crank, str) and isinstance(job.get("file"), str):
+        places.append(Path(job["file"]).parent / crank)
+    return next((place for place in places if place.is_file()), places[0])
 
 
 def _check_input(claims: Claims, folder: Path, job: Job, anatomy: Anatomy) -> Given | None:
