@@ -19,6 +19,8 @@ from autobalance.rigid_rotor.moments import Moments
 from autobalance.rigid_rotor.unbalance import Unbalance
 from autobalance.solid.csg.solid import Solid
 
+ROUNDING = 1e-5
+"""Share of a crank's mass below which what its bays miss of it is rounding, or its facets."""
 LONG_ROD = 1e3
 """Rod ÷ crank radius where the job gives no rod length; only the first order is used then, which is free
 of it."""
@@ -111,8 +113,9 @@ def with_solid(job: Job, anatomy: Anatomy, solid: Solid, density_g_mm3: float, c
             moments = moments + part if inside else moments
         a, b = Unbalance.of(moments).in_planes(low, high)
         pieces += [CrankUnbalance(a, low), CrankUnbalance(b, high)]
-    a, b = Unbalance.of(rest).in_planes(mains[0], mains[-1])
-    pieces += [CrankUnbalance(a, mains[0]), CrankUnbalance(b, mains[-1])]
+    if abs(rest.mass_g) > ROUNDING * crank.mass_g:
+        a, b = Unbalance.of(rest).in_planes(mains[0], mains[-1])
+        pieces += [CrankUnbalance(a, mains[0]), CrankUnbalance(b, mains[-1])]
     return Engine(cylinders(job, anatomy), tuple(pieces), _polar(job, anatomy, crank))
 
 
