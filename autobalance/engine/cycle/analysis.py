@@ -16,7 +16,6 @@ from autobalance.engine.cycle.speed import (
     periodic_speed,
 )
 from autobalance.engine.loads import Loads
-from autobalance.engine.slider_crank import Complex
 from autobalance.rigid_rotor.moments import Array
 from autobalance.units import N_M_PER_G_MM2_S2, N_M_PER_N_MM
 
@@ -178,8 +177,3 @@ def _phase_rad(value: complex) -> float:
     """Angle in (−π, π], zero for zero."""
     angle = float(np.angle(value))
     return np.pi if angle <= -np.pi else angle
-
-
-def circle_points(values: Complex) -> Array:
-    """Return complex numbers (n,) as points (n, 2)."""
-    return np.stack([values.real, values.imag], axis=-1)

@@ -83,7 +83,8 @@ def burn_corners_rad(heat: Wiebe | None, low_rad: float, high_rad: float) -> tup
     return tuple(angle for angle in at if low_rad < angle < high_rad)
 
 
-def _table_edges(heat: Wiebe, low_rad: float, high_rad: float) -> Array:
+def burn_edges_rad(heat: Wiebe, low_rad: float, high_rad: float) -> Array:
+    """Return edges of panels between two angles, closer together through the burn [rad]."""
     share = 3.0 * (np.arange(BURN_PANELS + 1) / BURN_PANELS) ** 2
     return edges_between(low_rad, high_rad, WIDEST_RAD, heat.start_rad + share * heat.duration_rad)
 
@@ -109,7 +110,7 @@ class AdiabaticPart:
         """Return the part between two angles after firing top dead centre [rad]."""
         if heat is None or heat.heat_n_mm == 0.0:
             return cls(chamber, charge, None, from_rad, to_rad, None)
-        panels = Panels.between(_table_edges(heat, from_rad, to_rad), GAUSS_POINTS)
+        panels = Panels.between(burn_edges_rad(heat, from_rad, to_rad), GAUSS_POINTS)
         gamma, before = charge.gamma, float(heat.released_n_mm(np.array(from_rad)))
 
         def rate(angle: Array) -> Array:

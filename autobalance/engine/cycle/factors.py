@@ -6,7 +6,7 @@ its n rods, and no other unbalance.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -144,10 +144,9 @@ def key_figures(firing: FiringEngine, speed_rad_s: float, factor: float | None =
     return KeyFigures(surplus(speed_rad_s) / inertia, _greatest_speed(surplus, speed_rad_s), max(torques))
 
 
-def _greatest_speed(surplus: object, speed_rad_s: float) -> float | None:
+def _greatest_speed(surplus: Callable[[float], float], speed_rad_s: float) -> float | None:
     from scipy.optimize import brentq
 
-    assert callable(surplus)
     low, high = 1e-3 * speed_rad_s, FASTEST * speed_rad_s
     if surplus(low) <= 0.0:
         return 0.0

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from autobalance.engine.cycle.chamber import Chamber
-from autobalance.engine.cycle.closed_part import Charge, _table_edges, burn_corners_rad
+from autobalance.engine.cycle.closed_part import Charge, burn_corners_rad, burn_edges_rad
 from autobalance.engine.cycle.heat_release import Wiebe
 from autobalance.engine.cycle.quadrature import edges_between, hermite
 from autobalance.rigid_rotor.moments import Array
@@ -80,7 +80,7 @@ class SolvedPart:
         edges = (
             edges_between(*ends_rad, WIDEST_RAD, ())
             if heat is None
-            else edges_between(*ends_rad, WIDEST_RAD, _table_edges(heat, *ends_rad))
+            else edges_between(*ends_rad, WIDEST_RAD, burn_edges_rad(heat, *ends_rad))
         )
         state = _solved(gas, edges)
         slope = np.array([gas.rates(angle, each)[0] for angle, each in zip(edges, state.T, strict=True)])
