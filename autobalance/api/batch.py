@@ -188,7 +188,7 @@ def _recognised(task: RowTask) -> Any:
     from autobalance.balancing.measured_crank import recognised
     from autobalance.rigid_rotor.moments import Moments
     from autobalance.solid.formats.read import source_of_bytes
-    from autobalance.solid.formats.registry import ALIASES
+    from autobalance.solid.formats.registry import name_of_ending
 
     crankshaft = task.job.crankshaft
     assert crankshaft.file is not None
@@ -196,7 +196,7 @@ def _recognised(task: RowTask) -> Any:
     try:
         source = source_of_bytes(
             task.crank,
-            ALIASES.get(ending, ending),
+            name_of_ending(ending),
             crankshaft.unit,
             crankshaft.body,
             pressed_up=not crankshaft.crankpin_in_file,

@@ -11,7 +11,6 @@ from typing import TYPE_CHECKING, Any
 
 from autobalance.api.progress import Progress, telling
 from autobalance.api.result import VerbResult
-from autobalance.balancing.encoding import GLB_MM_PER_UNIT
 from autobalance.balancing.record import ChordalErrorEntry, MeasuredCrank
 from autobalance.balancing.rotor_from_job import attached_moments, crank_factor, throw_loads
 from autobalance.crank.parametric.design import Design, preset
@@ -155,8 +154,7 @@ def _encoded(design: Design, target: Path, unit: str) -> tuple[bytes, int | None
             raise UsageError(f"--unit {unit}: STEP files are written in mm")
         return ExactSolid(crank_shape(design)).step(), None, None
     name = target.suffix.lower().lstrip(".")
-    format_named(name)
-    mm_per_unit = GLB_MM_PER_UNIT if name == "glb" else MM_PER[unit]
+    mm_per_unit = format_named(name).mm_per_unit or MM_PER[unit]
     data = encode(crank_solid(design).mesh, name, mm_per_unit)
     soup = decode(data, name, mm_per_unit)
     return data, len(soup), soup_moments(soup, design.density_kg_m3 * G_PER_MM3_PER_KG_M3)

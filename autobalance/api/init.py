@@ -13,12 +13,13 @@ from autobalance.api.progress import Progress, telling
 from autobalance.api.result import VerbResult, report_head
 from autobalance.balancing.rotor_from_job import default_planes_mm
 from autobalance.errors import JobError, UsageError
-from autobalance.job.read import UNITLESS, tables_of
+from autobalance.job.read import tables_of
 from autobalance.job.settings import with_settings
 from autobalance.job.template import Found, commented_toml, job_rows
 from autobalance.job.toml_text import toml_text
 from autobalance.job.typed_units import FILL_IN, leaves
 from autobalance.job.workbook import rows_of, write_workbook
+from autobalance.solid.formats.registry import needs_unit
 
 JOB_ENDINGS = (".toml", ".xlsx")
 
@@ -124,7 +125,7 @@ def _found(
     crank = read_crank(source, unit=unit, density_kg_m3=density or 7850.0, **keywords)
     return Found(
         file=_relative(source, target),
-        unit=unit if source.suffix.lower() in UNITLESS else None,
+        unit=unit if needs_unit(source) else None,
         density_kg_m3=density,
         crankpin_in_file=crank.measured.holds_crankpins,
         stroke_mm=round(2.0 * crank.throws[0].crank_radius_mm, 4),

@@ -3,13 +3,11 @@
 from __future__ import annotations
 
 from autobalance.errors import FormatError
+from autobalance.solid.formats.format import Format
 from autobalance.solid.formats.read import Source
-from autobalance.solid.formats.registry import ALIASES, format_named
+from autobalance.solid.formats.registry import format_named, name_of_ending
 from autobalance.solid.formats.write import encode
 from autobalance.units import MM_PER
-
-GLB_MM_PER_UNIT = 1000.0
-"""glTF is in metres."""
 
 
 def encoded(source: Source, ending: str, unit: str | None = None) -> bytes:
@@ -28,8 +26,7 @@ def encoded(source: Source, ending: str, unit: str | None = None) -> bytes:
     FormatError
         If the format or the unit is not known, or the format keeps true surfaces and the source has none.
     """
-    name = ending.lower().lstrip(".")
-    name = ALIASES.get(name, name)
+    name = name_of_ending(ending.lower().lstrip("."))
     kind = format_named(name)
     if unit is not None and unit not in MM_PER:
         raise FormatError(f"the unit '{unit}' is not known; needed one of {', '.join(MM_PER)}")
@@ -37,12 +34,13 @@ def encoded(source: Source, ending: str, unit: str | None = None) -> bytes:
         if source.exact is None:
             raise FormatError(f"'{ending}' keeps true surfaces, this crank has triangles; needed .stl, say")
         return source.exact.solid.step(unit or source.exact.unit, source.exact.name)
-    return encode(source.solid.mesh, name, _mm_per_unit(name, unit, source.mm_per_unit))
+    return encode(source.solid.mesh, name, _mm_per_unit(kind, unit, source.mm_per_unit))
 
 
-def _mm_per_unit(name: str, unit: str | None, own: float) -> float:
-    if name == "glb":
-        if unit not in (None, "m"):
-            raise FormatError(f"GLB is in metres, the unit given is {unit}; leave it out")
-        return GLB_MM_PER_UNIT
+def _mm_per_unit(kind: Format, unit: str | None, own: float) -> float:
+    if kind.mm_per_unit is not None:
+        if unit is not None and MM_PER[unit] != kind.mm_per_unit:
+            its = next(name for name, mm in MM_PER.items() if mm == kind.mm_per_unit)
+            raise FormatError(f"{kind.name.upper()} is in {its}, the unit given is {unit}; leave it out")
+        return kind.mm_per_unit
     return own if unit is None else MM_PER[unit]

@@ -104,20 +104,20 @@ def _inspected(arguments: argparse.Namespace, progress: Progress) -> InspectResu
 def _keywords(arguments: argparse.Namespace) -> dict[str, Any]:
     """Return the options as ``read_crank`` takes them."""
     from autobalance.command.console import warn
-    from autobalance.job.read import NAMING, UNITLESS
+    from autobalance.solid.formats.registry import names_bodies, needs_unit
 
     path, unit = Path(arguments.crank), arguments.unit
     density = STEEL_KG_M3 if arguments.density_kg_m3 is None else arguments.density_kg_m3
     if not 0.0 < density < float("inf"):
         raise UsageError(f"--density-kg-m3 is {density:g}; must be > 0")
-    if unit is None and path.suffix.lower() in UNITLESS and path.is_file():
+    if unit is None and needs_unit(path) and path.is_file():
         warn(f"{path.suffix.upper()[1:]} carries no unit: taken as mm; --unit says otherwise")
         unit = "mm"
     return {
         "unit": unit,
         "density_kg_m3": density,
         "crankpin_in_file": False if arguments.no_crankpin else None,
-        "body": _body(arguments.body, path.suffix.lower() in NAMING),
+        "body": _body(arguments.body, names_bodies(path)),
     }
 
 

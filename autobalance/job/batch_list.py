@@ -12,7 +12,8 @@ from pathlib import Path
 
 from autobalance.errors import AutobalanceError, FileError, JobError
 from autobalance.job.model import Job
-from autobalance.job.read import CRANK_ENDINGS, TOP_KEYS, WORKBOOKS, load, text_of
+from autobalance.job.read import TOP_KEYS, WORKBOOKS, load, text_of
+from autobalance.solid.formats import registry
 
 OWN_COLUMNS = ("job", "crank", "name")
 UNSAFE = re.compile(r"[^A-Za-z0-9._-]")
@@ -106,7 +107,7 @@ def _quoted(text: str) -> str:
 
 
 def _of_folder(folder: Path, job: Path | None) -> Iterable[BatchRow]:
-    endings = (".toml",) if job is None else CRANK_ENDINGS
+    endings = (".toml",) if job is None else registry.endings()
     files = sorted(path for path in folder.iterdir() if path.suffix.lower() in endings and path.is_file())
     if not files:
         what = "job (*.toml)" if job is None else f"crank ({' '.join('*' + each for each in endings)})"

@@ -34,15 +34,11 @@ from autobalance.job.table import ANY, COUNTED, NOT_NEGATIVE, POSITIVE, SHARE, T
 from autobalance.job.typed_units import WEIGHT_TABLES, in_base_units, refuse_unfilled
 from autobalance.rigid_rotor.margin import Margin
 from autobalance.rigid_rotor.tolerance import Judge
+from autobalance.solid.formats.registry import endings, names_bodies, needs_unit
 from autobalance.units import G_PER_MM3_PER_KG_M3, RAD_S_PER_RPM
 
-UNITLESS = (".stl", ".obj", ".ply", ".off")
-"""Formats that carry no unit of length."""
-NAMING = (".step", ".stp")
-"""Endings of formats whose parts have names."""
 TOP_KEYS = ("crankshaft", "engine", "original", "balance", "correction", "shafts", "cycle", "study")
 """Tables of a job."""
-CRANK_ENDINGS = (*UNITLESS, ".3mf", ".glb", ".step", ".stp", ".iges", ".igs", ".brep")
 WORKBOOKS = (".xlsx", ".xlsm")
 FOREIGN_CAD = (".fcstd", ".sldprt", ".sldasm", ".ipt", ".prt", ".catpart", ".f3d", ".x_t")
 """Files of CAD programs that only they read."""
@@ -128,7 +124,7 @@ def tables_of(path: Path) -> dict[str, Any]:
         from autobalance.job.workbook import read_workbook
 
         return read_workbook(path)
-    if ending in CRANK_ENDINGS and path.exists():
+    if ending in endings() and path.exists():
         raise JobError(f"{path.name} is a crank, not a job: `autobalance init {path.name}` writes one")
     if ending in FOREIGN_CAD:
         raise JobError(f"{path.name} is a file of a CAD program; export STEP from it")
@@ -254,7 +250,7 @@ def _crankshaft(root: Table, path: Path, *, crank_given: bool = False) -> Cranks
         raise JobError("crankshaft.file is empty; must name a crank file, relative to the job")
     file = path.parent / name
     unit: LengthUnit | None = table.optional("unit", LengthUnit)
-    if unit is None and file.suffix.lower() in UNITLESS:
+    if unit is None and needs_unit(file):
         raise JobError(
             f"crankshaft.unit is missing; {file.suffix.upper()[1:]} carries no unit: one of mm, cm, m, inch"
         )
@@ -286,7 +282,7 @@ def _of_no_file(table: Table) -> Crankshaft:
 
 
 def _body(table: Table, file: Path) -> int | str | None:
-    names = str if file.suffix.lower() in NAMING else Literal["all"]
+    names = str if names_bodies(file) else Literal["all"]
     body: int | str | None = table.optional("body", int | names, COUNTED)
     if body == "":
         raise JobError('crankshaft.body is empty; must be a number, the name of a part, or "all"')

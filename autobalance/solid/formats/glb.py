@@ -10,6 +10,7 @@ from typing import Any, Final
 import numpy as np
 
 from autobalance.errors import FormatError
+from autobalance.solid.formats.format import Format
 from autobalance.solid.formats.raw import Raw, soup_of
 from autobalance.solid.mesh.mesh import Array, Floats, Indices
 
@@ -195,3 +196,14 @@ def write_glb(vertices: Array, triangles: Indices) -> bytes:
             binary,
         ]
     )
+
+
+GLB = Format(
+    "glb",
+    ("glb",),
+    read_glb,
+    lambda v, t, _: write_glb(v, t),
+    np.float32,
+    carries_unit=True,
+    mm_per_unit=1000.0,
+)

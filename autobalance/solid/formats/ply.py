@@ -8,6 +8,7 @@ import struct
 import numpy as np
 
 from autobalance.errors import FormatError
+from autobalance.solid.formats.format import Format
 from autobalance.solid.formats.raw import Raw, soup_of
 from autobalance.solid.mesh.mesh import Array, Indices
 
@@ -72,3 +73,6 @@ def write_ply(vertices: Array, triangles: Indices) -> bytes:
     faces["count"] = 3
     faces["corners"] = triangles
     return header.encode() + vertices.astype("<f8").tobytes() + faces.tobytes()
+
+
+PLY = Format("ply", ("ply",), read_ply, lambda v, t, _: write_ply(v, t), np.float64)

@@ -9,6 +9,9 @@ import numpy as np
 from autobalance.errors import FormatError
 from autobalance.solid.mesh.mesh import Array, Floats, Indices
 
+SHOWN = 40
+"""Characters of a wrong line that an error shows."""
+
 
 @dataclass(frozen=True, eq=False)
 class Raw:
@@ -63,3 +66,16 @@ def fans(polygons: list[list[int]]) -> Indices:
 def text_of(array: Array) -> list[str]:
     """Return each row of numbers (n, 3) with all their digits, separated by blanks."""
     return [f"{x!r} {y!r} {z!r}" for x, y, z in array.tolist()]
+
+
+def triangles_of(polygons: list[list[int]], what: str) -> Indices:
+    """Cut the polygons of a text file into triangles; refuse vertex numbers beyond all count."""
+    try:
+        return fans(polygons)
+    except OverflowError:
+        raise FormatError(f"the {what} file has a face with a vertex number of more than 63 bits") from None
+
+
+def shown(line: bytes) -> str:
+    """Return the beginning of a line that an error shows."""
+    return line[:SHOWN].decode("ascii", "replace").replace("\n", " ")

@@ -16,8 +16,9 @@ from autobalance.rigid_rotor.moments import Moments
 from autobalance.runtime import in_thread
 from autobalance.solid.csg.self_overlap import united
 from autobalance.solid.csg.solid import Solid, union
+from autobalance.solid.formats.format import Format
 from autobalance.solid.formats.raw import Raw
-from autobalance.solid.formats.registry import ALIASES, FORMATS, Format, kind_of
+from autobalance.solid.formats.registry import FORMATS, format_of, kind_of
 from autobalance.solid.mesh.mesh import Array, Floats, Mesh, in_space_order, weld, without_collapsed
 from autobalance.solid.mesh.repair import Body, are_apart, bodies_of, solid_of, volume_change
 from autobalance.solid.mesh.validate import check_solid
@@ -240,12 +241,11 @@ def _read_exact(
 
 
 def _format(path: Path) -> tuple[str, Format]:
-    ending = path.suffix.lower().lstrip(".")
-    name = ALIASES.get(ending, ending)
-    if name not in FORMATS:
+    kind = format_of(path)
+    if kind is None:
         known = " ".join(f".{ending}" for ending in FORMATS)
         raise FormatError(f"{path}: the ending '{path.suffix}' is not known; needed one of {known}")
-    return name, FORMATS[name]
+    return kind.name, kind
 
 
 def file_bytes(path: Path) -> bytes:

@@ -12,6 +12,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from autobalance.errors import FormatError
+from autobalance.solid.formats.format import Format
+from autobalance.solid.formats.raw import Raw
 from autobalance.solid.mesh.mesh import CHUNK, Array, Floats, Indices
 
 HEADER_BYTES: Final = 84
@@ -175,3 +177,18 @@ def _unit_normals(corners: Floats) -> NDArray[np.float32]:
     for axis, column in enumerate(normal):
         unit[:, axis] = column / length
     return unit
+
+
+def _read(data: bytes) -> Raw:
+    return Raw(read_stl(data))
+
+
+STL = Format(
+    "stl",
+    ("stl",),
+    _read,
+    lambda v, t, _: write_stl(v, t),
+    np.float32,
+    form_of=lambda data: "stl" if is_binary(data) else "stl-ascii",
+)
+TEXT_STL = Format("stl-ascii", (), _read, lambda v, t, _: write_ascii_stl(v, t), np.float64)

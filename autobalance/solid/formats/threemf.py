@@ -13,6 +13,7 @@ from xml.parsers import expat
 import numpy as np
 
 from autobalance.errors import FormatError
+from autobalance.solid.formats.format import Format
 from autobalance.solid.formats.raw import Raw, soup_of
 from autobalance.solid.mesh.mesh import Array, Indices
 
@@ -245,3 +246,13 @@ def write_3mf(vertices: Array, triangles: Indices, unit: str) -> bytes:
         for name, text in files.items():
             archive.writestr(zipfile.ZipInfo(name, (1980, 1, 1, 0, 0, 0)), text, zipfile.ZIP_DEFLATED, 6)
     return buffer.getvalue()
+
+
+def _write(vertices: Array, triangles: Indices, mm_per_unit: float) -> bytes:
+    unit = next((name for name, mm in UNITS.items() if mm == mm_per_unit), None)
+    if unit is None:
+        raise FormatError(f"3MF has no unit of {mm_per_unit:g} mm; needed one of {', '.join(UNITS)}")
+    return write_3mf(vertices, triangles, unit)
+
+
+THREEMF = Format("3mf", ("3mf",), read_3mf, _write, np.float64, carries_unit=True)

@@ -1,0 +1,55 @@
+"""OBJ: lists of vertices and faces as text."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from autobalance.errors import FormatError
+from autobalance.solid.formats.format import Format
+from autobalance.solid.formats.raw import Raw, shown, soup_of, text_of, triangles_of
+from autobalance.solid.mesh.mesh import Array, Indices
+
+
+def read_obj(data: bytes) -> Raw:
+    """Read the vertices and faces of a Wavefront OBJ file; everything else in it is ignored.
+
+    Raises
+    ------
+    FormatError
+        If a line is not what it begins as, or there is no face.
+    """
+    vertices: list[list[float]] = []
+    polygons: list[list[int]] = []
+    lines = data.replace(b"\\\r\n", b" ").replace(b"\\\n", b" ").splitlines()
+    for number, line in enumerate(lines, start=1):
+        words = line.split()
+        if not words or words[0] not in (b"v", b"f"):
+            continue
+        try:
+            if words[0] == b"v":
+                vertices.append([float(words[1]), float(words[2]), float(words[3])])
+            else:
+                polygons.append(_obj_face(words[1:], len(vertices)))
+        except (ValueError, IndexError):
+            raise FormatError(f"line {number} of the OBJ file cannot be read: '{shown(line)}'") from None
+    points = np.array(vertices, dtype=np.float64).reshape(-1, 3)
+    return Raw(soup_of(points, triangles_of(polygons, "OBJ"), "OBJ"), vertices=len(points))
+
+
+def _obj_face(words: list[bytes], listed: int) -> list[int]:
+    """Return vertex numbers from 0; negative ones in the file count back from the latest vertex."""
+    numbers = [int(word.partition(b"/")[0]) for word in words]
+    if len(numbers) < 3 or 0 in numbers:
+        raise ValueError
+    return [number - 1 if number > 0 else listed + number for number in numbers]
+
+
+def write_obj(vertices: Array, triangles: Indices) -> bytes:
+    """Return an OBJ file with every digit of the coordinates."""
+    lines = ["# written by autobalance"]
+    lines += [f"v {row}" for row in text_of(vertices)]
+    lines += [f"f {a} {b} {c}" for a, b, c in (triangles + 1).tolist()]
+    return "\n".join([*lines, ""]).encode()
+
+
+OBJ = Format("obj", ("obj",), read_obj, lambda v, t, _: write_obj(v, t), np.float64)
