@@ -37,6 +37,7 @@ PUBLIC = {
     "read_crank": "api.crank",
     "read_job": "api.job",
     "rotor": "api.rotor",
+    "recut": "api.recut",
     "shafts": "api.shafts",
     "study": "api.study",
     "verify": "api.verify",
@@ -68,6 +69,7 @@ if TYPE_CHECKING:
     from autobalance.api.orders import orders as orders
     from autobalance.api.parts import parts as parts
     from autobalance.api.rotor import rotor as rotor
+    from autobalance.api.recut import recut as recut
     from autobalance.api.shafts import shafts as shafts
     from autobalance.api.study import study as study
     from autobalance.api.verify import verify as verify

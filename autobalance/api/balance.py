@@ -233,7 +233,7 @@ def run(job: Job, given: Crank | None, tell: Tell, watch: Stopwatch) -> BalanceR
     record = balanced_record(job, measured, watch, tell)
     record = replace(record, warnings=(*_warnings(job, measured), *record.warnings))
     started = time.perf_counter()
-    outputs = {"solid": _solid_entry(job, measured, record)}
+    outputs = {"solid": solid_entry_of(job, measured, record)}
     watch.add("write", time.perf_counter() - started)
     return _result(
         job, replace(record, outputs=outputs, seconds=watch.seconds), Crank(measured, job.crankshaft)
@@ -280,7 +280,7 @@ def _solid_name(source: MeasuredCrank, job: Job) -> str:
     return SOLID + (f".{IN_MEMORY_FORMAT}" if file is None else file.suffix.lower())
 
 
-def _solid_entry(job: Job, crank: MeasuredCrank, record: Record) -> dict[str, Any] | None:
+def solid_entry_of(job: Job, crank: MeasuredCrank, record: Record) -> dict[str, Any] | None:
     """Return what ``outputs.solid`` says of the file as it would be written; no hash without bytes."""
     from autobalance.report.json import solid_entry
 

@@ -100,6 +100,7 @@ def balance(
     prefer: Prefer = "least_metal",
     advise: bool = True,
     offers: Offers = correction.offer,
+    cut_anyway: bool = False,
 ) -> Result:
     """Cut a crank until its residual unbalance is within tolerance, or as near as the metal allows.
 
@@ -119,6 +120,8 @@ def balance(
         Compute what would suffice when the limits fall short; that takes a few more plans.
     offers : callable
         Takes a workpiece, limits and an effort, and returns the cuts at hand.
+    cut_anyway : bool
+        Cut a crank that is within tolerance too: what is known of it is not certain enough.
 
     Returns
     -------
@@ -135,22 +138,9 @@ def balance(
     initial_doubt = rotor.doubt(initial_moments)
 
     def untouched(outcome: Outcome, reason: str | None, steps: Sequence[Step] = ()) -> Result:
-        return Result(
-            outcome=outcome,
-            reason=reason,
-            initial=initial,
-            residual=initial,
-            initial_moments=initial_moments,
-            final_moments=initial_moments,
-            corrections=(),
-            steps=tuple(steps),
-            solid=None,
-            measured=None,
-            initial_doubt=initial_doubt,
-            doubt=initial_doubt,
-        )
+        return left_as_it_is(rotor, outcome, reason, steps)
 
-    if tolerance.is_met_by(initial, initial_doubt):
+    if not cut_anyway and tolerance.is_met_by(initial, initial_doubt):
         return untouched("already_within_tolerance", None)
     progress("planning the correction")
     offer, plan = _best_offer(rotor, tolerance, methods, initial, prefer, offers)
@@ -166,6 +156,8 @@ def balance(
         return least_share(initial, tolerance, offer)
 
     def left_alone(steps: Sequence[Step] = ()) -> Result:
+        if tolerance.is_met_by(initial, initial_doubt):
+            return untouched("already_within_tolerance", None, steps)
         reason = tolerance.why_not(initial, initial_doubt, plan.binding) or _reason(
             rotor, tolerance, offer, plan, initial, fixes(), bound()
         )
@@ -220,6 +212,25 @@ def balance(
         made=tuple(
             (cut, float(depth)) for cut, depth in zip(offer.cuts, best.depths_mm, strict=True) if depth > 0.0
         ),
+    )
+
+
+def left_as_it_is(rotor: Rotor, outcome: Outcome, reason: str | None, steps: Sequence[Step] = ()) -> Result:
+    """Return the end of a run that cuts nothing."""
+    unbalance, doubt = Unbalance.of(rotor.moments + rotor.loads), rotor.doubt(rotor.moments)
+    return Result(
+        outcome=outcome,
+        reason=reason,
+        initial=unbalance,
+        residual=unbalance,
+        initial_moments=rotor.moments,
+        final_moments=rotor.moments,
+        corrections=(),
+        steps=tuple(steps),
+        solid=None,
+        measured=None,
+        initial_doubt=doubt,
+        doubt=doubt,
     )
 
 
@@ -291,6 +302,7 @@ def workpiece(rotor: Rotor, tolerance: Tolerance, initial: Unbalance, look: floa
         heavy_vectors(initial, tolerance, rotor.anatomy),
         look,
         tolerance.service_speed_rad_s,
+        rotor.earlier,
     )
 
 

@@ -80,12 +80,18 @@ class Counterweight:
 
 @dataclass(frozen=True)
 class BobWeights:
-    """Sums of the parts of one throw [g], and the bob-weight on each throw."""
+    """Sums of the parts of one throw [g], and the bob-weight on each throw.
+
+    ``fit_g`` is what to clamp on where the crank is spun: a crankpin that is not in the file is fitted then.
+    All bob-weights off by ``tolerance_g`` at once use a tenth of the permissible value.
+    """
 
     rotating_g: float
     reciprocating_g: float
     crankpin_g: float
     bob_weights_g: Mapping[int, float]
+    fit_g: Mapping[int, float]
+    tolerance_g: float
 
 
 @dataclass(frozen=True)
@@ -164,10 +170,11 @@ class Record:
     ``initial`` is the bare crank's unbalance for ``inspect``, as judged for ``balance``; ``planes_z_mm`` are
     the places of planes A and B, or None. ``outputs`` has one entry a written file (see ``solid_entry``).
     ``warnings`` are what a user should know of the job and the crank, one line each. ``surfaces`` are the
-    crank's as read, where its file keeps true ones.
+    crank's as read, where its file keeps true ones. ``staged`` are the keys that only a stage after the first
+    has; its corrections count on from ``cuts_before``.
     """
 
-    command: Literal["balance", "inspect"]
+    command: Literal["balance", "inspect", "recut"]
     input: InputFile
     crank: MeasuredCrank
     initial: Unbalance
@@ -180,3 +187,5 @@ class Record:
     outputs: Mapping[str, Any] = field(default_factory=dict)
     seconds: Mapping[str, float] = field(default_factory=dict)
     surfaces: TrueSurfaces | None = None
+    staged: Mapping[str, Any] = field(default_factory=dict)
+    cuts_before: int = 0

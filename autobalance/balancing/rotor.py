@@ -6,7 +6,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
-from autobalance.correction.kind import Correction
+from autobalance.correction.kind import Correction, EarlierCut
 from autobalance.crank.anatomy import Anatomy, Face
 from autobalance.rigid_rotor.moments import Moments
 from autobalance.rigid_rotor.uncertainty import Budget
@@ -27,7 +27,7 @@ class Rotor:
     balance factor ``factor``. ``budget`` tells how far the residual may be off, from the bare crank's moments
     and the corrections made on it; None where that is not known. ``hidden`` tells what the facets of loose
     triangles (file coordinates) hide of the smooth surface, which ``moments`` have already; None: nothing is
-    added.
+    added. ``earlier`` are the cuts of earlier stages, which count where cuts are limited in number.
     """
 
     solid: Solid
@@ -41,6 +41,7 @@ class Rotor:
     budget: Callable[[Moments, Sequence[Correction]], Budget] | None = None
     exact: Exact | None = None
     hidden: Callable[[Floats], Moments] | None = None
+    earlier: tuple[EarlierCut, ...] = ()
 
     def doubt(self, bare: Moments, corrections: Sequence[Correction] = ()) -> Budget | None:
         """Return how far the residual may be off, None where that is not known."""

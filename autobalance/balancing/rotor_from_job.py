@@ -43,6 +43,19 @@ def hung_on(job: Job, anatomy: Anatomy) -> tuple[tuple[ThrowLoad, ...], Moments]
     return throw_loads(anatomy, job.engine), attached_moments(job.engine.attached)
 
 
+def fitted_bob_weights_g(job: Job, anatomy: Anatomy, factor: float) -> tuple[float, ...]:
+    """Return what to clamp on each throw where the crank is spun.
+
+    The bob-weight less a crankpin that is not in the file: on the machine it is in.
+    """
+    pins = [job.engine.of_throw(throw.number).weights.crankpin.get("crankpin") for throw in anatomy.throws]
+    loads = throw_loads(anatomy, job.engine)
+    return tuple(
+        load.parts.bob_weight_g(factor) - (0.0 if pin is None else pin.mass_g)
+        for load, pin in zip(loads, pins, strict=True)
+    )
+
+
 def _parts(weights: PartWeights, rods: int) -> Parts:
     return Parts(
         rotating_g=total_g(weights.rotating),

@@ -73,10 +73,10 @@ def balanced_record(job: Job, crank: Crank, watch: Stopwatch, progress: Progress
         with_gas = None if job.cycle is None else _gas_loads(job, crank, crank.source.solid, crank.moments)
     with _Stages(watch, progress) as told:
         try:
-            result = balance(rotor, tolerance, job.methods, _measure(crank.source), told, prefer=job.prefer)
+            result = balance(rotor, tolerance, job.methods, measure_of(crank.source), told, prefer=job.prefer)
         except CorrectionError as error:
             raise JobError(f"{job.path.name}: {error}") from None
-    record = _record(job, crank, factor, tolerance, result, counterweights.result())
+    record = record_of(job, crank, factor, tolerance, result, counterweights.result())
     record = replace(record, warnings=odd)
     if before is not None and record.balanced is not None:
         forces = _forces(job, crank, before, result)
@@ -92,7 +92,7 @@ def balanced_record(job: Job, crank: Crank, watch: Stopwatch, progress: Progress
     return record
 
 
-def _measure(source: Source) -> Measure:
+def measure_of(source: Source) -> Measure:
     """Return how to measure what is cut: as its file will hold it, or in memory where there is no file."""
     if source.exact is not None:
         return on_true_surfaces
@@ -218,14 +218,15 @@ def rotor_of(job: Job, crank: Crank, tolerance: Tolerance, factor: float) -> Rot
     )
 
 
-def _record(
+def record_of(
     job: Job,
     crank: Crank,
     factor: float,
     tolerance: Tolerance,
     result: Result,
-    counterweights: Moments | None,
+    counterweights: Moments | None = None,
 ) -> Record:
+    """Return what the report of a run is written from, without forces and last holes."""
     planes = tuple(plane.z_mm for plane in tolerance.planes)
     return Record(
         command="balance",
@@ -239,7 +240,7 @@ def _record(
         balanced=Balanced(
             job=jobs.describe(job),
             counterweight=_counterweight(counterweights, crank.anatomy, result),
-            loads=_loads(job, crank, factor),
+            loads=_loads(job, crank, factor, tolerance),
             factors=_factors(job, crank, factor, result),
             tolerance=tolerance,
             result=result,
@@ -251,7 +252,7 @@ def _record(
 def _facet_entry(crank: Crank, tolerance: Tolerance, result: Result) -> ChordalErrorEntry | None:
     """Return what the report says of the facets, and whether they are fine enough for the grade."""
     needed = None
-    if crank.facets is not None and result.doubt is not None:
+    if crank.facets is not None and result.doubt is not None and "facets" in result.doubt.shares:
         needed = chordal_correction.needed(crank.facets, tolerance, result.doubt.shares["facets"])
     after = None if result.measured is None else result.measured.added
     return chordal_correction.facet_entry(crank.facets, crank.correction, needed, after)
@@ -291,9 +292,11 @@ def input_file(path: Path | None, crank: Crank) -> InputFile:
     return InputFile(file, source.sha256, name, source.triangles, source.bodies, source.repairs)
 
 
-def _loads(job: Job, crank: Crank, factor: float) -> BobWeights:
+def _loads(job: Job, crank: Crank, factor: float, tolerance: Tolerance) -> BobWeights:
     weights = job.engine.default.weights
     loads = rotor_from_job.throw_loads(crank.anatomy, job.engine)
+    fit_g = rotor_from_job.fitted_bob_weights_g(job, crank.anatomy, factor)
+    radii = sum(throw.crank_radius_mm for throw in crank.anatomy.throws)
     return BobWeights(
         rotor_from_job.total_g(weights.rotating),
         rotor_from_job.total_g(weights.reciprocating),
@@ -302,6 +305,8 @@ def _loads(job: Job, crank: Crank, factor: float) -> BobWeights:
             throw.number: load.parts.bob_weight_g(factor)
             for throw, load in zip(crank.anatomy.throws, loads, strict=True)
         },
+        {throw.number: fit for throw, fit in zip(crank.anatomy.throws, fit_g, strict=True)},
+        0.1 * tolerance.permissible_g_mm / radii,
     )
 
 

@@ -229,14 +229,24 @@ class Drill(Kind[DrillLimits]):
     def offer(self, work: Workpiece, limits: DrillLimits, effort: int) -> Offer:
         """Return the holes that a job's limits allow, which keep a spacing and are limited in number."""
         heavy = sum((vector for _, vector in work.heavy_at), np.zeros(2))
-        found = cuts(work.solid, work.anatomy, work.density_g_mm3, heavy, limits)
+        found = [
+            cut
+            for cut in cuts(work.solid, work.anatomy, work.density_g_mm3, heavy, limits)
+            if not (cut.site.sunk_mm and work.is_filled(self.name, cut.hole.axis.entry_mm))
+        ]
         apart = keep_apart(
             [cut.hole for cut in found], [cut.max_depth_mm for cut in found], limits.min_spacing_mm
         )
         counts = []
         for web in sorted({cut.web for cut in found}):
-            members = tuple(k for k, cut in enumerate(found) if cut.web == web)
-            counts.append(Count(members, limits.max_holes, f"max_holes = {limits.max_holes} in web {web}"))
+            members = tuple(
+                k
+                for k, cut in enumerate(found)
+                if cut.web == web
+                and not (cut.site.sunk_mm and work.is_taken(self.name, cut.hole.axis.entry_mm))
+            )
+            left = max(0, limits.max_holes - work.made_earlier(self.name, web))
+            counts.append(Count(members, left, f"max_holes = {limits.max_holes} in web {web}"))
         return Offer(tuple(found), apart=apart, counts=tuple(counts))
 
     def relaxing(self, limits: DrillLimits) -> Sequence[Relaxing]:

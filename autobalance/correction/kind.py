@@ -100,6 +100,23 @@ class Cut(Protocol):
         ...
 
 
+SAME_PLACE_MM = 0.5
+"""Distance at which a cut is the one of an earlier stage, gone on with."""
+
+
+@dataclass(frozen=True, eq=False)
+class EarlierCut:
+    """A cut of an earlier stage: its kind, its web and where it enters, rotor frame (3,) [mm]."""
+
+    kind: str
+    web: int | None
+    position_mm: Array
+
+    def is_at(self, position_mm: Array) -> bool:
+        """Tell whether another cut enters where this one does."""
+        return bool(np.linalg.norm(self.position_mm - position_mm) <= SAME_PLACE_MM)
+
+
 @dataclass(frozen=True, eq=False)
 class Workpiece:
     """The crank as a kind of correction finds it.
@@ -118,6 +135,8 @@ class Workpiece:
         How much farther than the unbalance seems to need a kind should look for metal; 1 at first.
     service_speed_rad_s : float or None
         For the loads on what is pressed in.
+    earlier : tuple of EarlierCut
+        Cuts of earlier stages, which the solid has already.
     """
 
     solid: Solid
@@ -127,6 +146,19 @@ class Workpiece:
     heavy_at: tuple[tuple[float, Array], tuple[float, Array]]
     look: float = 1.0
     service_speed_rad_s: float | None = None
+    earlier: tuple[EarlierCut, ...] = ()
+
+    def made_earlier(self, kind: str, web: int | None = None) -> int:
+        """Return how many cuts of a kind were made in earlier stages, in a web or anywhere."""
+        return sum(each.kind == kind and web in (None, each.web) for each in self.earlier)
+
+    def is_taken(self, kind: str, position_mm: Array) -> bool:
+        """Tell whether a cut of this kind was made at a place in an earlier stage."""
+        return any(each.kind == kind and each.is_at(position_mm) for each in self.earlier)
+
+    def is_filled(self, kind: str, position_mm: Array) -> bool:
+        """Tell whether a hole there is one that another kind made in an earlier stage, and filled maybe."""
+        return any(each.kind != kind and each.is_at(position_mm) for each in self.earlier)
 
     @property
     def need_g_mm(self) -> float:

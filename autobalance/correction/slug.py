@@ -374,7 +374,12 @@ class Slug(Kind[SlugLimits]):
         heavy: Array = sum((vector for _, vector in work.heavy_at), np.zeros(2))
         filled: list[FillCut] = []
         if limits.fill:
-            filled = fills(work, Surface.of(work.solid.mesh, work.anatomy.file_to_rotor), limits)
+            surface = Surface.of(work.solid.mesh, work.anatomy.file_to_rotor)
+            filled = [
+                each
+                for each in fills(work, surface, limits)
+                if not work.is_taken(self.name, each.hole.axis.entry_mm)
+            ]
         try:
             found = cuts(work, -heavy, limits)
         except CorrectionError:
@@ -391,7 +396,8 @@ class Slug(Kind[SlugLimits]):
             if np.array_equal(filled[i].hole.axis.entry_mm, filled[j].hole.axis.entry_mm)
         ]
         every: list[Cut] = [*found, *filled]
-        rule = Count(tuple(range(len(every))), limits.max_slugs, f"max_slugs = {limits.max_slugs}")
+        left = max(0, limits.max_slugs - work.made_earlier(self.name))
+        rule = Count(tuple(range(len(every))), left, f"max_slugs = {limits.max_slugs}")
         return Offer(tuple(every), apart=(*apart, *one_each), counts=(rule,))
 
     def relaxing(self, limits: SlugLimits) -> Sequence[Relaxing]:

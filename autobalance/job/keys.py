@@ -17,6 +17,7 @@ from autobalance.errors import JobError
 from autobalance.job.convert import Large
 from autobalance.job.read import text_of, toml_of
 from autobalance.job.table import ANY, COUNTED, NOT_NEGATIVE, POSITIVE, SHARE, Rule, Table
+from autobalance.job.typed_units import in_base_units
 
 Values = dict[str, Any]
 T = TypeVar("T")
@@ -80,11 +81,11 @@ def read_document(
         file's name.
     """
     if isinstance(source, Mapping):
-        return made(read(source, keys))
+        return made(read(in_base_units(source), keys))
     path = Path(source)
     raw = toml_of(text_of(path, what), path.name)
     with named_in(source):
-        return made(read(raw, keys))
+        return made(read(in_base_units(raw), keys))
 
 
 @contextmanager
@@ -125,6 +126,8 @@ def _value(table: Table, key: Key) -> Any:
         if key.name not in table and key.default is None:
             return None
         return _values(table.table(key.name, names(key.keys)), key.keys)
+    if key.hint is dict:
+        return dict(table.table(key.name, None).raw) if key.name in table else key.default
     if key.default is REQUIRED:
         return table.value(key.name, key.hint, key.rule)
     return table.optional(key.name, key.hint, key.rule, key.default)
@@ -140,6 +143,7 @@ LIMITS: Mapping[str, Mapping[str, float]] = {
     COUNTED.text: {"minimum": 1},
 }
 SIMPLE = {float: "number", Large: "number", int: "integer", bool: "boolean", str: "string"}
+SIMPLE = {float: "number", int: "integer", bool: "boolean", str: "string", dict: "object"}
 
 
 def json_schema(title: str, keys: tuple[Key, ...]) -> Values:

@@ -104,7 +104,7 @@ def _converted(key: str, value: Any, where: str) -> Any:
         return {name: _weight(weight, f"{where}.{name}") for name, weight in value.items()}
     if isinstance(value, Mapping):
         return in_base_units(value, where)
-    if key.endswith("_g_mm"):
+    if key == "g_mm" or key.endswith("_g_mm"):
         return _each(value, where, unbalance_g_mm)
     if key.endswith("_mm") and not key.endswith(("_kg_mm", "_n_mm")):
         return _each(value, where, length_mm)

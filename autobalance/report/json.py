@@ -65,7 +65,7 @@ def report(record: Record) -> Values:
         "engine": _engine(balanced),
         "balance_factor": _factors(balanced),
         "tolerance": _tolerance(balanced),
-        "initial": _unbalance(
+        "initial": unbalance_values(
             record.initial, record.planes_z_mm, None if balanced is None else balanced.result.initial_doubt
         ),
         "residual": None,
@@ -84,6 +84,7 @@ def report(record: Record) -> Values:
         values |= _result(balanced, record)
     if balanced is not None and balanced.loads_with_gas is not None:
         values["loads_with_gas"] = dict(balanced.loads_with_gas)
+    values |= record.staged
     if record.surfaces is not None:
         values["true_surfaces"] = _true_surfaces(record.surfaces, balanced)
     if record.faces is not None:
@@ -132,7 +133,7 @@ def generate_report(
         "design": dict(design),
         "frame": {"file_to_rotor": _rows(crank.anatomy.file_to_rotor)},
         "crank": _crank(crank),
-        "initial": _unbalance(Unbalance.of(crank.moments), None, None),
+        "initial": unbalance_values(Unbalance.of(crank.moments), None, None),
         "engine": None if engine is None else dict(engine),
         "outputs": {"solid": solid},
     }
@@ -347,7 +348,13 @@ def _engine(balanced: Balanced | None) -> Values | None:
         "reciprocating_g": loads.reciprocating_g,
         "crankpin_g": loads.crankpin_g,
         "bob_weights": [
-            {"throw": number, "mass_g": mass} for number, mass in sorted(loads.bob_weights_g.items())
+            {
+                "throw": number,
+                "mass_g": mass,
+                "fit_g": loads.fit_g[number],
+                "tolerance_g": loads.tolerance_g,
+            }
+            for number, mass in sorted(loads.bob_weights_g.items())
         ],
     }
 
@@ -393,7 +400,10 @@ def _forces(balanced: Balanced) -> Values | None:
 # --- before and after ---------------------------------------------------------------------------------------
 
 
-def _unbalance(unbalance: Unbalance, planes_z_mm: tuple[float, float] | None, doubt: Budget | None) -> Values:
+def unbalance_values(
+    unbalance: Unbalance, planes_z_mm: tuple[float, float] | None, doubt: Budget | None
+) -> Values:
+    """Return an unbalance with its vectors in two planes, and how far they may be off."""
     vectors = np.zeros((0, 2)) if planes_z_mm is None else unbalance.in_planes(*planes_z_mm)
     in_planes = (None, None) if doubt is None or not doubt.total.planes_g_mm else doubt.total.planes_g_mm
     return {
@@ -427,6 +437,11 @@ def _result(balanced: Balanced, record: Record) -> Values:
     return {
         "residual": _unbalance(result.residual, record.planes_z_mm, result.doubt),
         "corrections": [correction_entry(number, each) for number, each in enumerate(result.corrections, 1)],
+        "residual": unbalance_values(result.residual, record.planes_z_mm, result.doubt),
+        "corrections": [
+            _correction(number, each)
+            for number, each in enumerate(result.corrections, record.cuts_before + 1)
+        ],
         "steps": [
             {
                 "step": step.step,

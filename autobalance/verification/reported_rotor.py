@@ -51,14 +51,11 @@ def reported_rotor(path: Path) -> ReportedRotor:
     attached = rotor_from_job.attached_moments(job.engine.attached)
     spun = measured_solid(claims, path.parent, job, anatomy) + bob_weight_moments(loads, factor) + attached
     planes = [float(plane["z_mm"]) for plane in claims.get("tolerance.planes", list)]
-    pins = [job.engine.of_throw(throw.number).weights.crankpin.get("crankpin") for throw in anatomy.throws]
+
     return ReportedRotor(
         body_of(spun),
         (planes[0], planes[1]) if planes else None,
-        tuple(
-            load.parts.bob_weight_g(factor) - (0.0 if pin is None else pin.mass_g)
-            for load, pin in zip(loads, pins, strict=True)
-        ),
+        rotor_from_job.fitted_bob_weights_g(job, anatomy, factor),
         claims.values.get("serial"),
     )
 

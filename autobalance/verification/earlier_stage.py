@@ -1,0 +1,177 @@
+"""A report of ``balance`` or ``recut`` as the start of the next stage: its solid, frame, loads and cuts."""
+
+from __future__ import annotations
+
+import hashlib
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from autobalance.correction.kind import EarlierCut
+from autobalance.crank.anatomy import Anatomy, CounterweightOutline, Web
+from autobalance.errors import ClaimError, FileError, FormatError
+from autobalance.job import Job
+from autobalance.rigid_rotor.moments import Moments
+from autobalance.rigid_rotor.tolerance import Tolerance, TolerancePlane
+from autobalance.rigid_rotor.unbalance import Unbalance
+from autobalance.solid.formats.read import Source, read
+from autobalance.units import RAD_S_PER_RPM
+from autobalance.verification.claims import Claims, claimed_anatomy, claimed_job, read_report
+
+COMMANDS = ("balance", "recut")
+"""Commands whose reports have a job and a corrected solid."""
+
+
+@dataclass(frozen=True, eq=False)
+class EarlierStage:
+    """What the next stage begins with.
+
+    ``solid`` is the file of the crank as it was left and ``source`` what it holds; ``pressed_in`` are all its
+    slugs, ``cuts`` its corrections and those of the stages before, as the reports list them.
+    """
+
+    path: Path
+    sha256: str
+    values: Mapping[str, Any]
+    job: Job
+    anatomy: Anatomy
+    tolerance: Tolerance
+    factor: float
+    solid: Path
+    source: Source
+    cuts: tuple[Mapping[str, Any], ...]
+    pressed_in: Moments
+
+    @property
+    def number(self) -> int:
+        """Number of the stage, 1 for ``balance``."""
+        stages = self.values.get("stages")
+        return int(stages[-1]["stage"]) if stages else 1
+
+    @property
+    def first_report(self) -> Path:
+        """The report of stage 1."""
+        stages = self.values.get("stages")
+        return self.path.parent / stages[0]["report"] if stages else self.path
+
+    @property
+    def earlier_cuts(self) -> tuple[EarlierCut, ...]:
+        """The cuts that count where cuts are limited in number: a hole that was deepened once."""
+        found: list[EarlierCut] = []
+        for each in self.cuts:
+            cut = EarlierCut(str(each["kind"]), each.get("web"), np.array(each["position_mm"], dtype=float))
+            if not any(other.kind == cut.kind and other.is_at(cut.position_mm) for other in found):
+                found.append(cut)
+        return tuple(found)
+
+    def unbalance(self, key: str) -> Unbalance:
+        """Return ``initial`` or ``residual`` as the report has it."""
+        values = self.values[key]
+        return Unbalance(np.array(values["unbalance_g_mm"]), np.array(values["moment_g_mm2"]))
+
+
+def earlier_stage(path: Path) -> EarlierStage:
+    """Read a report and the solid that it left.
+
+    Raises
+    ------
+    FileError
+        If the report or its solid is gone.
+    FormatError, ClaimError
+        If the report is none of ``balance`` or ``recut``, or the solid is another.
+    """
+    claims = Claims(path.name, read_report(path))
+    command = claims.get("command", str)
+    if command not in COMMANDS:
+        raise FormatError(f"{path.name} is a report of {command!r}; one of {', '.join(COMMANDS)} is needed")
+    job = claimed_job(claims)
+    anatomy = replace(claimed_anatomy(claims), webs=_webs(claims))
+    solid, source = left_solid(path, claims, job)
+    cuts = (*claims.values.get("earlier_corrections", ()), *claims.get("corrections", list))
+    return EarlierStage(
+        path,
+        hashlib.sha256(path.read_bytes()).hexdigest(),
+        claims.values,
+        job,
+        anatomy,
+        claimed_tolerance(claims, job),
+        float(claims.get("balance_factor.target", float)),
+        solid,
+        source,
+        tuple(cuts),
+        slugs(cuts),
+    )
+
+
+def slugs(cuts: Any) -> Moments:
+    """Return the slugs of listed corrections: they are not in the solid's file."""
+    total = Moments.zero()
+    for each in cuts:
+        if each.get("slug_mass_g") is not None:
+            total = total + Moments.point(float(each["slug_mass_g"]), np.array(each["slug_centre_mm"]))
+    return total
+
+
+def left_solid(path: Path, claims: Claims, job: Job) -> tuple[Path, Source]:
+    """Return the file and the solid that a report left: its own, or the one it started from."""
+    crankshaft = job.crankshaft
+    entry = claims.get("outputs.solid", object)
+    if entry is None:
+        solid, wanted = Path(claims.get("input.file", str)), claims.get("input.sha256", str)
+        first = claims.get("command", str) == "balance" or bool(claims.values.get("input_is_untouched"))
+    else:
+        solid, wanted, first = path.parent / Path(str(entry["file"])).name, entry["sha256"], False
+    if not solid.is_file():
+        raise FileError(f"{path.name}: its solid {solid} is not there; it must be beside the report")
+    if hashlib.sha256(solid.read_bytes()).hexdigest() != wanted:
+        raise ClaimError(f"{path.name}: {solid} is not the solid of this report: its sha256 differs")
+    body = crankshaft.body if first else "all"
+    return solid, read(solid, crankshaft.unit, body, pressed_up=first and not crankshaft.crankpin_in_file)
+
+
+def _webs(claims: Claims) -> tuple[Web, ...]:
+    return tuple(
+        Web(
+            int(each["number"]),
+            float(each["z_min_mm"]),
+            float(each["z_max_mm"]),
+            bool(each["counterweight"]),
+            _outline(each.get("outline")),
+        )
+        for each in claims.get("crank.webs", list)
+    )
+
+
+def _outline(values: Mapping[str, Any] | None) -> CounterweightOutline | None:
+    if values is None:
+        return None
+    radius, fan = float(values["rim_radius_mm"]), float(values["fan_angle_deg"])
+    return CounterweightOutline(radius, float(np.radians(fan)), float(values["thickness_mm"]))
+
+
+def claimed_tolerance(claims: Claims, job: Job) -> Tolerance:
+    """Return what a report judges against; fixed from the first stage on."""
+    planes = tuple(
+        TolerancePlane(each["name"], float(each["z_mm"]), float(each["permissible_g_mm"]))
+        for each in claims.get("tolerance.planes", list)
+    )
+    return Tolerance(
+        float(claims.get("tolerance.grade_mm_s", float)),
+        float(claims.get("tolerance.speed_rpm", float)) * RAD_S_PER_RPM,
+        float(claims.get("tolerance.rotor_mass_g", float)),
+        float(claims.get("tolerance.permissible_g_mm", float)),
+        planes,
+        job.balance.judge,
+        job.balance.margin,
+    )
+
+
+def unbalance_moments(unbalance: Unbalance) -> Moments:
+    """Return moments that add an unbalance and nothing else."""
+    first, second = np.zeros(3), np.zeros((3, 3))
+    first[:2] = unbalance.resultant_g_mm
+    second[:2, 2] = second[2, :2] = unbalance.moment_g_mm2
+    return Moments(0.0, first, second)
