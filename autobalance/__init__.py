@@ -68,8 +68,8 @@ if TYPE_CHECKING:
     from autobalance.api.machine import machine as machine
     from autobalance.api.orders import orders as orders
     from autobalance.api.parts import parts as parts
-    from autobalance.api.rotor import rotor as rotor
     from autobalance.api.recut import recut as recut
+    from autobalance.api.rotor import rotor as rotor
     from autobalance.api.shafts import shafts as shafts
     from autobalance.api.study import study as study
     from autobalance.api.verify import verify as verify

@@ -142,8 +142,14 @@ LIMITS: Mapping[str, Mapping[str, float]] = {
     SHARE.text: {"minimum": 0, "maximum": 1},
     COUNTED.text: {"minimum": 1},
 }
-SIMPLE = {float: "number", Large: "number", int: "integer", bool: "boolean", str: "string"}
-SIMPLE = {float: "number", int: "integer", bool: "boolean", str: "string", dict: "object"}
+SIMPLE = {
+    float: "number",
+    Large: "number",
+    int: "integer",
+    bool: "boolean",
+    str: "string",
+    dict: "object",
+}
 
 
 def json_schema(title: str, keys: tuple[Key, ...]) -> Values:

@@ -435,11 +435,9 @@ def _result(balanced: Balanced, record: Record) -> Values:
     result = balanced.result
     change = result.final_moments.polar_inertia_g_mm2 - result.initial_moments.polar_inertia_g_mm2
     return {
-        "residual": _unbalance(result.residual, record.planes_z_mm, result.doubt),
-        "corrections": [correction_entry(number, each) for number, each in enumerate(result.corrections, 1)],
         "residual": unbalance_values(result.residual, record.planes_z_mm, result.doubt),
         "corrections": [
-            _correction(number, each)
+            correction_entry(number, each)
             for number, each in enumerate(result.corrections, record.cuts_before + 1)
         ],
         "steps": [
