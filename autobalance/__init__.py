@@ -40,6 +40,7 @@ PUBLIC = {
     "recut": "api.recut",
     "shafts": "api.shafts",
     "study": "api.study",
+    "torsion": "api.torsion",
     "verify": "api.verify",
 }
 """Public name → the module that holds it."""
@@ -72,6 +73,7 @@ if TYPE_CHECKING:
     from autobalance.api.rotor import rotor as rotor
     from autobalance.api.shafts import shafts as shafts
     from autobalance.api.study import study as study
+    from autobalance.api.torsion import torsion as torsion
     from autobalance.api.verify import verify as verify
     from autobalance.errors import AutobalanceError as AutobalanceError
     from autobalance.job.model import Job as Job

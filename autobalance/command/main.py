@@ -30,6 +30,7 @@ COMMANDS: dict[str, str] = {
     "bench": "a rotor under speed control in its bearings: torque needed, and what was measured beside it",
     "rotor": "a shaft on bearings: critical speeds, modes, unbalance response, modal balancing",
     "recut": "further cuts on a corrected crank, from what a balancing machine read on it",
+    "torsion": "torsional vibration of a crank or a chain: frequencies, critical orders, torque, stress",
     "grade": "balance quality grades: permissible and achieved, and the list for crank drives",
     "batch": "many jobs from a list or a folder: one row each, taken up again after a kill",
     "study": "many cranks to one plan: how many are within tolerance, and which ± to improve",

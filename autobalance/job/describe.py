@@ -47,6 +47,7 @@ def describe(job: Job) -> dict[str, Any]:
         },
         **({"cycle": dict(job.cycle.values)} if job.cycle is not None else {}),
         **({"shafts": [_shaft(shaft) for shaft in job.shafts]} if job.shafts else {}),
+        **({} if job.torsion is None else job.torsion.filled),
         **({"study": asdict(job.study)} if "study" in job.raw else {}),
         "correction": {
             "method": list(job.method_names),

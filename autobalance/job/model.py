@@ -16,6 +16,7 @@ from autobalance.rigid_rotor.tolerance import Judge
 
 if TYPE_CHECKING:
     from autobalance.job.cycle import Cycle
+    from autobalance.job.torsion_file import CrankTorsion
 
 LengthUnit = Literal["mm", "cm", "m", "inch"]
 Distribution = Literal["normal", "rectangular"]
@@ -206,7 +207,7 @@ class Job:
     in the job's order; ``prefer`` is what their plan spares. ``raw`` is the TOML as read, for the report.
     ``depth_tolerance_mm`` is by how much the depth of a cut may be off, None where the job does not say.
     ``settings`` are the keys that were set from outside, as given.
-    ``study`` is what only ``study`` reads.
+    ``study`` is what only ``study`` reads, ``torsion`` what only ``torsion`` does.
     """
 
     path: Path
@@ -223,6 +224,7 @@ class Job:
     cycle: Cycle | None = None
     settings: tuple[str, ...] = ()
     study: StudyOptions = StudyOptions()
+    torsion: CrankTorsion | None = None
 
     @classmethod
     def from_dict(cls, values: Mapping[str, Any], folder: str | Path = ".") -> Job:

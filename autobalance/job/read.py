@@ -6,7 +6,7 @@ import math
 import tomllib
 from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import Any, Literal
+from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 
@@ -37,7 +37,21 @@ from autobalance.rigid_rotor.tolerance import Judge
 from autobalance.solid.formats.registry import endings, names_bodies, needs_unit
 from autobalance.units import G_PER_MM3_PER_KG_M3, RAD_S_PER_RPM
 
-TOP_KEYS = ("crankshaft", "engine", "original", "balance", "correction", "shafts", "cycle", "study")
+if TYPE_CHECKING:
+    from autobalance.job.torsion_file import CrankTorsion
+
+OF_TORSION = ("torsion", "excitation", "pendulum", "speed_rpm", "points")
+TOP_KEYS = (
+    "crankshaft",
+    "engine",
+    "original",
+    "balance",
+    "correction",
+    "shafts",
+    "cycle",
+    "study",
+    *OF_TORSION,
+)
 """Tables of a job."""
 WORKBOOKS = (".xlsx", ".xlsm")
 FOREIGN_CAD = (".fcstd", ".sldprt", ".sldasm", ".ipt", ".prt", ".catpart", ".f3d", ".x_t")
@@ -211,7 +225,15 @@ def parse(
         cycle=read_cycle(root),
         settings=settings,
         study=read_study(root),
+        torsion=_torsion(root),
     )
+
+
+def _torsion(root: Table) -> CrankTorsion | None:
+    """Read the tables of ``torsion``, which other verbs pass over; None where there are none."""
+    from autobalance.job.torsion_file import crank_torsion
+
+    return crank_torsion(root.raw) if any(key in root for key in OF_TORSION) else None
 
 
 # --- [crankshaft] -------------------------------------------------------------------------------------------

@@ -1,0 +1,210 @@
+"""``autobalance.torsion``: a crank or any chain of inertias as a torsional oscillator."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from autobalance import job as jobs
+from autobalance.api.progress import Progress
+from autobalance.api.request import request
+from autobalance.api.result import Plots, Values, VerbResult, report_head
+from autobalance.balancing.torsion_from_job import CrankChain, crank_chain
+from autobalance.dynamics.torsion_chain import (
+    TorsionChain,
+    pendulum_inertia_kg_m2,
+    torsion_modes,
+    torsion_response,
+)
+from autobalance.job.model import Job
+from autobalance.job.read import tables_of
+from autobalance.job.torsion_file import (
+    ChainFile,
+    CrankTorsion,
+    PendulumAbsorber,
+    TorsionQuestion,
+    check_station,
+    crank_torsion,
+    read_chain,
+)
+from autobalance.report import torsion_values
+
+if TYPE_CHECKING:
+    from autobalance.api.crank import Crank
+    from autobalance.balancing.cycle_torques import Complex, ThrowTorques
+    from autobalance.balancing.measured_crank import Crank as MeasuredCrank
+
+USUAL_ORDERS = tuple(0.5 * n for n in range(1, 25))
+"""Of which critical speeds are told where nothing says what excites a crank."""
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class TorsionResult(VerbResult):
+    """What ``torsion`` found."""
+
+    def text(self, units: str = "metric") -> str:
+        """Return the result as lines for people; always metric."""
+        from autobalance.report.torsion_text import torsion_text
+
+        return torsion_text(self.report)
+
+    def plots(self) -> Plots:
+        """Return mode shapes and the response over the speed."""
+        from autobalance.report.torsion_plots import torsion_plots
+
+        return torsion_plots(self.report)
+
+
+@dataclass(frozen=True, eq=False)
+class _Model:
+    """A chain with its stations' names, the diameters along its springs, and the orders to look at."""
+
+    chain: TorsionChain
+    names: tuple[str, ...]
+    diameters_m: tuple[float | None, ...]
+    orders: tuple[float, ...]
+
+
+def torsion(
+    source: Job | str | Path | Mapping[str, Any],
+    *,
+    crank: Crank | None = None,
+    progress: Progress | None = None,
+) -> TorsionResult:
+    """Compute the torsional vibration of a job's crank, or of a chain of its own.
+
+    Parameters
+    ----------
+    source : Job, path or dict
+        A job (whose crank's own metal and dimensions make the chain, and whose ``[cycle]`` excites it), or
+        a file with ``[[inertia]]`` and ``[[spring]]``; or a dict of either.
+    crank : Crank or None
+        In place of the job's crank file.
+    progress : callable or None
+        Told words and the share done; may raise to stop.
+
+    Raises
+    ------
+    JobError
+        If the file says something unknown or impossible.
+    AutobalanceError
+        For anything wrong with the crank.
+    """
+    if isinstance(source, Job):
+        return _of_job(source, crank, progress)
+    raw = source if isinstance(source, Mapping) else tables_of(Path(source))
+    if "inertia" in raw or not (crank is not None or "crankshaft" in raw):
+        return _of_chain(read_chain(source))
+    job = Job.from_dict(source) if isinstance(source, Mapping) else jobs.load(source)
+    return _of_job(job, crank, progress)
+
+
+def _of_chain(file: ChainFile) -> TorsionResult:
+    orders = tuple(sorted({each.order for each in file.question.excitations}))
+    model = _Model(file.chain, file.names, file.diameters_m, orders)
+    values = {**report_head("torsion"), "input": file.filled}
+    return TorsionResult({**values, **_solved(model, file.question, None)})
+
+
+def _of_job(job: Job, crank: Crank | None, progress: Progress | None) -> TorsionResult:
+    found = request(job, crank, None, progress)
+    asked = found.job.torsion or crank_torsion({})
+    made = crank_chain(found.job, found.crank, asked)
+    _check_stations(asked.question, len(made.names))
+    torques = _cycle_torques(found.job, found.crank)
+    orders = {each.order for each in asked.question.excitations}
+    orders |= set(USUAL_ORDERS) if torques is None else {float(each) for each in torques.orders}
+    model = _Model(made.chain, made.names, made.diameters_m, tuple(sorted(orders)))
+    values = {**report_head("torsion"), "input": {**jobs.describe(found.job), **asked.filled}}
+    solved = _solved(model, asked.question, torques, made)
+    return TorsionResult({**values, **solved, "throws": _throws(made, asked)})
+
+
+def _check_stations(question: TorsionQuestion, stations: int) -> None:
+    for number, each in enumerate(question.excitations, 1):
+        check_station(f"excitation[{number}].station", each.station + 1, stations)
+    if question.pendulum is not None and question.pendulum.station is not None:
+        check_station("pendulum.station", question.pendulum.station + 1, stations)
+
+
+def _cycle_torques(job: Job, crank: MeasuredCrank) -> ThrowTorques | None:
+    if job.cycle is None:
+        return None
+    from autobalance.balancing.cycle_torques import throw_torques
+
+    return throw_torques(job, crank)
+
+
+def _throws(made: CrankChain, asked: CrankTorsion) -> list[Values]:
+    """Return the dimensions that the stiffness of each throw was computed from."""
+    return [
+        {
+            "number": number,
+            "journal_mm": shape.journal_mm,
+            "journal_bore_mm": shape.journal_bore_mm,
+            "journal_length_mm": shape.journal_length_mm,
+            "crankpin_mm": shape.pin_mm,
+            "crankpin_bore_mm": shape.pin_bore_mm,
+            "crankpin_length_mm": shape.pin_length_mm,
+            "crank_radius_mm": shape.crank_radius_mm,
+            "web_thickness_mm": shape.web_thickness_mm,
+            "web_breadth_mm": shape.web_breadth_mm,
+            "formula": asked.formula,
+        }
+        for number, shape in enumerate(made.shapes, 1)
+    ]
+
+
+def _solved(
+    model: _Model, question: TorsionQuestion, torques: ThrowTorques | None, made: CrankChain | None = None
+) -> Values:
+    modes = torsion_modes(model.chain)
+    formulas = () if made is None else (made.ker_wilson_n_m_rad, made.carter_n_m_rad)
+    stations = made.throw_stations if made else ()
+    excited = [(order, _torques_at(model, question, order, torques, stations)) for order in model.orders]
+    return {
+        "model": torsion_values.model_values(model.chain, model.names, *formulas),
+        "natural_frequencies_hz": [mode.frequency_rad_s / torsion_values.TWO_PI for mode in modes],
+        "modes": torsion_values.mode_values(model.chain, modes),
+        "critical": torsion_values.critical_values(modes, model.orders, question.speeds_rad_s),
+        "response": [_response(model, question, order, torque) for order, torque in excited if torque.any()],
+        "pendulum": _pendulum(question.pendulum),
+    }
+
+
+def _torques_at(
+    model: _Model,
+    question: TorsionQuestion,
+    order: float,
+    torques: ThrowTorques | None,
+    stations: tuple[int, ...],
+) -> Complex:
+    """Return an order's torques (speeds, stations) as T exp(iφ)."""
+    total = np.zeros((len(question.speeds_rad_s), len(model.names)), dtype=complex)
+    for each in question.excitations:
+        if each.order == order:
+            total[:, each.station] += each.torque_n_m
+    if torques is not None and order in torques.orders:
+        row = int(np.flatnonzero(torques.orders == order)[0])
+        square = question.speeds_rad_s[:, None] ** 2
+        total[:, list(stations)] += torques.gas_n_m[row] + square * torques.inertia_n_m_s2[row]
+    return total
+
+
+def _response(model: _Model, question: TorsionQuestion, order: float, torque: Complex) -> Values:
+    absorber, added = question.pendulum, []
+    if absorber is not None and absorber.station is not None:
+        own = pendulum_inertia_kg_m2(absorber.mass_kg, absorber.distance_m, absorber.order, order)
+        added = [(absorber.station, own)]
+    found = torsion_response(model.chain, order * question.speeds_rad_s, torque, added)
+    return torsion_values.response_values(order, question.speeds_rad_s, found, model.diameters_m)
+
+
+def _pendulum(found: PendulumAbsorber | None) -> Values | None:
+    if found is None:
+        return None
+    return {"length_mm": 1e3 * found.length_m, "inertia_kg_mm2": 1e6 * found.inertia_kg_m2}

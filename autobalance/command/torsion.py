@@ -1,0 +1,25 @@
+"""``autobalance torsion FILE.toml``: torsional vibration of a job's crank, or of a chain of its own."""
+
+from __future__ import annotations
+
+import argparse
+
+from autobalance.command.options import add_json, add_plots
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """Describe the command line."""
+    parser.add_argument("file", metavar="FILE.toml", help="a job, or a chain of [[inertia]] and [[spring]]")
+    add_json(parser)
+    add_plots(parser)
+
+
+def run(arguments: argparse.Namespace) -> int:
+    """Compute; 0 unless the file or the crank is bad."""
+    from autobalance.api.torsion import torsion
+    from autobalance.command.finish import finish
+    from autobalance.command.progress import shown
+
+    with shown() as progress:
+        result = torsion(arguments.file, progress=progress)
+    return finish(arguments, result, sources=(arguments.file,))

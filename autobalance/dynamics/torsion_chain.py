@@ -1,0 +1,207 @@
+"""Chains of inertias on torsion springs: frequencies, modes, Holzer tables, forced response. SI units."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.linalg import eigh_tridiagonal
+
+from autobalance.rigid_rotor.moments import Array
+
+Complex = NDArray[np.complex128]
+NODE = 1e-9
+"""Amplitude below which a station stands still in a mode whose greatest is 1."""
+
+
+@dataclass(frozen=True, eq=False)
+class TorsionChain:
+    """Inertias (n,) one after another and the springs (n − 1,) between them; a spring of 0 parts the chain.
+
+    ``to_ground_n_m_s`` (n,) and ``across_n_m_s`` (n − 1,) are viscous dampers [N·m·s/rad].
+    """
+
+    inertias_kg_m2: Array
+    springs_n_m_rad: Array
+    to_ground_n_m_s: Array
+    across_n_m_s: Array
+
+    @property
+    def rigid_modes(self) -> int:
+        """How many pieces turn freely."""
+        return 1 + int(np.count_nonzero(self.springs_n_m_rad == 0.0))
+
+    def stiffness(self) -> Array:
+        """Return the stiffness matrix (n, n)."""
+        return _chained(self.springs_n_m_rad)
+
+    def damping(self) -> Array:
+        """Return the damping matrix (n, n)."""
+        return np.asarray(np.diag(self.to_ground_n_m_s) + _chained(self.across_n_m_s))
+
+
+@dataclass(frozen=True, eq=False)
+class TorsionMode:
+    """An undamped mode: ``shape`` (n,), its greatest amplitude +1, and how often it changes its sense."""
+
+    frequency_rad_s: float
+    shape: Array
+    nodes: int
+
+
+@dataclass(frozen=True)
+class HolzerRow:
+    """A station of Holzer's table at one frequency, for an angle of 1 at the first station.
+
+    ``torque_n_m`` is Σ J ω² θ up to here, carried by the next spring; after the last station it is what is
+    left over, zero at a natural frequency. ``twist_rad`` is that of the next spring.
+    """
+
+    inertia_kg_m2: float
+    angle_rad: float
+    inertia_torque_n_m: float
+    torque_n_m: float
+    twist_rad: float | None
+
+
+def _chained(values: Array) -> Array:
+    """Return the matrix that elements between neighbours make."""
+    total = np.zeros((len(values) + 1, len(values) + 1))
+    for at, value in enumerate(values):
+        total[at : at + 2, at : at + 2] += value * np.array([[1.0, -1.0], [-1.0, 1.0]])
+    return total
+
+
+def torsion_modes(chain: TorsionChain) -> list[TorsionMode]:
+    """Return the modes that strain the chain, ascending; undamped."""
+    root = 1.0 / np.sqrt(chain.inertias_kg_m2)
+    stiffness = chain.stiffness()
+    diagonal = np.diag(stiffness) * root**2
+    beside = np.diag(stiffness, 1) * root[:-1] * root[1:]
+    square, vectors = eigh_tridiagonal(diagonal, beside)
+    modes = []
+    for value, vector in list(zip(square, vectors.T, strict=True))[chain.rigid_modes :]:
+        shape = root * vector
+        shape = shape / shape[int(np.argmax(np.abs(shape)))]
+        modes.append(TorsionMode(float(np.sqrt(value)), shape, _nodes(shape, chain.springs_n_m_rad)))
+    return modes
+
+
+def _nodes(shape: Array, springs: Array) -> int:
+    """Return how often neighbours that hang together move against each other."""
+    count, last = 0, 0.0
+    for at, angle in enumerate(shape):
+        if at and springs[at - 1] == 0.0:
+            last = 0.0
+        if abs(angle) > NODE:
+            count += angle * last < 0.0
+            last = angle
+    return int(count)
+
+
+def holzer_table(chain: TorsionChain, frequency_rad_s: float) -> list[HolzerRow]:
+    """Return Holzer's table of a chain in one piece at a frequency.
+
+    References
+    ----------
+    H. Holzer, Die Berechnung der Drehschwingungen, Springer 1921.
+
+    Examples
+    --------
+    >>> two = TorsionChain(np.ones(2), np.ones(1), np.zeros(2), np.zeros(1))
+    >>> round(holzer_table(two, 2.0**0.5)[-1].torque_n_m, 12)
+    0.0
+    """
+    rows, angle, torque = [], 1.0, 0.0
+    for at, inertia in enumerate(chain.inertias_kg_m2):
+        own = float(inertia) * frequency_rad_s**2 * angle
+        torque += own
+        last = at == len(chain.springs_n_m_rad)
+        spring = 0.0 if last else float(chain.springs_n_m_rad[at])
+        twist = None if last or spring == 0.0 else torque / spring
+        rows.append(HolzerRow(float(inertia), angle, own, torque, twist))
+        angle -= twist or 0.0
+    return rows
+
+
+@dataclass(frozen=True, eq=False)
+class TorsionResponse:
+    """Peak amplitudes as complex numbers: angles (speeds, n), torques between neighbours (speeds, n − 1)."""
+
+    angles_rad: Complex
+    torques_n_m: Complex
+
+
+def torsion_response(
+    chain: TorsionChain,
+    frequencies_rad_s: Array,
+    torques_n_m: Complex,
+    added_kg_m2: Sequence[tuple[int, float]] = (),
+) -> TorsionResponse:
+    """Return the steady response to torques at the stations.
+
+    Parameters
+    ----------
+    chain : TorsionChain
+    frequencies_rad_s : (k,) float
+        Of the torques [rad/s].
+    torques_n_m : (k, n) complex
+        T cos(ωt + φ) as T exp(iφ).
+    added_kg_m2 : sequence of (station from 0, inertia)
+        Inertias that a pendulum stands for at this order; infinite where it is tuned to it: the station
+        stands still. Below zero the pendulum swings against it.
+
+    Notes
+    -----
+    The torque between two stations is what spring and damper carry together, (k + iωc) times the twist. A
+    frequency at which nothing damps resonance gives NaN.
+    """
+    count = len(chain.inertias_kg_m2)
+    inertia = chain.inertias_kg_m2.copy()
+    still = [at for at, value in added_kg_m2 if not np.isfinite(value)]
+    for at, value in added_kg_m2:
+        inertia[at] += value if np.isfinite(value) else 0.0
+    free = np.setdiff1d(np.arange(count), still)
+    omega = np.asarray(frequencies_rad_s)[:, None, None]
+    dynamic = chain.stiffness() + 1j * omega * chain.damping() - omega**2 * np.diag(inertia)
+    angles = np.zeros((len(frequencies_rad_s), count), dtype=complex)
+    for row, matrix in enumerate(dynamic[:, free[:, None], free[None, :]]):
+        try:
+            angles[row, free] = np.linalg.solve(matrix, torques_n_m[row, free])
+        except np.linalg.LinAlgError:
+            angles[row] = np.nan
+    carried = chain.springs_n_m_rad + 1j * omega[:, 0] * chain.across_n_m_s
+    return TorsionResponse(angles, np.asarray(carried * (angles[:, 1:] - angles[:, :-1])))
+
+
+def shear_stress_pa(torque_n_m: Array, outer_m: float, inner_m: float = 0.0) -> Array:
+    """Return the nominal shear stress at the surface of a round shaft, 16 T D/(π (D⁴ − d⁴)) [Pa].
+
+    Examples
+    --------
+    >>> round(float(shear_stress_pa(np.array(100.0), 0.03)) / 1e6, 3)
+    18.863
+    """
+    return np.asarray(16.0 * torque_n_m * outer_m / (np.pi * (outer_m**4 - inner_m**4)))
+
+
+def pendulum_inertia_kg_m2(mass_kg: float, distance_m: float, tuned_order: float, order: float) -> float:
+    """Return the inertia that a small swinging pendulum is to an order of the speed.
+
+    m (R + L)²/(1 − n² L/R) with L = R/tuned²: infinite at the order it is tuned to [1]_.
+
+    References
+    ----------
+    .. [1] J. P. Den Hartog, Mechanical Vibrations, 4th ed. 1956, section 5.9.
+
+    Examples
+    --------
+    >>> pendulum_inertia_kg_m2(1.0, 0.08, 2.0, 0.0)
+    0.010000000000000002
+    """
+    length = distance_m / tuned_order**2
+    whole = mass_kg * (distance_m + length) ** 2
+    rest = 1.0 - (order / tuned_order) ** 2
+    return np.inf if abs(rest) < 1e-12 else whole / rest

@@ -1,0 +1,83 @@
+"""A torsional chain as lines to read, from its JSON values."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+from autobalance.report.text import table
+
+Values = Mapping[str, Any]
+SHOWN = 12
+
+
+def torsion_text(report: Values) -> str:
+    """Return the summary of ``torsion``."""
+    parts = [
+        _model(report["model"]),
+        _modes(report),
+        _critical(report["critical"]),
+        _response(report),
+        _pendulum(report["pendulum"]),
+    ]
+    return "\n\n".join(part for part in parts if part)
+
+
+def _model(model: Values) -> str:
+    rows: list[Sequence[str]] = [("Station", "inertia", "stiffness to the next")]
+    both = model["ker_wilson_N_m_rad"] is not None
+    if both:
+        rows = [("Station", "inertia", "Ker Wilson", "Carter")]
+    for at, (name, inertia) in enumerate(zip(model["stations"], model["inertias_kg_mm2"], strict=True)):
+        springs = ("ker_wilson_N_m_rad", "carter_N_m_rad") if both else ("stiffness_N_m_rad",)
+        cells = [f"{model[key][at]:.4g} N·m/rad" if at < len(model[key]) else "" for key in springs]
+        rows.append((name, f"{inertia:.5g} kg·mm²", *cells))
+    return table(rows)
+
+
+def _modes(report: Values) -> str:
+    rows: list[Sequence[str]] = [("Mode", "frequency", "nodes", "shape")]
+    for number, mode in enumerate(report["modes"][:SHOWN], 1):
+        shape = " ".join(f"{each:+.3f}" for each in mode["shape"][:SHOWN])
+        rows.append((str(number), f"{mode['frequency_hz']:.2f} Hz", str(mode["nodes"]), shape))
+    return table(rows) if len(rows) > 1 else "One inertia alone: nothing twists"
+
+
+def _critical(critical: Sequence[Values]) -> str:
+    if not critical:
+        return "No order meets a natural frequency in the range of speeds"
+    rows: list[Sequence[str]] = [("Critical", "order", "frequency")]
+    rows += [
+        (f"{each['speed_rpm']:.0f} rpm", f"{each['order']:g}", f"{each['frequency_hz']:.1f} Hz")
+        for each in critical[:SHOWN]
+    ]
+    more = len(critical) - SHOWN
+    return table(rows) + (f"\n... and {more} more" if more > 0 else "")
+
+
+def _response(report: Values) -> str:
+    rows: list[Sequence[str]] = [("Order", "greatest twist", "torque", "stress", "at")]
+    for each in report["response"]:
+        known = [point for point in each["points"] if point["torque_N_m"] and None not in point["torque_N_m"]]
+        if not known:
+            continue
+        point = max(known, key=lambda one: float(max(one["torque_N_m"])))
+        stress = [value for value in point["stress_MPa"] if value is not None]
+        rows.append(
+            (
+                f"{each['order']:g}",
+                f"{max(point['angle_mrad']):.4g} mrad",
+                f"{max(point['torque_N_m']):.4g} N·m",
+                f"{max(stress):.4g} MPa" if stress else "",
+                f"{point['speed_rpm']:.0f} rpm",
+            )
+        )
+    return table(rows) if len(rows) > 1 else ""
+
+
+def _pendulum(found: Values | None) -> str:
+    if found is None:
+        return ""
+    return (
+        f"Pendulum of {found['length_mm']:.3f} mm, {found['inertia_kg_mm2']:.4g} kg·mm² about the crank axis"
+    )
