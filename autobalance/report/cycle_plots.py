@@ -10,7 +10,7 @@ import numpy as np
 from autobalance.engine.cycle.analysis import CycleAnalysis
 from autobalance.engine.cycle.factors import MainLoads, key_figures
 from autobalance.rigid_rotor.moments import Array
-from autobalance.units import BAR_PER_MPA, RAD_S_PER_RPM
+from autobalance.units import BAR_PER_MPA, N_M_PER_N_MM, RAD_S_PER_RPM
 
 if TYPE_CHECKING:
     from autobalance.balancing.cycle_films import CycleFilms
@@ -117,8 +117,17 @@ def _factors(found: CycleAnalysis, factors: Sequence[float], at: str) -> Plots:
         180 * found.firing.strokes,
     )
     labels = ("balance factor", "throttle response [rad/s²]")
+    lever = found.firing.friction.main_lever_mm(found.firing.main_diameters_mm)
+    frictions = [N_M_PER_N_MM * lever @ found.grid.even(mains.sizes_n(factor, speed)) for factor in factors]
     return {
         "main-load-by-factor": over,
+        "main-friction-by-factor": plots.over_angle(
+            f"Friction of the mains by balance factor {at}",
+            "torque [N·m]",
+            found.grid.even_rad,
+            dict(zip(names, frictions, strict=True)),
+            180 * found.firing.strokes,
+        ),
         "throttle-response-by-factor": plots.named_bars(f"Throttle response {at}", labels, names, figure),
     }
 

@@ -21,6 +21,8 @@ from autobalance.rigid_rotor.moments import Array
 Strokes = Literal[2, 4]
 WIDEST_RAD = math.radians(0.5)
 GAUSS_POINTS = 3
+AT_JUMP_RAD = 1e-5
+"""So little before a jump is at it: throws of a crank from a file stand by a millionth off their angles."""
 
 
 def span_rad(strokes: Strokes) -> float:
@@ -150,7 +152,7 @@ class CylinderCycle:
         """Return angles brought into the cycle that begins with the known part; a hair before it is in it."""
         low = self.known_rad[0]
         local = np.mod(np.asarray(after_firing_rad, dtype=np.float64) - low, self.span_rad)
-        result: Array = low + np.where(local > self.span_rad - SAME_RAD, 0.0, local)
+        result: Array = low + np.where(local > self.span_rad - AT_JUMP_RAD, 0.0, local)
         return result
 
     def pressure_mpa(self, after_firing_rad: Array, volume_mm3: Array | None = None) -> Array:
@@ -166,10 +168,10 @@ class CylinderCycle:
         angle = self.wrapped(after_firing_rad)
         volume = self.chamber.volume_mm3(angle) if volume_mm3 is None else volume_mm3
         high = self.known_rad[1]
-        inside = angle < high - SAME_RAD
+        inside = angle < high - AT_JUMP_RAD
         pressure = np.full(angle.shape, self.exchange.intake_mpa)
         if self.exchange.strokes == 4:
-            pressure[~inside & (angle < 2.0 * math.pi - SAME_RAD)] = self.exchange.exhaust_mpa
+            pressure[~inside & (angle < 2.0 * math.pi - AT_JUMP_RAD)] = self.exchange.exhaust_mpa
         if self.part is not None:
             pressure[inside] = self.part.pressure_mpa(angle[inside], volume[inside])
         elif self.trace is not None:
