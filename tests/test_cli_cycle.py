@@ -401,6 +401,9 @@ def test_balance_tells_the_loads_with_gas_and_verify_checks_them(
         "utf-8"
     )
     assert main(["verify", str(out / "report.json")]) == 0
+    job.write_text(JOB.replace("rod_length_mm = 104.0\n", ""), "utf-8")
+    assert main(["balance", str(job), "-o", str(tmp_path / "left-out"), "--no-report"]) == 0
+    assert "loads with gas are left out: job.toml: engine.rod_length_mm is missing" in capsys.readouterr().err
     told["after"]["main_journals"][1]["mean_N"] += 1.0
     (out / "report.json").write_text(json.dumps(report), "utf-8")
     assert main(["verify", str(out / "report.json")]) != 0

@@ -40,7 +40,7 @@ from autobalance.crank.sections import counterweight_moments
 from autobalance.engine.balance_factor import bob_weight_moments
 from autobalance.engine.cycle.analysis import CycleAnalysis
 from autobalance.engine.force_summary import ShakingForce
-from autobalance.errors import CorrectionError, JobError
+from autobalance.errors import AutobalanceError, CorrectionError, JobError
 from autobalance.job import Job
 from autobalance.job.limits import limits_of_every_kind
 from autobalance.rigid_rotor.moments import Moments
@@ -70,14 +70,14 @@ def balanced_record(job: Job, crank: Crank, watch: Stopwatch, progress: Progress
         tolerance = rotor_from_job.tolerance_of(job, crank.anatomy, crank.moments)
         rotor = rotor_of(job, crank, tolerance, factor)
         before = engine_from_job.shaking(job, crank.anatomy, crank.moments)
-        with_gas = None if job.cycle is None else _gas_loads(job, crank, crank.source.solid, crank.moments)
+        with_gas, missing = _before_with_gas(job, crank)
     with _Stages(watch, progress) as told:
         try:
             result = balance(rotor, tolerance, job.methods, measure_of(crank.source), told, prefer=job.prefer)
         except CorrectionError as error:
             raise JobError(f"{job.path.name}: {error}") from None
     record = record_of(job, crank, factor, tolerance, result, counterweights.result())
-    record = replace(record, warnings=odd)
+    record = replace(record, warnings=(*odd, *missing))
     if before is not None and record.balanced is not None:
         forces = _forces(job, crank, before, result)
         record = replace(record, balanced=replace(record.balanced, forces=forces))
@@ -102,6 +102,16 @@ def measure_of(source: Source) -> Measure:
 def _forces(job: Job, crank: Crank, before: ShakingForce, result: Result) -> Forces | None:
     after = engine_from_job.shaking(job, crank.anatomy, result.final_moments)
     return None if after is None else Forces(before, after, job.engine.rod_length_mm is not None)
+
+
+def _before_with_gas(job: Job, crank: Crank) -> tuple[CycleAnalysis | None, tuple[str, ...]]:
+    """Return the cycle before balancing; or a warning why a job's engine cannot have it."""
+    if job.cycle is None:
+        return None, ()
+    try:
+        return _gas_loads(job, crank, crank.source.solid, crank.moments), ()
+    except AutobalanceError as error:
+        return None, (f"loads with gas are left out: {error}",)
 
 
 def _gas_loads(job: Job, crank: Crank, solid: Solid, moments: Moments) -> CycleAnalysis:
