@@ -24,6 +24,7 @@ PUBLIC = {
     "compare": "api.compare",
     "crank_from_mesh": "api.crank",
     "cycle": "api.cycle",
+    "design": "api.design",
     "fem": "api.fem",
     "forces": "api.forces",
     "generate": "api.generate",
@@ -58,6 +59,7 @@ if TYPE_CHECKING:
     from autobalance.api.crank import crank_from_mesh as crank_from_mesh
     from autobalance.api.crank import read_crank as read_crank
     from autobalance.api.cycle import cycle as cycle
+    from autobalance.api.design import design as design
     from autobalance.api.fem import fem as fem
     from autobalance.api.forces import forces as forces
     from autobalance.api.generate import generate as generate

@@ -32,6 +32,7 @@ COMMANDS: dict[str, str] = {
     "recut": "further cuts on a corrected crank, from what a balancing machine read on it",
     "torsion": "torsional vibration of a crank or a chain: frequencies, critical orders, torque, stress",
     "grade": "balance quality grades: permissible and achieved, and the list for crank drives",
+    "design": "search counterweight profiles for the best that meet the balance exactly",
     "batch": "many jobs from a list or a folder: one row each, taken up again after a kill",
     "study": "many cranks to one plan: how many are within tolerance, and which ± to improve",
     "fem": "natural modes and static stress of a solid, by quadratic tetrahedra (extra)",

@@ -10,10 +10,10 @@ import os
 import signal
 import threading
 from collections.abc import Callable, Iterator, Sequence
-from concurrent.futures import FIRST_COMPLETED, Executor, Future, ProcessPoolExecutor, wait
+from concurrent.futures import FIRST_COMPLETED, CancelledError, Future, ProcessPoolExecutor, wait
 from concurrent.futures.process import BrokenProcessPool
 from contextlib import contextmanager, suppress
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from multiprocessing import get_context, parent_process
 from multiprocessing.connection import wait as wait_for_end
 from typing import Any, Protocol
@@ -247,7 +247,6 @@ class Cluster:
     client: Any
     ahead: int = 2
     """Tasks on their way for each thread of the cluster, so that none waits for the next one."""
-    _executor: Executor | None = field(default=None, repr=False)
 
     def run(self, work: Work, tasks: Sequence[Any]) -> Iterator[Done]:
         """Yield the end of each task; the scheduler gives tasks of dead workers to others."""
@@ -270,9 +269,13 @@ class Cluster:
                     except KilledWorker:  # the scheduler has tried it as often as it may
                         yield Done(number, None, "", TRIES, lost=True)
                         continue
+                    except CancelledError:
+                        raise FileError("the cluster went away; what is done is kept") from None
                     yield Done(number, value, worker, attempt)
         finally:
-            executor.shutdown(wait=False, cancel_futures=True)
+            for future in running:
+                future.cancel()
+            executor.shutdown(wait=False)
 
 
 def _with_address(work: Work, task: Any) -> tuple[str, Any]:

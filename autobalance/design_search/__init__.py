@@ -1,0 +1,1 @@
+"""Counterweight profiles as splines: searched for the best that meet the balance exactly."""

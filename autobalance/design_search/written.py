@@ -1,0 +1,88 @@
+"""Designs as solids: written, read again, measured, and corrected until what is written meets the balance."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from autobalance.design_search.free_metal import with_profiles
+from autobalance.design_search.neighbours import Clearance
+from autobalance.design_search.problem import ALLOWED, Amounts, Constraint, Problem
+from autobalance.rigid_rotor.moments import Moments
+from autobalance.rigid_rotor.unbalance import Unbalance
+from autobalance.solid.csg.solid import Solid
+from autobalance.solid.formats.write import decode, encode
+from autobalance.solid.mesh.measure import soup_moments
+
+Array = NDArray[np.float64]
+
+PASSES = 6
+ENOUGH = 0.1
+"""Share of what is allowed that is aimed at: the frame found again on the file moves by its rounding."""
+FORMAT = "stl"
+
+
+@dataclass(frozen=True, eq=False)
+class WrittenDesign:
+    """A design as the bytes of its solid, and everything measured of that.
+
+    ``solid`` is in file coordinates; ``held_error`` is by how much the held volume differs, as a share.
+    """
+
+    variables: Array
+    amounts: Amounts
+    data: bytes
+    solid: Solid
+    moments: Moments
+    residual: Unbalance
+    used_share: float
+    held_error: float
+    constraints: tuple[Constraint, ...]
+    clearances: tuple[Clearance, ...]
+
+    @property
+    def feasible(self) -> bool:
+        """Whether every constraint is kept."""
+        return all(each.margin >= 0.0 for each in self.constraints)
+
+
+def written(problem: Problem, variables: Array) -> WrittenDesign:
+    """Write a design's solid and measure it; what facets and rounding change is solved for again."""
+    off = np.zeros(4)
+    best: WrittenDesign | None = None
+    for _ in range(PASSES):
+        solved = problem.solved(variables, off)
+        made = _made(problem, solved)
+        if best is None or made.used_share < best.used_share:
+            best = made
+        if best.used_share <= ENOUGH * ALLOWED:
+            break
+        off = made.residual.components - problem.residual(problem.moments(solved)[0]).components
+    assert best is not None
+    return best
+
+
+def _made(problem: Problem, variables: Array) -> WrittenDesign:
+    amounts, crank = problem.amounts(variables), problem.crank
+    rotor_solid, held_error = with_profiles(problem.free, amounts.radii_mm, amounts.thickness_mm)
+    solid = rotor_solid.moved(crank.anatomy.rotor_to_file)
+    scale = crank.source.mm_per_unit
+    data = encode(solid.mesh, FORMAT, scale)
+    soup = decode(data, FORMAT, scale)
+    moments = soup_moments(soup, crank.density_g_mm3, crank.anatomy.file_to_rotor)
+    residual = problem.residual(moments)
+    constraints, clearances = problem.constraints(variables, moments, residual)
+    return WrittenDesign(
+        variables,
+        amounts,
+        data,
+        solid,
+        moments,
+        residual,
+        problem.tolerance(moments).used_share(residual),
+        held_error,
+        tuple(constraints),
+        tuple(clearances),
+    )
