@@ -279,6 +279,19 @@ class TestBadRecords:
         report = self._warned(capsys, "gap", path, "--speed-rpm", 1500)
         assert report["spectrum"]["peaks"][0]["amplitude"] == pytest.approx(2.5, rel=1e-4)
 
+    def test_hole_of_a_twentieth(self, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+        values = SINES + 1.5
+        values[7000:8000] = np.nan
+        path = write_csv(tmp_path / "r.csv", {"time_s": T, "accel_g": values})
+        report = self._warned(capsys, "gap", path, "--speed-rpm", 1500)
+        assert report["spectrum"]["peaks"][0]["amplitude"] == pytest.approx(2.5, rel=1e-6)
+        assert report["spectrum"]["peaks"][1]["amplitude"] == pytest.approx(0.8, rel=1e-6)
+
+    def test_holes_everywhere(self, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+        values = np.where(np.arange(len(T)) % 5 < 3, np.nan, SINES)
+        path = write_csv(tmp_path / "r.csv", {"time_s": T, "accel_g": values})
+        assert "12000 of 20000 samples are no numbers" in refused(capsys, 3, path)
+
     def test_column_that_is_text(self, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
         rows = "\n".join(f"{a:.4f},{b:.8g},hello" for a, b in zip(T, SINES, strict=True))
         path = tmp_path / "r.csv"
@@ -343,6 +356,9 @@ class TestBadRecords:
         (("--calibration", "foo=1"), 3, "has no channel 'foo'"),
         (("--sample-rate", "500"), 3, "--sample-rate says 500"),
         (("--job", "none.toml"), 3, "none.toml"),
+        (("--campbell", "none.json"), 3, "cannot read none.json"),
+        (("--campbell", "pyproject.toml"), 3, "is not JSON"),
+        (("--campbell", "tests/reference/cases.json"), 3, "holds no natural frequencies"),
     ],
 )
 def test_options_refused(
@@ -375,7 +391,11 @@ def test_plots_and_page(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> N
         "time_s": T, "x_g": np.cos(angle), "y_g": np.sin(angle), "tacho_V": smooth_tacho(angle)
     }  # fmt: skip
     path = write_csv(tmp_path / "r.csv", columns)
-    options = ("--tacho", "tacho", "--axes", "x,y", "--bearing", "balls=9,ball=8,pitch=40")
+    (tmp_path / "rotor.json").write_text(
+        json.dumps({"campbell": [{"speed_rpm": 1200.0, "modes": [{"frequency_hz": 150.0}]}]})
+    )
+    campbell = ("--campbell", str(tmp_path / "rotor.json"))
+    options = ("--tacho", "tacho", "--axes", "x,y", "--bearing", "balls=9,ball=8,pitch=40", *campbell)
     assert (
         main(["orders", str(path), *options, "--plots", str(tmp_path / "p"), "-o", str(tmp_path / "o")]) == 0
     )

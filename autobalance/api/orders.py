@@ -5,10 +5,10 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from autobalance.api.result import Plots, Values, VerbResult, report_head
-from autobalance.errors import FormatError
+from autobalance.errors import FileError, FormatError
 
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike
@@ -28,6 +28,8 @@ class OrdersResult(VerbResult):
     """What a record holds; with the analysis itself, for plots and the page."""
 
     analysis: Analysis | None = field(default=None)
+    predicted: tuple[tuple[float | None, float], ...] = ()
+    """Speeds [1/min] (None: any) and natural frequencies [Hz] computed elsewhere, for the waterfall."""
 
     def text(self, units: str = "metric") -> str:
         """Return the analysis as lines for people; always metric."""
@@ -39,7 +41,7 @@ class OrdersResult(VerbResult):
         """Return spectrum, waterfall, order map, cuts, and the envelope and circles that were asked for."""
         from autobalance.report.orders_plots import orders_plots
 
-        return {} if self.analysis is None else orders_plots(self.analysis, self.report)
+        return {} if self.analysis is None else orders_plots(self.analysis, self.report, self.predicted)
 
     def files(self) -> Mapping[str, bytes]:
         """Return ``orders.html``: a page with the record to zoom into."""
@@ -93,6 +95,7 @@ def orders(
     band: tuple[float, float] | None = None,
     axes: tuple[str, str] | None = None,
     job: str | Path | Job | None = None,
+    campbell: str | Path | Mapping[str, Any] | None = None,
     progress: Progress = lambda _words, _share: None,
 ) -> OrdersResult:
     """Find what a recorded signal holds, and what may cause it.
@@ -127,6 +130,8 @@ def orders(
         X and Y: forward and backward circles of order 1.
     job : path, Job or None
         The engine that was recorded, for the sources.
+    campbell : path, mapping or None
+        A report of ``rotor`` or ``torsion``, whose natural frequencies are drawn over the waterfall.
     progress : callable
         Told words and the share done; may raise to stop.
 
@@ -165,8 +170,35 @@ def orders(
     sources = _sources(question, job, found, progress)
     given = _input(question, first, second, sample_rate, calibration, job, bearing)
     return OrdersResult(
-        {**report_head("orders"), "input": given, **orders_values(found, sources, compared)}, analysis=found
+        {**report_head("orders"), "input": given, **orders_values(found, sources, compared)},
+        analysis=found,
+        predicted=() if campbell is None else _predicted(campbell),
     )
+
+
+def _predicted(given: str | Path | Mapping[str, Any]) -> tuple[tuple[float | None, float], ...]:
+    """Return the natural frequencies of a report of ``rotor`` (by speed) or ``torsion`` (at any)."""
+    import json
+
+    report = given
+    if isinstance(given, str | Path):
+        try:
+            report = json.loads(Path(given).read_text(encoding="utf-8"))
+        except OSError as error:
+            raise FileError(f"cannot read {given}: {(error.strerror or str(error)).lower()}") from None
+        except ValueError:
+            raise FormatError(f"{given} is no report of rotor or torsion: it is not JSON") from None
+    try:
+        if isinstance(report, Mapping) and "campbell" in report:
+            rows = report["campbell"]
+            return tuple(
+                (float(row["speed_rpm"]), float(m["frequency_hz"])) for row in rows for m in row["modes"]
+            )
+        if isinstance(report, Mapping) and "natural_frequencies_hz" in report:
+            return tuple((None, float(f)) for f in report["natural_frequencies_hz"])
+    except (KeyError, TypeError, ValueError):
+        pass
+    raise FormatError("campbell is no report of rotor or torsion: it holds no natural frequencies")
 
 
 def _record(

@@ -33,6 +33,9 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--axes", metavar="X,Y", help="two channels: rotating or reciprocating unbalance")
     parser.add_argument("--job", metavar="JOB.toml", help="the engine that was recorded, for the sources")
     parser.add_argument(
+        "--campbell", metavar="REPORT.json", help="of rotor or torsion: its frequencies over the waterfall"
+    )
+    parser.add_argument(
         "-o", "--output", metavar="DIR", help="write the report and a page to zoom into to DIR"
     )
     add_json(parser)
@@ -85,11 +88,12 @@ def run(arguments: argparse.Namespace) -> int:
             band=_pair("--band", _numbers("--band", arguments.band)),
             axes=_pair("--axes", None if arguments.axes is None else tuple(arguments.axes.split(","))),
             job=arguments.job,
+            campbell=arguments.campbell,
             progress=progress,
         )
     for text in result.report["warnings"]:
         warn(text)
-    read = (arguments.record, arguments.other, arguments.job)
+    read = (arguments.record, arguments.other, arguments.job, arguments.campbell)
     return finish(arguments, result, sources=tuple(each for each in read if each is not None))
 
 

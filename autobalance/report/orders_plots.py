@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -27,15 +28,17 @@ ANGLES = np.linspace(0.0, 2.0 * np.pi, 181)
 DOTTED: dict[str, Any] = {"color": "0.5", "linestyle": ":", "linewidth": 1.0}
 
 
-def orders_plots(found: Analysis, values: Values) -> Files:
-    """Return every plot that the record allows, by name."""
+def orders_plots(
+    found: Analysis, values: Values, predicted: Sequence[tuple[float | None, float]] = ()
+) -> Files:
+    """Return every plot that the record allows; ``predicted`` (speed, frequency) on the waterfall."""
     unit = f" [{found.channel.unit}]" if found.channel.unit else ""
     label = f"{found.channel.name}{unit}"
     made: Files = {"spectrum": _spectrum(found, values, label)}
     turning = found.speed.turning
     top = _top_hz(found)
     fall = waterfall(found.channel, found.question.window, top, turning)
-    made["waterfall"] = _waterfall(fall, label, found, values)
+    made["waterfall"] = _waterfall(fall, label, found, values, predicted)
     if turning is not None and found.lines is not None:
         made["orders"] = _orders(values, label)
         mapped = order_map(found.channel, turning, _max_order(found))
@@ -138,7 +141,13 @@ def _colours(axes: Axes, x: Array, y: Array, sizes: Array, label: str) -> None:
         bar.set_label(f"log₁₀ of amplitude over its greatest, {sizes.max():.4g} {label.partition(' ')[2]}")
 
 
-def _waterfall(found: Map, label: str, analysis: Analysis, values: Values) -> dict[str, bytes]:
+def _waterfall(
+    found: Map,
+    label: str,
+    analysis: Analysis,
+    values: Values,
+    predicted: Sequence[tuple[float | None, float]],
+) -> dict[str, bytes]:
     rising = found.speeds_rpm is not None and not analysis.speed.is_steady
     speeds = found.speeds_rpm
 
@@ -149,6 +158,7 @@ def _waterfall(found: Map, label: str, analysis: Analysis, values: Values) -> di
         axes.set_xlabel("frequency [Hz]")
         for mode in values["natural_modes"]:
             axes.axvline(mode["frequency_hz"], **DOTTED, label=f"natural {mode['frequency_hz']:.4g} Hz")
+        _predictions(axes, predicted, found, rising=rising)
         if rising:
             strong = sorted(
                 (r for r in values["orders"] if r["amplitude"]), key=lambda row: -row["amplitude"]
@@ -161,6 +171,20 @@ def _waterfall(found: Map, label: str, analysis: Analysis, values: Values) -> di
         axes.set_xlim(0.0, float(found.columns[-1]))
 
     return drawn("Waterfall" + (f" of {label}"), "speed [1/min]" if rising else "time [s]", draw)
+
+
+def _predictions(
+    axes: Axes, predicted: Sequence[tuple[float | None, float]], found: Map, *, rising: bool
+) -> None:
+    """Draw natural frequencies that were computed: by speed as points, or at any speed as lines."""
+    top = float(found.columns[-1])
+    for f in sorted({f for speed, f in predicted if (speed is None or not rising) and f <= top}):
+        axes.axvline(f, color="0.3", linestyle="-.", linewidth=0.9)
+    if rising and found.speeds_rpm is not None:
+        low, high = float(found.speeds_rpm.min()), float(found.speeds_rpm.max())
+        points = [(f, n) for n, f in predicted if n is not None and low <= n <= high and f <= top]
+        if points:
+            axes.plot(*zip(*points, strict=True), ".", color="0.3", markersize=3.0, label="computed")
 
 
 def _order_map(found: Map, label: str) -> dict[str, bytes]:

@@ -290,9 +290,19 @@ def _modes(
         orders = [float(lines.orders[k]) for k in strong if strength[k] > 0.03 * strength.max()]
         return modes_of_run_up(response, rate, speed.turning, orders)
     found = modes_of_sweep(response, rate)
+    if speed.turning is not None and speed.is_steady:
+        found = [mode for mode in found if not _is_order(mode, speed.turning, rate / len(response))]
     if not found:
         warnings.append("no natural frequency stands out of this record")
     return found
+
+
+def _is_order(mode: Mode, turning: Turning, step_hz: float) -> bool:
+    """Tell whether a line is a half order of a steady speed, whose little variation makes it look damped."""
+    speeds = turning.speeds_rpm() / 60.0
+    order = round(2.0 * mode.frequency_hz / turning.mean_rpm * 60.0) / 2.0
+    off = abs(mode.frequency_hz - order * turning.mean_rpm / 60.0)
+    return order > 0.0 and off < order * float(speeds.max() - speeds.min()) + 2.0 * step_hz
 
 
 def _check_alike(one: Channel, other: Channel) -> None:

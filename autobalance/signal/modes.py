@@ -1,15 +1,14 @@
 """Natural frequencies and damping from run-ups, sweeps and transfer functions.
 
-Within a band around one resonance the transform of the response Y to known inputs U_j is, for a finite
-record,
+Within a band around one resonance the transform of the response Y to known inputs U_j is, of a finite record,
 
     (s − p) Y = Σ B_j(s) U_j + T(s),    s = i(f − f_c)/b,
 
-with the pole p, short polynomials B_j for what each input and all other modes do, and T for the motion at
-the record's ends. It is linear in p and the coefficients, and solved by least squares with the weight 1/|s
-− p| of the last solution. The inputs are the force where it was measured; in a run-up, e^(ikθ) of the
-orders that pass, so that a fast run-up does not shift the resonance. With neither, the spectrum's size
-alone is fitted: |Y|² = C(f)/|s − p|².
+with the pole p, short polynomials B_j for what each input and all other modes do, and T for the motion at the
+record's ends. It is linear in p and the coefficients, and solved by least squares with the weight 1/|s − p|
+of the last solution. The inputs are the force where it was measured; in a run-up, e^(ikθ) of the orders that
+pass, so that a fast run-up does not shift the resonance; of a lone sweep, its own smoothed course. With none
+of them, the spectrum's size is fitted: |Y|² = A/((f − a)² + b²) + N, by the likelihood of a periodogram.
 """
 
 from __future__ import annotations
@@ -19,7 +18,7 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy import fft, signal
+from scipy import fft, optimize, signal
 
 from autobalance.signal.record import Array, Complex
 from autobalance.signal.turning import TURN, Turning
@@ -36,7 +35,7 @@ ROUNDS = 30
 WIDTHS = (8.0, 5.0, 5.0)
 """Half widths of the band, in half widths of the resonance, from round to round."""
 EXPLAINED = 0.5
-BELL_POINTS = 100
+BELL_POINTS = 30
 RIDGE_SHARE = 0.7
 """Of a piece's power that lies on the ridge, where one sine alone sweeps."""
 LEAST_EXCITED = 1e-3
@@ -231,57 +230,52 @@ def _pole(s: Complex, seen: Complex, inputs: Sequence[Complex]) -> tuple[complex
 
 
 def _by_size(power: Array, step: float, guess: float, room: float) -> Mode | None:
-    """Fit C(x)/(x² − 2ax + c) to the size squared in a band around a guess."""
+    """Fit a bell on a floor to the size squared in a band around a guess; the band follows its width."""
     centre, half = guess, min(room, max(0.05 * guess, 12.0 * step))
     mode: Mode | None = None
     for width in WIDTHS:
         low, high = max(1, int((centre - half) / step)), min(len(power) - 1, int((centre + half) / step) + 1)
         if high - low < 12:
             break
-        x, seen = _thinned((np.arange(float(low), float(high)) * step - centre) / half, power[low:high])
-        a, c, explained = _bell(x, seen)
-        if not c > a * a:
-            return None
-        mode = _mode(centre + half * a, half * float(np.sqrt(c - a * a)), explained)
+        x = (np.arange(float(low), float(high)) * step - centre) / half
+        place, breadth, explained = _bell(x, power[low:high])
+        mode = _mode(centre + half * place, half * breadth, explained)
         if mode is None or abs(mode.frequency_hz - guess) > room:
             return None
         if 2.0 * mode.damping_ratio * mode.frequency_hz < LEAST_BINS * step:
             return None
-        centre, half = (
-            centre + half * a,
-            min(room, max(width * mode.damping_ratio * mode.frequency_hz, 12.0 * step)),
-        )
+        centre += half * place
+        half = min(room, max(width * mode.damping_ratio * mode.frequency_hz, 12.0 * step))
     return mode if mode is not None and mode.explained > EXPLAINED else None
 
 
-def _thinned(x: Array, seen: Array) -> tuple[Array, Array]:
-    """Return means over neighbours where there are many: the answer to noise scatters by its own size."""
-    few = len(x) // BELL_POINTS
-    if few < 2:
-        return x, seen
-    kept = len(x) // few * few
-    return x[:kept].reshape(-1, few).mean(axis=1), seen[:kept].reshape(-1, few).mean(axis=1)
-
-
 def _bell(x: Array, seen: Array) -> tuple[float, float, float]:
-    """Return a, c and the share explained."""
-    powers = np.stack([x**k for k in range(SMOOTH_DEGREE + 1)], axis=1)
-    a, c = 0.0, 0.1
-    for _ in range(ROUNDS):
-        weight = 1.0 / np.maximum(x * x - 2.0 * a * x + c, 1e-9)
-        matrix = np.concatenate([(2.0 * x * seen)[:, None], -seen[:, None], powers], axis=1) * weight[:, None]
-        size = np.sqrt((matrix**2).sum(axis=0)) + 1e-300
-        found = np.linalg.lstsq(matrix / size, weight * x * x * seen, rcond=1e-12)[0] / size
-        moved = abs(found[0] - a) + abs(found[1] - c)
-        a, c = float(found[0]), float(found[1])
-        if moved < 1e-10 or not c > a * a:
-            break
-    bell = x * x - 2.0 * a * x + c
-    if not c > a * a:
-        return a, c, 0.0
-    model = powers @ found[2:] / bell
-    spread = float(((seen - seen.mean()) ** 2).sum())
-    return a, c, 1.0 - float(((seen - model) ** 2).sum()) / spread if spread else 0.0
+    """Return a and b of a bell A/((x − a)² + b²) + N, and the share explained of the smoothed power.
+
+    The answer to noise scatters by its own size: the likelihood of a periodogram, Σ ln S + P/S, takes that
+    into account (Whittle).
+    """
+    power = seen / seen.mean()
+
+    def model(q: Array) -> Array:
+        return np.asarray(np.exp(q[2]) / ((x - q[0]) ** 2 + np.exp(2.0 * q[1])) + np.exp(q[3]))
+
+    def cost(q: Array) -> float:
+        bell = model(np.clip(q, -30.0, 30.0))
+        return float(np.mean(np.log(bell) + power / bell))
+
+    start = np.array([0.0, np.log(0.15), np.log(0.3), np.log(0.05)])
+    found = optimize.minimize(cost, start, method="Nelder-Mead", options={"maxiter": 1500, "xatol": 1e-5})
+    smooth, bell = _thinned(power), _thinned(model(found.x))
+    spread = float(((smooth - smooth.mean()) ** 2).sum())
+    explained = 1.0 - float(((smooth - bell) ** 2).sum()) / spread if spread else 0.0
+    return float(found.x[0]), float(np.exp(found.x[1])), explained
+
+
+def _thinned(values: Array) -> Array:
+    """Return means over neighbours where there are many."""
+    few = max(1, len(values) // BELL_POINTS)
+    return np.asarray(values[: len(values) // few * few].reshape(-1, few).mean(axis=1))
 
 
 def _mode(damped_hz: float, decay_hz: float, explained: float) -> Mode | None:

@@ -18,6 +18,7 @@ NEIGHBOURS = 5
 LONGEST_WINDOW = 401
 MORE_SCATTER = 1.6
 """A wider smoothing may leave so much more than the narrowest; rounding to samples is no white noise."""
+ERROR_WINDOW = 11
 PATTERN_TURNS = 4
 """An encoder's own pattern is only told from the shaft's motion where it came so often."""
 
@@ -200,8 +201,20 @@ def _evened(times: Array, per_turn: int, found: int, missing: int, extra: int, r
     """Take off what repeats each turn, then smooth."""
     offsets, pattern = _pattern(times, per_turn)
     clean = times - offsets
-    smooth, jitter = _smoothed(clean)
-    return Pulses(times, smooth, per_turn, found, missing, extra, jitter, pattern, repeats)
+    return Pulses(
+        times, _smoothed(clean), per_turn, found, missing, extra, _interval_error(clean), pattern, repeats
+    )
+
+
+def _interval_error(times: Array) -> float:
+    """Return the standard deviation of intervals about their neighbours' moving cubic, over the interval."""
+    from scipy.signal import savgol_filter
+
+    intervals = np.diff(times)
+    width = min(ERROR_WINDOW, len(intervals) - 1 + len(intervals) % 2)
+    if width < 5:
+        return 0.0
+    return float(np.std(intervals / savgol_filter(intervals, width, 3) - 1.0))
 
 
 def _pattern(times: Array, per_turn: int) -> tuple[Array, float]:
@@ -240,26 +253,23 @@ def _centred(per_turn: int) -> Array:
     return weights
 
 
-def _smoothed(times: Array) -> tuple[Array, float]:
-    """Return the pulses as smooth as their scatter allows, and the intervals' scatter over the interval.
+def _smoothed(times: Array) -> Array:
+    """Return the pulses as smooth as their scatter allows.
 
     The scatter is what a cubic through the nearest neighbours leaves. A wider window is taken as long as what
-    it leaves is no more than that scatter: the shaft's own motion is kept.
+    it leaves is not much more than that: the shaft's own motion is kept.
     """
     count = len(times)
     if count < 8:
-        return times, 0.0
-    best, scatter, least = times, 0.0, -1.0
-    width = 5
+        return times
+    best, least, width = times, -1.0, 5
     while width <= min(count, LONGEST_WINDOW):
         smooth, left = _cubic_fit(times, width)
         least = left if least < 0.0 else least
         if left > MORE_SCATTER * least:
             break
-        best, scatter = smooth, left
-        width = 2 * width + 1
-    interval = (times[-1] - times[0]) / (count - 1)
-    return best, float(np.sqrt(2.0) * scatter / interval)
+        best, width = smooth, 2 * width + 1
+    return best
 
 
 def _cubic_fit(times: Array, width: int) -> tuple[Array, float]:

@@ -35,6 +35,9 @@ def test_two_modes_from_random_force() -> None:
     force = np.random.default_rng(2).standard_normal(len(t))
     response = resonated(force, RATE, 115.0, 0.012) + 0.5 * resonated(force, RATE, 187.0, 0.008)
     found = modes_of_transfer(response, force, RATE)
+    alone = modes_of_sweep(response, RATE)
+    assert [mode.frequency_hz for mode in alone] == pytest.approx([115.0, 187.0], rel=5e-3)
+    assert [mode.damping_ratio for mode in alone] == pytest.approx([0.012, 0.008], rel=0.3)
     assert [mode.frequency_hz for mode in found] == pytest.approx([115.0, 187.0], rel=1e-4)
     assert [mode.damping_ratio for mode in found] == pytest.approx([0.012, 0.008], rel=0.01)
 
