@@ -158,27 +158,31 @@ def check_report(path: Path, independent: bool = False) -> Checked:
 
 
 def _checked(claims: Claims, folder: Path, independent: bool) -> Checked:
+    if claims.values.get("command") == "recut":
+        from autobalance.verification.recut_claims import check_recut
+
+        return check_recut(claims, folder, independent)
     claims.same("command", "balance")
     job = claimed_job(claims)
     frame = _frame(claims)
     anatomy = _anatomy(claims, frame)
     crank = _claimed_crank(claims)
-    source, moments, soup = _measured(claims, folder, job, frame)
-    again = _measured_again(claims, source, job, frame) if independent else None
+    source, moments, soup = measured_files(claims, folder, job, frame)
+    again = measured_again(claims, source, job, frame) if independent else None
     given_in = _check_input(claims, folder, job, anatomy)
-    hidden = _hidden(claims, job, anatomy, given_in, soup)
+    hidden = hidden_part(claims, job, anatomy, given_in, soup)
     tolerance = _check_tolerance(claims, job, anatomy, crank)
     loads = _check_loads(claims, job, anatomy, crank) - rotor_from_job.overbalance_moments(job, tolerance)
-    _check_unbalance(claims, "initial", Unbalance.of(crank + loads), tolerance, _size(source, crank))
-    after = moments + hidden + _pressed_in(claims)
+    check_unbalance(claims, "initial", Unbalance.of(crank + loads), tolerance, size_of(source, crank))
+    after = moments + hidden + pressed_in(claims)
     residual = Unbalance.of(after + loads)
-    _check_unbalance(claims, "residual", residual, tolerance, _size(source, crank))
+    check_unbalance(claims, "residual", residual, tolerance, size_of(source, crank))
     _check_after(claims, job, anatomy, crank, after)
     _check_forces(claims, job, anatomy, {"before": crank, "after": after})
     _check_gas_loads(claims, job, anatomy, source, after)
     causes = _causes(claims, job, anatomy, crank, tolerance, given_in)
-    _check_doubt(claims, "initial", causes, crank, [], _size(source, crank))
-    budget = _check_doubt(claims, "residual", causes, moments, _depth_rates(claims), _size(source, crank))
+    _check_doubt(claims, "initial", causes, crank, [], size_of(source, crank))
+    budget = _check_doubt(claims, "residual", causes, moments, _depth_rates(claims), size_of(source, crank))
     within = _verdict(claims, tolerance, residual, budget)
     return Checked(claims.held, within, residual, tolerance, tuple(claims.warnings), again, budget)
 
@@ -198,12 +202,12 @@ def measured_solid(claims: Claims, folder: Path, job: Job, anatomy: Anatomy) -> 
     ClaimError
         If its sha256 or its mass properties are others than the report's.
     """
-    _, moments, soup = _measured(claims, folder, job, anatomy.file_to_rotor)
-    hidden = _hidden(claims, job, anatomy, _check_input(claims, folder, job, anatomy), soup)
-    return moments + hidden + _pressed_in(claims)
+    _, moments, soup = measured_files(claims, folder, job, anatomy.file_to_rotor)
+    hidden = hidden_part(claims, job, anatomy, _check_input(claims, folder, job, anatomy), soup)
+    return moments + hidden + pressed_in(claims)
 
 
-def _measured_again(claims: Claims, source: Source, job: Job, frame: Array) -> float:
+def measured_again(claims: Claims, source: Source, job: Job, frame: Array) -> float:
     """Measure the solid from its slices; return how well both ways agree.
 
     Both would count metal twice that the solid holds twice: that there is none is looked at again too.
@@ -228,7 +232,7 @@ def _measured_again(claims: Claims, source: Source, job: Job, frame: Array) -> f
     return found
 
 
-def _size(source: Source, crank: Moments) -> float:
+def size_of(source: Source, crank: Moments) -> float:
     """Return ∫ |r| dm at most: what first moments are rounded against [g·mm]."""
     return crank.mass_g * (source.solid.mesh.diagonal_mm + float(np.abs(source.solid.bounds).max()))
 
@@ -333,13 +337,15 @@ def _claimed_crank(claims: Claims) -> Moments:
     return Moments(mass, mass * centre, second)
 
 
-def _measured(claims: Claims, folder: Path, job: Job, frame: Array) -> tuple[Source, Moments, Floats | None]:
+def measured_files(
+    claims: Claims, folder: Path, job: Job, frame: Array
+) -> tuple[Source, Moments, Floats | None]:
     """Read the corrected solid, or the input where nothing was cut, and check what is claimed of the file."""
     crankshaft = job.crankshaft
     key = "outputs.solid"
     if claims.get(key, object) is None:
         source = read(
-            _input_path(claims, folder),
+            input_path(claims, folder),
             crankshaft.unit,
             crankshaft.body,
             pressed_up=not crankshaft.crankpin_in_file,
@@ -357,11 +363,12 @@ def _measured(claims: Claims, folder: Path, job: Job, frame: Array) -> tuple[Sou
         claims.same(f"{key}.triangles", source.triangles)
         soup = decode(path.read_bytes(), str(source.format), source.mm_per_unit)
         moments = soup_moments(soup, crankshaft.density_g_mm3, frame)
-    _check_properties(claims, key, moments, source.volume_mm3)
+    check_properties(claims, key, moments, source.volume_mm3)
     return source, moments, soup
 
 
-def _check_properties(claims: Claims, key: str, moments: Moments, volume_mm3: float) -> None:
+def check_properties(claims: Claims, key: str, moments: Moments, volume_mm3: float) -> None:
+    """Check the mass properties that are claimed of a solid."""
     inertia = moments.inertia_g_mm2 / 1000.0
     reach = float(np.sqrt(np.trace(moments.second_g_mm2) / moments.mass_g))
     claims.near(f"{key}.mass_g", moments.mass_g, moments.mass_g)
@@ -377,7 +384,7 @@ Given = tuple[Source, ChordalError | None]
 """The crank's file, and what its facets hide."""
 
 
-def _input_path(claims: Claims, folder: Path) -> Path:
+def input_path(claims: Claims, folder: Path) -> Path:
     """Return the crank's file: relative to the report, else where the job found it; its hash is checked."""
     name = Path(claims.get("input.file", str))
     job = claims.get("job", dict)
@@ -390,7 +397,7 @@ def _input_path(claims: Claims, folder: Path) -> Path:
 
 def _check_input(claims: Claims, folder: Path, job: Job, anatomy: Anatomy) -> Given | None:
     """Check what is claimed of the crank before correction, where its file is still there; return it."""
-    path = _input_path(claims, folder)
+    path = input_path(claims, folder)
     if claims.get("outputs.solid", object) is not None and not path.is_file():
         claims.warnings.append(f"{path} is not there any more; what is claimed of it was not checked")
         return None
@@ -403,11 +410,11 @@ def _check_input(claims: Claims, folder: Path, job: Job, anatomy: Anatomy) -> Gi
     moments, added = source.moments(density, anatomy.file_to_rotor), Moments.zero()
     if facets is not None:
         added = FacetCorrection.of(facets, job.balance.facet_correction).part(facets.missing)
-    _check_properties(claims, "crank", moments + added, source.volume_mm3 + added.mass_g / density)
+    check_properties(claims, "crank", moments + added, source.volume_mm3 + added.mass_g / density)
     return source, facets
 
 
-def _hidden(
+def hidden_part(
     claims: Claims, job: Job, anatomy: Anatomy, given_in: Given | None, soup: Floats | None
 ) -> Moments:
     """Check and return what is added for the facets of the corrected solid, loose triangles ``soup``.
@@ -457,7 +464,7 @@ def _check_tolerance(claims: Claims, job: Job, anatomy: Anatomy, crank: Moments)
     claims.same("tolerance.judge", tolerance.judge)
     if "margin" in claims.get("tolerance", dict) or tolerance.margin != "none":
         claims.same("tolerance.margin", tolerance.margin)
-    listed = _listed(claims, "tolerance.planes", len(tolerance.planes))
+    listed = entries_of(claims, "tolerance.planes", len(tolerance.planes))
     for part, plane in zip(listed, tolerance.planes, strict=True):
         part.same("name", plane.name)
         part.near("z_mm", plane.z_mm, max(abs(plane.z_mm), 1.0))
@@ -466,7 +473,8 @@ def _check_tolerance(claims: Claims, job: Job, anatomy: Anatomy, crank: Moments)
     return tolerance
 
 
-def _listed(claims: Claims, path: str, count: int) -> list[Claims]:
+def entries_of(claims: Claims, path: str, count: int) -> list[Claims]:
+    """Return the entries of a list, each to be checked by itself."""
     values = claims.get(path, list)
     if len(values) != count:
         raise ClaimError(f"{claims.name}: {path} has {len(values)} entries, but {count} were found")
@@ -478,7 +486,7 @@ def _check_loads(claims: Claims, job: Job, anatomy: Anatomy, crank: Moments) -> 
     factor = rotor_from_job.target_factor(job, anatomy, crank)
     claims.near("balance_factor.target", factor, 1.0)
     loads = rotor_from_job.throw_loads(anatomy, job.engine)
-    for part, load in zip(_listed(claims, "engine.bob_weights", len(loads)), loads, strict=True):
+    for part, load in zip(entries_of(claims, "engine.bob_weights", len(loads)), loads, strict=True):
         part.near("mass_g", load.parts.bob_weight_g(factor), load.parts.bob_weight_g(factor))
         claims.held += part.held
     return bob_weight_moments(loads, factor) + rotor_from_job.attached_moments(job.engine.attached)
@@ -498,7 +506,7 @@ def _check_forces(claims: Claims, job: Job, anatomy: Anatomy, cranks: Mapping[st
         whole = job.engine.rod_length_mm is not None
         values = force_values(found, all_orders=whole)
         for part, order in zip(
-            _listed(claims, f"forces.{key}.orders", len(values["orders"])), values["orders"], strict=True
+            entries_of(claims, f"forces.{key}.orders", len(values["orders"])), values["orders"], strict=True
         ):
             for name in ("force_x_n", "force_y_n", "greatest_force_n", "forward_n", "backward_n"):
                 part.near(name, order[name], scale)
@@ -515,7 +523,9 @@ def _check_gas_loads(claims: Claims, job: Job, anatomy: Anatomy, source: Source,
     values = crank_values(gas_loads(job, anatomy, source.solid, density, after))
     rows = values["main_journals"]
     scale = max(row["greatest_N"] for row in rows)
-    for part, row in zip(_listed(claims, "loads_with_gas.after.main_journals", len(rows)), rows, strict=True):
+    for part, row in zip(
+        entries_of(claims, "loads_with_gas.after.main_journals", len(rows)), rows, strict=True
+    ):
         for name in ("greatest_N", "mean_N"):
             part.near(name, row[name], scale, BAY_ROUNDING)
         claims.held += part.held
@@ -523,9 +533,10 @@ def _check_gas_loads(claims: Claims, job: Job, anatomy: Anatomy, source: Source,
     claims.near("loads_with_gas.after.friction_mean_N_m", friction, max(friction, 1e-3), BAY_ROUNDING)
 
 
-def _check_unbalance(
+def check_unbalance(
     claims: Claims, key: str, found: Unbalance, tolerance: Tolerance, size_g_mm: float
 ) -> None:
+    """Check an unbalance in all its forms: resultant, angle, moment, planes."""
     claims.near(f"{key}.unbalance_g_mm", found.resultant_g_mm, size_g_mm, MOMENT_ROUNDING)
     claims.near(f"{key}.magnitude_g_mm", found.magnitude_g_mm, size_g_mm, MOMENT_ROUNDING)
     claimed = claims.array(f"{key}.unbalance_g_mm", (2,))
@@ -535,13 +546,13 @@ def _check_unbalance(
     span = (max(places) - min(places)) if places else 1.0
     claims.near(f"{key}.moment_g_mm2", found.moment_g_mm2, size_g_mm * max(span, 1.0), MOMENT_ROUNDING)
     vectors: Sequence[Array] = list(found.in_planes(places[0], places[1])) if places else []
-    for part, vector in zip(_listed(claims, f"{key}.planes", len(vectors)), vectors, strict=True):
+    for part, vector in zip(entries_of(claims, f"{key}.planes", len(vectors)), vectors, strict=True):
         part.near("unbalance_g_mm", vector, size_g_mm, MOMENT_ROUNDING)
         part.near("magnitude_g_mm", math.hypot(*vector), size_g_mm, MOMENT_ROUNDING)
         claims.held += part.held
 
 
-def _pressed_in(claims: Claims) -> Moments:
+def pressed_in(claims: Claims) -> Moments:
     """Return the slugs, which are not in the file."""
     total = Moments.zero()
     for values in claims.get("corrections", list):
@@ -621,7 +632,7 @@ def _check_doubt(
         return None
     found = causes.with_depth_rates(bare, rates)
     parts = [Claims(f"{claims.name}: {key}", claims.get(key, dict))]
-    parts += _listed(claims, f"{key}.planes", len(causes.tolerance.planes))
+    parts += entries_of(claims, f"{key}.planes", len(causes.tolerance.planes))
     file_is_there = causes.spacing_mm > 0.0
     columns = []
     for place, part in enumerate(parts):

@@ -19,7 +19,7 @@ from autobalance.rigid_rotor.tolerance import Tolerance, TolerancePlane
 from autobalance.rigid_rotor.unbalance import Unbalance
 from autobalance.solid.formats.read import Source, read
 from autobalance.units import RAD_S_PER_RPM
-from autobalance.verification.claims import Claims, claimed_anatomy, claimed_job, read_report
+from autobalance.verification.claims import Claims, claimed_anatomy, claimed_job, input_path, read_report
 
 COMMANDS = ("balance", "recut")
 """Commands whose reports have a job and a corrected solid."""
@@ -120,7 +120,7 @@ def left_solid(path: Path, claims: Claims, job: Job) -> tuple[Path, Source]:
     crankshaft = job.crankshaft
     entry = claims.get("outputs.solid", object)
     if entry is None:
-        solid, wanted = Path(claims.get("input.file", str)), claims.get("input.sha256", str)
+        solid, wanted = input_path(claims, path.parent), claims.get("input.sha256", str)
         first = claims.get("command", str) == "balance" or bool(claims.values.get("input_is_untouched"))
     else:
         solid, wanted, first = path.parent / Path(str(entry["file"])).name, entry["sha256"], False
