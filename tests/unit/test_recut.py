@@ -5,7 +5,6 @@ from __future__ import annotations
 import cmath
 import math
 from collections.abc import Callable
-from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -165,9 +164,9 @@ def test_exchanged_planes_are_found() -> None:
 
 
 def test_bob_weights_are_found_with_their_grams() -> None:
-    off = PER_GRAM.scaled(4.0)
-    heavy = replace(read(*TRUE_NOW), unbalance=read(*TRUE_NOW).unbalance + off)
-    found = suspects(compared(heavy, read(*TRUE_BEFORE)))
+    more = PER_GRAM.scaled(4.0).in_planes(*PLACES)
+    heavy = [(z, u + complex_of(each)) for (z, u), each in zip(TRUE_NOW, more, strict=True)]
+    found = suspects(compared(read(*heavy), read(*TRUE_BEFORE)))
     assert found[0].cause == "bob_weights"
     assert "+4.00 g" in found[0].says
 
@@ -187,22 +186,15 @@ def test_bob_weights_alike_on_throws_that_cancel_explain_nothing() -> None:
 
 
 def test_reading_in_other_units_and_senses() -> None:
-    found = read_reading(
-        {
-            **READING,
-            "rotation": "cw",
-            "zero_deg": 20.0,
-            "reads": "light",
-            "plane": [
-                {"at": "B", "oz_in": 0.5, "angle_deg": 50.0},
-                {"z_mm": "1 in", "g": 0.7, "radius_mm": 50.0, "angle_deg": 0.0},
-            ],
-        }
-    )
+    planes = [
+        {"at": "B", "oz_in": 0.5, "angle_deg": 50.0},
+        {"z_mm": "1 in", "g": 0.7, "radius_mm": 50.0, "angle_deg": 0.0},
+    ]
+    senses = {"rotation": "cw", "zero_deg": 20.0, "reads": "light"}
+    found = read_reading({**READING, **senses, "plane": planes})
     first, second = found.planes
-    assert first.unbalance_g_mm == pytest.approx(
-        cmath.rect(0.5 * G_MM_PER_OZ_IN, math.radians(20.0 - 50.0 + 180.0))
-    )
+    turned = math.radians(20.0 - 50.0 + 180.0)
+    assert first.unbalance_g_mm == pytest.approx(cmath.rect(0.5 * G_MM_PER_OZ_IN, turned))
     assert second.unbalance_g_mm == pytest.approx(cmath.rect(35.0, math.radians(200.0)))
     assert second.z_mm == pytest.approx(25.4)
     assert found.urr == pytest.approx(0.95)
