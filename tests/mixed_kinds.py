@@ -54,7 +54,8 @@ def mixed_job(folder: Path, seed: int) -> Path:
         f"[correction.mill]\ncutter_mm = {float(rng.choice([6.0, 8.0, 10.0]))}\nmin_wall_mm = {wall[1]}\n"
         f"[correction.drill]\ndiameters_mm = [{float(rng.uniform(6.0, 10.0)):.1f}]\nmin_wall_mm = {wall[2]}\n"
         f"min_spacing_mm = {spacing:.2f}\nmax_holes = 1\nmax_depth_mm = {float(rng.uniform(6.0, 16.0)):.1f}\n"
-        f"[correction.slug]\ndiameters_mm = [10.0, 12.0]\nlengths_mm = [5.0, 8.0]\nmin_wall_mm = {wall[3]}\n",
+        f"[correction.slug]\ndiameters_mm = [8.0, 10.0]\nlengths_mm = [5.0, 8.0]\n"
+        f"min_wall_mm = {min(wall[3], 2.5)}\n",
         encoding="utf-8",
     )
     return path

@@ -68,6 +68,7 @@ class AddLimits(Limits):
     min_wall_mm : float or None
         Clearance to the next metal over the face; default 2 mm.
     depth_step_mm : float
+        Step in which the height is set; 0: any height [mm].
     """
 
     faces: Literal["auto"] | tuple[str | FacePoint, ...] = "auto"

@@ -68,6 +68,7 @@ class ShoulderLimits(Limits):
     sector_deg : (float, float) or None
         Only this part of each face: angles about the crank axis, rotor frame [deg].
     max_depth_mm : float or None
+        Greatest depth; default what the metal allows.
     same_depth : bool
         One depth for all faces.
     min_wall_mm : float or None

@@ -1,5 +1,6 @@
 """What the documents say is so: their jobs are read, their links lead somewhere, their commands exist."""
 
+import importlib.util
 import re
 import tomllib
 from pathlib import Path
@@ -47,6 +48,18 @@ def test_commands_in_documents_exist(path: Path) -> None:
     text = path.read_text(encoding="utf-8")
     for name in re.findall(r"^(?:\.venv/bin/)?autobalance ([a-z]+)", text, re.MULTILINE):
         assert name in COMMANDS
+
+
+def test_the_tables_of_kinds_are_what_the_kinds_say() -> None:
+    """``python docs/make_tables.py`` writes them anew."""
+    path = ROOT / "docs" / "make_tables.py"
+    made = importlib.util.spec_from_file_location("make_tables", path)
+    assert made is not None
+    assert made.loader is not None
+    module = importlib.util.module_from_spec(made)
+    made.loader.exec_module(module)
+    text = (ROOT / "docs" / "job-file.md").read_text(encoding="utf-8")
+    assert module.page(text) == text
 
 
 def test_every_key_of_the_job_is_documented() -> None:
