@@ -338,7 +338,15 @@ def test_films_are_those_that_bearing_finds_in_the_series(
         file.write(
             "[cycle.film]\nviscosity_Pa_s = 0.004\nmain_clearance_mm = 0.04\ncrankpin_clearance_mm = 0.03\n"
         )
-    found = run(capsys, job, "--series", tmp_path / "s.csv", "--factors", "0,1")
+    found = run(capsys, job, "--series", tmp_path / "s.csv", "--factors", "0,1", "--sweep", "6000,9000,2")
+    swept = found["sweep"]
+    assert [(row["speed_rpm"], row["factor"]) for row in swept] == [
+        (pytest.approx(6000.0), 0.0), (pytest.approx(6000.0), 1.0),
+        (pytest.approx(9000.0), 0.0), (pytest.approx(9000.0), 1.0),
+    ]  # fmt: skip
+    for row, at_speed in zip(swept[2:], found["factors"], strict=True):
+        for key in ("greatest_main_N", "mean_main_N", "friction_mean_N_m", "least_film_mm"):
+            assert row[key] == pytest.approx(at_speed[key], rel=1e-3)
     crank = ab.read_crank(CRANK, unit="mm", crankpin_in_file=False)
     main_2 = crank.main_journals[1]
     bearing = {
@@ -529,7 +537,15 @@ def test_traces_that_cannot_be_are_refused(
 
 
 @pytest.mark.parametrize(
-    "words", [("--speed-rpm", "0"), ("--factors", "a,b"), ("--factors", "0,2"), ("--factors", "nan")]
+    "words",
+    [
+        ("--sweep", "9000,6000,3"),
+        ("--sweep", "1,2"),
+        ("--speed-rpm", "0"),
+        ("--factors", "a,b"),
+        ("--factors", "0,2"),
+        ("--factors", "nan"),
+    ],
 )
 def test_a_wrong_command_line_is_exit_code_2(
     job: Path, capsys: pytest.CaptureFixture[str], words: tuple[str, ...]

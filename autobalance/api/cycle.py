@@ -15,6 +15,7 @@ from autobalance.api.request import Request, request
 from autobalance.api.result import Plots, Values, VerbResult, report_head
 from autobalance.errors import UsageError
 from autobalance.job.model import Job
+from autobalance.units import RAD_S_PER_RPM
 
 if TYPE_CHECKING:
     from autobalance.api.crank import Crank
@@ -43,7 +44,7 @@ class CycleResult(VerbResult):
         """Return pressure, indicator diagrams, torque, orders, polar loads and speed."""
         from autobalance.report.cycle_plots import cycle_plots
 
-        return cycle_plots(self.analysis, self.factors, self.films)
+        return cycle_plots(self.analysis, self.factors, self.films, self.report["sweep"])
 
     def files(self) -> Mapping[str, bytes]:
         """Return the series by angle as a CSV file."""
@@ -67,6 +68,7 @@ def cycle(
     speed_rpm: float | None = None,
     factors: Sequence[float] | None = None,
     *,
+    sweep_rpm: Sequence[float] | None = None,
     crank: Crank | None = None,
     progress: Progress | None = None,
 ) -> CycleResult:
@@ -81,6 +83,9 @@ def cycle(
         Crank speed [1/min]; None: the job's top speed.
     factors : sequence of float or None
         Balance factors to compare, 0 to 1; None: 0, 0.28, 0.5, 0.64, 1.
+    sweep_rpm : sequence of float or None
+        Speeds at which every factor's loads, friction, torque and film are told too, at the pressures of
+        ``speed_rpm`` [1/min].
     crank : Crank or None
         In place of the job's crank file.
     progress : callable or None
@@ -102,8 +107,9 @@ def cycle(
     from autobalance.balancing.engine_from_job import as_measured
     from autobalance.balancing.firing_from_job import check_cycle, firing_engine
     from autobalance.engine.cycle.analysis import CycleAnalysis
+    from autobalance.engine.cycle.values import sweep_values
 
-    wanted = checked_factors(factors)
+    wanted, speeds = checked_factors(factors), _checked_sweep(sweep_rpm)
     read = (
         job if isinstance(job, Job) else read_job(job) if isinstance(job, str | Path) else Job.from_dict(job)
     )
@@ -114,7 +120,8 @@ def cycle(
     )
     analysis = CycleAnalysis(firing, found.speed_rad_s)
     values = _values(found.job, analysis, wanted)
-    films = _add_films(values, found, analysis, wanted)
+    values["sweep"] = sweep_values(analysis, speeds, wanted) if speeds else None
+    films = _add_films(values, found, analysis, wanted, speeds)
     values["speed_rpm"] = found.speed_rpm  # as it was asked, without the rounding of its conversion
     return CycleResult(values, analysis, wanted, films)
 
@@ -135,6 +142,16 @@ def checked_factors(factors: Sequence[float] | None) -> tuple[float, ...]:
     return tuple(float(factor) for factor in factors)
 
 
+def _checked_sweep(speeds_rpm: Sequence[float] | None) -> list[float]:
+    """Return the speeds of a sweep [rad/s], none without one."""
+    if speeds_rpm is None:
+        return []
+    if not speeds_rpm or not all(0.0 < speed < math.inf for speed in speeds_rpm):
+        given = ", ".join(f"{each:g}" for each in speeds_rpm) or "none"
+        raise UsageError(f"the speeds of the sweep are {given}; each must be > 0")
+    return [float(speed) * RAD_S_PER_RPM for speed in speeds_rpm]
+
+
 def _values(job: Job, found: CycleAnalysis, factors: Sequence[float]) -> Values:
     from autobalance.engine.cycle.values import cycle_values, pendulum_values
 
@@ -151,7 +168,11 @@ def _values(job: Job, found: CycleAnalysis, factors: Sequence[float]) -> Values:
 
 
 def _add_films(
-    values: Values, found: Request, analysis: CycleAnalysis, factors: Sequence[float]
+    values: Values,
+    found: Request,
+    analysis: CycleAnalysis,
+    factors: Sequence[float],
+    sweep_rad_s: Sequence[float],
 ) -> CycleFilms | None:
     """Put the oil films into a report, where the job asks for them."""
     from autobalance.balancing.cycle_films import cycle_films, film_values, least_films_mm
@@ -163,9 +184,14 @@ def _add_films(
         return None
     films = cycle_films(analysis, anatomy, film)
     values["films"] = film_values(films)
-    least = least_films_mm(analysis, anatomy, film, factors)
-    for row, value in zip(values["factors"], least, strict=True):
-        row["least_film_mm"] = value
+    firing = analysis.firing
+    least = least_films_mm(firing, anatomy, film, [analysis.speed_rad_s], factors)
+    rows, films_mm = values["factors"], least[0]
+    if sweep_rad_s:
+        by_speed = least_films_mm(firing, anatomy, film, sweep_rad_s, factors)
+        rows, films_mm = rows + values["sweep"], films_mm + [each for row in by_speed for each in row]
+    for row, film_mm in zip(rows, films_mm, strict=True):
+        row["least_film_mm"] = film_mm
     return films
 
 

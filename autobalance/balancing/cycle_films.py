@@ -12,6 +12,7 @@ import numpy as np
 from autobalance.crank.anatomy import Anatomy
 from autobalance.engine.cycle.analysis import CycleAnalysis
 from autobalance.engine.cycle.factors import MainLoads
+from autobalance.engine.cycle.firing_engine import FiringEngine
 from autobalance.engine.slider_crank import Complex
 from autobalance.job.cycle import Film
 from autobalance.rigid_rotor.moments import Array
@@ -21,7 +22,9 @@ if TYPE_CHECKING:
 
 Values = dict[str, Any]
 EVERY = 2
-"""Angles of the grid from one force to the next: a degree."""
+"""Angles of the grid from one force to the next: a degree, and two where there are many bearings."""
+FEW = 100
+"""Bearings up to which they are not many."""
 M_PER_MM = 1e-3
 
 
@@ -72,42 +75,56 @@ def cycle_films(found: CycleAnalysis, anatomy: Anatomy, film: Film) -> CycleFilm
     whole = loads.parts.mains_n(speed, loads.parts.crank_n)
     ends = big_ends(anatomy, film, [len(throw.cylinders) for throw in found.firing.throws])
     if ends is None:
-        return CycleFilms(_orbits(found, whole, mains, film), None)
+        return CycleFilms(_orbits(found.firing, whole, mains, film, speed), None)
     rods = found.loads.crankpin_n
     on_rods = -(rods[..., 0] + 1j * rods[..., 1])
-    return CycleFilms(_orbits(found, whole, mains, film), _orbits(found, on_rods, ends, film))
+    return CycleFilms(
+        _orbits(found.firing, whole, mains, film, speed), _orbits(found.firing, on_rods, ends, film, speed)
+    )
 
 
 def least_films_mm(
-    found: CycleAnalysis, anatomy: Anatomy, film: Film, factors: Sequence[float]
-) -> list[float | None]:
-    """Return the least film of all mains of an ideal crank by balance factor; None where one breaks [mm]."""
-    loads = MainLoads.of(found.firing)
-    forces = [loads.parts.mains_n(found.speed_rad_s, loads.crank_n(factor)) for factor in factors]
+    firing: FiringEngine,
+    anatomy: Anatomy,
+    film: Film,
+    speeds_rad_s: Sequence[float],
+    factors: Sequence[float],
+) -> list[list[float | None]]:
+    """Return the least film of all mains of ideal cranks, by speed and factor; None where one breaks [mm].
+
+    All orbits are followed at once.
+    """
+    loads = MainLoads.of(firing)
+    cases = [(speed, factor) for speed in speeds_rad_s for factor in factors]
+    forces = [loads.parts.mains_n(speed, loads.crank_n(factor)) for speed, factor in cases]
     bearings = main_bearings(anatomy, film)
     count = len(bearings.diameter_mm)
     many = Bearings(
-        np.tile(bearings.diameter_mm, len(factors)),
-        np.tile(bearings.length_mm, len(factors)),
-        np.tile(bearings.clearance_mm, len(factors)),
+        np.tile(bearings.diameter_mm, len(cases)),
+        np.tile(bearings.length_mm, len(cases)),
+        np.tile(bearings.clearance_mm, len(cases)),
     )
-    orbits = _orbits(found, np.concatenate(forces), many, film)
-    films, broken = orbits.least_film_m / M_PER_MM, orbits.contact
-    return [
-        None if broken[first : first + count].any() else float(films[first : first + count].min())
-        for first in range(0, count * len(factors), count)
-    ]
+    speeds = np.repeat([speed for speed, _ in cases], count)
+    orbits = _orbits(firing, np.concatenate(forces), many, film, speeds)
+    told = (orbits.turns_to_settle > 0) & ~orbits.contact
+    films = (orbits.least_film_m / M_PER_MM).reshape(-1, count).min(axis=1)
+    known = [bool(row.all()) for row in told.reshape(-1, count)]
+    flat = [float(value) if good else None for value, good in zip(films, known, strict=True)]
+    return [flat[first : first + len(factors)] for first in range(0, len(flat), len(factors))]
 
 
-def _orbits(found: CycleAnalysis, force_n: Complex, bearings: Bearings, film: Film) -> Orbits:
+def _orbits(
+    firing: FiringEngine, force_n: Complex, bearings: Bearings, film: Film, speed_rad_s: Array | float
+) -> Orbits:
     """Return the orbits of journals under forces (k, n) on their bushes."""
     from autobalance.bearings.orbit import film_orbits
 
-    even = force_n[:, : found.grid.even_rad.size : EVERY].T
+    every = EVERY if len(force_n) <= FEW else 2 * EVERY
+    even = force_n[:, : firing.grid.even_rad.size : every].T
     return film_orbits(
-        found.grid.even_rad[::EVERY],
+        firing.grid.even_rad[::every],
         np.stack([even.real, even.imag], axis=-1),
-        found.speed_rad_s,
+        speed_rad_s,
         film.viscosity_pa_s,
         bearings.diameter_mm * M_PER_MM,
         bearings.length_mm * M_PER_MM,

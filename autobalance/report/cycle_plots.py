@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -21,7 +21,12 @@ HIGHEST_DRAWN = 8
 AXES = ("load along x [N]", "load along y [N]")
 
 
-def cycle_plots(found: CycleAnalysis, factors: Sequence[float], films: CycleFilms | None = None) -> Plots:
+def cycle_plots(
+    found: CycleAnalysis,
+    factors: Sequence[float],
+    films: CycleFilms | None = None,
+    sweep: Sequence[Mapping[str, Any]] | None = None,
+) -> Plots:
     """Return every plot of a cycle, by its name; the indicator diagrams are cylinder 1's."""
     from autobalance.report import plots
 
@@ -43,6 +48,8 @@ def cycle_plots(found: CycleAnalysis, factors: Sequence[float], films: CycleFilm
         speed = {"speed": found.uneven_speed.speed_rad_s / RAD_S_PER_RPM}
         made["speed-over-angle"] = plots.over_angle(f"Speed {at}", "speed [1/min]", angle, speed, span)
     made |= _factors(found, factors, at)
+    if sweep:
+        made |= _sweep(sweep)
     if films is not None:
         made |= _films(films, at)
     return made
@@ -64,11 +71,13 @@ def _indicator(found: CycleAnalysis) -> Plots:
         )
     }
     first = next(iter(pressures.values()))
-    curve = plots.Curve("cylinder 1", grid.even(state.volume_mm3[0]) * 1e-3, first)
-    made["pressure-over-volume"] = plots.over_volume("Indicator diagram", "pressure [bar]", [curve])
+    volume = grid.even(state.volume_mm3[0]) * 1e-3
+    curve = plots.Curve("cylinder 1", np.append(volume, volume[0]), np.append(first, first[0]))
+    labels = ("volume [cm³]", "pressure [bar]")
+    made["pressure-over-volume"] = plots.lines("Indicator diagram", labels, [curve])
     if found.firing.cycles[0].chamber.clearance_mm3 > 0.0 and first.min() > 0.0:
-        made["log-pressure-over-log-volume"] = plots.over_volume(
-            "Indicator diagram, logarithmic", "pressure [bar]", [curve], logarithmic=True
+        made["log-pressure-over-log-volume"] = plots.lines(
+            "Indicator diagram, logarithmic", labels, [curve], logarithmic=True
         )
     return made
 
@@ -130,6 +139,31 @@ def _factors(found: CycleAnalysis, factors: Sequence[float], at: str) -> Plots:
         ),
         "throttle-response-by-factor": plots.named_bars(f"Throttle response {at}", labels, names, figure),
     }
+
+
+SWEPT = {
+    "greatest_main_N": ("greatest-load-over-speed", "Greatest load of a main", "load [N]"),
+    "mean_main_N": ("mean-load-over-speed", "Mean load of the mains", "load [N]"),
+    "friction_mean_N_m": ("friction-over-speed", "Mean friction", "torque [N·m]"),
+    "least_film_mm": ("film-over-speed", "Least film of the mains", "film [mm]"),
+}
+"""Key of a sweep's rows → file, title and axis of its plot."""
+
+
+def _sweep(rows: Sequence[Mapping[str, Any]]) -> Plots:
+    """Draw loads, friction and film over the speed, a curve for each factor."""
+    from autobalance.report import plots
+
+    made: Plots = {}
+    for key, (name, title, label) in SWEPT.items():
+        curves = []
+        for factor in dict.fromkeys(row["factor"] for row in rows):
+            known = [row for row in rows if row["factor"] == factor and row[key] is not None]
+            x, y = ([row[axis] for row in known] for axis in ("speed_rpm", key))
+            curves.append(plots.Curve(f"{100.0 * factor:g} %", np.array(x), np.array(y)))
+        if any(curve.x.size for curve in curves):
+            made[name] = plots.lines(f"{title} by balance factor", ("speed [1/min]", label), curves)
+    return made
 
 
 def _films(films: CycleFilms, at: str) -> Plots:

@@ -22,6 +22,8 @@ def cycle_text(report: Values) -> str:
         _counterweights(report["counterweights"]),
         _key_figures(report["key_figures"]),
     ]
+    if report.get("sweep"):
+        blocks.append(_sweep(report["sweep"]))
     if report.get("films") is not None:
         blocks.append(_films(report["films"]))
     if report.get("pendulum") is not None:
@@ -125,6 +127,24 @@ def _factors(factors: Sequence[Values]) -> str:
                 f"{row['mean_main_N']:.0f} N",
                 f"{row['friction_mean_N_m']:.3f} N·m",
                 _micrometres(row.get("least_film_mm")),
+            )
+        )
+    return table(rows)
+
+
+def _sweep(found: Sequence[Values]) -> str:
+    head = ("Speed", "factor", "greatest main", "mean main", "friction", "torque", "least film")
+    rows: list[Sequence[str]] = [head]
+    for row in found:
+        rows.append(
+            (
+                f"  {row['speed_rpm']:.0f} rpm",
+                f"{100.0 * row['factor']:g} %",
+                f"{row['greatest_main_N']:.0f} N",
+                f"{row['mean_main_N']:.0f} N",
+                f"{row['friction_mean_N_m']:.3f} N·m",
+                f"{row['torque_mean_N_m']:.2f} N·m",
+                _micrometres(row["least_film_mm"]),
             )
         )
     return table(rows)

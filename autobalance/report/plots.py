@@ -57,22 +57,6 @@ def over_angle(
     return _drawn(title, y_label, draw)
 
 
-def over_volume(
-    title: str, y_label: str, curves: Sequence[Curve], *, logarithmic: bool = False
-) -> dict[str, bytes]:
-    """Return an indicator diagram: pressures over the volume [cm³], closed."""
-
-    def draw(axes: Axes) -> None:
-        for number, curve in enumerate(curves):
-            closed = np.append(curve.x, curve.x[0]), np.append(curve.y, curve.y[0])
-            axes.plot(*closed, label=curve.name, **_style(number))
-        if logarithmic:
-            axes.loglog()
-        axes.set_xlabel("volume [cm³]")
-
-    return _drawn(title, y_label, draw)
-
-
 def polar(title: str, labels: tuple[str, str], curves: Sequence[Curve]) -> dict[str, bytes]:
     """Return a plot of the path that force vectors draw over a turn, both axes to one scale."""
 

@@ -160,6 +160,26 @@ def factor_values(found: CycleAnalysis, factors: Sequence[float]) -> list[Values
     ]
 
 
+def sweep_values(
+    found: CycleAnalysis, speeds_rad_s: Sequence[float], factors: Sequence[float]
+) -> list[Values]:
+    """Return loads, friction and torque of ideal cranks by speed, then factor, at unchanged pressures."""
+    mains, gas = MainLoads.of(found.firing), found.firing.gas_mean_n_m
+    rows = [(speed, mains.row(factor, speed)) for speed in speeds_rad_s for factor in factors]
+    return [
+        {
+            "speed_rpm": speed / RAD_S_PER_RPM,
+            "factor": row.factor,
+            "greatest_main_N": row.greatest_main_n,
+            "mean_main_N": row.mean_main_n,
+            "friction_mean_N_m": row.friction_mean_n_m,
+            "torque_mean_N_m": gas - row.friction_mean_n_m,
+            "least_film_mm": None,
+        }
+        for speed, row in rows
+    ]
+
+
 def _counterweights(found: CycleAnalysis) -> list[Values]:
     """Return the counterweight of each throw that leaves the least reaction to its rods."""
     rows = []
