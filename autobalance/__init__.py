@@ -16,6 +16,7 @@ PUBLIC = {
     "BalanceResult": "api.balance",
     "Crank": "api.crank",
     "Job": "job.model",
+    "app": "web_app.serving",
     "balance": "api.balance",
     "batch": "api.batch",
     "bearing": "api.bearing",
@@ -79,6 +80,7 @@ if TYPE_CHECKING:
     from autobalance.api.verify import verify as verify
     from autobalance.errors import AutobalanceError as AutobalanceError
     from autobalance.job.model import Job as Job
+    from autobalance.web_app.serving import app as app
 
 
 def __getattr__(name: str) -> Any:

@@ -38,6 +38,7 @@ COMMANDS: dict[str, str] = {
     "fem": "natural modes and static stress of a solid, by quadratic tetrahedra (extra)",
     "bearing": "friction, oil film, stiffness and damping of a bearing; its film through a cycle",
     "orders": "a recorded signal: spectrum, orders, natural frequencies, bearings, and what may cause them",
+    "app": "the whole program in a browser, on this machine",
 }
 """Name of a subcommand → what it does, in the order of the help text.
 

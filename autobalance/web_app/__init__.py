@@ -1,0 +1,1 @@
+"""The app: a server on this machine and its page, on the public functions alone."""

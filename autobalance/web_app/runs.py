@@ -1,0 +1,190 @@
+"""Runs of a project: waiting, running in processes of their own, done, failed or cancelled."""
+
+from __future__ import annotations
+
+import json
+import multiprocessing
+import os
+import secrets
+import shutil
+import threading
+import time
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, Any
+
+from autobalance.web_app.project import RUN_ID, RUNS, Project
+from autobalance.web_app.work import work
+
+if TYPE_CHECKING:
+    from multiprocessing.connection import Connection
+    from multiprocessing.process import BaseProcess
+
+STATE = "run.json"
+GRACE_S = 1.0
+"""How long a process may take to end before it is killed."""
+ENDED = ("done", "failed", "cancelled")
+
+
+@dataclass
+class Run:
+    """One verb on one job."""
+
+    id: str
+    verb: str
+    job: dict[str, Any]
+    state: str = "waiting"
+    share: float = 0.0
+    words: str = "waiting"
+    exit_code: int | None = None
+    error: str | None = None
+    started: float = field(default_factory=time.time)
+
+
+class Runs:
+    """All runs of a project; at most ``most`` at a time."""
+
+    def __init__(self, project: Project, memory_mb: int, most: int | None = None) -> None:
+        """Take up the runs that the project's folder holds."""
+        self._project, self._memory_mb = project, memory_mb
+        self._places = threading.Semaphore(most or max(1, os.cpu_count() or 1))
+        self._lock = threading.Lock()
+        self._runs: dict[str, Run] = {}
+        self._processes: dict[str, BaseProcess] = {}
+        self._threads: list[threading.Thread] = []
+        self._closed = False
+        self._take_up()
+
+    def start(self, verb: str, job: dict[str, Any]) -> str:
+        """Begin a run; return its id."""
+        run = Run(secrets.token_hex(6), verb, job)
+        with self._lock:
+            self._runs[run.id] = run
+        thread = threading.Thread(target=self._go, args=(run,), daemon=True)
+        self._threads.append(thread)
+        thread.start()
+        return run.id
+
+    def all(self) -> list[dict[str, Any]]:
+        """Return every run, the latest last."""
+        with self._lock:
+            runs = sorted(self._runs.values(), key=lambda run: run.started)
+        return [self._told(run) for run in runs]
+
+    def told(self, run_id: str) -> dict[str, Any] | None:
+        """Return one run; None where there is none."""
+        run = self._runs.get(run_id)
+        return None if run is None else self._told(run)
+
+    def cancel(self, run_id: str) -> bool:
+        """End a run and take its files away; False where there is none."""
+        run = self._runs.get(run_id)
+        if run is None:
+            return False
+        with self._lock:
+            if run.state in ENDED:
+                return True
+            run.state, run.words = "cancelled", "cancelled"
+            process = self._processes.get(run_id)
+        _end(process)
+        shutil.rmtree(self._project.run_folder(run_id), ignore_errors=True)
+        return True
+
+    def close(self) -> None:
+        """End all work; no process is left."""
+        self._closed = True
+        for run_id in list(self._runs):
+            self.cancel(run_id)
+        for thread in self._threads:
+            thread.join(timeout=3.0)
+
+    def _told(self, run: Run) -> dict[str, Any]:
+        folder = self._project.run_folder(run.id)
+        files = sorted(path.name for path in folder.iterdir() if path.is_file()) if folder.is_dir() else []
+        return {
+            "id": run.id,
+            "verb": run.verb,
+            "state": run.state,
+            "share": run.share,
+            "words": run.words,
+            "exit_code": run.exit_code,
+            "error": run.error,
+            "files": [name for name in files if name != STATE] if run.state == "done" else [],
+        }
+
+    def _go(self, run: Run) -> None:
+        with self._places:
+            with self._lock:
+                if self._closed or run.state != "waiting":
+                    return
+                run.state, run.words = "running", "starting"
+            context = multiprocessing.get_context("spawn")
+            ours, theirs = context.Pipe(duplex=False)
+            folder = self._project.run_folder(run.id)
+            arguments = (run.verb, run.job, str(self._project.folder), str(folder), self._memory_mb, theirs)
+            process = context.Process(target=work, args=arguments, daemon=True)
+            with self._lock:
+                if run.state != "running":
+                    return
+                process.start()
+                self._processes[run.id] = process
+            theirs.close()
+            self._listen(run, ours)
+            process.join()
+            self._finish(run)
+
+    def _listen(self, run: Run, pipe: Connection) -> None:
+        """Take in what the process tells until it ends."""
+        while True:
+            try:
+                kind, *rest = pipe.recv()
+            except (EOFError, OSError):
+                return
+            with self._lock:
+                if run.state != "running":
+                    continue
+                if kind == "progress":
+                    run.words, run.share = rest[0], max(run.share, float(rest[1]))
+                elif kind == "done":
+                    run.exit_code = rest[0]
+                else:
+                    run.exit_code, run.error = rest
+
+    def _finish(self, run: Run) -> None:
+        folder = self._project.run_folder(run.id)
+        with self._lock:
+            self._processes.pop(run.id, None)
+            if run.state == "running":
+                if run.exit_code is None:
+                    run.exit_code, run.error = 1, "the work ended without a word: out of memory?"
+                run.state = "failed" if run.error is not None else "done"
+                run.share = 1.0 if run.state == "done" else run.share
+                run.words = run.state
+        if run.state == "done":
+            kept = {"verb": run.verb, "exit_code": run.exit_code, "started": run.started, "job": run.job}
+            (folder / STATE).write_text(json.dumps(kept), encoding="utf-8")
+        else:
+            shutil.rmtree(folder, ignore_errors=True)
+
+    def _take_up(self) -> None:
+        """Find the runs of before; what was cut off in the middle goes."""
+        for folder in (self._project.folder / RUNS).iterdir():
+            if not RUN_ID.fullmatch(folder.name) or folder.is_symlink():
+                continue
+            try:
+                kept = json.loads((folder / STATE).read_text(encoding="utf-8"))
+                run = Run(folder.name, kept["verb"], kept["job"], "done", 1.0, "done", kept["exit_code"])
+                run.started = float(kept["started"])
+            except (OSError, ValueError, KeyError, TypeError):
+                shutil.rmtree(folder, ignore_errors=True)
+                continue
+            self._runs[run.id] = run
+
+
+def _end(process: BaseProcess | None) -> None:
+    if process is None:
+        return
+    process.terminate()
+    process.join(GRACE_S)
+    if process.is_alive():
+        process.kill()
+        process.join(GRACE_S)

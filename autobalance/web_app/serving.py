@@ -1,0 +1,136 @@
+"""``app``: the whole program in a browser on this machine."""
+
+from __future__ import annotations
+
+import signal
+import sys
+import webbrowser
+from collections.abc import Callable
+from pathlib import Path
+from types import FrameType
+from typing import Any
+
+from autobalance.errors import FileError, FormatError, UsageError
+
+DEFAULT_PROJECT = "autobalance-project"
+
+
+def app(
+    source: str | Path | None = None,
+    *,
+    port: int = 0,
+    browser: bool = True,
+    project: str | Path = DEFAULT_PROJECT,
+    max_upload_mb: int = 512,
+    memory_mb: int = 4096,
+    told: Callable[[str], None] | None = None,
+) -> None:
+    """Serve the app on 127.0.0.1 until it is interrupted; its address, with a token, is told first.
+
+    Parameters
+    ----------
+    source : path or None
+        A crank, a job, a report's folder: copied into the project.
+    port : int
+        0: any that is free.
+    browser : bool
+        Open the address.
+    project : path
+        Folder of the project, made where it is missing; taken up where it was left.
+    max_upload_mb : int
+        Largest file that is taken in [MB].
+    memory_mb : int
+        What one run may use [MB].
+    told : callable or None
+        Told the address.
+
+    Raises
+    ------
+    FormatError
+        If the extra ``app`` is not installed.
+    UsageError
+        If a number is impossible.
+    FileError
+        If the project cannot be made, a file cannot be copied, or the port is taken.
+    """
+    if not 0 <= port <= 65535:
+        raise UsageError(f"--port is {port}; must be 0 to 65535")
+    for name, number in (("--max-upload-mb", max_upload_mb), ("--memory-mb", memory_mb)):
+        if number < 1:
+            raise UsageError(f"{name} is {number}; must be at least 1")
+    try:
+        import uvicorn
+
+        from autobalance.web_app.server import application, copied_in, listening_socket
+    except ImportError:
+        raise FormatError("the app needs starlette and uvicorn: pip install 'autobalance[app]'") from None
+    from autobalance.web_app.guard import Keys
+    from autobalance.web_app.project import Project
+    from autobalance.web_app.runs import Runs
+
+    if source is not None and not Path(source).exists():
+        raise FileError(f"{source} does not exist")
+    opened = Project.at(Path(project))
+    if source is not None:
+        copied_in(Path(source), opened)
+    try:
+        listener = listening_socket(port)
+    except OSError as error:
+        raise FileError(
+            f"port {port} cannot be listened on: {(error.strerror or str(error)).lower()}"
+        ) from None
+    number = int(listener.getsockname()[1])
+    keys, runs = Keys(), Runs(opened, memory_mb)
+    config = uvicorn.Config(
+        application(opened, runs, keys, number, max_upload_mb),
+        log_level="critical",
+        access_log=False,
+        lifespan="off",
+        server_header=False,
+        timeout_graceful_shutdown=1,
+    )
+    server = uvicorn.Server(config)
+    address = f"http://127.0.0.1:{number}/?token={keys.token}"
+    if told is not None:
+        told(address)
+    if browser:
+        webbrowser.open(address)
+    try:
+        with _ending(server):
+            server.run(sockets=[listener])
+    finally:
+        runs.close()
+        listener.close()
+
+
+class _ending:  # noqa: N801 - a context, read as words
+    """SIGTERM, SIGHUP and Ctrl-C end the server, without a traceback."""
+
+    def __init__(self, server: Any) -> None:
+        self._server = server
+        self._before: dict[int, Any] = {}
+
+    def __enter__(self) -> None:
+        def end(number: int, _: FrameType | None) -> None:
+            self._server.should_exit = True
+
+        self._server.install_signal_handlers = lambda: None
+        self._server.capture_signals = _nothing
+        names = ("SIGINT", "SIGTERM", *(() if sys.platform == "win32" else ("SIGHUP",)))
+        for name in names:
+            number = int(getattr(signal, name))
+            self._before[number] = signal.signal(number, end)
+
+    def __exit__(self, *_: object) -> None:
+        for number, before in self._before.items():
+            signal.signal(number, before)
+
+
+class _nothing:  # noqa: N801
+    """In place of uvicorn's own handlers, which raise the signal again."""
+
+    def __enter__(self) -> None:
+        return None
+
+    def __exit__(self, *_: object) -> None:
+        return None

@@ -1,0 +1,216 @@
+"""The app's endpoints, and what they refuse: other hosts, other pages, other folders."""
+
+import json
+import os
+import signal
+import socket
+import sys
+import tomllib
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+import autobalance as ab
+from tests import jobs
+from tests.web_app.serving import Served, served
+
+JOB = jobs.BUNDLED / "drafted" / "factor-0.28.toml"
+CRANK = jobs.BUNDLED / "drafted" / "crank.stl"
+pytestmark = pytest.mark.skipif(sys.platform == "win32", reason="signals to one process need POSIX")
+
+
+@pytest.fixture(scope="module")
+def app(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Served]:
+    with served(tmp_path_factory.mktemp("app") / "project", "--max-upload-mb", "2") as running:
+        assert running.ask("/api/files?name=crank.stl", CRANK.read_bytes()).status == 201
+        yield running
+
+
+def job(**changes: Any) -> dict[str, Any]:
+    return {**tomllib.loads(JOB.read_text("utf-8")), **changes}
+
+
+# --- safe ---------------------------------------------------------------------------------------------------
+
+
+def test_every_answer_says_what_may_be_done_with_it(app: Served) -> None:
+    for path, token in (
+        ("/api/health", False),
+        ("/", True),
+        ("/api/nothing", True),
+        ("/static/app.js", False),
+    ):
+        headers = app.ask(path, token=token).headers
+        assert headers["x-content-type-options"] == "nosniff"
+        assert headers["referrer-policy"] == "no-referrer"
+        assert headers["cross-origin-resource-policy"] == "same-origin"
+        policy = headers["content-security-policy"]
+        assert "default-src 'none'" in policy
+        assert "frame-ancestors 'none'" in policy
+        assert not any(word in policy for word in ("unsafe", "*", "http"))
+        assert not any(name.startswith("access-control") for name in headers)
+
+
+def test_other_hosts_and_origins_are_refused_before_all_else(app: Served) -> None:
+    port = app.base.rpartition(":")[2]
+    assert app.ask("/api/health", token=False, Host=f"localhost:{port}").status == 200
+    others: tuple[dict[str, Any], ...] = (
+        {"Host": "evil.example"},
+        {"Host": "127.0.0.1:1"},
+        {"Origin": "http://evil.example"},
+        {"Origin": "null"},
+        {"Origin": f"http://127.0.0.1:{int(port) - 1}"},
+    )
+    for headers in others:
+        assert app.ask("/api/health", token=False, **headers).status == 403
+        assert app.ask("/api/runs", **headers).status == 403
+
+
+def test_the_token_opens_and_the_cookie_only_reads(app: Served) -> None:
+    assert app.ask("/", token=False).status == 401
+    assert app.ask("/?token=wrong", token=False).status == 401
+    first = app.ask(f"/?token={app.token}", token=False)
+    assert (first.status, first.headers["location"]) == (303, "/")
+    set_cookie = first.headers["set-cookie"]
+    assert "HttpOnly" in set_cookie
+    assert "samesite=strict" in set_cookie.lower()
+    assert app.token not in set_cookie
+    cookie = set_cookie.partition(";")[0]
+    page = app.ask("/", token=False, Cookie=cookie)
+    assert page.status == 200
+    assert app.token.encode() in page.body
+    assert app.ask("/api/runs", token=False, Cookie=cookie).status == 200
+    body = {"verb": "inspect", "job": job()}
+    assert app.ask("/api/runs", body, token=False, Cookie=cookie).status == 401
+    assert app.ask("/api/runs", token=False).status == 401
+    assert app.ask("/api/runs", token=False, X_Autobalance_Token="é").status == 401
+
+
+@pytest.mark.parametrize(
+    "name", ["../x.stl", "a/b.stl", ".hidden", "", "a%00b", "%2e%2e%2fx", "..", "a\\b.stl", "runs"]
+)
+def test_only_plain_names_are_kept(app: Served, name: str) -> None:
+    before = sorted(app.project.rglob("*"))
+    answer = app.ask(f"/api/files?name={name if '%' in name else name.replace(chr(92), '%5C')}", b"x")
+    assert answer.status == 400
+    assert list(answer.json) == ["error"]
+    assert sorted(app.project.rglob("*")) == before
+
+
+def test_nothing_outside_the_project_is_read(app: Served, tmp_path: Path) -> None:
+    secret = tmp_path / "secret.stl"
+    secret.write_bytes(CRANK.read_bytes())
+    (app.project / "link.stl").symlink_to(secret)
+    try:
+        for file in (str(secret), "../secret.stl", "link.stl", "runs", "no.stl", 7):
+            values = job(crankshaft={"file": file, "unit": "mm", "density_kg_m3": 7850.0})
+            assert app.ask("/api/runs", {"verb": "inspect", "job": values}).status == 400
+        engine = {"rotating_g": {"a": {"file": str(secret), "unit": "mm", "density_kg_m3": 7850.0}}}
+        assert app.ask("/api/runs", {"verb": "balance", "job": job(engine=engine)}).status == 400
+    finally:
+        (app.project / "link.stl").unlink()
+    for path in (
+        "/api/runs/..%2f..%2fetc/files/passwd",
+        "/api/runs/x/files/..%2fcrank.stl",
+        "/static/..%2fserver.py",
+    ):
+        assert app.ask(path).status in (400, 404)
+
+
+def test_a_file_that_is_too_large_leaves_nothing(app: Served) -> None:
+    before = sorted(app.project.rglob("*"))
+    assert app.ask("/api/files?name=big.stl", bytes(3 << 20)).status == 413
+    host, port = app.base.removeprefix("http://").split(":")
+    with socket.create_connection((host, int(port)), timeout=30) as raw:  # without saying how long it is
+        head = f"POST /api/files?name=big.stl HTTP/1.1\r\nHost: {host}:{port}\r\n"
+        head += f"X-Autobalance-Token: {app.token}\r\n"
+        raw.sendall(head.encode() + b"Transfer-Encoding: chunked\r\n\r\n")
+        for _ in range(3):
+            raw.sendall(b"100000\r\n" + bytes(1 << 20) + b"\r\n")
+        raw.sendall(b"0\r\n\r\n")
+        assert b" 413 " in raw.recv(200)
+    assert sorted(app.project.rglob("*")) == before
+
+
+# --- right --------------------------------------------------------------------------------------------------
+
+
+def test_a_taken_name_gets_a_number(app: Served) -> None:
+    kept = [app.ask("/api/files?name=part.obj", b"v 0 0 0").json["file"] for _ in range(2)]
+    assert kept == ["part.obj", "part-2.obj"]
+
+
+def test_a_balance_is_that_of_the_function(app: Served) -> None:
+    run = app.ask("/api/runs", {"verb": "balance", "job": job()})
+    assert run.status == 202
+    told = app.ended(run.json["id"])
+    assert (told["state"], told["share"], told["exit_code"], told["error"]) == ("done", 1.0, 0, None)
+    assert {"report.json", "balanced.stl", "report.html", "sheet.pdf"} <= set(told["files"])
+    report = app.ask(f"/api/runs/{told['id']}/report").json
+    own = ab.balance(ab.read_job(JOB)).report
+    for key in ("residual", "corrections", "tolerance", "balance_factor"):
+        assert report[key] == own[key]
+    solid = app.ask(f"/api/runs/{told['id']}/files/balanced.stl").body
+    assert len(solid) == 84 + 50 * report["outputs"]["solid"]["triangles"]
+    assert ab.verify(app.project / "runs" / told["id"] / "report.json").holds
+    assert told["id"] in [each["id"] for each in app.ask("/api/runs").json["runs"]]
+
+
+def test_a_bad_job_fails_with_its_line(app: Served) -> None:
+    values = job(balance={"factor": 0.28, "grade": 6.3, "speed_rpm": -1})
+    told = app.ended(app.ask("/api/runs", {"verb": "balance", "job": values}).json["id"])
+    assert (told["state"], told["exit_code"], told["files"]) == ("failed", 3, [])
+    assert "balance.speed_rpm is -1; must be > 0" in told["error"]
+    bodies: tuple[Any, ...] = ({"verb": "demo", "job": job()}, {"job": job()}, {"verb": "inspect"}, [], "x")
+    for body in bodies:
+        assert app.ask("/api/runs", body).status == 400
+    assert app.ask("/api/runs/0123456789ab").status == 404
+    assert app.ask("/api/runs/0123456789ab/cancel", {}).status == 404
+    assert app.ask("/api/runs/0123456789ab/report").status == 404
+
+
+def test_a_cancelled_run_leaves_no_file(app: Served) -> None:
+    run = app.ask("/api/runs", {"verb": "balance", "job": job()}).json["id"]
+    answer = app.ask(f"/api/runs/{run}/cancel", {})
+    assert answer.status == 202
+    assert app.ended(run, 3.0)["state"] == "cancelled"
+    assert not (app.project / "runs" / run).exists()
+
+
+def test_the_job_is_kept_as_the_command_line_takes_it(app: Served) -> None:
+    text = app.ask("/api/job", job(), "PUT").json["job_text"]
+    assert tomllib.loads(text) == job()
+    assert (app.project / "job.toml").read_text("utf-8") == text
+    assert app.ask("/api/project").json["job"] == job()
+
+
+def test_it_ends_with_nothing_left_and_goes_on_where_it_was(tmp_path: Path) -> None:
+    with served(tmp_path / "project", str(JOB)) as first:
+        assert json.loads(first.ask("/api/project").body)["files"] == ["crank.stl", "job.toml"]
+        run = first.ask("/api/runs", {"verb": "inspect", "job": job()}).json["id"]
+        first.ended(run)
+        busy = first.ask("/api/runs", {"verb": "balance", "job": job()}).json["id"]
+        first.process.send_signal(signal.SIGTERM)
+        assert first.process.wait(timeout=20) == 0
+    assert not (tmp_path / "project" / "runs" / busy).exists()
+    with served(tmp_path / "project") as again:
+        assert [each["id"] for each in again.ask("/api/runs").json["runs"]] == [run]
+        again.process.send_signal(signal.SIGINT)
+        assert again.process.wait(timeout=20) == 0
+    assert not os.path.exists("autobalance-project")
+
+
+def test_wrong_use_is_one_line(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    project = ("--project", tmp_path / "p", "--no-browser")
+    for code, said, options in (
+        (2, "--port is 70000", ("--port", "70000")),
+        (2, "--memory-mb is 0", ("--memory-mb", "0")),
+        (3, "does not exist", (tmp_path / "no.stl",)),
+    ):
+        assert jobs.run("app", *options, *project) == code
+        assert said in capsys.readouterr().err
+    (tmp_path / "file").touch()
+    assert jobs.run("app", "--no-browser", "--project", tmp_path / "file") == 3
+    assert "cannot make the project" in capsys.readouterr().err
