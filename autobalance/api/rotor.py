@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
@@ -9,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from autobalance.api.crank import Crank, read_crank
 from autobalance.api.result import Plots, Values, VerbResult, report_head
 from autobalance.dynamics.balancing_procedures import advice
 from autobalance.dynamics.critical_speeds import CriticalSpeed, critical_speeds
@@ -18,13 +20,16 @@ from autobalance.dynamics.run_up import run_up
 from autobalance.dynamics.stiffness_map import undamped_map
 from autobalance.dynamics.unbalance_response import sag, unbalance_response
 from autobalance.dynamics.whirl_modes import WhirlMode, modes_at, refined
-from autobalance.errors import JobError
+from autobalance.errors import JobError, UsageError
 from autobalance.job.rotor_file import RotorRequest, read_rotor
 from autobalance.report import rotor_values
+from autobalance.solid.formats.registry import endings
 
 if TYPE_CHECKING:
     from autobalance.dynamics.beam_rotor import BeamRotor
 
+SPEED_RPM, DENSITY_KG_M3 = 3000.0, 7850.0
+"""Of a crank, where nothing is said."""
 BEYOND = 10.0
 """Critical speeds are looked for up to so many times a single speed."""
 
@@ -46,13 +51,29 @@ class RotorResult(VerbResult):
         return rotor_plots(self.report)
 
 
-def rotor(source: str | Path | Mapping[str, Any]) -> RotorResult:
+def rotor(
+    source: str | Path | Mapping[str, Any] | Crank,
+    *,
+    unit: str | None = None,
+    density_kg_m3: float | None = None,
+    speed_rpm: float | None = None,
+    bearing_n_m: float | None = None,
+) -> RotorResult:
     """Compute a rotor: critical speeds, damped modes, unbalance response, sag, modal balancing.
 
     Parameters
     ----------
-    source : path or dict
-        A rotor file, or a dict of its structure.
+    source : path, dict or Crank
+        A rotor file, or a dict of its structure; or a crank (object or file), of which the equivalent
+        straight rotor is made. The other parameters are for cranks.
+    unit : str or None
+        mm, cm, m or inch, where the crank's format carries none.
+    density_kg_m3 : float or None
+        Of the crank file (7850).
+    speed_rpm : float or None
+        Speed of the crank (3000).
+    bearing_n_m : float or None
+        Stiffness of each main bearing [N/m]; 0: free in space; None: the mains are pinned.
 
     Returns
     -------
@@ -60,10 +81,52 @@ def rotor(source: str | Path | Mapping[str, Any]) -> RotorResult:
 
     Raises
     ------
+    UsageError
+        If parameters of a crank stand beside a rotor file.
     JobError
         If the file says something unknown or impossible.
     """
+    if isinstance(source, Crank):
+        return _of_crank(source, speed_rpm, bearing_n_m)
+    if not isinstance(source, Mapping) and Path(source).suffix.lower() in endings():
+        density = DENSITY_KG_M3 if density_kg_m3 is None else density_kg_m3
+        return _of_crank(read_crank(source, unit=unit, density_kg_m3=density), speed_rpm, bearing_n_m)
+    given = {
+        "--unit": unit,
+        "--density-kg-m3": density_kg_m3,
+        "--speed-rpm": speed_rpm,
+        "--bearing": bearing_n_m,
+    }
+    for name, value in given.items():
+        if value is not None:
+            raise UsageError(f"{name} is for a crank; a rotor file says it itself")
     return analysed(read_rotor(source))
+
+
+def _of_crank(crank: Crank, speed_rpm: float | None, bearing_n_m: float | None) -> RotorResult:
+    """Compute the straight rotor in a crank's place."""
+    from autobalance.balancing.rotor_from_crank import N_M2_PER_N_MM2, WORTH, straight_rotor
+
+    if bearing_n_m is not None and not 0.0 <= bearing_n_m < math.inf:
+        raise UsageError(f"--bearing is {bearing_n_m:g}; must be ≥ 0")
+    if speed_rpm is not None and not 0.0 <= speed_rpm < math.inf:
+        raise UsageError(f"--speed-rpm is {speed_rpm:g}; must be ≥ 0")
+    made = straight_rotor(crank.measured, SPEED_RPM if speed_rpm is None else speed_rpm, bearing_n_m)
+    result = analysed(read_rotor(made.file))
+    equivalent = {
+        "worth": WORTH,
+        "z_of_start_mm": made.z_of_start_mm,
+        "throws": [
+            {
+                "number": number,
+                "in_plane_N_m2": N_M2_PER_N_MM2 * each.in_plane_n_mm2,
+                "across_N_m2": N_M2_PER_N_MM2 * each.across_n_mm2,
+                "used_N_m2": N_M2_PER_N_MM2 * each.mean_n_mm2,
+            }
+            for number, each in enumerate(made.throws, 1)
+        ],
+    }
+    return RotorResult({**result.report, "equivalent": equivalent, "notes": [WORTH]})
 
 
 def analysed(request: RotorRequest) -> RotorResult:

@@ -54,8 +54,7 @@ def crank_chain(job: Job, crank: Crank, asked: CrankTorsion) -> CrankChain:
     """
     anatomy = crank.anatomy
     stations = _Stations.of(anatomy)
-    solid = crank.source.solid.moved(anatomy.file_to_rotor)
-    pairs = [_shapes(solid, anatomy, throw) for throw in anatomy.throws]
+    pairs = _sides_of_throws(crank)
     formulas = {
         name: stations.springs(
             [_stiffness(name, number, pair, asked) for number, pair in enumerate(pairs, 1)]
@@ -80,6 +79,22 @@ def crank_chain(job: Job, crank: Crank, asked: CrankTorsion) -> CrankChain:
         stations.diameters_m(pairs),
         shapes,
     )
+
+
+def throw_shapes(crank: Crank) -> tuple[ThrowShape, ...]:
+    """Return the dimensions of a crank's throws, the mean of both sides, measured on its solid.
+
+    Raises
+    ------
+    JobError
+        If a throw has no web on a side.
+    """
+    return tuple(_mean(*pair) for pair in _sides_of_throws(crank))
+
+
+def _sides_of_throws(crank: Crank) -> list[tuple[ThrowShape, ThrowShape]]:
+    solid = crank.source.solid.moved(crank.anatomy.file_to_rotor)
+    return [_shapes(solid, crank.anatomy, throw) for throw in crank.anatomy.throws]
 
 
 @dataclass(frozen=True)

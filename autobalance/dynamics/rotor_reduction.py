@@ -13,7 +13,7 @@ from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.linalg import eigh
+from scipy.linalg import eigh, null_space
 
 from autobalance.dynamics.rotor_matrices import TURN, RotorMatrices
 from autobalance.rigid_rotor.moments import Array
@@ -26,15 +26,20 @@ MORE = 1e-9
 class ReducedRotor:
     """A rotor's matrices over m coordinates a plane, x and y alternating; its mass matrix is one.
 
-    ``basis`` (n, m) gives a plane's unknowns from them.
+    ``basis`` (n, m) gives a plane's unknowns from them. ``rigid`` (2 m, k) are the motions that strain
+    nothing, orthonormal.
     """
 
     matrices: RotorMatrices
     basis: Array
     stiffness_1: Array
     gyroscopic_1: Array
-    rigid_body_modes: int
-    first_flexible_rad_s: float
+    rigid: Array
+
+    @property
+    def rigid_body_modes(self) -> int:
+        """How many motions strain nothing at no speed."""
+        return int(self.rigid.shape[1])
 
     @cached_property
     def _gyroscopic(self) -> Array:
@@ -123,15 +128,13 @@ def reduced_rotor(matrices: RotorMatrices, keep_rad_s: float, least: int) -> Red
     basis = shapes[:, :count]
     if count < len(frequency):
         basis = np.hstack([basis, _static_shapes(matrices, basis, shifted)])
-    rigid = rigid_body_modes(matrices)
-    flexible = frequency[np.searchsorted(frequency, 1e-3 * np.sqrt(_shift(matrices))) :]
+    rigid = np.kron(np.asarray(matrices.mass_1 @ basis).T, np.eye(2)) @ rigid_motions(matrices)
     return ReducedRotor(
         matrices,
         basis,
         np.asarray(basis.T @ np.asarray(matrices.stiffness_1 @ basis)),
         np.asarray(basis.T @ np.asarray(matrices.gyroscopic_1 @ basis)),
         rigid,
-        float(flexible[0]) if len(flexible) else float(frequency[-1]),
     )
 
 
@@ -158,6 +161,27 @@ def _static_shapes(matrices: RotorMatrices, kept: Array, shifted: Array) -> Arra
 
 def rigid_body_modes(matrices: RotorMatrices) -> int:
     """Return in how many ways the rotor can move without straining shaft or bearings at no speed."""
+    return int(rigid_motions(matrices).shape[1])
+
+
+def rigid_motions(matrices: RotorMatrices) -> Array:
+    """Return the motions (2 n, k) that strain neither shaft nor bearings, mass-orthonormal."""
+    ways = null_space(_strains_of_rigid_motions(matrices), rcond=1e-9)
+    length = matrices.rotor.length_m
+    shift, tilt = np.zeros(matrices.size_1), np.zeros(matrices.size_1)
+    held = matrices.deflection_at < 0
+    shift[matrices.deflection_at[~held]] = 1.0
+    tilt[matrices.deflection_at[~held]] = matrices.nodes_m[~held] / length
+    turned = matrices.rotation_at >= 0
+    tilt[matrices.rotation_at[turned]] = 1.0 / length
+    motions = np.kron(np.stack([shift, tilt], axis=1), np.eye(2)) @ ways
+    square = motions.T @ np.asarray(matrices.mass @ motions)
+    size, mix = np.linalg.eigh(square)
+    return np.asarray(motions @ mix / np.sqrt(size))
+
+
+def _strains_of_rigid_motions(matrices: RotorMatrices) -> Array:
+    """Return rows that vanish for x, y and both tilts (as deflections over the length) that nothing holds."""
     length = matrices.rotor.length_m
     rows = [np.zeros((1, 4))]
     for bearing in matrices.rotor.bearings:
@@ -171,4 +195,4 @@ def rigid_body_modes(matrices: RotorMatrices) -> int:
         largest = np.abs(stiffness).max()
         if largest > 0.0:
             rows.append(stiffness / largest @ moves)
-    return 4 - int(np.linalg.matrix_rank(np.vstack(rows), tol=1e-9))
+    return np.vstack(rows)

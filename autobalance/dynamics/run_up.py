@@ -124,6 +124,7 @@ def _lowest(reduced: ReducedRotor, keep_rad_s: float) -> ReducedRotor:
     return replace(
         reduced,
         basis=reduced.basis @ mix,
+        rigid=np.kron(mix, np.eye(2)).T @ reduced.rigid,
         stiffness_1=mix.T @ reduced.stiffness_1 @ mix,
         gyroscopic_1=mix.T @ reduced.gyroscopic_1 @ mix,
     )

@@ -23,7 +23,7 @@ OVERDAMPED = 0.99
 PLANAR = 1e-6
 """Swept area over the square of the greatest amplitude below which motion is in a plane."""
 UNSTRAINED = 1e-3
-"""Strain energy over kinetic energy below which a mode of a free rotor is a rigid-body motion."""
+"""Share of its kinetic energy up to which a mode may differ from a rigid-body motion and count as one."""
 NEWTON_STEPS = 3
 CLOSE = 1e-12
 
@@ -72,7 +72,7 @@ def modes_at(reduced: ReducedRotor, speed_rad_s: float, count: int) -> list[Whir
 def reduced_modes(reduced: ReducedRotor, speed_rad_s: float) -> tuple[Complex, Complex]:
     """Return eigenvalues (k,), Im λ > 0 ascending, and the reduced vectors (2 m, k) of real vibrations."""
     values, vectors = _all(reduced, speed_rad_s)
-    kept = np.flatnonzero(_vibrates(values) & ~_rigid(reduced, speed_rad_s, values, vectors))
+    kept = np.flatnonzero(_vibrates(values) & ~_rigid(reduced, vectors))
     kept = kept[np.argsort(values[kept].imag, kind="stable")]
     return values[kept], vectors[:, kept]
 
@@ -138,15 +138,10 @@ def _state(damping: Array, stiffness: Array) -> tuple[Array, float]:
     return state, scale
 
 
-def _rigid(reduced: ReducedRotor, speed_rad_s: float, values: Complex, vectors: Complex) -> NDArray[np.bool_]:
-    """Return which modes strain neither shaft nor bearings, as free rotors have them."""
-    if not reduced.rigid_body_modes:
-        return np.zeros(len(values), dtype=bool)
-    stiffness = reduced.stiffness(speed_rad_s)
-    strain = np.einsum("ik,ij,jk->k", vectors.conj(), 0.5 * (stiffness + stiffness.T), vectors).real
-    kinetic = np.abs(values) ** 2 * np.einsum("ik,ik->k", vectors.conj(), vectors).real
-    slow = np.abs(values) < UNSTRAINED * reduced.first_flexible_rad_s
-    rigid: NDArray[np.bool_] = (np.abs(strain) <= UNSTRAINED * kinetic) | slow
+def _rigid(reduced: ReducedRotor, vectors: Complex) -> NDArray[np.bool_]:
+    """Return which modes are motions that strain neither shaft nor bearings, as free rotors have them."""
+    share = np.sum(np.abs(reduced.rigid.T @ vectors) ** 2, axis=0)
+    rigid: NDArray[np.bool_] = share >= (1.0 - UNSTRAINED) * np.sum(np.abs(vectors) ** 2, axis=0)
     return rigid
 
 
