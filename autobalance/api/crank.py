@@ -14,6 +14,7 @@ from numpy.typing import ArrayLike, NDArray
 from autobalance.balancing.measured_crank import Crank as MeasuredCrank
 from autobalance.balancing.measured_crank import measure_crank, measured_source, recognised
 from autobalance.balancing.plausibility import refuse_density, refuse_size
+from autobalance.crank.faces import find_faces
 from autobalance.errors import FormatError
 from autobalance.job.model import Crankshaft
 from autobalance.job.read import read_crankshaft
@@ -191,12 +192,8 @@ class Crank:
         if self.measured.faces:
             return self
         found = self.measured
-        return replace(
-            self,
-            measured=measured_source(
-                found.source, found.anatomy, found.density_g_mm3, None, with_faces=True, moments=found.moments
-            ),
-        )
+        faces = find_faces(found.source.solid.mesh, found.anatomy, found.source.surfaces)
+        return replace(self, measured=replace(found, faces=faces))
 
     def __repr__(self) -> str:
         place = "" if self.file is None else f" {self.file.name}"

@@ -19,6 +19,7 @@ from autobalance.correction.kind import Array
 from autobalance.rigid_rotor.moments import Moments
 from autobalance.solid.csg.solid import Region, Solid
 from autobalance.solid.mesh.mesh import Indices, Mesh, least_and_greatest, longest_sides
+from autobalance.solid.slicing.raster import Raster
 from autobalance.solid.slicing.slices import Spans, cross_sections, thinned
 
 BACKWARD = -0.5
@@ -202,8 +203,10 @@ class FaceLayer:
         planes = slab.thick(np.flatnonzero((slab.leans >= FLAT * slab.areas) & below))
         depth_of = self.height_mm - tops.take(planes)
         for depth in np.unique(np.round(depth_of / self.grain_mm)) * self.grain_mm:
-            floor = _shadow(slab.corners(planes[np.abs(depth_of - depth) <= self.grain_mm]))
-            if (self.kept(float(depth) + 2.0 * self.grain_mm) & floor).area_mm2 > JOINED * floor.area_mm2:
+            corners = slab.corners(planes[np.abs(depth_of - depth) <= self.grain_mm])[:, :, :2]
+            floor_mm2 = 0.5 * float(_doubled_areas(corners).sum())
+            kept = self.kept(float(depth) + 2.0 * self.grain_mm)
+            if Cover(kept, corners).area_over(JOINED * floor_mm2) is not None:
                 return float(depth)
         return None
 
@@ -232,27 +235,99 @@ class FaceLayer:
         tops = slab.tops
         below = (tops > lowest_mm) & (tops < self.height_mm - 2.0 * self.grain_mm)
         rows = slab.thick(np.flatnonzero((slab.leans <= BACKWARD * slab.areas) & below))
-        low, high = (self.kept(self.grain_mm) + self.kept(deepest_mm)).bounds
-        a, b, c = slab.corners(rows)[:, :, :2].transpose(1, 0, 2)
-        near = (np.maximum(np.maximum(a, b), c) >= low) & (np.minimum(np.minimum(a, b), c) <= high)
-        rows = rows[near[:, 0] & near[:, 1]]
         rows = rows[np.argsort(-tops[rows])]
         if not len(rows):
             return None
+        over = np.clip(self.height_mm - tops[rows] - 2.0 * self.grain_mm, self.grain_mm, deepest_mm)
+        first = np.linspace(self.grain_mm, over[0], SECTIONS_ABOVE)
+        later = over[(np.linspace(0.0, 1.0, SECTIONS_BELOW, endpoint=False) ** 2 * len(over)).astype(int)]
+        depths = np.unique(np.concatenate([first, later]))
+        group = np.searchsorted(depths, over, side="right") - 1
+        cut = Region.of([])
+        for number, depth in enumerate(depths.tolist()):
+            cut = cut + self.kept(depth)
+            some = rows[group == number]
+            count = Cover(cut, slab.corners(some)[:, ::-1, :2]).area_over(self.grain_mm**2)
+            if count is not None:
+                return float(tops[some[count - 1]])
+        return None
 
-        def covers(count: int) -> bool:
-            over = self.height_mm - float(tops[rows[count - 1]]) - 2.0 * self.grain_mm
-            floor = self.kept(self.grain_mm) + self.kept(min(max(over, self.grain_mm), deepest_mm))
-            shadow = _shadow(slab.corners(rows[:count])[:, ::-1])
-            return bool((shadow & floor).area_mm2 > self.grain_mm**2)
 
-        if not covers(len(rows)):
+SECTIONS_ABOVE, SECTIONS_BELOW = 4, 16
+"""Of the metal to be cut, over all that faces backward and beside it: together they make the shadow in which
+a surface lies behind the cut."""
+CUT_MOST = 1000
+"""Triangles on the outline of a region that are cut to it to know the area they share with it."""
+CELLS_LEAST, CELLS_MOST = 64, 1024
+"""Of the grid on which triangles are told apart: about as small as they are."""
+
+
+@dataclass(frozen=True, eq=False)
+class Cover:
+    """Triangles (k, 3, 2), counter-clockwise and side by side, over a region."""
+
+    region: Region
+    corners: Array
+
+    def area_over(self, area_mm2: float) -> int | None:
+        """Return how many of the triangles, from the first, share more than an area with the region.
+
+        Only those near its outline must be cut to it; of many small ones, corners and middle tell.
+        """
+        if self.region.is_empty or not len(self.corners):
             return None
-        few, many = 0, len(rows)  # the fewest of the highest that lie behind the cut
+        cells = min(max(int(2.0 * len(self.corners) ** 0.5), CELLS_LEAST), CELLS_MOST)
+        raster, boxes = Raster.of(self.region.polygons, cells), _boxes(self.corners)
+        met = np.flatnonzero(raster.meets(*boxes))
+        held = raster.holds(*(box[met] for box in boxes))
+        areas = 0.5 * _doubled_areas(self.corners[met])
+        enough = int(np.searchsorted(np.cumsum(np.where(held, areas, 0.0)), area_mm2, side="right")) + 1
+        edge = np.flatnonzero(~held[:enough])
+        if len(edge) <= CUT_MOST:
+            count = self._count(met, np.where(held, areas, 0.0), edge, area_mm2)
+        else:
+            share = held.astype(np.float64)
+            share[edge] = self._inside(met[edge])
+            count = int(np.searchsorted(np.cumsum(share * areas), area_mm2, side="right")) + 1
+        return int(met[count - 1]) + 1 if count <= len(met) else None
+
+    def _inside(self, rows: Indices) -> Array:
+        """Return about which share of triangles lies inside."""
+        corners = self.corners[rows]
+        points = np.concatenate([corners, corners.mean(axis=1, keepdims=True)], axis=1)
+        inside = self.region.contains(points.reshape(-1, 2)).reshape(-1, 4)
+        share: Array = inside.mean(axis=1)
+        return share
+
+    def _count(self, met: Indices, surely: Array, edge: Indices, area_mm2: float) -> int:
+        """Return how many of the triangles ``met`` share more than an area, those on the ``edge`` cut."""
+        total = np.cumsum(surely)
+
+        def over(count: int) -> bool:
+            cut = Region.of(list(self.corners[met[edge[: np.searchsorted(edge, count)]]])) & self.region
+            return float(total[count - 1]) + cut.area_mm2 > area_mm2
+
+        few, many = 0, min(int(np.searchsorted(total, area_mm2, side="right")) + 1, len(met))
+        if not many or not over(many):
+            return len(met) + 1
         while many - few > 1:
             middle = (few + many) // 2
-            few, many = (few, middle) if covers(middle) else (middle, many)
-        return float(tops[rows[many - 1]])
+            few, many = (few, middle) if over(middle) else (middle, many)
+        return many
+
+
+def _boxes(corners: Array) -> tuple[Array, Array]:
+    """Return the least and greatest coordinates (k, 2) of triangles (k, 3, 2)."""
+    a, b, c = corners.transpose(1, 0, 2)
+    return np.minimum(np.minimum(a, b), c), np.maximum(np.maximum(a, b), c)
+
+
+def _doubled_areas(corners: Array) -> Array:
+    """Return twice the areas (k,) of plane triangles (k, 3, 2), counter-clockwise."""
+    a, b, c = corners.transpose(1, 0, 2)
+    (ux, uy), (vx, vy) = (b - a).T, (c - a).T
+    areas: Array = ux * vy - uy * vx
+    return areas
 
 
 def numbers_of(moments: Moments) -> Array:
@@ -267,8 +342,3 @@ def moments_of(numbers: Array) -> Moments:
 
 JOINED = 1e-3
 """A plane has joined the section when more than this share of it lies inside."""
-
-
-def _shadow(corners: Array) -> Region:
-    """Return the region that triangles (k, 3, 3), counter-clockwise from above, cover."""
-    return Region.of(list(corners[:, :, :2]))

@@ -257,11 +257,7 @@ class Region:
         """Tell for each point (k, 2) whether it lies inside (crossings to its right are odd)."""
         inside = np.zeros(len(points_mm), dtype=bool)
         for polygon in self.polygons if len(points_mm) else []:
-            for x, y, u, v in np.hstack([polygon, np.roll(polygon, -1, axis=0)]).tolist():
-                crosses = (points_mm[:, 1] < y) != (points_mm[:, 1] < v)
-                if y != v:
-                    reach = x + (points_mm[:, 1] - y) * ((u - x) / (v - y))
-                    inside ^= crosses & (points_mm[:, 0] < reach)
+            inside ^= _crossings_to_the_right(points_mm, polygon) % 2 == 1
         return inside
 
     def triangles(self) -> Array:
@@ -296,6 +292,20 @@ class Region:
             for corner in (total, polygon, nxt):
                 second += (det[:, None] * corner).T @ corner / 24.0
         return area, first, second
+
+
+def _crossings_to_the_right(points_mm: Array, polygon: Array) -> Indices:
+    """Return how often a line from each point (k, 2) towards greater x crosses a closed outline (n, 2)."""
+    order = np.argsort(points_mm[:, 1], kind="stable")
+    (px, py), (x, y), (u, v) = points_mm[order].T, polygon.T, np.roll(polygon, -1, axis=0).T
+    first, last = (np.searchsorted(py, each(y, v)) for each in (np.minimum, np.maximum))
+    edge = np.repeat(np.arange(len(x)), last - first)  # with each point that lies beside it
+    point = np.arange(len(edge)) + np.repeat(last - np.cumsum(last - first), last - first)
+    reach = x[edge] + (py[point] - y[edge]) * ((u - x)[edge] / (v - y)[edge])
+    crossed = np.bincount(point[px[point] < reach], minlength=len(points_mm))
+    counted = np.zeros(len(points_mm), dtype=np.int64)
+    counted[order] = crossed
+    return counted
 
 
 def union(solids: Sequence[Solid]) -> Solid:
