@@ -5,7 +5,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from autobalance.correction.shoulder import Patch, ShoulderLimits, cuts
+from autobalance.correction.patches import Patch
+from autobalance.correction.shoulder import ShoulderLimits, cuts
 from autobalance.crank.faces import find_faces
 from autobalance.solid.csg.solid import Solid
 from tests.cranks import make_crank
