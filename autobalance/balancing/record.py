@@ -10,6 +10,7 @@ from autobalance.balancing.loop import Result
 from autobalance.correction.kind import Correction
 from autobalance.crank.anatomy import Anatomy, Face
 from autobalance.crank.sections import Section, WebWeight
+from autobalance.dynamics.staged_assembly import AssemblyStage
 from autobalance.engine.force_summary import ShakingForce
 from autobalance.rigid_rotor.moments import Array, Moments
 from autobalance.rigid_rotor.tolerance import Tolerance
@@ -153,6 +154,7 @@ class Balanced:
     forces: Forces | None = None
     loads_with_gas: Mapping[str, Any] | None = None
     job_set: tuple[str, ...] = ()
+    assembly: tuple[AssemblyStage, ...] = ()
 
 
 @dataclass(frozen=True, eq=False)

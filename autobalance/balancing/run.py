@@ -15,6 +15,7 @@ from autobalance.balancing import (
     rotor_from_job,
     uncertainty_budget,
 )
+from autobalance.balancing.assembly_from_job import staged_assembly
 from autobalance.balancing.comparison import Row, compare
 from autobalance.balancing.gas_loads import gas_load_values, gas_loads
 from autobalance.balancing.loop import Result, balance, planned
@@ -255,6 +256,7 @@ def record_of(
             tolerance=tolerance,
             result=result,
             job_set=job.settings,
+            assembly=staged_assembly(job, tolerance, result.residual),
         ),
     )
 

@@ -49,6 +49,7 @@ def describe(job: Job) -> dict[str, Any]:
         **({"shafts": [_shaft(shaft) for shaft in job.shafts]} if job.shafts else {}),
         **({} if job.torsion is None else job.torsion.filled),
         **({"study": asdict(job.study)} if "study" in job.raw else {}),
+        **({"assembly": [dict(each.values) for each in job.assembly]} if job.assembly else {}),
         "correction": {
             "method": list(job.method_names),
             "prefer": job.prefer,

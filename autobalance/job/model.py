@@ -15,6 +15,7 @@ from autobalance.rigid_rotor.margin import Margin
 from autobalance.rigid_rotor.tolerance import Judge
 
 if TYPE_CHECKING:
+    from autobalance.job.assembly import AssemblyEntry
     from autobalance.job.cycle import Cycle
     from autobalance.job.torsion_file import CrankTorsion
 
@@ -225,6 +226,7 @@ class Job:
     settings: tuple[str, ...] = ()
     study: StudyOptions = StudyOptions()
     torsion: CrankTorsion | None = None
+    assembly: tuple[AssemblyEntry, ...] = ()
 
     @classmethod
     def from_dict(cls, values: Mapping[str, Any], folder: str | Path = ".") -> Job:

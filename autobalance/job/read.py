@@ -38,6 +38,7 @@ from autobalance.solid.formats.registry import endings, names_bodies, needs_unit
 from autobalance.units import G_PER_MM3_PER_KG_M3, RAD_S_PER_RPM
 
 if TYPE_CHECKING:
+    from autobalance.job.assembly import AssemblyEntry
     from autobalance.job.torsion_file import CrankTorsion
 
 OF_TORSION = ("torsion", "excitation", "pendulum", "speed_rpm", "points")
@@ -50,6 +51,7 @@ TOP_KEYS = (
     "shafts",
     "cycle",
     "study",
+    "assembly",
     *OF_TORSION,
 )
 """Tables of a job."""
@@ -226,7 +228,15 @@ def parse(
         settings=settings,
         study=read_study(root),
         torsion=_torsion(root),
+        assembly=_assembly(root, path.parent),
     )
+
+
+def _assembly(root: Table, folder: Path) -> tuple[AssemblyEntry, ...]:
+    """Read the parts that are put on; none where the job has none."""
+    from autobalance.job.assembly import read_assembly
+
+    return read_assembly(root, folder) if "assembly" in root else ()
 
 
 def _torsion(root: Table) -> CrankTorsion | None:

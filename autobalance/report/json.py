@@ -26,6 +26,7 @@ from autobalance.correction.kind import Correction
 from autobalance.crank.anatomy import Anatomy, Pin, Throw, Web
 from autobalance.crank.sections import Section
 from autobalance.engine.force_values import force_values
+from autobalance.report.assembly_values import assembly_values
 from autobalance.rigid_rotor.moments import Array, Moments
 from autobalance.rigid_rotor.tolerance import Tolerance
 from autobalance.rigid_rotor.unbalance import Unbalance
@@ -84,6 +85,8 @@ def report(record: Record) -> Values:
         values |= _result(balanced, record)
     if balanced is not None and balanced.loads_with_gas is not None:
         values["loads_with_gas"] = dict(balanced.loads_with_gas)
+    if balanced is not None and balanced.assembly:
+        values["assembly"] = assembly_values(balanced.assembly, record.planes_z_mm, unbalance_values)
     values |= record.staged
     if record.surfaces is not None:
         values["true_surfaces"] = _true_surfaces(record.surfaces, balanced)

@@ -69,8 +69,17 @@ def balance_text(report: Values, units: Units) -> str:
         _loads_with_gas(report),
         _changes(report, units),
         _overbalance(report, units),
+        _assembly(report, units),
     ]
     return "\n\n".join(part for part in parts if part)
+
+
+def _assembly(report: Values, units: Units) -> str:
+    if not report.get("assembly"):
+        return ""
+    from autobalance.report.assembly_values import assembly_text
+
+    return assembly_text(report["assembly"], units)
 
 
 def _heading(report: Values) -> str:

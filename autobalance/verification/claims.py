@@ -13,6 +13,7 @@ import numpy as np
 
 from autobalance import job as jobs
 from autobalance.balancing import engine_from_job, measured_crank, rotor_from_job, uncertainty_budget
+from autobalance.balancing.assembly_from_job import staged_assembly
 from autobalance.balancing.chordal_correction import FacetCorrection
 from autobalance.balancing.gas_loads import crank_values, gas_loads
 from autobalance.correction import KINDS
@@ -180,6 +181,7 @@ def _checked(claims: Claims, folder: Path, independent: bool) -> Checked:
     _check_after(claims, job, anatomy, crank, after)
     _check_forces(claims, job, anatomy, {"before": crank, "after": after})
     _check_gas_loads(claims, job, anatomy, source, after)
+    check_assembly(claims, job, tolerance, residual, size_of(source, crank))
     causes = _causes(claims, job, anatomy, crank, tolerance, given_in)
     _check_doubt(claims, "initial", causes, crank, [], size_of(source, crank))
     budget = _check_doubt(claims, "residual", causes, moments, _depth_rates(claims), size_of(source, crank))
@@ -365,6 +367,22 @@ def measured_files(
         moments = soup_moments(soup, crankshaft.density_g_mm3, frame)
     check_properties(claims, key, moments, source.volume_mm3)
     return source, moments, soup
+
+
+def check_assembly(
+    claims: Claims, job: Job, tolerance: Tolerance, residual: Unbalance, size_g_mm: float
+) -> None:
+    """Check the sums of the parts that are put on, in their order."""
+    if not job.assembly:
+        return
+    found = staged_assembly(job, tolerance, residual)
+    for part, stage in zip(entries_of(claims, "assembly", len(found)), found, strict=True):
+        total = np.array([stage.sum_g_mm.real, stage.sum_g_mm.imag])
+        part.near("sum.unbalance_g_mm", total, size_g_mm, MOMENT_ROUNDING)
+        part.near("permissible_g_mm", stage.permissible_g_mm, stage.permissible_g_mm)
+        part.near("left", np.array([stage.left_g_mm.real, stage.left_g_mm.imag]), size_g_mm, MOMENT_ROUNDING)
+        part.same("within", stage.within)
+        claims.held += part.held
 
 
 def check_properties(claims: Claims, key: str, moments: Moments, volume_mm3: float) -> None:

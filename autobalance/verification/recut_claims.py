@@ -46,6 +46,7 @@ def check_recut(claims: Claims, folder: Path, independent: bool) -> Checked:
     checks.check_unbalance(claims, "residual", residual, tolerance, size)
     _factors(claims, job, anatomy, reading, residual)
     _stage(claims, residual, size)
+    checks.check_assembly(claims, job, tolerance, residual, size)
     if not any(values.get("slug_mass_g") for values in claims.get("corrections", list)):
         change = (new.polar_inertia_g_mm2 - old.polar_inertia_g_mm2) / 1000.0
         claims.near("inertia_change_kg_mm2", change, old.polar_inertia_g_mm2 / 1000.0)

@@ -1,0 +1,157 @@
+"""Parts put on a shaft one after the other: what each adds, what is taken out before the next. mm, g, s.
+
+Vectors across the axis are complex, x + i y.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Literal
+
+KeyShare = Literal["none", "half", "full"]
+
+SHARES: Mapping[KeyShare, float] = {"none": 0.0, "half": 0.5, "full": 1.0}
+"""How much of the key a shaft or a part was balanced with."""
+CRANK = "crank"
+"""The shaft that starts from the crank's own residual."""
+
+
+@dataclass(frozen=True)
+class ShaftKey:
+    """A key between shaft and part, and how much of it each of them was balanced with."""
+
+    mass_g: float
+    offset_mm: complex
+    z_mm: float
+    shaft: KeyShare = "half"
+    part: KeyShare = "half"
+
+    @property
+    def left_over_g_mm(self) -> complex:
+        """Return what the key adds: its unbalance times one less both shares.
+
+        Two halves make one key [1]_; a full key in both counts once too much.
+
+        References
+        ----------
+        .. [1] ISO 21940-32:2012, the half-key convention.
+        """
+        return self.mass_g * self.offset_mm * (1.0 - SHARES[self.shaft] - SHARES[self.part])
+
+
+@dataclass(frozen=True)
+class Part:
+    """A part as it is fitted: its own unbalance about its bore, and how far the bore is off the axis.
+
+    ``moment_g_mm2`` is ∫ z (x + i y) dm of the part's own unbalance about the rotor's z = 0. ``correct_mm``
+    are one or two planes in which the sum is taken out before the next part.
+    """
+
+    name: str
+    shaft: str
+    mass_g: float
+    z_mm: float
+    unbalance_g_mm: complex
+    moment_g_mm2: complex
+    runout_mm: complex = 0j
+    key: ShaftKey | None = None
+    correct_mm: tuple[float, ...] = ()
+    permissible_g_mm: float | None = None
+    speed_ratio: float = 1.0
+
+
+@dataclass(frozen=True)
+class Shaft:
+    """A shaft so far: mass, unbalance and its moment about z = 0."""
+
+    mass_g: float
+    unbalance_g_mm: complex
+    moment_g_mm2: complex
+
+
+@dataclass(frozen=True)
+class Taken:
+    """What is taken out in a plane, at its heavy side."""
+
+    z_mm: float
+    unbalance_g_mm: complex
+
+
+@dataclass(frozen=True)
+class AssemblyStage:
+    """A part put on: what it adds, the sum before the correction, and what that leaves."""
+
+    part: Part
+    mass_g: float
+    runout_g_mm: complex
+    key_g_mm: complex
+    sum_g_mm: complex
+    sum_moment_g_mm2: complex
+    permissible_g_mm: float
+    corrections: tuple[Taken, ...]
+    left_g_mm: complex
+
+    @property
+    def within(self) -> bool:
+        """Whether the sum is within what is permitted, before it is corrected."""
+        return abs(self.sum_g_mm) <= self.permissible_g_mm
+
+
+def assemble(
+    crank: Shaft, parts: Sequence[Part], grade_mm_s: float, service_speed_rad_s: float
+) -> tuple[AssemblyStage, ...]:
+    """Put parts on their shafts in the order given.
+
+    Parameters
+    ----------
+    crank : Shaft
+        The crank with what is left on it.
+    parts : sequence of Part
+    grade_mm_s, service_speed_rad_s : float
+        A stage is permitted G m/Ω of the mass so far, unless the part says otherwise.
+
+    Examples
+    --------
+    >>> disc = Part("disc", "crank", 1000.0, 80.0, 20 + 0j, 1600 + 0j, runout_mm=0.01j, correct_mm=(80.0,))
+    >>> (stage,) = assemble(Shaft(2000.0, -5 + 0j, 0j), [disc], 6.3, 600.0)
+    >>> stage.sum_g_mm, stage.left_g_mm, round(stage.permissible_g_mm, 3)
+    ((15+10j), 0j, 31.5)
+    """
+    shafts = {CRANK: crank}
+    stages = []
+    for part in parts:
+        stage, shafts[part.shaft] = _put_on(
+            shafts.get(part.shaft, Shaft(0.0, 0j, 0j)), part, grade_mm_s / service_speed_rad_s
+        )
+        stages.append(stage)
+    return tuple(stages)
+
+
+def _put_on(shaft: Shaft, part: Part, specific_mm: float) -> tuple[AssemblyStage, Shaft]:
+    runout = part.mass_g * part.runout_mm
+    key = 0j if part.key is None else part.key.left_over_g_mm
+    key_moment = 0j if part.key is None else part.key.z_mm * key
+    mass = shaft.mass_g + part.mass_g
+    total = shaft.unbalance_g_mm + part.unbalance_g_mm + runout + key
+    moment = shaft.moment_g_mm2 + part.moment_g_mm2 + part.z_mm * runout + key_moment
+    permissible = part.permissible_g_mm
+    if permissible is None:
+        permissible = mass * specific_mm / part.speed_ratio
+    taken = _taken(total, moment, part.correct_mm)
+    left = total - sum(each.unbalance_g_mm for each in taken)
+    left_moment = moment - sum(each.z_mm * each.unbalance_g_mm for each in taken)
+    # In two planes everything goes; sums would leave rounding.
+    after = Shaft(mass, 0j, 0j) if len(taken) == 2 else Shaft(mass, complex(left), complex(left_moment))
+    stage = AssemblyStage(part, mass, runout, key, total, moment, permissible, taken, after.unbalance_g_mm)
+    return stage, after
+
+
+def _taken(total: complex, moment: complex, places_mm: tuple[float, ...]) -> tuple[Taken, ...]:
+    if not places_mm:
+        return ()
+    if len(places_mm) == 1:
+        return (Taken(places_mm[0], total),)
+    first, second = places_mm
+    in_first = (second * total - moment) / (second - first)
+    return Taken(first, in_first), Taken(second, total - in_first)
