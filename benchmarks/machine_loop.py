@@ -1,4 +1,4 @@
-"""Play the machine's loop: cranks with hidden deviations, a simulated machine, further cuts; count the stages.
+"""Play the machine's loop: hidden deviations, a simulated machine, further cuts; count the stages.
 
 ``python benchmarks/machine_loop.py [CASES] [SEED]`` prints how many cranks needed how many stages.
 """
@@ -36,7 +36,7 @@ MACHINE = {
 
 
 def hidden(rng: np.random.Generator) -> list[dict[str, float]]:
-    """Return deviations that a model does not have: density gradient, core shift, wandering drills [g·mm]."""
+    """Return deviations that no model has: density gradient, core shift, wandering drills [g·mm]."""
     causes = [("gradient", 25.0), ("core", 40.0), *(("drill", 4.0) for _ in range(6))]
     return [
         {
