@@ -11,6 +11,7 @@ import numpy as np
 import autobalance as ab
 from autobalance.correction import Limits
 from autobalance.crank.parametric.design import PRESETS
+from autobalance.rigid_rotor.moments import Moments
 from autobalance.rigid_rotor.unbalance import Unbalance
 from tests.generated import generated_crank
 from tests.jobs import write_stl
@@ -18,6 +19,7 @@ from tests.jobs import write_stl
 LAYOUTS = ("single", "pressed-up-single", "v-twin-45", "parallel-twin-360", "inline-3", "v6-60")
 METHODS = ("mill", "drill", "slug", "shoulder")
 STEEL = 7.85e-3
+ROD_G = 100.0
 FACETS_MM = 0.02
 """By how much chords, and files of single precision, may let two bodies come nearer than planned."""
 
@@ -37,7 +39,9 @@ def mixed_job(folder: Path, seed: int) -> Path:
         0.5 * (anatomy.webs[-1].z_min_mm + anatomy.webs[-1].z_max_mm),
     )
     wanted = [size * turned(vector, float(rng.uniform(-0.6, 0.6))) for vector in heavy]
-    now = Unbalance.of(crank.solid.moments(STEEL, anatomy.file_to_rotor)).in_planes(*ends)
+    rods = [Moments.point(ROD_G, throw.crankpin.centre_mm) for throw in anatomy.throws]
+    bare = crank.solid.moments(STEEL, anatomy.file_to_rotor)
+    now = Unbalance.of(sum(rods, bare)).in_planes(*ends)
     attached = "".join(
         f'[[engine.attached]]\nname = "{name}"\nmass_g = 1.0\nz_mm = {z}\n'
         f"unbalance_g_mm = [{(want - here)[0]}, {(want - here)[1]}]\n"
@@ -48,7 +52,7 @@ def mixed_job(folder: Path, seed: int) -> Path:
     path = folder / "job.toml"
     path.write_text(
         f'[crankshaft]\nfile = "crank.stl"\nunit = "mm"\ndensity_kg_m3 = 7850.0\n{pressed_up}'
-        f"[engine.rotating_g]\nrod = 1e-6\n[engine.reciprocating_g]\npiston = 1e-6\n{attached}"
+        f"[engine.rotating_g]\nrod = {ROD_G}\n[engine.reciprocating_g]\npiston = {ROD_G}\n{attached}"
         "[balance]\nfactor = 0.0\ngrade = 16.0\nspeed_rpm = 6000.0\n"
         f"[correction]\nmethod = {list(METHODS)}\nmin_wall_mm = {wall[0]}\n"
         f"[correction.mill]\ncutter_mm = {float(rng.choice([6.0, 8.0, 10.0]))}\nmin_wall_mm = {wall[1]}\n"

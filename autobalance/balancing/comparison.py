@@ -14,7 +14,7 @@ from autobalance.correction import Limits
 from autobalance.correction.kind import Correction, Offer, Prefer, Workpiece
 from autobalance.crank.anatomy import Anatomy
 from autobalance.errors import CorrectionError
-from autobalance.planning.whole_cuts import greatest_multiple
+from autobalance.planning.milp import greatest_multiple
 from autobalance.rigid_rotor.tolerance import Tolerance
 
 MOST_CAPACITY = 64.0

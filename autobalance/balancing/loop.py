@@ -15,8 +15,9 @@ from autobalance.correction import Limits
 from autobalance.correction.kind import Array, Correction, Cut, Offer, Prefer, Workpiece
 from autobalance.crank.anatomy import Anatomy
 from autobalance.planning.depths import AIM, Plan, Shortfall, explain_shortfall
+from autobalance.planning.milp import least_share
 from autobalance.planning.relaxation import Relaxation, Shortage, relaxations
-from autobalance.planning.whole_cuts import choose, least_share
+from autobalance.planning.whole_cuts import choose
 from autobalance.rigid_rotor.moments import Moments
 from autobalance.rigid_rotor.tolerance import Tolerance
 from autobalance.rigid_rotor.unbalance import Unbalance

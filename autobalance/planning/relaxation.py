@@ -11,7 +11,8 @@ from autobalance.correction import Limits
 from autobalance.correction.kind import Kind, MoreCuts, Offer, WiderLimits, Workpiece
 from autobalance.errors import CorrectionError
 from autobalance.planning.depths import Plan
-from autobalance.planning.whole_cuts import choose, least_share
+from autobalance.planning.milp import least_share
+from autobalance.planning.whole_cuts import choose
 from autobalance.rigid_rotor.tolerance import Tolerance
 from autobalance.rigid_rotor.unbalance import Unbalance
 

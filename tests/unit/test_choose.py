@@ -15,7 +15,8 @@ from autobalance.correction.hole import Hole, Site, keep_apart
 from autobalance.correction.kind import Count, Offer, Prefer
 from autobalance.correction.walls import Axis
 from autobalance.planning.depths import AIM, plan_depths
-from autobalance.planning.whole_cuts import choose, greatest_multiple, least_share
+from autobalance.planning.milp import greatest_multiple, least_share
+from autobalance.planning.whole_cuts import choose
 from autobalance.rigid_rotor.moments import Moments
 from autobalance.rigid_rotor.tolerance import Judge, Tolerance
 from autobalance.rigid_rotor.unbalance import Unbalance

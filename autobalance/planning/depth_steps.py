@@ -1,0 +1,138 @@
+"""Depths of the cuts that were chosen: exact ones, and the nearest on the machines' steps, together."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from autobalance.correction.kind import Array
+from autobalance.planning.depths import Plan, judged_plan, judged_rows, plan_depths, resultant_and_moment
+from autobalance.planning.task import Task, part_of
+
+WORTH = 1e-4
+"""Share of the cost that another step of the depths must save."""
+COMBINATIONS = 50_000
+"""Roundings tried, at most."""
+STEPS_ASIDE = 3
+EXACT = 12
+"""Combinations of steps that are looked at on the exact curves."""
+
+
+def settled(task: Task, depths: Array) -> Plan:
+    """Return the exact depths of the cuts that ``depths`` makes, within their limits."""
+    made = [int(k) for k in np.flatnonzero(depths > 0.0)]
+    part = part_of(task, made)
+    plan = plan_depths(
+        task.residual,
+        task.tolerance,
+        part.cuts,
+        start_mm=depths[made],
+        shared=part.offer.shared,
+        aim=task.aim,
+        bounds_mm=bounds_of(task, made),
+        cost=task.cost,
+        worth=WORTH,
+    )
+    whole = np.zeros(len(depths))
+    whole[made] = plan.depths_mm
+    return replace(plan, depths_mm=whole)
+
+
+def bounds_of(task: Task, made: Sequence[int]) -> tuple[Array, Array]:
+    """Return least and greatest depths of the cuts made, with regard to their neighbours."""
+    least = np.array([task.cuts[k].least_depth_mm for k in made])
+    most = np.array([task.cuts[k].max_depth_mm for k in made])
+    place = {k: n for n, k in enumerate(made)}
+    for pair in task.offer.apart:
+        if pair.first in place and pair.second in place:
+            for k in (place[pair.first], place[pair.second]):
+                most[k] = max(min(most[k], pair.most_mm), least[k])
+    return least, most
+
+
+def finished(task: Task, plan: Plan) -> Plan:
+    """Round the depths to the machine's steps and name what binds."""
+    rounded = _rounded(task, plan)
+    limits = [
+        cut.limit
+        for cut, d in zip(task.cuts, rounded.depths_mm, strict=True)
+        if d >= cut.max_depth_mm - 1e-6 and cut.max_depth_mm > cut.least_depth_mm
+    ]
+    for rule in task.offer.counts:
+        if sum(rounded.depths_mm[k] > 0.0 for k in rule.members) >= rule.most:
+            limits.append(rule.limit)
+    binding = tuple(dict.fromkeys(limits)) if rounded.share > max(task.aim, 1.0) else ()
+    return replace(rounded, binding=binding)
+
+
+def rounding_share(task: Task, depths: Array) -> float:
+    """Return the share of the permissible value that half a step of each cut can make up."""
+    total = 0.0
+    rows = judged_rows(task.tolerance)
+    for k in np.flatnonzero(depths).tolist():
+        cut = task.cuts[k]
+        total = max(
+            total,
+            float(np.abs(rows @ resultant_and_moment(cut.rate(float(depths[k])))).max())
+            * 0.5
+            * cut.depth_step_mm,
+        )
+    return total
+
+
+def _rounded(task: Task, plan: Plan) -> Plan:
+    """Return the depths on their machines' steps that leave least, among the nearest ones."""
+    made = [k for k in np.flatnonzero(plan.depths_mm).tolist() if task.cuts[k].depth_step_mm > 0.0]
+    if not made:
+        return plan
+    least, most = bounds_of(task, made)
+    room = COMBINATIONS
+    choices = []
+    count = len(made)
+    for n, k in enumerate(made):
+        step = task.cuts[k].depth_step_mm
+        aside = max(0, min(STEPS_ASIDE, int(room ** (1.0 / (count - n)) / 2.0 - 0.5)))
+        middle = plan.depths_mm[k] / step
+        low, high = math.floor(middle) - aside, math.floor(middle) + 1 + aside
+        steps = np.arange(low, high + 1) * step
+        steps = steps[(steps >= least[n] - 1e-9) & (steps <= most[n] + 1e-9)]
+        if not len(steps):
+            steps = np.array([min(max(round(middle) * step, least[n]), most[n])])
+        if len(steps) > room:
+            steps = steps[[int(np.argmin(np.abs(steps - plan.depths_mm[k])))]]
+        room = max(room // len(steps), 1)
+        choices.append(steps)
+    return _best_combination(task, plan, made, choices)
+
+
+def _best_combination(task: Task, plan: Plan, made: Sequence[int], choices: Sequence[Array]) -> Plan:
+    """Look through all combinations on the tangent, then through the best of them exactly."""
+    rows = judged_rows(task.tolerance)
+    slopes = (
+        np.array([resultant_and_moment(task.cuts[k].rate(float(plan.depths_mm[k]))) for k in made]) @ rows.T
+    )
+    judged = rows @ plan.predicted.components
+    for k, steps, slope in zip(made, choices, slopes, strict=True):
+        judged = (judged[..., None, :] + (steps - plan.depths_mm[k])[:, None] * slope).reshape(-1, len(rows))
+    shares = np.hypot(judged[:, 0::2], judged[:, 1::2]).max(axis=1)
+    best: Plan | None = None
+    for place in np.argsort(shares, kind="stable")[:EXACT].tolist():
+        depths = plan.depths_mm.copy()
+        depths[list(made)] = _combination(choices, place)
+        here = judged_plan(task.residual, task.tolerance, task.cuts, depths)
+        if best is None or here.share < best.share:
+            best = here
+    assert best is not None
+    return best
+
+
+def _combination(choices: Sequence[Array], place: int) -> list[float]:
+    """Return the steps of one combination by its place; those of the last choice run fastest."""
+    steps_of = []
+    for steps in reversed(choices):
+        place, at = divmod(place, len(steps))
+        steps_of.append(float(steps[at]))
+    return steps_of[::-1]
