@@ -209,3 +209,15 @@ def test_an_interrupt_ends_with_130(work: Path, tmp_path: Path) -> None:
     assert process.returncode == 130, said
     assert b"Traceback" not in said
     assert _ended(workers)
+
+
+@pytest.mark.slow
+def test_a_cluster_that_loses_a_worker_gives_the_same_bits(work: Path) -> None:
+    rows = "".join(f"r{number},job.toml,0.{30 + number}\n" for number in range(6))
+    (work / "six.csv").write_text(f"name,job,balance.factor\n{rows}", "utf-8")
+    script = [sys.executable, "-m", "tests.cluster_run", str(work / "six.csv"), str(work / "cluster")]
+    subprocess.run(script, cwd=ROOT, check=True, capture_output=True, timeout=300)
+    result = batch(work / "six.csv", work / "here", workers=2).report
+    assert (result["rows"], result["within"]) == (6, 6)
+    assert (work / "cluster" / "results.csv").read_bytes() == (work / "here" / "results.csv").read_bytes()
+    assert sorted(line["row"] for line in journal(work / "cluster")) == [1, 2, 3, 4, 5, 6]

@@ -259,7 +259,7 @@ def _reason(made: WrittenDesign) -> str:
 
 def _values(problem: Problem, made: WrittenDesign) -> dict[str, float]:
     """Return a written design's objectives by name."""
-    values = problem.objectives(made.moments)
+    values = problem.objectives(made.moments, lambda: made.rotor_solid(problem))
     names = [name.removeprefix("-") for name in problem.design.search.objectives]
     return {name: values[name] for name in names}
 
@@ -319,7 +319,9 @@ def _start(problem: Problem) -> Values:
     residual = problem.residual(moments)
     constraints, _ = problem.constraints(variables, moments, residual)
     broken = [each for each in constraints if each.margin < 0.0]
-    values = problem.objectives(moments)
+    values = problem.objectives(
+        moments, lambda: problem.crank.source.solid.moved(problem.crank.anatomy.file_to_rotor)
+    )
     return {
         "objectives": {
             name: values[name]

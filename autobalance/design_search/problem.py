@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from autobalance.balancing import rotor_from_job
 from autobalance.balancing.measured_crank import Crank
+from autobalance.design_search import strength
 from autobalance.design_search.free_metal import FreeMetal, FreeWeb
 from autobalance.design_search.neighbours import (
     Clearance,
@@ -27,10 +28,12 @@ from autobalance.job.design import DesignJob
 from autobalance.rigid_rotor.moments import Moments
 from autobalance.rigid_rotor.tolerance import Tolerance
 from autobalance.rigid_rotor.unbalance import Unbalance
+from autobalance.solid.csg.solid import Solid
 
 Array = NDArray[np.float64]
 
 G_MM2_PER_KG_MM2 = 1000.0
+LOAD, STRESS = "greatest_main_load_N", "greatest_stress_MPa"
 AIM = 1e-9
 """Share of the permissible value that is left by the solution, by the profiles' own moments."""
 ALLOWED = 0.01
@@ -231,12 +234,56 @@ class Problem:
 
     # --- judging --------------------------------------------------------------------------------------------
 
-    def objectives(self, moments: Moments) -> dict[str, float]:
-        """Return what the moments alone tell of a design."""
-        return {
+    @property
+    def wanted(self) -> set[str]:
+        """Names of the objectives, without sign."""
+        return {name.removeprefix("-") for name in self.design.search.objectives}
+
+    def objectives(self, moments: Moments, solid: Callable[[], Solid] | None = None) -> dict[str, float]:
+        """Return what a design is worth.
+
+        ``solid`` makes its solid (rotor frame), on which loads and stress are found; without it loads are
+        found by the moments, and stress is left out.
+        """
+        found = {
             "mass_g": moments.mass_g,
             "polar_inertia_kg_mm2": moments.polar_inertia_g_mm2 / G_MM2_PER_KG_MM2,
         }
+        if not self.wanted & {LOAD, STRESS}:
+            return found
+        anatomy = self.crank.anatomy
+        body = None if solid is None else solid()
+        in_file = None if body is None else body.moved(anatomy.rotor_to_file)
+        cycle = strength.cycle_of(self.design.start, anatomy, moments, in_file)
+        found[LOAD] = strength.greatest_main_load_n(cycle)
+        if STRESS in self.wanted and body is not None:
+            mesh = strength.body_of(body, self._fem_size_mm)
+            loads = strength.greatest_pin_loads_n(cycle)
+            found[STRESS] = strength.greatest_stress_MPa(mesh, anatomy, loads, self.crank.density_g_mm3)
+        return found
+
+    @property
+    def _fem_size_mm(self) -> float | None:
+        return None if self.design.fem is None else self.design.fem.size_mm
+
+    def fem_constraints(self, moments: Moments, solid: Solid) -> list[Constraint]:
+        """Return what finite elements must find of a design's solid (rotor frame)."""
+        limits = self.design.fem
+        if limits is None or (limits.min_frequency_hz is None and limits.max_stress_MPa is None):
+            return []
+        anatomy, density = self.crank.anatomy, self.crank.density_g_mm3
+        mesh = strength.body_of(solid, limits.size_mm)
+        found = []
+        if limits.min_frequency_hz is not None:
+            value, least = strength.first_frequency_hz(mesh, density), limits.min_frequency_hz
+            found.append(Constraint("first frequency", value, least, "Hz", value - least, 0.01 * least))
+        if limits.max_stress_MPa is not None:
+            in_file = solid.moved(anatomy.rotor_to_file)
+            cycle = strength.cycle_of(self.design.start, anatomy, moments, in_file)
+            loads = strength.greatest_pin_loads_n(cycle)
+            value, most = strength.greatest_stress_MPa(mesh, anatomy, loads, density), limits.max_stress_MPa
+            found.append(Constraint("stress", value, most, "MPa", most - value, 0.01 * most))
+        return found
 
     def constraints(
         self, variables: Array, moments: Moments, residual: Unbalance, *, exact: bool = True
@@ -262,13 +309,11 @@ class Problem:
             )
             for each in clearances
         ]
-        values = self.objectives(moments)
-        for name, wanted_range in (
-            ("mass_g", self.design.mass_g),
-            ("polar_inertia_kg_mm2", self.design.polar_inertia_kg_mm2),
-        ):
-            if wanted_range is not None:
-                found += _within(name, values[name], wanted_range)
+        if self.design.mass_g is not None:
+            found += _within("mass_g", moments.mass_g, self.design.mass_g)
+        if self.design.polar_inertia_kg_mm2 is not None:
+            inertia = moments.polar_inertia_g_mm2 / G_MM2_PER_KG_MM2
+            found += _within("polar_inertia_kg_mm2", inertia, self.design.polar_inertia_kg_mm2)
         return found, clearances
 
     def _of_profile(self, k: int, amounts: Amounts, name: str) -> list[Constraint]:

@@ -14,9 +14,11 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.optimize import minimize
 
-from autobalance.design_search.problem import Problem, violation
+from autobalance.design_search.free_metal import with_profiles
+from autobalance.design_search.problem import STRESS, Problem, violation
 from autobalance.errors import FileError
 from autobalance.rigid_rotor.moments import Moments
+from autobalance.solid.csg.solid import Solid
 from autobalance.studies.workers import InThisProcess, Workers
 
 Array = NDArray[np.float64]
@@ -63,9 +65,14 @@ class Generation:
         return cls(int(line["generation"]), np.array(line["asked"]), made)
 
 
-def objective_values(problem: Problem, moments: Moments) -> Array:
-    """Return the values (k,) of a search's objectives, each to be least."""
-    values = problem.objectives(moments)
+def objective_values(problem: Problem, moments: Moments, variables: Array) -> Array:
+    """Return the values (k,) of a search's objectives, each to be least; its solid is made for the stress."""
+
+    def solid() -> Solid:
+        amounts = problem.amounts(variables)
+        return with_profiles(problem.free, amounts.radii_mm, amounts.thickness_mm)[0]
+
+    values = problem.objectives(moments, solid if STRESS in problem.wanted else None)
     return np.array(
         [
             -values[name.removeprefix("-")] if name.startswith("-") else values[name]
@@ -79,7 +86,7 @@ def judged(problem: Problem, variables: Array) -> Candidate:
     solved = problem.solved(variables)
     moments = problem.moments(solved)[0]
     constraints, _ = problem.constraints(solved, moments, problem.residual(moments), exact=False)
-    return Candidate(solved, objective_values(problem, moments), violation(constraints))
+    return Candidate(solved, objective_values(problem, moments, solved), violation(constraints))
 
 
 def searched(
@@ -202,15 +209,17 @@ def _tell(algorithm: Any, asked: Any, generation: Generation, method: str) -> No
 def refined(problem: Problem, candidate: Candidate, objective: int) -> Candidate:
     """Return a design improved in one objective by gradients, its balance kept; itself where it cannot be."""
     name = problem.design.search.objectives[objective]
+    if name.removeprefix("-") not in COLUMNS:
+        return candidate
     sign, column = (-1.0 if name.startswith("-") else 1.0), COLUMNS[name.removeprefix("-")]
     scale = abs(candidate.objectives[objective]) or 1.0
     rows = 2 if problem.design.start.balance.judge == "static" else 4
 
     def value(x: Array) -> tuple[float, Array]:
         moments, gradient = problem.moments(x)
-        found = objective_values(problem, moments)[objective]
         unit = 1e-3 if column == 5 else 1.0
-        return found / scale, sign * unit * gradient[:, column] / scale
+        amount = moments.polar_inertia_g_mm2 if column == 5 else moments.mass_g
+        return sign * unit * amount / scale, sign * unit * gradient[:, column] / scale
 
     def balance(x: Array) -> Array:
         moments = problem.moments(x)[0]

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -42,6 +42,10 @@ class WrittenDesign:
     constraints: tuple[Constraint, ...]
     clearances: tuple[Clearance, ...]
 
+    def rotor_solid(self, problem: Problem) -> Solid:
+        """Return the solid in the rotor frame."""
+        return self.solid.moved(problem.crank.anatomy.file_to_rotor)
+
     @property
     def feasible(self) -> bool:
         """Whether every constraint is kept."""
@@ -61,7 +65,8 @@ def written(problem: Problem, variables: Array) -> WrittenDesign:
             break
         off = made.residual.components - problem.residual(problem.moments(solved)[0]).components
     assert best is not None
-    return best
+    found = problem.fem_constraints(best.moments, best.rotor_solid(problem))
+    return replace(best, constraints=(*best.constraints, *found)) if found else best
 
 
 def _made(problem: Problem, variables: Array) -> WrittenDesign:

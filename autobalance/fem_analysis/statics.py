@@ -102,7 +102,7 @@ def held_dofs(body: Body, holds: Sequence[Hold]) -> NDArray[np.bool_]:
     """Return which degrees of freedom (3 n,) are held, and refuse a body that can still move."""
     held = np.zeros((body.nodes, 3), dtype=bool)
     for hold in holds:
-        nodes = np.unique(_facet_nodes(body, _facets_in(body, hold.box_mm, hold.name)))
+        nodes = np.unique(facet_nodes(body, _facets_in(body, hold.box_mm, hold.name)))
         for axis in hold.axes:
             held[nodes, "xyz".index(axis)] = True
     flat = held.reshape(-1)
@@ -159,7 +159,7 @@ def _facets_in(body: Body, box_mm: Box, name: str) -> NDArray[np.int64]:
     return found
 
 
-def _facet_nodes(body: Body, facets: NDArray[np.int64]) -> NDArray[np.int64]:
+def facet_nodes(body: Body, facets: NDArray[np.int64]) -> NDArray[np.int64]:
     """Return the numbers of all nodes on some facets."""
     nodes: NDArray[np.int64] = body.basis.get_dofs(facets).flatten().astype(np.int64)
     return nodes
