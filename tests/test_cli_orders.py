@@ -315,6 +315,17 @@ class TestBadRecords:
         report = run(capsys, tmp_path / "r.tdms", "--channel", "y", "--speed-rpm", 1500)
         assert report["spectrum"]["peaks"][0]["amplitude"] == pytest.approx(2.5, rel=1e-6)
 
+    def test_too_large(self, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+        path = write_csv(tmp_path / "r.csv", {"time_s": T, "accel_g": 1e200 * SINES})
+        assert "holds 3.3e+200; a signal is below 1e+60" in refused(capsys, 3, path)
+
+    def test_bearing_faster_than_the_envelope(
+        self, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+    ) -> None:
+        path = write_csv(tmp_path / "r.csv", {"time_s": T, "accel_g": SINES})
+        options = (path, "--speed-rpm", 30_000, "--bearing", "balls=9,ball=8,pitch=40")
+        assert self._warned(capsys, "the envelope is too slow", *options)["bearing"]["envelope"] == []
+
     def test_too_short(self, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
         path = write_csv(tmp_path / "r.csv", {"time_s": T[:40], "accel_g": SINES[:40]})
         report = self._warned(capsys, "the record holds 0.5 turns", path, "--speed-rpm", 1500)

@@ -24,6 +24,8 @@ from autobalance.signal.windows import COSINES
 STEADY = 0.02
 """A speed that varies by no more of itself is no run-up."""
 SHORTEST = 16
+LARGEST = 1e60
+"""Beyond it squares of squares overflow."""
 STRONGEST_ORDERS = 6
 
 
@@ -182,11 +184,19 @@ def _whole(warnings: list[str], *channels: Channel) -> list[Channel]:
     """Return channels without holes, each of which is told."""
     found = []
     for channel in channels:
+        _check_size(channel)
         whole, note = filled(channel)
         if note:
             warnings.append(note)
         found.append(whole)
     return found
+
+
+def _check_size(channel: Channel) -> None:
+    for _, piece in channel.blocks():
+        finite = np.abs(piece[np.isfinite(piece)])
+        if (greatest := float(finite.max(initial=0.0))) > LARGEST:
+            raise FormatError(f"channel {channel.name!r} holds {greatest:.3g}; a signal is below {LARGEST:g}")
 
 
 def _clipped(record: Record, question: Question, channel: Channel) -> float:
@@ -325,7 +335,12 @@ def _bearing(
     found = envelope(channel, *band)
     if question.bearing is None or speed.turning is None:
         return found, None if question.bearing is None else []
-    return found, defects(found, _clipped_to(speed.turning, channel.duration_s), question.bearing)
+    told = defects(found, _clipped_to(speed.turning, channel.duration_s), question.bearing)
+    if not told:
+        warnings.append(
+            "the envelope is too slow, or the record too short, for the bearing's orders at this speed"
+        )
+    return found, told
 
 
 def _clipped_to(turning: Turning, duration_s: float) -> Turning:

@@ -12,6 +12,7 @@ from autobalance.signal.record import Array, Channel
 from autobalance.signal.sines import Sine, find_sines
 from autobalance.signal.turning import TURN, Turning
 
+FEWEST_TURNS = 4
 SLIP = 0.02
 """Balls slide a little: a defect is looked for so far to each side of its kinematic order."""
 
@@ -161,9 +162,14 @@ def liveliest_band(channel: Channel) -> tuple[float, float]:
 def defects(found: Envelope, turning: Turning, bearing: Bearing) -> list[Defect]:
     """Return what the envelope holds at each of a bearing's orders, by the shaft's angle.
 
-    The envelope is read at even steps of angle, so that a speed that varies does not smear its lines.
+    The envelope is read at even steps of angle, so that a speed that varies does not smear its lines. None
+    are told where it is too slow for them, or the record too short.
     """
-    by_turn, per_turn = _by_turn(found, turning, max(bearing.orders().values()))
+    fastest = float(turning.speeds_rpm().max()) / 60.0
+    top = min(2.5 * max(bearing.orders().values()), 0.45 * found.sample_rate_hz / fastest)
+    if top < max(bearing.orders().values()) or turning.turns < FEWEST_TURNS:
+        return []
+    by_turn, per_turn = _by_turn(found, turning, top)
     sines = find_sines(by_turn, per_turn, most=24)
     mean_hz = turning.mean_rpm / 60.0
     return [
@@ -172,13 +178,14 @@ def defects(found: Envelope, turning: Turning, bearing: Bearing) -> list[Defect]
 
 
 def _by_turn(found: Envelope, turning: Turning, top: float) -> tuple[Array, float]:
+    """Return the envelope at even steps of angle, and how many a turn."""
     from autobalance.signal.by_angle import by_angle, samples_per_turn
 
     channel = Channel("envelope", None, found.sample_rate_hz, found.values)
     first = turning.angles_rad[0]
     turns = int((turning.angles_rad[-1] - max(first, 0.0)) / TURN)
-    per_turn = samples_per_turn(2.5 * top)
-    return np.concatenate(list(by_angle(channel, turning, per_turn, 2.5 * top, turns))), float(per_turn)
+    per_turn = samples_per_turn(top)
+    return np.concatenate(list(by_angle(channel, turning, per_turn, top, turns))), float(per_turn)
 
 
 def _defect(

@@ -104,8 +104,12 @@ def _modelled(values: Array, holes: NDArray[np.bool_], rate_hz: float) -> Array:
             (s.amplitude * np.cos(2.0 * np.pi * s.frequency_hz * times + s.phase_rad) for s in sines),
             np.zeros(len(values)),
         )
+        filling = model[lost] + np.interp(lost, sound, (values - model)[sound])
+        moved = float(np.abs(filling - values[lost]).max())
         values = values.copy()
-        values[lost] = model[lost] + np.interp(lost, sound, (values - model)[sound])
+        values[lost] = filling
+        if moved < 1e-9 * float(np.abs(values).max()):
+            break
     return values
 
 

@@ -23,6 +23,8 @@ from scipy import fft, optimize, signal
 from autobalance.signal.record import Array, Complex
 from autobalance.signal.turning import TURN, Turning
 
+SHORTEST = 256
+"""Samples below which no resonance is looked for."""
 PER_DECADE = 300
 """Steps of the logarithmic frequency by which resonances are looked for: 0.8 % each."""
 PROMINENCE = np.log(2.0)
@@ -69,6 +71,8 @@ def modes_of_transfer(response: Array, excitation: Array, sample_rate_hz: float)
     sample_rate_hz : float
         Samples a second [Hz].
     """
+    if len(response) < SHORTEST:
+        return []
     y, u = fft.rfft(response - response.mean()), fft.rfft(excitation - excitation.mean())
     f, (cross, power, _) = _log_sums(
         len(response), sample_rate_hz, y * u.conj(), np.abs(u) ** 2, np.abs(y) ** 2
@@ -95,6 +99,8 @@ def modes_of_run_up(
     """
     first = int(np.ceil(max(turning.start_s, 0.0) * sample_rate_hz))
     last = min(int(turning.end_s * sample_rate_hz), len(response))
+    if last - first < SHORTEST:
+        return []
     piece = response[first:last] - response[first:last].mean()
     times = np.arange(first, last) / sample_rate_hz
     y, angle = fft.rfft(piece), turning.angle_rad(times)
@@ -108,6 +114,8 @@ def modes_of_run_up(
 def modes_of_response(response: Array, sample_rate_hz: float) -> list[Mode]:
     """Return the modes that a response alone shows, to an excitation of even level, ascending."""
     length = len(response)
+    if length < SHORTEST:
+        return []
     y = fft.rfft(response - response.mean())
     power = np.abs(y) ** 2
     f, (sums,) = _log_sums(length, sample_rate_hz, power)

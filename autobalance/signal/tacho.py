@@ -161,7 +161,7 @@ def _without_extra(times: Array) -> tuple[Array, int]:
         if not split.any():
             break
         error = np.where(split, np.abs(pairs - usual) / usual, np.inf)
-        chosen, last = [], -2
+        chosen, last = [], -3
         for place in np.flatnonzero(split):
             if place - last > 2:
                 chosen.append(int(place))
