@@ -54,6 +54,8 @@ bench: $(VENV)/.installed-dev
 	@$(VENV)/bin/python benchmarks/planning.py
 	@echo "==> measuring recognition beside weld and build"
 	@$(VENV)/bin/python benchmarks/recognition.py
+	@echo "==> measuring inspect and balance on real and drawn cranks; AUTOBALANCE_CRANKS=FOLDER adds yours"
+	@$(VENV)/bin/python benchmarks/real_cranks.py
 
 ci:
 	@bash .ci/run

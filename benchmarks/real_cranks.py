@@ -1,0 +1,158 @@
+"""Processor time of ``inspect`` and ``balance`` on real cranks beside the least that they can cost.
+
+    python benchmarks/real_cranks.py [FOLDER] [--triangles 100000 300000 1000000] [--no-pages]
+
+FOLDER, or the environment's AUTOBALANCE_CRANKS, holds crank files; without it only the bundled and drawn
+cranks are measured. Each is taken as it is and with its triangles split in four as often as brings their
+number nearest to those asked for; true surfaces are taken as the triangles that are laid over them.
+
+- *built*: read the bytes, weld, build the solid;
+- *floor*: the same, one cut, one measurement, one write;
+- *inspect* ÷ built, and *balance* (with its pages) ÷ floor.
+
+Processor seconds of whole processes, so that other work on the machine counts little; loading Python and
+numpy is in all of them. A command that ends with an error, because there is no crank in the file, say, is
+listed with its exit code and left out of the worst.
+"""
+
+from __future__ import annotations
+
+import argparse
+import os
+import subprocess
+import sys
+import tempfile
+from collections.abc import Iterator
+from pathlib import Path
+
+import numpy as np
+
+ROOT = Path(__file__).resolve().parent.parent
+sys.path[:0] = [str(ROOT), str(ROOT / "benchmarks")]
+
+from main_job import BUNDLED, ENVIRONMENT, subdivided, write_stl  # noqa: E402
+
+WITH_UNIT = {".3mf", ".glb", ".step", ".stp"}
+ENDINGS = {".stl", ".obj", ".off", ".ply", *WITH_UNIT}
+DRAWN = ("inline-4",)
+JOB = """[crankshaft]
+file = "crank.stl"
+unit = "mm"
+density_kg_m3 = 7850.0
+crankpin_in_file = {pins}
+[engine.rotating_g]
+rod = 100.0
+[engine.reciprocating_g]
+piston = 150.0
+{crankpin}
+[balance]
+factor = 0.3
+grade = 100.0
+speed_rpm = 3000
+[correction]
+method = "shoulder"
+"""
+LEAST = """
+import sys
+from pathlib import Path
+import manifold3d as m3
+import numpy as np
+from autobalance.solid.mesh.measure import mesh_moments
+from autobalance.solid.mesh.mesh import Mesh, mesh_of_soup
+record = np.dtype([("normal", "<f4", 3), ("corners", "<f4", (3, 3)), ("attribute", "<u2")])
+mesh = mesh_of_soup(np.frombuffer(Path("crank.stl").read_bytes(), dtype=record, offset=84)["corners"])
+body = m3.Manifold(m3.Mesh64(mesh.vertices, mesh.triangles.astype(np.uint64)))
+body.status()
+if sys.argv[1] == "floor":
+    low, high = mesh.bounds
+    edge = low + (high - low) * [0.97, 0.0, 0.0]
+    raw = (body - m3.Manifold.cube(tuple(high - low)).translate(tuple(edge))).to_mesh64()
+    cut = Mesh(np.asarray(raw.vert_properties)[:, :3], np.asarray(raw.tri_verts).astype(np.int64))
+    mesh_moments(cut, 7.85e-3)
+    out = np.zeros(len(cut.triangles), dtype=record)
+    out["corners"] = cut.vertices[cut.triangles]
+    Path("floor.stl").write_bytes(bytes(80) + np.uint32(len(out)).tobytes() + out.tobytes())
+"""
+
+
+def seconds(command: list[str], cwd: Path) -> tuple[float, int]:
+    """Return processor time [s] and exit code of a process."""
+    with open(os.devnull, "w") as nothing:
+        process = subprocess.Popen(command, cwd=cwd, env=ENVIRONMENT, stdout=nothing, stderr=nothing)
+        _, status, usage = os.wait4(process.pid, 0)
+        process.returncode = os.waitstatus_to_exitcode(status)
+    return usage.ru_utime + usage.ru_stime, process.returncode
+
+
+def cranks(folder: Path | None) -> Iterator[tuple[str, np.ndarray, bool]]:
+    """Yield names, corners (m, 3, 3) [mm], and whether crankpins are in the file."""
+    from autobalance.crank.parametric.design import PRESETS
+    from autobalance.crank.parametric.generate import crank_solid
+    from autobalance.errors import AutobalanceError
+    from autobalance.solid.formats.read import read
+
+    yield "bundled", subdivided(BUNDLED / "crank.stl", 0), False
+    for name in DRAWN:
+        yield name, crank_solid(PRESETS[name], 64).mesh.corners, True
+    for file in sorted(folder.iterdir()) if folder else []:
+        if file.suffix.lower() in ENDINGS:
+            try:
+                unit = None if file.suffix.lower() in WITH_UNIT else "mm"
+                yield file.name, read(file, unit, "all").solid.mesh.corners, True
+            except AutobalanceError as error:
+                print(f"{file.name}: {error}")
+
+
+def measured(work: Path, soup: np.ndarray, pins: bool, pages: bool) -> dict[str, tuple[float, int]]:
+    """Return the processor time and exit code of each command on one crank."""
+    write_stl(work / "crank.stl", soup)
+    crankpin = "" if pins else "[engine.crankpin_g]\ncrankpin = 114.65"
+    (work / "job.toml").write_text(JOB.format(pins=str(pins).lower(), crankpin=crankpin))
+    cli = [sys.executable, str(ROOT / "cli.py")]
+    inspect = [*cli, "inspect", "crank.stl", "--unit", "mm", *([] if pins else ["--no-crankpin"])]
+    balance = [*cli, "balance", "job.toml", "-o", "out", *([] if pages else ["--no-report"])]
+    return {
+        "built": seconds([sys.executable, "-c", LEAST, "built"], work),
+        "floor": seconds([sys.executable, "-c", LEAST, "floor"], work),
+        "inspect": seconds(inspect, work),
+        "balance": seconds(balance, work),
+    }
+
+
+def main() -> int:
+    parser = argparse.ArgumentParser(
+        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
+    )
+    parser.add_argument("folder", nargs="?", default=os.environ.get("AUTOBALANCE_CRANKS"))
+    parser.add_argument("--triangles", type=int, nargs="*", default=[100_000, 300_000, 1_000_000])
+    parser.add_argument("--no-pages", action="store_true")
+    arguments = parser.parse_args()
+    worst: dict[str, tuple[float, str]] = {}
+    head = f"{'crank':>34} {'triangles':>9} {'built s':>8} {'floor s':>8} {'inspect s':>10} {'÷ built':>8}"
+    print(f"{head} {'balance s':>10} {'÷ floor':>8}")
+    with tempfile.TemporaryDirectory() as name:
+        work = Path(name)
+        for crank, soup, pins in cranks(Path(arguments.folder) if arguments.folder else None):
+            times = {
+                max(0, round(np.log(wanted / len(soup)) / np.log(4.0))) for wanted in arguments.triangles
+            }
+            for splits in sorted({0, *times}):
+                write_stl(work / "coarse.stl", soup)
+                fine = subdivided(work / "coarse.stl", splits)
+                found = measured(work, fine, pins, not arguments.no_pages)
+                shown = f"{crank:>34} {len(fine):>9} {found['built'][0]:>8.2f} {found['floor'][0]:>8.2f}"
+                for command, least in (("inspect", "built"), ("balance", "floor")):
+                    took, code = found[command]
+                    share = took / found[least][0]
+                    ended = code in (0, 4)
+                    shown += f" {took:>10.2f} " + (f"{share:>8.2f}" if ended else f"{'exit ' + str(code):>8}")
+                    if ended:
+                        worst[command] = max(worst.get(command, (0.0, "")), (share, f"{crank}, {len(fine)}"))
+                print(shown, flush=True)
+    for command, (share, where) in worst.items():
+        print(f"worst {command}: {share:.2f} times the least, on {where} triangles")
+    return 0
+
+
+if __name__ == "__main__":
+    raise SystemExit(main())
