@@ -40,6 +40,7 @@ PUBLIC = {
     "read_job": "api.job",
     "rotor": "api.rotor",
     "recut": "api.recut",
+    "schema": "api.schema",
     "shafts": "api.shafts",
     "study": "api.study",
     "torsion": "api.torsion",
@@ -74,6 +75,7 @@ if TYPE_CHECKING:
     from autobalance.api.parts import parts as parts
     from autobalance.api.recut import recut as recut
     from autobalance.api.rotor import rotor as rotor
+    from autobalance.api.schema import schema as schema
     from autobalance.api.shafts import shafts as shafts
     from autobalance.api.study import study as study
     from autobalance.api.torsion import torsion as torsion

@@ -31,6 +31,7 @@ COMMANDS: dict[str, str] = {
     "rotor": "a shaft on bearings: critical speeds, modes, unbalance response, modal balancing",
     "recut": "further cuts on a corrected crank, from what a balancing machine read on it",
     "torsion": "torsional vibration of a crank or a chain: frequencies, critical orders, torque, stress",
+    "schema": "the JSON Schema of a file that the program reads or writes, for editors",
     "grade": "balance quality grades: permissible and achieved, and the list for crank drives",
     "design": "search counterweight profiles for the best that meet the balance exactly",
     "batch": "many jobs from a list or a folder: one row each, taken up again after a kill",

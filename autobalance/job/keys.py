@@ -176,7 +176,23 @@ def _key_schema(key: Key) -> Values:
             many["minItems"] = 1
         return {**says, **(many if key.many else table)}
     default = {} if key.default is REQUIRED or key.default is None else {"default": _plain(key.default)}
-    return {**says, **_hint_schema(key.hint, key.rule), **default}
+    found = _hint_schema(key.hint, key.rule)
+    typed = key.name.endswith("_mm") and not key.name.endswith("_n_mm")
+    return {**says, **(_or_text(found) if typed else found), **default}
+
+
+def _or_text(schema: Values) -> Values:
+    """Return a schema in which numbers may be texts with their unit too."""
+    return {
+        key: ["number", "string"] if key == "type" and value == "number" else _or_text_in(value)
+        for key, value in schema.items()
+    }
+
+
+def _or_text_in(value: Any) -> Any:
+    if isinstance(value, list):
+        return [_or_text_in(each) for each in value]
+    return _or_text(value) if isinstance(value, dict) else value
 
 
 def _hint_schema(hint: Any, rule: Rule) -> Values:

@@ -1,0 +1,183 @@
+"""``ab.schema``: the JSON Schema of a file that the program reads or writes, for editors and checks."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+from autobalance.errors import UsageError
+
+Values = dict[str, Any]
+
+NAMES = ("job", "reading", "trials", "machine", "report", "inspect", "recut", "influence", "machine-report")
+"""Files that have a schema: what is read first, then what is written."""
+DRAFT = "https://json-schema.org/draft/2020-12/schema"
+
+NUMBER, TEXT, FLAG = {"type": "number"}, {"type": "string"}, {"type": "boolean"}
+PAIR = {"type": "array", "items": NUMBER, "minItems": 2, "maxItems": 2}
+TABLE = {"type": "object"}
+NUMBER_OR_NULL = {"type": ["number", "null"]}
+
+
+def schema(name: str) -> Values:
+    """Return the JSON Schema (draft 2020-12) of a kind of file.
+
+    Parameters
+    ----------
+    name : str
+        One of ``NAMES``: TOML files as they are parsed, reports as JSON.
+
+    Raises
+    ------
+    UsageError
+        If there is none of that name.
+
+    Examples
+    --------
+    >>> schema("trials")["required"]
+    ['initial', 'trial']
+    """
+    if name not in NAMES:
+        raise UsageError(f"schema {name!r} is not there; there are {', '.join(NAMES)}")
+    if name == "job":
+        return _job()
+    if name in ("reading", "trials", "machine"):
+        return _read(name)
+    if name in ("report", "inspect", "recut"):
+        return _report(name)
+    return _written("influence", INFLUENCE) if name == "influence" else _written("machine", MACHINE)
+
+
+def _read(name: str) -> Values:
+    from autobalance.job.keys import json_schema
+    from autobalance.job.machine import MACHINE_KEYS
+    from autobalance.job.reading import READING_KEYS
+    from autobalance.job.trials import TRIALS_KEYS
+
+    keys = {"reading": READING_KEYS, "trials": TRIALS_KEYS, "machine": MACHINE_KEYS}
+    return json_schema(f"{name.upper()}.toml of autobalance", keys[name])
+
+
+def _report(name: str) -> Values:
+    from autobalance.report.json import schema as report_schema
+
+    whole = report_schema()
+    if name == "report":
+        return whole
+    properties = {**whole["properties"], "command": {"const": name}}
+    return {**whole, "title": f"Report of autobalance {name}", "properties": properties}
+
+
+def _job() -> Values:
+    """Return what every job must have; what else it may hold, the program says by key."""
+    from autobalance.job.read import TOP_KEYS
+
+    length = {"type": ["number", "string"]}
+    crankshaft = {
+        "type": "object",
+        "properties": {
+            "file": TEXT,
+            "unit": {"enum": ["mm", "cm", "m", "inch"]},
+            "density_kg_m3": {"type": "number", "exclusiveMinimum": 0},
+            "crankpin_in_file": FLAG,
+            "axis_direction": {"type": "array", "minItems": 3, "maxItems": 3},
+        },
+        "required": ["file", "density_kg_m3"],
+    }
+    balance = {
+        "type": "object",
+        "properties": {
+            "factor": {"anyOf": [{"type": "number", "minimum": 0, "maximum": 1}, {"const": "original"}]},
+            "grade": {"type": "number", "exclusiveMinimum": 0},
+            "speed_rpm": {"type": "number", "exclusiveMinimum": 0},
+            "judge": {"enum": ["static", "dynamic"]},
+            "tolerance_planes_mm": {"type": "array", "items": length, "minItems": 2, "maxItems": 2},
+        },
+        "required": ["factor", "grade", "speed_rpm"],
+    }
+    tables: Values = {"crankshaft": crankshaft, "balance": balance, "correction": TABLE, "engine": TABLE}
+    return {
+        "$schema": DRAFT,
+        "title": "Job of autobalance",
+        "type": "object",
+        "additionalProperties": False,
+        "properties": {key: tables.get(key, {}) for key in TOP_KEYS},
+        "required": ["crankshaft", "balance"],
+    }
+
+
+def _listed(properties: Mapping[str, Any], nullable: bool = False) -> Values:
+    item = {"type": "object", "properties": dict(properties), "required": list(properties)}
+    return {"type": ["array", "null"] if nullable else "array", "items": item}
+
+
+def _written(command: str, properties: Mapping[str, Any]) -> Values:
+    head = {"schema_version": {"const": 1}, "autobalance": TABLE, "command": {"const": command}}
+    every = {**head, **properties}
+    return {
+        "$schema": DRAFT,
+        "title": f"Report of autobalance {command}",
+        "type": "object",
+        "properties": every,
+        "required": list(every),
+    }
+
+
+READINGS = {"type": "array", "items": PAIR}
+WARNINGS = {"type": "array", "items": TEXT}
+PLANE = {"type": ["integer", "string"]}
+INFLUENCE: Mapping[str, Any] = {
+    "goal": {"enum": ["least_squares", "least_worst"]},
+    "planes": {"type": "array", "items": PLANE},
+    "influence": {"type": "array", "items": READINGS},
+    "condition": {"type": "number", "minimum": 0},
+    "corrections": _listed(
+        {
+            "plane": PLANE,
+            "g_mm": NUMBER,
+            "angle_deg": NUMBER,
+            "remove_angle_deg": NUMBER,
+            "g": NUMBER_OR_NULL,
+            "radius_mm": NUMBER_OR_NULL,
+            "split": _listed({"angle_deg": NUMBER, "g_mm": NUMBER}, nullable=True),
+        }
+    ),
+    "add_to_left": _listed({"plane": PLANE, "g_mm": NUMBER, "angle_deg": NUMBER}, nullable=True),
+    "initial": READINGS,
+    "residual": {
+        "type": "object",
+        "properties": {"readings": READINGS, "worst": NUMBER, "rms": NUMBER},
+        "required": ["readings", "worst", "rms"],
+    },
+    "outcome": {"enum": ["within_tolerance", "above_tolerance", None]},
+    "reason": {"type": ["string", "null"]},
+    "warnings": WARNINGS,
+}
+MACHINE: Mapping[str, Any] = {
+    "rotor": {
+        "type": "object",
+        "properties": {
+            "mass_g": NUMBER,
+            "centre_of_mass_mm": {"type": "array", "items": NUMBER, "minItems": 3, "maxItems": 3},
+            "unbalance_g_mm": PAIR,
+            "moment_g_mm2": PAIR,
+            "magnitude_g_mm": NUMBER,
+            "planes": {"type": "array"},
+            "kind": {"enum": ["balanced", "static", "couple", "quasi_static", "dynamic"]},
+            "principal_axis_deg": NUMBER_OR_NULL,
+        },
+        "required": ["mass_g", "unbalance_g_mm", "moment_g_mm2", "planes", "kind", "principal_axis_deg"],
+    },
+    "sensors": _listed({"name": TEXT, "z_mm": NUMBER, "angle_deg": NUMBER}, nullable=True),
+    "nodes": _listed({"plane": TEXT, "z_mm": NUMBER}, nullable=True),
+    "static": {"type": ["object", "null"]},
+    "runs": _listed(
+        {
+            "planes": _listed({"name": TEXT, "unbalance_g_mm": PAIR, "g_mm": NUMBER, "angle_deg": NUMBER}),
+            "left": TABLE,
+        }
+    ),
+    "corrections": _listed({"plane": TEXT, "g_mm": NUMBER, "angle_deg": NUMBER, "depth_mm": NUMBER_OR_NULL}),
+    "noise": TABLE,
+    "warnings": WARNINGS,
+}

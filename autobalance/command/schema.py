@@ -1,0 +1,23 @@
+"""``autobalance schema [NAME]``: the JSON Schema of a file that the program reads or writes."""
+
+from __future__ import annotations
+
+import argparse
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """Describe the command line."""
+    parser.add_argument("name", metavar="NAME", nargs="?", help="kind of file; none: list the names")
+
+
+def run(arguments: argparse.Namespace) -> int:
+    """Print a schema, or the names of all; 2 for a name that has none."""
+    from autobalance.api.schema import NAMES, schema
+    from autobalance.command.console import say
+    from autobalance.report.json import dumps
+
+    if arguments.name is None:
+        say("\n".join(NAMES))
+    else:
+        say(dumps(schema(arguments.name)).removesuffix("\n"))
+    return 0

@@ -1,0 +1,55 @@
+"""Every schema is one, and allows what the program reads and writes."""
+
+from __future__ import annotations
+
+import json
+from typing import Any
+
+import jsonschema
+import pytest
+
+import autobalance as ab
+from autobalance.api.schema import NAMES
+from autobalance.bundled import bundled_folder
+from autobalance.command import main
+from autobalance.errors import UsageError
+
+TRIALS: dict[str, Any] = {
+    "initial": [[8.5, 60.0], [6.5, 205.0]],
+    "trial": [{"plane": 1, "g_mm": 10.0, "angle_deg": 0.0, "readings": [[6.0, 125.0], [4.5, 230.0]]}],
+}
+MACHINE: dict[str, Any] = {
+    "kind": "hard",
+    "speed_rpm": 600.0,
+    "planes_mm": [-40.0, 40.0],
+    "rotor": {"mass_g": 1000.0, "z_mm": 0.0},
+}
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_every_schema_is_one(name: str, capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["schema", name]) == 0
+    printed = json.loads(capsys.readouterr().out)
+    jsonschema.Draft202012Validator.check_schema(printed)
+    assert printed == ab.schema(name)
+
+
+def test_names_stand_one_a_line(capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["schema"]) == 0
+    assert capsys.readouterr().out.split("\n") == [*NAMES, ""]
+    with pytest.raises(UsageError, match="is not there; there are job"):
+        ab.schema("jobs")
+
+
+def test_what_is_read_and_written_fits() -> None:
+    jsonschema.validate(TRIALS, ab.schema("trials"))
+    jsonschema.validate(ab.influence(TRIALS).report, ab.schema("influence"))
+    jsonschema.validate(MACHINE, ab.schema("machine"))
+    jsonschema.validate(json.loads(ab.machine(MACHINE).json()), ab.schema("machine-report"))
+
+
+def test_bundled_jobs_fit() -> None:
+    import tomllib
+
+    for path in sorted((bundled_folder() / "crf250r" / "drafted").glob("*.toml")):
+        jsonschema.validate(tomllib.loads(path.read_text(encoding="utf-8")), ab.schema("job"))
