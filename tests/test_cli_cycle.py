@@ -443,11 +443,11 @@ def test_the_same_from_python(job: Path) -> None:
         ("heat_J", "heat_j", "cycle.heat_j is an unknown key; did you mean 'heat_J'"),
         ("[cycle]", "[cycle]\nstrokes = 3", "cycle.strokes is 3; must be 2 or 4"),
         ("[cycle]", '[cycle]\nmodel = "diesel"', "cycle.model is 'diesel'; must be one of"),
-        ("[cycle]", "[cycle]\ngamma = 1.0", "cycle.gamma is 1; must be > 1"),
+        ("[cycle]", "[cycle]\ngamma = 1.0", "cycle.gamma is 1; must be > 1 and at most 3"),
         (
             "[cycle]",
             "[cycle]\nintake_pressure_bar = -0.2",
-            "intake_pressure_bar is -0.2; must be absolute, > 0 (gauge?)",
+            "intake_pressure_bar is -0.2; must be absolute, ≥ 0.001 (gauge?)",
         ),
         ("[cycle]", "[cycle]\nexhaust_pressure_bar = -0.2", "exhaust_pressure_bar is -0.2; must be absolute"),
         ("[cycle]", "[cycle]\nduration_deg = 0", "cycle.duration_deg is 0; must be > 0"),

@@ -20,23 +20,27 @@ Model = Literal["wiebe", "trace", "motored"]
 Peg = Literal["none", "intake"]
 WallHeat = Literal["none", "woschni"]
 
+BORE = Rule(lambda x: x >= 1.0, "must be ≥ 1")
+EXPONENT = Rule(lambda x: 0.0 < x <= 50.0, "must be > 0 and at most 50")
+GAMMA = Rule(lambda x: 1.0 < x <= 3.0, "must be > 1 and at most 3")
+GAMMA_SLOPE = Rule(lambda x: abs(x) <= 1e-3, "must be −0.001 to 0.001")
 RATIO = Rule(lambda x: x > 1.0, "must be > 1")
 ABSOLUTE = Rule(lambda x: x >= 0.0, "must be absolute, ≥ 0 (gauge?)")
-ABSOLUTE_ABOVE_0 = Rule(lambda x: x > 0.0, "must be absolute, > 0 (gauge?)")
+ABSOLUTE_ABOVE_0 = Rule(lambda x: x >= 1e-3, "must be absolute, ≥ 0.001 (gauge?)")
 LARGEST_SWING_DEG = 90.0
 MM3_PER_CM3 = 1e3
 
 CYLINDER_KEYS: Mapping[str, tuple[Any, Rule, Any]] = {
-    "bore_mm": (float, POSITIVE, None),
+    "bore_mm": (float, BORE, None),
     "compression_ratio": (float, RATIO, None),
     "model": (Model, ANY, "wiebe"),
     "start_deg": (float, ANY, -15.0),
     "duration_deg": (float, POSITIVE, 50.0),
     "wiebe_a": (float, POSITIVE, 5.0),
-    "wiebe_n": (float, POSITIVE, 3.0),
+    "wiebe_n": (float, EXPONENT, 3.0),
     "heat_J": (float, NOT_NEGATIVE, None),
-    "gamma": (float, RATIO, 1.35),
-    "gamma_per_K": (float, ANY, 0.0),
+    "gamma": (float, GAMMA, 1.35),
+    "gamma_per_K": (float, GAMMA_SLOPE, 0.0),
     "intake_pressure_bar": (float, ABSOLUTE_ABOVE_0, 1.0),
     "intake_temperature_K": (float, POSITIVE, 330.0),
     "exhaust_pressure_bar": (float, ABSOLUTE, 1.1),
@@ -208,7 +212,7 @@ def _strokes(table: Table) -> Strokes:
 
 def _gas(table: Table, strokes: Strokes, wall_heat: WallHeat) -> CylinderGas:
     values = {key: table.optional(key, *each) for key, each in CYLINDER_KEYS.items()}
-    bore = table.value("bore_mm", float, POSITIVE)
+    bore = table.value("bore_mm", float, BORE)
     model: Model = values["model"]
     if model != "trace":
         table.value("compression_ratio", float, RATIO)

@@ -12,7 +12,7 @@ from autobalance.engine.cycle.chamber import Chamber
 from autobalance.engine.cycle.closed_part import Charge
 from autobalance.engine.cycle.cylinder import CylinderCycle, GasExchange, Strokes
 from autobalance.engine.cycle.heat_release import Wiebe
-from autobalance.engine.cycle.wall_heat import SolvedPart, Woschni
+from autobalance.engine.cycle.wall_heat import GasEquation, SolvedPart, Woschni
 from autobalance.engine.slider_crank import SliderCrank
 from autobalance.rigid_rotor.moments import Array
 
@@ -179,6 +179,12 @@ def test_gamma_that_falls_with_temperature_lowers_peak_and_efficiency() -> None:
     assert real.peak[0] < fired(-20.0).peak[0]
     assert 0.4 * HEAT < real.work_n_mm < fired(-20.0).work_n_mm
     assert real.torque_work_n_mm == pytest.approx(real.work_n_mm, rel=1e-8)
+
+
+def test_gas_below_absolute_zero_is_refused() -> None:
+    gas = GasEquation(SHORT_ROD, CHARGE, None, -math.pi, Woschni(450.0, 300.0))
+    with pytest.raises(ValueError, match="it must stay above 0 K"):
+        gas.rates(0.0, np.array([-1.0, 0.0, 0.0]))
 
 
 # --- refusals -----------------------------------------------------------------------------------------------

@@ -76,7 +76,7 @@ class SolvedPart:
         walls: Woschni | None,
     ) -> SolvedPart:
         """Return the part between two angles after firing top dead centre [rad]."""
-        gas = _Gas(chamber, charge, heat, ends_rad[0], walls)
+        gas = GasEquation(chamber, charge, heat, ends_rad[0], walls)
         edges = (
             edges_between(*ends_rad, WIDEST_RAD, ())
             if heat is None
@@ -97,7 +97,7 @@ class SolvedPart:
         return hermite(after_top_rad, *self.table) / volume_mm3
 
 
-def _solved(gas: _Gas, edges_rad: Array) -> Array:
+def _solved(gas: GasEquation, edges_rad: Array) -> Array:
     """P V, work and wall heat (3, n) at the edges; in two runs where a burn starts between."""
     from scipy.integrate import solve_ivp
 
@@ -119,7 +119,7 @@ def _solved(gas: _Gas, edges_rad: Array) -> Array:
     return state
 
 
-class _Gas:
+class GasEquation:
     """The energy equation d(p V) = (γ − 1)(dQ − dQ_wall − p dV)."""
 
     def __init__(
@@ -135,6 +135,11 @@ class _Gas:
         pressure = float(state[0]) / volume
         temperature = self.charge.temperature_k * float(state[0]) / float(self.first_state[0])
         gamma = self.charge.gamma + self.charge.gamma_per_k * (temperature - self.charge.temperature_k)
+        if not (temperature > 0.0 and gamma > 1.0):
+            raise ValueError(
+                f"the gas comes to {temperature:.4g} K and gamma to {gamma:.4g} at"
+                f" {np.degrees(angle_rad):.4g}°; it must stay above 0 K, and gamma above 1"
+            )
         burnt = 0.0 if self.heat is None else float(self.heat.rate_n_mm(np.array(angle_rad)))
         lost = self._lost_n_mm(angle_rad, volume, pressure, temperature)
         return np.array([(gamma - 1.0) * (burnt - lost - pressure * slope), pressure * slope, lost])
