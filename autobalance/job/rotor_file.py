@@ -21,6 +21,7 @@ from autobalance.dynamics.beam_rotor import (
 )
 from autobalance.errors import JobError
 from autobalance.job.convert import Large
+from autobalance.job.film_bearing import film_bearing
 from autobalance.job.keys import Key, Values, read_document
 from autobalance.job.table import ANY, COUNTED, NOT_NEGATIVE, POSITIVE, Rule
 from autobalance.rigid_rotor.moments import Array
@@ -61,8 +62,17 @@ DISC = (
 STIFFNESS = ("kxx_n_m", "kxy_n_m", "kyx_n_m", "kyy_n_m")
 DAMPING = ("cxx_n_s_m", "cxy_n_s_m", "cyx_n_s_m", "cyy_n_s_m")
 LINEAR = ("k_n_m", *STIFFNESS, "c_n_s_m", *DAMPING)
+FILM = (
+    Key("diameter_mm", float, "of the journal", POSITIVE),
+    Key("length_mm", float, "of the bearing", POSITIVE),
+    Key("radial_clearance_mm", float, "radial", POSITIVE),
+    Key("viscosity_Pa_s", float, "dynamic", POSITIVE),
+    Key("load_N", tuple[float, float], "force of the journal on the bearing along x and y"),
+    Key("solver", Literal["ocvirk", "reynolds"], "as in `bearing`", ANY, "reynolds"),
+)
 BEARING = (
     PLACE,
+    Key("film", says="an oil film, its coefficients over the speed", keys=FILM, default=None),
     Key("kind", Literal["pinned", "clamped"], "a rigid support, instead of a stiffness", ANY, None),
     *(Key(name, PerSpeed, "one number, or one for each of speeds_rpm", ANY, None) for name in LINEAR),
     Key("speeds_rpm", tuple[float, ...], "speeds of a table; linear between them", NOT_NEGATIVE, None),
@@ -183,7 +193,7 @@ def _request(filled: Values) -> RotorRequest:
     rotor = BeamRotor(
         tuple(_section(each) for each in filled["shaft"]),
         tuple(_disc(each) for each in filled["disc"]),
-        tuple(_bearing(f"bearing[{n}]", each) for n, each in enumerate(filled["bearing"], 1)),
+        tuple(_bearing(f"bearing[{n}]", each, speeds) for n, each in enumerate(filled["bearing"], 1)),
         tuple(_unbalance(each) for each in filled["unbalance"]),
         filled["beam"],
         filled["gravity_m_s2"],
@@ -266,9 +276,14 @@ def _unbalance(values: Mapping[str, Any]) -> PointUnbalance:
 # --- bearings -----------------------------------------------------------------------------------------------
 
 
-def _bearing(place: str, found: Values) -> Bearing:
+def _bearing(place: str, found: Values, asked_rad_s: Array) -> Bearing:
     z_m = found["z_mm"] * M_PER_MM
     linear = [key for key in (*LINEAR, "speeds_rpm") if found[key] is not None]
+    if found["film"] is not None:
+        other = [*linear, *(["kind"] if found["kind"] is not None else [])]
+        if other:
+            raise JobError(f"{place}.{other[0]} is given, but the film says it already")
+        return film_bearing(f"{place}.film", z_m, found["film"], asked_rad_s)
     if found["kind"] is not None:
         if linear:
             raise JobError(f'{place}.{linear[0]} is given, but a "{found["kind"]}" bearing does not give')

@@ -10,6 +10,8 @@ import pytest
 from scipy.interpolate import CubicSpline
 
 import autobalance as ab
+from autobalance.bearings.film import JournalBearing, film_at_load
+from autobalance.bearings.short_bearing import ocvirk
 from autobalance.dynamics.balancing_procedures import advice
 from autobalance.dynamics.beam_rotor import (
     BeamRotor,
@@ -381,3 +383,48 @@ def test_input_has_its_defaults_filled_in() -> None:
     assert given["speed_rpm"] == 3000.0
     assert given["shaft"][0]["outer_end_mm"] == 50.0
     assert given["shaft"][0]["g_gpa"] == pytest.approx(210 / 2.6)
+
+
+# --- oil films ----------------------------------------------------------------------------------------------
+
+FILM = {
+    "diameter_mm": 40,
+    "length_mm": 20,
+    "radial_clearance_mm": 0.04,
+    "viscosity_Pa_s": 0.02,
+    "solver": "ocvirk",
+}
+
+
+def on_films(mass_kg: float, weight: float, **film: Any) -> Values:
+    bearing = [{"z_mm": z, "film": {**FILM, "load_N": [0.0, -weight], **film}} for z in (0, 100)]
+    stiff = {"length_mm": 100, "outer_mm": 60, "density_kg_m3": 1.0, "e_gpa": 1e5}
+    disc = {"z_mm": 50, "mass_kg": mass_kg, "diametral_kg_mm2": 1e5}
+    return solved(shaft=[stiff], disc=[disc], bearing=bearing, speed_rpm=[5999, 6000], points=2)
+
+
+def test_a_rotor_on_oil_films_whirls_from_its_threshold_on() -> None:
+    load, speed = 300.0, 5999.0 * np.pi / 30.0
+    journal = JournalBearing(0.04, 0.02, 4e-5)
+    film = film_at_load(journal, ocvirk(0.5), 0.02, speed, load)
+    assert film is not None
+    assert film.whirl.critical_mass_kg is not None
+    for share, sign in ((0.97, 1.0), (1.03, -1.0)):
+        report = on_films(2.0 * share * film.whirl.critical_mass_kg, load)
+        least = min(report["modes"], key=lambda mode: float(mode["log_decrement"]))
+        assert np.sign(least["log_decrement"]) == sign
+        assert least["whirl"] == "forward"
+        assert least["frequency_hz"] * 2 * np.pi / speed == pytest.approx(film.whirl.whirl_ratio, rel=0.05)
+
+
+@pytest.mark.parametrize(
+    ("film", "words"),
+    [
+        ({"load_N": [0.0, 0.0]}, "a film without load has no direction"),
+        ({"load_N": [0.0, -1e8]}, "the journal touches the bearing"),
+        ({"clearance": 1}, "unknown key"),
+    ],
+)
+def test_films_that_cannot_be_are_refused(film: Values, words: str) -> None:
+    with pytest.raises(JobError, match=words):
+        on_films(1.0, 100.0, **film)
