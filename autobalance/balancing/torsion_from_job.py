@@ -23,6 +23,10 @@ KG_M2_PER_G_MM2 = 1e-9
 LEAST_BORE = 0.15
 """Share of a diameter below which what a section lacks is facets or an oil hole, not a bore."""
 M_PER_MM = 1e-3
+CORE = 0.2
+"""Half the breadth of the strip on which a web's thickness is measured, over the crank radius."""
+CELLS = (5, 3)
+"""Of that strip, along and across; the median of their thicknesses counts."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -54,7 +58,7 @@ def crank_chain(job: Job, crank: Crank, asked: CrankTorsion) -> CrankChain:
     """
     anatomy = crank.anatomy
     stations = _Stations.of(anatomy)
-    pairs = _sides_of_throws(crank)
+    pairs = sides_of_throws(crank)
     formulas = {
         name: stations.springs(
             [_stiffness(name, number, pair, asked) for number, pair in enumerate(pairs, 1)]
@@ -89,10 +93,11 @@ def throw_shapes(crank: Crank) -> tuple[ThrowShape, ...]:
     JobError
         If a throw has no web on a side.
     """
-    return tuple(_mean(*pair) for pair in _sides_of_throws(crank))
+    return tuple(_mean(*pair) for pair in sides_of_throws(crank))
 
 
-def _sides_of_throws(crank: Crank) -> list[tuple[ThrowShape, ThrowShape]]:
+def sides_of_throws(crank: Crank) -> list[tuple[ThrowShape, ThrowShape]]:
+    """Return the dimensions of each throw as its lower side has them, and as its upper side has them."""
     solid = crank.source.solid.moved(crank.anatomy.file_to_rotor)
     return [_shapes(solid, crank.anatomy, throw) for throw in crank.anatomy.throws]
 
@@ -162,7 +167,7 @@ def _stiffness(formula: str, number: int, sides: tuple[ThrowShape, ThrowShape], 
 
 def _shapes(solid: Solid, anatomy: Anatomy, throw: Throw) -> tuple[ThrowShape, ThrowShape]:
     """Return the dimensions of a throw as its lower side has them, and as its upper side has them."""
-    webs = _webs_beside(anatomy, throw)
+    webs = webs_beside(anatomy, throw)
     pin = throw.crankpin
     bore = _bore_mm(solid, pin)
     sides = []
@@ -177,8 +182,7 @@ def _shapes(solid: Solid, anatomy: Anatomy, throw: Throw) -> tuple[ThrowShape, T
                 bore,
                 _between_webs_mm(anatomy, pin),
                 throw.crank_radius_mm,
-                web.z_max_mm - web.z_min_mm,
-                _breadth_mm(solid, web, throw),
+                *_web_mm(solid, web, throw),
             )
         )
     lone = [_journal_beside(anatomy, throw, above) is None for above in (False, True)]
@@ -195,7 +199,8 @@ def _mean(one: ThrowShape, other: ThrowShape) -> ThrowShape:
     return ThrowShape(*(0.5 * (a + b) for a, b in zip(astuple(one), astuple(other), strict=True)))
 
 
-def _webs_beside(anatomy: Anatomy, throw: Throw) -> tuple[Web, Web]:
+def webs_beside(anatomy: Anatomy, throw: Throw) -> tuple[Web, Web]:
+    """Return the webs on both sides of a throw's crankpin."""
     z = float(throw.crankpin.centre_mm[2])
     below = [web for web in anatomy.webs if 0.5 * (web.z_min_mm + web.z_max_mm) < z]
     above = [web for web in anatomy.webs if 0.5 * (web.z_min_mm + web.z_max_mm) > z]
@@ -236,13 +241,40 @@ def _bore_mm(solid: Solid, pin: Pin) -> float:
     return bore if bore > LEAST_BORE * pin.diameter_mm else 0.0
 
 
-def _breadth_mm(solid: Solid, web: Web, throw: Throw) -> float:
-    """Return the mean breadth of a web between the crank axis and the crankpin's, across the throw."""
+def _web_mm(solid: Solid, web: Web, throw: Throw) -> tuple[float, float]:
+    """Return thickness and breadth of a web's arm, their means between the crank axis and the crankpin's.
+
+    A counterweight may be thicker than the arm; only the arm counts.
+    """
     x, y = throw.direction
-    turned = solid.section(0.5 * (web.z_min_mm + web.z_max_mm)).turned(np.array([[x, y], [-y, x]]))
+    radius = throw.crank_radius_mm
+    turn = np.eye(4)
+    turn[:2, :2] = [[x, -y], [y, x]]
+    half = CORE * radius
+    low_mm, high_mm = np.array([0.0, -half, web.z_min_mm]), np.array([radius, half, web.z_max_mm])
+    core = (solid & Solid.box(low_mm, high_mm).moved(turn)).moved(turn.T)
+    thickness = float(np.median([_thickness_mm(core, cell, web) for cell in _cells(radius, half)]))
+    if not thickness > 0.0:
+        raise JobError(f"torsion needs a web beside throw {throw.number}; there is none between axis and pin")
+    turned = solid.section(float(core.bounds[:, 2].mean())).turned(np.array([[x, y], [-y, x]]))
     low, high = turned.bounds
-    between = Region.rectangle((0.0, float(low[1]) - 1.0), (throw.crank_radius_mm, float(high[1]) + 1.0))
-    return (turned & between).area_mm2 / throw.crank_radius_mm
+    between = Region.rectangle((0.0, float(low[1]) - 1.0), (radius, float(high[1]) + 1.0))
+    return thickness, (turned & between).area_mm2 / radius
+
+
+def _cells(radius_mm: float, half_mm: float) -> list[tuple[Array, Array]]:
+    """Return lower and upper corner (2,) of the cells of a web's strip; an oil hole is in a few of them."""
+    along, across = np.linspace(0.0, radius_mm, CELLS[0] + 1), np.linspace(-half_mm, half_mm, CELLS[1] + 1)
+    return [
+        (np.array([along[i], across[j]]), np.array([along[i + 1], across[j + 1]]))
+        for i in range(CELLS[0])
+        for j in range(CELLS[1])
+    ]
+
+
+def _thickness_mm(core: Solid, cell: tuple[Array, Array], web: Web) -> float:
+    box = Solid.box(np.append(cell[0], web.z_min_mm), np.append(cell[1], web.z_max_mm))
+    return float((core & box).volume_mm3 / np.prod(cell[1] - cell[0]))
 
 
 # --- inertias -----------------------------------------------------------------------------------------------

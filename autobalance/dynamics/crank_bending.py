@@ -60,6 +60,14 @@ def throw_bending(shape: ThrowShape, youngs_mpa: float, shear_mpa: float) -> Thr
     return ThrowBending(length / in_plane, length / across)
 
 
+def web_bending(shape: ThrowShape, youngs_mpa: float, shear_mpa: float) -> ThrowBending:
+    """Return EI of a length of shaft as thick as one web and as flexible as it is."""
+    web = shape.web_breadth_mm * shape.web_thickness_mm**3 / 12.0
+    twist = rectangle_torsion_mm4(shape.web_breadth_mm, shape.web_thickness_mm)
+    share = shape.web_thickness_mm / shape.crank_radius_mm
+    return ThrowBending(share * youngs_mpa * web, share * shear_mpa * twist)
+
+
 def rectangle_torsion_mm4(breadth_mm: float, thickness_mm: float) -> float:
     """Return the torsion constant of a rectangle, to 0.5 %: a b³ (1/3 − 0.21 b/a (1 − b⁴/12a⁴)).
 

@@ -61,7 +61,7 @@ def test_mains_hold_the_crank_and_the_worth_is_said(single: ab.Crank) -> None:
     result = ab.rotor(single, speed_rpm=6000)
     assert result.report["rigid_body_modes"] == 0
     assert [each["kind"] for each in result.report["input"]["bearing"]] == ["pinned", "pinned"]
-    assert "15 %" in result.text()
+    assert "estimate of size alone" in result.text()
     soft = ab.rotor(single, speed_rpm=6000, bearing_n_m=1e7).report
     assert soft["modes"][0]["frequency_hz"] < result.report["modes"][0]["frequency_hz"]
 
