@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import argparse
 import sys
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from importlib import import_module
 from io import TextIOWrapper
 
@@ -40,6 +40,7 @@ COMMANDS: dict[str, str] = {
     "bearing": "friction, oil film, stiffness and damping of a bearing; its film through a cycle",
     "orders": "a recorded signal: spectrum, orders, natural frequencies, bearings, and what may cause them",
     "app": "the whole program in a browser, on this machine",
+    "completion": "a script for bash, zsh or fish that completes commands and options",
 }
 """Name of a subcommand → what it does, in the order of the help text.
 
@@ -73,12 +74,6 @@ def main(argv: Sequence[str] | None = None) -> int:
 
 
 def _run(arguments: list[str]) -> int:
-    parser = argparse.ArgumentParser(
-        prog="autobalance",
-        description="Balances crankshafts from their solid models: measures, cuts, measures again.",
-        epilog="autobalance COMMAND --help tells more about each.",
-    )
-    parser.add_argument("--version", action="version", version=f"autobalance {__version__}")
     if arguments[:1] == ["calc"]:
         from autobalance.command.calc import help_for
         from autobalance.command.console import say
@@ -87,16 +82,32 @@ def _run(arguments: list[str]) -> int:
         if text is not None:
             say(text)
             return 0
-    subparsers = parser.add_subparsers(dest="command", metavar="COMMAND", required=True)
     called = next((word for word in arguments if not word.startswith("-")), None)
+    parsed = _parser(lambda name: name == called).parse_args(arguments)
+    keep_freed_memory()
+    return int(parsed.run(parsed))
+
+
+def full_parser() -> argparse.ArgumentParser:
+    """Return the parser with the options of every command."""
+    return _parser(lambda _: True)
+
+
+def _parser(wanted: Callable[[str], bool]) -> argparse.ArgumentParser:
+    """Return the parser; only the ``wanted`` commands are loaded for their options."""
+    parser = argparse.ArgumentParser(
+        prog="autobalance",
+        description="Balances crankshafts from their solid models: measures, cuts, measures again.",
+        epilog="autobalance COMMAND --help tells more about each.",
+    )
+    parser.add_argument("--version", action="version", version=f"autobalance {__version__}")
+    subparsers = parser.add_subparsers(dest="command", metavar="COMMAND", required=True)
     for name, summary in COMMANDS.items():
         subparser = subparsers.add_parser(
             name, help=summary, description=summary, formatter_class=argparse.RawDescriptionHelpFormatter
         )
-        if name == called:
+        if wanted(name):
             module = import_module(f"autobalance.command.{name}")
             module.add_arguments(subparser)
             subparser.set_defaults(run=module.run)
-    parsed = parser.parse_args(arguments)
-    keep_freed_memory()
-    return int(parsed.run(parsed))
+    return parser

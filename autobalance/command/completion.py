@@ -1,0 +1,24 @@
+"""``autobalance completion bash|zsh|fish``: a script that completes commands and options."""
+
+from __future__ import annotations
+
+import argparse
+
+SHELLS = ("bash", "zsh", "fish")
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """Describe the command line."""
+    parser.epilog = 'bash: eval "$(autobalance completion bash)" in ~/.bashrc'
+    parser.add_argument("shell", choices=SHELLS, help="whose script")
+
+
+def run(arguments: argparse.Namespace) -> int:
+    """Print the script."""
+    import shtab
+
+    from autobalance.command.console import say
+    from autobalance.command.main import full_parser
+
+    say(shtab.complete(full_parser(), shell=arguments.shell))
+    return 0
