@@ -14,9 +14,10 @@ from autobalance.balancing.rotor import Rotor
 from autobalance.correction import Limits
 from autobalance.correction.kind import Array, Correction, Cut, Offer, Prefer, Workpiece
 from autobalance.crank.anatomy import Anatomy
-from autobalance.planning.depths import AIM, Plan, Shortfall, explain_shortfall
+from autobalance.planning.depths import AIM, Plan
 from autobalance.planning.milp import least_share
-from autobalance.planning.relaxation import Relaxation, Shortage, relaxations
+from autobalance.planning.relaxation import Attempt, Relaxation, relaxations
+from autobalance.planning.shortfall import Shortfall, explain_shortfall
 from autobalance.planning.whole_cuts import choose
 from autobalance.rigid_rotor.moments import Moments
 from autobalance.rigid_rotor.tolerance import Tolerance
@@ -151,7 +152,7 @@ def balance(
             return []
         progress("looking for what would suffice")
         work = workpiece(rotor, tolerance, initial, 1.0)
-        return relaxations(Shortage(work, tuple(methods), offer, initial, tolerance))
+        return relaxations(Attempt(work, tuple(methods), offer, initial, tolerance))
 
     def bound() -> float:
         return least_share(initial, tolerance, offer)

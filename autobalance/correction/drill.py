@@ -224,6 +224,7 @@ class Drill(Kind[DrillLimits]):
     noun = "Drilled hole"
     datum = "the surface on the hole's axis, without the point"
     limits = DrillLimits
+    has_axis = True
     finishes = True
 
     def offer(self, work: Workpiece, limits: DrillLimits, effort: int) -> Offer:

@@ -301,6 +301,8 @@ class Kind(ABC, Generic[L]):
         Whether its cuts begin at planar faces, which have to be found first.
     adds_metal : bool
         Whether its cuts put metal on instead of taking it.
+    has_axis : bool
+        Whether each of its cuts has a place and an axis of its own, as holes have.
     is_round_the_rim : bool
         Whether its cuts go all around, so that they have no angle.
     finishes : bool
@@ -321,6 +323,7 @@ class Kind(ABC, Generic[L]):
     efforts: ClassVar[int] = 1
     needs_faces: ClassVar[bool] = False
     adds_metal: ClassVar[bool] = False
+    has_axis: ClassVar[bool] = False
     is_round_the_rim: ClassVar[bool] = False
     finishes: ClassVar[bool] = False
     mixed_with: ClassVar[tuple[str, ...]] = ()

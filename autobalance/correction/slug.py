@@ -363,6 +363,7 @@ class Slug(Kind[SlugLimits]):
     noun = "Slug"
     datum = "the surface on the bore's axis"
     limits = SlugLimits
+    has_axis = True
     mixed_with = ("drill",)
     remedy = SlugLimits(
         diameters_mm=(12.0, 16.0, 20.0, 25.4), lengths_mm=(8.0, 12.0, 16.0, 20.0, 25.4), max_slugs=1

@@ -32,8 +32,8 @@ class Relaxation:
 
 
 @dataclass(frozen=True, eq=False)
-class Shortage:
-    """A plan that fell short, and everything it was made from."""
+class Attempt:
+    """What a plan that fell short was made from."""
 
     work: Workpiece
     methods: tuple[Limits, ...]
@@ -60,21 +60,21 @@ class Shortage:
             return None
 
 
-def relaxations(short: Shortage) -> list[Relaxation]:
+def relaxations(tried: Attempt) -> list[Relaxation]:
     """Return changes of single limits that suffice, the one that takes least metal first."""
     found = []
-    for number, limits in enumerate(short.methods):
+    for number, limits in enumerate(tried.methods):
         for way in correction.kind_of(limits).relaxing(limits):
-            relaxed = _more(short, way) if isinstance(way, MoreCuts) else _wider(short, number, way)
+            relaxed = _more(tried, way) if isinstance(way, MoreCuts) else _wider(tried, number, way)
             found += [] if relaxed is None else [relaxed]
-    found += _remedies(short)
+    found += _remedies(tried)
     return sorted(found, key=lambda relaxed: relaxed.metal_g)[:TRIED]
 
 
-def _if_enough(short: Shortage, offer: Offer | None, say: Callable[[Plan], str]) -> Relaxation | None:
-    if offer is None or not short.may_do(offer):
+def _if_enough(tried: Attempt, offer: Offer | None, say: Callable[[Plan], str]) -> Relaxation | None:
+    if offer is None or not tried.may_do(offer):
         return None
-    plan = short.plan(offer)
+    plan = tried.plan(offer)
     if plan.share > 1.0:
         return None
     changes = zip(offer.cuts, plan.depths_mm, strict=True)
@@ -82,57 +82,57 @@ def _if_enough(short: Shortage, offer: Offer | None, say: Callable[[Plan], str])
     return Relaxation(say(plan), float(metal))
 
 
-def _more(short: Shortage, more: MoreCuts) -> Relaxation | None:
+def _more(tried: Attempt, more: MoreCuts) -> Relaxation | None:
     """Try more cuts, on each web or on all: the least number that suffices."""
-    if not short.offer.counts:
+    if not tried.offer.counts:
         return None
 
     def offer(count: int) -> Offer:
         counts = [
             replace(rule, most=rule.most + count) if rule.limit.startswith(more.key) else rule
-            for rule in short.offer.counts
+            for rule in tried.offer.counts
         ]
-        return replace(short.offer, counts=tuple(counts))
+        return replace(tried.offer, counts=tuple(counts))
 
-    enough = [count for count in range(1, MORE + 1) if short.may_do(offer(count))]
-    least = next((count for count in enough if short.plan(offer(count)).share <= 1.0), None)
-    return None if least is None else _if_enough(short, offer(least), lambda _: more.say(least))
+    enough = [count for count in range(1, MORE + 1) if tried.may_do(offer(count))]
+    least = next((count for count in enough if tried.plan(offer(count)).share <= 1.0), None)
+    return None if least is None else _if_enough(tried, offer(least), lambda _: more.say(least))
 
 
-def _wider(short: Shortage, number: int, wider: WiderLimits) -> Relaxation | None:
+def _wider(tried: Attempt, number: int, wider: WiderLimits) -> Relaxation | None:
     """Find the least share 0..1 of a change of one method's limits that suffices."""
 
     def offer(share: float) -> Offer | None:
-        methods = list(short.methods)
+        methods = list(tried.methods)
         methods[number] = replace(methods[number], **wider.changed(share))
-        return short.offer_with(*methods)
+        return tried.offer_with(*methods)
 
-    best = _if_enough(short, offer(1.0), lambda _: wider.say(wider.changed(1.0)))
+    best = _if_enough(tried, offer(1.0), lambda _: wider.say(wider.changed(1.0)))
     if best is None:
         return None
     low, high = 0.0, 1.0
     for _ in range(HALVINGS):
         middle = 0.5 * (low + high)
         text = wider.say(wider.changed(middle))
-        here = _if_enough(short, offer(middle), lambda _, text=text: text)  # type: ignore[misc]
+        here = _if_enough(tried, offer(middle), lambda _, text=text: text)  # type: ignore[misc]
         low, high, best = (low, middle, here) if here is not None else (middle, high, best)
     return best
 
 
-def _remedies(short: Shortage) -> Iterator[Relaxation]:
+def _remedies(tried: Attempt) -> Iterator[Relaxation]:
     """Yield single cuts of a usual size, of kinds that are not asked for, beside what is there."""
-    asked = [correction.kind_of(limits) for limits in short.methods]
+    asked = [correction.kind_of(limits) for limits in tried.methods]
     for kind in correction.KINDS.values():
-        offer = None if kind in asked or kind.remedy is None else short.offer_with(kind.remedy)
+        offer = None if kind in asked or kind.remedy is None else tried.offer_with(kind.remedy)
         if offer is None:
             continue
-        first = len(short.offer.cuts)
-        both = correction.joined([short.offer, offer])
+        first = len(tried.offer.cuts)
+        both = correction.joined([tried.offer, offer])
 
         def say(plan: Plan, kind: Kind[Any] = kind, offer: Offer = offer, first: int = first) -> str:
             made = [cut for cut, depth in zip(offer.cuts, plan.depths_mm[first:], strict=True) if depth > 0.0]
             return kind.remedy_text(made[0]) if made else "other depths"
 
-        found = _if_enough(short, both, say)
+        found = _if_enough(tried, both, say)
         if found is not None:
             yield found

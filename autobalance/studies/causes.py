@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from autobalance.balancing import rotor_from_job
+from autobalance.correction import KINDS
 from autobalance.engine.balance_factor import bob_weight_moments
 from autobalance.errors import JobError
 from autobalance.job import PartWeights, Weight
@@ -22,8 +23,6 @@ from autobalance.units import G_PER_MM3_PER_KG_M3
 Array = NDArray[np.float64]
 
 TABLES = ("rotating", "reciprocating", "crankpin")
-HOLES = ("drill", "slug")
-"""Kinds of correction whose cuts have a place and an axis of their own."""
 DENSITY, DEPTH = "crankshaft.density_kg_m3", "correction.depth"
 POSITION, WANDER, JOURNAL = "study.position", "study.wander", "study.journal"
 WHERE = (
@@ -201,7 +200,7 @@ class _Collected:
     def holes(self) -> None:
         """Add where each hole or slug lies, and how each drill wanders."""
         options = self.job.study
-        holes = [cut for cut in self.plan.result.corrections if cut.kind in HOLES]
+        holes = [cut for cut in self.plan.result.corrections if KINDS[cut.kind].has_axis]
         for number, hole in enumerate(holes, 1):
             axes = square_to(np.asarray(hole.details["inward"]))
             where = "" if len(holes) == 1 else f"[hole {number}]"

@@ -11,13 +11,14 @@ from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
 from autobalance.balancing import rotor_from_job
+from autobalance.correction import KINDS
 from autobalance.correction.kind import Cut
 from autobalance.engine.balance_factor import bob_weight_moments
 from autobalance.job import EngineParts, PartWeights
 from autobalance.rigid_rotor.moments import Moments
 from autobalance.solid.csg.solid import Solid, union
 from autobalance.studies import causes
-from autobalance.studies.causes import HOLES, TABLES, heavier, square_to
+from autobalance.studies.causes import TABLES, heavier, square_to
 from autobalance.studies.linear_model import effect_of
 from autobalance.studies.plan import Plan
 from autobalance.units import G_PER_MM3_PER_KG_M3
@@ -89,7 +90,7 @@ def _pressed_in(plan: Plan, deviations: Deviations) -> Moments:
 def _made(plan: Plan, deviations: Deviations) -> Iterator[tuple[int, tuple[Cut, float], Array]]:
     """Yield each cut's number, itself with its depth, and how it lies beside its place."""
     result = plan.result
-    holes = [number for number, cut in enumerate(result.corrections, 1) if cut.kind in HOLES]
+    holes = [number for number, cut in enumerate(result.corrections, 1) if KINDS[cut.kind].has_axis]
     for number, made in enumerate(result.made, 1):
         motion = np.eye(4)
         if number in holes:

@@ -12,6 +12,8 @@ from autobalance.correction import KINDS
 PACKAGE = Path(autobalance.__file__).parent
 MODULES = {type(kind).__module__ for kind in KINDS.values()}
 NAMES = set(KINDS)
+WRITE_JOBS = {"api/design.py", "api/init.py", "command/init.py", "job/design.py"}
+"""Files that write jobs, in which one method has to be named."""
 LIMITS = {kind.limits.__name__ for kind in KINDS.values()}
 
 
@@ -42,7 +44,9 @@ def test_nothing_outside_asks_which_kind_a_cut_is() -> None:
     for path in sorted(PACKAGE.rglob("*.py")):
         inside = path.relative_to(PACKAGE)
         if inside.parts[0] != "correction":
-            found += [f"{inside}, {fault}" for fault in faults_in(path.read_text(encoding="utf-8"))]
+            faults = faults_in(path.read_text(encoding="utf-8"))
+            writes = inside.as_posix() in WRITE_JOBS
+            found += [f"{inside}, {fault}" for fault in faults if not (writes and "the name" in fault)]
     assert found == []
 
 

@@ -9,7 +9,8 @@ import pytest
 from autobalance.correction.kind import Correction, SharedDepth
 from autobalance.correction.room import Room
 from autobalance.planning import depths as planner
-from autobalance.planning.depths import AIM, Shortfall, explain_shortfall, plan_depths, reachable_factor
+from autobalance.planning.depths import AIM, plan_depths
+from autobalance.planning.shortfall import Shortfall, explain_shortfall, reachable_factor
 from autobalance.rigid_rotor.moments import Moments
 from autobalance.rigid_rotor.tolerance import Tolerance
 from autobalance.rigid_rotor.unbalance import Unbalance
