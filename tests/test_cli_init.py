@@ -171,7 +171,11 @@ def test_units_that_people_type(crank: Path) -> None:
         ("correction.drill.diameters_mm", '["9.5 furlong"]', "correction.drill.diameters_mm[1]"),
         ("balance.overbalance_g_mm", '"3 lb.ft"', "with one of g·mm, kg·mm, g·cm, g·in, oz·in"),
         ("engine.rotating_g.x", "{ g = 1.0, oz = 2.0 }", "engine.rotating_g.x has g and oz"),
-        ("engine.rotating_g.x", "{ stone = 1.0 }", "must have one of g, kg, oz, lb, or file"),
+        (
+            "engine.rotating_g.x",
+            "{ stone = 1.0 }",
+            "engine.rotating_g.x.g is missing; must have one of g, kg, oz, lb, or file",
+        ),
         (
             "engine.rotating_g.x",
             '{ file = "no.stl", unit = "mm", density_kg_m3 = 7850 }',

@@ -62,6 +62,8 @@ CRANKPIN = "crankpin"
 """The part in ``crankpin_g`` that is the pin itself."""
 ATTACHED_KEYS = ("name", "mass_g", "unbalance_g_mm", "z_mm", "pm_g_mm")
 
+DEEPEST = 32
+"""Tables and lists inside each other at most: those that people write have four."""
 LARGEST_BYTES = 1 << 20
 """Bytes of a job at most; those that people write have a few thousand."""
 
@@ -181,11 +183,24 @@ def toml_of(text: str, name: str) -> dict[str, Any]:
         If it is no TOML, nests too deep, or holds a number of thousands of digits.
     """
     try:
-        return tomllib.loads(text)
+        found = tomllib.loads(text)
+        if depth_of(found) > DEEPEST:
+            raise RecursionError(f"it nests deeper than {DEEPEST} tables")
+        return found
     except tomllib.TOMLDecodeError as error:
         raise JobError(f"{name} is not valid TOML: {_first_line(error)}") from None
     except (ValueError, RecursionError) as error:
         raise JobError(f"{name} is not usable TOML: {_first_line(error)}") from None
+
+
+def depth_of(values: Any) -> int:
+    """Return how deep tables and lists nest, without recursion."""
+    level, depth = [values], 0
+    while level:
+        inner = [list(item.values()) if isinstance(item, dict) else item for item in level]
+        level = [each for items in inner for each in items if isinstance(each, dict | list)]
+        depth += 1
+    return depth
 
 
 def _why(error: Exception) -> str:

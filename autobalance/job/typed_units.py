@@ -131,8 +131,9 @@ def _weight(value: Any, where: str) -> Any:
     units = [unit for unit in value if unit in G_PER]
     if len(units) != 1:
         known = ", ".join(G_PER)
-        found = " and ".join(units) if units else "no unit"
-        raise JobError(f"{where} has {found}; must have one of {known}, or file")
+        if not units:
+            raise JobError(f"{where}.g is missing; must have one of {known}, or file")
+        raise JobError(f"{where} has {' and '.join(units)}; must have one of {known}, or file")
     unit = units[0]
     scale = G_PER[unit]
     return {

@@ -260,6 +260,7 @@ def test_main_bearings_must_increase(mains: list[float]) -> None:
         lever_shares(0.0, mains)
 
 
+@pytest.mark.timing
 def test_a_turn_of_a_twelve_is_quick() -> None:
     from benchmarks.engine_loads import revolution, seconds
 
