@@ -174,7 +174,7 @@ def test_units_that_people_type(crank: Path) -> None:
         (
             "engine.rotating_g.x",
             "{ stone = 1.0 }",
-            "engine.rotating_g.x.g is missing; must have one of g, kg, oz, lb, or file",
+            "engine.rotating_g.x.g is missing; must have one of g, kg, oz",
         ),
         (
             "engine.rotating_g.x",
