@@ -69,7 +69,7 @@ class StudyResult(VerbResult):
 
 
 def study(
-    job: str | Path | Job,
+    job: str | Path | Job | Mapping[str, Any],
     crank: Crank | None = None,
     *,
     samples: int = 10_000,
@@ -85,8 +85,9 @@ def study(
 
     Parameters
     ----------
-    job : path or Job
-        A job, which is balanced first; or the report of a balanced one.
+    job : path, Job or mapping
+        A job, which is balanced first (files that a mapping names are relative to the working folder); or
+        the report of a balanced one.
     crank : Crank or None
         In place of the job's crank file.
     samples, seed : int
@@ -157,12 +158,14 @@ def _refuse(samples: int, seed: int, target: float | None, exact: int) -> None:
         raise JobError(f"target is {target:g}; must be above 0 and at most 1")
 
 
-def _job(job: str | Path | Job) -> tuple[Job, str | None]:
+def _job(job: str | Path | Job | Mapping[str, Any]) -> tuple[Job, str | None]:
     """Return a job, that of a report where it is one, and the report's digest."""
     from autobalance import job as jobs
 
     if isinstance(job, jobs.Job):
         return job, None
+    if isinstance(job, Mapping):
+        return jobs.Job.from_dict(job), None
     path = Path(job)
     if path.suffix.lower() != ".json":
         return jobs.load(path), None

@@ -27,7 +27,7 @@ Indices = NDArray[np.int64]
 SHARE_OF_RADIUS = 0.3
 """Size of elements on a curved surface, over its radius: 21 elements a turn, 42 nodes."""
 DEFAULT_TETRAHEDRA = 9000
-LONGEST_S = 900.0
+LONGEST_S = 300.0
 CORNERS = ((0, 1), (0, 2), (0, 3), (1, 2), (1, 3), (2, 3))
 """The corners between which the nodes 4 to 9 of a tetrahedron lie."""
 
