@@ -9,6 +9,9 @@ OUTPUT := demo-output
 FUZZ := 3000
 # tests that run side by side; each needs about 1 GB
 WORKERS := 2
+# the matrices are small: threads of the linear algebra only take the processor from the other tests
+export OPENBLAS_NUM_THREADS := 1
+export OMP_NUM_THREADS := 1
 
 .PHONY: help demo test quick lint fuzz bench ci clean
 
