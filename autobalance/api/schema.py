@@ -69,41 +69,9 @@ def _report(name: str) -> Values:
 
 
 def _job() -> Values:
-    """Return what every job must have; what else it may hold, the program says by key."""
-    from autobalance.job.read import TOP_KEYS
+    from autobalance.job.job_schema import job_schema
 
-    length = {"type": ["number", "string"]}
-    crankshaft = {
-        "type": "object",
-        "properties": {
-            "file": TEXT,
-            "unit": {"enum": ["mm", "cm", "m", "inch"]},
-            "density_kg_m3": {"type": "number", "exclusiveMinimum": 0},
-            "crankpin_in_file": FLAG,
-            "axis_direction": {"type": "array", "minItems": 3, "maxItems": 3},
-        },
-        "required": ["file", "density_kg_m3"],
-    }
-    balance = {
-        "type": "object",
-        "properties": {
-            "factor": {"anyOf": [{"type": "number", "minimum": 0, "maximum": 1}, {"const": "original"}]},
-            "grade": {"type": "number", "exclusiveMinimum": 0},
-            "speed_rpm": {"type": "number", "exclusiveMinimum": 0},
-            "judge": {"enum": ["static", "dynamic"]},
-            "tolerance_planes_mm": {"type": "array", "items": length, "minItems": 2, "maxItems": 2},
-        },
-        "required": ["factor", "grade", "speed_rpm"],
-    }
-    tables: Values = {"crankshaft": crankshaft, "balance": balance, "correction": TABLE, "engine": TABLE}
-    return {
-        "$schema": DRAFT,
-        "title": "Job of autobalance",
-        "type": "object",
-        "additionalProperties": False,
-        "properties": {key: tables.get(key, {}) for key in TOP_KEYS},
-        "required": ["crankshaft", "balance"],
-    }
+    return job_schema()
 
 
 def _listed(properties: Mapping[str, Any], nullable: bool = False) -> Values:
