@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import argparse
 
-from autobalance.command.options import add_units
+from autobalance.command.options import add_set, add_units
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -14,6 +14,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         metavar="JOB.toml",
         help="the job; each kind takes its limits from its own table there, else their defaults",
     )
+    add_set(parser)
     parser.add_argument(
         "--json", metavar="FILE", help="write the comparison to FILE too; - prints it, and nothing else"
     )

@@ -5,7 +5,7 @@ from __future__ import annotations
 import argparse
 from pathlib import Path
 
-from autobalance.command.options import add_json, add_plots, add_speed
+from autobalance.command.options import add_json, add_plots, add_set, add_speed
 from autobalance.errors import UsageError
 
 MOST_SPEEDS = 1000
@@ -24,6 +24,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "--sweep", metavar="LOW,HIGH,N", help="tell every factor at N speeds from LOW to HIGH rpm too"
     )
     parser.add_argument("--series", metavar="FILE.csv", help="write everything by angle, every half degree")
+    add_set(parser)
     add_json(parser)
     add_plots(parser)
 
@@ -31,6 +32,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 def run(arguments: argparse.Namespace) -> int:
     """Compute the cycle; 0 unless the job, its trace or the crank is bad."""
     from autobalance.api.cycle import cycle
+    from autobalance.api.job import read_job
     from autobalance.command.finish import finish
     from autobalance.command.progress import shown
 
@@ -38,7 +40,11 @@ def run(arguments: argparse.Namespace) -> int:
     sweep = None if arguments.sweep is None else _speeds(arguments.sweep)
     with shown() as progress:
         result = cycle(
-            arguments.job, speed_rpm=arguments.speed_rpm, factors=factors, sweep_rpm=sweep, progress=progress
+            read_job(arguments.job, arguments.settings),
+            speed_rpm=arguments.speed_rpm,
+            factors=factors,
+            sweep_rpm=sweep,
+            progress=progress,
         )
     files = {} if arguments.series is None else {Path(arguments.series): result.series_csv()}
     return finish(arguments, result, sources=(arguments.job,), files=files)
