@@ -93,7 +93,7 @@ def generate(
     Examples
     --------
     >>> round(generate("single", segments=48).report["crank"]["throws"][0]["crank_radius_mm"], 3)
-    27.0
+    29.0
     """
     telling(progress)("building the crank")
     found, engine = _designed(design)

@@ -49,7 +49,7 @@ def section_sums(sections: Sequence[TableSection]) -> Unbalance:
 
     Examples
     --------
-    >>> table = [Section("cheek", 2.0, 0.0, 5.0, 10.0), Section("counterweight", 1.0, 0.0, -10.0, 30.0)]
+    >>> table = [TableSection("cheek", 2.0, 0.0, 5.0, 10.0), TableSection("counterweight", 1.0, 0.0, -10.0, 30.0)]
     >>> sums = section_sums(table)
     >>> sums.resultant_g_mm.tolist(), sums.moment_g_mm2.tolist()
     ([0.0, 0.0], [0.0, -200.0])
@@ -82,8 +82,8 @@ def balancing_products_g_mm(sections: Sequence[TableSection], first: str, second
 
     Examples
     --------
-    >>> table = [Section("pin", 1.0, 30.0, 0.0, 15.0)]
-    >>> table += [Section("A", 1.0, 0.0, 0.0, 5.0), Section("B", 1.0, 0.0, 0.0, 25.0)]
+    >>> table = [TableSection("pin", 1.0, 30.0, 0.0, 15.0)]
+    >>> table += [TableSection("A", 1.0, 0.0, 0.0, 5.0), TableSection("B", 1.0, 0.0, 0.0, 25.0)]
     >>> [float(product[0]) for product in balancing_products_g_mm(table, "A", "B")]
     [-15.0, -15.0]
     """
