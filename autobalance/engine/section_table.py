@@ -49,7 +49,8 @@ def section_sums(sections: Sequence[TableSection]) -> Unbalance:
 
     Examples
     --------
-    >>> table = [TableSection("cheek", 2.0, 0.0, 5.0, 10.0), TableSection("counterweight", 1.0, 0.0, -10.0, 30.0)]
+    >>> table = [TableSection("cheek", 2.0, 0.0, 5.0, 10.0)]
+    >>> table += [TableSection("counterweight", 1.0, 0.0, -10.0, 30.0)]
     >>> sums = section_sums(table)
     >>> sums.resultant_g_mm.tolist(), sums.moment_g_mm2.tolist()
     ([0.0, 0.0], [0.0, -200.0])
