@@ -19,9 +19,10 @@ from autobalance.rigid_rotor.moments import Moments
 from autobalance.rigid_rotor.tolerance import Tolerance
 from autobalance.rigid_rotor.unbalance import Unbalance
 
-GAP = 0.015, 0.1
+GAP = 0.03, 0.1
 """How far from its bound the programme may stop, as a share: half of a least cut, but between these; less
-where several cuts are offered for one place."""
+where several cuts are offered for one place. Below 3 %, plans of many holes took half as long again for 0.2 %
+of their metal."""
 NODES = 100
 """Branches looked at, at most: a limit that gives the same answer on every machine, unlike seconds."""
 NEAR = 0.06

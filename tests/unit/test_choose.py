@@ -243,7 +243,7 @@ def test_planning_time(diameters_mm: list[float], worst_s: float) -> None:
                 taken.append(time.process_time() - start)
             assert plan.share <= 1.0
             assert_rules_are_kept(offer, plan.depths_mm)
-            assert min(taken) < 1.5 * worst_s  # a speed is an aim; seen: 0.58 to 0.61 s with one drill
+            assert min(taken) < worst_s
 
 
 @pytest.mark.slow
