@@ -38,6 +38,7 @@ PUBLIC = {
     "parts": "api.parts",
     "read_crank": "api.crank",
     "read_job": "api.job",
+    "rod": "api.rod",
     "rotor": "api.rotor",
     "recut": "api.recut",
     "schema": "api.schema",
@@ -74,6 +75,7 @@ if TYPE_CHECKING:
     from autobalance.api.orders import orders as orders
     from autobalance.api.parts import parts as parts
     from autobalance.api.recut import recut as recut
+    from autobalance.api.rod import rod as rod
     from autobalance.api.rotor import rotor as rotor
     from autobalance.api.schema import schema as schema
     from autobalance.api.shafts import shafts as shafts

@@ -117,11 +117,12 @@ def _keywords(arguments: argparse.Namespace) -> dict[str, Any]:
         "unit": unit,
         "density_kg_m3": density,
         "crankpin_in_file": False if arguments.no_crankpin else None,
-        "body": _body(arguments.body, names_bodies(path)),
+        "body": body_of(arguments.body, names_bodies(path)),
     }
 
 
-def _body(text: str | None, named: bool) -> Any:
+def body_of(text: str | None, named: bool) -> Any:
+    """Return what ``--body`` names: a number, a name where the format has names, or all."""
     if text in (None, "all"):
         return text
     if str(text).isdecimal() and int(str(text)) >= 1:

@@ -25,6 +25,7 @@ COMMANDS: dict[str, str] = {
     "cycle": "the working cycle: gas pressure, loads of pins and bearings, torque, speed",
     "shafts": "balance shafts: what would cancel the first and second order, and what the job's shafts leave",
     "parts": "roll up the weights of the job: rotating, reciprocating, bob-weights, with their uncertainty",
+    "rod": "measure a connecting rod: eyes, mass, end weights, inertia, and the couple that two masses miss",
     "influence": "balancing by influence coefficients: what to add in each plane, from trial weights",
     "machine": "what a balancing machine reads on a rotor of known unbalance, and what following it leaves",
     "bench": "a rotor under speed control in its bearings: torque needed, and what was measured beside it",

@@ -146,6 +146,7 @@ def _rod(rod: RodOnScales) -> dict[str, Any]:
         "big_end_g": rod.big_end_g,
         "small_end_g": rod.small_end_g,
         "inertia_kg_mm2": None if inertia is None else inertia / G_MM2_PER_KG_MM2,
+        **({"solid": dict(rod.solid)} if rod.solid else {}),
     }
 
 

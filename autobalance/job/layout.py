@@ -44,12 +44,13 @@ def read_rod(engine: Table) -> RodOnScales | None:
     """Read ``[engine.rod]``; None where it is absent."""
     if "rod" not in engine:
         return None
-    table = engine.table("rod", ("big_end_g", "small_end_g", "inertia_kg_mm2"))
+    table = engine.table("rod", ("big_end_g", "small_end_g", "inertia_kg_mm2", "solid"))
     inertia = table.optional("inertia_kg_mm2", float, POSITIVE)
     return RodOnScales(
         table.value("big_end_g", float, NOT_NEGATIVE),
         table.value("small_end_g", float, NOT_NEGATIVE),
         None if inertia is None else inertia * G_MM2_PER_KG_MM2,
+        table.table("solid", None).raw,
     )
 
 

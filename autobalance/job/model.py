@@ -134,11 +134,15 @@ class CylinderLayout:
 
 @dataclass(frozen=True)
 class RodOnScales:
-    """What a bare connecting rod weighs on two scales, and its inertia about its centre of mass."""
+    """What a bare connecting rod weighs on two scales, and its inertia about its centre of mass.
+
+    ``solid`` says of which file that was measured, empty where it was weighed.
+    """
 
     big_end_g: float
     small_end_g: float
     inertia_g_mm2: float | None = None
+    solid: Mapping[str, Any] = field(default_factory=dict)
 
 
 @dataclass(frozen=True)

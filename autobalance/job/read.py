@@ -27,6 +27,7 @@ from autobalance.job.model import (
     ThrowParts,
     Weight,
 )
+from autobalance.job.rod_solid import with_measured_rod
 from autobalance.job.settings import with_settings
 from autobalance.job.solid_weights import with_weighed_solids
 from autobalance.job.study import read_study
@@ -34,7 +35,7 @@ from autobalance.job.table import ANY, COUNTED, NOT_NEGATIVE, POSITIVE, SHARE, T
 from autobalance.job.typed_units import WEIGHT_TABLES, in_base_units, refuse_unfilled
 from autobalance.rigid_rotor.margin import Margin
 from autobalance.rigid_rotor.tolerance import Judge
-from autobalance.solid.formats.registry import endings, names_bodies, needs_unit
+from autobalance.solid.formats.registry import FOREIGN_CAD, endings, names_bodies, needs_unit
 from autobalance.units import G_PER_MM3_PER_KG_M3, RAD_S_PER_RPM
 
 if TYPE_CHECKING:
@@ -56,8 +57,6 @@ TOP_KEYS = (
 )
 """Tables of a job."""
 WORKBOOKS = (".xlsx", ".xlsm")
-FOREIGN_CAD = (".fcstd", ".sldprt", ".sldasm", ".ipt", ".prt", ".catpart", ".f3d", ".x_t")
-"""Files of CAD programs that only they read."""
 CRANKPIN = "crankpin"
 """The part in ``crankpin_g`` that is the pin itself."""
 ATTACHED_KEYS = ("name", "mass_g", "unbalance_g_mm", "z_mm", "pm_g_mm")
@@ -220,7 +219,7 @@ def parse(
     ``settings`` are told in the report; they are in ``raw`` already.
     """
     refuse_unfilled(raw)
-    raw = with_weighed_solids(in_base_units(raw), path.parent)
+    raw = with_measured_rod(with_weighed_solids(in_base_units(raw), path.parent), path.parent)
     root = Table(dict(raw), "", TOP_KEYS)
     crankshaft = _crankshaft(root, path, crank_given=crank_given)
     engine = read_engine(root, crankshaft.crankpin_in_file)

@@ -37,8 +37,8 @@ def own_direction(estimate: Array, cylinders: Sequence[CylinderFace]) -> Array |
 
 def own_layout(long: SectionStack, layout: JournalLayout, cylinders: Sequence[CylinderFace]) -> JournalLayout:
     """Return a layout whose cylinders have the solid's own centres and radii, where it has any."""
-    journals = [_own(long, run, cylinders) for run in layout.journals]
-    pins = [_own(long, run, cylinders) for run in layout.pins]
+    journals = [own_cylinder(long, run, cylinders) for run in layout.journals]
+    pins = [own_cylinder(long, run, cylinders) for run in layout.pins]
     centres = np.array([run.centre for run in journals])
     found = replace(layout, journals=tuple(journals), pins=tuple(pins))
     if journals and float(np.ptp(centres, axis=0).max()) <= ONE_AXIS * long.length_mm:
@@ -46,7 +46,7 @@ def own_layout(long: SectionStack, layout: JournalLayout, cylinders: Sequence[Cy
     return found
 
 
-def _own(long: SectionStack, run: CylinderRun, cylinders: Sequence[CylinderFace]) -> CylinderRun:
+def own_cylinder(long: SectionStack, run: CylinderRun, cylinders: Sequence[CylinderFace]) -> CylinderRun:
     """Return a run with the centre and radius of the solid's cylinder that it is."""
     turn = long.turn[:3, :3]
     best, most = run, 0.0

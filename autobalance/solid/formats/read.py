@@ -18,7 +18,7 @@ from autobalance.solid.csg.self_overlap import united
 from autobalance.solid.csg.solid import Solid, union
 from autobalance.solid.formats.format import Format
 from autobalance.solid.formats.raw import Raw
-from autobalance.solid.formats.registry import FORMATS, format_of, kind_of
+from autobalance.solid.formats.registry import FOREIGN_CAD, FORMATS, format_of, kind_of
 from autobalance.solid.mesh.mesh import Array, Floats, Mesh, in_space_order, weld, without_collapsed
 from autobalance.solid.mesh.repair import Body, are_apart, bodies_of, solid_of, volume_change
 from autobalance.solid.mesh.validate import check_solid
@@ -242,6 +242,8 @@ def _read_exact(
 
 def _format(path: Path) -> tuple[str, Format]:
     kind = format_of(path)
+    if kind is None and path.suffix.lower() in FOREIGN_CAD:
+        raise FormatError(f"{path} is a file of a CAD program; export STEP from it")
     if kind is None:
         known = " ".join(f".{ending}" for ending in FORMATS)
         raise FormatError(f"{path}: the ending '{path.suffix}' is not known; needed one of {known}")

@@ -10,6 +10,8 @@ from autobalance.errors import FormatError
 from autobalance.solid.formats import glb, obj, off, ply, step, stl, threemf
 from autobalance.solid.formats.format import Format
 
+FOREIGN_CAD = (".fcstd", ".sldprt", ".sldasm", ".ipt", ".prt", ".catpart", ".f3d", ".x_t")
+"""Files of CAD programs that only they read."""
 _WRITTEN: dict[str, Format] = {}
 _FORMATS: dict[str, Format] = {}
 _BY_ENDING: dict[str, Format] = {}

@@ -1,0 +1,123 @@
+"""A connecting rod measured in its solid: eyes, mass, end weights, inertia, and what is uncertain of them."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+
+from autobalance.crank.recognition.rod_eyes import RodEyes, find_eyes
+from autobalance.engine.conrod import ConnectingRod, CutRod, cut_at_centre_of_mass
+from autobalance.errors import RecognitionError
+from autobalance.rigid_rotor.moments import Moments
+from autobalance.solid.chordal_error.estimate import ChordalError, estimate_chordal_error
+from autobalance.solid.formats.read import Source
+from autobalance.solid.slicing.slab import Slab
+
+ALONG = np.array([[0.0, 0.0, -1.0, 0.0], [0.0, 1.0, 0.0, 0.0], [1.0, 0.0, 0.0, 0.0], [0.0, 0.0, 0.0, 1.0]])
+"""Takes a rod's x, which runs along it, to z."""
+ROUNDING = 1e-7
+"""Corners this near to a cut, as a share of the rod's diagonal, lie on it."""
+
+
+@dataclass(frozen=True)
+class RodUncertainty:
+    """By how much masses of a rod may be off, from its facets and its density [g]."""
+
+    mass_g: float
+    big_end_g: float
+    small_end_g: float
+
+
+@dataclass(frozen=True, eq=False)
+class MeasuredRod:
+    """A connecting rod's solid, recognised and measured.
+
+    Attributes
+    ----------
+    source : Source
+    eyes : RodEyes
+    density_g_mm3, density_pm_g_mm3 : float
+        Density, and by how much it may be off.
+    moments : Moments
+        In the rod's axes (origin in the big end, x to the small end, z along the eyes); what the facets hide
+        of round surfaces is added.
+    facets : ChordalError
+    """
+
+    source: Source
+    eyes: RodEyes
+    density_g_mm3: float
+    density_pm_g_mm3: float
+    moments: Moments
+    facets: ChordalError
+
+    @cached_property
+    def rod(self) -> ConnectingRod:
+        """The rod of the lever rule."""
+        small = np.array([self.eyes.length_mm, 0.0, 0.0])
+        try:
+            return ConnectingRod.from_solid(self.moments, np.zeros(3), small)
+        except ValueError as error:
+            raise RecognitionError(f"no connecting rod: {error}") from None
+
+    @property
+    def volume_mm3(self) -> float:
+        """Volume inside the true surfaces [mm³]."""
+        return self.moments.mass_g / self.density_g_mm3
+
+    @property
+    def uncertainty(self) -> RodUncertainty:
+        """What facets and density make uncertain; no less than either alone.
+
+        The small end weighs ∫ x dm / l, so the bar of the first moment about the big end counts there; that
+        and the bar of the mass count at the big end.
+        """
+        off = self.density_pm_g_mm3 / self.density_g_mm3
+        at_small = self.facets.unbalance_bar_g_mm / self.eyes.length_mm
+        return RodUncertainty(
+            math.hypot(self.facets.mass_bar_g, off * self.rod.mass_g),
+            math.hypot(self.facets.mass_bar_g + at_small, off * self.rod.big_end_g),
+            math.hypot(at_small, off * self.rod.small_end_g),
+        )
+
+    @cached_property
+    def cut_at_centre(self) -> CutRod:
+        """The two pieces of the rod cut at its centre of mass, which the lever rule is better than."""
+        placed = self.source.solid.mesh.moved(ALONG @ self.eyes.file_to_rod)
+        slab = Slab(placed.vertices, placed.triangles, ROUNDING * placed.diagonal_mm)
+        low, high = float(placed.bounds[0, 2]), float(placed.bounds[1, 2])
+        cut = self.rod.centre_from_big_end_mm
+        big, small = (slab.moments(part, 1.0).mass_g for part in ((low - 1.0, cut), (cut, high + 1.0)))
+        share = small / (big + small)
+        mass = self.rod.mass_g
+        return cut_at_centre_of_mass(self.rod, (1.0 - share) * mass, share * mass)
+
+
+def measure_rod(source: Source, density_g_mm3: float, density_pm_g_mm3: float = 0.0) -> MeasuredRod:
+    """Recognise a connecting rod in a checked solid and measure it.
+
+    Parameters
+    ----------
+    source : Source
+        The solid, as ``solid.formats.read`` gives it.
+    density_g_mm3, density_pm_g_mm3 : float
+        Density, and by how much it may be off [g/mm³].
+
+    Raises
+    ------
+    RecognitionError
+        If the solid is no connecting rod.
+    """
+    cylinders = () if source.surfaces is None else source.surfaces.cylinders
+    eyes = find_eyes(source.solid.mesh, source.moments(1.0).centre_mm, cylinders)
+    moments = source.moments(density_g_mm3, eyes.file_to_rod)
+    if source.exact is not None:  # measured on the true surfaces
+        facets = ChordalError.known(Moments.zero())
+    else:
+        facets = estimate_chordal_error(source.solid.mesh, density_g_mm3, eyes.file_to_rod)
+    found = MeasuredRod(source, eyes, density_g_mm3, density_pm_g_mm3, moments + facets.missing, facets)
+    found.rod  # noqa: B018  refuses a centre of mass beyond the eyes now
+    return found

@@ -1,0 +1,119 @@
+"""The connecting rod of a job, taken from its solid: end weights, length and inertia come from there."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from autobalance.errors import AutobalanceError, JobError
+from autobalance.job.table import NOT_NEGATIVE, POSITIVE, Table
+from autobalance.units import G_PER_MM3_PER_KG_M3
+
+if TYPE_CHECKING:
+    from autobalance.crank.connecting_rod import MeasuredRod
+
+SOLID_KEYS = ("file", "unit", "density_kg_m3", "density_pm_kg_m3", "body")
+SCALE_KEYS = ("big_end_g", "small_end_g", "inertia_kg_mm2")
+PLACES = {"rotating_g": "connecting_rod_big_end", "reciprocating_g": "connecting_rod_small_end"}
+"""Table of weights → the name that a rod's end has in it."""
+LENGTH_MM, LENGTH_SHARE = 0.1, 0.005
+"""A rod length that is given may differ from the measured one by the larger of these."""
+KG_MM2_PER_G_MM2 = 1e-3
+
+
+def with_measured_rod(values: Mapping[str, Any], folder: Path) -> dict[str, Any]:
+    """Return the tables of a job with ``[engine.rod] file`` as weights, length and inertia.
+
+    The big end goes to ``engine.rotating_g``, the small end to ``engine.reciprocating_g``, the length to
+    ``engine.rod_length_mm``, and what it weighs on two scales with its inertia to ``engine.rod``, whose
+    ``solid`` says where all that is from.
+
+    Parameters
+    ----------
+    values : mapping
+        In base units.
+    folder : Path
+        The solid's file is relative to it.
+
+    Raises
+    ------
+    JobError
+        If the solid is no rod, or a key that is given contradicts it; it names both.
+    """
+    engine = values.get("engine")
+    rod = engine.get("rod") if isinstance(engine, Mapping) else None
+    if not isinstance(engine, Mapping) or not isinstance(rod, Mapping) or "file" not in rod:
+        return dict(values)
+    _refuse_both(engine, rod)
+    table = Table(dict(rod), "engine.rod", SOLID_KEYS)
+    measured = _measured(table, folder)
+    found, off = measured.rod, measured.uncertainty
+    _check_length(engine, rod, found.length_mm)
+    ends = {
+        "rotating_g": {"g": found.big_end_g, "pm": off.big_end_g},
+        "reciprocating_g": {"g": found.small_end_g, "pm": off.small_end_g},
+    }
+    weights = {
+        name: {PLACES[name]: {key: value for key, value in end.items() if value}, **engine.get(name, {})}
+        for name, end in ends.items()
+    }
+    scales = {
+        "big_end_g": found.big_end_g,
+        "small_end_g": found.small_end_g,
+        "inertia_kg_mm2": (found.inertia_g_mm2 or 0.0) * KG_MM2_PER_G_MM2,
+        "solid": {**rod, "sha256": measured.source.sha256, "length_mm": found.length_mm},
+    }
+    length = engine.get("rod_length_mm", found.length_mm)
+    return {**values, "engine": {**engine, **weights, "rod": scales, "rod_length_mm": length}}
+
+
+def _refuse_both(engine: Mapping[str, Any], rod: Mapping[str, Any]) -> None:
+    """Refuse a weight that the solid would count a second time."""
+    for key in SCALE_KEYS:
+        if key in rod:
+            raise JobError(f"engine.rod.{key} is given beside engine.rod.file; must be one or the other")
+    for table, name in PLACES.items():
+        places = [("engine", engine)]
+        throws = engine.get("throw")
+        if isinstance(throws, list):
+            places += [
+                (f"engine.throw[{place}]", throw)
+                for place, throw in enumerate(throws, 1)
+                if isinstance(throw, Mapping)
+            ]
+        for where, holder in places:
+            weights = holder.get(table)
+            if isinstance(weights, Mapping) and name in weights:
+                raise JobError(
+                    f"{where}.{table}.{name} is given beside engine.rod.file, which puts it in; must be one"
+                    " or the other"
+                )
+
+
+def _measured(table: Table, folder: Path) -> MeasuredRod:
+    from autobalance.crank.connecting_rod import measure_rod
+    from autobalance.solid.formats.read import read
+
+    density = table.value("density_kg_m3", float, POSITIVE)
+    off = table.optional("density_pm_kg_m3", float, NOT_NEGATIVE, default=0.0)
+    if off >= density:
+        raise JobError(f"engine.rod.density_pm_kg_m3 is {off:g}; must be < density_kg_m3, {density:g}")
+    file = folder / table.value("file", str)
+    try:
+        source = read(file, table.optional("unit", str), table.optional("body", int | str))
+        return measure_rod(source, density * G_PER_MM3_PER_KG_M3, off * G_PER_MM3_PER_KG_M3)
+    except AutobalanceError as error:
+        text = str(error)
+        raise JobError(f"engine.rod: {text if str(file) in text else f'{file}: {text}'}") from None
+
+
+def _check_length(engine: Mapping[str, Any], rod: Mapping[str, Any], length_mm: float) -> None:
+    given = engine.get("rod_length_mm")
+    if not isinstance(given, int | float) or isinstance(given, bool):
+        return
+    if abs(given - length_mm) > max(LENGTH_MM, LENGTH_SHARE * length_mm):
+        raise JobError(
+            f"engine.rod_length_mm is {given:g}, engine.rod.file ({rod['file']}) measures {length_mm:.4g} mm;"
+            " correct one, or leave the length out"
+        )

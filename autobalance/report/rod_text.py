@@ -1,0 +1,51 @@
+"""A connecting rod's measures as lines to read, from their JSON values."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+from autobalance.report.text import Units, table
+
+Values = Mapping[str, Any]
+
+
+def rod_text(report: Values, units: Units) -> str:
+    """Return the summary of ``rod``."""
+    found, off, cut = report["rod"], report["uncertainty"], report["cut_at_centre"]
+    rows: list[Sequence[str]] = [
+        ("Centre distance", units.of_length(found["length_mm"])),
+        ("Big end: bore, width", _eye(found["big_end"], units)),
+        ("Small end: bore, width", _eye(found["small_end"], units)),
+        *(
+            [("Small end stands aside by", units.of_length(found["offset_mm"]))]
+            * (abs(found["offset_mm"]) > 0.005)
+        ),
+        ("Mass", _weight(found["mass_g"], off["mass_g"], units)),
+        ("Centre of mass from the big end", units.of_length(found["centre_from_big_end_mm"])),
+        ("Big end weighs (turns with the crankpin)", _weight(found["big_end_g"], off["big_end_g"], units)),
+        ("Small end weighs (goes with the piston)", _weight(found["small_end_g"], off["small_end_g"], units)),
+        ("Inertia about the centre of mass", f"{found['inertia_kg_mm2']:.2f} kg·mm²"),
+        ("  of two masses at the eyes, m a b", f"{found['two_mass_inertia_kg_mm2']:.2f} kg·mm²"),
+        ("  what they miss, I − m a b", f"{found['couple_inertia_kg_mm2']:.2f} kg·mm²"),
+    ]
+    couple = report["couple"]
+    if couple is not None:
+        what = f"  its couple at {couple['speed_rpm']:g} rpm, stroke {units.of_length(couple['stroke_mm'])}"
+        rows.append((what, f"{couple['greatest_n_m']:.2f} N·m at {couple['at_deg']:.0f}°"))
+    halves = f"{units.of_mass(cut['big_half_g'])} and {units.of_mass(cut['small_half_g'])}"
+    return "\n".join(
+        [
+            f"{report['input']['file']}: a connecting rod, {report['density_kg_m3']:g} kg/m³",
+            table(rows),
+            f"Cut at its centre of mass it would weigh {halves}: {cut['says']}",
+        ]
+    )
+
+
+def _eye(eye: Values, units: Units) -> str:
+    return f"{units.of_length(eye['diameter_mm'])}, {units.of_length(eye['width_mm'])}"
+
+
+def _weight(mass_g: float, off_g: float, units: Units) -> str:
+    return units.of_mass(mass_g) + (f" ± {units.of_mass(off_g)}" if off_g > 0.0 else "")
