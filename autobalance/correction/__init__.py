@@ -5,7 +5,7 @@ from dataclasses import replace
 from typing import TypeVar
 
 from autobalance.correction import add, drill, mill, shoulder, slug, turn
-from autobalance.correction.kind import Apart, Count, Cut, Limits, Offer, SharedDepth, Workpiece
+from autobalance.correction.kind import Apart, Count, Cut, Limits, Offer, SharedDepth, Variety, Workpiece
 from autobalance.correction.registry import KINDS, face_depths_mm, finishing, kind_of, mixes, register
 from autobalance.correction.room import between_kinds
 
@@ -47,16 +47,22 @@ def joined(offers: Sequence[Offer]) -> Offer:
     shared: list[SharedDepth] = []
     apart: list[Apart] = []
     counts: list[Count] = []
+    varieties: list[Variety] = []
     for number, part in enumerate(offers):
         shift = len(cuts)
         shared += [_shifted(pair, shift) for pair in part.shared]
         apart += [_shifted(pair, shift) for pair in part.apart]
         counts += [replace(rule, members=tuple(k + shift for k in rule.members)) for rule in part.counts]
+        varieties += [
+            replace(rule, groups=tuple(tuple(k + shift for k in group) for group in rule.groups))
+            for rule in part.varieties
+        ]
         cuts += part.cuts
         kinds += [number] * len(part.cuts)
     apart += between_kinds(cuts, kinds)
     same_depth = len(offers) == 1 and offers[0].same_depth
-    return Offer(tuple(cuts), tuple(shared), same_depth, tuple(apart), tuple(counts))
+    notes = tuple(dict.fromkeys(note for part in offers for note in part.notes))
+    return Offer(tuple(cuts), tuple(shared), same_depth, tuple(apart), tuple(counts), tuple(varieties), notes)
 
 
 _Pair = TypeVar("_Pair", SharedDepth, Apart)

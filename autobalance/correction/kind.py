@@ -19,8 +19,9 @@ if TYPE_CHECKING:
     from autobalance.correction.room import Room
 
 Array = NDArray[np.float64]
-Prefer = Literal["least_metal", "fewest_holes", "least_inertia_change", "most_inertia_removed"]
-"""What to spare, or to get rid of, among plans that reach the aim."""
+Prefer = Literal["simple", "least_metal", "fewest_holes", "least_inertia_change", "most_inertia_removed"]
+"""What to spare, or to get rid of, among plans that reach the aim; simple: fewest different cuts (of tool and
+depth), then fewest cuts, then least metal."""
 
 
 class Cut(Protocol):
@@ -168,13 +169,15 @@ class Workpiece:
 
 @dataclass(frozen=True, eq=False)
 class Offer:
-    """Cuts that a kind offers on a workpiece, and what they have to share."""
+    """Cuts that a kind offers on a workpiece, what they have to share, and notes for the user."""
 
     cuts: tuple[Cut, ...]
     shared: tuple[SharedDepth, ...] = ()
     same_depth: bool = False
     apart: tuple[Apart, ...] = ()
     counts: tuple[Count, ...] = ()
+    varieties: tuple[Variety, ...] = ()
+    notes: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True)
@@ -202,6 +205,23 @@ class Count:
     members: tuple[int, ...]
     most: int
     limit: str
+
+
+@dataclass(frozen=True)
+class Variety:
+    """Groups of cuts of which at most ``most`` may be used: drills, for instance; ``limit`` says so."""
+
+    groups: tuple[tuple[int, ...], ...]
+    most: int
+    limit: str
+
+
+def setting_of(cut: Cut) -> str:
+    """Return what a machine is set up with for a cut, beside its depth: ``drill 8``.
+
+    Cuts of one setting and depth are alike in the workshop; where they have no ``setting``, all are of one.
+    """
+    return str(getattr(cut, "setting", type(cut).__name__))
 
 
 @dataclass(frozen=True, eq=False)

@@ -12,18 +12,16 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
-from functools import cached_property
-from itertools import permutations, product
+from itertools import permutations
 
 import numpy as np
 from numpy.typing import NDArray
 
 from autobalance.correction.kind import Offer
+from autobalance.planning.cut_curves import CutCurves, Indices, least_of, length, parabola, slopes_of
 from autobalance.planning.depths import Array, independent_rows, resultant_and_moment
 from autobalance.rigid_rotor.tolerance import Tolerance
 from autobalance.rigid_rotor.unbalance import Unbalance
-
-Indices = NDArray[np.int64]
 
 MOST_CUTS = 7
 """Cuts in a set at most: more are the integer programme's."""
@@ -41,8 +39,6 @@ BEYOND = 1.25
 """How far the levels rise beyond the least weight of sets that are too many to look at."""
 CLIPS = 3
 """How often the rest goes again along the chords that have not come to an end."""
-MOST_LATE = 0.99
-"""Curves that would run backwards at first are taken to start slowly."""
 
 
 def lightest_set(
@@ -108,9 +104,9 @@ def _count_at_least(residual: Unbalance, tolerance: Tolerance, offer: Offer) -> 
     """Return how many cuts it takes at least to come within the permissible values, not a whole number."""
     rows = independent_rows(tolerance)
     now = residual.components
-    need = float(_length(rows @ now)) - 0.5 * len(rows)
+    need = float(length(rows @ now)) - 0.5 * len(rows)
     deepest = np.array([rows @ resultant_and_moment(cut.effect(cut.max_depth_mm)) for cut in offer.cuts])
-    return need / max(float(_length(deepest).max(initial=0.0)), 1e-12)
+    return need / max(float(length(deepest).max(initial=0.0)), 1e-12)
 
 
 def _possible(offer: Offer) -> int:
@@ -120,145 +116,6 @@ def _possible(offer: Offer) -> int:
         total += min(rule.most, len(free.intersection(rule.members)))
         free.difference_update(rule.members)
     return total + len(free)
-
-
-# --- the cuts -----------------------------------------------------------------------------------------------
-
-
-@dataclass(frozen=True, eq=False)
-class CutCurves:
-    """All cuts as curves of judged vectors, known at their least, middle and greatest depths.
-
-    Attributes
-    ----------
-    offer : Offer
-    depth_mm : (n, 3) float
-    effect : (n, d, 3) float
-        d = 2 or 4: the judged vectors side by side, in units of the aim.
-    weight : (n, 3) float
-        Metal [g].
-    wanted : (d,) float
-        What the effects shall add up to.
-    """
-
-    offer: Offer
-    depth_mm: Array
-    effect: Array
-    weight: Array
-    wanted: Array
-
-    @classmethod
-    def of(cls, residual: Unbalance, tolerance: Tolerance, offer: Offer, aim: float) -> CutCurves:
-        """Look up all cuts."""
-        rows = independent_rows(tolerance) / aim
-        depth = np.array([np.linspace(cut.least_depth_mm, cut.max_depth_mm, 3) for cut in offer.cuts])
-        changes = [
-            [cut.effect(float(d)) for d in three] for cut, three in zip(offer.cuts, depth, strict=True)
-        ]
-        effect = np.array([[resultant_and_moment(change) for change in three] for three in changes]) @ rows.T
-        weight = np.array([[abs(change.mass_g) for change in three] for three in changes])
-        now = residual.components
-        return cls(offer, depth, np.moveaxis(effect, 2, 1), weight, -rows @ now)
-
-    @cached_property
-    def least(self) -> Array:
-        """The effects at the least depths (n, d)."""
-        return np.ascontiguousarray(self.effect[:, :, 0])
-
-    def at_least(self, sets: Indices) -> Array:
-        """Return what sets of cuts (m, k) at their least depths add up to (m, d)."""
-        total = np.zeros((len(sets), len(self.wanted)))
-        for members in sets.T:
-            total += self.least.take(members, axis=0)
-        return total
-
-    @cached_property
-    def chord(self) -> Array:
-        """What lies between the least and the greatest depth (n, d)."""
-        return self.effect[:, :, 2] - self.effect[:, :, 0]
-
-    @cached_property
-    def bow(self) -> Array:
-        """How much farther than half along its chord each curve is at its middle depth, times four (n,).
-
-        A cut of one depth only has no chord.
-        """
-        middle = ((self.effect[:, :, 1] - self.effect[:, :, 0]) * self.chord).sum(axis=1)
-        square = (self.chord**2).sum(axis=1)
-        bow = np.where(square > 1e-30, 4.0 * middle / np.maximum(square, 1e-30) - 2.0, 0.0)
-        return np.asarray(np.maximum(bow, -MOST_LATE))
-
-    @cached_property
-    def bend(self) -> Array:
-        """How far each curve leaves its chord sideways (n,)."""
-        middle = self.effect[:, :, 1] - self.effect[:, :, 0]
-        return _length(middle - (0.5 + 0.25 * self.bow)[:, None] * self.chord)
-
-    @cached_property
-    def reach(self) -> float:
-        """The most that one gram more makes of the length of an effect."""
-        gain, spent = _length(np.moveaxis(_slopes(self.effect), 2, 1)), _slopes(self.weight)
-        return max(float((gain / np.maximum(spent, 1e-12)).max(initial=0.0, where=spent > 1e-12)), 1e-12)
-
-    @cached_property
-    def deepest_beside(self) -> Array:
-        """How deep, from 0 least to 1 greatest, the first of two cuts may go beside the second (n, n).
-
-        Below 0: never both.
-        """
-        most = np.full((len(self.weight), len(self.weight)), np.inf)
-        least, span = self.depth_mm[:, 0], np.maximum(self.depth_mm[:, 2] - self.depth_mm[:, 0], 1e-9)
-        for pair in self.offer.apart:
-            for i, j in ((pair.first, pair.second), (pair.second, pair.first)):
-                never = pair.most_mm < max(least[i], least[j])
-                most[i, j] = min(most[i, j], -1.0 if never else (pair.most_mm - least[i]) / span[i])
-        return most
-
-    @cached_property
-    def never_both(self) -> NDArray[np.bool_]:
-        """Which two cuts exclude each other (n, n)."""
-        return self.deepest_beside < 0.0
-
-    def keeps_apart(self, first: Indices, last: Indices) -> NDArray[np.bool_]:
-        """Tell which sets of cuts keep the rules; their first (m, j) and last members (m, k) each do."""
-        good = np.ones(len(first), dtype=bool)
-        for a, b in product(range(first.shape[1]), range(last.shape[1])):
-            good &= ~self.never_both[first[:, a], last[:, b]]
-        sets = np.hstack([first, last])
-        for rule in self.offer.counts:
-            if rule.most < sets.shape[1]:
-                inside = np.zeros(len(self.weight), dtype=np.int64)
-                inside[list(rule.members)] = 1
-                good &= inside[sets].sum(axis=1) <= rule.most
-        return good
-
-
-def _length(vectors: Array) -> Array:
-    """Return the sum of the lengths of the judged vectors that lie side by side."""
-    return np.asarray(np.hypot(vectors[..., 0::2], vectors[..., 1::2]).sum(axis=-1))
-
-
-def _along(three: Array, at: Array | float) -> Array:
-    """Return parabolas through values at 0, ½ and 1."""
-    first, middle, last = np.moveaxis(three, -1, 0)
-    curve = 2.0 * (first - 2.0 * middle + last)
-    return np.asarray(first + at * (last - first - curve) + at * at * curve)
-
-
-def _slopes(three: Array) -> Array:
-    """Return the slopes at 0, ½ and 1 of parabolas through values there."""
-    first, middle, last = np.moveaxis(three, -1, 0)
-    return np.stack(
-        [4.0 * middle - 3.0 * first - last, last - first, first + 3.0 * last - 4.0 * middle], axis=-1
-    )
-
-
-def _least(three: Array) -> Array:
-    """Return the least values, between 0 and 1, of parabolas through values at 0, ½ and 1."""
-    first, middle, last = np.moveaxis(three, -1, 0)
-    curve = 2.0 * (first - 2.0 * middle + last)
-    inside = np.clip((curve - last + first) / np.where(curve > 0.0, 2.0 * curve, 1.0), 0.0, 1.0)
-    return _along(three, np.where(curve > 0.0, inside, last < first))
 
 
 # --- bounds -------------------------------------------------------------------------------------------------
@@ -277,9 +134,9 @@ def _price(field: CutCurves, count: int | None) -> _Price:
     from scipy.optimize import linprog
 
     width = len(field.wanted)
-    columns = np.concatenate([_along(field.effect, at) for at in PLACES]).T
+    columns = np.concatenate([parabola(field.effect, at) for at in PLACES]).T
     answer = linprog(
-        np.concatenate([_along(field.weight, at) for at in PLACES]),
+        np.concatenate([parabola(field.weight, at) for at in PLACES]),
         A_ub=np.vstack([columns, -columns]),
         b_ub=np.concatenate([field.wanted + 1.0, 1.0 - field.wanted]),
         A_eq=None if count is None else np.ones((1, columns.shape[1])),
@@ -291,7 +148,7 @@ def _price(field: CutCurves, count: int | None) -> _Price:
         return _Price(math.inf, np.zeros(len(field.weight)))
     dual: Array = answer.ineqlin.marginals[:width] - answer.ineqlin.marginals[width:]
     each = 0.0 if count is None else float(answer.eqlin.marginals[0])
-    return _Price(float(answer.fun or 0.0), _least(field.weight - dual @ field.effect - each))
+    return _Price(float(answer.fun or 0.0), least_of(field.weight - dual @ field.effect - each))
 
 
 # --- sets of so many cuts -----------------------------------------------------------------------------------
@@ -334,7 +191,7 @@ class _Sets:
         if places is None:
             return False
         field, sets = self.field, self.order[places]
-        missed = _length(field.wanted - field.at_least(sets)) - 0.5 * len(field.wanted)
+        missed = length(field.wanted - field.at_least(sets)) - 0.5 * len(field.wanted)
         weight = np.maximum(
             field.weight[sets, 0].sum(axis=1) + np.maximum(missed, 0.0) / field.reach,
             self.price.bound + np.maximum(self.price.reduced[sets].sum(axis=1), 0.0),
@@ -438,7 +295,7 @@ def _screened(field: CutCurves, sets: Indices) -> _Found:
     for _ in range(chord.shape[1] - chord.shape[2]):
         along = _lightened(field, sets, along, high)
     deep = _depth_share(bow, along)
-    return _Found(sets, deep, _along(field.weight[sets], deep).sum(axis=1))
+    return _Found(sets, deep, parabola(field.weight[sets], deep).sum(axis=1))
 
 
 def _slack(field: CutCurves, sets: Indices) -> Array:
@@ -476,9 +333,9 @@ def _lightened(field: CutCurves, sets: Indices, along: Array, high: Array) -> Ar
     """Go where the weight falls most steeply and the sum stays, to an end or to the least weight."""
     chord = field.chord[sets] * ((along > 0.0) & (along < high))[:, :, None]
     bow, deep = field.bow[sets], _depth_share(field.bow[sets], along)
-    slopes = _slopes(field.weight[sets])
+    slopes = slopes_of(field.weight[sets])
     pace = np.maximum(1.0 + bow * (1.0 - 2.0 * deep), 1e-6)
-    slope = np.where(chord.any(axis=2), _along(slopes, deep) / pace, 0.0)
+    slope = np.where(chord.any(axis=2), parabola(slopes, deep) / pace, 0.0)
     steeper = np.maximum((slopes[..., 2] - slopes[..., 0] + 2.0 * bow * slope) / pace**2, 0.0)
     way = _shortest(chord, _added(chord, slope)) - slope
     way[np.abs(way).max(axis=1) < 1e-5 * np.abs(slope).max(axis=1)] = 0.0  # rounding, no way at all

@@ -85,7 +85,8 @@ def _slack(task: Task, relaxed: MilpModel, bound: float) -> float:
         return min(0.45 / (bound + 1.0), 0.2)
     least = float(np.abs(relaxed.cost[relaxed.first[:-1]]).min())
     share = 0.5 * least / max(abs(bound), 1e-12)
-    return min(max(share, GAP[0]), GAP[1]) * relaxed.places / len(relaxed.tables)
+    floor = 0.5 * GAP[0] if task.prefer == "most_inertia_removed" else GAP[0]  # there every cut counts
+    return min(max(share, floor), GAP[1]) * relaxed.places / len(relaxed.tables)
 
 
 def least_share(residual: Unbalance, tolerance: Tolerance, offer: Offer) -> float:

@@ -1,7 +1,8 @@
 """The mixed-integer linear programme of whole cuts: its columns, rows and costs; it solves nothing.
 
-Columns: a weight λ for each breakpoint of each cut, a switch for each cut, the excess of residual, the change
-of inertia, and the residual itself. Effects are piecewise linear between breakpoints.
+Columns: a weight λ for each breakpoint of each cut, a switch for each cut and each group of which only some
+may be used, the excess of residual, the change of inertia, and the residual itself. Effects are piecewise
+linear between breakpoints.
 """
 
 from __future__ import annotations
@@ -12,7 +13,7 @@ from typing import Any
 
 import numpy as np
 
-from autobalance.correction.kind import Apart, Array, Cut
+from autobalance.correction.kind import Apart, Array, Cut, Variety
 from autobalance.planning.depths import independent_rows, judged_rows, resultant_and_moment
 from autobalance.planning.task import Task
 from autobalance.rigid_rotor.moments import Moments
@@ -82,7 +83,9 @@ class MilpModel:
         sizes = [len(points) for points in tables]
         self.first = np.concatenate([[0], np.cumsum(sizes)]).astype(int)
         self.switch = int(self.first[-1])
-        self.excess = self.switch + count
+        self.kinds = self.switch + count
+        varieties = [rule for rule in task.offer.varieties if sum(map(bool, rule.groups)) > rule.most]
+        self.excess = self.kinds + sum(len(rule.groups) for rule in varieties)
         self.change = self.excess + 1
         self.left = self.change + 1
         self.tables = tables
@@ -100,8 +103,9 @@ class MilpModel:
             self._add(
                 [self.switch + k for k in rule.members], [1.0] * len(rule.members), -math.inf, rule.most
             )
+        self._variety_rows(varieties)
         if least_count:
-            self._add(range(self.switch, self.excess), [1.0] * count, least_count, math.inf)
+            self._add(range(self.switch, self.kinds), [1.0] * count, least_count, math.inf)
         self.cost = self._cost_row(task, effects)
         free = len(independent_rows(task.tolerance))
         width = self.left + free
@@ -160,6 +164,17 @@ class MilpModel:
                 values = np.append(u @ judged[k : k + 2], -inner)
                 self._add([*range(self.left, self.left + size), self.excess], values, -math.inf, 0.5 * inner)
 
+    def _variety_rows(self, varieties: Sequence[Variety]) -> None:
+        """Give each group a switch that is on where one of its cuts is made, and limit how many are on."""
+        here = self.kinds
+        for rule in varieties:
+            for column, group in enumerate(rule.groups, here):
+                for k in group:
+                    self._add([self.switch + k, column], [1.0, -1.0], -math.inf, 0.0)
+            columns = range(here, here + len(rule.groups))
+            self._add(columns, [1.0] * len(rule.groups), -math.inf, rule.most)
+            here += len(rule.groups)
+
     def _apart_rows(self, task: Task) -> None:
         never = [pair for pair in task.offer.apart if is_never(pair, task.cuts)]
         for clique in cliques_of(never, len(task.cuts)):
@@ -209,7 +224,7 @@ class MilpModel:
         usual_inertia = task.usual_g * task.usual_radius_mm**2
         if task.prefer == "fewest_holes":
             cost[: self.switch] *= 0.01
-            cost[self.switch : self.excess] = 1.0
+            cost[self.switch : self.kinds] = 1.0
         elif task.prefer == "most_inertia_removed":
             cost[: self.switch] = inertia / usual_inertia
         elif task.prefer == "least_inertia_change":

@@ -51,7 +51,7 @@ def usual(offer: Offer) -> tuple[float, float]:
 
 def is_discrete(offer: Offer) -> bool:
     """Tell whether whole numbers decide: of cuts that exclude each other, are counted, or come in steps."""
-    return bool(offer.counts or offer.apart) or any(
+    return bool(offer.counts or offer.apart or offer.varieties) or any(
         cut.least_depth_mm > 0.0 or cut.depth_step_mm > 0.0 for cut in offer.cuts
     )
 
@@ -76,5 +76,10 @@ def part_of(task: Task, few: Sequence[int]) -> Task:
             replace(rule, members=tuple(place[k] for k in rule.members if k in place))
             for rule in offer.counts
         ),
+        tuple(
+            replace(rule, groups=tuple(tuple(place[k] for k in group if k in place) for group in rule.groups))
+            for rule in offer.varieties
+        ),
+        offer.notes,
     )
     return replace(task, offer=part)
