@@ -13,6 +13,7 @@ from autobalance.api.progress import Progress, telling
 from autobalance.api.result import VerbResult
 from autobalance.balancing.record import ChordalErrorEntry, MeasuredCrank
 from autobalance.balancing.rotor_from_job import attached_moments, crank_factor, throw_loads
+from autobalance.balancing.wanted import Aim, Wanted
 from autobalance.crank.parametric.design import Design, preset
 from autobalance.crank.parametric.generate import crank_anatomy, crank_shape, crank_solid, exact_moments
 from autobalance.errors import JobError, UsageError
@@ -68,6 +69,7 @@ def generate(
     unit: str = "mm",
     segments: int | None = None,
     settings: Mapping[str, Any] | None = None,
+    suggest: Mapping[str, Any] | None = None,
     progress: Progress | None = None,
 ) -> GenerateResult:
     """Build a crankshaft from dimensions; nothing is written until asked.
@@ -84,6 +86,11 @@ def generate(
         Corners of a full circle; None: the design's.
     settings : mapping or None
         Dimensions to change, by dotted key: ``{"counterweight.radius_mm": 60.0}``.
+    suggest : mapping or None
+        What is wanted, ``balance_factor``, ``inertia_kg_mm2`` or both: ``report["suggestions"]`` then says
+        which sizes, bores or weights would do it, each one tried.
+    progress : callable or None
+        Told words and the share done; may raise to stop.
 
     Raises
     ------
@@ -94,14 +101,38 @@ def generate(
     --------
     >>> round(generate("single", segments=48).report["crank"]["throws"][0]["crank_radius_mm"], 3)
     29.0
+    >>> engine = {"stroke_mm": 58.0, "rotating_g": {"rod": 250.0}, "reciprocating_g": {"piston": 262.0}}
+    >>> found = generate({"preset": "single", "engine": engine}, suggest={"balance_factor": 0.5})
+    >>> best = found.report["suggestions"]["found"][0]
+    >>> best["kind"], round(best["changes"][0]["to"], 2), round(best["leaves"]["balance_factor"], 3)
+    ('counterweight_radius', 52.61, 0.5)
     """
     telling(progress)("building the crank")
+    wanted = None if suggest is None else Wanted.of(suggest)
     found, engine = _designed(design)
     changes = {**(settings or {}), **({} if segments is None else {"segments": segments})}
     found = with_settings(found, changes) if changes else found
     target = Path(file) if file is not None else _named(found.name)
     data, values = _generated(found, engine, target, unit)
+    if wanted is not None:
+        telling(progress)("trying what would do it")
+        values["suggestions"] = _suggestions(found, engine, wanted)
     return GenerateResult(values, found, data, target)
+
+
+def _suggestions(design: Design, engine: EngineParts | None, wanted: Wanted) -> dict[str, Any]:
+    """Return what would make a drawn crank what is wanted: its sizes, and bores and weights in its webs."""
+    from autobalance.balancing.suggested_metal import suggested_metal
+    from autobalance.balancing.suggested_sizes import suggested_sizes
+    from autobalance.report.suggestion_values import suggestion_values
+
+    anatomy = crank_anatomy(design)
+    start = exact_moments(design, EXACT_SEGMENTS).moved(anatomy.file_to_rotor)
+    aim = Aim.of(wanted, start, anatomy, engine)
+    solid, density = crank_solid(design).moved(anatomy.file_to_rotor), design.density_kg_m3
+    sizes = suggested_sizes(design, aim)
+    metal = suggested_metal(solid, density * G_PER_MM3_PER_KG_M3, aim, turned=False)
+    return suggestion_values(aim, sizes[0] + metal[0], sizes[1] + metal[1])
 
 
 def _designed(design: str | Path | Mapping[str, Any]) -> tuple[Design, EngineParts | None]:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -12,13 +12,14 @@ from autobalance.api.progress import INSPECTED_BEFORE, Progress, telling
 from autobalance.api.result import VerbResult
 from autobalance.balancing.chordal_correction import facet_entry
 from autobalance.balancing.faces import offered_faces
+from autobalance.balancing.measured_crank import Crank as MeasuredSolid
 from autobalance.balancing.measured_crank import measure_crank, surfaces_entry
 from autobalance.balancing.record import MeasuredCrank, Record
 from autobalance.balancing.rotor_from_job import default_planes_mm
 from autobalance.balancing.run import input_file
 from autobalance.crank.sections import sections, web_weights
 from autobalance.job.model import Job
-from autobalance.job.read import WORKBOOKS, load_crankshaft
+from autobalance.job.read import WORKBOOKS, load, load_crankshaft
 from autobalance.rigid_rotor.unbalance import Unbalance
 from autobalance.runtime import Stopwatch
 
@@ -62,6 +63,7 @@ def inspect(
     crank: Crank | Job | str | Path,
     *,
     settings: Sequence[str] = (),
+    suggest: Mapping[str, Any] | None = None,
     progress: Progress | None = None,
     **keywords: Any,
 ) -> InspectResult:
@@ -73,6 +75,10 @@ def inspect(
         A crank, or its file; or a job, of which ``[crankshaft]`` alone is needed.
     settings : sequence of str
         Keys of the job's file to set before: ``["crankshaft.body=1"]``.
+    suggest : mapping or None
+        What is wanted, ``balance_factor`` (of a job, whose weights count), ``inertia_kg_mm2`` or both:
+        ``report["suggestions"]`` then says which bores, weights or turned rims would do it, each one tried.
+        Empty: the factor that the job asks for.
     progress : callable or None
         Told words and the share done.
     **keywords
@@ -90,7 +96,7 @@ def inspect(
     >>> len(inspect(file, unit="mm", crankpin_in_file=False).report["crank"]["webs"])
     2
     """
-    tell, watch = telling(progress, INSPECTED_BEFORE), Stopwatch()
+    tell, watch, source = telling(progress, INSPECTED_BEFORE), Stopwatch(), crank
     if not isinstance(crank, Crank):
         tell("reading and measuring the crank")
         with watch.stage("load"):
@@ -124,7 +130,34 @@ def inspect(
     )
     from autobalance.report.json import report
 
-    return InspectResult(report(record), crank, tuple(offer.face for offer in faces))
+    values = report(record)
+    if suggest is not None:
+        tell("trying what would do it")
+        values["suggestions"] = _suggestions(measured, _job_of(source, settings), suggest)
+    return InspectResult(values, crank, tuple(offer.face for offer in faces))
+
+
+def _job_of(source: Crank | Job | str | Path, settings: Sequence[str]) -> Job | None:
+    """Return the whole job that was given, if one was."""
+    if isinstance(source, Job):
+        return source
+    if isinstance(source, Crank) or Path(source).suffix.lower() not in (".toml", *WORKBOOKS):
+        return None
+    return load(source, settings)
+
+
+def _suggestions(measured: MeasuredSolid, job: Job | None, suggest: Mapping[str, Any]) -> dict[str, Any]:
+    """Return what would make a crank what is wanted: bores, weights, turned rims."""
+    from autobalance.balancing.rotor_from_job import target_factor
+    from autobalance.balancing.suggested_metal import suggested_metal
+    from autobalance.balancing.wanted import Aim, Wanted
+    from autobalance.report.suggestion_values import suggestion_values
+
+    if not suggest and job is not None:
+        suggest = {"balance_factor": target_factor(job, measured.anatomy, measured.moments)}
+    aim = Aim.of(Wanted.of(suggest), measured.moments, measured.anatomy, None if job is None else job.engine)
+    solid = measured.source.solid.moved(measured.anatomy.file_to_rotor)
+    return suggestion_values(aim, *suggested_metal(solid, measured.density_g_mm3, aim))
 
 
 def _read(source: Job | str | Path, settings: Sequence[str], keywords: dict[str, Any]) -> Crank:

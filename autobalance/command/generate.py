@@ -7,7 +7,7 @@ import tomllib
 from pathlib import Path
 from typing import Any
 
-from autobalance.command.options import add_json, add_units
+from autobalance.command.options import add_json, add_suggest, add_units, suggest_of
 from autobalance.errors import UsageError
 
 
@@ -35,6 +35,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         metavar="KEY=VALUE",
         help="change a dimension, counterweight.radius_mm=60 say; may be given several times",
     )
+    add_suggest(parser, "say what would give balance_factor=0.5 or inertia_kg_mm2=2900; may be repeated")
     add_json(parser)
     add_units(parser)
 
@@ -56,6 +57,7 @@ def run(arguments: argparse.Namespace) -> int:
             unit=arguments.unit,
             segments=arguments.segments,
             settings=dict(_setting(text) for text in arguments.settings),
+            suggest=suggest_of(arguments.suggest),
             progress=progress,
         )
         targets = [result.file] if report_file is None else [result.file, report_file]

@@ -6,7 +6,7 @@ import argparse
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from autobalance.command.options import add_json, add_set, add_units
+from autobalance.command.options import add_json, add_set, add_suggest, add_units, suggest_of
 from autobalance.command.progress import add_progress, mode_of, shown
 from autobalance.errors import UsageError
 
@@ -41,6 +41,10 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     )
     parser.add_argument(
         "--picture", metavar="FILE.png", help="draw the crank with its axis, pins, and faces by their ids"
+    )
+    add_suggest(
+        parser,
+        "say what would give inertia_kg_mm2=2900, or a job's balance_factor=0.5; alone: the job's factor",
     )
     add_set(parser)
     add_json(parser)
@@ -89,16 +93,16 @@ def _inspected(arguments: argparse.Namespace, progress: Progress) -> InspectResu
     from autobalance.api.inspect import inspect
     from autobalance.job.read import WORKBOOKS
 
-    path = Path(arguments.crank)
+    path, suggest = Path(arguments.crank), suggest_of(arguments.suggest)
     if path.suffix.lower() not in (".toml", *WORKBOOKS):
         if arguments.settings:
             raise UsageError("--set goes with a job; a crank file has no keys")
-        return inspect(path, progress=progress, **_keywords(arguments))
+        return inspect(path, progress=progress, suggest=suggest, **_keywords(arguments))
     given = {"--unit": arguments.unit, "--density-kg-m3": arguments.density_kg_m3, "--body": arguments.body}
     for option, value in given.items():
         if value is not None:
             raise UsageError(f"{option} beside a job: it says its own; --set crankshaft.... changes it")
-    return inspect(path, progress=progress, settings=arguments.settings)
+    return inspect(path, progress=progress, settings=arguments.settings, suggest=suggest)
 
 
 def _keywords(arguments: argparse.Namespace) -> dict[str, Any]:

@@ -5,6 +5,8 @@ from __future__ import annotations
 import argparse
 from typing import TYPE_CHECKING
 
+from autobalance.errors import UsageError
+
 if TYPE_CHECKING:
     from autobalance.report.bundle import Choice
 
@@ -107,3 +109,30 @@ def today() -> str:
     import datetime
 
     return datetime.date.today().isoformat()
+
+
+def add_suggest(parser: argparse.ArgumentParser, says: str) -> None:
+    """Add ``--suggest KEY=VALUE``."""
+    parser.add_argument("--suggest", action="append", nargs="?", const="", metavar="KEY=VALUE", help=says)
+
+
+def suggest_of(given: list[str] | None) -> dict[str, float] | None:
+    """Return what ``--suggest`` asks for; None without it.
+
+    Raises
+    ------
+    UsageError
+        If a value is no number.
+    """
+    if given is None:
+        return None
+    wanted = {}
+    for text in filter(None, given):
+        key, equals, value = text.partition("=")
+        try:
+            wanted[key.strip()] = float(value if equals else "none")
+        except ValueError:
+            raise UsageError(
+                f"--suggest {text!r}; must be balance_factor=NUMBER or inertia_kg_mm2=NUMBER"
+            ) from None
+    return wanted

@@ -8,6 +8,7 @@ from typing import Any, Literal
 
 from autobalance.graphics.words import degrees
 from autobalance.report.kinds import verb
+from autobalance.report.suggestion_text import suggestions_text
 from autobalance.units import G_MM_PER_OZ_IN, G_PER_OZ, MM_PER
 
 UnitName = Literal["metric", "inch"]
@@ -273,13 +274,15 @@ def inspect_text(report: Values, units: Units) -> str:
         _bare(report, units),
         _counterweights(report, units),
         _faces(report, units),
+        suggestions_text(report.get("suggestions")),
     ]
     return "\n\n".join(part for part in parts if part)
 
 
 def generate_text(report: Values, units: Units) -> str:
     """Return the summary of a generated crank: dimensions in, mass, unbalance and balance factor out."""
-    return "\n\n".join([_generated(report, units), _anatomy(report, units), _bare(report, units)])
+    parts = [_generated(report, units), _anatomy(report, units), _bare(report, units)]
+    return "\n\n".join([*parts, *filter(None, [suggestions_text(report.get("suggestions"))])])
 
 
 def _generated(report: Values, units: Units) -> str:

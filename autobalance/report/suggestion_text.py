@@ -1,0 +1,49 @@
+"""What would give a crank a wanted factor or inertia, as lines to read."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+Values = Mapping[str, Any]
+
+
+def suggestions_text(found: Values | None) -> str:
+    """Return the suggestions of a report; nothing where none were asked for."""
+    if found is None:
+        return ""
+    wanted, now = found["wanted"], found["now"]
+    asked = " and ".join(_quantities(wanted))
+    lines = [f"For {asked}, instead of {' and '.join(_quantities(now, wanted))}:"]
+    lines += [line for each in found["found"] for line in _suggestion(each, wanted)]
+    if not found["found"]:
+        lines.append("  nothing of what was tried does it")
+    lines += [f"  not {_name(each['kind'])}: {each['reason']}" for each in found["refused"]]
+    return "\n".join(lines)
+
+
+def _suggestion(each: Values, wanted: Values) -> Sequence[str]:
+    leaves = each["leaves"]
+    reached = "" if each["reached"] else ", not quite what is wanted"
+    measured = " and ".join(_quantities(leaves, {**wanted, "inertia_kg_mm2": 1.0}))
+    if each["kind"] in ("hole", "weight", "turn"):
+        name = each["text"]
+    else:
+        name = each["text"][0].upper() + each["text"][1:]
+    return (f"  {name}", f"    tried: {measured}, {leaves['mass_change_g']:+.1f} g{reached}")
+
+
+def _quantities(values: Values, where: Values | None = None) -> list[str]:
+    """Return factor and inertia in words, those that are there in ``where``."""
+    where = values if where is None else where
+    factor, inertia = values["balance_factor"], values["inertia_kg_mm2"]
+    words = []
+    if factor is not None and where["balance_factor"] is not None:
+        words.append(f"balance factor {100.0 * factor:.2f} %")
+    if inertia is not None and where["inertia_kg_mm2"] is not None:
+        words.append(f"{inertia:.6g} kg·mm²")
+    return words
+
+
+def _name(kind: str) -> str:
+    return kind.replace("_and_", " and ").replace("_", " ")
