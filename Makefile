@@ -13,13 +13,14 @@ WORKERS := 2
 export OPENBLAS_NUM_THREADS := 1
 export OMP_NUM_THREADS := 1
 
-.PHONY: help demo test quick lint fuzz bench ci clean
+.PHONY: help demo test quick lint docs fuzz bench ci clean
 
 help:
 	@echo "make demo    install into $(VENV) and balance the bundled crank; results in $(OUTPUT)/"
 	@echo "make test    install the test tools too and run every test"
 	@echo "make quick   the tests without the slow ones"
 	@echo "make lint    ruff, mypy, import-linter"
+	@echo "make docs    build the documentation's site into docs/_build/html; a warning is an error"
 	@echo "make fuzz    damaged files by the thousand for every reader"
 	@echo "make bench   measure time and memory beside the floor and the naive way, and the time to plan holes"
 	@echo "make ci      what the project's checks run: .ci/run"
@@ -46,6 +47,11 @@ lint: $(VENV)/.installed-dev
 	@$(VENV)/bin/mypy
 	@$(VENV)/bin/lint-imports
 
+docs: $(VENV)/.installed-docs
+	@echo "==> building the documentation's site into docs/_build/html"
+	@$(VENV)/bin/python -m sphinx -q -W --keep-going -j $(WORKERS) -b html docs docs/_build/html
+	@echo "==> open docs/_build/html/index.html"
+
 fuzz: $(VENV)/.installed-dev
 	@echo "==> damaged, changed and invented files for every reader; AUTOBALANCE_FUZZ=$(FUZZ) of each kind"
 	@AUTOBALANCE_FUZZ=$(FUZZ) $(VENV)/bin/python -m pytest -q tests/unit/test_solid_stl.py tests/unit/test_job_fuzz.py tests/geometry/test_solid_formats.py tests/geometry/test_solid_fuzz.py tests/test_cli_fuzz.py -k "damaged or any_bytes or changed or words or says or every_kind or run"
@@ -64,7 +70,7 @@ ci:
 	@bash .ci/run
 
 clean:
-	rm -rf $(VENV) $(OUTPUT) build dist .mypy_cache .ruff_cache .pytest_cache .hypothesis .import_linter_cache
+	rm -rf $(VENV) $(OUTPUT) build dist docs/_build docs/_generated .mypy_cache .ruff_cache .pytest_cache .hypothesis .import_linter_cache
 
 $(VENV)/bin/python:
 	@found=; for each in $(CANDIDATES); do \
@@ -86,3 +92,8 @@ $(VENV)/.installed-dev: pyproject.toml | $(VENV)/bin/python
 	@$(VENV)/bin/python -m pip install $(PIP_FLAGS) --editable ".[dev]"
 	@$(VENV)/bin/python -m compileall -q autobalance
 	@touch $(VENV)/.installed $@
+
+$(VENV)/.installed-docs: pyproject.toml $(VENV)/.installed-dev
+	@echo "==> installing what builds the documentation into $(VENV)"
+	@$(VENV)/bin/python -m pip install $(PIP_FLAGS) --editable ".[docs]"
+	@touch $@

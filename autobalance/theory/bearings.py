@@ -60,7 +60,7 @@ class SqueezeFilm:
 
 
 def mean_bearing_loads(constant_N: float, rotating_N: float) -> MeanLoads:
-    """Return the means over a turn of |F|, F a constant and a turning part.
+    """Return the means over a turn of ``|F|``, F a constant and a turning part.
 
     Parameters
     ----------

@@ -212,7 +212,7 @@ def harmonic_coefficient(order: int, ratio: float) -> float:
 def harmonic_series(order: int, terms: int = 4) -> tuple[SeriesTerm, ...]:
     """Return the power series of an even order's coefficient in λ, as exact fractions.
 
-    A₂ⱼ = 8 j² Σ |C(½, k)| 4⁻ᵏ C(2k, k − j) λ^(2k−1), k from j.
+    ``A₂ⱼ = 8 j² Σ |C(½, k)| 4⁻ᵏ C(2k, k − j) λ^(2k−1)``, k from j.
 
     Parameters
     ----------

@@ -39,7 +39,7 @@ def test_the_tutorials_job_is_the_bundled_one() -> None:
 @pytest.mark.parametrize("path", DOCUMENTS, ids=lambda path: path.name)
 def test_links_lead_somewhere(path: Path) -> None:
     for target in re.findall(r"\]\(([^)]+)\)", path.read_text(encoding="utf-8")):
-        if "://" not in target:
+        if "://" not in target and not target.startswith("_generated/"):  # those the site's builder checks
             assert (path.parent / target).exists(), target
 
 

@@ -1,0 +1,99 @@
+"""The documentation's site: ``make docs`` builds it into ``docs/_build/html``; a warning is an error.
+
+Three pages are written from the program itself before each build: the commands' help, the functions and
+the formulas. They are not kept in the repository.
+"""
+
+from __future__ import annotations
+
+import os
+import shutil
+import sys
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+DOCS = Path(__file__).resolve().parent
+ROOT = DOCS.parent
+sys.path.insert(0, str(ROOT))
+os.environ["COLUMNS"] = "100"  # argparse wraps its help at the terminal's width
+
+from autobalance import PUBLIC, theory  # noqa: E402
+from autobalance.command.main import COMMANDS, full_parser  # noqa: E402
+from autobalance.version import __version__  # noqa: E402
+
+if TYPE_CHECKING:
+    from sphinx.application import Sphinx
+
+project = "autobalance"
+author = "The autobalance authors"
+project_copyright = "the autobalance authors"
+release = version = __version__
+
+extensions = [
+    "myst_nb",
+    "sphinx.ext.autodoc",
+    "sphinx.ext.napoleon",
+    "sphinx.ext.viewcode",
+]
+source_suffix = {".md": "myst-nb", ".rst": "restructuredtext", ".ipynb": "myst-nb"}
+exclude_patterns = ["_build", "**/.ipynb_checkpoints"]
+myst_enable_extensions = ["colon_fence", "deflist", "dollarmath"]
+myst_heading_anchors = 3
+nb_execution_mode = "force"
+nb_execution_raise_on_error = True
+nb_execution_timeout = 300
+
+autodoc_typehints = "none"  # the numpy docstrings give them in words, with shapes and units
+autodoc_member_order = "bysource"
+napoleon_google_docstring = False
+
+html_theme = "furo"
+html_title = f"autobalance {__version__}"
+html_static_path: list[str] = []
+html_theme_options = {"navigation_with_keys": True}
+
+GENERATED = DOCS / "_generated"
+
+
+def write_commands() -> None:
+    """Write a page of every command's help, as the program prints it."""
+    choices = full_parser()._subparsers._group_actions[0].choices  # type: ignore[union-attr]
+    lines = ["# Every command's help", "", "`autobalance COMMAND --help` prints the same.", ""]
+    for name in COMMANDS:
+        lines += [f"## {name}", "", "```text", choices[name].format_help().rstrip(), "```", ""]  # type: ignore[index,call-overload]
+    (GENERATED / "commands.md").write_text("\n".join(lines), encoding="utf-8")
+
+
+def write_functions() -> None:
+    """Write the reference of what ``import autobalance as ab`` offers, from its docstrings."""
+    lines = ["Python functions", "================", ""]
+    lines += ["``import autobalance as ab``; everything here is ``ab.NAME``.", ""]
+    for name in sorted(PUBLIC, key=lambda each: (each[0].isupper(), each)):
+        kind = "autoclass" if name[0].isupper() else "autofunction"
+        members = "   :members:" if kind == "autoclass" else ""
+        lines += [name, "-" * len(name), "", f".. {kind}:: autobalance.{name}", members, ""]
+    (GENERATED / "functions.rst").write_text("\n".join(lines), encoding="utf-8")
+
+
+def write_theory() -> None:
+    """Write the reference of ``autobalance.theory``, a section for each of its modules."""
+    lines = ["Formulas: ab.theory", "===================", ""]
+    lines += ["``autobalance calc NAME key=value ...`` calls any of them from the command line.", ""]
+    modules = sorted({getattr(theory, name).__module__ for name in theory.__all__})
+    for module in modules:
+        title = module.rsplit(".", 1)[1].capitalize()
+        lines += [title, "-" * len(title), ""]
+        names = [name for name in theory.__all__ if getattr(theory, name).__module__ == module]
+        for name in names:
+            kind = "autoclass" if isinstance(getattr(theory, name), type) else "autofunction"
+            lines += [f".. {kind}:: {module}.{name}", ""]
+    (GENERATED / "formulas.rst").write_text("\n".join(lines), encoding="utf-8")
+
+
+def setup(_: Sphinx) -> None:
+    """Write the generated pages, and bring the notebook in."""
+    GENERATED.mkdir(exist_ok=True)
+    write_commands()
+    write_functions()
+    write_theory()
+    shutil.copyfile(ROOT / "examples" / "balance_in_python.ipynb", GENERATED / "balance_in_python.ipynb")
