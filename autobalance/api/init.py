@@ -4,21 +4,27 @@ from __future__ import annotations
 
 import os
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
-from autobalance.api.crank import Crank, read_crank
+from autobalance.api.crank import Crank
 from autobalance.api.progress import Progress, telling
 from autobalance.api.result import VerbResult, report_head
+from autobalance.balancing.measured_crank import measure_crank, measured_source
 from autobalance.balancing.rotor_from_job import default_planes_mm
-from autobalance.errors import JobError, UsageError
-from autobalance.job.read import tables_of
+from autobalance.crank.assembly_parts import AssemblyPart, assembly_parts
+from autobalance.errors import BodiesError, JobError, UsageError
+from autobalance.job.assembled import body_key, other_parts
+from autobalance.job.model import Crankshaft
+from autobalance.job.read import read_crankshaft, tables_of
 from autobalance.job.settings import with_settings
-from autobalance.job.template import Found, commented_toml, job_rows
+from autobalance.job.template import Found, OtherParts, commented_toml, job_rows
 from autobalance.job.toml_text import toml_text
 from autobalance.job.typed_units import FILL_IN, leaves
 from autobalance.job.workbook import rows_of, write_workbook
+from autobalance.runtime import Stopwatch
+from autobalance.solid.formats.bodies import read_bodies
 from autobalance.solid.formats.registry import needs_unit
 
 JOB_ENDINGS = (".toml", ".xlsx")
@@ -88,7 +94,9 @@ def init(
     found = _found(source, target, unit, density_kg_m3, method, settings)
     rows = job_rows(found)
     data = write_workbook(rows) if _is_workbook(target) else commented_toml(rows).encode()
-    left = [row.key for row in rows if row.active and row.value == FILL_IN]
+    left = [
+        key for row in rows if row.active for key, value in leaves(row.value, row.key) if value == FILL_IN
+    ]
     return InitResult(_report(target, str(source), left), target, data)
 
 
@@ -122,7 +130,7 @@ def _found(
     unit = asked.get("unit", unit)
     keywords = {key: value for key, value in asked.items() if key not in ("file", "unit", "density_kg_m3")}
     density = asked.get("density_kg_m3", density_kg_m3)
-    crank = read_crank(source, unit=unit, density_kg_m3=density or 7850.0, **keywords)
+    crank, body, parts = _read(source, target, unit, {"density_kg_m3": density or 7850.0, **keywords})
     return Found(
         file=_relative(source, target),
         unit=unit if needs_unit(source) else None,
@@ -134,7 +142,55 @@ def _found(
         throws=len(crank.throws),
         hints=_hints(crank),
         asked=asked,
+        body=body,
+        parts=parts,
     )
+
+
+def _read(
+    source: Path, target: Path, unit: str | None, keywords: Mapping[str, Any]
+) -> tuple[Crank, int | str | None, OtherParts]:
+    """Return the crank of a file, its body among several, and what the others are."""
+    given = {"file": str(source), **({} if unit is None else {"unit": unit}), **keywords}
+    crankshaft = _crankshaft(given)
+    body = keywords.get("body")
+    try:
+        crank = Crank(measure_crank(crankshaft, Stopwatch(), together=False), crankshaft)
+        if body is None or body == "all":
+            return crank, None, OtherParts()
+        parts = assembly_parts(read_bodies(source, unit))
+    except BodiesError as several:
+        parts = assembly_parts(read_bodies(source, unit))
+        found = _crank_among(parts, several)
+        body, crankshaft = body_key(found), _crankshaft({**given, "body": body_key(found)})
+        assert found.anatomy is not None
+        measured = measured_source(found.body.source, found.anatomy, crankshaft.density_g_mm3)
+        crank = Crank(measured, crankshaft)
+    located = {"file": _relative(source, target)}
+    if unit is not None and needs_unit(source):
+        located["unit"] = unit
+    return crank, body, other_parts(parts, body, located, len(crank.throws))
+
+
+def _crankshaft(given: Mapping[str, Any]) -> Crankshaft:
+    found = read_crankshaft(given, Path())
+    if "crankpin_in_file" in given:
+        return found
+    either = replace(found.overrides, crankpin_in_file=None)  # crankpins first, then bores for them
+    return replace(found, overrides=either)
+
+
+def _crank_among(parts: Sequence[AssemblyPart], several: BodiesError) -> AssemblyPart:
+    """Return the one body that is a crank."""
+    cranks = [part for part in parts if part.role == "crank"]
+    if len(cranks) == 1:
+        return cranks[0]
+    if not cranks:
+        raise BodiesError(f"{several}; none of them alone is a crank") from None
+    named = " and ".join(str(part.body.number) for part in cranks)
+    raise BodiesError(
+        f"{several}; bodies {named} may each be the crank: --set crankshaft.body=N says which"
+    ) from None
 
 
 def _asked(settings: Sequence[str]) -> dict[str, Any]:

@@ -14,6 +14,32 @@ WIDTH = 108
 
 
 @dataclass(frozen=True)
+class OtherParts:
+    """The other bodies of an assembly with the crank, as tables that say where a part's solid is.
+
+    Attributes
+    ----------
+    rod : mapping or None
+        Of the connecting rod.
+    rod_length_mm : float
+    rods_per_throw : int
+    weights : mapping
+        Table of weights → name → part.
+    unknown : mapping
+        Name → part, where it is not known what it is.
+    alike : int
+        Bodies that belong to further rods, not listed.
+    """
+
+    rod: Mapping[str, Any] | None = None
+    rod_length_mm: float = 0.0
+    rods_per_throw: int = 1
+    weights: Mapping[str, Mapping[str, Any]] = field(default_factory=dict)
+    unknown: Mapping[str, Any] = field(default_factory=dict)
+    alike: int = 0
+
+
+@dataclass(frozen=True)
 class Found:
     """What recognition found, as keys and values of a job.
 
@@ -30,6 +56,8 @@ class Found:
     throws: int
     hints: Mapping[str, Any] = field(default_factory=dict)
     asked: Mapping[str, Any] = field(default_factory=dict)
+    body: int | str | None = None
+    parts: OtherParts = OtherParts()
 
 
 def job_rows(found: Found) -> list[Row]:
@@ -54,6 +82,8 @@ def _crankshaft(found: Found) -> list[Row]:
     ]
     if found.unit is not None:
         rows.append(Row("crankshaft.unit", found.unit, "", "mm, cm, m or inch: the format carries none"))
+    if found.body is not None and "body" not in found.asked:
+        rows.append(Row("crankshaft.body", found.body, "", "the crank among the file's bodies, recognised"))
     rows += [
         Row("crankshaft.density_kg_m3", density, "kg/m³", "of its material; steel 7850, cast iron 7200"),
         Row("crankshaft.density_pm_kg_m3", 20.0, "kg/m³", "by how much that may be off", active=False),
@@ -88,20 +118,63 @@ def _engine(found: Found) -> list[Row]:
         "; also { g = 158.0, pm = 0.5 }, { oz = 5.6 }, or a solid:"
         ' { file = "pin.stl", unit = "mm", density_kg_m3 = 7850 }'
     )
+    parts = found.parts
+    length = parts.rod_length_mm or 2.0 * found.stroke_mm
+    per_throw = parts.rods_per_throw
     rows = [
         _heading("What hangs on the crank; weights are of one connecting rod" + note),
         Row("engine.stroke_mm", found.stroke_mm, "mm", "measured; checked against the geometry"),
-        Row("engine.rod_length_mm", 2.0 * found.stroke_mm, "mm", "eye to eye; for forces", active=False),
-        Row("engine.rods_per_throw", 2, "", "connecting rods on a crankpin, 1 unless told", active=False),
+        Row("engine.rod_length_mm", length, "mm", "eye to eye; for forces", active=False),
+        Row(
+            "engine.rods_per_throw",
+            per_throw if per_throw > 1 else 2,
+            "",
+            "connecting rods on a crankpin, 1 unless told",
+            active=per_throw > 1,
+        ),
+        *_rod(parts),
     ]
-    rows += [Row(f"engine.rotating_g.{name}", FILL_IN, "g", text) for name, text in rotating.items()]
-    rows += [
-        Row(f"engine.reciprocating_g.{name}", FILL_IN, "g", text) for name, text in reciprocating.items()
-    ]
+    if parts.rod is not None:
+        del rotating["connecting_rod_big_end"], reciprocating["connecting_rod_small_end"]
+    for table, names in (("rotating_g", rotating), ("reciprocating_g", reciprocating)):
+        solids = dict(parts.weights.get(table, {}))
+        rows += [
+            _weight(f"engine.{table}.{name}", solids.pop(name, None), text) for name, text in names.items()
+        ]
+        rows += [_weight(f"engine.{table}.{name}", solid, "") for name, solid in solids.items()]
+        if table == "reciprocating_g":
+            rows += [_unknown(name, part) for name, part in parts.unknown.items()]
     if not found.crankpin_in_file:
         rows.append(Row("engine.crankpin_g.crankpin", FILL_IN, "g", "the crankpin, which is not in the file"))
     rows.append(Row("engine.crankpin_g.oil", 4.0, "g", "what sits in a crankpin, of one throw", active=False))
     return rows
+
+
+def _rod(parts: OtherParts) -> list[Row]:
+    """Return the rows of the rod's solid, whose ends need no weighing."""
+    if parts.rod is None:
+        return []
+    more = f"; {parts.alike} bodies of further rods are not listed" if parts.alike else ""
+    meanings = {"file": "the connecting rod's solid: end weights, length and inertia are measured" + more}
+    values = {**parts.rod, "density_kg_m3": FILL_IN}
+    return [
+        Row(f"engine.rod.{key}", value, "kg/m³" if key == "density_kg_m3" else "", meanings.get(key, ""))
+        for key, value in values.items()
+    ]
+
+
+def _weight(key: str, solid: Mapping[str, Any] | None, text: str) -> Row:
+    """Return the row of a weight: of its solid where the file has it, else left to fill in."""
+    if solid is None:
+        return Row(key, FILL_IN, "g", text)
+    meaning = "; ".join(word for word in ("recognised by its place", text) if word)
+    return Row(key, {**solid, "density_kg_m3": FILL_IN}, "g", meaning)
+
+
+def _unknown(name: str, part: Mapping[str, Any]) -> Row:
+    meaning = f"body {part['body']!r} of {part['file']}: not recognised; here if it goes with the piston"
+    key = f"engine.reciprocating_g.{name}"
+    return Row(key, {**part, "density_kg_m3": FILL_IN}, "g", meaning, active=False)
 
 
 def _balance(found: Found) -> list[Row]:

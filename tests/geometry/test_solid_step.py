@@ -15,11 +15,12 @@ from autobalance.solid.cad.brep import ExactSolid
 from autobalance.solid.cad.kernel import compound, has_kernel
 from autobalance.solid.cad.step_file import read_step_file
 from autobalance.solid.chordal_error.estimate import estimate_chordal_error
-from autobalance.solid.csg.shape import Bar, Prism, Shape, Without, circle, polygon
+from autobalance.solid.csg.shape import Bar, Prism, Without, circle, polygon
 from autobalance.solid.csg.solid import Solid
 from autobalance.solid.formats.read import read
 from autobalance.solid.formats.write import encode
 from autobalance.solid.mesh.mesh import Mesh
+from tests.assemblies import assembly
 
 needs_kernel = pytest.mark.skipif(not has_kernel(), reason="the CAD kernel is not installed")
 
@@ -31,34 +32,6 @@ def cylinder(tmp_path: Path) -> Path:
     path = tmp_path / "cylinder.stp"
     path.write_bytes(ExactSolid(Prism(circle(10.0, (30.0, 0.0)), 0.0, 20.0)).step())
     return path
-
-
-def assembly(parts: dict[str, tuple[Shape, tuple[float, float, float]]]) -> bytes:
-    """Write named parts, each moved to its place, as an assembly."""
-    from OCP.gp import gp_Trsf, gp_Vec
-    from OCP.STEPCAFControl import STEPCAFControl_Writer
-    from OCP.TCollection import TCollection_ExtendedString as Text
-    from OCP.TDataStd import TDataStd_Name
-    from OCP.TDocStd import TDocStd_Document
-    from OCP.TopLoc import TopLoc_Location
-    from OCP.XCAFDoc import XCAFDoc_DocumentTool
-
-    document = TDocStd_Document(Text("test"))
-    tool = XCAFDoc_DocumentTool.ShapeTool_s(document.Main())
-    root = tool.NewShape()
-    for name, (shape, place) in parts.items():
-        motion = gp_Trsf()
-        motion.SetTranslation(gp_Vec(*place))
-        part = tool.AddShape(ExactSolid(shape).body, False)
-        TDataStd_Name.Set_s(part, Text(name, True))
-        TDataStd_Name.Set_s(tool.AddComponent(root, part, TopLoc_Location(motion)), Text(f"{name}:1", True))
-    tool.UpdateAssemblies()
-    writer = STEPCAFControl_Writer()
-    writer.SetNameMode(True)
-    writer.Transfer(document)
-    path = Path("assembly.step")
-    assert writer.Write(str(path)) is not None
-    return path.read_bytes()
 
 
 @pytest.fixture

@@ -23,6 +23,8 @@ from autobalance.errors import RecognitionError
 from autobalance.solid.cad.surface import CylinderFace
 from autobalance.solid.mesh.mesh import Mesh
 
+LIKELIEST = 3
+"""Directions tried: most of a rod's surface stands along its eyes or square to them."""
 LEAST_SHARE = 0.2
 """A bore smaller than this share of the largest is an oil hole or one for lightness, not an eye."""
 END_SHARE = 3.0
@@ -97,7 +99,8 @@ def find_eyes(mesh: Mesh, centre_mm: Array, cylinders: Sequence[CylinderFace] = 
     rounding = ROUNDING * float(np.abs(mesh.bounds).max())
     rows, weight = mesh.sample
     reasons: list[tuple[int, str]] = []
-    for axis in axis_candidates(weight[:, None] * mesh.area_vectors.take(rows, axis=0)):
+    axes = axis_candidates(weight[:, None] * mesh.area_vectors.take(rows, axis=0))
+    for axis in itertools.islice(axes, LIKELIEST):
         own = own_direction(axis, cylinders)
         long = lengthwise(mesh, _upright(axis if own is None else own), rounding)
         bores = _bores(long, rounding)

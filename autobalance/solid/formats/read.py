@@ -26,6 +26,7 @@ from autobalance.units import MM_PER
 
 if TYPE_CHECKING:
     from autobalance.solid.cad.step import Exact
+    from autobalance.solid.cad.step_file import StepFile
     from autobalance.solid.cad.surface import Surfaces
 
 FARTHEST_MM = 1e7
@@ -221,10 +222,17 @@ def _sha256(data: bytes) -> str:
 def _read_exact(
     data: bytes, sha256: str, name: str, unit: str | None, body: int | str | None, pressed_up: bool
 ) -> Source:
-    from autobalance.solid.cad.step import exact_of
     from autobalance.solid.cad.step_file import read_step_file
 
-    file = read_step_file(data)
+    return source_of_step(read_step_file(data), sha256, name, unit, body, pressed_up)
+
+
+def source_of_step(
+    file: StepFile, sha256: str, name: str, unit: str | None, body: int | str | None, pressed_up: bool = False
+) -> Source:
+    """Check the solid that a STEP file holds, whose bytes have the digest; the rest is as for ``read``."""
+    from autobalance.solid.cad.step import exact_of
+
     if unit is not None and unit != file.unit:
         raise FormatError(f"the file is in {file.unit}, the unit given is {unit}; leave it out or correct it")
     exact = exact_of(file, body, pressed_up)

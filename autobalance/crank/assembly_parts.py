@@ -1,0 +1,175 @@
+"""Which body of an assembly is the crank, and which are rods, pins, bearings and pistons, by their places.
+
+A rod's big end lies on a crankpin of the crank; what lies within a rod's eye is its pin or bearing; what
+stands around the small end is the piston. Names of parts are not trusted: they are in any language.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Literal
+
+import numpy as np
+
+from autobalance.crank.anatomy import Anatomy, Array, Overrides
+from autobalance.crank.recognition.recognise import recognise
+from autobalance.crank.recognition.rod_eyes import RodEyes, find_eyes
+from autobalance.errors import RecognitionError
+from autobalance.solid.formats.bodies import BodySource
+from autobalance.solid.mesh.mesh import Mesh
+
+Role = Literal[
+    "crank", "rod", "wrist_pin", "small_end_bearing", "big_end_bearing", "piston", "on_piston", "other"
+]
+
+WITHIN = 1.02
+"""A pin or bearing lies within this many radii of the eye's bore: drawn with no play, or pressed in."""
+BUSH = 0.7
+"""A bearing in an eye leaves at least this share of the bore's radius free."""
+LONG = 1.25
+"""A wrist pin is longer than this many widths of the small end; bushes are not."""
+LEAST_CRANK = 0.05
+"""A crank has at least this share of the largest body's volume."""
+ON_PIN = 0.05
+"""The big end's axis is the crankpin's when they are apart by less than this share of the bore's radius."""
+ROOM = 0.02
+"""Rings and clips stand out of the piston's box by at most this share of its size."""
+ALIKE = 1e-3
+"""Bodies whose volumes differ by less are the same part again."""
+
+
+@dataclass(frozen=True, eq=False)
+class AssemblyPart:
+    """A body of an assembly and what it is; ``rod`` is the number of the rod it belongs to, from 1.
+
+    ``eyes`` are a rod's, ``anatomy`` a crank's.
+    """
+
+    body: BodySource
+    role: Role
+    rod: int | None = None
+    eyes: RodEyes | None = None
+    anatomy: Anatomy | None = None
+
+
+def assembly_parts(bodies: Sequence[BodySource]) -> tuple[AssemblyPart, ...]:
+    """Tell what each body of an assembly is.
+
+    Parameters
+    ----------
+    bodies : sequence of BodySource
+        All of one file, in its coordinates.
+
+    Returns
+    -------
+    tuple of AssemblyPart
+        In the order given. Of several cranks (a balance shaft may pass for one) only those that carry a rod
+        are called so, if any does.
+    """
+    eyes = [_eyes(body) for body in bodies]
+    rods = [found for found in eyes if found is not None]
+    least_mm3 = LEAST_CRANK * max((body.source.volume_mm3 for body in bodies), default=0.0)
+    cranks = [
+        _crank(body) if found is None and body.source.volume_mm3 >= least_mm3 else None
+        for body, found in zip(bodies, eyes, strict=True)
+    ]
+    carrying = [anatomy is not None and _carries(anatomy, rods) for anatomy in cranks]
+    parts: list[AssemblyPart] = []
+    number = 0
+    for body, found, anatomy, carries in zip(bodies, eyes, cranks, carrying, strict=True):
+        if found is not None:
+            number += 1
+            parts.append(AssemblyPart(body, "rod", number, found))
+        elif anatomy is not None and (carries or not any(carrying)):
+            parts.append(AssemblyPart(body, "crank", anatomy=anatomy))
+        else:
+            parts.append(_beside_a_rod(body, rods))
+    return tuple(_with_pistons(parts, rods))
+
+
+def _eyes(body: BodySource) -> RodEyes | None:
+    source = body.source
+    cylinders = () if source.surfaces is None else source.surfaces.cylinders
+    try:
+        return find_eyes(source.solid.mesh, source.moments(1.0).centre_mm, cylinders)
+    except RecognitionError:
+        return None
+
+
+def _crank(body: BodySource) -> Anatomy | None:
+    cylinders = () if body.source.surfaces is None else body.source.surfaces.cylinders
+    try:
+        return recognise(body.source.solid, Overrides(crankpin_in_file=True), cylinders)
+    except RecognitionError:
+        return None
+
+
+def _carries(anatomy: Anatomy, rods: Sequence[RodEyes]) -> bool:
+    """Tell whether a rod's big end lies on one of the crank's pins."""
+    for eyes in rods:
+        centre = anatomy.file_to_rotor[:3, :3] @ eyes.big.centre_mm + anatomy.file_to_rotor[:3, 3]
+        for throw in anatomy.throws:
+            pin = throw.crankpin
+            low, high = pin.z_range_mm
+            off = float(np.hypot(*(centre[:2] - pin.centre_mm[:2])))
+            if off < ON_PIN * eyes.big.diameter_mm and low - pin.width_mm < centre[2] < high + pin.width_mm:
+                return True
+    return False
+
+
+def _beside_a_rod(body: BodySource, rods: Sequence[RodEyes]) -> AssemblyPart:
+    """Return a body that lies in an eye as what it is there; any other as one not known yet."""
+    for number, eyes in enumerate(rods, 1):
+        placed = _placed(body.source.solid.mesh, eyes)
+        for eye, along in ((eyes.small, eyes.length_mm), (eyes.big, 0.0)):
+            away = np.hypot(placed[:, 0] - along, placed[:, 1])
+            radius = 0.5 * eye.diameter_mm
+            middle = 0.0 if eye is eyes.big else eyes.offset_mm
+            holds_middle = float(placed[:, 2].min()) < middle < float(placed[:, 2].max())
+            if float(away.max()) > WITHIN * radius or not holds_middle:
+                continue
+            if eye is eyes.small and float(np.ptp(placed[:, 2])) > LONG * eye.width_mm:
+                return AssemblyPart(body, "wrist_pin", number)
+            if float(away.min()) > BUSH * radius:
+                role: Role = "small_end_bearing" if eye is eyes.small else "big_end_bearing"
+                return AssemblyPart(body, role, number)
+    return AssemblyPart(body, "other")
+
+
+def _placed(mesh: Mesh, eyes: RodEyes) -> Array:
+    placed: Array = mesh.vertices @ eyes.file_to_rod[:3, :3].T + eyes.file_to_rod[:3, 3]
+    return placed
+
+
+def _with_pistons(parts: Sequence[AssemblyPart], rods: Sequence[RodEyes]) -> list[AssemblyPart]:
+    """Return the parts with the largest around each small end as piston, and what is on that."""
+    found = list(parts)
+    for number, eyes in enumerate(rods, 1):
+        boxes = {
+            place: _box(part, eyes)
+            for place, part in enumerate(found)
+            if part.role == "other" and part.body.source.volume_mm3 > 0.0
+        }
+        around = [place for place, box in boxes.items() if _holds(box, eyes)]
+        if not around:
+            continue
+        piston = max(around, key=lambda place: found[place].body.source.volume_mm3)
+        found[piston] = AssemblyPart(found[piston].body, "piston", number)
+        room = ROOM * float(np.ptp(boxes[piston], axis=0).max())
+        for place, box in boxes.items():
+            inside = (box[0] > boxes[piston][0] - room).all() and (box[1] < boxes[piston][1] + room).all()
+            if place != piston and inside:
+                found[place] = AssemblyPart(found[place].body, "on_piston", number)
+    return found
+
+
+def _box(part: AssemblyPart, eyes: RodEyes) -> Array:
+    placed = _placed(part.body.source.solid.mesh, eyes)
+    return np.stack([placed.min(axis=0), placed.max(axis=0)])
+
+
+def _holds(box: Array, eyes: RodEyes) -> bool:
+    """Tell whether a box in the rod's axes stands around the small end and not around the big one."""
+    small = np.array([eyes.length_mm, 0.0, eyes.offset_mm])
+    return bool((box[0] < small).all() and (box[1] > small).all()) and box[0][0] > 0.0

@@ -1,0 +1,57 @@
+"""All solids of a file, each by itself: the parts of an assembly."""
+
+from __future__ import annotations
+
+import hashlib
+from dataclasses import dataclass
+from pathlib import Path
+
+from autobalance.errors import FormatError, SolidError
+from autobalance.solid.formats.read import Source, file_bytes, source_of_bytes, source_of_step
+from autobalance.solid.formats.registry import format_of
+
+
+@dataclass(frozen=True, eq=False)
+class BodySource:
+    """One solid of a file by itself: its number, as ``body`` counts them, and its name where it has one."""
+
+    number: int
+    name: str
+    source: Source
+
+
+def read_bodies(path: Path, unit: str | None) -> tuple[BodySource, ...]:
+    """Read every solid of a file, each by itself, by falling volume.
+
+    A name that two of them share is left out: it says nothing.
+
+    Raises
+    ------
+    FileError, FormatError, SolidError
+        As for ``solid.formats.read.read``.
+    """
+    kind = format_of(path)
+    if kind is None:
+        raise FormatError(f"{path}: the ending '{path.suffix}' is not known")
+    data = file_bytes(path)
+    try:
+        sources = _of_step(data, unit) if kind.exact else _of_mesh(data, kind.name, unit)
+    except (FormatError, SolidError) as error:
+        raise type(error)(f"{path}: {error}") from None
+    names = ["" if source.exact is None else source.exact.name for source in sources]
+    return tuple(
+        BodySource(number, name if names.count(name) == 1 else "", source)
+        for number, (name, source) in enumerate(zip(names, sources, strict=True), 1)
+    )
+
+
+def _of_mesh(data: bytes, name: str, unit: str | None) -> list[Source]:
+    first = source_of_bytes(data, name, unit, 1)
+    return [first, *(source_of_bytes(data, name, unit, body) for body in range(2, first.bodies + 1))]
+
+
+def _of_step(data: bytes, unit: str | None) -> list[Source]:
+    from autobalance.solid.cad.step_file import read_step_file
+
+    file, digest = read_step_file(data), hashlib.sha256(data).hexdigest()
+    return [source_of_step(file, digest, "step", unit, body) for body in range(1, len(file.bodies) + 1)]
