@@ -42,7 +42,7 @@ def run(arguments: argparse.Namespace) -> int:
     from autobalance import job
     from autobalance.bundled import bundled_folder
     from autobalance.command.balance import balanced
-    from autobalance.command.console import say
+    from autobalance.command.console import called_as, say
     from autobalance.report.bundle import Choice
     from autobalance.report.text import UNITS
 
@@ -55,7 +55,7 @@ def run(arguments: argparse.Namespace) -> int:
         done.append(balanced(asked, output / case.job, choice=choice))
     say(demo_text([each.report for each in done], UNITS[arguments.units]))
     say(f"\nWritten: {', '.join(str(output / case.job) for case in CASES)}")
-    say(f"Check:   autobalance verify {output / CASES[0].job / 'report.json'}")
+    say(f"Check:   {called_as()} verify {output / CASES[0].job / 'report.json'}")
     return max(each.result.exit_code for each in done)
 
 
