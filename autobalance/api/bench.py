@@ -4,12 +4,13 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from autobalance.api.progress import Progress
 from autobalance.api.result import Plots, Values, VerbResult, report_head
 from autobalance.errors import JobError
 from autobalance.units import G_PER_KG, RAD_S_PER_RPM
@@ -17,6 +18,7 @@ from autobalance.units import G_PER_KG, RAD_S_PER_RPM
 if TYPE_CHECKING:
     from collections.abc import Callable
 
+    from autobalance.api.engine_bench import EngineBenchResult
     from autobalance.dynamics.speed_control import LoopMargin, Trace
     from autobalance.job.bench import Bench, Reading
 
@@ -30,6 +32,7 @@ class BenchResult(VerbResult):
     """Runs, readings and their comparison; ``traces`` by speed of the schedule."""
 
     traces: tuple[Trace, ...] = ()
+    solids: Mapping[str, bytes] = field(default_factory=dict)
 
     def text(self, units: str = "metric") -> str:
         """Return the bench as lines for people; always SI."""
@@ -60,21 +63,28 @@ class BenchResult(VerbResult):
         return ("\n".join(lines) + "\n").encode()
 
     def files(self) -> Mapping[str, bytes]:
-        """Return the series as ``bench.csv``."""
-        return {"bench.csv": self.series()}
+        """Return the series as ``bench.csv``, and the rotor's solids and drawing where asked for."""
+        return {"bench.csv": self.series(), **self.solids}
 
 
-def bench(bench_file: str | Path | Mapping[str, Any]) -> BenchResult:
-    """Simulate a rotor bench and reduce what was measured on it.
+def bench(
+    bench_file: str | Path | Mapping[str, Any], *, solids: bool = False, progress: Progress | None = None
+) -> BenchResult | EngineBenchResult:
+    """Simulate a rotor bench and reduce what was measured on it; or put crank variants into an engine.
 
     Parameters
     ----------
     bench_file : path or dict
-        A ``BENCH.toml`` or its structure: rotor, bearings, control, schedule, readings.
+        A ``BENCH.toml`` or its structure: rotor, bearings, control, schedule, readings; or ``[engine]`` with
+        ``[[variant]]``, a whole engine on the stand.
+    solids : bool
+        Whether to make the rotor as STL, STEP (with the extra) and drawing, and measure what was written.
+    progress : callable or None
+        Told words and the share done; may raise to stop.
 
     Returns
     -------
-    BenchResult
+    BenchResult or EngineBenchResult
 
     Raises
     ------
@@ -92,12 +102,23 @@ def bench(bench_file: str | Path | Mapping[str, Any]) -> BenchResult:
     from autobalance.job.bench import read_bench
     from autobalance.job.keys import named_in
 
+    raw = bench_file if isinstance(bench_file, Mapping) else _tables(Path(bench_file))
+    if "engine" in raw or "variant" in raw:
+        from autobalance.api.engine_bench import engine_bench
+
+        return engine_bench(bench_file, *([] if progress is None else [progress]))
     given = read_bench(bench_file)
     with named_in(bench_file):
-        return _result(given)
+        return _result(given, solids)
 
 
-def _result(given: Bench) -> BenchResult:
+def _tables(path: Path) -> Mapping[str, Any]:
+    from autobalance.job.read import text_of, toml_of
+
+    return toml_of(text_of(path, "bench file"), path.name)
+
+
+def _result(given: Bench, solids: bool) -> BenchResult:
     from autobalance.dynamics.bench_rotor import bench_friction, missing_unbalance_g_mm
     from autobalance.dynamics.speed_control import loop_margin, ramp_and_hold
 
@@ -114,7 +135,7 @@ def _result(given: Bench) -> BenchResult:
         for speed_rpm, trace in zip(given.speeds_rpm, traces, strict=True)
     ]
     readings = [_reading(given, each) for each in given.readings]
-    report = {
+    report: Values = {
         **report_head("bench"),
         "input": given.values,
         "rotor": _rotor(given, unbalance),
@@ -127,7 +148,12 @@ def _result(given: Bench) -> BenchResult:
         "readings": readings,
         "comparison": _comparison(given, runs, readings),
     }
-    return BenchResult(report, traces)
+    files: Mapping[str, bytes] = {}
+    if solids and given.shape is not None:
+        from autobalance.api.bench_files import rotor_files
+
+        files, report["rotor"]["written"] = rotor_files(given.shape, given.holes, given.polar_g_mm2)
+    return BenchResult(report, traces, files)
 
 
 def _stable(margin: LoopMargin) -> LoopMargin:
@@ -150,6 +176,7 @@ def _rotor(given: Bench, unbalance_g_mm: float) -> Values:
         "shaft_each_side_mm": None if given.shape is None else given.shape.shaft_each_side_mm,
         "holes": [{"mass_g": mass, "unbalance_g_mm": mass * radius} for mass, radius in holes],
         "unbalance_g_mm": unbalance_g_mm,
+        "written": [],
     }
 
 

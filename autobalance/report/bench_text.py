@@ -26,11 +26,28 @@ def bench_text(report: Values) -> str:
         f"Speed loop: phase margin {loop['phase_margin_deg']:.1f}° at {loop['crossover_rad_s']:.3g} rad/s",
         _runs(report["runs"]),
     ]
+    if rotor["written"]:
+        parts.insert(1, _written(rotor["written"]))
     if report["readings"]:
         parts.append(_readings(report["readings"]))
     if report["comparison"]:
         parts.append(_comparison(report["comparison"]))
     return "\n\n".join(parts)
+
+
+def _written(solids: Sequence[Values]) -> str:
+    rows: list[Sequence[str]] = [("Measured on what was written", "mass", "inertia", "off", "unbalance")]
+    rows += [
+        (
+            f"  {each['file']}",
+            f"{each['mass_kg']:.5f} kg",
+            f"{each['inertia_kg_mm2']:.3f} kg·mm²",
+            f"{each['inertia_difference_percent']:+.4f} %",
+            f"{each['unbalance_g_mm']:.2f} g·mm",
+        )
+        for each in solids
+    ]
+    return table(rows)
 
 
 def _runs(runs: Sequence[Values]) -> str:

@@ -2,11 +2,16 @@
 
 from __future__ import annotations
 
+import json
+from pathlib import Path
 from typing import Any
 
 import pytest
 
 from autobalance.api.bench import bench
+from autobalance.command import main
+from autobalance.solid.cad.kernel import has_kernel
+from autobalance.solid.formats.read import read
 
 SPEEDS = (3000.0, 6000.0, 9000.0)
 BEARING = {"kind": "dry", "diameter_mm": 20.0, "small_angle": True, "mu": 0.3}
@@ -139,3 +144,26 @@ def test_readings_of_test_2() -> None:
     readings = [{"case": "3", "speed_rpm": 3e3, "volts": [each]} for each in volts]
     found = report(reading=readings)["readings"]
     assert [each["torque_N_m"] for each in found] == pytest.approx(list(volts.values()), rel=1e-8)
+
+
+def test_rotor_is_written_with_its_inertia_and_its_hole(tmp_path: Path) -> None:
+    # ROT-01 as a solid, measured on what was written; UNB-3's hole of 16 × 37 mm cut into it.
+    file = tmp_path / "bench.toml"
+    hole = "[[hole]]\ndiameter_mm = 16.0\ndepth_mm = 37.0\nradius_mm = 29.3\nangle_deg = 30.0\n"
+    rotor = "[rotor]\n" + "".join(f"{key} = {value}\n" for key, value in ROTOR.items())
+    bearing = '[bearing]\nkind = "dry"\ndiameter_mm = 20.0\nmu = 0.3\n[schedule]\nspeeds_rpm = [3000]\n'
+    file.write_text(rotor + hole + bearing, "utf-8")
+    assert main(["bench", str(file), "-o", str(tmp_path / "out")]) == 0
+    report = json.loads((tmp_path / "out" / "bench.json").read_text())
+    written = {each["file"]: each for each in report["rotor"]["written"]}
+    assert written["rotor.stl"]["inertia_kg_mm2"] == pytest.approx(2847.335, rel=5e-5)  # its facets
+    assert written["rotor-drilled.stl"]["unbalance_g_mm"] == pytest.approx(58.3984375 * 29.3, rel=5e-5)
+    back = read(tmp_path / "out" / "rotor.stl", "mm", None, pressed_up=False).solid.moments(7850e-6)
+    assert back.polar_inertia_g_mm2 / 1e3 == pytest.approx(written["rotor.stl"]["inertia_kg_mm2"], rel=1e-9)
+    drawing = (tmp_path / "out" / "rotor.svg").read_text("utf-8")
+    for words in ("t 39.799", "L2 74.101", "L1 188.000", "Ø98", "Ø16 × 37 at R 29.3, 30°", "2847.335"):
+        assert words in drawing
+    if has_kernel():
+        assert written["rotor.step"]["inertia_kg_mm2"] == pytest.approx(2847.335, rel=1e-8)
+        assert written["rotor.step"]["mass_kg"] == pytest.approx(2.72205543, rel=1e-8)
+        assert written["rotor-drilled.step"]["unbalance_g_mm"] == pytest.approx(1711.074, rel=1e-6)

@@ -1,0 +1,74 @@
+"""The bench rotor as files: STL, STEP where the kernel is there, and a drawing; each solid measured again."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+
+from autobalance.dynamics.bench_rotor import DiscOnShaft, DrilledHole
+from autobalance.dynamics.bench_solid import rotor_shape
+from autobalance.rigid_rotor.moments import Moments
+from autobalance.solid.csg.shape import Shape, tessellated
+
+Values = dict[str, Any]
+SEGMENTS = 720
+"""Corners of a full circle in the STL: its inertia is light by 5e-5."""
+KG_MM2_PER_G_MM2 = 1e-3
+KG_PER_G = 1e-3
+
+
+def rotor_files(
+    rotor: DiscOnShaft, holes: Sequence[DrilledHole], wanted_g_mm2: float
+) -> tuple[dict[str, bytes], list[Values]]:
+    """Return the files of a rotor by name, and what each solid among them was measured to have.
+
+    Parameters
+    ----------
+    rotor : DiscOnShaft
+    holes : sequence of DrilledHole
+        Of the drilled rotor, which has files of its own.
+    wanted_g_mm2 : float
+        Inertia to compare with [g·mm²].
+    """
+    from autobalance.report.rotor_drawing import rotor_drawing
+
+    files: dict[str, bytes] = {}
+    measured: list[Values] = []
+    shapes = {"rotor": rotor_shape(rotor)} | ({"rotor-drilled": rotor_shape(rotor, holes)} if holes else {})
+    for name, shape in shapes.items():
+        for file, data, moments in _written(name, shape, rotor.density_g_mm3):
+            files[file] = data
+            measured.append(_measured(file, moments, wanted_g_mm2))
+    files["rotor.svg"] = rotor_drawing(rotor, holes)
+    return files, measured
+
+
+def _written(name: str, shape: Shape, density: float) -> list[tuple[str, bytes, Moments]]:
+    """Return the files of a solid with the moments that are read back from each."""
+    from autobalance.solid.cad.kernel import has_kernel
+    from autobalance.solid.formats.write import decode, encode
+    from autobalance.solid.mesh.measure import soup_moments
+
+    data = encode(tessellated(shape, SEGMENTS).mesh, "stl", 1.0)
+    found = [(f"{name}.stl", data, soup_moments(decode(data, "stl", 1.0), density))]
+    if has_kernel():
+        from autobalance.solid.cad.brep import ExactSolid
+        from autobalance.solid.cad.step_file import read_step_file
+
+        step = ExactSolid(shape).step(name=name)
+        back = ExactSolid.of(read_step_file(step).bodies[0].body)
+        found.append((f"{name}.step", step, back.moments(density)))
+    return found
+
+
+def _measured(file: str, moments: Moments, wanted_g_mm2: float) -> Values:
+    polar = moments.polar_inertia_g_mm2
+    return {
+        "file": file,
+        "mass_kg": KG_PER_G * moments.mass_g,
+        "inertia_kg_mm2": KG_MM2_PER_G_MM2 * polar,
+        "inertia_difference_percent": 100.0 * (polar / wanted_g_mm2 - 1.0),
+        "unbalance_g_mm": float(np.hypot(*moments.first_g_mm[:2])),
+    }

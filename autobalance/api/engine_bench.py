@@ -1,0 +1,186 @@
+"""The whole engine on the stand: crank variants side by side, for ``bench`` with ``[engine]``."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from autobalance import job as jobs
+from autobalance.api.crank import Crank
+from autobalance.api.request import request
+from autobalance.api.result import Plots, Values, VerbResult, report_head
+from autobalance.job.engine_bench import EngineBench, Variant, read_engine_bench
+from autobalance.units import RAD_S_PER_RPM
+
+if TYPE_CHECKING:
+    from autobalance.balancing.engine_variants import FiringVariant, VariantPoint
+    from autobalance.engine.cycle.free_run import FreeRun
+    from autobalance.rigid_rotor.moments import Array
+
+KG_MM2_PER_G_MM2 = 1e-3
+
+
+@dataclass(frozen=True, eq=False)
+class VariantCurves:
+    """Torque over the cycle at the last speed, and the run-up, of one variant."""
+
+    name: str
+    angle_deg: Array
+    torque_N_m: Array
+    run: FreeRun | None
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class EngineBenchResult(VerbResult):
+    """Variants of a crank in one engine."""
+
+    curves: tuple[VariantCurves, ...] = ()
+
+    def text(self, units: str = "metric") -> str:
+        """Return the variants as lines for people; always metric."""
+        from autobalance.report.engine_bench_text import engine_bench_text
+
+        return engine_bench_text(self.report)
+
+    def plots(self) -> Plots:
+        """Return torque over the cycle, bearing loads and acceleration over the speed, and the run-up."""
+        from autobalance.report.engine_bench_plots import engine_bench_plots
+
+        return engine_bench_plots(self.report, self.curves)
+
+    def series(self) -> bytes:
+        """Return the torque of every variant over the cycle at the last speed as CSV."""
+        names = [f"{each.name.replace(',', ' ')}_torque_N_m" for each in self.curves]
+        rows = np.stack([self.curves[0].angle_deg, *(each.torque_N_m for each in self.curves)], axis=1)
+        lines = [",".join(["angle_deg", *names]), *(",".join(map(repr, row)) for row in rows.tolist())]
+        return ("\n".join(lines) + "\n").encode()
+
+    def files(self) -> Mapping[str, bytes]:
+        """Return the series as ``bench.csv``."""
+        return {"bench.csv": self.series()}
+
+
+def engine_bench(
+    source: str | Path | Mapping[str, Any],
+    tell: Callable[[str, float], object] = lambda _words, _share: None,
+) -> EngineBenchResult:
+    """Put crank variants into the engine of a job and set what they do side by side.
+
+    Raises
+    ------
+    JobError
+        If a key is wrong, or the job has no cycle.
+    AutobalanceError
+        For anything wrong with a crank.
+    """
+    given = read_engine_bench(source)
+    cranks: dict[tuple[str, ...], Crank] = {}
+    rows, curves = [], []
+    for number, variant in enumerate(given.variants):
+        tell(variant.name, number / len(given.variants))
+        values, curve = _variant(given, variant, cranks)
+        rows.append(values)
+        curves.append(curve)
+    report = {**report_head("bench"), "input": given.values, "variants": rows, "beside": _beside(rows)}
+    return EngineBenchResult(report, tuple(curves))
+
+
+def _variant(
+    given: EngineBench, variant: Variant, cranks: dict[tuple[str, ...], Crank]
+) -> tuple[Values, VariantCurves]:
+    from autobalance.balancing.engine_variants import FiringVariant
+    from autobalance.balancing.firing_from_job import check_cycle
+
+    own = () if variant.crank is None else (f"crankshaft.file={str(variant.crank.resolve())!r}",)
+    job = jobs.load(given.job, (*variant.settings, *own))
+    check_cycle(job)
+    key = tuple(each for each in (*variant.settings, *own) if each.strip().startswith("crankshaft"))
+    found = request(job, cranks.get(key))
+    cranks.setdefault(key, Crank(found.crank, job.crankshaft))
+    tried = FiringVariant(job, found.crank, variant.factor)
+    speeds = (found.speed_rpm,) if given.speeds_rpm is None else given.speeds_rpm
+    points = [tried.point(speed * RAD_S_PER_RPM) for speed in speeds]
+    last, analysis = points[-1]
+    run = None
+    if given.run_up_rpm is not None:
+        run = tried.run_up(*(speed * RAD_S_PER_RPM for speed in given.run_up_rpm))
+    values = {
+        "name": variant.name,
+        "crank": None if job.crankshaft.file is None else job.crankshaft.file.name,
+        "factor": variant.factor,
+        "balance_factor": _factor(tried),
+        "inertia_kg_mm2": KG_MM2_PER_G_MM2 * analysis.mean_inertia_g_mm2,
+        "points": [_point(speed, each) for speed, (each, _) in zip(speeds, points, strict=True)],
+        "run_up": None if given.run_up_rpm is None else _run_up(given.run_up_rpm, run),
+    }
+    even = analysis.grid.even
+    angles = np.degrees(analysis.grid.even_rad)
+    return values, VariantCurves(variant.name, angles, even(last.torque_n_m), run)
+
+
+def _factor(tried: FiringVariant) -> float | None:
+    """Return the factor of the crank as it is, or of the ideal one."""
+    from autobalance.balancing.rotor_from_job import crank_factor, hung_on
+
+    if tried.factor is not None:
+        return tried.factor
+    return crank_factor(tried.crank.moments, *hung_on(tried.job, tried.crank.anatomy))
+
+
+def _point(speed_rpm: float, point: VariantPoint) -> Values:
+    return {
+        "speed_rpm": speed_rpm,
+        "acceleration_rad_s2": point.acceleration_rad_s2,
+        "greatest_main_N": float(point.greatest_mains_n.max()),
+        "mean_main_N": float(point.mean_mains_n.mean()),
+        "greatest_mains_N": [float(each) for each in point.greatest_mains_n],
+        "torque_mean_N_m": point.torque_mean_n_m,
+        "torque_greatest_N_m": float(point.torque_n_m.max()),
+        "torque_least_N_m": float(point.torque_n_m.min()),
+        "friction_mean_N_m": point.friction_mean_n_m,
+        "power_W": point.torque_mean_n_m * point.speed_rad_s,
+        "fluctuation": point.fluctuation,
+    }
+
+
+def _run_up(speeds_rpm: tuple[float, float], run: FreeRun | None) -> Values:
+    return {
+        "from_rpm": speeds_rpm[0],
+        "to_rpm": speeds_rpm[1],
+        "time_s": None if run is None else float(run.time_s[-1]),
+        "turns": None if run is None else float(run.angle_rad[-1] / (2.0 * np.pi)),
+        "gas_work_J": None if run is None else run.gas_work_n_m,
+        "friction_work_J": None if run is None else run.friction_work_n_m,
+        "kinetic_J": None if run is None else run.kinetic_n_m,
+    }
+
+
+COMPARED = {
+    "acceleration_percent": "acceleration_rad_s2",
+    "greatest_main_percent": "greatest_main_N",
+    "mean_main_percent": "mean_main_N",
+    "torque_mean_percent": "torque_mean_N_m",
+    "friction_mean_percent": "friction_mean_N_m",
+}
+
+
+def _beside(rows: list[Values]) -> list[Values]:
+    """Return what each further variant changes of the first one's figures, in percent."""
+    first = rows[0]["points"]
+    return [
+        {
+            "name": row["name"],
+            "speed_rpm": point["speed_rpm"],
+            **{name: _percent(key, point, base) for name, key in COMPARED.items()},
+        }
+        for row in rows[1:]
+        for point, base in zip(row["points"], first, strict=True)
+    ]
+
+
+def _percent(key: str, point: Values, base: Values) -> float | None:
+    return 100.0 * (point[key] / base[key] - 1.0) if base[key] else None
