@@ -17,21 +17,10 @@ from autobalance.job.engine_bench import EngineBench, Variant, read_engine_bench
 from autobalance.units import RAD_S_PER_RPM
 
 if TYPE_CHECKING:
-    from autobalance.balancing.engine_variants import FiringVariant, VariantPoint
+    from autobalance.balancing.engine_variants import FiringVariant, VariantCurves, VariantPoint
     from autobalance.engine.cycle.free_run import FreeRun
-    from autobalance.rigid_rotor.moments import Array
 
 KG_MM2_PER_G_MM2 = 1e-3
-
-
-@dataclass(frozen=True, eq=False)
-class VariantCurves:
-    """Torque over the cycle at the last speed, and the run-up, of one variant."""
-
-    name: str
-    angle_deg: Array
-    torque_N_m: Array
-    run: FreeRun | None
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -92,7 +81,7 @@ def engine_bench(
 def _variant(
     given: EngineBench, variant: Variant, cranks: dict[tuple[str, ...], Crank]
 ) -> tuple[Values, VariantCurves]:
-    from autobalance.balancing.engine_variants import FiringVariant
+    from autobalance.balancing.engine_variants import FiringVariant, VariantCurves
     from autobalance.balancing.firing_from_job import check_cycle
 
     own = () if variant.crank is None else (f"crankshaft.file={str(variant.crank.resolve())!r}",)

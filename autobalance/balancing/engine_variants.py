@@ -49,6 +49,16 @@ class VariantPoint:
 
 
 @dataclass(frozen=True, eq=False)
+class VariantCurves:
+    """Torque over the cycle at the last speed, and the run-up, of one variant."""
+
+    name: str
+    angle_deg: Array
+    torque_N_m: Array
+    run: FreeRun | None
+
+
+@dataclass(frozen=True, eq=False)
 class FiringVariant:
     """A job's engine with one crank in it, of its own unbalance or an ideal one of a factor."""
 

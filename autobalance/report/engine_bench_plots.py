@@ -11,7 +11,7 @@ from autobalance.report import plots
 from autobalance.units import RAD_S_PER_RPM
 
 if TYPE_CHECKING:
-    from autobalance.api.engine_bench import VariantCurves
+    from autobalance.balancing.engine_variants import VariantCurves
 
 FIGURES = {
     "engine-bearing-force": ("Greatest load of a main bearing", "greatest_main_N", "load [N]"),
