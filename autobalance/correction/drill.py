@@ -207,7 +207,6 @@ class DrillCut:
                 "point_mm": hole.point_mm,
                 "deepened_from_mm": self.site.sunk_mm or None,
                 "angle_deg": math.degrees(self.site.angle_rad) % 360.0,
-                "z_mm": float(entry[2]),
                 "entry_radius_mm": math.hypot(entry[0], entry[1]),
                 "inward": [float(v) for v in hole.axis.inward],
                 "wall_left_mm": wall_left_mm(self.site.others, hole.radius_mm, depth_mm, hole.half_point_rad),

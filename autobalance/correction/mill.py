@@ -259,7 +259,7 @@ class MillCut:
             kind="mill",
             face=None,
             web=self.cheek.web,
-            position_mm=np.array([*change.centre_mm[:2], self.cheek.z_mm]),
+            position_mm=change.centre_mm,
             depth_mm=depth_mm,
             change=change,
             removed_volume_mm3=-change.mass_g / self.density_g_mm3,
@@ -272,7 +272,7 @@ class MillCut:
                 "start_deg": math.degrees(pocket.start_rad) % 360.0,
                 "end_deg": math.degrees(pocket.end_rad) % 360.0,
                 "angle_deg": math.degrees(self._middle_rad) % 360.0,
-                "z_mm": self.cheek.z_mm,
+                "face_z_mm": self.cheek.z_mm,
                 "wall_left_mm": self._wall_left_mm(depth_mm),
                 "depth_left_mm": self.max_depth_mm - depth_mm,
             },
@@ -455,7 +455,7 @@ class Mill(Kind[MillLimits]):
         cutter = figures.mm(item["cutter_mm"], figures.diameter_digits)
         radii = f"radius {figures.mm(item['inner_radius_mm'])} to {figures.mm(item['outer_radius_mm'])}"
         angles = f"{degrees(item['start_deg'])} to {degrees(item['end_deg'])}"
-        depth = f"{figures.mm(item['depth_mm'])} deep from z {figures.mm(item['z_mm'])}"
+        depth = f"{figures.mm(item['depth_mm'])} deep from z {figures.mm(item['face_z_mm'])}"
         return f"Mill pocket, cutter dia {cutter}, {radii}, {angles}, {depth}"
 
     def size(self, item: Item) -> str:

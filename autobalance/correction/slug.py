@@ -41,7 +41,7 @@ from autobalance.correction.kind import (
     Workpiece,
 )
 from autobalance.correction.room import Room, bar
-from autobalance.correction.walls import HoleLimits, Surface, wall_left_mm
+from autobalance.correction.walls import Axis, HoleLimits, Surface, wall_left_mm
 from autobalance.errors import CorrectionError
 from autobalance.graphics.words import number
 from autobalance.rigid_rotor.moments import Moments
@@ -195,8 +195,7 @@ class SlugCut:
                 slug,
                 2.0 * hole.radius_mm,
                 self.length_mm,
-                self.site.angle_rad,
-                hole.axis.inward,
+                hole.axis,
                 wall_left_mm=wall_left_mm(
                     self.site.others, hole.radius_mm, self.max_depth_mm, FLAT_BOTTOM_RAD
                 ),
@@ -290,8 +289,8 @@ class FillCut:
             kind="slug",
             face=None,
             web=self.hole.web,
-            position_mm=axis.entry_mm + (self.hole.shoulder_mm - self.length_mm) * axis.inward,
-            depth_mm=self.length_mm,
+            position_mm=axis.entry_mm,
+            depth_mm=self.hole.shoulder_mm,
             change=slug,
             removed_volume_mm3=0.0,
             rate=Moments.zero(),  # nothing is cut
@@ -300,8 +299,7 @@ class FillCut:
                 slug,
                 2.0 * self.radius_mm,
                 self.length_mm,
-                math.atan2(*slug.centre_mm[1::-1]),
-                axis.inward,
+                axis,
                 fills_a_hole=True,
                 centrifugal_load_N=load_n(slug, self.service_speed_rad_s),
             ),
@@ -330,8 +328,7 @@ def _details(
     slug: Moments,
     diameter_mm: float,
     length_mm: float,
-    angle_rad: float,
-    inward: Array,
+    axis: Axis,
     **own: Any,
 ) -> dict[str, Any]:
     """Return what the report tells of any slug, and what only this one has."""
@@ -342,8 +339,9 @@ def _details(
         "density_kg_m3": limits.density_kg_m3,
         "slug_mass_g": slug.mass_g,
         "slug_centre_mm": [float(v) for v in slug.centre_mm],
-        "angle_deg": math.degrees(angle_rad) % 360.0,
-        "inward": [float(v) for v in inward],
+        "entry_radius_mm": math.hypot(axis.entry_mm[0], axis.entry_mm[1]),
+        "inward": [float(v) for v in axis.inward],
+        "point_angle_deg": math.degrees(2.0 * FLAT_BOTTOM_RAD),
         **own,
     }
 

@@ -97,8 +97,6 @@ def place_of(correction: Mapping[str, Any]) -> str:
         parts.append(("webs " if len(webs) > 1 else "web ") + ", ".join(str(web) for web in webs))
     if correction.get("face") is not None:
         parts.append(f"face {correction['face']}")
-    if correction.get("angle_deg") is not None:
-        parts.append(f"{degrees(correction['angle_deg'])}")
     return ", ".join(parts) or "–"
 
 

@@ -23,7 +23,6 @@ from autobalance.graphics.words import (
     file_name,
     judged_shares,
     number,
-    place_of,
     signed,
     verdict,
     weights,
@@ -287,7 +286,7 @@ def _cut_table(report: Report) -> str:
         return "<p class=soft style='padding:12px 4px'>The file is untouched.</p>"
     rows = []
     for k, item in enumerate(report["corrections"]):
-        details = ", ".join(part for part in (place_of(item), kinds.size(item)) if part)
+        details = ", ".join(part for part in (kinds.place(item), kinds.size(item)) if part)
         rows.append(
             f'<tr tabindex="0" aria-selected="false" data-part="{item["number"]}">'
             f'<td><span class="badge">{item["number"]}</span></td>'
@@ -410,7 +409,7 @@ def _label(
         "depth_mm": item["depth_mm"],
         "depth_text": depth,
         "label_mm": [float(v) for v in label],
-        "said": f"Correction {item['number']}: {kinds.noun(item)}, {place_of(item)}, depth {depth}",
+        "said": f"Correction {item['number']}: {kinds.noun(item)}, {kinds.place(item)}, depth {depth}",
     }
 
 

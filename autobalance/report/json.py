@@ -474,7 +474,7 @@ def _overbalance(balanced: Balanced) -> Values | None:
 
 
 def correction_entry(number: int, correction: Correction) -> Values:
-    """Return what the report lists of a correction, the kind's own details last."""
+    """Return what the report lists of a correction: what all have, the kind's own details, its place."""
     rate = correction.rate
     return {
         "kind": correction.kind,
@@ -490,4 +490,6 @@ def correction_entry(number: int, correction: Correction) -> Values:
         "unbalance_per_mm_g_mm": None if rate is None else _list(rate.first_g_mm[:2]),
         "moment_per_mm_g_mm2": None if rate is None else _list(rate.second_g_mm2[:2, 2]),
         **correction.details,
+        "angle_deg": degrees(math.atan2(correction.position_mm[1], correction.position_mm[0])),
+        "z_mm": float(correction.position_mm[2]),
     }

@@ -8,6 +8,7 @@ from typing import Any
 
 from autobalance.correction import KINDS
 from autobalance.correction.kind import Figures
+from autobalance.graphics.words import degrees, place_of
 
 Item = Mapping[str, Any]
 """A correction as the report lists it."""
@@ -39,13 +40,19 @@ def instruction(item: Item, figures: Figures) -> str:
 
 
 def angle_deg(item: Item) -> float | None:
-    """Return the angle of a correction; of a face its metal's direction; None at the axis or all around."""
-    if item.get("angle_deg") is not None:
-        return float(item["angle_deg"])
+    """Return the angle of a correction's place; None at the axis or all around."""
     if KINDS[item["kind"]].is_round_the_rim:
         return None
-    dx, dy = item["unbalance_change_g_mm"]
-    return math.degrees(math.atan2(-dy, -dx)) % 360.0 if math.hypot(dx, dy) > 0.0 else None
+    if item.get("angle_deg") is not None:
+        return float(item["angle_deg"])
+    x, y, _ = item["position_mm"]
+    return math.degrees(math.atan2(y, x)) % 360.0 % 360.0 if math.hypot(x, y) > 0.0 else None
+
+
+def place(item: Item) -> str:
+    """Return where a correction is, in a few words: ``web 2, face w2-a, 180.0°``."""
+    angle = angle_deg(item)
+    return place_of(item) if angle is None else f"{place_of(item)}, {degrees(angle)}"
 
 
 def datums(items: Iterable[Item]) -> list[str]:

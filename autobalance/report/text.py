@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from typing import Any, Literal
 
 from autobalance.graphics.words import degrees
-from autobalance.report.kinds import verb
+from autobalance.report.kinds import angle_deg, verb
 from autobalance.report.suggestion_text import suggestions_text
 from autobalance.units import G_MM_PER_OZ_IN, G_PER_OZ, MM_PER
 
@@ -106,8 +106,8 @@ def _correction(correction: Values, units: Units) -> str:
         what += f" ⌀{units.of_length(correction['diameter_mm'])}"
     where = [f"face {correction['face']}"] if correction["face"] is not None else []
     where += [f"web {correction['web']}"] if correction["web"] is not None else []
-    if correction.get("angle_deg") is not None:
-        where.append(f"at {degrees(correction['angle_deg'])}")
+    if (angle := angle_deg(correction)) is not None:
+        where.append(f"at {degrees(angle)}")
     size = units.of_length(abs(correction["depth_mm"]))
     off = units.of_mass(abs(correction["removed_mass_g"]))
     return (

@@ -12,7 +12,7 @@ import math
 from collections.abc import Mapping, Sequence
 from typing import Any
 
-from autobalance.graphics.words import at, file_name, place_of, weights
+from autobalance.graphics.words import at, file_name, weights
 from autobalance.report import kinds
 
 Report = Mapping[str, Any]
@@ -358,8 +358,8 @@ def _corrections(page: Any, formats: Mapping[str, Any], report: Report) -> None:
     for row, item in enumerate(report["corrections"], 1):
         page.write_number(row, 0, item["number"])
         page.write_string(row, 1, kinds.noun(item))
-        page.write_string(row, 2, place_of(item))
-        numbers = [item["depth_mm"], item.get("diameter_mm"), item.get("angle_deg"), item["position_mm"][2], item["radius_mm"], item["removed_mass_g"], *item["unbalance_change_g_mm"]]  # fmt: skip
+        page.write_string(row, 2, kinds.place(item))
+        numbers = [item["depth_mm"], item.get("diameter_mm"), kinds.angle_deg(item), item["position_mm"][2], item["radius_mm"], item["removed_mass_g"], *item["unbalance_change_g_mm"]]  # fmt: skip
         for column, value in enumerate(numbers, 3):
             if value is not None:
                 page.write_number(row, column, value, formats["number"])

@@ -34,6 +34,7 @@ from autobalance.solid.mesh.mesh import Floats
 from autobalance.solid.mesh.validate import refuse_overlap_exactly
 from autobalance.solid.slicing.independent import agreement, slice_moments
 from autobalance.units import RAD_S_PER_RPM
+from autobalance.verification.cut_claims import check_places
 
 ROUNDING = 1e-9
 """Share by which a number may differ from its claim: sums in another order, no more."""
@@ -179,6 +180,7 @@ def _checked(claims: Claims, folder: Path, independent: bool) -> Checked:
     residual = Unbalance.of(after + loads)
     check_unbalance(claims, "residual", residual, tolerance, size_of(source, crank))
     _check_after(claims, job, anatomy, crank, after)
+    check_places(claims)
     _check_forces(claims, job, anatomy, {"before": crank, "after": after})
     _check_gas_loads(claims, job, anatomy, source, after)
     check_assembly(claims, job, tolerance, residual, size_of(source, crank))

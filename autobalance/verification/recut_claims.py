@@ -18,6 +18,7 @@ from autobalance.rigid_rotor.uncertainty import Budget, Share
 from autobalance.solid.formats.read import Source, read
 from autobalance.verification import claims as checks
 from autobalance.verification.claims import Checked, Claims
+from autobalance.verification.cut_claims import check_places
 from autobalance.verification.earlier_stage import claimed_tolerance
 
 
@@ -46,6 +47,7 @@ def check_recut(claims: Claims, folder: Path, independent: bool) -> Checked:
     checks.check_unbalance(claims, "residual", residual, tolerance, size)
     _factors(claims, job, anatomy, reading, residual)
     _stage(claims, residual, size)
+    check_places(claims)
     checks.check_assembly(claims, job, tolerance, residual, size)
     if not any(values.get("slug_mass_g") for values in claims.get("corrections", list)):
         change = (new.polar_inertia_g_mm2 - old.polar_inertia_g_mm2) / 1000.0
