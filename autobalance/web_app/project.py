@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+import contextlib
 import hashlib
 import re
 import secrets
+import shutil
 from collections.abc import AsyncIterator
 from dataclasses import dataclass
 from pathlib import Path
@@ -15,7 +17,10 @@ from autobalance.errors import FileError
 LONGEST_NAME = 120
 JOB = "job.toml"
 RUNS = "runs"
+OWN = ".app"
+"""What the page needs besides the files that the commands write: meshes for its view, runs' states."""
 RUN_ID = re.compile(r"[0-9a-f]{12}")
+WAITING = ".upload-"
 
 
 class TooLarge(Exception):  # noqa: N818 - what happened, not a fault of the program
@@ -30,15 +35,20 @@ class Project:
 
     @classmethod
     def at(cls, folder: Path) -> Project:
-        """Open a project, made where it is missing.
+        """Open a project, made where it is missing; uploads that were cut off go.
 
         Raises
         ------
         FileError
-            If it cannot be made.
+            If it cannot be made, or leads out of itself.
         """
         try:
-            (folder / RUNS).mkdir(parents=True, exist_ok=True)
+            for room in (folder / RUNS, folder / OWN):
+                room.mkdir(parents=True, exist_ok=True)
+                if room.is_symlink():
+                    raise FileError(f"{room} is a link; a project's own folders must be in it")
+            for left in folder.glob(f"{WAITING}*"):
+                left.unlink()
         except OSError as error:
             raise FileError(
                 f"cannot make the project {folder}: {(error.strerror or str(error)).lower()}"
@@ -57,26 +67,45 @@ class Project:
         return sorted(path.name for path in self.folder.iterdir() if self.file(path.name) is not None)
 
     def run_folder(self, run: str) -> Path:
-        """Return where the results of a run go."""
+        """Return where the results of a run go: what its command writes and nothing else."""
         return self.folder / RUNS / run
+
+    def own_folder(self, run: str) -> Path:
+        """Return where the page's own files of a run go."""
+        return self.folder / OWN / run
+
+    def forget(self, run: str) -> None:
+        """Take all files of a run away."""
+        for folder in (self.run_folder(run), self.own_folder(run)):
+            shutil.rmtree(folder, ignore_errors=True)
 
     def result(self, run: str, name: str) -> Path | None:
         """Return a result file of a run; None where there is none, or a link."""
-        if not (RUN_ID.fullmatch(run) and is_plain(name)):
-            return None
-        path = self.run_folder(run) / name
-        inside = not self.run_folder(run).is_symlink() and not path.is_symlink()
-        return path if inside and path.is_file() else None
+        return _inside(self.run_folder(run), run, name)
 
-    async def keep(self, name: str, body: AsyncIterator[bytes], most_bytes: int) -> dict[str, Any]:
-        """Write an upload as it comes in; a taken name gets a number.
+    def own(self, run: str, name: str) -> Path | None:
+        """Return one of the page's own files of a run; None where there is none."""
+        return _inside(self.own_folder(run), run, name)
+
+    def write_job(self, text: str) -> None:
+        """Keep the text of the job; whole, and never through a link."""
+        waiting = self.folder / f"{WAITING}{secrets.token_hex(6)}.part"
+        waiting.write_text(text, encoding="utf-8")
+        waiting.replace(self.folder / JOB)
+
+    async def keep(
+        self, name: str, body: AsyncIterator[bytes], most_bytes: int, apart: str | None = None
+    ) -> dict[str, Any]:
+        """Write an upload as it comes in; a taken name gets a number; ``apart``: with others of this id.
 
         Raises
         ------
         TooLarge
             If it is larger than ``most_bytes``; nothing is kept then.
         """
-        waiting = self.folder / f".upload-{secrets.token_hex(6)}.part"
+        folder = self.folder if apart is None else self.own_folder(apart)
+        folder.mkdir(parents=True, exist_ok=True)
+        waiting = self.folder / f"{WAITING}{secrets.token_hex(6)}.part"
         digest, size = hashlib.sha256(), 0
         try:
             with waiting.open("xb") as stream:
@@ -86,18 +115,49 @@ class Project:
                         raise TooLarge
                     digest.update(chunk)
                     stream.write(chunk)
-            target = self._free(name)
+            target = _free(folder, name)
             waiting.rename(target)
         finally:
             waiting.unlink(missing_ok=True)
         return {"file": target.name, "bytes": size, "sha256": digest.hexdigest()}
 
-    def _free(self, name: str) -> Path:
-        path, number = self.folder / name, 2
-        while path.exists() or path.is_symlink():
-            path = self.folder / f"{Path(name).stem}-{number}{Path(name).suffix}"
-            number += 1
-        return path
+    def copied(self, source: Path) -> str:
+        """Copy a file in; return its name here: its own, unless another file has that.
+
+        Raises
+        ------
+        FileError
+            If it cannot be read.
+        """
+        try:
+            data = source.read_bytes()
+            name = source.name if is_plain(source.name) else f"file{source.suffix.lower()}"
+            here = self.file(name)
+            if here is not None and here.read_bytes() == data:
+                return name
+            target = _free(self.folder, name)
+            target.write_bytes(data)
+        except OSError as error:
+            raise FileError(f"cannot copy {source}: {(error.strerror or str(error)).lower()}") from None
+        return target.name
+
+
+def _free(folder: Path, name: str) -> Path:
+    path, number = folder / name, 2
+    while path.exists() or path.is_symlink():
+        path = folder / f"{Path(name).stem}-{number}{Path(name).suffix}"
+        number += 1
+    return path
+
+
+def _inside(folder: Path, run: str, name: str) -> Path | None:
+    if not (RUN_ID.fullmatch(run) and is_plain(name)):
+        return None
+    path = folder / name
+    with contextlib.suppress(OSError):
+        if not folder.is_symlink() and not path.is_symlink() and path.is_file():
+            return path
+    return None
 
 
 def is_plain(name: str) -> bool:
@@ -110,8 +170,8 @@ def is_plain(name: str) -> bool:
     """
     reserved = {"", RUNS, "con", "nul", "aux", "prn"}
     return (
-        name.lower() not in reserved
-        and len(name) <= LONGEST_NAME
+        name.strip().lower() not in reserved
+        and len(name.encode()) <= LONGEST_NAME
         and not name.startswith(".")
         and name.isprintable()
         and not any(each in name for each in '/\\:*?"<>|')

@@ -6,32 +6,36 @@ import json
 import multiprocessing
 import os
 import secrets
-import shutil
+import signal
+import sys
 import threading
 import time
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
 
-from autobalance.web_app.project import RUN_ID, RUNS, Project
+from autobalance.web_app.project import OWN, RUN_ID, RUNS, Project
 from autobalance.web_app.work import work
 
 if TYPE_CHECKING:
     from multiprocessing.connection import Connection
     from multiprocessing.process import BaseProcess
+    from pathlib import Path
 
 STATE = "run.json"
+REPORT = "report.json"
 GRACE_S = 1.0
 """How long a process may take to end before it is killed."""
 ENDED = ("done", "failed", "cancelled")
+ABOVE = 4
 
 
 @dataclass
 class Run:
-    """One verb on one job."""
+    """One verb on what was asked of it."""
 
     id: str
     verb: str
-    job: dict[str, Any]
+    asked: dict[str, Any]
     state: str = "waiting"
     share: float = 0.0
     words: str = "waiting"
@@ -52,11 +56,11 @@ class Runs:
         self._processes: dict[str, BaseProcess] = {}
         self._threads: list[threading.Thread] = []
         self._closed = False
-        self._take_up()
+        self.take_up()
 
-    def start(self, verb: str, job: dict[str, Any]) -> str:
+    def start(self, verb: str, asked: dict[str, Any]) -> str:
         """Begin a run; return its id."""
-        run = Run(secrets.token_hex(6), verb, job)
+        run = Run(secrets.token_hex(6), verb, asked)
         with self._lock:
             self._runs[run.id] = run
         thread = threading.Thread(target=self._go, args=(run,), daemon=True)
@@ -75,6 +79,11 @@ class Runs:
         run = self._runs.get(run_id)
         return None if run is None else self._told(run)
 
+    def asked(self, run_id: str) -> dict[str, Any] | None:
+        """Return what a run was asked; None where there is none."""
+        run = self._runs.get(run_id)
+        return None if run is None else run.asked
+
     def cancel(self, run_id: str) -> bool:
         """End a run and take its files away; False where there is none."""
         run = self._runs.get(run_id)
@@ -86,7 +95,7 @@ class Runs:
             run.state, run.words = "cancelled", "cancelled"
             process = self._processes.get(run_id)
         _end(process)
-        shutil.rmtree(self._project.run_folder(run_id), ignore_errors=True)
+        self._project.forget(run_id)
         return True
 
     def close(self) -> None:
@@ -97,9 +106,23 @@ class Runs:
         for thread in self._threads:
             thread.join(timeout=3.0)
 
+    def take_up(self) -> None:
+        """Find the runs of before and results put here by hand; what was cut off in the middle goes."""
+        for folder in sorted((self._project.folder / RUNS).iterdir()):
+            if not RUN_ID.fullmatch(folder.name) or folder.is_symlink() or folder.name in self._runs:
+                continue
+            run = _known(self._project, folder.name)
+            if run is None:
+                self._project.forget(folder.name)
+            else:
+                self._runs[run.id] = run
+        for folder in (self._project.folder / OWN).iterdir():
+            if RUN_ID.fullmatch(folder.name) and folder.name not in self._runs:
+                self._project.forget(folder.name)
+
     def _told(self, run: Run) -> dict[str, Any]:
         folder = self._project.run_folder(run.id)
-        files = sorted(path.name for path in folder.iterdir() if path.is_file()) if folder.is_dir() else []
+        whole = run.state == "done" and folder.is_dir()
         return {
             "id": run.id,
             "verb": run.verb,
@@ -108,7 +131,7 @@ class Runs:
             "words": run.words,
             "exit_code": run.exit_code,
             "error": run.error,
-            "files": [name for name in files if name != STATE] if run.state == "done" else [],
+            "files": sorted(path.name for path in folder.iterdir() if path.is_file()) if whole else [],
         }
 
     def _go(self, run: Run) -> None:
@@ -119,12 +142,20 @@ class Runs:
                 run.state, run.words = "running", "starting"
             context = multiprocessing.get_context("spawn")
             ours, theirs = context.Pipe(duplex=False)
-            folder = self._project.run_folder(run.id)
-            arguments = (run.verb, run.job, str(self._project.folder), str(folder), self._memory_mb, theirs)
+            folders = tuple(
+                str(path)
+                for path in (
+                    self._project.folder,
+                    self._project.run_folder(run.id),
+                    self._project.own_folder(run.id),
+                )
+            )
+            arguments = (run.verb, run.asked, folders, self._memory_mb, theirs)
             process = context.Process(target=work, args=arguments, daemon=True)
             with self._lock:
                 if run.state != "running":
                     return
+                _deaf_to_ctrl_c()
                 process.start()
                 self._processes[run.id] = process
             theirs.close()
@@ -150,7 +181,6 @@ class Runs:
                     run.exit_code, run.error = rest
 
     def _finish(self, run: Run) -> None:
-        folder = self._project.run_folder(run.id)
         with self._lock:
             self._processes.pop(run.id, None)
             if run.state == "running":
@@ -160,24 +190,43 @@ class Runs:
                 run.share = 1.0 if run.state == "done" else run.share
                 run.words = run.state
         if run.state == "done":
-            kept = {"verb": run.verb, "exit_code": run.exit_code, "started": run.started, "job": run.job}
-            (folder / STATE).write_text(json.dumps(kept), encoding="utf-8")
-        else:
-            shutil.rmtree(folder, ignore_errors=True)
+            own = self._project.own_folder(run.id)
+            own.mkdir(parents=True, exist_ok=True)
+            kept = {"verb": run.verb, "exit_code": run.exit_code, "started": run.started, "asked": run.asked}
+            (own / STATE).write_text(json.dumps(kept), encoding="utf-8")
+        elif run.state == "cancelled":
+            self._project.forget(run.id)
 
-    def _take_up(self) -> None:
-        """Find the runs of before; what was cut off in the middle goes."""
-        for folder in (self._project.folder / RUNS).iterdir():
-            if not RUN_ID.fullmatch(folder.name) or folder.is_symlink():
-                continue
-            try:
-                kept = json.loads((folder / STATE).read_text(encoding="utf-8"))
-                run = Run(folder.name, kept["verb"], kept["job"], "done", 1.0, "done", kept["exit_code"])
-                run.started = float(kept["started"])
-            except (OSError, ValueError, KeyError, TypeError):
-                shutil.rmtree(folder, ignore_errors=True)
-                continue
-            self._runs[run.id] = run
+
+def _known(project: Project, run_id: str) -> Run | None:
+    """Return a run by what is kept of it, or by its report alone; None where it was cut off."""
+    report = project.result(run_id, REPORT)
+    if report is None:
+        return None
+    state = project.own(run_id, STATE)
+    try:
+        if state is None:
+            return _by_its_report(run_id, report)
+        kept = json.loads(state.read_text(encoding="utf-8"))
+        run = Run(run_id, kept["verb"], kept["asked"], "done", 1.0, "done", kept["exit_code"])
+        run.started = float(kept["started"])
+    except (OSError, ValueError, KeyError, TypeError):
+        return None
+    return run
+
+
+def _by_its_report(run_id: str, path: Path) -> Run:
+    values = json.loads(path.read_text(encoding="utf-8"))
+    code = ABOVE if values.get("outcome") == "above_tolerance" else 0
+    run = Run(run_id, str(values["command"]), {}, "done", 1.0, "done", code)
+    run.started = path.stat().st_mtime
+    return run
+
+
+def _deaf_to_ctrl_c() -> None:
+    """Keep Ctrl-C, which a terminal sends to every process, from what this thread starts."""
+    if sys.platform != "win32":
+        signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
 
 
 def _end(process: BaseProcess | None) -> None:

@@ -61,10 +61,11 @@ def app(
     try:
         import uvicorn
 
-        from autobalance.web_app.server import application, copied_in, listening_socket
+        from autobalance.web_app.server import application, listening_socket
     except ImportError:
         raise FormatError("the app needs starlette and uvicorn: pip install 'autobalance[app]'") from None
     from autobalance.web_app.guard import Keys
+    from autobalance.web_app.opening import open_in
     from autobalance.web_app.project import Project
     from autobalance.web_app.runs import Runs
 
@@ -72,7 +73,7 @@ def app(
         raise FileError(f"{source} does not exist")
     opened = Project.at(Path(project))
     if source is not None:
-        copied_in(Path(source), opened)
+        open_in(Path(source), opened)
     try:
         listener = listening_socket(port)
     except OSError as error:
@@ -86,17 +87,18 @@ def app(
         log_level="critical",
         access_log=False,
         lifespan="off",
+        ws="none",
         server_header=False,
         timeout_graceful_shutdown=1,
     )
     server = uvicorn.Server(config)
     address = f"http://127.0.0.1:{number}/?token={keys.token}"
-    if told is not None:
-        told(address)
-    if browser:
-        webbrowser.open(address)
     try:
-        with _ending(server):
+        with _ending(server):  # from here on: who reads the address may end it at once
+            if told is not None:
+                told(address)
+            if browser:
+                webbrowser.open(address)
             server.run(sockets=[listener])
     finally:
         runs.close()

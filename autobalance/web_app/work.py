@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
+import json
 import os
 import signal
-import struct
 import sys
 from collections.abc import Callable
+from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -14,17 +15,38 @@ if TYPE_CHECKING:
     from multiprocessing.connection import Connection
 
     import autobalance as ab
+    from autobalance.api.balance import BalanceResult
+    from autobalance.api.result import VerbResult
 
 MESH = "mesh.bin"
+VIEW = "view.bin"
+MODEL = "model.json"
+REPORT = "report.json"
 MEGABYTE = 1 << 20
 
 Told = Callable[[str, float], None]
+Asked = dict[str, Any]
 
 
-def work(verb: str, job: dict[str, Any], project: str, folder: str, memory_mb: int, pipe: Connection) -> None:
-    """Run a verb and write its results to ``folder``; tell words, share and the end through ``pipe``."""
+@dataclass(frozen=True)
+class Place:
+    """Where a run finds its files and leaves its results; ``own`` is for the page alone."""
+
+    project: Path
+    results: Path
+    own: Path
+
+    def keep(self, name: str, data: bytes) -> None:
+        """Write one of the page's own files."""
+        self.own.mkdir(parents=True, exist_ok=True)
+        (self.own / name).write_bytes(data)
+
+
+def work(verb: str, asked: Asked, folders: tuple[str, ...], memory_mb: int, pipe: Connection) -> None:
+    """Run a verb and write its results; tell words, share and the end through ``pipe``."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C is the server's to deal with
     os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
+    os.environ.setdefault("MPLBACKEND", "agg")
     _limit_memory(memory_mb)
     from autobalance.errors import AutobalanceError
 
@@ -32,7 +54,7 @@ def work(verb: str, job: dict[str, Any], project: str, folder: str, memory_mb: i
         pipe.send(("progress", words, share))
 
     try:
-        code = VERBS[verb](job, Path(project), Path(folder), tell)
+        code = VERBS[verb](asked, Place(*(Path(each) for each in folders)), tell)
         pipe.send(("done", code))
     except AutobalanceError as error:
         pipe.send(("failed", error.exit_code, str(error)))
@@ -53,44 +75,173 @@ def _limit_memory(memory_mb: int) -> None:
     resource.setrlimit(resource.RLIMIT_AS, (memory_mb * MEGABYTE, memory_mb * MEGABYTE))
 
 
-def _inspect(job: dict[str, Any], project: Path, folder: Path, tell: Told) -> int:
+# --- verbs --------------------------------------------------------------------------------------------------
+
+
+def _inspect(asked: Asked, place: Place, tell: Told) -> int:
     import autobalance as ab
+    from autobalance.errors import RecognitionError
     from autobalance.job.read import read_crankshaft
     from autobalance.job.typed_units import in_base_units
 
-    crankshaft = in_base_units({"crankshaft": job.get("crankshaft", {})})["crankshaft"]
-    read_crankshaft(crankshaft, project)  # names a wrong key as a job would
+    crankshaft = in_base_units({"crankshaft": asked["job"].get("crankshaft", {})})["crankshaft"]
+    told = read_crankshaft(crankshaft, place.project)  # names a wrong key as a job would
     keys = {key: value for key, value in crankshaft.items() if key != "file"}
-    result = ab.inspect(project / str(crankshaft["file"]), progress=tell, **keys)
-    folder.mkdir(parents=True, exist_ok=True)
-    (folder / "report.json").write_text(result.json(), encoding="utf-8")
-    (folder / MESH).write_bytes(_buffers(result.crank))
+    try:
+        result = ab.inspect(place.project / str(crankshaft["file"]), progress=tell, **keys)
+    except RecognitionError:
+        place.keep(MESH, _unrecognised(told))
+        raise
+    tell("drawing", 0.9)
+    place.keep(MESH, _recognised(result))
+    place.keep(MODEL, json.dumps({"crankpin_in_file": result.crank.measured.holds_crankpins}).encode())
+    _report(place, result)
     return 0
 
 
-def _balance(job: dict[str, Any], project: Path, folder: Path, tell: Told) -> int:
+def _recognised(result: ab.api.inspect.InspectResult) -> bytes:
+    from autobalance.crank.recognition.candidates import cylinder_candidates
+    from autobalance.web_app.meshes import crank_mesh
+
+    measured = result.crank.measured
+    mesh, anatomy = measured.source.solid.mesh, measured.anatomy
+    others = cylinder_candidates(mesh, anatomy.file_to_rotor[2, :3])
+    return crank_mesh(mesh, anatomy, result.faces, others)
+
+
+def _unrecognised(crankshaft: Any) -> bytes:
+    """Return the solid of a file in which no crank was found, for a user to say what is what."""
+    from autobalance.crank.recognition.candidates import cylinder_candidates
+    from autobalance.solid.formats.read import read
+    from autobalance.web_app.meshes import bare_mesh
+
+    source = read(
+        crankshaft.file, crankshaft.unit, crankshaft.body, pressed_up=not crankshaft.crankpin_in_file
+    )
+    mesh = source.solid.mesh
+    return bare_mesh(mesh, cylinder_candidates(mesh))
+
+
+def _balance(asked: Asked, place: Place, tell: Told) -> int:
     import autobalance as ab
 
-    asked = ab.Job.from_dict(job, folder=project)
-    result = ab.balance(asked, progress=tell)
-    result.write(folder, progress=tell)
-    (folder / MESH).write_bytes(_buffers(result.crank))
+    result = ab.balance(ab.Job.from_dict(asked["job"], folder=place.project), progress=tell)
+    return _written(result, place, tell)
+
+
+def _recut(asked: Asked, place: Place, tell: Told) -> int:
+    import autobalance as ab
+
+    report = place.results.parent / asked["run"] / REPORT
+    trusted = bool(asked.get("trust_reading"))
+    result = ab.recut(report, asked["reading"], folder=place.results, trust_reading=trusted, progress=tell)
+    return _written(result, place, tell)
+
+
+def _written(result: BalanceResult, place: Place, tell: Told) -> int:
+    """Write what the command writes, and what the page shows of it."""
+    from autobalance.web_app.prediction import linear_model
+
+    result.write(place.results, progress=tell)
+    place.keep(MODEL, json.dumps(linear_model(result), allow_nan=False).encode())
+    place.keep(VIEW, _view(result))
     return result.exit_code
 
 
-VERBS: dict[str, Callable[[dict[str, Any], Path, Path, Told], int]] = {
-    "inspect": _inspect,
-    "balance": _balance,
-}
-"""What the page may ask for."""
-
-
-def _buffers(crank: ab.Crank) -> bytes:
-    """Return a crank in the rotor frame as plain buffers: two counts, corners, triangles; little-endian."""
+def _view(result: BalanceResult) -> bytes:
+    """Return the crank as it is left and the metal that went, as the report's page shows them."""
     import numpy as np
 
-    frame = crank.file_to_rotor
-    corners = (crank.vertices_mm @ frame[:3, :3].T + frame[:3, 3]).astype("<f4")
-    triangles = crank.triangles.astype("<u4")
-    head = struct.pack("<II", len(corners), len(triangles))
-    return head + np.ascontiguousarray(corners).tobytes() + np.ascontiguousarray(triangles).tobytes()
+    from autobalance.report.bundle import coarse_pieces, view_of
+    from autobalance.report.html import view_data
+    from autobalance.report.metal import pieces_of
+    from autobalance.web_app.buffers import packed
+    from autobalance.web_app.meshes import creases
+
+    before = result.before.measured.source.solid
+    record = result.record.balanced
+    assert record is not None
+    left = record.result.solid or before
+    body, note = view_of(left)
+    tools = record.result.tools
+    pieces = coarse_pieces(result.report, before, tools, pieces_of(result.report, before, tools))
+    data, meshes = view_data(result.report, body, pieces)
+    head = {"view": data, "note": note, "triangles": len(left.mesh.triangles)}
+    frame = result.before.file_to_rotor
+    edges = creases(body.vertices @ frame[:3, :3].T + frame[:3, 3], body.triangles)
+    return packed(head, {"meshes": np.frombuffer(meshes, dtype="u1"), "edges": edges})
+
+
+def _compare(asked: Asked, place: Place, tell: Told) -> int:
+    """Compare the kinds; those that come within tolerance are drawn."""
+    import autobalance as ab
+
+    job = ab.Job.from_dict(asked["job"], folder=place.project)
+    compared = ab.compare(job, progress=lambda words, _: tell(words, 0.1))
+    rows = [row for row in compared.report["rows"] if row["outcome"] == "within_tolerance"]
+    place.results.mkdir(parents=True, exist_ok=True)
+    for done, row in enumerate(rows):
+        name = "+".join(row["method"])
+        tell(f"drawing {name}", 0.4 + 0.6 * done / len(rows))
+        tables = {
+            **asked["job"],
+            "correction": {**asked["job"].get("correction", {}), "method": row["method"]},
+        }
+        picture = _picture(ab.balance(ab.Job.from_dict(tables, folder=place.project)))
+        (place.results / f"{name}.png").write_bytes(picture)
+    _report(place, compared)
+    return compared.exit_code
+
+
+def _picture(result: BalanceResult) -> bytes:
+    from autobalance.report.bundle import Choice, bundle
+    from autobalance.report.json import showable
+
+    record = result.record.balanced
+    assert record is not None
+    ended = record.result
+    before = result.before.measured.source.solid
+    made = bundle(showable(result.report), before, ended.solid, ended.tools, Choice(("png",)))
+    return made["png_after"][1]
+
+
+def _forces(asked: Asked, place: Place, tell: Told) -> int:
+    import autobalance as ab
+
+    return _plotted(ab.forces(ab.Job.from_dict(asked["job"], folder=place.project), progress=tell), place)
+
+
+def _cycle(asked: Asked, place: Place, tell: Told) -> int:
+    import autobalance as ab
+
+    return _plotted(ab.cycle(ab.Job.from_dict(asked["job"], folder=place.project), progress=tell), place)
+
+
+def _plotted(result: VerbResult, place: Place) -> int:
+    """Write a result's report, its files and its plots."""
+    plots = result.plots()
+    place.results.mkdir(parents=True, exist_ok=True)
+    for name, kinds in plots.items():
+        for ending, data in kinds.items():
+            (place.results / f"{name}.{ending}").write_bytes(data)
+    for name, data in result.files().items():
+        (place.results / name).write_bytes(data)
+    _report(place, result)
+    return result.exit_code
+
+
+def _report(place: Place, result: VerbResult) -> None:
+    """Write the report last: a run with one is whole."""
+    place.results.mkdir(parents=True, exist_ok=True)
+    (place.results / REPORT).write_text(result.json(), encoding="utf-8")
+
+
+VERBS: dict[str, Callable[[Asked, Place, Told], int]] = {
+    "inspect": _inspect,
+    "balance": _balance,
+    "recut": _recut,
+    "compare": _compare,
+    "forces": _forces,
+    "cycle": _cycle,
+}
+"""What the page may ask for."""

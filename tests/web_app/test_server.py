@@ -1,5 +1,6 @@
 """The app's endpoints, and what they refuse: other hosts, other pages, other folders."""
 
+import hashlib
 import json
 import os
 import signal
@@ -82,6 +83,7 @@ def test_the_token_opens_and_the_cookie_only_reads(app: Served) -> None:
     assert page.status == 200
     assert app.token.encode() in page.body
     assert app.ask("/api/runs", token=False, Cookie=cookie).status == 200
+    assert app.ask("/api/runs", token=False, Cookie=cookie, method="HEAD").status == 401
     body = {"verb": "inspect", "job": job()}
     assert app.ask("/api/runs", body, token=False, Cookie=cookie).status == 401
     assert app.ask("/api/runs", token=False).status == 401
@@ -142,7 +144,7 @@ def test_a_taken_name_gets_a_number(app: Served) -> None:
     assert kept == ["part.obj", "part-2.obj"]
 
 
-def test_a_balance_is_that_of_the_function(app: Served) -> None:
+def test_a_balance_is_that_of_the_function(app: Served, tmp_path: Path) -> None:
     run = app.ask("/api/runs", {"verb": "balance", "job": job()})
     assert run.status == 202
     told = app.ended(run.json["id"])
@@ -154,7 +156,12 @@ def test_a_balance_is_that_of_the_function(app: Served) -> None:
         assert report[key] == own[key]
     solid = app.ask(f"/api/runs/{told['id']}/files/balanced.stl").body
     assert len(solid) == 84 + 50 * report["outputs"]["solid"]["triangles"]
-    assert ab.verify(app.project / "runs" / told["id"] / "report.json").holds
+    folder = app.project / "runs" / told["id"]
+    assert ab.verify(folder / "report.json").holds
+    by_command = ab.balance(ab.read_job(JOB)).write(tmp_path, date="2026-01-01")
+    assert (
+        {path.name for path in folder.iterdir()} == {path.name for path in by_command} == set(told["files"])
+    )
     assert told["id"] in [each["id"] for each in app.ask("/api/runs").json["runs"]]
 
 
@@ -179,6 +186,21 @@ def test_a_cancelled_run_leaves_no_file(app: Served) -> None:
     assert not (app.project / "runs" / run).exists()
 
 
+def test_an_uploaded_job_is_kept_as_it_is_and_opened_with_files_of_the_project(app: Served) -> None:
+    text = JOB.read_bytes().replace(b'"crank.stl"', b'"../elsewhere/crank.stl"')
+    kept = app.ask("/api/files?name=mine.toml", text).json
+    assert (app.project / "mine.toml").read_bytes() == text
+    assert kept["sha256"] == hashlib.sha256(text).hexdigest()
+    opened = app.ask("/api/open", {"file": "mine.toml"}).json["job"]
+    assert opened["crankshaft"]["file"] == "crank.stl"
+    assert app.ask("/api/open", {"file": "crank.stl"}).json["job"] == opened
+    app.ask("/api/files?name=broken.toml", b"= 3")
+    wrong: tuple[Any, ...] = ({"file": "broken.toml"}, {"file": "no.toml"}, {"file": "../x"}, {"file": 7}, [])
+    for body in wrong:
+        answer = app.ask("/api/open", body)
+        assert (answer.status, list(answer.json)) == (400, ["error"])
+
+
 def test_the_job_is_kept_as_the_command_line_takes_it(app: Served) -> None:
     text = app.ask("/api/job", job(), "PUT").json["job_text"]
     assert tomllib.loads(text) == job()
@@ -200,6 +222,66 @@ def test_it_ends_with_nothing_left_and_goes_on_where_it_was(tmp_path: Path) -> N
         again.process.send_signal(signal.SIGINT)
         assert again.process.wait(timeout=20) == 0
     assert not os.path.exists("autobalance-project")
+
+
+def test_it_may_be_ended_as_soon_as_its_address_is_known(tmp_path: Path) -> None:
+    with served(tmp_path / "project") as app:
+        app.process.send_signal(signal.SIGTERM)
+        assert app.process.wait(timeout=20) == 0
+
+
+def test_a_report_and_its_folder_are_taken_in_as_a_run(tmp_path: Path) -> None:
+    job = jobs.bundled_job(tmp_path / "job")
+    jobs.balanced(job, tmp_path / "out")
+    data = (tmp_path / "out" / "report.json").read_bytes()
+    (tmp_path / "project").mkdir()
+    (tmp_path / "project" / ".upload-0.part").write_bytes(b"cut off")
+    for source in ("out/report.json", "out"):
+        with served(tmp_path / "project", str(tmp_path / source)) as app:
+            runs = app.ask("/api/runs").json["runs"]
+            assert [(each["verb"], each["state"], each["exit_code"]) for each in runs] == [
+                ("balance", "done", 0)
+            ]
+            assert app.ask(f"/api/runs/{runs[0]['id']}/report").body == data
+            assert app.ask("/api/project").json["files"] == ["crank.stl", "job.toml"]
+            assert app.ask("/api/project").json["job"]["engine"]["stroke_mm"] == 53.8
+            reading = {"urr_percent": 95.0, "umar_g_mm": 0.5, "plane": _planes(app, runs[0]["id"])}
+            body = {"verb": "recut", "run": runs[0]["id"], "reading": reading}
+            if source == "out":
+                told = app.ended(app.ask("/api/runs", body).json["id"])
+                assert told["state"] == "done", told
+                report = app.ask(f"/api/runs/{told['id']}/report").json
+                assert [each["stage"] for each in report["stages"]] == [1, 2]
+                assert "history.html" in told["files"]
+                assert ab.verify(app.project / "runs" / told["id"] / "report.json").holds
+    (tmp_path / "out" / "balanced.stl").unlink()
+    assert jobs.run("app", tmp_path / "out", "--no-browser", "--project", tmp_path / "other") == 3
+
+
+def _planes(app: Served, run: str) -> list[dict[str, Any]]:
+    """Return a reading that the solid's own residual explains, with 20 g·mm more in plane A."""
+    planes = app.ask(f"/api/runs/{run}/report").json["tolerance"]["planes"]
+    return [
+        {"at": plane["name"], "g_mm": 20.0 if plane["name"] == "A" else 0.0, "angle_deg": 200.0}
+        for plane in planes
+    ]
+
+
+def test_a_result_is_taken_in_from_the_page(app: Served, tmp_path: Path) -> None:
+    jobs.balanced(jobs.bundled_job(tmp_path / "job"), tmp_path / "out", 0, "--only", "json")
+    for name in ("report.json", "balanced.stl"):
+        body = (tmp_path / "out" / name).read_bytes()
+        assert app.ask(f"/api/files?name={name}&apart=0123456789ab", body).status == 201
+    opened = app.ask("/api/open", {"file": "report.json", "apart": "0123456789ab"})
+    assert opened.status == 200
+    told = app.ask(f"/api/runs/{opened.json['run']}").json
+    assert (told["state"], told["files"]) == ("done", ["balanced.stl", "report.json"])
+    assert not (app.project / ".app" / "0123456789ab").exists()
+    assert app.ask("/api/files?name=x.stl&apart=..", b"x").status == 400
+    assert app.ask(f"/api/files?name=x.stl&apart={told['id']}", b"x").status == 400
+    (tmp_path / "out" / "report.json").write_text("{}", encoding="utf-8")
+    app.ask("/api/files?name=report.json", b"{}")
+    assert app.ask("/api/open", {"file": "report.json"}).status == 400
 
 
 def test_wrong_use_is_one_line(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:

@@ -1,72 +1,246 @@
-// The crank in 3D: buffers from the server, drawn with three.js; the scene is the rotor frame in mm.
+// The crank in 3D: buffers from the server drawn with three.js; the scene is the rotor frame in mm, or the file's.
+import { unpacked } from "/static/buffers.js";
+import { Rays } from "/static/picking.js";
+
 const T = window.THREE;
-const GREY = 0x9aa7b5, BLUE = 0x2a7de1;
+const DARK = matchMedia("(prefers-color-scheme: dark)");
+const INK = { metal: ["#a9b3bd", "#8c97a3"], cap: ["#7d8893", "#4a5560"], line: ["#4a5560", "#10151a"], mark: ["#0b5cad", "#7db8f5"], chosen: ["#d9480f", "#ff9f5a"], gone: ["#c92a2a", "#ff8787"], zone: ["#12703c", "#6fd39a"], axis: ["#b3261e", "#ff9c94"] };
+const ink = (name) => INK[name][DARK.matches ? 1 : 0];
 
 export class View {
   constructor(box, canvas, note) {
-    this.box = box; this.note = note; this.mark = null;
+    this.box = box; this.note = note; this.clip = new T.Plane(new T.Vector3(-1, 0, 0), 1e9);
+    this.sets = {}; this.parts = []; this.mode = "crank"; this.onpick = null; this.marked = [];
     try {
       this.renderer = new T.WebGLRenderer({ canvas, antialias: true, alpha: true });
     } catch {
       note.textContent = "This browser shows no 3D; everything else works";
       return;
     }
+    this.renderer.localClippingEnabled = true;
     this.scene = new T.Scene();
-    this.scene.add(new T.AmbientLight(0xffffff, 1.3));
-    const sun = new T.DirectionalLight(0xffffff, 2.2);
-    sun.position.set(1, 2, 3);
-    this.scene.add(sun);
+    this.sun = new T.DirectionalLight(0xffffff, 2.0); this.fill = new T.DirectionalLight(0xffffff, 0.9);
+    this.scene.add(new T.AmbientLight(0xffffff, 0.9), this.sun, this.fill, this.sun.target, this.fill.target);
+    this.marks = new T.Group(); this.zones = new T.Group();
+    this.scene.add(this.marks, this.zones);
     this.camera = new T.OrthographicCamera(-1, 1, 1, -1, -1e4, 1e4);
+    this.camera.up.set(1, 0, 0);
     this.controls = new T.OrbitControls(this.camera, canvas);
+    this.controls.enableDamping = false;
     this.controls.addEventListener("change", () => this.draw());
     new ResizeObserver(() => this.resize()).observe(box);
     box.addEventListener("keydown", (event) => this.key(event));
+    let down = null;
+    canvas.addEventListener("pointerdown", (event) => { down = [event.clientX, event.clientY]; });
+    canvas.addEventListener("pointerup", (event) => {
+      if (down && Math.hypot(event.clientX - down[0], event.clientY - down[1]) < 4) this.onpick?.(this.pick(event.clientX, event.clientY));
+      down = null;
+    });
+    DARK.addEventListener("change", () => this.paint());
   }
 
-  // Show a crank: Uint32 corner and triangle counts, Float32 corners, Uint32 triangles.
-  show(buffer) {
-    const [corners, triangles] = new Uint32Array(buffer, 0, 2);
-    this.box.dataset.triangles = String(triangles);
-    if (!this.renderer) { this.box.dataset.state = "ready"; return; }
-    const geometry = new T.BufferGeometry();
-    geometry.setAttribute("position", new T.BufferAttribute(new Float32Array(buffer, 8, 3 * corners), 3));
-    geometry.setIndex(new T.BufferAttribute(new Uint32Array(buffer, 8 + 12 * corners, 3 * triangles), 1));
-    geometry.computeBoundingSphere();
-    if (this.mesh) { this.scene.remove(this.mesh); this.mesh.geometry.dispose(); }
-    this.mesh = new T.Mesh(geometry, new T.MeshStandardMaterial({ color: GREY, flatShading: true, metalness: 0.2, roughness: 0.7, side: T.DoubleSide }));
-    this.scene.add(this.mesh);
-    const { center, radius } = geometry.boundingSphere;
-    this.radius = radius;
-    this.controls.target.copy(center);
-    this.camera.up.set(1, 0, 0);
-    this.camera.position.copy(center).add(new T.Vector3(0.9 * radius, 1.6 * radius, 1.9 * radius));
-    this.note.textContent = `${triangles.toLocaleString("en")} triangles; drag to turn, wheel to zoom`;
-    this.resize();
+  // --- what is shown --------------------------------------------------------------------------------------
+
+  // A crank as it was opened, with the part of each triangle.
+  showCrank(buffer) {
+    const { head, arrays } = unpacked(buffer);
+    this.parts = head.parts;
+    this.count = arrays.triangles.length / 3;
+    if (!this.renderer) { this.ready(); return; }
+    const positions = new T.BufferAttribute(arrays.corners, 3);
+    const body = new T.BufferGeometry();
+    body.setAttribute("position", positions);
+    body.setIndex(new T.BufferAttribute(arrays.triangles, 1));
+    this.part = arrays.part;
+    this.positions = positions;
+    this.rays = new Rays(arrays.corners, arrays.triangles);
+    this.put("crank", [this.mesh(body, "metal"), this.caps(body), this.lines(arrays.edges)], body, this.count);
+    this.use("crank");
+    this.look();
+  }
+
+  // A crank as a run left it, and the metal that went.
+  showResult(buffer) {
+    const { head, arrays } = unpacked(buffer), data = head.view;
+    if (!this.renderer) { this.count = head.triangles; this.ready(); return; }
+    const part = (packed) => {
+      const places = new Uint16Array(arrays.meshes.buffer, arrays.meshes.byteOffset + packed.vertices[0], 3 * packed.vertices[1]);
+      const shape = new T.BufferGeometry();
+      shape.setAttribute("position", new T.BufferAttribute(Float32Array.from(places, (value, k) => data.low_mm[k % 3] + data.step_mm * value), 3));
+      shape.setIndex(new T.BufferAttribute(new Uint32Array(arrays.meshes.buffer, arrays.meshes.byteOffset + packed.triangles[0], 3 * packed.triangles[1]), 1));
+      return shape;
+    };
+    const body = part(data.body);
+    this.metal = new T.Group();
+    const floors = new T.Group();
+    for (const piece of data.pieces) {
+      const skin = this.mesh(part(piece.skin), "gone");
+      skin.material.transparent = true;
+      const floor = this.mesh(part(piece.floor), "gone");
+      Object.assign(floor.material, { polygonOffset: true, polygonOffsetFactor: -1, polygonOffsetUnits: -2 });
+      skin.userData.number = floor.userData.number = piece.number;
+      this.metal.add(skin); floors.add(floor);
+    }
+    const rings = data.tolerance_planes.map((plane) => this.ring(plane.z_mm, 1.1 * data.radius_mm, "zone"));
+    this.put("result", [this.mesh(body, "metal"), this.caps(body), this.lines(arrays.edges), this.metal, floors, ...rings, this.axis(data.z_mm)], body, head.triangles);
+    this.result = data;
+    this.use("result");
+    this.look();
+  }
+
+  put(name, children, body, triangles) {
+    if (this.sets[name]) { this.scene.remove(this.sets[name].group); this.sets[name].group.traverse((each) => { each.geometry?.dispose(); each.material?.dispose(); }); }
+    const group = new T.Group();
+    group.add(...children);
+    body.computeBoundingSphere();
+    this.scene.add(group);
+    this.sets[name] = { group, sphere: body.boundingSphere, triangles };
+  }
+
+  use(name) {
+    if (!this.sets[name]) return;
+    this.mode = name;
+    for (const [each, set] of Object.entries(this.sets)) set.group.visible = each === name;
+    this.marks.visible = this.zones.visible = name === "crank";
+    this.count = this.sets[name].triangles;
+    this.section(this.cut?.[0] || "none", this.cut?.[1] ?? 0.5);
+    this.ready();
+    this.draw();
+  }
+
+  ready() {
+    this.box.dataset.triangles = String(this.count);
     this.box.dataset.state = "ready";
+    if (this.renderer) this.note.textContent = `${this.count.toLocaleString("en").replaceAll(",", "\u202f")} triangles`;
   }
 
-  // Mark a part: a ring about its axis at a place, in the rotor frame.
-  point(centre, radius) {
-    if (!this.renderer) return;
-    if (this.mark) this.scene.remove(this.mark);
-    this.mark = null;
-    if (centre) {
-      const ring = new T.RingGeometry(radius, radius + 0.04 * this.radius, 64);
-      this.mark = new T.Mesh(ring, new T.MeshBasicMaterial({ color: BLUE, side: T.DoubleSide, depthTest: false, transparent: true, opacity: 0.85 }));
-      this.mark.position.set(...centre);
-      this.mark.renderOrder = 2;
-      this.scene.add(this.mark);
+  // How much of the metal that went is still shown, 1 to 0.
+  fade(share) {
+    if (!this.metal) return;
+    for (const each of this.metal.children) { each.material.opacity = share; each.visible = share > 0.01; each.material.depthWrite = share > 0.99; }
+    this.draw();
+  }
+
+  section(axis, share) {
+    this.cut = [axis, share];
+    const sphere = this.sets[this.mode]?.sphere;
+    if (!sphere) return null;
+    const ways = { x: [-1, 0, 0], y: [0, -1, 0], z: [0, 0, -1] };
+    const place = axis === "none" ? 1e9 : sphere.center[axis] + (2 * share - 1) * sphere.radius;
+    this.clip.set(new T.Vector3(...(ways[axis] || ways.z)), place);
+    this.draw();
+    return axis === "none" ? null : place;
+  }
+
+  // --- marks ----------------------------------------------------------------------------------------------
+
+  // Colour parts, by their places in `parts`, from 1.
+  mark(chosen, colour = "chosen") {
+    if (!this.renderer || !this.rays) return;
+    this.marked = [chosen, colour];
+    for (const each of [...this.marks.children]) { this.marks.remove(each); each.geometry.dispose(); each.material.dispose(); }
+    const wanted = new Set(chosen), rows = [], t = this.rays.t;
+    if (wanted.size) for (let k = 0; k < this.part.length; k++) if (wanted.has(this.part[k])) rows.push(t[3 * k], t[3 * k + 1], t[3 * k + 2]);
+    if (rows.length) {
+      const shape = new T.BufferGeometry();
+      shape.setAttribute("position", this.positions);
+      shape.setIndex(new T.BufferAttribute(new Uint32Array(rows), 1));
+      const made = this.mesh(shape, colour);
+      Object.assign(made.material, { polygonOffset: true, polygonOffsetFactor: -1, polygonOffsetUnits: -2 });
+      this.marks.add(made);
     }
     this.draw();
   }
 
+  // A ring about the axis at a place: a journal, a throw, a web.
+  point(centre, radius) {
+    if (!this.renderer || !this.sets.crank) return;
+    if (this.pointer) { this.scene.remove(this.pointer); this.pointer = null; }
+    if (centre) {
+      this.pointer = new T.Mesh(new T.RingGeometry(radius, radius + 0.03 * this.sets.crank.sphere.radius, 72), new T.MeshBasicMaterial({ color: ink("mark"), side: T.DoubleSide, depthTest: false, transparent: true, opacity: 0.85 }));
+      this.pointer.position.set(...centre);
+      this.pointer.renderOrder = 2;
+      this.scene.add(this.pointer);
+    }
+    this.draw();
+  }
+
+  // Angles where metal may go, about the crank axis: [[from, to], ...] in degrees.
+  sectors(zones) {
+    if (!this.renderer || !this.sets.crank) return;
+    this.zones.clear();
+    const { center, radius } = this.sets.crank.sphere;
+    for (const [from, to] of zones) {
+      const span = ((to - from) % 360 + 360) % 360 || 360;
+      const fan = new T.Mesh(new T.RingGeometry(0.2 * radius, 0.8 * radius, 72, 1, (from * Math.PI) / 180, (span * Math.PI) / 180), new T.MeshBasicMaterial({ color: ink("zone"), side: T.DoubleSide, transparent: true, opacity: 0.35, depthWrite: false }));
+      fan.position.z = center.z;
+      this.zones.add(fan);
+    }
+    this.draw();
+  }
+
+  // --- pieces of the scene --------------------------------------------------------------------------------
+
+  mesh(shape, name) {
+    const made = new T.Mesh(shape, new T.MeshStandardMaterial({ color: ink(name), flatShading: true, metalness: 0.05, roughness: 0.62, side: T.DoubleSide, clippingPlanes: [this.clip], polygonOffset: true, polygonOffsetFactor: 1, polygonOffsetUnits: 1 }));
+    made.userData.ink = name;
+    return made;
+  }
+  caps(shape) {
+    const made = new T.Mesh(shape, new T.MeshBasicMaterial({ color: ink("cap"), side: T.BackSide, clippingPlanes: [this.clip] }));
+    made.userData.ink = "cap";
+    return made;
+  }
+  lines(ends) {
+    const shape = new T.BufferGeometry();
+    shape.setAttribute("position", new T.BufferAttribute(ends, 3));
+    return this.stroked(shape, "line");
+  }
+  stroked(shape, name) {
+    const made = new T.LineSegments(shape, new T.LineBasicMaterial({ color: ink(name), clippingPlanes: name === "line" ? [this.clip] : [] }));
+    made.userData.ink = name;
+    return made;
+  }
+  ring(z, radius, name) {
+    const ends = [];
+    for (let k = 0; k < 96; k++) for (const turn of [k, k + 1]) ends.push(radius * Math.cos((turn * Math.PI) / 48), radius * Math.sin((turn * Math.PI) / 48), z);
+    return this.lines2(ends, name);
+  }
+  axis([low, high]) { const more = 0.12 * (high - low); return this.lines2([0, 0, low - more, 0, 0, high + more], "axis"); }
+  lines2(ends, name) {
+    const shape = new T.BufferGeometry();
+    shape.setAttribute("position", new T.BufferAttribute(new Float32Array(ends), 3));
+    return this.stroked(shape, name);
+  }
+
+  paint() {
+    this.scene?.traverse((each) => { if (each.userData.ink) each.material.color.set(ink(each.userData.ink)); });
+    this.draw();
+  }
+
+  // --- camera ---------------------------------------------------------------------------------------------
+
+  look() {
+    const { center, radius } = this.sets[this.mode].sphere;
+    this.radius = radius;
+    this.controls.target.copy(center);
+    this.camera.position.copy(center).add(new T.Vector3(0.9 * radius, 1.6 * radius, 1.9 * radius));
+    this.camera.zoom = 1;
+    this.controls.update();
+    this.resize();
+  }
+
   key(event) {
     const turn = { ArrowLeft: [-0.12, 0], ArrowRight: [0.12, 0], ArrowUp: [0, -0.12], ArrowDown: [0, 0.12] }[event.key];
-    if (!turn || !this.mesh) return;
-    const away = this.camera.position.clone().sub(this.controls.target);
-    const side = new T.Vector3().copy(this.camera.up).cross(away).normalize();
-    away.applyAxisAngle(this.camera.up, turn[0]).applyAxisAngle(side, turn[1]);
-    this.camera.position.copy(this.controls.target).add(away);
+    const zoom = { "+": 1.15, "=": 1.15, "-": 1 / 1.15 }[event.key];
+    if ((!turn && !zoom) || !this.sets[this.mode]) return;
+    if (zoom) { this.camera.zoom = Math.min(30, Math.max(0.4, this.camera.zoom * zoom)); this.camera.updateProjectionMatrix(); }
+    else {
+      const away = this.camera.position.clone().sub(this.controls.target);
+      const side = new T.Vector3().copy(this.camera.up).cross(away).normalize();
+      away.applyAxisAngle(this.camera.up, turn[0]).applyAxisAngle(side, turn[1]);
+      this.camera.position.copy(this.controls.target).add(away);
+    }
     this.controls.update();
     this.draw();
     event.preventDefault();
@@ -77,12 +251,53 @@ export class View {
     if (!this.renderer || !width || !height) return;
     this.renderer.setPixelRatio(Math.min(window.devicePixelRatio || 1, 2));
     this.renderer.setSize(width, height, false);
-    const half = 1.15 * (this.radius || 1), aspect = width / height;
+    const half = 1.05 * (this.radius || 1), aspect = width / height;
     Object.assign(this.camera, { left: -half * Math.max(1, aspect), right: half * Math.max(1, aspect), top: half * Math.max(1, 1 / aspect), bottom: -half * Math.max(1, 1 / aspect) });
     this.camera.updateProjectionMatrix();
     this.controls.update();
     this.draw();
   }
 
-  draw() { this.renderer.render(this.scene, this.camera); }
+  draw() {
+    if (!this.renderer || this.waiting) return;
+    this.waiting = true;
+    requestAnimationFrame(() => { this.waiting = false; this.drawn(); });
+  }
+  drawn() {
+    const [side, up, back] = [0, 1, 2].map((column) => new T.Vector3().setFromMatrixColumn(this.camera.matrixWorld, column));
+    this.sun.position.copy(back).addScaledVector(up, 1.1).addScaledVector(side, -0.8);
+    this.fill.position.copy(back).addScaledVector(side, 1.1).addScaledVector(up, -0.2);
+    this.renderer.render(this.scene, this.camera);
+  }
+
+  // --- picking --------------------------------------------------------------------------------------------
+
+  ray(clientX, clientY) {
+    const frame = this.renderer.domElement.getBoundingClientRect();
+    const at = new T.Vector3(((clientX - frame.left) / frame.width) * 2 - 1, 1 - ((clientY - frame.top) / frame.height) * 2, -1).unproject(this.camera);
+    const way = new T.Vector3().setFromMatrixColumn(this.camera.matrixWorld, 2).negate();
+    return [at.toArray(), way.toArray()];
+  }
+
+  // What is under a place of the window: { point, part } or null; part counts from 1, 0 is none.
+  pick(clientX, clientY) {
+    if (!this.rays || this.mode !== "crank") return null;
+    const [origin, way] = this.ray(clientX, clientY);
+    const begin = origin.map((value, axis) => value - 1e4 * way[axis]);
+    const hit = this.rays.cast(begin, way, (point) => this.clip.distanceToPoint(new T.Vector3(...point)) >= 0);
+    return hit && { point: hit.point, part: this.part[hit.triangle] };
+  }
+
+  // Where a part is on the screen: for tests and scripts that drive the page.
+  whereIs(part) {
+    const { p, t } = this.rays, frame = this.renderer.domElement.getBoundingClientRect();
+    for (let k = 0; k < this.part.length; k++) {
+      if (this.part[k] !== part) continue;
+      const middle = [0, 1, 2].map((axis) => (p[3 * t[3 * k] + axis] + p[3 * t[3 * k + 1] + axis] + p[3 * t[3 * k + 2] + axis]) / 3);
+      const s = new T.Vector3(...middle).project(this.camera);
+      const x = frame.left + ((s.x + 1) / 2) * frame.width, y = frame.top + ((1 - s.y) / 2) * frame.height;
+      if (x > frame.left && x < frame.right && y > frame.top && y < frame.bottom && this.pick(x, y)?.part === part) return [x, y];
+    }
+    return null;
+  }
 }

@@ -1,0 +1,61 @@
+"""What every endpoint needs: bodies read within limits, errors of one line."""
+
+from __future__ import annotations
+
+import contextlib
+import json
+from collections.abc import AsyncIterator
+from importlib import resources
+from pathlib import Path
+from typing import Any
+
+from starlette.requests import ClientDisconnect, Request
+from starlette.responses import FileResponse, JSONResponse, Response
+
+LARGEST_JSON = 1 << 20
+LARGEST_DRAINED = 1 << 30
+BINARY = "application/octet-stream"
+PICTURES = {".png": "image/png", ".svg": "image/svg+xml"}
+
+
+async def body_of(request: Request) -> Any:
+    """Return the JSON of a small body; None where it is none."""
+    data = b""
+    async for chunk in request.stream():
+        data += chunk
+        if len(data) > LARGEST_JSON:
+            return None
+    try:
+        return json.loads(data)
+    except (ValueError, RecursionError):
+        return None
+
+
+async def drained(body: AsyncIterator[bytes]) -> None:
+    """Read on what is refused: who still sends would not read the answer."""
+    size = 0
+    with contextlib.suppress(ClientDisconnect, RuntimeError):
+        async for chunk in body:
+            size += len(chunk)
+            if size > LARGEST_DRAINED:
+                return
+
+
+def refused(text: str, status: int) -> Response:
+    """Return an error."""
+    return JSONResponse({"error": text}, status)
+
+
+def file_of(path: Path | None, saved_as: str | None = None) -> Response:
+    """Return a file, a picture to be shown, anything else to be saved; 404 where there is none."""
+    if path is None:
+        return refused("there is no such file", 404)
+    picture = PICTURES.get(path.suffix.lower())
+    if picture is not None:
+        return FileResponse(path, media_type=picture)
+    return FileResponse(path, media_type=BINARY, filename=saved_as)
+
+
+def asset(room: str, path: str) -> bytes:
+    """Return a file of the package."""
+    return (resources.files(f"autobalance.{room}") / path).read_bytes()

@@ -1,0 +1,137 @@
+"""Endpoints of what the page shows as one types, drags and turns: from results that were measured."""
+
+from __future__ import annotations
+
+import json
+from dataclasses import MISSING, fields
+from typing import TYPE_CHECKING, Any
+
+from starlette.concurrency import run_in_threadpool
+from starlette.requests import Request
+from starlette.responses import JSONResponse, Response
+from starlette.routing import Route
+
+from autobalance.errors import AutobalanceError
+from autobalance.web_app.answers import body_of, file_of, refused
+from autobalance.web_app.opening import named_files
+from autobalance.web_app.prediction import predicted
+from autobalance.web_app.preview import preview
+from autobalance.web_app.relaxing import proposed
+from autobalance.web_app.work import MESH, MODEL, VIEW
+
+if TYPE_CHECKING:
+    from autobalance.web_app.project import Project
+    from autobalance.web_app.runs import Runs
+
+REPORT = "report.json"
+
+
+class Live:
+    """The endpoints."""
+
+    def __init__(self, project: Project, runs: Runs) -> None:
+        """Serve a project's runs."""
+        self._project, self._runs = project, runs
+
+    def routes(self) -> list[Route]:
+        """Return the endpoints."""
+        return [
+            Route("/api/kinds", self.kinds),
+            Route("/api/runs/{run}/asked", self.asked),
+            Route("/api/runs/{run}/mesh", self.mesh),
+            Route("/api/runs/{run}/view", self.view),
+            Route("/api/runs/{run}/model", self.model),
+            Route("/api/runs/{run}/relaxations", self.relaxations),
+            Route("/api/runs/{run}/predict", self.predict, methods=["POST"]),
+            Route("/api/runs/{run}/preview", self.preview, methods=["POST"]),
+        ]
+
+    async def kinds(self, _: Request) -> Response:
+        """Tell the kinds of correction and the keys of their tables."""
+        return JSONResponse({"kinds": await run_in_threadpool(kinds)})
+
+    async def asked(self, request: Request) -> Response:
+        """Tell what a run was asked."""
+        found = self._runs.asked(request.path_params["run"])
+        return refused("there is no such run", 404) if found is None else JSONResponse(found)
+
+    async def mesh(self, request: Request) -> Response:
+        """Give the crank of an inspection as a buffer."""
+        return self._own(request.path_params["run"], MESH)
+
+    async def view(self, request: Request) -> Response:
+        """Give a corrected crank and the metal that went as a buffer."""
+        return self._own(request.path_params["run"], VIEW)
+
+    async def model(self, request: Request) -> Response:
+        """Give what a run left for the page: what was found out, or the linear model of its cuts."""
+        return self._own(request.path_params["run"], MODEL)
+
+    async def relaxations(self, request: Request) -> Response:
+        """Tell which changes of the job a report proposes."""
+        path = self._project.result(request.path_params["run"], REPORT)
+        if path is None:
+            return file_of(None)
+        report = json.loads(path.read_text(encoding="utf-8"))
+        return JSONResponse({"relaxations": proposed(report) if "reason" in report else []})
+
+    async def predict(self, request: Request) -> Response:
+        """Predict what other depths and turns of a result's cuts would leave."""
+        model, values = self._json(request, MODEL), await body_of(request)
+        if model is None or "cuts" not in model:
+            return file_of(None)
+        if not isinstance(values, dict) or set(values) - {"depths_mm", "turns_deg"}:
+            return refused('the body must be {"depths_mm": [...], "turns_deg": [...]}', 400)
+        try:
+            return JSONResponse(predicted(model, values.get("depths_mm", []), values.get("turns_deg", [])))
+        except AutobalanceError as error:
+            return refused(str(error), 400)
+
+    async def preview(self, request: Request) -> Response:
+        """Tell what a job's weights do to the crank of an inspection, or why that is not known yet."""
+        path, values = self._project.result(request.path_params["run"], REPORT), await body_of(request)
+        if path is None:
+            return file_of(None)
+        if not isinstance(values, dict):
+            return refused("the body is no JSON object", 400)
+        if any(where != "crankshaft.file" for where, _ in named_files(values, "")):
+            return JSONResponse({"why": "weights of solids are known once the crank is balanced"})
+        report = json.loads(path.read_text(encoding="utf-8"))
+        try:
+            return JSONResponse(await run_in_threadpool(preview, report, values, self._project.folder))
+        except AutobalanceError as error:
+            return JSONResponse({"why": str(error)})
+
+    def _own(self, run: str, name: str) -> Response:
+        """Give one of the page's own files; nothing where a result came from elsewhere without it."""
+        if self._runs.told(run) is None:
+            return refused("there is no such run", 404)
+        path = self._project.own(run, name)
+        return Response(status_code=204) if path is None else file_of(path)
+
+    def _json(self, request: Request, name: str) -> Any:
+        path = self._project.own(request.path_params["run"], name)
+        return None if path is None else json.loads(path.read_text(encoding="utf-8"))
+
+
+def kinds() -> list[dict[str, Any]]:
+    """Return every kind of correction, as a form needs it: its keys with their defaults."""
+    from autobalance.correction import KINDS
+
+    return [
+        {
+            "name": name,
+            "verb": kind.verb,
+            "noun": kind.noun,
+            "datum": kind.datum,
+            "keys": [
+                {"key": each.name, "default": None if each.default is MISSING else _plain(each.default)}
+                for each in fields(kind.limits)
+            ],
+        }
+        for name, kind in KINDS.items()
+    ]
+
+
+def _plain(value: Any) -> Any:
+    return [_plain(each) for each in value] if isinstance(value, tuple) else value

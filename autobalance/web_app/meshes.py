@@ -1,0 +1,130 @@
+"""A crank for the page's view: its triangles in the rotor frame, each with the part that it belongs to."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from autobalance.solid.mesh.mesh import Array, Indices, Mesh
+from autobalance.web_app.buffers import along_a_curve, packed
+
+if TYPE_CHECKING:
+    from autobalance.crank.anatomy import Anatomy, Face, Pin
+    from autobalance.crank.recognition.candidates import Candidate
+
+Part = dict[str, Any]
+CREASE_COSINE = math.cos(math.radians(28.0))
+"""Edges are drawn where two triangles meet at more than this."""
+ON_CYLINDER = 0.01
+"""A triangle is on a cylinder when its corners are off by less than this share of the radius."""
+
+
+def crank_mesh(mesh: Mesh, anatomy: Anatomy, faces: Sequence[Face], others: Sequence[Candidate]) -> bytes:
+    """Return a recognised crank as a buffer: corners, triangles, and the part of each triangle.
+
+    Parts are numbered from 1, as the head lists them: faces, journals and crankpins, and the cylinders that
+    were taken for neither (``others``, without round webs); 0 is none.
+    """
+    frame = anatomy.file_to_rotor
+    corners = mesh.vertices @ frame[:3, :3].T + frame[:3, 3]
+    marks = _Marks(corners, mesh.triangles)
+    for number, face in enumerate(faces, 1):
+        marks.add({"kind": "face", "number": number, "id": face.id}, face.triangles)
+    pins: list[Pin] = []
+    for journal in anatomy.main_journals:
+        marks.add_cylinder({"kind": "main_journal", "number": journal.number}, journal, frame)
+        pins.append(journal)
+    for throw in anatomy.throws:
+        marks.add_cylinder({"kind": "throw", "number": throw.number}, throw.crankpin, frame)
+        pins.append(throw.crankpin)
+    for other in others:
+        pin = other.moved(frame)
+        within = any(web.z_min_mm < pin.centre_mm[2] < web.z_max_mm for web in anatomy.webs)
+        if not within and not any(_same(pin, each) for each in pins):
+            marks.add_cylinder({"kind": "cylinder", "number": len(marks.parts) + 1}, pin, frame)
+    return marks.packed({"frame": "rotor"})
+
+
+def bare_mesh(mesh: Mesh, others: Sequence[Candidate]) -> bytes:
+    """Return a solid that no crank was recognised in: in file coordinates, with the cylinders in it."""
+    marks = _Marks(mesh.vertices, mesh.triangles)
+    for number, other in enumerate(others, 1):
+        marks.add_on({"kind": "cylinder", "number": number}, other)
+    return marks.packed({"frame": "file"})
+
+
+def _same(one: Pin, other: Pin) -> bool:
+    near = float(np.linalg.norm(one.centre_mm[:2] - other.centre_mm[:2])) < 0.05 * other.diameter_mm
+    overlap = abs(float(one.centre_mm[2] - other.centre_mm[2])) < 0.5 * (one.width_mm + other.width_mm)
+    return near and overlap and abs(one.diameter_mm - other.diameter_mm) < 0.02 * other.diameter_mm
+
+
+class _Marks:
+    """Collects which triangle belongs to which part; the first that claims one has it."""
+
+    def __init__(self, corners: Array, triangles: Indices) -> None:
+        self.corners, self.triangles = corners, triangles
+        self.part = np.zeros(len(triangles), dtype="<u2")
+        self.parts: list[Part] = []
+
+    def add(self, part: Part, rows: Indices) -> None:
+        self.parts.append(part)
+        mine = rows[self.part[rows] == 0]
+        self.part[mine] = len(self.parts)
+
+    def add_cylinder(self, part: Part, pin: Pin, frame: Array) -> None:
+        """Mark a cylinder along z, told in file coordinates too: what an override of the job needs."""
+        back = frame[:3, :3].T @ (pin.centre_mm - frame[:3, 3])
+        told = {
+            "file_centre_mm": [float(value) for value in back],
+            "diameter_mm": float(pin.diameter_mm),
+            "width_mm": float(pin.width_mm),
+        }
+        axis = np.array([0.0, 0.0, 1.0])
+        self.add({**part, **told}, self._on(pin.centre_mm, axis, pin.diameter_mm, pin.width_mm))
+
+    def add_on(self, part: Part, other: Candidate) -> None:
+        told = {
+            "file_centre_mm": [float(value) for value in other.centre_mm],
+            "diameter_mm": other.diameter_mm,
+            "width_mm": other.width_mm,
+        }
+        rows = self._on(other.centre_mm, other.direction, other.diameter_mm, other.width_mm)
+        self.add({**part, **told}, rows)
+
+    def _on(self, centre: Array, axis: Array, diameter: float, width: float) -> Indices:
+        """Return the triangles whose corners lie on a cylinder."""
+        away = self.corners - centre
+        along = away @ axis
+        radius = np.linalg.norm(away - along[:, None] * axis, axis=1)
+        half = 0.5 * diameter
+        near = (np.abs(radius - half) <= ON_CYLINDER * half) & (np.abs(along) <= 0.5 * width + 0.02 * half)
+        return np.flatnonzero(near[self.triangles].all(axis=1)).astype(np.int64)
+
+    def packed(self, head: dict[str, Any]) -> bytes:
+        order = along_a_curve(self.corners[self.triangles].mean(axis=1))
+        arrays = {
+            "corners": self.corners.astype("<f4"),
+            "triangles": self.triangles[order].astype("<u4"),
+            "part": self.part[order],
+            "edges": creases(self.corners, self.triangles),
+        }
+        return packed({**head, "parts": self.parts}, arrays)
+
+
+def creases(corners: Array, triangles: Indices) -> NDArray[np.float32]:
+    """Return the edges that a drawing shows, from corner to corner (k, 6) [mm]."""
+    at = corners[triangles]
+    normal = np.cross(at[:, 1] - at[:, 0], at[:, 2] - at[:, 0])
+    normal /= np.maximum(np.linalg.norm(normal, axis=1), 1e-300)[:, None]
+    ends = np.sort(triangles[:, [0, 1, 1, 2, 2, 0]].reshape(-1, 2), axis=1)
+    order = np.lexsort((ends[:, 1], ends[:, 0]))
+    same = (ends[order[1:]] == ends[order[:-1]]).all(axis=1)
+    first, second = order[:-1][same], order[1:][same]
+    sharp = np.einsum("ij,ij->i", normal[first // 3], normal[second // 3]) < CREASE_COSINE
+    drawn: NDArray[np.float32] = corners[ends[first[sharp]]].reshape(-1, 6).astype("<f4")
+    return drawn

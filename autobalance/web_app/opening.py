@@ -1,0 +1,161 @@
+"""What is named on the command line, or dropped on the page, becomes part of the project."""
+
+from __future__ import annotations
+
+import hashlib
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+from autobalance.errors import FileError, FormatError
+from autobalance.job.toml_text import toml_text
+from autobalance.web_app.project import JOB, Project, is_plain
+
+FILE_KEYS = ("file", "trace")
+"""Keys of a job that name a file."""
+REPORT = "report.json"
+JOBS = (".toml", ".xlsx")
+
+
+def open_in(source: Path, project: Project) -> None:
+    """Copy a crank, a job with its files, a report with its results, or a folder of those into the project.
+
+    Raises
+    ------
+    AutobalanceError
+        If it cannot be read, or is not what its name says.
+    """
+    if source.is_dir():
+        _open_folder(source, project)
+    elif source.suffix.lower() in JOBS:
+        open_job(source, project)
+    elif source.suffix.lower() == ".json":
+        open_report(source, project)
+    else:
+        open_crank(project.copied(source), project)
+
+
+def _open_folder(folder: Path, project: Project) -> None:
+    if (folder / REPORT).is_file():
+        open_report(folder / REPORT, project)
+        return
+    files = [path for path in sorted(folder.iterdir()) if path.is_file() and is_plain(path.name)]
+    jobs = [path for path in files if path.suffix.lower() == ".toml"]
+    for path in files:
+        if path not in jobs:
+            project.copied(path)
+    if jobs:
+        open_job(next((path for path in jobs if path.name == JOB), jobs[0]), project)
+
+
+def open_crank(name: str, project: Project) -> None:
+    """Make a file of the project the crank of its job; overrides of another crank go."""
+    tables = job_of(project)
+    if tables.get("crankshaft", {}).get("file") != name:
+        project.write_job(toml_text({**tables, "crankshaft": {"file": name}}))
+
+
+def job_of(project: Project) -> dict[str, Any]:
+    """Return the project's job as tables; empty where there is none."""
+    import tomllib
+
+    path = project.file(JOB)
+    try:
+        return {} if path is None else tomllib.loads(path.read_text(encoding="utf-8"))
+    except ValueError:  # no UTF-8, or no TOML
+        return {}
+
+
+def open_job(path: Path, project: Project) -> None:
+    """Make a job the project's, with copies of the files that it names.
+
+    Raises
+    ------
+    AutobalanceError
+        If it cannot be read.
+    """
+    from autobalance.job.read import tables_of
+
+    def here(name: str) -> str:
+        found = path.parent / name
+        if found.parent.resolve() == project.folder and project.file(found.name) is not None:
+            return found.name
+        return project.copied(found) if found.is_file() else Path(name).name
+
+    project.write_job(toml_text(_named(tables_of(path), here)))
+
+
+def open_own_job(name: str, project: Project) -> None:
+    """Make a job that was uploaded the project's; only files of the project count.
+
+    Raises
+    ------
+    AutobalanceError
+        If it cannot be read.
+    """
+    from autobalance.job.read import tables_of
+
+    tables = _named(tables_of(project.folder / name), lambda file: file.replace("\\", "/").rpartition("/")[2])
+    project.write_job(toml_text(tables))
+
+
+def _named(values: Any, name: Callable[[str], str]) -> Any:
+    """Return a job whose files have other names."""
+    if isinstance(values, dict):
+        return {
+            key: name(value) if key in FILE_KEYS and isinstance(value, str) else _named(value, name)
+            for key, value in values.items()
+        }
+    return [_named(item, name) for item in values] if isinstance(values, list) else values
+
+
+def named_files(values: Any, path: str) -> list[tuple[str, Any]]:
+    """Return every file that a job names, with its key."""
+    found: list[tuple[str, Any]] = []
+    if isinstance(values, dict):
+        for key, value in values.items():
+            where = f"{path}.{key}" if path else str(key)
+            found += [(where, value)] if key in FILE_KEYS else named_files(value, where)
+    elif isinstance(values, list):
+        for place, item in enumerate(values, 1):
+            found += named_files(item, f"{path}[{place}]")
+    return found
+
+
+def open_report(path: Path, project: Project, anywhere: bool = True) -> str:
+    """Take a result in as a run of the project, with its job; return the run's id.
+
+    The crank that it started from is copied too where it is found, ``anywhere`` or beside the report alone.
+
+    Raises
+    ------
+    AutobalanceError
+        If it is no report of ``balance`` or ``recut``, or its solid is gone.
+    """
+    from autobalance.verification.claims import given, read_report
+
+    report = read_report(path)
+    if report.get("command") not in ("balance", "recut") or not isinstance(report.get("job"), dict):
+        raise FormatError(f"{path.name} is no report of balance or recut")
+    names = [REPORT, *(str(each["file"]) for each in _outputs(report))]
+    run = hashlib.sha256(path.read_bytes()).hexdigest()[:12]
+    folder = project.run_folder(run)
+    folder.mkdir(parents=True, exist_ok=True)
+    for name in names:
+        source = path if name == REPORT else path.parent / name
+        if not is_plain(name) or source.is_symlink() or not source.is_file():
+            project.forget(run)
+            raise FileError(f"{path.name}: {name}, which it names, is not beside it")
+        (folder / name).write_bytes(source.read_bytes())
+    tables = given(report["job"])
+    tables.pop("file", None)
+    named = str(report["input"]["file"]).replace("\\", "/")
+    crank = path.parent / (named if anywhere else named.rpartition("/")[2])
+    if crank.is_file() and not crank.is_symlink():
+        tables["crankshaft"]["file"] = project.copied(crank)
+    project.write_job(toml_text(tables))
+    return run
+
+
+def _outputs(report: Any) -> list[Any]:
+    return [each for each in (report.get("outputs") or {}).values() if isinstance(each, dict)]

@@ -1,0 +1,176 @@
+"""What other depths and places of the cuts would leave: a linear model about a result that was measured."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from autobalance.errors import JobError
+
+if TYPE_CHECKING:
+    from autobalance.api.balance import BalanceResult
+    from autobalance.rigid_rotor.moments import Moments
+
+Values = dict[str, Any]
+TURNS_DEG = 60.0
+"""How far a hole may be turned about the crank axis on the page, each way."""
+
+
+def linear_model(result: BalanceResult) -> Values:
+    """Return what `predicted` needs of a result: every cut's effect and its slope with the depth.
+
+    Effects are those of the kinds of correction themselves; ``may_turn`` tells which cuts have a place of
+    their own on the rim, so that they may stand at another angle.
+    """
+    record = result.record.balanced
+    assert record is not None
+    ended, tolerance = record.result, record.tolerance
+    return {
+        "residual": _values(ended.residual.resultant_g_mm, ended.residual.moment_g_mm2),
+        "tolerance": {
+            "permissible_g_mm": tolerance.permissible_g_mm,
+            "judge": tolerance.judge,
+            "planes": [
+                {"name": each.name, "z_mm": each.z_mm, "permissible_g_mm": each.permissible_g_mm}
+                for each in tolerance.planes
+            ],
+        },
+        "mass_change_g": float(ended.final_moments.mass_g - ended.initial_moments.mass_g),
+        "inertia_change_kg_mm2": _inertia(ended.final_moments - ended.initial_moments),
+        "cuts": [
+            _cut(cut, depth, listed)
+            for (cut, depth), listed in zip(ended.made, result.report["corrections"], strict=True)
+        ],
+    }
+
+
+def _cut(cut: Any, depth_mm: float, listed: Mapping[str, Any]) -> Values:
+    from autobalance.correction import KINDS
+
+    return {
+        "number": listed["number"],
+        "kind": listed["kind"],
+        "web": listed.get("web"),
+        "label": cut.label,
+        "depth_mm": depth_mm,
+        "least_depth_mm": float(cut.least_depth_mm),
+        "max_depth_mm": float(cut.max_depth_mm),
+        "depth_step_mm": float(cut.depth_step_mm),
+        "limit": cut.limit,
+        "may_turn": KINDS[listed["kind"]].has_axis,
+        "effect": _moments(cut.effect(depth_mm) + cut.pressed_in(depth_mm)),
+        "rate": _moments(cut.rate(depth_mm)),
+    }
+
+
+def _moments(moments: Moments) -> Values:
+    first, second = moments.first_g_mm, moments.second_g_mm2
+    told = {"mass_g": float(moments.mass_g), "inertia_kg_mm2": _inertia(moments)}
+    return {**told, **_values(first[:2], second[:2, 2])}
+
+
+def _values(unbalance: Any, moment: Any) -> Values:
+    return {
+        "unbalance_g_mm": [float(each) for each in unbalance],
+        "moment_g_mm2": [float(each) for each in moment],
+    }
+
+
+def _inertia(moments: Moments) -> float:
+    return float(moments.polar_inertia_g_mm2) / 1000.0
+
+
+def predicted(model: Mapping[str, Any], depths_mm: Sequence[Any], turns_deg: Sequence[Any] = ()) -> Values:
+    """Return what other depths, and cuts turned about the axis, would leave: predicted, not measured.
+
+    Parameters
+    ----------
+    model : mapping
+        Of `linear_model`.
+    depths_mm, turns_deg : sequence of float
+        One a cut; without turns every cut stays at its angle.
+
+    Raises
+    ------
+    JobError
+        If there are not as many as cuts, or one is no number or out of its limits.
+    """
+    cuts = model["cuts"]
+    depths = _checked("depths_mm", depths_mm, len(cuts))
+    turns = _checked("turns_deg", turns_deg, len(cuts)) if len(turns_deg) else [0.0] * len(cuts)
+    unbalance, moment = (
+        complex(*model["residual"]["unbalance_g_mm"]),
+        complex(*model["residual"]["moment_g_mm2"]),
+    )
+    mass, inertia = model["mass_change_g"], model["inertia_change_kg_mm2"]
+    for number, (cut, depth, turn) in enumerate(zip(cuts, depths, turns, strict=True), 1):
+        _refuse(cut, depth, turn, number)
+        more = depth - cut["depth_mm"]
+        about = complex(math.cos(math.radians(turn)), math.sin(math.radians(turn)))
+        effect, rate = cut["effect"], cut["rate"]
+        for key in ("unbalance_g_mm", "moment_g_mm2"):
+            was = complex(*effect[key])
+            change = (was + more * complex(*rate[key])) * about - was
+            unbalance, moment = (
+                (unbalance + change, moment) if key[0] == "u" else (unbalance, moment + change)
+            )
+        mass += more * rate["mass_g"]
+        inertia += more * rate["inertia_kg_mm2"]
+    return {
+        **_judged(model["tolerance"], unbalance, moment),
+        "mass_change_g": mass,
+        "inertia_change_kg_mm2": inertia,
+    }
+
+
+def _judged(tolerance: Mapping[str, Any], unbalance: complex, moment: complex) -> Values:
+    shares = [abs(unbalance) / tolerance["permissible_g_mm"]]
+    planes = []
+    for plane, vector in zip(
+        tolerance["planes"], _in_planes(tolerance["planes"], unbalance, moment), strict=True
+    ):
+        planes.append(
+            {
+                "name": plane["name"],
+                "unbalance_g_mm": [vector.real, vector.imag],
+                "magnitude_g_mm": abs(vector),
+            }
+        )
+        if tolerance["judge"] == "dynamic":
+            shares.append(abs(vector) / plane["permissible_g_mm"])
+    return {
+        "unbalance_g_mm": [unbalance.real, unbalance.imag],
+        "magnitude_g_mm": abs(unbalance),
+        "planes": planes,
+        "worst_share": max(shares),
+    }
+
+
+def _in_planes(planes: Sequence[Mapping[str, Any]], unbalance: complex, moment: complex) -> list[complex]:
+    if len(planes) != 2:
+        return []
+    low, high = planes[0]["z_mm"], planes[1]["z_mm"]
+    upper = (moment - low * unbalance) / (high - low)
+    return [unbalance - upper, upper]
+
+
+def _checked(name: str, given: Sequence[Any], count: int) -> list[float]:
+    if not isinstance(given, list | tuple) or len(given) != count:
+        raise JobError(f"{name} must be a list of {count} numbers, one a cut")
+    for each in given:
+        if isinstance(each, bool) or not isinstance(each, int | float) or not np.isfinite(each):
+            raise JobError(f"{name} holds {each!r}; needed numbers")
+    return [float(each) for each in given]
+
+
+def _refuse(cut: Mapping[str, Any], depth: float, turn: float, number: int) -> None:
+    most = max(cut["max_depth_mm"], cut["depth_mm"])
+    if not 0.0 <= depth <= most + 1e-9:
+        raise JobError(f"depths_mm[{number}] is {depth:g}; must be 0 to {most:g}: {cut['limit']}")
+    if turn and not (cut["may_turn"] and abs(turn) <= TURNS_DEG):
+        raise JobError(
+            f"turns_deg[{number}] is {turn:g}; must be 0, or within {TURNS_DEG:g} for holes and slugs"
+        )

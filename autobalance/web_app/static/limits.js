@@ -1,0 +1,149 @@
+// The kinds of correction with their limits, faces and angles: the job's [correction], as a form.
+import { $, el, listTyped, typed } from "/static/tools.js";
+
+const WORDS = { faces: "", sector_deg: "", sectors_deg: "" };
+export const kinds = { list: [], of: (name) => kinds.list.find((kind) => kind.name === name) };
+export const faces = new Set(); // ids; none: chosen by the program
+export const zones = { list: [] }; // { from, to, allowed }
+const given = {}; // kind → key → text
+
+let told = () => {};
+
+export function setUp(list, changed) {
+  kinds.list = list;
+  told = changed;
+  const options = () => list.map((kind) => el("option", { value: kind.name, textContent: `${kind.name}: ${kind.noun.toLowerCase()}` }));
+  $("method").replaceChildren(...options());
+  $("also").replaceChildren(el("option", { value: "", textContent: "nothing else" }), ...options());
+  $("method").value = "drill";
+  for (const id of ["method", "also"]) $(id).addEventListener("input", () => { shown(); told(); });
+  $("add-zone").addEventListener("click", () => { zones.list.push({ from: 120, to: 240, allowed: true }); zoneRows(); told(); });
+  $("add-forbidden").addEventListener("click", () => { zones.list.push({ from: 170, to: 190, allowed: false }); zoneRows(); told(); });
+  shown();
+}
+
+export function methods() {
+  const also = $("also").value;
+  return also && also !== $("method").value ? [$("method").value, also] : [$("method").value];
+}
+const has = (key) => methods().some((name) => kinds.of(name)?.keys.some((each) => each.key === key));
+
+// The form of the kinds that are chosen.
+export function shown() {
+  const boxes = methods().flatMap((name) => {
+    const kind = kinds.of(name);
+    if (!kind) return [];
+    const fields = kind.keys.filter(({ key }) => !(key in WORDS)).map(({ key, default: usual }) => field(name, key, usual));
+    return [el("fieldset", { className: "fields" }, el("legend", { textContent: `${kind.noun}: limits` }), ...fields)];
+  });
+  $("limits").replaceChildren(...boxes);
+  $("faces-box").hidden = !has("faces");
+  $("zones-box").hidden = !has("sector_deg") && !has("sectors_deg");
+}
+
+function field(kind, key, usual) {
+  const words = key.replaceAll("_", " ").replace(/ (mm|deg|kg m3)$/, (unit) => ` [${{ " mm": "mm", " deg": "°", " kg m3": "kg/m³" }[unit]}]`);
+  const now = given[kind]?.[key] ?? "";
+  const values = { data: { key: `${kind}.${key}` } };
+  let input;
+  if (typeof usual === "boolean") {
+    input = el("select", {}, ...["", "true", "false"].map((value) => el("option", { value, textContent: { "": `usual: ${usual ? "yes" : "no"}`, true: "yes", false: "no" }[value] })));
+  } else input = el("input", { inputMode: Array.isArray(usual) || typeof usual === "string" ? "text" : "decimal", placeholder: usual === null ? "" : Array.isArray(usual) ? usual.join(", ") : String(usual) });
+  delete values.data;
+  input.id = `limit-${kind}-${key}`;
+  input.value = String(now);
+  input.addEventListener("input", () => { (given[kind] ||= {})[key] = input.value; told(); });
+  return el("label", {}, words, input);
+}
+
+function value(text, usual) {
+  if (typeof usual === "boolean") return text === "true";
+  if (Array.isArray(usual)) return listTyped(text);
+  return typed(text);
+}
+
+// The table [correction] of the job: what is filled in; keys that the page does not show stay.
+export function correction(before) {
+  const names = methods(), made = { ...before };
+  for (const kind of kinds.list) delete made[kind.name];
+  for (const key of ["faces", "sector_deg"]) delete made[key];
+  made.method = names.length === 1 ? names[0] : names;
+  for (const name of names) {
+    const table = {};
+    for (const { key, default: usual } of kinds.of(name)?.keys || []) {
+      const text = given[name]?.[key];
+      if (key in WORDS) Object.assign(table, word(key));
+      else if (text !== undefined && String(text).trim() !== "") table[key] = value(String(text), usual);
+    }
+    if (Object.keys(table).length) made[name] = table;
+  }
+  return made;
+}
+
+function word(key) {
+  if (key === "faces") return faces.size ? { faces: [...faces] } : {};
+  if (!zones.list.length) return {};
+  const allowed = sectors();
+  return key === "sectors_deg" ? { sectors_deg: allowed } : allowed.length === 1 ? { sector_deg: allowed[0] } : { sector_deg: widest(allowed) };
+}
+const span = ([from, to]) => (((to - from) % 360) + 360) % 360 || 360;
+const widest = (list) => list.reduce((best, each) => (span(each) > span(best) ? each : best));
+
+// What is allowed less what is forbidden, as intervals of angles.
+export function sectors() {
+  const wanted = zones.list.filter((zone) => zone.allowed).map(({ from, to }) => [from, to]);
+  let left = wanted.length ? wanted : [[0, 360]];
+  for (const { from, to } of zones.list.filter((zone) => !zone.allowed)) left = left.flatMap((each) => without(each, [from, to]));
+  return left.length ? left : [[0, 0.001]]; // nowhere: the program says so
+}
+
+function without([from, to], [low, high]) {
+  const length = span([from, to]), gone = span([low, high]), found = [];
+  let begin = 0;
+  const start = (((low - from) % 360) + 360) % 360;
+  for (const at of [start - 360, start]) {
+    const a = Math.max(at, 0), b = Math.min(at + gone, length);
+    if (b <= a) continue;
+    if (a > begin) found.push([begin, a]);
+    begin = Math.max(begin, b);
+  }
+  if (begin < length) found.push([begin, length]);
+  const turned = (angle) => Math.round(1e6 * (((from + angle) % 360 + 360) % 360)) / 1e6;
+  return found.map(([a, b]) => [turned(a), turned(b) === 0 ? 360 : turned(b)]);
+}
+
+export function zoneRows() {
+  $("zones").replaceChildren(...zones.list.map((zone, place) => {
+    const input = (key, words) => {
+      const made = el("input", { inputMode: "decimal", value: zone[key], "aria-label": `${zone.allowed ? "Allowed" : "Forbidden"} zone ${place + 1}: ${words} [degrees]` });
+      made.addEventListener("input", () => { if (Number.isFinite(Number(made.value))) { zone[key] = Number(made.value); told(); } });
+      return made;
+    };
+    const remove = el("button", { type: "button", textContent: "×", "aria-label": `Remove zone ${place + 1}` });
+    remove.addEventListener("click", () => { zones.list.splice(place, 1); zoneRows(); told(); });
+    return el("div", { className: "zone" }, el("span", { textContent: zone.allowed ? "allowed" : "forbidden" }), input("from", "from"), el("span", { textContent: "to" }), input("to", "to"), el("span", { textContent: "°" }), remove);
+  }));
+}
+
+// Take the table of a job into the form.
+export function takeCorrection(table) {
+  const names = [].concat(table.method || "drill");
+  if (kinds.of(names[0])) $("method").value = names[0];
+  $("also").value = names[1] && kinds.of(names[1]) ? names[1] : "";
+  faces.clear();
+  zones.list = [];
+  for (const name of methods()) {
+    const top = ["shoulder", "add"].includes(name) ? table : {};
+    given[name] = {};
+    for (const { key, default: usual } of kinds.of(name)?.keys || []) {
+      const found = table[name]?.[key] ?? top[key];
+      if (found === undefined || found === null) continue;
+      if (key === "faces") { if (Array.isArray(found)) for (const id of found) if (typeof id === "string") faces.add(id); }
+      else if (key === "sector_deg") zones.list = [{ from: found[0], to: found[1], allowed: true }];
+      else if (key === "sectors_deg") zones.list = found.filter(([a, b]) => !(a === 0 && b === 360)).map(([from, to]) => ({ from, to, allowed: true }));
+      else given[name][key] = Array.isArray(usual) && Array.isArray(found) ? found.join("; ") : String(found);
+    }
+  }
+  shown();
+  zoneRows();
+}

@@ -1,0 +1,146 @@
+// See: the verdict and its numbers as measured, before and after, what was cut, doubts, plots, files.
+import { $, el, measured, row } from "/static/tools.js";
+import { askBuffer, askJson, guarded, say } from "/static/server.js";
+import { applied, emit, job, on, state } from "/static/job.js";
+import { balance } from "/static/correct.js";
+import { start, watched } from "/static/runs.js";
+import { polar } from "/static/polar.js";
+import * as drag from "/static/drag.js";
+
+const OUTCOMES = { within_tolerance: "Within tolerance", already_within_tolerance: "Already within tolerance", above_tolerance: "Above tolerance" };
+const FILES = { "report.html": "Report as a page", "sheet.pdf": "Shop sheet", "balance.xlsx": "Workbook", "sheet.dxf": "Drawing (DXF)", "balance.dxf": "Drawing (DXF)", "crank-before.png": "Picture before", "crank-after.png": "Picture after", "history.html": "History of stages" };
+const CAUSES = { facets: "facets of the file", rounding: "rounding of the file", axis: "the axis", density: "density", weights: "weights", attached: "attached parts", depth: "depths", machine: "the machine" };
+let view = null;
+
+export function setUp(model) {
+  view = model;
+  on("show", (told) => guarded(show)(told));
+  on("begun", () => { clear("Working …"); });
+  on("forgotten", () => clear("No result yet"));
+  $("fade").addEventListener("input", fade);
+  for (const id of ["section", "section-at"]) $(id).addEventListener("input", section);
+  for (const verb of ["forces", "cycle"]) $(`plot-${verb}`).addEventListener("click", guarded(() => plotted(verb)));
+  $("download-job").addEventListener("click", () => save("job.toml", state.text));
+}
+
+function clear(words) {
+  $("verdict").dataset.outcome = "";
+  $("verdict").textContent = words;
+  $("reason").textContent = "";
+  for (const id of ["relaxations", "polars", "more-files"]) $(id).replaceChildren();
+  for (const id of ["numbers", "cuts", "steps", "doubt-box", "drag-box", "download-solid", "download-report"]) $(id).hidden = true;
+  for (const id of ["numbers", "cuts", "steps", "budget"]) $(id).tBodies[0].replaceChildren();
+}
+
+export async function show(told) {
+  const report = await askJson(`/api/runs/${told.id}/report`);
+  state.result = { id: told.id, report, told };
+  clear("");
+  numbers(report);
+  cuts(report);
+  budget(report);
+  files(told, report);
+  await Promise.all([relaxations(told.id, report), drag.show(told.id), model(told.id)]);
+  emit("result", state.result);
+  $("reason").textContent = report.reason || "";
+  $("verdict").textContent = OUTCOMES[report.outcome];
+  $("verdict").dataset.outcome = report.outcome;
+}
+
+async function model(id) {
+  const buffer = await askBuffer(`/api/runs/${id}/view`);
+  if (!buffer) return; // a result from elsewhere has no view
+  view.showResult(buffer);
+  fade();
+}
+
+function numbers(report) {
+  const cell = (path, values) => measured(path, values, 2);
+  const rows = [["resultant", "", report.tolerance.permissible_g_mm, "tolerance.permissible_g_mm"]];
+  report.residual.planes.forEach((plane, k) => rows.push([`plane ${plane.name}`, `planes.${k}.`, report.tolerance.planes[k].permissible_g_mm, `tolerance.planes.${k}.permissible_g_mm`]));
+  const at = (values, path) => (path ? values.planes[Number(path.split(".")[1])] : values);
+  $("numbers").tBodies[0].replaceChildren(...rows.map(([name, path, limit, key]) => row([name, cell(`initial.${path}magnitude_g_mm`, at(report.initial, path).magnitude_g_mm), cell(`residual.${path}magnitude_g_mm`, at(report.residual, path).magnitude_g_mm), cell(key, limit)], 1)));
+  const others = [["bob-weight, throw 1 [g]", "engine.bob_weights.0.mass_g", report.engine.bob_weights[0]?.mass_g], ["balance factor", "balance_factor", null], ["change of polar inertia [kg·mm²]", "inertia_change_kg_mm2", report.inertia_change_kg_mm2]];
+  const factor = report.balance_factor;
+  for (const [name, key, value] of others) {
+    if (key === "balance_factor") $("numbers").tBodies[0].append(row([name, measured("balance_factor.initial", factor.initial, 4), measured("balance_factor.final", factor.final, 4), measured("balance_factor.target", factor.target, 4)], 1));
+    else if (value !== null && value !== undefined) $("numbers").tBodies[0].append(row([name, "", measured(key, value, 2), ""], 1));
+  }
+  $("numbers").hidden = false;
+  const plots = [["Resultant", report.initial, report.residual, report.tolerance.permissible_g_mm], ...report.residual.planes.map((plane, k) => [`Plane ${plane.name}`, report.initial.planes[k], plane, report.tolerance.planes[k].permissible_g_mm])];
+  $("polars").replaceChildren(...plots.map(([name, before, after, permitted]) => polar(name, [{ xy: before.unbalance_g_mm, name: "before", when: "before" }, { xy: after.unbalance_g_mm, name: "after", when: "after" }], permitted)));
+}
+
+function cuts(report) {
+  $("cuts").tBodies[0].replaceChildren(...report.corrections.map((cut, k) => row([String(cut.number), cut.kind, String(cut.web ?? "–"), measured(`corrections.${k}.depth_mm`, cut.depth_mm, 3), measured(`corrections.${k}.removed_mass_g`, cut.removed_mass_g)], 1)));
+  $("cuts").hidden = !report.corrections.length;
+  $("steps").tBodies[0].replaceChildren(...report.steps.map((step, k) => row([String(step.step), step.depths_mm.map((depth) => depth.toFixed(2)).join(", "), el("span", { className: "predicted", textContent: step.predicted_g_mm.toFixed(3), data: { predicted: String(step.predicted_g_mm) } }), measured(`steps.${k}.measured_g_mm`, step.measured_g_mm, 3)], 1)));
+  $("steps").hidden = !report.steps.length;
+}
+
+function budget(report) {
+  const shares = report.residual.uncertainty_shares_g_mm || {};
+  const rows = Object.entries(shares).map(([cause, value]) => row([CAUSES[cause] || cause, measured(`residual.uncertainty_shares_g_mm.${cause}`, value, 3)], 1));
+  if (report.residual.uncertainty_g_mm !== null && report.residual.uncertainty_g_mm !== undefined) rows.push(row(["together", measured("residual.uncertainty_g_mm", report.residual.uncertainty_g_mm, 3)], 1));
+  $("budget").tBodies[0].replaceChildren(...rows);
+  $("unstated").textContent = report.residual.uncertainty_unstated?.length ? `Not stated in the job, so counted as nothing: ${report.residual.uncertainty_unstated.join(", ")}.` : "";
+  $("doubt-box").hidden = !rows.length;
+}
+
+// --- files ------------------------------------------------------------------------------------------------
+
+function files(told, report) {
+  const url = (name) => `/api/runs/${told.id}/files/${encodeURIComponent(name)}`;
+  const link = (made, name) => Object.assign(made, { hidden: false, href: url(name), download: name });
+  const solid = report.outputs.solid?.file;
+  if (solid) link($("download-solid"), solid);
+  link($("download-report"), "report.json");
+  const more = told.files.filter((name) => name !== "report.json" && name !== solid);
+  $("more-files").replaceChildren(...more.map((name) => link(el("a", { textContent: FILES[name] || name }), name)));
+}
+
+function save(name, text) {
+  const url = URL.createObjectURL(new Blob([text], { type: "application/toml" }));
+  el("a", { href: url, download: name }).click();
+  setTimeout(() => URL.revokeObjectURL(url), 1000);
+}
+
+// --- what would suffice -----------------------------------------------------------------------------------
+
+async function relaxations(id, report) {
+  if (report.outcome !== "above_tolerance") return;
+  const found = (await askJson(`/api/runs/${id}/relaxations`)).relaxations;
+  $("relaxations").replaceChildren(...found.map(({ text, changes }) => {
+    const made = el("button", { type: "button", textContent: `Try ${text}`, data: { changes: JSON.stringify(changes) } });
+    made.addEventListener("click", () => { applied(changes); balance(); });
+    return made;
+  }));
+}
+
+// --- the view ---------------------------------------------------------------------------------------------
+
+function fade() {
+  const share = Number($("fade").value) / 100;
+  $("fade").setAttribute("aria-valuetext", share === 0 ? "before" : share === 1 ? "after" : `${Math.round(100 * share)} % after`);
+  view.fade(1 - share);
+}
+
+function section() {
+  const axis = $("section").value, place = view.section(axis, Number($("section-at").value) / 100);
+  $("section-at").disabled = axis === "none";
+  $("section-says").textContent = place === null ? "" : `${axis} = ${place.toFixed(1)} mm`;
+}
+
+async function plotted(verb) {
+  const told = await watched(() => start(verb, { job: job() }));
+  if (told) plots(told);
+}
+
+export function plots(told) {
+  const pictures = told.files.filter((name) => name.endsWith(".png"));
+  const box = $(`plots-${told.verb}`);
+  box.replaceChildren(...pictures.map((name) => el("figure", {}, el("img", { src: `/api/runs/${told.id}/files/${encodeURIComponent(name)}`, alt: name.replace(/\.png$/, "").replaceAll("-", " "), loading: "lazy" }))));
+  const others = told.files.filter((name) => !name.endsWith(".png"));
+  box.append(el("p", {}, ...others.flatMap((name) => [el("a", { href: `/api/runs/${told.id}/files/${encodeURIComponent(name)}`, download: name, textContent: name }), " "])));
+  if (!pictures.length) say("nothing was drawn");
+}

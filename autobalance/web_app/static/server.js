@@ -1,0 +1,31 @@
+// Asking the server, with the page's token; what it refuses is said in one line.
+import { $ } from "/static/tools.js";
+
+const token = document.querySelector("meta[name=autobalance-token]").content;
+
+export async function ask(path, options = {}) {
+  let answer;
+  try {
+    answer = await fetch(path, { ...options, headers: { "X-Autobalance-Token": token, ...(options.headers || {}) } });
+  } catch {
+    throw new Error("the server does not answer; was it ended? Start `autobalance app` again");
+  }
+  if (!answer.ok) throw new Error((await answer.json().catch(() => ({ error: answer.statusText }))).error);
+  return answer;
+}
+export const askJson = async (path, options) => (await ask(path, options)).json();
+// What a run left for the page; null where it came from elsewhere without that.
+const left = (read) => async (path) => { const answer = await ask(path); return answer.status === 204 ? null : answer[read](); };
+export const askBuffer = left("arrayBuffer");
+export const askLeft = left("json");
+export const post = (path, body) => askJson(path, { method: "POST", body: JSON.stringify(body) });
+export const put = (path, body) => askJson(path, { method: "PUT", body: JSON.stringify(body) });
+export const say = (text) => { $("error").textContent = text || ""; };
+
+// Work that a person began: what goes wrong is said, what was said before goes.
+export function guarded(work) {
+  return async (...given) => {
+    say("");
+    try { return await work(...given); } catch (error) { say(error.message); return undefined; }
+  };
+}
