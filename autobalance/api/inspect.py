@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from autobalance.api.crank import Crank, read_crank
+from autobalance.api.inspect_sections import TableOptions, table_values
 from autobalance.api.progress import INSPECTED_BEFORE, Progress, telling
 from autobalance.api.result import VerbResult
 from autobalance.balancing.chordal_correction import facet_entry
@@ -46,10 +47,12 @@ class InspectResult(VerbResult):
         return inspect_text(self.report, UNITS[units])
 
     def sections_text(self) -> str:
-        """Return the table of sections."""
+        """Return the table of sections: with what hangs on the crank, where that was asked for."""
+        from autobalance.report.section_values import section_table_text
         from autobalance.report.text import sections_text
 
-        return sections_text(self.report)
+        found = self.report.get("section_table")
+        return sections_text(self.report) if found is None else section_table_text(found)
 
     def picture(self) -> bytes:
         """Return a PNG of the crank with its axis, pins, and faces by their ids."""
@@ -63,6 +66,7 @@ def inspect(
     crank: Crank | Job | str | Path,
     *,
     settings: Sequence[str] = (),
+    table: TableOptions | None = None,
     suggest: Mapping[str, Any] | None = None,
     progress: Progress | None = None,
     **keywords: Any,
@@ -75,6 +79,9 @@ def inspect(
         A crank, or its file; or a job, of which ``[crankshaft]`` alone is needed.
     settings : sequence of str
         Keys of the job's file to set before: ``["crankshaft.body=1"]``.
+    table : TableOptions or None
+        Given, the report has ``section_table``: the crank's metal with its holes filled, the holes, and with
+        a job its bob-weights, what sits on the crankpins and attached parts, with sums and a verdict.
     suggest : mapping or None
         What is wanted, ``balance_factor`` (of a job, whose weights count), ``inertia_kg_mm2`` or both:
         ``report["suggestions"]`` then says which bores, weights or turned rims would do it, each one tried.
@@ -131,6 +138,10 @@ def inspect(
     from autobalance.report.json import report
 
     values = report(record)
+    if table is not None:
+        tell("weighing what hangs on the crank")
+        values["section_table"], told = table_values(crank, parts, source, settings, table)
+        values["warnings"] += told
     if suggest is not None:
         tell("trying what would do it")
         values["suggestions"] = _suggestions(measured, _job_of(source, settings), suggest)

@@ -8,10 +8,11 @@ from typing import TYPE_CHECKING, Any
 
 from autobalance.command.options import add_json, add_set, add_suggest, add_units, suggest_of
 from autobalance.command.progress import add_progress, mode_of, shown
-from autobalance.errors import UsageError
+from autobalance.errors import JobError, UsageError
 
 if TYPE_CHECKING:
     from autobalance.api.inspect import InspectResult
+    from autobalance.api.inspect_sections import TableOptions
     from autobalance.api.progress import Progress
 
 STEEL_KG_M3 = 7850.0
@@ -37,7 +38,17 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "--no-crankpin", action="store_true", help="a pressed-up crank modelled without its crankpins"
     )
     parser.add_argument(
-        "--sections", action="store_true", help="also print mass, centre and moments of each part"
+        "--sections",
+        action="store_true",
+        help="also print mass, centre and moments of each part; of a job with all that hangs on the crank",
+    )
+    parser.add_argument(
+        "--datum",
+        metavar="Z",
+        help="with --sections: couples about this z [mm], or A, B, front, rear, centre (0: crankpin 1)",
+    )
+    parser.add_argument(
+        "--oil-density-kg-m3", type=float, metavar="RHO", help="with --sections: oil in the crankpins' bores"
     )
     parser.add_argument(
         "--picture", metavar="FILE.png", help="draw the crank with its axis, pins, and faces by their ids"
@@ -94,15 +105,40 @@ def _inspected(arguments: argparse.Namespace, progress: Progress) -> InspectResu
     from autobalance.job.read import WORKBOOKS
 
     path, suggest = Path(arguments.crank), suggest_of(arguments.suggest)
+    table = _table(arguments)
     if path.suffix.lower() not in (".toml", *WORKBOOKS):
         if arguments.settings:
             raise UsageError("--set goes with a job; a crank file has no keys")
-        return inspect(path, progress=progress, suggest=suggest, **_keywords(arguments))
+        if arguments.datum is None and arguments.oil_density_kg_m3 is None:
+            table = None  # the crank's own sections are enough
+        return inspect(path, progress=progress, suggest=suggest, table=table, **_keywords(arguments))
     given = {"--unit": arguments.unit, "--density-kg-m3": arguments.density_kg_m3, "--body": arguments.body}
     for option, value in given.items():
         if value is not None:
             raise UsageError(f"{option} beside a job: it says its own; --set crankshaft.... changes it")
-    return inspect(path, progress=progress, settings=arguments.settings, suggest=suggest)
+    return inspect(path, progress=progress, settings=arguments.settings, suggest=suggest, table=table)
+
+
+def _table(arguments: argparse.Namespace) -> TableOptions | None:
+    """Return how the section table is to be; None where none is asked for."""
+    from autobalance.api.inspect_sections import DATUMS, TableOptions
+    from autobalance.job.typed_units import length_mm
+
+    datum, oil = arguments.datum, arguments.oil_density_kg_m3
+    if not arguments.sections:
+        if datum is not None or oil is not None:
+            raise UsageError("--datum and --oil-density-kg-m3 go with --sections")
+        return None
+    if datum is None or datum in DATUMS:
+        return TableOptions(0.0 if datum is None else datum, oil)
+    try:
+        return TableOptions(float(datum), oil)
+    except ValueError:
+        pass
+    try:
+        return TableOptions(length_mm(datum, "--datum"), oil)
+    except JobError as error:
+        raise UsageError(f"{error}; or one of {', '.join(DATUMS)}") from None
 
 
 def _keywords(arguments: argparse.Namespace) -> dict[str, Any]:

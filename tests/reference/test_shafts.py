@@ -31,7 +31,7 @@ from autobalance.engine.slider_crank import SliderCrank, harmonic
 from autobalance.engine.whole_engine import Cylinder, Engine
 from autobalance.rigid_rotor.unbalance import Unbalance
 from autobalance.units import RAD_S_PER_RPM
-from tests.reference.published import CASES, check, inputs
+from tests.reference.published import CASES, TABLE_2, check, inputs
 
 TURN = 2.0 * math.pi * np.arange(360) / 360
 
@@ -162,20 +162,6 @@ def test_ru_02() -> None:
     assert optical.leading_g_mm == pytest.approx(given["a"], abs=0.1)
     assert standard.leading_g_mm == pytest.approx(given["b"], abs=0.1)
     check("RU-02", {"ratio": given["a"] / given["b"]})
-
-
-# name, W [kg], X, Y, Z [mm], then the products as printed: WX, WY [kg·mm], CX, CY [kg·mm²]
-TABLE_2 = [
-    ("Balance hole 1", 0.0, 0.0, 0.0, 38.3443, 0.0, 0.0, 0.0, 0.0),
-    ("Counterweight 1", 1.8650, 0.0348, -58.2207, 38.3443, 0.0649, -108.5823, 2.4878, -4163.5146),
-    ("Cheek 1", 2.7743, -0.0356, 6.8137, 39.1488, -0.0986, 18.9033, -3.8619, 740.0420),
-    ("Pin 1", 1.2003, -0.0003, 47.1528, 79.6191, -0.0003, 56.5958, -0.0249, 4506.1057),
-    ("Est. bob weight 1", 1.8820, 0.0, 47.3000, 79.3500, 0.0, 89.0186, 0.0, 7063.6222),
-    ("Oil", 0.0147, 1.7614, 28.2513, 70.9334, 0.0258, 0.4140, 1.8308, 29.3638),
-    ("Counterweight 2", 1.3790, 0.0, -55.2893, 120.3577, 0.0, -76.2440, -0.0001, -9176.5508),
-    ("Cheek 2", 2.7925, 0.0, 7.1265, 118.3353, 0.0, 19.9006, 0.0013, 2354.9466),
-    ("Balance hole 2", 0.0, 0.0, 0.0, 120.3577, 0.0, 0.0, 0.0, 0.0),
-]
 
 
 def printed_sections() -> list[TableSection]:

@@ -1,0 +1,115 @@
+"""The section table of ``inspect``: a crank's metal and holes, what a job hangs on it, and a verdict."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from autobalance.api.crank import Crank
+from autobalance.balancing.rotor_from_job import check_engine, default_planes_mm, target_factor
+from autobalance.balancing.section_rows import SectionTable, section_table
+from autobalance.crank.sections import Section
+from autobalance.errors import JobError
+from autobalance.job.model import Job
+from autobalance.job.read import WORKBOOKS, load, tables_of
+from autobalance.job.settings import with_settings
+from autobalance.job.typed_units import FILL_IN, leaves, length_mm
+
+DATUMS = ("A", "B", "front", "rear", "centre")
+NEEDED = ("engine", "balance", "correction")
+
+
+@dataclass(frozen=True)
+class TableOptions:
+    """How the section table is made.
+
+    Attributes
+    ----------
+    datum : float or str
+        Plane about which couples count: z in the rotor frame [mm], or a length with its unit; ``"A"`` or
+        ``"B"``: a tolerance plane; ``"front"`` or ``"rear"``: the end of the crank of least or greatest z;
+        ``"centre"`` of mass.
+    oil_density_kg_m3 : float or None
+        Of the oil that fills the crankpins' bores; None: none is counted but what the job weighs.
+    """
+
+    datum: float | str = 0.0
+    oil_density_kg_m3: float | None = None
+
+
+def table_values(
+    crank: Crank,
+    parts: Sequence[Section],
+    source: Crank | Job | str | Path,
+    settings: Sequence[str],
+    options: TableOptions,
+) -> tuple[dict[str, Any], list[str]]:
+    """Return the JSON values of the section table, and warnings.
+
+    Raises
+    ------
+    AutobalanceError
+        If the job is wrong, the oil counts twice, or the datum is none.
+    """
+    from autobalance.report.section_values import section_values
+
+    job, warnings = _whole_job(source, settings)
+    measured, oil, factor = crank.measured, options.oil_density_kg_m3, 0.0
+    if oil is not None and not 0.0 < oil < math.inf:
+        raise JobError(f"oil_density_kg_m3 is {oil:g}; must be > 0")
+    if job is not None:
+        check_engine(job, measured.anatomy)
+        factor = target_factor(job, measured.anatomy, measured.moments)
+        _refuse_oil_twice(job, oil, len(measured.anatomy.throws))
+    found = section_table(measured, parts, job, factor, oil)
+    return section_values(found, _datum_mm(options.datum, crank, found)), warnings
+
+
+def _whole_job(source: Crank | Job | str | Path, settings: Sequence[str]) -> tuple[Job | None, list[str]]:
+    """Return the job, and why there is none where one was given."""
+    if isinstance(source, Job):
+        return source, []
+    if isinstance(source, Crank) or Path(source).suffix.lower() not in (".toml", *WORKBOOKS):
+        return None, []
+    values = with_settings(tables_of(Path(source)), settings)
+    left = [key for key, value in leaves(values) if value == FILL_IN]
+    left += [f"[{name}]" for name in NEEDED if name not in values]
+    if left:
+        told = (
+            f"{source}: {left[0]} is not filled in: the section table is of the bare crank, without verdict"
+        )
+        return None, [told]
+    return load(source, settings), []
+
+
+def _refuse_oil_twice(job: Job, oil: float | None, throws: int) -> None:
+    for number in range(1, throws + 1) if oil is not None else ():
+        if "oil" in job.engine.of_throw(number).weights.crankpin:
+            raise JobError(
+                f"{job.path.name}: engine.crankpin_g.oil is given beside --oil-density-kg-m3; must be one or"
+                " the other: the oil would count twice"
+            )
+
+
+def _datum_mm(datum: float | str, crank: Crank, found: SectionTable) -> float:
+    """Return where the plane about which couples count stands."""
+    if isinstance(datum, int | float):
+        if not math.isfinite(datum):
+            raise JobError(f"datum is {datum:g}; must be a number [mm] or one of {', '.join(DATUMS)}")
+        return float(datum)
+    if datum in ("A", "B"):
+        own = default_planes_mm(crank.measured.anatomy)
+        planes = own if found.tolerance is None else found.tolerance.places_mm
+        if planes is None:
+            raise JobError(f"datum is {datum}, but there are no tolerance planes; give a number [mm]")
+        return planes["AB".index(datum)]
+    if datum == "centre":
+        return float(crank.centre_of_mass_mm[2])
+    if datum in ("front", "rear"):
+        turn = crank.file_to_rotor[2]
+        heights = crank.vertices_mm @ turn[:3] + turn[3]
+        return float(heights.min() if datum == "front" else heights.max())
+    return length_mm(datum, "datum")
