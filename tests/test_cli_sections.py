@@ -77,7 +77,7 @@ def job(crank: Path, folder: Path, oil: str = "oil = 4.0") -> Path:
 
 def inspected(capsys: pytest.CaptureFixture[str], path: Path, *options: str) -> dict[str, Any]:
     assert jobs.run("inspect", path, "--sections", *options, "--json", "-") == 0
-    report = json.loads(capsys.readouterr().out)
+    report: dict[str, Any] = json.loads(capsys.readouterr().out)
     jsonschema.Draft202012Validator(schema()).validate(report)
     return report
 
@@ -185,7 +185,7 @@ def test_the_table_in_words_and_without_a_whole_job(
 
 def source_table() -> SectionTable:
     """Return the sections of the source's Table 2 (kg there)."""
-    rows = []
+    rows: list[SectionRow] = []
     for name, mass, x, y, z, *_ in TABLE_2:
         kind = "counterweight" if name.startswith("Counterweight") else "web"
         point = Moments.point(1000.0 * mass, np.array([x, y, z]))

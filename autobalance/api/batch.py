@@ -51,6 +51,7 @@ def batch(
     output: str | Path,
     *,
     job: str | Path | None = None,
+    settings: Sequence[str] = (),
     only: Sequence[str] = ("json",),
     fresh: bool = False,
     workers: int | None = None,
@@ -68,6 +69,8 @@ def batch(
         Folder of the results, made where it is missing.
     job : path or None
         The job of all rows that name none.
+    settings : sequence of str
+        Keys to set in every job, ``["balance.factor=0.5"]``; a column of the list goes before them.
     only : sequence of str
         Pages wanted beside each solid, as for ``BalanceResult.write``.
     fresh : bool
@@ -99,7 +102,7 @@ def batch(
 
     started = time.perf_counter()
     folder = Path(output)
-    listed = read_batch_list(Path(source), None if job is None else Path(job))
+    listed = read_batch_list(Path(source), None if job is None else Path(job)).with_set(settings)
     with workers_of(workers, cluster, cluster_timeout_s, alone=False) as pool:
         _make(folder)
         with held(folder):

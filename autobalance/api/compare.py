@@ -10,6 +10,7 @@ from autobalance import job as jobs
 from autobalance.api.balance import with_crank
 from autobalance.api.entry import Entry, entries
 from autobalance.api.progress import Progress, telling
+from autobalance.api.request import job_set
 from autobalance.api.result import VerbResult
 from autobalance.balancing.run import compare_job
 from autobalance.job.model import Job
@@ -67,4 +68,5 @@ def compare(
     given = None if crank is None else crank.measured
     job = job if crank is None else with_crank(job, crank)
     done = compare_job(job, telling(progress), given)
-    return CompareResult(comparison(str(job.path), done.tolerance, done.initial_g_mm, done.rows))
+    report = comparison(str(job.path), done.tolerance, done.initial_g_mm, done.rows)
+    return CompareResult({**report, **job_set(job)})

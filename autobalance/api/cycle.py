@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 from autobalance import job as jobs
 from autobalance.api.job import read_job
 from autobalance.api.progress import Progress
-from autobalance.api.request import Request, request
+from autobalance.api.request import Request, job_set, request
 from autobalance.api.result import Plots, Values, VerbResult, report_head
 from autobalance.errors import UsageError
 from autobalance.job.model import Job
@@ -159,6 +159,7 @@ def _values(job: Job, found: CycleAnalysis, factors: Sequence[float]) -> Values:
     absorber = job.cycle.absorber
     return {
         **report_head("cycle"),
+        **job_set(job),
         "input": _input(job, found),
         **cycle_values(found, factors, job.cycle.fluctuation_wanted),
         "pendulum": None

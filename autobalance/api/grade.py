@@ -12,6 +12,7 @@ import numpy as np
 from autobalance.api.result import Plots, VerbResult, report_head
 from autobalance.engine.grade import GRADES, listed_grade, neighbours, specific_unbalance_mm
 from autobalance.errors import UsageError
+from autobalance.job.typed_units import unbalance_unit
 from autobalance.rigid_rotor.tolerance import (
     achieved_grade_mm_s,
     permissible_unbalance_g_mm,
@@ -73,9 +74,9 @@ def grade(
     speed_rpm : float or None
         Highest service speed [1/min].
     mass : float or None
-        Rotor mass, in ``mass_unit`` (g, kg or oz).
+        Rotor mass, in ``mass_unit`` (g, kg, oz or lb).
     residual : float or None
-        Residual unbalance, in ``residual_unit`` (g·mm, kg·mm or oz·in).
+        Residual unbalance, in ``residual_unit`` (g·mm, kg·mm, g·cm, g·in or oz·in, however spelt).
     planes : (float, float) or None
         Tolerance planes to share it between [mm].
     centre : float or None
@@ -91,7 +92,11 @@ def grade(
     >>> round(grade(6.3, speed_rpm=15200, mass=2700.0).report["permissible_g_mm"], 2)
     10.69
     """
-    given = _Given(grade, speed_rpm, mass, mass_unit, residual, residual_unit, planes, centre)
+    known = unbalance_unit(residual_unit)
+    if known is None or mass_unit.lower() not in G_PER:
+        unit, units = (mass_unit, G_PER) if known is not None else (residual_unit, G_MM_PER)
+        raise UsageError(f"the unit {unit!r} is not known; needed one of {', '.join(units)}")
+    given = _Given(grade, speed_rpm, mass, mass_unit.lower(), residual, known, planes, centre)
     try:
         return GradeResult(_values(given))
     except ValueError as error:

@@ -138,6 +138,8 @@ def inspect(
     from autobalance.report.json import report
 
     values = report(record)
+    if settings:
+        values["job_set"] = list(settings)
     if table is not None:
         tell("weighing what hangs on the crank")
         values["section_table"], told = table_values(crank, parts, source, settings, table)

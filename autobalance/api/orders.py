@@ -95,6 +95,7 @@ def orders(
     band: tuple[float, float] | None = None,
     axes: tuple[str, str] | None = None,
     job: str | Path | Job | None = None,
+    settings: Sequence[str] = (),
     campbell: str | Path | Mapping[str, Any] | None = None,
     progress: Progress = lambda _words, _share: None,
 ) -> OrdersResult:
@@ -128,6 +129,8 @@ def orders(
         Of the envelope [Hz]; default the one with the most peaked envelope.
     axes : pair of str or None
         X and Y: forward and backward circles of order 1.
+    settings : sequence of str
+        Keys of the job to set before anything is checked: ``["balance.factor=0.5"]``.
     job : path, Job or None
         The engine that was recorded, for the sources.
     campbell : path, mapping or None
@@ -167,10 +170,11 @@ def orders(
     progress("analysing", 0.3)
     found = analyse(first, question)
     compared = None if second is None else analyse(second, question)
-    sources = _sources(question, job, found, progress)
+    sources = _sources(question, None if job is None else _job(job, settings), found, progress)
     given = _input(question, first, second, sample_rate, calibration, job, bearing)
+    set_keys: Values = {"job_set": list(settings)} if settings else {}
     return OrdersResult(
-        {**report_head("orders"), "input": given, **orders_values(found, sources, compared)},
+        {**report_head("orders"), **set_keys, "input": given, **orders_values(found, sources, compared)},
         analysis=found,
         predicted=() if campbell is None else _predicted(campbell),
     )
@@ -259,9 +263,7 @@ def _bearing(given: Mapping[str, float]) -> Bearing:
     )  # fmt: skip
 
 
-def _sources(
-    question: Question, job: str | Path | Job | None, found: Analysis, progress: Progress
-) -> list[Source]:
+def _sources(question: Question, job: Job | None, found: Analysis, progress: Progress) -> list[Source]:
     from autobalance.signal.sources import bearing_sources, shaft_source
 
     known = [] if question.bearing is None else bearing_sources(question.bearing)
@@ -272,9 +274,8 @@ def _sources(
 
     turning = found.speed.turning
     speed_rpm = None if turning is None else turning.mean_rpm
-    engine = _job(job)
-    moving = engine_sources(engine, speed_rpm, question.max_order) + known
-    return moving + (_torque_sources(engine, speed_rpm) if "cycle" in engine.raw else [])
+    moving = engine_sources(job, speed_rpm, question.max_order) + known
+    return moving + (_torque_sources(job, speed_rpm) if "cycle" in job.raw else [])
 
 
 def _torque_sources(job: Job, speed_rpm: float | None) -> list[Source]:
@@ -286,10 +287,10 @@ def _torque_sources(job: Job, speed_rpm: float | None) -> list[Source]:
     return torque_sources([(row["order"], row["gas_N_m"], row["inertia_N_m"]) for row in rows])
 
 
-def _job(given: str | Path | Job) -> Job:
+def _job(given: str | Path | Job, settings: Sequence[str]) -> Job:
     from autobalance.job import load
 
-    return load(Path(given)) if isinstance(given, str | Path) else given
+    return load(Path(given), settings) if isinstance(given, str | Path) else given
 
 
 def _input(

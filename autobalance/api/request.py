@@ -68,4 +68,9 @@ def request(
 def job_head(command: str, job: Job) -> Values:
     """Return the keys that the report of a verb on a job begins with."""
     described: dict[str, Any] = jobs.describe(job)
-    return {**report_head(command), "job": described}
+    return {**report_head(command), "job": described, **job_set(job)}
+
+
+def job_set(job: Job) -> Values:
+    """Return ``job_set``, the keys of the job that were set from outside, as given; nothing if none were."""
+    return {"job_set": list(job.settings)} if job.settings else {}

@@ -6,15 +6,17 @@ import csv
 import io
 import json
 import time
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import asdict
 from hashlib import sha256
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from autobalance.api.progress import Progress, telling
+from autobalance.api.request import job_set
 from autobalance.api.result import Plots, Values, VerbResult, report_head
 from autobalance.errors import FileError, FormatError, JobError
+from autobalance.job.settings import with_settings
 
 if TYPE_CHECKING:
     from autobalance.api.crank import Crank
@@ -72,6 +74,7 @@ def study(
     job: str | Path | Job | Mapping[str, Any],
     crank: Crank | None = None,
     *,
+    settings: Sequence[str] = (),
     samples: int = 10_000,
     seed: int = 1,
     target: float | None = None,
@@ -90,6 +93,8 @@ def study(
         the report of a balanced one.
     crank : Crank or None
         In place of the job's crank file.
+    settings : sequence of str
+        Keys of the job to set before anything is checked: ``["balance.factor=0.5"]``.
     samples, seed : int
         How many cranks, and which.
     target : float or None
@@ -120,7 +125,7 @@ def study(
 
     started = time.perf_counter()
     _refuse(samples, seed, target, exact)
-    read, report_sha256 = _job(job)
+    read, report_sha256 = _job(job, settings)
     with workers_of(workers if workers is not None else 1, cluster, cluster_timeout_s) as pool:
         tell = telling(progress)
         read, measured = _with_crank(read, crank)
@@ -158,17 +163,17 @@ def _refuse(samples: int, seed: int, target: float | None, exact: int) -> None:
         raise JobError(f"target is {target:g}; must be above 0 and at most 1")
 
 
-def _job(job: str | Path | Job | Mapping[str, Any]) -> tuple[Job, str | None]:
+def _job(job: str | Path | Job | Mapping[str, Any], settings: Sequence[str]) -> tuple[Job, str | None]:
     """Return a job, that of a report where it is one, and the report's digest."""
     from autobalance import job as jobs
 
     if isinstance(job, jobs.Job):
         return job, None
     if isinstance(job, Mapping):
-        return jobs.Job.from_dict(job), None
+        return jobs.Job.from_dict(with_settings(job, settings)), None
     path = Path(job)
     if path.suffix.lower() != ".json":
-        return jobs.load(path), None
+        return jobs.load(path, settings), None
     try:
         data = path.read_bytes()
         values = json.loads(data)
@@ -181,7 +186,8 @@ def _job(job: str | Path | Job | Mapping[str, Any]) -> tuple[Job, str | None]:
         raise FormatError(f"{path.name} is no report of autobalance balance")
     file = Path(str(described.get("file", path)))
     given = {key: value for key, value in _without_nulls(described).items() if key != "file"}
-    return jobs.parse(given, file), sha256(data).hexdigest()
+    found = jobs.parse(with_settings(given, settings), file, settings=tuple(settings))
+    return found, sha256(data).hexdigest()
 
 
 def _without_nulls(value: Any) -> Any:
@@ -217,6 +223,7 @@ def _report(job: Job, answer: StudyAnswer, seed: int, report_sha256: str | None,
     return {
         **report_head("study"),
         "job": described,
+        **job_set(job),
         "nominal": _nominal(answer, report_sha256),
         "tolerance": tolerance_values(answer.plan.tolerance, described),
         "samples": len(answer.states),

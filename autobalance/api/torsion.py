@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -11,7 +11,7 @@ import numpy as np
 
 from autobalance import job as jobs
 from autobalance.api.progress import Progress
-from autobalance.api.request import request
+from autobalance.api.request import job_set, request
 from autobalance.api.result import Plots, Values, VerbResult, report_head
 from autobalance.balancing.torsion_from_job import CrankChain, crank_chain
 from autobalance.dynamics.torsion_chain import (
@@ -20,8 +20,10 @@ from autobalance.dynamics.torsion_chain import (
     torsion_modes,
     torsion_response,
 )
+from autobalance.job.keys import named_in
 from autobalance.job.model import Job
 from autobalance.job.read import tables_of
+from autobalance.job.settings import with_settings
 from autobalance.job.torsion_file import (
     ChainFile,
     CrankTorsion,
@@ -73,6 +75,7 @@ def torsion(
     source: Job | str | Path | Mapping[str, Any],
     *,
     crank: Crank | None = None,
+    settings: Sequence[str] = (),
     progress: Progress | None = None,
 ) -> TorsionResult:
     """Compute the torsional vibration of a job's crank, or of a chain of its own.
@@ -84,6 +87,8 @@ def torsion(
         a file with ``[[inertia]]`` and ``[[spring]]``; or a dict of either.
     crank : Crank or None
         In place of the job's crank file.
+    settings : sequence of str
+        Keys of the file to set before anything is checked: ``["balance.factor=0.5"]``.
     progress : callable or None
         Told words and the share done; may raise to stop.
 
@@ -96,17 +101,21 @@ def torsion(
     """
     if isinstance(source, Job):
         return _of_job(source, crank, progress)
-    raw = source if isinstance(source, Mapping) else tables_of(Path(source))
+    raw = with_settings(source if isinstance(source, Mapping) else tables_of(Path(source)), settings)
     if "inertia" in raw or not (crank is not None or "crankshaft" in raw):
-        return _of_chain(read_chain(source))
-    job = Job.from_dict(source) if isinstance(source, Mapping) else jobs.load(source)
+        if not settings:
+            return _of_chain(read_chain(source))
+        with named_in(source):
+            return _of_chain(read_chain(raw), settings)
+    job = Job.from_dict(raw) if isinstance(source, Mapping) else jobs.load(source, settings)
     return _of_job(job, crank, progress)
 
 
-def _of_chain(file: ChainFile) -> TorsionResult:
+def _of_chain(file: ChainFile, settings: Sequence[str] = ()) -> TorsionResult:
     orders = tuple(sorted({each.order for each in file.question.excitations}))
     model = _Model(file.chain, file.names, file.diameters_m, orders)
-    values = {**report_head("torsion"), "input": file.filled}
+    head = {**report_head("torsion"), **({"job_set": list(settings)} if settings else {})}
+    values = {**head, "input": file.filled}
     return TorsionResult({**values, **_solved(model, file.question, None)})
 
 
@@ -119,7 +128,8 @@ def _of_job(job: Job, crank: Crank | None, progress: Progress | None) -> Torsion
     orders = {each.order for each in asked.question.excitations}
     orders |= set(USUAL_ORDERS) if torques is None else {float(each) for each in torques.orders}
     model = _Model(made.chain, made.names, made.diameters_m, tuple(sorted(orders)))
-    values = {**report_head("torsion"), "input": {**jobs.describe(found.job), **asked.filled}}
+    told = {**jobs.describe(found.job), **asked.filled}
+    values = {**report_head("torsion"), **job_set(found.job), "input": told}
     solved = _solved(model, asked.question, torques, made)
     return TorsionResult({**values, **solved, "throws": _throws(made, asked)})
 

@@ -12,7 +12,7 @@ from autobalance.balancing.rotor_from_job import attached_moments, throw_loads, 
 from autobalance.correction.hole_metal import HoleMetal, holes_of
 from autobalance.correction.walls import Surface
 from autobalance.crank.anatomy import Throw, Web
-from autobalance.crank.sections import Section, away_from_crankpin
+from autobalance.crank.sections import Kind, Section, away_from_crankpin
 from autobalance.job.model import Job
 from autobalance.rigid_rotor.moments import Array, Moments
 from autobalance.rigid_rotor.tolerance import Tolerance
@@ -133,7 +133,7 @@ def _metal(crank: Crank, sections: Sequence[Section], holes: Sequence[HoleMetal]
             continue
         filling = hole.filling.scaled(crank.density_g_mm3)
         beyond = float(filling.centre_mm[:2] @ away_from_crankpin(web, crank.anatomy)) > 0.0
-        kind = "counterweight" if beyond and ("counterweight", web.number) in filled else "web"
+        kind: Kind = "counterweight" if beyond and ("counterweight", web.number) in filled else "web"
         if (kind, web.number) not in filled:
             continue
         filled[kind, web.number] = filled[kind, web.number] + filling

@@ -5,7 +5,7 @@ from __future__ import annotations
 import argparse
 from pathlib import Path
 
-from autobalance.command.options import add_json, add_workers, kinds_of
+from autobalance.command.options import add_json, add_set, add_workers, kinds_of
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -23,6 +23,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         help="files beside each solid: json, html, pdf, xlsx, png (default: json)",
     )
     parser.add_argument("--fresh", action="store_true", help="forget what DIR holds of an earlier batch")
+    add_set(parser)
     add_workers(parser)
     add_json(parser)
 
@@ -39,6 +40,7 @@ def run(arguments: argparse.Namespace) -> int:
             arguments.source,
             arguments.output,
             job=arguments.job,
+            settings=arguments.settings,
             only=arguments.only,
             fresh=arguments.fresh,
             workers=arguments.workers,

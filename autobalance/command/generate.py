@@ -7,7 +7,7 @@ import tomllib
 from pathlib import Path
 from typing import Any
 
-from autobalance.command.options import add_json, add_suggest, add_units, suggest_of
+from autobalance.command.options import add_json, add_suggest, add_units, length_unit, suggest_of
 from autobalance.errors import UsageError
 
 
@@ -25,7 +25,11 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     )
     parser.add_argument("--segments", type=int, metavar="N", help="corners of a full circle (128)")
     parser.add_argument(
-        "--unit", choices=("mm", "cm", "m", "inch"), default="mm", help="unit of a mesh file (mm)"
+        "--unit",
+        type=length_unit,
+        choices=("mm", "cm", "m", "inch"),
+        default="mm",
+        help="unit of a mesh file (mm)",
     )
     parser.add_argument(
         "--set",

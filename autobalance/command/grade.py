@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import argparse
 
-from autobalance.command.options import add_json, add_plots, add_units
+from autobalance.command.options import add_json, add_plots, add_units, mass_unit, unbalance_unit
+from autobalance.units import G_MM_PER, G_PER
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -14,15 +15,18 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     )
     parser.add_argument("--speed-rpm", type=float, metavar="N", help="highest service speed")
     parser.add_argument("--mass", type=float, metavar="M", help="rotor mass")
-    parser.add_argument("--mass-unit", choices=("g", "kg", "oz"), default="g", help="unit of --mass (g)")
+    parser.add_argument(
+        "--mass-unit", type=mass_unit, choices=tuple(G_PER), default="g", help="unit of --mass (g)"
+    )
     parser.add_argument(
         "--residual", type=float, metavar="U", help="residual unbalance, for the grade it achieves"
     )
     parser.add_argument(
         "--residual-unit",
-        choices=("g·mm", "kg·mm", "oz·in"),
+        type=unbalance_unit,
+        choices=tuple(G_MM_PER),
         default="g·mm",
-        help="unit of --residual (g·mm)",
+        help="unit of --residual, also typed as oz-in, gmm, kg.mm (g·mm)",
     )
     parser.add_argument(
         "--planes",

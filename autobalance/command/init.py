@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import argparse
 
-from autobalance.command.options import add_set
+from autobalance.command.options import add_set, length_unit
 from autobalance.errors import FileError
 
 
@@ -20,7 +20,10 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("crank", metavar="CRANK|JOB", help="a crank file, or a job (.toml, .xlsx) to convert")
     parser.add_argument("-o", "--output", metavar="FILE", help="the job: .toml or .xlsx (NAME.toml here)")
     parser.add_argument(
-        "--unit", choices=("mm", "cm", "m", "inch"), help="the file's unit, where its format carries none"
+        "--unit",
+        type=length_unit,
+        choices=("mm", "cm", "m", "inch"),
+        help="the file's unit, where its format carries none",
     )
     parser.add_argument("--density-kg-m3", type=float, metavar="N", help="its density (left to fill in)")
     parser.add_argument("--method", default="drill", metavar="M", help="kind of correction (drill)")

@@ -6,7 +6,14 @@ import argparse
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from autobalance.command.options import add_json, add_set, add_suggest, add_units, suggest_of
+from autobalance.command.options import (
+    add_json,
+    add_set,
+    add_suggest,
+    add_units,
+    length_unit,
+    suggest_of,
+)
 from autobalance.command.progress import add_progress, mode_of, shown
 from autobalance.errors import JobError, UsageError
 
@@ -27,6 +34,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     )
     parser.add_argument(
         "--unit",
+        type=length_unit,
         choices=("mm", "cm", "m", "inch"),
         help="the file's unit, where its format carries none (mm)",
     )

@@ -35,6 +35,36 @@ def add_speed(parser: argparse.ArgumentParser) -> None:
     )
 
 
+def unbalance_unit(text: str) -> str:
+    """Return the name of a unit of unbalance, however it is typed: ``oz-in``, ``gmm``, ``KG.MM``."""
+    from autobalance.job.typed_units import unbalance_unit as named
+    from autobalance.units import G_MM_PER
+
+    found = named(text)
+    if found is None:
+        raise argparse.ArgumentTypeError(f"{text!r} is none of {', '.join(G_MM_PER)} (oz-in, gmm, ...)")
+    return found
+
+
+def mass_unit(text: str) -> str:
+    """Return the name of a unit of mass in any case."""
+    from autobalance.units import G_PER
+
+    if text.lower() not in G_PER:
+        raise argparse.ArgumentTypeError(f"{text!r} is none of {', '.join(G_PER)}")
+    return text.lower()
+
+
+def length_unit(text: str) -> str:
+    """Return the name of a unit of length in any case; inches are ``inch``, ``in`` or a double quote."""
+    from autobalance.units import MM_PER
+
+    found = {"in": "inch", '"': "inch"}.get(text.lower(), text.lower())
+    if found not in MM_PER:
+        raise argparse.ArgumentTypeError(f"{text!r} is none of {', '.join(MM_PER)}")
+    return found
+
+
 def add_set(parser: argparse.ArgumentParser) -> None:
     """Offer ``--set``."""
     parser.add_argument(

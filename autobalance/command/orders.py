@@ -5,7 +5,7 @@ from __future__ import annotations
 import argparse
 from typing import Any
 
-from autobalance.command.options import add_json, add_plots
+from autobalance.command.options import add_json, add_plots, add_set
 from autobalance.errors import UsageError
 
 
@@ -32,6 +32,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--band", metavar="LOW,HIGH", help="of the envelope, Hz (the most peaked one)")
     parser.add_argument("--axes", metavar="X,Y", help="two channels: rotating or reciprocating unbalance")
     parser.add_argument("--job", metavar="JOB.toml", help="the engine that was recorded, for the sources")
+    add_set(parser)
     parser.add_argument(
         "--campbell", metavar="REPORT.json", help="of rotor or torsion: its frequencies over the waterfall"
     )
@@ -88,6 +89,7 @@ def run(arguments: argparse.Namespace) -> int:
             band=_pair("--band", _numbers("--band", arguments.band)),
             axes=_pair("--axes", None if arguments.axes is None else tuple(arguments.axes.split(","))),
             job=arguments.job,
+            settings=arguments.settings,
             campbell=arguments.campbell,
             progress=progress,
         )
@@ -100,6 +102,8 @@ def run(arguments: argparse.Namespace) -> int:
 def _check(arguments: argparse.Namespace) -> None:
     if arguments.speed_rpm is not None and arguments.tacho is not None:
         raise UsageError("--speed-rpm and --tacho are both given; one of them tells the speed")
+    if arguments.settings and arguments.job is None:
+        raise UsageError("--set goes with --job; a record has no keys")
     if arguments.excitation is not None and not arguments.natural:
         raise UsageError("--excitation is given without --natural")
     if arguments.threshold is not None and arguments.tacho is None:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import argparse
 from pathlib import Path
 
-from autobalance.command.options import add_json, add_units
+from autobalance.command.options import add_json, add_units, length_unit
 from autobalance.errors import UsageError
 
 STEEL_KG_M3 = 7850.0
@@ -22,6 +22,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("file", metavar="FILE", help="the rod: .stl .obj .ply .off .3mf .glb .step")
     parser.add_argument(
         "--unit",
+        type=length_unit,
         choices=("mm", "cm", "m", "inch"),
         help="the file's unit, where its format carries none (mm)",
     )

@@ -5,7 +5,7 @@ from __future__ import annotations
 import argparse
 from pathlib import Path
 
-from autobalance.command.options import add_json, add_plots, add_workers
+from autobalance.command.options import add_json, add_plots, add_set, add_workers
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -16,6 +16,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--target", type=float, metavar="P", help="share to be within, else exit code 4")
     parser.add_argument("--exact", type=int, default=10, metavar="K", help="cranks cut and measured too (10)")
     parser.add_argument("--series", metavar="FILE.csv", help="write the cranks, one row each")
+    add_set(parser)
     add_workers(parser)
     add_json(parser)
     add_plots(parser)
@@ -30,6 +31,7 @@ def run(arguments: argparse.Namespace) -> int:
     with shown() as progress:
         result = study(
             arguments.job,
+            settings=arguments.settings,
             samples=arguments.samples,
             seed=arguments.seed,
             target=arguments.target,

@@ -4,12 +4,13 @@ from __future__ import annotations
 
 import argparse
 
-from autobalance.command.options import add_json, add_plots
+from autobalance.command.options import add_json, add_plots, add_set
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Describe the command line."""
     parser.add_argument("file", metavar="FILE.toml", help="a job, or a chain of [[inertia]] and [[spring]]")
+    add_set(parser)
     add_json(parser)
     add_plots(parser)
 
@@ -21,5 +22,5 @@ def run(arguments: argparse.Namespace) -> int:
     from autobalance.command.progress import shown
 
     with shown() as progress:
-        result = torsion(arguments.file, progress=progress)
+        result = torsion(arguments.file, settings=arguments.settings, progress=progress)
     return finish(arguments, result, sources=(arguments.file,))

@@ -7,7 +7,7 @@ import io
 import os
 import re
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 from autobalance.errors import AutobalanceError, FileError, JobError
@@ -56,6 +56,16 @@ class BatchList:
 
     rows: tuple[BatchRow, ...]
     keys: tuple[str, ...] = ()
+
+    def with_set(self, settings: Sequence[str]) -> BatchList:
+        """Return the list with keys set in every job, before what its own columns set."""
+        pairs = []
+        for setting in settings:
+            key, equals, text = setting.partition("=")
+            if not equals or not key.strip():
+                raise JobError(f"--set {setting!r} is no KEY=VALUE, such as balance.factor=0.5")
+            pairs.append((key.strip(), text))
+        return replace(self, rows=tuple(replace(row, settings=(*pairs, *row.settings)) for row in self.rows))
 
 
 def read_batch_list(source: Path, job: Path | None = None) -> BatchList:
