@@ -12,9 +12,14 @@ from autobalance.errors import one_line
 
 
 def say(text: str) -> None:
-    """Print a result; a reader that has gone away (``| head``) is no error."""
+    """Print a result, on a terminal in colour; a reader that has gone away (``| head``) is no error."""
+    from autobalance.command import terminal
+
     try:
-        print(text, flush=True)  # noqa: T201
+        if terminal.is_terminal() and not text.startswith("{"):
+            terminal.show(text)
+        else:
+            print(text, flush=True)  # noqa: T201
     except BrokenPipeError:
         sys.stdout = open(os.devnull, "w", encoding="utf-8")  # noqa: SIM115
 

@@ -86,7 +86,10 @@ def _run(arguments: list[str]) -> int:
     called = next((word for word in arguments if not word.startswith("-")), None)
     parsed = _parser(lambda name: name == called).parse_args(arguments)
     keep_freed_memory()
-    return int(parsed.run(parsed))
+    from autobalance.command.terminal import drawn_tables
+
+    with drawn_tables():
+        return int(parsed.run(parsed))
 
 
 def full_parser() -> argparse.ArgumentParser:

@@ -10,7 +10,8 @@ from typing import Any
 import numpy as np
 
 from autobalance.dynamics.staged_assembly import CRANK, AssemblyStage
-from autobalance.report.text import Units, table
+from autobalance.report.tables import table
+from autobalance.report.text import Units
 from autobalance.rigid_rotor.unbalance import Unbalance
 
 Values = dict[str, Any]

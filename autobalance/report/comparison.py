@@ -8,7 +8,8 @@ from typing import Any
 
 from autobalance.balancing.comparison import Row, beaten_by
 from autobalance.report.json import G_MM2_PER_KG_MM2, SCHEMA_VERSION
-from autobalance.report.text import Units, fixed, table
+from autobalance.report.tables import table
+from autobalance.report.text import Units, fixed
 from autobalance.rigid_rotor.tolerance import Tolerance
 
 Values = dict[str, Any]

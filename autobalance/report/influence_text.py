@@ -5,7 +5,8 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from typing import Any
 
-from autobalance.report.text import OUTCOMES, Units, table
+from autobalance.report.tables import table
+from autobalance.report.text import OUTCOMES, Units
 
 Values = Mapping[str, Any]
 GOALS = {"least_squares": "least squares", "least_worst": "least worst reading"}

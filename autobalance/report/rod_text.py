@@ -5,7 +5,8 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from typing import Any
 
-from autobalance.report.text import Units, table
+from autobalance.report.tables import table
+from autobalance.report.text import Units
 
 Values = Mapping[str, Any]
 

@@ -7,7 +7,7 @@ from collections.abc import Mapping, Sequence
 from typing import Any
 
 from autobalance.balancing.section_rows import SectionRow, SectionTable
-from autobalance.report.text import table
+from autobalance.report.tables import table
 from autobalance.rigid_rotor.unbalance import Unbalance
 
 Values = dict[str, Any]

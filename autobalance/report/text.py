@@ -9,6 +9,7 @@ from typing import Any, Literal
 from autobalance.graphics.words import degrees
 from autobalance.report.kinds import angle_deg, verb
 from autobalance.report.suggestion_text import suggestions_text
+from autobalance.report.tables import table
 from autobalance.units import G_MM_PER_OZ_IN, G_PER_OZ, MM_PER
 
 UnitName = Literal["metric", "inch"]
@@ -455,14 +456,3 @@ def _faces(report: Values, units: Units) -> str:
         )
     more = len(faces) - MOST_FACES
     return table(rows) + (f"\n  and {more} more (--json FILE lists all)" if more > 0 else "")
-
-
-def table(rows: Sequence[Sequence[str]]) -> str:
-    """Return rows in columns: the first to the left, the others to the right of their column."""
-    widths = [max(len(row[place]) for row in rows) for place in range(len(rows[0]))]
-    lines = []
-    for row in rows:
-        cells = [row[0].ljust(widths[0])]
-        cells += [cell.rjust(width) for cell, width in zip(row[1:], widths[1:], strict=True)]
-        lines.append("  ".join(cells).rstrip())
-    return "\n".join(lines)

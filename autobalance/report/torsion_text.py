@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from typing import Any
 
-from autobalance.report.text import table
+from autobalance.report.tables import table
 
 Values = Mapping[str, Any]
 SHOWN = 12
