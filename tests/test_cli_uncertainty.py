@@ -220,7 +220,7 @@ def test_within_tolerance_already_but_not_with_its_uncertainty_is_cut(tmp_path: 
 def test_a_margin_looks_at_facets_however_fine_the_mesh(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(measured_crank, "FACETS_MOST", 100)
+    monkeypatch.setattr(measured_crank, "TRIANGLES_MOST", 100)
     job = jobs.bundled_job(tmp_path, grade="40")
     report = jobs.computed(job, tmp_path / "out")
     rough = shares(report)["facets"]

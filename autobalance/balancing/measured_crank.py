@@ -20,8 +20,9 @@ from autobalance.errors import BodiesError, JobError, OverlapError, RecognitionE
 from autobalance.job import Balance, Crankshaft, Job
 from autobalance.rigid_rotor.moments import Moments
 from autobalance.runtime import Stopwatch, in_thread
-from autobalance.solid.chordal_error.estimate import ChordalError, estimate_chordal_error
+from autobalance.solid.chordal_error.estimate import ChordalError, chordal_error_of
 from autobalance.solid.chordal_error.from_slices import chordal_error_from_slices
+from autobalance.solid.chordal_error.look import look_at
 from autobalance.solid.csg.solid import Solid
 from autobalance.solid.formats.read import Source, read
 
@@ -32,8 +33,10 @@ if TYPE_CHECKING:
 
 FILLED = 0.05
 """Share of the box around a crankpin that even a hollow one fills."""
-FACETS_MOST = 200_000
-"""Triangles up to which every facet is looked at: some 0.5 s for 100 000."""
+TRIANGLES_MOST = 250_000
+"""Triangles up to which every facet is looked at: some 0.3 s for 100 000."""
+FACETS_MOST = 20_000
+"""Curved facets up to which surfaces are fitted to them: a free-form part has more, and few to find."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -177,7 +180,7 @@ def _read(crankshaft: Crankshaft, begun: Callable[[Solid], None], together: bool
 def facets_of(
     source: Source, density_g_mm3: float, anatomy: Anatomy, asked: Balance | None = None
 ) -> ChordalError:
-    """Estimate what the facets cost: from sections alone where looking at all of them would take long.
+    """Estimate what the facets cost: from sections alone where fitting surfaces to all would take long.
 
     A correction that is ``asked`` for, and a verdict in which the uncertainty counts, look at all of them.
     """
@@ -185,9 +188,12 @@ def facets_of(
     if source.exact is not None:  # measured on the true surfaces
         return ChordalError.known(Moments.zero())
     needed = asked is not None and (asked.margin != "none" or asked.facet_correction)
-    if source.solid.triangle_count > FACETS_MOST and not needed:
-        return chordal_error_from_slices(source.solid.mesh, density_g_mm3, frame)
-    return estimate_chordal_error(source.solid.mesh, density_g_mm3, frame)
+    mesh = source.solid.mesh
+    if needed or len(mesh.triangles) <= TRIANGLES_MOST:
+        look = look_at(mesh.moved(frame))
+        if needed or look.curved_count <= FACETS_MOST:
+            return chordal_error_of(look, density_g_mm3)
+    return chordal_error_from_slices(mesh, density_g_mm3, frame)
 
 
 def surfaces_entry(crank: Crank) -> TrueSurfaces | None:

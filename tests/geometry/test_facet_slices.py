@@ -70,7 +70,7 @@ def test_a_cylinder_to_the_digits_of_its_chords() -> None:
 def test_large_meshes_have_a_facet_error_and_a_share(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     job = bundled_job(tmp_path / "in")
     every = balanced(job, tmp_path / "every")
-    monkeypatch.setattr(measured_crank, "FACETS_MOST", 1000)
+    monkeypatch.setattr(measured_crank, "TRIANGLES_MOST", 1000)
     some = balanced(job, tmp_path / "some")
     assert some["crank"]["facet_error"]["mass_g"] == pytest.approx(
         every["crank"]["facet_error"]["mass_g"], rel=0.2

@@ -14,17 +14,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from autobalance.rigid_rotor.moments import Moments
+from autobalance.solid.chordal_error.look import SMOOTH_RAD, Look, look_at
 from autobalance.solid.chordal_error.match import Fitted
+from autobalance.solid.chordal_error.profiles import axes_of, find_revolved
 from autobalance.solid.chordal_error.revolved import SIX_POINTS, THREE_POINTS, Revolved, lens
 from autobalance.solid.chordal_error.seeds import find_joined, find_leftover_cylinders
-from autobalance.solid.chordal_error.surfaces import (
-    SMOOTH_RAD,
-    Look,
-    axes_of,
-    find_cylinders,
-    find_revolved,
-    look_at,
-)
+from autobalance.solid.chordal_error.strips import find_cylinders
 from autobalance.solid.mesh.mesh import Array, Indices, Mesh
 
 Flags = NDArray[np.bool_]
@@ -35,7 +30,10 @@ FITTED_SHARE = 0.04
 """Error bar of a fitted surface, as a share of its contribution: seams and second-order terms."""
 LOOSE_SHARE = 1.5
 """Error bar of a smooth surface that was not fitted, as a share of what its angles tell."""
-MANY = 200_000
+FALSE = 100.0
+"""What lies between facets and a surface, as a share of what their angles tell, at most: slivers hide much at
+small angles, but a surface that was fitted to the wrong facets hundreds of times as much."""
+MANY = 30_000
 """Triangles from which on they are so small that degree 2 is enough."""
 
 
@@ -107,11 +105,14 @@ def estimate_chordal_error(mesh: Mesh, density_g_mm3: float, frame: Array | None
 
     Returns
     -------
-    FacetError
+    ChordalError
         Zero where nothing is curved.
     """
-    placed = mesh if frame is None else mesh.moved(frame)
-    look = look_at(placed)
+    return chordal_error_of(look_at(mesh if frame is None else mesh.moved(frame)), density_g_mm3)
+
+
+def chordal_error_of(look: Look, density_g_mm3: float) -> ChordalError:
+    """Estimate what the facets hide of a mesh that was looked at; see ``estimate_chordal_error``."""
     surface_of = np.full(look.count, -1)
     surfaces: list[Revolved] = []
     find_cylinders(look, surfaces, surface_of)
@@ -137,7 +138,9 @@ def _summed(look: Look, surfaces: list[Revolved], surface_of: Indices, density_g
             look.mesh.corners[mine] if len(mine) > MANY else look.mesh.vertices[look.mesh.triangles[mine]]
         )
         found = lens(surface, corners, look.doubled[mine], density_g_mm3, rule)
-        if not _is_thin(found.volumes, corners, look.doubled[mine]):
+        at_stake = float(look.at_stake[surface_of == number].sum())
+        thin = _is_thin(look, found.volumes, look.face[mine])
+        if not thin or found.gross_mass_g > FALSE * density_g_mm3 * at_stake:
             surface_of[look.face[mine]] = -1
             continue
         used += 1
@@ -171,12 +174,11 @@ def _fitted(look: Look, surfaces: list[Revolved], surface_of: Indices, density_g
     return Fitted(tuple(surfaces), look.normal[faces], height, number, look.mesh.diagonal_mm, density_g_mm3)
 
 
-def _is_thin(volumes: Array, corners: Array, doubled: Array) -> bool:
-    """Tell whether no triangle has more between it and its surface than a chord of its size can have."""
-    sides = np.roll(corners, -1, axis=1) - corners
-    longest = np.sqrt(np.square(sides).sum(axis=2).max(axis=1))
-    most = THICKEST * 0.5 * np.linalg.norm(doubled, axis=1) * longest
-    return bool((volumes <= most + 1e-300).all())
+def _is_thin(look: Look, volumes: Array, faces: Indices) -> bool:
+    """Tell whether no face has more between it and its surface than a chord of its size can have."""
+    held = np.bincount(faces, volumes, look.count)
+    most = THICKEST * look.area_mm2 * look.reach_mm
+    return bool((held[faces] <= most[faces] + 1e-300).all())
 
 
 def _loose(look: Look, surface_of: Indices, density_g_mm3: float) -> tuple[float, float, Array]:
@@ -185,18 +187,10 @@ def _loose(look: Look, surface_of: Indices, density_g_mm3: float) -> tuple[float
     The last two numbers are the bar of the unbalance times z and z².
     Only edges whose two faces both go on smoothly count: a blunt edge between two planes is real.
     """
-    edge = look.smooth
-    i, j = look.face[look.edges.left[edge]], look.face[look.edges.right[edge]]
-    pairs = np.unique(np.sort(np.stack([i, j], axis=1), axis=1), axis=0)
-    neighbours = np.bincount(pairs.reshape(-1), minlength=look.count)
-    counts = (surface_of[i] < 0) & (surface_of[j] < 0) & (neighbours[i] > 1) & (neighbours[j] > 1)
-    edge = edge[counts]
-    ends = look.mesh.vertices[look.edges.ends[edge]]
-    length = np.linalg.norm(ends[:, 1] - ends[:, 0], axis=1)
-    size = np.linalg.norm(look.doubled, axis=1)
-    least = np.minimum(size[look.edges.left[edge]], size[look.edges.right[edge]])
-    width = least / np.where(length > 0.0, length, 1.0)
-    mass = LOOSE_SHARE * density_g_mm3 * length * width**2 * look.edges.angle_rad[edge] / 12.0
-    middle = ends.mean(axis=1)
+    meet = look.meetings
+    neighbours = np.bincount(meet.low, minlength=look.count) + np.bincount(meet.high, minlength=look.count)
+    goes_on = (surface_of < 0) & (neighbours > 1)
+    counts = goes_on[meet.low] & goes_on[meet.high]
+    mass, middle = LOOSE_SHARE * density_g_mm3 * meet.hidden_mm3[counts], meet.middle[counts]
     size, z = mass * np.hypot(middle[:, 0], middle[:, 1]), middle[:, 2]
     return float(mass.sum()), float(size.sum()), np.array([size @ z, size @ z**2])

@@ -2,8 +2,8 @@
 
 A section through facets is a polygon; where it turns smoothly from chord to chord, a curve runs outside (in a
 hole: inside) of it. What lies between is c³ κ / 12 for a chord of length c. Sections across the crank see all
-that curves around it; sections along it see the profiles of fillets and cones. Coarser than ``facet_error``,
-but the time that it takes hardly depends on what the mesh is like.
+that curves around it; sections along it see the profiles of fillets and cones. Coarser than fitting surfaces
+to all facets, but the time that it takes hardly depends on what the mesh is like.
 """
 
 from __future__ import annotations
@@ -13,7 +13,9 @@ from numpy.typing import NDArray
 
 from autobalance.rigid_rotor.moments import Moments
 from autobalance.solid.chordal_error.estimate import ChordalError
-from autobalance.solid.chordal_error.surfaces import SMOOTH_RAD, Flags
+from autobalance.solid.chordal_error.fits import Flags
+from autobalance.solid.chordal_error.look import SMOOTH_RAD
+from autobalance.solid.mesh.adjacency import rounding_mm
 from autobalance.solid.mesh.components import numbered_components
 from autobalance.solid.mesh.mesh import Array, Indices, Mesh, least_and_greatest
 from autobalance.solid.slicing.slices import crossed_edges, following_of
@@ -51,7 +53,7 @@ def chordal_error_from_slices(mesh: Mesh, density_g_mm3: float, frame: Array) ->
 
     Returns
     -------
-    FacetError
+    ChordalError
         ``surfaces`` is 0 and ``fitted`` None: nothing was fitted.
     """
     total = Moments.zero()
@@ -90,7 +92,9 @@ def _lenses(mesh: Mesh, direction: Array, sections: int, most: int) -> tuple[Arr
     entered, left = _edges(mesh, level, row, plane)
     start, end = _on_plane(mesh, height, entered, at), _on_plane(mesh, height, left, at)
     following = following_of(entered, left, plane, len(mesh.vertices))
-    middle, area, depth = _segments(start, end, following, direction, TINY * mesh.diagonal_mm)
+    middle, area, depth = _segments(
+        start, end, following, direction, TINY * mesh.diagonal_mm, rounding_mm(mesh)
+    )
     return middle, area * step, depth, sections
 
 
@@ -131,13 +135,19 @@ def _on_plane(mesh: Mesh, height: Array, edges: Indices, at: Array) -> Array:
 
 
 def _segments(
-    start: Array, end: Array, following: Indices, direction: Array, tiny_mm: float
+    start: Array, end: Array, following: Indices, direction: Array, tiny_mm: float, rounding_mm: float
 ) -> tuple[Array, Array, Array]:
     """Join pieces to chords, and return middle, area and depth of the segment beyond each that is curved."""
     along = end - start
     length = np.linalg.norm(along, axis=1)
     turn = _angle(along, along[following], direction)
-    joined = (np.abs(turn) < FLAT_RAD) | (length < tiny_mm) | (length[following] < tiny_mm)
+    beside = np.minimum(length, length[following])
+    joined = (
+        (np.abs(turn) < FLAT_RAD)
+        | (np.abs(turn) * beside < rounding_mm)
+        | (length < tiny_mm)
+        | (length[following] < tiny_mm)
+    )
     number, count = numbered_components(
         np.stack([np.flatnonzero(joined), following[joined]], axis=1), len(along)
     )

@@ -6,20 +6,14 @@ passes through many others as exactly is no accident.
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+
 import numpy as np
 
+from autobalance.solid.chordal_error.fits import Flags, Sets, circles, cylinders, least_directions, lines
+from autobalance.solid.chordal_error.look import ON_SURFACE, Look, lies_on, tight_mm
+from autobalance.solid.chordal_error.profiles import IDLE_AXES, Around, cone, torus
 from autobalance.solid.chordal_error.revolved import Revolved, cylindrical
-from autobalance.solid.chordal_error.surfaces import (
-    CORNERS_MOST,
-    ON_SURFACE,
-    Flags,
-    Look,
-    fit_circle,
-    fit_line,
-    lies_on,
-    patches,
-    tight_mm,
-)
 from autobalance.solid.mesh.components import numbered_components
 from autobalance.solid.mesh.mesh import Array, Indices
 
@@ -31,26 +25,24 @@ SEEDS = 10
 """Places of a piece that are tried."""
 SEED_SIZES = 12, 30
 """Facets that a surface is fitted to at a time."""
-TRIES_MOST = 2000
-"""Sets of facets whose profile about an axis is tried, in all: a free-form surface offers them by the
-ten thousand and to no end, turned parts by the hundred."""
 PIECES_MOST = 400
 """Pieces that are looked at, those of most area."""
 POINTS_MOST = 200
 """Corners that a cylinder is fitted to at most."""
 LEANING = 0.2
 """Part of a facet's direction along the axis of its cylinder, at most."""
-STEPS = 12
-"""Improvements of a cylinder that is fitted."""
+WORTH = 0.999
+"""Share of what all smooth faces tell that is looked at; the pieces that share the rest are not worth it."""
 
 
 class _Points:
-    """The ends of the smooth edges of each face."""
+    """The corners at the smooth edges of each face."""
 
     def __init__(self, look: Look) -> None:
-        edge = look.smooth
-        face = np.concatenate([look.face[look.edges.left[edge]], look.face[look.edges.right[edge]]])
-        ends = np.concatenate([look.edges.ends[edge], look.edges.ends[edge]])
+        ends = look.edges.ends[look.smooth].reshape(-1)
+        face = np.repeat(np.concatenate(look.pairs), 2)
+        real = np.flatnonzero(look.is_corner[np.tile(ends, 2)])
+        face, ends = face[real], np.tile(ends, 2)[real]
         order = np.argsort(face, kind="stable")
         self._ends = ends[order]
         self._starts = np.searchsorted(face[order], np.arange(look.count + 1))
@@ -65,35 +57,33 @@ class _Points:
         low, high = self._starts[faces], self._starts[faces + 1]
         row = np.repeat(np.arange(len(faces)), high - low)
         within = np.arange(len(row)) - np.repeat(np.cumsum(high - low) - (high - low), high - low)
-        ends = self._ends[low[row] + within]
-        return np.repeat(row, 2), ends.reshape(-1)
+        return row, self._ends[low[row] + within]
 
-    def distinct(self, faces: Indices) -> Array:
-        """Return different points (n, 3) of some faces, ``POINTS_MOST`` or a few more."""
-        number = np.unique(self._numbers(faces)[1])
-        found: Array = self._vertices[number[:: max(1, len(number) // POINTS_MOST)]]
-        return found
+    def distinct(self, faces: Indices, sets: Sets) -> tuple[Array, Indices]:
+        """Return different points (n, 3) of sets of faces, about ``POINTS_MOST`` each, and their sets."""
+        row, number = self._numbers(faces)
+        many = len(self._vertices)
+        own = np.unique(sets.number[row] * many + number)
+        which, number = own // many, own % many
+        size = np.bincount(which, minlength=len(sets.starts))
+        within = np.arange(len(own)) - (np.cumsum(size) - size)[which]
+        kept = within % np.maximum(1, size // POINTS_MOST)[which] == 0
+        found: Array = self._vertices[number[kept]]
+        return found, which[kept]
 
 
 def find_leftover_cylinders(look: Look, surfaces: list[Revolved], surface_of: Indices) -> None:
     """Fit cylinders of any axis to pieces of smooth facets that no strip of chords told."""
     points = _Points(look)
     tight = tight_mm(look)
-    for piece in _pieces(look, surface_of):
+    tries = _tries(look, _pieces(look, surface_of))
+    for piece, found in tries.grouped(_cylinders(look, points, tries, tight)):
         left = piece
-        for seed in _seeds(look, left):
+        for seed, fitted in found:
             if len(left) < LEAST:
                 break
-            if not np.isin(seed, left).all():
-                continue
-            fitted = _fit_cylinder(look, points, seed, tight)
-            if fitted is None:
-                continue
-            on = _on(look, points, fitted, left, tight)
-            if on.sum() >= max(LEAST, len(seed) // 2):
-                surface_of[left[on]] = len(surfaces)
-                surfaces.append(fitted)
-                left = left[~on]
+            if np.isin(seed, left).all():
+                left = _taken(look, points, fitted, left, len(seed), tight, surfaces, surface_of)
 
 
 def find_joined(
@@ -102,54 +92,108 @@ def find_joined(
     """Fit cones, tori and cylinders about known axes to parts of pieces in which several join smoothly."""
     points = _Points(look)
     tight = tight_mm(look)
-    i, j = look.face[look.edges.left[look.smooth]], look.face[look.edges.right[look.smooth]]
-    tries = 0
+    i, j = look.pairs
+    idle = 0
     for point, axis in axes:
         free = (surface_of[i] < 0) & (surface_of[j] < 0)
         i, j = i[free], j[free]
-        for piece in patches(look, i, j, point, axis, (-1.0, 1.0 - 1e-8)):
-            left = piece[surface_of[piece] < 0]
-            for seed in _seeds(look, left):
+        if len(i) == 0 or idle == IDLE_AXES:
+            return
+        before = len(surfaces)
+        faces, patches = Around.of(look, i, j, point, axis).patches(-1.0, 1.0 - 1e-8)
+        tries = _tries(look, _worth(look, np.split(faces, patches.starts[1:]), surface_of))
+        for piece, found in tries.grouped(_profiles(points, tries, point, axis, tight)):
+            left = piece
+            for seed, fitted in found:
                 if len(left) < LEAST:
                     break
-                if not np.isin(seed, left).all():
-                    continue
-                tries += 1
-                if tries > TRIES_MOST:
-                    return
-                for fitted in _profiles(points, seed, point, axis, tight):
-                    on = _on(look, points, fitted, left, tight)
-                    if on.sum() >= max(LEAST, len(seed) // 2):
-                        surface_of[left[on]] = len(surfaces)
-                        surfaces.append(fitted)
-                        left = left[~on]
-                        break
+                if np.isin(seed, left).all():
+                    left = _taken(look, points, fitted, left, len(seed), tight, surfaces, surface_of)
+        idle = 0 if len(surfaces) > before else idle + 1
+
+
+def _taken(
+    look: Look,
+    points: _Points,
+    fitted: Revolved,
+    left: Indices,
+    size: int,
+    tight: float,
+    surfaces: list[Revolved],
+    surface_of: Indices,
+) -> Indices:
+    """Give a surface the faces on it if they are enough for a seed of ``size``; return those left."""
+    on = _on(look, points, fitted, left, tight)
+    if on.sum() < max(LEAST, size // 2):
+        return left
+    surface_of[left[on]] = len(surfaces)
+    surfaces.append(fitted)
+    return left[~on]
 
 
 def _pieces(look: Look, surface_of: Indices) -> list[Indices]:
-    """Return what hangs together of the smooth faces that have no surface yet, the greatest area first."""
-    i, j = look.face[look.edges.left[look.smooth]], look.face[look.edges.right[look.smooth]]
-    small = 3 * look.sizes <= CORNERS_MOST
-    free = (surface_of[i] < 0) & (surface_of[j] < 0) & small[i] & small[j]
+    """Return what hangs together of the smooth faces that have no surface yet and is worth a look."""
+    i, j = look.pairs
+    free = (surface_of[i] < 0) & (surface_of[j] < 0) & look.small[i] & look.small[j]
     if not free.any():
         return []
     faces, pairs = np.unique(np.concatenate([i[free], j[free]]), return_inverse=True)
     label = numbered_components(pairs.reshape(2, -1).T, len(faces))[0]
     order = np.argsort(label, kind="stable")
     cuts = np.flatnonzero(np.diff(label[order])) + 1
-    found = [faces[part] for part in np.split(order, cuts) if len(part) >= LEAST]
-    area = np.bincount(look.face, np.linalg.norm(look.doubled, axis=1), look.count)
-    return sorted(found, key=lambda part: -float(area[part].sum()))[:PIECES_MOST]
+    return _worth(look, np.split(faces[order], cuts), surface_of)
+
+
+def _worth(look: Look, pieces: list[Indices], surface_of: Indices) -> list[Indices]:
+    """Return the pieces at which most is at stake, the greatest first."""
+    pieces = [piece for piece in pieces if len(piece) >= LEAST]
+    stake = np.array([float(look.at_stake[piece].sum()) for piece in pieces])
+    order = np.argsort(-stake, kind="stable")[:PIECES_MOST]
+    beyond = stake.sum() - np.cumsum(stake[order])  # with all the lesser ones
+    whole = float(look.at_stake.sum())
+    enough = int(np.count_nonzero(beyond + stake[order] > (1.0 - WORTH) * whole))
+    return [pieces[place] for place in order[:enough].tolist()]
+
+
+class _Tries:
+    """Seeds of pieces: sets of faces that a surface is fitted to, all at once."""
+
+    def __init__(self, pieces: list[Indices], seeds: list[list[Indices]]) -> None:
+        self._pieces = pieces
+        self._seeds = [seed for some in seeds for seed in some]
+        self._owner = np.repeat(np.arange(len(pieces)), [len(some) for some in seeds])
+        sizes = np.array([len(seed) for seed in self._seeds], dtype=np.int64)
+        self.faces = np.concatenate([*self._seeds, np.zeros(0, dtype=np.int64)])
+        self.sets = Sets(np.cumsum(sizes) - sizes, len(self.faces))
+
+    def grouped(
+        self, fitted: dict[int, Revolved]
+    ) -> Iterator[tuple[Indices, list[tuple[Indices, Revolved]]]]:
+        """Yield each piece with its seeds that were fitted, by their numbers, and the surfaces."""
+        found: dict[int, list[tuple[Indices, Revolved]]] = {}
+        for number, surface in sorted(fitted.items()):
+            found.setdefault(int(self._owner[number]), []).append((self._seeds[number], surface))
+        for owner, some in found.items():
+            yield self._pieces[owner], some
+
+
+def _tries(look: Look, pieces: list[Indices]) -> _Tries:
+    return _Tries(pieces, [_seeds(look, piece) for piece in pieces])
 
 
 def _seeds(look: Look, piece: Indices) -> list[Indices]:
     """Return the whole piece, then facets near each other at places spread over it."""
-    first = look.mesh.triangles[look.order[look.starts[piece]]]
-    middle = look.mesh.vertices[first].mean(axis=1)
+    middle = look.first_middles[piece]
     found = [piece]
-    for place in np.unique(np.linspace(0, len(piece) - 1, SEEDS).astype(np.int64)):
-        near = np.argsort(np.square(middle - middle[place]).sum(axis=1), kind="stable")
-        found += [piece[near[:size]] for size in SEED_SIZES if size < len(piece)]
+    sizes = [size for size in SEED_SIZES if size < len(piece)]
+    if not sizes:
+        return found
+    places = np.unique(np.linspace(0, len(piece) - 1, SEEDS).astype(np.int64))
+    for place in places:
+        apart = np.square(middle - middle[place]).sum(axis=1)
+        near = np.argpartition(apart, sizes[-1] - 1)[: sizes[-1]]
+        near = near[np.argsort(apart[near], kind="stable")]
+        found += [piece[near[:size]] for size in sizes]
     return found
 
 
@@ -162,57 +206,43 @@ def _on(look: Look, points: _Points, surface: Revolved, faces: Indices, tight: f
     return np.asarray(counts & (worst <= tight) & lies_on(look, surface, faces))
 
 
-def _fit_cylinder(look: Look, points: _Points, faces: Indices, tight: float) -> Revolved | None:
-    """Fit a cylinder to the points of some faces; None if they lie on none."""
-    normal = look.normal[faces]
-    axis = np.linalg.eigh(normal.T @ normal)[1][:, 0]
-    if np.abs(normal @ axis).max() > LEANING:
-        return None
-    some = points.distinct(faces)
-    if len(some) < LEAST_POINTS:
-        return None
-    middle = some.mean(axis=0)
-    local = some - middle
-    basis = np.linalg.svd(axis[None])[2][1:]
-    flat, radius = fit_circle(local @ basis.T)
-    centre = flat @ basis
-    for _ in range(STEPS):
-        h, r, out = cylindrical(local, centre, axis)
-        off = r - radius
-        if not np.isfinite(off).all() or r.min() <= 0.0 or radius > look.mesh.diagonal_mm:
-            return None
-        basis = np.linalg.svd(axis[None])[2][1:]
-        across = out @ basis.T
-        rows = np.column_stack([-across, -h[:, None] * across, -np.ones(len(r))])
-        step = np.linalg.lstsq(rows, -off, rcond=None)[0]
-        centre = centre + step[:2] @ basis
-        axis = axis + step[2:4] @ basis
-        axis /= np.linalg.norm(axis)
-        radius += float(step[4])
-        if np.abs(step[:2]).max() + abs(float(step[4])) < 0.01 * tight:
-            break
-    fitted = Revolved(centre + middle, axis, radius)
-    spread = np.ptp(cylindrical(local, centre, axis)[2] @ basis.T, axis=0).max()
-    if spread < ON_SURFACE or np.abs(fitted.off(some)).max() > tight:
-        return None
-    return fitted
+def _cylinders(look: Look, points: _Points, tries: _Tries, tight: float) -> dict[int, Revolved]:
+    """Fit a cylinder to the points of each seed; return those that pass through all of them."""
+    if len(tries.faces) == 0:
+        return {}
+    normal = look.normal[tries.faces]
+    axis = least_directions(normal, tries.sets)
+    lean = np.abs(np.einsum("ij,ij->i", normal, axis[tries.sets.number]))
+    some, which = points.distinct(tries.faces, tries.sets)
+    count = np.bincount(which, minlength=len(axis))
+    tried = np.flatnonzero((tries.sets.most(lean) <= LEANING) & (count >= LEAST_POINTS))
+    rows = np.isin(which, tried)
+    if not rows.any():
+        return {}
+    found = cylinders(some[rows], Sets.of(which[rows]), axis[tried], tight, look.mesh.diagonal_mm)
+    fits = (found.swept >= ON_SURFACE) & (found.worst_mm <= tight)
+    return {
+        int(tried[one]): Revolved(found.point[one], found.axis[one], float(found.radius[one]))
+        for one in np.flatnonzero(fits).tolist()
+    }
 
 
-def _profiles(points: _Points, faces: Indices, point: Array, axis: Array, tight: float) -> list[Revolved]:
-    """Return the line and the arc through the profile of some faces, where there is one."""
-    h, r, _ = cylindrical(points.of(faces)[1], point, axis)
-    profile = np.unique(np.round(np.column_stack([r, h]) / tight), axis=0) * tight
-    if len(profile) < 2:
-        return []
-    line, off = fit_line(profile)
-    if off.max() <= tight:
-        if abs(line[1, 1]) <= 1e-9:
-            return []
-        slope = line[1, 0] / line[1, 1]
-        return [Revolved(point, axis, float(line[0, 0] - slope * line[0, 1]), float(slope))]
-    if len(profile) < 3:
-        return []
-    centre, tube = fit_circle(profile)
-    if np.abs(np.linalg.norm(profile - centre, axis=1) - tube).max() > tight or tube <= 10.0 * tight:
-        return []
-    return [Revolved(point, axis, float(centre[0]), 0.0, float(centre[1]), tube)]
+def _profiles(points: _Points, tries: _Tries, point: Array, axis: Array, tight: float) -> dict[int, Revolved]:
+    """Return the line or the arc through the profile of each seed, where there is one."""
+    if len(tries.faces) == 0:
+        return {}
+    row, corner = points.of(tries.faces)
+    h, r, _ = cylindrical(corner, point, axis)
+    number = tries.sets.number[row]
+    sets, profile = Sets.of(number), np.stack([r, h], axis=1)
+    owner = number[sets.starts]
+    straight, round_ = lines(profile, sets), circles(profile, sets)
+    is_line = straight.worst_mm <= tight
+    is_arc = ~is_line & (round_.worst_mm <= tight) & (round_.radius > 10.0 * tight)
+    is_line &= np.abs(straight.direction[:, 1]) > 1e-9
+    found = {}
+    for one in np.flatnonzero(is_line).tolist():
+        found[int(owner[one])] = cone(point, axis, straight.middle[one], straight.direction[one])
+    for one in np.flatnonzero(is_arc & np.isfinite(round_.radius)).tolist():
+        found[int(owner[one])] = torus(point, axis, round_.centre[one], float(round_.radius[one]))
+    return found

@@ -14,6 +14,9 @@ Flags = NDArray[np.bool_]
 
 FLAT_RAD = 1e-4
 """Triangles that meet at less are one plane face; a circle would need 60 000 segments."""
+ROUNDED = 2.0
+"""... and those that are out of one plane by less than so many steps of single precision: the corners of a
+flat facet that was split into small triangles."""
 LEAST_HEIGHT = 1e-6
 """Height of a triangle below which its direction means nothing, as a share of the mesh's diagonal."""
 
@@ -97,10 +100,26 @@ def edges_of(mesh: Mesh) -> Edges:
     angle = np.arctan2(np.linalg.norm(np.cross(a, b), axis=1), np.einsum("ij,ij->i", a, b))
     known = _has_direction(mesh)
     sure = known[left] & known[right]
-    flat = sure & (angle <= FLAT_RAD)
+    flat = sure & (
+        (angle <= FLAT_RAD) | (_out_of_plane_mm(mesh, left, right, ends, angle) <= rounding_mm(mesh))
+    )
     if not sure.all():
         flat |= _longest_of_slivers(mesh, left, right, ends, known)
     return Edges(left, right, ends, np.where(sure, angle, 0.0), flat)
+
+
+def rounding_mm(mesh: Mesh) -> float:
+    """Return what rounding to single precision moves corners by, about."""
+    return ROUNDED * float(np.spacing(np.float32(np.abs(mesh.bounds).max())))
+
+
+def _out_of_plane_mm(mesh: Mesh, left: Indices, right: Indices, ends: Indices, angle: Array) -> Array:
+    """Return how far the smaller triangle at each edge stands out of the other's plane."""
+    along = mesh.vertices.take(ends[:, 1], axis=0) - mesh.vertices.take(ends[:, 0], axis=0)
+    length = np.sqrt(np.einsum("ij,ij->i", along, along))
+    least = np.minimum(mesh.doubled_areas.take(left), mesh.doubled_areas.take(right))
+    height: Array = least / np.where(length > 0.0, length, 1.0)
+    return angle * height
 
 
 def _longest_of_slivers(mesh: Mesh, left: Indices, right: Indices, ends: Indices, known: Flags) -> Flags:

@@ -1,0 +1,201 @@
+"""A mesh looked at for smooth surfaces: its plane faces, which of them meet smoothly, what is at stake."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+
+from autobalance.solid.chordal_error.fits import Flags, Sets
+from autobalance.solid.chordal_error.revolved import Revolved
+from autobalance.solid.mesh.adjacency import Edges, edges_of, plane_faces, unit
+from autobalance.solid.mesh.mesh import Array, Indices, Mesh
+
+SMOOTH_RAD = 0.8
+"""Facets that meet at more have a real edge between them."""
+ROUNDINGS, NEARLY = 6.0, 1e-6
+"""Steps of single precision, and share of the diagonal, that corners may lie off a surface by."""
+ON_SURFACE = 2e-3
+"""How far corners may leave a fitted surface, as a share of its radius."""
+DEEPEST = 1.0 - np.cos(SMOOTH_RAD / 2.0)
+"""Sag of a chord at most, as a share of the radius: half of ``SMOOTH_RAD`` on each side of its middle."""
+TIP = 1e-2
+"""Radius near the tip of a cone that corners are measured against, as a share of its largest."""
+CORNERS_MOST = 600
+"""Corners of a face that is looked at as a chord; larger ones are plane faces of the part."""
+
+
+@dataclass(frozen=True, eq=False)
+class Meetings:
+    """Pairs of faces that meet smoothly.
+
+    Attributes
+    ----------
+    low, high : (n,) int
+        The faces of each pair, once however many edges they share.
+    middle : (n, 3) float
+        Of the edges.
+    hidden_mm3 : (n,) float
+        L w² δ / 12, by their length, the lesser width of the two faces and the angle between them.
+    """
+
+    low: Indices
+    high: Indices
+    middle: Array
+    hidden_mm3: Array
+
+
+@dataclass(frozen=True, eq=False)
+class Look:
+    """A mesh with its plane faces and the pairs of faces that meet smoothly."""
+
+    mesh: Mesh
+    doubled: Array
+    edges: Edges
+    face: Indices
+    count: int
+    normal: Array
+    order: Indices
+    starts: Indices
+    sizes: Indices
+    smooth: Indices
+
+    @cached_property
+    def pairs(self) -> tuple[Indices, Indices]:
+        """The faces on the two sides of each smooth edge."""
+        return self.face[self.edges.left[self.smooth]], self.face[self.edges.right[self.smooth]]
+
+    @property
+    def curved_count(self) -> int:
+        """How many faces meet another smoothly."""
+        return int(np.count_nonzero(np.bincount(np.concatenate(self.pairs), minlength=self.count)))
+
+    @cached_property
+    def small(self) -> Flags:
+        """Which faces have few corners enough to be chords."""
+        return (self.corner_counts > 2) & (self.corner_counts <= CORNERS_MOST)
+
+    @cached_property
+    def meetings(self) -> Meetings:
+        """Where two faces meet smoothly, and about what their chords hide there."""
+        i, j = self.pairs
+        pair, number = np.unique(np.minimum(i, j) * self.count + np.maximum(i, j), return_inverse=True)
+        ends = self.mesh.vertices[self.edges.ends[self.smooth]]
+        length = np.linalg.norm(ends[:, 1] - ends[:, 0], axis=1)
+        whole = np.bincount(number, length, len(pair))
+        weight = np.where(whole > 0.0, whole, 1.0)
+        angle = np.bincount(number, length * self.edges.angle_rad[self.smooth], len(pair)) / weight
+        middles = length[:, None] * ends.mean(axis=1)
+        middle = np.stack([np.bincount(number, column, len(pair)) for column in middles.T], axis=1)
+        low, high = pair // self.count, pair % self.count
+        across = self.broad_mm2
+        width = np.minimum(across[low], across[high]) / weight
+        return Meetings(low, high, middle / weight[:, None], whole * width**2 * angle / 12.0)
+
+    @cached_property
+    def area_mm2(self) -> Array:
+        """Area of each face (count,)."""
+        area = 0.5 * np.bincount(self.face, self.mesh.doubled_areas, self.count)
+        return np.asarray(area, dtype=np.float64)
+
+    @cached_property
+    def broad_mm2(self) -> Array:
+        """Length times width of each face (count,), of strips and of lone triangles."""
+        broad: Array = np.where(self.sizes == 1, 2.0, 1.0) * self.area_mm2
+        return broad
+
+    @cached_property
+    def at_stake(self) -> Array:
+        """About what each face (count,) hides with its neighbours, by the angles between them [mm³]."""
+        meetings = self.meetings
+        whole = np.bincount(meetings.low, meetings.hidden_mm3, self.count)
+        whole = whole + np.bincount(meetings.high, meetings.hidden_mm3, self.count)
+        return np.asarray(whole, dtype=np.float64)
+
+    @cached_property
+    def first_middles(self) -> Array:
+        """The middle (count, 3) of a triangle of each face."""
+        found: Array = self.mesh.vertices[self.mesh.triangles[self.order[self.starts]]].mean(axis=1)
+        return found
+
+    @cached_property
+    def is_corner(self) -> Flags:
+        """Which vertices of the mesh are corners: those where three faces meet.
+
+        Two planes meet in a line: other vertices, of a facet that was split, lie on its chords and not on the
+        surface.
+        """
+        beside = self.face[self.edges.left] != self.face[self.edges.right]
+        meeting = np.bincount(self.edges.ends[beside].reshape(-1), minlength=len(self.mesh.vertices))
+        return np.asarray(meeting > 2)
+
+    @cached_property
+    def _corner(self) -> tuple[Indices, Indices]:
+        """The corners of all faces, one face after the other, and where each face begins (count + 1,)."""
+        vertex = self.mesh.triangles.take(self.order, axis=0).reshape(-1)
+        real = self.is_corner.take(vertex)
+        before = np.concatenate([[0], np.cumsum(real)])
+        return vertex[real], before[3 * np.append(self.starts, len(self.order))]
+
+    @cached_property
+    def corner_counts(self) -> Indices:
+        """Corners of each face (count,), as often as its triangles have them."""
+        return np.diff(self._corner[1]).astype(np.int64)
+
+    @cached_property
+    def reach_mm(self) -> Array:
+        """Diagonal of the box around the corners of each face (count,)."""
+        vertex, starts = self._corner
+        some = np.flatnonzero(self.corner_counts)
+        reach = np.zeros(self.count)
+        if len(some):
+            sets, place = Sets(starts[some], len(vertex)), self.mesh.vertices.take(vertex, axis=0)
+            reach[some] = np.linalg.norm(sets.most(place) - sets.least(place), axis=1)
+        return reach
+
+    def corners(self, faces: Indices) -> tuple[Indices, Array]:
+        """Return for each of some faces its corners: (row in ``faces``, point), one after the other."""
+        vertex, starts = self._corner
+        size = self.corner_counts[faces]
+        row = np.repeat(np.arange(len(faces)), size)
+        within = np.arange(len(row)) - np.repeat(np.cumsum(size) - size, size)
+        return row, self.mesh.vertices.take(vertex[starts[faces][row] + within], axis=0)
+
+
+def look_at(mesh: Mesh) -> Look:
+    """Find the plane faces of a mesh and the pairs of them that meet smoothly."""
+    doubled = mesh.area_vectors
+    edges = edges_of(mesh)
+    face, count = plane_faces(mesh, edges)
+    total = np.zeros((count, 3))
+    for column, weights in enumerate(doubled.T):
+        total[:, column] = np.bincount(face, weights=weights, minlength=count)
+    order = np.argsort(face, kind="stable")
+    sizes = np.bincount(face, minlength=count)
+    smooth = (edges.angle_rad <= SMOOTH_RAD) & (edges.angle_rad > 0.0)
+    smooth &= face[edges.left] != face[edges.right]
+    starts = np.cumsum(sizes) - sizes
+    return Look(mesh, doubled, edges, face, count, unit(total), order, starts, sizes, np.flatnonzero(smooth))
+
+
+def tight_mm(look: Look) -> float:
+    """Return how far corners may lie off a surface by rounding: a few steps of single precision."""
+    reach = float(np.abs(look.mesh.bounds).max())
+    return ROUNDINGS * float(np.spacing(np.float32(reach))) + NEARLY * look.mesh.diagonal_mm
+
+
+def lies_on(look: Look, surface: Revolved, faces: Indices) -> Flags:
+    """Tell which faces are chords of a surface: corners on it, middle not too deep, normal across it."""
+    row, point = look.corners(faces)
+    off = surface.off(point)
+    size = surface.tube_mm or surface.r0 + surface.slope * (point - surface.point) @ surface.axis
+    size = np.maximum(size, TIP * np.max(size, initial=0.0))
+    deepest = np.zeros(len(faces))
+    highest = np.zeros(len(faces))
+    np.minimum.at(deepest, row, off / size)
+    np.maximum.at(highest, row, off / size)
+    middle = look.mesh.vertices[look.mesh.triangles[look.order[look.starts[faces]]]].mean(axis=1)
+    aligned = np.abs(np.einsum("ij,ij->i", surface.normal(middle), look.normal[faces]))
+    between: Flags = (deepest > -DEEPEST) & (highest < 2.0 * ON_SURFACE)
+    return np.asarray(between & (aligned > np.cos(SMOOTH_RAD / 2.0)))

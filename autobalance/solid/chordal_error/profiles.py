@@ -1,0 +1,146 @@
+"""Cones, tori and more cylinders about the axes of those found, from the profiles of their corners."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+import numpy as np
+
+from autobalance.solid.chordal_error.fits import Sets, circles, lines
+from autobalance.solid.chordal_error.look import ON_SURFACE, Look, lies_on
+from autobalance.solid.chordal_error.revolved import Revolved, cylindrical
+from autobalance.solid.chordal_error.strips import FEW
+from autobalance.solid.mesh.components import numbered_components
+from autobalance.solid.mesh.mesh import Array, Indices
+
+ON_TUBE = 3e-4
+"""The same for the arc of a torus: any few points lie roughly on some arc."""
+ASIDE = 0.2
+"""How far a facet's direction may leave the half-plane through its middle and the axis [rad]."""
+ALONG = 0.01
+"""Share of a facet's direction along the axis, at most, in what may be a cylinder about it."""
+IDLE_AXES = 8
+"""So many axes in a row about which nothing was found are enough: a free-form surface has none."""
+AXES_MOST = 40
+"""Axes that cones and tori are looked for about, those of the largest cylinders."""
+
+
+def axes_of(look: Look, surfaces: list[Revolved], surface_of: Indices) -> list[tuple[Array, Array]]:
+    """Return the distinct axes of the cylinders found, those of most surface first."""
+    face_of = surface_of[look.face]
+    mine = face_of >= 0
+    area = np.bincount(face_of[mine], np.linalg.norm(look.doubled[mine], axis=1), len(surfaces))
+    axes: list[tuple[Array, Array]] = []
+    whole = np.bincount(surface_of[surface_of >= 0], minlength=len(surfaces)) >= FEW
+    for number in np.flatnonzero(whole)[np.argsort(-area[whole], kind="stable")]:
+        one = surfaces[number]
+        for point, axis in axes:
+            apart = one.point - point
+            apart = apart - (apart @ axis) * axis
+            if abs(axis @ one.axis) > 1.0 - 1e-6 and np.linalg.norm(apart) < ON_SURFACE * one.r0:
+                break
+        else:
+            axes.append((one.point, one.axis))
+        if len(axes) == AXES_MOST:
+            break
+    return axes
+
+
+def find_revolved(look: Look, surfaces: list[Revolved], surface_of: Indices) -> None:
+    """Find cones and tori about the axes of the cylinders among the faces left that are smooth."""
+    i, j = look.pairs
+    idle = 0
+    for point, axis in axes_of(look, surfaces, surface_of):
+        if idle == IDLE_AXES:
+            return
+        before = len(surfaces)
+        free = (surface_of[i] < 0) & (surface_of[j] < 0)
+        i, j = i[free], j[free]
+        around = Around.of(look, i, j, point, axis)
+        for slopes in ((-1.0, ALONG), (ON_SURFACE, 1.0 - 1e-8)):
+            faces, patches = around.patches(*slopes)
+            for fitted, place in fitted_profiles(look, faces, patches, point, axis):
+                start = patches.starts[place]
+                mine = faces[start : start + patches.sizes[place]]
+                if (surface_of[mine] < 0).all() and lies_on(look, fitted, mine).all():
+                    surface_of[mine] = len(surfaces)
+                    surfaces.append(fitted)
+        idle = 0 if len(surfaces) > before else idle + 1
+
+
+@dataclass(frozen=True, eq=False)
+class Around:
+    """Smooth faces seen from an axis.
+
+    Attributes
+    ----------
+    faces : (k,) int
+        Those directed to the axis.
+    upright : (k,) float
+        The component of each one's direction along it.
+    pairs : (2, n) int
+        Which of them meet smoothly, by their places in ``faces``.
+    """
+
+    faces: Indices
+    upright: Array
+    pairs: Indices
+
+    @classmethod
+    def of(cls, look: Look, i: Indices, j: Indices, point: Array, axis: Array) -> Around:
+        """Look from an axis at the faces of pairs (i, j)."""
+        seen = np.zeros(look.count, dtype=bool)
+        seen[i] = seen[j] = True
+        faces = np.flatnonzero(seen & look.small)
+        normal = look.normal[faces]
+        _, r, out = cylindrical(look.first_middles[faces], point, axis)
+        aside = np.abs(np.einsum("ij,ij->i", normal, np.cross(axis, out)))
+        directed = (aside < ASIDE) & (r > 0.0)
+        faces, upright = faces[directed], np.abs(normal[directed] @ axis)
+        place = np.full(look.count, -1)
+        place[faces] = np.arange(len(faces))
+        pairs = np.stack([place[i], place[j]])
+        return cls(faces, upright, pairs[:, (pairs >= 0).all(axis=0)])
+
+    def patches(self, least: float, most: float) -> tuple[Indices, Sets]:
+        """Return sets of faces that hang together and lean by ``least`` to ``most``, one after the other."""
+        fit = (self.upright > least) & (self.upright < most)
+        both = fit[self.pairs].all(axis=0)
+        label, count = numbered_components(self.pairs[:, both].T, len(self.faces))
+        size = np.bincount(label[fit], minlength=count)
+        members = np.flatnonzero(fit & (size[label] > 3))
+        members = members[np.argsort(label[members], kind="stable")]
+        return self.faces[members], Sets.of(label[members])
+
+
+def fitted_profiles(
+    look: Look, faces: Indices, patches: Sets, point: Array, axis: Array
+) -> Iterator[tuple[Revolved, int]]:
+    """Fit a line (cone) or an arc (torus) to the profile (r, h) of each patch's corners; yield what fits."""
+    if len(faces) == 0:
+        return
+    row, corner = look.corners(faces)
+    h, r, _ = cylindrical(corner, point, axis)
+    sets = Sets.of(patches.number[row])
+    profile = np.stack([r, h], axis=1)
+    straight, round_ = lines(profile, sets), circles(profile, sets)
+    size = (sets.most(profile) - sets.least(profile)).max(axis=1)
+    is_line = (straight.worst_mm <= ON_SURFACE * size) & (np.abs(straight.direction[:, 1]) > 1e-9)
+    is_arc = ~is_line & (round_.worst_mm <= ON_TUBE * round_.radius) & np.isfinite(round_.radius)
+    for place in np.flatnonzero(is_line | is_arc).tolist():
+        if is_line[place]:
+            yield cone(point, axis, straight.middle[place], straight.direction[place]), place
+        else:
+            yield torus(point, axis, round_.centre[place], float(round_.radius[place])), place
+
+
+def cone(point: Array, axis: Array, middle: Array, direction: Array) -> Revolved:
+    """Return the cone or cylinder whose profile (r, h) is the line through ``middle`` along ``direction``."""
+    slope = float(direction[0] / direction[1])
+    return Revolved(point, axis, float(middle[0] - slope * middle[1]), slope)
+
+
+def torus(point: Array, axis: Array, centre: Array, tube_mm: float) -> Revolved:
+    """Return the torus whose profile (r, h) is the circle about ``centre``."""
+    return Revolved(point, axis, float(centre[0]), 0.0, float(centre[1]), tube_mm)

@@ -1,0 +1,284 @@
+"""Cylinders from strips of chords of one circle."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+import numpy as np
+
+from autobalance.solid.chordal_error.fits import Flags, Sets, across, circles, least_directions
+from autobalance.solid.chordal_error.look import ON_SURFACE, Look, lies_on, tight_mm
+from autobalance.solid.chordal_error.revolved import Revolved
+from autobalance.solid.mesh.adjacency import unit
+from autobalance.solid.mesh.components import numbered_components
+from autobalance.solid.mesh.mesh import Array, Indices
+
+CROWD = 16
+"""Faces of a strip from which on its circle is no accident, even if a few ends lie off it."""
+ALIKE = 0.03
+"""How far radius and centre of two chords' circles may differ, as a share of the radius."""
+CHORD_RATIO = 0.8, 1.25
+"""Sag of a chord compared with what its width asks, for most chords of a strip."""
+UNEVEN = 4.5
+"""Sag of a chord compared with the median of its strip, at most: twice as wide, four times as deep."""
+FEW, UNEVEN_OF_FEW = 8, 1.3
+"""Any trapezoid has a circle through its corners: strips of fewer chords must be even."""
+STRAIGHT = 1.0 - 1e-6
+"""Cosine between the rulings of one cylinder, at least."""
+
+
+@dataclass(frozen=True, eq=False)
+class Chords:
+    """Pairs of faces that meet at a straight, smooth edge, as chords of one circle.
+
+    Attributes
+    ----------
+    i, j : (n,) int
+        The faces.
+    axis : (n, 3) float
+        Along the edge.
+    middle, u, v : (n, 3) float
+        A point of the edge, and from there to the far sides of the faces, across the axis.
+    centre : (n, 3) float
+        Of the circle through the three.
+    radius : (n,) float
+    """
+
+    i: Indices
+    j: Indices
+    axis: Array
+    middle: Array
+    u: Array
+    v: Array
+    centre: Array
+    radius: Array
+
+
+def find_cylinders(look: Look, surfaces: list[Revolved], surface_of: Indices) -> None:
+    """Find strips of chords of one circle, fit their cylinders and give them their faces."""
+    chords = _chords(look)
+    members, sets = _strip_members(look, chords)
+    if len(members) == 0:
+        return
+    pairs = np.concatenate([chords.i[members], chords.j[members]])
+    own = np.unique(np.tile(sets.number, 2) * look.count + pairs)
+    faces = own % look.count
+    faces_of = Sets.of(own // look.count)
+    for number, fitted in _fitted(look, chords, members, sets, faces, faces_of):
+        start = faces_of.starts[number]
+        mine = faces[start : start + faces_of.sizes[number]]
+        mine = mine[surface_of[mine] < 0]
+        if len(mine) > 2:
+            mine = mine[lies_on(look, fitted, mine) & _is_chord(look, fitted, mine)]
+        if len(mine) > 2:
+            surface_of[mine] = len(surfaces)
+            surfaces.append(fitted)
+    _spread(look, surfaces, surface_of)
+
+
+def _chords(look: Look) -> Chords:
+    """Return the pairs of faces that may be neighbouring chords of a circle."""
+    i, j = look.pairs
+    pair = np.minimum(i, j) * look.count + np.maximum(i, j)
+    once = np.unique(pair, return_index=True)[1]  # a long edge may fall into many
+    i, j, ends = i[once], j[once], look.mesh.vertices[look.edges.ends[look.smooth[once]]]
+    axis = unit(np.cross(look.normal[i], look.normal[j]))
+    along = ends[:, 1] - ends[:, 0]
+    straight = np.abs(np.einsum("ij,ij->i", axis, along)) > 0.999 * np.linalg.norm(along, axis=1)
+    keep = straight & look.small[i] & look.small[j]
+    i, j, axis, middle = i[keep], j[keep], axis[keep], ends[keep].mean(axis=1)
+    u, v = _far_side(look, i, axis, middle), _far_side(look, j, axis, middle)
+    cross = np.cross(u, v)
+    size = np.square(cross).sum(axis=1)
+    good = size > 1e-24 * look.mesh.diagonal_mm**4
+    i, j, axis, middle, u, v, cross, size = (
+        values[good] for values in (i, j, axis, middle, u, v, cross, size)
+    )
+    lift = np.square(u).sum(1)[:, None] * v - np.square(v).sum(1)[:, None] * u
+    offset = np.cross(lift, cross) / (2.0 * size[:, None])
+    return Chords(i, j, axis, middle, u, v, middle + offset, np.linalg.norm(offset, axis=1))
+
+
+def _strip_members(look: Look, chords: Chords) -> tuple[Indices, Sets]:
+    """Return the chords of strips that may be cylinders, strip by strip."""
+    strip = _strips(chords)
+    members = np.argsort(strip, kind="stable")
+    members, sets = _chosen(members, strip, np.bincount(strip)[strip[members]] > 1)
+    if len(members) == 0:
+        return members, sets
+    first = chords.axis[members[sets.starts]]
+    aligned = np.abs(np.einsum("ij,ij->i", chords.axis[members], first[sets.number]))
+    members, sets = _chosen(members, strip, (sets.least(aligned) > STRAIGHT)[sets.number])
+    if len(members) == 0:
+        return members, sets
+    return _chosen(members, strip, ~_turning(look, chords, members, sets)[sets.number])
+
+
+def _chosen(members: Indices, strip: Indices, kept: Flags) -> tuple[Indices, Sets]:
+    chosen = members[kept]
+    return chosen, Sets.of(strip[chosen])
+
+
+def _turning(look: Look, chords: Chords, members: Indices, sets: Sets) -> Flags:
+    """Tell which strips lie beside others of one radius whose axis turns: pieces of a torus or a ball."""
+    strip_of = np.full(look.count, -1)
+    for faces in (chords.i[members], chords.j[members]):
+        np.maximum.at(strip_of, faces, sets.number)
+    direction, size = chords.axis[members[sets.starts]], sets.medians(chords.radius[members])
+    a, b = (strip_of[faces] for faces in look.pairs)
+    beside = (a >= 0) & (b >= 0) & (a != b)
+    a, b = a[beside], b[beside]
+    turning = np.abs(np.einsum("ij,ij->i", direction[a], direction[b])) < 1.0 - 1e-7
+    turning &= np.abs(size[a] - size[b]) < ALIKE * np.minimum(size[a], size[b])
+    false = np.zeros(len(size), dtype=bool)
+    a, b = a[turning], b[turning]
+    count = sets.sizes
+    false[a[2 * count[b] >= count[a]]] = True  # a whole cylinder beside a piece stays
+    false[b[2 * count[a] >= count[b]]] = True
+    return false
+
+
+def _fitted(
+    look: Look, chords: Chords, members: Indices, sets: Sets, faces: Indices, faces_of: Sets
+) -> Iterator[tuple[int, Revolved]]:
+    """Fit a cylinder to the ruling lines of each strip; yield those that pass through them all."""
+    normal = look.normal[faces]
+    axis = least_directions(normal, faces_of)
+    lean = faces_of.most(np.abs(np.einsum("ij,ij->i", normal, axis[faces_of.number])))
+    one, other = across(axis)
+    middle = chords.middle[members]
+    rulings = np.stack([middle, middle + chords.u[members], middle + chords.v[members]], axis=1)
+    number = sets.number
+    flat = np.stack(
+        [np.einsum("nkd,nd->nk", rulings, one[number]), np.einsum("nkd,nd->nk", rulings, other[number])],
+        axis=2,
+    )
+    found = circles(flat.reshape(-1, 2), Sets(3 * sets.starts, 3 * sets.count))
+    slack = ON_SURFACE * found.radius
+    few = faces_of.sizes < CROWD
+    slack[few] = np.minimum(slack[few], 4.0 * tight_mm(look))
+    fits = (lean <= ON_SURFACE) & (found.worst_mm <= slack) & (faces_of.sizes > 2)
+    fits &= np.isfinite(found.radius)
+    for strip in np.flatnonzero(fits).tolist():
+        point = found.centre[strip] @ np.stack([one[strip], other[strip]])
+        yield strip, Revolved(point, axis[strip], float(found.radius[strip]))
+
+
+def _far_side(look: Look, faces: Indices, axis: Array, middle: Array) -> Array:
+    """Return, across the axis, the vector (k, 3) from a ruling line to the far side of a face beside it."""
+    across = np.cross(axis, look.normal[faces])
+    row, point = look.corners(faces)
+    reach = np.einsum("ij,ij->i", point - middle[row], across[row])
+    far = np.zeros(len(faces))
+    near = np.zeros(len(faces))
+    np.maximum.at(far, row, reach)
+    np.minimum.at(near, row, reach)
+    return np.where(far > -near, far, near)[:, None] * across
+
+
+def _strips(chords: Chords) -> Indices:
+    """Group chord pairs that share a face and have one circle; return the group of each."""
+    axis, centre, radius, count = chords.axis, chords.centre, chords.radius, len(chords.i)
+    face = np.concatenate([chords.i, chords.j])
+    pair = np.tile(np.arange(count), 2)
+    order = np.lexsort((radius[pair], face))
+    links = []
+    for step in (1, 2, 3):
+        one, other = order[:-step], order[step:]
+        a, b = pair[one], pair[other]
+        apart = centre[b] - centre[a]
+        apart -= np.einsum("ij,ij->i", apart, axis[a])[:, None] * axis[a]
+        least = np.minimum(radius[a], radius[b])
+        alike = (face[one] == face[other]) & (np.abs(radius[a] - radius[b]) < ALIKE * least)
+        alike &= np.linalg.norm(apart, axis=1) < ALIKE * least
+        alike &= np.abs(np.einsum("ij,ij->i", axis[a], axis[b])) > 0.999
+        links.append(np.stack([a[alike], b[alike]], axis=1))
+    return numbered_components(np.concatenate(links), count)[0]
+
+
+def _is_chord(look: Look, cylinder: Revolved, faces: Indices) -> Flags:
+    """Tell which faces of a strip are as deep as their width asks; none if most are not."""
+    across = np.cross(cylinder.axis, look.normal[faces])
+    row, point = look.corners(faces)
+    reach = np.einsum("ij,ij->i", point - cylinder.point, across[row])
+    least, most = np.full(len(faces), np.inf), np.full(len(faces), -np.inf)
+    np.minimum.at(least, row, reach)
+    np.maximum.at(most, row, reach)
+    half = 0.5 * (most - least)
+    wanted = cylinder.r0 - np.sqrt(np.maximum(0.0, cylinder.r0**2 - half**2))
+    depth = _depth_of(look, cylinder, faces)
+    ratio = float(np.median(depth / np.maximum(wanted, 1e-12)))
+    if not CHORD_RATIO[0] < ratio < CHORD_RATIO[1]:
+        return np.zeros(len(faces), dtype=bool)
+    if len(faces) < FEW and not _turns_twice(look, cylinder, faces):
+        return np.zeros(len(faces), dtype=bool)
+    uneven = UNEVEN if len(faces) >= FEW else UNEVEN_OF_FEW
+    return np.asarray(depth < uneven * np.median(depth))
+
+
+def _turns_twice(look: Look, cylinder: Revolved, faces: Indices) -> bool:
+    """Tell whether a strip of few faces has three directions at least; pieces of one plane count once."""
+    basis = np.linalg.svd(cylinder.axis[None])[2][1:]
+    x, y = (look.normal[faces] @ basis.T).T
+    angle = np.sort(np.unwrap(np.arctan2(y, x)))
+    steps = np.diff(angle)
+    return bool((steps > 0.1 * steps.max(initial=0.0)).sum() >= 2)
+
+
+def _depth_of(look: Look, cylinder: Revolved, faces: Indices) -> Array:
+    """Return how far below a cylinder each face's plane lies where it is deepest."""
+    point = look.mesh.vertices[look.mesh.triangles[look.order[look.starts[faces]], 0]]
+    depth: Array = cylinder.r0 - np.abs(np.einsum("ij,ij->i", point - cylinder.point, look.normal[faces]))
+    return depth
+
+
+def _spread(look: Look, surfaces: list[Revolved], surface_of: Indices) -> None:
+    """Give cylinders the faces beside theirs whose corners lie between facets and circle."""
+    if not surfaces:
+        return
+    i, j = look.pairs
+    table = _Table(surfaces)
+    sag = np.zeros(len(surfaces))
+    mine = np.flatnonzero(surface_of >= 0)
+    np.maximum.at(sag, surface_of[mine], table.depth(look, mine, surface_of[mine]))
+    beside = np.concatenate([np.stack([i, j]), np.stack([j, i])], axis=1)
+    beside = beside[:, look.small[beside[0]]]
+    for _ in range(4):
+        beside = beside[:, surface_of[beside[0]] < 0]
+        face, source = beside[:, surface_of[beside[1]] >= 0]
+        pairs = np.unique(face * len(surfaces) + surface_of[source])
+        face, wanted = pairs // len(surfaces), pairs % len(surfaces)
+        if len(face) == 0:
+            return
+        row, point = look.corners(face)
+        here = wanted[row]
+        off, slack = table.off(point, here), ON_SURFACE * table.radius[here]
+        fits = np.ones(len(face), dtype=bool)
+        fits[row[(off > slack) | (off < -sag[here] - slack)]] = False
+        fits &= np.abs(np.einsum("ij,ij->i", look.normal[face], table.axis[wanted])) <= ON_SURFACE
+        fits &= table.depth(look, face, wanted) <= 1.05 * sag[wanted] + 1e-9
+        surface_of[face[fits]] = wanted[fits]
+
+
+class _Table:
+    """Points, axes and radii of cylinders, to be looked up by their numbers."""
+
+    def __init__(self, cylinders: list[Revolved]) -> None:
+        self.point = np.array([one.point for one in cylinders]).reshape(-1, 3)
+        self.axis = np.array([one.axis for one in cylinders]).reshape(-1, 3)
+        self.radius = np.array([one.r0 for one in cylinders])
+
+    def off(self, points: Array, number: Indices) -> Array:
+        """Return how far points (n, 3) lie off the cylinders with the numbers (n,) [mm]."""
+        local, axis = points - self.point[number], self.axis[number]
+        local = local - np.einsum("ij,ij->i", local, axis)[:, None] * axis
+        away: Array = np.sqrt(np.einsum("ij,ij->i", local, local)) - self.radius[number]
+        return away
+
+    def depth(self, look: Look, faces: Indices, number: Indices) -> Array:
+        """Return how far below its cylinder each face's plane lies where it is deepest."""
+        point = look.mesh.vertices[look.mesh.triangles[look.order[look.starts[faces]], 0]]
+        height = np.einsum("ij,ij->i", point - self.point[number], look.normal[faces])
+        deep: Array = self.radius[number] - np.abs(height)
+        return deep
