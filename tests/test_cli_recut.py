@@ -12,6 +12,7 @@ import pytest
 
 import autobalance as ab
 from autobalance.command import main
+from autobalance.errors import JobError
 from autobalance.report.json import schema
 
 CRANK = Path(__file__).parents[1] / "fixtures" / "crf250r" / "straight" / "crank.stl"
@@ -81,6 +82,20 @@ def test_first_report_says_what_to_fit(loop: Path) -> None:
     assert bob_weight["tolerance_g"] == pytest.approx(
         0.1 * report["tolerance"]["permissible_g_mm"] / 26.9, rel=1e-4
     )
+
+
+def test_a_stage_is_studied_as_it_stands(loop: Path) -> None:
+    path = loop / "out" / "stage-2" / "report.json"
+    with pytest.raises(JobError, match="nothing is uncertain"):
+        ab.study(path, samples=10, exact=0)
+    said = values(path)
+    said["job"]["correction"]["depth_tolerance_mm"] = 0.02
+    uncertain = path.with_name("uncertain.json")
+    uncertain.write_text(json.dumps(said), encoding="utf-8")
+    found = ab.study(uncertain, samples=200, exact=2).report
+    assert found["nominal"]["magnitude_g_mm"] == pytest.approx(said["residual"]["magnitude_g_mm"])
+    assert [cause["name"] for cause in found["contributions"]] == ["correction.depth"]
+    assert found["linear_model"]["greatest_error_g_mm"] < 0.01 * found["spread"]["linear_g_mm"]
 
 
 def test_second_stage_cuts_what_was_read(loop: Path) -> None:

@@ -7,6 +7,11 @@ from collections.abc import Callable, Sequence
 Progress = Callable[[str, float], None]
 """Told what runs, in a few words, and what share of the whole is done (0 to 1); may raise to stop."""
 
+
+def untold(_words: str, _share: float) -> None:
+    """Tell nobody."""
+
+
 BALANCED_BEFORE = (
     ("reading", 0.0),
     ("planning", 0.25),

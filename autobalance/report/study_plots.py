@@ -2,41 +2,95 @@
 
 from __future__ import annotations
 
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from autobalance.report import plots
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+
 Values = dict[str, Any]
 
-BINS = 20
+BINS = 40
+MOST = 8
+"""Causes drawn in one picture."""
+CURVES = 5
 
 
 def study_plots(values: Values, shares: NDArray[np.float64]) -> dict[str, dict[str, bytes]]:
-    """Return a histogram of the greatest share used (n,), a tornado of the causes and their shares."""
-    from autobalance.report import plots
-
-    counts, edges = np.histogram(shares, bins=BINS)
-    places = [f"{100 * edge:.0f}" for edge in edges[:-1]]
-    drawn = {
-        "study-histogram": plots.named_bars(
-            "Cranks by what they use of the permissible value",
-            ("used, from [%]", "cranks"),
-            places,
-            {f"{values['samples']} cranks": [float(count) for count in counts]},
-        )
-    }
-    causes = values["contributions"][:8]
-    if causes:
-        names = [cause["name"].split(".", 1)[-1] for cause in causes]
-        shown = {"share of the variance": [100.0 * cause["share"] for cause in causes]}
-        drawn["study-causes"] = plots.named_bars("What makes the spread", ("cause", "[%]"), names, shown)
-    numbers = [cause for cause in causes if cause["effect_g_mm"] is not None]
-    if numbers:
-        names = [cause["name"].split(".", 1)[-1] for cause in numbers]
-        ends = {
-            "at −pm": [cause["effect_g_mm"][0] for cause in numbers],
-            "at +pm": [cause["effect_g_mm"][1] for cause in numbers],
-        }
-        drawn["study-tornado"] = plots.named_bars("One cause at its ends", ("cause", "[g·mm]"), names, ends)
+    """Return a histogram of the greatest share used (n,), shares of causes, tornado and curves of figures."""
+    drawn = {"study-histogram": _histogram(values, shares)}
+    if values["contributions"]:
+        drawn["study-causes"] = _causes(values)
+    for figure in values["sensitivity"]:
+        if figure["causes"]:
+            name = figure["figure"].replace("_", "-").lower()
+            drawn[f"study-tornado-{name}"] = _tornado(figure)
+            drawn[f"study-curves-{name}"] = _curves(figure)
     return drawn
+
+
+def _short(name: str) -> str:
+    return name.split(".", 1)[-1]
+
+
+def _histogram(values: Values, shares: NDArray[np.float64]) -> dict[str, bytes]:
+    top = max(1.05, float(shares.max()))
+    counts, edges = np.histogram(shares, bins=BINS, range=(0.0, top))
+
+    def draw(axes: Axes) -> None:
+        axes.bar(
+            100.0 * edges[:-1], counts, 100.0 * top / BINS, align="edge", color="0.75", edgecolor="black"
+        )
+        axes.axvline(100.0, color="black", linestyle="--", label="permissible")
+        axes.set_xlabel("greatest share used of what is permitted [%]")
+
+    share = 100.0 * values["probability_within"]
+    return plots.drawn(f"{values['samples']} cranks, {share:.3g} % within tolerance", "cranks", draw)
+
+
+def _causes(values: Values) -> dict[str, bytes]:
+    """Return each cause's share of the resultant's variance, and of what is judged (Sobol, total)."""
+    total = {each["name"]: each["total"] for each in values["sobol"]["shares"]}
+    causes = values["contributions"][:MOST]
+    at = np.arange(len(causes))[::-1]
+
+    def draw(axes: Axes) -> None:
+        linear = [100.0 * cause["share"] for cause in causes]
+        judged = [100.0 * total[cause["name"]] for cause in causes]
+        axes.barh(at + 0.2, linear, 0.4, color="0.3", edgecolor="black", label="of the resultant's variance")
+        label = "of the variance of what is judged (Sobol, total)"
+        axes.barh(at - 0.2, judged, 0.4, color="0.85", edgecolor="black", label=label)
+        axes.set_yticks(at, [_short(cause["name"]) for cause in causes])
+        axes.set_xlabel("share [%]")
+
+    return plots.drawn("What makes the spread", "", draw)
+
+
+def _tornado(figure: Values) -> dict[str, bytes]:
+    """Return bars from −pm to +pm of each cause, from the figure as planned."""
+    causes, nominal = figure["causes"][:MOST], figure["nominal"]
+    at = np.arange(len(causes))[::-1]
+
+    def draw(axes: Axes) -> None:
+        for place, up, fill, label in ((0, 0.2, "0.85", "at −pm"), (-1, -0.2, "0.3", "at +pm")):
+            ends = np.array([cause["values"][place] for cause in causes])
+            axes.barh(at + up, ends - nominal, 0.4, left=nominal, color=fill, edgecolor="black", label=label)
+        axes.axvline(nominal, color="black", linewidth=1.0)
+        axes.set_yticks(at, [f"{_short(c['name'])}\n±{c['pm']:g} {c['unit']}" for c in causes])
+        axes.set_xlabel(f"{figure['figure']} [{figure['unit']}], planned {nominal:.6g}")
+        axes.ticklabel_format(axis="x", useOffset=False)
+
+    return plots.drawn("Each cause from −pm to +pm", "", draw)
+
+
+def _curves(figure: Values) -> dict[str, bytes]:
+    curves = [
+        plots.Curve(_short(cause["name"]), np.array(cause["offset"]) / cause["pm"], np.array(cause["values"]))
+        for cause in figure["causes"][:CURVES]
+    ]
+    labels = ("offset [pm]", f"{figure['figure']} [{figure['unit']}]")
+    return plots.lines("One cause off, all others as planned", labels, curves)

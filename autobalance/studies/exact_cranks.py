@@ -19,7 +19,7 @@ from autobalance.rigid_rotor.moments import Moments
 from autobalance.solid.csg.solid import Solid, union
 from autobalance.studies import causes
 from autobalance.studies.causes import TABLES, heavier, square_to
-from autobalance.studies.linear_model import effect_of
+from autobalance.studies.linear_model import effect_of, state_of
 from autobalance.studies.plan import Plan
 from autobalance.units import G_PER_MM3_PER_KG_M3
 
@@ -39,14 +39,14 @@ def exact_state(plan: Plan, deviations: Deviations) -> Array:
     pressed_in = plan.crank_and_slugs - plan.metal
     metal = (plan.metal + change.scaled(density)).scaled(1.0 + heavier_by)
     slugs = pressed_in + _pressed_in(plan, deviations) - _pressed_in(plan, {})
-    engine = _drawn_engine(plan, deviations)
+    engine = drawn_engine(plan, deviations)
     loads = rotor_from_job.throw_loads(plan.crank.anatomy, engine)
     bobs = bob_weight_moments(loads, _drawn_factor(plan, deviations, heavier_by))
     others = rotor_from_job.attached_moments(engine.attached) - rotor_from_job.overbalance_moments(
         plan.job, plan.tolerance
     )
     turning = (metal + slugs + bobs).moved(_onto_true_axis(plan, deviations))
-    state = effect_of(turning + others)
+    state = effect_of(turning + others) + state_of(plan.beside)
     for part in plan.job.engine.attached:
         drawn = deviations.get(f"engine.attached.{part.name}")
         if drawn is not None:
@@ -119,7 +119,7 @@ def _moved_about(point_mm: Array, turn_rad: Array, shift_mm: Array) -> Array:
     return motion
 
 
-def _drawn_engine(plan: Plan, deviations: Deviations) -> EngineParts:
+def drawn_engine(plan: Plan, deviations: Deviations) -> EngineParts:
     """Return the engine with its parts as heavy as they came out."""
     engine = plan.job.engine
     by_throw = {}

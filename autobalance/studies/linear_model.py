@@ -89,10 +89,10 @@ class Draw:
         total: Array = deviations[:, :1] * self.effect[0]
         return total + deviations[:, 1:] * self.effect[1] if self.is_vector else total
 
-    def sampled(self, seed: int, count: int, sampling: Sampling) -> Array:
-        """Return deviations (n, 1) or (n, 2) from nominal."""
+    def sampled(self, seed: int, count: int, sampling: Sampling, stream: str = "") -> Array:
+        """Return deviations (n, 1) or (n, 2) from nominal; ``stream`` begins the name of another sample."""
         draw = offsets if self.is_vector else deviations
-        found = draw(seed, self.label, count, self.pm, self.distribution, sampling)
+        found = draw(seed, stream + self.label, count, self.pm, self.distribution, sampling)
         return found.reshape(count, -1)
 
 

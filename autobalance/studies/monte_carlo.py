@@ -23,6 +23,8 @@ from autobalance.studies.linear_model import (
     state_of,
 )
 from autobalance.studies.plan import Plan
+from autobalance.studies.sensitivity import KeyFigure, key_figures
+from autobalance.studies.sobol import SobolShares, sobol_shares
 from autobalance.studies.statistics import wilson_interval
 from autobalance.studies.workers import InThisProcess, Workers
 
@@ -70,6 +72,8 @@ class StudyAnswer:
     check: ModelCheck
     target: float
     steps: tuple[AdviceStep, ...]
+    sobol: SobolShares
+    figures: tuple[KeyFigure, ...]
 
     @property
     def within(self) -> int:
@@ -137,6 +141,8 @@ def study_of(
         check,
         wanted,
         () if reached else tuple(advise(model, deviations, wanted)),
+        sobol_shares(model, sampler.seed),
+        tuple(key_figures(plan, model, lambda drawn, found: _factors(plan, causes, drawn, found))),
     )
 
 
@@ -145,7 +151,8 @@ def _states(model: LinearModel, deviations: Mapping[str, Array], count: int, wor
     parts = [slice(begin, min(begin + CHUNK, count)) for begin in range(0, count, CHUNK)]
     tasks = [(model, {label: values[part] for label, values in deviations.items()}) for part in parts]
     states = np.zeros((count, 4))
-    for done in workers.run(_states_of_part, tasks):
+    few = InThisProcess() if len(tasks) == 1 else workers  # a process takes longer to start than a part
+    for done in few.run(_states_of_part, tasks):
         states[parts[done.number]] = _states_of_part(tasks[done.number]) if done.lost else done.value
     return states
 

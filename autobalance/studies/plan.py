@@ -10,9 +10,11 @@ from autobalance.balancing.loop import Result
 from autobalance.balancing.measured_crank import Crank, measure_crank, work_on_faces
 from autobalance.balancing.rotor import Rotor
 from autobalance.balancing.run import balanced_record, rotor_of
+from autobalance.engine.balance_factor import bob_weight_moments
 from autobalance.job import Job
 from autobalance.rigid_rotor.moments import Moments
 from autobalance.rigid_rotor.tolerance import Tolerance
+from autobalance.rigid_rotor.unbalance import Unbalance
 from autobalance.runtime import Stopwatch
 
 
@@ -25,6 +27,15 @@ class Plan:
     rotor: Rotor
     tolerance: Tolerance
     result: Result
+
+    @property
+    def beside(self) -> Unbalance:
+        """What a balancing machine read besides all that is known of the crank; nothing where none did."""
+        loads = rotor_from_job.throw_loads(self.crank.anatomy, self.job.engine)
+        known = bob_weight_moments(loads, self.rotor.factor)
+        known = known + rotor_from_job.attached_moments(self.job.engine.attached)
+        known = known - rotor_from_job.overbalance_moments(self.job, self.tolerance)
+        return self.result.initial - Unbalance.of(self.result.initial_moments + known)
 
     @property
     def metal(self) -> Moments:
