@@ -19,14 +19,38 @@ if TYPE_CHECKING:
 T = TypeVar("T")
 
 
+_alone = False
+
+
+def keep_to_one_core() -> None:
+    """Let ``in_thread`` start no threads: in one of many processes they only take turns."""
+    global _alone  # noqa: PLW0603
+    _alone = True
+
+
 def in_thread(work: Callable[[], T]) -> Future[T]:
     """Start ``work`` in a thread of its own; its result, or what it raised, is the future's."""
+    if _alone:
+        return _when_asked(work)
     from concurrent.futures import ThreadPoolExecutor
 
     threads = ThreadPoolExecutor(max_workers=1)
     future = threads.submit(work)
     threads.shutdown(wait=False)  # the thread ends with its work
     return future
+
+
+def _when_asked(work: Callable[[], T]) -> Future[T]:
+    """Return a future that does its work when its result is asked for, in the thread that asks."""
+    from concurrent.futures import Future
+
+    class WhenAsked(Future[T]):
+        def result(self, timeout: float | None = None) -> T:
+            if not self.done():
+                self.set_result(work())
+            return super().result(timeout)
+
+    return WhenAsked()
 
 
 def load_in_thread(*modules: str) -> None:

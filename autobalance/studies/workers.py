@@ -9,7 +9,9 @@ from __future__ import annotations
 import os
 import signal
 import threading
-from collections.abc import Callable, Iterator, Sequence
+import time
+from collections import Counter
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from concurrent.futures import FIRST_COMPLETED, CancelledError, Future, ProcessPoolExecutor, wait
 from concurrent.futures.process import BrokenProcessPool
 from contextlib import contextmanager, suppress
@@ -19,11 +21,14 @@ from multiprocessing.connection import wait as wait_for_end
 from typing import Any, Protocol
 
 from autobalance.errors import FileError, JobError
+from autobalance.runtime import keep_to_one_core
 from autobalance.version import __version__
 
 TRIES = 3
 """Workers that a task may lose before it is given up."""
 CLUSTER_TIMEOUT_S = 10.0
+LOOK_AGAIN_S = 0.25
+"""How often a cluster is asked which workers it still has."""
 
 
 @dataclass(frozen=True)
@@ -115,7 +120,8 @@ class InThisProcess:
 
 
 def _begin_worker() -> None:
-    """Leave Ctrl-C to the parent, and end when the parent is gone, however it went."""
+    """Leave Ctrl-C to the parent, keep to one core, and end when the parent is gone, however it went."""
+    keep_to_one_core()
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     parent = parent_process()
     if parent is not None:
@@ -165,16 +171,22 @@ class Processes:
         self._slots = [_Slot() for _ in range(count)]
 
     def run(self, work: Work, tasks: Sequence[Any]) -> Iterator[Done]:
-        """Yield the end of each task; the tasks of a process that dies go to others."""
+        """Yield the end of each task; the tasks of a process that dies go to others.
+
+        A process has its next task before its last one's end is told: it need not wait for what is done then.
+        """
         waiting = [(number, 1) for number in range(len(tasks))][::-1]
         idle = self._slots[::-1]
         running: dict[Future[tuple[int, Any]], tuple[int, int, _Slot]] = {}
+        ended: list[Done] = []
         while waiting or running:
             while waiting and idle:
                 number, attempt = waiting.pop()
                 slot = idle.pop()
                 running[slot.submit(work, tasks[number])] = number, attempt, slot
+            yield from ended
             done, _ = wait(running, return_when=FIRST_COMPLETED)
+            ended = []
             for future in done:
                 number, attempt, slot = running.pop(future)
                 idle.append(slot)
@@ -185,9 +197,10 @@ class Processes:
                     if attempt < TRIES:
                         waiting.append((number, attempt + 1))
                     else:
-                        yield Done(number, None, "", attempt, lost=True)
+                        ended.append(Done(number, None, "", attempt, lost=True))
                     continue
-                yield Done(number, value, f"{pid}", attempt)
+                ended.append(Done(number, value, f"{pid}", attempt))
+        yield from ended
 
     def end(self) -> None:
         """End every process."""
@@ -215,14 +228,14 @@ def _cluster(address: str, timeout_s: float) -> Iterator[Workers]:
         raise FileError(f"the cluster {address} did not answer within {timeout_s:g} s: {reason}") from None
     try:
         _check_versions(client, address)
-        yield Cluster(client)
+        yield Cluster(client, timeout_s)
     finally:
         client.close(timeout=timeout_s)
 
 
 def _check_versions(client: Any, address: str) -> None:
     """Refuse a cluster without workers, or with another version of this package."""
-    found = client.run(_version)
+    found = client.run(version_asker())
     if not found:
         raise FileError(f"the cluster {address} has no workers; needed at least one")
     for worker, version in sorted(found.items()):
@@ -231,54 +244,109 @@ def _check_versions(client: Any, address: str) -> None:
             raise FileError(f"worker {worker} of the cluster {address} has {has}; needed {__version__}")
 
 
-def _version() -> str | None:
-    """Return the version of this package that a worker has; sent by value, since it may have none."""
-    try:
-        from autobalance.version import __version__ as found
-    except ImportError:
-        return None
-    return found
+def version_asker() -> Callable[[], str | None]:
+    """Return what asks a worker for its version of this package (None: it has none).
+
+    A function within a function is sent by value, so that a worker without this package can run it.
+    """
+
+    def version() -> str | None:
+        try:
+            from autobalance.version import __version__ as found
+        except ImportError:
+            return None
+        return found
+
+    return version
 
 
 @dataclass(eq=False)
 class Cluster:
-    """Runs tasks on the workers of a Dask cluster, by its executor."""
+    """Runs tasks on the workers of a Dask cluster, by its executor.
+
+    Each task goes to one worker that has a free thread. Were the scheduler left to choose, it would hand the
+    tasks of a dead worker on by itself, and count tries of tasks that only stood in its queue.
+    """
 
     client: Any
-    ahead: int = 2
-    """Tasks on their way for each thread of the cluster, so that none waits for the next one."""
+    timeout_s: float = CLUSTER_TIMEOUT_S
 
     def run(self, work: Work, tasks: Sequence[Any]) -> Iterator[Done]:
-        """Yield the end of each task; the scheduler gives tasks of dead workers to others."""
-        from distributed import KilledWorker
-
-        executor = self.client.get_executor(pure=False, retries=0)
+        """Yield the end of each task; the tasks of a worker that dies go to others."""
         waiting = [(number, 1) for number in range(len(tasks))][::-1]
-        running: dict[Future[tuple[str, Any]], tuple[int, int]] = {}
+        running: dict[Future[Any], _OnWorker] = {}
         try:
             while waiting or running:
-                most = max(1, sum(self.client.nthreads().values())) * self.ahead
-                while waiting and len(running) < most:
-                    number, attempt = waiting.pop()
-                    running[executor.submit(_with_address, work, tasks[number])] = number, attempt
-                done, _ = wait(running, return_when=FIRST_COMPLETED)
-                for future in done:
-                    number, attempt = running.pop(future)
-                    try:
-                        worker, value = future.result()
-                    except KilledWorker:  # the scheduler has tried it as often as it may
-                        yield Done(number, None, "", TRIES, lost=True)
-                        continue
-                    except CancelledError:
-                        raise FileError("the cluster went away; what is done is kept") from None
-                    yield Done(number, value, worker, attempt)
+                threads = self._threads(running)
+                for address in _free(threads, running):
+                    if waiting:
+                        number, attempt = waiting.pop()
+                        future = self._submit(address, work, tasks[number])
+                        running[future] = _OnWorker(number, attempt, address)
+                done, _ = wait(running, LOOK_AGAIN_S, FIRST_COMPLETED)
+                gone = {future for future, at in running.items() if at.address not in threads}
+                for future in done | gone:
+                    at = running.pop(future)
+                    died, value = _outcome(future, self.client)
+                    if not died:
+                        yield Done(at.number, value, at.address, at.attempt)
+                    elif at.attempt < TRIES:
+                        waiting.append((at.number, at.attempt + 1))
+                    else:
+                        yield Done(at.number, None, "", at.attempt, lost=True)
         finally:
             for future in running:
                 future.cancel()
-            executor.shutdown(wait=False)
+
+    def _submit(self, address: str, work: Work, task: Any) -> Future[Any]:
+        executor = self.client.get_executor(
+            pure=False, retries=0, workers=[address], allow_other_workers=False
+        )
+        found: Future[Any] = executor.submit(work, task)
+        return found
+
+    def _threads(self, running: Mapping[Future[Any], _OnWorker]) -> dict[str, int]:
+        """Return the workers with their threads; waits a while where the last has just gone."""
+        until = time.monotonic() + self.timeout_s
+        while True:
+            try:
+                found: dict[str, int] = self.client.nthreads()
+            except OSError:
+                found = {}
+            if found or any(future.done() for future in running):
+                return found
+            if time.monotonic() > until:
+                raise FileError("the cluster went away; what is done is kept")
+            time.sleep(LOOK_AGAIN_S)
 
 
-def _with_address(work: Work, task: Any) -> tuple[str, Any]:
-    from distributed import get_worker
+@dataclass(frozen=True)
+class _OnWorker:
+    """A task on its way: its number, which try it is, and the worker that has it."""
 
-    return str(get_worker().address), work(task)
+    number: int
+    attempt: int
+    address: str
+
+
+def _free(threads: Mapping[str, int], running: Mapping[Future[Any], _OnWorker]) -> list[str]:
+    """Return workers once for each thread that has nothing to do."""
+    busy = Counter(at.address for at in running.values())
+    return [address for address, count in threads.items() for _ in range(count - busy[address])]
+
+
+def _outcome(future: Future[Any], client: Any) -> tuple[bool, Any]:
+    """Return whether a task's worker died before its end, and the task's value."""
+    from distributed import KilledWorker
+
+    if not future.done():
+        future.cancel()
+        return True, None
+    try:
+        return False, future.result()
+    except KilledWorker:
+        return True, None
+    except CancelledError:
+        if client.status != "running":
+            raise FileError("the cluster went away; what is done is kept") from None
+        return True, None

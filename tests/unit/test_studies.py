@@ -2,7 +2,11 @@
 
 from __future__ import annotations
 
+import importlib
 import math
+import subprocess
+import sys
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -24,6 +28,7 @@ from autobalance.studies.linear_model import (
     shift_effect,
     turn_effect,
 )
+from autobalance.studies.sobol import sobol_shares
 from autobalance.studies.statistics import wilson_interval
 from tests.worker_tasks import square_unless_killed
 
@@ -166,3 +171,47 @@ def test_a_cluster_that_is_not_there_is_refused() -> None:
         workers.workers_of(None, "tcp://127.0.0.1:9", 0.5),
     ):
         pass
+
+
+# --- Sobol's shares -----------------------------------------------------------------------------------------
+
+
+def far_from_zero(nominal: float) -> LinearModel:
+    made = model_of(0.3, 0.5)
+    static = replace(made.tolerance, planes=(), judge="static")
+    return LinearModel(np.array([nominal, 0.0, 0.0, 0.0]), made.draws, static)
+
+
+def test_shares_of_a_sum_are_those_of_its_terms() -> None:
+    found = sobol_shares(far_from_zero(1e4), 1, 1 << 14)  # far out the magnitude is the component along x
+    assert found.linear
+    shares = {each.name: each for each in found.shares}
+    assert (shares["a"].first, shares["a"].total) == pytest.approx((1.0, 1.0), abs=0.02)
+    assert (shares["b"].first, shares["b"].total) == pytest.approx((0.0, 0.0), abs=0.02)
+
+
+def test_shares_of_a_magnitude_are_those_of_quadrature() -> None:
+    """At zero |U| = √(a²X² + b²Y²), X and Y normal: its shares by Gauss and Hermite's rule."""
+    found = sobol_shares(far_from_zero(0.0), 1, 1 << 15)
+    assert not found.linear
+    x, weight = np.polynomial.hermite_e.hermegauss(201)
+    weight = weight / weight.sum()
+    grid = np.hypot(3.0 * x[:, None], 2.0 * x[None, :])
+    mean = weight @ grid @ weight
+    variance = weight @ (grid**2) @ weight - mean**2
+    alone = {"a": weight @ (grid @ weight - mean) ** 2, "b": weight @ (weight @ grid - mean) ** 2}
+    for each in found.shares:
+        other = "b" if each.name == "a" else "a"
+        assert each.first == pytest.approx(alone[each.name] / variance, abs=0.02)
+        assert each.total == pytest.approx(1.0 - alone[other] / variance, abs=0.02)
+
+
+def test_a_worker_without_this_package_can_say_so() -> None:
+    cloudpickle: Any = importlib.import_module("cloudpickle")
+    sent = repr(cloudpickle.dumps(workers.version_asker()))
+    script = (
+        "import sys; sys.modules['autobalance'] = None\n"
+        f"import cloudpickle\nprint(cloudpickle.loads({sent})())"
+    )
+    run = subprocess.run([sys.executable, "-c", script], capture_output=True, text=True, check=True)
+    assert run.stdout.strip() == "None"
