@@ -51,10 +51,7 @@ def studied_plan(
         if crank is not None:
             raise FormatError(f"{job} is a report, which has its crank; a crank goes with a job")
         return _of_report(Path(job), tell, settings)
-    if isinstance(job, jobs.Job):
-        read = job
-    else:
-        read = _read(job, settings)
+    read = job if isinstance(job, jobs.Job) else _read(job, settings)
     return StudiedPlan(_of_job(read, crank, tell))
 
 

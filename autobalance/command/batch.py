@@ -5,7 +5,7 @@ from __future__ import annotations
 import argparse
 from pathlib import Path
 
-from autobalance.command.options import add_json, add_set, add_workers, kinds_of
+from autobalance.command.options import add_json, add_set, add_workers, kinds_of, workers_given
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -31,8 +31,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 def run(arguments: argparse.Namespace) -> int:
     """Run the batch; 0 where every row is within tolerance, else 4."""
     from autobalance.api.batch import batch
-    from autobalance.command.console import say
-    from autobalance.command.finish import finish
+    from autobalance.command.finish import finish_in_place
     from autobalance.command.progress import shown
 
     with shown() as progress:
@@ -43,14 +42,9 @@ def run(arguments: argparse.Namespace) -> int:
             settings=arguments.settings,
             only=arguments.only,
             fresh=arguments.fresh,
-            workers=arguments.workers,
-            cluster=arguments.cluster,
-            cluster_timeout_s=arguments.cluster_timeout,
             progress=progress,
+            **workers_given(arguments),
         )
     folder = Path(arguments.output)
-    arguments.output = None  # its files are in place already
-    code = finish(arguments, result, sources=(arguments.source,))
-    if arguments.json != "-":
-        say(f"\nWritten: {folder / 'results.csv'}, {folder / 'results.xlsx'}, {folder / 'summary.html'}")
-    return code
+    written = ", ".join(str(folder / name) for name in ("results.csv", "results.xlsx", "summary.html"))
+    return finish_in_place(arguments, result, (arguments.source,), written)

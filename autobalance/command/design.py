@@ -5,7 +5,7 @@ from __future__ import annotations
 import argparse
 from pathlib import Path
 
-from autobalance.command.options import add_json, add_workers
+from autobalance.command.options import add_json, add_workers, workers_given
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -20,8 +20,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 def run(arguments: argparse.Namespace) -> int:
     """Search; 0 where a design keeps everything, else 4."""
     from autobalance.api.design import design
-    from autobalance.command.console import say
-    from autobalance.command.finish import finish
+    from autobalance.command.finish import finish_in_place
     from autobalance.command.progress import shown
 
     with shown() as progress:
@@ -29,14 +28,9 @@ def run(arguments: argparse.Namespace) -> int:
             arguments.design,
             arguments.output,
             fresh=arguments.fresh,
-            workers=arguments.workers,
-            cluster=arguments.cluster,
-            cluster_timeout_s=arguments.cluster_timeout,
             progress=progress,
+            **workers_given(arguments),
         )
     folder = Path(arguments.output)
-    arguments.output = None  # its files are in place already
-    code = finish(arguments, result, sources=(arguments.design,))
-    if arguments.json != "-":
-        say(f"\nWritten: {folder / 'design.json'} and {len(result.files())} more in {folder}")
-    return code
+    written = f"{folder / 'design.json'} and {len(result.files())} more in {folder}"
+    return finish_in_place(arguments, result, (arguments.design,), written)

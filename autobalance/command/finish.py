@@ -56,6 +56,17 @@ def finish(
     return result.exit_code
 
 
+def finish_in_place(
+    arguments: argparse.Namespace, result: VerbResult, sources: tuple[str | Path, ...], written: str
+) -> int:
+    """Do the same for a command whose folder is written already; ``written`` says what, after the rest."""
+    arguments.output = None
+    code = finish(arguments, result, sources)
+    if arguments.json != "-":
+        say(f"\nWritten: {written}")
+    return code
+
+
 def _asked_for(arguments: argparse.Namespace, result: VerbResult) -> list[tuple[Path, bytes]]:
     """Return the files that the usual options ask for."""
     found: list[tuple[Path, bytes]] = []

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import argparse
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from autobalance.errors import UsageError
 
@@ -85,6 +85,15 @@ def add_workers(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--cluster-timeout", type=float, default=10.0, metavar="S", help="how long it may take to answer (10)"
     )
+
+
+def workers_given(arguments: argparse.Namespace) -> dict[str, Any]:
+    """Return what ``add_workers`` has read, as public functions take it."""
+    return {
+        "workers": arguments.workers,
+        "cluster": arguments.cluster,
+        "cluster_timeout_s": arguments.cluster_timeout,
+    }
 
 
 def add_plots(parser: argparse.ArgumentParser) -> None:

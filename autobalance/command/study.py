@@ -5,7 +5,7 @@ from __future__ import annotations
 import argparse
 from pathlib import Path
 
-from autobalance.command.options import add_json, add_plots, add_set, add_workers
+from autobalance.command.options import add_json, add_plots, add_set, add_workers, workers_given
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -36,10 +36,8 @@ def run(arguments: argparse.Namespace) -> int:
             seed=arguments.seed,
             target=arguments.target,
             exact=arguments.exact,
-            workers=arguments.workers,
-            cluster=arguments.cluster,
-            cluster_timeout_s=arguments.cluster_timeout,
             progress=progress,
+            **workers_given(arguments),
         )
     files = {Path(arguments.series): result.series} if arguments.series else {}
     return finish(arguments, result, sources=(arguments.job,), files=files)

@@ -11,7 +11,9 @@ from numpy.typing import NDArray
 
 from autobalance.balancing.measured_crank import Crank
 from autobalance.crank.anatomy import Throw, Web
+from autobalance.design_search.build import past, placed_along, prism, sector_mm
 from autobalance.design_search.profile import Profile, fitted_radii_mm, refuse_crossing
+from autobalance.design_search.sections import FreeBody, round_mm
 from autobalance.errors import JobError
 from autobalance.job.design import DesignJob, FreePart
 from autobalance.rigid_rotor.moments import Moments
@@ -23,10 +25,8 @@ RAYS = 181
 FAR = 2.0
 LEAST_HOLD_MM = 0.5
 SNAP_MM = 1e-3
-PAST_MM = 1e-5
-"""How far a cut goes past the heights of the free metal: what is thinner is no metal."""
-SKIN_MM = 1e-4
-"""Old metal that is left around a new outline, so that no two surfaces nearly coincide."""
+SECTIONS = 5
+"""Heights of a web at which the held disc is looked for."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -64,6 +64,11 @@ class FreeWeb:
             return low, high
         return (low, low + thickness_mm) if self.grows_up else (high - thickness_mm, high)
 
+    def heights_mm(self, depths_mm: Array) -> Array:
+        """Return the heights at distances from the face towards the crankpin."""
+        found: Array = self.z_mm[0] + depths_mm if self.grows_up else self.z_mm[1] - depths_mm
+        return found
+
 
 @dataclass(frozen=True, eq=False)
 class FreeMetal:
@@ -72,7 +77,7 @@ class FreeMetal:
     Attributes
     ----------
     parts : sequence of FreePart
-    profiles : sequence of Profile
+    bodies : sequence of FreeBody
         One a part.
     start_mm : sequence of (n,) float
         Control radii that follow the webs as they are.
@@ -82,12 +87,15 @@ class FreeMetal:
     solid, held, region : Solid
         The crank as it came, what of it is held, and where metal is free; rotor frame.
     held_moments : Moments
+        Of what is held, less the oil drillings through free metal.
+    drillings : Solid
+        Kept open through free metal.
     bounds_mm : sequence of (n, 2) float
         Of the control radii.
     """
 
     parts: Sequence[FreePart]
-    profiles: Sequence[Profile]
+    bodies: Sequence[FreeBody]
     start_mm: Sequence[Array]
     fit_error_mm: float
     webs: Sequence[FreeWeb]
@@ -96,7 +104,18 @@ class FreeMetal:
     region: Solid
     far_mm: float
     held_moments: Moments
+    drillings: Solid
     bounds_mm: Sequence[Array]
+
+    @property
+    def profiles(self) -> list[Profile]:
+        """The profile of each part."""
+        return [body.profile for body in self.bodies]
+
+    def thickness_mm(self, part: int) -> float:
+        """Return how thick a part's webs were."""
+        low, high = next(web.z_mm for web in self.webs if web.part == part)
+        return high - low
 
 
 def free_metal(design: DesignJob, crank: Crank) -> FreeMetal:
@@ -108,25 +127,38 @@ def free_metal(design: DesignJob, crank: Crank) -> FreeMetal:
         If a web is not there, its control points cross, or held metal stands outside the envelope.
     """
     solid = crank.source.solid.moved(crank.anatomy.file_to_rotor)
-    profiles, starts, webs, bounds, errors = [], [], [], [], []
+    bodies, starts, webs, bounds, errors = [], [], [], [], []
     region = Solid.nothing()
     far = FAR * float(np.abs(solid.bounds[:, :2]).max())
     for index, part in enumerate(design.parts):
         found = [_free_web(part, index, number, crank, solid) for number in part.webs]
-        profile, start, error = _profile(part, found[0], solid)
-        profiles.append(profile)
+        body, start, error = _body(part, found[0], solid)
+        bodies.append(body)
         starts.append(start)
         errors.append(error)
         webs += found
-        bounds.append(_bounds(part, profile, start, design.envelope.radius_mm))
+        bounds.append(_bounds(part, body, found[0], start, design.envelope.radius_mm))
         for web in found:
-            region = region + _prism(_sector(profile, far), web, _past(web.z_mm))
+            region = region + prism(sector_mm(body.profile, far), web, past(web.z_mm))
     held = solid - region
     _refuse_held(held, design)
-    moments = held.moments(crank.density_g_mm3)
+    drillings = _drillings(design, solid & region)
+    moments = held.moments(crank.density_g_mm3) - drillings.moments(crank.density_g_mm3)
     return FreeMetal(
-        design.parts, profiles, starts, max(errors), webs, solid, held, region, far, moments, bounds
+        design.parts, bodies, starts, max(errors), webs, solid, held, region, far, moments, drillings, bounds
     )
+
+
+def _drillings(design: DesignJob, free: Solid) -> Solid:
+    """Return what oil drillings take of the free metal as it was."""
+    total = Solid.nothing()
+    for drilling in design.drillings:
+        start, end = np.array(drilling.from_mm), np.array(drilling.to_mm)
+        along = end - start
+        length = float(np.linalg.norm(along))
+        round_ = Region.of([round_mm(drilling.diameter_mm)])
+        total = total + Solid.prism(round_, 0.0, length).moved(placed_along(start, along / length))
+    return total & free
 
 
 def _free_web(part: FreePart, index: int, number: int, crank: Crank, solid: Solid) -> FreeWeb:
@@ -154,21 +186,32 @@ def throw_of(web: Web, throws: Sequence[Throw]) -> Throw:
     return min(throws, key=lambda throw: abs(float(throw.crankpin.centre_mm[2]) - middle))
 
 
-def _profile(part: FreePart, web: FreeWeb, solid: Solid) -> tuple[Profile, Array, float]:
-    """Return a part's profile, the control radii of its start, and how far these are off the web."""
+def _body(part: FreePart, web: FreeWeb, solid: Solid) -> tuple[FreeBody, Array, float]:
+    """Return a part's body, the control radii of its start, and how far these are off the web."""
     low, high = part.sector_rad
     angles = np.linspace(low, high, RAYS)
-    section = solid.section(0.5 * (web.z_mm[0] + web.z_mm[1]))
-    first, last = _radii_mm(section, angles + web.turn_rad)
-    hold = part.hold_radius_mm or float(first.min())
+    heights = np.linspace(*web.z_mm, SECTIONS + 2)[1:-1]
+    sections = [_radii_mm(solid.section(z), angles + web.turn_rad) for z in heights]
+    hold = part.hold_radius_mm or min(float(first.min()) for first, _ in sections)
     if hold < LEAST_HOLD_MM:
         raise JobError(
             f"{part.name}: web {web.number} has no metal about the axis there; needed hold_radius_mm"
         )
+    profile, start, error = _profile(part, hold, angles, np.maximum(sections[SECTIONS // 2][1], hold))
+    body = FreeBody(profile, math.tan(part.draft_rad), part.corner_radius_mm, part.holes)
+    body.refuse_holes_outside(part.name)
     if part.start_points_mm is None:
-        profile = Profile.even((low, high), part.points, hold)
-        start, error = fitted_radii_mm(profile, angles, np.maximum(last, hold))
-        return profile, _held_points(part, np.maximum(start, hold)), error
+        start = start + 0.5 * body.slope * (web.z_mm[1] - web.z_mm[0])  # fitted midway
+    return body, _held_points(part, start), error
+
+
+def _profile(part: FreePart, hold_mm: float, angles: Array, radii: Array) -> tuple[Profile, Array, float]:
+    """Return a profile that follows radii at angles, its control radii, and the greatest error."""
+    low, high = part.sector_rad
+    if part.start_points_mm is None:
+        profile = Profile.even((low, high), part.points, hold_mm)
+        start, error = fitted_radii_mm(profile, angles, radii)
+        return profile, np.maximum(start, hold_mm), error
     points = np.array(part.start_points_mm)
     refuse_crossing(points, part.name)
     if len(points) < 4:
@@ -180,7 +223,7 @@ def _profile(part: FreePart, web: FreeWeb, solid: Solid) -> tuple[Profile, Array
             f"{part.name}.start_points_mm cross or leave the sector: they must go counter-clockwise within it"
         )
     around[0], around[-1] = low, high
-    return Profile(around, hold), _held_points(part, np.linalg.norm(points, axis=1)), 0.0
+    return Profile(around, hold_mm), np.linalg.norm(points, axis=1), 0.0
 
 
 def _held_points(part: FreePart, radii: Array) -> Array:
@@ -191,12 +234,16 @@ def _held_points(part: FreePart, radii: Array) -> Array:
     return radii
 
 
-def _bounds(part: FreePart, profile: Profile, start: Array, envelope_mm: float | None) -> Array:
+def _bounds(part: FreePart, body: FreeBody, web: FreeWeb, start: Array, envelope_mm: float | None) -> Array:
     """Return the bounds (n, 2) of the control radii; a held point has one value."""
+    profile, thickest = body.profile, (part.thickness_mm or (0.0, web.z_mm[1] - web.z_mm[0]))[1]
+    least = profile.least_radius_mm + body.slope * thickest
     low, high = part.radius_mm or (profile.hold_radius_mm, envelope_mm or float(start.max()))
-    if not max(low, profile.least_radius_mm) < high:
-        raise JobError(f"{part.name}: control points have no room between {low:g} and {high:g} mm")
-    bounds = np.tile([max(low, profile.least_radius_mm), high], (profile.count, 1))
+    if not max(low, least) < high:
+        raise JobError(
+            f"{part.name}: control points have no room between {max(low, least):g} and {high:g} mm"
+        )
+    bounds = np.tile([max(low, least), high], (profile.count, 1))
     for number, radius in part.held_points:
         bounds[number - 1] = radius
     return bounds
@@ -217,52 +264,6 @@ def _radii_mm(section: Region, angles: Array) -> tuple[Array, Array]:
         if len(ahead):
             first[place], last[place] = ahead[0], ahead[-1]
     return first, last
-
-
-def _sector(profile: Profile, far_mm: float) -> Array:
-    """Return the outline of everything of a sector beyond the hold radius, in the profile's axes."""
-    arc = profile.arc_mm
-    return np.concatenate([arc * (far_mm / profile.hold_radius_mm), arc[::-1]])
-
-
-def _past(z_mm: tuple[float, float]) -> tuple[float, float]:
-    return z_mm[0] - PAST_MM, z_mm[1] + PAST_MM
-
-
-def _prism(outline: Array, web: FreeWeb, z_mm: tuple[float, float]) -> Solid:
-    return Solid.prism(Region.of([outline @ web.matrix.T]), *z_mm)
-
-
-def with_profiles(
-    free: FreeMetal, radii_mm: Sequence[Array], thickness_mm: Sequence[float | None]
-) -> tuple[Solid, float]:
-    """Return the crank with these profiles (rotor frame), and by how much held volume differs, as a share.
-
-    Old metal beyond the new outline is cut away and the new body added: metal that is old and new stays in
-    one piece, without seams.
-    """
-    cut, added = Solid.nothing(), Solid.nothing()
-    for web in free.webs:
-        profile, thickness = free.profiles[web.part], thickness_mm[web.part]
-        outline = Region.of([profile.polygon_mm(radii_mm[web.part]) @ web.matrix.T])
-        sector = Region.of([_sector(profile, free.far_mm) @ web.matrix.T])
-        reach = web.reach_mm(thickness)
-        cut = cut + Solid.prism(sector - outline.grown(SKIN_MM), *_past(web.z_mm))
-        for low, high in _thinner(web.z_mm, reach):
-            cut = cut + Solid.prism(sector, low, high)
-        added = added + Solid.prism(outline, *reach)
-    total = (free.solid - cut) + added
-    return total, (total - free.region - added).volume_mm3 / free.held.volume_mm3 - 1.0
-
-
-def _thinner(old: tuple[float, float], new: tuple[float, float]) -> list[tuple[float, float]]:
-    """Return the heights that a thinner web leaves."""
-    found = []
-    if new[0] > old[0] + SNAP_MM:
-        found.append((old[0] - PAST_MM, new[0]))
-    if new[1] < old[1] - SNAP_MM:
-        found.append((new[1], old[1] + PAST_MM))
-    return found
 
 
 def _refuse_held(held: Solid, design: DesignJob) -> None:

@@ -7,7 +7,6 @@ the crank turns by φ counter-clockwise.
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
 from dataclasses import dataclass
 from fractions import Fraction
 from typing import Protocol
@@ -21,6 +20,9 @@ Array = NDArray[np.float64]
 ANGLES = 240
 """Angles of a turn looked at first; the least distance is then found between them."""
 MOST_TURNS = 20
+MOST_MINIMA = 8
+BETWEEN = 64
+"""Points looked at between two of an outline, where a neighbour comes nearest."""
 
 
 class Neighbour(Protocol):
@@ -168,12 +170,20 @@ def least_clearance(
             least = max(least, gap) if gap > least else least
         return least, place
 
-    count = angles * neighbour.turns
     step = math.tau / angles
-    rough = [distance(number * step)[0] for number in range(count)]
-    best = int(np.argmin(rough))
-    angle, least = best * step, rough[best]
+    rough = np.array([distance(number * step)[0] for number in range(angles * neighbour.turns)])
+    best = int(rough.argmin())
+    angle, least = best * step, float(rough[best])
     if refine and gap <= 0.0:
+        for number in _near_least(rough):
+            found = minimize_scalar(
+                lambda at: distance(float(at))[0],
+                bounds=((number - 1) * step, (number + 1) * step),
+                method="bounded",
+            )
+            if found.fun < least:
+                angle, least = float(found.x), float(found.fun)
+        points_mm = _finer(points_mm, distance(angle)[1])  # a corner may pass between the points
         found = minimize_scalar(
             lambda at: distance(float(at))[0], bounds=(angle - step, angle + step), method="bounded"
         )
@@ -185,9 +195,24 @@ def least_clearance(
     return Clearance(neighbour.name, least, angle % math.tau, (float(x), float(y), z))
 
 
-def least_of(neighbours: Sequence[Neighbour], outline: Array, z_mm: tuple[float, float]) -> list[Clearance]:
-    """Return the clearance to each neighbour."""
-    return [least_clearance(neighbour, outline, z_mm) for neighbour in neighbours]
+def _near_least(rough: Array) -> list[int]:
+    """Return the places of minima that may be the least between the angles looked at."""
+    before, after = np.roll(rough, 1), np.roll(rough, -1)
+    within = rough.min() + 0.5 * float(np.abs(after - rough).max())
+    found = np.flatnonzero((rough <= before) & (rough <= after) & (rough <= within))
+    return [int(place) for place in found[np.argsort(rough[found], kind="stable")[:MOST_MINIMA]]]
+
+
+def _finer(points_mm: Array, place: int) -> Array:
+    """Return the points with more of them, on straight lines, on both sides of one."""
+    low, high = max(place - 1, 0), min(place + 1, len(points_mm) - 1)
+    if high == low:
+        return points_mm
+    share = np.linspace(0.0, 1.0, BETWEEN * (high - low) + 1)
+    here = np.arange(low, high + 1, dtype=float)
+    at = low + share * (high - low)
+    dense = np.stack([np.interp(at, here, points_mm[low : high + 1, axis]) for axis in (0, 1)], axis=1)
+    return np.concatenate([points_mm[:low], dense, points_mm[high + 1 :]])
 
 
 def _wrist_pin_mm(radius_mm: float, rod_mm: float, angle_rad: float) -> float:

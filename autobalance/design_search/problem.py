@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
@@ -12,18 +11,20 @@ from numpy.typing import NDArray
 from autobalance.balancing import rotor_from_job
 from autobalance.balancing.measured_crank import Crank
 from autobalance.design_search import strength
-from autobalance.design_search.free_metal import FreeMetal, FreeWeb
-from autobalance.design_search.neighbours import (
-    Clearance,
-    Neighbour,
-    OtherShaft,
-    Piston,
-    Rod,
-    circle_mm,
-    least_clearance,
+from autobalance.design_search.envelope import (
+    ROUGH_MM,
+    Amounts,
+    Constraint,
+    clearances_of,
+    neighbours_of,
+    of_clearance,
+    of_profile,
+    of_range,
 )
+from autobalance.design_search.free_metal import FreeMetal, FreeWeb
+from autobalance.design_search.neighbours import Clearance, Neighbour
+from autobalance.design_search.profile import AreaMoments
 from autobalance.engine.balance_factor import bob_weight_moments
-from autobalance.errors import JobError
 from autobalance.job.design import DesignJob
 from autobalance.rigid_rotor.moments import Moments
 from autobalance.rigid_rotor.tolerance import Tolerance
@@ -39,32 +40,6 @@ AIM = 1e-9
 ALLOWED = 0.01
 """Share of every permissible value that a written design may leave."""
 STEPS = 12
-ROUGH_ANGLES = 72
-ROUGH_MM = 0.1
-"""More clearance is asked of a design that is only looked at every five degrees."""
-FACING = -0.7
-
-
-@dataclass(frozen=True)
-class Constraint:
-    """Something kept or broken: ``margin`` is negative by how much it is broken, in ``unit``."""
-
-    name: str
-    value: float
-    limit: float
-    unit: str
-    margin: float
-    scale: float = 1.0
-    at_mm: tuple[float, float, float] | None = None
-    at_deg: float | None = None
-
-
-@dataclass(frozen=True, eq=False)
-class Amounts:
-    """A design as numbers: control radii (n,) of each part and their thickness (None: as it was)."""
-
-    radii_mm: tuple[Array, ...]
-    thickness_mm: tuple[float | None, ...]
 
 
 @dataclass(frozen=True, eq=False)
@@ -97,7 +72,7 @@ class Problem:
         factor = rotor_from_job.target_factor(job, crank.anatomy, crank.moments)
         loads = bob_weight_moments(rotor_from_job.throw_loads(crank.anatomy, job.engine), factor)
         loads = loads + rotor_from_job.attached_moments(job.engine.attached)
-        return cls(design, crank, free, loads, factor, _neighbours(design, crank))
+        return cls(design, crank, free, loads, factor, neighbours_of(design, crank))
 
     # --- variables ------------------------------------------------------------------------------------------
 
@@ -162,32 +137,23 @@ class Problem:
         amounts = self.amounts(variables)
         density = self.crank.density_g_mm3
         total = self.free.held_moments
-        parts = [np.zeros((len(self._own(k)), 6)) for k in range(len(self.free.parts))]
-        thick = np.zeros((len(self.free.parts), 6))
-        areas = [
-            profile.moments(radii)
-            for profile, radii in zip(self.free.profiles, amounts.radii_mm, strict=True)
-        ]
-        for web in self.free.webs:
-            k = web.part
-            own, slope = areas[k]
-            low, high = web.reach_mm(amounts.thickness_mm[k])
-            t, lever = high - low, 0.5 * (high**2 - low**2)
-            total = total + _prism_moments(
-                own.area_mm2, own.first_mm3, own.second_mm4, web, low, high, density
-            )
-            first = slope.first_mm3 @ web.matrix.T
-            trace = np.trace(slope.second_mm4, axis1=1, axis2=2)
-            row = np.concatenate(
-                [t * first, lever * first, t * slope.area_mm2[:, None], t * trace[:, None]], axis=1
-            )
-            parts[k] += self._folded(k, density * row)
-            first_own, z = web.matrix @ own.first_mm3, high if web.grows_up else low
-            thick[k] += density * np.array(
-                [*first_own, *(z * first_own), own.area_mm2, float(np.trace(own.second_mm4))]
-            )
+        rows, thick = [], np.zeros((len(self.free.parts), 6))
+        for k, body in enumerate(self.free.bodies):
+            radii = amounts.radii_mm[k]
+            thickness = amounts.thickness_mm[k]
+            t = self.free.thickness_mm(k) if thickness is None else thickness
+            depths, weights = body.nodes(t)
+            sections = body.moments(radii, np.append(depths, t))
+            row = np.zeros((len(radii), 6))
+            for web in (web for web in self.free.webs if web.part == k):
+                heights = web.heights_mm(np.append(depths, t))
+                for (own, slope), weight, z in zip(sections, weights, heights, strict=False):
+                    total = total + _slice_moments(own, web, float(z)).scaled(weight * density)
+                    row += weight * density * _slice_slopes(slope, web, float(z))
+                thick[k] += density * _slice_row(sections[-1][0], web, float(heights[-1]))
+            rows.append(self._folded(k, row))
         kept = [k for k, part in enumerate(self.free.parts) if part.thickness_mm is not None]
-        return total, np.concatenate([*parts, thick[kept]])
+        return total, np.concatenate([*rows, thick[kept]])
 
     def tolerance(self, moments: Moments) -> Tolerance:
         """Return what a crank with these moments is judged against."""
@@ -291,182 +257,39 @@ class Problem:
         """Return everything a design must keep; ``exact`` sweeps finely."""
         share = self.tolerance(moments).used_share(residual)
         found = [Constraint("residual", share, ALLOWED, "share of permissible", ALLOWED - share, ALLOWED)]
-        amounts = self.amounts(variables)
-        for k, part in enumerate(self.free.parts):
-            found += self._of_profile(k, amounts, part.name)
-        clearances = self._clearances(amounts, exact=exact)
-        wanted = self.design.envelope.clearance_mm + (0.0 if exact else ROUGH_MM)
-        found += [
-            Constraint(
-                f"clearance to {each.neighbour}",
-                each.least_mm,
-                wanted,
-                "mm",
-                each.least_mm - wanted,
-                1.0,
-                each.at_mm,
-                math.degrees(each.at_rad) % 360.0,
-            )
-            for each in clearances
-        ]
+        amounts, envelope = self.amounts(variables), self.design.envelope
+        for k in range(len(self.free.parts)):
+            found += of_profile(self.free, k, amounts, envelope)
+        near = envelope.clearance_mm
+        clearances = clearances_of(self.free, amounts, self.neighbours, near, exact=exact)
+        wanted = near + (0.0 if exact else ROUGH_MM)
+        found += [of_clearance(each, wanted) for each in clearances]
         if self.design.mass_g is not None:
-            found += _within("mass_g", moments.mass_g, self.design.mass_g)
+            found += of_range("mass_g", moments.mass_g, self.design.mass_g)
         if self.design.polar_inertia_kg_mm2 is not None:
             inertia = moments.polar_inertia_g_mm2 / G_MM2_PER_KG_MM2
-            found += _within("polar_inertia_kg_mm2", inertia, self.design.polar_inertia_kg_mm2)
+            found += of_range("polar_inertia_kg_mm2", inertia, self.design.polar_inertia_kg_mm2)
         return found, clearances
 
-    def _of_profile(self, k: int, amounts: Amounts, name: str) -> list[Constraint]:
-        part, profile, radii = self.free.parts[k], self.free.profiles[k], amounts.radii_mm[k]
-        outline = profile.outline_mm(radii)
-        web = self.free.webs[self._first_web(k)]
-        low, high = web.reach_mm(amounts.thickness_mm[k])
-        found = []
 
-        def at(place: int) -> tuple[float, float, float]:
-            x, y = web.matrix @ outline[place]
-            return float(x), float(y), 0.5 * (low + high)
-
-        limit = self.design.envelope.radius_mm
-        if limit is not None:
-            far = np.linalg.norm(outline, axis=1)
-            worst = int(far.argmax())
-            most = float(far[worst])
-            found.append(Constraint(f"{name} radius", most, limit, "mm", limit - most, 1.0, at(worst)))
-        if self.design.envelope.z_mm is not None:
-            z_low, z_high = self.design.envelope.z_mm
-            for each in (web for web in self.free.webs if web.part == k):
-                bottom, top = each.reach_mm(amounts.thickness_mm[k])
-                room = min(bottom - z_low, z_high - top)
-                found.append(Constraint(f"{name} z, web {each.number}", room, 0.0, "mm", room))
-        bend = profile.curvature_radii_mm(radii)[1:-1]
-        tightest = int(bend.argmin())
-        if part.min_curvature_radius_mm > 0.0:
-            value = min(float(bend[tightest]), 1e6)
-            least = part.min_curvature_radius_mm
-            found.append(
-                Constraint(f"{name} curvature", value, least, "mm", value - least, 1.0, at(tightest + 1))
-            )
-        if part.min_wall_mm > 0.0:
-            wall, place = _least_wall(outline)
-            margin = wall - part.min_wall_mm
-            found.append(Constraint(f"{name} wall", wall, part.min_wall_mm, "mm", margin, 1.0, at(place)))
-        return found
-
-    def _clearances(self, amounts: Amounts, *, exact: bool) -> list[Clearance]:
-        """Return the least clearance of all free metal to each neighbour."""
-        found = []
-        for neighbour in self.neighbours:
-            each = []
-            for web in self.free.webs:
-                outline = self.free.profiles[web.part].outline_mm(amounts.radii_mm[web.part])
-                points = (outline if exact else outline[::4]) @ web.matrix.T
-                reach = web.reach_mm(amounts.thickness_mm[web.part])
-                gap = max(neighbour.z_mm[0] - reach[1], reach[0] - neighbour.z_mm[1])
-                if not exact and gap > self.design.envelope.clearance_mm + ROUGH_MM:
-                    continue
-                sweep = {} if exact else {"refine": False, "angles": ROUGH_ANGLES}
-                each.append(least_clearance(neighbour, points, reach, **sweep))  # type: ignore[arg-type]
-            if each:
-                found.append(min(each, key=lambda clearance: clearance.least_mm))
-        return found
-
-
-def violation(constraints: Sequence[Constraint]) -> float:
-    """Return by how much constraints are broken in all, each in its own scale."""
-    return float(sum(max(-each.margin / each.scale, 0.0) for each in constraints))
-
-
-def _within(name: str, value: float, limits: tuple[float, float]) -> list[Constraint]:
-    low, high = limits
-    scale = 0.01 * max(abs(low), abs(high))
-    unit = "g" if name == "mass_g" else "kg·mm²"
-    return [
-        Constraint(f"{name} least", value, low, unit, value - low, scale),
-        Constraint(f"{name} greatest", value, high, unit, high - value, scale),
-    ]
-
-
-def _least_wall(outline: Array) -> tuple[float, int]:
-    """Return the least distance between places of an outline that face away from each other, and where.
-
-    The outline goes counter-clockwise, so metal is on its left.
-    """
-    points = outline[::2]
-    along = np.gradient(points, axis=0)
-    normal = np.stack([along[:, 1], -along[:, 0]], axis=1)
-    normal = normal / np.maximum(np.linalg.norm(normal, axis=1), 1e-300)[:, None]
-    offset = points[None] - points[:, None]
-    through = np.einsum("ijk,ik->ij", offset, normal) < 0.0
-    facing = (normal @ normal.T < FACING) & through & through.T
-    distance = np.where(facing, np.linalg.norm(offset, axis=2), np.inf)
-    place = int(distance.argmin()) // len(points)
-    return min(float(distance.min()), 1e6), 2 * place
-
-
-def _prism_moments(
-    area: float, first: Array, second: Array, web: FreeWeb, low: float, high: float, density: float
-) -> Moments:
-    """Return the moments of a profile extruded from ``low`` to ``high``, turned to its web."""
-    t, lever, square = high - low, 0.5 * (high**2 - low**2), (high**3 - low**3) / 3.0
-    turned = web.matrix @ first
+def _slice_moments(own: AreaMoments, web: FreeWeb, z_mm: float) -> Moments:
+    """Return the moments of a section at a height, of density 1 and thickness 1, turned to its web."""
+    first = web.matrix @ own.first_mm3
     tensor = np.zeros((3, 3))
-    tensor[:2, :2] = t * (web.matrix @ second @ web.matrix.T)
-    tensor[:2, 2] = tensor[2, :2] = lever * turned
-    tensor[2, 2] = square * area
-    return Moments(t * area, np.array([*(t * turned), lever * area]), tensor).scaled(density)
+    tensor[:2, :2] = web.matrix @ own.second_mm4 @ web.matrix.T
+    tensor[:2, 2] = tensor[2, :2] = z_mm * first
+    tensor[2, 2] = z_mm**2 * own.area_mm2
+    return Moments(own.area_mm2, np.array([*first, z_mm * own.area_mm2]), tensor)
 
 
-def _neighbours(design: DesignJob, crank: Crank) -> list[Neighbour]:
-    """Return what free metal must keep clear of."""
-    envelope, throws = design.envelope, crank.anatomy.throws
-    length = design.start.engine.rod_length_mm
-    if (envelope.pistons or envelope.rods) and length is None:
-        raise JobError("engine.rod_length_mm is missing; pistons and rods of [envelope] need it")
-    for number in (*(room.throw for room in envelope.pistons), *(room.throw for room in envelope.rods)):
-        if number > len(throws):
-            raise JobError(f"[envelope] names throw {number}; the crank has {len(throws)}")
-        if length is not None and length <= throws[number - 1].crank_radius_mm:
-            raise JobError(f"engine.rod_length_mm is {length:g}; must be more than the crank radius")
-    found: list[Neighbour] = []
-    for piston in envelope.pistons:
-        throw = throws[piston.throw - 1]
-        assert length is not None
-        found.append(
-            Piston(
-                f"piston {piston.throw}",
-                piston.z_mm,
-                throw.angle_rad,
-                throw.crank_radius_mm,
-                length,
-                piston.skirt_below_pin_mm,
-                piston.half_width_mm,
-            )
-        )
-    for rod in envelope.rods:
-        throw = throws[rod.throw - 1]
-        assert length is not None
-        found.append(
-            Rod(
-                f"rod {rod.throw}",
-                rod.z_mm,
-                throw.angle_rad,
-                throw.crank_radius_mm,
-                length,
-                rod.big_end_radius_mm,
-                rod.shank_half_width_mm,
-            )
-        )
-    for number, shaft in enumerate(envelope.shafts, 1):
-        outline = circle_mm(shaft.radius_mm) if shaft.radius_mm is not None else np.array(shaft.outline_mm)
-        found.append(
-            OtherShaft(
-                f"shaft {number}",
-                shaft.z_mm,
-                np.array(shaft.centre_mm),
-                outline,
-                shaft.ratio,
-                shaft.phase_rad,
-            )
-        )
-    return found
+def _slice_row(own: AreaMoments, web: FreeWeb, z_mm: float) -> Array:
+    """Return what a section adds for each millimetre: Uₓ, U_y, Pₓ, P_y, mass and polar inertia."""
+    first = web.matrix @ own.first_mm3
+    return np.array([*first, *(z_mm * first), own.area_mm2, float(np.trace(own.second_mm4))])
+
+
+def _slice_slopes(slope: AreaMoments, web: FreeWeb, z_mm: float) -> Array:
+    """Return the same (n, 6) for each millimetre and each millimetre of a control radius."""
+    first = slope.first_mm3 @ web.matrix.T
+    trace = np.trace(slope.second_mm4, axis1=1, axis2=2)
+    return np.concatenate([first, z_mm * first, slope.area_mm2[:, None], trace[:, None]], axis=1)

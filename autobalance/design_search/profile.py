@@ -25,6 +25,8 @@ DEGREE = 3
 GAUSS_POINTS = 8
 """Exact to degree 15; the second moments of a cubic have degree 14 (x³ y')."""
 SAGITTA_MM = 0.004
+"""How far the facets of the hold radius may stand off it; all of a design's metal uses the same facets."""
+SPLINE_SAGITTA_MM = 0.002
 """How far the facets of a written outline may stand off the spline."""
 SAMPLES_PER_SPAN = 16
 
@@ -182,13 +184,24 @@ class Profile:
         angles = np.linspace(self.angles_rad[0], self.angles_rad[-1], max(int(span / step) + 2, 8))
         return self.hold_radius_mm * np.stack([np.cos(angles), np.sin(angles)], axis=1)
 
-    def polygon_mm(self, radii_mm: Array) -> Array:
-        """Return the outline (k, 2) of the free part, counter-clockwise, facets ``SAGITTA_MM`` fine."""
+    def spline_points_mm(self, radii_mm: Array, count: int | None = None) -> Array:
+        """Return ``count`` points (k, 2) along the spline, or as many as ``SPLINE_SAGITTA_MM`` asks.
+
+        Chords of a step h cut off ∫ C'' h²/12; the points between the ends stand out by as much, so that the
+        area within the facets is that within the spline, and a design's balance is that of its true surface.
+        """
         control = self.control_points_mm(radii_mm)
-        bend = np.abs(self.sample_basis[2] @ control).sum(axis=1).max()
-        count = int(math.sqrt(bend / (8.0 * SAGITTA_MM))) + 8
-        spline = self.basis(np.linspace(0.0, 1.0, count + 1)) @ control
-        return np.concatenate([spline, self.arc_mm[::-1]])
+        if count is None:
+            bend = np.abs(self.sample_basis[2] @ control).sum(axis=1).max()
+            count = int(math.sqrt(bend / (8.0 * SPLINE_SAGITTA_MM))) + 9
+        places = np.linspace(0.0, 1.0, count)
+        points: Array = self.basis(places) @ control
+        points[1:-1] -= (self.basis(places[1:-1], 2) @ control) / (12.0 * (count - 1) ** 2)
+        return points
+
+    def polygon_mm(self, radii_mm: Array, count: int | None = None) -> Array:
+        """Return the outline (k, 2) of the free part, counter-clockwise; ``count`` as for its spline."""
+        return np.concatenate([self.spline_points_mm(radii_mm, count), self.arc_mm[::-1]])
 
 
 def clamped_knots(count: int) -> Array:

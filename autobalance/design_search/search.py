@@ -6,16 +6,18 @@ stopped is run again with the values it has on disk.
 
 from __future__ import annotations
 
+import pickle
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
+from functools import lru_cache
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.optimize import minimize
 
-from autobalance.design_search.free_metal import with_profiles
-from autobalance.design_search.problem import STRESS, Problem, violation
+from autobalance.design_search.build import with_profiles
+from autobalance.design_search.envelope import violation
+from autobalance.design_search.problem import STRESS, Problem
 from autobalance.errors import FileError
 from autobalance.rigid_rotor.moments import Moments
 from autobalance.solid.csg.solid import Solid
@@ -25,9 +27,6 @@ Array = NDArray[np.float64]
 
 PENALTY = 1e3
 """Weight of broken constraints where the method knows none."""
-REFINEMENTS = 40
-COLUMNS = {"mass_g": 4, "polar_inertia_kg_mm2": 5}
-"""Columns of the gradient of the moments."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -124,36 +123,54 @@ def searched(
     while algorithm.has_next():
         number += 1
         asked = algorithm.ask()
-        places = np.atleast_2d(asked.get("X"))
+        places = np.atleast_2d(asked.get("X"))[: options.evaluations - len(found)]
         generation = by_number.get(number)
         if generation is None or not np.array_equal(generation.asked, places):
             rows = _judged_all(problem, [low + place * span for place in places], workers or InThisProcess())
             generation = Generation(number, places, tuple(rows))
             keep(generation)
         found += generation.candidates
+        progress(f"generation {number}", len(found) / options.evaluations)
+        if len(found) >= options.evaluations:
+            break
         _tell(algorithm, asked, generation, options.method)
-        progress(f"generation {number}", min(len(found) / options.evaluations, 1.0))
     return found
+
+
+AT_ONCE = 4
+"""Designs that a worker judges at a time."""
 
 
 def _judged_all(problem: Problem, rows: Sequence[Array], workers: Workers) -> list[Candidate]:
     if isinstance(workers, InThisProcess):
         return [judged(problem, row) for row in rows]
-    made: dict[int, Candidate] = {}
-    for done in workers.run(_judged_task, [(problem, row) for row in rows]):
-        made[done.number] = judged(problem, rows[done.number]) if done.lost else done.value
-    return [made[number] for number in range(len(rows))]
+    each = 1 if STRESS in problem.wanted else AT_ONCE
+    parts = [rows[begin : begin + each] for begin in range(0, len(rows), each)]
+    sent = pickle.dumps(problem)
+    made: dict[int, list[Candidate]] = {}
+    for done in workers.run(_judged_task, [(sent, part) for part in parts]):
+        here = done.lost  # no worker outlives it: where this process does, its answer stands
+        made[done.number] = [judged(problem, row) for row in parts[done.number]] if here else done.value
+    return [candidate for number in range(len(parts)) for candidate in made[number]]
 
 
-def _judged_task(task: tuple[Problem, Array]) -> Candidate:
-    return judged(*task)
+def _judged_task(task: tuple[bytes, Sequence[Array]]) -> list[Candidate]:
+    sent, rows = task
+    problem = _problem(sent)
+    return [judged(problem, row) for row in rows]
+
+
+@lru_cache(maxsize=1)
+def _problem(sent: bytes) -> Problem:
+    """Return a problem as it was sent; a worker makes it once."""
+    found: Problem = pickle.loads(sent)
+    return found
 
 
 def _algorithm(problem: Problem) -> Any:
     """Return pymoo's algorithm, set up: the start and designs around it first."""
     try:
         from pymoo.algorithms.moo.nsga2 import NSGA2
-        from pymoo.algorithms.soo.nonconvex.cmaes import CMAES
         from pymoo.core.problem import Problem as Space
         from pymoo.termination import get_termination
     except ImportError:
@@ -166,6 +183,8 @@ def _algorithm(problem: Problem) -> Any:
     start = np.clip((problem.start - low) / span, 0.0, 1.0)
     count = len(start)
     if options.method == "cmaes":
+        from pymoo.algorithms.soo.nonconvex.cmaes import CMAES  # takes seconds to import
+
         space = Space(n_var=count, n_obj=1, xl=0.0, xu=1.0)
         algorithm: Any = CMAES(x0=start, sigma=0.2, restarts=0, popsize=options.population)
     else:
@@ -201,63 +220,6 @@ def _tell(algorithm: Any, asked: Any, generation: Generation, method: str) -> No
         asked.set("G", broken)
     algorithm.evaluator.n_eval += len(generation.candidates)
     algorithm.tell(infills=asked)
-
-
-# --- the best of all ----------------------------------------------------------------------------------------
-
-
-def refined(problem: Problem, candidate: Candidate, objective: int) -> Candidate:
-    """Return a design improved in one objective by gradients, its balance kept; itself where it cannot be."""
-    name = problem.design.search.objectives[objective]
-    if name.removeprefix("-") not in COLUMNS:
-        return candidate
-    sign, column = (-1.0 if name.startswith("-") else 1.0), COLUMNS[name.removeprefix("-")]
-    scale = abs(candidate.objectives[objective]) or 1.0
-    rows = 2 if problem.design.start.balance.judge == "static" else 4
-
-    def value(x: Array) -> tuple[float, Array]:
-        moments, gradient = problem.moments(x)
-        unit = 1e-3 if column == 5 else 1.0
-        amount = moments.polar_inertia_g_mm2 if column == 5 else moments.mass_g
-        return sign * unit * amount / scale, sign * unit * gradient[:, column] / scale
-
-    def balance(x: Array) -> Array:
-        moments = problem.moments(x)[0]
-        return problem.residual(moments).components[:rows] / _lengths(problem, moments)[:rows]
-
-    def balance_slope(x: Array) -> Array:
-        moments, gradient = problem.moments(x)
-        return (gradient[:, :rows] / _lengths(problem, moments)[:rows]).T
-
-    def margins(x: Array) -> Array:
-        moments = problem.moments(x)[0]
-        constraints, _ = problem.constraints(x, moments, problem.residual(moments), exact=False)
-        return np.array([max(min(each.margin / each.scale, 10.0), -10.0) for each in constraints[1:]])
-
-    answer: Any = minimize(  # type: ignore[call-overload]
-        value,
-        candidate.variables,
-        jac=True,
-        method="SLSQP",
-        bounds=[(low, high) for low, high in problem.bounds],
-        constraints=[
-            {"type": "eq", "fun": balance, "jac": balance_slope},
-            {"type": "ineq", "fun": margins},
-        ],
-        options={"maxiter": REFINEMENTS, "ftol": 1e-9},
-    )
-    better = judged(problem, np.asarray(answer.x))
-    gained = better.objectives[objective] < candidate.objectives[objective]
-    mended = better.violation < candidate.violation
-    return better if mended or (gained and better.violation <= 0.0) else candidate
-
-
-def _lengths(problem: Problem, moments: Moments) -> Array:
-    """Return what makes the residual's components numbers of order one."""
-    tolerance = problem.tolerance(moments)
-    lever = abs(tolerance.planes[1].z_mm - tolerance.planes[0].z_mm) if tolerance.planes else 1.0
-    permitted = tolerance.permissible_g_mm
-    return np.array([permitted, permitted, permitted * lever, permitted * lever])
 
 
 def front(candidates: Sequence[Candidate]) -> list[int]:

@@ -7,9 +7,10 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from autobalance.design_search.free_metal import with_profiles
+from autobalance.design_search.build import with_profiles
+from autobalance.design_search.envelope import Amounts, Constraint
 from autobalance.design_search.neighbours import Clearance
-from autobalance.design_search.problem import ALLOWED, Amounts, Constraint, Problem
+from autobalance.design_search.problem import ALLOWED, Problem
 from autobalance.rigid_rotor.moments import Moments
 from autobalance.rigid_rotor.unbalance import Unbalance
 from autobalance.solid.csg.solid import Solid

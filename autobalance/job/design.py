@@ -14,14 +14,33 @@ from autobalance.job.read import TOP_KEYS, parse, tables_of
 from autobalance.job.table import ANY, COUNTED, NOT_NEGATIVE, POSITIVE, Rule, Table
 
 Pair = tuple[float, float]
+Point = tuple[float, float, float]
 Points = tuple[Pair, ...]
 Method = Literal["nsga2", "cmaes"]
 OBJECTIVES = ("mass_g", "polar_inertia_kg_mm2")
 ALL_OBJECTIVES = (*OBJECTIVES, "greatest_main_load_N", "greatest_stress_MPa")
 LEAST_POINTS = 4
 ENOUGH_POINTS = Rule(lambda x: x >= LEAST_POINTS, f"must be ≥ {LEAST_POINTS}: the spline is cubic")
-OWN_TABLES = ("counterweight", "target", "envelope", "fem", "search")
+DRAFT = Rule(lambda x: 0.0 <= x <= 30.0, "must be 0 to 30")
+OWN_TABLES = ("counterweight", "drilling", "target", "envelope", "fem", "search")
 START_TABLES = ("crankshaft", "engine", "original", "balance", "cycle")
+
+
+@dataclass(frozen=True)
+class Hole:
+    """A lightening hole through free metal, in the web's own axes from its crankpin."""
+
+    centre_mm: Pair
+    diameter_mm: float
+
+
+@dataclass(frozen=True)
+class Drilling:
+    """An oil drilling that is kept open through free metal, rotor frame."""
+
+    from_mm: Point
+    to_mm: Point
+    diameter_mm: float
 
 
 @dataclass(frozen=True)
@@ -41,6 +60,9 @@ class FreePart:
     held_points: tuple[tuple[int, float], ...]
     start_points_mm: Points | None
     name: str
+    draft_rad: float = 0.0
+    corner_radius_mm: float = 0.0
+    holes: tuple[Hole, ...] = ()
 
 
 @dataclass(frozen=True)
@@ -121,6 +143,7 @@ class DesignJob:
     fem: FemLimits | None
     search: SearchOptions
     raw: Mapping[str, Any] = field(default_factory=dict)
+    drillings: tuple[Drilling, ...] = ()
 
 
 def load_design(path: Path) -> DesignJob:
@@ -160,12 +183,25 @@ def parse_design(raw: Mapping[str, Any], path: Path) -> DesignJob:
         _fem(root),
         _search(root),
         raw,
+        tuple(_drilling(each) for each in root.tables("drilling", ("from_mm", "to_mm", "diameter_mm"))),
     )
+
+
+def _hole(table: Table) -> Hole:
+    return Hole(table.value("centre_mm", Pair), table.value("diameter_mm", float, POSITIVE))
+
+
+def _drilling(table: Table) -> Drilling:
+    start, end = table.value("from_mm", Point), table.value("to_mm", Point)
+    if start == end:
+        raise JobError(f"{table.place('to_mm')} is {list(end)}, which is from_mm; they must differ")
+    return Drilling(start, end, table.value("diameter_mm", float, POSITIVE))
 
 
 PART_KEYS = (
     "webs", "sector_deg", "hold_radius_mm", "z_mm", "thickness_mm", "points", "symmetric", "radius_mm",
-    "min_wall_mm", "min_curvature_radius_mm", "draft_deg", "held_points", "start_points_mm",
+    "min_wall_mm", "min_curvature_radius_mm", "draft_deg", "corner_radius_mm", "holes", "held_points",
+    "start_points_mm",
 )  # fmt: skip
 
 
@@ -180,8 +216,11 @@ def _part(table: Table) -> FreePart:
     z = _range(table, "z_mm")
     if z is not None and len(webs) > 1:
         raise JobError(f"{table.place('z_mm')} is given with {len(webs)} webs; it stands with one web only")
-    if table.optional("draft_deg", float, NOT_NEGATIVE, 0.0) != 0.0:
-        raise JobError(f"{table.place('draft_deg')} must be 0: profiles are extruded straight")
+    symmetric = table.optional("symmetric", bool, default=False)
+    if symmetric and abs((low + 0.5 * span) % 180.0 - 90.0) < 90.0 - 1e-6:
+        raise JobError(
+            f"{table.place('sector_deg')} is [{low:g}, {high:g}]; symmetric needs its middle at 0 or 180°"
+        )
     held = table.optional("held_points", tuple[tuple[int, float], ...], default=())
     return FreePart(
         webs,
@@ -190,13 +229,16 @@ def _part(table: Table) -> FreePart:
         z,
         _range(table, "thickness_mm"),
         table.optional("points", int, ENOUGH_POINTS, 12),
-        table.optional("symmetric", bool, default=False),
+        symmetric,
         _range(table, "radius_mm"),
         table.optional("min_wall_mm", float, NOT_NEGATIVE, 3.0),
         table.optional("min_curvature_radius_mm", float, NOT_NEGATIVE, 2.0),
         held,
         table.optional("start_points_mm", Points),
         table.path,
+        math.radians(table.optional("draft_deg", float, DRAFT, 0.0)),
+        table.optional("corner_radius_mm", float, NOT_NEGATIVE, 0.0),
+        tuple(_hole(each) for each in table.tables("holes", ("centre_mm", "diameter_mm"))),
     )
 
 

@@ -15,6 +15,22 @@ JOURNAL = "journal.jsonl"
 Line = dict[str, Any]
 
 
+def made_folder(folder: Path) -> None:
+    """Make a folder where there is none.
+
+    Raises
+    ------
+    FileError
+        If it cannot be made.
+    """
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise FileError(
+            f"cannot make the folder {folder}: {(error.strerror or str(error)).lower()}"
+        ) from None
+
+
 @contextlib.contextmanager
 def held(folder: Path) -> Iterator[None]:
     """Hold a folder: the system lets go of it when this process ends, however that comes.

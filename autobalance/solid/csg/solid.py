@@ -87,6 +87,27 @@ class Solid:
         return cls(body.translate((0.0, 0.0, z_low_mm)))
 
     @classmethod
+    def lofted(cls, low: Array, high: Array, z_low_mm: float, z_high_mm: float) -> Solid:
+        """Return the body between two outlines (k, 2), counter-clockwise, corner k above corner k."""
+        count = len(low)
+        vertices = np.concatenate(
+            [
+                np.column_stack([low, np.full(count, z_low_mm)]),
+                np.column_stack([high, np.full(count, z_high_mm)]),
+            ]
+        )
+        here = np.arange(count)
+        following = np.roll(here, -1)
+        walls = np.concatenate(
+            [
+                np.column_stack([here, following, following + count]),
+                np.column_stack([here, following + count, here + count]),
+            ]
+        )
+        lids = np.concatenate([triangulated(low)[:, ::-1], triangulated(high) + count])
+        return cls.from_mesh(Mesh(vertices, np.concatenate([walls, lids])))
+
+    @classmethod
     def revolved(cls, profile_rz_mm: Array, segments: int) -> Solid:
         """Return the body that a closed (r, z) outline (k, 2), r ≥ 0, sweeps about the z axis."""
         outline = m3.CrossSection([np.asarray(profile_rz_mm, dtype=np.float64)], m3.FillRule.NonZero)
@@ -243,6 +264,13 @@ class Region:
     def grown(self, by_mm: float) -> Region:
         """Return the region with its outline moved outward by ``by_mm`` (inward if < 0), corners kept."""
         return Region(self.section.offset(by_mm, m3.JoinType.Miter))
+
+    def rounded(self, radius_mm: float, sagitta_mm: float) -> Region:
+        """Return the region with its outward corners rounded, in facets that stand off by ``sagitta_mm``."""
+        step = 2.0 * math.acos(1.0 - min(sagitta_mm / radius_mm, 0.5))
+        inner = self.section.offset(-radius_mm, m3.JoinType.Miter)
+        segments = max(8, math.ceil(2.0 * math.pi / step))
+        return Region(inner.offset(radius_mm, m3.JoinType.Round, 2.0, segments)) & self
 
     def turned(self, matrix: Array) -> Region:
         """Return the region with a rotation or reflection (2, 2) applied."""

@@ -1,0 +1,305 @@
+"""A batch at work on its folder: what is taken over, what is done, and what the table says of each row."""
+
+from __future__ import annotations
+
+import json
+import shutil
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from hashlib import sha256
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, overload
+
+from autobalance.api.batch_row import FAILED, RowOutcome, RowTask, now
+from autobalance.api.progress import Progress
+from autobalance.api.result import Values, report_head
+from autobalance.errors import AutobalanceError
+from autobalance.report.files import Staging
+from autobalance.studies.journal import JOURNAL, append_line, read_journal, rewrite_journal
+from autobalance.version import __version__
+
+if TYPE_CHECKING:
+    from autobalance.job import Job
+    from autobalance.job.batch_list import BatchList, BatchRow
+    from autobalance.studies.workers import Done
+
+ROWS = "rows"
+LOST, NOT_ALL_WITHIN = 1, 4
+TABLES = ("results.csv", "results.xlsx", "summary.html")
+NUMBERS = (
+    "mass_g", "initial_g_mm", "residual_g_mm", "permissible_g_mm", "worst_share", "removed_g", "cuts",
+    "solid_sha256",
+)  # fmt: skip
+
+
+@dataclass(frozen=True, eq=False)
+class _Todo:
+    """A row to do: its job, the file of its crank, and its fingerprint."""
+
+    row: BatchRow
+    job: Job
+    crank: Path
+    fingerprint: str
+
+
+class _Tasks(Sequence[RowTask]):
+    """The tasks of rows; each crank is read when its task is wanted, not before."""
+
+    def __init__(self, rows: Sequence[_Todo], only: tuple[str, ...]) -> None:
+        self.rows, self._only = rows, only
+
+    def __len__(self) -> int:
+        return len(self.rows)
+
+    @overload
+    def __getitem__(self, place: int) -> RowTask: ...
+
+    @overload
+    def __getitem__(self, place: slice) -> Sequence[RowTask]: ...
+
+    def __getitem__(self, place: int | slice) -> RowTask | Sequence[RowTask]:
+        if isinstance(place, slice):
+            return [self[number] for number in range(*place.indices(len(self)))]
+        row = self.rows[place]
+        try:
+            data = row.crank.read_bytes()
+        except OSError:
+            data = b""  # it was there a moment ago; the row will say that it is empty
+        return RowTask(row.job, data, self._only)
+
+
+class BatchRun:
+    """A batch at work on its folder."""
+
+    def __init__(
+        self, folder: Path, listed: BatchList, only: tuple[str, ...], progress: Progress | None
+    ) -> None:
+        from autobalance.api.balance import choice_of
+
+        choice_of(only, "A4", "metric", None)  # refuses unknown kinds before anything is run
+        self.folder, self.listed, self.only, self._progress = folder, listed, only, progress
+        self.lines: dict[str, Values] = {}
+        self.taken_over = 0
+        self._todo: list[_Todo] = []
+
+    def take_over(self, *, fresh: bool) -> None:
+        """Keep the rows that are done and whole, write down those that cannot be done, list the others."""
+        if fresh:
+            self._forget_everything()
+        old = read_journal(self.folder)
+        wrong: list[tuple[BatchRow, str, str]] = []
+        for row in self.listed.rows:
+            job, crank, digest, message = _read_row(row)
+            fingerprint = _fingerprint(row, job, digest, self.only)
+            line = old.get(row.name)
+            if line is not None and line.get("fingerprint") == fingerprint and self._is_whole(row, line):
+                self.lines[row.name] = {**line, "row": row.number}
+                self.taken_over += 1
+            elif job is None or crank is None:
+                wrong.append((row, fingerprint, message))
+            else:
+                self._todo.append(_Todo(row, job, crank, fingerprint))
+        rewrite_journal(self.folder, self.lines)
+        self._clean()
+        for row, fingerprint, message in wrong:
+            self._forget_files(row)
+            at = now()
+            self._write_line(row, FAILED, fingerprint, 1, "", at, at, message, {})
+        self._tell()
+
+    def tasks(self) -> _Tasks:
+        """Return what workers are to do."""
+        return _Tasks(self._todo, self.only)
+
+    def finish(self, todo: _Todo, done: Done) -> None:
+        """Put a row's files in place and write its line."""
+        self._forget_files(todo.row)
+        if done.lost:
+            at = now()
+            message = f"its worker died on each of {done.attempt} tries"
+            self._write_line(todo.row, LOST, todo.fingerprint, done.attempt, "", at, at, message, {})
+        else:
+            outcome: RowOutcome = done.value
+            target = self.folder / ROWS / todo.row.name
+            if outcome.files:
+                with Staging([target]) as staging:
+                    for name, data in outcome.files.items():
+                        staging.add(target / name, data)
+                    staging.commit()
+            digests = {name: sha256(data).hexdigest() for name, data in outcome.files.items()}
+            self._write_line(
+                todo.row,
+                outcome.exit_code,
+                todo.fingerprint,
+                done.attempt,
+                done.worker,
+                outcome.started,
+                outcome.finished,
+                outcome.message,
+                digests,
+            )
+        self._tell()
+
+    def _write_line(
+        self,
+        row: BatchRow,
+        exit_code: int,
+        fingerprint: str,
+        attempt: int,
+        worker: str,
+        started: str,
+        finished: str,
+        message: str,
+        files: Mapping[str, str],
+    ) -> None:
+        line = {
+            "row": row.number,
+            "name": row.name,
+            "exit_code": exit_code,
+            "fingerprint": fingerprint,
+            "try": attempt,
+            "worker": worker,
+            "started": started,
+            "finished": finished,
+            "message": message,
+            "files": dict(files),
+        }
+        append_line(self.folder, line)
+        self.lines[row.name] = line
+
+    def _is_whole(self, row: BatchRow, line: Values) -> bool:
+        """Tell whether the files of a row are those that its line says."""
+        files = line.get("files")
+        if not isinstance(files, dict) or (line.get("exit_code") in (0, NOT_ALL_WITHIN) and not files):
+            return False
+        folder = self.folder / ROWS / row.name
+        try:
+            return all(
+                sha256((folder / name).read_bytes()).hexdigest() == digest for name, digest in files.items()
+            )
+        except OSError:
+            return False
+
+    def _forget_files(self, row: BatchRow) -> None:
+        shutil.rmtree(self.folder / ROWS / row.name, ignore_errors=True)
+
+    def _forget_everything(self) -> None:
+        """Take away what earlier batches have written."""
+        for name in (*TABLES, JOURNAL):
+            (self.folder / name).unlink(missing_ok=True)
+        shutil.rmtree(self.folder / ROWS, ignore_errors=True)
+
+    def _clean(self) -> None:
+        """Take away what a killed batch left half-written."""
+        for part in self.folder.glob(".*.part"):
+            part.unlink(missing_ok=True)
+
+    def _tell(self) -> None:
+        if self._progress is not None:
+            done, rows = len(self.lines), len(self.listed.rows)
+            self._progress(f"{done} of {rows} rows done", done / rows)
+
+    # --- results --------------------------------------------------------------------------------------------
+
+    def report(self, seconds: float) -> Values:
+        """Return what ``--json`` writes."""
+        results = [self._result(row) for row in self.listed.rows]
+        codes = [result["exit_code"] for result in results]
+        return {
+            **report_head("batch"),
+            "rows": len(results),
+            "within": codes.count(0),
+            "above": codes.count(NOT_ALL_WITHIN),
+            "failed": codes.count(FAILED),
+            "lost": codes.count(LOST),
+            "taken_over": self.taken_over,
+            "results": results,
+            "seconds": seconds,
+        }
+
+    def _result(self, row: BatchRow) -> Values:
+        line = self.lines[row.name]
+        known: Values = dict.fromkeys(NUMBERS)
+        outcome = {LOST: "lost", FAILED: "error"}.get(line["exit_code"])
+        if outcome is None:
+            path = self.folder / ROWS / row.name / "report.json"
+            values = json.loads(path.read_text(encoding="utf-8"))
+            outcome, known = values["outcome"], _numbers(values)
+        return {
+            "row": row.number,
+            "name": row.name,
+            "job": row.job,
+            "crank": row.crank,
+            "exit_code": line["exit_code"],
+            "outcome": outcome,
+            "message": line["message"],
+            **known,
+            **dict(row.settings),
+        }
+
+    def write(self, report: Values) -> None:
+        """Write the table as CSV, workbook and page."""
+        from autobalance.report.batch_files import results_csv, results_workbook, summary_page
+
+        with Staging([self.folder]) as staging:
+            staging.add(self.folder / "results.csv", results_csv(report))
+            staging.add(self.folder / "results.xlsx", results_workbook(report))
+            staging.add(self.folder / "summary.html", summary_page(report))
+            staging.commit()
+
+
+def _read_row(row: BatchRow) -> tuple[Job | None, Path | None, str | None, str]:
+    """Return a row's job, the file of its crank and that file's digest, or the line of what is wrong."""
+    try:
+        job = row.read()
+    except AutobalanceError as error:
+        return None, None, None, str(error)
+    file = job.crankshaft.file
+    if file is None:
+        return job, None, None, f"{row.job_file.name}: crankshaft.file is missing"
+    try:
+        return job, file, sha256(file.read_bytes()).hexdigest(), ""
+    except FileNotFoundError:
+        return job, None, None, f"{file} does not exist"
+    except OSError as error:
+        return job, None, None, f"{file} cannot be read: {(error.strerror or str(error)).lower()}"
+
+
+def _fingerprint(row: BatchRow, job: Job | None, digest: str | None, only: tuple[str, ...]) -> str:
+    """Return a digest of what a row's results depend on."""
+    told = {
+        "job": None if job is None else _without_file(job.raw),
+        "row": [row.job, row.settings] if job is None else None,
+        "crank": digest,
+        "version": __version__,
+        "only": only,
+    }
+    return sha256(json.dumps(told, sort_keys=True, default=str).encode()).hexdigest()
+
+
+def _without_file(raw: Mapping[str, Any]) -> Values:
+    crankshaft = raw.get("crankshaft", {})
+    kept = {key: value for key, value in crankshaft.items() if key != "file"} if crankshaft else {}
+    return {**raw, "crankshaft": kept}
+
+
+def _numbers(values: Values) -> Values:
+    """Return what the table tells of a report."""
+    tolerance, residual = values["tolerance"], values["residual"]
+    shares = [residual["magnitude_g_mm"] / tolerance["permissible_g_mm"]]
+    if tolerance["judge"] == "dynamic":
+        shares += [
+            plane["magnitude_g_mm"] / permitted["permissible_g_mm"]
+            for plane, permitted in zip(residual["planes"], tolerance["planes"], strict=True)
+        ]
+    solid = values["outputs"]["solid"]
+    return {
+        "mass_g": values["crank"]["mass_g"],
+        "initial_g_mm": values["initial"]["magnitude_g_mm"],
+        "residual_g_mm": residual["magnitude_g_mm"],
+        "permissible_g_mm": tolerance["permissible_g_mm"],
+        "worst_share": max(shares),
+        "removed_g": sum(cut["removed_mass_g"] for cut in values["corrections"]),
+        "cuts": len(values["corrections"]),
+        "solid_sha256": None if solid is None else solid["sha256"],
+    }

@@ -1,0 +1,121 @@
+"""Solids of designs: the free metal of a crank taken away and new metal put in its place (rotor frame)."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+
+from autobalance.design_search.profile import Profile
+from autobalance.design_search.sections import round_mm
+from autobalance.solid.csg.solid import Region, Solid
+
+if TYPE_CHECKING:
+    from autobalance.design_search.free_metal import FreeMetal, FreeWeb
+
+Array = NDArray[np.float64]
+
+SNAP_MM = 1e-3
+PAST_MM = 1e-5
+"""How far a cut goes past the heights of the free metal: what is thinner is no metal."""
+SKIN_MM = 1e-4
+"""Old metal that is left around a new outline, so that no two surfaces nearly coincide."""
+
+
+def sector_mm(profile: Profile, far_mm: float) -> Array:
+    """Return the outline of everything of a sector beyond the hold radius, in the profile's axes."""
+    arc = profile.arc_mm
+    return np.concatenate([arc * (far_mm / profile.hold_radius_mm), arc[::-1]])
+
+
+def past(z_mm: tuple[float, float]) -> tuple[float, float]:
+    """Return heights that go past both ends of a range."""
+    return z_mm[0] - PAST_MM, z_mm[1] + PAST_MM
+
+
+def prism(outline: Array, web: FreeWeb, z_mm: tuple[float, float]) -> Solid:
+    """Return an outline in a profile's axes extruded, turned to a web."""
+    return Solid.prism(Region.of([outline @ web.matrix.T]), *z_mm)
+
+
+def placed_along(start_mm: Array, along: Array) -> Array:
+    """Return the motion (4, 4) that takes the origin to a point and z to a direction."""
+    helper = np.eye(3)[int(np.abs(along).argmin())]
+    x = np.cross(helper, along)
+    x = x / np.linalg.norm(x)
+    motion = np.eye(4)
+    motion[:3, :3] = np.column_stack([x, np.cross(along, x), along])
+    motion[:3, 3] = start_mm
+    return motion
+
+
+def with_profiles(
+    free: FreeMetal, radii_mm: Sequence[Array], thickness_mm: Sequence[float | None]
+) -> tuple[Solid, float]:
+    """Return the crank with these profiles (rotor frame), and by how much held volume differs, as a share.
+
+    Old metal beyond the new outline is cut away and the new body added: metal that is old and new stays in
+    one piece, without seams.
+    """
+    cut, added = Solid.nothing(), Solid.nothing()
+    for web in free.webs:
+        radii, thickness = radii_mm[web.part], thickness_mm[web.part]
+        sector = Region.of([sector_mm(free.profiles[web.part], free.far_mm) @ web.matrix.T])
+        cut = cut + (Solid.prism(sector, *past(web.z_mm)) - free_body(free, web, radii, None, SKIN_MM))
+        for low, high in _thinner(web.z_mm, web.reach_mm(thickness)):
+            cut = cut + Solid.prism(sector, low, high)
+        added = added + free_body(free, web, radii, thickness)
+    openings = _holes(free, thickness_mm) + free.drillings
+    total = (free.solid - cut) + added
+    if not openings.is_empty:
+        total = total - openings
+    return total, (total - free.region - added).volume_mm3 / free.held.volume_mm3 - 1.0
+
+
+def free_body(
+    free: FreeMetal, web: FreeWeb, radii_mm: Array, thickness_mm: float | None, skin_mm: float = 0.0
+) -> Solid:
+    """Return a web's new metal without its openings, a skin thicker on all sides but those of held metal."""
+    body = free.bodies[web.part]
+    low, high = web.reach_mm(thickness_mm)
+    if not body.slope:
+        outline = Region.of([body.profile.polygon_mm(radii_mm) @ web.matrix.T])
+        rounded = body.rounded(radii_mm)
+        outline = outline if rounded is None else outline & rounded.turned(web.matrix)
+        if skin_mm:
+            return Solid.prism(outline.grown(skin_mm), *past(past((low, high))))
+        return Solid.prism(outline, low, high)
+    base = np.asarray(radii_mm) + skin_mm
+    count = len(body.profile.spline_points_mm(radii_mm))
+    near, far = (
+        body.profile.polygon_mm(body.radii_at(base, depth), count) @ web.matrix.T
+        for depth in (-PAST_MM * bool(skin_mm), high - low + PAST_MM * bool(skin_mm))
+    )
+    z = past(past((low, high))) if skin_mm else (low, high)
+    found = Solid.lofted(near, far, *z) if web.grows_up else Solid.lofted(far, near, *z)
+    rounded = body.rounded(base)
+    return found if rounded is None else found & Solid.prism(rounded.turned(web.matrix), *z)
+
+
+def _holes(free: FreeMetal, thickness_mm: Sequence[float | None]) -> Solid:
+    """Return the lightening holes of all webs."""
+    total = Solid.nothing()
+    for web in free.webs:
+        outlines = [
+            round_mm(hole.diameter_mm, hole.centre_mm) @ web.matrix.T for hole in free.bodies[web.part].holes
+        ]
+        if outlines:
+            total = total + Solid.prism(Region.of(outlines), *past(web.reach_mm(thickness_mm[web.part])))
+    return total
+
+
+def _thinner(old: tuple[float, float], new: tuple[float, float]) -> list[tuple[float, float]]:
+    """Return the heights that a thinner web leaves."""
+    found = []
+    if new[0] > old[0] + SNAP_MM:
+        found.append((old[0] - PAST_MM, new[0]))
+    if new[1] < old[1] - SNAP_MM:
+        found.append((new[1], old[1] + PAST_MM))
+    return found

@@ -1,0 +1,248 @@
+"""What a design keeps or breaks: bounds of its profiles, clearances to its neighbours, ranges of amounts."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from autobalance.balancing.measured_crank import Crank
+from autobalance.design_search.free_metal import FreeMetal
+from autobalance.design_search.neighbours import (
+    Clearance,
+    Neighbour,
+    OtherShaft,
+    Piston,
+    Rod,
+    circle_mm,
+    least_clearance,
+)
+from autobalance.errors import JobError
+from autobalance.job.design import DesignJob, Envelope
+
+Array = NDArray[np.float64]
+
+ROUGH_ANGLES = 72
+ROUGH_MM = 0.1
+"""More clearance is asked of a design that is only looked at every five degrees."""
+FACING = -0.7
+NO_LIMIT_MM = 1e6
+
+
+@dataclass(frozen=True)
+class Constraint:
+    """Something kept or broken: ``margin`` is negative by how much it is broken, in ``unit``."""
+
+    name: str
+    value: float
+    limit: float
+    unit: str
+    margin: float
+    scale: float = 1.0
+    at_mm: tuple[float, float, float] | None = None
+    at_deg: float | None = None
+
+
+@dataclass(frozen=True, eq=False)
+class Amounts:
+    """A design as numbers: control radii (n,) of each part and their thickness (None: as it was)."""
+
+    radii_mm: tuple[Array, ...]
+    thickness_mm: tuple[float | None, ...]
+
+
+def violation(constraints: Sequence[Constraint]) -> float:
+    """Return by how much constraints are broken in all, each in its own scale."""
+    return float(sum(max(-each.margin / each.scale, 0.0) for each in constraints))
+
+
+def of_profile(free: FreeMetal, k: int, amounts: Amounts, envelope: Envelope) -> list[Constraint]:
+    """Return what part ``k`` keeps of the envelope and of its own limits."""
+    return [
+        *_of_envelope(free, k, amounts, envelope),
+        *_of_outline(free, k, amounts),
+        *_of_holes(free, k, amounts),
+    ]
+
+
+def _placed(free: FreeMetal, k: int, amounts: Amounts, point: Array) -> tuple[float, float, float]:
+    """Return a point of a profile in the rotor frame, midway through its first web."""
+    web = next(web for web in free.webs if web.part == k)
+    low, high = web.reach_mm(amounts.thickness_mm[k])
+    x, y = web.matrix @ point
+    return float(x), float(y), 0.5 * (low + high)
+
+
+def _of_envelope(free: FreeMetal, k: int, amounts: Amounts, envelope: Envelope) -> list[Constraint]:
+    found, name = [], free.parts[k].name
+    if envelope.radius_mm is not None:
+        outline = free.profiles[k].outline_mm(amounts.radii_mm[k])
+        far = np.linalg.norm(outline, axis=1)
+        worst = int(far.argmax())
+        most, at = float(far[worst]), _placed(free, k, amounts, outline[worst])
+        limit = envelope.radius_mm
+        found.append(Constraint(f"{name} radius", most, limit, "mm", limit - most, 1.0, at))
+    if envelope.z_mm is not None:
+        z_low, z_high = envelope.z_mm
+        for each in (web for web in free.webs if web.part == k):
+            bottom, top = each.reach_mm(amounts.thickness_mm[k])
+            room = min(bottom - z_low, z_high - top)
+            found.append(Constraint(f"{name} z, web {each.number}", room, 0.0, "mm", room))
+    return found
+
+
+def _of_outline(free: FreeMetal, k: int, amounts: Amounts) -> list[Constraint]:
+    """Return the curvature and the wall of a profile, of its smallest section where it has draft."""
+    part, body = free.parts[k], free.bodies[k]
+    thickness = amounts.thickness_mm[k] or free.thickness_mm(k)
+    radii = body.radii_at(amounts.radii_mm[k], thickness)
+    outline = body.profile.outline_mm(radii)
+    found = []
+    if part.min_curvature_radius_mm > 0.0:
+        bend = body.profile.curvature_radii_mm(radii)[1:-1]
+        tightest = int(bend.argmin())
+        value, least = min(float(bend[tightest]), NO_LIMIT_MM), part.min_curvature_radius_mm
+        at = _placed(free, k, amounts, outline[tightest + 1])
+        found.append(Constraint(f"{part.name} curvature", value, least, "mm", value - least, 1.0, at))
+    if part.min_wall_mm > 0.0:
+        wall, place = _least_wall(outline)
+        at = _placed(free, k, amounts, outline[place])
+        margin = wall - part.min_wall_mm
+        found.append(Constraint(f"{part.name} wall", wall, part.min_wall_mm, "mm", margin, 1.0, at))
+    return found
+
+
+def _of_holes(free: FreeMetal, k: int, amounts: Amounts) -> list[Constraint]:
+    """Return the walls between a part's lightening holes and its smallest outline."""
+    part, body = free.parts[k], free.bodies[k]
+    thickness = amounts.thickness_mm[k] or free.thickness_mm(k)
+    outline = body.profile.outline_mm(body.radii_at(amounts.radii_mm[k], thickness))
+    found = []
+    for number, hole in enumerate(body.holes, 1):
+        centre = np.asarray(hole.centre_mm)
+        offset = outline - centre
+        far = np.linalg.norm(offset, axis=1)
+        place = int(far.argmin())
+        inside = np.linalg.norm(centre) < np.linalg.norm(outline[place])
+        wall = (float(far[place]) if inside else -float(far[place])) - 0.5 * hole.diameter_mm
+        at = _placed(free, k, amounts, outline[place])
+        name, least = f"{part.name} wall of hole {number}", part.min_wall_mm
+        found.append(Constraint(name, wall, least, "mm", wall - least, 1.0, at))
+    return found
+
+
+def clearances_of(
+    free: FreeMetal, amounts: Amounts, neighbours: Sequence[Neighbour], near_mm: float, *, exact: bool
+) -> list[Clearance]:
+    """Return the least clearance of all free metal to each neighbour.
+
+    Not ``exact``: at few angles, and without neighbours that are further off along the axis than ``near_mm``.
+    """
+    found = []
+    for neighbour in neighbours:
+        each = []
+        for web in free.webs:
+            outline = free.profiles[web.part].outline_mm(amounts.radii_mm[web.part])
+            points = (outline if exact else outline[::4]) @ web.matrix.T
+            reach = web.reach_mm(amounts.thickness_mm[web.part])
+            gap = max(neighbour.z_mm[0] - reach[1], reach[0] - neighbour.z_mm[1])
+            if exact:
+                each.append(least_clearance(neighbour, points, reach))
+            elif gap <= near_mm + ROUGH_MM:
+                each.append(least_clearance(neighbour, points, reach, refine=False, angles=ROUGH_ANGLES))
+        if each:
+            found.append(min(each, key=lambda clearance: clearance.least_mm))
+    return found
+
+
+def of_clearance(each: Clearance, wanted_mm: float) -> Constraint:
+    """Return a clearance as a constraint."""
+    margin, at_deg = each.least_mm - wanted_mm, math.degrees(each.at_rad) % 360.0
+    name = f"clearance to {each.neighbour}"
+    return Constraint(name, each.least_mm, wanted_mm, "mm", margin, 1.0, each.at_mm, at_deg)
+
+
+def of_range(name: str, value: float, limits: tuple[float, float]) -> list[Constraint]:
+    """Return an amount's two limits as constraints."""
+    low, high = limits
+    scale = 0.01 * max(abs(low), abs(high))
+    unit = "g" if name == "mass_g" else "kg·mm²"
+    return [
+        Constraint(f"{name} least", value, low, unit, value - low, scale),
+        Constraint(f"{name} greatest", value, high, unit, high - value, scale),
+    ]
+
+
+def _least_wall(outline: Array) -> tuple[float, int]:
+    """Return the least distance between places of an outline that face away from each other, and where.
+
+    The outline goes counter-clockwise, so metal is on its left.
+    """
+    points = outline[::2]
+    along = np.gradient(points, axis=0)
+    normal = np.stack([along[:, 1], -along[:, 0]], axis=1)
+    normal = normal / np.maximum(np.linalg.norm(normal, axis=1), 1e-300)[:, None]
+    offset = points[None] - points[:, None]
+    through = np.einsum("ijk,ik->ij", offset, normal) < 0.0
+    facing = (normal @ normal.T < FACING) & through & through.T
+    distance = np.where(facing, np.linalg.norm(offset, axis=2), np.inf)
+    place = int(distance.argmin()) // len(points)
+    return min(float(distance.min()), 1e6), 2 * place
+
+
+def neighbours_of(design: DesignJob, crank: Crank) -> list[Neighbour]:
+    """Return what free metal must keep clear of."""
+    envelope, throws = design.envelope, crank.anatomy.throws
+    length = design.start.engine.rod_length_mm
+    if (envelope.pistons or envelope.rods) and length is None:
+        raise JobError("engine.rod_length_mm is missing; pistons and rods of [envelope] need it")
+    for number in (*(room.throw for room in envelope.pistons), *(room.throw for room in envelope.rods)):
+        if number > len(throws):
+            raise JobError(f"[envelope] names throw {number}; the crank has {len(throws)}")
+        if length is not None and length <= throws[number - 1].crank_radius_mm:
+            raise JobError(f"engine.rod_length_mm is {length:g}; must be more than the crank radius")
+    found: list[Neighbour] = []
+    for piston in envelope.pistons:
+        throw = throws[piston.throw - 1]
+        assert length is not None
+        found.append(
+            Piston(
+                f"piston {piston.throw}",
+                piston.z_mm,
+                throw.angle_rad,
+                throw.crank_radius_mm,
+                length,
+                piston.skirt_below_pin_mm,
+                piston.half_width_mm,
+            )
+        )
+    for rod in envelope.rods:
+        throw = throws[rod.throw - 1]
+        assert length is not None
+        found.append(
+            Rod(
+                f"rod {rod.throw}",
+                rod.z_mm,
+                throw.angle_rad,
+                throw.crank_radius_mm,
+                length,
+                rod.big_end_radius_mm,
+                rod.shank_half_width_mm,
+            )
+        )
+    for number, shaft in enumerate(envelope.shafts, 1):
+        outline = circle_mm(shaft.radius_mm) if shaft.radius_mm is not None else np.array(shaft.outline_mm)
+        found.append(
+            OtherShaft(
+                f"shaft {number}",
+                shaft.z_mm,
+                np.array(shaft.centre_mm),
+                outline,
+                shaft.ratio,
+                shaft.phase_rad,
+            )
+        )
+    return found

@@ -1,0 +1,90 @@
+"""A design as a STEP file: its counterweights with true spline surfaces."""
+
+from __future__ import annotations
+
+from functools import lru_cache
+
+import numpy as np
+from numpy.typing import NDArray
+
+from autobalance.balancing.measured_crank import Crank
+from autobalance.design_search.build import past
+from autobalance.design_search.envelope import Amounts
+from autobalance.design_search.free_metal import FreeMetal, FreeWeb
+from autobalance.design_search.profile import DEGREE
+from autobalance.job.design import Drilling
+from autobalance.solid.cad.brep import ExactSolid
+from autobalance.solid.cad.spline import (
+    SplineBody,
+    faceted_solid,
+    sector_body,
+    step_beside,
+    with_new_metal,
+)
+
+Array = NDArray[np.float64]
+
+
+def design_step(free: FreeMetal, crank: Crank, amounts: Amounts, drillings: tuple[Drilling, ...]) -> bytes:
+    """Return a design as a STEP file.
+
+    A crank that came as STEP stays one solid with all its own surfaces. Of one that came as facets, what is
+    held is a solid of planar faces, and each counterweight one beside it.
+
+    Raises
+    ------
+    FormatError
+        If the CAD kernel is not installed.
+    SolidError
+        If the kernel cannot join them.
+    """
+    frame, source = crank.anatomy.rotor_to_file, crank.source
+    exact = source.exact
+    bodies = [_spline_body(free, web, amounts, drillings, exact is not None) for web in free.webs]
+    if exact is None:
+        return step_beside(_held(free, crank), bodies, frame, "mm")
+    sectors = [sector_body(_inner(free, web), True, free.far_mm, past(web.z_mm)) for web in free.webs]
+    return with_new_metal(exact.solid, sectors, bodies, frame).step(exact.unit, exact.name)
+
+
+@lru_cache(maxsize=1)
+def _held(free: FreeMetal, crank: Crank) -> tuple[ExactSolid, ...]:
+    """Return what is held as solids of planar faces, in the file's coordinates; the same for all designs."""
+    return tuple(faceted_solid(piece.moved(crank.anatomy.rotor_to_file).mesh) for piece in free.held.pieces())
+
+
+def _inner(free: FreeMetal, web: FreeWeb) -> Array:
+    inner: Array = free.profiles[web.part].arc_mm @ web.matrix.T
+    return inner
+
+
+def _spline_body(
+    free: FreeMetal, web: FreeWeb, amounts: Amounts, drillings: tuple[Drilling, ...], arc: bool
+) -> SplineBody:
+    body, radii = free.bodies[web.part], amounts.radii_mm[web.part]
+    low, high = web.reach_mm(amounts.thickness_mm[web.part])
+    near, far = (
+        body.profile.control_points_mm(body.radii_at(radii, depth)) @ web.matrix.T
+        for depth in (0.0, high - low)
+    )
+    holes = [
+        (*_through(web.matrix @ np.array(hole.centre_mm), past((low, high))), hole.diameter_mm)
+        for hole in body.holes
+    ]
+    oil = [(np.array(each.from_mm), np.array(each.to_mm), each.diameter_mm) for each in drillings]
+    return SplineBody(
+        near if web.grows_up else far,
+        far if web.grows_up else near,
+        body.profile.knots,
+        DEGREE,
+        _inner(free, web),
+        arc,
+        (low, high),
+        body.corner_radius_mm,
+        (*holes, *oil),
+    )
+
+
+def _through(centre_mm: Array, z_mm: tuple[float, float]) -> tuple[Array, Array]:
+    low, high = (np.array([*centre_mm, z]) for z in z_mm)
+    return low, high

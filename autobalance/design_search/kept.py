@@ -1,0 +1,83 @@
+"""A design search on disk: a line a generation, from which a search that was stopped goes on."""
+
+from __future__ import annotations
+
+import json
+import shutil
+from pathlib import Path
+from typing import Any
+
+from autobalance.design_search.search import Generation
+from autobalance.errors import FileError
+from autobalance.studies.journal import made_folder
+
+SEARCH = "search.jsonl"
+WRITTEN = ("design.json", "front.svg", "front.png", SEARCH)
+DESIGNS = "designs"
+
+
+class KeptSearch:
+    """The generations of a search in a folder; without a folder they are not kept.
+
+    Parameters
+    ----------
+    folder : Path or None
+    fingerprint : str
+        Of everything that the search depends on; each line holds it.
+    fresh : bool
+        Forget what the folder holds.
+
+    Raises
+    ------
+    FileError
+        If the folder is another design's, or cannot be written.
+    """
+
+    def __init__(self, folder: Path | None, fingerprint: str, *, fresh: bool) -> None:
+        self.generations: list[Generation] = []
+        self._folder, self._fingerprint = folder, fingerprint
+        if folder is None:
+            return
+        lines = [] if fresh else _lines(folder / SEARCH)
+        if any(line.get("design") != fingerprint for line in lines):
+            raise FileError(f"{folder} holds another design's search; needed another folder, or --fresh")
+        self.generations = [Generation.of_line(line) for line in lines]
+        made_folder(folder)
+        try:
+            if fresh:
+                _forget(folder)
+            text = "".join(self._text(generation) for generation in self.generations)
+            (folder / SEARCH).write_text(text, encoding="utf-8")
+        except OSError as error:
+            raise FileError(f"cannot write {folder}: {(error.strerror or str(error)).lower()}") from None
+
+    def keep(self, generation: Generation) -> None:
+        """Add a generation."""
+        if self._folder is not None:
+            with (self._folder / SEARCH).open("a", encoding="utf-8") as stream:
+                stream.write(self._text(generation))
+
+    def _text(self, generation: Generation) -> str:
+        return json.dumps({"design": self._fingerprint, **generation.line()}) + "\n"
+
+
+def _lines(path: Path) -> list[dict[str, Any]]:
+    """Return the whole lines of a file, up to the first that is none."""
+    if not path.exists():
+        return []
+    found = []
+    for text in path.read_text(encoding="utf-8").split("\n")[:-1]:
+        try:
+            line = json.loads(text)
+        except ValueError:
+            break
+        found.append(line if isinstance(line, dict) else {})
+    return found
+
+
+def _forget(folder: Path) -> None:
+    """Take away what a search has written."""
+    for name in WRITTEN:
+        (folder / name).unlink(missing_ok=True)
+    if (folder / DESIGNS).is_dir():
+        shutil.rmtree(folder / DESIGNS)

@@ -1,0 +1,142 @@
+"""What the report of a design search says."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+from autobalance.design_search.envelope import Constraint
+from autobalance.design_search.problem import Problem
+from autobalance.design_search.search import Candidate
+from autobalance.design_search.written import WrittenDesign
+
+Values = dict[str, Any]
+
+
+def search_values(problem: Problem, found: Sequence[Candidate]) -> Values:
+    """Return what was looked at; ``found`` are the designs of the search, in order."""
+    options = problem.design.search
+    feasible = sum(each.violation <= 0.0 for each in found)
+    return {
+        "method": options.method,
+        "seed": options.seed,
+        "evaluations": len(found),
+        "generations": math.ceil(len(found) / options.population),
+        "feasible_share": feasible / len(found),
+    }
+
+
+def design_values(problem: Problem, name: str, made: WrittenDesign, digests: Mapping[str, str]) -> Values:
+    """Return what is said of a design; ``digests`` are the sha256 of its files by name."""
+    free = problem.free
+    points = {
+        str(web.number): free.profiles[web.part].control_points_mm(made.amounts.radii_mm[web.part]).tolist()
+        for web in free.webs
+    }
+    solved: dict[str, float] = {}
+    for k, part in enumerate(free.parts):
+        solved[f"{part.name}.scale"] = float(made.amounts.radii_mm[k].mean() / free.start_mm[k].mean())
+        thickness = made.amounts.thickness_mm[k]
+        if thickness is not None:
+            solved[f"{part.name}.thickness_mm"] = thickness
+    return {
+        "id": name,
+        "objectives": _values(problem, made),
+        "constraints": [_constraint(each) for each in made.constraints],
+        "residual": {"magnitude_g_mm": made.residual.magnitude_g_mm, "worst_share": made.used_share},
+        "clearances": [
+            {"neighbour": each.neighbour, "least_mm": each.least_mm, "at_deg": math.degrees(each.at_rad)}
+            for each in made.clearances
+        ],
+        "control_points_mm": points,
+        "solved": solved,
+        "files": {
+            file: {"file": f"designs/{name}/{file}", "sha256": digest} for file, digest in digests.items()
+        },
+    }
+
+
+def _values(problem: Problem, made: WrittenDesign) -> dict[str, float]:
+    """Return a written design's objectives by name."""
+    values = problem.objectives(made.moments, lambda: made.rotor_solid(problem))
+    names = [name.removeprefix("-") for name in problem.design.search.objectives]
+    return {name: values[name] for name in names}
+
+
+def _constraint(each: Constraint) -> Values:
+    return {
+        "name": each.name,
+        "value": each.value,
+        "limit": each.limit,
+        "unit": each.unit,
+        "margin": each.margin,
+    }
+
+
+def start_values(problem: Problem) -> Values:
+    """Return what the start is worth, and what its free metal breaks."""
+    variables, moments = problem.start, problem.crank.moments
+    residual = problem.residual(moments)
+    constraints, _ = problem.constraints(variables, moments, residual)
+    broken = [each for each in constraints if each.margin < 0.0]
+    values = problem.objectives(
+        moments, lambda: problem.crank.source.solid.moved(problem.crank.anatomy.file_to_rotor)
+    )
+    return {
+        "objectives": {
+            name: values[name]
+            for name in (each.removeprefix("-") for each in problem.design.search.objectives)
+        },
+        "residual_g_mm": residual.magnitude_g_mm,
+        "feasible": not broken,
+        "violations": [
+            {
+                "constraint": each.name,
+                "by": -each.margin,
+                "unit": each.unit,
+                "at_mm": None if each.at_mm is None else list(each.at_mm),
+                "at_deg": each.at_deg,
+            }
+            for each in broken
+        ],
+        "fit_error_mm": problem.free.fit_error_mm,
+    }
+
+
+def front_values(designs: Sequence[Values], objectives: Sequence[str]) -> tuple[list[str], dict[str, str]]:
+    """Return the ids of the designs that no other beats, and the best in each objective."""
+    signs = [(-1.0 if name.startswith("-") else 1.0) for name in objectives]
+    names = [name.removeprefix("-") for name in objectives]
+    rows = [
+        [sign * each["objectives"][name] for sign, name in zip(signs, names, strict=True)] for each in designs
+    ]
+    kept = [
+        each["id"]
+        for each, own in zip(designs, rows, strict=True)
+        if not any(
+            all(a <= b for a, b in zip(other, own, strict=True))
+            and any(a < b for a, b in zip(other, own, strict=True))
+            for other in rows
+        )
+    ]
+    best = {
+        name: designs[min(range(len(rows)), key=lambda row: rows[row][column])]["id"]
+        for column, name in enumerate(names)
+    }
+    return kept, best
+
+
+def infeasible_reason(made: WrittenDesign) -> str:
+    """Say what the least violated design breaks, and which limit to release."""
+    worst = min(made.constraints, key=lambda each: each.margin / each.scale)
+    by = -worst.margin
+    if worst.name == "residual":
+        return (
+            f"no design meets the balance: the nearest leaves {worst.value:.3g} of the permissible value; "
+            "release envelope.radius_mm, radius_mm or thickness_mm, or change the factor"
+        )
+    return (
+        f"no design keeps everything: the least violated breaks {worst.name} ({worst.limit:g} {worst.unit}) "
+        f"by {by:.3g} {worst.unit}; release that limit by as much"
+    )
