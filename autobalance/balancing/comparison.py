@@ -7,8 +7,9 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 
 from autobalance import correction
-from autobalance.balancing.loop import Offers, Outcome, Result, balance, workpiece
+from autobalance.balancing.loop import Outcome, Result, balance
 from autobalance.balancing.measuring import in_memory, on_true_surfaces
+from autobalance.balancing.offers import Offers, workpiece
 from autobalance.balancing.rotor import Rotor
 from autobalance.correction import Limits
 from autobalance.correction.kind import Correction, Offer, Prefer, Workpiece
@@ -93,7 +94,7 @@ def compare(
     rotor: Rotor,
     tolerance: Tolerance,
     limits: Mapping[str, Limits],
-    prefer: Prefer = "least_metal",
+    prefer: Prefer = "simple",
     mixes: Sequence[tuple[str, ...]] | None = None,
     progress: Callable[[str], None] = lambda _: None,
 ) -> list[Row]:

@@ -10,10 +10,10 @@ import numpy as np
 
 from autobalance import correction
 from autobalance.balancing.measuring import Measure, Measured, in_memory
+from autobalance.balancing.offers import Offers, best_offer, why_not_used, workpiece
 from autobalance.balancing.rotor import Rotor
 from autobalance.correction import Limits
-from autobalance.correction.kind import Array, Correction, Cut, Offer, Prefer, Workpiece
-from autobalance.crank.anatomy import Anatomy
+from autobalance.correction.kind import Array, Correction, Cut, Offer, Prefer
 from autobalance.planning.depths import AIM, Plan
 from autobalance.planning.milp import least_share
 from autobalance.planning.relaxation import Attempt, Relaxation, relaxations
@@ -25,13 +25,10 @@ from autobalance.rigid_rotor.unbalance import Unbalance
 from autobalance.rigid_rotor.uncertainty import Budget
 from autobalance.solid.csg.solid import Solid, union
 
-Offers = Callable[[Workpiece, Limits, int], Offer]
 Outcome = Literal["within_tolerance", "already_within_tolerance", "above_tolerance"]
 
 PASSES = 6
 """Cuts of the whole crank at most; one or two are usual."""
-LOOKS = 8
-"""How often to look for metal four times deeper."""
 
 
 @dataclass(frozen=True)
@@ -57,7 +54,8 @@ class Result:
     corrected crank in file coordinates [mm], ``measured`` what was measured of it, with the bytes of its file
     where these were measured; both are None when nothing was cut. ``tools`` are the corrections' bodies, file
     coordinates. ``initial_doubt`` and ``doubt`` tell how far ``initial`` and ``residual`` may be off.
-    ``made`` are the cuts behind the corrections, each with its depth.
+    ``made`` are the cuts behind the corrections, each with its depth; ``notes`` tell of kinds that have no
+    place and of drills that were not used.
     """
 
     outcome: Outcome
@@ -74,6 +72,7 @@ class Result:
     initial_doubt: Budget | None = None
     doubt: Budget | None = None
     made: tuple[tuple[Cut, float], ...] = ()
+    notes: tuple[str, ...] = ()
 
     def __getstate__(self) -> dict[str, object]:
         """Leave the cuts behind when pickled: they hold parts of the solid's kernel."""
@@ -99,7 +98,7 @@ def balance(
     methods: Sequence[Limits],
     measure: Measure = in_memory,
     progress: Callable[[str], None] = lambda _: None,
-    prefer: Prefer = "least_metal",
+    prefer: Prefer = "simple",
     advise: bool = True,
     offers: Offers = correction.offer,
     cut_anyway: bool = False,
@@ -145,14 +144,15 @@ def balance(
     if not cut_anyway and tolerance.is_met_by(initial, initial_doubt):
         return untouched("already_within_tolerance", None)
     progress("planning the correction")
-    offer, plan = _best_offer(rotor, tolerance, methods, initial, prefer, offers)
+    found = best_offer(rotor, tolerance, methods, initial, prefer, offers)
+    offer, plan = found.offer, found.plan
 
     def fixes() -> list[Relaxation]:
         if not advise:
             return []
         progress("looking for what would suffice")
         work = workpiece(rotor, tolerance, initial, 1.0)
-        return relaxations(Attempt(work, tuple(methods), offer, initial, tolerance))
+        return relaxations(Attempt(work, found.methods, offer, initial, tolerance))
 
     def bound() -> float:
         return least_share(initial, tolerance, offer)
@@ -163,7 +163,7 @@ def balance(
         reason = tolerance.why_not(initial, initial_doubt, plan.binding) or _reason(
             rotor, tolerance, offer, plan, initial, fixes(), bound()
         )
-        return untouched("above_tolerance", reason, steps)
+        return replace(untouched("above_tolerance", reason, steps), notes=found.notes)
 
     if not plan.depths_mm.any():
         return left_alone()
@@ -214,6 +214,7 @@ def balance(
         made=tuple(
             (cut, float(depth)) for cut, depth in zip(offer.cuts, best.depths_mm, strict=True) if depth > 0.0
         ),
+        notes=(*found.notes, *why_not_used(offer, plan, initial, tolerance, prefer)),
     )
 
 
@@ -246,41 +247,8 @@ def _corrections(cuts: Sequence[Cut], depths_mm: Array) -> tuple[Correction, ...
     return tuple(made)
 
 
-def _best_offer(
-    rotor: Rotor,
-    tolerance: Tolerance,
-    methods: Sequence[Limits],
-    initial: Unbalance,
-    prefer: Prefer,
-    offers: Offers = correction.offer,
-) -> tuple[Offer, Plan]:
-    """Return the first set of cuts that reaches the aim, else the one that comes nearest."""
-    best: tuple[Offer, Plan] | None = None
-    for effort in range(max(correction.efforts(limits) for limits in methods)):
-        look = 1.0
-        for _ in range(LOOKS):
-            work = workpiece(rotor, tolerance, initial, look)
-            offer = correction.joined(
-                [offers(work, limits, min(effort, correction.efforts(limits) - 1)) for limits in methods]
-            )
-            plan = choose(initial, tolerance, offer, prefer=prefer)
-            if best is None or plan.share < best[1].share * (1.0 - AIM):
-                best = offer, plan
-            at_end = [
-                cut.limit_is_reach and depth >= cut.max_depth_mm - 1e-9
-                for cut, depth in zip(offer.cuts, plan.depths_mm, strict=True)
-            ]
-            if plan.share <= AIM or not any(at_end):
-                break
-            look *= 4.0
-        if best is not None and best[1].share <= AIM:
-            break
-    assert best is not None
-    return best
-
-
 def planned(
-    rotor: Rotor, tolerance: Tolerance, methods: Sequence[Limits], prefer: Prefer = "least_metal"
+    rotor: Rotor, tolerance: Tolerance, methods: Sequence[Limits], prefer: Prefer = "simple"
 ) -> tuple[tuple[Correction, ...], Unbalance]:
     """Return what would be cut and what that would leave, without cutting.
 
@@ -290,39 +258,8 @@ def planned(
         If a correction cannot be set up as asked.
     """
     now = rotor.moments + rotor.loads
-    offer, plan = _best_offer(rotor, tolerance, methods, Unbalance.of(now), prefer)
-    return _corrections(offer.cuts, plan.depths_mm), plan.predicted
-
-
-def workpiece(rotor: Rotor, tolerance: Tolerance, initial: Unbalance, look: float = 1.0) -> Workpiece:
-    """Return a rotor's crank as the kinds of correction see it, with the unbalance to be moved."""
-    return Workpiece(
-        rotor.solid,
-        rotor.anatomy,
-        rotor.faces,
-        rotor.density_g_mm3,
-        heavy_vectors(initial, tolerance, rotor.anatomy),
-        look,
-        tolerance.service_speed_rad_s,
-        rotor.earlier,
-    )
-
-
-def heavy_vectors(
-    unbalance: Unbalance, tolerance: Tolerance, anatomy: Anatomy
-) -> tuple[tuple[float, Array], tuple[float, Array]]:
-    """Return the unbalance as vectors at the first and the last web: where metal can be taken.
-
-    A static verdict, or a crank with one web, takes half of the resultant at each.
-    """
-    first, last = anatomy.webs[0], anatomy.webs[-1]
-    z0 = 0.5 * (first.z_min_mm + first.z_max_mm)
-    z1 = 0.5 * (last.z_min_mm + last.z_max_mm)
-    if tolerance.judge == "static" or z0 == z1:
-        half = 0.5 * unbalance.resultant_g_mm
-        return (z0, half), (z1, half)
-    a, b = unbalance.in_planes(z0, z1)
-    return (z0, a), (z1, b)
+    found = best_offer(rotor, tolerance, methods, Unbalance.of(now), prefer)
+    return _corrections(found.offer.cuts, found.plan.depths_mm), found.plan.predicted
 
 
 def _cut_and_measure(

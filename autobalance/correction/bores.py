@@ -8,7 +8,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from autobalance.correction.hole import Direction, Site
+from autobalance.correction.hole import Direction
+from autobalance.correction.sites import Site
 from autobalance.correction.walls import Axis, Surface, edge_pairs
 from autobalance.crank.anatomy import Web
 from autobalance.solid.mesh.components import components

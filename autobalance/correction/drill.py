@@ -9,20 +9,15 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from autobalance.correction.bores import old_sites
+from autobalance.correction.drill_sizes import SERIES_MM, likely_sizes_mm
 from autobalance.correction.hole import (
     Direction,
     Hole,
     Sectors,
-    Site,
-    find_sites,
-    in_sectors,
     keep_apart,
-    make_holes,
-    reach_of,
     refuse_diameters,
     refuse_sectors,
     refuse_wide,
-    site_angles,
 )
 from autobalance.correction.kind import (
     Correction,
@@ -33,12 +28,25 @@ from autobalance.correction.kind import (
     Limits,
     MoreCuts,
     Offer,
+    Otherwise,
     Relaxing,
+    Variety,
     Workpiece,
 )
+from autobalance.correction.patches import heavy_vector
 from autobalance.correction.relaxing import deeper, thinner
 from autobalance.correction.room import Room
-from autobalance.correction.walls import HoleLimits, Surface, wall_left_mm
+from autobalance.correction.sites import (
+    Places,
+    Site,
+    Zone,
+    find_sites,
+    in_sectors,
+    in_zone,
+    make_holes,
+    reach_of,
+)
+from autobalance.correction.walls import CONTINUATION_RAD, HoleLimits, Surface, wall_left_mm
 from autobalance.crank.anatomy import Anatomy
 from autobalance.errors import CorrectionError
 from autobalance.graphics.words import degrees, number
@@ -56,8 +64,10 @@ class DrillLimits(Limits):
     ----------
     direction : "radial" or "axial"
         Into the rim, towards the axis; or into the web, along the axis.
-    diameters_mm : tuple of float
-        Drills at hand.
+    diameters_mm : tuple of float or None
+        Drills at hand; None: the program picks from the whole and half millimetres 4 to 25.
+    max_drills : int
+        Different drills in one plan, at most.
     point_angle_deg : float
         118 is that of a common twist drill; 180 a flat bottom.
     min_depth_mm, max_depth_mm, depth_step_mm : float
@@ -71,6 +81,10 @@ class DrillLimits(Limits):
     sectors_deg : tuple of (float, float)
         Where the axes of holes may lie: angles in the rotor frame, counter-clockwise from the first to
         the second; (0, 360) is all around.
+    zone : "counterweights" or "anywhere"
+        Webs with a counterweight only, on the side of the axis away from the crankpin; or any web.
+    max_obliquity_deg : float
+        Between a hole's axis and the normal of the surface that it enters: a drill runs off a slanted one.
     deepen : bool
         Blind holes that are there may be deepened by a drill of their diameter (to 2 %); the depth then
         counts from the old bottom on the axis to the new shoulder, from 0.1 mm on; ``max_depth_mm`` holds
@@ -78,7 +92,8 @@ class DrillLimits(Limits):
     """
 
     direction: Direction = "radial"
-    diameters_mm: tuple[float, ...] = (8.0, 10.0, 12.0)
+    diameters_mm: tuple[float, ...] | None = None
+    max_drills: int = 2
     point_angle_deg: float = 118.0
     min_depth_mm: float = 2.0
     max_depth_mm: float = 25.0
@@ -87,13 +102,25 @@ class DrillLimits(Limits):
     min_wall_mm: float = 3.0
     min_spacing_mm: float = 3.0
     sectors_deg: Sectors = ((0.0, 360.0),)
+    zone: Zone = "counterweights"
+    max_obliquity_deg: float = 15.0
     deepen: bool = False
 
     def __post_init__(self) -> None:
         """Refuse limits that contradict each other."""
         if self.direction not in ("radial", "axial"):
             raise CorrectionError(f"drill.direction is {self.direction!r}; must be 'radial' or 'axial'")
-        refuse_diameters("drill", self.diameters_mm)
+        if self.zone not in ("counterweights", "anywhere"):
+            raise CorrectionError(f"drill.zone is {self.zone!r}; must be 'counterweights' or 'anywhere'")
+        if self.diameters_mm is not None:
+            refuse_diameters("drill", self.diameters_mm)
+        if self.max_drills < 1:
+            raise CorrectionError(f"drill.max_drills is {self.max_drills}; must be ≥ 1")
+        most = math.degrees(CONTINUATION_RAD)
+        if not 0.0 <= self.max_obliquity_deg <= most:
+            raise CorrectionError(
+                f"drill.max_obliquity_deg is {self.max_obliquity_deg:g}; must be 0 to {most:g}"
+            )
         refuse_sectors("drill", self.sectors_deg)
         if not 30.0 <= self.point_angle_deg <= 180.0:
             raise CorrectionError(f"drill.point_angle_deg is {self.point_angle_deg:g}; must be 30 to 180")
@@ -151,6 +178,11 @@ class DrillCut:
     def web(self) -> int:
         """Number of the web."""
         return self.site.web
+
+    @property
+    def setting(self) -> str:
+        """The drill."""
+        return f"drill {2.0 * self.hole.radius_mm:g}"
 
     @property
     def label(self) -> str:
@@ -223,15 +255,23 @@ class Drill(Kind[DrillLimits]):
     noun = "Drilled hole"
     datum = "the surface on the hole's axis, without the point"
     limits = DrillLimits
+    efforts = 2
     has_axis = True
     finishes = True
 
     def offer(self, work: Workpiece, limits: DrillLimits, effort: int) -> Offer:
         """Return the holes that a job's limits allow, which keep a spacing and are limited in number."""
-        heavy = sum((vector for _, vector in work.heavy_at), np.zeros(2))
+        every = cuts(
+            work.solid,
+            work.anatomy,
+            work.density_g_mm3,
+            lambda z_mm: heavy_vector(work.heavy_at, z_mm),
+            replace(limits, diameters_mm=likely_sizes_mm(work, limits, effort)),
+            effort,
+        )
         found = [
             cut
-            for cut in cuts(work.solid, work.anatomy, work.density_g_mm3, heavy, limits)
+            for cut in every
             if not (cut.site.sunk_mm and work.is_filled(self.name, cut.hole.axis.entry_mm))
         ]
         apart = keep_apart(
@@ -247,7 +287,14 @@ class Drill(Kind[DrillLimits]):
             )
             left = max(0, limits.max_holes - work.made_earlier(self.name, web))
             counts.append(Count(members, left, f"max_holes = {limits.max_holes} in web {web}"))
-        return Offer(tuple(found), apart=apart, counts=tuple(counts))
+        radii = sorted({cut.hole.radius_mm for cut in found})
+        drills = tuple(
+            tuple(k for k, cut in enumerate(found) if cut.hole.radius_mm == radius) for radius in radii
+        )
+        few = Variety(drills, limits.max_drills, f"max_drills = {limits.max_drills}")
+        return Offer(
+            tuple(found), apart=apart, counts=tuple(counts), varieties=(few,), notes=_no_place(limits, radii)
+        )
 
     def relaxing(self, limits: DrillLimits) -> Sequence[Relaxing]:
         """Return more holes, deeper ones, and thinner walls."""
@@ -257,7 +304,10 @@ class Drill(Kind[DrillLimits]):
             return f"{more} more hole{plural} on a counterweight (max_holes = {limits.max_holes + more})"
 
         more = MoreCuts("max_holes", limits.max_holes, say)
-        return more, *deeper(limits.max_depth_mm), *thinner(limits.min_wall_mm)
+        ways: list[Relaxing] = [more, *deeper(limits.max_depth_mm), *thinner(limits.min_wall_mm)]
+        if limits.zone == "anywhere":
+            return ways
+        return *ways, Otherwise({"zone": "anywhere"}, 'holes outside the counterweights (zone = "anywhere")')
 
     def instruction(self, item: Item, figures: Figures) -> str:
         """Return what to drill, where."""
@@ -281,7 +331,12 @@ KIND = Drill()
 
 
 def cuts(
-    solid: Solid, anatomy: Anatomy, density_g_mm3: float, wanted: Array, limits: DrillLimits
+    solid: Solid,
+    anatomy: Anatomy,
+    density_g_mm3: float,
+    wanted: Array | Callable[[float], Array],
+    limits: DrillLimits,
+    effort: int = 0,
 ) -> list[DrillCut]:
     """Set up every hole that may be drilled, each diameter and place by itself.
 
@@ -289,25 +344,30 @@ def cuts(
     ----------
     solid : Solid
         The crank in file coordinates.
-    wanted : (2,) float
-        A direction that one of the places tried lies in, where the sectors allow all angles.
+    wanted : (2,) float or callable
+        A direction that one of the places tried lies in, or what returns it for a z [mm].
+    effort : int
+        How fine a grid of angles is tried.
 
     Raises
     ------
     CorrectionError
         If no drill fits anywhere: larger than the counterweight, no wall left, no metal in the sectors.
     """
-    refuse_wide("drill", limits.diameters_mm, limits.min_wall_mm, anatomy, limits.direction)
+    diameters = SERIES_MM if limits.diameters_mm is None else limits.diameters_mm
+    refuse_wide("drill", diameters, limits.min_wall_mm, anatomy, limits.direction)
     surface = Surface.of(solid.mesh, anatomy.file_to_rotor)
-    angles = site_angles(limits.sectors_deg, np.asarray(wanted, dtype=np.float64))
+    towards = wanted if callable(wanted) else lambda _, fixed=wanted: np.asarray(fixed, dtype=np.float64)
+    oblique = math.radians(limits.max_obliquity_deg)
+    places = Places(limits.direction, limits.sectors_deg, towards, effort, limits.zone, oblique)
     half_point = math.radians(0.5 * limits.point_angle_deg)
     room = HoleLimits(limits.min_wall_mm, half_point, limits.min_depth_mm, limits.max_depth_mm)
     found: list[DrillCut] = []
     seen = False
-    radii = sorted(0.5 * diameter for diameter in set(limits.diameters_mm))
+    radii = sorted(0.5 * diameter for diameter in set(diameters))
     for group in [radii] if limits.direction == "radial" else [[radius] for radius in radii]:
         margin = group[-1] + limits.min_wall_mm
-        sites = list(find_sites(surface, anatomy, limits.direction, angles, margin))
+        sites = list(find_sites(surface, anatomy, places, margin))
         seen |= bool(sites)
         for web, metal in reach_of(solid, anatomy, sites, group[-1]).items():
             here = [site for site in sites if site.web == web]
@@ -316,9 +376,9 @@ def cuts(
                     cut = _cut(site, hole, deepest, limits, density_g_mm3)
                     found += [] if cut is None else [cut]
     if limits.deepen:
-        found += _deepened(solid, anatomy, surface, density_g_mm3, limits)
+        found += _deepened(solid, anatomy, surface, density_g_mm3, replace(limits, diameters_mm=diameters))
     if not found:
-        raise CorrectionError(_why_none(limits, seen))
+        raise CorrectionError(_why_none(limits, diameters, seen, anatomy))
     return found
 
 
@@ -336,9 +396,10 @@ def _deepened(
         (site, 0.5 * diameter)
         for web in anatomy.webs
         for site, radius in old_sites(surface, web, limits.direction, limits.min_wall_mm)
-        for diameter in sorted(set(limits.diameters_mm))
+        for diameter in sorted(set(limits.diameters_mm or ()))
         if abs(diameter - 2.0 * radius) <= SAME_DIAMETER * diameter
         and in_sectors(site.angle_rad, limits.sectors_deg)
+        and in_zone(anatomy, web, site.angle_rad, limits.zone)
     ]
     if not fitting:
         return []
@@ -376,12 +437,32 @@ def _cut(
     )
 
 
-def _why_none(limits: DrillLimits, seen: bool) -> str:
-    sizes = ", ".join(f"{diameter:g}" for diameter in limits.diameters_mm)
+def _no_place(limits: DrillLimits, radii_mm: Sequence[float]) -> tuple[str, ...]:
+    """Return a note on each drill at hand of which no hole fits."""
+    return tuple(
+        f"the drill of {diameter:g} mm is not used: no hole of it fits with min_wall_mm = "
+        f"{limits.min_wall_mm:g}, min_depth_mm = {limits.min_depth_mm:g}, zone = {limits.zone} and "
+        f"max_obliquity_deg = {limits.max_obliquity_deg:g}"
+        for diameter in sorted(set(limits.diameters_mm or ()))
+        if 0.5 * diameter not in radii_mm
+    )
+
+
+def _why_none(limits: DrillLimits, diameters_mm: Sequence[float], seen: bool, anatomy: Anatomy) -> str:
+    zoned = limits.zone == "counterweights"
+    if zoned and not any(web.counterweight for web in anatomy.webs):
+        return 'drill.zone = "counterweights": no web has a counterweight; zone = "anywhere" takes any web'
+    wider = '; zone = "anywhere" takes more of the webs' if zoned else ""
     if not seen:
         sectors = ", ".join(f"[{start:g}, {end:g}]" for start, end in limits.sectors_deg)
-        return f"drill.sectors_deg = {sectors}: no web has a surface there that a drill can start on"
+        return (
+            f"drill.sectors_deg = {sectors}: no web has a surface there that a drill can start on within "
+            f"max_obliquity_deg = {limits.max_obliquity_deg:g}{wider}"
+        )
+    sizes = ", ".join(f"{diameter:g}" for diameter in diameters_mm)
+    if tuple(diameters_mm) == SERIES_MM:
+        sizes = f"{SERIES_MM[0]:g} to {SERIES_MM[-1]:g}"
     return (
         f"no hole of {sizes} mm fits into any counterweight with min_wall_mm = {limits.min_wall_mm:g} and "
-        f"min_depth_mm = {limits.min_depth_mm:g}; a smaller drill, wall or depth is needed"
+        f"min_depth_mm = {limits.min_depth_mm:g}; a smaller drill, wall or depth is needed{wider}"
     )

@@ -294,7 +294,15 @@ class WiderLimits:
     say: Callable[[dict[str, float]], str]
 
 
-Relaxing = MoreCuts | WiderLimits
+@dataclass(frozen=True)
+class Otherwise:
+    """Limits that may be chosen otherwise: fields to replace, and what to say of it."""
+
+    changed: Mapping[str, Any]
+    text: str
+
+
+Relaxing = MoreCuts | WiderLimits | Otherwise
 Item = Mapping[str, Any]
 """A correction as the report lists it: `Correction` with its details as JSON values."""
 

@@ -13,7 +13,7 @@ from functools import cached_property
 
 import numpy as np
 
-from autobalance.correction.hole import Sectors, in_sectors, refuse_sectors
+from autobalance.correction.hole import Sectors, refuse_sectors
 from autobalance.correction.kind import (
     Array,
     Correction,
@@ -28,6 +28,7 @@ from autobalance.correction.kind import (
 from autobalance.correction.patches import face_region, heavy_direction
 from autobalance.correction.relaxing import deeper, thinner
 from autobalance.correction.room import Room, blocks, keep_apart, sector_corners
+from autobalance.correction.sites import in_sectors
 from autobalance.crank.anatomy import Face
 from autobalance.errors import CorrectionError
 from autobalance.graphics.words import degrees, number

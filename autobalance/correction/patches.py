@@ -180,13 +180,18 @@ def _farthest_out_of_each_web(
     return chosen
 
 
-def heavy_direction(heavy_at: Sequence[tuple[float, Array]], z_mm: float) -> Array | None:
-    """Return the unit vector (2,) of the heavy side at a place along the axis; None where nothing is."""
+def heavy_vector(heavy_at: HeavyAt, z_mm: float) -> Array:
+    """Return the heavy vector (2,) at a place along the axis, between the two that are known."""
     (z0, u0), (z1, u1) = heavy_at
     share = min(max((z_mm - z0) / (z1 - z0), 0.0), 1.0) if z1 != z0 else 0.0
-    vector = (1.0 - share) * u0 + share * u1
+    return np.asarray((1.0 - share) * u0 + share * u1)
+
+
+def heavy_direction(heavy_at: Sequence[tuple[float, Array]], z_mm: float) -> Array | None:
+    """Return the unit vector (2,) of the heavy side at a place along the axis; None where nothing is."""
+    vector = heavy_vector(heavy_at, z_mm)
     length = math.hypot(*vector)
-    scale = max(math.hypot(*u0), math.hypot(*u1))
+    scale = max(math.hypot(*u) for _, u in heavy_at)
     return vector / length if length > 1e-6 * scale else None
 
 

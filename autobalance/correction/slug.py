@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -14,16 +14,10 @@ from autobalance.correction.hole import (
     Direction,
     Hole,
     Sectors,
-    Site,
-    find_sites,
-    in_sectors,
     keep_apart,
-    make_holes,
-    reach_of,
     refuse_diameters,
     refuse_sectors,
     refuse_wide,
-    site_angles,
 )
 from autobalance.correction.kind import (
     Apart,
@@ -40,7 +34,9 @@ from autobalance.correction.kind import (
     Relaxing,
     Workpiece,
 )
+from autobalance.correction.patches import heavy_vector
 from autobalance.correction.room import Room, bar
+from autobalance.correction.sites import Places, Site, find_sites, in_sectors, make_holes, reach_of
 from autobalance.correction.walls import Axis, HoleLimits, Surface, wall_left_mm
 from autobalance.errors import CorrectionError
 from autobalance.graphics.words import number
@@ -135,6 +131,11 @@ class SlugCut:
         return "the lengths of slugs at hand"
 
     @property
+    def setting(self) -> str:
+        """The slug."""
+        return f"slug {2.0 * self.hole.radius_mm:g} x {self.length_mm:g}"
+
+    @property
     def label(self) -> str:
         """Short name for messages."""
         degrees = math.degrees(self.site.angle_rad) % 360.0
@@ -225,6 +226,11 @@ class FillCut:
     limit_is_reach: bool = False
     adds_metal: bool = False
     limit: str = "the lengths of slugs at hand"
+
+    @property
+    def setting(self) -> str:
+        """The slug, which needs no bore."""
+        return f"slug {2.0 * self.radius_mm:g} x {self.length_mm:g} in a hole"
 
     @property
     def label(self) -> str:
@@ -361,6 +367,7 @@ class Slug(Kind[SlugLimits]):
     noun = "Slug"
     datum = "the surface on the bore's axis"
     limits = SlugLimits
+    efforts = 3
     has_axis = True
     mixed_with = ("drill",)
     remedy = SlugLimits(
@@ -370,7 +377,6 @@ class Slug(Kind[SlugLimits]):
 
     def offer(self, work: Workpiece, limits: SlugLimits, effort: int) -> Offer:
         """Return the slugs that a job's limits allow."""
-        heavy: Array = sum((vector for _, vector in work.heavy_at), np.zeros(2))
         filled: list[FillCut] = []
         if limits.fill:
             surface = Surface.of(work.solid.mesh, work.anatomy.file_to_rotor)
@@ -380,7 +386,7 @@ class Slug(Kind[SlugLimits]):
                 if not work.is_taken(self.name, each.hole.axis.entry_mm)
             ]
         try:
-            found = cuts(work, -heavy, limits)
+            found = cuts(work, lambda z_mm: -heavy_vector(work.heavy_at, z_mm), limits, effort)
         except CorrectionError:
             if not filled:
                 raise
@@ -431,8 +437,13 @@ class Slug(Kind[SlugLimits]):
 KIND = Slug()
 
 
-def cuts(work: Workpiece, wanted: Array, limits: SlugLimits) -> list[SlugCut]:
+def cuts(
+    work: Workpiece, wanted: Array | Callable[[float], Array], limits: SlugLimits, effort: int = 0
+) -> list[SlugCut]:
     """Set up every slug that may be pressed in, each diameter, length and place by itself.
+
+    ``wanted`` is a direction (2,) that one of the places tried lies in, or what returns it for a z [mm];
+    more ``effort`` takes a finer grid of angles.
 
     Raises
     ------
@@ -441,11 +452,12 @@ def cuts(work: Workpiece, wanted: Array, limits: SlugLimits) -> list[SlugCut]:
     """
     refuse_wide("slug", limits.diameters_mm, limits.min_wall_mm, work.anatomy, limits.direction)
     surface = Surface.of(work.solid.mesh, work.anatomy.file_to_rotor)
-    angles = site_angles(limits.sectors_deg, wanted)
+    towards = wanted if callable(wanted) else lambda _, fixed=wanted: np.asarray(fixed, dtype=np.float64)
+    places = Places(limits.direction, limits.sectors_deg, towards, effort)
     lengths = sorted(set(limits.lengths_mm))
     found: list[SlugCut] = []
     for radius in sorted(0.5 * diameter for diameter in set(limits.diameters_mm)):
-        sites = list(find_sites(surface, work.anatomy, limits.direction, angles, radius + limits.min_wall_mm))
+        sites = list(find_sites(surface, work.anatomy, places, radius + limits.min_wall_mm))
         room = HoleLimits(limits.min_wall_mm, FLAT_BOTTOM_RAD, lengths[0], lengths[-1] + radius)
         for web, metal in reach_of(work.solid, work.anatomy, sites, radius).items():
             here = [site for site in sites if site.web == web]

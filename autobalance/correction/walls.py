@@ -97,6 +97,12 @@ class Surface:
         """Return where the line along an axis meets the triangles: τ, ascending, and the triangles' rows."""
         return met(axis.local(self.corners))
 
+    def obliquity_rad(self, axis: Axis, entry_row: int) -> float:
+        """Return the angle between an axis and the normal of the triangle that it enters."""
+        a, b, c = self.corners[entry_row]
+        normal = np.cross(b - a, c - a)
+        return math.acos(min(max(-float(normal @ axis.inward) / float(np.linalg.norm(normal)), -1.0), 1.0))
+
     def others(self, axis: Axis, entry_row: int) -> tuple[Array | None, float]:
         """Return the triangles (k, 3, 3) that are no continuation of the entry, and the entry's least τ.
 

@@ -140,6 +140,17 @@ class Anatomy:
         back[:3, 3] = -turn.T @ shift
         return back
 
+    def throws_of(self, web: Web) -> tuple[Throw, ...]:
+        """Return the throws whose crankpins a web carries: one, or two between which it stands."""
+        middle = 0.5 * (web.z_min_mm + web.z_max_mm)
+        pins: list[tuple[float, Throw | None]] = [
+            *((float(throw.crankpin.centre_mm[2]), throw) for throw in self.throws),
+            *((float(journal.centre_mm[2]), None) for journal in self.main_journals),
+        ]
+        below = max((pin for pin in pins if pin[0] < middle), key=lambda pin: pin[0], default=(0.0, None))
+        above = min((pin for pin in pins if pin[0] >= middle), key=lambda pin: pin[0], default=(0.0, None))
+        return tuple(throw for _, throw in (below, above) if throw is not None)
+
 
 @dataclass(frozen=True, eq=False)
 class PinHint:

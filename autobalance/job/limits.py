@@ -52,9 +52,7 @@ def read_correction(root: Table) -> tuple[tuple[str, ...], tuple[Limits, ...]]:
 
 def read_prefer(root: Table) -> Prefer:
     """Return what a job wants spared."""
-    prefer: Prefer = root.table("correction", correction_keys()).optional(
-        "prefer", Prefer, default="least_metal"
-    )
+    prefer: Prefer = root.table("correction", correction_keys()).optional("prefer", Prefer, default="simple")
     return prefer
 
 

@@ -223,7 +223,7 @@ class Job:
     methods: tuple[Limits, ...]
     method_names: tuple[str, ...]
     raw: Mapping[str, Any]
-    prefer: Prefer = "least_metal"
+    prefer: Prefer = "simple"
     shafts: tuple[BalanceShaftEntry, ...] = ()
     depth_tolerance_mm: float | None = None
     cycle: Cycle | None = None

@@ -36,7 +36,9 @@ OUT_OF_REACH = 1.0
 """Cost above the bound, in usual corrections, that only excess residual makes: the most cuts are for that."""
 
 
-def solve(task: Task, tables: Sequence[Array], least_count: int, sizes: Sequence[int]) -> tuple[Array, float]:
+def solve(
+    task: Task, tables: Sequence[Array], least_count: int, sizes: Sequence[int], nodes: int = NODES
+) -> tuple[Array, float]:
     """Return depths by the integer programme over the cuts that look best in its relaxation, and its bound.
 
     The relaxation's value is a bound for the whole programme: where the few come near it, the rest need not
@@ -63,6 +65,7 @@ def solve(task: Task, tables: Sequence[Array], least_count: int, sizes: Sequence
             [effects[k] for k in few],
             least_count,
             slack,
+            nodes,
         )
         if here < value:
             value = here
@@ -181,6 +184,7 @@ def _solve_few(
     effects: Sequence[Sequence[Moments]],
     least_count: int,
     slack: float,
+    nodes: int,
 ) -> tuple[Array, float]:
     """Solve the mixed-integer programme: λ for each breakpoint, a switch for each cut, the excess share."""
     from scipy.optimize import Bounds, LinearConstraint, milp
@@ -192,7 +196,7 @@ def _solve_few(
             integrality=rules.integrality,
             bounds=Bounds(rules.lower, rules.upper),
             constraints=LinearConstraint(rules.matrix, rules.lower_rows, rules.upper_rows),
-            options={"mip_rel_gap": slack, "node_limit": NODES, "presolve": False},
+            options={"mip_rel_gap": slack, "node_limit": nodes, "presolve": False},
         )
     depths = np.zeros(len(task.cuts))
     if answer.x is None:

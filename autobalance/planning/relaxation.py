@@ -8,7 +8,7 @@ from typing import Any
 
 from autobalance import correction
 from autobalance.correction import Limits
-from autobalance.correction.kind import Kind, MoreCuts, Offer, WiderLimits, Workpiece
+from autobalance.correction.kind import Kind, MoreCuts, Offer, Relaxing, WiderLimits, Workpiece
 from autobalance.errors import CorrectionError
 from autobalance.planning.depths import Plan
 from autobalance.planning.milp import least_share
@@ -65,10 +65,20 @@ def relaxations(tried: Attempt) -> list[Relaxation]:
     found = []
     for number, limits in enumerate(tried.methods):
         for way in correction.kind_of(limits).relaxing(limits):
-            relaxed = _more(tried, way) if isinstance(way, MoreCuts) else _wider(tried, number, way)
+            relaxed = _relaxed(tried, number, way)
             found += [] if relaxed is None else [relaxed]
     found += _remedies(tried)
     return sorted(found, key=lambda relaxed: relaxed.metal_g)[:TRIED]
+
+
+def _relaxed(tried: Attempt, number: int, way: Relaxing) -> Relaxation | None:
+    if isinstance(way, MoreCuts):
+        return _more(tried, way)
+    if isinstance(way, WiderLimits):
+        return _wider(tried, number, way)
+    methods = list(tried.methods)
+    methods[number] = replace(methods[number], **way.changed)
+    return _if_enough(tried, tried.offer_with(*methods), lambda _: way.text)
 
 
 def _if_enough(tried: Attempt, offer: Offer | None, say: Callable[[Plan], str]) -> Relaxation | None:

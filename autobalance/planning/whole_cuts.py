@@ -8,15 +8,18 @@ rounds them to the machine's steps together, so that the residual stays least.
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 
 import numpy as np
 
 from autobalance.correction.kind import Array, Offer, Prefer
+from autobalance.planning.common_depths import Groups, common_depths
 from autobalance.planning.depth_steps import finished, rounding_share, settled
 from autobalance.planning.depths import AIM, Plan, judged_plan, plan_depths
 from autobalance.planning.enumeration import lightest_set
-from autobalance.planning.milp import FEW, solve
+from autobalance.planning.milp import FEW, NODES, solve
 from autobalance.planning.milp_model import EXCESS_WEIGHT, add_points, breakpoints
+from autobalance.planning.simplest import WHOLE_CUTS_SHARE, enough_share, rank, simplest
 from autobalance.planning.task import Task, is_discrete, usual
 from autobalance.rigid_rotor.tolerance import Tolerance
 from autobalance.rigid_rotor.unbalance import Unbalance
@@ -29,6 +32,10 @@ HOPELESS = 3.0
 """Share of the permissible value that no better look at the exact curves makes up."""
 ROUNDED = 0.5
 """Share of the permissible value that rounding to machine steps may leave before more cuts are tried."""
+FEW_DIFFERENT = 2
+"""Different cuts of a simple plan beyond which a plan of the fewest cuts, simplified, may be simpler."""
+FEW_AIM, FEW_NODES = 0.1, 10
+"""Share of the permissible value, and branches, for that plan: it takes longest of all."""
 UNSEEN = 0.03
 """How near to what unseen cuts weigh at least the lightest few are taken for good, as a share."""
 
@@ -62,6 +69,8 @@ def choose(
     -------
     Plan
     """
+    if prefer == "simple" and offer.cuts:
+        return _simplest(Task(residual, tolerance, offer, prefer, aim, *usual(offer)), start_mm)
     if not offer.cuts or (not is_discrete(offer) and prefer == "least_metal"):
         return plan_depths(
             residual,
@@ -85,6 +94,28 @@ def choose(
         again = finished(task, _chosen(task, int(np.count_nonzero(plan.depths_mm)) + extra, FEW))
         plan = again if again.share < plan.share * (1.0 - aim) else plan
     return plan
+
+
+def _simplest(task: Task, start_mm: Array | None) -> Plan:
+    """Return the simplest plan; an earlier one's cuts and common depths are kept if they still serve."""
+    if start_mm is not None and start_mm.any():
+        groups = Groups.apart(task, start_mm)
+        kept = common_depths(task, groups, max(enough_share(task), rounding_share(task, start_mm)))
+        if kept is not None:
+            return kept
+    light = choose(task.residual, task.tolerance, task.offer, aim=task.aim)
+    plan = simplest(task, [light])
+    is_simple = plan.share <= enough_share(task) and rank(task, plan)[0] <= FEW_DIFFERENT
+    if not is_discrete(task.offer) or plan.share > HOPELESS or is_simple:
+        return plan
+    sparing = replace(task, prefer="fewest_holes", aim=FEW_AIM)
+    few = finished(sparing, _chosen(sparing, 0, FEW[:1], rounds=1, nodes=FEW_NODES))
+    return simplest(task, [plan, few], search=False)
+
+
+def is_enough(plan: Plan, offer: Offer) -> bool:
+    """Tell whether a plan leaves so little that looking for other cuts is not worth it."""
+    return plan.share <= (WHOLE_CUTS_SHARE if is_discrete(offer) else AIM)
 
 
 def _first(task: Task) -> Plan:
@@ -117,12 +148,14 @@ def _weight(task: Task, plan: Plan) -> float:
     return sum(task.cost(cut.effect(float(d))) for cut, d in zip(task.cuts, plan.depths_mm, strict=True) if d)
 
 
-def _chosen(task: Task, least_count: int, sizes: Sequence[int], rounds: int = ROUNDS) -> Plan:
+def _chosen(
+    task: Task, least_count: int, sizes: Sequence[int], rounds: int = ROUNDS, nodes: int = NODES
+) -> Plan:
     """Return depths by the mixed-integer programme, refined until they hold on the exact curves."""
     tables = breakpoints(task)
     best = settled(task, np.zeros(len(task.cuts)))
     for _ in range(rounds):
-        depths, bound = solve(task, tables, least_count, sizes)
+        depths, bound = solve(task, tables, least_count, sizes, nodes)
         here = settled(task, depths)
         is_new = here.share < REFINED * best.share and bound < EXCESS_WEIGHT
         if here.share < best.share:

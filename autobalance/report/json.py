@@ -455,6 +455,7 @@ def _result(balanced: Balanced, record: Record) -> Values:
         "inertia_change_kg_mm2": change / G_MM2_PER_KG_MM2,
         "outcome": result.outcome,
         "reason": result.reason,
+        "notes": list(result.notes),
         "overbalance": _overbalance(balanced),
     }
 

@@ -98,7 +98,8 @@ def _heading(report: Values) -> str:
 def _corrections(report: Values, units: Units) -> str:
     if not report["corrections"]:
         return ""
-    return "\n".join(["What to cut"] + [_correction(each, units) for each in report["corrections"]])
+    notes = [f"  {note}" for note in report.get("notes", ())]
+    return "\n".join(["What to cut"] + [_correction(each, units) for each in report["corrections"]] + notes)
 
 
 def _correction(correction: Values, units: Units) -> str:

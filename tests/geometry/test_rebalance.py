@@ -7,8 +7,9 @@ import pytest
 from numpy.typing import NDArray
 
 from autobalance import correction
-from autobalance.balancing.loop import Offers, Result, balance, heavy_vectors
+from autobalance.balancing.loop import Result, balance
 from autobalance.balancing.measuring import as_file
+from autobalance.balancing.offers import Offers, heavy_vectors
 from autobalance.balancing.rotor import Rotor
 from autobalance.correction import Limits
 from autobalance.correction.kind import Offer, Workpiece

@@ -1,0 +1,160 @@
+"""What the kinds of correction of a job offer on a rotor: ever more of it, until a plan is good enough."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+
+from autobalance import correction
+from autobalance.balancing.rotor import Rotor
+from autobalance.correction import Limits
+from autobalance.correction.kind import Array, Offer, Prefer, Workpiece, setting_of
+from autobalance.crank.anatomy import Anatomy
+from autobalance.errors import CorrectionError
+from autobalance.planning.depths import AIM, Plan
+from autobalance.planning.simplest import rank
+from autobalance.planning.task import Task, part_of, usual
+from autobalance.planning.whole_cuts import choose, is_enough
+from autobalance.rigid_rotor.tolerance import Tolerance
+from autobalance.rigid_rotor.unbalance import Unbalance
+
+Offers = Callable[[Workpiece, Limits, int], Offer]
+
+LOOKS = 8
+"""How often to look for metal four times deeper."""
+EXPLAINED = 6
+"""Unused drills of which it is found out what they would have done, at most."""
+
+
+@dataclass(frozen=True, eq=False)
+class BestOffer:
+    """The cuts at hand, a plan of them, the methods that have a place, and notes on those that have none."""
+
+    offer: Offer
+    plan: Plan
+    methods: tuple[Limits, ...]
+    notes: tuple[str, ...]
+
+
+def best_offer(
+    rotor: Rotor,
+    tolerance: Tolerance,
+    methods: Sequence[Limits],
+    initial: Unbalance,
+    prefer: Prefer,
+    offers: Offers = correction.offer,
+) -> BestOffer:
+    """Return the first set of cuts whose plan is good enough, else the one that comes nearest.
+
+    A kind that has no place at its greatest effort is left out, with a note.
+
+    Raises
+    ------
+    CorrectionError
+        If no kind has a place: what the first one says.
+    """
+    best: BestOffer | None = None
+    errors: dict[int, CorrectionError] = {}
+    for effort in range(max(correction.efforts(limits) for limits in methods)):
+        look = 1.0
+        for _ in range(LOOKS):
+            work = workpiece(rotor, tolerance, initial, look)
+            errors, parts, placed = {}, [], []
+            for number, limits in enumerate(methods):
+                try:
+                    parts.append(offers(work, limits, min(effort, correction.efforts(limits) - 1)))
+                    placed.append(limits)
+                except CorrectionError as error:
+                    errors[number] = error
+            if not parts:
+                break
+            offer = correction.joined(parts)
+            nothing = [m for m, part in zip(placed, parts, strict=True) if not part.cuts and len(methods) > 1]
+            plan = choose(initial, tolerance, offer, prefer=prefer)
+            if best is None or plan.share < best.plan.share * (1.0 - AIM):
+                best = BestOffer(
+                    offer, plan, tuple(placed), (*_left_out(methods, errors, nothing), *offer.notes)
+                )
+            at_end = [
+                cut.limit_is_reach and depth >= cut.max_depth_mm - 1e-9
+                for cut, depth in zip(offer.cuts, plan.depths_mm, strict=True)
+            ]
+            if is_enough(plan, offer) or not any(at_end):
+                break
+            look *= 4.0
+        if best is not None and is_enough(best.plan, best.offer):
+            break
+    if best is None:
+        raise next(iter(errors.values()))
+    return best
+
+
+def _left_out(
+    methods: Sequence[Limits], errors: dict[int, CorrectionError], nothing: Sequence[Limits]
+) -> list[str]:
+    def name(limits: Limits) -> str:
+        return correction.kind_of(limits).name
+
+    refused = [f"{name(methods[number])} is left out: {error}" for number, error in errors.items()]
+    empty = [f"{name(limits)} is left out: it finds no place on the side to be changed" for limits in nothing]
+    return refused + empty
+
+
+def why_not_used(
+    offer: Offer, plan: Plan, initial: Unbalance, tolerance: Tolerance, prefer: Prefer
+) -> tuple[str, ...]:
+    """Return why drills that were offered and fit are not used: what each would have done alone."""
+    if not plan.depths_mm.any():
+        return ()
+    task = Task(initial, tolerance, offer, prefer, AIM, *usual(offer))
+    made = rank(task, plan)
+    unused = [
+        group
+        for rule in offer.varieties
+        for group in rule.groups
+        if group and not plan.depths_mm[list(group)].any()
+    ]
+    return tuple(_why(task, group, made) for group in unused[:EXPLAINED])
+
+
+def _why(task: Task, group: Sequence[int], made: tuple[int, int, float]) -> str:
+    part = part_of(task, group)
+    alone = choose(task.residual, task.tolerance, part.offer, prefer=task.prefer)
+    different, cuts, metal = rank(part, alone)
+    name = setting_of(task.cuts[group[0]])
+    if not is_enough(alone, part.offer):
+        return f"{name} mm is not used: alone it leaves {alone.share:.3g} times the permissible value"
+    ours = f"the plan: {made[0]}, {made[1]} and {made[2]:.1f} g"
+    theirs = f"{different} different cuts, {cuts} cuts in all, {metal:.1f} g"
+    return f"{name} mm is not used: alone it takes {theirs} ({ours})"
+
+
+def workpiece(rotor: Rotor, tolerance: Tolerance, initial: Unbalance, look: float = 1.0) -> Workpiece:
+    """Return a rotor's crank as the kinds of correction see it, with the unbalance to be moved."""
+    return Workpiece(
+        rotor.solid,
+        rotor.anatomy,
+        rotor.faces,
+        rotor.density_g_mm3,
+        heavy_vectors(initial, tolerance, rotor.anatomy),
+        look,
+        tolerance.service_speed_rad_s,
+        rotor.earlier,
+    )
+
+
+def heavy_vectors(
+    unbalance: Unbalance, tolerance: Tolerance, anatomy: Anatomy
+) -> tuple[tuple[float, Array], tuple[float, Array]]:
+    """Return the unbalance as vectors at the first and the last web: where metal can be taken.
+
+    A static verdict, or a crank with one web, takes half of the resultant at each.
+    """
+    first, last = anatomy.webs[0], anatomy.webs[-1]
+    z0 = 0.5 * (first.z_min_mm + first.z_max_mm)
+    z1 = 0.5 * (last.z_min_mm + last.z_max_mm)
+    if tolerance.judge == "static" or z0 == z1:
+        half = 0.5 * unbalance.resultant_g_mm
+        return (z0, half), (z1, half)
+    a, b = unbalance.in_planes(z0, z1)
+    return (z0, a), (z1, b)

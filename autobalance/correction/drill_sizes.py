@@ -1,0 +1,57 @@
+"""Which drills of the usual series are worth setting up for an unbalance, where a job names none."""
+
+from __future__ import annotations
+
+import math
+from typing import Protocol
+
+import numpy as np
+
+from autobalance.correction.hole import Direction
+from autobalance.correction.kind import Workpiece
+
+SERIES_MM = tuple(0.5 * half for half in range(8, 51))
+"""Whole and half millimetres from 4 to 25."""
+HOLES_A_WEB = (1.0, 2.0, 4.0)
+"""Holes on each web for which a size is tried: the fewest cuts are the simplest plan."""
+MORE_HOLES = (1.0, 1.5, 2.0, 3.0, 4.0, 6.0)
+"""The same where these do not suffice."""
+SLENDER = 1.5
+"""Usual depth of such a hole over its diameter."""
+RIM_SHARE = 0.85
+"""Where the middle of a hole lies, over the counterweight's radius."""
+
+
+class _Limits(Protocol):
+    @property
+    def diameters_mm(self) -> tuple[float, ...] | None: ...
+    @property
+    def direction(self) -> Direction: ...
+    @property
+    def min_wall_mm(self) -> float: ...
+    @property
+    def max_depth_mm(self) -> float: ...
+
+
+def likely_sizes_mm(work: Workpiece, limits: _Limits, effort: int) -> tuple[float, ...]:
+    """Return the drills to set up: those that a job names, else of the series those near what is needed.
+
+    One, two or four holes of a size on each web that is heavy, 1.5 diameters deep, make up the unbalance; and
+    the widest drill that the webs hold is among them.
+    """
+    if limits.diameters_mm is not None:
+        return limits.diameters_mm
+    widest = SERIES_MM[-1]
+    if limits.direction == "radial" and work.anatomy.webs:
+        thickest = max(web.z_max_mm - web.z_min_mm for web in work.anatomy.webs)
+        widest = thickest - 2.0 * limits.min_wall_mm
+    fitting = [size for size in SERIES_MM if size <= widest + 1e-3] or [SERIES_MM[0]]
+    reach = [web.outline.rim_radius_mm for web in work.anatomy.webs if web.outline is not None]
+    radius = RIM_SHARE * (max(reach) if reach else 0.25 * work.solid.mesh.diagonal_mm)
+    need = max(float(np.linalg.norm(vector)) for _, vector in work.heavy_at)
+    volume = need / (work.density_g_mm3 * radius)
+    sizes = {fitting[-1]}
+    for holes in MORE_HOLES if effort else HOLES_A_WEB:
+        exact = (4.0 * volume / (math.pi * SLENDER * holes)) ** (1.0 / 3.0)
+        sizes.add(min(fitting, key=lambda size: abs(size - exact)))
+    return tuple(sorted(sizes))

@@ -1,0 +1,246 @@
+"""Small sets of cuts of one tool and one common depth that correct an unbalance: looked for outright.
+
+At each of some depths the effects of all places are known; sets of k of them whose sum meets what is wanted
+are put together from two halves whose sums meet, which a tree finds (as in `enumeration`). Between two depths
+a sum moves along what is wanted, mostly: so it may miss more that way. On two webs each may have its own
+depth: each then makes up its share of the unbalance, as two correction planes do.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from itertools import combinations, product
+
+import numpy as np
+from numpy.typing import NDArray
+
+from autobalance.correction.kind import Array, setting_of
+from autobalance.planning.common_depths import Groups, common_depths
+from autobalance.planning.depths import Plan, judged_rows, resultant_and_moment
+from autobalance.planning.task import Task
+
+Indices = NDArray[np.int64]
+
+LEVELS = 25
+"""Depths at which sets are looked for."""
+MOST_ALIKE = 6
+"""Cuts in a set, at most."""
+MOST_HALVES = 20_000
+MOST_MET = 300_000
+NEAR = 1.3
+"""How much farther than enough halves may miss each other, since slopes differ a little from effects."""
+TRIED = 6
+"""Sets kept of each depth, at most: those that leave least."""
+SETTLED = 3
+"""Sets settled on the exact curves, at most: the shallowest."""
+PAIRS_OF_WEBS = 6
+
+
+@dataclass(frozen=True, eq=False)
+class _Alike:
+    """Cuts of one setting at some depths: ``effects`` (levels, n, d) and ``slopes`` per level's step."""
+
+    members: Indices
+    depths_mm: Array
+    effects: Array
+    slopes: Array
+    rule_of: list[tuple[NDArray[np.bool_], int]]
+    most_mm: Array
+
+    @classmethod
+    def of(cls, task: Task, members: Sequence[int], rows: Array) -> _Alike | None:
+        """Look up cuts at common depths; None where each has one depth only."""
+        least = np.array([task.cuts[k].least_depth_mm for k in members])
+        most = np.array([task.cuts[k].max_depth_mm for k in members])
+        if (most - least).max() < 1e-6:
+            return None
+        levels = np.linspace(float(least.min()), float(most.max()), LEVELS)
+        three = [[task.cuts[k].effect(d) for d in _three(task, k)] for k in members]
+        curves = np.array([[rows @ resultant_and_moment(each) for each in group] for group in three])
+        span = np.maximum(most - least, 1e-9)
+        at = (levels[:, None] - least) / span
+        first, middle, last = (curves[:, n] for n in range(3))
+        bend = 2.0 * (first - 2.0 * middle + last)
+        effects = first + at[..., None] * (last - first - bend) + (at**2)[..., None] * bend
+        slopes = ((last - first - bend) + 2.0 * at[..., None] * bend) / span[:, None]
+        possible = (at >= -1e-9) & (at <= 1.0 + 1e-9)
+        effects[~possible] = np.nan
+        whole = np.full((len(task.cuts), len(task.cuts)), np.inf)
+        for pair in task.offer.apart:
+            whole[pair.first, pair.second] = whole[pair.second, pair.first] = min(
+                pair.most_mm, whole[pair.first, pair.second]
+            )
+        place = np.array(members)
+        rules = []
+        for rule in task.offer.counts:
+            inside = np.isin(place, list(rule.members))
+            if inside.any():
+                rules.append((inside, rule.most))
+        return cls(place, levels, effects, slopes, rules, whole[np.ix_(place, place)])
+
+    @property
+    def step_mm(self) -> float:
+        """Between two depths."""
+        return float(self.depths_mm[1] - self.depths_mm[0])
+
+    def sets(self, wanted: Array, count: int) -> list[tuple[float, Indices, float]]:
+        """Return residual, members and depth of sets of ``count`` cuts that meet what is wanted within 1."""
+        found: list[tuple[float, Indices, float]] = []
+        for level, depth in enumerate(self.depths_mm.tolist()):
+            there = np.flatnonzero(~np.isnan(self.effects[level, :, 0]))
+            if len(there) < count:
+                continue
+            met = self._met(level, there, wanted, count)
+            if met is None:
+                continue
+            met = met[self._keeps_rules(met, depth)]
+            if not len(met):
+                continue
+            left = self.effects[level][met].sum(axis=1) - wanted
+            way = self.slopes[level][met].sum(axis=1)
+            size = np.maximum((way**2).sum(axis=1), 1e-30)
+            along = np.clip(-(left * way).sum(axis=1) / size, -0.5 * self.step_mm, 0.5 * self.step_mm)
+            left = left + along[:, None] * way
+            share = np.hypot(left[:, 0::2], left[:, 1::2]).max(axis=1)
+            for row in np.argsort(share, kind="stable")[:TRIED].tolist():
+                if share[row] <= 1.0:
+                    found.append((float(share[row]), self.members[met[row]], depth + float(along[row])))
+        return found
+
+    def _met(self, level: int, there: Indices, wanted: Array, count: int) -> Indices | None:
+        """Return sets (m, count) of places that come near what is wanted at a depth; None: too many."""
+        from scipy.spatial import cKDTree
+
+        effects = self.effects[level]
+        lengths = np.hypot(effects[there, 0::2], effects[there, 1::2]).max(axis=1, initial=0.0)
+        if count * lengths.max(initial=0.0) < 0.9 * np.hypot(wanted[0::2], wanted[1::2]).max() - 1.0:
+            return None
+        first, last = count // 2, count - count // 2
+        if math.comb(len(there), last) > MOST_HALVES:
+            return None
+        slack = 1.0 + 0.5 * self.step_mm * count * float(
+            np.linalg.norm(self.slopes[level][there], axis=1).max()
+        )
+        towards = wanted / max(float(np.linalg.norm(wanted)), 1e-12)
+        squeezed = np.eye(len(wanted)) - (1.0 - 1.0 / slack) * np.outer(towards, towards)
+        effects, goal, radius = effects @ squeezed, wanted @ squeezed, NEAR * math.sqrt(0.5 * len(wanted))
+        many = np.array(list(combinations(there.tolist(), last)), dtype=np.int64)
+        if not first:
+            near = np.linalg.norm(effects[many[:, 0]] - goal, axis=1) <= radius
+            return np.asarray(many[near])
+        few = np.array(list(combinations(there.tolist(), first)), dtype=np.int64)
+        tree = cKDTree(effects[few].sum(axis=1))
+        other = cKDTree(goal - effects[many].sum(axis=1))
+        if tree.count_neighbors(other, radius) > MOST_MET:
+            return None
+        met = tree.sparse_distance_matrix(other, radius, output_type="ndarray")
+        one, rest = few[met["i"]], many[met["j"]]
+        rising = one[:, -1] < rest[:, 0]
+        return np.hstack([one[rising], rest[rising]])
+
+    def _keeps_rules(self, sets: Indices, depth_mm: float) -> NDArray[np.bool_]:
+        good = np.ones(len(sets), dtype=bool)
+        for a, b in combinations(range(sets.shape[1]), 2):
+            good &= self.most_mm[sets[:, a], sets[:, b]] >= depth_mm + 0.5 * self.step_mm
+        for inside, most in self.rule_of:
+            good &= inside[sets].sum(axis=1) <= most
+        return good
+
+
+def _three(task: Task, k: int) -> list[float]:
+    return list(map(float, np.linspace(task.cuts[k].least_depth_mm, task.cuts[k].max_depth_mm, 3)))
+
+
+def _by_setting(task: Task, among: Sequence[int]) -> dict[str, list[int]]:
+    found: dict[str, list[int]] = {}
+    for k in among:
+        found.setdefault(setting_of(task.cuts[k]), []).append(k)
+    return found
+
+
+def alike_everywhere(task: Task, enough: float) -> Iterator[Plan]:
+    """Yield plans of the fewest cuts of one setting and one depth, for each setting."""
+    rows = judged_rows(task.tolerance) / enough
+    wanted = -rows @ task.residual.components
+    for members in _by_setting(task, range(len(task.cuts))).values():
+        alike = _Alike.of(task, members, rows)
+        if alike is None:
+            continue
+        for count in range(1, MOST_ALIKE + 1):
+            good = _settled(task, alike.sets(wanted, count), enough)
+            if good:
+                yield from good
+                break
+
+
+def _settled(task: Task, sets: list[tuple[float, Indices, float]], enough: float) -> list[Plan]:
+    """Return the shallowest sets at their exact common depth, on the machine's steps."""
+    found: list[Plan] = []
+    for _, members, depth in sorted(sets, key=lambda each: each[2]):
+        setting = setting_of(task.cuts[int(members[0])])
+        plan = common_depths(task, Groups((tuple(members.tolist()),), (depth,), (setting,)), enough)
+        found += [] if plan is None else [plan]
+        if len(found) == SETTLED:
+            break
+    return found
+
+
+def alike_on_each_web(task: Task, enough: float) -> Iterator[Plan]:
+    """Yield plans in which each of two webs has cuts of one setting and one depth."""
+    webs: dict[int, list[int]] = {}
+    for k, cut in enumerate(task.cuts):
+        web = getattr(cut, "web", None)
+        if web is not None:
+            webs.setdefault(web, []).append(k)
+    if task.tolerance.judge == "static" or len(webs) < 2:
+        return
+    pairs = sorted(combinations(sorted(webs), 2), key=lambda pair: pair[0] - pair[1])[:PAIRS_OF_WEBS]
+    for one, other in pairs:
+        yield from _on_two_webs(task, (webs[one], webs[other]), enough)
+
+
+def _on_two_webs(task: Task, webs: tuple[list[int], list[int]], enough: float) -> Iterator[Plan]:
+    """Yield plans of the fewest cuts of two webs."""
+    z = [_middle_mm(task, members) for members in webs]
+    if abs(z[1] - z[0]) < 1e-6:
+        return
+    halves: list[list[list[tuple[float, Indices, float]]]] = []
+    for members, vector, share in zip(
+        webs, task.residual.in_planes(*z), _shares(task, z, enough), strict=True
+    ):
+        rows = np.hstack([np.eye(2), np.zeros((2, 2))]) / share
+        of_web = []
+        for group in _by_setting(task, members).values():
+            alike = _Alike.of(task, group, rows)
+            for count in range(1, MOST_ALIKE + 1):
+                sets = [] if alike is None else alike.sets(-vector / share, count)
+                if sets:
+                    of_web.append(sorted(sets, key=lambda each: each[2])[:TRIED])
+                    break
+        halves.append(of_web)
+    for first, second in product(*halves):
+        good = []
+        for (_, a, depth_a), (_, b, depth_b) in product(first[:3], second[:3]):
+            settings = tuple(setting_of(task.cuts[int(part[0])]) for part in (a, b))
+            groups = Groups((tuple(a.tolist()), tuple(b.tolist())), (depth_a, depth_b), settings)
+            plan = common_depths(task, groups, enough)
+            good += [] if plan is None else [plan]
+        yield from good
+
+
+def _middle_mm(task: Task, members: Sequence[int]) -> float:
+    """Return where a web's cuts act along the axis."""
+    change = [task.cuts[k].effect(task.cuts[k].max_depth_mm) for k in members]
+    return float(np.mean([each.centre_mm[2] for each in change]))
+
+
+def _shares(task: Task, z_mm: Sequence[float], enough: float) -> list[float]:
+    """Return what each of two webs may miss [g·mm], so that every judged vector stays good enough."""
+    rows = judged_rows(task.tolerance) / enough
+    found = []
+    for z in z_mm:
+        effect = rows @ np.array([1.0, 0.0, z, 0.0])
+        found.append(0.5 / float(np.hypot(effect[0::2], effect[1::2]).max()))
+    return found

@@ -1,0 +1,145 @@
+"""The plan that is simplest to make: fewest different cuts, then fewest cuts, then least metal.
+
+Cuts are alike where one setting of the machine makes them: the same tool to the same depth. Plans that reach
+the aim are found by the other planners; then depths of one tool are drawn together as long as the residual
+stays small enough, and small sets of cuts of one common depth are looked for outright (`alike`).
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable, Sequence
+from dataclasses import replace
+from itertools import combinations
+
+import numpy as np
+
+from autobalance.correction.kind import Array, setting_of
+from autobalance.planning.alike import alike_everywhere, alike_on_each_web
+from autobalance.planning.common_depths import Groups, common_depths
+from autobalance.planning.depths import Plan, plan_depths
+from autobalance.planning.task import Task, is_discrete
+
+WHOLE_CUTS_SHARE = 0.25
+"""Share of the permissible value that plans of whole cuts may leave for the sake of simplicity."""
+MERGES = 40
+"""Groups drawn together in a plan, tried at most."""
+MOST_FACES = 8
+"""Cuts of any depth among which every choice of some is tried; of more, only those of the lightest plan."""
+
+Rank = tuple[int, int, float]
+
+
+def enough_share(task: Task) -> float:
+    """Return the share of the permissible value down to which less residual is worth no other cut."""
+    return max(task.aim * (1.0 + 1e-6), WHOLE_CUTS_SHARE if is_discrete(task.offer) else 0.0)
+
+
+def rank(task: Task, plan: Plan) -> Rank:
+    """Return how many different cuts a plan has, how many cuts, and what they weigh [g]."""
+    made = np.flatnonzero(plan.depths_mm > 0.0).tolist()
+    different = {(setting_of(task.cuts[k]), round(float(plan.depths_mm[k]), 6)) for k in made}
+    metal = sum(abs(task.cuts[k].effect(float(plan.depths_mm[k])).mass_g) for k in made)
+    return len(different), len(made), round(float(metal), 6)
+
+
+def simplest(task: Task, plans: Iterable[Plan], search: bool = True) -> Plan:
+    """Return the simplest plan that can be made of some plans, or with ``search`` found beside them.
+
+    Where none of them is good enough there is nothing to spare: the one that leaves least is returned.
+    """
+    found = list(plans)
+    least = min(found, key=lambda plan: plan.share)
+    enough = enough_share(task)
+    good = [plan for plan in found if plan.share <= enough]
+    if search and is_discrete(task.offer):
+        good += [*alike_everywhere(task, enough), *alike_on_each_web(task, enough)]
+    elif search:
+        good += _fewest_of_any_depth(task, least, enough)
+    good = [_merged(task, plan, enough) for plan in good if plan.share <= enough and _keeps_rules(task, plan)]
+    if not good:
+        return least
+    return min(good, key=lambda plan: (*rank(task, plan), plan.share))
+
+
+def _keeps_rules(task: Task, plan: Plan) -> bool:
+    depths, offer = plan.depths_mm, task.offer
+    return (
+        all(sum(depths[k] > 0.0 for k in rule.members) <= rule.most for rule in offer.counts)
+        and all(
+            sum(any(depths[k] > 0.0 for k in group) for group in rule.groups) <= rule.most
+            for rule in offer.varieties
+        )
+        and all(
+            min(depths[pair.first], depths[pair.second]) <= 0.0
+            or max(depths[pair.first], depths[pair.second]) <= pair.most_mm + 1e-6
+            for pair in offer.apart
+        )
+    )
+
+
+def _merged(task: Task, plan: Plan, enough: float) -> Plan:
+    """Return a plan with as many depths of like tools drawn together as the residual allows."""
+    groups = Groups.apart(task, plan.depths_mm)
+    tried = 0
+    while tried < MERGES:
+        for joined in groups.joinings():
+            tried += 1
+            here = common_depths(task, joined, enough)
+            if here is not None:
+                plan, groups = here, joined.at(here.depths_mm)
+                break
+            if tried >= MERGES:
+                return plan
+        else:
+            return plan
+    return plan
+
+
+def _fewest_of_any_depth(task: Task, least: Plan, enough: float) -> list[Plan]:
+    """Return plans of the fewest cuts that are enough: of one depth where that can be, and of free ones."""
+    offered = (
+        range(len(task.cuts)) if len(task.cuts) <= MOST_FACES else np.flatnonzero(least.depths_mm).tolist()
+    )
+    members = list(offered)[:MOST_FACES]
+    found: list[Plan] = []
+    for alike in (True, False):
+        for count in range(1, len(members) + 1):
+            here = [
+                plan
+                for few in combinations(members, count)
+                if (plan := _of_these(task, few, alike)) is not None and plan.share <= enough
+            ]
+            if here:
+                found += here
+                break
+    return found
+
+
+def _of_these(task: Task, few: Sequence[int], alike: bool) -> Plan | None:
+    if alike and len({setting_of(task.cuts[k]) for k in few}) > 1:
+        return None
+    place = {k: n for n, k in enumerate(few)}
+    shared = [
+        replace(pair, first=place[pair.first], second=place[pair.second])
+        for pair in task.offer.shared
+        if pair.first in place and pair.second in place
+    ]
+    if alike and shared and not math.isfinite(min(pair.most_mm for pair in shared)):
+        return None
+    plan = plan_depths(
+        task.residual,
+        task.tolerance,
+        [task.cuts[k] for k in few],
+        same_depth=alike or task.offer.same_depth,
+        shared=shared,
+        aim=task.aim,
+        start_mm=_start(task, few),
+    )
+    depths = np.zeros(len(task.cuts))
+    depths[list(few)] = plan.depths_mm
+    return replace(plan, depths_mm=depths) if (plan.depths_mm > 0.0).all() else None
+
+
+def _start(task: Task, few: Sequence[int]) -> Array:
+    return np.array([0.5 * task.cuts[k].max_depth_mm for k in few])
