@@ -15,6 +15,7 @@ from autobalance.balancing.rotor import Rotor
 from autobalance.correction import Limits
 from autobalance.correction.kind import Array, Correction, Cut, Offer, Prefer
 from autobalance.planning.depths import AIM, Plan
+from autobalance.planning.harmless import harmless, is_harmless
 from autobalance.planning.milp import least_share
 from autobalance.planning.relaxation import Attempt, Relaxation, relaxations
 from autobalance.planning.shortfall import Shortfall, explain_shortfall
@@ -29,6 +30,8 @@ Outcome = Literal["within_tolerance", "already_within_tolerance", "above_toleran
 
 PASSES = 6
 """Cuts of the whole crank at most; one or two are usual."""
+MEASURED_WORSE = 0.01
+"""Share by which a judged value may be worse than it was, as measured, where the tolerance is not reached."""
 
 
 @dataclass(frozen=True)
@@ -187,9 +190,11 @@ def balance(
         if done.share <= max(AIM, plan.share * (1.0 + AIM)) or not better:
             break
         drift = drift + (done.residual - plan.predicted)
-        plan = choose(initial + drift, tolerance, offer, prefer=prefer, start_mm=plan.depths_mm)
+        again = choose(initial + drift, tolerance, offer, prefer=prefer, start_mm=plan.depths_mm)
+        plan = harmless(initial + drift, tolerance, offer, again)
     assert best is not None
-    if best.share >= tolerance.used_share(initial):
+    does_harm = best.share > 1.0 and not is_harmless(initial, best.residual, tolerance, MEASURED_WORSE)
+    if best.share >= tolerance.used_share(initial) or does_harm:
         return left_alone(steps)
     made = _corrections(offer.cuts, best.depths_mm)
     doubt = rotor.doubt(best.measured.moments, made)
@@ -297,7 +302,22 @@ def _reason(
 ) -> str:
     per_factor = Unbalance.of(rotor.loads_per_factor)
     return explain_shortfall(
-        Shortfall(residual, tolerance, per_factor, rotor.factor, offer.cuts, plan.depths_mm, plan.binding),
+        Shortfall(
+            residual,
+            tolerance,
+            per_factor,
+            rotor.factor,
+            offer.cuts,
+            plan.depths_mm,
+            plan.binding,
+            _web_places_mm(rotor),
+        ),
         [release.text for release in fixes],
         bound,
     )
+
+
+def _web_places_mm(rotor: Rotor) -> tuple[float, float] | None:
+    """Return the middles of the outermost webs: where metal can be added; None with one web."""
+    z = [0.5 * (web.z_min_mm + web.z_max_mm) for web in rotor.anatomy.webs]
+    return (z[0], z[-1]) if len(z) > 1 else None

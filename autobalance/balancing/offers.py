@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from autobalance import correction
 from autobalance.balancing.rotor import Rotor
@@ -12,6 +12,7 @@ from autobalance.correction.kind import Array, Offer, Prefer, Workpiece, setting
 from autobalance.crank.anatomy import Anatomy
 from autobalance.errors import CorrectionError
 from autobalance.planning.depths import AIM, Plan
+from autobalance.planning.harmless import harmless
 from autobalance.planning.simplest import rank
 from autobalance.planning.task import Task, part_of, usual
 from autobalance.planning.whole_cuts import choose, is_enough
@@ -86,7 +87,7 @@ def best_offer(
             break
     if best is None:
         raise next(iter(errors.values()))
-    return best
+    return replace(best, plan=harmless(initial, tolerance, best.offer, best.plan))
 
 
 def _left_out(

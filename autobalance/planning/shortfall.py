@@ -6,14 +6,25 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 
+import numpy as np
+
 from autobalance.correction.kind import Array, Cut
+from autobalance.planning.depths import judged_rows, resultant_and_moment
 from autobalance.rigid_rotor.tolerance import Tolerance
 from autobalance.rigid_rotor.unbalance import Unbalance
+
+SIDES = 32
+"""Sides of the polygon that stands for the circle of a judged vector."""
+ENOUGH = 0.5
+"""Share of the permissible value that metal added in one place may leave; else it is named in two."""
 
 
 @dataclass(frozen=True, eq=False)
 class Shortfall:
-    """A residual above the permissible value and what was tried."""
+    """A residual above the permissible value and what was tried.
+
+    ``places_mm`` are two places along the axis where metal can be added, if there are two.
+    """
 
     residual: Unbalance
     tolerance: Tolerance
@@ -22,6 +33,7 @@ class Shortfall:
     cuts: Sequence[Cut]
     depths_mm: Array
     binding: tuple[str, ...]
+    places_mm: tuple[float, float] | None = None
 
 
 def explain_shortfall(short: Shortfall, computed: Sequence[str] = (), bound: float = 0.0) -> str:
@@ -61,18 +73,79 @@ def _fixes(short: Shortfall, estimate: bool) -> list[str]:
     factor = reachable_factor(short)
     if factor is not None:
         fixes.append(f"a balance factor of {factor:.4f} can be reached as it is")
-    pull = sum(
-        abs(float(cut.rate(float(depth)).first_g_mm[:2] @ short.residual.resultant_g_mm))
-        for cut, depth in zip(short.cuts, short.depths_mm, strict=True)
-        if depth >= cut.max_depth_mm - 1e-6 and cut.max_depth_mm > cut.least_depth_mm
-    )
-    if estimate and short.binding and pull > 0.0:
-        deeper = short.residual.magnitude_g_mm**2 / pull
-        if deeper <= 2.0 * float(short.depths_mm.max()):  # farther on the slope tells nothing
-            fixes.append(f"about {deeper:.3g} mm more depth where it ends")
-    light = math.degrees(short.residual.angle_rad + math.pi) % 360.0
-    fixes.append(f"add {short.residual.magnitude_g_mm:.1f} g·mm of metal at {light:.1f}° from throw 1")
+    deeper = _deeper_mm(short) if estimate and short.binding else None
+    if deeper is not None:
+        fixes.append(f"about {deeper:.3g} mm more depth where it ends")
+    fixes.append(_added(short))
     return fixes
+
+
+def _deeper_mm(short: Shortfall) -> float | None:
+    """Return how much deeper the cuts that end must go, for all that is judged; None: not enough.
+
+    Along the slopes at their ends, the other cuts at any depths they may have: a linear programme. Twice the
+    greatest depth is as far as slopes tell anything.
+    """
+    at_end = [
+        depth >= cut.max_depth_mm - 1e-6 and cut.max_depth_mm > cut.least_depth_mm
+        for cut, depth in zip(short.cuts, short.depths_mm.tolist(), strict=True)
+    ]
+    if not any(at_end):
+        return None
+    farthest = 2.0 * float(short.depths_mm.max())
+    made = [k for k, depth in enumerate(short.depths_mm.tolist()) if depth > 0.0]
+    rows = judged_rows(short.tolerance)
+    slopes = np.array([resultant_and_moment(short.cuts[k].rate(float(short.depths_mm[k]))) for k in made])
+    matrix, now = rows @ slopes.T, rows @ short.residual.components
+    angle = np.arange(SIDES) * (2.0 * math.pi / SIDES)
+    directions = np.stack([np.cos(angle), np.sin(angle)], axis=1)
+    within = [directions @ matrix[n : n + 2] for n in range(0, len(rows), 2)]
+    most = [math.cos(math.pi / SIDES) - directions @ now[n : n + 2] for n in range(0, len(rows), 2)]
+    longest = [[1.0 if k == place else 0.0 for k in made] + [-1.0] for place in made if at_end[place]]
+    bounds = [
+        (short.cuts[k].least_depth_mm - float(short.depths_mm[k]), farthest)
+        if at_end[k]
+        else (
+            short.cuts[k].least_depth_mm - float(short.depths_mm[k]),
+            short.cuts[k].max_depth_mm - float(short.depths_mm[k]),
+        )
+        for k in made
+    ]
+
+    from scipy.optimize import linprog
+
+    answer = linprog(
+        [0.0] * len(made) + [1.0],
+        A_ub=np.vstack([np.hstack([np.vstack(within), np.zeros((SIDES * len(within), 1))]), longest]),
+        b_ub=np.concatenate([*most, np.zeros(len(longest))]),
+        bounds=[*bounds, (0.0, farthest)],
+        method="highs",
+    )
+    return None if answer.x is None else float(answer.x[-1])
+
+
+def _added(short: Shortfall) -> str:
+    """Say what to add: in one place where that brings everything judged to nothing, else in two."""
+    residual, tolerance = short.residual, short.tolerance
+    if tolerance.judge == "static":
+        return f"add {_vector(-residual.resultant_g_mm)} from throw 1"
+    size = float(residual.resultant_g_mm @ residual.resultant_g_mm)
+    if size > 0.0:
+        z = float(residual.moment_g_mm2 @ residual.resultant_g_mm) / size
+        after = residual - Unbalance(residual.resultant_g_mm, z * residual.resultant_g_mm)
+        low, high = sorted(short.places_mm or (plane.z_mm for plane in tolerance.planes))
+        if low <= z <= high and tolerance.used_share(after) <= ENOUGH:
+            return f"add {_vector(-residual.resultant_g_mm)} from throw 1, at z {z:.1f} mm"
+    a, b = short.places_mm or (tolerance.planes[0].z_mm, tolerance.planes[1].z_mm)
+    first, second = residual.in_planes(a, b)
+    return (
+        f"add {_vector(-first)} at z {a:.1f} mm and {_vector(-second)} at z {b:.1f} mm, angles from throw 1"
+    )
+
+
+def _vector(unbalance: Array) -> str:
+    angle = math.degrees(math.atan2(float(unbalance[1]), float(unbalance[0]))) % 360.0
+    return f"{math.hypot(*unbalance):.1f} g·mm of metal at {angle:.1f}°"
 
 
 def reachable_factor(short: Shortfall) -> float | None:

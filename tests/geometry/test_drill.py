@@ -42,7 +42,7 @@ def assert_same(one: Moments, other: Moments, rtol: float) -> None:
 def test_hole_in_a_block_is_a_cylinder_with_a_cone() -> None:
     solid, anatomy = block_with()
     limits = DrillLimits(diameters_mm=(10.0,), sectors_deg=((179.0, 181.0),))
-    cut = drill.cuts(solid, anatomy, STEEL, np.array([-1.0, 0.0]), limits)[11]
+    cut = drill.cuts(solid, anatomy, STEEL, np.array([-1.0, 0.0]), limits)[0]
     depth, r, h = 12.0, 5.0, 5.0 / math.tan(HALF_118)
     angle = math.radians(cut.correction(depth).details["angle_deg"])
     # the axis is slanted to the flat side by less than 1°, which moves the mouth but not its mean depth

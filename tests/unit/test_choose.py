@@ -1,90 +1,18 @@
 """The integer planner on holes whose effect is a formula."""
 
-import itertools
 import math
 import time
-from collections.abc import Sequence
 from typing import get_args
 
 import numpy as np
 import pytest
-from numpy.typing import NDArray
 
-from autobalance.correction.drill import DrillCut, DrillLimits
-from autobalance.correction.hole import Hole, Site, keep_apart
-from autobalance.correction.kind import Count, Offer, Prefer
-from autobalance.correction.walls import Axis
-from autobalance.planning.depths import AIM, plan_depths
+from autobalance.correction.kind import Offer, Prefer
+from autobalance.planning.depths import AIM
 from autobalance.planning.milp import greatest_multiple, least_share
 from autobalance.planning.whole_cuts import choose
-from autobalance.rigid_rotor.moments import Moments
-from autobalance.rigid_rotor.tolerance import Judge, Tolerance
-from autobalance.rigid_rotor.unbalance import Unbalance
-
-Array = NDArray[np.float64]
-STEEL = 7.85e-3
-RIM = 62.0
-
-
-def holes(
-    diameters_mm: Sequence[float],
-    webs_z_mm: Sequence[float],
-    *,
-    places: int = 24,
-    step_mm: float = 0.0,
-    max_holes: int = 6,
-    max_depth_mm: float = 25.0,
-) -> Offer:
-    """Radial holes into round webs, evenly all around."""
-    cuts: list[DrillCut] = []
-    counts: list[Count] = []
-    limits = DrillLimits(diameters_mm=tuple(diameters_mm), max_holes=max_holes)
-    for web, z in enumerate(webs_z_mm, 1):
-        members = []
-        for k, diameter in itertools.product(range(places), diameters_mm):
-            angle = 2.0 * math.pi * k / places
-            out = np.array([math.cos(angle), math.sin(angle), 0.0])
-            axis = Axis(RIM * out + np.array([0.0, 0.0, z]), -out)
-            hole = Hole(axis, 0.5 * diameter, math.radians(59.0), 1.0, Moments.zero(), 0.0, 0.0)
-            site = Site(web, angle, axis, np.zeros((0, 3, 3)), 1.0)
-            members.append(len(cuts))
-            cuts.append(DrillCut(hole, site, STEEL, limits, 2.0, max_depth_mm, step_mm, "max_depth_mm"))
-        counts.append(Count(tuple(members), max_holes, f"max_holes = {max_holes} in web {web}"))
-    apart = keep_apart([cut.hole for cut in cuts], [cut.max_depth_mm for cut in cuts], 3.0)
-    return Offer(tuple(cuts), apart=apart, counts=tuple(counts))
-
-
-def tolerance(permissible: float, judge: Judge = "dynamic", half_mm: float = 60.0) -> Tolerance:
-    return Tolerance.of(
-        grade_mm_s=permissible,
-        service_speed_rad_s=1.0,
-        rotor_mass_g=1.0,
-        z_centre_mm=0.0,
-        planes_z_mm=(-half_mm, half_mm),
-        judge=judge,
-    )
-
-
-def at_planes(a: complex, b: complex, half_mm: float = 40.0) -> Unbalance:
-    planes = np.array([[a.real, a.imag], [b.real, b.imag]])
-    return Unbalance.of_planes(planes, -half_mm, half_mm)
-
-
-def mass_g(offer: Offer, depths_mm: Array) -> float:
-    return sum(-c.effect(float(d)).mass_g for c, d in zip(offer.cuts, depths_mm, strict=True) if d > 0.0)
-
-
-def assert_rules_are_kept(offer: Offer, depths_mm: Array) -> None:
-    for cut, depth in zip(offer.cuts, depths_mm, strict=True):
-        assert depth == 0.0 or cut.least_depth_mm - 1e-9 <= depth <= cut.max_depth_mm + 1e-9
-        if cut.depth_step_mm:
-            assert depth / cut.depth_step_mm == pytest.approx(round(depth / cut.depth_step_mm), abs=1e-6)
-    for rule in offer.counts:
-        assert sum(depths_mm[k] > 0.0 for k in rule.members) <= rule.most
-    for pair in offer.apart:
-        both = min(depths_mm[pair.first], depths_mm[pair.second])
-        if both > 0.0:
-            assert max(depths_mm[pair.first], depths_mm[pair.second]) <= pair.most_mm + 1e-6
+from tests.holes import EIGHT_WEBS_Z_MM, Array, assert_rules_are_kept, at_planes, holes, mass_g, tolerance
+from tests.optima import CASES, stored_optimum_g
 
 
 @pytest.mark.parametrize("seed", range(4))
@@ -100,53 +28,21 @@ def test_random_unbalance_is_met_within_the_rules(seed: int, step_mm: float) -> 
     assert (again.depths_mm == plan.depths_mm).all()
 
 
-def slow_optimum_g(residual: Unbalance, judge: Tolerance, offer: Offer, most: int) -> float:
-    """Try every set of up to ``most`` cuts that keep apart at any depth; the best exact plan's metal [g]."""
-    near = {(pair.first, pair.second) for pair in offer.apart}
-    best = math.inf
-    for size in range(1, most + 1):
-        for few in itertools.combinations(range(len(offer.cuts)), size):
-            if any(pair in near for pair in itertools.combinations(few, 2)):
-                continue
-            if any(len(set(rule.members) & set(few)) > rule.most for rule in offer.counts):
-                continue
-            cuts = [offer.cuts[k] for k in few]
-            bounds = np.array([c.least_depth_mm for c in cuts]), np.array([c.max_depth_mm for c in cuts])
-            plan = plan_depths(
-                residual, judge, cuts, bounds_mm=bounds, start_mm=0.5 * (bounds[0] + bounds[1])
-            )
-            if plan.share <= AIM * (1.0 + 1e-6):
-                best = min(
-                    best, sum(-c.effect(float(d)).mass_g for c, d in zip(cuts, plan.depths_mm, strict=True))
-                )
-    return best
-
-
-@pytest.mark.slow
 @pytest.mark.parametrize("seed", range(4))
 def test_metal_is_within_a_hundredth_of_the_optimum_of_a_slow_search(seed: int) -> None:
-    rng = np.random.default_rng(seed)
-    offer = holes([12.0], [0.0], places=10, max_holes=4, max_depth_mm=9.0)
-    angle, size = rng.uniform(0.0, 2.0 * math.pi), rng.uniform(600.0, 1250.0)
-    residual = Unbalance(size * np.array([math.cos(angle), math.sin(angle)]), np.zeros(2))
-    judge = tolerance(50.0, "static")
+    residual, judge, offer, _ = CASES["static"](seed)
     plan = choose(residual, judge, offer)
-    optimum_g = slow_optimum_g(residual, judge, offer, 4)
+    optimum_g = stored_optimum_g("static", seed)
     assert_rules_are_kept(offer, plan.depths_mm)
     assert (plan.share <= AIM * (1.0 + 1e-6)) == math.isfinite(optimum_g)
     assert mass_g(offer, plan.depths_mm) <= 1.01 * optimum_g
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize("seed", range(2))
 def test_metal_in_two_planes_is_within_a_hundredth_of_a_slow_search(seed: int) -> None:
-    rng = np.random.default_rng(seed)
-    offer = holes([12.0], [-40.0, 40.0], places=8, max_holes=2, max_depth_mm=16.0)
-    angle, size = rng.uniform(0.0, 2.0 * math.pi, 2), rng.uniform(500.0, 900.0, 2)
-    a, b = (s * complex(math.cos(t), math.sin(t)) for s, t in zip(size, angle, strict=True))
-    residual, judge = at_planes(a, b), tolerance(50.0)
+    residual, judge, offer, _ = CASES["two planes"](seed)
     plan = choose(residual, judge, offer)
-    optimum_g = slow_optimum_g(residual, judge, offer, 4)
+    optimum_g = stored_optimum_g("two planes", seed)
     assert_rules_are_kept(offer, plan.depths_mm)
     assert math.isfinite(optimum_g)
     assert plan.share <= AIM * (1.0 + 1e-6)
@@ -206,9 +102,6 @@ def test_nothing_to_cut_leaves_the_unbalance_as_it_is(prefer: Prefer) -> None:
     plan = choose(residual, tolerance(50.0), Offer(()), prefer=prefer)
     assert len(plan.depths_mm) == 0
     assert plan.share == tolerance(50.0).used_share(residual) > 1.0
-
-
-EIGHT_WEBS_Z_MM = [-150.0, -110.0, -60.0, -20.0, 20.0, 60.0, 110.0, 150.0]
 
 
 def test_a_hundred_holes_are_rounded_to_steps() -> None:

@@ -6,7 +6,7 @@ import pytest
 
 from autobalance.correction import drill
 from autobalance.correction.drill import DrillLimits
-from autobalance.correction.hole import site_angles
+from autobalance.correction.sites import site_angles
 from autobalance.errors import CorrectionError
 from tests.cranks import make_crank
 
@@ -43,7 +43,7 @@ def test_contradictory_limits_are_refused(limits: dict[str, Any], message: str) 
         ({"diameters_mm": (40.0,)}, "larger than the counterweight"),
         ({"diameters_mm": (17.0,), "min_wall_mm": 1.0}, "larger than the counterweight"),
         ({"sectors_deg": ((49.0, 50.0),)}, "no web has a surface there"),
-        ({"min_depth_mm": 200.0, "max_depth_mm": 250.0}, "no hole of 8, 10, 12 mm fits"),
+        ({"min_depth_mm": 200.0, "max_depth_mm": 250.0}, "no hole of 4 to 25 mm fits"),
     ],
 )
 def test_limits_that_leave_no_hole_are_refused(limits: dict[str, Any], message: str) -> None:
@@ -63,8 +63,20 @@ def test_depths_fall_on_the_machines_steps() -> None:
             assert depth / 0.7 == pytest.approx(round(depth / 0.7), abs=1e-9)
 
 
-def test_places_lie_in_the_sectors() -> None:
-    angles = np.degrees(site_angles(((350.0, 10.0), (90.0, 100.0)), np.array([1.0, 0.0]))) % 360.0
-    assert len(angles) == 24
-    assert sum((angles >= 350.0) | (angles <= 10.0)) == 16
-    assert sum((angles >= 90.0) & (angles <= 100.0)) == 8
+def test_places_lie_in_the_sectors_on_one_grid() -> None:
+    """A wider sector has every place of a narrower one, at each effort; a narrow one takes a finer grid."""
+    wanted = np.array([math.cos(0.3), math.sin(0.3)])
+
+    def degrees(*sectors: tuple[float, float], effort: int = 0) -> set[float]:
+        return {round(float(a) % 360.0, 6) for a in np.degrees(site_angles(sectors, wanted, effort))}
+
+    for effort, count in ((0, 24), (1, 72), (2, 144)):
+        wide = degrees((0.0, 360.0), effort=effort)
+        assert len(wide) == count
+        assert round(math.degrees(0.3), 6) in wide
+        assert degrees((300.0, 60.0), effort=effort) < wide
+        assert degrees((300.0, 60.0), (90.0, 150.0), effort=effort) < wide
+        assert degrees((0.0, 360.0), effort=effort) <= degrees((0.0, 360.0), effort=effort + 1)
+    narrow = degrees((49.0, 50.0))
+    assert len(narrow) >= 3
+    assert all(49.0 <= angle <= 50.0 for angle in narrow)

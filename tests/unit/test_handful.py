@@ -15,16 +15,16 @@ from autobalance.planning.enumeration import lightest_set
 from autobalance.planning.whole_cuts import choose
 from autobalance.rigid_rotor.tolerance import Tolerance
 from autobalance.rigid_rotor.unbalance import Unbalance
-from tests.unit.test_choose import (
+from tests.holes import (
     EIGHT_WEBS_Z_MM,
     Array,
     assert_rules_are_kept,
     at_planes,
     holes,
     mass_g,
-    slow_optimum_g,
     tolerance,
 )
+from tests.optima import CASES, stored_optimum_g
 
 
 def settles(residual: Unbalance, judge: Tolerance, offer: Offer) -> Callable[[Array], bool]:
@@ -40,17 +40,12 @@ def settles(residual: Unbalance, judge: Tolerance, offer: Offer) -> Callable[[Ar
     return serves
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize("seed", [0, 2, 3])
 def test_the_lightest_of_all_sets_is_found(seed: int) -> None:
     """Every set of up to four of 14 holes, unbalances that few holes correct, some in planes opposed."""
-    rng = np.random.default_rng(seed)
-    offer = holes([10.0], [-40.0, 40.0], places=7, max_holes=2)
-    size, angle = rng.uniform(100.0, 300.0, 2), rng.uniform(0.0, 2.0 * math.pi, 2)
-    a, b = (cmath.rect(s, t) for s, t in zip(size, angle, strict=True))
-    residual, judge = at_planes(a, b), tolerance(30.0)
+    residual, judge, offer, _ = CASES["few"](seed)
     depths, unseen_g = lightest_set(residual, judge, offer, AIM, settles(residual, judge, offer))
-    optimum_g = slow_optimum_g(residual, judge, offer, 4)
+    optimum_g = stored_optimum_g("few", seed)
     assert math.isfinite(optimum_g)
     assert depths is not None
     assert unseen_g >= optimum_g

@@ -1,0 +1,65 @@
+"""Plans that fall short without doing harm: nothing that is judged becomes worse than it was."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+
+from autobalance.correction.kind import Array, Offer
+from autobalance.planning.depths import Plan, judged_plan
+from autobalance.planning.whole_cuts import choose
+from autobalance.rigid_rotor.tolerance import Tolerance
+from autobalance.rigid_rotor.unbalance import Unbalance
+
+HALVINGS = 6
+WORSE = 1e-3
+"""Share by which a judged value may grow, from rounding; of its permissible value, where it was nothing."""
+AIM = 0.98
+
+
+def is_harmless(before: Unbalance, after: Unbalance, tolerance: Tolerance, slack: float = WORSE) -> bool:
+    """Tell whether no judged value of an unbalance is worse than it was."""
+    return all(
+        now.residual_g_mm <= was.residual_g_mm + slack * max(was.residual_g_mm, was.permissible_g_mm)
+        for was, now in zip(tolerance.judged(before), tolerance.judged(after), strict=True)
+    )
+
+
+def harmless(residual: Unbalance, tolerance: Tolerance, offer: Offer, plan: Plan) -> Plan:
+    """Return a plan that falls short, changed so that it makes nothing worse; others as they are.
+
+    The worst judged value is brought as far down as can be while each other stays at most what it was: the
+    permissible values are lowered to that, and raised in proportion where they are exceeded, until a plan
+    fits.
+    """
+    if plan.share <= 1.0 or is_harmless(residual, plan.predicted, tolerance):
+        return plan
+    nothing = np.zeros(len(offer.cuts))
+    best = judged_plan(residual, tolerance, offer.cuts, nothing)
+    low, high = max(plan.share, 1.0), best.share
+    for _ in range(HALVINGS):
+        share = (low * high) ** 0.5
+        lenient = _at_most(tolerance, residual, share)
+        here = choose(residual, lenient, offer, prefer="least_metal", aim=AIM)
+        if here.share <= 1.0:
+            best, high = _on(tolerance, here, plan.binding), share
+        else:
+            low = share
+    return best
+
+
+def _on(tolerance: Tolerance, plan: Plan, binding: tuple[str, ...]) -> Plan:
+    return replace(plan, share=tolerance.used_share(plan.predicted), binding=binding)
+
+
+def _at_most(tolerance: Tolerance, before: Unbalance, share: float) -> Tolerance:
+    """Return a tolerance that permits a share of what is permitted, but nothing worse than before."""
+    was: Array = np.array([row.residual_g_mm for row in tolerance.judged(before)])
+    most = np.array([row.permissible_g_mm for row in tolerance.judged(before)])
+    permitted = np.minimum(np.maximum(was, WORSE * most), share * most).tolist()
+    planes = tuple(
+        replace(plane, permissible_g_mm=value)
+        for plane, value in zip(tolerance.planes, permitted[1:], strict=False)
+    )
+    return replace(tolerance, permissible_g_mm=permitted[0], planes=planes or tolerance.planes)
