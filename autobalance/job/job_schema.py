@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 from dataclasses import fields
-from typing import Any
+from typing import Any, get_args
 
 from autobalance.correction import KINDS
+from autobalance.correction.kind import Prefer
 from autobalance.job.keys import DRAFT
 from autobalance.job.read import CRANKSHAFT_KEYS, TOP_KEYS
 from autobalance.job.typed_units import WEIGHT_TABLES
@@ -107,6 +108,7 @@ def _correction() -> Values:
         "type": "object",
         "properties": {
             "method": {"anyOf": [method, {"type": "array", "items": method, "minItems": 1}]},
+            "prefer": {"enum": list(get_args(Prefer)), "default": "simple"},
             **kinds,
         },
         "required": ["method"],

@@ -208,7 +208,15 @@ def _correction(found: Found) -> list[Row]:
             "one kind or a list: shoulder, turn, drill, slug, add, ...",
         ),
         Row("correction.min_wall_mm", 3.0, "mm", "metal to leave", active=False),
-        Row("correction.drill.diameters_mm", [8.0, 10.0, 12.0], "mm", "drills at hand", active=False),
+        Row("correction.prefer", "simple", "", "or least_metal, fewest_holes, ...", active=False),
+        Row(
+            "correction.drill.diameters_mm",
+            [8.0, 10.0, 12.0],
+            "mm",
+            "drills at hand; unset: picked from 4 to 25 mm",
+            active=False,
+        ),
+        Row("correction.drill.zone", "counterweights", "", "or anywhere", active=False),
         Row("correction.drill.max_holes", 6, "", "on each counterweight", active=False),
     ]
 

@@ -27,7 +27,7 @@ LEVELS = 25
 """Depths at which sets are looked for."""
 MOST_ALIKE = 6
 """Cuts in a set, at most."""
-MOST_HALVES = 20_000
+MOST_HALVES = 5_000
 MOST_MET = 300_000
 NEAR = 1.3
 """How much farther than enough halves may miss each other, since slopes differ a little from effects."""

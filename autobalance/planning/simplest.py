@@ -14,14 +14,14 @@ from itertools import combinations
 
 import numpy as np
 
-from autobalance.correction.kind import Array, setting_of
+from autobalance.correction.kind import Array, Offer, setting_of
 from autobalance.planning.alike import alike_everywhere, alike_on_each_web
 from autobalance.planning.common_depths import Groups, common_depths
 from autobalance.planning.depths import Plan, plan_depths
 from autobalance.planning.task import Task, is_discrete
 
 WHOLE_CUTS_SHARE = 0.25
-"""Share of the permissible value that plans of whole cuts may leave for the sake of simplicity."""
+"""Share of the permissible value that plans of cuts in steps may leave, since these cannot reach the aim."""
 MERGES = 40
 """Groups drawn together in a plan, tried at most."""
 MOST_FACES = 8
@@ -30,9 +30,14 @@ MOST_FACES = 8
 Rank = tuple[int, int, float]
 
 
+def has_steps(offer: Offer) -> bool:
+    """Tell whether depths come in steps of the machine, or one depth a cut."""
+    return any(cut.depth_step_mm > 0.0 or cut.least_depth_mm == cut.max_depth_mm for cut in offer.cuts)
+
+
 def enough_share(task: Task) -> float:
     """Return the share of the permissible value down to which less residual is worth no other cut."""
-    return max(task.aim * (1.0 + 1e-6), WHOLE_CUTS_SHARE if is_discrete(task.offer) else 0.0)
+    return max(task.aim * (1.0 + 1e-6), WHOLE_CUTS_SHARE if has_steps(task.offer) else 0.0)
 
 
 def rank(task: Task, plan: Plan) -> Rank:

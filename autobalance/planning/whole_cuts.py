@@ -19,7 +19,7 @@ from autobalance.planning.depths import AIM, Plan, judged_plan, plan_depths
 from autobalance.planning.enumeration import lightest_set
 from autobalance.planning.milp import FEW, NODES, solve
 from autobalance.planning.milp_model import EXCESS_WEIGHT, add_points, breakpoints
-from autobalance.planning.simplest import WHOLE_CUTS_SHARE, enough_share, rank, simplest
+from autobalance.planning.simplest import WHOLE_CUTS_SHARE, enough_share, has_steps, rank, simplest
 from autobalance.planning.task import Task, is_discrete, usual
 from autobalance.rigid_rotor.tolerance import Tolerance
 from autobalance.rigid_rotor.unbalance import Unbalance
@@ -115,7 +115,7 @@ def _simplest(task: Task, start_mm: Array | None) -> Plan:
 
 def is_enough(plan: Plan, offer: Offer) -> bool:
     """Tell whether a plan leaves so little that looking for other cuts is not worth it."""
-    return plan.share <= (WHOLE_CUTS_SHARE if is_discrete(offer) else AIM)
+    return plan.share <= (WHOLE_CUTS_SHARE if has_steps(offer) else AIM * (1.0 + 1e-6))
 
 
 def _first(task: Task) -> Plan:

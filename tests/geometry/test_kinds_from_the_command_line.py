@@ -55,7 +55,7 @@ def test_a_turned_crank_leaves_the_overbalance_and_says_where_the_last_holes_bel
 def test_without_overbalance_there_is_none(tmp_path: Path) -> None:
     report = run(job(tmp_path, 'method = "turn"'))
     assert report["overbalance"] is None
-    assert report["job"]["correction"]["prefer"] == "least_metal"
+    assert report["job"]["correction"]["prefer"] == "simple"
 
 
 @pytest.mark.slow
