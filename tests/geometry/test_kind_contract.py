@@ -13,7 +13,7 @@ import numpy as np
 import pytest
 
 from autobalance.correction import KINDS, joined, offer
-from autobalance.correction.kind import Cut, Offer, WiderLimits, Workpiece
+from autobalance.correction.kind import Cut, Offer, Otherwise, WiderLimits, Workpiece
 from autobalance.correction.room import Room, keep_apart
 from autobalance.crank.anatomy import Overrides
 from autobalance.crank.faces import find_faces
@@ -196,6 +196,9 @@ def test_wider_limits_are_limits(name: str) -> None:
             wider = way.changed(1.0)
             assert replace(limits, **wider) != limits
             assert way.say(wider)
+        elif isinstance(way, Otherwise):
+            assert replace(limits, **way.changed) != limits
+            assert way.text
         else:
             assert getattr(limits, way.key) == way.now
             assert str(way.now + 2) in way.say(2)
