@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import json
+import re
+from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -167,30 +169,63 @@ def test_coarse_machine_is_refused_a_verdict(loop: Path, tmp_path: Path) -> None
     assert "this machine cannot show it" in str(result.reason)
 
 
-def test_reading_of_the_wrong_sense_stops_the_next_stage(
-    loop: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+def in_ounce_inches(text: str) -> str:
+    """Return a reading whose numbers are oz·in under the name of g·mm."""
+    return re.sub(r"(?m)^g_mm = (.*)$", lambda found: f"g_mm = {float(found[1]) / 720.0778874!r}", text)
+
+
+@pytest.mark.parametrize(
+    ("mistake", "key", "cause"),
+    [
+        (lambda text: text.replace('rotation = "cw"', 'rotation = "ccw"'), "rotation", "mirrored"),
+        (in_ounce_inches, "g_mm", "scaled"),
+    ],
+)
+def test_a_mistaken_reading_stops_the_next_stage(
+    mistake: Callable[[str], str],
+    key: str,
+    cause: str,
+    loop: Path,
+    tmp_path: Path,
+    capsys: pytest.CaptureFixture[str],
 ) -> None:
-    # A second reading, taken before further cuts were made: [[before]] and now, both counted the wrong way.
+    """An angle sense reversed, or another unit, in the reading before the cuts and after.
+
+    Exchanged planes do not show here: the cuts of this crank are alike in both.
+    """
     first = loop / "out" / "report.json"
-    right = (loop / "first" / "reading.toml").read_text(encoding="utf-8")
+    read = ab.machine(
+        {
+            "kind": "hard",
+            "speed_rpm": 600.0,
+            "rotor": {"report": str(first)},
+            "unbalance": HIDDEN,
+        }
+    ).report["runs"][0]["planes"]
     cut = values(first)
-    before = (
-        np.array(cut["initial"]["planes"][0]["unbalance_g_mm"]),
-        np.array(cut["initial"]["planes"][1]["unbalance_g_mm"]),
-    )
-    lines = [right.replace('rotation = "cw"', 'rotation = "ccw"')]
-    for name, vector in zip("AB", before, strict=True):
-        angle = (30.0 - np.degrees(np.arctan2(vector[1], vector[0]))) % 360.0
-        lines.append(f'[[before]]\nat = "{name}"\ng_mm = {np.hypot(*vector):.9f}\nangle_deg = {angle:.9f}')
+    change = [
+        np.subtract(after["unbalance_g_mm"], before["unbalance_g_mm"])
+        for after, before in zip(cut["residual"]["planes"], cut["initial"]["planes"], strict=True)
+    ]
+    lines = ['rotation = "cw"', "zero_deg = 30.0", "urr_percent = 95.0", "umar_g_mm = 0.001"]
+    for table in ("plane", "before"):
+        for name, plane, difference in zip("AB", read, change, strict=True):
+            vector = np.array(plane["unbalance_g_mm"]) - (difference if table == "before" else 0.0)
+            angle = (30.0 - np.degrees(np.arctan2(vector[1], vector[0]))) % 360.0
+            size = f"g_mm = {np.hypot(*vector):.9f}\nangle_deg = {angle:.9f}"
+            lines.append(f'[[{table}]]\nat = "{name}"\n{size}')
     wrong = tmp_path / "wrong.toml"
-    wrong.write_text("\n".join(lines), encoding="utf-8")
+    wrong.write_text(mistake("\n".join(lines)), encoding="utf-8")
     folder = tmp_path / "stage"
     assert main(["recut", str(first), str(wrong), "-o", str(folder), NO_PAGES]) == 3
     error = capsys.readouterr().err
-    assert "wrong.toml: rotation: the change of reading is" in error
+    assert error.count("\n") == 1
+    assert f"wrong.toml: {key}: the change of reading is" in error
     assert not folder.exists()
-    assert main(["recut", str(first), str(wrong), "-o", str(folder), NO_PAGES, "--trust-reading"]) in (0, 4)
-    assert values(folder / "report.json")["stages"][-1]["suspects"][0]["cause"] == "mirrored"
+    if cause == "mirrored":
+        trusted = ["recut", str(first), str(wrong), "-o", str(folder), NO_PAGES, "--trust-reading"]
+        assert main(trusted) in (0, 4)
+        assert values(folder / "report.json")["stages"][-1]["suspects"][0]["cause"] == cause
 
 
 def test_solid_of_another_report_is_refused(loop: Path, tmp_path: Path) -> None:
@@ -211,3 +246,101 @@ def test_bob_weights_of_another_number_are_refused(loop: Path) -> None:
     }
     with pytest.raises(ab.AutobalanceError, match="bob_weights_g has 2 entries"):
         ab.recut(loop / "out" / "report.json", {**reading, **planes})
+
+
+PLANT = np.array([[0.031 + 0.012j, 0.006 - 0.004j], [-0.004 + 0.007j, 0.024 - 0.019j]])
+"""What two sensors show of a g·mm in plane A and in plane B [µm], heavy side at the tacho's mark."""
+TRIALS = """
+initial = "run-0.csv"
+[[trial]]
+plane = "A"
+g_mm = 400.0
+angle_deg = 20.0
+readings = "run-1.csv"
+[[trial]]
+plane = "B"
+g_mm = 300.0
+angle_deg = 250.0
+readings = "run-2.csv"
+[records]
+channels = ["front", "rear"]
+tacho = "tacho"
+[reading]
+at = ["A", "B"]
+urr_percent = 95.0
+umar_g_mm = 0.5
+rotation = "cw"
+zero_deg = 30.0
+"""
+
+
+def recorded(path: Path, unbalance: Sequence[complex]) -> None:
+    """Write what two sensors and a tacho with one pulse a turn record: 4 s at 25 Hz, with noise."""
+    t = np.arange(8000) / 2000.0
+    turn = 2.0 * np.pi * 25.0 * t
+    noise = np.random.default_rng(3)
+    columns = [t]
+    for response in PLANT @ np.array(unbalance):
+        wave = np.real(response * np.exp(1j * turn)) + 0.8 * np.cos(2.0 * turn + 1.0)
+        columns.append(wave + 0.02 * noise.standard_normal(len(t)))
+    table = np.column_stack([*columns, np.sin(turn)])
+    header = "time_s,front_um,rear_um,tacho_V"
+    np.savetxt(path, table, "%.7g", ",", header=header, comments="")
+
+
+def test_records_of_trial_runs_become_the_reading_of_the_next_stage(
+    loop: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """Order-1 vectors at two sensors, influence coefficients, a reading, further cuts: within tolerance."""
+    report = loop / "out" / "report.json"
+    task = {"kind": "hard", "speed_rpm": 600.0, "rotor": {"report": str(report)}, "unbalance": HIDDEN}
+    truth = [complex(*plane["unbalance_g_mm"]) for plane in ab.machine(task).report["rotor"]["planes"]]
+
+    def shop(weight: complex) -> complex:
+        """Return a weight of the rotor frame in the shop's angles: clockwise from 30°."""
+        return abs(weight) * np.exp(1j * (np.radians(30.0) - np.angle(weight)))
+
+    seen = [shop(each) for each in truth]
+    trials = [400.0 * np.exp(1j * np.radians(20.0)), 300.0 * np.exp(1j * np.radians(250.0))]
+    recorded(tmp_path / "run-0.csv", seen)
+    recorded(tmp_path / "run-1.csv", [seen[0] + trials[0], seen[1]])
+    recorded(tmp_path / "run-2.csv", [seen[0], seen[1] + trials[1]])
+    (tmp_path / "trials.toml").write_text(TRIALS, encoding="utf-8")
+    assert main(["influence", str(tmp_path / "trials.toml"), "-o", str(tmp_path / "found")]) == 0
+    reading = tmp_path / "found" / "reading.toml"
+    stage = tmp_path / "stage"
+    assert main(["recut", str(report), str(reading), "-o", str(stage), NO_PAGES]) == 0
+    read = values(stage / "report.json")["stages"][-1]["reading"]["planes"]
+    for plane, true in zip(read, truth, strict=True):
+        assert abs(complex(*plane["unbalance_g_mm"]) - true) < 0.02 * abs(true)
+    again = {**task, "rotor": {"report": str(stage / "report.json")}}
+    left = ab.machine(again).report["rotor"]
+    assert left["magnitude_g_mm"] < values(report)["tolerance"]["permissible_g_mm"]
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "says"),
+    [
+        ('"run-1.csv"', '"none.csv"', "trials.toml: trial[1].readings: no such file"),
+        ('tacho = "tacho"', 'tacho = "front"', "trials.toml: initial: "),
+        ('["front", "rear"]', '["front", "side"]', "side"),
+        ('["front", "rear"]', "[]", "records.channels is an empty list"),
+        ("[records]", "[record]", "records is missing; initial names a record"),
+        ('at = ["A", "B"]', 'at = ["A"]', "reading.at has 1 entries; the trials have 2 planes"),
+        ('at = ["A", "B"]', "", "reading.at is missing; or z_mm"),
+        ('at = ["A", "B"]', 'at = ["A", "B"]\nz_mm = [1, 2]', "reading.at is given with z_mm"),
+        ("urr_percent = 95.0", "", "reading.urr_percent is missing"),
+    ],
+)
+def test_what_is_wrong_with_recorded_trials_is_one_line(
+    old: str, new: str, says: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    unbalance = [100.0 + 0j, 50j]
+    for number, more in enumerate(([0, 0], [400, 0], [0, 300])):
+        recorded(tmp_path / f"run-{number}.csv", [a + b for a, b in zip(unbalance, more, strict=True)])
+    (tmp_path / "trials.toml").write_text(TRIALS.replace(old, new), encoding="utf-8")
+    assert main(["influence", str(tmp_path / "trials.toml"), "-o", str(tmp_path / "found")]) == 3
+    error = capsys.readouterr().err
+    assert says in error
+    assert error.count("\n") == 1
+    assert not (tmp_path / "found").exists()

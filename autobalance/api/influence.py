@@ -28,6 +28,13 @@ BELOW = 1e-9
 class InfluenceResult(VerbResult):
     """Influence coefficients, the weights to add and what they leave."""
 
+    def files(self) -> Mapping[str, bytes]:
+        """Return ``reading.toml`` for ``recut``, the unbalance found, if ``[reading]`` tells the planes."""
+        from autobalance.report.reading_toml import found_unbalance_toml
+
+        told = self.report["input"]["reading"] is not None
+        return {"reading.toml": found_unbalance_toml(self.report).encode()} if told else {}
+
     @property
     def exit_code(self) -> int:
         """Exit code of the command: 4 where a residual is above the target."""

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 from autobalance.api.result import Plots, Values, VerbResult, report_head
 from autobalance.errors import FileError, FormatError
+from autobalance.units import RAD_S_PER_RPM
 
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike
@@ -16,6 +17,7 @@ if TYPE_CHECKING:
     from autobalance.job import Job
     from autobalance.signal.analysis import Analysis, Question
     from autobalance.signal.bearing import Bearing
+    from autobalance.signal.drive_sources import Drive
     from autobalance.signal.record import Channel, Record
     from autobalance.signal.sources import Source
 
@@ -96,6 +98,7 @@ def orders(
     axes: tuple[str, str] | None = None,
     job: str | Path | Job | None = None,
     settings: Sequence[str] = (),
+    drive: str | Path | Mapping[str, Any] | None = None,
     campbell: str | Path | Mapping[str, Any] | None = None,
     progress: Progress = lambda _words, _share: None,
 ) -> OrdersResult:
@@ -129,6 +132,8 @@ def orders(
         Of the envelope [Hz]; default the one with the most peaked envelope.
     axes : pair of str or None
         X and Y: forward and backward circles of order 1.
+    drive : path, mapping or None
+        Gears, belts and shafts that the crank drives, besides those of the job's ``[drive]``.
     settings : sequence of str
         Keys of the job to set before anything is checked: ``["balance.factor=0.5"]``.
     job : path, Job or None
@@ -170,8 +175,10 @@ def orders(
     progress("analysing", 0.3)
     found = analyse(first, question)
     compared = None if second is None else analyse(second, question)
-    sources = _sources(question, None if job is None else _job(job, settings), found, progress)
+    engine = None if job is None else _job(job, settings)
+    sources = _sources(question, engine, _drive(drive, engine), found, progress)
     given = _input(question, first, second, sample_rate, calibration, job, bearing)
+    given["drive"] = str(drive) if isinstance(drive, str | Path) else None
     set_keys: Values = {"job_set": list(settings)} if settings else {}
     return OrdersResult(
         {**report_head("orders"), **set_keys, "input": given, **orders_values(found, sources, compared)},
@@ -263,10 +270,22 @@ def _bearing(given: Mapping[str, float]) -> Bearing:
     )  # fmt: skip
 
 
-def _sources(question: Question, job: Job | None, found: Analysis, progress: Progress) -> list[Source]:
+def _drive(given: str | Path | Mapping[str, Any] | None, job: Job | None) -> list[Drive]:
+    """Return what the crank drives, by a file of its own and by the job."""
+    from autobalance.job.drive import read_drive
+
+    own = [] if given is None else [read_drive(given)]
+    return own if job is None or job.drive is None else [*own, job.drive]
+
+
+def _sources(
+    question: Question, job: Job | None, drives: list[Drive], found: Analysis, progress: Progress
+) -> list[Source]:
     from autobalance.signal.sources import bearing_sources, shaft_source
 
-    known = [] if question.bearing is None else bearing_sources(question.bearing)
+    speed = None if found.speed.turning is None else found.speed.turning.mean_rpm * RAD_S_PER_RPM
+    known = [source for drive in drives for source in drive.sources(speed)]
+    known += [] if question.bearing is None else bearing_sources(question.bearing)
     if job is None:
         return [shaft_source(), *known]
     progress("measuring the job's crank", 0.6)

@@ -10,6 +10,12 @@ from autobalance.command.options import add_json, add_plots, add_units
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Describe the command line."""
     parser.add_argument("trials", metavar="TRIALS.toml", help="readings without and with trial weights")
+    parser.add_argument(
+        "-o",
+        "--output",
+        metavar="DIR",
+        help="write the report to DIR, and with [reading] reading.toml for recut",
+    )
     add_json(parser)
     add_units(parser)
     add_plots(parser)

@@ -34,6 +34,9 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--job", metavar="JOB.toml", help="the engine that was recorded, for the sources")
     add_set(parser)
     parser.add_argument(
+        "--drive", metavar="DRIVE.toml", help="[[gear]], [[belt]] and [[shaft]] that the crank drives"
+    )
+    parser.add_argument(
         "--campbell", metavar="REPORT.json", help="of rotor or torsion: its frequencies over the waterfall"
     )
     parser.add_argument(
@@ -90,12 +93,13 @@ def run(arguments: argparse.Namespace) -> int:
             axes=_pair("--axes", None if arguments.axes is None else tuple(arguments.axes.split(","))),
             job=arguments.job,
             settings=arguments.settings,
+            drive=arguments.drive,
             campbell=arguments.campbell,
             progress=progress,
         )
     for text in result.report["warnings"]:
         warn(text)
-    read = (arguments.record, arguments.other, arguments.job, arguments.campbell)
+    read = (arguments.record, arguments.other, arguments.job, arguments.drive, arguments.campbell)
     return finish(arguments, result, sources=tuple(each for each in read if each is not None))
 
 

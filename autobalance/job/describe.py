@@ -18,6 +18,7 @@ from autobalance.job.model import (
     ThrowParts,
     Weight,
 )
+from autobalance.signal.drive_sources import Drive
 from autobalance.units import G_PER_MM3_PER_KG_M3, RAD_S_PER_RPM
 
 
@@ -49,6 +50,7 @@ def describe(job: Job) -> dict[str, Any]:
         **({"shafts": [_shaft(shaft) for shaft in job.shafts]} if job.shafts else {}),
         **({} if job.torsion is None else job.torsion.filled),
         **({"study": asdict(job.study)} if "study" in job.raw else {}),
+        **({} if job.drive is None else {"drive": _drive(job.drive)}),
         **({"assembly": [dict(each.values) for each in job.assembly]} if job.assembly else {}),
         "correction": {
             "method": list(job.method_names),
@@ -59,6 +61,14 @@ def describe(job: Job) -> dict[str, Any]:
                 for name, limits in zip(job.method_names, job.methods, strict=True)
             },
         },
+    }
+
+
+def _drive(drive: Drive) -> dict[str, Any]:
+    return {
+        "gear": [asdict(each) for each in drive.gears],
+        "belt": [asdict(each) for each in drive.belts],
+        "shaft": [asdict(each) for each in drive.shafts],
     }
 
 

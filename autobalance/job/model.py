@@ -18,6 +18,7 @@ if TYPE_CHECKING:
     from autobalance.job.assembly import AssemblyEntry
     from autobalance.job.cycle import Cycle
     from autobalance.job.torsion_file import CrankTorsion
+    from autobalance.signal.drive_sources import Drive
 
 LengthUnit = Literal["mm", "cm", "m", "inch"]
 Distribution = Literal["normal", "rectangular"]
@@ -212,7 +213,7 @@ class Job:
     in the job's order; ``prefer`` is what their plan spares. ``raw`` is the TOML as read, for the report.
     ``depth_tolerance_mm`` is by how much the depth of a cut may be off, None where the job does not say.
     ``settings`` are the keys that were set from outside, as given.
-    ``study`` is what only ``study`` reads, ``torsion`` what only ``torsion`` does.
+    ``study`` is what only ``study`` reads, ``torsion`` what only ``torsion`` does, ``drive`` only ``orders``.
     """
 
     path: Path
@@ -231,6 +232,7 @@ class Job:
     study: StudyOptions = StudyOptions()
     torsion: CrankTorsion | None = None
     assembly: tuple[AssemblyEntry, ...] = ()
+    drive: Drive | None = None
 
     @classmethod
     def from_dict(cls, values: Mapping[str, Any], folder: str | Path = ".") -> Job:

@@ -41,6 +41,7 @@ from autobalance.units import G_PER_MM3_PER_KG_M3, RAD_S_PER_RPM
 if TYPE_CHECKING:
     from autobalance.job.assembly import AssemblyEntry
     from autobalance.job.torsion_file import CrankTorsion
+    from autobalance.signal.drive_sources import Drive
 
 OF_TORSION = ("torsion", "excitation", "pendulum", "speed_rpm", "points")
 TOP_KEYS = (
@@ -53,6 +54,7 @@ TOP_KEYS = (
     "cycle",
     "study",
     "assembly",
+    "drive",
     *OF_TORSION,
 )
 """Tables of a job."""
@@ -243,7 +245,17 @@ def parse(
         study=read_study(root),
         torsion=_torsion(root),
         assembly=_assembly(root, path.parent),
+        drive=_drive(root),
     )
+
+
+def _drive(root: Table) -> Drive | None:
+    """Read ``[drive]``, which only ``orders`` looks at; None where there is none."""
+    if "drive" not in root:
+        return None
+    from autobalance.job.drive import drive_of_job
+
+    return drive_of_job(root.raw)
 
 
 def _assembly(root: Table, folder: Path) -> tuple[AssemblyEntry, ...]:

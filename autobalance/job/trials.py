@@ -14,8 +14,11 @@ from autobalance.dynamics.fitted_weights import Fitting
 from autobalance.dynamics.influence_coefficients import Array, Complex, Trial, changes
 from autobalance.dynamics.limited_weights import Goal
 from autobalance.errors import JobError
-from autobalance.job.keys import Key, Values, read_document
+from autobalance.job.keys import Key, Values, named_in, read_document
+from autobalance.job.read import text_of, toml_of
+from autobalance.job.reading_keys import ROTATION, SPEED_RPM, UMAR_G_MM, URR_PERCENT, ZERO_DEG
 from autobalance.job.table import COUNTED, NOT_NEGATIVE, POSITIVE
+from autobalance.job.trial_records import RECORDS_KEYS, with_recorded_readings
 
 Reading = tuple[float, float]
 PlaneName = int | str
@@ -26,7 +29,11 @@ TRIAL_KEYS = (
     Key("g", float, "or: trial weight [g], with radius_mm", POSITIVE, None),
     Key("radius_mm", float, "radius of the trial weight [mm]", POSITIVE, None),
     Key("angle_deg", float, "where it is added, counter-clockwise [°]"),
-    Key("readings", tuple[Reading, ...], "[amplitude, phase_deg] of each reading with the trial weight on"),
+    Key(
+        "readings",
+        tuple[Reading, ...] | str | tuple[str, ...],
+        "[amplitude, phase_deg] of each reading with the trial weight on, or a record, or one a speed",
+    ),
     Key("left_on", bool, "whether it stays on for the trials after it", default=False),
 )
 PLANE_KEYS = (
@@ -47,14 +54,33 @@ PLANE_KEYS = (
     ),
     Key("max_weights", int, "weights in the plane at most", COUNTED, None),
 )
+SEAM_KEYS = (
+    Key("at", tuple[Literal["A", "B"], ...], "tolerance plane of each plane of the trials", default=None),
+    Key("z_mm", tuple[float, ...], "or: where each stands, rotor frame [mm]", default=None),
+    Key("serial", str, "serial number", default=None),
+    SPEED_RPM,
+    Key("bob_weights_g", tuple[float, ...], "clamped on, one a throw", NOT_NEGATIVE, None),
+    Key("attached_fitted", bool, "were the [[engine.attached]] parts on", default=True),
+    URR_PERCENT,
+    UMAR_G_MM,
+    ROTATION,
+    ZERO_DEG,
+)
+"""As in a reading file; ``rotation`` and ``zero_deg`` say how the trials' angles count."""
 TRIALS_KEYS = (
     Key("goal", Literal["least_squares", "least_worst"], "what is made least", default="least_squares"),
     Key("phases", Literal["same", "opposite"], "sense in which phase_deg counts", default="same"),
-    Key("initial", tuple[Reading, ...], "[amplitude, phase_deg] of each reading, all trial weights off"),
+    Key(
+        "initial",
+        tuple[Reading, ...] | str | tuple[str, ...],
+        "[amplitude, phase_deg] of each reading, all trial weights off, or a record, or one a speed",
+    ),
     Key("reading_weights", tuple[float, ...], "how much each reading counts", NOT_NEGATIVE, None),
     Key("target", float, "amplitude that each residual must not exceed", POSITIVE, None),
     Key("trial", says="runs with a trial weight, in their order", keys=TRIAL_KEYS, many=True),
     Key("plane", says="what can be fitted", keys=PLANE_KEYS, many=True, default=None),
+    Key("records", says="how records give readings", keys=RECORDS_KEYS, default=None),
+    Key("reading", says="what `recut` must be told of the unbalance found", keys=SEAM_KEYS, default=None),
 )
 
 
@@ -88,7 +114,13 @@ def read_trials(source: str | Path | Mapping[str, Any]) -> Trials:
     JobError
         If a key is unknown, missing or impossible, or a trial weight changes nothing.
     """
-    return read_document(source, "trials file", TRIALS_KEYS, _trials)
+    if isinstance(source, Mapping):
+        return read_document(with_recorded_readings(source, Path()), "", TRIALS_KEYS, _trials)
+    path = Path(source)
+    raw = toml_of(text_of(path, "trials file"), path.name)
+    with named_in(path):
+        values = with_recorded_readings(raw, path.parent)
+        return read_document(values, "", TRIALS_KEYS, _trials)
 
 
 def _trials(values: Values) -> Trials:
@@ -107,6 +139,7 @@ def _trials(values: Values) -> Trials:
             f"trial has {len(planes)} planes, initial {count} reading{'s' * (count > 1)}; at least as many "
             "readings as planes are needed"
         )
+    _check_seam(values["reading"], len(planes))
     initial = _readings(values["initial"], "initial", opposite)
     trials = tuple(
         _trial(each, f"trial[{number}]", planes, count, opposite)
@@ -125,6 +158,24 @@ def _trials(values: Values) -> Trials:
         values["target"],
         opposite,
     )
+
+
+def _check_seam(seam: Values | None, planes: int) -> None:
+    """Refuse a ``[reading]`` that ``recut`` could not be told of: one plane or two, each with its place."""
+    if seam is None:
+        return
+    if planes > 2:
+        raise JobError(f"reading is given for {planes} planes; recut takes one or two")
+    places = [key for key in ("at", "z_mm") if seam[key] is not None]
+    if len(places) != 1 and not (planes == 1 and not places):
+        raise JobError(
+            "reading.at is missing; or z_mm, one for each plane"
+            if not places
+            else "reading.at is given with z_mm; one of them is needed"
+        )
+    for key in places:
+        if len(seam[key]) != planes:
+            raise JobError(f"reading.{key} has {len(seam[key])} entries; the trials have {planes} planes")
 
 
 def _check_length(found: tuple[Any, ...], where: str, count: int) -> None:

@@ -1,4 +1,4 @@
-"""A machine's reading as the TOML file that ``recut`` takes."""
+"""A machine's reading, or the unbalance that trial weights found, as the TOML file that ``recut`` takes."""
 
 from __future__ import annotations
 
@@ -39,6 +39,34 @@ def reading_toml(report: Values) -> str:
             f"g_mm = {plane['g_mm']!r}",
             f"angle_deg = {convention.machine_deg(plane['angle_deg'])!r}",
         ]
+    return "\n".join(lines) + "\n"
+
+
+def found_unbalance_toml(report: Values) -> str:
+    """Return the unbalance that ``influence`` found as a reading, heavy where its weights come off."""
+    told = report["input"]["reading"]
+    lines = ["# The unbalance that trial weights and influence coefficients found."]
+    if told["serial"] is not None:
+        lines.append(f"serial = {_text(told['serial'])}")
+    if told["speed_rpm"] is not None:
+        lines.append(f"speed_rpm = {told['speed_rpm']!r}")
+    if told["bob_weights_g"] is not None:
+        lines.append(f"bob_weights_g = [{', '.join(repr(each) for each in told['bob_weights_g'])}]")
+    lines += [
+        f"attached_fitted = {'true' if told['attached_fitted'] else 'false'}",
+        f"urr_percent = {told['urr_percent']!r}",
+        f"umar_g_mm = {told['umar_g_mm']!r}",
+        f"rotation = {_text(told['rotation'])}",
+        f"zero_deg = {told['zero_deg']!r}",
+        'reads = "heavy"',
+    ]
+    for number, weight in enumerate(report["corrections"]):
+        lines += ["", "[[plane]]"]
+        if told["at"] is not None:
+            lines.append(f"at = {_text(told['at'][number])}")
+        if told["z_mm"] is not None:
+            lines.append(f"z_mm = {told['z_mm'][number]!r}")
+        lines += [f"g_mm = {weight['g_mm']!r}", f"angle_deg = {weight['remove_angle_deg']!r}"]
     return "\n".join(lines) + "\n"
 
 

@@ -3,8 +3,11 @@
 from __future__ import annotations
 
 import csv
-import io
+import itertools
+from array import array
 from collections import Counter
+from collections.abc import Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -166,41 +169,78 @@ def _by_angle(path: Path, sheet: _Sheet, places: list[int], at: int, notes: list
 
 
 def _sheet(path: Path) -> _Sheet:
-    """Read headers and numbers."""
-    data = path.read_bytes()
-    if b"\0" in data[:4096]:
-        raise FormatError(f"{path.name} is no text file")
+    """Read headers and numbers, line by line: no more of a long file is in memory than its numbers."""
+    with path.open("rb") as stream:
+        if b"\0" in stream.read(4096):
+            raise FormatError(f"{path.name} is no text file")
     try:
-        text = data.decode("utf-8-sig")
+        return _in_encoding(path, "utf-8-sig")
     except UnicodeDecodeError:
-        text = data.decode("latin-1")
-    stream = io.StringIO(text, newline=None)
-    head = ""
-    while not head.strip() or head.lstrip().startswith("#"):
-        head = stream.readline()
-        if not head:
-            raise FormatError(f"{path.name} is empty")
+        return _in_encoding(path, "latin-1")
+
+
+def _in_encoding(path: Path, encoding: str) -> _Sheet:
+    head, skipped = _head(path, encoding)
     separator = max(";\t,", key=head.count)
     headers = next(csv.reader([head], delimiter=separator))
     if all(_number(cell) is not None for cell in headers):
         raise FormatError(f"{path.name} has no header: its first line is numbers")
-    body = text[stream.tell() :] if "\r" not in text else stream.read()
-    units, body = _units_row(body, separator, len(headers))
-    if separator != "," and "," in body[:10000]:
-        body = body.replace(",", ".")
-    if not body.strip():
-        raise FormatError(f"{path.name} has a header and no numbers")
-    columns, text_columns = _numbers(path, body, separator, len(headers))
-    return _Sheet(headers, units, columns, text_columns)
+    with _lines(path, encoding, skipped) as lines:
+        first = list(itertools.islice(lines, PEEKED))
+    units = _units_row(first[0] if first else "", separator, len(headers))
+    skipped += units is not None
+    begun = "".join(first[units is not None :])
+    if not begun.strip():
+        with _lines(path, encoding, skipped) as lines:
+            if not any(line.strip() for line in lines):
+                raise FormatError(f"{path.name} has a header and no numbers")
+    body = _Body(path, encoding, skipped, separator, separator != "," and "," in begun)
+    columns, text_columns = _numbers(body, len(headers))
+    return _Sheet(headers, units or [None] * len(headers), columns, text_columns)
 
 
-def _units_row(body: str, separator: str, count: int) -> tuple[list[str | None], str]:
-    """Return the units of a line under the header, where there is one, and the rest."""
-    first, _, rest = body.partition("\n")
-    cells = [cell.strip().strip('"').strip("[]() ") for cell in first.split(separator)]
+PEEKED = 100
+"""Lines looked at for units and for decimal commas."""
+
+
+def _head(path: Path, encoding: str) -> tuple[str, int]:
+    """Return the line of the headers, and how many lines end with it."""
+    with _lines(path, encoding, 0) as lines:
+        for number, line in enumerate(lines, 1):
+            if line.strip() and not line.lstrip().startswith("#"):
+                return line, number
+    raise FormatError(f"{path.name} is empty")
+
+
+@contextmanager
+def _lines(path: Path, encoding: str, skipped: int) -> Iterator[Iterator[str]]:
+    with path.open(encoding=encoding) as stream:
+        yield itertools.islice(stream, skipped, None)
+
+
+@dataclass(frozen=True)
+class _Body:
+    """The lines of numbers of a file."""
+
+    path: Path
+    encoding: str
+    skipped: int
+    separator: str
+    comma: bool
+
+    @contextmanager
+    def lines(self) -> Iterator[Iterator[str]]:
+        """Yield the lines, decimal commas as points."""
+        with _lines(self.path, self.encoding, self.skipped) as lines:
+            yield (line.replace(",", ".") for line in lines) if self.comma else lines
+
+
+def _units_row(line: str, separator: str, count: int) -> list[str | None] | None:
+    """Return the units of a line under the header; None where it holds none."""
+    cells = [cell.strip().strip('"').strip("[]() ") for cell in line.rstrip("\n").split(separator)]
     if len(cells) == count and all(_number(cell) is None for cell in cells) and any(cells):
-        return [cell or None for cell in cells], rest
-    return [None] * count, body
+        return [cell or None for cell in cells]
+    return None
 
 
 def _number(cell: str) -> float | None:
@@ -210,30 +250,39 @@ def _number(cell: str) -> float | None:
         return None
 
 
-def _numbers(path: Path, body: str, separator: str, count: int) -> tuple[Array, list[bool]]:
+def _numbers(body: _Body, count: int) -> tuple[Array, list[bool]]:
     """Return the columns and which of them are text."""
     try:
-        columns = np.loadtxt(io.StringIO(body), delimiter=separator, ndmin=2, comments=None)
+        with body.lines() as lines:
+            columns = np.loadtxt(lines, delimiter=body.separator, ndmin=2, comments=None)
+    except UnicodeDecodeError:
+        raise
     except ValueError:
-        return _cell_by_cell(path, body, separator, count)
+        return _cell_by_cell(body, count)
     if columns.shape[1] != count:
-        return _cell_by_cell(path, body, separator, count)
+        return _cell_by_cell(body, count)
     return columns, [False] * count
 
 
-def _cell_by_cell(path: Path, body: str, separator: str, count: int) -> tuple[Array, list[bool]]:
+def _cell_by_cell(body: _Body, count: int) -> tuple[Array, list[bool]]:
     """Read what the fast way refuses: text, empty cells, lines of another length."""
-    rows = [row for row in csv.reader(io.StringIO(body), delimiter=separator) if any(map(str.strip, row))]
-    for place, row in enumerate(rows, 1):
-        if len(row) == count + 1 and not row[-1].strip():
-            del row[-1]
-        if len(row) != count:
-            raise FormatError(f"{path.name}: data row {place} has {len(row)} cells; the header has {count}")
-    columns = np.full((len(rows), count), np.nan)
-    text = [False] * count
-    for k in range(count):
-        found = [_number(row[k]) for row in rows]
-        wrong = [place for place, value in enumerate(found) if value is None and rows[place][k].strip()]
-        text[k] = 2 * len(wrong) > len(rows) or all(value is None for value in found)
-        columns[:, k] = [np.nan if value is None else value for value in found]
-    return columns, text
+    columns = [array("d") for _ in range(count)]
+    wrong, right, rows = [0] * count, [0] * count, 0
+    with body.lines() as lines:
+        for row in csv.reader(lines, delimiter=body.separator):
+            if not any(map(str.strip, row)):
+                continue
+            rows += 1
+            if len(row) == count + 1 and not row[-1].strip():
+                del row[-1]
+            if len(row) != count:
+                raise FormatError(
+                    f"{body.path.name}: data row {rows} has {len(row)} cells; the header has {count}"
+                )
+            for k, cell in enumerate(row):
+                value = _number(cell)
+                columns[k].append(np.nan if value is None else value)
+                right[k] += value is not None
+                wrong[k] += value is None and bool(cell.strip())
+    text = [2 * wrong[k] > rows or not right[k] for k in range(count)]
+    return np.column_stack([np.frombuffer(column) for column in columns]), text

@@ -1,0 +1,81 @@
+"""``[drive]`` of a job, or a file of its own: gears, belts and shafts that the crank drives."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+from autobalance.errors import JobError
+from autobalance.job.keys import Key, Values, read, read_document
+from autobalance.job.table import COUNTED, NOT_NEGATIVE, POSITIVE
+from autobalance.signal.drive_sources import Belt, Drive, Gear, Shaft
+
+NAME = Key("name", str, "as it is told")
+GEAR_KEYS = (
+    NAME,
+    Key("teeth", int, "of the wheel whose speed is given", COUNTED),
+    Key("speed", float, "that wheel's speed over the crank's", POSITIVE, 1.0),
+    Key("mates", int, "teeth of the other wheel", COUNTED, None),
+    Key("error_um", float, "transmission error once a tooth, peak", NOT_NEGATIVE, None),
+    Key("runout_um", float, "eccentricity of the wheel", NOT_NEGATIVE, None),
+    Key("stiffness_N_um", float, "of the mesh", POSITIVE, None),
+)
+BELT_KEYS = (
+    NAME,
+    Key("length_mm", float, "of the belt or chain", POSITIVE),
+    Key("pulley_mm", float, "pitch diameter of the pulley", POSITIVE),
+    Key("speed", float, "that pulley's speed over the crank's", POSITIVE, 1.0),
+    Key("teeth", int, "of the pulley, for a toothed belt or a chain", COUNTED, None),
+    Key("runout_um", float, "eccentricity of the pulley", NOT_NEGATIVE, None),
+    Key("stiffness_N_um", float, "of the spans", POSITIVE, None),
+)
+SHAFT_KEYS = (
+    NAME,
+    Key("speed", float, "its speed over the crank's", POSITIVE),
+    Key("unbalance_g_mm", float, "its unbalance", NOT_NEGATIVE, None),
+)
+DRIVE_KEYS = (
+    Key("gear", says="pairs of wheels", keys=GEAR_KEYS, many=True, default=()),
+    Key("belt", says="belts and chains", keys=BELT_KEYS, many=True, default=()),
+    Key("shaft", says="shafts and accessories", keys=SHAFT_KEYS, many=True, default=()),
+)
+
+
+def read_drive(source: str | Path | Mapping[str, Any]) -> Drive:
+    """Read a drive file, or its structure.
+
+    Raises
+    ------
+    FileError
+        If it cannot be read.
+    JobError
+        If a key is unknown, missing or impossible, or there is nothing in it.
+    """
+    return read_document(source, "drive file", DRIVE_KEYS, _drive)
+
+
+def drive_of_job(raw: Mapping[str, Any]) -> Drive | None:
+    """Return the ``[drive]`` of a job's tables; None where it has none."""
+    if "drive" not in raw:
+        return None
+    if not isinstance(raw["drive"], Mapping):
+        raise JobError("drive is no table; must be [[drive.gear]], [[drive.belt]], [[drive.shaft]]")
+    return _drive(read(raw["drive"], DRIVE_KEYS, "drive"), "drive.")
+
+
+def _drive(values: Values, path: str = "") -> Drive:
+    gears = tuple(Gear(**each) for each in values["gear"])
+    belts = tuple(Belt(**each) for each in values["belt"])
+    shafts = tuple(Shaft(**each) for each in values["shaft"])
+    if not (gears or belts or shafts):
+        raise JobError(f"{path}gear, belt and shaft are all missing; at least one is needed")
+    for number, belt in enumerate(belts, 1):
+        if belt.length_mm <= math.pi * belt.pulley_mm:
+            around = math.pi * belt.pulley_mm
+            raise JobError(
+                f"{path}belt[{number}].length_mm is {belt.length_mm:g}; must be more than once around its"
+                f" pulley, {around:.4g} mm"
+            )
+    return Drive(gears, belts, shafts)
