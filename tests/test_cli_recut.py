@@ -298,7 +298,7 @@ def test_records_of_trial_runs_become_the_reading_of_the_next_stage(
 
     def shop(weight: complex) -> complex:
         """Return a weight of the rotor frame in the shop's angles: clockwise from 30°."""
-        return abs(weight) * np.exp(1j * (np.radians(30.0) - np.angle(weight)))
+        return complex(abs(weight) * np.exp(1j * (np.radians(30.0) - np.angle(weight))))
 
     seen = [shop(each) for each in truth]
     trials = [400.0 * np.exp(1j * np.radians(20.0)), 300.0 * np.exp(1j * np.radians(250.0))]

@@ -154,7 +154,8 @@ class Drive:
     def sources(self, crank_rad_s: float | None) -> list[Source]:
         """Return what all of it gives; ``crank_rad_s`` is the crank's speed, None where it is not known."""
         return [
-            *(source for part in (*self.gears, *self.belts) for source in part.sources()),
+            *(source for gear in self.gears for source in gear.sources()),
+            *(source for belt in self.belts for source in belt.sources()),
             *(source for shaft in self.shafts for source in shaft.sources(crank_rad_s)),
         ]
 

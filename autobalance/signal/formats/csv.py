@@ -152,7 +152,7 @@ def _rounded(rate: float, doubt: float) -> float:
     """Return the roundest number of hertz that the digits of the times allow; else the rate."""
     for digits in (-2, -1, 0, 3):
         near = float(round(rate, digits))
-        if abs(near - rate) <= rate * (doubt + 1e-12):
+        if near > 0.0 and abs(near - rate) <= rate * (doubt + 1e-12):
             return near
     return rate
 
