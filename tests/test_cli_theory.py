@@ -276,6 +276,20 @@ def test_bolted_weights_are_weighed_and_the_roll_is_told(
     assert "with the job's shafts" in (tmp_path / "p" / "shafts-orders.svg").read_text("utf-8")
 
 
+def test_moments_are_taken_about_a_chosen_place(job: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    more(job, SHAFT.replace("order = 1", "order = 1\nz_mm = 25.0"))
+    at_mains = printed(capsys, "shafts", job)
+    assert at_mains["moments_about_z_mm"] == pytest.approx(0.0, abs=1e-3)
+    elsewhere = printed(capsys, "shafts", job, "--reference-z", "10")
+    assert elsewhere["moments_about_z_mm"] == 10.0
+    first = next(order for order in elsewhere["without"]["orders"] if order["order"] == 1.0)
+    assert first["greatest_moment_n_m"] == pytest.approx(0.010 * first["greatest_force_n"], rel=1e-3)
+    forces = printed(capsys, "forces", job, "--reference-z", "10")
+    assert forces["moments_about_z_mm"] == 10.0
+    assert main(["forces", str(job)]) == 0
+    assert "moments about z = " in capsys.readouterr().out
+
+
 @pytest.mark.parametrize(
     ("old", "new", "words"),
     [

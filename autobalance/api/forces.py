@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -14,7 +14,7 @@ from autobalance.balancing import engine_from_job, rotor_from_job
 from autobalance.engine.factor_advice import advise
 from autobalance.engine.force_summary import shaking_force, turn_loads
 from autobalance.engine.force_values import advice_values, force_values, load_values
-from autobalance.engine.whole_engine import Engine
+from autobalance.engine.whole_engine import Engine, about
 from autobalance.errors import UsageError
 from autobalance.job.model import Job
 
@@ -50,6 +50,7 @@ def forces(
     speed_rpm: float | None = None,
     factors: Sequence[float] = DEFAULT_FACTORS,
     transverse_weight: float = 1.0,
+    reference_z_mm: float | None = None,
     progress: Progress | None = None,
 ) -> ForcesResult:
     """Return what inertia does to an engine: shaking forces by order, pin and bearing loads, each factor.
@@ -66,6 +67,9 @@ def forces(
         Balance factors to compare, 0 to 1.
     transverse_weight : float
         How badly the mount takes force across cylinder 1, over force along it.
+    reference_z_mm : float or None
+        Place on the axis that moments are taken about, rotor frame [mm]; None: the middle of the outermost
+        main journals.
 
     Raises
     ------
@@ -85,28 +89,34 @@ def forces(
     loads = rotor_from_job.throw_loads(found.crank.anatomy, found.job.engine)
     attached = rotor_from_job.attached_moments(found.job.engine.attached)
     known = (rotor_from_job.crank_factor(found.crank.moments, loads, attached), found.factor)
+    ends = engine_from_job.shaft_ends_mm(found.crank.anatomy)
+    reference = engine_from_job.moment_reference_mm(found.crank.anatomy, reference_z_mm)
     states = [
-        _state(name, engine, factor, found)
+        _state(name, engine, factor, found, reference)
         for (name, engine), factor in zip(engines.items(), known, strict=True)
     ]
     compared = sorted({*factors, found.factor})
-    advice = advise(as_file, found.speed_rad_s, compared, transverse_weight)
+    advice = advise(as_file, found.speed_rad_s, compared, transverse_weight, ends, reference)
     values = {
         **job_head("forces", found.job),
         "speed_rpm": found.speed_rpm,
+        "moments_about_z_mm": reference,
         "states": states,
         "factors": advice_values(advice, transverse_weight),
     }
     return ForcesResult(values, found, engines, tuple(compared))
 
 
-def _state(name: str, engine: Engine, factor: float | None, found: Request) -> dict[str, Any]:
+def _state(
+    name: str, engine: Engine, factor: float | None, found: Request, reference_mm: float
+) -> dict[str, Any]:
     mains = engine_from_job.mains_z_mm(found.crank.anatomy)
     enough = len(mains) > 1
+    force = shaking_force(engine, found.speed_rad_s)
     return {
         "name": name,
         "balance_factor": factor,
-        "force": force_values(shaking_force(engine, found.speed_rad_s)),
+        "force": force_values(replace(force, orders=tuple(about(force.orders, reference_mm)))),
         "loads": load_values(engine, turn_loads(engine, mains, found.speed_rad_s), mains) if enough else None,
     }
 

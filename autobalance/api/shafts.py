@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -10,9 +10,10 @@ from autobalance.api.progress import Progress
 from autobalance.api.request import job_head, request
 from autobalance.api.result import Plots, VerbResult
 from autobalance.balancing import engine_from_job
+from autobalance.balancing.engine_from_job import moment_reference_mm, shaft_ends_mm
 from autobalance.engine.balance_factor import LEAST_DIRECTION
 from autobalance.engine.force_summary import HIGHEST_ORDER
-from autobalance.engine.force_values import order_values, shaft_values
+from autobalance.engine.force_values import couple_values, order_values, shaft_values
 from autobalance.engine.forces import centrifugal_force_n
 from autobalance.engine.loads import whole_turn
 from autobalance.engine.shafts import (
@@ -20,10 +21,12 @@ from autobalance.engine.shafts import (
     BoltOnWeight,
     cancelling_shafts,
     counter_rotating_shaft,
+    couple_shafts,
     orders_with_shafts,
+    place_of_least_moment_mm,
     roll_moment_n_m,
 )
-from autobalance.engine.whole_engine import Engine, Order
+from autobalance.engine.whole_engine import Engine, Order, about
 from autobalance.job.model import BalanceShaftEntry, Job
 
 if TYPE_CHECKING:
@@ -55,6 +58,7 @@ def shafts(
     crank: Crank | None = None,
     *,
     speed_rpm: float | None = None,
+    reference_z_mm: float | None = None,
     progress: Progress | None = None,
 ) -> ShaftsResult:
     """Return what would cancel the first and second order, and what the job's shafts leave.
@@ -67,6 +71,9 @@ def shafts(
         In place of the job's crank file.
     speed_rpm : float or None
         Crank speed [1/min]; None: the job's top speed.
+    reference_z_mm : float or None
+        Place on the axis that moments are taken about, rotor frame [mm]; None: the middle of the outermost
+        main journals.
 
     Raises
     ------
@@ -79,16 +86,19 @@ def shafts(
     anatomy, speed = found.crank.anatomy, found.speed_rad_s
     engine = engine_from_job.with_moments(found.job, anatomy, found.crank.moments)
     engine = engine_from_job.balanced_to(engine, found.job, anatomy, found.factor)
-    orders = engine.orders(speed, HIGHEST_ORDER)
-    own = [_shaft(shaft) for shaft in found.job.shafts]
-    left = orders_with_shafts(orders, own, speed)
+    reference = moment_reference_mm(anatomy, reference_z_mm)
+    bare = engine.orders(speed, HIGHEST_ORDER)
+    own = [_shaft(shaft, reference) for shaft in found.job.shafts]
+    orders = about(bare, reference)
+    left = about(orders_with_shafts(bare, own, speed), reference)
     roll = roll_moment_n_m(own, whole_turn(360), speed)
     values: dict[str, Any] = {
         **job_head("shafts", found.job),
         "speed_rpm": found.speed_rpm,
         "balance_factor": found.factor,
+        "moments_about_z_mm": reference,
         "without": {"orders": [order_values(order) for order in orders]},
-        "proposals": _proposals(orders, engine, speed),
+        "proposals": _proposals(bare, engine, speed, shaft_ends_mm(anatomy)),
         "shafts": [
             shaft_values(shaft, _weights(given)) for shaft, given in zip(own, found.job.shafts, strict=True)
         ],
@@ -100,9 +110,10 @@ def shafts(
     return ShaftsResult(values, tuple(orders), tuple(left))
 
 
-def _shaft(shaft: BalanceShaftEntry) -> BalanceShaft:
+def _shaft(shaft: BalanceShaftEntry, reference_mm: float) -> BalanceShaft:
     x, y = shaft.place_mm
-    return BalanceShaft(shaft.order, shaft.forward, shaft.product_g_mm, shaft.phase_rad, x, y)
+    z = reference_mm if shaft.z_mm is None else shaft.z_mm
+    return BalanceShaft(shaft.order, shaft.forward, shaft.product_g_mm, shaft.phase_rad, x, y, z)
 
 
 def _weights(shaft: BalanceShaftEntry) -> list[dict[str, Any]]:
@@ -123,19 +134,36 @@ def _weights(shaft: BalanceShaftEntry) -> list[dict[str, Any]]:
     return found
 
 
-def _proposals(orders: list[Order], engine: Engine, speed: float) -> list[dict[str, Any]]:
-    """Return shafts for what is left of orders 1 and 2, where more than rounding is."""
+def _proposals(
+    orders: list[Order], engine: Engine, speed: float, ends_mm: tuple[float, float]
+) -> list[dict[str, Any]]:
+    """Return shafts for what is left of orders 1 and 2, force and couple, where more than rounding is.
+
+    Shafts against a force stand where they leave least of its moment; what is left then is a couple.
+    """
     products = [each.reciprocating_g * each.slider_crank.crank_radius_mm for each in engine.cylinders]
     least = LEAST_DIRECTION * centrifugal_force_n(sum(products), speed)
+    lever = max(ends_mm[1] - ends_mm[0], *(abs(each.z_mm) for each in engine.cylinders), 1.0)
     by_order = {order.order: order for order in orders}
-    offers = []
+    found: list[dict[str, Any]] = []
     for number, name in ((1.0, "first order"), (2.0, "second order")):
         order = by_order[number]
         if order.greatest_force_n > least:
-            offers.append((f"all of the {name}", cancelling_shafts(order, speed)))
-        if number == 1.0 and order.circles_n[1] > least:
-            offers.append(("its backward part alone", (counter_rotating_shaft(order, speed),)))
-    return [{"what": what, "shafts": [shaft_values(shaft) for shaft in shafts]} for what, shafts in offers]
+            z = place_of_least_moment_mm(order)
+            shafts = [replace(shaft, z_mm=z) for shaft in cancelling_shafts(order, speed)]
+            found.append(_proposal(f"all of the {name}", shafts))
+            if number == 1.0 and order.circles_n[1] > least:
+                one = replace(counter_rotating_shaft(order, speed), z_mm=z)
+                found.append(_proposal("its backward part alone", [one]))
+            (order,) = orders_with_shafts([order], shafts, speed)
+        if order.greatest_moment_n_m > least * lever * 1e-3:
+            couples = [couple_values(shaft, ends_mm) for shaft in couple_shafts(order, speed)]
+            found.append({**_proposal(f"couple of the {name}", []), "couple_shafts": couples})
+    return found
+
+
+def _proposal(what: str, shafts: list[BalanceShaft]) -> dict[str, Any]:
+    return {"what": what, "shafts": [shaft_values(shaft) for shaft in shafts], "couple_shafts": []}
 
 
 def _plots(orders: list[Order], left: list[Order], rpm: float, *, has_shafts: bool) -> Plots:

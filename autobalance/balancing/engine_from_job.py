@@ -184,3 +184,23 @@ def shaking(job: Job, anatomy: Anatomy, crank: Moments) -> ShakingForce | None:
         return None
     engine = with_moments(job, anatomy, crank, rod_needed=False)
     return shaking_force(engine, job.balance.service_speed_rad_s)
+
+
+def moment_reference_mm(anatomy: Anatomy, chosen_mm: float | None = None) -> float:
+    """Return the place on the axis that moments are taken about: a chosen one, else the middle of the mains.
+
+    With fewer than two main journals, the middle of the crankpins.
+    """
+    if chosen_mm is not None:
+        return chosen_mm
+    low, high = shaft_ends_mm(anatomy)
+    return 0.5 * (low + high)
+
+
+def shaft_ends_mm(anatomy: Anatomy) -> tuple[float, float]:
+    """Return where the outermost main journals stand, or with fewer than two, the ends of the crankpins."""
+    mains = mains_z_mm(anatomy)
+    if len(mains) > 1:
+        return mains[0], mains[-1]
+    ends = [end for throw in anatomy.throws for end in throw.crankpin.z_range_mm]
+    return min(ends), max(ends)

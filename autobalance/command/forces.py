@@ -5,7 +5,7 @@ from __future__ import annotations
 import argparse
 from typing import TYPE_CHECKING
 
-from autobalance.command.options import add_json, add_plots, add_set, add_speed
+from autobalance.command.options import add_json, add_plots, add_reference, add_set, add_speed
 from autobalance.errors import UsageError
 
 if TYPE_CHECKING:
@@ -28,6 +28,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         metavar="W",
         help="how badly the mount takes force across cylinder 1, over force along it (1)",
     )
+    add_reference(parser)
     add_set(parser)
     add_json(parser)
     add_plots(parser)
@@ -47,6 +48,7 @@ def run(arguments: argparse.Namespace) -> int:
             speed_rpm=arguments.speed_rpm,
             factors=DEFAULT_FACTORS if given is None else given,
             transverse_weight=arguments.transverse_weight,
+            reference_z_mm=arguments.reference_z,
             progress=progress,
         )
     return finish(arguments, result, sources=(arguments.job,))

@@ -35,6 +35,16 @@ def add_speed(parser: argparse.ArgumentParser) -> None:
     )
 
 
+def add_reference(parser: argparse.ArgumentParser) -> None:
+    """Offer ``--reference-z``."""
+    parser.add_argument(
+        "--reference-z",
+        type=float,
+        metavar="MM",
+        help="z that moments are taken about, rotor frame (default: the middle of the outermost mains)",
+    )
+
+
 def unbalance_unit(text: str) -> str:
     """Return the name of a unit of unbalance, however it is typed: ``oz-in``, ``gmm``, ``KG.MM``."""
     from autobalance.job.typed_units import unbalance_unit as named

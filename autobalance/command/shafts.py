@@ -4,13 +4,14 @@ from __future__ import annotations
 
 import argparse
 
-from autobalance.command.options import add_json, add_plots, add_set, add_speed, add_units
+from autobalance.command.options import add_json, add_plots, add_reference, add_set, add_speed, add_units
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Describe the command line."""
     parser.add_argument("job", metavar="JOB.toml", help="the job; engine.rod_length_mm is needed here")
     add_speed(parser)
+    add_reference(parser)
     add_set(parser)
     add_json(parser)
     add_units(parser)
@@ -26,6 +27,9 @@ def run(arguments: argparse.Namespace) -> int:
 
     with shown() as progress:
         result = shafts(
-            read_job(arguments.job, arguments.settings), speed_rpm=arguments.speed_rpm, progress=progress
+            read_job(arguments.job, arguments.settings),
+            speed_rpm=arguments.speed_rpm,
+            reference_z_mm=arguments.reference_z,
+            progress=progress,
         )
     return finish(arguments, result, sources=(arguments.job,))

@@ -5,6 +5,10 @@ else: the backward part, and with it the greatest first-order force |forward| + 
 forward part is gone. For one crankpin with n rods of equal weight the forward part is (½ − f) n m_rec r ω²,
 whatever the angles of the banks; so 50 % is least-worst for singles and V twins alike, and leaves nothing of
 a 90° V twin's first order.
+
+Throws may cancel each other's force and leave a couple, as those of a cross-plane V8 do: then the factor is
+chosen by the couple. Force and couple are weighed as a mount feels them: as forces in two planes, those of
+the outermost main bearings.
 """
 
 from __future__ import annotations
@@ -18,7 +22,7 @@ import numpy as np
 from autobalance.engine.balance_factor import LEAST_DIRECTION
 from autobalance.engine.forces import centrifugal_force_n
 from autobalance.engine.loads import whole_turn
-from autobalance.engine.whole_engine import Engine
+from autobalance.engine.whole_engine import Engine, about
 from autobalance.rigid_rotor.moments import Array
 
 ANGLES = 720
@@ -27,7 +31,10 @@ ANGLES = 720
 
 @dataclass(frozen=True)
 class FactorRow:
-    """Forces that one balance factor leaves, all orders [N]."""
+    """Forces and moments that one balance factor leaves, all orders [N, N·m].
+
+    ``greatest_in_planes_n`` is the greater force in the planes of the outermost mains: force and couple.
+    """
 
     factor: float
     greatest_n: float
@@ -35,6 +42,9 @@ class FactorRow:
     greatest_transverse_n: float
     rms_n: float
     first_order_semi_axes_n: tuple[float, float]
+    greatest_moment_n_m: float
+    first_order_moment_n_m: float
+    greatest_in_planes_n: float
 
 
 @dataclass(frozen=True)
@@ -55,6 +65,11 @@ class FactorAdvice:
         Least greatest force where the mount takes force across the cylinder ``transverse_weight`` times as
         badly as along it.
 
+    least_moment : float
+        Least greatest moment about the reference, all orders counted.
+    least_in_planes : float
+        Least greatest force in the planes of the outermost mains: force and couple weighed together.
+
     A factor is None where none is better than another: the throws of an inline-four cancel each other out.
     """
 
@@ -63,10 +78,17 @@ class FactorAdvice:
     least_greatest: float | None
     least_transverse: float | None
     for_mount: float | None
+    least_moment: float | None = None
+    least_in_planes: float | None = None
 
 
 def advise(
-    engine: Engine, speed_rad_s: float, factors: Sequence[float], transverse_weight: float = 1.0
+    engine: Engine,
+    speed_rad_s: float,
+    factors: Sequence[float],
+    transverse_weight: float = 1.0,
+    planes_z_mm: tuple[float, float] | None = None,
+    reference_z_mm: float | None = None,
 ) -> FactorAdvice:
     """Return what balance factors do to an engine whose throws each carry their own counterweight.
 
@@ -81,6 +103,11 @@ def advise(
     transverse_weight : float
         How badly the mount takes force across the first cylinder, over force along it; above 1 for a soft
         frame sideways, 0 where only the force along the cylinder counts.
+    planes_z_mm : (float, float), optional
+        Planes in which force and couple are weighed together; default the outermost cylinders, or 1 mm apart
+        where there is one [mm].
+    reference_z_mm : float, optional
+        Place that moments are taken about; default the middle of these planes [mm].
 
     Returns
     -------
@@ -102,6 +129,12 @@ def advise(
     bank = engine.cylinders[0].bank_rad
     turn = np.array([[math.cos(bank), -math.sin(bank)], [math.sin(bank), math.cos(bank)]])
     at_zero, change = at_zero @ turn, change @ turn
+    low, high = planes_z_mm or _ends_mm(engine)
+    middle = 0.5 * (low + high) if reference_z_mm is None else reference_z_mm
+    moments = _moments(engine, speed_rad_s, angle, middle)
+    in_planes = _in_planes(
+        (at_zero, change), [each @ turn for each in moments], (low - middle, high - middle)
+    )
 
     def best(inline_weight: float, across_weight: float) -> float | None:
         weights = np.array([inline_weight, across_weight])
@@ -109,18 +142,68 @@ def advise(
             return None
         return _least_greatest(at_zero * weights, change * weights)
 
+    def row(factor: float) -> FactorRow:
+        moment = moments[0] + factor * moments[1]
+        both = in_planes[0] + factor * in_planes[1]
+        return _row(engine, factor, speed_rad_s, at_zero + factor * change, moment, both, middle)
+
+    lever = max(abs(low - middle), abs(high - middle)) * 1e-3
     return FactorAdvice(
-        tuple(_row(engine, factor, speed_rad_s, at_zero + factor * change) for factor in factors),
+        tuple(row(factor) for factor in factors),
         least_first_order=_without_forward_part(engine, speed_rad_s, scale),
         least_greatest=best(1.0, 1.0),
         least_transverse=best(0.0, 1.0),
         for_mount=best(1.0, transverse_weight),
+        least_moment=_best_of(*moments, LEAST_DIRECTION * scale * lever),
+        least_in_planes=_best_of(*in_planes, LEAST_DIRECTION * scale),
     )
 
 
-def _row(engine: Engine, factor: float, speed_rad_s: float, force: Array) -> FactorRow:
+def _ends_mm(engine: Engine) -> tuple[float, float]:
+    places = [cylinder.z_mm for cylinder in engine.cylinders]
+    low, high = min(places), max(places)
+    return (low, high) if high - low > 1.0 else (low - 0.5, high + 0.5)
+
+
+def _moments(engine: Engine, speed_rad_s: float, angle: Array, z_mm: float) -> tuple[Array, Array]:
+    """Return the moment (n, 2) at factor 0 and what a whole factor adds."""
+    none, whole = (
+        engine.with_counterweights(factor).moment_n_m(angle, speed_rad_s, z_mm) for factor in (0.0, 1.0)
+    )
+    return none, whole - none
+
+
+def _in_planes(
+    forces: Sequence[Array], moments: Sequence[Array], planes_mm: tuple[float, float]
+) -> tuple[Array, Array]:
+    """Return forces in two planes one after the other (2n, 2), at factor 0 and what a whole factor adds.
+
+    ``planes_mm`` count from the place that the moments are taken about.
+    """
+    low, high = planes_mm
+    found = []
+    for force, moment in zip(forces, moments, strict=True):
+        far = (1e3 * moment - low * force) / (high - low)
+        found.append(np.concatenate([force - far, far]))
+    return found[0], found[1]
+
+
+def _best_of(at_zero: Array, change: Array, least: float) -> float | None:
+    return None if np.abs(change).max() <= least else _least_greatest(at_zero, change)
+
+
+def _row(
+    engine: Engine,
+    factor: float,
+    speed_rad_s: float,
+    force: Array,
+    moment: Array,
+    in_planes: Array,
+    reference_mm: float,
+) -> FactorRow:
     size = np.hypot(force[:, 0], force[:, 1])
-    first = engine.with_counterweights(factor).orders(speed_rad_s, highest=1)[1]
+    bare = engine.with_counterweights(factor).orders(speed_rad_s, highest=1)
+    first = about(bare, reference_mm)[1]
     forward, backward = first.circles_n
     return FactorRow(
         factor,
@@ -129,6 +212,9 @@ def _row(engine: Engine, factor: float, speed_rad_s: float, force: Array) -> Fac
         float(np.abs(force[:, 1]).max()),
         math.sqrt(float(np.mean(size**2))),
         (forward + backward, abs(forward - backward)),
+        float(np.hypot(moment[:, 0], moment[:, 1]).max()),
+        first.greatest_moment_n_m,
+        float(np.hypot(in_planes[:, 0], in_planes[:, 1]).max()),
     )
 
 

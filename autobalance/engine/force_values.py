@@ -11,7 +11,7 @@ import numpy as np
 from autobalance.engine.factor_advice import FactorAdvice
 from autobalance.engine.force_summary import LoadRow, ShakingForce, load_row
 from autobalance.engine.loads import Loads
-from autobalance.engine.shafts import BalanceShaft
+from autobalance.engine.shafts import BalanceShaft, CoupleShaft
 from autobalance.engine.whole_engine import Engine, Order
 
 Values = dict[str, Any]
@@ -29,7 +29,7 @@ def force_values(force: ShakingForce, *, all_orders: bool = True) -> Values:
 
 
 def order_values(order: Order) -> Values:
-    """Return an order: amplitudes along x and y, greatest magnitude, rotating circles, moment about z = 0."""
+    """Return an order: amplitudes along x and y, greatest magnitude, rotating circles, moment."""
     forward, backward = order.circles_n
     x, y = np.abs(order.force_n)
     moment_x, moment_y = np.abs(order.moment_n_m)
@@ -85,6 +85,8 @@ def advice_values(advice: FactorAdvice, transverse_weight: float) -> Values:
         "least_greatest": advice.least_greatest,
         "least_transverse": advice.least_transverse,
         "for_mount": advice.for_mount,
+        "least_moment": advice.least_moment,
+        "least_in_planes": advice.least_in_planes,
         "transverse_weight": transverse_weight,
         "rows": [
             {
@@ -94,8 +96,30 @@ def advice_values(advice: FactorAdvice, transverse_weight: float) -> Values:
                 "greatest_transverse_n": row.greatest_transverse_n,
                 "rms_n": row.rms_n,
                 "first_order_semi_axes_n": list(row.first_order_semi_axes_n),
+                "greatest_moment_n_m": row.greatest_moment_n_m,
+                "first_order_moment_n_m": row.first_order_moment_n_m,
+                "greatest_in_planes_n": row.greatest_in_planes_n,
             }
             for row in advice.rows
+        ],
+    }
+
+
+def couple_values(shaft: CoupleShaft, z_mm: tuple[float, float]) -> Values:
+    """Return a couple shaft, its unbalances at two places along the axis."""
+    low, high = shaft.between(*z_mm)
+    return {
+        "order": shaft.order,
+        "sense": "forward" if shaft.forward else "backward",
+        "couple_g_mm2": shaft.couple_g_mm2,
+        "phase_deg": math.degrees(shaft.phase_rad) % 360.0,
+        "unbalances": [
+            {
+                "z_mm": each.z_mm,
+                "product_g_mm": each.product_g_mm,
+                "phase_deg": math.degrees(each.phase_rad) % 360.0,
+            }
+            for each in (low, high)
         ],
     }
 
@@ -108,5 +132,6 @@ def shaft_values(shaft: BalanceShaft, weights: Sequence[Mapping[str, Any]] | Non
         "product_g_mm": shaft.product_g_mm,
         "phase_deg": math.degrees(shaft.phase_rad) % 360.0,
         "place_mm": [shaft.x_mm, shaft.y_mm],
+        "z_mm": shaft.z_mm,
         "weights": [dict(weight) for weight in weights or []],
     }

@@ -10,11 +10,11 @@ from __future__ import annotations
 import cmath
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
-from autobalance.engine.slider_crank import harmonic
+from autobalance.engine.slider_crank import Complex, harmonic
 from autobalance.engine.whole_engine import Order
 from autobalance.rigid_rotor.moments import Array
 from autobalance.units import N_M_PER_G_MM2_S2, N_PER_G_MM_S2
@@ -39,6 +39,8 @@ class BalanceShaft:
         Direction of the unbalance at crank angle 0, from x towards y in the engine's frame [rad].
     x_mm, y_mm : float
         Place of its axis, from the crank axis [mm].
+    z_mm : float
+        Place of its unbalance along the crank axis, as the engine's moments count it [mm].
     """
 
     order: int
@@ -47,6 +49,14 @@ class BalanceShaft:
     phase_rad: float
     x_mm: float = 0.0
     y_mm: float = 0.0
+    z_mm: float = 0.0
+
+    @property
+    def amplitude_g_mm(self) -> Complex:
+        """Force over ω² as amplitudes (2,) along x and y of exp(i order θ)."""
+        way = 1.0 if self.forward else -1.0
+        size = self.product_g_mm * self.order**2 * cmath.exp(1j * way * self.phase_rad)
+        return size * np.array([1.0, -1j * way])
 
     def force_n(self, angle_rad: Array, speed_rad_s: float) -> Array:
         """Return its force (..., 2) on the engine over the crank angle [N]."""
@@ -180,17 +190,75 @@ def _against(force: Order, speed_rad_s: float, *, forward: bool) -> BalanceShaft
 def orders_with_shafts(
     orders: Sequence[Order], shafts: Sequence[BalanceShaft], speed_rad_s: float
 ) -> list[Order]:
-    """Return an engine's orders with the forces of shafts added; the shafts' middle is taken at z = 0."""
+    """Return an engine's orders with the forces of shafts added, and their moments about z = 0."""
     found = []
     for order in orders:
-        force = order.force_n.copy()
+        force, moment = order.force_n.copy(), order.moment_n_m.copy()
         for shaft in shafts:
             if float(shaft.order) == order.order:
-                size = shaft.product_g_mm * (shaft.order * speed_rad_s) ** 2 * N_PER_G_MM_S2
-                way = 1.0 if shaft.forward else -1.0
-                force += size * cmath.exp(1j * way * shaft.phase_rad) * np.array([1.0, -1j * way])
-        found.append(Order(order.order, force, order.moment_n_m))
+                amplitude = shaft.amplitude_g_mm * speed_rad_s**2
+                force += amplitude * N_PER_G_MM_S2
+                moment += shaft.z_mm * amplitude * N_M_PER_G_MM2_S2
+        found.append(Order(order.order, force, moment))
     return found
+
+
+@dataclass(frozen=True)
+class CoupleShaft:
+    """A shaft with two like unbalances opposite to each other, so that it makes a couple and no force.
+
+    Attributes
+    ----------
+    order, forward
+        As those of `BalanceShaft`.
+    couple_g_mm2 : float
+        Each unbalance times the distance between them [g·mm²].
+    phase_rad : float
+        Direction of the unbalance at the greater z, at crank angle 0 [rad].
+    """
+
+    order: int
+    forward: bool
+    couple_g_mm2: float
+    phase_rad: float
+
+    def between(self, z_low_mm: float, z_high_mm: float) -> tuple[BalanceShaft, BalanceShaft]:
+        """Return its two unbalances at two places along the axis."""
+        product = self.couple_g_mm2 / (z_high_mm - z_low_mm)
+        far = BalanceShaft(self.order, self.forward, product, self.phase_rad, z_mm=z_high_mm)
+        return replace(far, phase_rad=self.phase_rad + math.pi, z_mm=z_low_mm), far
+
+
+def couple_shafts(order: Order, speed_rad_s: float) -> tuple[CoupleShaft, ...]:
+    """Return the shafts, one for each way that is there, that cancel an order's moment altogether.
+
+    The moment is a couple where the order's force is gone; else it depends on the place it is taken about.
+
+    Parameters
+    ----------
+    order : Order
+        Of a whole engine; a whole order.
+    speed_rad_s : float
+        Crank speed that its moment was taken at [rad/s].
+    """
+    greatest = max(order.moment_circles_n_m)
+    found = []
+    for forward, circle in zip((True, False), order.moment_circles_n_m, strict=True):
+        if circle <= LEAST_CIRCLE * greatest:
+            continue
+        x, y = order.moment_n_m
+        turning = (x + 1j * y) / 2.0 if forward else (x.conjugate() + 1j * y.conjugate()) / 2.0
+        number = round(order.order)
+        couple = abs(turning) / ((number * speed_rad_s) ** 2 * N_M_PER_G_MM2_S2)
+        found.append(CoupleShaft(number, forward, couple, cmath.phase(-turning)))
+    return tuple(found)
+
+
+def place_of_least_moment_mm(order: Order) -> float:
+    """Return the z about which an order's moment is least: where shafts against its force belong [mm]."""
+    force, moment = order.force_n, order.moment_n_m
+    size = float((np.abs(force) ** 2).sum())
+    return 0.0 if size == 0.0 else float((moment * force.conjugate()).sum().real) / size * 1e3
 
 
 @dataclass(frozen=True)

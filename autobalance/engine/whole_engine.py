@@ -20,6 +20,8 @@ from autobalance.rigid_rotor.moments import Array
 from autobalance.rigid_rotor.unbalance import Unbalance
 from autobalance.units import N_M_PER_G_MM2_S2, N_PER_G_MM_S2
 
+N_M_PER_N_MM = 1e-3
+
 
 @dataclass(frozen=True)
 class Cylinder:
@@ -104,9 +106,21 @@ class Order:
         return sum(_circles(self.force_n))
 
     @property
+    def moment_circles_n_m(self) -> tuple[float, float]:
+        """Radii of the forward and the backward rotating part of the moment [N·m]."""
+        return _circles(self.moment_n_m)
+
+    @property
     def greatest_moment_n_m(self) -> float:
         """Greatest magnitude over a turn [N·m]."""
         return sum(_circles(self.moment_n_m))
+
+
+def about(orders: Sequence[Order], z_mm: float) -> list[Order]:
+    """Return orders with their moments about another place of the axis, M − z F; forces stay."""
+    return [
+        replace(order, moment_n_m=order.moment_n_m - z_mm * N_M_PER_N_MM * order.force_n) for order in orders
+    ]
 
 
 def _circles(amplitude: Complex) -> tuple[float, float]:
@@ -189,6 +203,17 @@ class Engine:
         force[1] += _turning(rotating.resultant_g_mm)
         moment[1] += _turning(rotating.moment_g_mm2)
         return force, moment
+
+    def moment_n_m(self, angle_rad: Array, speed_rad_s: float, z_mm: float = 0.0) -> Array:
+        """Return the moment Σ (z − z₀) F (..., 2) about a place of the axis, all orders [N·m]."""
+        angle = np.asarray(angle_rad, dtype=np.float64)
+        total = _turned(self.rotating.moment_about_g_mm2(z_mm), angle)
+        for cylinder in self.cylinders:
+            motion = cylinder.slider_crank.motion(angle + cylinder.throw_angle_rad - cylinder.bank_rad)
+            force = (cylinder.reciprocating_g * motion.ddx_mm)[..., None] * cylinder.direction
+            total -= (cylinder.z_mm - z_mm) * force
+        result: Array = total * speed_rad_s**2 * N_M_PER_G_MM2_S2
+        return result
 
     def force_n(self, angle_rad: Array, speed_rad_s: float) -> Array:
         """Return the force (..., 2) that shakes the engine, all orders, at constant speed [N]."""

@@ -167,6 +167,7 @@ def _shaft(shaft: BalanceShaftEntry) -> dict[str, Any]:
         "sense": "forward" if shaft.forward else "backward",
         "phase_deg": math.degrees(shaft.phase_rad),
         "place_mm": list(shaft.place_mm),
+        "z_mm": shaft.z_mm,
         **(product if shaft.weights else {"product_g_mm": shaft.product_g_mm}),
     }
 

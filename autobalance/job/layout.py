@@ -54,7 +54,7 @@ def read_rod(engine: Table) -> RodOnScales | None:
     )
 
 
-SHAFT_KEYS = ("order", "sense", "product_g_mm", "phase_deg", "place_mm", "weight")
+SHAFT_KEYS = ("order", "sense", "product_g_mm", "phase_deg", "place_mm", "z_mm", "weight")
 WEIGHT_KEYS = ("name", "eccentricity_mm", "cad_g", "weighed_g")
 
 
@@ -76,6 +76,7 @@ def _shaft(table: Table) -> BalanceShaftEntry:
         math.radians(table.optional("phase_deg", float, default=180.0)),
         table.optional("place_mm", tuple[float, float], default=(0.0, 0.0)),
         weights,
+        table.optional("z_mm", float),
     )
 
 

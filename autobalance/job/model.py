@@ -158,7 +158,10 @@ class Bolted:
 
 @dataclass(frozen=True)
 class BalanceShaftEntry:
-    """A balance shaft; its product is given, or the sum of its bolted weights'."""
+    """A balance shaft; its product is given, or the sum of its bolted weights'.
+
+    ``z_mm`` is where its unbalance lies along the crank axis, rotor frame; None: at the reference of moments.
+    """
 
     order: int
     forward: bool
@@ -166,6 +169,7 @@ class BalanceShaftEntry:
     phase_rad: float
     place_mm: tuple[float, float] = (0.0, 0.0)
     weights: tuple[Bolted, ...] = ()
+    z_mm: float | None = None
 
 
 @dataclass(frozen=True)

@@ -17,7 +17,7 @@ def forces_text(report: Values) -> str:
     """Return the summary of ``forces``: orders, bearing loads, and what each factor does."""
     parts = [
         f"{report['job']['file']}: forces of inertia at {report['speed_rpm']:g} rpm, without gas;"
-        " moments about z = 0, the middle of crankpin 1",
+        f" moments about z = {report['moments_about_z_mm']:.2f} mm",
         *(_state(state) for state in report["states"]),
         _advice(report["factors"]),
     ]
@@ -76,16 +76,24 @@ def _loads(loads: Values) -> str:
 
 
 def _advice(advice: Values) -> str:
-    rows: list[Sequence[str]] = [("Balance factor", "greatest", "along", "across", "rms")]
+    rows: list[Sequence[str]] = [
+        ("Balance factor", "greatest", "along", "across", "rms", "moment", "of order 1", "at end mains")
+    ]
     for row in advice["rows"]:
         keys = ("greatest_n", "greatest_inline_n", "greatest_transverse_n", "rms_n")
-        rows.append((f"  {row['factor']:.4f}", *(f"{row[key]:.0f} N" for key in keys)))
+        forces = [f"{row[key]:.0f} N" for key in keys]
+        moments = [f"{row[key]:.1f} N·m" for key in ("greatest_moment_n_m", "first_order_moment_n_m")]
+        at_mains = f"{row['greatest_in_planes_n']:.0f} N"
+        rows.append((f"  {row['factor']:.4f}", *forces, *moments, at_mains))
     best = [
         f"  least first order (exact): {_factor(advice['least_first_order'])}",
         f"  least greatest force, all orders: {_factor(advice['least_greatest'])}",
         f"  least force across cylinder 1: {_factor(advice['least_transverse'])}",
         f"  for a mount that takes force across {advice['transverse_weight']:g} times as badly as along: "
         + _factor(advice["for_mount"]),
+        f"  least greatest moment: {_factor(advice['least_moment'])}",
+        "  force and couple together, least greatest force at the outermost mains: "
+        + _factor(advice["least_in_planes"]),
     ]
     return "\n".join([table(rows), *best])
 
@@ -101,18 +109,25 @@ def shafts_text(report: Values, units: Units) -> str:
     """Return the summary of ``shafts``: what shakes, what would cancel it, what the job's shafts leave."""
     parts = [
         f"{report['job']['file']}: balance shafts at {report['speed_rpm']:g} rpm, crank balanced to"
-        f" {report['balance_factor']:.4f}",
+        f" {report['balance_factor']:.4f}; moments about z = {report['moments_about_z_mm']:.2f} mm",
         "Without shafts\n" + orders_table(report["without"]["orders"]),
     ]
-    rows = [("Shafts that would cancel", "speed", "sense", "each", "phase")]
+    rows = [("Shafts that would cancel", "speed", "sense", "each", "phase", "where")]
     for offer in report["proposals"]:
         for shaft in offer["shafts"]:
-            rows.append((f"  {offer['what']}", *_shaft_cells(shaft, units)))
+            rows.append(
+                (f"  {offer['what']}", *_shaft_cells(shaft, units), f"z {units.of_length(shaft['z_mm'])}")
+            )
+        for shaft in offer["couple_shafts"]:
+            for each in shaft["unbalances"]:
+                cells = _shaft_cells({**shaft, **each}, units)
+                rows.append((f"  {offer['what']}", *cells, f"z {units.of_length(each['z_mm'])}"))
     parts.append(table(rows) if len(rows) > 1 else "No order that shafts could cancel is left.")
     if report["shafts"]:
-        rows = [("Shafts of the job", "speed", "sense", "product", "phase")]
+        rows = [("Shafts of the job", "speed", "sense", "product", "phase", "where")]
         rows += [
-            (f"  {number}", *_shaft_cells(shaft, units)) for number, shaft in enumerate(report["shafts"], 1)
+            (f"  {number}", *_shaft_cells(shaft, units), f"z {units.of_length(shaft['z_mm'])}")
+            for number, shaft in enumerate(report["shafts"], 1)
         ]
         lines = [table(rows)]
         for shaft in report["shafts"]:
