@@ -15,6 +15,8 @@ from autobalance.rigid_rotor.unbalance import Unbalance
 
 SIDES = 32
 """Sides of the polygon that stands for the circle of a judged vector."""
+DEEPER_SHARES = (1e-3, 0.5, 1.0)
+"""Shares of the permissible value that more depth shall leave: as little as can be had."""
 ENOUGH = 0.5
 """Share of the permissible value that metal added in one place may leave; else it is named in two."""
 
@@ -100,7 +102,7 @@ def _deeper_mm(short: Shortfall) -> float | None:
     angle = np.arange(SIDES) * (2.0 * math.pi / SIDES)
     directions = np.stack([np.cos(angle), np.sin(angle)], axis=1)
     within = [directions @ matrix[n : n + 2] for n in range(0, len(rows), 2)]
-    most = [math.cos(math.pi / SIDES) - directions @ now[n : n + 2] for n in range(0, len(rows), 2)]
+    most = np.concatenate([-directions @ now[n : n + 2] for n in range(0, len(rows), 2)])
     longest = [[1.0 if k == place else 0.0 for k in made] + [-1.0] for place in made if at_end[place]]
     bounds = [
         (short.cuts[k].least_depth_mm - float(short.depths_mm[k]), farthest)
@@ -114,14 +116,17 @@ def _deeper_mm(short: Shortfall) -> float | None:
 
     from scipy.optimize import linprog
 
-    answer = linprog(
-        [0.0] * len(made) + [1.0],
-        A_ub=np.vstack([np.hstack([np.vstack(within), np.zeros((SIDES * len(within), 1))]), longest]),
-        b_ub=np.concatenate([*most, np.zeros(len(longest))]),
-        bounds=[*bounds, (0.0, farthest)],
-        method="highs",
-    )
-    return None if answer.x is None else float(answer.x[-1])
+    for share in DEEPER_SHARES:
+        answer = linprog(
+            [0.0] * len(made) + [1.0],
+            A_ub=np.vstack([np.hstack([np.vstack(within), np.zeros((len(most), 1))]), longest]),
+            b_ub=np.concatenate([most + share * math.cos(math.pi / SIDES), np.zeros(len(longest))]),
+            bounds=[*bounds, (0.0, farthest)],
+            method="highs",
+        )
+        if answer.x is not None:
+            return float(answer.x[-1])
+    return None
 
 
 def _added(short: Shortfall) -> str:

@@ -6,11 +6,13 @@ from dataclasses import dataclass
 import numpy as np
 import pytest
 
-from autobalance.correction.kind import Correction, SharedDepth
+from autobalance.correction.kind import Correction, Offer, SharedDepth
 from autobalance.correction.room import Room
 from autobalance.planning import depths as planner
 from autobalance.planning.depths import AIM, plan_depths
+from autobalance.planning.harmless import harmless, is_harmless
 from autobalance.planning.shortfall import Shortfall, explain_shortfall, reachable_factor
+from autobalance.planning.whole_cuts import choose
 from autobalance.rigid_rotor.moments import Moments
 from autobalance.rigid_rotor.tolerance import Tolerance
 from autobalance.rigid_rotor.unbalance import Unbalance
@@ -185,3 +187,50 @@ def test_newtons_step_finds_what_the_linear_programme_finds(
     slow = plan_depths(wanted, tolerance(permissible=0.1), cuts, same_depth=same_depth)
     assert slow.depths_mm == pytest.approx(here.depths_mm, abs=1e-4)
     assert slow.share <= AIM
+
+
+def test_a_couple_that_is_left_is_not_told_as_a_resultant() -> None:
+    """Two cuts that end against a couple: more depth is told for both planes, and metal to add in two places."""
+    cuts = [Column(-20.0, 0.0, -40.0, max_depth_mm=2.0), Column(20.0, 0.0, 40.0, max_depth_mm=2.0)]
+    left = Unbalance.of_planes(np.array([[-60.0, 0.0], [62.0, 0.0]]), -40.0, 40.0)
+    judge = Tolerance.of(
+        grade_mm_s=10.0,
+        service_speed_rad_s=1.0,
+        rotor_mass_g=1.0,
+        z_centre_mm=0.0,
+        planes_z_mm=(-60.0, 60.0),
+        judge="dynamic",
+    )
+    nothing = Unbalance(np.zeros(2), np.zeros(2))
+    ended = np.array([2.0, 2.0])
+    short = Shortfall(left, judge, nothing, 0.5, cuts, ended, ("max_depth_mm = 2",), (-40.0, 40.0))
+    text = explain_shortfall(short)
+    assert "about 3.1 mm more depth" in text
+    assert (
+        "add 60.0 g·mm of metal at 0.0° at z -40.0 mm and 62.0 g·mm of metal at 180.0° at z 40.0 mm" in text
+    )
+    added = [(60.0, -40.0), (-62.0, 40.0)]
+    for size, z in added:
+        left = left + Unbalance(np.array([size, 0.0]), np.array([z * size, 0.0]))
+    assert judge.used_share(left) < 1e-9
+
+
+def test_a_plan_that_falls_short_makes_nothing_worse() -> None:
+    """A couple that one web cannot take away: the least worst plane would cost three times the resultant."""
+    judge = Tolerance.of(
+        grade_mm_s=10.0,
+        service_speed_rad_s=1.0,
+        rotor_mass_g=1.0,
+        z_centre_mm=0.0,
+        planes_z_mm=(-60.0, 60.0),
+        judge="dynamic",
+    )
+    offer = Offer((Column(20.0, 0.0, -40.0), Column(20.0, 5.0, 55.0, max_depth_mm=1.0)))
+    left = Unbalance.of_planes(np.array([[220.0, 0.0], [-200.0, 0.0]]), -60.0, 60.0)
+    greedy = choose(left, judge, offer)
+    assert not is_harmless(left, greedy.predicted, judge)
+    plan = harmless(left, judge, offer, greedy)
+    assert is_harmless(left, plan.predicted, judge)
+    assert 1.0 < plan.share < judge.used_share(left)
+    fits = choose(left.scaled(0.01), judge, offer)
+    assert harmless(left.scaled(0.01), judge, offer, fits) is fits
