@@ -367,7 +367,7 @@ class Slug(Kind[SlugLimits]):
     noun = "Slug"
     datum = "the surface on the bore's axis"
     limits = SlugLimits
-    efforts = 3
+    efforts = 2
     has_axis = True
     mixed_with = ("drill",)
     remedy = SlugLimits(

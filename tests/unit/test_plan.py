@@ -190,7 +190,7 @@ def test_newtons_step_finds_what_the_linear_programme_finds(
 
 
 def test_a_couple_that_is_left_is_not_told_as_a_resultant() -> None:
-    """Two cuts that end against a couple: more depth is told for both planes, and metal to add in two places."""
+    """Two cuts that end against a couple: more depth is told for both planes, metal in two places."""
     cuts = [Column(-20.0, 0.0, -40.0, max_depth_mm=2.0), Column(20.0, 0.0, 40.0, max_depth_mm=2.0)]
     left = Unbalance.of_planes(np.array([[-60.0, 0.0], [62.0, 0.0]]), -40.0, 40.0)
     judge = Tolerance.of(
@@ -225,7 +225,7 @@ def test_a_plan_that_falls_short_makes_nothing_worse() -> None:
         planes_z_mm=(-60.0, 60.0),
         judge="dynamic",
     )
-    offer = Offer((Column(20.0, 0.0, -40.0), Column(20.0, 5.0, 55.0, max_depth_mm=1.0)))
+    offer = Offer((Column(20.0, 0.0, -40.0), Column(-20.0, 0.0, 55.0, max_depth_mm=1.0)))
     left = Unbalance.of_planes(np.array([[220.0, 0.0], [-200.0, 0.0]]), -60.0, 60.0)
     greedy = choose(left, judge, offer)
     assert not is_harmless(left, greedy.predicted, judge)
