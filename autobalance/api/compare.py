@@ -23,7 +23,7 @@ GOOD = ("within_tolerance", "already_within_tolerance")
 
 @dataclass(frozen=True, eq=False, repr=False)
 class CompareResult(VerbResult):
-    """One row for each kind and mix."""
+    """One row for each kind and mix; those within tolerance are ranked, and one is recommended."""
 
     @property
     def rows(self) -> tuple[Entry, ...]:
@@ -41,6 +41,12 @@ class CompareResult(VerbResult):
         from autobalance.report.text import UNITS
 
         return comparison_text(self.report, UNITS[units])
+
+    def _repr_html_(self) -> str:
+        from autobalance.report.comparison import comparison_html
+        from autobalance.report.text import UNITS
+
+        return comparison_html(self.report, UNITS["metric"])
 
 
 def compare(
@@ -68,5 +74,5 @@ def compare(
     given = None if crank is None else crank.measured
     job = job if crank is None else with_crank(job, crank)
     done = compare_job(job, telling(progress), given)
-    report = comparison(str(job.path), done.tolerance, done.initial_g_mm, done.rows)
+    report = comparison(str(job.path), done.tolerance, done.initial_g_mm, done.rows, job.prefer)
     return CompareResult({**report, **job_set(job)})

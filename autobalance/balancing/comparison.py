@@ -12,7 +12,7 @@ from autobalance.balancing.measuring import in_memory, on_true_surfaces
 from autobalance.balancing.offers import Offers, workpiece
 from autobalance.balancing.rotor import Rotor
 from autobalance.correction import Limits
-from autobalance.correction.kind import Correction, Offer, Prefer, Workpiece
+from autobalance.correction.kind import Correction, Offer, Prefer, Workpiece, setting_of
 from autobalance.crank.anatomy import Anatomy
 from autobalance.errors import CorrectionError
 from autobalance.planning.milp import greatest_multiple
@@ -47,6 +47,8 @@ class Row:
         One a cut; below 0 for metal added.
     wall_left_mm : float or None
         Least metal left beside what is cut: see ``wall_left_mm``.
+    different : int
+        Cuts of different settings or depths.
     capacity : float or None
         The multiple of the initial unbalance that these limits can still correct, at most; infinite:
         more than ``MOST_CAPACITY``.
@@ -64,6 +66,7 @@ class Row:
     depths_mm: tuple[float, ...] = ()
     wall_left_mm: float | None = None
     capacity: float | None = None
+    different: int = 0
 
     @property
     def name(self) -> str:
@@ -143,6 +146,57 @@ def beaten_by(rows: Sequence[Row]) -> dict[str, list[str]]:
     return {row.name: [other.name for other in rows if other.beats(row)] for row in rows}
 
 
+def ranked(rows: Sequence[Row], prefer: Prefer) -> list[Row]:
+    """Return the rows within tolerance, the best first, as a job prefers; equals by metal."""
+
+    def key(row: Row) -> tuple[float, ...]:
+        moved, inertia = row.moved_g or 0.0, row.inertia_change_g_mm2 or 0.0
+        first: Mapping[Prefer, tuple[float, ...]] = {
+            "simple": (row.different, row.cuts),
+            "least_metal": (),
+            "fewest_holes": (row.cuts,),
+            "least_inertia_change": (abs(inertia),),
+            "most_inertia_removed": (inertia,),
+        }
+        return (*first[prefer], moved)
+
+    good = [row for row in rows if row.outcome in ("within_tolerance", "already_within_tolerance")]
+    return sorted(good, key=key)
+
+
+WORDS: Mapping[Prefer, str] = {
+    "simple": "fewest different cuts, then fewest cuts, then least metal",
+    "least_metal": "least metal",
+    "fewest_holes": "fewest cuts, then least metal",
+    "least_inertia_change": "least change of inertia",
+    "most_inertia_removed": "most inertia removed",
+}
+
+
+def why_recommended(order: Sequence[Row], rows: Sequence[Row], prefer: Prefer) -> str:
+    """Say why the first of some ranked rows is recommended, beside the next one."""
+    if not order:
+        near = [row for row in rows if row.share is not None]
+        if not near:
+            return "no kind of correction has a place on this crank"
+        best = min(near, key=lambda row: row.share or 0.0)
+        nearest = f"{best.name} comes nearest, to {best.share:.3g} times what is permitted"
+        return f"none is within tolerance; {nearest}"
+    first = order[0]
+    if first.outcome == "already_within_tolerance":
+        return "the crank is within tolerance; nothing is to be cut"
+    text = f"{first.name}: {_figures(first)}; ranked by {WORDS[prefer]}"
+    if len(order) > 1:
+        text += f"; next is {order[1].name}: {_figures(order[1])}"
+    return text
+
+
+def _figures(row: Row) -> str:
+    cuts = f"{row.cuts} cut{'' if row.cuts == 1 else 's'}, {row.different} different"
+    wall = "" if row.wall_left_mm is None else f", {row.wall_left_mm:.1f} mm of wall left"
+    return f"{cuts}, {row.moved_g or 0.0:.1f} g moved{wall}"
+
+
 def _row(
     methods: tuple[str, ...], rotor: Rotor, tolerance: Tolerance, result: Result, capacity: float
 ) -> Row:
@@ -157,6 +211,7 @@ def _row(
         inertia_change_g_mm2=change.polar_inertia_g_mm2,
         moved_g=float(sum(_moved_g(c, rotor.density_g_mm3) for c in result.corrections)),
         cuts=len(result.corrections),
+        different=len({(setting_of(cut), round(depth, 6)) for cut, depth in result.made}),
         depths_mm=tuple(float(c.depth_mm) for c in result.corrections),
         wall_left_mm=wall_left_mm(result.corrections, rotor.anatomy),
         capacity=capacity,
@@ -185,6 +240,15 @@ def _capacity(
 ) -> float:
     """Return the greatest multiple of the initial unbalance that may be corrected; 1 is just this one."""
     work = workpiece(rotor, tolerance, result.initial, look=MOST_CAPACITY)
-    offer = correction.joined([offers(work, limits, correction.efforts(limits) - 1) for limits in chosen])
+    parts = []
+    for limits in chosen:
+        has_grid = correction.kind_of(limits).has_axis  # finer grids of places hold hardly more holes
+        for effort in (0, correction.efforts(limits) - 1) if has_grid else (correction.efforts(limits) - 1,):
+            try:
+                parts.append(offers(work, limits, effort))
+                break
+            except CorrectionError:
+                continue
+    offer = correction.joined(parts)
     multiple = greatest_multiple(result.initial, tolerance, offer, MOST_CAPACITY)
     return math.inf if multiple >= MOST_CAPACITY else multiple

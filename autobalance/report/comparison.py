@@ -4,9 +4,11 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
+from html import escape
 from typing import Any
 
-from autobalance.balancing.comparison import Row, beaten_by
+from autobalance.balancing.comparison import Row, beaten_by, ranked, why_recommended
+from autobalance.correction.kind import Prefer
 from autobalance.report.json import G_MM2_PER_KG_MM2, SCHEMA_VERSION
 from autobalance.report.tables import table
 from autobalance.report.text import Units, fixed
@@ -22,19 +24,26 @@ VERDICTS: Mapping[str | None, str] = {
 }
 
 
-def comparison(job_name: str, tolerance: Tolerance, initial_g_mm: float, rows: Sequence[Row]) -> Values:
-    """Return a comparison as JSON values.
+def comparison(
+    job_name: str, tolerance: Tolerance, initial_g_mm: float, rows: Sequence[Row], prefer: Prefer = "simple"
+) -> Values:
+    """Return a comparison as JSON values: rows within tolerance are ranked, the first recommended.
 
     ``beaten_by`` lists what is nowhere worse and somewhere better; what nothing beats has none.
     """
-    beaten = beaten_by(rows)
+    beaten, order = beaten_by(rows), ranked(rows, prefer)
+    rank = {row.name: place for place, row in enumerate(order, 1)}
     return {
         "schema_version": SCHEMA_VERSION,
         "command": "compare",
         "job": job_name,
         "initial_g_mm": initial_g_mm,
         "permissible_g_mm": tolerance.permissible_g_mm,
-        "rows": [{**_row(row), "beaten_by": beaten[row.name]} for row in rows],
+        "prefer": prefer,
+        "recommended": list(order[0].methods) if order else None,
+        "why": why_recommended(order, rows, prefer),
+        "ranking": [row.name for row in order],
+        "rows": [{**_row(row), "rank": rank.get(row.name), "beaten_by": beaten[row.name]} for row in rows],
         "unbeaten": [row.name for row in rows if row.outcome == "within_tolerance" and not beaten[row.name]],
     }
 
@@ -52,6 +61,7 @@ def _row(row: Row) -> Values:
         "metal_moved_g": row.moved_g,
         "inertia_change_kg_mm2": None if inertia is None else inertia / G_MM2_PER_KG_MM2,
         "cuts": row.cuts,
+        "different_cuts": row.different,
         "depths_mm": list(row.depths_mm),
         "wall_left_mm": row.wall_left_mm,
         "capacity": None if plenty else row.capacity,
@@ -63,11 +73,13 @@ def comparison_text(values: Mapping[str, Any], units: Units) -> str:
     """Return a comparison as a table that a mechanic can read, from its own values."""
     head = (
         "Correction",
+        "rank",
         "verdict",
         "residual",
         "metal",
         "inertia",
         "cuts",
+        "different",
         "deepest",
         "wall left",
         "capacity",
@@ -87,7 +99,25 @@ def comparison_text(values: Mapping[str, Any], units: Units) -> str:
         elif row["outcome"] not in ("within_tolerance", "already_within_tolerance"):
             lines.append(f"{_name(row)}: {row['reason']}")
     unbeaten = ", ".join(values["unbeaten"]) or "none is within tolerance"
-    return "\n".join([*lines, f"Nothing beats: {unbeaten}"])
+    best = "none" if values["recommended"] is None else "+".join(values["recommended"])
+    return "\n".join([*lines, f"Recommended: {best} ({values['why']})", f"Nothing beats: {unbeaten}"])
+
+
+def comparison_html(values: Mapping[str, Any], units: Units) -> str:
+    """Return a comparison as a table for a notebook, ranked, the recommended one first."""
+    head = ("", "Correction", "verdict", "residual", "metal", "cuts", "different", "wall left")
+    ordered = sorted(values["rows"], key=lambda row: math.inf if row["rank"] is None else row["rank"])
+    lines = []
+    for row in ordered:
+        name, rank, verdict, residual, metal, _, cuts, different, _, wall, _ = _cells(row, units)
+        cells = (rank, name.strip(), verdict, residual, metal, cuts, different, wall)
+        lines.append("<tr>" + "".join(f"<td>{escape(cell)}</td>" for cell in cells) + "</tr>")
+    title = "".join(f"<th>{escape(word)}</th>" for word in head)
+    best = "none" if values["recommended"] is None else "+".join(values["recommended"])
+    return (
+        f"<p>Recommended: <b>{escape(best)}</b> ({escape(values['why'])})</p>"
+        f"<table><tr>{title}</tr>{''.join(lines)}</table>"
+    )
 
 
 def _name(row: Mapping[str, Any]) -> str:
@@ -97,16 +127,18 @@ def _name(row: Mapping[str, Any]) -> str:
 def _cells(row: Mapping[str, Any], units: Units) -> tuple[str, ...]:
     name, verdict = "  " + _name(row), VERDICTS[row["outcome"]]
     if row["outcome"] is None:
-        return (name, verdict, *[""] * 7)
+        return (name, "", verdict, *[""] * 8)
     depths = row["depths_mm"]
     capacity = "plenty" if row["capacity_is_plenty"] else f"{row['capacity']:.2f}"
     return (
         name,
+        "" if row["rank"] is None else f"{row['rank']}.",
         verdict,
         units.of_unbalance(row["residual_g_mm"]),
         units.of_mass(row["metal_moved_g"]),
         f"{row['inertia_change_kg_mm2']:+.2f} kg·mm²",
         str(row["cuts"]),
+        str(row["different_cuts"]),
         units.of_length(max(abs(depth) for depth in depths)) if depths else "",
         "" if row["wall_left_mm"] is None else f"{fixed(row['wall_left_mm'] / units.mm_per_length, 2)}",
         capacity,

@@ -6,7 +6,7 @@ import pytest
 from autobalance.balancing.comparison import Row, beaten_by, wall_left_mm
 from autobalance.correction.kind import Correction
 from autobalance.crank.anatomy import Anatomy, Pin, Throw, Web
-from autobalance.report.comparison import comparison, comparison_text
+from autobalance.report.comparison import comparison, comparison_html, comparison_text
 from autobalance.report.json import dumps
 from autobalance.report.text import UNITS
 from autobalance.rigid_rotor.moments import Moments
@@ -95,6 +95,20 @@ def test_table_and_values_tell_the_same() -> None:
     assert values["rows"][0]["capacity_is_plenty"]
     assert "NaN" not in dumps(values)
     text = comparison_text(values, UNITS["metric"])
+    assert values["recommended"] == ["turn"]
+    assert values["ranking"] == ["turn", "drill"]
+    assert [each["rank"] for each in values["rows"]] == [1, 2, None, None]
+    assert "turn: 2 cuts" in values["why"]
+    assert "next is drill: 3 cuts" in values["why"]
+    assert "Recommended: turn (turn: 2 cuts" in text
+    assert comparison_html(values, UNITS["metric"]).index("turn") < comparison_html(
+        values, UNITS["metric"]
+    ).index("<td>drill")
+    light = [row("turn", 14.0, 5e5, 2), row("drill", 12.0, 6e5, 3)]
+    assert comparison("job.toml", tolerance, 1.0, light, "least_metal")["recommended"] == ["drill"]
+    none = comparison("job.toml", tolerance, 345.6, [ABOVE, NO_PLACE])
+    assert none["recommended"] is None
+    assert "none is within tolerance" in none["why"]
     assert "345.60 g·mm before, 10.00 g·mm permitted" in text
     assert "drill is beaten by turn" in text
     assert "slug: too short" in text

@@ -216,7 +216,7 @@ def test_a_couple_that_is_left_is_not_told_as_a_resultant() -> None:
 
 
 def test_a_plan_that_falls_short_makes_nothing_worse() -> None:
-    """A couple that one web cannot take away: the least worst plane would cost three times the resultant."""
+    """What brings the worse plane down most would leave the better one nearly twice as bad as it was."""
     judge = Tolerance.of(
         grade_mm_s=10.0,
         service_speed_rad_s=1.0,
@@ -226,7 +226,7 @@ def test_a_plan_that_falls_short_makes_nothing_worse() -> None:
         judge="dynamic",
     )
     offer = Offer((Column(20.0, 0.0, -40.0), Column(-20.0, 0.0, 55.0, max_depth_mm=1.0)))
-    left = Unbalance.of_planes(np.array([[220.0, 0.0], [-200.0, 0.0]]), -60.0, 60.0)
+    left = Unbalance.of_planes(np.array([[220.0, 0.0], [-20.0, 0.0]]), -60.0, 60.0)
     greedy = choose(left, judge, offer)
     assert not is_harmless(left, greedy.predicted, judge)
     plan = harmless(left, judge, offer, greedy)
