@@ -19,10 +19,14 @@ beyond it, and neither is so the other way round."""
 OUT_OF_LINE = 0.2
 """A cylinder beside the axis by less than this share of the greatest crank radius is a main journal out of
 line: strokes of one crank do not differ as much."""
-LEANING = 2e-3
-"""A web's face, square to the axis but for a bent crank's lean, ends within this share of the length."""
+NEARER = 0.5
+"""Of a half crank, the end with the web is that from which its bore is nearer by this factor."""
 COLLAR = 0.5
 """A cylinder is a collar, not a journal, when the next one outward is thinner and this much wider."""
+
+
+class GapError(RecognitionError):
+    """The part is in two along the axis, so that its crankpin is not in the file."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -159,7 +163,7 @@ def _refuse_gap(long: SectionStack) -> None:
     """Refuse a part that is in two along the axis: nothing but a crankpin can have held it together."""
     empty = next((section.z_mm for section in long.sections if not section.pieces), None)
     if empty is not None:
-        raise RecognitionError(
+        raise GapError(
             f"looked for crankpins, found a gap without metal {empty:.4g} mm from the middle of the part; "
             "crankpin_in_file = false settles it if they are not in the file"
         )
@@ -324,10 +328,16 @@ def _gaps(long: SectionStack, axis: Array) -> list[tuple[float, float]]:
     if gaps:
         return gaps
     ends = [(float(end), float(end)) for end in (z.min(), z.max())]
-    with_bores = [
-        end for end, side in zip(ends, (1, -1), strict=True) if _bores(_webward(long, end, side, axis), axis)
-    ]
-    return with_bores if len(with_bores) == 1 else []
+    depths = [_bore_depth(long, end, side, axis) for end, side in zip(ends, (1, -1), strict=True)]
+    order = np.argsort(depths)
+    first, second = (depths[place] for place in order)
+    return [ends[order[0]]] if first < NEARER * second else []
+
+
+def _bore_depth(long: SectionStack, end: tuple[float, float], side: int, axis: Array) -> float:
+    """Return how far from an end of the part there is a round hole beside the axis; infinite without one."""
+    sections = _webward(long, end, side, axis)
+    return abs(sections[0].z_mm - end[0]) if sections else np.inf
 
 
 def _bore_pin(long: SectionStack, gap: tuple[float, float], axis: Array, rounding_mm: float) -> CylinderRun:
@@ -339,7 +349,8 @@ def _bore_pin(long: SectionStack, gap: tuple[float, float], axis: Array, roundin
             f"{gap[1]:.4g} mm from the middle of the part, found none on one side; crankpins settles it"
         )
     shared = [bore for bore in found[0] if all(any(_near(bore, other) for other in bores) for bores in found)]
-    shared.sort(key=lambda bore: -bore[1])
+    alone = [bore for bore in shared if not any(_twins(bore, other, axis) for other in shared)]
+    shared = sorted(alone or shared, key=lambda bore: -bore[1])  # holes beside the pin come in pairs
     if not shared or (len(shared) > 1 and shared[1][1] > 0.95 * shared[0][1]):
         raise RecognitionError(
             f"looked for one pair of crankpin bores in line, found {len(shared)}; crankpins settles it"
@@ -353,6 +364,13 @@ def _bore_pin(long: SectionStack, gap: tuple[float, float], axis: Array, roundin
     return CylinderRun(centre, radius, gap[0], gap[1])
 
 
+def _twins(a: tuple[Array, float], b: tuple[Array, float], axis: Array) -> bool:
+    """Whether two different bores are of one size and as far from the axis."""
+    away = [float(np.linalg.norm(bore[0] - axis)) for bore in (a, b)]
+    alike = abs(a[1] - b[1]) < 0.05 * a[1] and abs(away[0] - away[1]) < SAME_CENTRE * away[0]
+    return alike and not _near(a, b)
+
+
 def _near(a: tuple[Array, float], b: tuple[Array, float]) -> bool:
     return float(np.linalg.norm(a[0] - b[0])) < SAME_CENTRE * min(a[1], b[1]) and abs(
         a[1] - b[1]
@@ -360,19 +378,17 @@ def _near(a: tuple[Array, float], b: tuple[Array, float]) -> bool:
 
 
 def _webward(long: SectionStack, gap: tuple[float, float], side: int, axis: Array) -> list[CrossSection]:
-    """Return the sections from a gap outward as long as they have a round hole beside the axis.
+    """Return the sections of the web beyond a gap that have a round hole beside the axis.
 
-    The first few may have none: a face that leans a little is cut slantwise there.
+    The first few may have none: those of a shoulder or a collar, and of a face that leans a little.
     """
     edge = gap[0] if side < 0 else gap[1]
     outward = sorted(
         (section for section in long.sections if side * (section.z_mm - edge) > 0.0),
         key=lambda section: side * section.z_mm,
     )
-    face = edge + side * LEANING * long.length_mm
-    begun = dropwhile(
-        lambda section: side * (face - section.z_mm) > 0.0 and not _bores([section], axis), outward
-    )
+    solid = takewhile(lambda section: bool(section.pieces), outward)
+    begun = dropwhile(lambda section: not _bores([section], axis), solid)
     return list(takewhile(lambda section: bool(_bores([section], axis)), begun))
 
 

@@ -27,7 +27,7 @@ from autobalance.crank.recognition.cylinder_runs import (
 )
 from autobalance.crank.recognition.directions import axis_candidates
 from autobalance.crank.recognition.exact_cylinders import own_direction, own_layout
-from autobalance.crank.recognition.layout import JournalLayout, pressed_up_layout, solid_layout
+from autobalance.crank.recognition.layout import GapError, JournalLayout, pressed_up_layout, solid_layout
 from autobalance.crank.recognition.section_stack import SectionStack, lengthwise, straightened
 from autobalance.crank.recognition.webs import find_webs
 from autobalance.errors import RecognitionError
@@ -70,8 +70,8 @@ def recognise(solid: Solid, overrides: Overrides, cylinders: Sequence[CylinderFa
         except RecognitionError as reason:
             try:
                 return recognise(solid, replace(overrides, crankpin_in_file=False), cylinders)
-            except RecognitionError:
-                raise reason from None
+            except RecognitionError as without:
+                raise (without if isinstance(reason, GapError) else reason) from None
     refusals: list[tuple[int, RecognitionError]] = []
     for direction in _directions(mesh, overrides):
         try:
