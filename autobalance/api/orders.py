@@ -18,6 +18,7 @@ if TYPE_CHECKING:
     from autobalance.signal.analysis import Analysis, Question
     from autobalance.signal.bearing import Bearing
     from autobalance.signal.drive_sources import Drive
+    from autobalance.signal.quantities import Quantity
     from autobalance.signal.record import Channel, Record
     from autobalance.signal.sources import Source
 
@@ -46,12 +47,14 @@ class OrdersResult(VerbResult):
         return {} if self.analysis is None else orders_plots(self.analysis, self.report, self.predicted)
 
     def files(self) -> Mapping[str, bytes]:
-        """Return ``orders.html``: a page with the record to zoom into."""
+        """Return ``orders.html``, a page with the record to zoom into, and ``psd.csv``."""
         from autobalance.report.orders_page import orders_page
+        from autobalance.report.orders_values import psd_csv
 
-        return (
-            {} if self.analysis is None else {"orders.html": orders_page(self.analysis, self.report).encode()}
-        )
+        if self.analysis is None:
+            return {}
+        page = orders_page(self.analysis, self.report)
+        return {"orders.html": page.encode(), "psd.csv": psd_csv(self.analysis)}
 
     def reading(self, order: float = 1.0) -> list[float]:
         """Return an order's amplitude and phase [°] as ``influence`` takes them: ``phases = "same"``.
@@ -83,6 +86,7 @@ def orders(
     channel: str | None = None,
     sample_rate: float | None = None,
     calibration: Mapping[str, float | str] | None = None,
+    quantity: Quantity | None = None,
     speed_rpm: float | None = None,
     tacho: str | None = None,
     pulses_per_rev: int = 1,
@@ -115,6 +119,9 @@ def orders(
         Where the record has none [Hz].
     calibration : mapping
         Channel → factor, or its sensitivity as text: ``"100 mV/g"`` of a channel in V.
+    quantity : str or None
+        ``acceleration`` [m/s²], ``velocity`` [mm/s] or ``displacement`` [µm]: channels of motion are
+        integrated to it, from 2 Hz on.
     speed_rpm, tacho, pulses_per_rev, threshold
         A constant speed, or the channel with pulses, how many a turn, and the level that they rise through.
         Neither: the speed that the record's own orders tell.
@@ -170,14 +177,15 @@ def orders(
         bearing=None if bearing is None else _bearing(bearing), band_hz=band, axes=axes,
     )  # fmt: skip
     progress("reading the record", 0.0)
-    first = _record(record, sample_rate, calibration)
-    second = None if other is None else _record(other, sample_rate, calibration)
+    first = _record(record, sample_rate, calibration, quantity, tacho)
+    second = None if other is None else _record(other, sample_rate, calibration, quantity, tacho)
     progress("analysing", 0.3)
     found = analyse(first, question)
     compared = None if second is None else analyse(second, question)
     engine = None if job is None else _job(job, settings)
     sources = _sources(question, engine, _drive(drive, engine), found, progress)
     given = _input(question, first, second, sample_rate, calibration, job, bearing)
+    given["quantity"] = quantity
     given["drive"] = str(drive) if isinstance(drive, str | Path) else None
     set_keys: Values = {"job_set": list(settings)} if settings else {}
     return OrdersResult(
@@ -216,6 +224,8 @@ def _record(
     given: str | Path | Mapping[str, ArrayLike],
     sample_rate: float | None,
     calibration: Mapping[str, float | str] | None,
+    wanted: Quantity | None,
+    tacho: str | None,
 ) -> Record:
     from autobalance.signal.formats import read
     from autobalance.signal.record import Record
@@ -229,7 +239,14 @@ def _record(
         name: calibration_factor(name, value, record.channel(name).unit)
         for name, value in (calibration or {}).items()
     }
-    return record.calibrated(factors)
+    record = record.calibrated(factors)
+    if wanted is None:
+        return record
+    from autobalance.signal.quantities import DERIVED, as_quantity
+
+    if wanted not in DERIVED:
+        raise FormatError(f"quantity is {wanted!r}; known: {', '.join(DERIVED)}")
+    return as_quantity(record, wanted, tacho)
 
 
 def _channels(given: Mapping[str, ArrayLike], sample_rate: float | None) -> tuple[Channel, ...]:

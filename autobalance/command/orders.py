@@ -24,6 +24,11 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         metavar="NAME=FACTOR",
         help="multiplies a channel; or its sensitivity, NAME=100mV/g; repeatable",
     )
+    parser.add_argument(
+        "--quantity",
+        choices=("acceleration", "velocity", "displacement"),
+        help="integrate channels of motion to it, from 2 Hz on: m/s², mm/s, µm",
+    )
     _add_speed(parser)
     _add_spectrum(parser)
     parser.add_argument(
@@ -78,6 +83,7 @@ def run(arguments: argparse.Namespace) -> int:
             channel=arguments.channel,
             sample_rate=arguments.sample_rate,
             calibration=_calibration(arguments.calibration),
+            quantity=arguments.quantity,
             speed_rpm=arguments.speed_rpm,
             tacho=arguments.tacho,
             pulses_per_rev=arguments.pulses_per_rev,

@@ -12,6 +12,7 @@ from autobalance.signal.analysis import Analysis
 from autobalance.signal.maps import Map, OrderCut, order_cuts, order_map, waterfall
 from autobalance.signal.record import Array, Channel
 from autobalance.signal.sines import amplitude_spectrum
+from autobalance.signal.spectra import welch
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -35,6 +36,7 @@ def orders_plots(
     unit = f" [{found.channel.unit}]" if found.channel.unit else ""
     label = f"{found.channel.name}{unit}"
     made: Files = {"spectrum": _spectrum(found, values, label)}
+    made["psd"] = _psd(found)
     turning = found.speed.turning
     top = _top_hz(found)
     fall = waterfall(found.channel, found.question.window, top, turning)
@@ -98,6 +100,23 @@ def _spectrum(found: Analysis, values: Values, label: str) -> dict[str, bytes]:
         axes.set_xlabel("frequency [Hz]")
 
     return drawn("Amplitude spectrum", label, draw)
+
+
+def _psd(found: Analysis) -> dict[str, bytes]:
+    """Draw the power spectral density with its standard error."""
+    made = welch(found.channel, found.question.window)
+    f, mean, off = made.frequencies_hz[1:], made.density[1:], made.scatter[1:]
+    floor = 1e-12 * float(mean.max(initial=0.0)) + 1e-300
+
+    def draw(axes: Axes) -> None:
+        low, high = np.maximum(mean - off, floor), np.maximum(mean + off, floor)
+        axes.fill_between(f, low, high, color="0.8", linewidth=0.0, label="± standard error")
+        axes.loglog(f, np.maximum(mean, floor), color="black", linewidth=0.8)
+        axes.set_xlabel("frequency [Hz]")
+
+    unit = found.channel.unit or "1"
+    title = f"Power spectral density, {made.segments} segments"
+    return drawn(title, f"{found.channel.name} [({unit})²/Hz]", draw)
 
 
 def _envelope_of(x: Array, y: Array, points: int = 4000) -> tuple[Array, Array]:

@@ -227,3 +227,13 @@ def _comparison(first: Analysis, second: Analysis) -> list[Values]:
             }
         )
     return rows
+
+
+def psd_csv(found: Analysis) -> bytes:
+    """Return the power spectral density of the record by Welch's mean, with its standard error, as CSV."""
+    unit = found.channel.unit or "1"
+    made = welch(found.channel, found.question.window)
+    lines = [f"frequency_hz,density [{unit}^2/Hz],standard_error [{unit}^2/Hz]"]
+    rows = zip(made.frequencies_hz, made.density, made.scatter, strict=True)
+    lines += [f"{f:.6g},{density:.6g},{error:.3g}" for f, density, error in rows]
+    return ("\n".join(lines) + "\n").encode()

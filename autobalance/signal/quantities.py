@@ -1,0 +1,53 @@
+"""A channel as another quantity: acceleration, velocity or displacement, by integration over time."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import Literal
+
+from autobalance.errors import FormatError
+from autobalance.signal.header import spelled
+from autobalance.signal.long_records import LONG
+from autobalance.signal.record import Channel, Record
+from autobalance.signal.spectra import integrated, quantity
+
+Quantity = Literal["acceleration", "velocity", "displacement"]
+DERIVED: dict[str, tuple[int, str, float]] = {
+    "acceleration": (2, "m/s²", 1.0),
+    "velocity": (1, "mm/s", 1e3),
+    "displacement": (0, "µm", 1e6),
+}
+"""How often the displacement is differentiated, the unit told, its number in metres and seconds."""
+LOWEST_HZ = 2.0
+"""Waves from here on are kept whole: below, noise would drown them when it is integrated."""
+
+
+def as_quantity(record: Record, wanted: Quantity, tacho: str | None) -> Record:
+    """Return a record whose channels of motion are all of one quantity; the tacho and others stay.
+
+    Raises
+    ------
+    FormatError
+        If no channel is of acceleration, velocity or displacement, or one is too long to be integrated whole.
+    """
+    known = [each for each in record.channels if quantity(spelled(each.unit)) is not None]
+    known = [each for each in known if tacho is None or not each.is_called(tacho)]
+    if not known:
+        units = ", ".join(f"{each.name} [{each.unit or 'no unit'}]" for each in record.channels)
+        raise FormatError(f"{record.file} has no channel of acceleration, velocity or displacement: {units}")
+    ids = {id(each) for each in known}
+    channels = tuple(_as(each, wanted) if id(each) in ids else each for each in record.channels)
+    return replace(record, channels=channels)
+
+
+def _as(channel: Channel, wanted: Quantity) -> Channel:
+    if len(channel) > LONG:
+        raise FormatError(f"{channel.name} has {len(channel)} samples; up to {LONG} can be integrated")
+    found = quantity(spelled(channel.unit))
+    assert found is not None  # asked before
+    times, size = found
+    order, unit, scale = DERIVED[wanted]
+    values = channel.values() * (size * scale)
+    if times != order:
+        values = integrated(values, channel.sample_rate_hz, LOWEST_HZ, times - order)
+    return replace(channel, unit=unit, stored=values, factor=1.0, offset=0.0)
