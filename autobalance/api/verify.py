@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from autobalance.api.result import VerbResult, report_head
-from autobalance.verification.claims import Checked, check_report
+from autobalance.verification.check import Checked, check_report
 
 if TYPE_CHECKING:
     from autobalance.report.text import Units
@@ -37,6 +37,11 @@ class VerifyResult(VerbResult):
         return int(self.report["claims"])
 
     @property
+    def not_checked(self) -> tuple[tuple[str, str], ...]:
+        """Keys of the report that nothing in its files decides, and why."""
+        return tuple((each.key, each.why) for each in self.checked.not_checked)
+
+    @property
     def warnings(self) -> tuple[str, ...]:
         """What was seen beside the claims."""
         return self.checked.warnings
@@ -47,7 +52,7 @@ class VerifyResult(VerbResult):
         return 0 if self.within_tolerance else ABOVE_TOLERANCE
 
     def text(self, units: str = "metric") -> str:
-        """Return the verdict in a line or two."""
+        """Return the verdict, and what was not checked."""
         from autobalance.report.text import UNITS
 
         found, chosen = self.checked, UNITS[units]
@@ -58,10 +63,14 @@ class VerifyResult(VerbResult):
             f"{chosen.of_unbalance(found.tolerance.permissible_g_mm)}{_doubt(found, chosen)}: "
             f"{verdict} tolerance"
         )
-        if found.agreement is None:
-            return said
-        agree = f"volume, first and second moments agree to {found.agreement:.1e}"
-        return f"{said}\nMeasured a second way, from slices: {agree}"
+        lines = [said]
+        if found.agreement is not None:
+            agree = f"volume, first and second moments agree to {found.agreement:.1e}"
+            lines.append(f"Measured a second way, from slices: {agree}")
+        if found.not_checked:
+            lines.append("Not checked:")
+            lines += [f"  {each.key}: {each.why}" for each in found.not_checked]
+        return "\n".join(lines)
 
 
 def verify(report: str | Path, *, independent: bool = False) -> VerifyResult:
@@ -81,7 +90,9 @@ def verify(report: str | Path, *, independent: bool = False) -> VerifyResult:
     ClaimError
         If a claim fails.
     """
-    found = check_report(Path(report), independent)
+    from autobalance.report.json import report as as_report
+
+    found = check_report(Path(report), independent, as_report)
     values = {
         **report_head("verify"),
         "report": str(report),
@@ -91,6 +102,7 @@ def verify(report: str | Path, *, independent: bool = False) -> VerifyResult:
         "residual_g_mm": found.residual.magnitude_g_mm,
         "permissible_g_mm": found.tolerance.permissible_g_mm,
         "agreement": found.agreement,
+        "not_checked": [{"key": each.key, "why": each.why} for each in found.not_checked],
         "warnings": list(found.warnings),
     }
     return VerifyResult(values, found)

@@ -40,7 +40,6 @@ from autobalance.crank.anatomy import Anatomy
 from autobalance.crank.sections import counterweight_moments
 from autobalance.engine.balance_factor import bob_weight_moments
 from autobalance.engine.cycle.analysis import CycleAnalysis
-from autobalance.engine.force_summary import ShakingForce
 from autobalance.errors import AutobalanceError, CorrectionError, JobError
 from autobalance.job import Job
 from autobalance.job.limits import limits_of_every_kind
@@ -62,7 +61,7 @@ def balanced_record(job: Job, crank: Crank, watch: Stopwatch, progress: Progress
     JobError
         If the job does not fit the crank.
     """
-    counterweights = in_thread(lambda: _counterweights(crank))
+    counterweights = in_thread(lambda: counterweights_of(crank))
     with watch.stage("measure"):
         rotor_from_job.check_engine(job, crank.anatomy)
         loads, attached = rotor_from_job.hung_on(job, crank.anatomy)
@@ -70,7 +69,6 @@ def balanced_record(job: Job, crank: Crank, watch: Stopwatch, progress: Progress
         factor = rotor_from_job.target_factor(job, crank.anatomy, crank.moments)
         tolerance = rotor_from_job.tolerance_of(job, crank.anatomy, crank.moments)
         rotor = rotor_of(job, crank, tolerance, factor)
-        before = engine_from_job.shaking(job, crank.anatomy, crank.moments)
         with_gas, missing = _before_with_gas(job, crank)
     with _Stages(watch, progress) as told:
         try:
@@ -79,9 +77,7 @@ def balanced_record(job: Job, crank: Crank, watch: Stopwatch, progress: Progress
             raise JobError(f"{job.path.name}: {error}") from None
     record = record_of(job, crank, factor, tolerance, result, counterweights.result())
     record = replace(record, warnings=(*odd, *missing))
-    if before is not None and record.balanced is not None:
-        forces = _forces(job, crank, before, result)
-        record = replace(record, balanced=replace(record.balanced, forces=forces))
+    record = with_forces(record, job, crank, result)
     if with_gas is not None and record.balanced is not None:
         after = _gas_loads(job, crank, result.solid or crank.source.solid, result.final_moments)
         values = gas_load_values(with_gas, after)
@@ -100,9 +96,14 @@ def measure_of(source: Source) -> Measure:
     return in_memory if source.format is None else as_file(source.format, source.mm_per_unit)
 
 
-def _forces(job: Job, crank: Crank, before: ShakingForce, result: Result) -> Forces | None:
+def with_forces(record: Record, job: Job, crank: Crank, result: Result) -> Record:
+    """Return a record with what shakes the engine before and after, where the job tells enough for it."""
+    before = engine_from_job.shaking(job, crank.anatomy, crank.moments)
     after = engine_from_job.shaking(job, crank.anatomy, result.final_moments)
-    return None if after is None else Forces(before, after, job.engine.rod_length_mm is not None)
+    if before is None or after is None or record.balanced is None:
+        return record
+    forces = Forces(before, after, job.engine.rod_length_mm is not None)
+    return replace(record, balanced=replace(record.balanced, forces=forces))
 
 
 def _before_with_gas(job: Job, crank: Crank) -> tuple[CycleAnalysis | None, tuple[str, ...]]:
@@ -270,7 +271,7 @@ def _facet_entry(crank: Crank, tolerance: Tolerance, result: Result) -> ChordalE
     return chordal_correction.facet_entry(crank.facets, crank.correction, needed, after)
 
 
-def _counterweights(crank: Crank) -> Moments | None:
+def counterweights_of(crank: Crank) -> Moments | None:
     """Return the moments of the counterweights of a crank of one throw; None without."""
     if len(crank.anatomy.throws) != 1:
         return None

@@ -32,6 +32,7 @@ from autobalance.correction.patches import (
 from autobalance.correction.relaxing import deeper, thinner
 from autobalance.correction.room import Room, drawn_out
 from autobalance.correction.shoulder import face_heights
+from autobalance.correction.trace import FaceTrace, Trace
 from autobalance.crank.anatomy import Face
 from autobalance.errors import CorrectionError
 from autobalance.rigid_rotor.moments import Moments
@@ -102,6 +103,7 @@ class AddCut:
     base: Solid
     sunk: Solid
     wedge: Shape | None
+    sector_deg: tuple[float, float] | None
     density_g_mm3: float
     max_depth_mm: float
     limit: str
@@ -162,6 +164,7 @@ class AddCut:
                 "face_height_mm": self.height_mm,
                 "new_height_mm": self.height_mm + depth_mm,
                 "area_mm2": self._area[0],
+                "sector_deg": None if self.sector_deg is None else list(self.sector_deg),
             },
         )
 
@@ -226,6 +229,7 @@ def cuts(work: Workpiece, patches: Sequence[Patch], limits: AddLimits) -> list[A
                 base=free.above(height).below(height + room),
                 sunk=body,
                 wedge=patch.wedge,
+                sector_deg=patch.sector_deg,
                 density_g_mm3=work.density_g_mm3,
                 max_depth_mm=room,
                 limit=limit,
@@ -264,6 +268,10 @@ class Add(Kind[AddLimits]):
     def instruction(self, item: Item, figures: Figures) -> str:
         """Return on which face to add metal."""
         return f"Add metal on face {item.get('face')}"
+
+    def trace(self, item: Item) -> Trace:
+        """Return the metal on its face."""
+        return FaceTrace(item, adds=True)
 
     def size(self, item: Item) -> str:
         """Return the face's height, old and new."""

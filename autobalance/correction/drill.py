@@ -19,6 +19,7 @@ from autobalance.correction.hole import (
     refuse_sectors,
     refuse_wide,
 )
+from autobalance.correction.hole_trace import DrillTrace
 from autobalance.correction.kind import (
     Correction,
     Count,
@@ -46,6 +47,7 @@ from autobalance.correction.sites import (
     make_holes,
     reach_of,
 )
+from autobalance.correction.trace import Trace, stated_number
 from autobalance.correction.walls import CONTINUATION_RAD, HoleLimits, Surface, wall_left_mm
 from autobalance.crank.anatomy import Anatomy
 from autobalance.errors import CorrectionError
@@ -320,6 +322,10 @@ class Drill(Kind[DrillLimits]):
         diameter = figures.mm(item["diameter_mm"], figures.diameter_digits)
         point = f"point {item.get('point_angle_deg', 0):g}°"
         return f"Drill dia {diameter}, {item.get('direction', '')}, {where}, {height}, {point}"
+
+    def trace(self, item: Item) -> Trace:
+        """Return the hole."""
+        return DrillTrace(item, math.radians(0.5 * stated_number(item, "point_angle_deg")))
 
     def size(self, item: Item) -> str:
         """Return the drill."""

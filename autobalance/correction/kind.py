@@ -17,6 +17,7 @@ from autobalance.solid.csg.tool import Tool
 
 if TYPE_CHECKING:
     from autobalance.correction.room import Room
+    from autobalance.correction.trace import Trace
 
 Array = NDArray[np.float64]
 Prefer = Literal["simple", "least_metal", "fewest_holes", "least_inertia_change", "most_inertia_removed"]
@@ -394,6 +395,17 @@ class Kind(ABC, Generic[L]):
         del anatomy
         walls = [float(each.details["wall_left_mm"]) for each in made if "wall_left_mm" in each.details]
         return min(walls, default=None)
+
+    def trace(self, item: Item) -> Trace | None:
+        """Return what a listed correction must have left behind, so that it can be verified; None: not known.
+
+        Raises
+        ------
+        FormatError
+            If the list has not what that takes.
+        """
+        del item
+        return None
 
     def face_depths_mm(self, work: Workpiece, rims: Sequence[Face]) -> Mapping[str, float]:
         """Return how deep faces and rims, by their ids, may be cut by default where metal ends that."""

@@ -29,6 +29,7 @@ from autobalance.correction.patches import face_region, heavy_direction
 from autobalance.correction.relaxing import deeper, thinner
 from autobalance.correction.room import Room, blocks, keep_apart, sector_corners
 from autobalance.correction.sites import in_sectors
+from autobalance.correction.trace import PocketTrace, Trace
 from autobalance.crank.anatomy import Face
 from autobalance.errors import CorrectionError
 from autobalance.graphics.words import degrees, number
@@ -458,6 +459,10 @@ class Mill(Kind[MillLimits]):
         angles = f"{degrees(item['start_deg'])} to {degrees(item['end_deg'])}"
         depth = f"{figures.mm(item['depth_mm'])} deep from z {figures.mm(item['face_z_mm'])}"
         return f"Mill pocket, cutter dia {cutter}, {radii}, {angles}, {depth}"
+
+    def trace(self, item: Item) -> Trace:
+        """Return the pocket."""
+        return PocketTrace(item)
 
     def size(self, item: Item) -> str:
         """Return the pocket's radii, angles and cutter."""

@@ -43,12 +43,13 @@ class FaceLimits(Protocol):
 class Patch:
     """A face and the part of space, if not all, to which a cut of it keeps (rotor frame).
 
-    ``wedge`` is ``within`` without facets.
+    ``wedge`` is ``within`` without facets, ``sector_deg`` its two angles about the crank axis, in [0, 360).
     """
 
     face: Face
     within: Solid | None = None
     wedge: Shape | None = None
+    sector_deg: tuple[float, float] | None = None
 
 
 def chosen_patches(limits: FaceLimits, mesh: Mesh, anatomy: Anatomy, faces: Sequence[Face]) -> list[Patch]:
@@ -230,7 +231,8 @@ def _patch(face: Face, angles_deg: tuple[float, float] | None, reach_mm: float) 
         return Patch(face)
     span = (angles_deg[1] - angles_deg[0]) % 360.0
     exact = wedge(math.radians(angles_deg[0]), math.radians(span), reach_mm) if span else None
-    return Patch(face, sector(angles_deg, reach_mm), exact)
+    start, end = (angle % 360.0 % 360.0 for angle in angles_deg)
+    return Patch(face, sector(angles_deg, reach_mm), exact, (start, end))
 
 
 def sector(angles_deg: tuple[float, float], reach_mm: float) -> Solid:

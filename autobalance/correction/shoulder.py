@@ -45,6 +45,7 @@ from autobalance.correction.patches import (
 )
 from autobalance.correction.relaxing import deeper, thinner
 from autobalance.correction.room import Room, drawn_out
+from autobalance.correction.trace import FaceTrace, Trace
 from autobalance.crank.anatomy import Anatomy, Face, Web
 from autobalance.graphics.words import number
 from autobalance.rigid_rotor.moments import Moments
@@ -100,6 +101,7 @@ class ShoulderCut:
     heights_mm: Array
     within: Solid | None
     wedge: Shape | None
+    sector_deg: tuple[float, float] | None
     density_g_mm3: float
     max_depth_mm: float
     limit: str
@@ -178,6 +180,7 @@ class ShoulderCut:
                 "face_height_mm": self.height_mm,
                 "new_height_mm": self.height_mm - depth_mm,
                 "new_face_area_mm2": self.layer.kept(depth_mm).area_mm2,
+                "sector_deg": None if self.sector_deg is None else list(self.sector_deg),
             },
         )
 
@@ -275,6 +278,7 @@ def _cut(
         heights_mm=slab.vertices[:, 2],
         within=patch.within,
         wedge=patch.wedge,
+        sector_deg=patch.sector_deg,
         density_g_mm3=density_g_mm3,
         max_depth_mm=depth,
         limit=limit,
@@ -385,6 +389,10 @@ class Shoulder(Kind[ShoulderLimits]):
     def size(self, item: Item) -> str:
         """Return the face's height, old and new."""
         return face_heights(item)
+
+    def trace(self, item: Item) -> Trace:
+        """Return the lowered face."""
+        return FaceTrace(item)
 
     def wall_left_mm(self, made: Sequence[Correction], anatomy: Anatomy) -> float | None:
         """Return what is left of the webs' thickness."""

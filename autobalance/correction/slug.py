@@ -19,6 +19,7 @@ from autobalance.correction.hole import (
     refuse_sectors,
     refuse_wide,
 )
+from autobalance.correction.hole_trace import SlugTrace
 from autobalance.correction.kind import (
     Apart,
     Array,
@@ -37,6 +38,7 @@ from autobalance.correction.kind import (
 from autobalance.correction.patches import heavy_vector
 from autobalance.correction.room import Room, bar
 from autobalance.correction.sites import Places, Site, find_sites, in_sectors, make_holes, reach_of
+from autobalance.correction.trace import Trace
 from autobalance.correction.walls import Axis, HoleLimits, Surface, wall_left_mm
 from autobalance.errors import CorrectionError
 from autobalance.graphics.words import number
@@ -428,6 +430,10 @@ class Slug(Kind[SlugLimits]):
         return (
             f"Bore dia {bore}, press in slug of {length}, {figures.g(item.get('slug_mass_g'))} {figures.mass}"
         )
+
+    def trace(self, item: Item) -> Trace:
+        """Return the bore, and the slug in it."""
+        return SlugTrace(item)
 
     def size(self, item: Item) -> str:
         """Return the slug."""

@@ -23,6 +23,7 @@ from autobalance.correction.kind import (
     Workpiece,
 )
 from autobalance.correction.room import Room, blocks, sector_corners
+from autobalance.correction.trace import RingTrace, Trace
 from autobalance.crank.anatomy import Anatomy, Face, Web
 from autobalance.errors import CorrectionError
 from autobalance.graphics.words import number
@@ -292,6 +293,10 @@ class Turn(Kind[TurnLimits]):
     def instruction(self, item: Item, figures: Figures) -> str:
         """Return to which radius to turn."""
         return f"Turn the rim to radius {figures.mm(item.get('new_radius_mm'))}"
+
+    def trace(self, item: Item) -> Trace:
+        """Return the rings that went."""
+        return RingTrace(item)
 
     def size(self, item: Item) -> str:
         """Return the new radius."""

@@ -4,14 +4,14 @@ from __future__ import annotations
 
 import hashlib
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 from autobalance.correction.kind import EarlierCut
-from autobalance.crank.anatomy import Anatomy, CounterweightOutline, Web
+from autobalance.crank.anatomy import Anatomy
 from autobalance.errors import ClaimError, FileError, FormatError
 from autobalance.job import Job
 from autobalance.rigid_rotor.moments import Moments
@@ -19,7 +19,10 @@ from autobalance.rigid_rotor.tolerance import Tolerance, TolerancePlane
 from autobalance.rigid_rotor.unbalance import Unbalance
 from autobalance.solid.formats.read import Source, read
 from autobalance.units import RAD_S_PER_RPM
-from autobalance.verification.claims import Claims, claimed_anatomy, claimed_job, input_path, read_report
+from autobalance.verification.claims import Claims
+from autobalance.verification.premises import claimed_anatomy, claimed_job
+from autobalance.verification.report_file import read_report
+from autobalance.verification.solids import input_path
 
 COMMANDS = ("balance", "recut")
 """Commands whose reports have a job and a corrected solid."""
@@ -88,7 +91,7 @@ def earlier_stage(path: Path) -> EarlierStage:
     if command not in COMMANDS:
         raise FormatError(f"{path.name} is a report of {command!r}; one of {', '.join(COMMANDS)} is needed")
     job = claimed_job(claims)
-    anatomy = replace(claimed_anatomy(claims), webs=_webs(claims))
+    anatomy = claimed_anatomy(claims)
     solid, source = left_solid(path, claims, job)
     cuts = (*claims.values.get("earlier_corrections", ()), *claims.get("corrections", list))
     return EarlierStage(
@@ -130,26 +133,6 @@ def left_solid(path: Path, claims: Claims, job: Job) -> tuple[Path, Source]:
         raise ClaimError(f"{path.name}: {solid} is not the solid of this report: its sha256 differs")
     body = crankshaft.body if first else "all"
     return solid, read(solid, crankshaft.unit, body, pressed_up=first and not crankshaft.crankpin_in_file)
-
-
-def _webs(claims: Claims) -> tuple[Web, ...]:
-    return tuple(
-        Web(
-            int(each["number"]),
-            float(each["z_min_mm"]),
-            float(each["z_max_mm"]),
-            bool(each["counterweight"]),
-            _outline(each.get("outline")),
-        )
-        for each in claims.get("crank.webs", list)
-    )
-
-
-def _outline(values: Mapping[str, Any] | None) -> CounterweightOutline | None:
-    if values is None:
-        return None
-    radius, fan = float(values["rim_radius_mm"]), float(values["fan_angle_deg"])
-    return CounterweightOutline(radius, float(np.radians(fan)), float(values["thickness_mm"]))
 
 
 def claimed_tolerance(claims: Claims, job: Job) -> Tolerance:

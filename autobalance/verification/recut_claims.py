@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 import hashlib
+from collections.abc import Mapping
 from pathlib import Path
+from typing import Any
 
-from autobalance.balancing import measured_crank, rotor_from_job
+from autobalance.balancing import rotor_from_job
 from autobalance.balancing.machine_reading import CAUSE
 from autobalance.crank.anatomy import Anatomy
 from autobalance.engine.balance_factor import balance_factor, factor_direction_g_mm
@@ -15,14 +17,16 @@ from autobalance.rigid_rotor.moments import Moments
 from autobalance.rigid_rotor.tolerance import Tolerance, permissible_unbalance_g_mm
 from autobalance.rigid_rotor.unbalance import Unbalance
 from autobalance.rigid_rotor.uncertainty import Budget, Share
-from autobalance.solid.formats.read import Source, read
-from autobalance.verification import claims as checks
-from autobalance.verification.claims import Checked, Claims
-from autobalance.verification.cut_claims import check_places
+from autobalance.verification import premises, rotor_claims, solids
+from autobalance.verification.check import Checked, Ends, Held, check_course, check_verdict
+from autobalance.verification.claims import Claims
+from autobalance.verification.correction_claims import Change, check_corrections
 from autobalance.verification.earlier_stage import claimed_tolerance
+from autobalance.verification.report_file import read_report
+from autobalance.verification.solids import Given
 
 
-def check_recut(claims: Claims, folder: Path, independent: bool) -> Checked:
+def check_recut(held: Held) -> Checked:
     """Check every number that a stage's report claims, but the reading.
 
     Raises
@@ -30,71 +34,100 @@ def check_recut(claims: Claims, folder: Path, independent: bool) -> Checked:
     ClaimError
         If a claim fails.
     """
-    job = checks.claimed_job(claims)
-    anatomy = checks.claimed_anatomy(claims)
-    tolerance = _tolerance(claims, folder, job)
-    source, old, hidden = _old_solid(claims, folder, job, anatomy)
-    size = checks.size_of(source, old)
-    new, again = old, None
-    if claims.get("outputs.solid", object) is not None:
-        after, bare, soup = checks.measured_files(claims, folder, job, anatomy.file_to_rotor)
-        again = checks.measured_again(claims, after, job, anatomy.file_to_rotor) if independent else None
-        new = bare + checks.hidden_part(claims, job, anatomy, hidden, soup)
-    new = new + checks.pressed_in(claims)
+    claims, folder = held.claims, held.folder
+    claims.hold("command")
+    job, anatomy = premises.claimed_job(claims), premises.claimed_anatomy(claims)
+    before = _report_before(claims, folder)
+    tolerance = _tolerance(claims, job, before)
+    given = _old_solid(held, job, anatomy)
+    old = given.crank.moments
+    size = solids.size_of(given.source, old)
+    new, again, is_cut = old, None, claims.get("outputs.solid", object) is not None
+    if is_cut:
+        left = solids.measured_files(claims, folder, job, anatomy.file_to_rotor, held.files)
+        if held.independent:
+            again = solids.measured_again(claims, left.source, job, anatomy.file_to_rotor)
+        new = left.moments + solids.hidden_part(claims, job, anatomy, given, left.soup)
+        change = Change(given.source, left.source, left.moments - given.bare, anatomy, job, held.files)
+        check_corrections(claims, change, _first_number(before))
+    else:
+        claims.hold("outputs.solid")
+        claims.same("corrections", [])
+    new = new + solids.pressed_in(claims)
     reading = _read(claims)
-    checks.check_unbalance(claims, "initial", reading, tolerance, size)
+    rotor_claims.check_unbalance(claims, "initial", reading, tolerance, size)
     residual = reading + Unbalance.of(new - old)
-    checks.check_unbalance(claims, "residual", residual, tolerance, size)
+    rotor_claims.check_unbalance(claims, "residual", residual, tolerance, size)
     _factors(claims, job, anatomy, reading, residual)
-    _stage(claims, residual, size)
-    check_places(claims)
-    checks.check_assembly(claims, job, tolerance, residual, size)
-    if not any(values.get("slug_mass_g") for values in claims.get("corrections", list)):
-        change = (new.polar_inertia_g_mm2 - old.polar_inertia_g_mm2) / 1000.0
-        claims.near("inertia_change_kg_mm2", change, old.polar_inertia_g_mm2 / 1000.0)
+    _stage(claims, residual, size, before)
+    rotor_claims.check_assembly(claims, job, tolerance, residual, size)
+    rotor_claims.check_inertia(claims, old, new)
     budget = _budget(claims, tolerance)
-    within = _verdict(claims, tolerance, residual, budget)
-    return Checked(claims.held, within, residual, tolerance, tuple(claims.warnings), again, budget)
+    check_course(claims, Ends(reading, residual, old, new, (None, None), Moments.zero()), is_cut)
+    solids.check_pages(claims, folder)
+    within = _verdict(claims, tolerance, residual, budget, is_cut)
+    return Checked(0, within, residual, tolerance, (), again, budget)
 
 
-def _tolerance(claims: Claims, folder: Path, job: Job) -> Tolerance:
-    """Check what is judged against: as of the stage before, and as the grade makes it."""
+def _report_before(claims: Claims, folder: Path) -> Mapping[str, Any] | None:
+    """Return the report of the stage before, where it is still there."""
+    path = folder / claims.get("previous.report", str)
+    if not path.is_file():
+        claims.warnings.append(f"{path} is not there any more; what is claimed of it was not checked")
+        return None
+    claims.same("previous.sha256", hashlib.sha256(path.read_bytes()).hexdigest())
+    claims.hold("previous.report")
+    return read_report(path)
+
+
+def _first_number(before: Mapping[str, Any] | None) -> int | None:
+    """Return the number that the first correction of a stage must have: they count on."""
+    if before is None:
+        return None
+    return len(before.get("earlier_corrections", ())) + len(before["corrections"]) + 1
+
+
+def _tolerance(claims: Claims, job: Job, before: Mapping[str, Any] | None) -> Tolerance:
+    """Check what is judged against and where: as of the stage before, and as the grade makes it."""
     tolerance = claimed_tolerance(claims, job)
     permissible = permissible_unbalance_g_mm(
         tolerance.rotor_mass_g, job.balance.grade_mm_s, job.balance.service_speed_rad_s
     )
     claims.near("tolerance.permissible_g_mm", permissible, permissible)
-    path = folder / claims.get("previous.report", str)
-    if not path.is_file():
-        claims.warnings.append(f"{path} is not there any more; what is claimed of it was not checked")
+    if before is None:
+        for key in ("tolerance", "frame", "crank", "balance_factor.target"):
+            claims.ledger.why_not[key] = "the report before is not there any more"
         return tolerance
-    claims.same("previous.sha256", hashlib.sha256(path.read_bytes()).hexdigest())
-    before = checks.read_report(path)
     claims.same("tolerance", before["tolerance"])
     claims.same("frame", before["frame"])
+    for key in ("main_journals", "throws", "webs", "journal_misalignment_mm"):
+        claims.same(f"crank.{key}", before["crank"][key])
     claims.near("balance_factor.target", float(before["balance_factor"]["target"]), 1.0)
+    claims.same("earlier_corrections", [*before.get("earlier_corrections", ()), *before["corrections"]])
+    untouched = before["outputs"]["solid"] is None and (
+        before["command"] == "balance" or bool(before.get("input_is_untouched"))
+    )
+    claims.same("input_is_untouched", untouched)
     return tolerance
 
 
-def _old_solid(
-    claims: Claims, folder: Path, job: Job, anatomy: Anatomy
-) -> tuple[Source, Moments, checks.Given | None]:
+def _old_solid(held: Held, job: Job, anatomy: Anatomy) -> Given:
     """Check what is claimed of the crank that the stage started from."""
-    crankshaft = job.crankshaft
-    path = checks.input_path(claims, folder)
-    previous = folder / claims.get("previous.report", str)
+    claims, crankshaft = held.claims, job.crankshaft
+    path = solids.input_path(claims, held.folder)
+    previous = held.folder / claims.get("previous.report", str)
     if not path.is_file():
         path = previous.parent / path.name
+    if path.resolve() == (held.folder / claims.get("input.file", str)).resolve():
+        claims.hold("input.file")
+    else:
+        claims.ledger.why_not["input.file"] = f"it was found as {path}"
     untouched = claims.get("input_is_untouched", bool)
     body = crankshaft.body if untouched else "all"
     pressed_up = untouched and not crankshaft.crankpin_in_file
-    source = read(path, crankshaft.unit, body, pressed_up=pressed_up)
-    claims.same("input.sha256", source.sha256)
-    claims.same("input.triangles", source.triangles)
-    density = crankshaft.density_g_mm3
-    crank = measured_crank.measured_source(source, anatomy, density, job.balance)
-    checks.check_properties(claims, "crank", crank.moments, crank.volume_mm3)
-    return source, crank.moments, (source, crank.facets)
+    source = held.files.read(path, crankshaft.unit, body, pressed_up=pressed_up)
+    solids.check_source(claims, source)
+    return solids.check_crank(claims, job, source, anatomy, anatomy.file_to_rotor, held.files)
 
 
 def _read(claims: Claims) -> Unbalance:
@@ -109,11 +142,10 @@ def _factors(claims: Claims, job: Job, anatomy: Anatomy, reading: Unbalance, res
         claims.near("balance_factor.target", job.balance.factor, 1.0)
     loads = rotor_from_job.throw_loads(anatomy, job.engine)
     fit_g = rotor_from_job.fitted_bob_weights_g(job, anatomy, target)
-    listed = checks.entries_of(claims, "engine.bob_weights", len(loads))
+    listed = claims.entries("engine.bob_weights", len(loads))
     for part, load, fit in zip(listed, loads, fit_g, strict=True):
         part.near("mass_g", load.parts.bob_weight_g(target), load.parts.bob_weight_g(target))
         part.near("fit_g", fit, load.parts.bob_weight_g(target))
-        claims.held += part.held
     for key, unbalance in (("initial", reading), ("final", residual)):
         found = balance_factor(unbalance.resultant_g_mm - target * factor_direction_g_mm(loads), loads)
         if found is None:
@@ -122,39 +154,53 @@ def _factors(claims: Claims, job: Job, anatomy: Anatomy, reading: Unbalance, res
             claims.near(f"balance_factor.{key}", found, 10.0)
 
 
-def _stage(claims: Claims, residual: Unbalance, size_g_mm: float) -> None:
-    """Check that the list of stages ends with this one."""
-    stages = claims.get("stages", list)
-    last = Claims(f"{claims.name}: stages[{len(stages)}]", stages[-1])
+def _stage(claims: Claims, residual: Unbalance, size_g_mm: float, before: Mapping[str, Any] | None) -> None:
+    """Check that the list of stages ends with this one, and goes on from the one before."""
+    stages = claims.entries("stages")
+    if not stages:
+        raise ClaimError(f"{claims.name}: stages is empty")
+    last, parts = stages[-1], claims.entries("corrections")
+    rounding = rotor_claims.MOMENT_ROUNDING
     last.same("stage", len(stages))
-    last.same("corrections", len(claims.get("corrections", list)))
+    last.same("serial", claims.get("serial", object))
+    last.same("corrections", len(parts))
     last.same("outcome", claims.get("outcome", str))
-    last.near("predicted.unbalance_g_mm", residual.resultant_g_mm, size_g_mm, checks.MOMENT_ROUNDING)
-    last.near("reading.unbalance_g_mm", _read(claims).resultant_g_mm, size_g_mm, checks.MOMENT_ROUNDING)
-    claims.held += last.held
+    removed = sum(float(part.get("removed_mass_g", float)) for part in parts)
+    last.near("removed_mass_g", removed, 1.0)
+    last.near("predicted.unbalance_g_mm", residual.resultant_g_mm, size_g_mm, rounding)
+    last.near("reading.unbalance_g_mm", _read(claims).resultant_g_mm, size_g_mm, rounding)
+    for key, whole in (("predicted", "residual"), ("reading", "initial")):
+        told = {name: claims.get(whole, dict).get(name) for name in last.get(key, dict)}
+        last.at(key, last.get(key, dict)).alike(told, scale=0.01 * size_g_mm)
+    if before is None:
+        return
+    listed = before.get("stages") or [{"stage": 1, "serial": None, "outcome": before["outcome"]}]
+    if len(stages) != len(listed) + 1:
+        raise ClaimError(f"{claims.name}: stages has {len(stages)} entries; needed {len(listed) + 1}")
+    for part, each in zip(stages, listed, strict=False):
+        for key, value in each.items():
+            if key != "report":
+                part.same(key, value)
+    told = {name: before["residual"].get(name) for name in last.get("expected", dict)}
+    last.at("expected", last.get("expected", dict)).alike(told, scale=0.01 * size_g_mm)
 
 
 def _budget(claims: Claims, tolerance: Tolerance) -> Budget:
     """Return the uncertainty of the reading, which is all that a stage's residual has."""
     planes = tuple(
         float(part.get("uncertainty_g_mm", float))
-        for part in checks.entries_of(claims, "initial.planes", len(tolerance.planes))
+        for part in claims.entries("initial.planes", len(tolerance.planes))
     )
     share = Share(float(claims.get("initial.uncertainty_g_mm", float)), planes)
     return Budget({CAUSE: share}, tolerance.places_mm)
 
 
-def _verdict(claims: Claims, tolerance: Tolerance, residual: Unbalance, budget: Budget) -> bool:
+def _verdict(claims: Claims, tolerance: Tolerance, residual: Unbalance, budget: Budget, is_cut: bool) -> bool:
     """Check the outcome: above tolerance, too, where the machine cannot show that it is within."""
-    blind = float(Claims(claims.name, claims.get("machine_reading.file", dict)).get("umar_g_mm", float))
+    blind = float(
+        claims.at("machine_reading.file", claims.get("machine_reading.file", dict)).get("umar_g_mm", float)
+    )
     judged = [plane.permissible_g_mm for plane in tolerance.planes]
     judged = judged if tolerance.judge == "dynamic" else [tolerance.permissible_g_mm]
     within = tolerance.is_met_by(residual, budget) and all(blind < each for each in judged)
-    outcome = claims.get("outcome", str)
-    if (outcome != "above_tolerance") != within:
-        raise ClaimError(
-            f"{claims.name}: outcome is {outcome!r}, but the residual is "
-            f"{'within' if within else 'above'} tolerance"
-        )
-    claims.held += 1
-    return within
+    return check_verdict(claims, within, is_cut)

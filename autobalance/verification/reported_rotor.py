@@ -12,7 +12,10 @@ from autobalance.dynamics.spun_rotor import Body
 from autobalance.engine.balance_factor import bob_weight_moments
 from autobalance.errors import FormatError
 from autobalance.rigid_rotor.moments import Moments
-from autobalance.verification.claims import Claims, claimed_anatomy, claimed_job, measured_solid, read_report
+from autobalance.verification.claims import Claims
+from autobalance.verification.premises import claimed_anatomy, claimed_job
+from autobalance.verification.report_file import read_report
+from autobalance.verification.solids import measured_solid
 
 COMMANDS = ("balance", "recut")
 """Commands whose reports have a job and a solid."""

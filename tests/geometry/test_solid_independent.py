@@ -9,7 +9,7 @@ from autobalance.rigid_rotor.moments import Moments
 from autobalance.solid.csg.solid import Solid
 from autobalance.solid.mesh.measure import mesh_moments
 from autobalance.solid.slicing.independent import agreement, slice_moments
-from autobalance.verification import claims
+from autobalance.verification import solids
 from tests import jobs
 from tests.cranks import make_crank, tilted
 
@@ -51,7 +51,7 @@ def test_verify_measures_a_second_way(
     report = tmp_path / "out" / "report.json"
     assert jobs.run("verify", report, "--independent") == 0
     assert "from slices: volume, first and second moments agree to" in capsys.readouterr().out
-    monkeypatch.setattr(claims, "slice_moments", lambda *_: Moments.zero())
+    monkeypatch.setattr(solids, "slice_moments", lambda *_: Moments.zero())
     assert jobs.run("verify", report, "--independent") == 3
     assert "from tetrahedra and from slices differ by" in capsys.readouterr().err
 
@@ -70,6 +70,6 @@ def test_true_surfaces_are_measured_a_second_way_too(
     said = capsys.readouterr().out
     assert float(said.rpartition("agree to ")[2]) < 1e-5
     moved = slice_moments
-    monkeypatch.setattr(claims, "slice_moments", lambda *a: moved(*a).scaled(1.001))
+    monkeypatch.setattr(solids, "slice_moments", lambda *a: moved(*a).scaled(1.001))
     assert jobs.run("verify", report, "--independent") == 3
     assert "from true surfaces and from slices differ by" in capsys.readouterr().err

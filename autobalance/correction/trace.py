@@ -1,0 +1,394 @@
+"""What can be read of a correction off the metal that really went or came, to hold a report against it.
+
+A trace begins with what a report says of one correction. It tells which metal may be that correction's, and
+reads place, depth and size off that metal anew.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Any, Protocol
+
+import numpy as np
+
+from autobalance.correction.kind import Array, Item, Limits
+from autobalance.correction.patches import face_frame, face_region, farthest_mm, sector
+from autobalance.crank.anatomy import Anatomy, Face
+from autobalance.errors import FormatError
+from autobalance.rigid_rotor.moments import Moments
+from autobalance.solid.csg.solid import Region, Solid, union
+from autobalance.solid.mesh.mesh import Mesh
+
+SLACK_SHARE = 0.05
+"""Share of its size by which metal may lie outside of what is claimed and still be that correction's: it is
+measured then, and found to be other than claimed."""
+SLACK_MM = 0.2
+LEAN = 1.0
+"""How far the wall beside a face may lean outward, as a share of the depth."""
+EDGE_MM2 = 0.1
+"""Area of metal cut off at an angle that shows where the angle is."""
+FAR_MM = 1e4
+"""Beyond any crank."""
+ON_PLANE = 0.999
+"""Cosine between normals of facets of one plane, at least."""
+
+
+CORNERS = 1.001
+"""The corners of a tool's prism stick out of the circle of its area by this factor at most."""
+
+
+@dataclass(frozen=True, eq=False)
+class Before:
+    """The crank before its corrections: its mesh in file coordinates, its planar faces in the rotor frame.
+
+    ``patches`` are the centroids (k, 3) of each face's triangles, rotor frame.
+    """
+
+    mesh: Mesh
+    anatomy: Anatomy
+    faces: tuple[Face, ...]
+    patches: tuple[Array, ...]
+
+
+@dataclass(frozen=True, eq=False)
+class Metal:
+    """Metal that went or came with one correction, and what it is read with.
+
+    Attributes
+    ----------
+    pieces : tuple of Solid
+        Rotor frame. Booleans of rounded solids leave flaps on them, thinner than the rounding but wide: no
+        single vertex means anything, areas and volumes do.
+    crank : Before
+    near_mm : float
+        How exactly places are known: what the file rounds to, and how far its facets lie from true surfaces.
+    """
+
+    pieces: tuple[Solid, ...]
+    density_g_mm3: float
+    crank: Before
+    limits: Limits | None
+    service_speed_rad_s: float
+    near_mm: float
+
+    @cached_property
+    def corners(self) -> Array:
+        """Corners (k, 3, 3) of the facets."""
+        return np.concatenate([np.zeros((0, 3, 3)), *(piece.mesh.corners for piece in self.pieces)])
+
+    @cached_property
+    def moments(self) -> Moments:
+        """Volume moments (density 1)."""
+        return sum((piece.moments(1.0) for piece in self.pieces), Moments.zero())
+
+    @cached_property
+    def area_mm2(self) -> float:
+        """Area of its surface."""
+        return float(np.linalg.norm(self._areas, axis=1).sum())
+
+    @cached_property
+    def _areas(self) -> Array:
+        a, b, c = self.corners.transpose(1, 0, 2)
+        return 0.5 * np.cross(b - a, c - a)
+
+    def facing(self, normal: Array) -> tuple[float, Moments]:
+        """Return the height of most of the surface that faces along ``normal``, and its (1, r, r rᵀ) dA."""
+        size = np.linalg.norm(self._areas, axis=1)
+        faces = self._areas @ normal > ON_PLANE * size
+        corners, size = self.corners[faces], size[faces]
+        heights = (corners @ normal).mean(axis=1)
+        if not len(heights):
+            return math.nan, Moments.zero()
+        order = np.argsort(heights)
+        middle = order[np.searchsorted(np.cumsum(size[order]), 0.5 * size.sum())]
+        height = float(heights[middle])
+        near = np.abs(corners @ normal - height).max(axis=1) <= 8.0 * self.near_mm + 1e-4
+        return height, surface_moments(corners[near])
+
+
+class Trace(Protocol):
+    """What one correction leaves behind."""
+
+    @property
+    def takes_metal(self) -> bool:
+        """Whether metal goes or comes at all."""
+        ...
+
+    def room(self, crank: Before) -> Solid:
+        """Return where this correction's metal lies, with some slack, rotor frame."""
+        ...
+
+    def read(self, metal: Metal) -> Mapping[str, Any]:
+        """Return what is read off the metal, by the keys of the report."""
+        ...
+
+
+def surface_moments(corners: Array) -> Moments:
+    """Return ∫ (1, r, r rᵀ) dA over triangles (k, 3, 3)."""
+    area = 0.5 * np.linalg.norm(
+        np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]), axis=1
+    )
+    total = corners.sum(axis=1)
+    second = np.einsum("k,ki,kj->ij", area, total, total) + np.einsum("k,kni,knj->ij", area, corners, corners)
+    return Moments(float(area.sum()), area @ total / 3.0, second / 12.0)
+
+
+def rates(change: Moments) -> dict[str, Any]:
+    """Return what one more millimetre changes, as a report has it."""
+    return {
+        "unbalance_per_mm_g_mm": change.first_g_mm[:2],
+        "moment_per_mm_g_mm2": change.second_g_mm2[:2, 2],
+    }
+
+
+def stated_number(item: Item, key: str) -> float:
+    """Return a number of a listed correction."""
+    value = item.get(key)
+    if isinstance(value, bool) or not isinstance(value, int | float):
+        raise FormatError(f"{key} of a correction of kind {item.get('kind')!r} is no number")
+    return float(value)
+
+
+def stated_vector(item: Item, key: str) -> Array:
+    """Return three numbers of a listed correction."""
+    value = item.get(key)
+    if not (isinstance(value, list) and len(value) == 3 and all(isinstance(v, int | float) for v in value)):
+        raise FormatError(f"{key} of a correction of kind {item.get('kind')!r} is not 3 numbers")
+    return np.array(value, dtype=np.float64)
+
+
+def stated_unit(item: Item, key: str) -> Array:
+    """Return a direction of a listed correction."""
+    found = stated_vector(item, key)
+    size = float(np.linalg.norm(found))
+    if not abs(size - 1.0) <= 1e-6:
+        raise FormatError(f"{key} of a correction of kind {item.get('kind')!r} is no unit vector")
+    return found / size
+
+
+def turn_deg(x: float, y: float) -> float:
+    """Return an angle in [0, 360)."""
+    return math.degrees(math.atan2(y, x)) % 360.0 % 360.0
+
+
+def slack_mm(length_mm: float) -> float:
+    """Return how far metal may reach beyond what is claimed: it is measured then, and found to be more."""
+    return SLACK_MM + SLACK_SHARE * abs(length_mm)
+
+
+def _ring(inner_mm: float, outer_mm: float, low_mm: float, high_mm: float) -> Solid:
+    outline = [(inner_mm, low_mm), (outer_mm, low_mm), (outer_mm, high_mm), (inner_mm, high_mm)]
+    return Solid.revolved(np.array(outline), 72)
+
+
+@dataclass(frozen=True)
+class FaceTrace:
+    """A face that was lowered, or metal that stands on one (``adds``)."""
+
+    item: Item
+    adds: bool = False
+
+    @property
+    def takes_metal(self) -> bool:
+        """Always."""
+        return True
+
+    def room(self, crank: Before) -> Solid:
+        """Reach over or under the face, beside it as far as walls may lean."""
+        ends = sorted((stated_number(self.item, "face_height_mm"), stated_number(self.item, "new_height_mm")))
+        slack, to_face = slack_mm(ends[1] - ends[0]), face_frame(stated_unit(self.item, "normal"))
+        face = next((face for face in crank.faces if face.id == self.item.get("face")), None)
+        if face is None:
+            raise FormatError(f"face {self.item.get('face')!r} of a correction is none of the crank")
+        outline = face_region(crank.mesh, crank.anatomy, face, to_face).grown(
+            LEAN * (ends[1] - ends[0]) + 0.1
+        )
+        room = Solid.prism(outline, ends[0] - slack, ends[1] + slack).moved(to_face.T)
+        angles = self._angles_deg
+        return room if angles is None else room & sector(angles, farthest_mm(crank.mesh, crank.anatomy))
+
+    @property
+    def _angles_deg(self) -> tuple[float, float] | None:
+        """The sector it keeps to, if it does."""
+        value = self.item.get("sector_deg")
+        if value is None:
+            return None
+        if not (
+            isinstance(value, list) and len(value) == 2 and all(isinstance(v, int | float) for v in value)
+        ):
+            raise FormatError(f"sector_deg of a correction of kind {self.item.get('kind')!r} is not 2 angles")
+        return float(value[0]), float(value[1])
+
+    def _has_edges(self, metal: Metal) -> bool:
+        """Tell whether the metal is cut off at both angles of its sector."""
+        for angle in np.radians(self._angles_deg or ()):
+            across = np.array([-math.sin(angle), math.cos(angle), 0.0])
+            along = np.array([math.cos(angle), math.sin(angle), 0.0])
+            near = np.abs(metal.corners @ across) <= 8.0 * metal.near_mm + 1e-4
+            edge = near.all(axis=1) & ((metal.corners @ along).mean(axis=1) > 0.0)
+            if surface_moments(metal.corners[edge]).mass_g < EDGE_MM2:
+                return False
+        return True
+
+    def read(self, metal: Metal) -> Mapping[str, Any]:
+        """Heights, depth, the new face, and on which face it is."""
+        normal = stated_unit(self.item, "normal")
+        up = 1.0 if self.adds else -1.0
+        new, cut = metal.facing(up * normal)
+        face = self._face(metal, normal, metal.facing(-up * normal)[0] * -up)
+        height = float(face.normal @ face.centroid_mm)
+        sector_deg = {"sector_deg": self.item.get("sector_deg")} if self._has_edges(metal) else {}
+        area = {"area_mm2" if self.adds else "new_face_area_mm2": cut.mass_g}
+        return {
+            "face": face.id,
+            "web": face.web,
+            "normal": face.normal,
+            "face_height_mm": height,
+            "new_height_mm": up * new,
+            "depth_mm": height - up * new,
+            "position_mm": metal.moments.centre_mm,
+            **area,
+            **sector_deg,
+            **rates(cut.scaled(up * metal.density_g_mm3)),
+        }
+
+    def _face(self, metal: Metal, normal: Array, height_mm: float) -> Face:
+        """Return the face over or under which the metal lies."""
+        centre = metal.moments.centre_mm
+        centre = centre + (height_mm - float(normal @ centre)) * normal
+        best, nearest = None, math.inf
+        for face, patch in zip(metal.crank.faces, metal.crank.patches, strict=True):
+            if face.kind == "plane" and float(face.normal @ normal) > ON_PLANE:
+                away = float(np.linalg.norm(patch - centre, axis=1).min())
+                off = abs(float(face.normal @ face.centroid_mm) - height_mm)
+                if away + 10.0 * off < nearest:
+                    best, nearest = face, away + 10.0 * off
+        if best is None:
+            raise FormatError(
+                f"normal of a correction of kind {self.item.get('kind')!r}: no face looks that way"
+            )
+        return best
+
+
+@dataclass(frozen=True)
+class RingTrace:
+    """Rims turned down to a radius about the crank axis."""
+
+    item: Item
+
+    @property
+    def takes_metal(self) -> bool:
+        """Always."""
+        return True
+
+    def room(self, crank: Before) -> Solid:
+        """All beyond the new radius, along its webs."""
+        inner = stated_number(self.item, "new_radius_mm")
+        inner = max(inner - slack_mm(inner), 0.0)
+        listed = self.item.get("webs") or ()
+        rings = [
+            _ring(inner, FAR_MM, web.z_min_mm - SLACK_MM, web.z_max_mm + SLACK_MM)
+            for web in crank.anatomy.webs
+            if web.number in listed
+        ]
+        return union(rings) if rings else Solid.nothing()
+
+    def read(self, metal: Metal) -> Mapping[str, Any]:
+        """Read the new radius off the surface towards the axis, the webs off the pieces."""
+        claimed = stated_number(self.item, "new_radius_mm")
+        new, cut = self._turned(metal, claimed)
+        rim = float(np.hypot(metal.corners[:, :, 0], metal.corners[:, :, 1]).max())
+        webs = sorted(
+            {web_at(metal.crank.anatomy, float(each.moments(1.0).centre_mm[2])) for each in metal.pieces}
+        )
+        return {
+            "webs": webs,
+            "web": webs[0] if len(webs) == 1 else None,
+            "rim_radius_mm": rim,
+            "new_radius_mm": new,
+            "depth_mm": rim - new,
+            "position_mm": metal.moments.centre_mm,
+            **rates(cut.scaled(-metal.density_g_mm3)),
+        }
+
+    def _turned(self, metal: Metal, claimed_mm: float) -> tuple[float, Moments]:
+        """Return the new radius, and (1, r, r rᵀ) dA over the turned surface; a prism's corners stick out."""
+        corners = metal.corners
+        across = np.hypot(corners[:, :, 0], corners[:, :, 1])
+        a, b, c = corners.transpose(1, 0, 2)
+        vectors = np.cross(b - a, c - a)
+        middle = corners.mean(axis=1)
+        inward = -(vectors[:, :2] * middle[:, :2]).sum(axis=1)
+        size = np.linalg.norm(vectors, axis=1) * np.hypot(middle[:, 0], middle[:, 1])
+        facing = inward > ON_PLANE * size
+        if not facing.any():
+            return math.nan, Moments.zero()
+        radii, weight = across[facing].mean(axis=1), size[facing]
+        order = np.argsort(radii)
+        most = float(radii[order[np.searchsorted(np.cumsum(weight[order]), 0.5 * weight.sum())]])
+        near = metal.near_mm + 1e-4
+        new = claimed_mm if claimed_mm - near <= most <= claimed_mm * CORNERS + near else most
+        turned = facing & (np.abs(across - most).max(axis=1) <= near + (CORNERS - 1.0) * most)
+        return new, surface_moments(corners[turned])
+
+
+@dataclass(frozen=True)
+class PocketTrace:
+    """A milled pocket: a sector between two radii with round corners, along the axis."""
+
+    item: Item
+
+    @property
+    def takes_metal(self) -> bool:
+        """Always."""
+        return True
+
+    def room(self, crank: Before) -> Solid:
+        """All between the radii and the angles, from the cheek down."""
+        depth, z = stated_number(self.item, "depth_mm"), stated_number(self.item, "face_z_mm")
+        inner, outer = (stated_number(self.item, f"{name}_radius_mm") for name in ("inner", "outer"))
+        start, end = stated_number(self.item, "start_deg"), stated_number(self.item, "end_deg")
+        slack = slack_mm(depth)
+        ring = _ring(max(inner - slack, 0.0), outer + slack, z - depth - slack, z + depth + slack)
+        wide = min((end - start) % 360.0 or 360.0, 350.0)
+        more = math.degrees(slack / max(inner, 1.0))
+        angles = np.radians(np.linspace(start - more, start + wide + more, 64))
+        wedge = np.concatenate(
+            [np.zeros((1, 2)), 2.0 * outer * np.column_stack([np.cos(angles), np.sin(angles)])]
+        )
+        return ring & Solid.prism(Region.of([wedge]), z - depth - slack, z + depth + slack)
+
+    def read(self, metal: Metal) -> Mapping[str, Any]:
+        """Radii and angles from the section at half depth, the floor's section for the rate."""
+        centre = metal.moments.centre_mm
+        up = np.sign(stated_number(self.item, "face_z_mm") - centre[2])
+        axis = np.array([0.0, 0.0, up])
+        floor, cut = metal.facing(-axis)
+        cheek, _ = metal.facing(axis)
+        outline = np.concatenate(
+            [np.zeros((0, 2)), *(p for each in metal.pieces for p in each.section(centre[2]).polygons)]
+        )
+        radius, middle = np.hypot(*outline.T), math.atan2(centre[1], centre[0])
+        off = np.angle(np.exp(1j * (np.arctan2(outline[:, 1], outline[:, 0]) - middle)))
+        return {
+            "direction": "axial",
+            "face": None,
+            "cutter_mm": getattr(metal.limits, "cutter_mm", None),
+            "web": web_at(metal.crank.anatomy, float(centre[2])),
+            "inner_radius_mm": float(radius.min()),
+            "outer_radius_mm": float(radius.max()),
+            "start_deg": math.degrees(middle + float(off.min())) % 360.0,
+            "end_deg": math.degrees(middle + float(off.max())) % 360.0,
+            "face_z_mm": up * cheek,
+            "depth_mm": cheek + floor,
+            "position_mm": centre,
+            **rates(cut.scaled(-metal.density_g_mm3)),
+        }
+
+
+def web_at(anatomy: Anatomy, z_mm: float) -> int:
+    """Return the number of the web nearest to a place on the axis."""
+    return min(anatomy.webs, key=lambda web: max(web.z_min_mm - z_mm, z_mm - web.z_max_mm)).number

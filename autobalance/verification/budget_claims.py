@@ -1,0 +1,80 @@
+"""The error budget: how far an unbalance may be off, cause by cause."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from autobalance.balancing.uncertainty_budget import UncertaintyBudget, spacing_mm
+from autobalance.crank.anatomy import Anatomy
+from autobalance.errors import ClaimError
+from autobalance.job import Job
+from autobalance.rigid_rotor.moments import Moments
+from autobalance.rigid_rotor.tolerance import Tolerance
+from autobalance.rigid_rotor.uncertainty import Budget, Share
+from autobalance.solid.chordal_error.estimate import ChordalError
+from autobalance.verification.claims import Claims
+from autobalance.verification.rotor_claims import MOMENT_ROUNDING
+from autobalance.verification.solids import Given
+
+FROM_THE_FILE = ("facets", "rounding")
+"""Causes that only the crank's file can tell."""
+
+
+def causes_of(
+    claims: Claims, job: Job, anatomy: Anatomy, crank: Moments, tolerance: Tolerance, given_in: Given | None
+) -> UncertaintyBudget:
+    """Return what makes the budget; without the crank's file, what the file tells counts as nothing."""
+    factor = claims.get("balance_factor.target", float)
+    facets, spacing = None, 0.0
+    if given_in is not None:
+        facets, spacing = given_in.facets, spacing_mm(given_in.source)
+    nothing = ChordalError.known(Moments.zero())
+    return UncertaintyBudget(job, anatomy, crank, tolerance, factor, facets or nothing, spacing)
+
+
+def depth_rates(claims: Claims) -> list[Moments]:
+    """Return what a millimetre of depth changes for each correction, as far as an unbalance goes."""
+    rates = []
+    for part in claims.entries("corrections"):
+        if part.values.get("unbalance_per_mm_g_mm") is not None:
+            first, second = np.zeros(3), np.zeros((3, 3))
+            first[:2] = part.array("unbalance_per_mm_g_mm", (2,))
+            second[:2, 2] = part.array("moment_per_mm_g_mm2", (2,))
+            rates.append(Moments(0.0, first, second))
+    return rates
+
+
+def check_budget(
+    claims: Claims, key: str, causes: UncertaintyBudget, found: Budget, size_g_mm: float
+) -> Budget:
+    """Check every share of an uncertainty and their sum; return the budget that the report claims."""
+    parts = [claims.at(key, claims.get(key, dict))]
+    parts += claims.entries(f"{key}.planes", len(causes.tolerance.planes))
+    columns = []
+    for place, part in enumerate(parts):
+        shares = part.get("uncertainty_shares_g_mm", dict)
+        for cause, share in found.shares.items():
+            if cause in FROM_THE_FILE and not causes.spacing_mm > 0.0:
+                claims.ledger.why_not[f"{key}.uncertainty_shares_g_mm.{cause}"] = "the crank's file is gone"
+                continue
+            value = (share.resultant_g_mm, *share.planes_g_mm)[place]
+            part.near(f"uncertainty_shares_g_mm.{cause}", value, size_g_mm, MOMENT_ROUNDING)
+        if set(shares) != set(found.shares):
+            raise ClaimError(
+                f"{part.name}: {part.path('uncertainty_shares_g_mm')} lists {', '.join(shares)}; "
+                f"needed {', '.join(found.shares)}"
+            )
+        numbers = [float(part.get(f"uncertainty_shares_g_mm.{cause}", float)) for cause in found.shares]
+        part.near("uncertainty_g_mm", math.hypot(*numbers), math.hypot(*numbers))
+        columns.append(numbers)
+    claims.same(f"{key}.uncertainty_unstated", list(found.unstated))
+    try:
+        claimed = {
+            cause: Share(row[0], tuple(row[1:]))
+            for cause, row in zip(found.shares, zip(*columns, strict=True), strict=True)
+        }
+    except ValueError as error:
+        raise ClaimError(f"{claims.name}: {key}.uncertainty_shares_g_mm: {error}") from None
+    return Budget(claimed, causes.tolerance.places_mm)

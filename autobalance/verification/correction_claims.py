@@ -1,0 +1,277 @@
+"""Each correction held against the metal that really went or came, and their sum against the whole."""
+
+from __future__ import annotations
+
+import itertools
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from autobalance.balancing.uncertainty_budget import spacing_mm
+from autobalance.correction import KINDS, kind_of
+from autobalance.correction.kind import Limits
+from autobalance.correction.trace import Before, Metal, Trace
+from autobalance.crank.anatomy import Anatomy
+from autobalance.crank.faces import find_faces
+from autobalance.errors import ClaimError
+from autobalance.job import Job
+from autobalance.rigid_rotor.moments import Moments
+from autobalance.solid.csg.solid import Solid
+from autobalance.solid.formats.read import Source
+from autobalance.verification.claims import Claims
+from autobalance.verification.solids import Files
+
+SHARE = 1e-3
+"""Share by which what is read off the metal may differ from what a report says of a cut: facets, rounding."""
+LENGTH_SHARE = 2e-4
+LENGTH_MM = 2e-3
+ANGLE_DEG = 0.05
+GRAINS = 16.0
+"""Roundings of a file in which metal counts as rounding."""
+DEVIATION_MM = 0.02
+OTHER_KIND = "the metal of this kind of correction cannot be told apart"
+TOUCHING = "its metal touches that of another correction: only their sum was checked"
+
+
+@dataclass(frozen=True, eq=False)
+class Change:
+    """A crank before and after, and what it takes to tell its cuts apart.
+
+    ``whole`` is the change of the crank's moments, without what is pressed in.
+    """
+
+    before: Source
+    after: Source
+    whole: Moments
+    anatomy: Anatomy
+    job: Job
+    files: Files
+
+    @property
+    def density_g_mm3(self) -> float:
+        """Of the crank."""
+        return self.job.crankshaft.density_g_mm3
+
+    @property
+    def near_mm(self) -> float:
+        """How exactly places are known: what files round to, and how far facets lie from true surfaces."""
+        rounding = max(spacing_mm(self.before), spacing_mm(self.after))
+        if self.before.exact is None:
+            return rounding
+        return rounding + DEVIATION_MM
+
+    def limits(self, kind: str) -> Limits | None:
+        """Return what the job asks of a kind."""
+        return next((each for each in self.job.methods if kind_of(each).name == kind), None)
+
+
+def check_corrections(claims: Claims, change: Change, first_number: int | None = 1) -> None:
+    """Check every correction of a report, and that they are all there is.
+
+    Raises
+    ------
+    ClaimError
+        If metal went that no correction lists, or a correction differs from what went.
+    """
+    parts = claims.entries("corrections")
+    if not parts:
+        _check_sum(claims, parts, change)
+        claims.hold("corrections")
+        return
+    traces = []
+    first = int(parts[0].get("number", int)) if first_number is None else first_number
+    for number, part in enumerate(parts, first):
+        name = part.get("kind", str)
+        if name not in KINDS or name not in change.job.method_names:
+            raise ClaimError(
+                f"{part.name}: {part.path('kind')} is {name!r}, but the job's method is "
+                f"{', '.join(change.job.method_names)}"
+            )
+        part.hold("kind")
+        part.same("number", number)
+        traces.append(KINDS[name].trace(part.values))
+    _check_sum(claims, parts, change)
+    files, key = change.files, (id(change.before), id(change.after))
+    gone = files.once(("gone", *key), lambda: _gone(change))
+    crank = files.once(("before", *key), lambda: _before(change))
+    shared = _shared_out(gone, parts, traces, crank, change.near_mm)
+    for part, trace, mine in zip(parts, traces, shared, strict=True):
+        _check_one(part, trace, mine, change, crank)
+
+
+def _before(change: Change) -> Before:
+    """Return the crank before, with its planar faces and where their triangles lie."""
+    mesh = change.before.solid.mesh
+    faces = find_faces(mesh, change.anatomy, change.before.surfaces)
+    corners = mesh.moved(change.anatomy.file_to_rotor).corners
+    patches = tuple(corners[face.triangles].mean(axis=1) for face in faces)
+    return Before(mesh, change.anatomy, faces, patches)
+
+
+def _check_sum(claims: Claims, parts: Sequence[Claims], change: Change) -> None:
+    """Check that all corrections together are the whole change."""
+    total, moved_g, moved_g_mm = Moments.zero(), 0.0, 0.0
+    for part in parts:
+        mass, unbalance = part.get("removed_mass_g", float), part.array("unbalance_change_g_mm", (2,))
+        keys = KINDS[part.get("kind", str)].pressed_in
+        slug = Moments.zero()
+        if keys is not None:
+            slug = Moments.point(part.get(keys[0], float), part.array(keys[1], (3,)))
+        first = np.array([*unbalance, 0.0])
+        total = total + Moments(-mass, first, np.zeros((3, 3))) - slug
+        moved_g += abs(mass) + slug.mass_g
+        moved_g_mm += float(np.linalg.norm(unbalance)) + float(np.linalg.norm(slug.first_g_mm[:2]))
+    mesh = change.before.solid.mesh
+    rounding = change.density_g_mm3 * 0.5 * float(mesh.doubled_areas.sum()) * change.near_mm
+    off_g = abs(total.mass_g - change.whole.mass_g)
+    off_g_mm = float(np.linalg.norm(total.first_g_mm[:2] - change.whole.first_g_mm[:2]))
+    if not off_g <= SHARE * moved_g + rounding:
+        raise ClaimError(
+            f"{claims.name}: corrections take {-total.mass_g:.6g} g together, "
+            f"but {-change.whole.mass_g:.6g} g are gone"
+        )
+    if not off_g_mm <= SHARE * moved_g_mm + rounding * mesh.diagonal_mm:
+        raise ClaimError(
+            f"{claims.name}: corrections change the unbalance by {_vector(total)} g·mm together, "
+            f"but it changed by {_vector(change.whole)}"
+        )
+    claims.ledger.held += 2
+
+
+def _vector(moments: Moments) -> str:
+    return "[" + ", ".join(f"{value:.6g}" for value in moments.first_g_mm[:2]) + "]"
+
+
+# --- which metal is whose -----------------------------------------------------------------------------------
+
+
+def _gone(change: Change) -> tuple[Solid, Solid]:
+    """Return the metal that went, and that came, rotor frame."""
+    before, after = change.before.solid, change.after.solid
+    frame = change.anatomy.file_to_rotor
+    return (before - after).moved(frame), (after - before).moved(frame)
+
+
+def _pieces(metal: Solid, near_mm: float) -> list[Solid]:
+    """Return metal piece by piece, without what is rounding."""
+    found = []
+    for piece in metal.pieces():
+        area = 0.5 * float(piece.mesh.doubled_areas.sum())
+        if piece.volume_mm3 > GRAINS * near_mm * area:
+            found.append(piece)
+    return found
+
+
+def _shared_out(
+    gone: tuple[Solid, Solid],
+    parts: Sequence[Claims],
+    traces: Sequence[Trace | None],
+    crank: Before,
+    near_mm: float,
+) -> list[tuple[Solid, ...] | None]:
+    """Return the metal of each correction; None where it cannot be told from another's."""
+    mine: list[list[Solid]] = []
+    for part, trace in zip(parts, traces, strict=True):
+        came = KINDS[part.get("kind", str)].adds_metal
+        within = Solid.nothing() if trace is None else gone[int(came)] & trace.room(crank)
+        mine.append(_pieces(within, near_mm))
+    touched: set[int] = set()
+    for i, j in itertools.combinations(range(len(mine)), 2):
+        touched |= _told_apart(parts, mine, i, j, near_mm)
+    return [None if trace is None or k in touched else tuple(mine[k]) for k, trace in enumerate(traces)]
+
+
+def _told_apart(parts: Sequence[Claims], mine: list[list[Solid]], i: int, j: int, near_mm: float) -> set[int]:
+    """Give pieces that two corrections claim to the nearer one; return both where they share a part."""
+    for one in list(mine[i]):
+        for other in list(mine[j]):
+            apart = np.any(one.bounds[0] > other.bounds[1]) or np.any(other.bounds[0] > one.bounds[1])
+            if apart or not _pieces(one & other, near_mm):
+                continue
+            centre = (one & other).moments(1.0).centre_mm
+            away = [float(np.linalg.norm(parts[k].array("position_mm", (3,)) - centre)) for k in (i, j)]
+            whole = abs(one.volume_mm3 - other.volume_mm3) <= SHARE * max(one.volume_mm3, other.volume_mm3)
+            if not whole:
+                return {i, j}
+            loser, piece = (j, other) if away[0] <= away[1] else (i, one)
+            mine[loser] = [each for each in mine[loser] if each is not piece]
+    return set()
+
+
+# --- one of them --------------------------------------------------------------------------------------------
+
+
+def _check_one(
+    part: Claims,
+    trace: Trace | None,
+    mine: tuple[Solid, ...] | None,
+    change: Change,
+    crank: Before,
+) -> None:
+    if trace is None or mine is None:
+        part.ledger.why_not[part.place] = OTHER_KIND if trace is None else TOUCHING
+        return
+    if bool(mine) != trace.takes_metal:
+        word = "no metal went or came there" if not mine else "metal went or came there"
+        raise ClaimError(f"{part.name}: {part.place}: {word}")
+    kind = KINDS[part.get("kind", str)]
+    sign = 1.0 if kind.adds_metal else -1.0
+    speed = change.job.balance.service_speed_rad_s
+    metal = Metal(
+        mine,
+        change.density_g_mm3,
+        crank,
+        change.limits(kind.name),
+        speed,
+        change.near_mm,
+    )
+    found = dict(trace.read(metal))
+    moved = metal.moments.scaled(sign)
+    weighed = moved.scaled(change.density_g_mm3)
+    keys = kind.pressed_in
+    if keys is not None:
+        weighed = weighed + Moments.point(found[keys[0]], np.asarray(found[keys[1]]))
+    centre = weighed.centre_mm
+    found |= {
+        "removed_volume_mm3": -moved.mass_g,
+        "removed_mass_g": -weighed.mass_g,
+        "unbalance_change_g_mm": weighed.first_g_mm[:2],
+        "radius_mm": math.hypot(centre[0], centre[1]),
+    }
+    position = np.asarray(found.get("position_mm", part.array("position_mm", (3,))))
+    if "angle_deg" not in found and math.hypot(position[0], position[1]) > LENGTH_MM:
+        found["angle_deg"] = math.degrees(math.atan2(position[1], position[0]))
+    found.setdefault("z_mm", float(position[2]))
+    if not kind.needs_faces:
+        found["face"] = None
+    _compare(part, found, metal)
+
+
+def _compare(part: Claims, found: Mapping[str, Any], metal: Metal) -> None:
+    """Compare what a report lists of a correction with what was read, as exactly as its unit allows."""
+    skin_mm3 = metal.area_mm2 * metal.near_mm
+    reach = float(np.abs(metal.corners).max(initial=0.0))
+    for key, value in found.items():
+        if key not in part.values:
+            continue
+        if value is None or isinstance(value, str | list) or (isinstance(value, int) and "_" not in key):
+            part.same(key, value)
+            continue
+        size = float(np.linalg.norm(np.asarray(value, dtype=np.float64)))
+        if key.endswith("_deg"):
+            claimed = part.get(key, float)
+            near = float(value) + 360.0 * round((claimed - float(value)) / 360.0)
+            part.near(key, near, ANGLE_DEG + math.degrees(4.0 * metal.near_mm / max(reach, 1.0)), 1.0)
+        elif key in ("normal", "inward"):
+            part.near(key, value, SHARE, 1.0)
+        elif key.endswith("_per_mm_g_mm") or key.endswith("_mm2"):
+            part.near(key, value, 2.0 * SHARE * size + 1e-3, 1.0)
+        elif key.endswith("_mm"):
+            part.near(key, value, LENGTH_MM + LENGTH_SHARE * size + 2.0 * metal.near_mm, 1.0)
+        else:
+            skin = skin_mm3 if key.endswith("_mm3") else skin_mm3 * metal.density_g_mm3
+            skin *= reach if key.endswith("_g_mm") else 1.0
+            part.near(key, value, SHARE * size + skin, 1.0)

@@ -1,0 +1,77 @@
+"""What of a report was not checked, and why."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+from typing import Any
+
+from autobalance.verification.claims import Ledger
+
+PLANNED = "found by the planner on the surfaces around each place; the files do not keep it"
+NOT_CHECKED: Mapping[str, str] = {
+    "job": "what was asked is taken as it stands; what follows from it was checked",
+    "job_set": "what was asked is taken as it stands",
+    "autobalance": "which versions ran cannot be told from the files",
+    "seconds": "how long a run took cannot be told from the files",
+    "warnings": "words for people",
+    "reason": "words for people, from plans that were tried",
+    "steps": "the solids of earlier passes and what was predicted of them are not kept",
+    "overbalance": "the last holes are planned, not cut yet",
+    "corrections[].wall_left_mm": PLANNED,
+    "corrections[].depth_left_mm": PLANNED,
+    "corrections[].deepened_from_mm": PLANNED,
+    "corrections[].cutter_mm": PLANNED,
+    "corrections[].corner_radius_mm": PLANNED,
+    "corrections[].sector_deg": "no metal is cut off at its angles",
+    "serial": "it is on the part, not in the files",
+    "machine_reading": "the machine's reading is believed",
+    "previous": "the report before is not there any more",
+    "earlier_corrections": "the report before is not there any more",
+    "stages": "earlier stages are checked with their own reports; readings are believed",
+    "true_surfaces": "counted by the CAD kernel while the run had both solids",
+}
+"""Places of values that nothing in the files decides, and why."""
+UNKNOWN = "verify knows nothing to check it against"
+
+
+@dataclass(frozen=True)
+class NotChecked:
+    """A value that was not checked, or a group of them; ``[]`` stands for every entry of a list."""
+
+    key: str
+    why: str
+
+
+def not_checked(values: Mapping[str, Any], ledger: Ledger) -> tuple[NotChecked, ...]:
+    """Return what of a report's values nobody found true, each group once, in the report's order."""
+    found: dict[str, str] = {}
+    for place in _leaves("", values):
+        if not ledger.knows(place):
+            key, why = _reason(place, ledger)
+            found.setdefault(key, why)
+    return tuple(NotChecked(key, why) for key, why in found.items())
+
+
+def _reason(place: str, ledger: Ledger) -> tuple[str, str]:
+    """Return the group that a place belongs to, and why it was not checked."""
+    general = re.sub(r"\[\d+\]", "[]", place)
+    for known, name in ((ledger.why_not, place), (NOT_CHECKED, general)):
+        keys = [key for key in known if name == key or name.startswith((f"{key}.", f"{key}["))]
+        if keys:
+            key = max(keys, key=len)
+            return key, known[key]
+    return general, UNKNOWN
+
+
+def _leaves(place: str, value: Any) -> Iterator[str]:
+    """Yield the places of all values that hold no others; lists of plain values count as one."""
+    if isinstance(value, Mapping) and value:
+        for key, inner in value.items():
+            yield from _leaves(f"{place}.{key}" if place else key, inner)
+    elif isinstance(value, list) and any(isinstance(each, Mapping) for each in value):
+        for number, inner in enumerate(value, 1):
+            yield from _leaves(f"{place}[{number}]", inner)
+    else:
+        yield place

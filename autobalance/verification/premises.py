@@ -1,0 +1,94 @@
+"""What a check takes from the report: the job, the frame, pins and journals, the crank's moments."""
+
+from __future__ import annotations
+
+import math
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from autobalance import job as jobs
+from autobalance.crank.anatomy import Anatomy, CounterweightOutline, MainJournal, Pin, Throw, Web
+from autobalance.errors import ClaimError, FormatError, JobError
+from autobalance.job import Job
+from autobalance.rigid_rotor.moments import Array, Moments
+from autobalance.verification.claims import Claims, near_turn
+
+RIGID = 1e-9
+"""Greatest entry of RᵀR − 1 in a rotation."""
+
+
+def claimed_job(claims: Claims) -> Job:
+    """Return the job that a report says it ran."""
+    raw = given(claims.get("job", dict))
+    file = raw.pop("file", "job")
+    try:
+        return jobs.parse(raw, Path(str(file)), crank_given=True)
+    except JobError as error:
+        raise FormatError(f"{claims.name}: job: {error}") from None
+
+
+def given(value: Any) -> Any:
+    """Return a described job without what was not given."""
+    if isinstance(value, dict):
+        return {key: given(item) for key, item in value.items() if item is not None}
+    return value
+
+
+def claimed_frame(claims: Claims) -> Array:
+    """Return the motion from file to rotor, which must be rigid."""
+    frame = claims.array("frame.file_to_rotor", (4, 4))
+    turn = frame[:3, :3]
+    rigid = np.abs(turn.T @ turn - np.eye(3)).max() <= RIGID and np.linalg.det(turn) > 0.0
+    if not (rigid and frame[3].tolist() == [0.0, 0.0, 0.0, 1.0]):
+        raise ClaimError(f"{claims.name}: frame.file_to_rotor is no rigid motion")
+    claims.ledger.held += 1
+    return frame
+
+
+def claimed_anatomy(claims: Claims) -> Anatomy:
+    """Return the journals and throws that a report names, in its frame: where bob-weights and planes go."""
+    frame = claimed_frame(claims)
+    throws = []
+    for number, part in enumerate(claims.entries("crank.throws"), 1):
+        pin = _pin(part.at("crankpin", part.get("crankpin", dict)))
+        x, y = pin.centre_mm[:2]
+        radius, angle = math.hypot(x, y), math.atan2(y, x)
+        part.near("crank_radius_mm", radius, radius)
+        part.near("angle_deg", near_turn(math.degrees(angle), part.get("angle_deg", float)), 360.0)
+        part.same("number", number)
+        throws.append(Throw(number, radius, angle, pin))
+    journals = []
+    for number, part in enumerate(claims.entries("crank.main_journals"), 1):
+        pin = _pin(part)
+        journals.append(MainJournal(pin.centre_mm, pin.diameter_mm, pin.width_mm, number))
+    off = claims.get("crank.journal_misalignment_mm", float)
+    webs = tuple(_web(part) for part in claims.entries("crank.webs"))
+    return Anatomy(frame, tuple(journals), tuple(throws), webs, off)
+
+
+def _web(claims: Claims) -> Web:
+    outline, number = claims.values.get("outline"), claims.get("number", int)
+    counterweight = claims.get("counterweight", bool)
+    ends = claims.get("z_min_mm", float), claims.get("z_max_mm", float)
+    if outline is not None:
+        claims = claims.at("outline", claims.get("outline", dict))
+        radius, fan = claims.get("rim_radius_mm", float), math.radians(claims.get("fan_angle_deg", float))
+        outline = CounterweightOutline(radius, fan, claims.get("thickness_mm", float))
+    return Web(number, *ends, counterweight, outline)
+
+
+def _pin(claims: Claims) -> Pin:
+    return Pin(
+        claims.array("centre_mm", (3,)), claims.get("diameter_mm", float), claims.get("width_mm", float)
+    )
+
+
+def claimed_crank(claims: Claims) -> Moments:
+    """Return the crank before correction as the report has it: mass, centre, inertia."""
+    mass = float(claims.get("crank.mass_g", float))
+    centre = claims.array("crank.centre_of_mass_mm", (3,))
+    inertia = 1000.0 * claims.array("crank.inertia_kg_mm2", (3, 3))
+    second = 0.5 * np.trace(inertia) * np.eye(3) - inertia
+    return Moments(mass, mass * centre, second)

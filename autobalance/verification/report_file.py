@@ -1,0 +1,79 @@
+"""A report's JSON, read strictly: known version, no key twice, no number out of bounds."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import Any, TypeVar
+
+from autobalance.errors import FileError, FormatError
+
+LARGEST = 1e30
+"""Size of a number at most: no report holds a larger one, and their products stay finite."""
+VERSIONS = (1,)
+"""Versions of reports that can be read."""
+
+Number = TypeVar("Number", int, float)
+
+
+def read_report(path: Path) -> Mapping[str, Any]:
+    """Return the values of a report's JSON.
+
+    Raises
+    ------
+    FileError
+        If it cannot be read.
+    FormatError
+        If it is no JSON object, has a key twice or a number that cannot be, or is of an unknown version.
+    """
+    try:
+        values = json.loads(
+            path.read_bytes(),
+            parse_float=lambda text: _limited(float(text)),
+            parse_int=lambda text: _limited(int(text)),
+            parse_constant=_not_a_number,
+            object_pairs_hook=_each_once,
+        )
+    except OSError as error:
+        raise FileError(f"cannot read the report {path}: {(error.strerror or str(error)).lower()}") from None
+    except (ValueError, RecursionError) as error:
+        raise FormatError(f"{path} is no JSON: {str(error).splitlines()[0]}") from None
+    if not isinstance(values, dict):
+        raise FormatError(f"{path} is no report: its JSON is no object")
+    if "command" in values:
+        refuse_version(path.name, values)
+    return values
+
+
+def refuse_version(name: str, values: Mapping[str, Any]) -> None:
+    """Refuse a report of a version that is not known: its keys may mean something else.
+
+    Raises
+    ------
+    FormatError
+        If it is of such a version, or of none.
+    """
+    version = values.get("schema_version")
+    if isinstance(version, bool) or version not in VERSIONS:
+        known = ", ".join(map(str, VERSIONS))
+        raise FormatError(f"{name}: schema_version is {version!r}; needed one that is known here: {known}")
+
+
+def _limited(number: Number) -> Number:
+    if abs(number) > LARGEST:
+        raise ValueError(f"it holds a number beyond {LARGEST:g}")
+    return number
+
+
+def _not_a_number(word: str) -> float:
+    raise ValueError(f"it holds the number {word}")
+
+
+def _each_once(pairs: Sequence[tuple[str, Any]]) -> dict[str, Any]:
+    found: dict[str, Any] = {}
+    for key, value in pairs:
+        if key in found:
+            raise ValueError(f"it has the key {key!r} twice in one object")
+        found[key] = value
+    return found

@@ -1,0 +1,108 @@
+"""What follows from the job and the measured moments: tolerance, bob-weights, unbalance, factors, sums."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+
+import numpy as np
+
+from autobalance.balancing import rotor_from_job
+from autobalance.balancing.assembly_from_job import staged_assembly
+from autobalance.crank.anatomy import Anatomy
+from autobalance.engine.balance_factor import bob_weight_moments
+from autobalance.job import Job
+from autobalance.rigid_rotor.moments import Array, Moments
+from autobalance.rigid_rotor.tolerance import Tolerance
+from autobalance.rigid_rotor.unbalance import Unbalance
+from autobalance.units import RAD_S_PER_RPM
+from autobalance.verification.claims import Claims, near_turn
+from autobalance.verification.solids import keys_of_pressed_in
+
+MOMENT_ROUNDING = 1e-11
+"""Rounding of unbalances, as a share of mass times size: the sums are the same ones as in the run."""
+
+
+def check_tolerance(claims: Claims, job: Job, anatomy: Anatomy, crank: Moments) -> Tolerance:
+    """Check what is permitted."""
+    tolerance = rotor_from_job.tolerance_of(job, anatomy, crank)
+    speed_rpm = job.balance.service_speed_rad_s / RAD_S_PER_RPM
+    claims.near("tolerance.grade_mm_s", tolerance.grade_mm_s, tolerance.grade_mm_s)
+    claims.near("tolerance.speed_rpm", speed_rpm, speed_rpm)
+    claims.near("tolerance.rotor_mass_g", tolerance.rotor_mass_g, tolerance.rotor_mass_g)
+    claims.near("tolerance.permissible_g_mm", tolerance.permissible_g_mm, tolerance.permissible_g_mm)
+    claims.same("tolerance.judge", tolerance.judge)
+    if "margin" in claims.get("tolerance", dict) or tolerance.margin != "none":
+        claims.same("tolerance.margin", tolerance.margin)
+    listed = claims.entries("tolerance.planes", len(tolerance.planes))
+    for part, plane in zip(listed, tolerance.planes, strict=True):
+        part.same("name", plane.name)
+        part.near("z_mm", plane.z_mm, max(abs(plane.z_mm), 1.0))
+        part.near("permissible_g_mm", plane.permissible_g_mm, plane.permissible_g_mm)
+    return tolerance
+
+
+def check_loads(claims: Claims, job: Job, anatomy: Anatomy, crank: Moments) -> Moments:
+    """Return bob-weights and attached rotors at the balance factor asked for."""
+    factor = rotor_from_job.target_factor(job, anatomy, crank)
+    claims.near("balance_factor.target", factor, 1.0)
+    loads = rotor_from_job.throw_loads(anatomy, job.engine)
+    for part, load in zip(claims.entries("engine.bob_weights", len(loads)), loads, strict=True):
+        part.near("mass_g", load.parts.bob_weight_g(factor), load.parts.bob_weight_g(factor))
+    return bob_weight_moments(loads, factor) + rotor_from_job.attached_moments(job.engine.attached)
+
+
+def check_unbalance(
+    claims: Claims, key: str, found: Unbalance, tolerance: Tolerance, size_g_mm: float
+) -> None:
+    """Check an unbalance in all its forms: resultant, angle, moment, planes."""
+    claims.near(f"{key}.unbalance_g_mm", found.resultant_g_mm, size_g_mm, MOMENT_ROUNDING)
+    claims.near(f"{key}.magnitude_g_mm", found.magnitude_g_mm, size_g_mm, MOMENT_ROUNDING)
+    claimed = claims.array(f"{key}.unbalance_g_mm", (2,))
+    angle = math.degrees(math.atan2(claimed[1], claimed[0]))
+    claims.near(f"{key}.angle_deg", near_turn(angle, claims.get(f"{key}.angle_deg", float)), 360.0)
+    places = [plane.z_mm for plane in tolerance.planes]
+    span = (max(places) - min(places)) if places else 1.0
+    claims.near(f"{key}.moment_g_mm2", found.moment_g_mm2, size_g_mm * max(span, 1.0), MOMENT_ROUNDING)
+    vectors: Sequence[Array] = list(found.in_planes(places[0], places[1])) if places else []
+    for name, part, vector in zip("AB", claims.entries(f"{key}.planes", len(vectors)), vectors, strict=False):
+        part.same("name", name)
+        part.near("unbalance_g_mm", vector, size_g_mm, MOMENT_ROUNDING)
+        part.near("magnitude_g_mm", math.hypot(*vector), size_g_mm, MOMENT_ROUNDING)
+
+
+def check_after(claims: Claims, job: Job, anatomy: Anatomy, crank: Moments, after: Moments) -> None:
+    """Check factor and inertia after correction."""
+    loads = rotor_from_job.throw_loads(anatomy, job.engine)
+    attached = rotor_from_job.attached_moments(job.engine.attached)
+    for key, moments in (("initial", crank), ("final", after)):
+        factor = rotor_from_job.crank_factor(moments, loads, attached)
+        if factor is None:
+            claims.same(f"balance_factor.{key}", None)
+        else:
+            claims.near(f"balance_factor.{key}", factor, 10.0)
+    check_inertia(claims, crank, after)
+
+
+def check_inertia(claims: Claims, crank: Moments, after: Moments) -> None:
+    """Check the change of polar inertia, but for the slugs' own, which the report does not have."""
+    change = (after.polar_inertia_g_mm2 - crank.polar_inertia_g_mm2) / 1000.0
+    if any(keys_of_pressed_in(part) for part in claims.entries("corrections")):
+        claims.ledger.why_not["inertia_change_kg_mm2"] = "the slugs' own inertia is not in the files"
+    else:
+        claims.near("inertia_change_kg_mm2", change, crank.polar_inertia_g_mm2 / 1000.0)
+
+
+def check_assembly(
+    claims: Claims, job: Job, tolerance: Tolerance, residual: Unbalance, size_g_mm: float
+) -> None:
+    """Check the sums of the parts that are put on, in their order."""
+    if not job.assembly:
+        return
+    found = staged_assembly(job, tolerance, residual)
+    for part, stage in zip(claims.entries("assembly", len(found)), found, strict=True):
+        total = np.array([stage.sum_g_mm.real, stage.sum_g_mm.imag])
+        part.near("sum.unbalance_g_mm", total, size_g_mm, MOMENT_ROUNDING)
+        part.near("permissible_g_mm", stage.permissible_g_mm, stage.permissible_g_mm)
+        part.near("left", np.array([stage.left_g_mm.real, stage.left_g_mm.imag]), size_g_mm, MOMENT_ROUNDING)
+        part.same("within", stage.within)

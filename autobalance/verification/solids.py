@@ -1,0 +1,329 @@
+"""The files that a report names, read from disk again: the crank as it came, and as it was left."""
+
+from __future__ import annotations
+
+import hashlib
+from collections.abc import Callable, Hashable
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, TypeVar
+
+import numpy as np
+
+from autobalance.balancing import measured_crank
+from autobalance.balancing.chordal_correction import FacetCorrection
+from autobalance.balancing.measured_crank import Crank
+from autobalance.correction import KINDS
+from autobalance.crank.anatomy import Anatomy
+from autobalance.errors import ClaimError, FormatError
+from autobalance.job import Job
+from autobalance.rigid_rotor.moments import Array, Moments
+from autobalance.solid.chordal_error.estimate import ChordalError, estimate_chordal_error
+from autobalance.solid.formats.read import Source, read
+from autobalance.solid.formats.write import decode
+from autobalance.solid.mesh.measure import soup_moments
+from autobalance.solid.mesh.mesh import Floats
+from autobalance.solid.mesh.validate import refuse_overlap_exactly
+from autobalance.solid.slicing.independent import agreement, slice_moments
+from autobalance.verification.claims import ROUNDING, Claims
+
+FACET_BARS = 3.0
+"""Error bars of what facets hide by which true surfaces may differ from slices of facets laid over them."""
+
+
+T = TypeVar("T")
+
+
+class Files:
+    """What was read and worked out of files, each once, for several versions of a report."""
+
+    def __init__(self) -> None:
+        self._known: dict[Hashable, Any] = {}
+
+    def once(self, key: Hashable, work: Callable[[], T]) -> T:
+        """Return what ``work`` returns, or returned for the same key before."""
+        if key not in self._known:
+            self._known[key] = work()
+        found: T = self._known[key]
+        return found
+
+    def read(
+        self,
+        path: Path,
+        unit: str | None,
+        body: int | str | None,
+        pressed_up: bool = False,
+        unite: bool | None = None,
+    ) -> Source:
+        """Read a solid."""
+        key = ("read", str(path), unit, body, pressed_up, unite)
+        return self.once(key, lambda: read(path, unit, body, pressed_up=pressed_up, unite=unite))
+
+
+@dataclass(frozen=True, eq=False)
+class Given:
+    """The crank as it came: read, recognised and measured; ``bare`` are its moments without hidden parts."""
+
+    crank: Crank
+    bare: Moments
+
+    @property
+    def source(self) -> Source:
+        """Its file."""
+        return self.crank.source
+
+    @property
+    def anatomy(self) -> Anatomy:
+        """As recognised, or as the report has it where only a cut crank is there."""
+        return self.crank.anatomy
+
+    @property
+    def facets(self) -> ChordalError | None:
+        """What its facets hide."""
+        return self.crank.facets
+
+
+@dataclass(frozen=True, eq=False)
+class Left:
+    """The crank as it was left: its own moments, and the loose triangles of its file where it has such."""
+
+    source: Source
+    moments: Moments
+    soup: Floats | None
+    is_cut: bool
+
+    @property
+    def triangles(self) -> int | None:
+        """Number of triangles of its file; None where that keeps true surfaces."""
+        return None if self.source.exact is not None else self.source.triangles
+
+
+# --- the corrected solid ------------------------------------------------------------------------------------
+
+
+def measured_files(claims: Claims, folder: Path, job: Job, frame: Array, files: Files) -> Left:
+    """Read the corrected solid, or the input where nothing was cut, and check what is claimed of the file."""
+    crankshaft = job.crankshaft
+    key = "outputs.solid"
+    if claims.get(key, object) is None:
+        source = files.read(
+            input_path(claims, folder),
+            crankshaft.unit,
+            crankshaft.body,
+            pressed_up=not crankshaft.crankpin_in_file,
+        )
+        claims.same("input.sha256", source.sha256)
+        claims.hold(key)
+        return Left(source, source.moments(crankshaft.density_g_mm3, frame), None, False)
+    path = folder / Path(claims.get(f"{key}.file", str)).name
+    source = files.read(path, crankshaft.unit, "all", unite=False)
+    claims.same(f"{key}.file", path.name)
+    claims.same(f"{key}.sha256", source.sha256)
+    soup = None
+    if source.exact is not None:
+        claims.same(f"{key}.triangles", None)
+        moments = source.moments(crankshaft.density_g_mm3, frame)
+    else:
+        claims.same(f"{key}.triangles", source.triangles)
+        name, scale = str(source.format), source.mm_per_unit
+        soup = files.once(("soup", str(path)), lambda: decode(path.read_bytes(), name, scale))
+        moments = soup_moments(soup, crankshaft.density_g_mm3, frame)
+    check_properties(claims, key, moments, source.volume_mm3)
+    return Left(source, moments, soup, True)
+
+
+def measured_solid(claims: Claims, folder: Path, job: Job, anatomy: Anatomy) -> Moments:
+    """Return the moments of a report's corrected solid, read back from disk, with its slugs.
+
+    Raises
+    ------
+    FileError
+        If it is not there.
+    ClaimError
+        If its sha256 or its mass properties are others than the report's.
+    """
+    files = Files()
+    left = measured_files(claims, folder, job, anatomy.file_to_rotor, files)
+    given = check_input(claims, folder, job, anatomy, files)
+    hidden = hidden_part(claims, job, anatomy, given, left.soup)
+    return left.moments + hidden + pressed_in(claims)
+
+
+def check_properties(claims: Claims, key: str, moments: Moments, volume_mm3: float) -> None:
+    """Check the mass properties that are claimed of a solid."""
+    inertia = moments.inertia_g_mm2 / 1000.0
+    reach = float(np.sqrt(np.trace(moments.second_g_mm2) / moments.mass_g))
+    size = float(np.abs(inertia).max())
+    claims.near(f"{key}.mass_g", moments.mass_g, moments.mass_g)
+    claims.near(f"{key}.volume_mm3", volume_mm3, volume_mm3)
+    claims.near(f"{key}.centre_of_mass_mm", moments.centre_mm, reach)
+    claims.near(f"{key}.inertia_kg_mm2", inertia, size)
+    claims.near(f"{key}.polar_inertia_kg_mm2", moments.polar_inertia_g_mm2 / 1000.0, size)
+
+
+def measured_again(claims: Claims, source: Source, job: Job, frame: Array) -> float:
+    """Measure the solid from its slices; return how well both ways agree.
+
+    Both would count metal twice that the solid holds twice: that there is none is looked at again too.
+
+    True surfaces are compared with slices of facets laid over them and what these facets hide.
+    """
+    density = job.crankshaft.density_g_mm3
+    one, other = source.moments(density, frame), slice_moments(source.solid.mesh, density, frame)
+    needed, way = ROUNDING, "tetrahedra"
+    refuse_overlap_exactly(source.solid)
+    if source.exact is not None:
+        hidden = estimate_chordal_error(source.solid.mesh, density, frame)
+        other, way = other + hidden.missing, "true surfaces"
+        needed += FACET_BARS * hidden.mass_bar_g / one.mass_g
+    found = agreement(one, other)
+    if not found <= needed:
+        raise ClaimError(
+            f"{claims.name}: moments from {way} and from slices differ by {found:.3g} of their size; "
+            f"needed {needed:.3g}"
+        )
+    claims.ledger.held += 1
+    return found
+
+
+def size_of(source: Source, crank: Moments) -> float:
+    """Return ∫ |r| dm at most: what first moments are rounded against [g·mm]."""
+    return crank.mass_g * (source.solid.mesh.diagonal_mm + float(np.abs(source.solid.bounds).max()))
+
+
+def pressed_in(claims: Claims) -> Moments:
+    """Return the slugs, which are not in the file."""
+    total = Moments.zero()
+    for part in claims.entries("corrections"):
+        keys = keys_of_pressed_in(part)
+        if keys is not None:
+            total = total + Moments.point(part.get(keys[0], float), part.array(keys[1], (3,)))
+    return total
+
+
+def keys_of_pressed_in(correction: Claims) -> tuple[str, str] | None:
+    """Return the keys of mass and centre of what a correction presses in, if it does."""
+    kind = KINDS.get(correction.get("kind", str))
+    return None if kind is None else kind.pressed_in
+
+
+# --- the crank as it came -----------------------------------------------------------------------------------
+
+
+def input_path(claims: Claims, folder: Path) -> Path:
+    """Return the crank's file: relative to the report, else where the job found it; its hash is checked."""
+    name = Path(claims.get("input.file", str))
+    job = claims.get("job", dict)
+    crank = (job.get("crankshaft") or {}).get("file")
+    places = [folder / name, name]
+    if isinstance(crank, str) and isinstance(job.get("file"), str) and not name.is_absolute():
+        places.append(Path(job["file"]).parent / crank)
+    return next((place for place in places if place.is_file()), places[0])
+
+
+def check_input(claims: Claims, folder: Path, job: Job, anatomy: Anatomy, files: Files) -> Given | None:
+    """Check what is claimed of the crank before correction, where its file is still there; return it."""
+    path = input_path(claims, folder)
+    if claims.get("outputs.solid", object) is not None and not path.is_file():
+        claims.warnings.append(f"{path} is not there any more; what is claimed of it was not checked")
+        for key in ("input", "crank", "frame", "initial", "counterweight", "corrections", "forces"):
+            claims.ledger.why_not[key] = "the crank's file is not there any more"
+        return None
+    crankshaft = job.crankshaft
+    source = files.read(path, crankshaft.unit, crankshaft.body, pressed_up=not crankshaft.crankpin_in_file)
+    check_source(claims, source)
+    if path.resolve() == (folder / claims.get("input.file", str)).resolve():
+        claims.hold("input.file")
+    else:
+        claims.ledger.why_not["input.file"] = f"it was found as {path}"
+    hints = crankshaft.overrides
+    found = files.once(
+        ("recognised", id(source), repr(hints)), lambda: measured_crank.recognised(source, hints)
+    )
+    return check_crank(claims, job, source, found, anatomy.file_to_rotor, files)
+
+
+def check_crank(
+    claims: Claims, job: Job, source: Source, found: Anatomy, frame: Array, files: Files
+) -> Given:
+    """Check the mass properties of a crank before correction, as it was recognised; return it.
+
+    They are taken in the report's own frame, which was found again where it could be.
+    """
+    density = job.crankshaft.density_g_mm3
+    key = ("crank", id(source), density, job.balance.margin, job.balance.facet_correction)
+    crank = files.once(key, lambda: measured_crank.measured_source(source, found, density, job.balance))
+    bare = source.moments(density, frame)
+    added = Moments.zero()
+    if crank.facets is not None:
+        added = crank.correction.part(crank.facets.missing)
+    check_properties(claims, "crank", bare + added, source.volume_mm3 + added.mass_g / density)
+    return Given(crank, bare)
+
+
+def check_source(claims: Claims, source: Source) -> None:
+    """Check what is claimed of the file that a run read."""
+    claims.same("input.sha256", source.sha256)
+    claims.same("input.triangles", source.triangles)
+    claims.same("input.format", None if source.format is None else source.format.removesuffix("-ascii"))
+    claims.same("input.bodies", source.bodies)
+    claims.same("input.repairs", list(source.repairs))
+
+
+def hidden_part(
+    claims: Claims, job: Job, anatomy: Anatomy, given_in: Given | None, soup: Floats | None
+) -> Moments:
+    """Check and return what is added for the facets of the corrected solid, loose triangles ``soup``.
+
+    Without the crank's file nobody can tell which surfaces its facets stood for: then it is taken as claimed.
+    """
+    if claims.get("crank", dict).get("facet_error") is None or not job.balance.facet_correction:
+        return Moments.zero()
+    key = "crank.facet_error.added"
+    if given_in is None:
+        return _claimed_added(claims, f"{key}.after") if claims.get(key, object) else Moments.zero()
+    source, facets = given_in.source, given_in.facets
+    correction = None if facets is None else FacetCorrection.of(facets, True)
+    claims.same("crank.facet_error.correction", None if correction is None else correction.verdict)
+    if facets is None or correction is None or not correction.mass:
+        claims.same(key, None)
+        return Moments.zero()
+    before = correction.part(facets.missing)
+    left = correction.left(facets, anatomy)
+    after = before if soup is None or left is None else left(soup)
+    for name, found in (("before", before), ("after", after)):
+        size = facets.gross_mass_g * source.solid.mesh.diagonal_mm
+        claims.near(f"{key}.{name}.mass_g", found.mass_g, facets.gross_mass_g)
+        claims.near(f"{key}.{name}.unbalance_g_mm", found.first_g_mm[:2], size)
+        reach = size * source.solid.mesh.diagonal_mm
+        claims.near(f"{key}.{name}.moment_g_mm2", found.second_g_mm2[:2, 2], reach)
+        claims.near(f"{key}.{name}.polar_inertia_kg_mm2", found.polar_inertia_g_mm2 / 1000.0, reach / 1000.0)
+    return after
+
+
+def _claimed_added(claims: Claims, key: str) -> Moments:
+    first, second = np.zeros(3), np.zeros((3, 3))
+    first[:2] = claims.array(f"{key}.unbalance_g_mm", (2,))
+    second[:2, 2] = second[2, :2] = claims.array(f"{key}.moment_g_mm2", (2,))
+    second[0, 0] = second[1, 1] = 500.0 * float(claims.get(f"{key}.polar_inertia_kg_mm2", float))
+    return Moments(float(claims.get(f"{key}.mass_g", float)), first, second)
+
+
+# --- the other files ----------------------------------------------------------------------------------------
+
+
+def check_pages(claims: Claims, folder: Path) -> None:
+    """Check the sha256 of every other file that the report names, where it is still there."""
+    for key, entry in claims.get("outputs", dict).items():
+        if key == "solid":
+            continue
+        place = f"outputs.{key}"
+        name = claims.get(f"{place}.file", str)
+        if not isinstance(entry, dict) or Path(name).name != name:
+            raise FormatError(f"{claims.name}: {place}.file is {name!r}; needed the name of a file beside it")
+        path = folder / name
+        if path.is_file():
+            claims.same(f"{place}.sha256", hashlib.sha256(path.read_bytes()).hexdigest())
+            claims.hold(f"{place}.file")
+        else:
+            claims.ledger.why_not[place] = f"{name} is not there any more"

@@ -1,0 +1,113 @@
+"""Plausible falsehoods: every value of a report changed a little, one at a time."""
+
+from __future__ import annotations
+
+import copy
+import re
+from collections.abc import Iterator, Mapping
+from pathlib import Path
+from typing import Any
+
+import autobalance as ab
+from autobalance.report.json import report as as_report
+from autobalance.verification.check import Checked, check_claims
+from autobalance.verification.claims import Claims
+from autobalance.verification.solids import Files
+
+Report = dict[str, Any]
+Way = tuple[str | int, ...]
+
+
+def checked(report: Report, folder: Path, files: Files) -> Checked:
+    """Hold a report against its files, which are read once."""
+    return check_claims(Claims("report.json", report), folder, False, as_report, files)
+
+
+def leaves(value: Any, way: Way = ()) -> Iterator[Way]:
+    """Yield the ways to all values that hold no objects."""
+    if isinstance(value, Mapping) and value:
+        for key, inner in value.items():
+            yield from leaves(inner, (*way, key))
+    elif isinstance(value, list) and any(isinstance(each, Mapping) for each in value):
+        yield way
+        for number, inner in enumerate(value):
+            yield from leaves(inner, (*way, number))
+    else:
+        yield way
+
+
+def place(way: Way) -> str:
+    """Return a way as a report's keys are written, ``[]`` for every entry of a list."""
+    text = "".join("[]" if isinstance(part, int) else f".{part}" for part in way)
+    return text[1:]
+
+
+def one_of_each(report: Report) -> list[Way]:
+    """Return the ways to values, one for all entries of a list."""
+    return list({place(way): way for way in leaves(report)}.values())
+
+
+def falsehoods(value: Any) -> Iterator[Any]:
+    """Yield what might stand in place of a value: numbers by 1 %, other texts, emptied lists, null."""
+    if isinstance(value, bool):
+        yield not value
+    elif isinstance(value, int):
+        yield value + 1
+    elif isinstance(value, float):
+        yield value * 1.01 + (0.01 if abs(value) < 0.1 else 0.0)
+    elif isinstance(value, str):
+        yield f"{value}x"
+    elif isinstance(value, list) and value:
+        yield []
+        numbers = [each for each in value if isinstance(each, float)]
+        if len(numbers) == len(value):
+            most = max(range(len(value)), key=lambda k: abs(value[k]))
+            yield [
+                each * 1.01 + (0.01 if abs(each) < 0.1 else 0.0) if k == most else each
+                for k, each in enumerate(value)
+            ]
+    if value is None:
+        yield 1.0
+        yield "x"
+    else:
+        yield None
+
+
+def accepted(report: Report, folder: Path, under: tuple[str, ...] = ()) -> list[str]:
+    """Return the changes that are taken for true though their key is on no list of what was not checked.
+
+    Only values ``under`` some keys are changed, where such are given.
+    """
+    files, found = Files(), list[str]()
+    checked(report, folder, files)
+    for way in one_of_each(report):
+        if under and way[0] not in under:
+            continue
+        value = at(report, way)
+        for other in falsehoods(value):
+            changed = copy.deepcopy(report)
+            put(changed, way, other)
+            try:
+                result = checked(changed, folder, files)
+            except ab.AutobalanceError:
+                continue
+            if not _is_listed(place(way), [each.key for each in result.not_checked]):
+                found.append(f"{place(way)}: {value!r} -> {other!r}")
+    return found
+
+
+def _is_listed(name: str, keys: list[str]) -> bool:
+    general = [re.sub(r"\[\d+\]", "[]", key) for key in keys]
+    return any(name == key or name.startswith((f"{key}.", f"{key}[")) for key in general)
+
+
+def at(report: Any, way: Way) -> Any:
+    """Return the value at the end of a way."""
+    for key in way:
+        report = report[key]
+    return report
+
+
+def put(report: Any, way: Way, value: Any) -> None:
+    """Put a value in place of another."""
+    at(report, way[:-1])[way[-1]] = value

@@ -1,0 +1,106 @@
+"""``verify`` takes no false value for true: each is found, or its key is on the list of what was not checked."""
+
+import json
+from pathlib import Path
+
+import pytest
+
+import autobalance as ab
+from tests import jobs, mutations
+
+JOB = """
+[crankshaft]
+file = "crank.stl"
+unit = "mm"
+density_kg_m3 = 7850.0
+
+[engine]
+rod_length_mm = 120.0
+
+[engine.rotating_g]
+big_end = { g = 300.0, pm = 0.5 }
+
+[engine.reciprocating_g]
+piston = 400.0
+
+[balance]
+factor = 0.4
+grade = 6.3
+speed_rpm = 6000
+
+[correction]
+method = METHOD
+"""
+COARSE = {"segments": 24}
+WORDS = {"autobalance", "job", "reason", "seconds", "warnings"}
+"""What no report's files can tell, whatever was cut."""
+BY_PLANNER = {"corrections[].depth_left_mm", "corrections[].wall_left_mm", "corrections[].deepened_from_mm"}
+
+
+def balanced(folder: Path, preset: str, method: str) -> Path:
+    """Balance a coarse generated crank; return the folder of its report."""
+    crank = ab.generate(preset, file="crank.stl", settings=COARSE)
+    (folder / "crank.stl").write_bytes(crank.data)
+    (folder / "job.toml").write_text(JOB.replace("METHOD", method), encoding="utf-8")
+    ab.balance(ab.read_job(folder / "job.toml")).write(folder / "out", only=("json",))
+    return folder / "out"
+
+
+@pytest.mark.parametrize(
+    ("preset", "method", "listed"),
+    [
+        ("single", '"shoulder"', set()),
+        ("v-twin-45", '["shoulder", "drill"]', {"corrections[].sector_deg"}),
+        ("v8-crossplane", '"drill"', BY_PLANNER),
+        ("v-twin-45", '"turn"', {"corrections[].depth_left_mm"}),
+        ("v-twin-45", '"mill"', BY_PLANNER),
+        ("v-twin-45", '"slug"', {"corrections[].wall_left_mm", "inertia_change_kg_mm2"}),
+    ],
+)
+def test_no_cut_can_be_told_falsely(preset: str, method: str, listed: set[str], tmp_path: Path) -> None:
+    folder = balanced(tmp_path, preset, method)
+    found = ab.verify(folder / "report.json")
+    keys = {each["key"] for each in found.report["not_checked"]} - WORDS
+    assert keys <= listed | {"corrections[].corner_radius_mm"}
+    report = jobs.report_of(folder)
+    assert report["corrections"]
+    assert mutations.accepted(report, folder, ("corrections", "steps")) == []
+
+
+def test_no_value_of_a_report_can_be_false(tmp_path: Path) -> None:
+    folder = balanced(tmp_path, "single", '"shoulder"')
+    assert mutations.accepted(jobs.report_of(folder), folder) == []
+
+
+def test_a_page_of_another_run(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    job = jobs.bundled_job(tmp_path)
+    report = jobs.balanced(job, tmp_path / "out", 0, "--only", "html")
+    page = tmp_path / "out" / report["outputs"]["html"]["file"]
+    page.write_text(page.read_text(encoding="utf-8") + " ", encoding="utf-8")
+    assert jobs.run("verify", tmp_path / "out" / "report.json") == 3
+    assert "outputs.html.sha256" in capsys.readouterr().err
+    page.unlink()
+    assert jobs.run("verify", tmp_path / "out" / "report.json", "--json", "-") == 0
+    listed = {each["key"]: each["why"] for each in json.loads(capsys.readouterr().out)["not_checked"]}
+    assert listed["outputs.html"] == "report.html is not there any more"
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "said"),
+    [
+        (
+            '"schema_version": 1',
+            '"schema_version": 2',
+            "schema_version is 2; needed one that is known here",
+        ),
+        ('"schema_version": 1', '"outcome": "x", "schema_version": 1', "the key 'outcome' twice"),
+    ],
+)
+def test_a_report_that_cannot_be_read_one_way(
+    old: str, new: str, said: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    path = tmp_path / "report.json"
+    text = '{"schema_version": 1, "command": "balance", "outcome": "within_tolerance"}'
+    path.write_text(text.replace(old, new), encoding="utf-8")
+    assert jobs.run("verify", path) == 3
+    assert said in capsys.readouterr().err
