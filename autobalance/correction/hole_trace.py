@@ -74,7 +74,6 @@ class HoleTrace:
             "depth_mm": shoulder - look - entry,
             "inward": axis.inward,
             "web": web_at(metal.crank.anatomy, float(position[2])),
-            "entry_radius_mm": math.hypot(position[0], position[1]),
             "point_mm": tip - shoulder,
         }
 
@@ -142,7 +141,7 @@ class SlugTrace(HoleTrace):
         found["point_angle_deg"] = 2.0 * math.degrees(FLAT_RAD)
         if not self.takes_metal:
             web = web_at(metal.crank.anatomy, float(centre[2]))
-            return {**found, "entry_radius_mm": math.hypot(*entry[:2]), "web": web, **rates(Moments.zero())}
+            return {**found, "web": web, **rates(Moments.zero())}
         turn = np.outer(inward, mass * centre)
         sunk = Moments(0.0, mass * inward, turn + turn.T)
         hole = Hole(Axis(entry, inward), radius, FLAT_RAD, 0.0, Moments.zero(), 0.0, 0.0)

@@ -28,6 +28,8 @@ measured then, and found to be other than claimed."""
 SLACK_MM = 0.2
 LEAN = 1.0
 """How far the wall beside a face may lean outward, as a share of the depth."""
+WHOLE_FACE = 0.98
+"""Share of a face that is cut where all of it is."""
 EDGE_MM2 = 0.1
 """Area of metal cut off at an angle that shows where the angle is."""
 FAR_MM = 1e4
@@ -240,7 +242,9 @@ class FaceTrace:
         new, cut = metal.facing(up * normal)
         face = self._face(metal, normal, metal.facing(-up * normal)[0] * -up)
         height = float(face.normal @ face.centroid_mm)
-        sector_deg = {"sector_deg": self.item.get("sector_deg")} if self._has_edges(metal) else {}
+        whole = metal.facing(-up * normal)[1].mass_g >= WHOLE_FACE * face.area_mm2
+        shows = whole if self._angles_deg is None else self._has_edges(metal)
+        sector_deg = {"sector_deg": self.item.get("sector_deg")} if shows else {}
         area = {"area_mm2" if self.adds else "new_face_area_mm2": cut.mass_g}
         return {
             "face": face.id,

@@ -21,12 +21,13 @@ from autobalance.job import Job
 from autobalance.rigid_rotor.moments import Moments
 from autobalance.solid.csg.solid import Solid
 from autobalance.solid.formats.read import Source
-from autobalance.verification.claims import Claims
+from autobalance.verification.claims import Claims, near_turn
 from autobalance.verification.solids import Files
 
 SHARE = 1e-3
 """Share by which what is read off the metal may differ from what a report says of a cut: facets, rounding."""
 LENGTH_SHARE = 2e-4
+UNIT_LENGTH = 1e-6
 LENGTH_MM = 2e-3
 ANGLE_DEG = 0.05
 GRAINS = 16.0
@@ -92,6 +93,7 @@ def check_corrections(claims: Claims, change: Change, first_number: int | None =
             )
         part.hold("kind")
         part.same("number", number)
+        _check_place(part)
         traces.append(KINDS[name].trace(part.values))
     _check_sum(claims, parts, change)
     files, key = change.files, (id(change.before), id(change.after))
@@ -109,6 +111,23 @@ def _before(change: Change) -> Before:
     corners = mesh.moved(change.anatomy.file_to_rotor).corners
     patches = tuple(corners[face.triangles].mean(axis=1) for face in faces)
     return Before(mesh, change.anatomy, faces, patches)
+
+
+def _check_place(part: Claims) -> None:
+    """Check angle, z, radius of entry and direction of feed against the position."""
+    x, y, z = part.array("position_mm", (3,))
+    size = max(math.hypot(x, y, z), 1.0)
+    if "angle_deg" in part.values and math.hypot(x, y) > LENGTH_MM:
+        angle = near_turn(math.degrees(math.atan2(y, x)), part.get("angle_deg", float))
+        part.near("angle_deg", angle, 360.0 * size / math.hypot(x, y))
+    if "z_mm" in part.values:
+        part.near("z_mm", z, size)
+    if "entry_radius_mm" in part.values:
+        part.near("entry_radius_mm", math.hypot(x, y), size)
+    if part.values.get("inward") is not None:
+        length = float(np.linalg.norm(part.array("inward", (3,))))
+        if not abs(length - 1.0) <= UNIT_LENGTH:
+            raise ClaimError(f"{part.name}: {part.path('inward')} is {length:.9g} long; needed a unit vector")
 
 
 def _check_sum(claims: Claims, parts: Sequence[Claims], change: Change) -> None:
@@ -241,10 +260,6 @@ def _check_one(
         "unbalance_change_g_mm": weighed.first_g_mm[:2],
         "radius_mm": math.hypot(centre[0], centre[1]),
     }
-    position = np.asarray(found.get("position_mm", part.array("position_mm", (3,))))
-    if "angle_deg" not in found and math.hypot(position[0], position[1]) > LENGTH_MM:
-        found["angle_deg"] = math.degrees(math.atan2(position[1], position[0]))
-    found.setdefault("z_mm", float(position[2]))
     if not kind.needs_faces:
         found["face"] = None
     _compare(part, found, metal)

@@ -132,7 +132,8 @@ def open_report(path: Path, project: Project, anywhere: bool = True) -> str:
     AutobalanceError
         If it is no report of ``balance`` or ``recut``, or its solid is gone.
     """
-    from autobalance.verification.claims import given, read_report
+    from autobalance.verification.premises import given
+    from autobalance.verification.report_file import read_report
 
     report = read_report(path)
     if report.get("command") not in ("balance", "recut") or not isinstance(report.get("job"), dict):

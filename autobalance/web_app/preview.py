@@ -41,7 +41,8 @@ def preview(inspected: Mapping[str, Any], tables: Mapping[str, Any], folder: Pat
     from autobalance.job.model import Job
     from autobalance.report.json import unbalance_values
     from autobalance.rigid_rotor.unbalance import Unbalance
-    from autobalance.verification.claims import Claims, claimed_anatomy
+    from autobalance.verification.claims import Claims
+    from autobalance.verification.premises import claimed_anatomy
 
     job = Job.from_dict(tables, folder=folder)
     anatomy = claimed_anatomy(Claims("report.json", inspected))
