@@ -31,7 +31,6 @@ speed_rpm = 6000
 [correction]
 method = METHOD
 """
-SLUG = '"slug"\nslug = { diameters_mm = [8.0], lengths_mm = [6.0], min_wall_mm = 1.0 }'
 COARSE = {"segments": 24}
 WORDS = {"autobalance", "job", "reason", "seconds", "warnings"}
 """What no report's files can tell, whatever was cut."""
@@ -53,7 +52,6 @@ def balanced(folder: Path, preset: str, method: str) -> Path:
         ("single", '"drill"', BY_PLANNER),
         ("v-twin-45", '"turn"', {"corrections[].depth_left_mm"}),
         ("single", '"mill"', BY_PLANNER),
-        ("v-twin-45", SLUG, {"corrections[].wall_left_mm", "inertia_change_kg_mm2"}),
     ],
 )
 def test_no_cut_can_be_told_falsely(preset: str, method: str, listed: set[str], tmp_path: Path) -> None:
