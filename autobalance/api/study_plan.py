@@ -80,7 +80,8 @@ def _of_job(job: Job, crank: Crank | None, tell: Tell) -> Plan:
 
 def _of_report(path: Path, tell: Tell, settings: Sequence[str]) -> StudiedPlan:
     """Make a report's plan again from what it says, and see that it is the same."""
-    from autobalance.verification.claims import Claims, read_report
+    from autobalance.verification.claims import Claims
+    from autobalance.verification.report_file import read_report
 
     claims = Claims(path.name, read_report(path))
     command = claims.get("command", str)
@@ -118,7 +119,7 @@ def _check_solid(path: Path, claims: Claims) -> None:
 
 def _balanced_again(path: Path, claims: Claims, job: Job, tell: Tell) -> Plan:
     from autobalance.studies.plan import planned
-    from autobalance.verification.claims import input_path
+    from autobalance.verification.solids import input_path
 
     crank = input_path(claims, path.parent)
     if not crank.is_file():

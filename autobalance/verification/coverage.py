@@ -16,6 +16,7 @@ NOT_CHECKED: Mapping[str, str] = {
     "autobalance": "which versions ran cannot be told from the files",
     "seconds": "how long a run took cannot be told from the files",
     "warnings": "words for people",
+    "notes": "words for people",
     "reason": "words for people, from plans that were tried",
     "steps": "the solids of earlier passes and what was predicted of them are not kept",
     "overbalance": "the last holes are planned, not cut yet",
