@@ -17,6 +17,8 @@ if TYPE_CHECKING:
 
 EXACT = (".step", ".stp")
 """Endings of files of which the mesher takes the true surfaces."""
+FINEST_MM = 1e-3
+"""Edges shorter than this, where crankpin and bore meet, are merged before meshing."""
 
 
 class FemResult(VerbResult):
@@ -45,6 +47,7 @@ def fem(
     nu: float | None = None,
     modes: int | None = None,
     size_mm: float | None = None,
+    crankpin_in_file: bool | None = None,
     progress: Callable[[str, float], object] = lambda _words, _share: None,
 ) -> FemResult:
     """Find the natural modes of a free body, or what an analysis file asks for.
@@ -64,6 +67,9 @@ def fem(
         Number of elastic modes, by default 6.
     size_mm : float or None
         Greatest edge of the last mesh; by default some thousand elements.
+    crankpin_in_file : bool or None
+        False for a pressed-up crank that is modelled without its crankpins: they are put in, of its own
+        metal, one piece with the webs.
     progress : callable
         Told words and the share done; may raise to stop.
 
@@ -86,7 +92,7 @@ def fem(
     started = time.perf_counter()
     options = {
         "unit": unit, "body": body, "density_kg_m3": density_kg_m3, "e_gpa": e_gpa, "nu": nu, "modes": modes,
-        "size_mm": size_mm,
+        "size_mm": size_mm, "crankpin_in_file": crankpin_in_file,
     }  # fmt: skip
     given = {key: value for key, value in options.items() if value is not None}
     if isinstance(solid, dict) or Path(solid).suffix.lower() == ".toml":
@@ -110,6 +116,8 @@ def _read(job: FemJob) -> tuple[SurfaceSolid | Path, Values]:
     from autobalance.solid.formats.read import file_bytes, read
 
     need_libraries()
+    if job.crankpin_in_file is False:
+        return _with_crankpins(job)
     if job.file.suffix.lower() in EXACT:
         digest = sha256(file_bytes(job.file)).hexdigest()
         return job.file, {"file": job.file.name, "sha256": digest, "format": "step", "repairs": []}
@@ -121,6 +129,21 @@ def _read(job: FemJob) -> tuple[SurfaceSolid | Path, Values]:
         "format": source.format,
         "repairs": list(source.repairs),
     }
+    return SurfaceSolid(mesh.vertices, mesh.triangles), entry
+
+
+def _with_crankpins(job: FemJob) -> tuple[SurfaceSolid, Values]:
+    """Return a pressed-up crank in one piece with its crankpins, in file coordinates."""
+    from autobalance.api.crank import read_crank
+    from autobalance.balancing.crankpins import with_crankpins
+    from autobalance.fem_analysis.mesher import SurfaceSolid
+
+    crank = read_crank(job.file, job.unit, crankpin_in_file=False, body=job.body).measured
+    anatomy, source = crank.anatomy, crank.source
+    joined = with_crankpins(source.solid.moved(anatomy.file_to_rotor), crank).simplified(FINEST_MM)
+    mesh = joined.moved(anatomy.rotor_to_file).mesh
+    repairs = [*source.repairs, "crankpins put in, one piece with the webs"]
+    entry = {"file": job.file.name, "sha256": source.sha256, "format": source.format, "repairs": repairs}
     return SurfaceSolid(mesh.vertices, mesh.triangles), entry
 
 

@@ -20,6 +20,7 @@ from autobalance.dynamics.torsion_chain import (
     torsion_modes,
     torsion_response,
 )
+from autobalance.errors import UsageError
 from autobalance.job.keys import named_in
 from autobalance.job.model import Job
 from autobalance.job.read import tables_of
@@ -39,7 +40,10 @@ if TYPE_CHECKING:
     from autobalance.api.crank import Crank
     from autobalance.balancing.cycle_torques import Complex, ThrowTorques
     from autobalance.balancing.measured_crank import Crank as MeasuredCrank
+    from autobalance.balancing.throw_twist import ThrowTwist
 
+POISSON = 0.3
+"""Of the crank's metal, where finite elements need it."""
 USUAL_ORDERS = tuple(0.5 * n for n in range(1, 25))
 """Of which critical speeds are told where nothing says what excites a crank."""
 
@@ -76,6 +80,7 @@ def torsion(
     *,
     crank: Crank | None = None,
     settings: Sequence[str] = (),
+    fem: bool | None = None,
     progress: Progress | None = None,
 ) -> TorsionResult:
     """Compute the torsional vibration of a job's crank, or of a chain of its own.
@@ -89,6 +94,9 @@ def torsion(
         In place of the job's crank file.
     settings : sequence of str
         Keys of the file to set before anything is checked: ``["balance.factor=0.5"]``.
+    fem : bool or None
+        Whether each throw's own metal is twisted by finite elements, too (extra ``fem``); None: as the job
+        says, ``torsion.fem``.
     progress : callable or None
         Told words and the share done; may raise to stop.
 
@@ -100,15 +108,17 @@ def torsion(
         For anything wrong with the crank.
     """
     if isinstance(source, Job):
-        return _of_job(source, crank, progress)
+        return _of_job(source, crank, fem, progress)
     raw = with_settings(source if isinstance(source, Mapping) else tables_of(Path(source)), settings)
     if "inertia" in raw or not (crank is not None or "crankshaft" in raw):
+        if fem:
+            raise UsageError("--fem is for a crank; a chain has no metal")
         if not settings:
             return _of_chain(read_chain(source))
         with named_in(source):
             return _of_chain(read_chain(raw), settings)
     job = Job.from_dict(raw) if isinstance(source, Mapping) else jobs.load(source, settings)
-    return _of_job(job, crank, progress)
+    return _of_job(job, crank, fem, progress)
 
 
 def _of_chain(file: ChainFile, settings: Sequence[str] = ()) -> TorsionResult:
@@ -119,9 +129,10 @@ def _of_chain(file: ChainFile, settings: Sequence[str] = ()) -> TorsionResult:
     return TorsionResult({**values, **_solved(model, file.question, None)})
 
 
-def _of_job(job: Job, crank: Crank | None, progress: Progress | None) -> TorsionResult:
+def _of_job(job: Job, crank: Crank | None, fem: bool | None, progress: Progress | None) -> TorsionResult:
     found = request(job, crank, None, progress)
     asked = found.job.torsion or crank_torsion({})
+    asked.filled["torsion"]["fem"] = asked.fem if fem is None else fem
     made = crank_chain(found.job, found.crank, asked)
     _check_stations(asked.question, len(made.names))
     torques = _cycle_torques(found.job, found.crank)
@@ -131,7 +142,19 @@ def _of_job(job: Job, crank: Crank | None, progress: Progress | None) -> Torsion
     told = {**jobs.describe(found.job), **asked.filled}
     values = {**report_head("torsion"), **job_set(found.job), "input": told}
     solved = _solved(model, asked.question, torques, made)
-    return TorsionResult({**values, **solved, "throws": _throws(made, asked)})
+    twists = _twisted(found.crank, asked, progress) if asked.filled["torsion"]["fem"] else None
+    metal = torsion_values.metal_values(made, twists)
+    solved["model"]["fem_N_m_rad"] = metal.pop("springs")
+    return TorsionResult({**values, **solved, **metal, "throws": _throws(made, asked, twists)})
+
+
+def _twisted(crank: MeasuredCrank, asked: CrankTorsion, progress: Progress | None) -> tuple[ThrowTwist, ...]:
+    from autobalance.balancing.throw_twist import throw_twists
+
+    shear = asked.shear_modulus_mpa
+    youngs = 2.0 * (1.0 + POISSON) * shear
+    tell = {} if progress is None else {"progress": progress}
+    return tuple(throw_twists(crank, youngs, shear, asked.fem_size_mm, **tell))
 
 
 def _check_stations(question: TorsionQuestion, stations: int) -> None:
@@ -149,8 +172,8 @@ def _cycle_torques(job: Job, crank: MeasuredCrank) -> ThrowTorques | None:
     return throw_torques(job, crank)
 
 
-def _throws(made: CrankChain, asked: CrankTorsion) -> list[Values]:
-    """Return the dimensions that the stiffness of each throw was computed from."""
+def _throws(made: CrankChain, asked: CrankTorsion, twists: Sequence[ThrowTwist] | None) -> list[Values]:
+    """Return the dimensions that the stiffness of each throw was computed from, and what came of them."""
     return [
         {
             "number": number,
@@ -164,6 +187,8 @@ def _throws(made: CrankChain, asked: CrankTorsion) -> list[Values]:
             "web_thickness_mm": shape.web_thickness_mm,
             "web_breadth_mm": shape.web_breadth_mm,
             "formula": asked.formula,
+            **{f"{name}_N_m_rad": each[number - 1] for name, each in made.throws_n_m_rad.items()},
+            **torsion_values.twist_values(None if twists is None else twists[number - 1]),
         }
         for number, shape in enumerate(made.shapes, 1)
     ]

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping, Sequence
 from dataclasses import astuple, dataclass, replace
 
 import numpy as np
@@ -35,7 +36,7 @@ class CrankChain:
 
     ``names`` and ``z_mm`` are those of the stations; ``throw_stations`` the throws' stations, from 0;
     ``diameters_m`` the smaller of journal and crankpin along each spring; ``shapes`` the throws' dimensions,
-    both sides' mean.
+    both sides' mean; ``throws_n_m_rad`` their stiffness by each formula.
     """
 
     chain: TorsionChain
@@ -46,6 +47,12 @@ class CrankChain:
     carter_n_m_rad: Array
     diameters_m: tuple[float, ...]
     shapes: tuple[ThrowShape, ...]
+    throws_n_m_rad: Mapping[str, tuple[float, ...]]
+    _stations: _Stations
+
+    def with_throws(self, throws_n_m_rad: Sequence[float]) -> TorsionChain:
+        """Return the chain with other stiffnesses of the throws."""
+        return replace(self.chain, springs_n_m_rad=self._stations.springs(list(throws_n_m_rad)))
 
 
 def crank_chain(job: Job, crank: Crank, asked: CrankTorsion) -> CrankChain:
@@ -59,12 +66,11 @@ def crank_chain(job: Job, crank: Crank, asked: CrankTorsion) -> CrankChain:
     anatomy = crank.anatomy
     stations = _Stations.of(anatomy)
     pairs = sides_of_throws(crank)
-    formulas = {
-        name: stations.springs(
-            [_stiffness(name, number, pair, asked) for number, pair in enumerate(pairs, 1)]
-        )
+    throws = {
+        name: tuple(_stiffness(name, number, pair, asked) for number, pair in enumerate(pairs, 1))
         for name in ("ker_wilson", "carter")
     }
+    formulas = {name: stations.springs(list(each)) for name, each in throws.items()}
     inertias = _inertias(job, crank, stations)
     inertias[0] += asked.damper_kg_m2
     inertias[-1] += asked.flywheel_kg_m2
@@ -82,6 +88,8 @@ def crank_chain(job: Job, crank: Crank, asked: CrankTorsion) -> CrankChain:
         formulas["carter"],
         stations.diameters_m(pairs),
         shapes,
+        throws,
+        stations,
     )
 
 

@@ -16,6 +16,9 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--nu", type=float, metavar="NU", help="Poisson's ratio (0.3)")
     parser.add_argument("--modes", type=int, metavar="N", help="how many modes (6)")
     parser.add_argument("--size-mm", type=float, metavar="S", help="greatest edge of the last mesh")
+    parser.add_argument(
+        "--no-crankpin", action="store_true", help="a pressed-up crank without its crankpins: they are put in"
+    )
     add_json(parser)
     add_plots(parser)
 
@@ -35,6 +38,7 @@ def run(arguments: argparse.Namespace) -> int:
             nu=arguments.nu,
             modes=arguments.modes,
             size_mm=arguments.size_mm,
+            crankpin_in_file=False if arguments.no_crankpin else None,
             progress=progress,
         )
     return finish(arguments, result, sources=(arguments.solid,))

@@ -11,6 +11,9 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Describe the command line."""
     parser.add_argument("file", metavar="FILE.toml", help="a job, or a chain of [[inertia]] and [[spring]]")
     add_set(parser)
+    parser.add_argument(
+        "--fem", action="store_true", help="twist each throw's own metal by finite elements too (extra fem)"
+    )
     add_json(parser)
     add_plots(parser)
 
@@ -22,5 +25,10 @@ def run(arguments: argparse.Namespace) -> int:
     from autobalance.command.progress import shown
 
     with shown() as progress:
-        result = torsion(arguments.file, settings=arguments.settings, progress=progress)
+        result = torsion(
+            arguments.file,
+            settings=arguments.settings,
+            fem=True if arguments.fem else None,
+            progress=progress,
+        )
     return finish(arguments, result, sources=(arguments.file,))

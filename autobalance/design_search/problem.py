@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from autobalance.balancing import rotor_from_job
+from autobalance.balancing.crankpins import with_crankpins
 from autobalance.balancing.measured_crank import Crank
 from autobalance.design_search import strength
 from autobalance.design_search.envelope import (
@@ -223,7 +224,7 @@ class Problem:
         cycle = strength.cycle_of(self.design.start, anatomy, moments, in_file)
         found[LOAD] = strength.greatest_main_load_n(cycle)
         if STRESS in self.wanted and body is not None:
-            mesh = strength.body_of(body, self._fem_size_mm)
+            mesh = strength.body_of(with_crankpins(body, self.crank), self._fem_size_mm)
             loads = strength.greatest_pin_loads_n(cycle)
             found[STRESS] = strength.greatest_stress_MPa(mesh, anatomy, loads, self.crank.density_g_mm3)
         return found
@@ -238,7 +239,7 @@ class Problem:
         if limits is None or (limits.min_frequency_hz is None and limits.max_stress_MPa is None):
             return []
         anatomy, density = self.crank.anatomy, self.crank.density_g_mm3
-        mesh = strength.body_of(solid, limits.size_mm)
+        mesh = strength.body_of(with_crankpins(solid, self.crank), limits.size_mm)
         found = []
         if limits.min_frequency_hz is not None:
             value, least = strength.first_frequency_hz(mesh, density), limits.min_frequency_hz

@@ -9,26 +9,21 @@ from numpy.typing import NDArray
 
 from autobalance.balancing.engine_from_job import with_moments, with_solid
 from autobalance.balancing.firing_from_job import firing_engine
+from autobalance.balancing.solid_meshes import bodies_of_solid
 from autobalance.crank.anatomy import Anatomy, Pin
 from autobalance.engine.cycle.analysis import CycleAnalysis
 from autobalance.engine.whole_engine import Engine
-from autobalance.errors import JobError, SolidError
+from autobalance.errors import JobError
 from autobalance.fem_analysis.elasticity import STEEL, Body, Material
-from autobalance.fem_analysis.mesher import SurfaceSolid, meshes_of
 from autobalance.fem_analysis.modes import modes_of
 from autobalance.fem_analysis.statics import facet_nodes, facet_shares, solved
 from autobalance.job import Job
 from autobalance.rigid_rotor.moments import Moments
 from autobalance.solid.csg.solid import Solid
-from autobalance.solid.formats.write import decode, encode
-from autobalance.solid.mesh.mesh import mesh_of_soup
 
 Array = NDArray[np.float64]
 
 T_MM3_PER_G_MM3 = 1e-6
-FINEST_MM = (0.0, 1e-3, 1e-2)
-"""Edges shorter than this are merged before meshing, tried one after the other; the first are those that a
-file of single precision has: what cutting leaves is finer than any mesh."""
 NEAR = 0.03
 """Share of a pin's radius by which a surface of it may be off, faceted as it is."""
 
@@ -73,15 +68,7 @@ def material_of(density_g_mm3: float) -> Material:
 
 def body_of(rotor_solid: Solid, size_mm: float | None) -> Body:
     """Return the mesh of a crank (rotor frame)."""
-    for finest in FINEST_MM:
-        data = encode((rotor_solid.simplified(finest) if finest else rotor_solid).mesh, "stl", 1.0)
-        mesh = mesh_of_soup(decode(data, "stl", 1.0))
-        try:
-            return Body.of(meshes_of(SurfaceSolid(mesh.vertices, mesh.triangles), size_mm)[0])
-        except SolidError:
-            if finest == FINEST_MM[-1]:
-                raise
-    raise AssertionError  # the last size has returned or raised
+    return bodies_of_solid(rotor_solid, size_mm)[0]
 
 
 def first_frequency_hz(body: Body, density_g_mm3: float) -> float:

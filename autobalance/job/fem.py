@@ -25,6 +25,8 @@ Vector = tuple[float, float, float]
 class FemJob:
     """What to analyse: the file, its unit and body, the material, and the analysis.
 
+    ``crankpin_in_file`` false: a pressed-up crank, whose crankpins are put in.
+
     ``described`` is the same as the TOML says it, defaults filled in.
     """
 
@@ -38,6 +40,7 @@ class FemJob:
     holds: tuple[Hold, ...]
     loads: tuple[Load, ...]
     described: dict[str, Any]
+    crankpin_in_file: bool | None = None
 
 
 def load_fem(path: Path) -> FemJob:
@@ -60,7 +63,7 @@ def load_fem(path: Path) -> FemJob:
 def parse_fem(raw: dict[str, Any], folder: Path) -> FemJob:
     """Return the analysis that the tables of a FEM.toml describe; its file is relative to ``folder``."""
     top = Table(raw, "", ("fix", "load", "solid", "material", "analysis"))
-    solid = top.table("solid", ("file", "unit", "body"))
+    solid = top.table("solid", ("file", "unit", "body", "crankpin_in_file"))
     analysis = top.table("analysis", ("kind", "modes", "size_mm"))
     material = top.table("material", ("e_gpa", "nu", "density_kg_m3"))
     kind: Literal["modes", "static"] = analysis.optional("kind", Literal["modes", "static"], default="modes")
@@ -85,6 +88,7 @@ def parse_fem(raw: dict[str, Any], folder: Path) -> FemJob:
         size_mm=analysis.optional("size_mm", float, POSITIVE),
         holds=holds,
         loads=loads,
+        crankpin_in_file=solid.optional("crankpin_in_file", bool),
     )
 
 
@@ -98,10 +102,12 @@ def fem_of_solid(
     nu: float = 0.3,
     modes: int = 6,
     size_mm: float | None = None,
+    crankpin_in_file: bool | None = None,
 ) -> FemJob:
     """Return the analysis of a solid's free modes; numbers are checked as those of a FEM.toml."""
     solid: dict[str, Any] = {"file": str(file.absolute())}
-    solid.update({key: value for key, value in (("unit", unit), ("body", body)) if value is not None})
+    given = (("unit", unit), ("body", body), ("crankpin_in_file", crankpin_in_file))
+    solid.update({key: value for key, value in given if value is not None})
     analysis: dict[str, Any] = {"modes": modes}
     if size_mm is not None:
         analysis["size_mm"] = size_mm
@@ -123,9 +129,10 @@ def _job(
     size_mm: float | None,
     holds: tuple[Hold, ...],
     loads: tuple[Load, ...],
+    crankpin_in_file: bool | None,
 ) -> FemJob:
     described = {
-        "solid": {"file": named, "unit": unit, "body": body},
+        "solid": {"file": named, "unit": unit, "body": body, "crankpin_in_file": crankpin_in_file},
         "material": {"e_gpa": e_gpa, "nu": nu, "density_kg_m3": density_kg_m3},
         "analysis": {"kind": kind, "modes": modes, "size_mm": size_mm},
         "fix": [{"box_mm": [list(end) for end in hold.box_mm], "axes": hold.axes} for hold in holds],
@@ -139,7 +146,7 @@ def _job(
         ],
     }
     material = Material(e_gpa * MPA_PER_GPA, nu, density_kg_m3 * T_MM3_PER_KG_M3)
-    return FemJob(file, unit, body, material, kind, modes, size_mm, holds, loads, described)
+    return FemJob(file, unit, body, material, kind, modes, size_mm, holds, loads, described, crankpin_in_file)
 
 
 def _box(table: Table) -> Box:

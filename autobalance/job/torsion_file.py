@@ -74,6 +74,10 @@ CRANK = (
     Key("flywheel_kg_mm2", float, "inertia at the last main", NOT_NEGATIVE, 0.0),
     Key("damper_kg_mm2", float, "inertia at the first main", NOT_NEGATIVE, 0.0),
     Key("cylinder_damping_N_m_s_rad", float, "viscous, to ground, of each cylinder", NOT_NEGATIVE, 0.0),
+    Key("fem", bool, "each throw's own metal by finite elements too", default=False),
+    Key(
+        "fem_size_mm", float, "greatest edge of its last mesh; default some thousand elements", POSITIVE, None
+    ),
 )
 OF_A_JOB = (*SHARED, Key("torsion", says="the crank's own model", keys=CRANK, default=FILLED))
 """Every key that a job adds."""
@@ -138,6 +142,8 @@ class CrankTorsion:
     flywheel_kg_m2: float
     damper_kg_m2: float
     cylinder_damping_n_m_s: float
+    fem: bool
+    fem_size_mm: float | None
     filled: Values
 
 
@@ -188,6 +194,8 @@ def crank_torsion(raw: Mapping[str, Any]) -> CrankTorsion:
         asked["flywheel_kg_mm2"] * KG_M2_PER_KG_MM2,
         asked["damper_kg_mm2"] * KG_M2_PER_KG_MM2,
         asked["cylinder_damping_N_m_s_rad"],
+        asked["fem"],
+        asked["fem_size_mm"],
         filled,
     )
 

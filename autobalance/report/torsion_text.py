@@ -15,6 +15,7 @@ def torsion_text(report: Values) -> str:
     """Return the summary of ``torsion``."""
     parts = [
         _model(report["model"]),
+        _throws(report.get("throws", [])),
         _modes(report),
         _critical(report["critical"]),
         _response(report),
@@ -35,11 +36,32 @@ def _model(model: Values) -> str:
     return table(rows)
 
 
+def _throws(throws: Sequence[Values]) -> str:
+    """Return both formulas beside the solid's own, where finite elements were asked for."""
+    if not any(each["fem_N_m_rad"] is not None or each["fem_note"] for each in throws):
+        return ""
+    rows: list[Sequence[str]] = [("Throw", "Ker Wilson", "Carter", "its metal", "±", "formulas off by")]
+    for each in throws:
+        formulas = (each["ker_wilson_N_m_rad"], each["carter_N_m_rad"])
+        head = (f"  {each['number']}", *(f"{value:.4g} N·m/rad" for value in formulas))
+        metal = each["fem_N_m_rad"]
+        if metal is None:
+            rows.append((*head, each["fem_note"]))
+            continue
+        off = ", ".join(f"{100.0 * (value / metal - 1.0):+.0f} %" for value in formulas)
+        rows.append((*head, f"{metal:.4g} N·m/rad", f"{each['fem_error_N_m_rad']:.2g}", off))
+    return table(rows)
+
+
 def _modes(report: Values) -> str:
-    rows: list[Sequence[str]] = [("Mode", "frequency", "nodes", "shape")]
+    metal = report.get("fem_natural_frequencies_hz")
+    rows: list[Sequence[str]] = [
+        ("Mode", "frequency", *(["by its metal"] if metal else []), "nodes", "shape")
+    ]
     for number, mode in enumerate(report["modes"][:SHOWN], 1):
         shape = " ".join(f"{each:+.3f}" for each in mode["shape"][:SHOWN])
-        rows.append((str(number), f"{mode['frequency_hz']:.2f} Hz", str(mode["nodes"]), shape))
+        own = [f"{metal[number - 1]:.2f} Hz"] if metal else []
+        rows.append((str(number), f"{mode['frequency_hz']:.2f} Hz", *own, str(mode["nodes"]), shape))
     return table(rows) if len(rows) > 1 else "One inertia alone: nothing twists"
 
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -13,9 +13,14 @@ from autobalance.dynamics.torsion_chain import (
     TorsionResponse,
     holzer_table,
     shear_stress_pa,
+    torsion_modes,
 )
 from autobalance.rigid_rotor.moments import Array
 from autobalance.units import RAD_S_PER_RPM
+
+if TYPE_CHECKING:
+    from autobalance.balancing.throw_twist import ThrowTwist
+    from autobalance.balancing.torsion_from_job import CrankChain
 
 Values = dict[str, Any]
 KG_MM2_PER_KG_M2 = 1e6
@@ -34,6 +39,31 @@ def model_values(
         "stiffness_N_m_rad": [float(each) for each in chain.springs_n_m_rad],
         "ker_wilson_N_m_rad": None if ker_wilson is None else [float(each) for each in ker_wilson],
         "carter_N_m_rad": None if carter is None else [float(each) for each in carter],
+        "fem_N_m_rad": None,
+    }
+
+
+def metal_values(made: CrankChain, twists: Sequence[ThrowTwist] | None) -> Values:
+    """Return the springs and frequencies that the throws' own metal gives; None where it is not known."""
+    known = [each.stiffness for each in twists or () if each.stiffness is not None]
+    if twists is None or len(known) < len(twists):
+        return {"springs": None, "fem_natural_frequencies_hz": None}
+    chain = made.with_throws([each.n_m_rad for each in known])
+    return {
+        "springs": [float(each) for each in chain.springs_n_m_rad],
+        "fem_natural_frequencies_hz": [mode.frequency_rad_s / TWO_PI for mode in torsion_modes(chain)],
+    }
+
+
+def twist_values(twist: ThrowTwist | None) -> Values:
+    """Return what finite elements said of a throw."""
+    found = None if twist is None else twist.stiffness
+    return {
+        "fem_N_m_rad": None if found is None else found.n_m_rad,
+        "fem_error_N_m_rad": None if found is None else found.error_n_m_rad,
+        "fem_levels_N_m_rad": None if found is None else list(found.levels_n_m_rad),
+        "fem_nodes": None if found is None else found.nodes,
+        "fem_note": None if twist is None else twist.reason,
     }
 
 

@@ -1,0 +1,100 @@
+"""The torsional stiffness of a body between two plane ends, and how sure it is from several meshes."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from autobalance.errors import SolidError
+from autobalance.fem_analysis.elasticity import Body, Material, stiffness_and_mass
+from autobalance.fem_analysis.modes import factorised
+from autobalance.fem_analysis.statics import facet_nodes
+
+Array = NDArray[np.float64]
+ON_END = 1e-4
+"""Nodes this near to an end, as a share of the length, lie on it."""
+NEWTON_M = 1e-3
+"""N·m in an N·mm."""
+
+
+@dataclass(frozen=True)
+class TwistStiffness:
+    """What a torque is over the twist it makes, from several meshes, the last one the finest.
+
+    Attributes
+    ----------
+    n_m_rad : float
+        On the last mesh [N·m/rad].
+    error_n_m_rad : float
+        How far that may be off, from the last three meshes.
+    nodes : int
+        Of the last mesh.
+    levels_n_m_rad : tuple of float
+        Of each mesh.
+    """
+
+    n_m_rad: float
+    error_n_m_rad: float
+    nodes: int
+    levels_n_m_rad: tuple[float, ...]
+
+
+def twist_stiffness(bodies: Sequence[Body], volume_mm3: float, material: Material) -> TwistStiffness:
+    """Return the stiffness between the lowest and the highest plane of a body, twisted about z.
+
+    Each end turns as a rigid disc about the z axis and stays on it, as bearings hold journals; it may tilt
+    and warp along z. The stiffness is twice the strain energy over the square of the twist.
+
+    Parameters
+    ----------
+    bodies : sequence of Body
+        Meshes of one solid, ever finer; three or more.
+    volume_mm3 : float
+        Of the solid.
+    material : Material
+
+    Raises
+    ------
+    SolidError
+        If an end has no surface.
+    """
+    levels = tuple(_stiffness(body, material) for body in bodies)
+    lost = abs(bodies[-1].volume_mm3 / volume_mm3 - 1.0)
+    return TwistStiffness(levels[-1], _error(levels, lost), bodies[-1].nodes, levels)
+
+
+def _error(levels: Sequence[float], lost: float) -> float:
+    """Return the last change, or what the series of changes leaves if that is more; and the volume lost."""
+    rough, middle, fine = levels[-3:]
+    before, after = abs(middle - rough), abs(fine - middle)
+    left = after**2 / (before - after) if before > after else after
+    return max(after, min(left, before)) + lost * fine
+
+
+def _stiffness(body: Body, material: Material) -> float:
+    places = body.places_mm
+    low, high = float(places[:, 2].min()), float(places[:, 2].max())
+    ends = [_end_nodes(body, z, ON_END * (high - low)) for z in (low, high)]
+    held = np.zeros((body.nodes, 3), dtype=bool)
+    moved = np.zeros((body.nodes, 3))
+    for nodes in ends:
+        held[nodes, :2] = True
+    moved[ends[1], 0], moved[ends[1], 1] = -places[ends[1], 1], places[ends[1], 0]
+    held[ends[0][0], 2] = True  # one node alone along z: no force there
+    stiffness = stiffness_and_mass(body, material)[0]
+    fixed, flat = held.reshape(-1), moved.reshape(-1)
+    free = np.flatnonzero(~fixed)
+    flat[free] = factorised(stiffness[free][:, free]).solve(-(stiffness[free][:, fixed] @ flat[fixed]))
+    return NEWTON_M * float(flat @ (stiffness @ flat))
+
+
+def _end_nodes(body: Body, z_mm: float, slack_mm: float) -> NDArray[np.int64]:
+    facets = body.mesh.boundary_facets()
+    corners = body.mesh.p[2, body.mesh.facets[:, facets]]
+    on = (np.abs(corners - z_mm) < slack_mm).all(axis=0)
+    if not on.any():
+        raise SolidError(f"the body has no plane end at z = {z_mm:g} mm; needed one to twist it by")
+    return np.unique(facet_nodes(body, facets[on].astype(np.int64)))
