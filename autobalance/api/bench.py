@@ -24,6 +24,8 @@ if TYPE_CHECKING:
 
 KG_M2_PER_G_MM2 = 1e-9
 SAME_SPEED = 1e-9
+COVERAGE = 2.0
+"""Of what is told as ± : some 95 %."""
 SERIES = ("time_s", "speed_rpm", "wanted_rpm", "torque_N_m", "friction_N_m")
 
 
@@ -205,33 +207,55 @@ def _run(
 
 
 def _reading(given: Bench, reading: Reading) -> Values:
-    shared = {"case": reading.case, "speed_rpm": reading.speed_rpm, "dropped": list(reading.dropped)}
+    shared = {
+        "case": reading.case,
+        "speed_rpm": reading.speed_rpm,
+        "dropped": list(reading.dropped),
+        "dropped_for_temperature": list(reading.cold),
+    }
     if reading.torque_N_m is not None:
+        nothing = dict.fromkeys(("mean_V", "zero_V"))
         return {
             **shared,
-            "mean_V": None,
-            "zero_V": None,
+            **nothing,
             "torque_N_m": reading.torque_N_m,
             "scatter_N_m": None,
+            "uncertainty_N_m": None,
         }
-    zero = _rest_V(given, reading.case) if given.zero_V is None else given.zero_V
-    mean = float(np.mean(reading.kept))
-    spread = float(np.std(reading.kept, ddof=1)) if len(reading.kept) > 1 else None
+    zero, zero_error = _zero(given, reading.case)
+    mean, scale = float(np.mean(reading.kept)), given.N_m_per_V
+    spread = _spread(reading.kept)
+    parts = (
+        0.0 if spread is None else spread / math.sqrt(len(reading.kept)) * scale,
+        zero_error * scale,
+        given.N_m_per_V_pm / math.sqrt(3.0) * (mean - zero),
+    )
+    known = spread is not None or any(parts)
     return {
         **shared,
         "mean_V": mean,
         "zero_V": zero,
-        "torque_N_m": (mean - zero) * given.N_m_per_V,
-        "scatter_N_m": None if spread is None else spread * given.N_m_per_V,
+        "torque_N_m": (mean - zero) * scale,
+        "scatter_N_m": None if spread is None else spread * scale,
+        "uncertainty_N_m": COVERAGE * math.hypot(*parts) if known else None,
     }
 
 
-def _rest_V(given: Bench, case: int | str) -> float:
-    """Return the mean of a case's readings at rest."""
+def _spread(volts: Sequence[float]) -> float | None:
+    """Return the standard deviation of runs; None of one alone."""
+    return float(np.std(volts, ddof=1)) if len(volts) > 1 else None
+
+
+def _zero(given: Bench, case: int | str) -> tuple[float, float]:
+    """Return the reading without torque, and its standard uncertainty [V]."""
+    allowed = given.zero_pm_V / math.sqrt(3.0)
+    if given.zero_V is not None:
+        return given.zero_V, allowed
     volts = [v for each in given.readings if each.case == case and each.speed_rpm == 0.0 for v in each.kept]
     if not volts:
         raise JobError(f'reduction.zero is "rest", but case {case!r} has no volts at speed_rpm = 0')
-    return float(np.mean(volts))
+    scatter = (_spread(volts) or 0.0) / math.sqrt(len(volts))
+    return float(np.mean(volts)), math.hypot(allowed, scatter)
 
 
 def _comparison(given: Bench, runs: Sequence[Values], readings: Sequence[Values]) -> list[Values]:
@@ -259,6 +283,10 @@ def _comparison(given: Bench, runs: Sequence[Values], readings: Sequence[Values]
                 "difference_percent": 100.0 * abs(test - simulated) / least
                 if simulated is not None and least is not None and least > 0.0
                 else None,
+                "uncertainty_N_m": values["uncertainty_N_m"],
+                "within_uncertainty": None
+                if simulated is None or values["uncertainty_N_m"] is None
+                else abs(test - simulated) <= values["uncertainty_N_m"],
             }
         )
     return found

@@ -34,25 +34,26 @@ CELLS = (5, 3)
 class CrankChain:
     """A crank's chain with both formulas' springs (n − 1,) beside each other.
 
-    ``names`` and ``z_mm`` are those of the stations; ``throw_stations`` the throws' stations, from 0;
+    ``names`` are those of the stations; ``throw_stations`` the throws' stations, from 0;
     ``diameters_m`` the smaller of journal and crankpin along each spring; ``shapes`` the throws' dimensions,
     both sides' mean; ``throws_n_m_rad`` their stiffness by each formula.
     """
 
     chain: TorsionChain
     names: tuple[str, ...]
-    z_mm: tuple[float, ...]
     throw_stations: tuple[int, ...]
     ker_wilson_n_m_rad: Array
     carter_n_m_rad: Array
-    diameters_m: tuple[float, ...]
+    diameters_m: tuple[float | None, ...]
     shapes: tuple[ThrowShape, ...]
     throws_n_m_rad: Mapping[str, tuple[float, ...]]
     _stations: _Stations
+    _asked: CrankTorsion
 
     def with_throws(self, throws_n_m_rad: Sequence[float]) -> TorsionChain:
         """Return the chain with other stiffnesses of the throws."""
-        return replace(self.chain, springs_n_m_rad=self._stations.springs(list(throws_n_m_rad)))
+        springs = _with_shafts(self._stations.springs(list(throws_n_m_rad)), self._asked)
+        return replace(self.chain, springs_n_m_rad=springs)
 
 
 def crank_chain(job: Job, crank: Crank, asked: CrankTorsion) -> CrankChain:
@@ -70,27 +71,50 @@ def crank_chain(job: Job, crank: Crank, asked: CrankTorsion) -> CrankChain:
         name: tuple(_stiffness(name, number, pair, asked) for number, pair in enumerate(pairs, 1))
         for name in ("ker_wilson", "carter")
     }
-    formulas = {name: stations.springs(list(each)) for name, each in throws.items()}
+    formulas = {name: _with_shafts(stations.springs(list(each)), asked) for name, each in throws.items()}
     inertias = _inertias(job, crank, stations)
     inertias[0] += asked.damper_kg_m2
     inertias[-1] += asked.flywheel_kg_m2
     damping = np.zeros(len(inertias))
     for throw, station in zip(anatomy.throws, stations.of_throws, strict=True):
         damping[station] += asked.cylinder_damping_n_m_s * job.engine.of_throw(throw.number).rods
-    chain = TorsionChain(inertias, formulas[asked.formula], damping, np.zeros(len(inertias) - 1))
-    shapes = tuple(_mean(*pair) for pair in pairs)
+    front, train = asked.front[::-1], asked.train
+    chain = TorsionChain(
+        _between([each.inertia_kg_m2 for each in front], inertias, [each.inertia_kg_m2 for each in train]),
+        formulas[asked.formula],
+        _between([each.damping_n_m_s for each in front], damping, [each.damping_n_m_s for each in train]),
+        _between(
+            [each.shaft_damping_n_m_s for each in front],
+            np.zeros(len(inertias) - 1),
+            [each.shaft_damping_n_m_s for each in train],
+        ),
+    )
+    outer = [tuple(each.diameter_m for each in side) for side in (front, train)]
     return CrankChain(
         chain,
-        stations.names,
-        stations.z_mm,
-        stations.of_throws,
+        (*(each.name for each in front), *stations.names, *(each.name for each in train)),
+        tuple(station + len(front) for station in stations.of_throws),
         formulas["ker_wilson"],
         formulas["carter"],
-        stations.diameters_m(pairs),
-        shapes,
+        (*outer[0], *stations.diameters_m(pairs), *outer[1]),
+        tuple(_mean(*pair) for pair in pairs),
         throws,
         stations,
+        asked,
     )
+
+
+def _with_shafts(springs: Array, asked: CrankTorsion) -> Array:
+    """Return the springs of the crank with those of what is driven on both its ends."""
+    front, train = ([each.shaft_n_m_rad for each in side] for side in (asked.front[::-1], asked.train))
+    return _between(front, springs, train)
+
+
+def _between(front: Sequence[float], middle: Array, behind: Sequence[float]) -> Array:
+    whole: Array = np.concatenate(
+        [np.asarray(front, dtype=np.float64), middle, np.asarray(behind, dtype=np.float64)]
+    )
+    return whole
 
 
 def throw_shapes(crank: Crank) -> tuple[ThrowShape, ...]:

@@ -5,14 +5,21 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from functools import cache
 from itertools import pairwise
 
+from scipy.optimize import brentq
 from scipy.special import ellipe
 
 from autobalance.bearings import rolling
+from autobalance.bearings.film import JournalBearing, friction_moment_N_m
 from autobalance.units import N_PER_G_MM_S2, RAD_S_PER_RPM
 
 M_PER_MM = 1e-3
+CONTACT = 0.99
+"""Eccentricity ratio above which a plain bearing touches."""
+TABLE_STEP_RAD_S = 2.0
+"""Between which speeds the friction of films is taken straight."""
 Curve = tuple[tuple[float, float], ...]
 """Points (speed [1/min], value), the speeds rising."""
 
@@ -141,7 +148,44 @@ class RollingBearings:
         return self.count * rolling.friction_moment_N_m(self.bearing, each, speed_rpm, self.viscosity_mm2_s)
 
 
-BenchBearings = DryBearings | RollingBearings
+@dataclass(frozen=True)
+class PlainBearings:
+    """Plain bearings alike that share the load, each with an oil film (Ocvirk's short bearing).
+
+    Where the film would have to be thinner than a hundredth of the clearance, they touch: friction is then
+    that of ``contact_mu``. The load is taken as steady, at its mean over a turn.
+    """
+
+    bearing: JournalBearing
+    count: int
+    viscosity_Pa_s: float
+    contact_mu: float
+
+    def moment_N_m(self, mean_load_N: float, speed_rpm: float) -> float:
+        """Return the friction of all bearings together at a load, the mean of its size over a turn."""
+        each, plain = mean_load_N / self.count, self.bearing
+        speed = speed_rpm * RAD_S_PER_RPM
+        ratio = self._eccentricity(each, speed)
+        if ratio is None:
+            return self.count * each * plain.radius_m * self.contact_mu / math.hypot(1.0, self.contact_mu)
+        attitude = math.atan2(math.pi * math.sqrt(1.0 - ratio**2), 4.0 * ratio)
+        return self.count * friction_moment_N_m(plain, self.viscosity_Pa_s, speed, ratio, each, attitude)
+
+    def _eccentricity(self, load_N: float, speed_rad_s: float) -> float | None:
+        """Return ε at which the film carries a load; None where the bearing touches."""
+        unit = self.bearing.force_unit_N(self.viscosity_Pa_s, speed_rad_s)
+        if load_N == 0.0:
+            return 0.0 if speed_rad_s > 0.0 else None
+        wanted = load_N / (unit * 4.0 * self.bearing.slenderness**2) if unit > 0.0 else math.inf
+
+        def carried(ratio: float) -> float:
+            rest = 1.0 - ratio**2
+            return ratio * math.sqrt((ratio / rest**2) ** 2 + (0.25 * math.pi) ** 2 / rest**3) - wanted
+
+        return None if carried(CONTACT) < 0.0 else float(brentq(carried, 0.0, CONTACT, xtol=1e-14))
+
+
+BenchBearings = DryBearings | RollingBearings | PlainBearings
 
 
 def bench_friction(
@@ -153,7 +197,19 @@ def bench_friction(
         load = mean_load_N(weight_N, unbalance_force_N(unbalance_g_mm, speed_rad_s))
         return bearings.moment_N_m(load, speed_rad_s / RAD_S_PER_RPM)
 
-    return friction
+    return _tabulated(friction) if isinstance(bearings, PlainBearings) else friction
+
+
+def _tabulated(friction: Callable[[float], float]) -> Callable[[float], float]:
+    """Return a function straight between multiples of a step, each found once."""
+    known = cache(lambda number: friction(number * TABLE_STEP_RAD_S))
+
+    def between(speed_rad_s: float) -> float:
+        low = math.floor(speed_rad_s / TABLE_STEP_RAD_S)
+        share = speed_rad_s / TABLE_STEP_RAD_S - low
+        return (1.0 - share) * known(low) + share * known(low + 1)
+
+    return between
 
 
 def mean_load_N(constant_N: float, turning_N: float) -> float:

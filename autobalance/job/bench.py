@@ -10,11 +10,14 @@ from pathlib import Path
 from typing import Any, Literal
 
 from autobalance.bearings.cases import RollingCase
+from autobalance.bearings.film import JournalBearing
 from autobalance.dynamics.bench_rotor import (
+    M_PER_MM,
     BenchBearings,
     DiscOnShaft,
     DrilledHole,
     DryBearings,
+    PlainBearings,
     RollingBearings,
     disc_thickness_mm,
 )
@@ -58,9 +61,14 @@ OIL_KEYS = (
     Key("temperature_C", float, "of the oil"),
 )
 DRY_KEYS = (
-    Key("diameter_mm", float, "dry: of the journals", POSITIVE, None),
-    Key("mu", float, "dry: coefficient of friction", NOT_NEGATIVE, None),
+    Key("diameter_mm", float, "dry, hydrodynamic: of the journals", POSITIVE, None),
+    Key("mu", float, "dry: coefficient of friction; hydrodynamic: where they touch", NOT_NEGATIVE, None),
     Key("mu_by_speed", tuple[Pair, ...], "or pairs [rpm, mu], straight between them", NOT_NEGATIVE, None),
+)
+PLAIN_KEYS = (
+    Key("length_mm", float, "hydrodynamic: of each bearing", POSITIVE, None),
+    Key("radial_clearance_mm", float, "hydrodynamic: of each bearing", POSITIVE, None),
+    Key("viscosity_Pa_s", float, "hydrodynamic: dynamic, of the oil", POSITIVE, None),
 )
 CONSTANTS = ("f0", "f1", "r1", "s1", "bore_mm", "outer_mm", "mu_bl", "mu_ehl", "k_rs", "k_z")
 CATALOGUED = ("seal_N_mm", "drag_N_mm")
@@ -68,7 +76,7 @@ ROLLING_KEYS = (
     Key("model", Literal["palmgren", "skf"], "rolling: how friction is found", default=None),
     Key("mean_diameter_mm", float, "rolling: (d + D)/2", POSITIVE, None),
     Key("kinematic_viscosity_mm2_s", float, "rolling: of the oil", POSITIVE, None),
-    Key("count", int, "rolling: bearings alike that share the load", COUNTED, None),
+    Key("count", int, "rolling, hydrodynamic: bearings alike that share the load", COUNTED, None),
     *(
         Key(name, float, "rolling: constant of the model", NOT_NEGATIVE, None)
         for name in (*CONSTANTS, *CATALOGUED)
@@ -76,10 +84,11 @@ ROLLING_KEYS = (
     Key("oil", says="rolling: instead of the viscosity", keys=OIL_KEYS, default=None),
 )
 BEARING_KEYS = (
-    Key("kind", Literal["dry", "rolling"], "what the rotor runs in"),
+    Key("kind", Literal["dry", "rolling", "hydrodynamic"], "what the rotor runs in"),
     *DRY_KEYS,
     Key("small_angle", bool, "dry: μ in place of μ/√(1 + μ²)", default=False),
     *ROLLING_KEYS,
+    *PLAIN_KEYS,
 )
 CONTROL_KEYS = (
     Key("kp_N_m_s", float, "torque by speed error", NOT_NEGATIVE, 0.05),
@@ -97,12 +106,16 @@ REDUCTION_KEYS = (
     Key("zero_V", float, "reading without torque (0.2)", default=None),
     Key("zero", Literal["rest"], "or: mean of the readings at 0 rpm of the case", default=None),
     Key("N_m_per_V", float, "of the torque transducer", POSITIVE, 5.0 / 4.8),
+    Key("zero_pm_V", float, "half-width of what the zero may be", NOT_NEGATIVE, 0.0),
+    Key("N_m_per_V_pm", float, "half-width of what the scale may be", NOT_NEGATIVE, 0.0),
+    Key("temperature_C", tuple[float, float], "hold: runs outside from–to do not count", default=None),
 )
 READING_KEYS = (
     Key("case", int | str, "name of the case"),
     Key("speed_rpm", float, "0: at rest", NOT_NEGATIVE),
     Key("volts", tuple[float, ...], "one a run", default=None),
     Key("torque_N_m", float, "or the torque", default=None),
+    Key("temperature_C", tuple[float, ...], "of the bearings, one a run", default=None),
     Key("drop", tuple[int, ...], "runs that do not count, from 1", default=()),
     Key("simulated_N_m", float, "to compare with; default the run of that speed here", default=None),
 )
@@ -120,7 +133,10 @@ DEFAULT_ZERO_V = 0.2
 
 @dataclass(frozen=True)
 class Reading:
-    """What was measured at a speed: volts of each run, or the torque; ``dropped`` runs count from 1."""
+    """What was measured at a speed: volts of each run, or the torque; ``dropped`` runs count from 1.
+
+    Those of ``cold`` are among them: their temperature was not held.
+    """
 
     case: int | str
     speed_rpm: float
@@ -128,6 +144,7 @@ class Reading:
     dropped: tuple[int, ...]
     torque_N_m: float | None
     simulated_N_m: float | None
+    cold: tuple[int, ...] = ()
 
     @property
     def kept(self) -> tuple[float, ...]:
@@ -154,6 +171,8 @@ class Bench:
     repeats: int
     zero_V: float | None
     N_m_per_V: float
+    zero_pm_V: float
+    N_m_per_V_pm: float
     readings: tuple[Reading, ...]
 
     @property
@@ -183,6 +202,9 @@ def _bench(values: Values) -> Bench:
         raise JobError(f"schedule has more than {MOST_RUNS} runs; fewer speeds or repeats are needed")
     if reduction["zero_V"] is not None and reduction["zero"] is not None:
         raise JobError("reduction.zero_V is given with zero; one of them is needed")
+    hold = reduction["temperature_C"]
+    if hold is not None and not hold[0] <= hold[1]:
+        raise JobError(f"reduction.temperature_C is [{hold[0]:g}, {hold[1]:g}]; the first must be the lower")
     if reduction["zero_V"] is None and reduction["zero"] is None:
         reduction["zero_V"] = DEFAULT_ZERO_V
     if values["control"]["kp_N_m_s"] == 0.0 and values["control"]["ki_N_m"] == 0.0:
@@ -212,7 +234,12 @@ def _bench(values: Values) -> Bench:
         schedule["repeats"],
         reduction["zero_V"],
         reduction["N_m_per_V"],
-        tuple(_reading(each, f"reading[{number}]") for number, each in enumerate(values["reading"], 1)),
+        reduction["zero_pm_V"],
+        reduction["N_m_per_V_pm"],
+        tuple(
+            _reading(each, f"reading[{number}]", reduction["temperature_C"])
+            for number, each in enumerate(values["reading"], 1)
+        ),
     )
 
 
@@ -264,13 +291,33 @@ def _mass(rotor: Values, shape: DiscOnShaft | None) -> tuple[float, float]:
 
 
 def _bearings(table: Values) -> BenchBearings:
-    return _dry(table) if table["kind"] == "dry" else _rolling(table)
+    kind = table["kind"]
+    known = {"dry": DRY_KEYS, "rolling": ROLLING_KEYS, "hydrodynamic": PLAIN_KEYS}
+    own = set(names(known[kind])) | ({"diameter_mm", "mu", "count"} if kind == "hydrodynamic" else set())
+    for other, keys in known.items():
+        for key in names(keys):
+            if key not in own and table[key] is not None:
+                raise JobError(f'bearing.{key} is given, but kind is "{kind}"; it is a key of "{other}"')
+    if table["small_angle"] and kind != "dry":
+        raise JobError(f'bearing.small_angle is given, but kind is "{kind}"; it is a key of "dry"')
+    return _dry(table) if kind == "dry" else _rolling(table) if kind == "rolling" else _plain(table)
+
+
+def _plain(table: Values) -> PlainBearings:
+    for key in ("diameter_mm", *names(PLAIN_KEYS), "mu"):
+        if table[key] is None:
+            why = ", friction where journal and bearing touch" if key == "mu" else "; must be > 0"
+            raise JobError(f"bearing.{key} is missing{why}")
+    sizes = (table["diameter_mm"], table["length_mm"], table["radial_clearance_mm"])
+    return PlainBearings(
+        JournalBearing(*(each * M_PER_MM for each in sizes)),
+        table["count"] or 2,
+        table["viscosity_Pa_s"],
+        table["mu"],
+    )
 
 
 def _dry(table: Values) -> DryBearings:
-    for key in names(ROLLING_KEYS):
-        if table[key] is not None:
-            raise JobError(f'bearing.{key} is given, but kind is "dry"; it is a key of "rolling"')
     if table["diameter_mm"] is None:
         raise JobError("bearing.diameter_mm is missing; must be > 0")
     if (table["mu"] is None) == (table["mu_by_speed"] is None):
@@ -284,11 +331,6 @@ def _dry(table: Values) -> DryBearings:
 
 
 def _rolling(table: Values) -> RollingBearings:
-    for key in names(DRY_KEYS):
-        if table[key] is not None:
-            raise JobError(f'bearing.{key} is given, but kind is "rolling"; it is a key of "dry"')
-    if table["small_angle"]:
-        raise JobError('bearing.small_angle is given, but kind is "rolling"; it is a key of "dry"')
     raw = {key: table[key] for key in ("kind", *names(ROLLING_KEYS)) if table[key] is not None}
     try:
         case = parse_bearing(_lists({**raw, "load_N": 0.0})).case
@@ -307,7 +349,19 @@ def _lists(value: Any) -> Any:
     return [_lists(item) for item in value] if isinstance(value, tuple) else value
 
 
-def _reading(each: Values, where: str) -> Reading:
+def _off_hold(each: Values, where: str, hold: Pair | None) -> tuple[int, ...]:
+    """Return the runs, from 1, whose temperature was not held."""
+    found = each["temperature_C"]
+    if found is None:
+        return ()
+    if len(found) != len(each["volts"] or ()):
+        raise JobError(f"{where}.temperature_C has {len(found)} values for {len(each['volts'] or ())} volts")
+    if hold is None:
+        return ()
+    return tuple(run for run, value in enumerate(found, 1) if not hold[0] <= value <= hold[1])
+
+
+def _reading(each: Values, where: str, hold: Pair | None) -> Reading:
     volts, torque = each["volts"], each["torque_N_m"]
     if (volts is None) == (torque is None):
         found = "volts is missing" if volts is None else "volts is given with torque_N_m"
@@ -315,9 +369,12 @@ def _reading(each: Values, where: str) -> Reading:
     for run in each["drop"]:
         if not 1 <= run <= len(volts or ()):
             raise JobError(f"{where}.drop names run {run}; there are {len(volts or ())}, counted from 1")
+    cold = _off_hold(each, where, hold)
+    dropped = tuple(sorted({*each["drop"], *cold}))
     reading = Reading(
-        each["case"], each["speed_rpm"], volts or (), each["drop"], torque, each["simulated_N_m"]
+        each["case"], each["speed_rpm"], volts or (), dropped, torque, each["simulated_N_m"], cold
     )
     if volts is not None and not reading.kept:
-        raise JobError(f"{where}.drop leaves no run; at least one must count")
+        key = "temperature_C" if cold else "drop"
+        raise JobError(f"{where}.{key} leaves no run; at least one must count")
     return reading

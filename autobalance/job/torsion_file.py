@@ -68,12 +68,22 @@ CHAIN = (
     Key("spring", says="between one station and the next", keys=SPRING, many=True, default=()),
 )
 """Every key of a chain's file."""
+DRIVEN = (
+    Key("name", str, "what it is", ANY, ""),
+    Key("kg_mm2", float, "polar moment of inertia", POSITIVE),
+    Key("N_m_rad", Large, "of the shaft between it and the one before", POSITIVE),
+    Key("shaft_damping_N_m_s_rad", float, "viscous, beside that shaft", NOT_NEGATIVE, 0.0),
+    Key("damping_N_m_s_rad", float, "viscous, to ground", NOT_NEGATIVE, 0.0),
+    Key("diameter_mm", float, "of that shaft, for its stress", POSITIVE, None),
+)
 CRANK = (
     Key("stiffness", Formula, "which formula the results use", ANY, "ker_wilson"),
     Key("shear_modulus_gpa", float, "shear modulus", POSITIVE, 80.0),
     Key("flywheel_kg_mm2", float, "inertia at the last main", NOT_NEGATIVE, 0.0),
     Key("damper_kg_mm2", float, "inertia at the first main", NOT_NEGATIVE, 0.0),
     Key("cylinder_damping_N_m_s_rad", float, "viscous, to ground, of each cylinder", NOT_NEGATIVE, 0.0),
+    Key("front", says="before the first main, outwards: a damper's ring", keys=DRIVEN, many=True, default=()),
+    Key("train", says="behind the last main, outwards: a driven train", keys=DRIVEN, many=True, default=()),
     Key("fem", bool, "each throw's own metal by finite elements too", default=False),
     Key(
         "fem_size_mm", float, "greatest edge of its last mesh; default some thousand elements", POSITIVE, None
@@ -132,6 +142,18 @@ class ChainFile:
     filled: Values
 
 
+@dataclass(frozen=True)
+class Driven:
+    """An inertia on a shaft of its own, next to the crank or to another such inertia."""
+
+    name: str
+    inertia_kg_m2: float
+    shaft_n_m_rad: float
+    shaft_damping_n_m_s: float
+    damping_n_m_s: float
+    diameter_m: float | None
+
+
 @dataclass(frozen=True, eq=False)
 class CrankTorsion:
     """What a job says about its crank's torsion."""
@@ -142,6 +164,8 @@ class CrankTorsion:
     flywheel_kg_m2: float
     damper_kg_m2: float
     cylinder_damping_n_m_s: float
+    front: tuple[Driven, ...]
+    train: tuple[Driven, ...]
     fem: bool
     fem_size_mm: float | None
     filled: Values
@@ -194,9 +218,25 @@ def crank_torsion(raw: Mapping[str, Any]) -> CrankTorsion:
         asked["flywheel_kg_mm2"] * KG_M2_PER_KG_MM2,
         asked["damper_kg_mm2"] * KG_M2_PER_KG_MM2,
         asked["cylinder_damping_N_m_s_rad"],
+        _driven(asked["front"], "front"),
+        _driven(asked["train"], "train"),
         asked["fem"],
         asked["fem_size_mm"],
         filled,
+    )
+
+
+def _driven(found: list[Values], name: str) -> tuple[Driven, ...]:
+    return tuple(
+        Driven(
+            each["name"] or f"{name} {number}",
+            each["kg_mm2"] * KG_M2_PER_KG_MM2,
+            each["N_m_rad"],
+            each["shaft_damping_N_m_s_rad"],
+            each["damping_N_m_s_rad"],
+            None if each["diameter_mm"] is None else each["diameter_mm"] * M_PER_MM,
+        )
+        for number, each in enumerate(found, 1)
     )
 
 

@@ -85,6 +85,16 @@ def _volts(value: float | None) -> str:
     return "" if value is None else f"{value:.4f} V"
 
 
+def _pm(value: float | None) -> str:
+    return "" if value is None else f" ± {value:.4f}"
+
+
+def _dropped(reading: Values) -> str:
+    """Return the runs that do not count, those that were not at temperature said."""
+    cold = reading["dropped_for_temperature"]
+    return ", ".join(f"{run} (temperature)" if run in cold else str(run) for run in reading["dropped"])
+
+
 def _readings(readings: Sequence[Values]) -> str:
     rows: list[Sequence[str]] = [("Reading", "speed", "mean", "zero", "torque", "runs left out")]
     for each in readings:
@@ -94,8 +104,8 @@ def _readings(readings: Sequence[Values]) -> str:
                 f"{each['speed_rpm']:g} rpm",
                 _volts(each["mean_V"]),
                 _volts(each["zero_V"]),
-                f"{each['torque_N_m']:.4f} N·m",
-                ", ".join(str(run) for run in each["dropped"]),
+                f"{each['torque_N_m']:.4f} N·m{_pm(each['uncertainty_N_m'])}",
+                _dropped(each),
             )
         )
     return table(rows)
@@ -109,7 +119,7 @@ def _comparison(comparison: Sequence[Values]) -> str:
             (
                 f"  case {each['case']}",
                 f"{each['speed_rpm']:g} rpm",
-                f"{each['test_N_m']:.4f} N·m",
+                f"{each['test_N_m']:.4f} N·m{_pm(each['uncertainty_N_m'])}",
                 "no run" if simulated is None else f"{simulated:.4f} N·m",
                 "" if apart is None else f"{apart:.2f} %",
             )

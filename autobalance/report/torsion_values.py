@@ -113,6 +113,7 @@ def response_values(
     """Return the response to one order over the speeds; None where a speed has no steady response."""
     angles = MRAD_PER_RAD * np.abs(found.angles_rad)
     torques = np.abs(found.torques_n_m)
+    twists = MRAD_PER_RAD * np.abs(np.diff(found.angles_rad, axis=1))
     return {
         "order": float(order),
         "points": [
@@ -120,9 +121,10 @@ def response_values(
                 "speed_rpm": float(speed) / RAD_S_PER_RPM,
                 "angle_mrad": _known(angle),
                 "torque_N_m": _known(torque),
+                "twist_mrad": _known(twist),
                 "stress_MPa": _stress(torque, diameters_m),
             }
-            for speed, angle, torque in zip(speeds_rad_s, angles, torques, strict=True)
+            for speed, angle, torque, twist in zip(speeds_rad_s, angles, torques, twists, strict=True)
         ],
     }
 

@@ -106,6 +106,7 @@ def test_response_of_a_damped_two_disc_chain() -> None:
     assert point["angle_mrad"] == pytest.approx(1e3 * np.abs(angle), rel=1e-9)
     torque = abs(link * (angle[1] - angle[0]))
     assert point["torque_N_m"] == pytest.approx([torque], rel=1e-9)
+    assert point["twist_mrad"] == pytest.approx([1e3 * abs(angle[1] - angle[0])], rel=1e-9)
     assert point["stress_MPa"] == pytest.approx([16.0 * torque / (math.pi * 0.03**3) / 1e6], rel=1e-9)
 
 
@@ -192,6 +193,21 @@ def test_inertias_of_a_crank_sum_to_what_turns(inline_four: ab.Crank) -> None:
     assert sum(model["inertias_kg_mm2"]) == pytest.approx(whole, rel=1e-9)
     assert model["inertias_kg_mm2"][1] == pytest.approx(model["inertias_kg_mm2"][4], rel=1e-3)
     assert model["inertias_kg_mm2"][-1] > 5e4
+
+
+def test_a_ring_in_front_and_a_train_behind_lengthen_the_chain(inline_four: ab.Crank) -> None:
+    ring = {"name": "ring", "kg_mm2": 2e3, "N_m_rad": 3e4, "shaft_damping_N_m_s_rad": 2.0}
+    wheel = {"name": "wheel", "kg_mm2": 1e6, "N_m_rad": 1e4}
+    train = [{"kg_mm2": 8e4, "N_m_rad": 5e4, "diameter_mm": 30}, wheel]
+    alone = ab.torsion(crank_job(), crank=inline_four).report["model"]
+    report = ab.torsion(crank_job(torsion={"front": [ring], "train": train}), crank=inline_four).report
+    model = report["model"]
+    assert model["stations"] == ["ring", *alone["stations"], "train 1", "wheel"]
+    assert model["inertias_kg_mm2"] == pytest.approx([2e3, *alone["inertias_kg_mm2"], 8e4, 1e6])
+    for key in ("stiffness_N_m_rad", "ker_wilson_N_m_rad", "carter_N_m_rad"):
+        assert model[key] == pytest.approx([3e4, *alone[key], 5e4, 1e4])
+    same = chain(model["inertias_kg_mm2"], model["stiffness_N_m_rad"])
+    assert report["natural_frequencies_hz"] == pytest.approx(same["natural_frequencies_hz"], rel=1e-9)
 
 
 def test_stiffness_of_a_crank_is_its_dimensions(inline_four: ab.Crank) -> None:

@@ -8,9 +8,12 @@ from typing import Any
 import numpy as np
 import pytest
 
+from autobalance.api.bearing import bearing
 from autobalance.api.bench import bench
+from autobalance.bearings.film import JournalBearing
 from autobalance.dynamics.bench_rotor import (
     DryBearings,
+    PlainBearings,
     bench_friction,
     missing_unbalance_g_mm,
 )
@@ -262,3 +265,87 @@ def test_schema_allows_what_is_read() -> None:
     schema = json_schema("bench", BENCH_KEYS)
     jsonschema.Draft202012Validator.check_schema(schema)
     jsonschema.validate(FILE, schema)
+
+
+PLAIN = {
+    "kind": "hydrodynamic", "diameter_mm": 20.0, "length_mm": 10.0, "radial_clearance_mm": 0.02,
+    "viscosity_Pa_s": 0.02, "mu": 0.15,
+}  # fmt: skip
+
+
+def test_plain_bearings_have_the_friction_of_their_film() -> None:
+    (found,) = bench({**FILE, "bearing": PLAIN}).report["runs"]
+    each = {key: PLAIN[key] for key in ("diameter_mm", "length_mm", "radial_clearance_mm", "viscosity_Pa_s")}
+    film = {
+        **each,
+        "kind": "hydrodynamic",
+        "solver": "ocvirk",
+        "speed_rpm": 3000.0,
+        "load_N": 2.5 * 9.80665 / 2.0,
+    }
+    alone = bearing(film).report["friction"]["moment_N_m"]
+    assert found["friction_N_m"] == pytest.approx(2.0 * alone, rel=1e-5)
+    assert found["mean_torque_N_m"] == pytest.approx(2.0 * alone, rel=0.02)
+    # at rest they touch
+    still = PlainBearings(JournalBearing(0.02, 0.01, 2e-5), 2, 0.02, 0.15)
+    assert still.moment_N_m(100.0, 0.0) == pytest.approx(100.0 * 0.01 * 0.15 / math.hypot(1.0, 0.15))
+    petroff = 2.0 * math.pi * 0.02 * rpm(3000.0) * 0.01**3 * 0.01 / 2e-5
+    assert still.moment_N_m(0.0, 3000.0) == pytest.approx(2.0 * petroff, rel=1e-12)
+
+
+def test_a_reading_says_how_sure_it_is() -> None:
+    readings = [
+        {"case": 1, "speed_rpm": 0.0, "volts": [0.14, 0.16]},
+        {"case": 1, "speed_rpm": 3000.0, "volts": [0.40, 0.42, 0.38], "simulated_N_m": 0.25},
+    ]
+    reduction = {"zero": "rest", "N_m_per_V": 1.0, "zero_pm_V": 0.03, "N_m_per_V_pm": 0.02}
+    report = bench({**FILE, "reading": readings, "reduction": reduction}).report
+    found = report["readings"][1]
+    scatter, rest = 0.02 / math.sqrt(3.0), 0.02 / math.sqrt(2.0) / math.sqrt(2.0)
+    parts = (scatter, rest, 0.03 / math.sqrt(3.0), 0.25 * 0.02 / math.sqrt(3.0))
+    assert found["torque_N_m"] == pytest.approx(0.25)
+    assert found["scatter_N_m"] == pytest.approx(0.02)
+    assert found["uncertainty_N_m"] == pytest.approx(2.0 * math.hypot(*parts), rel=1e-12)
+    (compared,) = report["comparison"]
+    assert compared["uncertainty_N_m"] == found["uncertainty_N_m"]
+    assert compared["within_uncertainty"] is True
+
+
+def test_runs_whose_temperature_was_not_held_do_not_count() -> None:
+    readings = [{"case": 1, "speed_rpm": 3e3, "volts": [0.9, 0.4, 0.42], "temperature_C": [35.0, 59.0, 61.0]}]
+    result = bench({**FILE, "reading": readings, "reduction": {"temperature_C": [58.0, 62.0]}})
+    (found,) = result.report["readings"]
+    assert (found["dropped"], found["dropped_for_temperature"]) == ([1], [1])
+    assert found["mean_V"] == pytest.approx(0.41)
+    assert "1 (temperature)" in result.text()
+    (kept,) = bench({**FILE, "reading": readings}).report["readings"]
+    assert kept["dropped"] == []
+
+
+@pytest.mark.parametrize(
+    ("more", "message"),
+    [
+        ({"bearing": {**PLAIN, "mu": None}}, "bearing.mu"),
+        (
+            {"bearing": {key: value for key, value in PLAIN.items() if key != "length_mm"}},
+            "bearing.length_mm is",
+        ),
+        ({"bearing": {**FILE["bearing"], "length_mm": 5.0}}, 'a key of "hydrodynamic"'),
+        ({"bearing": {**PLAIN, "f0": 5.0}}, 'a key of "rolling"'),
+        ({"reduction": {"temperature_C": [60.0, 50.0]}}, "the first must be the lower"),
+        (
+            {"reading": [{"case": 1, "speed_rpm": 1.0, "volts": [1.0], "temperature_C": [20.0, 30.0]}]},
+            "2 values for 1 volts",
+        ),
+        (
+            {
+                "reading": [{"case": 1, "speed_rpm": 1.0, "volts": [1.0], "temperature_C": [20.0]}],
+                "reduction": {"temperature_C": [50.0, 60.0]},
+            },
+            "temperature_C leaves no run",
+        ),
+    ],
+)
+def test_films_and_holds_that_cannot_be_are_named(more: dict[str, Any], message: str) -> None:
+    with pytest.raises(JobError, match=message):
+        bench({**FILE, **more})
