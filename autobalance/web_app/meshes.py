@@ -1,4 +1,4 @@
-"""A crank for the page's view: its triangles in the rotor frame, each with the part that it belongs to."""
+"""A crank for the page's view: triangles with their parts; or what a run left of one."""
 
 from __future__ import annotations
 
@@ -13,6 +13,8 @@ from autobalance.solid.mesh.mesh import Array, Indices, Mesh
 from autobalance.web_app.buffers import along_a_curve, packed
 
 if TYPE_CHECKING:
+    from autobalance.api.balance import BalanceResult
+    from autobalance.api.inspect import InspectResult
     from autobalance.crank.anatomy import Anatomy, Face, Pin
     from autobalance.crank.recognition.candidates import Candidate
 
@@ -21,6 +23,16 @@ CREASE_COSINE = math.cos(math.radians(28.0))
 """Edges are drawn where two triangles meet at more than this."""
 ON_CYLINDER = 0.01
 """A triangle is on a cylinder when its corners are off by less than this share of the radius."""
+
+
+def recognised_mesh(result: InspectResult) -> bytes:
+    """Return the crank of an inspection as a buffer."""
+    from autobalance.crank.recognition.candidates import cylinder_candidates
+
+    measured = result.crank.measured
+    mesh, anatomy = measured.source.solid.mesh, measured.anatomy
+    others = cylinder_candidates(mesh, anatomy.file_to_rotor[2, :3])
+    return crank_mesh(mesh, anatomy, result.faces, others)
 
 
 def crank_mesh(mesh: Mesh, anatomy: Anatomy, faces: Sequence[Face], others: Sequence[Candidate]) -> bytes:
@@ -103,7 +115,11 @@ class _Marks:
         radius = np.linalg.norm(away - along[:, None] * axis, axis=1)
         half = 0.5 * diameter
         near = (np.abs(radius - half) <= ON_CYLINDER * half) & (np.abs(along) <= 0.5 * width + 0.02 * half)
-        return np.flatnonzero(near[self.triangles].all(axis=1)).astype(np.int64)
+        at = along[self.triangles]
+        upright = (
+            np.ptp(at, axis=1) > 1e-3 * half
+        )  # a disc's triangles lie flat, corners on the radius or not
+        return np.flatnonzero(near[self.triangles].all(axis=1) & upright).astype(np.int64)
 
     def packed(self, head: dict[str, Any]) -> bytes:
         order = along_a_curve(self.corners[self.triangles].mean(axis=1))
@@ -114,6 +130,26 @@ class _Marks:
             "edges": creases(self.corners, self.triangles),
         }
         return packed({**head, "parts": self.parts}, arrays)
+
+
+def result_view(result: BalanceResult) -> bytes:
+    """Return the crank as it is left and the metal that went, as the report's page shows them."""
+    from autobalance.report.bundle import coarse_pieces, view_of
+    from autobalance.report.html import view_data
+    from autobalance.report.metal import pieces_of
+
+    before = result.before.measured.source.solid
+    record = result.record.balanced
+    assert record is not None
+    left = record.result.solid or before
+    body, note = view_of(left)
+    tools = record.result.tools
+    pieces = coarse_pieces(result.report, before, tools, pieces_of(result.report, before, tools))
+    data, meshes = view_data(result.report, body, pieces)
+    head = {"view": data, "note": note, "triangles": len(left.mesh.triangles)}
+    frame = result.before.file_to_rotor
+    edges = creases(body.vertices @ frame[:3, :3].T + frame[:3, 3], body.triangles)
+    return packed(head, {"meshes": np.frombuffer(meshes, dtype="u1"), "edges": edges})
 
 
 def creases(corners: Array, triangles: Indices) -> NDArray[np.float32]:

@@ -8,13 +8,22 @@ import webbrowser
 from collections.abc import Callable
 from pathlib import Path
 from types import FrameType
-from typing import Any
+from typing import TYPE_CHECKING, Any, overload
 
 from autobalance.errors import FileError, FormatError, UsageError
+
+if TYPE_CHECKING:
+    from autobalance.api.balance import BalanceResult
+    from autobalance.api.crank import Crank
 
 DEFAULT_PROJECT = "autobalance-project"
 
 
+@overload
+def app(source: Crank | BalanceResult) -> Any: ...
+
+
+@overload
 def app(
     source: str | Path | None = None,
     *,
@@ -24,13 +33,27 @@ def app(
     max_upload_mb: int = 512,
     memory_mb: int = 4096,
     told: Callable[[str], None] | None = None,
-) -> None:
+) -> None: ...
+
+
+def app(
+    source: str | Path | Crank | BalanceResult | None = None,
+    *,
+    port: int = 0,
+    browser: bool = True,
+    project: str | Path = DEFAULT_PROJECT,
+    max_upload_mb: int = 512,
+    memory_mb: int = 4096,
+    told: Callable[[str], None] | None = None,
+) -> Any:
     """Serve the app on 127.0.0.1 until it is interrupted; its address, with a token, is told first.
+
+    A crank or a result as an object is shown inline in a notebook instead, and nothing is served.
 
     Parameters
     ----------
-    source : path or None
-        A crank, a job, a report's folder: copied into the project.
+    source : path, Crank, BalanceResult or None
+        A crank, a job, a report or its folder: copied into the project. An object: shown in a notebook.
     port : int
         0: any that is free.
     browser : bool
@@ -44,15 +67,37 @@ def app(
     told : callable or None
         Told the address.
 
+    Returns
+    -------
+    widget or None
+        The view of an object; None once the server has ended.
+
     Raises
     ------
     FormatError
-        If the extra ``app`` is not installed.
+        If the extra ``app`` is not installed, or ``notebook`` for an object.
     UsageError
         If a number is impossible.
     FileError
         If the project cannot be made, a file cannot be copied, or the port is taken.
     """
+    if source is not None and not isinstance(source, str | Path):
+        from autobalance.web_app.notebook import view_of
+
+        return view_of(source)
+    _serve(source, port, browser, project, max_upload_mb, memory_mb, told)
+    return None
+
+
+def _serve(
+    source: str | Path | None,
+    port: int,
+    browser: bool,
+    project: str | Path,
+    max_upload_mb: int,
+    memory_mb: int,
+    told: Callable[[str], None] | None,
+) -> None:
     if not 0 <= port <= 65535:
         raise UsageError(f"--port is {port}; must be 0 to 65535")
     for name, number in (("--max-upload-mb", max_upload_mb), ("--memory-mb", memory_mb)):

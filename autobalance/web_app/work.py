@@ -14,7 +14,6 @@ from typing import TYPE_CHECKING, Any
 if TYPE_CHECKING:
     from multiprocessing.connection import Connection
 
-    import autobalance as ab
     from autobalance.api.balance import BalanceResult
     from autobalance.api.result import VerbResult
 
@@ -92,21 +91,13 @@ def _inspect(asked: Asked, place: Place, tell: Told) -> int:
     except RecognitionError:
         place.keep(MESH, _unrecognised(told))
         raise
+    from autobalance.web_app.meshes import recognised_mesh
+
     tell("drawing", 0.9)
-    place.keep(MESH, _recognised(result))
+    place.keep(MESH, recognised_mesh(result))
     place.keep(MODEL, json.dumps({"crankpin_in_file": result.crank.measured.holds_crankpins}).encode())
     _report(place, result)
     return 0
-
-
-def _recognised(result: ab.api.inspect.InspectResult) -> bytes:
-    from autobalance.crank.recognition.candidates import cylinder_candidates
-    from autobalance.web_app.meshes import crank_mesh
-
-    measured = result.crank.measured
-    mesh, anatomy = measured.source.solid.mesh, measured.anatomy
-    others = cylinder_candidates(mesh, anatomy.file_to_rotor[2, :3])
-    return crank_mesh(mesh, anatomy, result.faces, others)
 
 
 def _unrecognised(crankshaft: Any) -> bytes:
@@ -140,36 +131,13 @@ def _recut(asked: Asked, place: Place, tell: Told) -> int:
 
 def _written(result: BalanceResult, place: Place, tell: Told) -> int:
     """Write what the command writes, and what the page shows of it."""
+    from autobalance.web_app.meshes import result_view
     from autobalance.web_app.prediction import linear_model
 
     result.write(place.results, progress=tell)
     place.keep(MODEL, json.dumps(linear_model(result), allow_nan=False).encode())
-    place.keep(VIEW, _view(result))
+    place.keep(VIEW, result_view(result))
     return result.exit_code
-
-
-def _view(result: BalanceResult) -> bytes:
-    """Return the crank as it is left and the metal that went, as the report's page shows them."""
-    import numpy as np
-
-    from autobalance.report.bundle import coarse_pieces, view_of
-    from autobalance.report.html import view_data
-    from autobalance.report.metal import pieces_of
-    from autobalance.web_app.buffers import packed
-    from autobalance.web_app.meshes import creases
-
-    before = result.before.measured.source.solid
-    record = result.record.balanced
-    assert record is not None
-    left = record.result.solid or before
-    body, note = view_of(left)
-    tools = record.result.tools
-    pieces = coarse_pieces(result.report, before, tools, pieces_of(result.report, before, tools))
-    data, meshes = view_data(result.report, body, pieces)
-    head = {"view": data, "note": note, "triangles": len(left.mesh.triangles)}
-    frame = result.before.file_to_rotor
-    edges = creases(body.vertices @ frame[:3, :3].T + frame[:3, 3], body.triangles)
-    return packed(head, {"meshes": np.frombuffer(meshes, dtype="u1"), "edges": edges})
 
 
 def _compare(asked: Asked, place: Place, tell: Told) -> int:

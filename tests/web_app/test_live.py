@@ -1,0 +1,233 @@
+"""What the page shows as one types and drags: that it is what the functions say."""
+
+import json
+import tomllib
+from functools import cache
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+import autobalance as ab
+from autobalance.crank.recognition.candidates import cylinder_candidates
+from autobalance.errors import JobError
+from autobalance.web_app.buffers import along_a_curve, packed
+from autobalance.web_app.live import kinds
+from autobalance.web_app.meshes import crank_mesh, creases
+from autobalance.web_app.prediction import linear_model, predicted
+from autobalance.web_app.preview import preview
+from autobalance.web_app.relaxing import proposed
+from tests import jobs
+
+DRAFTED = jobs.BUNDLED / "drafted"
+KINDS = {"f4": "<f4", "u4": "<u4", "u2": "<u2", "u1": "u1"}
+
+
+def tables(**correction: Any) -> dict[str, Any]:
+    read = tomllib.loads((DRAFTED / "factor-0.28.toml").read_text("utf-8"))
+    return {**read, "correction": correction or read["correction"]}
+
+
+@cache
+def crank() -> ab.Crank:
+    return ab.read_crank(DRAFTED / "crank.stl", unit="mm", density_kg_m3=7850.0, crankpin_in_file=False)
+
+
+@cache
+def drilled() -> ab.BalanceResult:
+    values = tables(method="drill", drill={"max_holes": 8, "diameters_mm": [8.0], "depth_step_mm": 0.0})
+    values["balance"]["factor"] = 0.75
+    return ab.balance(ab.Job.from_dict(values), crank())
+
+
+def unpacked(data: bytes) -> tuple[dict[str, Any], dict[str, Any]]:
+    length = int.from_bytes(data[:4], "little")
+    head = json.loads(data[4 : 4 + length])
+    arrays = {
+        name: np.frombuffer(data, KINDS[kind], count, 4 + length + place)
+        for name, (place, count, kind) in head["arrays"].items()
+    }
+    return head, arrays
+
+
+# --- prediction -------------------------------------------------------------------------------------------
+
+
+def test_what_was_cut_is_predicted_as_it_was_measured() -> None:
+    result = drilled()
+    model = linear_model(result)
+    found = predicted(model, [cut["depth_mm"] for cut in model["cuts"]])
+    residual = result.report["residual"]
+    assert found["unbalance_g_mm"] == pytest.approx(residual["unbalance_g_mm"], abs=1e-9)
+    for plane, own in zip(found["planes"], residual["planes"], strict=True):
+        assert plane["unbalance_g_mm"] == pytest.approx(own["unbalance_g_mm"], abs=1e-6)
+    assert found["inertia_change_kg_mm2"] == pytest.approx(result.report["inertia_change_kg_mm2"], abs=1e-9)
+    removed = sum(cut["removed_mass_g"] for cut in result.report["corrections"])
+    assert found["mass_change_g"] == pytest.approx(-removed, rel=1e-4)
+
+
+def test_a_depth_is_predicted_to_second_order() -> None:
+    """The error of a linear model falls with the square of the step."""
+    result = drilled()
+    model = linear_model(result)
+    assert result.record.balanced is not None
+    made = result.record.balanced.result.made
+    depths = [depth for _, depth in made]
+    errors = []
+    for step in (-0.8, -0.4):
+        found = predicted(model, [depths[0] + step, *depths[1:]])
+        change = made[0][0].effect(depths[0] + step) - made[0][0].effect(depths[0])
+        truly = complex(*result.report["residual"]["unbalance_g_mm"]) + complex(*change.first_g_mm[:2])
+        errors.append(abs(complex(*found["unbalance_g_mm"]) - truly))
+    assert errors[1] < 0.3 * errors[0] or errors[0] < 1e-6
+
+
+def test_a_hole_that_is_turned_takes_its_vector_along() -> None:
+    model = linear_model(drilled())
+    depths = [cut["depth_mm"] for cut in model["cuts"]]
+    still, turned = (predicted(model, depths, [angle, *[0.0] * (len(depths) - 1)]) for angle in (0.0, 30.0))
+    was = complex(*model["cuts"][0]["effect"]["unbalance_g_mm"])
+    moved = complex(*turned["unbalance_g_mm"]) - complex(*still["unbalance_g_mm"])
+    assert moved == pytest.approx(was * (np.exp(1j * np.pi / 6.0) - 1.0), abs=1e-9)
+    assert turned["mass_change_g"] == still["mass_change_g"]
+    assert turned["worst_share"] > 1.0 > still["worst_share"]
+
+
+@pytest.mark.parametrize(
+    ("depths", "turns", "said"),
+    [
+        ([1.0], [], "must be a list of"),
+        ("deep", [], "must be a list of"),
+        ([True], [], "must be a list of"),
+        (None, [200.0], "turns_deg"),
+        (99.0, [], "must be 0 to"),
+        (float("nan"), [], "needed numbers"),
+    ],
+)
+def test_what_cannot_be_cut_is_not_predicted(depths: Any, turns: list[float], said: str) -> None:
+    model = linear_model(drilled())
+    now = [cut["depth_mm"] for cut in model["cuts"]]
+    given = now if depths is None else [depths, *now[1:]] if isinstance(depths, float) else depths
+    with pytest.raises(JobError, match=said):
+        predicted(model, given, [*turns, *[0.0] * (len(now) - 1)] if turns else [])
+
+
+# --- as one types -----------------------------------------------------------------------------------------
+
+
+def test_the_preview_is_what_balance_begins_with() -> None:
+    report = ab.balance(ab.Job.from_dict(tables()), crank()).report
+    found = preview(json.loads(ab.inspect(crank()).json()), tables(), Path())
+    assert found["bob_weights"] == [
+        {"throw": each["throw"], "mass_g": each["mass_g"]} for each in report["engine"]["bob_weights"]
+    ]
+    assert found["balance_factor"]["initial"] == pytest.approx(report["balance_factor"]["initial"], rel=1e-9)
+    assert found["initial"]["unbalance_g_mm"] == pytest.approx(
+        report["initial"]["unbalance_g_mm"], rel=1e-9, abs=1e-6
+    )
+    for plane, own in zip(found["initial"]["planes"], report["initial"]["planes"], strict=True):
+        assert plane["magnitude_g_mm"] == pytest.approx(own["magnitude_g_mm"], rel=1e-9)
+    for plane, own in zip(found["tolerance"]["planes"], report["tolerance"]["planes"], strict=True):
+        assert plane["name"] == own["name"]
+        assert plane["permissible_g_mm"] == pytest.approx(own["permissible_g_mm"], rel=1e-9)
+
+
+def test_another_density_changes_the_preview_as_it_would_the_crank() -> None:
+    values = tables()
+    values["crankshaft"]["density_kg_m3"] = 7000.0
+    found = preview(json.loads(ab.inspect(crank()).json()), values, Path())
+    lighter = ab.read_crank(DRAFTED / "crank.stl", unit="mm", density_kg_m3=7000.0, crankpin_in_file=False)
+    own = ab.balance(ab.Job.from_dict(values), lighter).report["initial"]
+    assert found["initial"]["magnitude_g_mm"] == pytest.approx(own["magnitude_g_mm"], rel=1e-9)
+
+
+# --- what would suffice -----------------------------------------------------------------------------------
+
+
+def test_every_relaxation_that_is_proposed_suffices() -> None:
+    values = tables(method="drill", drill={"max_holes": 3, "diameters_mm": [8.0], "max_depth_mm": 6.0})
+    values["balance"]["factor"] = 0.7
+    report = ab.balance(ab.Job.from_dict(values), crank()).report
+    assert report["outcome"] == "above_tolerance"
+    found = proposed(report)
+    assert len(found) >= 2
+    for each in found:
+        again = json.loads(json.dumps(values))
+        for path, value in each["changes"].items():
+            *keys, last = path.split(".")
+            table = again
+            for key in keys:
+                table = table.setdefault(key, {})
+            table[last] = value
+        assert ab.balance(ab.Job.from_dict(again), crank()).outcome == "within_tolerance", each
+
+
+def test_a_slug_that_is_proposed_becomes_a_method() -> None:
+    reason = "x; enough would be: one axial slug of 25.4 × 12.7 mm (17000 kg/m³) in web 1 at 180°; add 3 g·mm"
+    (found,) = proposed({"reason": reason, "job": {"correction": {"method": ["drill"]}}})
+    assert found["changes"]["correction.method"] == ["drill", "slug"]
+    assert found["changes"]["correction.slug.diameters_mm"] == [25.4]
+    assert proposed({"reason": None}) == []
+
+
+def test_every_kind_tells_its_keys() -> None:
+    told = {each["name"]: [key["key"] for key in each["keys"]] for each in json.loads(json.dumps(kinds()))}
+    assert {"shoulder", "turn", "drill", "slug", "add", "mill"} <= set(told)
+    assert "max_holes" in told["drill"]
+
+
+# --- meshes -----------------------------------------------------------------------------------------------
+
+
+def test_a_crank_is_sent_with_the_part_of_every_triangle() -> None:
+    inspected = ab.inspect(crank())
+    measured = crank().measured
+    mesh, anatomy = measured.source.solid.mesh, measured.anatomy
+    others = cylinder_candidates(mesh, anatomy.file_to_rotor[2, :3])
+    head, arrays = unpacked(crank_mesh(mesh, anatomy, inspected.faces, others))
+    corners = arrays["corners"].reshape(-1, 3)
+    at = corners[arrays["triangles"].reshape(-1, 3)].astype(float)
+    areas = 0.5 * np.linalg.norm(np.cross(at[:, 1] - at[:, 0], at[:, 2] - at[:, 0]), axis=1)
+    volume = np.einsum("ij,ij->i", at[:, 0], np.cross(at[:, 1], at[:, 2])).sum() / 6.0
+    assert volume == pytest.approx(crank().volume_mm3, rel=1e-5)
+    for place, part in enumerate(head["parts"], 1):
+        mine = areas[arrays["part"] == place].sum()
+        if part["kind"] == "face":
+            face = next(each for each in inspected.report["faces"] if each["id"] == part["id"])
+            assert mine == pytest.approx(face["area_mm2"], rel=0.02), part
+        if part["kind"] == "main_journal":
+            assert mine == pytest.approx(np.pi * part["diameter_mm"] * part["width_mm"], rel=0.02)
+    assert not [part for part in head["parts"] if part["kind"] == "cylinder"]
+
+
+def test_cylinders_are_found_where_none_was_asked_for() -> None:
+    solid = ab.read_crank(jobs.BUNDLED / "straight" / "crank-with-pin.stl", unit="mm", density_kg_m3=7850.0)
+    mesh = solid.measured.source.solid.mesh
+    found = sorted(round(each.diameter_mm, 2) for each in cylinder_candidates(mesh))
+    for pin in (*solid.main_journals, solid.throws[0].crankpin):
+        assert round(pin.diameter_mm, 2) in found
+
+
+def test_a_cube_has_twelve_edges() -> None:
+    import trimesh
+
+    box = trimesh.creation.box((1.0, 2.0, 3.0))
+    drawn = creases(np.array(box.vertices), np.array(box.faces, dtype=np.int64))
+    lengths = np.linalg.norm(drawn[:, 3:] - drawn[:, :3], axis=1)
+    assert sorted(lengths.tolist()) == pytest.approx([1.0] * 4 + [2.0] * 4 + [3.0] * 4)
+
+
+def test_neighbours_on_the_curve_are_near_each_other() -> None:
+    points = np.random.default_rng(3).random((4096, 3))
+    order = along_a_curve(points)
+    assert sorted(order.tolist()) == list(range(4096))
+    runs = points[order].reshape(-1, 64, 3)
+    assert np.ptp(runs, axis=1).prod(axis=1).mean() < 0.05 * np.ptp(points, axis=0).prod()
+
+
+def test_arrays_in_a_buffer_begin_at_multiples_of_four() -> None:
+    head, arrays = unpacked(
+        packed({"a": "é"}, {"one": np.array([1, 2, 3], "u1"), "two": np.array([1.5], "<f4")})
+    )
+    assert (head["a"], arrays["one"].tolist(), arrays["two"].tolist()) == ("é", [1, 2, 3], [1.5])
