@@ -55,7 +55,9 @@ def _take(page: Browser) -> None:
     page.click_on(at("compare"))
     until(page, "return document.querySelectorAll('#board img').length")
     page.run("document.getElementById('board').scrollIntoView()")
-    until(page, "return [...document.querySelectorAll('#board img')].slice(0, 2).every(each => each.complete)")
+    until(
+        page, "return [...document.querySelectorAll('#board img')].slice(0, 2).every(each => each.complete)"
+    )
     _shot(page, "board")
     page.run("document.querySelector('[data-face=w1-a] input').click();")
     put(page, method="drill", factor=0.7)

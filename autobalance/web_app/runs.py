@@ -57,6 +57,9 @@ class Runs:
         self._threads: list[threading.Thread] = []
         self._closed = False
         self.take_up()
+        for folder in (project.folder / OWN).iterdir():
+            if RUN_ID.fullmatch(folder.name) and folder.name not in self._runs:
+                project.forget(folder.name)
 
     def start(self, verb: str, asked: dict[str, Any]) -> str:
         """Begin a run; return its id."""
@@ -116,9 +119,6 @@ class Runs:
                 self._project.forget(folder.name)
             else:
                 self._runs[run.id] = run
-        for folder in (self._project.folder / OWN).iterdir():
-            if RUN_ID.fullmatch(folder.name) and folder.name not in self._runs:
-                self._project.forget(folder.name)
 
     def _told(self, run: Run) -> dict[str, Any]:
         folder = self._project.run_folder(run.id)

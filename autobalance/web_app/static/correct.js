@@ -41,7 +41,7 @@ function use(id, chosen) {
 
 // What is chosen, in the model's colours.
 export function marks() {
-  if (!view.parts.length) return;
+  if (!view.parts.length || $("panel-correct").hidden) return;
   view.mark(view.parts.flatMap((part, k) => (part.kind === "face" && faces.has(part.id) ? [k + 1] : [])));
   view.sectors($("zones-box").hidden || !zones.list.length ? [] : sectors());
 }

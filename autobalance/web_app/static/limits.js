@@ -6,6 +6,8 @@ export const kinds = { list: [], of: (name) => kinds.list.find((kind) => kind.na
 export const faces = new Set(); // ids; none: chosen by the program
 export const zones = { list: [] }; // { from, to, allowed }
 const given = {}; // kind → key → text
+const TOP = ["faces", "sector_deg", "max_depth_mm", "same_depth", "min_wall_mm", "depth_step_mm"]; // may stand above the kinds' tables
+let others = []; // methods of a job beyond the two that the form shows
 
 let told = () => {};
 
@@ -16,7 +18,7 @@ export function setUp(list, changed) {
   $("method").replaceChildren(...options());
   $("also").replaceChildren(el("option", { value: "", textContent: "nothing else" }), ...options());
   $("method").value = "drill";
-  for (const id of ["method", "also"]) $(id).addEventListener("input", () => { shown(); told(); });
+  for (const id of ["method", "also"]) $(id).addEventListener("input", () => { others = []; shown(); told(); });
   $("add-zone").addEventListener("click", () => { zones.list.push({ from: 120, to: 240, allowed: true }); zoneRows(); told(); });
   $("add-forbidden").addEventListener("click", () => { zones.list.push({ from: 170, to: 190, allowed: false }); zoneRows(); told(); });
   shown();
@@ -24,7 +26,7 @@ export function setUp(list, changed) {
 
 export function methods() {
   const also = $("also").value;
-  return also && also !== $("method").value ? [$("method").value, also] : [$("method").value];
+  return [...(also && also !== $("method").value ? [$("method").value, also] : [$("method").value]), ...others];
 }
 const has = (key) => methods().some((name) => kinds.of(name)?.keys.some((each) => each.key === key));
 
@@ -66,7 +68,7 @@ function value(text, usual) {
 export function correction(before) {
   const names = methods(), made = { ...before };
   for (const kind of kinds.list) delete made[kind.name];
-  for (const key of ["faces", "sector_deg"]) delete made[key];
+  for (const key of TOP) delete made[key];
   made.method = names.length === 1 ? names[0] : names;
   for (const name of names) {
     const table = {};
@@ -130,6 +132,7 @@ export function takeCorrection(table) {
   const names = [].concat(table.method || "drill");
   if (kinds.of(names[0])) $("method").value = names[0];
   $("also").value = names[1] && kinds.of(names[1]) ? names[1] : "";
+  others = names.slice(2).filter((name) => kinds.of(name));
   faces.clear();
   zones.list = [];
   for (const name of methods()) {

@@ -87,6 +87,8 @@ const crankThere = (project) => project.files.includes(state.file) && (!UNITLESS
 function forget() {
   state.inspected = null;
   state.file = null;
+  view.clear();
+  $("tree").replaceChildren();
   emit("forgotten");
 }
 

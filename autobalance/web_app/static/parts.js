@@ -8,6 +8,7 @@ export function setUp() {
   on("taken", rows);
   on("job", preview);
   on("opened", preview);
+  on("forgotten", () => { $("preview").hidden = true; });
   for (const id of ["factor", "grade", "speed-rpm", "judge"]) $(id).addEventListener("input", changed);
   rows();
 }

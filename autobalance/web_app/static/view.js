@@ -97,6 +97,15 @@ export class View {
     this.sets[name] = { group, sphere: body.boundingSphere, triangles };
   }
 
+  clear() {
+    for (const name of Object.keys(this.sets)) this.scene.remove(this.sets[name].group);
+    this.sets = {}; this.parts = []; this.rays = null;
+    this.marks?.clear(); this.zones?.clear();
+    Object.assign(this.box.dataset, { state: "empty", triangles: "0" });
+    this.note.textContent = "No crank yet";
+    this.draw();
+  }
+
   use(name) {
     if (!this.sets[name]) return;
     this.mode = name;
