@@ -49,7 +49,6 @@ class Guard:
         """Guard ``app``, which listens on ``port``."""
         self._app, self._keys = app, keys
         self._hosts = {f"127.0.0.1:{port}", f"localhost:{port}"}
-        self._origins = {f"http://{host}" for host in self._hosts}
 
     async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
         """Answer a request, or refuse it."""
@@ -69,7 +68,8 @@ class Guard:
     def _refused(self, scope: Scope) -> Response | None:
         headers = {key.decode("latin-1").lower(): value.decode("latin-1") for key, value in scope["headers"]}
         origin = headers.get("origin")
-        if headers.get("host") not in self._hosts or (origin is not None and origin not in self._origins):
+        host = headers.get("host")
+        if host not in self._hosts or origin not in (None, f"http://{host}"):
             return JSONResponse({"error": "this host or origin may not ask here"}, FORBIDDEN)
         path = scope["path"]
         if path == OPEN[0] or path.startswith(OPEN[1]):

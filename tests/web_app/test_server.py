@@ -62,6 +62,7 @@ def test_other_hosts_and_origins_are_refused_before_all_else(app: Served) -> Non
         {"Host": "127.0.0.1:1"},
         {"Origin": "http://evil.example"},
         {"Origin": "null"},
+        {"Origin": f"http://localhost:{port}"},
         {"Origin": f"http://127.0.0.1:{int(port) - 1}"},
     )
     for headers in others:
