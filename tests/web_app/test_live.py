@@ -146,8 +146,7 @@ def test_another_density_changes_the_preview_as_it_would_the_crank() -> None:
 
 
 def test_every_relaxation_that_is_proposed_suffices() -> None:
-    values = tables(method="drill", drill={"max_holes": 3, "diameters_mm": [8.0], "max_depth_mm": 6.0})
-    values["balance"]["factor"] = 0.7
+    values = tables(method="shoulder", shoulder={"max_depth_mm": 2.0})
     report = ab.balance(ab.Job.from_dict(values), crank()).report
     assert report["outcome"] == "above_tolerance"
     found = proposed(report)
