@@ -47,7 +47,7 @@ from autobalance.correction.relaxing import deeper, thinner
 from autobalance.correction.room import Room, drawn_out
 from autobalance.correction.trace import FaceTrace, Trace
 from autobalance.crank.anatomy import Anatomy, Face, Web
-from autobalance.graphics.words import number
+from autobalance.graphics.words import degrees, number
 from autobalance.rigid_rotor.moments import Moments
 from autobalance.solid.csg.shape import Shape
 from autobalance.solid.csg.solid import Region, Solid
@@ -114,7 +114,7 @@ class ShoulderCut:
     @property
     def label(self) -> str:
         """Short name for messages."""
-        return f"face {self.face.id}"
+        return f"face {self.face.id}{part_name(self.sector_deg)}"
 
     @property
     def height_mm(self) -> float:
@@ -384,7 +384,7 @@ class Shoulder(Kind[ShoulderLimits]):
             if item.get("new_height_mm") is not None
             else ""
         )
-        return f"Lower face {item.get('face')}{heights}"
+        return f"Lower face {item.get('face')}{part_name(item.get('sector_deg'))}{heights}"
 
     def size(self, item: Item) -> str:
         """Return the face's height, old and new."""
@@ -406,6 +406,16 @@ class Shoulder(Kind[ShoulderLimits]):
         limits, reach = ShoulderLimits(), work.solid.mesh.diagonal_mm
         found = cuts(work.solid, work.anatomy, planes, work.density_g_mm3, limits, reach)
         return {cut.face.id: cut.max_depth_mm for cut in found if not cut.limit_is_reach}
+
+
+def part_name(sector_deg: Sequence[float] | None) -> str:
+    """Return which part of a face a cut keeps to, where that is less than the side that is too heavy."""
+    if sector_deg is None or not 0.0 < (sector_deg[1] - sector_deg[0]) % 360.0 < WHOLE_SIDE_DEG:
+        return ""
+    return f", its part from {degrees(sector_deg[0])} to {degrees(sector_deg[1])}"
+
+
+WHOLE_SIDE_DEG = 179.0
 
 
 def face_heights(item: Item) -> str:

@@ -95,6 +95,10 @@ def _heading(report: Values) -> str:
     return "\n".join(lines)
 
 
+LESS_THAN_A_SIDE_DEG = 179.0
+"""A part of a face that spans less is named."""
+
+
 def _corrections(report: Values, units: Units) -> str:
     if not report["corrections"]:
         return ""
@@ -107,6 +111,9 @@ def _correction(correction: Values, units: Units) -> str:
     if correction.get("diameter_mm") is not None:
         what += f" ⌀{units.of_length(correction['diameter_mm'])}"
     where = [f"face {correction['face']}"] if correction["face"] is not None else []
+    start, end = correction.get("sector_deg") or (0.0, 360.0)
+    if 0.0 < (end - start) % 360.0 < LESS_THAN_A_SIDE_DEG:
+        where.append(f"its part from {degrees(start)} to {degrees(end)}")
     where += [f"web {correction['web']}"] if correction["web"] is not None else []
     if (angle := angle_deg(correction)) is not None:
         where.append(f"at {degrees(angle)}")
