@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import os
 import signal
 import sys
@@ -31,6 +32,35 @@ def main() -> None:
 
         threading.Thread(target=kill, daemon=True).start()
         batch(sys.argv[1], folder, cluster=cluster.scheduler_address)
+        found = {"ends": tries(cluster.scheduler_address, folder), "version": other_version(cluster)}
+        sys.stdout.write(json.dumps(found) + "\n")
+
+
+def tries(address: str, folder: Path) -> list[list[Any]]:
+    """Return number, whether it was lost, and tries of five tasks; one kills its worker each time."""
+    from autobalance.studies.workers import workers_of
+    from tests.worker_tasks import square_unless_killed
+
+    (folder / "deaths").write_text("99")
+    (folder / "marks").mkdir()
+    tasks = [(number, str(folder / "marks")) for number in range(5)]
+    with workers_of(None, address) as pool:
+        ends = sorted(pool.run(square_unless_killed, tasks), key=lambda done: done.number)
+    assert len(list((folder / "marks").iterdir())) == 3
+    return [[done.number, done.lost, done.attempt] for done in ends]
+
+
+def other_version(cluster: Any) -> str:
+    """Return what is said where the workers have another version of the package."""
+    from autobalance.errors import FileError
+    from autobalance.studies import workers
+
+    vars(workers)["__version__"] = "0.0.other"
+    try:
+        with workers.workers_of(None, cluster.scheduler_address):
+            return ""
+    except FileError as error:
+        return str(error)
 
 
 if __name__ == "__main__":

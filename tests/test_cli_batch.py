@@ -5,6 +5,7 @@ from __future__ import annotations
 import csv
 import json
 import os
+import re
 import signal
 import subprocess
 import sys
@@ -21,6 +22,7 @@ from autobalance.job.batch_list import read_batch_list
 from autobalance.studies.journal import held
 from tests.cranks import make_crank
 from tests.jobs import ROOT
+from tests.worker_tasks import DEADLY, balance_unless_deadly
 
 JOB = """
 [crankshaft]
@@ -211,12 +213,37 @@ def test_an_interrupt_ends_with_130(work: Path, tmp_path: Path) -> None:
     assert _ended(workers)
 
 
+def test_a_row_whose_worker_dies_each_time_is_lost_and_the_others_are_done(
+    work: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    from autobalance.api import batch_row
+
+    monkeypatch.setattr(batch_row, "balance_row", balance_unless_deadly)
+    (work / "deadly.csv").write_text(
+        f"name,job,balance.factor\nfirst,job.toml,0.5\nkiller,job.toml,{DEADLY}\n", "utf-8"
+    )
+    result = batch(work / "deadly.csv", tmp_path / "out", workers=1)
+    assert result.exit_code == 4
+    assert (result.report["within"], result.report["lost"]) == (1, 1)
+    first, killer = table(tmp_path / "out")
+    assert (first["outcome"], killer["outcome"], killer["exit_code"]) == ("within_tolerance", "lost", "1")
+    assert killer["message"] == "its worker died on each of 3 tries"
+    lines = {line["name"]: line for line in journal(tmp_path / "out")}
+    assert (lines["killer"]["exit_code"], lines["killer"]["try"]) == (1, 3)
+    monkeypatch.undo()
+    again = batch(work / "deadly.csv", tmp_path / "out", workers=1, fresh=True).report
+    assert (again["taken_over"], again["lost"]) == (0, 0)
+
+
 @pytest.mark.slow
 def test_a_cluster_that_loses_a_worker_gives_the_same_bits(work: Path) -> None:
     rows = "".join(f"r{number},job.toml,0.{30 + number}\n" for number in range(6))
     (work / "six.csv").write_text(f"name,job,balance.factor\n{rows}", "utf-8")
     script = [sys.executable, "-m", "tests.cluster_run", str(work / "six.csv"), str(work / "cluster")]
-    subprocess.run(script, cwd=ROOT, check=True, capture_output=True, timeout=300)
+    run = subprocess.run(script, cwd=ROOT, check=True, capture_output=True, text=True, timeout=300)
+    said = json.loads(run.stdout.splitlines()[-1])
+    assert said["ends"] == [[0, False, 1], [1, False, 1], [2, True, 3], [3, False, 1], [4, False, 1]]
+    assert re.search(r"worker tcp://.* has autobalance .*; needed 0\.0\.other", said["version"])
     result = batch(work / "six.csv", work / "here", workers=2).report
     assert (result["rows"], result["within"]) == (6, 6)
     assert (work / "cluster" / "results.csv").read_bytes() == (work / "here" / "results.csv").read_bytes()

@@ -21,6 +21,7 @@ from autobalance.design_search.problem import Problem
 from autobalance.design_search.search import Candidate, judged, searched
 from autobalance.errors import FileError, JobError
 from autobalance.job.design import load_design
+from autobalance.report.design_values import start_values
 from autobalance.rigid_rotor.moments import Moments
 from autobalance.runtime import Stopwatch
 from autobalance.solid.cad.brep import ExactSolid
@@ -172,7 +173,9 @@ def test_draft_corners_holes_and_drillings_count_as_they_are_made(tmp_path: Path
 
 def properties_of_step(problem: Problem, variables: Any) -> Moments:
     """Return the moments of a design's STEP file (rotor frame)."""
-    step = design_step(problem.free, problem.crank, problem.amounts(variables), problem.design.drillings)
+    amounts, drillings = problem.amounts(variables), problem.design.drillings
+    name, step = design_step(problem.free, problem.crank, amounts, drillings)
+    assert name == "crank.step"
     bodies = [ExactSolid.of(one.body) for one in read_step_file(step).bodies]
     total = Moments.zero()
     for body in bodies:
@@ -212,6 +215,50 @@ def test_a_planted_optimum_is_found(tmp_path: Path, crank: bytes) -> None:
             if candidate.violation <= 0.0:
                 lightest = min(lightest, float(candidate.objectives[0]))
     assert best_of(problem).objectives[0] <= lightest + 0.01
+
+
+def test_free_metal_of_the_start_against_the_envelope_is_told(tmp_path: Path, crank: bytes) -> None:
+    text = DESIGN.replace("radius_mm = 64.0", "radius_mm = 60.0").replace("110, 250", "105, 255")
+    start = start_values(problem_of(tmp_path, text, crank))
+    assert start["feasible"] is False
+    (radius,) = [each for each in start["violations"] if each["constraint"] == "counterweight[1] radius"]
+    assert radius["by"] == pytest.approx(2.0, abs=0.05)
+    assert np.hypot(*radius["at_mm"][:2]) == pytest.approx(62.0, abs=0.05)
+    assert start["fit_error_mm"] < 0.2
+
+
+CYCLE = """[cycle]
+bore_mm = 76.8
+compression_ratio = 13.0
+heat_J = 900.0
+"""
+FEM = "[fem]\nmin_frequency_hz = {least}\nsize_mm = 14.0\n"
+
+
+def test_loads_and_stress_are_objectives(tmp_path: Path, crank: bytes) -> None:
+    text = DESIGN.replace('"mass_g", "polar_inertia_kg_mm2"', '"greatest_main_load_N", "greatest_stress_MPa"')
+    text = text.replace("[search]", CYCLE + "[fem]\nsize_mm = 14.0\n[search]")
+    problem = problem_of(tmp_path, text, crank)
+    light, heavy = (np.full(4, radius) for radius in (45.0, 60.0))
+    moments = [problem.moments(radii)[0] for radii in (light, heavy)]
+    loads = [problem.objectives(each)["greatest_main_load_N"] for each in moments]
+    assert loads[0] != pytest.approx(loads[1], rel=1e-3)
+    found = problem.objectives(moments[1], lambda: with_profiles(problem.free, [np.full(7, 60.0)], [None])[0])
+    assert found["greatest_main_load_N"] == pytest.approx(loads[1], rel=1e-2)
+    assert 10.0 < found["greatest_stress_MPa"] < 2000.0
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(("least", "code"), [(200.0, 0), (9e4, 4)])
+def test_the_first_frequency_is_a_limit(tmp_path: Path, crank: bytes, least: float, code: int) -> None:
+    text = DESIGN.replace("[search]", FEM.format(least=least) + "[search]\nrefine = false")
+    text = text.replace("evaluations = 36", "evaluations = 4").replace("population = 12", "population = 4")
+    found = design(written(tmp_path, text.replace("designs = 2", "designs = 1"), crank), workers=1)
+    assert found.exit_code == code
+    made = found.report["designs"][0]["constraints"]
+    (frequency,) = [each for each in made if each["name"] == "first frequency"]
+    assert (frequency["value"] >= least) == (code == 0)
+    assert code == 0 or "breaks first frequency (90000 Hz) by" in found.report["reason"]
 
 
 def test_two_workers_give_the_same_files(found: tuple[Path, dict[str, Any]], tmp_path: Path) -> None:

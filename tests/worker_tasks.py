@@ -6,6 +6,11 @@ import os
 import signal
 from pathlib import Path
 
+from autobalance.api.batch_row import RowOutcome, RowTask, balance_row
+
+DEADLY = 0.61
+"""Balance factor of the row whose worker dies each time."""
+
 
 def square_unless_killed(task: tuple[int, str]) -> int:
     """Square a number; the worker of number 2 kills itself until enough marks of that lie in a folder."""
@@ -16,3 +21,10 @@ def square_unless_killed(task: tuple[int, str]) -> int:
             (Path(folder) / f"mark{len(marks)}").touch()
             os.kill(os.getpid(), signal.SIGKILL)
     return number * number
+
+
+def balance_unless_deadly(task: RowTask) -> RowOutcome:
+    """Balance a row; the worker of one kills itself."""
+    if task.job.balance.factor == DEADLY:
+        os.kill(os.getpid(), signal.SIGKILL)
+    return balance_row(task)

@@ -239,7 +239,8 @@ class BatchRun:
 
     def write(self, report: Values) -> None:
         """Write the table as CSV, workbook and page."""
-        from autobalance.report.batch_files import results_csv, results_workbook, summary_page
+        from autobalance.report.batch_files import results_csv, results_workbook
+        from autobalance.report.batch_page import summary_page
 
         with Staging([self.folder]) as staging:
             staging.add(self.folder / "results.csv", results_csv(report))

@@ -178,7 +178,8 @@ def _files(problem: Problem, made: WrittenDesign) -> dict[str, bytes]:
     found = {"crank.stl": made.data}
     if has_kernel():
         drillings = problem.design.drillings
-        found["crank.step"] = design_step(problem.free, problem.crank, made.amounts, drillings)
+        name, data = design_step(problem.free, problem.crank, made.amounts, drillings)
+        found[name] = data
     found["picture.png"] = design_picture(made.solid.mesh)
     found["job.toml"] = job_toml(problem).encode()
     return found

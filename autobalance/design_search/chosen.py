@@ -4,12 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
+from autobalance.design_search.envelope import violation
 from autobalance.design_search.problem import Problem
 from autobalance.design_search.refine import refined
 from autobalance.design_search.search import Candidate, front, least_violated, spread_over
 from autobalance.design_search.written import WrittenDesign, written
 
-TRIED_MOST = 25
+TRIED_MOST = 20
 """Designs that are written to find one that keeps everything when measured."""
 
 
@@ -23,17 +24,22 @@ def with_refined(problem: Problem, found: Sequence[Candidate]) -> list[Candidate
 
 
 def chosen(problem: Problem, found: Sequence[Candidate]) -> tuple[list[WrittenDesign], bool]:
-    """Return the designs to be written, and whether they keep everything when measured."""
+    """Return the designs to be written, and whether they keep everything when measured.
+
+    The front first; where none of it does (finite elements are asked only here), designs from all over what
+    is feasible, and at last the least violated of those that were measured.
+    """
     left = [each for each in found if each.violation <= 0.0]
-    kept: list[WrittenDesign] = []
-    for _ in range(TRIED_MOST):
-        if not left:
-            break
-        numbers = spread_over(left, front(left), problem.design.search.designs)
-        tried = [(number, written(problem, left[number].variables)) for number in numbers]
-        kept += [made for _, made in tried if made.feasible]
+    tried: list[WrittenDesign] = []
+    while left and len(tried) < TRIED_MOST:
+        among = range(len(left)) if tried else front(left)
+        numbers = spread_over(left, list(among), min(problem.design.search.designs, TRIED_MOST - len(tried)))
+        made = [written(problem, left[number].variables) for number in numbers]
+        kept = [each for each in made if each.feasible]
         if kept:
             return kept, True
+        tried += made
         left = [each for number, each in enumerate(left) if number not in numbers]
-    nearest = next(iter(least_violated(found)))
-    return [written(problem, nearest.variables)], False
+    if not tried:
+        tried = [written(problem, next(iter(least_violated(found))).variables)]
+    return [min(tried, key=lambda each: violation(each.constraints))], False

@@ -12,6 +12,7 @@ from autobalance.design_search.build import past
 from autobalance.design_search.envelope import Amounts
 from autobalance.design_search.free_metal import FreeMetal, FreeWeb
 from autobalance.design_search.profile import DEGREE
+from autobalance.errors import SolidError
 from autobalance.job.design import Drilling
 from autobalance.solid.cad.brep import ExactSolid
 from autobalance.solid.cad.spline import (
@@ -25,32 +26,46 @@ from autobalance.solid.cad.spline import (
 Array = NDArray[np.float64]
 
 
-def design_step(free: FreeMetal, crank: Crank, amounts: Amounts, drillings: tuple[Drilling, ...]) -> bytes:
-    """Return a design as a STEP file.
+WHOLE, PARTS = "crank.step", "counterweights.step"
+
+
+def design_step(
+    free: FreeMetal, crank: Crank, amounts: Amounts, drillings: tuple[Drilling, ...]
+) -> tuple[str, bytes]:
+    """Return the name and the bytes of a design's STEP file.
 
     A crank that came as STEP stays one solid with all its own surfaces. Of one that came as facets, what is
-    held is a solid of planar faces, and each counterweight one beside it.
+    held is a solid of planar faces, and each counterweight one beside it; where the kernel finds fault with
+    these facets, the file holds the counterweights alone, and its name says so.
 
     Raises
     ------
     FormatError
         If the CAD kernel is not installed.
     SolidError
-        If the kernel cannot join them.
+        If the kernel cannot join exact surfaces.
     """
     frame, source = crank.anatomy.rotor_to_file, crank.source
     exact = source.exact
     bodies = [_spline_body(free, web, amounts, drillings, exact is not None) for web in free.webs]
     if exact is None:
-        return step_beside(_held(free, crank), bodies, frame, "mm")
+        held = _held(free, crank)
+        return PARTS if held is None else WHOLE, step_beside(held or (), bodies, frame, "mm")
     sectors = [sector_body(_inner(free, web), True, free.far_mm, past(web.z_mm)) for web in free.webs]
-    return with_new_metal(exact.solid, sectors, bodies, frame).step(exact.unit, exact.name)
+    return WHOLE, with_new_metal(exact.solid, sectors, bodies, frame).step(exact.unit, exact.name)
 
 
 @lru_cache(maxsize=1)
-def _held(free: FreeMetal, crank: Crank) -> tuple[ExactSolid, ...]:
-    """Return what is held as solids of planar faces, in the file's coordinates; the same for all designs."""
-    return tuple(faceted_solid(piece.moved(crank.anatomy.rotor_to_file).mesh) for piece in free.held.pieces())
+def _held(free: FreeMetal, crank: Crank) -> tuple[ExactSolid, ...] | None:
+    """Return what is held as solids of planar faces, in the file's coordinates; None: the kernel finds fault.
+
+    It is the same for all designs.
+    """
+    pieces = (piece.moved(crank.anatomy.rotor_to_file) for piece in free.held.pieces())
+    try:
+        return tuple(faceted_solid(piece.mesh) for piece in pieces)
+    except SolidError:
+        return None
 
 
 def _inner(free: FreeMetal, web: FreeWeb) -> Array:

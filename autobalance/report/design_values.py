@@ -134,7 +134,7 @@ def infeasible_reason(made: WrittenDesign) -> str:
     if worst.name == "residual":
         return (
             f"no design meets the balance: the nearest leaves {worst.value:.3g} of the permissible value; "
-            "release envelope.radius_mm, radius_mm or thickness_mm, or change the factor"
+            "release envelope.radius_mm, radius_mm, thickness_mm or symmetric, or change the factor"
         )
     return (
         f"no design keeps everything: the least violated breaks {worst.name} ({worst.limit:g} {worst.unit}) "
