@@ -53,7 +53,7 @@ hold_radius_mm = 29.0
 symmetric = true
 [envelope]
 radius_mm = 64.0
-piston = [{ throw = 1, skirt_below_pin_mm = 18.0, half_width_mm = 30.0, z_mm = [30, 90] }]
+piston = [{ throw = 1, skirt_below_pin_mm = 18.0, half_width_mm = 30.0, z_mm = [-30, 30] }]
 [search]
 objectives = ["mass_g", "polar_inertia_kg_mm2"]
 evaluations = 36
@@ -218,12 +218,14 @@ def test_a_planted_optimum_is_found(tmp_path: Path, crank: bytes) -> None:
 
 
 def test_free_metal_of_the_start_against_the_envelope_is_told(tmp_path: Path, crank: bytes) -> None:
-    text = DESIGN.replace("radius_mm = 64.0", "radius_mm = 60.0").replace("110, 250", "105, 255")
-    start = start_values(problem_of(tmp_path, text, crank))
+    """The rim of 62 mm meets a skirt that hangs to 115 − 30 − 24 = 61 mm from the axis at the bottom."""
+    text = DESIGN.replace("skirt_below_pin_mm = 18.0", "skirt_below_pin_mm = 24.0")
+    start = start_values(problem_of(tmp_path, text.replace("110, 250", "120, 240"), crank))
     assert start["feasible"] is False
-    (radius,) = [each for each in start["violations"] if each["constraint"] == "counterweight[1] radius"]
-    assert radius["by"] == pytest.approx(2.0, abs=0.05)
-    assert np.hypot(*radius["at_mm"][:2]) == pytest.approx(62.0, abs=0.05)
+    (piston,) = [each for each in start["violations"] if each["constraint"] == "clearance to piston 1"]
+    assert (piston["by"], piston["unit"]) == (pytest.approx(2.0, abs=0.02), "mm")
+    assert piston["at_deg"] == pytest.approx(180.0, abs=10.0)
+    assert np.hypot(*piston["at_mm"][:2]) == pytest.approx(62.0, abs=0.05)
     assert start["fit_error_mm"] < 0.2
 
 

@@ -171,3 +171,35 @@ def test_a_report_is_studied_as_it_stands(tmp_path: Path, capsys: pytest.Capture
     (tmp_path / "out" / "other.json").write_text(other, "utf-8")
     assert main(["study", str(tmp_path / "out" / "other.json")]) == 3
     assert "are not those that its job gives" in capsys.readouterr().err
+
+
+def test_key_figures_follow_each_cause(report: dict[str, Any]) -> None:
+    figures = {figure["figure"]: figure for figure in report["sensitivity"]}
+    effects = {cause["name"]: cause["effect_g_mm"] for cause in report["contributions"]}
+    for cause in figures["magnitude_g_mm"]["causes"]:
+        assert [cause["values"][0], cause["values"][-1]] == pytest.approx(effects[cause["name"]])
+        assert cause["values"][len(cause["values"]) // 2] == pytest.approx(
+            report["nominal"]["magnitude_g_mm"]
+        )
+    factors = {cause["name"]: cause["values"] for cause in figures["balance_factor"]["causes"]}
+    assert (np.diff(factors["engine.rotating_g.big_end"]) < 0.0).all()
+    assert (np.diff(factors["crankshaft.density_kg_m3"]) > 0.0).all()
+    shares = report["sobol"]["shares"]
+    assert {each["name"] for each in shares} == set(effects)
+    assert all(each["first"] <= each["total"] + 0.03 for each in shares)
+    assert sum(each["first"] for each in shares) < 1.03
+
+
+def test_the_response_of_the_engine_is_a_key_figure(tmp_path: Path) -> None:
+    cycle = "[cycle]\nbore_mm = 76.8\ncompression_ratio = 13.0\nheat_J = 900.0\n"
+    text = JOB.replace("[engine.rotating_g]", "[engine]\nrod_length_mm = 104.0\n[engine.rotating_g]") + cycle
+    text = text.replace("density_pm_kg_m3 = 3.0", "density_pm_kg_m3 = 50.0").replace("15200", "10000")
+    found = study(written(tmp_path, text), samples=50, exact=0)
+    figures = {figure["figure"]: figure for figure in found.report["sensitivity"]}
+    response = {cause["name"]: cause["values"] for cause in figures["acceleration_rad_s2"]["causes"]}
+    light, planned, heavy = response["crankshaft.density_kg_m3"]
+    assert light > planned > heavy > 0.0
+    assert light / heavy == pytest.approx(1.0 + 2.0 * 50.0 / 7850.0, rel=0.5e-2)
+    loads = {cause["name"]: cause["values"] for cause in figures["greatest_main_load_N"]["causes"]}
+    assert np.ptp(loads["engine.reciprocating_g.small_end"]) > 0.0
+    assert {"study-tornado-acceleration-rad-s2", "study-curves-magnitude-g-mm"} <= set(found.plots())

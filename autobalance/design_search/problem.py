@@ -86,7 +86,14 @@ class Problem:
 
     @property
     def start(self) -> Array:
-        """The variables (v,) of the crank as it came, within their bounds."""
+        """The variables (v,) of the crank as it came, moved into their bounds."""
+        low, high = self.bounds.T
+        inside: Array = np.clip(self.as_it_came, low, high)
+        return inside
+
+    @property
+    def as_it_came(self) -> Array:
+        """The variables (v,) that follow the crank as it came."""
         rows = []
         for k, part in enumerate(self.free.parts):
             radii = self.free.start_mm[k]
@@ -96,10 +103,7 @@ class Problem:
             for k, part in enumerate(self.free.parts)
             if part.thickness_mm is not None
         ]
-        found = np.concatenate([*rows, np.array([high - low for low, high in thick])])
-        low, high = self.bounds.T
-        inside: Array = np.clip(found, low, high)
-        return inside
+        return np.concatenate([*rows, np.array([high - low for low, high in thick])])
 
     def _first_web(self, part: int) -> int:
         return next(place for place, web in enumerate(self.free.webs) if web.part == part)

@@ -76,7 +76,7 @@ def _constraint(each: Constraint) -> Values:
 
 def start_values(problem: Problem) -> Values:
     """Return what the start is worth, and what its free metal breaks."""
-    variables, moments = problem.start, problem.crank.moments
+    variables, moments = problem.as_it_came, problem.crank.moments
     residual = problem.residual(moments)
     constraints, _ = problem.constraints(variables, moments, residual)
     broken = [each for each in constraints if each.margin < 0.0]

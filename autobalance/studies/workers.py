@@ -27,6 +27,8 @@ from autobalance.version import __version__
 TRIES = 3
 """Workers that a task may lose before it is given up."""
 CLUSTER_TIMEOUT_S = 10.0
+AGAIN_S = 120.0
+"""How long a cluster without workers is given to start some again."""
 LOOK_AGAIN_S = 0.25
 """How often a cluster is asked which workers it still has."""
 
@@ -307,15 +309,16 @@ class Cluster:
 
     def _threads(self, running: Mapping[Future[Any], _OnWorker]) -> dict[str, int]:
         """Return the workers with their threads; waits a while where the last has just gone."""
-        until = time.monotonic() + self.timeout_s
+        since = time.monotonic()
         while True:
+            patience_s = max(self.timeout_s, AGAIN_S)
             try:
                 found: dict[str, int] = self.client.nthreads()
-            except OSError:
-                found = {}
+            except OSError:  # the scheduler itself does not answer
+                found, patience_s = {}, self.timeout_s
             if found or any(future.done() for future in running):
                 return found
-            if time.monotonic() > until:
+            if time.monotonic() - since > patience_s:
                 raise FileError("the cluster went away; what is done is kept")
             time.sleep(LOOK_AGAIN_S)
 
