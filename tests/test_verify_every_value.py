@@ -49,7 +49,6 @@ def balanced(folder: Path, preset: str, method: str) -> Path:
 @pytest.mark.parametrize(
     ("preset", "method", "listed"),
     [
-        ("single", '"drill"', BY_PLANNER),
         ("v-twin-45", '"turn"', {"corrections[].depth_left_mm"}),
         ("single", '"mill"', BY_PLANNER),
     ],
@@ -62,6 +61,17 @@ def test_no_cut_can_be_told_falsely(preset: str, method: str, listed: set[str], 
     report = jobs.report_of(folder)
     assert report["corrections"]
     assert mutations.accepted(report, folder, ("corrections", "steps")) == []
+
+
+def test_no_hole_can_be_told_falsely(tmp_path: Path) -> None:
+    drill = '"drill"\nprefer = "least_metal"\ndrill = { diameters_mm = [8.0], zone = "anywhere" }'
+    job = jobs.bundled_job(tmp_path, method=drill, factor="0.7")
+    ab.balance(ab.read_job(job)).write(tmp_path / "out", only=("json",))
+    found = ab.verify(tmp_path / "out" / "report.json")
+    assert {key for key, _ in found.not_checked} <= WORDS | BY_PLANNER
+    report = jobs.report_of(tmp_path / "out")
+    assert report["corrections"]
+    assert mutations.accepted(report, tmp_path / "out", ("corrections", "steps")) == []
 
 
 def test_no_value_of_a_report_can_be_false(tmp_path: Path) -> None:
