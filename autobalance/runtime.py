@@ -1,13 +1,15 @@
 """What concerns the process and not the crank: threads, the memory of large arrays, clocks.
 
-Nothing of the process is changed on import; ``keep_freed_memory`` and ``one_thread_of_linear_algebra`` are
-for the command line, whose process is its own.
+Nothing of the process is changed on import; ``keep_freed_memory``, ``one_thread_of_linear_algebra`` and
+``interruptible`` are for the command line, whose process is its own.
 """
 
 from __future__ import annotations
 
 import os
+import signal
 import sys
+import threading
 import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
@@ -15,6 +17,7 @@ from typing import TYPE_CHECKING, TypeVar
 
 if TYPE_CHECKING:
     from concurrent.futures import Future
+    from types import FrameType
 
 T = TypeVar("T")
 
@@ -123,3 +126,62 @@ def keep_freed_memory() -> bool:
         return False
     options = {MMAP_THRESHOLD: KEPT_BYTES, TRIM_THRESHOLD: KEPT_BYTES, ARENA_MAX: 1}
     return all(set_option(option, value) == 1 for option, value in options.items())
+
+
+class _Interruptions:
+    """Whether an interruption has to wait, and whether one came meanwhile."""
+
+    waits = 0
+    came = False
+
+
+SIGNALS = ("SIGINT", "SIGTERM", "SIGHUP")
+"""Ctrl-C, being ended, and the terminal going away: all of them stop a command the same way."""
+
+
+@contextmanager
+def interruptible() -> Iterator[None]:
+    """Let the signals that stop a command raise KeyboardInterrupt, at a moment when nothing is half done.
+
+    For commands: a library leaves signal handlers alone. What the process ignores stays ignored.
+    """
+    if threading.current_thread() is not threading.main_thread():
+        yield
+        return
+    process = os.getpid()
+
+    def stop(number: int, _: FrameType | None) -> None:
+        if os.getpid() != process:  # a child that was forked ends as any process does
+            signal.signal(number, signal.SIG_DFL)
+            os.kill(os.getpid(), number)
+        elif _Interruptions.waits:
+            _Interruptions.came = True
+        else:
+            raise KeyboardInterrupt
+
+    numbers = [int(getattr(signal, name)) for name in SIGNALS if hasattr(signal, name)]
+    before = {number: signal.getsignal(number) for number in numbers}
+    caught = [number for number in numbers if before[number] not in (signal.SIG_IGN, None)]
+    try:
+        for number in caught:
+            signal.signal(number, stop)
+        yield
+    finally:
+        for number in caught:
+            signal.signal(number, before[number])
+
+
+@contextmanager
+def uninterrupted() -> Iterator[None]:
+    """Hold an interruption of a command back until the block is done; it then takes effect."""
+    if threading.current_thread() is not threading.main_thread():
+        yield
+        return
+    _Interruptions.waits += 1
+    try:
+        yield
+    finally:
+        _Interruptions.waits -= 1
+    if _Interruptions.came and not _Interruptions.waits:
+        _Interruptions.came = False
+        raise KeyboardInterrupt

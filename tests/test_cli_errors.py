@@ -403,3 +403,19 @@ def test_a_tolerance_that_no_planner_can_compute_with(
     assert "the planner cannot compute with a permissible" in said
     assert said.count("\n") == 1
     assert not (tmp_path / "out").exists()
+
+
+@pytest.mark.parametrize(
+    "arguments", [["inspect", "NAME.stl"], ["verify", "NAME/report.json"], ["balance", "JOB", "-o", "NAME"]]
+)
+def test_a_name_that_is_too_long(
+    arguments: list[str], tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    job = jobs.bundled_job(tmp_path)
+    given = [each.replace("NAME", str(tmp_path / ("x" * 300))).replace("JOB", str(job)) for each in arguments]
+    before = jobs.folder_state(tmp_path)
+    assert jobs.run(*given) == 3
+    error = capsys.readouterr().err
+    assert error.endswith("file name too long\n")
+    assert error.count("\n") == 1
+    assert jobs.folder_state(tmp_path) == before

@@ -56,6 +56,7 @@ def test_the_installed_way_in_and_the_checkouts_are_one_program() -> None:
 STOPPING = """
 import os, signal, sys, threading
 signal.signal(signal.SIGINT, signal.default_int_handler)  # who runs the tests in the background ignores it
+signal.signal(signal.SIGHUP, signal.SIG_DFL)
 from autobalance.balancing import loop
 from autobalance.command import main
 
@@ -73,8 +74,8 @@ sys.exit(main(sys.argv[1:]))
 
 
 @pytest.mark.skipif(sys.platform == "win32", reason="SIGINT to one process needs POSIX")
-@pytest.mark.parametrize("fresh", [True, False], ids=["new folder", "old results"])
-def test_ctrl_c_in_the_middle_leaves_nothing_half_written(fresh: bool, tmp_path: Path) -> None:
+@pytest.mark.parametrize(("fresh", "sent"), [(True, "SIGINT"), (False, "SIGTERM"), (True, "SIGHUP")])
+def test_ctrl_c_in_the_middle_leaves_nothing_half_written(fresh: bool, sent: str, tmp_path: Path) -> None:
     job = jobs.bundled_job(tmp_path)
     output = tmp_path / "out"
     if not fresh:
@@ -91,7 +92,7 @@ def test_ctrl_c_in_the_middle_leaves_nothing_half_written(fresh: bool, tmp_path:
     ) as process:
         assert process.stdout is not None
         assert process.stdout.readline() == "cutting\n"  # in the middle of the work
-        process.send_signal(signal.SIGINT)
+        process.send_signal(getattr(signal, sent))
         _, errors = process.communicate(timeout=30)
     assert process.returncode == 130
     assert "interrupted" in errors

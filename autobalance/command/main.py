@@ -9,7 +9,7 @@ from importlib import import_module
 from io import TextIOWrapper
 
 from autobalance.errors import AutobalanceError
-from autobalance.runtime import keep_freed_memory, one_thread_of_linear_algebra
+from autobalance.runtime import interruptible, keep_freed_memory, one_thread_of_linear_algebra
 from autobalance.version import __version__
 
 COMMANDS: dict[str, str] = {
@@ -60,12 +60,19 @@ def main(argv: Sequence[str] | None = None) -> int:
         if isinstance(stream, TextIOWrapper):  # a terminal that knows no "·" or "²" shows "?"
             stream.reconfigure(errors="replace")
     try:
-        return _run(arguments)
+        with interruptible():
+            return _run(arguments)
     except AutobalanceError as error:
         print(f"autobalance: error: {error}", file=sys.stderr)  # noqa: T201
         return error.exit_code
     except MemoryError:
         print("autobalance: error: not enough memory for this file", file=sys.stderr)  # noqa: T201
+        return AutobalanceError.exit_code
+    except OSError as error:
+        if error.filename is None:  # of no file that was named
+            raise
+        why = (error.strerror or str(error)).lower()
+        print(f"autobalance: error: {error.filename}: {why}", file=sys.stderr)  # noqa: T201
         return AutobalanceError.exit_code
     except KeyboardInterrupt:
         print("autobalance: interrupted; nothing half-written was left", file=sys.stderr)  # noqa: T201

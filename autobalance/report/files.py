@@ -9,13 +9,12 @@ from __future__ import annotations
 import contextlib
 import os
 import secrets
-import signal
-import threading
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from pathlib import Path
 from types import TracebackType
 
 from autobalance.errors import FileError
+from autobalance.runtime import uninterrupted
 
 
 class Staging:
@@ -53,7 +52,7 @@ class Staging:
         self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
     ) -> None:
         """Take away what was not put in place."""
-        with _uninterrupted():
+        with uninterrupted():
             self._clean()
 
     def add(self, path: Path, data: bytes) -> None:
@@ -74,14 +73,14 @@ class Staging:
             raise FileError(f"cannot write {path}: {_why(error)}") from None
 
     def commit(self) -> None:
-        """Give every file its name, one after the other, with Ctrl-C held back until all have it.
+        """Give every file its name, one after the other, with a command's Ctrl-C held back until all have it.
 
         Raises
         ------
         FileError
             If a file cannot be put in place.
         """
-        with _uninterrupted():
+        with uninterrupted():
             while self._waiting:
                 waiting, path = self._waiting[0]
                 try:
@@ -135,19 +134,3 @@ def _prove_writable(folder: Path) -> None:
 
 def _why(error: OSError) -> str:
     return (error.strerror or str(error)).lower()
-
-
-@contextlib.contextmanager
-def _uninterrupted() -> Iterator[None]:
-    """Hold Ctrl-C back until the block is done; it then takes effect."""
-    if threading.current_thread() is not threading.main_thread():
-        yield
-        return
-    caught: list[int] = []
-    before = signal.signal(signal.SIGINT, lambda number, _: caught.append(number))
-    try:
-        yield
-    finally:
-        signal.signal(signal.SIGINT, before)
-    if caught:
-        raise KeyboardInterrupt
