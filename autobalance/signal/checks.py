@@ -36,7 +36,7 @@ def clipped_share(channel: Channel) -> float:
 
 def _crowd(stored: Array, sign: float) -> int:
     """Return how many samples stand at the greatest (or least) value, where that is clipping."""
-    top = sign * float(np.nanmax(np.asarray(stored) if sign > 0 else -np.asarray(stored, dtype=float)))
+    top = _extreme(stored, sign)
     if not np.isfinite(top):
         return 0
     total, run_found, second, beside, last = 0, False, -np.inf, 0, np.zeros(0, dtype=bool)
@@ -55,6 +55,13 @@ def _crowd(stored: Array, sign: float) -> int:
     return total if run_found and np.isfinite(second) and total > CROWDED * beside else 0
 
 
+def _extreme(stored: Array, sign: float) -> float:
+    """Return the greatest (or least) value, piece by piece; without one, not a finite number."""
+    reduce = np.fmax.reduce if sign > 0 else np.fmin.reduce  # they pass over nan
+    tops = [float(reduce(stored[start : start + BLOCK])) for start in range(0, len(stored), BLOCK)]
+    return float(reduce(tops))
+
+
 def filled(channel: Channel) -> tuple[Channel, str | None]:
     """Return a channel whose holes (nan) are filled, and what to say of them.
 
@@ -65,10 +72,10 @@ def filled(channel: Channel) -> tuple[Channel, str | None]:
     """
     if channel.stored.dtype.kind != "f":
         return channel, None
+    if all(np.isfinite(channel.stored[k : k + BLOCK]).all() for k in range(0, len(channel), BLOCK)):
+        return channel, None
     holes = ~np.isfinite(channel.stored)
     count = int(holes.sum())
-    if not count:
-        return channel, None
     if count > MOST_HOLES * len(holes):
         raise FormatError(f"channel {channel.name!r}: {count} of {len(holes)} samples are no numbers")
     places = np.flatnonzero(~holes)
