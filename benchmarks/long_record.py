@@ -5,7 +5,7 @@
 The record is of a shaft that speeds up and slows down between 20 and 30 turns a second: three orders, a
 steady tone, noise, and a tacho with one pulse a turn. Each run is a process of its own; told are its
 processor time and the most memory it held, beside the file's size and beside what a record of a tenth of the
-time takes: memory that is bounded by blocks does not grow with the time.
+time takes: memory that is bounded by blocks does not grow with the time. Last, the order maps of a minute.
 """
 
 from __future__ import annotations
@@ -33,6 +33,20 @@ print(json.dumps({"cpu_s": used.ru_utime + used.ru_stime, "memory_mb": used.ru_m
                   "order_1": first["amplitude"], "mean_rpm": result.report["speed"]["mean_rpm"]}))
 """
 """Runs one record; ``ru_maxrss`` is in KiB on Linux."""
+MAPS = """
+import json, resource, sys
+from autobalance.signal.formats import read
+from autobalance.signal.maps import order_map
+from autobalance.signal.tacho import pulses
+before = resource.getrusage(resource.RUSAGE_SELF)
+record = read(sys.argv[1])
+turning = pulses(record.channel("4"), 1).turning()
+sizes = [order_map(channel, turning, 12.0).amplitudes.shape for channel in record.channels]
+after = resource.getrusage(resource.RUSAGE_SELF)
+print(json.dumps({"cpu_s": after.ru_utime + after.ru_stime - before.ru_utime - before.ru_stime,
+                  "memory_mb": (after.ru_maxrss - before.ru_maxrss) / 1024.0}))
+"""
+"""Order maps of all channels of a minute; memory is what it grows by over the program itself."""
 
 
 def pieces(seconds: float, rate_hz: float) -> Iterator[tuple[np.ndarray, np.ndarray, np.ndarray]]:
@@ -57,6 +71,17 @@ def write_wav(path: Path, seconds: float, rate_hz: int) -> None:
             file.writeframes((np.column_stack([samples, tacho]) * 32767.0).astype("<i2").tobytes())
 
 
+def write_minute(path: Path) -> None:
+    """Write a minute of four channels at 50 kHz, the last the tacho."""
+    with wave.open(str(path), "wb") as file:
+        file.setnchannels(4)
+        file.setsampwidth(2)
+        file.setframerate(50_000)
+        for _, samples, tacho in pieces(60.0, 50_000.0):
+            columns = np.column_stack([samples, 0.5 * samples, 0.3 * samples, tacho])
+            file.writeframes((columns * 32767.0).astype("<i2").tobytes())
+
+
 def write_csv(path: Path, seconds: float, rate_hz: int) -> None:
     """Write time, acceleration and tacho as text."""
     with path.open("w", encoding="utf-8") as stream:
@@ -65,9 +90,9 @@ def write_csv(path: Path, seconds: float, rate_hz: int) -> None:
             np.savetxt(stream, np.column_stack([t, samples, tacho]), "%.6f,%.6f,%.1f")
 
 
-def measured(path: Path, channel: str, tacho: str) -> dict[str, float]:
-    """Return what a run of ``orders`` took."""
-    command = [sys.executable, "-c", CHILD, str(path), channel, tacho]
+def measured(path: Path, script: str, *names: str) -> dict[str, float]:
+    """Return what a run took."""
+    command = [sys.executable, "-c", script, str(path), *names]
     done = subprocess.run(command, capture_output=True, text=True, check=True)
     found: dict[str, float] = json.loads(done.stdout)
     return {**found, "file_mb": path.stat().st_size / 2**20}
@@ -92,11 +117,18 @@ def main() -> int:
                 (wav, arguments.wav_hz, ("1", "2")),
                 (text, arguments.csv_hz, ("accel", "tacho")),
             ):
-                found = measured(path, *names)
+                found = measured(path, CHILD, *names)
                 print(
                     f"{path.suffix[1:].upper() + f' {rate} Hz':>16} {minutes:8.0f} {found['file_mb']:8.1f}"
                     f" {found['cpu_s']:7.1f} {found['memory_mb']:10.0f} {found['order_1']:8.4f}"
                 )
+        minute = Path(folder) / "minute.wav"
+        write_minute(minute)
+        found = measured(minute, MAPS)
+        print(
+            f"order maps of a minute, 4 channels, 50 kHz, {found['file_mb']:.1f} MB:"
+            f" {found['cpu_s']:.1f} s of processor, {found['memory_mb']:.0f} MB more than the program itself"
+        )
     return 0
 
 
