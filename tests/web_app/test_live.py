@@ -146,7 +146,7 @@ def test_another_density_changes_the_preview_as_it_would_the_crank() -> None:
 
 
 def test_every_relaxation_that_is_proposed_suffices() -> None:
-    values = tables(method="shoulder", shoulder={"max_depth_mm": 2.0})
+    values = tables(method="shoulder", shoulder={"max_depth_mm": 2.0, "faces": ["w1-a", "w2-d"]})
     report = ab.balance(ab.Job.from_dict(values), crank()).report
     assert report["outcome"] == "above_tolerance"
     found = proposed(report)
