@@ -43,6 +43,7 @@ PUBLIC = {
     "recut": "api.recut",
     "schema": "api.schema",
     "shafts": "api.shafts",
+    "sheet": "api.sheet",
     "study": "api.study",
     "torsion": "api.torsion",
     "verify": "api.verify",
@@ -79,6 +80,7 @@ if TYPE_CHECKING:
     from autobalance.api.rotor import rotor as rotor
     from autobalance.api.schema import schema as schema
     from autobalance.api.shafts import shafts as shafts
+    from autobalance.api.sheet import sheet as sheet
     from autobalance.api.study import study as study
     from autobalance.api.torsion import torsion as torsion
     from autobalance.api.verify import verify as verify

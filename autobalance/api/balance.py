@@ -19,7 +19,7 @@ from autobalance.balancing.measured_crank import Crank as MeasuredCrank
 from autobalance.balancing.measured_crank import measure_crank, measured_source, work_on_faces
 from autobalance.errors import FileError, FormatError, JobError
 from autobalance.job.model import Job
-from autobalance.report.bundle import FILES, KINDS, Choice, bundle
+from autobalance.report.bundle import FILES, KINDS, USUAL, Choice, bundle
 from autobalance.report.files import Staging
 from autobalance.runtime import Stopwatch, load_in_thread
 
@@ -147,8 +147,8 @@ class BalanceResult(VerbResult):
         folder : path
             Made where it is missing.
         only : tuple of str or None
-            Pages wanted beside solid and report: ``html``, ``pdf``, ``xlsx``, ``png``; ``json`` alone is
-            none of them; None: all.
+            Pages wanted beside solid and report: ``html``, ``pdf``, ``xlsx``, ``png``, ``dxf``; ``json``
+            alone is none of them; None: all but ``dxf``.
         paper : str
             ``A4`` or ``Letter``, for ``sheet.pdf``.
         units : str
@@ -340,7 +340,7 @@ def choice_of(only: tuple[str, ...] | None, paper: str, units: str, date: str | 
         raise FormatError(f"paper is {paper!r}; needed A4 or Letter")
     if units not in ("metric", "inch"):
         raise FormatError(f"units are {units!r}; needed metric or inch")
-    kinds = tuple(kind for kind in KINDS if only is None or kind in only)
+    kinds = tuple(kind for kind in KINDS if kind in (USUAL if only is None else only))
     return Choice(kinds, paper, units, datetime.date.today().isoformat() if date is None else date)
 
 

@@ -31,6 +31,7 @@ COMMANDS: dict[str, str] = {
     "bench": "a rotor under speed control in its bearings: torque needed, and what was measured beside it",
     "rotor": "a shaft on bearings: critical speeds, modes, unbalance response, modal balancing",
     "recut": "further cuts on a corrected crank, from what a balancing machine read on it",
+    "sheet": "the shop sheet and the drawing again from a report, on other paper, in other units",
     "torsion": "torsional vibration of a crank or a chain: frequencies, critical orders, torque, stress",
     "schema": "the JSON Schema of a file that the program reads or writes, for editors",
     "grade": "balance quality grades: permissible and achieved, and the list for crank drives",

@@ -111,7 +111,7 @@ def add_plots(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--plots", metavar="DIR", help="write plots to DIR, each as SVG and PNG")
 
 
-PAGE_KINDS = ("json", "html", "pdf", "xlsx", "png")
+PAGE_KINDS = ("json", "html", "pdf", "xlsx", "png", "dxf")
 
 
 def add_pages(parser: argparse.ArgumentParser) -> None:
@@ -121,7 +121,8 @@ def add_pages(parser: argparse.ArgumentParser) -> None:
         "--only",
         metavar="LIST",
         type=kinds_of,
-        help="write only these beside the solid: json, html, pdf, xlsx, png (default: all; json always)",
+        help="write only these beside the solid: json, html, pdf, xlsx, png, dxf "
+        "(default: all but dxf; json always)",
     )
     which.add_argument(
         "--no-report",
@@ -144,12 +145,14 @@ def kinds_of(text: str) -> tuple[str, ...]:
 
 def choice_of(arguments: argparse.Namespace) -> Choice:
     """Return which files the arguments ask for."""
-    from autobalance.report.bundle import KINDS, Choice
+    from autobalance.report.bundle import KINDS, USUAL, Choice
 
-    if arguments.no_report:
-        kinds: tuple[str, ...] = ()
-    else:
-        kinds = tuple(kind for kind in KINDS if arguments.only is None or kind in arguments.only)
+    asked = () if arguments.no_report else USUAL if arguments.only is None else arguments.only
+    kinds = tuple(kind for kind in KINDS if kind in asked)
+    if "dxf" in kinds:
+        from autobalance.report.dxf import require_ezdxf
+
+        require_ezdxf()
     return Choice(kinds, arguments.paper, arguments.units, today())
 
 

@@ -457,7 +457,9 @@ class Mill(Kind[MillLimits]):
         cutter = figures.mm(item["cutter_mm"], figures.diameter_digits)
         radii = f"radius {figures.mm(item['inner_radius_mm'])} to {figures.mm(item['outer_radius_mm'])}"
         angles = f"{degrees(item['start_deg'])} to {degrees(item['end_deg'])}"
-        depth = f"{figures.mm(item['depth_mm'])} deep from z {figures.mm(item['face_z_mm'])}"
+        depth = (
+            f"{figures.mm(item['depth_mm'])} deep from z {figures.mm(item.get('face_z_mm', item['z_mm']))}"
+        )
         return f"Mill pocket, cutter dia {cutter}, {radii}, {angles}, {depth}"
 
     def trace(self, item: Item) -> Trace:

@@ -4,18 +4,24 @@ from __future__ import annotations
 
 from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from autobalance.report.metal import Piece, pieces_of
 from autobalance.solid.csg.solid import Solid
 from autobalance.solid.mesh.mesh import Mesh
 
-KINDS = ("html", "pdf", "xlsx", "png")
+if TYPE_CHECKING:
+    from autobalance.report.drawing import Drawings
+
+KINDS = ("html", "pdf", "xlsx", "png", "dxf")
 """What can be chosen; ``report.json`` is always written."""
+USUAL = ("html", "pdf", "xlsx", "png")
+"""What is written where nothing is chosen; drawings for CAD need an extra."""
 FILES = {
     "html": "report.html",
     "pdf": "sheet.pdf",
     "xlsx": "balance.xlsx",
+    "dxf": "drawing.dxf",
     "png_before": "crank-before.png",
     "png_after": "crank-after.png",
 }
@@ -29,7 +35,7 @@ PIECES_TRIANGLES = 50_000
 class Choice:
     """Which files, on what paper, in which units, with which date on them."""
 
-    kinds: Collection[str] = KINDS
+    kinds: Collection[str] = USUAL
     paper: Any = "A4"
     units: Any = "metric"
     date: str = ""
@@ -61,7 +67,7 @@ def bundle(
     made: dict[str, bytes] = {}
     if not kinds:
         return {}
-    pieces = pieces_of(report, before, tools) if kinds & {"html", "pdf", "png"} else []
+    pieces = pieces_of(report, before, tools) if kinds & {"html", "pdf", "png", "dxf"} else []
     left = before if after is None else after
     if kinds & {"png", "html"}:
         from autobalance.report.picture import pictures
@@ -77,18 +83,31 @@ def bundle(
         body, note = view_of(left)
         shown = coarse_pieces(report, before, tools, pieces)
         made["html"] = page(report, body, shown, images[0], note).encode()
-    if "pdf" in kinds:
+    if kinds & {"pdf", "dxf"}:
         from autobalance.report.drawing import drawings
-        from autobalance.report.sheet import pdf
 
         told("drawing the shop sheet")
-        made["pdf"] = pdf(report, drawings(report, before, pieces), choice.paper, choice.units, choice.date)
+        made |= paper(report, drawings(report, before, pieces), choice)
     if "xlsx" in kinds:
         from autobalance.report.workbook import xlsx
 
         told("writing the workbook")
         made["xlsx"] = xlsx(report)
     return {key: (name, made[key]) for key, name in FILES.items() if key in made}
+
+
+def paper(report: Mapping[str, Any], drawn: Drawings, choice: Choice) -> dict[str, bytes]:
+    """Return the sheet and the drawing, as far as they are chosen."""
+    made: dict[str, bytes] = {}
+    if "pdf" in choice.kinds:
+        from autobalance.report.paper.sheet import pdf
+
+        made["pdf"] = pdf(report, drawn, choice.paper, choice.units, choice.date)
+    if "dxf" in choice.kinds:
+        from autobalance.report.dxf import dxf
+
+        made["dxf"] = dxf(report, drawn)
+    return made
 
 
 def coarse_pieces(

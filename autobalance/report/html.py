@@ -5,32 +5,30 @@ from __future__ import annotations
 import base64
 import json
 import math
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from functools import cache
 from importlib import resources
 from typing import Any
-
-import numpy as np
-from numpy.typing import NDArray
 
 from autobalance.graphics import polar
 from autobalance.graphics.words import (
     OUTCOMES,
     at,
     counts_uncertainty,
-    degrees,
     escape,
     file_name,
     judged_shares,
     number,
-    signed,
     verdict,
-    weights,
     whole_degrees,
 )
 from autobalance.report import kinds
+from autobalance.report.html_cells import cell, span
+from autobalance.report.html_forces import forces, loads_with_gas
+from autobalance.report.html_inputs import inputs
+from autobalance.report.html_view import view_data
 from autobalance.report.metal import Piece
-from autobalance.solid.mesh.mesh import Array, Indices, Mesh, compacted
+from autobalance.solid.mesh.mesh import Mesh
 
 Report = Mapping[str, Any]
 
@@ -88,9 +86,9 @@ def page(
         _cuts(report, body, pieces, still, view_note),
         _planes(report),
         _passes(report),
-        _forces(report),
-        _loads_with_gas(report),
-        _inputs(report),
+        forces(report),
+        loads_with_gas(report),
+        inputs(report),
     ]
     return f"""<!doctype html>
 <html lang="en">
@@ -136,13 +134,6 @@ def _reason(report: Report) -> str:
 # --- the numbers -------------------------------------------------------------------------------------------
 
 
-def _cell(report: Report, path: str, digits: int = 2, scale: float = 1.0, tag: str = "td") -> str:
-    """Return a cell that tells which number of the JSON it shows."""
-    value = at(report, path)
-    text = number(None if value is None else scale * value, digits)
-    return f'<{tag} data-path="{path}" data-digits="{digits}">{text}</{tag}>'
-
-
 def _numbers(report: Report) -> str:
     shares = dict(judged_shares(report))
     rows = [_row(report, "Resultant", "initial", "residual", "tolerance", shares.get("resultant"))]
@@ -169,17 +160,17 @@ def _row(report: Report, label: str, before: str, after: str, permitted: str, sh
         over = ' class="over"' if share > 1.0 else ""
         bar = f'{number(100.0 * share, 1)} %<span class="used" aria-hidden="true"><i{over} style="width:{width}"></i></span>'
     return (
-        f'<tr><th scope="row">{label}</th>{_cell(report, before + ".magnitude_g_mm")}'
-        f"<td>{_span(report, after + '.magnitude_g_mm').replace('<span', '<span class=strong', 1)}"
+        f'<tr><th scope="row">{label}</th>{cell(report, before + ".magnitude_g_mm")}'
+        f"<td>{span(report, after + '.magnitude_g_mm').replace('<span', '<span class=strong', 1)}"
         f"{_doubt(report, after)}</td>"
-        f"{_cell(report, permitted + '.permissible_g_mm')}<td>{bar or 'not judged'}</td></tr>"
+        f"{cell(report, permitted + '.permissible_g_mm')}<td>{bar or 'not judged'}</td></tr>"
     )
 
 
 def _doubt(report: Report, path: str) -> str:
     if at(report, f"{path}.uncertainty_g_mm") is None:
         return ""
-    return f"<small class=off>± {_span(report, path + '.uncertainty_g_mm')}</small>"
+    return f"<small class=off>± {span(report, path + '.uncertainty_g_mm')}</small>"
 
 
 def _facts(report: Report) -> str:
@@ -187,24 +178,18 @@ def _facts(report: Report) -> str:
     word, amount = ("added", -removed) if removed < 0.0 else ("removed", removed)
     facts = [
         (f"Mass {word}", f'<span data-sum="removed_mass_g">{number(amount)}</span> g'),
-        ("Polar inertia", f"{_span(report, 'inertia_change_kg_mm2', 3, sign=True)} kg·mm²"),
+        ("Polar inertia", f"{span(report, 'inertia_change_kg_mm2', 3, sign=True)} kg·mm²"),
         ("Balance factor", _factor(report)),
         ("Uncertainty", _uncertainty(report)),
     ]
     return "".join(f"<div><dt>{name}</dt><dd>{value}</dd></div>" for name, value in facts)
 
 
-def _span(report: Report, path: str, digits: int = 2, sign: bool = False) -> str:
-    value = at(report, path)
-    text = signed(value, digits) if sign else number(value, digits)
-    return f'<span data-path="{path}" data-digits="{digits}">{text}</span>'
-
-
 def _factor(report: Report) -> str:
     if at(report, "balance_factor.final") is None:
         return "none: the throws cancel out"
-    initial, final = _span(report, "balance_factor.initial", 4), _span(report, "balance_factor.final", 4)
-    return f"{initial} → {final}<small>target {_span(report, 'balance_factor.target', 4)}</small>"
+    initial, final = span(report, "balance_factor.initial", 4), span(report, "balance_factor.final", 4)
+    return f"{initial} → {final}<small>target {span(report, 'balance_factor.target', 4)}</small>"
 
 
 def _uncertainty(report: Report) -> str:
@@ -215,7 +200,7 @@ def _uncertainty(report: Report) -> str:
     listed = ", ".join(f"{escape(name.replace('_', ' '))} {number(share)}" for name, share in shares)
     if silent := at(report, "residual.uncertainty_unstated"):
         listed += f"{'; ' if listed else ''}not stated: {escape(', '.join(silent))}"
-    return f"± {_span(report, 'residual.uncertainty_g_mm')} g·mm" + (
+    return f"± {span(report, 'residual.uncertainty_g_mm')} g·mm" + (
         f"<small>{listed}</small>" if listed else ""
     )
 
@@ -291,7 +276,7 @@ def _cut_table(report: Report) -> str:
             f'<tr tabindex="0" aria-selected="false" data-part="{item["number"]}">'
             f'<td><span class="badge">{item["number"]}</span></td>'
             f'<td class="what">{escape(kinds.noun(item))}<small>{escape(details)}</small></td>'
-            f"{_cell(report, f'corrections.{k}.depth_mm', 3)}{_cell(report, f'corrections.{k}.removed_mass_g')}"
+            f"{cell(report, f'corrections.{k}.depth_mm', 3)}{cell(report, f'corrections.{k}.removed_mass_g')}"
             f"<td>{number(math.hypot(*item['unbalance_change_g_mm']), 1)}<small class=soft> "
             f"{whole_degrees(item['unbalance_change_g_mm'])}</small></td></tr>"
         )
@@ -319,118 +304,6 @@ def _toolbar(has_pieces: bool) -> str:
 <button type="button" data-view="side">Side</button><button type="button" data-view="end">End</button></fieldset></div>"""
 
 
-def view_data(report: Report, body: Mesh, pieces: Sequence[Piece]) -> tuple[dict[str, Any], bytes]:
-    """Return what the page's script draws, and its meshes packed as 16-bit places and 32-bit corners."""
-    frame = np.asarray(report["frame"]["file_to_rotor"], dtype=np.float64)
-    turned = [body.moved(frame)] + [piece.mesh.moved(frame) for piece in pieces]
-    points = np.concatenate([mesh.vertices for mesh in turned])
-    low = points.min(axis=0)
-    step = float((points.max(axis=0) - low).max()) / 65535.0
-    pack = _Packer(low, step)
-    shape = pack.add(turned[0].vertices, turned[0].triangles)
-    depths = [abs(item["depth_mm"]) for item in report["corrections"]]
-    parts = []
-    for piece, mesh in zip(pieces, turned[1:], strict=True):
-        item = report["corrections"][piece.correction]
-        skin = pack.add(mesh.vertices, piece.skin)
-        floor = pack.add(mesh.vertices, piece.floor)
-        parts.append(
-            {
-                "number": item["number"],
-                "shade": _shade(abs(item["depth_mm"]), depths),
-                "skin": skin,
-                "floor": floor,
-            }
-        )
-    z = points[:, 2]
-    data = {
-        "low_mm": [float(v) for v in low],
-        "step_mm": step,
-        "z_mm": [float(z.min()), float(z.max())],
-        "radius_mm": float(np.hypot(points[:, 0], points[:, 1]).max()),
-        "eye": list(kinds.eye(report)),
-        "body": shape,
-        "pieces": parts,
-        "corrections": [_label(item, pieces, turned) for item in enumerate(report["corrections"])],
-        "tolerance_planes": [{"name": p["name"], "z_mm": p["z_mm"]} for p in report["tolerance"]["planes"]],
-        "correction_planes_mm": _correction_planes(report),
-        "vectors": list(_vectors(report)),
-    }
-    return data, pack.bytes()
-
-
-def _shade(depth: float, depths: Sequence[float]) -> float:
-    low, high = min(depths), max(depths)
-    return 1.0 if number(low) == number(high) else (depth - low) / (high - low)
-
-
-class _Packer:
-    """Collects meshes into one buffer; remembers where each begins."""
-
-    def __init__(self, low: Array, step: float) -> None:
-        self.low, self.step = low, step
-        self.parts: list[bytes] = []
-        self.size = 0
-
-    def add(self, vertices: Array, triangles: Indices) -> dict[str, list[int]]:
-        used, renumbered = compacted(triangles, len(vertices))
-        places = np.rint((vertices[used] - self.low) / max(self.step, 1e-12)).astype("<u2")
-        corners = renumbered.astype("<u4")
-        return {"vertices": [self._put(places), len(places)], "triangles": [self._put(corners), len(corners)]}
-
-    def _put(self, array: NDArray[Any]) -> int:
-        start, data = self.size, array.tobytes()
-        data += b"\0" * (-len(data) % 4)
-        self.parts.append(data)
-        self.size += len(data)
-        return start
-
-    def bytes(self) -> bytes:
-        return b"".join(self.parts)
-
-
-def _label(
-    numbered: tuple[int, Mapping[str, Any]], pieces: Sequence[Piece], turned: Sequence[Mesh]
-) -> dict[str, Any]:
-    """Return number, words and place of a correction's label: on its old skin, towards the outside."""
-    place, item = numbered
-    label = np.asarray(item["position_mm"], dtype=np.float64)
-    for piece, mesh in zip(pieces, turned[1:], strict=True):
-        if piece.correction == place and len(piece.skin):
-            corners = mesh.vertices[piece.skin]
-            weight = np.linalg.norm(
-                np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]), axis=1
-            )
-            label = weight @ corners.mean(axis=1) / weight.sum()
-            break
-    depth = f"{number(abs(item['depth_mm']), 2)} mm"
-    return {
-        "number": item["number"],
-        "depth_mm": item["depth_mm"],
-        "depth_text": depth,
-        "label_mm": [float(v) for v in label],
-        "said": f"Correction {item['number']}: {kinds.noun(item)}, {kinds.place(item)}, depth {depth}",
-    }
-
-
-def _correction_planes(report: Report) -> list[float]:
-    """Return the z of the webs that are cut, their mid-planes [mm]."""
-    cut = {web for item in report["corrections"] for web in item.get("webs", [item.get("web")])}
-    return [
-        0.5 * (w["z_min_mm"] + w["z_max_mm"]) for w in at(report, "crank.webs") or [] if w["number"] in cut
-    ]
-
-
-def _vectors(report: Report) -> Iterable[dict[str, Any]]:
-    for k, plane in enumerate(report["tolerance"]["planes"]):
-        for key, when in (("initial", "before"), ("residual", "after")):
-            if report["outcome"] == "already_within_tolerance" and when == "before":
-                continue
-            vector = report[key]["planes"][k]["unbalance_g_mm"]
-            text = f"{number(math.hypot(*vector), 1)} g·mm {when}"
-            yield {"z_mm": plane["z_mm"], "vector": list(vector), "when": when, "text": text}
-
-
 # --- planes, passes, forces --------------------------------------------------------------------------------
 
 
@@ -454,7 +327,7 @@ def _passes(report: Report) -> str:
         depths = ", ".join(number(depth, 3) for depth in step["depths_mm"])
         rows.append(
             f'<tr><th scope="row">{step["step"]}</th><td class="words">{depths}</td>'
-            f"{_cell(report, f'steps.{k}.predicted_g_mm', 3)}{_cell(report, f'steps.{k}.measured_g_mm', 3)}"
+            f"{cell(report, f'steps.{k}.predicted_g_mm', 3)}{cell(report, f'steps.{k}.measured_g_mm', 3)}"
             f"<td>{number(100.0 * step['measured_g_mm'] / permitted, 1)} %</td></tr>"
         )
     return f"""<section aria-labelledby="h-passes"><h2 id="h-passes">Passes</h2>
@@ -463,132 +336,6 @@ def _passes(report: Report) -> str:
 <th scope="col">Predicted<small>g·mm</small></th><th scope="col">Measured<small>g·mm</small></th>
 <th scope="col">Of permitted</th></tr></thead>
 <tbody>{"".join(rows)}</tbody></table></div></section>"""
-
-
-def _forces(report: Report) -> str:
-    """Return the forces before and after, once the report has them: one row for each number in both."""
-    forces = report.get("forces")
-    if not isinstance(forces, Mapping) or not all(
-        isinstance(forces.get(k), Mapping) for k in ("before", "after")
-    ):
-        return ""
-    rows = "".join(
-        f'<tr><th scope="row">{escape(name)}</th>'
-        f"{_cell(report, f'forces.before.{path}', 1)}{_cell(report, f'forces.after.{path}', 1)}</tr>"
-        for path, name in _force_rows(forces["before"])
-        if at(report, f"forces.before.{path}") is not None and at(report, f"forces.after.{path}") is not None
-    )
-    if not rows:
-        return ""
-    speed = number(report["tolerance"]["speed_rpm"], 0)
-    return f"""<section aria-labelledby="h-forces"><h2 id="h-forces">Forces at {speed} rpm</h2>
-<p class="lead">Shaking forces in N, moments in N·m. x runs along the first cylinder, y across it.</p>
-<div class="scroll"><table><thead><tr><th scope="col"></th><th scope="col">Before</th><th scope="col">After</th></tr></thead>
-<tbody>{rows}</tbody></table></div></section>"""
-
-
-def _loads_with_gas(report: Report) -> str:
-    """Return the loads of the mains with gas, where the job has a cycle."""
-    loads = report.get("loads_with_gas")
-    if loads is None:
-        return ""
-    rows = ""
-    for k, main in enumerate(loads["after"]["main_journals"]):
-        cells = "".join(
-            _cell(report, f"loads_with_gas.{state}.main_journals.{k}.{key}", 0)
-            for key in ("greatest_N", "mean_N")
-            for state in ("before", "after")
-        )
-        rows += f'<tr><th scope="row">Main journal {main["number"]}</th>{cells}</tr>'
-    frictions = "".join(
-        _cell(report, f"loads_with_gas.{state}.friction_mean_N_m", 3) for state in ("before", "after")
-    )
-    rows += f'<tr><th scope="row">Mean friction, N·m</th><td></td><td></td>{frictions}</tr>'
-    speed = number(loads["speed_rpm"], 0)
-    return f"""<section aria-labelledby="h-gas"><h2 id="h-gas">Main bearings with gas at {speed} rpm</h2>
-<p class="lead">Greatest and mean load over the working cycle, in N.</p>
-<div class="scroll"><table><thead><tr><th scope="col"></th><th scope="col">Greatest before</th>
-<th scope="col">Greatest after</th><th scope="col">Mean before</th><th scope="col">Mean after</th></tr></thead>
-<tbody>{rows}</tbody></table></div></section>"""
-
-
-def _force_rows(forces: Mapping[str, Any]) -> Iterator[tuple[str, str]]:
-    """Return the place of each number that is shown, and its name."""
-    for key, name in FORCES.items():
-        if key in forces:
-            yield key, name
-    for k, order in enumerate(forces.get("orders", [])):
-        for key, name in ORDER_FORCES.items():
-            yield f"orders.{k}.{key}", f"Order {order['order']:g}: {name}"
-
-
-FORCES = {
-    "greatest_n": "Greatest force, N",
-    "greatest_inline_n": "Greatest force along x, N",
-    "greatest_transverse_n": "Greatest force along y, N",
-}
-ORDER_FORCES = {
-    "force_x_n": "along x, N",
-    "force_y_n": "along y, N",
-    "greatest_force_n": "greatest, N",
-    "greatest_moment_n_m": "greatest moment, N·m",
-}
-
-
-# --- what went in ------------------------------------------------------------------------------------------
-
-
-def _inputs(report: Report) -> str:
-    return f"""<section aria-labelledby="h-inputs"><h2 id="h-inputs">What went in</h2><div class="split" style="margin-top:12px">
-<div class="scroll">{_weights(report)}</div><dl class="facts">{_crank_facts(report)}</dl></div></section>"""
-
-
-def _weights(report: Report) -> str:
-    rows = []
-    for key, name in (
-        ("rotating_g", "rotating"),
-        ("reciprocating_g", "reciprocating"),
-        ("crankpin_g", "on the crankpin"),
-    ):
-        for part, grams in weights(report, key).items():
-            rows.append(
-                f'<tr><th scope="row">{escape(part.replace("_", " "))}</th><td class="words soft">{name}</td>'
-                f"<td>{number(grams)}</td></tr>"
-            )
-    for bob in at(report, "engine.bob_weights") or []:
-        rows.append(
-            f'<tr><th scope="row">Bob-weight, throw {bob["throw"]}</th><td class="words soft">on a balancing machine</td>'
-            f"<td class=strong>{number(bob['mass_g'])}</td></tr>"
-        )
-    return f"""<table><caption>Weights in g, of one connecting rod and one crankpin</caption>
-<thead><tr><th scope="col">Part</th><th scope="col" class="words">Counts as</th><th scope="col">g</th></tr></thead>
-<tbody>{"".join(rows)}</tbody></table>"""
-
-
-def _crank_facts(report: Report) -> str:
-    tolerance = report["tolerance"]
-    throws = ", ".join(
-        f"{number(t['crank_radius_mm'], 3)} mm at {degrees(t['angle_deg'])}"
-        for t in at(report, "crank.throws") or []
-    )
-    facts = [
-        ("Grade and speed", f"G {tolerance['grade_mm_s']:g} at {number(tolerance['speed_rpm'], 0)} rpm"),
-        ("Rotor mass", f"{_span(report, 'tolerance.rotor_mass_g')} g"),
-        ("Crank as in the file", f"{_span(report, 'crank.mass_g')} g"),
-        ("Polar inertia before", f"{_span(report, 'crank.polar_inertia_kg_mm2', 3)} kg·mm²"),
-        ("Throws", throws or "–"),
-        ("Counterweight m·r′", _product(report)),
-        ("Triangles in the file", number(at(report, "input.triangles"), 0)),
-        ("Repairs", escape("; ".join(at(report, "input.repairs") or []) or "none needed")),
-    ]
-    return "".join(f"<div><dt>{name}</dt><dd>{value}</dd></div>" for name, value in facts if value)
-
-
-def _product(report: Report) -> str:
-    if at(report, "counterweight.product_g_mm.initial") is None:
-        return ""
-    path = "counterweight.product_g_mm"
-    return f"{_span(report, path + '.initial', 1)} → {_span(report, path + '.final', 1)} g·mm"
 
 
 def _footer(report: Report) -> str:

@@ -1,4 +1,4 @@
-"""Plots of forces and loads: SVG and PNG, axes with units, told apart by dashes so that grey print does.
+"""Plots of forces and loads: SVG and PNG, axes with units, told apart by colour and by dashes for grey print.
 
 matplotlib draws them; it comes with the extra ``plots`` and is imported only where a plot is asked for.
 """
@@ -20,13 +20,15 @@ if TYPE_CHECKING:
 
 STYLES = (
     {"color": "black", "linestyle": "-"},
-    {"color": "0.35", "linestyle": "--"},
-    {"color": "0.5", "linestyle": ":"},
-    {"color": "0.2", "linestyle": "-."},
-    {"color": "0.6", "linestyle": (0, (5, 1, 1, 1, 1, 1))},
+    {"color": "#0072b2", "linestyle": "--"},
+    {"color": "#d55e00", "linestyle": ":"},
+    {"color": "#009e73", "linestyle": "-."},
+    {"color": "#cc79a7", "linestyle": (0, (5, 1, 1, 1, 1, 1))},
 )
-"""Greys and dashes; more than five curves begin again with a wider line."""
-FILLS = ("0.2", "0.75", "0.5", "0.9")
+"""Colours of Okabe and Ito, told apart by the colour-blind too, and dashes, for grey print; more than five
+curves begin again with a wider line."""
+FILLS = ("#004b76", "#f0e442", "#0072b2", "#e69f00")
+"""Dark and light in turn, so that they differ in grey."""
 HATCHES = ("", "//", "..", "xx")
 SIZE_INCH = (6.4, 4.8)
 PIXELS_PER_INCH = 120

@@ -24,6 +24,8 @@ GROUPS = (
 )
 CREATED = datetime.datetime(2000, 1, 1)
 """In the file's properties: two runs write the same bytes."""
+PAPER_A4 = 9
+FOOTER_LETTERS = 100
 INPUT, MEASURED, RESULT = "input", "measured", "result"
 STYLES: dict[str, dict[str, Any]] = {
     "title": {"bold": True, "font_size": 16},
@@ -33,6 +35,7 @@ STYLES: dict[str, dict[str, Any]] = {
     MEASURED: {"num_format": "#,##0.00##", "bg_color": "#e8eef4", "border": 1, "border_color": "#c3d0dc"},
     RESULT: {"num_format": "#,##0.00##"},
     "verdict": {"bold": True, "align": "right"},
+    "wrapped": {"text_wrap": True, "valign": "top"},
     "number": {"num_format": "#,##0.000"},
 }
 
@@ -69,8 +72,7 @@ class _Calculation:
         page.set_column("C:C", 10)
         page.set_column("D:D", 60)
         page.hide_gridlines(2)
-        page.set_landscape()
-        page.fit_to_pages(1, 0)
+        _printed(page, self.report)
         page.write_string(0, 0, "Balance calculation", self.formats["title"])
         page.write_string(1, 0, file_name(self.report), self.formats["soft"])
         page.write_string(2, 0, "Change it", self.formats[INPUT])
@@ -351,16 +353,29 @@ def _corrections(page: Any, formats: Mapping[str, Any], report: Report) -> None:
     """List the corrections, one a row."""
     heads = ("No", "Kind", "Where", "Depth [mm]", "Diameter [mm]", "Angle [°]", "z [mm]", "Radius of the metal [mm]", "Mass [g]", "Change x [g·mm]", "Change y [g·mm]")  # fmt: skip
     page.set_column("A:A", 6)
-    page.set_column("B:C", 22)
-    page.set_column("D:K", 14)
+    page.set_column("B:B", 15)
+    page.set_column("C:C", 30, formats["wrapped"])
+    page.set_column("D:K", 12)
     for column, text in enumerate(heads):
         page.write_string(0, column, text, formats["head"])
     for row, item in enumerate(report["corrections"], 1):
         page.write_number(row, 0, item["number"])
         page.write_string(row, 1, kinds.noun(item))
-        page.write_string(row, 2, kinds.place(item))
+        page.write_string(row, 2, kinds.place(item), formats["wrapped"])
         numbers = [item["depth_mm"], item.get("diameter_mm"), kinds.angle_deg(item), item["position_mm"][2], item["radius_mm"], item["removed_mass_g"], *item["unbalance_change_g_mm"]]  # fmt: skip
         for column, value in enumerate(numbers, 3):
             if value is not None:
                 page.write_number(row, column, value, formats["number"])
     page.freeze_panes(1, 0)
+    page.repeat_rows(0)
+    _printed(page, report)
+
+
+def _printed(page: Any, report: Report) -> None:
+    """Set how a sheet prints: landscape A4, all columns on one page, its name and count at the foot."""
+    page.set_landscape()
+    page.set_paper(PAPER_A4)
+    page.set_margins(left=0.5, right=0.5, top=0.6, bottom=0.7)
+    page.fit_to_pages(1, 0)
+    name = "".join(letter for letter in file_name(report) if letter.isprintable()).replace("&", "&&")
+    page.set_footer(f"&L{name[:FOOTER_LETTERS]}&C&A&Rpage &P of &N")

@@ -22,7 +22,8 @@ from autobalance.crank.parametric.generate import crank_shape
 from autobalance.crank.recognition.recognise import recognise
 from autobalance.report import kinds
 from autobalance.report.json import correction_entry, dumps, schema
-from autobalance.report.sheet import UNITS, cut_row
+from autobalance.report.paper.cuts import cut_row
+from autobalance.report.paper.units import UNITS
 from autobalance.solid.cad.kernel import has_kernel
 from autobalance.solid.csg.solid import Solid
 from autobalance.solid.csg.tool import placed

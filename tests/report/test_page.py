@@ -15,9 +15,10 @@ import pytest
 from autobalance.graphics.words import at, number, signed
 from autobalance.report.bundle import coarse_pieces, view_of
 from autobalance.report.html import page
-from autobalance.report.metal import pieces_of
+from autobalance.report.listed_metal import listed_metal
+from autobalance.report.metal import Piece, pieces_of
 from autobalance.solid.csg.solid import Region, Solid
-from tests import jobs
+from tests import jobs, plans
 from tests.report.browser import Browser, browser, missing
 
 needs_browser = pytest.mark.skipif(bool(missing()), reason=f"not installed: {missing()} (script/test-tools)")
@@ -122,6 +123,49 @@ def test_nothing_sticks_out_of_the_window(window: Browser, width: int) -> None:
     wide = window.run("return [document.documentElement.scrollWidth, window.innerWidth]")
     window.resize(1280, 1000)
     assert wide[0] <= wide[1]
+
+
+TAGS = """
+const t = [...document.querySelectorAll('.tag')].filter(n => !n.hidden && n.style.visibility !== 'hidden')
+  .map(n => n.getBoundingClientRect());
+let over = 0;
+for (let i = 0; i < t.length; i++) for (let j = 0; j < i; j++)
+  if (t[i].left < t[j].right - 1 && t[j].left < t[i].right - 1 && t[i].top < t[j].bottom - 1
+      && t[j].top < t[i].bottom - 1) over++;
+return [t.length, over];
+"""
+
+
+@pytest.mark.slow
+@needs_browser
+def test_with_many_cuts_the_view_turns_to_the_chosen_one_and_labels_give_way(
+    window: Browser, tmp_path: Path, written: Path
+) -> None:
+    many, crank = plans.plan(80, ("drill", "mill", "slug"), seed=2), plans.crank()
+    many["outputs"] = {"solid": None}
+    metal = listed_metal(many, crank)
+    pieces = []
+    for k, item in enumerate(many["corrections"]):
+        mesh = metal[item["number"]].mesh
+        pieces.append(Piece(mesh, mesh.triangles, mesh.triangles[:0], k))
+    (tmp_path / "many.html").write_text(page(many, crank.mesh, pieces), encoding="utf-8")
+    for width in (1280, 390):
+        window.resize(width, 900)
+        window.open(tmp_path / "many.html")
+        assert window.run(READY)
+        for part in (1, 40, 79):
+            window.run(f"document.querySelector('tr[data-part=\"{part}\"]').click()")
+            window.run("return new Promise(done => requestAnimationFrame(() => requestAnimationFrame(done)))")
+            assert window.run(f"return autobalance.faces({part})")
+            shown, over = window.run(TAGS)
+            assert shown >= 3
+            assert over == 0
+            frame = window.run("const r = document.getElementById('stage').getBoundingClientRect();"
+                               "return [r.top, r.bottom]")  # fmt: skip
+            assert frame[1] > 0.0
+            assert frame[0] < 900.0
+    window.resize(1280, 1000)
+    window.open(written / "report.html")
 
 
 HOSTILE = "<script>alert(1)</script>\"&'</script><!--"

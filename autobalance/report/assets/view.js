@@ -23,7 +23,7 @@
     const item = data.corrections.find((c) => c.number === part);
     said.textContent = item ? item.said : "Nothing selected";
     document.documentElement.dataset.chosen = part === null ? "" : String(part);
-    show3d.choose(part);
+    show3d.choose(part, from);
   }
   for (const [place, row] of rows.entries()) {
     const part = Number(row.dataset.part);
@@ -223,6 +223,34 @@
       camera.updateProjectionMatrix();
       draw();
     }
+    // turn the view to a cut; the zoom stays as it is
+    function turnTo(towards) {
+      camera.position.set(towards[2], towards[0], towards[1]).normalize().multiplyScalar(4 * size).add(middle);
+      camera.updateProjectionMatrix();
+      controls.update();
+    }
+    // labels give way: the chosen one first, then those in front; one that would lie over another is left out
+    const sizes = new Map();
+    function sizeOf(node) {
+      const key = `${node.textContent}|${node.lastChild.hidden}`;
+      if (!sizes.has(key)) sizes.set(key, [node.offsetWidth, node.offsetHeight]);
+      return sizes.get(key);
+    }
+    function giveWay(shown) {
+      const frame = stage.getBoundingClientRect();
+      const taken = [...stage.querySelectorAll(".key:not([hidden]), .hint")].map((node) => {
+        const r = node.getBoundingClientRect();
+        return [r.left - frame.left, r.top - frame.top, r.right - frame.left, r.bottom - frame.top];
+      });
+      shown.sort((a, b) => (b.rank - a.rank) || (a.depth - b.depth));
+      for (const { node, x, y } of shown) {
+        const [w, h] = sizeOf(node);
+        const box = [x - 10, y - h / 2, x - 10 + w, y + h / 2];
+        const covered = taken.some((t) => box[0] < t[2] && t[0] < box[2] && box[1] < t[3] && t[1] < box[3]);
+        node.style.visibility = covered ? "hidden" : "visible";
+        if (!covered) taken.push(box);
+      }
+    }
     const ray = new THREE.Raycaster();
     let waiting = false;
     function draw() {
@@ -237,14 +265,20 @@
         fill.position.copy(back).addScaledVector(side, 1.1).addScaledVector(up, -0.2);
         renderer.render(scene, camera);
         const w = stage.clientWidth, h = stage.clientHeight, p = new THREE.Vector3();
+        const shown = [];
         for (const { node, place, group, item } of tags) {
           p.copy(place).project(camera);
-          node.style.transform = `translate(${((p.x + 1) / 2) * w}px, ${((1 - p.y) / 2) * h}px) translate(-10px, -50%)`;
+          const x = ((p.x + 1) / 2) * w, y = ((1 - p.y) / 2) * h;
+          node.style.transform = `translate(${x}px, ${y}px) translate(-10px, -50%)`;
           node.hidden = (group && !group.visible) || (item && !partsShown());
-          if (!item) continue;
-          node.classList.toggle("chosen", item.number === chosen);
-          node.lastChild.hidden = data.corrections.length > 3 && item.number !== chosen;
+          const own = item && item.number === chosen;
+          if (item) {
+            node.classList.toggle("chosen", own);
+            node.lastChild.hidden = data.corrections.length > 3 && !own;
+          }
+          if (!node.hidden) shown.push({ node, x, y, depth: p.z, rank: own ? 2 : item ? 0 : 1 });
         }
+        giveWay(shown);
       });
     }
     const box = (name) => document.getElementById(name);
@@ -332,8 +366,20 @@
         }
         return null;
       },
+      faces(part) {
+        const item = data.corrections.find((c) => c.number === part);
+        const way = new THREE.Vector3(item.towards[2], item.towards[0], item.towards[1]).normalize();
+        return camera.position.clone().sub(middle).normalize().dot(way) > 0.999;
+      },
       isLit: (part) => pickable.filter((p) => p.piece.number === part).every((p) => p.solid.material.emissiveIntensity > 0),
     };
-    return { choose() { paint(); draw(); } };
+    return {
+      choose(part, from) {
+        const item = data.corrections.find((c) => c.number === part);
+        if (item && from === "row") turnTo(item.towards);
+        paint();
+        draw();
+      },
+    };
   }
 })();

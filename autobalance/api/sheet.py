@@ -1,0 +1,136 @@
+"""``ab.sheet``: the shop sheet and the drawing again, from a report and the solid beside it."""
+
+from __future__ import annotations
+
+import datetime
+import hashlib
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from autobalance.api.result import Values, VerbResult, report_head
+from autobalance.errors import FormatError
+from autobalance.report.files import Staging
+
+if TYPE_CHECKING:
+    from autobalance.report.bundle import Choice
+
+SHEETS = {"pdf": "sheet.pdf", "dxf": "drawing.dxf"}
+PAPERS = ("A4", "Letter")
+UNIT_SYSTEMS = ("metric", "inch")
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class SheetResult(VerbResult):
+    """Sheet and drawing as bytes; ``write`` puts them into a folder."""
+
+    made: Mapping[str, bytes]
+
+    def files(self) -> Mapping[str, bytes]:
+        """Return ``sheet.pdf`` and ``drawing.dxf``, as far as they were asked for."""
+        return {SHEETS[kind]: data for kind, data in self.made.items()}
+
+    def text(self, units: str = "metric") -> str:
+        """Return a line: of what the sheet is."""
+        del units
+        cuts = self.report["corrections"]
+        return f"{self.report['report']}: {cuts} cut{'s' * (cuts != 1)} drawn, nothing measured"
+
+    def write(self, folder: str | Path, only: tuple[str, ...] | None = None) -> tuple[Path, ...]:
+        """Write the files to a folder, all or none; ``only`` names some of ``pdf``, ``dxf``."""
+        folder = Path(folder)
+        chosen = {SHEETS[kind]: data for kind, data in self.made.items() if only is None or kind in only}
+        with Staging([folder]) as staging:
+            for name, data in chosen.items():
+                staging.add(folder / name, data)
+            staging.commit()
+        return tuple(folder / name for name in chosen)
+
+
+def sheet(
+    report: str | Path,
+    *,
+    only: Sequence[str] = ("pdf",),
+    paper: str = "A4",
+    units: str = "metric",
+    date: str | None = None,
+) -> SheetResult:
+    """Draw the shop sheet of a report again, on other paper or in other units; nothing is measured.
+
+    Outlines are those of the corrected solid; the cuts are drawn as the report lists them.
+
+    Parameters
+    ----------
+    report : path
+        Of ``balance`` or ``recut``, its solid beside it.
+    only : sequence of str
+        ``pdf``, ``dxf`` or both; ``dxf`` needs the extra of its name.
+    paper : str
+        ``A4`` or ``Letter``.
+    units : str
+        ``metric`` or ``inch``; the DXF is in mm.
+    date : str or None
+        Printed on the sheet; None: today.
+
+    Returns
+    -------
+    SheetResult
+
+    Raises
+    ------
+    FileError, FormatError, ClaimError
+        If the report or its solid is gone, is none, or the solid is another.
+    """
+    from autobalance.verification.earlier_stage import earlier_stage
+
+    path = Path(report)
+    choice = _choice(only, paper, units, date)
+    left = earlier_stage(path)
+    values: Values = dict(left.values)
+    try:
+        made = _drawn(values, left.source.solid, left.anatomy.file_to_rotor, choice)
+    except (KeyError, IndexError, TypeError, ValueError, AttributeError) as error:
+        raise FormatError(
+            f"{path.name} cannot be drawn: {type(error).__name__} at {error}; "
+            "needed a report as balance writes it"
+        ) from None
+    outputs = {
+        kind: {"file": SHEETS[kind], "sha256": hashlib.sha256(data).hexdigest()}
+        for kind, data in made.items()
+    }
+    told = {
+        **report_head("sheet"),
+        "report": path.name,
+        "corrections": len(values["corrections"]),
+        "outputs": outputs,
+    }
+    return SheetResult(told, made)
+
+
+def _choice(only: Sequence[str], paper: str, units: str, date: str | None) -> Choice:
+    from autobalance.report.bundle import Choice
+
+    for name, value, known in (
+        *(("only", kind, tuple(SHEETS)) for kind in only),
+        ("paper", paper, PAPERS),
+        ("units", units, UNIT_SYSTEMS),
+    ):
+        if value not in known:
+            raise FormatError(f"{name} is {value!r}; needed one of {', '.join(known)}")
+    if "dxf" in only:
+        from autobalance.report.dxf import require_ezdxf
+
+        require_ezdxf()
+    return Choice(tuple(only), paper, units, datetime.date.today().isoformat() if date is None else date)
+
+
+def _drawn(values: Values, solid: Any, frame: Any, choice: Choice) -> dict[str, bytes]:
+    from autobalance.report.bundle import paper
+    from autobalance.report.drawing import drawn
+    from autobalance.report.json import showable
+    from autobalance.report.listed_metal import listed_metal
+
+    shown = showable(values)
+    left = solid.moved(frame)
+    return paper(shown, drawn(shown, left, listed_metal(shown, left)), choice)

@@ -1,0 +1,277 @@
+"""The sheet's pages on random plans: nothing lost, nothing over anything else, nothing outside the frame."""
+
+from __future__ import annotations
+
+import io
+import math
+import re
+import shutil
+import subprocess
+from itertools import pairwise, product
+from pathlib import Path
+from typing import Any
+from xml.etree import ElementTree
+
+import numpy as np
+import pytest
+from pypdf import PdfReader
+
+from autobalance.report import kinds
+from autobalance.report.paper.labels import spread, spread_between, spread_on_circle
+from autobalance.report.paper.rim_strips import LAP_MM, strips, tile_range, tiles_of
+from autobalance.report.paper.scales import SCALES, scale_for
+from autobalance.report.paper.sheet import pdf
+from autobalance.report.paper.tolerances import SHARE, USUAL, press_fit, tolerances
+from tests import plans
+
+needs_poppler = pytest.mark.skipif(
+    shutil.which("pdftotext") is None, reason="not installed: poppler-utils (script/test-tools)"
+)
+CASES = (
+    (1, "A4", "inch", plans.KINDS),
+    (12, "Letter", "metric", plans.KINDS),
+    (50, "A4", "metric", plans.KINDS),
+    (200, "Letter", "inch", plans.KINDS),
+    (50, "A4", "inch", ("drill",)),
+)
+POINTS_PER_MM = 72.0 / 25.4
+EDGE_MM = 5.0
+TOUCH = 0.3
+"""By how much the boxes that fonts state may come into each other [points]: descents of a line above."""
+
+
+@pytest.fixture(
+    scope="module", params=CASES, ids=lambda case: f"{case[0]}-{case[1]}-{case[2]}-{len(case[3])}"
+)
+def case(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFactory) -> tuple[Any, ...]:
+    count, paper, units, names = request.param
+    report = plans.plan(count, names, seed=count)
+    data = pdf(report, plans.drawings_of(report), paper, units, "2026-01-31")
+    path = tmp_path_factory.mktemp("paper") / "sheet.pdf"
+    path.write_bytes(data)
+    return report, path, units, [page.extract_text() for page in PdfReader(path).pages]
+
+
+def written(value: float, units: str, of: str) -> str:
+    """Return a number as the sheet has it."""
+    per, digits = {
+        ("metric", "length"): (1.0, 3),
+        ("metric", "diameter"): (1.0, 2),
+        ("metric", "mass"): (1.0, 2),
+        ("inch", "length"): (1.0 / 25.4, 4),
+        ("inch", "diameter"): (1.0 / 25.4, 3),
+        ("inch", "mass"): (1.0 / 28.349523125, 4),
+    }[units, of]
+    return f"{value * per:.{digits}f}"
+
+
+def test_one_line_a_cut_holds_every_number(case: tuple[Any, ...]) -> None:
+    report, _, units, pages = case
+    lines = "\n".join(pages).replace("−", "-").splitlines()
+    for item in report["corrections"]:
+        found = [line for line in lines if re.match(rf"\s*{item['number']}\s", line)]
+        assert len(found) == 1
+        (line,) = found
+        comes = item["kind"] == "add"
+        depth, mass = item["depth_mm"], item["removed_mass_g"]
+        wanted = [
+            item["kind"],
+            f"web {item['web']}",
+            written(item.get("entry_radius_mm", item["radius_mm"]), units, "length"),
+            written(item["z_mm"], units, "length"),
+            written(abs(depth) if comes else depth, units, "length"),
+            written(abs(mass) if comes else mass, units, "mass"),
+        ]
+        if item["kind"] != "turn":
+            wanted += [f"{item['angle_deg']:.1f}°", f"{(360.0 - item['angle_deg']) % 360.0:.1f}°"]
+        if "diameter_mm" in item:
+            wanted.append(written(item["diameter_mm"], units, "diameter"))
+        if item.get("point_mm"):
+            wanted.append(written(depth + item["point_mm"], units, "length"))
+        for text in wanted:
+            assert re.search(rf"(?<![\d.]){re.escape(text)}(?!\d)", line), (text, line)
+        assert not comes or "build up" in line
+
+
+def test_what_a_kind_needs_stands_on_the_sheet_too(case: tuple[Any, ...]) -> None:
+    report, _, units, pages = case
+    text = " ".join(" ".join(pages).split())
+    for item in report["corrections"]:
+        for key in ("wall_left_mm", "depth_left_mm", "length_mm", "inner_radius_mm", "outer_radius_mm",
+                    "rim_radius_mm", "new_radius_mm", "face_z_mm"):  # fmt: skip
+            if key in item:
+                assert written(item[key], units, "length") in text, (key, item)
+        for key in ("start_deg", "end_deg"):
+            if key in item:
+                assert f"{item[key] % 360.0:.1f}°" in text
+        if item["kind"] == "slug":
+            assert written(item["slug_mass_g"], units, "mass") in text
+            assert f"{item['centrifugal_load_N']:.0f} N" in text
+    assert ("H7/s6" in text) == any(item["kind"] == "slug" for item in report["corrections"])
+    for words in ("Tolerances: angle, position, depth, diameter", "Degree wheel: zero", "Readings after"):
+        assert words in text
+
+
+@needs_poppler
+def test_no_text_lies_over_another_and_all_is_within_the_page(case: tuple[Any, ...]) -> None:
+    _, path, _, _ = case
+    done = subprocess.run(["pdftotext", "-bbox", path, "-"], capture_output=True, check=True).stdout
+    root = ElementTree.fromstring(re.sub(rb'\sxmlns="[^"]+"', b"", done, count=1))
+    pages = root.findall(".//page")
+    assert pages
+    for number, page in enumerate(pages, 1):
+        wide, high = float(page.get("width", 0)), float(page.get("height", 0))
+        words = [str(word.text) for word in page.findall("word")]
+        box = np.array(
+            [
+                [float(word.get(key, 0)) for key in ("xMin", "yMin", "xMax", "yMax")]
+                for word in page.findall("word")
+            ]
+        )
+        assert (
+            min(box[:, :2].min(), wide - box[:, 2].max(), high - box[:, 3].max()) >= EDGE_MM * POINTS_PER_MM
+        )
+        assert " ".join(words).find(f"page {number} of {len(pages)}") >= 0
+        assert "crank.stl" in words
+        wider = np.minimum(box[:, None, 2], box[None, :, 2]) - np.maximum(box[:, None, 0], box[None, :, 0])
+        higher = np.minimum(box[:, None, 3], box[None, :, 3]) - np.maximum(box[:, None, 1], box[None, :, 1])
+        over = np.argwhere(np.triu((wider > TOUCH) & (higher > TOUCH), 1))
+        assert not len(over), (number, [(words[i], words[j]) for i, j in over[:5]])
+
+
+@needs_poppler
+def test_no_ink_within_5_mm_of_the_edge(case: tuple[Any, ...], tmp_path: Path) -> None:
+    _, path, _, _ = case
+    subprocess.run(["pdftoppm", "-gray", "-r", "50.8", path, tmp_path / "p"], check=True)  # 2 pixels a mm
+    found = sorted(tmp_path.glob("p*.pgm"))
+    assert found
+    for each in found:
+        data = each.read_bytes()
+        head = re.match(rb"P5\s+(\d+)\s+(\d+)\s+255\s", data)
+        assert head is not None
+        image = np.frombuffer(data, np.uint8, offset=head.end()).reshape(int(head[2]), int(head[1]))
+        border = np.ones(image.shape, dtype=bool)
+        border[10:-11, 10:-11] = False
+        assert image[border].min() > 200
+        assert image[~border].min() < 100
+
+
+# --- tolerances -------------------------------------------------------------------------------------------
+
+
+def test_tolerances_together_use_at_most_half_of_what_the_verdict_leaves() -> None:
+    """Against the unbalance of a cylinder: each error's change of it, from the closed form."""
+    report = plans.plan(3, ("drill",), seed=3)
+    report["tolerance"]["judge"] = "static"
+    left = report["tolerance"]["permissible_g_mm"] - report["residual"]["magnitude_g_mm"]
+    for item in report["corrections"]:
+        item["inward"], item["point_mm"] = [0.0, 0.0, 1.0], 0.0
+        u = cylinder_g_mm(item)
+        turn = math.radians(item["angle_deg"])
+        away = -np.array([math.cos(turn), math.sin(turn)])
+        item["removed_mass_g"] = u / math.hypot(*item["position_mm"][:2])
+        item["unbalance_change_g_mm"] = (u * away).tolist()
+        item["unbalance_per_mm_g_mm"] = (u / item["depth_mm"] * away).tolist()
+    found = tolerances(report)
+    assert found is not None
+    (values,) = found.by_kind.values()
+    assert set(values) == set(USUAL)
+    total = 0.0
+    for item in report["corrections"]:
+        u, turn = cylinder_g_mm(item), math.radians(item["angle_deg"])
+        place = np.array(item["position_mm"][:2])
+        angle = math.radians(values["angle_deg"])
+        total += (2.0 * u * math.sin(0.5 * angle)) ** 2
+        out = place / np.hypot(*place) * values["position_mm"]
+        total += (u * (np.hypot(*(place + out)) / np.hypot(*place) - 1.0)) ** 2
+        total += (cylinder_g_mm(item, depth=values["depth_mm"]) - u) ** 2
+        total += (cylinder_g_mm(item, diameter=values["diameter_mm"]) - u) ** 2
+    used = math.sqrt(total) / left
+    assert SHARE * 0.85 < used <= SHARE * 1.005  # cut to two digits
+    assert found.used == pytest.approx(used, rel=5e-3)
+    assert found.worst > found.used
+
+
+def cylinder_g_mm(item: dict[str, Any], depth: float = 0.0, diameter: float = 0.0) -> float:
+    radius = math.hypot(*item["position_mm"][:2])
+    volume = math.pi / 4.0 * (item["diameter_mm"] + diameter) ** 2 * (item["depth_mm"] + depth)
+    return float(plans.STEEL * volume * radius)
+
+
+def test_a_verdict_that_leaves_nothing_gives_no_tolerance() -> None:
+    report = plans.plan(2)
+    report["residual"]["magnitude_g_mm"] = 2.0 * report["tolerance"]["permissible_g_mm"]
+    assert tolerances(report) is None
+    assert b"%PDF" in pdf(report, None)
+
+
+@pytest.mark.parametrize("diameter", [2.0, 6.0, 12.0, 25.4, 60.0])
+def test_press_fits_always_hold(diameter: float) -> None:
+    least, most = press_fit(diameter).interference_mm
+    assert 0.0 < least < most < 0.01 * diameter + 0.02
+
+
+# --- places of labels, scales, strips ---------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("seed", range(5))
+def test_spread_labels_keep_apart_and_in_order(seed: int) -> None:
+    rng = np.random.default_rng(seed)
+    wanted = rng.uniform(0.0, 30.0, 12).tolist()
+    for found in (spread(wanted, 4.0), spread_between(wanted, 4.0, 0.0, 60.0)):
+        assert np.diff(np.sort(found)).min() >= 4.0 - 1e-9
+        assert np.argsort(found).tolist() == np.argsort(wanted).tolist()
+    around = np.mod(spread_on_circle(rng.uniform(-8.0, 8.0, 30).tolist(), 0.2), 2.0 * math.pi)
+    gaps = np.diff(np.append(np.sort(around), np.sort(around)[0] + 2.0 * math.pi))
+    assert gaps.min() >= 0.2 - 1e-9
+
+
+def test_scales_are_those_of_the_standard() -> None:
+    for scale, name in SCALES:
+        a, b = map(float, name.split(":"))
+        assert scale == pytest.approx(a / b)
+        assert str(int(max(a, b)))[0] in "125"
+    assert scale_for(3000.0, 10.0, 180.0, 100.0) == (0.05, "1:20")
+
+
+def test_each_radius_has_a_strip_of_its_own_whose_lengths_lap() -> None:
+    report = plans.plan(40, ("drill",), seed=9)
+    radial = [item for item in report["corrections"] if item["direction"] == "radial"]
+    for k, item in enumerate(radial):
+        item["entry_radius_mm"] = 48.0 if k % 2 else 130.0
+    found = strips(report)
+    assert sorted(item["number"] for strip in found for item in strip.items) == sorted(
+        item["number"] for item in radial
+    )
+    for strip in found:
+        assert {item["entry_radius_mm"] for item in strip.items} == {strip.radius_mm}
+        ends = [tile_range(strip, tile, 180.0) for tile in range(tiles_of(strip, 180.0))]
+        assert ends[0][0] == 0.0
+        assert ends[-1][1] == pytest.approx(strip.long_mm)
+        for one, two in pairwise(ends):
+            assert one[1] - two[0] == pytest.approx(LAP_MM)
+    assert max(tiles_of(strip, 180.0) for strip in found) > 1
+
+
+def test_a_report_of_an_assembly_shows_its_stages() -> None:
+    report = plans.plan(1)
+    total = dict(report["residual"], magnitude_g_mm=7.25, angle_deg=12.5)
+    stage = {
+        "stage": 1, "name": "Flywheel", "shaft": "crank", "mass_g": 3000.0, "part_g_mm": [1.5, 2.5],
+        "runout_g_mm": [0.5, 0.25], "key_g_mm": [0.0, 0.125], "sum": total, "permissible_g_mm": 9.5,
+        "within": True, "corrections": [{"z_mm": 40.0, "g_mm": 7.25, "angle_deg": 12.5}], "left": [0.0, 0.0],
+    }  # fmt: skip
+    text = " ".join(
+        page.extract_text()
+        for page in PdfReader(io.BytesIO(pdf({**report, "assembly": [stage]}, None))).pages
+    )
+    for words in ("Assembly", "Flywheel", "3000.00", "7.25", "9.50", "within", "12.5°", "40.000"):
+        assert words in text
+
+
+def test_the_angle_of_added_metal_is_that_of_its_place() -> None:
+    for item, (x, y) in product(plans.plan(6)["corrections"], [(-1.0, 0.0)]):
+        if item["kind"] == "add":
+            item["position_mm"] = [30.0 * x, y, 0.0]
+            assert kinds.angle_deg({**item, "angle_deg": 180.0}) == 180.0
+            assert kinds.angle_deg({key: item[key] for key in item if key != "angle_deg"}) == 180.0
