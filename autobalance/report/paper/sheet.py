@@ -27,7 +27,7 @@ from autobalance.report import kinds
 from autobalance.report.drawing import Drawings, SectionDrawing, WebDrawing
 from autobalance.report.paper import machine_page
 from autobalance.report.paper.cuts import cut_table, making_table, slug_table, tolerance_table
-from autobalance.report.paper.lettering import POINTS_PER_MM, builtin, font_of, safe
+from autobalance.report.paper.lettering import POINTS_PER_MM, font_of, safe
 from autobalance.report.paper.pen import INK, SOFT, Pen
 from autobalance.report.paper.rim_strips import strip_tiles
 from autobalance.report.paper.section_view import SectionView
@@ -152,8 +152,6 @@ class _Story:
             textColor=colour,
             spaceAfter=after * POINTS_PER_MM,
         )
-        if not builtin(shown):
-            style.wordWrap = None
         return Paragraph(escape(shown), style)
 
     def _heading(self, text: str) -> Flowable:

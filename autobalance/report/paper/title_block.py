@@ -16,7 +16,7 @@ from autobalance.report.paper.units import Units, plain
 FRAME_MM = 8.0
 MARGIN_MM = 12.0
 HEAD_MM = 20.0
-FOOT_MM = 16.0
+FOOT_MM = 17.0
 ROW_MM = 8.6
 ROWS = 5
 BLOCK_MM = ROW_MM * ROWS
