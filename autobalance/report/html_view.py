@@ -115,6 +115,9 @@ def _label(
 TILT = 0.55
 """How far a cut is looked at from beside its own direction, so that depth and place can both be seen."""
 
+FACE = 0.5
+"""How much a face is looked at from in front; the rest from outside, past the webs beside it."""
+
 
 def _towards(item: Mapping[str, Any]) -> list[float]:
     """Return where to look from at a correction, rotor frame: along its tool, onto its face or its rim."""
@@ -124,7 +127,8 @@ def _towards(item: Mapping[str, Any]) -> list[float]:
     if item.get("inward") is not None:
         out = -np.asarray(item["inward"], dtype=np.float64)
     elif item.get("normal") is not None:
-        out = np.asarray(item["normal"], dtype=np.float64)
+        out = out + FACE * np.asarray(item["normal"], dtype=np.float64)
+        return [float(v) for v in out]
     elif item.get("face_z_mm") is not None:
         out = np.array([0.0, 0.0, math.copysign(1.0, item["face_z_mm"] - item["position_mm"][2])])
     beside = np.array([0.0, 0.0, 1.0]) if abs(out[2]) < 0.7 else np.array([x, y, 0.0]) / max(radius, 1e-9)

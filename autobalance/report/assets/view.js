@@ -223,7 +223,7 @@
       camera.updateProjectionMatrix();
       draw();
     }
-    // turn the view to a cut that cannot be seen; the zoom stays as it is
+    // turn the view to a cut; the zoom stays as it is
     function turnTo(towards) {
       camera.position.set(towards[2], towards[0], towards[1]).normalize().multiplyScalar(4 * size).add(middle);
       camera.updateProjectionMatrix();
@@ -370,12 +370,17 @@
     // where each part is on the screen: for tests and for scripts that drive the page
     window.autobalance = {
       whereIs,
+      faces(part) {
+        const item = data.corrections.find((c) => c.number === part);
+        const way = new THREE.Vector3(item.towards[2], item.towards[0], item.towards[1]).normalize();
+        return camera.position.clone().sub(middle).normalize().dot(way) > 0.999;
+      },
       isLit: (part) => pickable.filter((p) => p.piece.number === part).every((p) => p.solid.material.emissiveIntensity > 0),
     };
     return {
       choose(part, from) {
         const item = data.corrections.find((c) => c.number === part);
-        if (item && from === "row" && !whereIs(part)) turnTo(item.towards);
+        if (item && from === "row") turnTo(item.towards);
         paint();
         draw();
       },
