@@ -135,7 +135,7 @@ class _Marks:
 def result_view(result: BalanceResult) -> bytes:
     """Return the crank as it is left and the metal that went, as the report's page shows them."""
     from autobalance.report.bundle import coarse_pieces, view_of
-    from autobalance.report.html import view_data
+    from autobalance.report.html_view import view_data
     from autobalance.report.metal import pieces_of
 
     before = result.before.measured.source.solid
