@@ -90,10 +90,10 @@ def random_job(folder: Path, seed: int, files: list[Path]) -> Path:
 
     rng = np.random.default_rng(seed)
     if files and seed % 3 == 0:
-        file, pressed_up = files[(seed // 3) % len(files)], False
+        file, pressed_up, scale = files[(seed // 3) % len(files)], False, float(rng.choice([0.01, 0.1, 1.0]))
         unit = 'unit = "mm"\n' if file.suffix in UNITLESS else ""
     else:
-        name = sorted(PRESETS)[int(rng.integers(len(PRESETS)))]
+        scale, name = 1.0, sorted(PRESETS)[int(rng.integers(len(PRESETS)))]
         crank = generated_crank(name, seed=seed, segments=int(rng.choice([24, 37, 64])))
         file, unit, pressed_up = folder / "crank.stl", 'unit = "mm"\n', not crank.design.crankpin_in_file
         write_stl(file, crank.mesh.corners)
@@ -104,9 +104,9 @@ def random_job(folder: Path, seed: int, files: list[Path]) -> Path:
         f"{unit}density_kg_m3 = 7850.0",
         *(["crankpin_in_file = false"] if pressed_up else []),
         "[engine.rotating_g]",
-        f"rod = {rng.uniform(50.0, 400.0):.1f}",
+        f"rod = {scale * rng.uniform(50.0, 400.0):.2f}",
         "[engine.reciprocating_g]",
-        f"piston = {rng.uniform(100.0, 600.0):.1f}",
+        f"piston = {scale * rng.uniform(100.0, 600.0):.2f}",
         *(["[engine.crankpin_g]", "crankpin = 150.0"] if pressed_up else []),
         "[balance]",
         f"factor = {rng.uniform(0.0, 1.0):.2f}",
