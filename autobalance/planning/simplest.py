@@ -24,8 +24,8 @@ WHOLE_CUTS_SHARE = 0.25
 """Share of the permissible value that plans of cuts in steps may leave, since these cannot reach the aim."""
 MERGES = 40
 """Groups drawn together in a plan, tried at most."""
-MOST_FACES = 8
-"""Cuts of any depth among which every choice of some is tried; of more, only those of the lightest plan."""
+MOST_FACES = 6
+"""Cuts of the lightest plan, of any depth, among which every choice of some is tried; of more, none."""
 
 Rank = tuple[int, int, float]
 
@@ -102,11 +102,10 @@ def _merged(task: Task, plan: Plan, enough: float) -> Plan:
 
 
 def _fewest_of_any_depth(task: Task, least: Plan, enough: float) -> list[Plan]:
-    """Return plans of the fewest cuts that are enough: of one depth where that can be, and of free ones."""
-    offered = (
-        range(len(task.cuts)) if len(task.cuts) <= MOST_FACES else np.flatnonzero(least.depths_mm).tolist()
-    )
-    members = list(offered)[:MOST_FACES]
+    """Return plans of the fewest cuts of the lightest plan that are enough: of one depth, and of any."""
+    members = np.flatnonzero(least.depths_mm).tolist()
+    if len(members) > MOST_FACES:
+        return []
     found: list[Plan] = []
     for alike in (True, False):
         for count in range(1, len(members) + 1):
