@@ -222,10 +222,12 @@ def _cluster(address: str, timeout_s: float) -> Iterator[Workers]:
         raise FileError(
             "a cluster needs dask.distributed, which is not installed: pip install 'autobalance[cluster]'"
         ) from None
+    kind: Any = distributed.Client
+    client = kind.__new__(kind)
     try:
-        connect: Any = distributed.Client
-        client: Any = connect(address, timeout=timeout_s, set_as_default=False)
+        client.__init__(address, timeout=timeout_s, set_as_default=False)
     except (OSError, TimeoutError, ValueError) as error:
+        client.status = "closed"  # else it would still talk to the scheduler at its end, and complain
         reason = " ".join(str(error).split()) or "no answer"
         raise FileError(f"the cluster {address} did not answer within {timeout_s:g} s: {reason}") from None
     try:
