@@ -1,0 +1,68 @@
+"""Take the pictures of docs/app.md: the app in a browser without a screen, used as its page tells.
+
+Run from a checkout, with Chromium and its driver installed: ``python docs/make_app_pictures.py``. It writes
+``docs/app-*.png``; ``docs/app-see.png`` is the picture for the README.
+"""
+
+from __future__ import annotations
+
+import sys
+import tempfile
+import time
+from pathlib import Path
+
+ROOT = Path(__file__).resolve().parents[1]
+sys.path.insert(0, str(ROOT))
+
+from tests.report.browser import Browser, browser  # noqa: E402
+from tests.web_app.page import at, opened, outcome, until  # noqa: E402
+from tests.web_app.serving import served  # noqa: E402
+
+JOB = ROOT / "fixtures" / "crf250r" / "drafted" / "factor-0.28.toml"
+SIZE = (1280, 860)
+COLOURS = 128
+"""Of a picture's palette: a quarter of the size."""
+
+
+def main() -> None:
+    """Take all pictures."""
+    with tempfile.TemporaryDirectory() as folder:
+        place = Path(folder)
+        with served(place / "project", str(JOB)) as app, browser(place / "profile") as page:
+            page.resize(*SIZE)
+            page.call("POST", "/url", {"url": app.address})
+            until(page, "return document.body.dataset.ready === 'true'")
+            _take(page)
+
+
+def _take(page: Browser) -> None:
+    opened(page)
+    page.press("[data-kind=throw]", "\ue007")
+    _shot(page, "open")
+    page.click_on(at("tab-parts"))
+    until(page, "return !document.getElementById('preview').hidden")
+    page.run("document.getElementById('preview').scrollIntoView({ block: 'end' })")
+    _shot(page, "parts")
+    page.click_on(at("tab-correct"))
+    page.run("document.querySelector('[data-face=w1-a] input').click();")
+    page.run("document.querySelector('[data-face=w2-d] input').click();")
+    _shot(page, "correct")
+    page.click_on(at("balance"))
+    outcome(page)
+    page.run("window.scrollTo(0, 0)")
+    _shot(page, "see")
+
+
+def _shot(page: Browser, name: str) -> None:
+    import io
+
+    from PIL import Image
+
+    time.sleep(0.8)  # the view draws in its own time
+    picture = Image.open(io.BytesIO(page.screenshot())).convert("RGB")
+    small = picture.quantize(COLOURS, dither=Image.Dither.NONE)
+    small.save(ROOT / "docs" / f"app-{name}.png", optimize=True)
+
+
+if __name__ == "__main__":
+    main()
