@@ -7,14 +7,19 @@ from dataclasses import dataclass, field
 
 from autobalance.balancing.rotor import Rotor
 from autobalance.correction.kind import Cut
-from autobalance.errors import SolidError
+from autobalance.crank.anatomy import Overrides
+from autobalance.crank.recognition.recognise import recognise
+from autobalance.errors import RecognitionError, SolidError
 from autobalance.rigid_rotor.moments import Moments
 from autobalance.solid.csg.solid import Solid
 from autobalance.solid.csg.tool import Tool, placed
+from autobalance.solid.formats.read import source_of
 from autobalance.solid.formats.write import decode, encode
 from autobalance.solid.mesh.measure import soup_moments
 from autobalance.solid.mesh.mesh import Floats
 
+SAME_VOLUME = 1e-9
+"""Share by which the volume read back may differ from that of the loose triangles written."""
 DISAGREE = 0.02
 """Share of the metal moved by which true surfaces and triangles may differ, beyond what facets hide."""
 
@@ -54,9 +59,44 @@ def as_file(format: str, mm_per_unit: float) -> Measure:  # noqa: A002
 
     def measure(rotor: Rotor, solid: Solid, made: Made) -> Measured:
         data = encode(solid.mesh, format, mm_per_unit)
-        return _on_triangles(rotor, decode(data, format, mm_per_unit), data)
+        soup = decode(data, format, mm_per_unit)
+        if any(cut.adds_metal for cut, _ in made):
+            _refuse_another_crank(rotor, soup)
+        return _on_triangles(rotor, soup, data)
 
     return measure
+
+
+def _refuse_another_crank(rotor: Rotor, soup: Floats) -> None:
+    """Refuse a written solid with added metal that is read as another body, or in which the crank is lost.
+
+    Metal that is taken off leaves journals and pins alone; what is put on may hide them.
+
+    Raises
+    ------
+    SolidError
+        If it is.
+    """
+    again, own = source_of(soup, "mm", "all"), soup_moments(soup, 1.0).mass_g
+    if abs(again.volume_mm3 - own) > SAME_VOLUME * own:
+        raise SolidError(
+            f"add: the written solid has {own:.9g} mm³, but {again.volume_mm3:.9g} mm³ are read back; "
+            "needed metal that can be told apart: another face, or less of it"
+        )
+    hints = Overrides(crankpin_in_file=None)
+    try:
+        before = recognise(rotor.solid, hints)
+    except RecognitionError:  # what was told of it is not told here
+        return
+    try:
+        after = recognise(again.solid, hints)
+    except RecognitionError as error:
+        raise SolidError(f"add: the crank is not found any more in the corrected solid: {error}") from None
+    if len(after.throws) != len(before.throws) or len(after.main_journals) != len(before.main_journals):
+        raise SolidError(
+            f"add: the corrected solid has {len(after.throws)} throws and {len(after.main_journals)} main "
+            f"journals, the crank {len(before.throws)} and {len(before.main_journals)}; needed the same"
+        )
 
 
 def _on_triangles(rotor: Rotor, soup: Floats, data: bytes | None) -> Measured:

@@ -11,6 +11,7 @@ from typing import Literal
 import numpy as np
 
 from autobalance.correction.kind import (
+    Apart,
     Array,
     Correction,
     Figures,
@@ -30,10 +31,10 @@ from autobalance.correction.patches import (
     face_region,
 )
 from autobalance.correction.relaxing import deeper, thinner
-from autobalance.correction.room import Room, drawn_out
+from autobalance.correction.room import TOUCHING_MM, Room, drawn_out, keep_apart
 from autobalance.correction.shoulder import face_heights
 from autobalance.correction.trace import FaceTrace, Trace
-from autobalance.crank.anatomy import Face
+from autobalance.crank.anatomy import Anatomy, Face
 from autobalance.errors import CorrectionError
 from autobalance.rigid_rotor.moments import Moments
 from autobalance.solid.csg.shape import Shape
@@ -219,6 +220,9 @@ def cuts(work: Workpiece, patches: Sequence[Patch], limits: AddLimits) -> list[A
             above = float(blocked.bounds[0, 2]) - height - clearance
             if above < room:
                 room, limit = above, f"the clearance of {clearance:g} mm over the face"
+        beside_rods = _room_beside_rods_mm(patch.face, anatomy)
+        if beside_rods < room:
+            room, limit = beside_rods, "the connecting rod's width on the crankpin"
         if room <= 2.0 * sink or free.is_empty:
             continue
         found.append(
@@ -237,6 +241,42 @@ def cuts(work: Workpiece, patches: Sequence[Patch], limits: AddLimits) -> list[A
             )
         )
     return found
+
+
+def _room_beside_rods_mm(face: Face, anatomy: Anatomy) -> float:
+    """Return how high metal may stand on a face before it is in a connecting rod's way.
+
+    A rod is as wide as its crankpin is bare, and sweeps all of that stretch of the axis as the crank turns.
+    """
+    up = float(face.normal[2])
+    if abs(up) < ALONG:
+        return math.inf
+    z, most = float(face.centroid_mm[2]), math.inf
+    for throw in anatomy.throws:
+        pin = throw.crankpin
+        ends = (pin.centre_mm[2] - 0.5 * pin.width_mm, pin.centre_mm[2] + 0.5 * pin.width_mm)
+        near, far = sorted(math.copysign(1.0, up) * (end - z) for end in ends)
+        if far > 0.0:
+            most = min(most, max(float(near), 0.0) / abs(up))
+    return most
+
+
+ALONG = 0.1
+"""Component along the axis that the normal of a face has, at least, from which metal grows towards rods."""
+
+
+def _clear_of_each_other(found: Sequence[AddCut], limits: AddLimits) -> tuple[Apart, ...]:
+    """Return the pads on different faces that come too near each other, with the height both may have."""
+    if len(found) < 2:
+        return ()
+    clearance = DEFAULT_CLEARANCE_MM if limits.min_wall_mm is None else limits.min_wall_mm
+    ids = [cut.face.id for cut in found]
+    return keep_apart(
+        [cut.room for cut in found],
+        np.array([cut.max_depth_mm for cut in found]),
+        np.full(len(found), max(clearance, TOUCHING_MM)),
+        np.array([ids.index(each) for each in ids]),
+    )
 
 
 class Add(Kind[AddLimits]):
@@ -259,7 +299,8 @@ class Add(Kind[AddLimits]):
             patches = auto_patches(mesh, work.anatomy, work.faces, light, limits, effort)
         else:
             patches = chosen_patches(limits, mesh, work.anatomy, work.faces)
-        return Offer(tuple(cuts(work, patches, limits)), same_depth=limits.same_depth)
+        found = cuts(work, patches, limits)
+        return Offer(tuple(found), same_depth=limits.same_depth, apart=_clear_of_each_other(found, limits))
 
     def relaxing(self, limits: AddLimits) -> Sequence[Relaxing]:
         """Return more height, and less clearance over the face."""

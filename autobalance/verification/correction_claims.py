@@ -19,7 +19,7 @@ from autobalance.crank.faces import find_faces
 from autobalance.errors import ClaimError
 from autobalance.job import Job
 from autobalance.rigid_rotor.moments import Moments
-from autobalance.solid.csg.solid import Solid
+from autobalance.solid.csg.solid import Solid, union
 from autobalance.solid.formats.read import Source
 from autobalance.verification.claims import Claims, near_turn
 from autobalance.verification.solids import Files
@@ -192,15 +192,35 @@ def _shared_out(
     near_mm: float,
 ) -> list[tuple[Solid, ...] | None]:
     """Return the metal of each correction; None where it cannot be told from another's."""
-    mine: list[list[Solid]] = []
-    for part, trace in zip(parts, traces, strict=True):
-        came = KINDS[part.get("kind", str)].adds_metal
-        within = Solid.nothing() if trace is None else gone[int(came)] & trace.room(crank)
-        mine.append(_pieces(within, near_mm))
+    rooms = [Solid.nothing() if trace is None else trace.room(crank) for trace in traces]
+    adds = [KINDS[part.get("kind", str)].adds_metal for part in parts]
+    mine: list[list[Solid]] = [[] for _ in parts]
+    for came in (False, True):
+        candidates = [k for k, each in enumerate(adds) if each == came]
+        mixed = []
+        for piece in _pieces(gone[int(came)], near_mm) if candidates else []:
+            owners = [k for k in candidates if _holds(rooms[k], piece)]
+            if len(owners) == 1:
+                mine[owners[0]].append(piece)
+            else:
+                mixed.append(piece)
+        for k in candidates if mixed else []:
+            mine[k] += _pieces(union(mixed) & rooms[k], near_mm)
     touched: set[int] = set()
     for i, j in itertools.combinations(range(len(mine)), 2):
         touched |= _told_apart(parts, mine, i, j, near_mm)
     return [None if trace is None or k in touched else tuple(mine[k]) for k, trace in enumerate(traces)]
+
+
+MOST = 0.95
+"""Share of a piece in a correction's room from which all of it is that correction's."""
+
+
+def _holds(room: Solid, piece: Solid) -> bool:
+    """Tell whether a piece lies in a room but for what a boolean between near planes may lose."""
+    if room.is_empty or np.any(room.bounds[0] > piece.bounds[1]) or np.any(piece.bounds[0] > room.bounds[1]):
+        return False
+    return (room & piece).volume_mm3 > MOST * piece.volume_mm3
 
 
 def _told_apart(parts: Sequence[Claims], mine: list[list[Solid]], i: int, j: int, near_mm: float) -> set[int]:
@@ -284,7 +304,7 @@ def _compare(part: Claims, found: Mapping[str, Any], metal: Metal) -> None:
             part.near(key, value, SHARE, 1.0)
         elif key.endswith("_per_mm_g_mm") or key.endswith("_mm2"):
             part.near(key, value, 2.0 * SHARE * size + 1e-3, 1.0)
-        elif key.endswith("_mm"):
+        elif key.endswith("_mm") and not key.endswith("_g_mm"):
             part.near(key, value, LENGTH_MM + LENGTH_SHARE * size + 2.0 * metal.near_mm, 1.0)
         else:
             skin = skin_mm3 if key.endswith("_mm3") else skin_mm3 * metal.density_g_mm3

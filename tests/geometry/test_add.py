@@ -65,13 +65,26 @@ def test_a_whole_face_gives_its_area() -> None:
     )  # it keeps a few µm inside its edges
 
 
-def test_growth_keeps_clear_of_the_next_web() -> None:
+def test_nothing_grows_into_the_width_of_a_connecting_rod() -> None:
     solid, anatomy = make_crank([0.0])
-    face = web_face(solid, anatomy, 1, 1)  # towards the other web, a crankpin's width of 24 mm away
+    inner, outer = web_face(solid, anatomy, 1, 1), web_face(solid, anatomy, 1, 0)
     limits = AddLimits(faces=("w1",), max_depth_mm=40.0, min_wall_mm=3.0)
-    (cut,) = add.KIND.offer(work(solid, anatomy, face), limits, 0).cuts
-    assert cut.max_depth_mm == pytest.approx(21.0, abs=1e-6)
-    assert cut.limit == "the clearance of 3 mm over the face"
+    assert add.KIND.offer(work(solid, anatomy, inner), limits, 0).cuts == ()
+    (cut,) = add.KIND.offer(work(solid, anatomy, outer), limits, 0).cuts
+    assert cut.max_depth_mm == 40.0
+
+
+def test_pads_keep_clear_of_each_other() -> None:
+    solid, anatomy = make_crank([0.0, np.pi])
+    faces = (web_face(solid, anatomy, 2, 1), web_face(solid, anatomy, 3, 0))  # over the middle main journal
+    gap = float(faces[1].centroid_mm[2] - faces[0].centroid_mm[2])
+    heavy = np.array([1.0, 0.0])
+    both = Workpiece(solid, anatomy, faces, STEEL, ((-50.0, heavy), (50.0, heavy)))
+    limits = AddLimits(faces=("w2", "w3"), max_depth_mm=100.0, min_wall_mm=3.0)
+    offer = add.KIND.offer(both, limits, 0)
+    (pair,) = offer.apart
+    assert all(cut.max_depth_mm > 0.5 * gap for cut in offer.cuts)
+    assert 0.4 * (gap - 3.0) < pair.most_mm <= 0.5 * (gap - 3.0)
 
 
 @pytest.mark.parametrize(
