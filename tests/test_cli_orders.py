@@ -411,7 +411,17 @@ def test_plots_and_page(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> N
         main(["orders", str(path), *options, "--plots", str(tmp_path / "p"), "-o", str(tmp_path / "o")]) == 0
     )
     capsys.readouterr()
-    names = {"spectrum", "waterfall", "order-map", "cuts", "cuts-phase", "cuts-polar", "orders", "envelope"}
+    names = {
+        "spectrum",
+        "waterfall",
+        "order-map",
+        "cuts",
+        "cuts-phase",
+        "cuts-polar",
+        "orders",
+        "envelope",
+        "psd",
+    }
     assert {file.stem for file in (tmp_path / "p").glob("*.png")} == names | {"full-spectrum"}
     page = (tmp_path / "o" / "orders.html").read_text(encoding="utf-8")
     assert "http" not in page.replace("http-equiv", "")

@@ -322,7 +322,7 @@ def test_records_of_trial_runs_become_the_reading_of_the_next_stage(
     ("old", "new", "says"),
     [
         ('"run-1.csv"', '"none.csv"', "trials.toml: trial[1].readings: no such file"),
-        ('tacho = "tacho"', 'tacho = "front"', "trials.toml: initial: "),
+        ('tacho = "tacho"', 'tacho = "mark"', "trials.toml: initial: run-0.csv has no channel 'mark'"),
         ('["front", "rear"]', '["front", "side"]', "side"),
         ('["front", "rear"]', "[]", "records.channels is an empty list"),
         ("[records]", "[record]", "records is missing; initial names a record"),
