@@ -192,7 +192,7 @@ def alike_on_each_web(task: Task, enough: float) -> Iterator[Plan]:
     webs: dict[int, list[int]] = {}
     for k, cut in enumerate(task.cuts):
         web = getattr(cut, "web", None)
-        if web is not None:
+        if isinstance(web, int):
             webs.setdefault(web, []).append(k)
     if task.tolerance.judge == "static" or len(webs) < 2:
         return
