@@ -135,3 +135,18 @@ def test_a_picture_must_not_overwrite_the_crank(tmp_path: Path, capsys: pytest.C
     assert jobs.run("inspect", crank, "--unit", "mm", "--picture", crank) == 2
     assert "would overwrite the crank file" in capsys.readouterr().err
     assert crank.read_bytes() == WITH_PIN.read_bytes()
+
+
+def test_the_axis_and_the_crankpin_can_be_said_on_the_command_line(
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    assert jobs.run("inspect", HALVES, "--unit", "mm", "--crankpin-in-file", "no", "--json", "-") == 0
+    found = json.loads(capsys.readouterr().out)
+    frame = np.array(found["frame"]["file_to_rotor"])
+    back = np.linalg.inv(frame)
+    axis = [*("--axis-point", *map(repr, back[:3, 3].tolist())), *("--axis-direction", "0", "0", "1")]
+    assert frame[2, :3] == pytest.approx([0.0, 0.0, 1.0], abs=1e-6)
+    assert jobs.run("inspect", HALVES, "--unit", "mm", *axis, "--crankpin-in-file", "no", "--json", "-") == 0
+    again = json.loads(capsys.readouterr().out)
+    assert np.array(again["frame"]["file_to_rotor"]) == pytest.approx(frame, abs=1e-4)
+    assert jobs.run("inspect", HALVES, "--unit", "mm", "--crankpin-in-file", "yes") == 3

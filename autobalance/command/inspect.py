@@ -23,6 +23,7 @@ if TYPE_CHECKING:
     from autobalance.api.progress import Progress
 
 STEEL_KG_M3 = 7850.0
+CRANKPIN_IN_FILE = {"yes": True, "no": False, None: None}
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -43,8 +44,29 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     )
     parser.add_argument("--body", metavar="N", help="which body of several, or its name; or all")
     parser.add_argument(
-        "--no-crankpin", action="store_true", help="a pressed-up crank modelled without its crankpins"
+        "--no-crankpin",
+        dest="crankpin_in_file",
+        action="store_const",
+        const="no",
+        help="a pressed-up crank modelled without its crankpins; as --crankpin-in-file no",
     )
+    parser.add_argument(
+        "--crankpin-in-file",
+        dest="crankpin_in_file",
+        choices=("yes", "no"),
+        help="whether the file holds the crankpins; default: both are tried",
+    )
+    for option, what in (
+        ("--axis-point", "a point of the crank axis"),
+        ("--axis-direction", "its direction"),
+    ):
+        parser.add_argument(
+            option,
+            nargs=3,
+            type=float,
+            metavar=("X", "Y", "Z"),
+            help=f"{what}, in the file's coordinates in mm, where it is not found or found wrong",
+        )
     parser.add_argument(
         "--sections",
         action="store_true",
@@ -120,7 +142,13 @@ def _inspected(arguments: argparse.Namespace, progress: Progress) -> InspectResu
         if arguments.datum is None and arguments.oil_density_kg_m3 is None:
             table = None  # the crank's own sections are enough
         return inspect(path, progress=progress, suggest=suggest, table=table, **_keywords(arguments))
-    given = {"--unit": arguments.unit, "--density-kg-m3": arguments.density_kg_m3, "--body": arguments.body}
+    given = {
+        "--unit": arguments.unit,
+        "--density-kg-m3": arguments.density_kg_m3,
+        "--body": arguments.body,
+        "--axis-point": arguments.axis_point,
+        "--axis-direction": arguments.axis_direction,
+    }
     for option, value in given.items():
         if value is not None:
             raise UsageError(f"{option} beside a job: it says its own; --set crankshaft.... changes it")
@@ -164,8 +192,10 @@ def _keywords(arguments: argparse.Namespace) -> dict[str, Any]:
     return {
         "unit": unit,
         "density_kg_m3": density,
-        "crankpin_in_file": False if arguments.no_crankpin else None,
+        "crankpin_in_file": CRANKPIN_IN_FILE[arguments.crankpin_in_file],
         "body": body_of(arguments.body, names_bodies(path)),
+        "axis_point_mm": arguments.axis_point,
+        "axis_direction": arguments.axis_direction,
     }
 
 

@@ -19,6 +19,10 @@ beyond it, and neither is so the other way round."""
 OUT_OF_LINE = 0.2
 """A cylinder beside the axis by less than this share of the greatest crank radius is a main journal out of
 line: strokes of one crank do not differ as much."""
+WANDER = 0.15
+"""Journals of a crank that is bent, or badly drawn, are apart by less than this share of their radius."""
+LISTED = 4
+"""Lines that may be the axis are listed up to so many."""
 NEARER = 0.5
 """Of a half crank, the end with the web is that from which its bore is nearer by this factor."""
 COLLAR = 0.5
@@ -42,24 +46,29 @@ class JournalLayout:
     settled: bool = False
 
 
-def crank_axis(long: SectionStack, runs: Sequence[CylinderRun], given: Array | None) -> list[CylinderRun]:
+def crank_axis(
+    long: SectionStack, runs: Sequence[CylinderRun], given: Array | None, wander: float = SAME_CENTRE
+) -> list[CylinderRun]:
     """Return the cylinders on the crank axis: the line of cylinders that begins before and ends after others.
 
     Where none does, the crank is overhung, and the axis is the line with more shaft on it and more metal
     beyond it; unless one of these says otherwise.
 
-    ``given`` (2,) is the axis where a job says it.
+    ``given`` (2,) is the axis where a job says it; ``wander`` is how far cylinders of one line may be apart,
+    as a share of the radius. Where no line is it for certain, journals that wander farther are tried.
 
     Raises
     ------
     RecognitionError
         If there is no cylinder, or two lines could be the axis.
     """
-    lines = _lines(runs)
+    lines = _lines(runs, wander)
     if given is not None:
         for line in lines:
-            if float(np.linalg.norm(line[0].centre - given)) < SAME_CENTRE * max(r.radius for r in line):
+            if float(np.linalg.norm(line[0].centre - given)) < wander * max(r.radius for r in line):
                 return line
+        if wander < WANDER:
+            return crank_axis(long, runs, given, WANDER)
         raise RecognitionError(
             f"looked for main journals on the axis given, found none there among {len(runs)} bare cylinders; "
             "axis_point_mm or main_journals settles it"
@@ -71,12 +80,23 @@ def crank_axis(long: SectionStack, runs: Sequence[CylinderRun], given: Array | N
     if outer:
         return outer[0]
     found = [line for line in lines if all(_wins(long, line, other) for other in lines if other is not line)]
-    if len(found) != 1:
-        raise RecognitionError(
-            f"looked for the crank axis, found {len(lines)} lines of cylinders, none it for certain "
-            f"({_span(lines[0]):.4g} and {_span(lines[1]):.4g} mm long); axis_point_mm settles it"
-        )
-    return found[0]
+    if len(found) == 1:
+        return found[0]
+    if wander < WANDER and len(_lines(runs, WANDER)) < len(lines):
+        return crank_axis(long, runs, given, WANDER)
+    raise RecognitionError(
+        f"looked for the crank axis, found {len(lines)} lines of cylinders, none it for certain: "
+        f"{'; '.join(_described(long, line) for line in lines[:LISTED])}; "
+        "axis_point_mm (--axis-point) with one of these points settles it"
+    )
+
+
+def _described(long: SectionStack, line: Sequence[CylinderRun]) -> str:
+    """Return a line of cylinders in words: how many, how long, a point of it in the file's coordinates."""
+    middle = np.array([*_mean_centre(line), 0.5 * (line[0].z_mid + line[-1].z_mid)])
+    x, y, z = long.turn[:3, :3].T @ (middle - long.turn[:3, 3])
+    count = f"{len(line)} cylinder{'s' * (len(line) != 1)}"
+    return f"{count}, {_span(line):.4g} mm long, through ({x:.6g}, {y:.6g}, {z:.6g}) mm"
 
 
 def _wins(long: SectionStack, line: Sequence[CylinderRun], other: Sequence[CylinderRun]) -> bool:
@@ -109,14 +129,12 @@ def _beyond(long: SectionStack, here: Array, there: Array) -> float:
     return max(float(((outline - here) @ away).max()) for outline in outlines)
 
 
-def _lines(runs: Sequence[CylinderRun]) -> list[list[CylinderRun]]:
-    """Group cylinders by common centre line."""
+def _lines(runs: Sequence[CylinderRun], wander: float) -> list[list[CylinderRun]]:
+    """Group cylinders by common centre line, but for ``wander``, a share of the lesser radius."""
     lines: list[list[CylinderRun]] = []
     for run in sorted(runs, key=lambda run: -run.width):
         for line in lines:
-            if float(np.linalg.norm(line[0].centre - run.centre)) < SAME_CENTRE * min(
-                line[0].radius, run.radius
-            ):
+            if float(np.linalg.norm(line[0].centre - run.centre)) < wander * min(line[0].radius, run.radius):
                 line.append(run)
                 break
         else:
@@ -148,9 +166,12 @@ def solid_layout(long: SectionStack, runs: Sequence[CylinderRun], given_axis: Ar
     axis = _mean_centre(on_axis)
     others = [run for run in runs if all(run is not other for other in on_axis)]
     pins = _crankpins(long, on_axis, others)
-    bent = [pin for pin in pins if _is_out_of_line(pin, pins, axis)]
-    on_axis = sorted([*on_axis, *bent], key=lambda run: run.z_mid)
-    pins = [pin for pin in pins if all(pin is not run for run in bent)]
+    bent = [run for run in others if pins and _is_out_of_line(run, pins, axis)]
+    if bent:  # journals that wander: all of them are the axis, and what is left may be crankpins
+        on_axis = sorted([*on_axis, *bent], key=lambda run: run.z_mid)
+        axis = _mean_centre(on_axis)
+        others = [run for run in others if all(run is not other for other in bent)]
+        pins = _crankpins(long, on_axis, others)
     if not pins:
         raise RecognitionError(
             f"looked for crankpins beside the axis, found {len(on_axis)} cylinders on it and none beside it; "

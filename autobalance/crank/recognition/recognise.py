@@ -29,7 +29,7 @@ from autobalance.crank.recognition.directions import axis_candidates
 from autobalance.crank.recognition.exact_cylinders import own_direction, own_layout
 from autobalance.crank.recognition.layout import GapError, JournalLayout, pressed_up_layout, solid_layout
 from autobalance.crank.recognition.section_stack import SectionStack, lengthwise, straightened
-from autobalance.crank.recognition.webs import find_webs
+from autobalance.crank.recognition.webs import find_webs, refuse_incomplete
 from autobalance.errors import RecognitionError
 from autobalance.solid.cad.surface import CylinderFace
 from autobalance.solid.csg.solid import Solid
@@ -296,6 +296,8 @@ def _anatomy(long: SectionStack, layout: JournalLayout, overrides: Overrides, ro
     local[1, :2] = [-local[0, 1], local[0, 0]]
     local[:3, 3] = -local[:3, :3] @ np.array([axis[0], axis[1], first.z_mid])
     webs = tuple(_shifted(web, -first.z_mid) for web in find_webs(long, layout))
+    if overrides.crankpins is None and overrides.main_journals is None:
+        refuse_incomplete(layout, webs, first.z_mid)
     journals = tuple(
         MainJournal(_place(local, run), 2.0 * run.radius, run.width, number)
         for number, run in enumerate(layout.journals, 1)

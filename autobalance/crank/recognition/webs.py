@@ -13,6 +13,7 @@ from autobalance.crank.recognition.circles import distances
 from autobalance.crank.recognition.cylinder_runs import INSIDE, CylinderRun
 from autobalance.crank.recognition.layout import JournalLayout
 from autobalance.crank.recognition.section_stack import ASIDE_SHARE, CrossSection, SectionPiece, SectionStack
+from autobalance.errors import RecognitionError
 
 CENTRED = 0.02
 """A section piece is a collar or fillet of a cylinder when it is a circle whose centre is off the cylinder's
@@ -47,6 +48,31 @@ def find_webs(long: SectionStack, layout: JournalLayout) -> list[Web]:
             pins = [run for run, is_pin in ((a, a_is_pin), (b, b_is_pin)) if is_pin]
             webs.append(_web(long, layout.axis, extent, pins, len(webs) + 1))
     return webs
+
+
+def refuse_incomplete(layout: JournalLayout, webs: Sequence[Web], shift_mm: float) -> None:
+    """Refuse crankpins that nothing holds: between two other cylinders each has a web on both sides.
+
+    ``webs`` are placed ``shift_mm`` lower than the layout.
+
+    Raises
+    ------
+    RecognitionError
+        If a crankpin between others lacks a web.
+    """
+    order = sorted(
+        [(run, 0) for run in layout.journals] + [(run, number) for number, run in enumerate(layout.pins, 1)],
+        key=lambda item: item[0].z_mid,
+    )
+    for (one, first), (other, second) in pairwise(order):
+        low, high = one.z_mid - shift_mm, other.z_mid - shift_mm
+        if (first or second) and not any(low < 0.5 * (w.z_min_mm + w.z_max_mm) < high for w in webs):
+            number, beside = (first, other) if first else (second, one)
+            raise RecognitionError(
+                f"looked for a web on each side of throw {number}, found no metal that holds it at "
+                f"{0.5 * (low + high):.4g} mm from crankpin 1 along the axis, where a cylinder of "
+                f"{2.0 * beside.radius:.4g} mm follows; crankpins and main_journals settle it"
+            )
 
 
 def _end(axis: Array, z_mm: float) -> CylinderRun:
