@@ -57,6 +57,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         choices=("yes", "no"),
         help="whether the file holds the crankpins; default: both are tried",
     )
+    # argparse takes -3e-7 for an option otherwise, before Python 3.14
+    parser._negative_number_matcher = re.compile(r"^-(\d+\.?\d*|\.\d+)([eE][-+]?\d+)?$")
     for option, what in (
         ("--axis-point", "a point of the crank axis"),
         ("--axis-direction", "its direction"),
