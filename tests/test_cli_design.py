@@ -251,16 +251,15 @@ def test_loads_and_stress_are_objectives(tmp_path: Path, crank: bytes) -> None:
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize(("least", "code"), [(200.0, 0), (9e4, 4)])
-def test_the_first_frequency_is_a_limit(tmp_path: Path, crank: bytes, least: float, code: int) -> None:
-    text = DESIGN.replace("[search]", FEM.format(least=least) + "[search]\nrefine = false")
+def test_the_first_frequency_is_a_limit(tmp_path: Path, crank: bytes) -> None:
+    text = DESIGN.replace("[search]", FEM.format(least=9e4) + "[search]\nrefine = false")
     text = text.replace("evaluations = 36", "evaluations = 1")
     found = design(written(tmp_path, text.replace("designs = 2", "designs = 1"), crank), workers=1)
-    assert found.exit_code == code
+    assert found.exit_code == 4
     made = found.report["designs"][0]["constraints"]
     (frequency,) = [each for each in made if each["name"] == "first frequency"]
-    assert (frequency["value"] >= least) == (code == 0)
-    assert code == 0 or "breaks first frequency (90000 Hz) by" in found.report["reason"]
+    assert 200.0 < frequency["value"] < 9e4
+    assert "breaks first frequency (90000 Hz) by" in found.report["reason"]
 
 
 def test_two_workers_give_the_same_files(found: tuple[Path, dict[str, Any]], tmp_path: Path) -> None:
