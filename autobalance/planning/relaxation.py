@@ -49,10 +49,10 @@ class Attempt:
         """Tell whether it is not yet certain that other cuts fall short too."""
         return bool(offer.cuts) and least_share(self.residual, self.tolerance, offer) <= 1.0
 
-    def offer_with(self, *methods: Limits) -> Offer | None:
-        """Return what other limits offer; None if nothing."""
+    def offer_with(self, *methods: Limits, coarse: bool = False) -> Offer | None:
+        """Return what other limits offer at their greatest effort (or least: ``coarse``); None: nothing."""
         try:
-            last = [correction.efforts(limits) - 1 for limits in methods]
+            last = [0 if coarse else correction.efforts(limits) - 1 for limits in methods]
             return correction.joined(
                 [correction.offer(self.work, m, effort) for m, effort in zip(methods, last, strict=True)]
             )
@@ -133,7 +133,7 @@ def _remedies(tried: Attempt) -> Iterator[Relaxation]:
     """Yield single cuts of a usual size, of kinds that are not asked for, beside what is there."""
     asked = [correction.kind_of(limits) for limits in tried.methods]
     for kind in correction.KINDS.values():
-        offer = None if kind in asked or kind.remedy is None else tried.offer_with(kind.remedy)
+        offer = None if kind in asked or kind.remedy is None else tried.offer_with(kind.remedy, coarse=True)
         if offer is None:
             continue
         first = len(tried.offer.cuts)
