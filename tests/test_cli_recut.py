@@ -37,6 +37,8 @@ grade = 6.3
 speed_rpm = 15200
 [correction]
 method = "drill"
+[correction.drill]
+zone = "anywhere"
 """
 HIDDEN = [
     {"z_mm": 20.0, "g_mm": 60.0, "angle_deg": 70.0},
