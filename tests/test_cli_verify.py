@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 
 from tests import jobs
+from tests.generated import generated_crank
 
 Report = dict[str, Any]
 
@@ -241,3 +242,32 @@ def test_claims_that_cannot_be(
     printed = capsys.readouterr().err
     assert said in printed
     assert printed.count("\n") == 1
+
+
+def test_layers_of_a_few_roundings_are_confirmed(tmp_path: Path) -> None:
+    """Hundredths of a millimetre off a long crank: the file's rounding moves such a layer's centre."""
+    crank = generated_crank("v8-crossplane", seed=13, segments=64)
+    jobs.write_stl(tmp_path / "crank.stl", crank.mesh.corners)
+    (tmp_path / "job.toml").write_text(
+        """
+        [crankshaft]
+        file = "crank.stl"
+        unit = "mm"
+        density_kg_m3 = 7850.0
+        [engine.rotating_g]
+        rod = 381.26
+        [engine.reciprocating_g]
+        piston = 406.90
+        [balance]
+        factor = 0.0
+        grade = 2.5
+        speed_rpm = 12000
+        judge = "static"
+        [correction]
+        method = "shoulder"
+        """,
+        encoding="utf-8",
+    )
+    report = jobs.balanced(tmp_path / "job.toml", tmp_path / "out", 0, "--only", "json")
+    assert max(cut["depth_mm"] for cut in report["corrections"]) < 0.02
+    assert jobs.run("verify", tmp_path / "out" / "report.json") == 0
