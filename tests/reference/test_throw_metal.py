@@ -19,9 +19,6 @@ from autobalance.fem_analysis.elasticity import STEEL
 from autobalance.fem_analysis.twist import twist_stiffness
 from autobalance.solid.csg.solid import Region, Solid
 
-pytest.importorskip("netgen")
-pytest.importorskip("skfem")
-
 WORTH = 0.2
 """The formulas are fits to measured crankshafts: 10 to 20 % of stiffness."""
 
