@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Literal
 
 import numpy as np
 
@@ -71,7 +71,7 @@ class FacetCorrection:
         return lambda soup: self.part(fitted.missing(soup, anatomy.file_to_rotor))
 
     @property
-    def verdict(self) -> str | None:
+    def verdict(self) -> Literal["applied", "mass_only", "declined", "not_needed"] | None:
         """What came of the wish to correct, in one word; None where there was none."""
         if not self.asked:
             return None

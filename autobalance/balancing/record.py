@@ -53,7 +53,7 @@ class ChordalErrorEntry:
     mass_bar_g: float = 0.0
     unbalance_bar_g_mm: float = 0.0
     sag_mm: float = 0.0
-    correction: str | None = None
+    correction: Literal["applied", "mass_only", "declined", "not_needed"] | None = None
     reason: str | None = None
     needed: FacetsNeeded | None = None
     added: tuple[Moments, Moments] | None = None

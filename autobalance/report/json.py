@@ -26,6 +26,7 @@ from autobalance.correction.kind import Correction
 from autobalance.crank.anatomy import Anatomy, Pin, Throw, Web
 from autobalance.crank.sections import Section
 from autobalance.engine.force_values import force_values
+from autobalance.report import balance_records, crank_records, records
 from autobalance.report.assembly_values import assembly_values
 from autobalance.rigid_rotor.moments import Array, Moments
 from autobalance.rigid_rotor.tolerance import Tolerance
@@ -107,7 +108,7 @@ def report(record: Record) -> Values:
     return values
 
 
-def _true_surfaces(before: TrueSurfaces, balanced: Balanced | None) -> Values:
+def _true_surfaces(before: TrueSurfaces, balanced: Balanced | None) -> records.TrueSurfaces:
     written = None if balanced is None else balanced.result.measured
     after = None
     if written is not None and written.surfaces is not None and written.hidden is not None:
@@ -115,12 +116,17 @@ def _true_surfaces(before: TrueSurfaces, balanced: Balanced | None) -> Values:
     return {"before": _surfaces(before.faces, before.hidden), "after": after}
 
 
-def _surfaces(faces: Mapping[str, int], hidden: Moments) -> Values:
+def _surfaces(faces: Mapping[str, int], hidden: Moments) -> records.SurfacesOfSolid:
     """Faces by kind, and what they hold more than triangles laid over them."""
-    kinds = {kind: faces.get(kind, 0) for kind in KINDS}
-    kinds["other"] = sum(faces.values()) - sum(kinds.values())
     return {
-        "faces": kinds,
+        "faces": {
+            "plane": faces.get("plane", 0),
+            "cylinder": faces.get("cylinder", 0),
+            "cone": faces.get("cone", 0),
+            "sphere": faces.get("sphere", 0),
+            "torus": faces.get("torus", 0),
+            "other": sum(number for kind, number in faces.items() if kind not in KINDS),
+        },
         "facets_hide": {"mass_g": hidden.mass_g, "unbalance_g_mm": _list(hidden.first_g_mm[:2])},
     }
 
@@ -142,7 +148,7 @@ def generate_report(
     }
 
 
-def _section(part: Section) -> Values:
+def _section(part: Section) -> records.Section:
     moments = part.moments
     return {
         "kind": part.kind,
@@ -171,7 +177,7 @@ def showable(values: Values) -> Values:
     return found
 
 
-def _outline(web: Web) -> Values | None:
+def _outline(web: Web) -> crank_records.WebOutline | None:
     if web.outline is None:
         return None
     return {
@@ -191,8 +197,8 @@ def schema(of: Literal["report", "generate"] = "report") -> Values:
     text = files("autobalance.report").joinpath(f"{of}.schema.json").read_text(encoding="utf-8")
     found: Values = json.loads(text)
     if of == "report":
-        job = found["properties"]["job"]["anyOf"][0]["properties"]
-        job["correction"]["properties"]["method"]["items"]["enum"] = list(correction.KINDS)
+        method = found["$defs"]["job_correction"]["properties"]["method"]
+        method["items"]["enum"] = list(correction.KINDS)
         found["$defs"]["correction"]["properties"]["kind"]["enum"] = list(correction.KINDS)
     return found
 
@@ -204,7 +210,7 @@ def solid_entry(
     return {"file": file, "sha256": sha256, "triangles": triangles, **mass_properties(moments, volume_mm3)}
 
 
-def mass_properties(moments: Moments, volume_mm3: float) -> Values:
+def mass_properties(moments: Moments, volume_mm3: float) -> crank_records.MassProperties:
     """Return mass, volume, centre and inertia of a body in the rotor frame."""
     return {
         "mass_g": moments.mass_g,
@@ -240,7 +246,7 @@ def _rows(matrix: Array) -> list[list[float]]:
 # --- the crank ----------------------------------------------------------------------------------------------
 
 
-def _crank(crank: MeasuredCrank) -> Values:
+def _crank(crank: MeasuredCrank) -> crank_records.Crank:
     anatomy, error = crank.anatomy, crank.facet_error
     return {
         **mass_properties(crank.moments, crank.volume_mm3),
@@ -261,7 +267,7 @@ def _crank(crank: MeasuredCrank) -> Values:
     }
 
 
-def _facet_error(error: ChordalErrorEntry) -> Values:
+def _facet_error(error: ChordalErrorEntry) -> crank_records.FacetError:
     needed, added = error.needed, error.added
     return {
         "mass_g": error.mass_g,
@@ -278,7 +284,7 @@ def _facet_error(error: ChordalErrorEntry) -> Values:
     }
 
 
-def _added(moments: Moments) -> Values:
+def _added(moments: Moments) -> crank_records.HiddenMetal:
     return {
         "mass_g": moments.mass_g,
         "unbalance_g_mm": _list(moments.first_g_mm[:2]),
@@ -287,7 +293,7 @@ def _added(moments: Moments) -> Values:
     }
 
 
-def _pin(pin: Pin) -> Values:
+def _pin(pin: Pin) -> crank_records.Pin:
     return {
         "centre_mm": _list(pin.centre_mm),
         "diameter_mm": float(pin.diameter_mm),
@@ -295,7 +301,7 @@ def _pin(pin: Pin) -> Values:
     }
 
 
-def _throw(throw: Throw) -> Values:
+def _throw(throw: Throw) -> crank_records.Throw:
     return {
         "number": throw.number,
         "crank_radius_mm": float(throw.crank_radius_mm),
@@ -309,7 +315,7 @@ def degrees(angle_rad: float) -> float:
     return math.degrees(angle_rad) % 360.0 % 360.0  # twice: −1e-15 % 360 is 360 itself
 
 
-def _face(offer: FaceOffer, anatomy: Anatomy) -> Values:
+def _face(offer: FaceOffer, anatomy: Anatomy) -> records.Face:
     face, back = offer.face, anatomy.rotor_to_file
     return {
         "id": face.id,
@@ -327,7 +333,7 @@ def _face(offer: FaceOffer, anatomy: Anatomy) -> Values:
 # --- weights and limits -------------------------------------------------------------------------------------
 
 
-def _counterweight(balanced: Balanced | None) -> Values | None:
+def _counterweight(balanced: Balanced | None) -> balance_records.Counterweight | None:
     if balanced is None or balanced.counterweight is None:
         return None
     found = balanced.counterweight
@@ -342,7 +348,7 @@ def _counterweight(balanced: Balanced | None) -> Values | None:
     }
 
 
-def _engine(balanced: Balanced | None) -> Values | None:
+def _engine(balanced: Balanced | None) -> balance_records.Engine | None:
     if balanced is None:
         return None
     loads = balanced.loads
@@ -362,18 +368,18 @@ def _engine(balanced: Balanced | None) -> Values | None:
     }
 
 
-def _factors(balanced: Balanced | None) -> Values | None:
+def _factors(balanced: Balanced | None) -> balance_records.BalanceFactor | None:
     if balanced is None:
         return None
     factors = balanced.factors
     return {"initial": factors.initial, "target": factors.target, "final": factors.final}
 
 
-def _tolerance(balanced: Balanced | None) -> Values | None:
+def _tolerance(balanced: Balanced | None) -> balance_records.Tolerance | None:
     return None if balanced is None else tolerance_values(balanced.tolerance, balanced.job)
 
 
-def tolerance_values(tolerance: Tolerance, job: Mapping[str, Any]) -> Values:
+def tolerance_values(tolerance: Tolerance, job: Mapping[str, Any]) -> balance_records.Tolerance:
     """Return what a residual is judged against; ``job`` as the report describes it."""
     return {
         "grade_mm_s": tolerance.grade_mm_s,
