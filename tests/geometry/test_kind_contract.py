@@ -178,7 +178,7 @@ def test_what_is_told_is_complete_and_valid(bench: Bench, name: str) -> None:
             assert line
             assert "\n" not in line
             row = cut_row(item, units)
-            angle, z, radius, depth = row[3], row[5], row[6], row[8]
+            angle, z, radius, depth = row[4], row[7], row[6], row[9]
             assert "–" not in (z, radius, depth)
             assert (angle == "–") == kind.is_round_the_rim
         assert kinds.datums([item, item]) == [f"{kind.noun}: depth from {kind.datum}."]
