@@ -56,7 +56,7 @@ def suggested_metal(
     ways: tuple[tuple[str, Callable[[], Suggestion]], ...] = (
         ("hole", lambda: _bored(webs, aim, density_g_mm3, 0.0)),
         ("weight", lambda: _bored(webs, aim, density_g_mm3, HEAVY_G_MM3)),
-        ("turn", lambda: _turned(webs, aim, density_g_mm3)),
+        ("rim", lambda: _turned(webs, aim, density_g_mm3)),
     )
     for kind, way in ways if turned else ways[:2]:
         try:
@@ -379,7 +379,7 @@ def _turned(webs: Sequence[_CounterweightWeb], aim: Aim, density: float) -> Sugg
     assert first is not None
     change = Change("rim_radius_mm", start, first, radius)
     return Suggestion(
-        "turn",
+        "rim",
         f"all counterweights turned to {radius:.2f} mm from {start:.2f} mm in radius",
         tried,
         (change,),

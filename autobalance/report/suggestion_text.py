@@ -26,7 +26,7 @@ def _suggestion(each: Values, wanted: Values) -> Sequence[str]:
     leaves = each["leaves"]
     reached = "" if each["reached"] else ", not quite what is wanted"
     measured = " and ".join(_quantities(leaves, {**wanted, "inertia_kg_mm2": 1.0}))
-    if each["kind"] in ("hole", "weight", "turn"):
+    if each["kind"] in ("hole", "weight", "rim"):
         name = each["text"]
     else:
         name = each["text"][0].upper() + each["text"][1:]

@@ -12,7 +12,13 @@ from autobalance.correction import KINDS
 PACKAGE = Path(autobalance.__file__).parent
 MODULES = {type(kind).__module__ for kind in KINDS.values()}
 NAMES = set(KINDS)
-WRITE_JOBS = {"api/design.py", "api/init.py", "command/init.py", "job/design.py"}
+WRITE_JOBS = {
+    "api/init.py",
+    "command/init.py",
+    "design_search/written_job.py",
+    "job/design.py",
+    "web_app/relaxing.py",
+}
 """Files that write jobs, in which one method has to be named."""
 LIMITS = {kind.limits.__name__ for kind in KINDS.values()}
 
