@@ -325,12 +325,12 @@ def test_the_summary_tells_what_to_cut(tmp_path: Path, capsys: pytest.CaptureFix
     jobs.balanced(job, tmp_path / "out")
     metric = capsys.readouterr().out
     assert "WITHIN TOLERANCE" in metric
-    assert "lower face w1-a, web 1: 2.787 mm" in metric
+    assert "lower face w1-a, web 1, at 180.0°: 2.787 mm" in metric
     assert "10.69 g·mm" in metric
     assert "0.8182 before, 0.2800 after, 0.2800 wanted" in metric
     assert jobs.run("balance", job, "-o", tmp_path / "out", "--units", "inch") == 0
     inch = capsys.readouterr().out
-    assert "lower face w1-a, web 1: 0.1097 in" in inch  # 2.787 mm / 25.4
+    assert "lower face w1-a, web 1, at 180.0°: 0.1097 in" in inch  # 2.787 mm / 25.4
     assert "0.0148 oz·in" in inch  # 10.69 g·mm / 720.08
     body = inch.split("What to cut")[1].split("Written")[0]  # without the names of files
     assert "mm" not in body.replace("kg·mm²", "")

@@ -415,7 +415,7 @@ def test_balance_tells_the_loads_with_gas_and_verify_checks_them(
     told["after"]["main_journals"][1]["mean_N"] += 1.0
     (out / "report.json").write_text(json.dumps(report), "utf-8")
     assert main(["verify", str(out / "report.json")]) != 0
-    assert "loads_with_gas.after.main_journals[2]: mean_N is" in capsys.readouterr().err
+    assert "loads_with_gas.after.main_journals[2].mean_N is" in capsys.readouterr().err
 
 
 def test_the_same_from_python(job: Path) -> None:

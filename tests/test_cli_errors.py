@@ -367,8 +367,10 @@ def test_an_interrupted_run_leaves_nothing(
 
 
 def test_results_are_put_in_place_together(tmp_path: Path) -> None:
-    """Ctrl-C between the first and the second rename takes effect after the second."""
+    """Ctrl-C of a command between the first and the second rename takes effect after the second."""
     import signal
+
+    from autobalance.runtime import interruptible
 
     for name in ("a", "b"):
         (tmp_path / name).write_text("old")
@@ -388,7 +390,7 @@ def test_results_are_put_in_place_together(tmp_path: Path) -> None:
 
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr("os.replace", interrupted)
-        with pytest.raises(KeyboardInterrupt):
+        with pytest.raises(KeyboardInterrupt), interruptible():
             put_both()
     assert renamed == ["a", "b"]
     assert {path.name: path.read_text() for path in tmp_path.iterdir()} == {"a": "new", "b": "new"}

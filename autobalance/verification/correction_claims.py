@@ -34,6 +34,7 @@ GRAINS = 16.0
 """Roundings of a file in which metal counts as rounding."""
 DEVIATION_MM = 0.02
 OTHER_KIND = "the metal of this kind of correction cannot be told apart"
+THIN = "its metal is thinner than what the files tell of places: only the sum of all was checked"
 TOUCHING = "its metal touches that of another correction: only their sum was checked"
 
 
@@ -176,12 +177,7 @@ def _gone(change: Change) -> tuple[Solid, Solid]:
 
 def _pieces(metal: Solid, near_mm: float) -> list[Solid]:
     """Return metal piece by piece, without what is rounding."""
-    found = []
-    for piece in metal.pieces():
-        area = 0.5 * float(piece.mesh.doubled_areas.sum())
-        if piece.volume_mm3 > GRAINS * near_mm * area:
-            found.append(piece)
-    return found
+    return [] if metal.is_empty else metal.thicker_pieces(GRAINS * near_mm)
 
 
 def _shared_out(
@@ -252,6 +248,10 @@ def _check_one(
 ) -> None:
     if trace is None or mine is None:
         part.ledger.why_not[part.place] = OTHER_KIND if trace is None else TOUCHING
+        return
+    thin_mm = 2.0 * GRAINS * change.near_mm  # a layer has two sides
+    if trace.takes_metal and not mine and abs(part.get("depth_mm", float)) <= thin_mm:
+        part.ledger.why_not[part.place] = THIN
         return
     if bool(mine) != trace.takes_metal:
         word = "no metal went or came there" if not mine else "metal went or came there"

@@ -204,6 +204,32 @@ class Solid:
         """Return the connected bodies, each by itself."""
         return [Solid(body) for body in self._body.decompose()]
 
+    def thicker_pieces(self, thickness_mm: float) -> list[Solid]:
+        """Return the connected bodies of more volume than their own area times a thickness [mm].
+
+        Flakes, of which a boolean between near surfaces leaves thousands, are told by sums over their facets
+        and never become bodies.
+        """
+        from scipy.sparse import coo_array
+        from scipy.sparse.csgraph import connected_components
+
+        mesh = self.mesh
+        a, b, c = mesh.triangles.T
+        number = len(mesh.vertices)
+        edges = coo_array(
+            (np.ones(2 * len(a)), (np.concatenate([a, b]), np.concatenate([b, c]))), (number, number)
+        )
+        count, of_vertex = connected_components(edges, directed=False)
+        of_facet = of_vertex[a]
+        corners = mesh.corners - mesh.vertices[a[0]]
+        spans = np.einsum("ij,ij->i", corners[:, 0], np.cross(corners[:, 1], corners[:, 2])) / 6.0
+        volume = np.bincount(of_facet, spans, count)
+        area = np.bincount(of_facet, 0.5 * mesh.doubled_areas, count)
+        thick = np.isin(of_facet, np.flatnonzero(volume > thickness_mm * area))
+        if not thick.any():
+            return []
+        return Solid.from_mesh(Mesh(mesh.vertices, mesh.triangles[thick])).pieces()
+
 
 class Region:
     """A plane region with booleans, coordinates rounded to 1e-8 mm."""
