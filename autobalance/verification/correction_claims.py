@@ -290,9 +290,7 @@ def _compare(part: Claims, found: Mapping[str, Any], metal: Metal) -> None:
     skin_mm3 = metal.area_mm2 * metal.near_mm
     reach = float(np.abs(metal.corners).max(initial=0.0))
     volume_mm3 = sum(piece.volume_mm3 for piece in metal.pieces)
-    centre_mm = (
-        reach * min(1.0, skin_mm3 / volume_mm3) if volume_mm3 > 0.0 else 0.0
-    )  # of a layer of a few roundings
+    thin = min(1.0, skin_mm3 / volume_mm3) if volume_mm3 > 0.0 else 0.0  # 1: a layer of a few roundings
     for key, value in found.items():
         if key not in part.values:
             continue
@@ -307,9 +305,9 @@ def _compare(part: Claims, found: Mapping[str, Any], metal: Metal) -> None:
         elif key in ("normal", "inward"):
             part.near(key, value, SHARE, 1.0)
         elif key.endswith("_per_mm_g_mm") or key.endswith("_mm2"):
-            part.near(key, value, 2.0 * SHARE * size + 1e-3, 1.0)
+            part.near(key, value, (2.0 * SHARE + thin) * size + 1e-3, 1.0)
         elif key.endswith("_mm") and not key.endswith("_g_mm"):
-            near_mm = 2.0 * metal.near_mm + (centre_mm if key in ("position_mm", "radius_mm") else 0.0)
+            near_mm = 2.0 * metal.near_mm + (reach * thin if key in ("position_mm", "radius_mm") else 0.0)
             part.near(key, value, LENGTH_MM + LENGTH_SHARE * size + near_mm, 1.0)
         else:
             skin = skin_mm3 if key.endswith("_mm3") else skin_mm3 * metal.density_g_mm3

@@ -202,10 +202,7 @@ def test_a_reload_in_the_middle_and_a_second_tab_lose_nothing(page: Browser, app
     page.call("POST", "/window", {"handle": second})
     page.call("POST", "/url", {"url": app.address})
     until(page, "return document.body.dataset.ready === 'true'")
-    until(
-        page,
-        "return document.querySelector('[data-testid=progress]').getAttribute('aria-valuenow') === '100'",
-    )
+    until(page, "return document.querySelector('[data-testid=verdict]').dataset.outcome")
     assert outcome(page) == "within_tolerance"
     put(page, grade=2.5)
     job_text(page, "grade = 2.5")
