@@ -11,15 +11,7 @@ from typing import Any, Literal
 
 from autobalance.errors import JobError
 from autobalance.job.keys import Key, Values, read_document
-from autobalance.job.reading_keys import (
-    READS,
-    ROTATION,
-    SPEED_RPM,
-    UMAR_G_MM,
-    URR_PERCENT,
-    ZERO_DEG,
-    Convention,
-)
+from autobalance.job.reading_keys import AS_READ, READS, Convention
 from autobalance.job.table import NOT_NEGATIVE, POSITIVE
 from autobalance.units import G_MM_PER_OZ_IN
 
@@ -33,14 +25,7 @@ PLANE_KEYS = (
     Key("angle_deg", float, "where, in the machine's sense from its zero mark"),
 )
 READING_KEYS = (
-    Key("serial", str, "serial number, goes onto the sheet", default=None),
-    SPEED_RPM,
-    Key("bob_weights_g", tuple[float, ...], "clamped on, one a throw", NOT_NEGATIVE, None),
-    Key("attached_fitted", bool, "were the [[engine.attached]] parts on", default=True),
-    URR_PERCENT,
-    UMAR_G_MM,
-    ROTATION,
-    ZERO_DEG,
+    *AS_READ,
     READS,
     Key("plane", says="one (static) or two", keys=PLANE_KEYS, many=True),
     Key("before", says="read before this report's cuts were made", keys=PLANE_KEYS, many=True, default=None),

@@ -23,6 +23,17 @@ UMAR_G_MM = Key(
     "umar_g_mm", float, "minimum achievable residual unbalance of a plane's reading", NOT_NEGATIVE
 )
 SPEED_RPM = Key("speed_rpm", float, "speed of the machine", POSITIVE, None)
+AS_READ = (
+    Key("serial", str, "serial number, goes onto the sheet", default=None),
+    SPEED_RPM,
+    Key("bob_weights_g", tuple[float, ...], "clamped on, one a throw", NOT_NEGATIVE, None),
+    Key("attached_fitted", bool, "were the [[engine.attached]] parts on", default=True),
+    URR_PERCENT,
+    UMAR_G_MM,
+    ROTATION,
+    ZERO_DEG,
+)
+"""How a machine read: of a reading file, and of trials from which one is made."""
 
 
 @dataclass(frozen=True)

@@ -16,7 +16,7 @@ from autobalance.dynamics.limited_weights import Goal
 from autobalance.errors import JobError
 from autobalance.job.keys import Key, Values, named_in, read_document
 from autobalance.job.read import text_of, toml_of
-from autobalance.job.reading_keys import ROTATION, SPEED_RPM, UMAR_G_MM, URR_PERCENT, ZERO_DEG
+from autobalance.job.reading_keys import AS_READ
 from autobalance.job.table import COUNTED, NOT_NEGATIVE, POSITIVE
 from autobalance.job.trial_records import RECORDS_KEYS, with_recorded_readings
 
@@ -57,14 +57,7 @@ PLANE_KEYS = (
 SEAM_KEYS = (
     Key("at", tuple[Literal["A", "B"], ...], "tolerance plane of each plane of the trials", default=None),
     Key("z_mm", tuple[float, ...], "or: where each stands, rotor frame [mm]", default=None),
-    Key("serial", str, "serial number", default=None),
-    SPEED_RPM,
-    Key("bob_weights_g", tuple[float, ...], "clamped on, one a throw", NOT_NEGATIVE, None),
-    Key("attached_fitted", bool, "were the [[engine.attached]] parts on", default=True),
-    URR_PERCENT,
-    UMAR_G_MM,
-    ROTATION,
-    ZERO_DEG,
+    *AS_READ,
 )
 """As in a reading file; ``rotation`` and ``zero_deg`` say how the trials' angles count."""
 TRIALS_KEYS = (
