@@ -180,11 +180,16 @@ def cancelling_shafts(force: Order, speed_rad_s: float) -> tuple[BalanceShaft, .
 
 
 def _against(force: Order, speed_rad_s: float, *, forward: bool) -> BalanceShaft:
-    x, y = force.force_n
-    circle = (x + 1j * y) / 2.0 if forward else (x.conjugate() + 1j * y.conjugate()) / 2.0
     order = round(force.order)
-    product = abs(circle) / ((order * speed_rad_s) ** 2 * N_PER_G_MM_S2)
-    return BalanceShaft(order, forward, product, cmath.phase(-circle))
+    product, phase_rad = _turning(force.force_n, forward, (order * speed_rad_s) ** 2 * N_PER_G_MM_S2)
+    return BalanceShaft(order, forward, product, phase_rad)
+
+
+def _turning(vector: Complex, forward: bool, per_unit: float) -> tuple[float, float]:
+    """Return how much of a shaft, and at what phase [rad], cancels the circle that a vector turns one way."""
+    x, y = vector
+    circle = (x + 1j * y) / 2.0 if forward else (x.conjugate() + 1j * y.conjugate()) / 2.0
+    return abs(circle) / per_unit, cmath.phase(-circle)
 
 
 def orders_with_shafts(
@@ -246,11 +251,10 @@ def couple_shafts(order: Order, speed_rad_s: float) -> tuple[CoupleShaft, ...]:
     for forward, circle in zip((True, False), order.moment_circles_n_m, strict=True):
         if circle <= LEAST_CIRCLE * greatest:
             continue
-        x, y = order.moment_n_m
-        turning = (x + 1j * y) / 2.0 if forward else (x.conjugate() + 1j * y.conjugate()) / 2.0
         number = round(order.order)
-        couple = abs(turning) / ((number * speed_rad_s) ** 2 * N_M_PER_G_MM2_S2)
-        found.append(CoupleShaft(number, forward, couple, cmath.phase(-turning)))
+        per_unit = (number * speed_rad_s) ** 2 * N_M_PER_G_MM2_S2
+        couple, phase_rad = _turning(order.moment_n_m, forward, per_unit)
+        found.append(CoupleShaft(number, forward, couple, phase_rad))
     return tuple(found)
 
 
