@@ -155,6 +155,14 @@ PLOTS = {
 
 
 @pytest.mark.slow
+def assert_told_apart(svg: str) -> None:
+    """Check that a plot has colours, greys and those that the colour-blind tell apart."""
+    colours = {match.group() for match in re.finditer(r"#[0-9a-f]{6}\b", svg)}
+    assert colours
+    allowed = {*(str(style["color"]) for style in STYLES), *FILLS}
+    assert {each for each in colours if len({each[1:3], each[3:5], each[5:7]}) > 1} <= allowed
+
+
 def test_plots_are_svg_and_png_with_axes_and_units(
     job: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
@@ -165,8 +173,7 @@ def test_plots_are_svg_and_png_with_axes_and_units(
         svg = (folder / f"{name}.svg").read_text("utf-8")
         assert all(label in svg for label in labels)
         assert (folder / f"{name}.png").read_bytes().startswith(b"\x89PNG")
-        colours = {word for word in svg.split() if word.startswith("#") and len(word) > 4}
-        assert all(word[1:3] == word[3:5] == word[5:7] for word in colours)  # grey
+        assert_told_apart(svg)
     first = (folder / "force-polar.svg").read_bytes()
     assert main(["forces", str(job), "--plots", str(folder)]) == 0
     assert (folder / "force-polar.svg").read_bytes() == first
@@ -365,11 +372,7 @@ def drawn(folder: Path, names: dict[str, tuple[str, ...]]) -> dict[str, str]:
     for name, words in names.items():
         assert all(f">{word}<" in found[name] for word in words), name
         assert (folder / f"{name}.png").read_bytes().startswith(b"\x89PNG")
-        colours = re.findall(r"#([0-9a-f]{2})([0-9a-f]{2})([0-9a-f]{2})\b", found[name])
-        assert colours
-        plain = {"".join(colour) for colour in colours if len(set(colour)) > 1}
-        told_apart = [style["color"] for style in STYLES] + list(FILLS)
-        assert plain <= {str(colour).removeprefix("#") for colour in told_apart}, name
+        assert_told_apart(found[name])
     return found
 
 
