@@ -13,6 +13,7 @@ from functools import cached_property
 from typing import Any, Protocol
 
 import numpy as np
+from numpy.typing import NDArray
 
 from autobalance.correction.kind import Array, Item, Limits
 from autobalance.correction.patches import face_frame, face_region, farthest_mm, sector
@@ -36,6 +37,8 @@ FAR_MM = 1e4
 """Beyond any crank."""
 ON_PLANE = 0.999
 """Cosine between normals of facets of one plane, at least."""
+FLAP = 0.5
+"""Share of a level's forward area below which what is left over counts as a flap."""
 
 
 CORNERS = 1.001
@@ -98,17 +101,43 @@ class Metal:
 
     def facing(self, normal: Array) -> tuple[float, Moments]:
         """Return the height of most of the surface that faces along ``normal``, and its (1, r, r rᵀ) dA."""
-        size = np.linalg.norm(self._areas, axis=1)
-        faces = self._areas @ normal > ON_PLANE * size
-        corners, size = self.corners[faces], size[faces]
+        along = self._areas @ normal
+        flat = np.abs(along) > ON_PLANE * np.linalg.norm(self._areas, axis=1)
+        corners, along = self.corners[flat], along[flat]
         heights = (corners @ normal).mean(axis=1)
+        thin_mm = 8.0 * self.near_mm + 1e-4
+        faces = (along > 0.0) & ~_of_flaps(heights, along, thin_mm)
+        if not faces.any():
+            faces = along > 0.0
+        corners, size, heights = corners[faces], along[faces], heights[faces]
         if not len(heights):
             return math.nan, Moments.zero()
         order = np.argsort(heights)
         middle = order[np.searchsorted(np.cumsum(size[order]), 0.5 * size.sum())]
         height = float(heights[middle])
-        near = np.abs(corners @ normal - height).max(axis=1) <= 8.0 * self.near_mm + 1e-4
+        near = np.abs(corners @ normal - height).max(axis=1) <= thin_mm
         return height, surface_moments(corners[near])
+
+
+def _of_flaps(heights: Array, along: Array, thin_mm: float) -> NDArray[np.bool_]:
+    """Tell facets of flaps: at their height, as much faces back as forth.
+
+    Parameters
+    ----------
+    heights : (k,)
+        Of facets, along the normal [mm].
+    along : (k,)
+        Their areas [mm²], negative where they face against the normal.
+    thin_mm : float
+        Heights nearer than that are one level.
+    """
+    order = np.argsort(heights)
+    level = np.zeros(len(heights), dtype=np.intp)
+    level[order] = np.cumsum(np.diff(heights[order], prepend=heights[order][:1]) > thin_mm)
+    net = np.bincount(level, along)
+    forth = np.bincount(level, np.maximum(along, 0.0))
+    flaps: NDArray[np.bool_] = (net < FLAP * forth)[level]
+    return flaps
 
 
 class Trace(Protocol):
