@@ -22,7 +22,7 @@ from autobalance.report.paper.rim_strips import LAP_MM, strips, tile_range, tile
 from autobalance.report.paper.scales import SCALES, scale_for
 from autobalance.report.paper.sheet import pdf
 from autobalance.report.paper.tolerances import SHARE, USUAL, press_fit, tolerances
-from tests import plans
+from tests import plans, worst_cuts
 
 needs_poppler = pytest.mark.skipif(
     shutil.which("pdftotext") is None, reason="not installed: poppler-utils (script/test-tools)"
@@ -176,20 +176,43 @@ def test_tolerances_together_use_at_most_half_of_what_the_verdict_leaves() -> No
     assert found is not None
     (values,) = found.by_kind.values()
     assert set(values) == set(USUAL)
-    total = 0.0
+    each: list[float] = []
     for item in report["corrections"]:
         u, turn = cylinder_g_mm(item), math.radians(item["angle_deg"])
         place = np.array(item["position_mm"][:2])
         angle = math.radians(values["angle_deg"])
-        total += (2.0 * u * math.sin(0.5 * angle)) ** 2
+        each.append(2.0 * u * math.sin(0.5 * angle))
         out = place / np.hypot(*place) * values["position_mm"]
-        total += (u * (np.hypot(*(place + out)) / np.hypot(*place) - 1.0)) ** 2
-        total += (cylinder_g_mm(item, depth=values["depth_mm"]) - u) ** 2
-        total += (cylinder_g_mm(item, diameter=values["diameter_mm"]) - u) ** 2
-    used = math.sqrt(total) / left
-    assert SHARE * 0.85 < used <= SHARE * 1.005  # cut to two digits
-    assert found.used == pytest.approx(used, rel=5e-3)
-    assert found.worst > found.used
+        each.append(u * (np.hypot(*(place + out)) / np.hypot(*place) - 1.0))
+        each.append(cylinder_g_mm(item, depth=values["depth_mm"]) - u)
+        each.append(cylinder_g_mm(item, diameter=values["diameter_mm"]) - u)
+    assert SHARE * 0.85 < sum(each) / left <= SHARE * 1.005  # cut to two digits
+    assert found.worst == pytest.approx(sum(each) / left, rel=5e-3)
+    assert found.independent == pytest.approx(math.hypot(*each) / left, rel=5e-3)
+
+
+def test_cut_again_with_all_errors_at_their_limits_the_worst_way_round() -> None:
+    """Each of three holes off in angle, place, depth and diameter at once, towards many directions."""
+    report, crank = plans.plan(3, ("drill",), seed=5), plans.crank()
+    items, permitted, left = report["corrections"], report["tolerance"], report["residual"]
+    for item in items:
+        worst_cuts.state_effects(item, crank)
+    found = tolerances(report)
+    assert found is not None
+    (values,) = found.by_kind.values()
+    planes = permitted["planes"]
+    heights = [plane["z_mm"] for plane in planes]
+    limits = [permitted["permissible_g_mm"], *(plane["permissible_g_mm"] for plane in planes)]
+    residuals = [each["magnitude_g_mm"] for each in (left, *left["planes"])]
+    nominal = worst_cuts.measured(crank, items)
+    errors = worst_cuts.errors(items, values, crank, heights)
+    used = []
+    for k, turn in product(range(3), np.arange(8) * math.pi / 4.0):
+        wrong = worst_cuts.made(items, errors, k, turn)
+        off = math.hypot(*worst_cuts.in_planes(worst_cuts.measured(crank, wrong) - nominal, heights)[k])
+        used.append(off / (limits[k] - residuals[k]))
+        assert residuals[k] + off <= limits[k]
+    assert 0.6 * SHARE < max(used) <= 1.01 * SHARE  # cut to two digits; errors of one hole add as vectors
 
 
 def cylinder_g_mm(item: dict[str, Any], depth: float = 0.0, diameter: float = 0.0) -> float:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping, Sequence
 from typing import Any
 
@@ -10,7 +11,7 @@ from reportlab.platypus import Flowable
 from autobalance.graphics.words import degrees
 from autobalance.report import kinds
 from autobalance.report.paper.tables import Column, table
-from autobalance.report.paper.tolerances import Tolerances, press_fit, retention
+from autobalance.report.paper.tolerances import CARE, SHARE, Tolerances, press_fit, retention
 from autobalance.report.paper.units import Units
 
 Item = Mapping[str, Any]
@@ -156,13 +157,35 @@ def tolerance_table(found: Tolerances, items: Sequence[Item], u: Units, wide_mm:
     return table(wide_mm, columns, rows)
 
 
+def tolerance_words(found: Tolerances) -> list[str]:
+    """Return what the tolerances are worth: what they use together, and what to do where they are close."""
+    told = [
+        f"± of each cut of a kind: usual workshop accuracy times {found.factor:.2g}, from what each error "
+        f"does to the unbalance. All errors of all cuts at their limits at once, the worst way round, use "
+        f"{100.0 * found.worst:.0f} % of what the verdict leaves (at most {100.0 * SHARE:.0f} % is given "
+        f"away); independent errors, as the root of the sum of squares, {100.0 * found.independent:.0f} %. "
+        "Position: how far the axis may lie from its place, square to it; of a pocket, its outline."
+    ]
+    if found.factor < CARE:
+        told.append(
+            "Closer than a workshop usually holds: read the machined crank on the balancing machine, "
+            "and finish by that reading (recut)."
+        )
+    return told
+
+
 def _plus_minus(value: float | None, digits: int, unit: str = "") -> str:
-    """Return a tolerance with as many decimals as it needs, at least ``digits``."""
+    """Return a tolerance cut to as many decimals as it needs, at least ``digits``; never more than it is."""
     if value is None:
         return NONE
-    while value > 0.0 and round(value, digits) < value * 0.95 and digits < 7:
+    while digits < 7 and _cut(value, digits) < 0.95 * value:
         digits += 1
-    return f"±{value:.{digits}f}{unit}"
+    return f"±{_cut(value, digits):.{digits}f}{unit}"
+
+
+def _cut(value: float, digits: int) -> float:
+    """Return a value cut after some decimals; rounding of binary fractions does not count."""
+    return math.floor(value * 10.0**digits + 1e-6) / 10.0**digits
 
 
 def _numbers(numbers: Sequence[int]) -> str:

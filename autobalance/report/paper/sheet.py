@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import io
+import re
 from collections.abc import Mapping, Sequence
 from functools import partial
 from typing import Any, Literal
@@ -26,7 +27,13 @@ from autobalance.graphics.words import OUTCOMES, at, file_name
 from autobalance.report import kinds
 from autobalance.report.drawing import Drawings, SectionDrawing, WebDrawing
 from autobalance.report.paper import machine_page
-from autobalance.report.paper.cuts import cut_table, making_table, slug_table, tolerance_table
+from autobalance.report.paper.cuts import (
+    cut_table,
+    making_table,
+    slug_table,
+    tolerance_table,
+    tolerance_words,
+)
 from autobalance.report.paper.lettering import POINTS_PER_MM, font_of, safe
 from autobalance.report.paper.pen import INK, SOFT, Pen
 from autobalance.report.paper.rim_strips import strip_tiles
@@ -51,6 +58,8 @@ Paper = Literal["A4", "Letter"]
 PAPERS_MM = {"A4": (210.0, 297.0), "Letter": (215.9, 279.4)}
 SIZES_PT = {"A4": (595.2756, 841.8898), "Letter": (612.0, 792.0)}
 BAD = "#a8231b"
+NO_NUMBER_FIRST = re.compile(r" (?=[-−+±]?\d)")
+"""Where prose must not break: only the rows of tables begin with a number."""
 
 
 def pdf(
@@ -142,7 +151,7 @@ class _Story:
     def _text(
         self, text: str, size: float = 8.0, colour: str = INK, bold: bool = False, after: float = 1.2
     ) -> Flowable:
-        shown = safe(text)
+        shown = NO_NUMBER_FIRST.sub("\u00a0", safe(text))
         font = font_of(shown, bold)
         style = ParagraphStyle(
             "text",
@@ -199,15 +208,8 @@ class _Story:
             )
             self.parts.append(self._text(told, 7.5))
             return
-        told = (
-            f"For each cut of a kind; usual workshop accuracy times {found.factor:.2g}, from what each "
-            f"error does to the unbalance. Independent errors of all cuts together use "
-            f"{100.0 * found.used:.0f} % of what the verdict leaves (at most half is given away); all at "
-            f"their limits the worst way round, {100.0 * found.worst:.0f} %. "
-            "Position: of the axis, square to it; of a pocket, of its outline."
-        )
         self.parts += [tolerance_table(found, self.items, self.u, self.wide_mm), Spacer(1.0, 3.0)]
-        self.parts.append(self._text(told, 6.8, SOFT))
+        self.parts += [self._text(told, 6.8, SOFT) for told in tolerance_words(found)]
 
     def _slugs(self) -> None:
         slugs = [item for item in self.items if item.get("slug_mass_g") is not None]

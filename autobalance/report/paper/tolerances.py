@@ -1,8 +1,9 @@
 """Tolerances of the cuts, from what each error of a cut does to the unbalance.
 
-Usual workshop accuracies are scaled by one factor, so that all errors of all cuts, independent of one
-another, together use at most half of what the verdict leaves (root of the sum of squares, in the resultant
-and in each plane that is judged).
+Usual workshop accuracies are scaled by one factor, so that all errors of all cuts, each at its limit the
+worst way round, together use at most half of what the verdict leaves (the sum of their magnitudes, in the
+resultant and in each plane that is judged). Errors that are independent of one another use less: the root of
+the sum of their squares.
 """
 
 from __future__ import annotations
@@ -25,6 +26,8 @@ USUAL = {"angle_deg": 0.25, "position_mm": 0.1, "depth_mm": 0.1, "diameter_mm": 
 """What a workshop holds without special care (ISO 2768-1, fine); angles by an indexing head."""
 MOST = 4.0
 """How many times the usual accuracy is given away at most."""
+CARE = 0.4
+"""Under this share of the usual accuracy a workshop holds tolerances only with special care."""
 
 
 @dataclass(frozen=True)
@@ -32,14 +35,14 @@ class Tolerances:
     """Tolerances ± of every cut of each kind, and what they use.
 
     ``by_kind`` has a value for each of angle, position, depth and diameter that the kind has; ``factor`` is
-    that of the usual accuracy; ``used`` and ``worst`` are the shares of what the verdict leaves that all
-    errors use together, as independent ones and all at their limits the worst way round.
+    that of the usual accuracy. ``worst`` and ``independent`` are the shares of what the verdict leaves that
+    all errors use together: each at its limit the worst way round, and as the root of the sum of squares.
     """
 
     by_kind: Mapping[str, Mapping[str, float]]
     factor: float
-    used: float
     worst: float
+    independent: float
 
 
 def tolerances(report: Mapping[str, Any]) -> Tolerances | None:
@@ -49,28 +52,16 @@ def tolerances(report: Mapping[str, Any]) -> Tolerances | None:
     if not items or min(left.values()) <= 0.0:
         return None
     planes = report["tolerance"]["planes"] if len(left) > 1 else []
-    limits = np.array([SHARE * left["resultant"], *(SHARE * left[plane["name"]] for plane in planes)])
-    each = [_effects(item, planes) for item in items]
-    flat = np.array([effect for effects in each for effect in effects.values()]).reshape(-1, len(limits))
-    together = np.sqrt((flat**2).sum(axis=0)) / limits
-    factor = min(MOST, 1.0 / max(float(together.max()), 1e-12))
+    room = np.array([left["resultant"], *(left[plane["name"]] for plane in planes)])
+    each = [(item["kind"], name, effect) for item in items for name, effect in _effects(item, planes).items()]
+    usual = np.array([effect for _, _, effect in each]) / room
+    factor = min(MOST, SHARE / max(float(usual.sum(axis=0).max()), 1e-12))
     by_kind: dict[str, dict[str, float]] = {}
-    for item, effects in zip(items, each, strict=True):
-        found = by_kind.setdefault(item["kind"], {})
-        found |= {name: _rounded_down(factor * USUAL[name]) for name in effects}
-    scales = np.array(
-        [
-            by_kind[item["kind"]][name] / USUAL[name]
-            for item, effects in zip(items, each, strict=True)
-            for name in effects
-        ]
-    )
-    scaled = flat * scales[:, None] / limits * SHARE
+    for kind, name, _ in each:
+        by_kind.setdefault(kind, {})[name] = _rounded_down(factor * USUAL[name])
+    used = usual * np.array([[by_kind[kind][name] / USUAL[name]] for kind, name, _ in each])
     return Tolerances(
-        by_kind,
-        factor,
-        float(np.sqrt((scaled**2).sum(axis=0)).max()),
-        float(scaled.sum(axis=0).max()),
+        by_kind, factor, float(used.sum(axis=0).max()), float(np.sqrt((used**2).sum(axis=0)).max())
     )
 
 
