@@ -48,7 +48,7 @@ def advice(service_speed_rad_s: float, criticals: Sequence[CriticalSpeed]) -> Ad
 
     Counted are critical speeds that unbalance drives: those of forward whirl or of motion in a plane.
     """
-    driven = [each.speed_rad_s for each in criticals if each.whirl in ("forward", "null", "mixed")]
+    driven = [each.speed_rad_s for each in criticals if each.whirl in ("forward", None, "mixed")]
     if not driven or service_speed_rad_s <= RIGID_BELOW * driven[0]:
         reason = f"the service speed is at most {100 * RIGID_BELOW:.0f} % of the first critical speed"
         if not driven:

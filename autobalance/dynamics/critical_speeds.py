@@ -57,7 +57,7 @@ def critical_speeds(prepared: PreparedRotor, upper_rad_s: float) -> list[Critica
     found.sort(key=lambda each: each.speed_rad_s)
     kept: list[CriticalSpeed] = []
     for each in found:
-        twin = kept and each.whirl == kept[-1].whirl == "null"
+        twin = kept and each.whirl is None and kept[-1].whirl is None
         if not (twin and each.speed_rad_s - kept[-1].speed_rad_s <= SAME * each.speed_rad_s):
             kept.append(each)
     return kept
@@ -136,7 +136,7 @@ def _definite(stiffness: Array, inertia: Complex, rigid: int | None) -> tuple[Ar
     if (energy[~still] > 0.0).all():
         root = 1.0 / np.sqrt(energy[~still])
         flexibility, mix = np.linalg.eigh(root[:, None] * (lift.conj().T @ inertia @ lift) * root)
-        real = flexibility > 1e-14 * np.abs(flexibility).max()
+        real = flexibility > 1e-14 * np.abs(flexibility).max(initial=0.0)
         return 1.0 / np.sqrt(flexibility[real]), lift @ (root[:, None] * mix[:, real])
     values, mix = np.linalg.eig(np.linalg.solve(stiffness.astype(complex), inertia))
     real = (values.real > 0.0) & (np.abs(values.imag) < 1e-9 * np.abs(values))

@@ -16,7 +16,7 @@ from autobalance.dynamics.rotor_reduction import ReducedRotor
 from autobalance.rigid_rotor.moments import Array
 
 Complex = NDArray[np.complex128]
-Whirl = Literal["forward", "backward", "mixed", "null"]
+Whirl = Literal["forward", "backward", "mixed"] | None
 
 OVERDAMPED = 0.99
 """Damping ratio above which a mode counts as no vibration."""
@@ -148,7 +148,7 @@ def _rigid(reduced: ReducedRotor, vectors: Complex) -> NDArray[np.bool_]:
 def whirl_of(matrices: RotorMatrices, vector: Complex, speed_rad_s: float) -> Whirl:
     """Return the sense in which the places of the shaft run around their orbits."""
     if speed_rad_s == 0.0:
-        return "null"
+        return None
     return whirl_of_orbits(*matrices.deflections(vector))
 
 
@@ -159,7 +159,7 @@ def whirl_of_orbits(x: Complex, y: Complex) -> Whirl:
     forward, backward = (area > PLANAR * largest).any(), (area < -PLANAR * largest).any()
     if forward and backward:
         return "mixed"
-    return "forward" if forward else "backward" if backward else "null"
+    return "forward" if forward else "backward" if backward else None
 
 
 def refined(reduced: ReducedRotor, speed_rad_s: float, modes: Sequence[WhirlMode]) -> list[WhirlMode]:

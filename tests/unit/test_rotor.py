@@ -73,7 +73,7 @@ def test_at_no_speed_pairs_are_two_modes_in_planes() -> None:
     report = solved(speed_rpm=0)
     first, second = report["modes"][:2]
     assert first["frequency_hz"] == pytest.approx(second["frequency_hz"], rel=1e-9)
-    assert {mode["whirl"] for mode in report["modes"]} == {"null"}
+    assert {mode["whirl"] for mode in report["modes"]} == {None}
     assert max(point["y"] for point in first["shape"]) == 0.0
     assert max(point["x"] for point in first["shape"]) == pytest.approx(1.0)
     assert report["critical_speeds_rpm"] == []
@@ -161,6 +161,13 @@ def test_rigid_body_modes_are_counted_and_left_out(bearing: list[Values], free: 
     assert report["modes"][0]["frequency_hz"] > 10.0
     if free == 4:
         assert "4 rigid-body modes" in ab.rotor({"shaft": [SHAFT]}).text()
+
+
+def test_a_free_rotor_far_too_stiff_for_its_speed_has_no_critical_one() -> None:
+    report = ab.rotor({"speed_rpm": 3000, "shaft": [{"length_mm": 200, "outer_mm": 20}]}).report
+    assert report["critical_speeds_rpm"] == []
+    assert report["rigid_body_modes"] == 4
+    assert {mode["whirl"] for mode in report["modes"]} == {"forward", "backward"}
 
 
 def test_a_free_rotor_has_no_sag_under_gravity() -> None:
