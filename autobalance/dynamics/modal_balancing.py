@@ -53,6 +53,8 @@ def modal_shapes(reduced: ReducedRotor, count: int) -> tuple[Array, Complex]:
         shape: Complex = (reduced.basis @ (shapes[0::2, at] - 1j * shapes[1::2, at])).astype(complex)
         if len(found) < count and not any(_same(float(square[at]), shape, each) for each in found[-2:]):
             found.append((float(square[at]), shape))
+    if found and found[0][0] < 0.0:
+        raise ValueError("the bearings let the shaft fly off at rest: it has no modes")
     return np.sqrt([each for each, _ in found]), np.array([shape for _, shape in found])
 
 

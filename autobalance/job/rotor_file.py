@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from itertools import pairwise
 from pathlib import Path
@@ -37,6 +37,9 @@ PerSpeed = Large | tuple[Large, ...]
 POISSON = Rule(lambda x: -1.0 < x <= 0.5, "must be over -1 and at most 0.5")
 POINTS = Rule(lambda x: 2 <= x <= 100000, "must be 2 to 100000")
 MODES = Rule(lambda x: 1 <= x <= 200, "must be 1 to 200")
+STEEPEST, WIDEST, SLENDEREST = 20.0, 200.0, 2000.0
+"""Ratios of diameters in a cone and in a shaft, and of length to diameter, that beams can be asked for."""
+SPEED = Rule(lambda x: 0.0 <= x <= 1e6, "must be ≥ 0 and at most 1e6")
 ELEMENTS = Rule(lambda x: 0 <= x <= 2000, "must be 0 (as many as needed) to 2000")
 
 SHAFT = (
@@ -99,7 +102,7 @@ RUN_UP = (
     Key("points", int, "times that are told", POINTS, 2001),
 )
 ROTOR = (
-    Key("speed_rpm", Speeds, "a speed, or the lowest and highest", NOT_NEGATIVE, 3000.0),
+    Key("speed_rpm", Speeds, "a speed, or the lowest and highest", SPEED, 3000.0),
     Key("points", int, "speeds in a range", POINTS, 101),
     Key("beam", BeamTheory, "theory of the shaft", ANY, "timoshenko"),
     Key("gravity_m_s2", tuple[float, float], "along x and y", ANY, (0.0, 0.0)),
@@ -190,6 +193,7 @@ def _request(filled: Values) -> RotorRequest:
     for name in ("disc", "bearing", "unbalance", "probe"):
         for number, values in enumerate(filled[name], 1):
             _check_place(f"{name}[{number}].z_mm", values["z_mm"], length_mm)
+    _check_proportions(filled["shaft"])
     rotor = BeamRotor(
         tuple(_section(each) for each in filled["shaft"]),
         tuple(_disc(each) for each in filled["disc"]),
@@ -211,6 +215,29 @@ def _request(filled: Values) -> RotorRequest:
         _run_up(filled["run_up"]),
         filled,
     )
+
+
+def _check_proportions(sections: Sequence[Values]) -> None:
+    """Refuse what is no shaft: beam elements would be divided without end, or lose all digits."""
+    for number, each in enumerate(sections, 1):
+        thick, thin = (pick(each["outer_mm"], each["outer_end_mm"]) for pick in (max, min))
+        if thick > STEEPEST * thin:
+            raise JobError(
+                f"shaft[{number}] tapers from {thick:g} to {thin:g} mm; "
+                f"a cone may taper by {STEEPEST:g} at most"
+            )
+    ends = [each[f"outer{end}"] for each in sections for end in ("_mm", "_end_mm")]
+    length_mm = sum(each["length_mm"] for each in sections)
+    if max(ends) > WIDEST * min(ends):
+        raise JobError(
+            f"[[shaft]]: outer diameters are from {min(ends):g} to {max(ends):g} mm; the largest may be "
+            f"{WIDEST:g} times the smallest at most"
+        )
+    if length_mm > SLENDEREST * min(ends):
+        raise JobError(
+            f"[[shaft]]: {length_mm:g} mm long and {min(ends):g} mm thick; "
+            f"a shaft may be {SLENDEREST:g} times as long as thick at most"
+        )
 
 
 def _speeds(top: Mapping[str, Any]) -> Array:

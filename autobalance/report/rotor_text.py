@@ -44,7 +44,8 @@ def _criticals(criticals: Sequence[Values]) -> str:
         return "No critical speed in the range looked at"
     rows: list[Sequence[str]] = [("Critical speed", "whirl", "log decrement")]
     rows += [
-        (f"{each['speed_rpm']:.1f} rpm", each["whirl"] or NO_WHIRL, f"{each['log_decrement']:.5f}") for each in criticals
+        (f"{each['speed_rpm']:.1f} rpm", each["whirl"] or NO_WHIRL, f"{each['log_decrement']:.5f}")
+        for each in criticals
     ]
     return table(rows)
 
@@ -52,7 +53,12 @@ def _criticals(criticals: Sequence[Values]) -> str:
 def _modes(report: Values) -> str:
     rows: list[Sequence[str]] = [("Mode", "frequency", "log decrement", "whirl")]
     rows += [
-        (str(number), f"{each['frequency_hz']:.3f} Hz", f"{each['log_decrement']:.5f}", each["whirl"] or NO_WHIRL)
+        (
+            str(number),
+            f"{each['frequency_hz']:.3f} Hz",
+            f"{each['log_decrement']:.5f}",
+            each["whirl"] or NO_WHIRL,
+        )
         for number, each in enumerate(report["modes"][:SHOWN_MODES], 1)
     ]
     speed = report["campbell"][0]["speed_rpm"]

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterable, Sequence
 from typing import TYPE_CHECKING, Any
 
@@ -85,13 +86,18 @@ def _holzer(chain: TorsionChain, frequency_rad_s: float) -> list[Values]:
     return [
         {
             "inertia_kg_mm2": KG_MM2_PER_KG_M2 * row.inertia_kg_m2,
-            "angle_rad": row.angle_rad,
-            "inertia_torque_N_m": row.inertia_torque_n_m,
-            "torque_N_m": row.torque_n_m,
-            "twist_rad": row.twist_rad,
+            "angle_rad": _finite(row.angle_rad),
+            "inertia_torque_N_m": _finite(row.inertia_torque_n_m),
+            "torque_N_m": _finite(row.torque_n_m),
+            "twist_rad": _finite(row.twist_rad),
         }
         for row in holzer_table(chain, frequency_rad_s)
     ]
+
+
+def _finite(value: float | None) -> float | None:
+    """Return None for what grew over all numbers: behind a spring of nearly no stiffness."""
+    return value if value is not None and math.isfinite(value) else None
 
 
 def critical_values(

@@ -359,6 +359,20 @@ def test_the_stiffness_map_ends_where_bearings_are_rigid() -> None:
         ({"disc": [{**DISC, "z_mm": 1001}]}, r"disc\[1\].z_mm is 1001; must lie on the shaft, 0 to 1000"),
         ({"speed_rpm": [100, 50]}, "the first must be the lower one"),
         ({"speed_rpm": -1}, "speed_rpm is -1; must be ≥ 0"),
+        ({"speed_rpm": 3e6}, "speed_rpm is 3e\\+06; must be ≥ 0 and at most 1e6"),
+        ({"shaft": [{**SHAFT, "outer_end_mm": 1}]}, r"shaft\[1\] tapers from 50 to 1 mm; .* by 20 at most"),
+        ({"shaft": [SHAFT, {**SHAFT, "outer_mm": 0.2}]}, "diameters are from 0.2 to 50 mm; .* 200 times"),
+        ({"shaft": [{**SHAFT, "length_mm": 2e8}]}, "2e\\+08 mm long and 50 mm thick; .* 2000 times"),
+        (
+            {
+                "bearing": [
+                    {"z_mm": 0, "k_n_m": 1e7},
+                    {"z_mm": 1000, "k_n_m": -1e9, "allow_negative": True},
+                ],
+                "balancing": {"planes_mm": [300], "modes": 1},
+            },
+            "let the shaft fly off at rest",
+        ),
         ({"speed_rpm": "fast"}, "speed_rpm is 'fast'"),
         ({"run_up": {"to_rpm": 100, "from_rpm": 100, "time_s": 1}}, "must be another"),
         ({"stiffness_map": {"k_n_m": [5, 5]}}, "the first must be the lower one"),
