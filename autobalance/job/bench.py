@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from itertools import pairwise
 from pathlib import Path
@@ -211,6 +211,7 @@ def _bench(values: Values) -> Bench:
         raise JobError("control.kp_N_m_s and control.ki_N_m are both 0; there is no control")
     density = values["rotor"]["density_kg_m3"] * G_PER_MM3_PER_KG_M3
     shape = _shape(values["rotor"], density)
+    _check_holes(values["hole"], values["rotor"]["disc_mm"])
     mass, weight = _mass(values["rotor"], shape)
     control = values["control"]
     return Bench(
@@ -241,6 +242,16 @@ def _bench(values: Values) -> Bench:
             for number, each in enumerate(values["reading"], 1)
         ),
     )
+
+
+def _check_holes(holes: Sequence[Values], disc_mm: float | None) -> None:
+    """Refuse holes whose middle lies outside of the disc; what is drilled from the rim may reach over it."""
+    for number, each in enumerate(holes, 1):
+        if disc_mm is not None and each["radius_mm"] > 0.5 * disc_mm:
+            raise JobError(
+                f"hole[{number}].radius_mm is {each['radius_mm']:g}; "
+                f"must lie in the disc, 0 to {0.5 * disc_mm:g}"
+            )
 
 
 def _shape(rotor: Values, density: float) -> DiscOnShaft | None:

@@ -235,6 +235,10 @@ def reading(**keys: Any) -> dict[str, Any]:
         ),
         (shaped(shaft_mm=99.0), "rotor.disc_mm is 98; must be over shaft_mm"),
         (shaped(inertia_kg_mm2=10.0), "rotor.inertia_kg_mm2 is 10: a disc of 98 mm would have to be"),
+        (
+            {**shaped(), "hole": [{"diameter_mm": 8.0, "depth_mm": 5.0, "radius_mm": 50.0}]},
+            "hole[1].radius_mm is 50; must lie in the disc, 0 to 49",
+        ),
         (shaped(thickness_mm=200.0), "rotor.thickness_mm is 200; must be at most length_mm"),
         ({"bearing": {"kind": "dry", "mu": 0.1}}, "bearing.diameter_mm is missing"),
         ({"bearing": {"kind": "dry", "diameter_mm": 2.0}}, "bearing.mu is missing"),
