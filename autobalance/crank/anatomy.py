@@ -9,6 +9,8 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
+from autobalance.crank.datums import Datums
+
 Array = NDArray[np.float64]
 Indices = NDArray[np.int64]
 
@@ -122,7 +124,8 @@ class Anatomy:
     """A recognised crankshaft.
 
     ``file_to_rotor`` (4, 4) takes file coordinates (in mm) to the rotor frame;
-    ``journal_misalignment_mm`` is the greatest distance of a main journal's centre from the common axis.
+    ``journal_misalignment_mm`` is the greatest distance of a main journal's centre from the common axis;
+    ``datums`` None: not looked for.
     """
 
     file_to_rotor: Array
@@ -130,6 +133,7 @@ class Anatomy:
     throws: tuple[Throw, ...]
     webs: tuple[Web, ...]
     journal_misalignment_mm: float
+    datums: Datums | None = None
 
     @property
     def rotor_to_file(self) -> Array:

@@ -140,6 +140,59 @@ class MassProperties(TypedDict):
     polar_inertia_kg_mm2: Positive
 
 
+class Keyway(TypedDict):
+    """A slot along a shaft at an end of the crank; depth from the shaft's surface above it."""
+
+    end: Literal["-z", "+z"]
+    angle_deg: Angle
+    width_mm: Positive
+    depth_mm: Positive
+    shaft_diameter_mm: Positive
+    z_min_mm: float
+    z_max_mm: float
+
+
+class FlangeHole(TypedDict):
+    """A hole of a bolt circle."""
+
+    angle_deg: Angle
+    radius_mm: Positive
+    diameter_mm: Positive
+
+
+class Flange(TypedDict):
+    """A disc at an end of the crank, its outer face (null: not plane) and its bolt circle."""
+
+    end: Literal["-z", "+z"]
+    diameter_mm: Positive
+    face_z_mm: float | None
+    holes: list[FlangeHole]
+
+
+class DatumAngle(TypedDict):
+    """What angles are told from besides crankpin 1, and where it stands."""
+
+    of: Literal["keyway", "flange_hole"]
+    angle_deg: Angle
+
+
+class DatumFace(TypedDict):
+    """A plane face square to the axis, from which z is told."""
+
+    of: Literal["flange", "web", "end"]
+    name: str
+    z_mm: float
+
+
+class Datums(TypedDict):
+    """What can be touched to set the crank up, faces the best first; null or empty where there is none."""
+
+    keyways: list[Keyway]
+    flanges: list[Flange]
+    angle: DatumAngle | None
+    faces: list[DatumFace]
+
+
 class Crank(MassProperties):
     """The crank as measured and recognised."""
 
@@ -148,3 +201,4 @@ class Crank(MassProperties):
     webs: list[Web]
     journal_misalignment_mm: NotNegative
     facet_error: FacetError | None
+    datums: Datums | None

@@ -28,6 +28,7 @@ from autobalance.crank.sections import Section
 from autobalance.engine.force_values import force_values
 from autobalance.report import balance_records, crank_records, records
 from autobalance.report.assembly_values import assembly_values
+from autobalance.report.datum_values import datum_values
 from autobalance.rigid_rotor.moments import Array, Moments
 from autobalance.rigid_rotor.tolerance import Tolerance
 from autobalance.rigid_rotor.unbalance import Unbalance
@@ -264,6 +265,7 @@ def _crank(crank: MeasuredCrank) -> crank_records.Crank:
         ],
         "journal_misalignment_mm": float(anatomy.journal_misalignment_mm),
         "facet_error": None if error is None else _facet_error(error),
+        "datums": None if anatomy.datums is None else datum_values(anatomy.datums),
     }
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
@@ -10,6 +11,7 @@ import numpy as np
 
 from autobalance import job as jobs
 from autobalance.crank.anatomy import Anatomy, CounterweightOutline, MainJournal, Pin, Throw, Web
+from autobalance.crank.datums import Datums, Flange, FlangeHole, Keyway, MachinedFace
 from autobalance.errors import ClaimError, FormatError, JobError
 from autobalance.job import Job
 from autobalance.rigid_rotor.moments import Array, Moments
@@ -65,7 +67,47 @@ def claimed_anatomy(claims: Claims) -> Anatomy:
         journals.append(MainJournal(pin.centre_mm, pin.diameter_mm, pin.width_mm, number))
     off = claims.get("crank.journal_misalignment_mm", float)
     webs = tuple(_web(part) for part in claims.entries("crank.webs"))
-    return Anatomy(frame, tuple(journals), tuple(throws), webs, off)
+    return Anatomy(frame, tuple(journals), tuple(throws), webs, off, _datums(claims))
+
+
+def _datums(claims: Claims) -> Datums | None:
+    """Return what a report says can be touched; None where it says nothing of it."""
+    if claims.get("crank.datums", object) is None:
+        return None
+    told = claims.at("crank.datums", claims.get("crank.datums", dict))
+    keys = [Keyway(end=_end(part), **_lengths(part, *KEYWAY)) for part in told.entries("keyways")]
+    flanges = []
+    for part in told.entries("flanges"):
+        height = part.values.get("face_z_mm")
+        holes = tuple(FlangeHole(**_lengths(hole, *FLANGE_HOLE)) for hole in part.entries("holes"))
+        face_z = None if height is None else float(part.get("face_z_mm", float))
+        flanges.append(Flange(_end(part), float(part.get("diameter_mm", float)), face_z, holes))
+    faces = []
+    for part in told.entries("faces"):
+        of: Any = _one_of(part, "of", ("flange", "web", "end"))
+        faces.append(MachinedFace(of, part.get("name", str), float(part.get("z_mm", float))))
+    return Datums(tuple(keys), tuple(flanges), tuple(faces))
+
+
+KEYWAY = ("angle_deg", "width_mm", "depth_mm", "shaft_diameter_mm", "z_min_mm", "z_max_mm")
+FLANGE_HOLE = ("angle_deg", "radius_mm", "diameter_mm")
+
+
+def _lengths(claims: Claims, *keys: str) -> dict[str, float]:
+    return {key: float(claims.get(key, float)) for key in keys}
+
+
+def _end(claims: Claims) -> Any:
+    return _one_of(claims, "end", ("-z", "+z"))
+
+
+def _one_of(claims: Claims, key: str, allowed: Sequence[str]) -> str:
+    value = claims.get(key, str)
+    if value not in allowed:
+        raise FormatError(
+            f"{claims.name}: {claims.path(key)} is {value!r}; one of {', '.join(allowed)} is needed"
+        )
+    return str(value)
 
 
 def _web(claims: Claims) -> Web:

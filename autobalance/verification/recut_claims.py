@@ -100,7 +100,7 @@ def _tolerance(claims: Claims, job: Job, before: Mapping[str, Any] | None) -> To
         return tolerance
     claims.same("tolerance", before["tolerance"])
     claims.same("frame", before["frame"])
-    for key in ("main_journals", "throws", "webs", "journal_misalignment_mm"):
+    for key in ("main_journals", "throws", "webs", "journal_misalignment_mm", "datums"):
         claims.same(f"crank.{key}", before["crank"][key])
     claims.near("balance_factor.target", float(before["balance_factor"]["target"]), 1.0)
     claims.same("earlier_corrections", [*before.get("earlier_corrections", ()), *before["corrections"]])

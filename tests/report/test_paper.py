@@ -156,6 +156,38 @@ def test_no_ink_within_5_mm_of_the_edge(case: tuple[Any, ...], tmp_path: Path) -
         assert image[~border].min() < 100
 
 
+# --- what can be touched ---------------------------------------------------------------------------------
+
+
+def test_angles_from_the_keyway_and_z_from_a_face_that_no_cut_moves() -> None:
+    report = plans.plan(7, seed=3)
+    lowered = next(item for item in report["corrections"] if item["kind"] == "shoulder")
+    first, second = lowered["face_height_mm"], 90.0
+    report["crank"]["datums"] = {
+        "keyways": [
+            {"end": "-z", "angle_deg": 100.25, "width_mm": 6.0, "depth_mm": 3.5, "shaft_diameter_mm": 24.0,
+             "z_min_mm": -60.0, "z_max_mm": -40.0}
+        ],
+        "flanges": [],
+        "angle": {"of": "keyway", "angle_deg": 100.25},
+        "faces": [
+            {"of": "web", "name": "+z face of web 4", "z_mm": first},
+            {"of": "end", "name": "face at the +z end", "z_mm": second},
+        ],
+    }  # fmt: skip
+    pages = PdfReader(io.BytesIO(pdf(report, plans.drawings_of(report)))).pages
+    text = "\n".join(page.extract_text() for page in pages)
+    words = " ".join(text.split())
+    assert "Keyway K (6.00 mm wide, at the -z end): its middle stands at 100.2° ccw, 259.8° cw" in words
+    assert "face F is the face at the +z end, at z = 90.000 mm" in words
+    for item in report["corrections"]:
+        rows = [line for line in text.splitlines() if line.startswith(f"cut {item['number']} ")]
+        assert any(written(item["position_mm"][2] - second, "metric", "length") in row for row in rows)
+        if item["kind"] != "turn":
+            away = (item["angle_deg"] - 100.25) % 360.0
+            assert any(f"{away:.1f}°" in row and f"{360.0 - away:.1f}°" in row for row in rows)
+
+
 # --- tolerances -------------------------------------------------------------------------------------------
 
 

@@ -25,6 +25,7 @@ from autobalance.crank.recognition.cylinder_runs import (
     common_axis,
     find_runs,
 )
+from autobalance.crank.recognition.datums import find_datums
 from autobalance.crank.recognition.directions import axis_candidates
 from autobalance.crank.recognition.exact_cylinders import own_direction, own_layout
 from autobalance.crank.recognition.layout import GapError, JournalLayout, pressed_up_layout, solid_layout
@@ -160,7 +161,7 @@ def _along(mesh: Mesh, direction: Array, overrides: Overrides, cylinders: Sequen
         )
     if own is not None and overrides.main_journals is None and overrides.crankpins is None:
         layout = own_layout(long, layout, cylinders)
-    return _anatomy(long, layout, overrides, rounding)
+    return _anatomy(mesh, long, layout, overrides, rounding)
 
 
 def _straightened(
@@ -275,10 +276,12 @@ def _from_job(mesh: Mesh, overrides: Overrides, given: tuple[Array | None, Array
         tuple(sorted(journals, key=lambda run: run.z_mid)),
         tuple(sorted(pins, key=lambda run: run.z_mid)),
     )
-    return _anatomy(long, layout, overrides, rounding)
+    return _anatomy(mesh, long, layout, overrides, rounding)
 
 
-def _anatomy(long: SectionStack, layout: JournalLayout, overrides: Overrides, rounding: float) -> Anatomy:
+def _anatomy(
+    mesh: Mesh, long: SectionStack, layout: JournalLayout, overrides: Overrides, rounding: float
+) -> Anatomy:
     """Put the frame where it belongs, measure everything in it, and number it."""
     axis = layout.axis
     if overrides.axis_point_mm is not None:
@@ -295,7 +298,9 @@ def _anatomy(long: SectionStack, layout: JournalLayout, overrides: Overrides, ro
     local[0, :2] = arm / crank_radius
     local[1, :2] = [-local[0, 1], local[0, 0]]
     local[:3, 3] = -local[:3, :3] @ np.array([axis[0], axis[1], first.z_mid])
-    webs = tuple(_shifted(web, -first.z_mid) for web in find_webs(long, layout))
+    here = find_webs(long, layout)
+    datums = find_datums(long, axis, layout.journals, here, mesh, local)
+    webs = tuple(_shifted(web, -first.z_mid) for web in here)
     if overrides.crankpins is None and overrides.main_journals is None:
         refuse_incomplete(layout, webs, first.z_mid)
     journals = tuple(
@@ -303,7 +308,7 @@ def _anatomy(long: SectionStack, layout: JournalLayout, overrides: Overrides, ro
         for number, run in enumerate(layout.journals, 1)
     )
     throws = tuple(_throw(local, run, number) for number, run in enumerate(layout.pins, 1))
-    return Anatomy(local @ long.turn, journals, throws, webs, _misalignment(layout))
+    return Anatomy(local @ long.turn, journals, throws, webs, _misalignment(layout), datums)
 
 
 def _tight(long: SectionStack, runs: Sequence[CylinderRun], rounding: float) -> tuple[CylinderRun, ...]:

@@ -10,6 +10,7 @@ from reportlab.platypus import Flowable
 
 from autobalance.graphics.words import degrees
 from autobalance.report import kinds
+from autobalance.report.crank_records import DatumAngle
 from autobalance.report.paper.tables import Column, table
 from autobalance.report.paper.tolerances import CARE, SHARE, Tolerances, press_fit, retention
 from autobalance.report.paper.units import Units
@@ -93,11 +94,18 @@ def webs_of(item: Item) -> str:
     return f"web {', '.join(map(str, webs))}" if webs else NONE
 
 
-def making_table(items: Sequence[Item], u: Units, wide_mm: float, face_z_mm: float) -> Flowable:
-    """List how each cut of a web is made, its place in coordinates, from the face that can be touched."""
+def making_table(
+    items: Sequence[Item], u: Units, wide_mm: float, face_z_mm: float, datum: DatumAngle | None = None
+) -> Flowable:
+    """List how each cut of a web is made, its place in coordinates, from what can be touched.
+
+    ``datum`` is what angles are told from besides crankpin 1, where there is such a thing.
+    """
+    name = None if datum is None else {"keyway": "keyway K", "flange_hole": "hole H"}[datum["of"]]
     columns = [
         Column("cut", 11.0, "left"),
-        Column("what to do", 88.0, "left"),
+        Column("what to do", 88.0 if datum is None else 62.0, "left"),
+        *([] if name is None else [Column(f"ccw from\n{name}", 13.0), Column(f"cw from\n{name}", 13.0)]),
         Column(f"x\n{u.length}", 15.0),
         Column(f"y\n{u.length}", 15.0),
         Column(f"z from\nface F {u.length}", 16.0),
@@ -108,6 +116,7 @@ def making_table(items: Sequence[Item], u: Units, wide_mm: float, face_z_mm: flo
         [
             f"cut {item['number']}",
             _instruction(item, u),
+            *([] if datum is None else _from_datum(item, datum["angle_deg"])),
             u.mm(item["position_mm"][0]),
             u.mm(item["position_mm"][1]),
             u.mm(item["position_mm"][2] - face_z_mm),
@@ -117,6 +126,12 @@ def making_table(items: Sequence[Item], u: Units, wide_mm: float, face_z_mm: flo
         for item in items
     ]
     return table(wide_mm, columns, rows)
+
+
+def _from_datum(item: Item, datum_deg: float) -> list[str]:
+    """Return a cut's angle from a keyway or hole, in both senses."""
+    ccw = kinds.angle_deg(item)
+    return [NONE, NONE] if ccw is None else [degrees(ccw - datum_deg), degrees(datum_deg - ccw)]
 
 
 def _instruction(item: Item, u: Units) -> str:

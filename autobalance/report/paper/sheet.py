@@ -25,6 +25,7 @@ from reportlab.platypus import (
 
 from autobalance.graphics.words import OUTCOMES, at, file_name
 from autobalance.report import kinds
+from autobalance.report.datum_values import told_angle
 from autobalance.report.drawing import Drawings, SectionDrawing, WebDrawing
 from autobalance.report.paper import machine_page
 from autobalance.report.paper.cuts import (
@@ -239,7 +240,8 @@ class _Story:
             self._section(title, web.section, items, 84.0)
         if items:
             self._gap(3.0)
-            self.parts.append(making_table(items, self.u, self.wide_mm, face_z_mm(self.report)))
+            datum = told_angle(self.report)
+            self.parts.append(making_table(items, self.u, self.wide_mm, face_z_mm(self.report), datum))
 
     def _lengthwise(self, drawings: Drawings) -> None:
         section = SectionDrawing(0.0, drawings.lengthwise, drawings.lengthwise_cuts)

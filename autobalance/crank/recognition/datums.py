@@ -1,0 +1,327 @@
+"""Keyways, flanges and faces at a crank's ends: what a person can touch, and nothing that only looks so."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Literal
+
+import numpy as np
+
+from autobalance.crank.anatomy import Array, Web
+from autobalance.crank.datums import Datums, End, Flange, FlangeHole, Keyway, MachinedFace
+from autobalance.crank.recognition.circles import Circle, corners_of, distances
+from autobalance.crank.recognition.cylinder_runs import CylinderRun
+from autobalance.crank.recognition.section_stack import ASIDE_SHARE, CrossSection, SectionPiece, SectionStack
+from autobalance.solid.mesh.mesh import Mesh
+
+ON_AXIS = 0.03
+"""A section is the shaft's when its circle is off the axis by less than this share of its radius."""
+SUNK = 0.004
+"""Corners this share of the radius inside the shaft's circle are in a slot ..."""
+SAGITTA = 0.3
+"""... and deeper than this share of the square of their facets over the radius, as far as chords stand in."""
+KEY_WIDTHS = (0.08, 0.5)
+"""A keyway's width as a share of the shaft's diameter (DIN 6885: 0.22 to 0.33; Woodruff keys: 0.16 up)."""
+KEY_DEPTHS = (0.02, 0.35)
+"""Its depth, likewise."""
+UPRIGHT = math.cos(math.radians(3.0))
+"""Walls of a keyway are parallel to the radius in its middle to 3°."""
+WALL_SHARE = 0.4
+"""A wall is straight over at least this share of the slot's depth; the rest may be a rounded corner."""
+FLAT_FLOOR = 0.3
+"""A keyway's floor is flat but for this share of its depth."""
+SAME_ANGLE_RAD = math.radians(1.0)
+SAME_WIDTH = 0.03
+"""Sections show one keyway when their slots differ by less than this."""
+ONE_WAY = math.cos(math.radians(2.5))
+"""Triangles of a plane wall face one way; those of a round hole's wall do not."""
+LONG_AS_WIDE = 0.8
+"""A keyway's plane walls are at least this many widths long; so a round hole is none."""
+CENTRED = 0.05
+"""The middle of a keyway passes the axis by less than this share of its width."""
+LARGER = 1.4
+"""A disc without holes is a flange when it is so many times as wide as the main journal before it ..."""
+AT_END = 0.5
+"""... and nearer to the crank's end than this share of the journal's radius; else it is a collar."""
+BOLTS = 3
+"""Fewer holes are no bolt circle."""
+ON_BOLT_CIRCLE = 0.02
+"""Holes of a bolt circle are as far from the axis but for this share."""
+HOLE_SHARE = 0.25
+"""A bolt hole's radius over its distance from the axis is at most this."""
+
+
+def find_datums(
+    long: SectionStack,
+    axis: Array,
+    journals: Sequence[CylinderRun],
+    webs: Sequence[Web],
+    mesh: Mesh,
+    to_rotor: Array,
+) -> Datums:
+    """Find what can be touched to set a crank up.
+
+    Parameters
+    ----------
+    long : SectionStack
+    axis : (2,) float
+        The crank axis in the turned axes [mm].
+    journals : sequence of CylinderRun
+        Main journals, by increasing z.
+    webs : sequence of Web
+        In the turned axes' z.
+    mesh : Mesh
+        What ``long`` was made of.
+    to_rotor : (4, 4) float
+        From the turned axes to the rotor frame.
+
+    Returns
+    -------
+    Datums
+        In the rotor frame.
+    """
+    if not webs:
+        return Datums()
+    low, high = min(web.z_min_mm for web in webs), max(web.z_max_mm for web in webs)
+    ends = (_Zone("-z", long, axis, -math.inf, low), _Zone("+z", long, axis, high, math.inf))
+    keyways = [key for zone in ends for key in _keyways(zone, mesh, to_rotor)]
+    flanges = [flange for zone in ends if (flange := _flange(zone, journals, to_rotor)) is not None]
+    faces = _machined_faces(long, flanges, webs, float(to_rotor[2, 3]))
+    return Datums(tuple(keyways), tuple(flanges), tuple(faces))
+
+
+@dataclass(frozen=True, eq=False)
+class _Zone:
+    """What lies beyond the webs at one end."""
+
+    end: End
+    long: SectionStack
+    axis: Array
+    low: float
+    high: float
+
+    @property
+    def sections(self) -> list[CrossSection]:
+        return [section for section in self.long.sections if self.low < section.z_mm < self.high]
+
+    def shaft(self, section: CrossSection) -> tuple[SectionPiece, Circle] | None:
+        """Return the piece of a section that is the shaft, and its circle."""
+        for piece in section.pieces:
+            circle = piece.circle
+            if circle is not None and _distance(circle.centre, self.axis) < ON_AXIS * circle.radius:
+                return piece, circle
+        return None
+
+
+def _distance(a: Array, b: Array) -> float:
+    return float(np.linalg.norm(a - b))
+
+
+# --- keyways ------------------------------------------------------------------------------------------------
+
+
+@dataclass(frozen=True, eq=False)
+class _Slot:
+    """A slot in one section: its angle in the turned axes, width, depth, radius of the shaft, height."""
+
+    angle_rad: float
+    width: float
+    depth: float
+    radius: float
+    z_mm: float
+
+
+def _keyways(zone: _Zone, mesh: Mesh, to_rotor: Array) -> list[Keyway]:
+    groups: list[list[_Slot]] = []
+    seen: dict[int, _Slot | None] = {}
+    for section in zone.sections:
+        shaft = zone.shaft(section)
+        if shaft is None:
+            continue
+        piece, circle = shaft
+        if id(piece) not in seen:
+            seen[id(piece)] = _slot(piece, circle, section.z_mm)
+        slot = seen[id(piece)]
+        if slot is None:
+            continue
+        same = next((group for group in groups if _is_one(group[0], slot)), None)
+        if same is None:
+            groups.append([slot])
+        else:
+            same.append(slot)
+    found = (_walled(zone, group, mesh, to_rotor) for group in groups)
+    return [key for key in found if key is not None]
+
+
+def _is_one(a: _Slot, b: _Slot) -> bool:
+    apart = math.remainder(a.angle_rad - b.angle_rad, 2.0 * math.pi)
+    return abs(apart) < SAME_ANGLE_RAD and abs(a.width - b.width) < SAME_WIDTH * a.width
+
+
+def _slot(piece: SectionPiece, circle: Circle, z_mm: float) -> _Slot | None:
+    """Return the one slot in a shaft's outline that has the section of a keyway."""
+    corners = corners_of(piece.outline, piece.grain_mm)
+    step = np.linalg.norm(np.roll(corners, -1, axis=0) - corners, axis=1)
+    on_circle = np.median(step)
+    sunk = SUNK * circle.radius + SAGITTA * on_circle**2 / circle.radius
+    inside = distances(corners, circle.centre) < circle.radius - sunk
+    begins = np.flatnonzero(inside & ~np.roll(inside, 1))
+    if len(begins) != 1 or inside.sum() < 2:
+        return None
+    notch = np.roll(corners, 1 - int(begins[0]), axis=0)[: int(inside.sum()) + 2] - circle.centre
+    return _as_key(notch, circle.radius, z_mm)
+
+
+def _as_key(notch: Array, radius: float, z_mm: float) -> _Slot | None:
+    """Return a slot where corners (k, 2) from rim to rim show two upright walls and a flat floor."""
+    middle = 0.5 * (notch[0] + notch[-1])
+    out = middle / np.linalg.norm(middle)
+    across = np.array([-out[1], out[0]])
+    walls = notch[1] - notch[0], notch[-2] - notch[-1]
+    long = [float(np.linalg.norm(wall)) for wall in walls]
+    width = float(abs((notch[-1] - notch[0]) @ across))
+    floor = notch[1:-1] @ out
+    depth = radius - float(floor.min())
+    shares = width / (2.0 * radius), depth / (2.0 * radius)
+    upright = all(-float(wall @ out) >= UPRIGHT * size > 0.0 for wall, size in zip(walls, long, strict=True))
+    straight = min(long) >= WALL_SHARE * depth
+    flat = float(np.ptp(floor)) <= FLAT_FLOOR * depth
+    sized = KEY_WIDTHS[0] <= shares[0] <= KEY_WIDTHS[1] and KEY_DEPTHS[0] <= shares[1] <= KEY_DEPTHS[1]
+    if not (upright and straight and flat and sized):
+        return None
+    return _Slot(math.atan2(out[1], out[0]), width, depth, radius, z_mm)
+
+
+def _walled(zone: _Zone, group: Sequence[_Slot], mesh: Mesh, to_rotor: Array) -> Keyway | None:
+    """Return the keyway that some slots show, if two plane walls parallel to the axis are there."""
+    slot = group[len(group) // 2]
+    out = np.array([math.cos(slot.angle_rad), math.sin(slot.angle_rad)])
+    across = np.array([-out[1], out[0]])
+    vertices = zone.long.vertices
+    local = vertices[:, :2] - zone.axis
+    radial = local @ out
+    tall = slot.depth + SUNK * slot.radius
+    near = (radial > slot.radius - 1.5 * tall) & (radial < 1.2 * slot.radius + tall)
+    near &= (vertices[:, 2] > zone.low) & (vertices[:, 2] < zone.high)
+    aside = local @ across
+    vectors = mesh.area_vectors @ zone.long.turn[:2, :3].T @ across
+    flat = np.abs(vectors) > ONE_WAY * mesh.doubled_areas
+    used = np.zeros(len(vertices), dtype=bool)
+    sides = []
+    for sign in (-1.0, 1.0):
+        at_wall = near & (np.abs(aside - 0.5 * sign * slot.width) < CENTRED * slot.width)
+        wall = flat & (sign * vectors < 0.0) & at_wall[mesh.triangles].all(axis=1)
+        corners = np.unique(mesh.triangles[wall])
+        height = slot.depth - (slot.radius - math.sqrt(slot.radius**2 - 0.25 * slot.width**2))
+        if 0.5 * mesh.doubled_areas[wall].sum() < LONG_AS_WIDE * slot.width * height:
+            return None
+        used[corners] = True
+        sides.append(mesh.area_vectors[wall].sum(axis=0) * sign)
+    normal = zone.long.turn[:2, :3] @ (sides[0] + sides[1])
+    towards = np.array([-normal[1], normal[0]]) / np.linalg.norm(normal)
+    towards = towards if float(towards @ out) > 0.0 else -towards
+    z = vertices[used, 2] + to_rotor[2, 3]
+    return Keyway(
+        end=zone.end,
+        angle_deg=_rotor_angle_deg(towards, to_rotor),
+        width_mm=slot.width,
+        depth_mm=slot.depth,
+        shaft_diameter_mm=2.0 * slot.radius,
+        z_min_mm=float(z.min()),
+        z_max_mm=float(z.max()),
+    )
+
+
+def _rotor_angle_deg(direction: Array, to_rotor: Array) -> float:
+    """Return the angle of a direction (2,) of the turned axes in the rotor frame, in [0, 360)."""
+    x, y = to_rotor[:2, :2] @ direction
+    return math.degrees(math.atan2(y, x)) % 360.0 % 360.0
+
+
+# --- flanges ------------------------------------------------------------------------------------------------
+
+
+def _flange(zone: _Zone, journals: Sequence[CylinderRun], to_rotor: Array) -> Flange | None:
+    """Return the disc with or without holes beyond the outermost main journal of an end."""
+    here = [run for run in journals if zone.low < run.z_mid < zone.high]
+    if not here:
+        return None
+    journal = here[0] if zone.end == "-z" else here[-1]
+    beyond = [
+        s for s in zone.sections if (s.z_mm < journal.z_low if zone.end == "-z" else s.z_mm > journal.z_high)
+    ]
+    discs = [(s.z_mm, *shaft) for s in beyond if (shaft := zone.shaft(s)) is not None]
+    holes = max((_bolt_circle(piece, zone.axis) for _, piece, _ in discs), key=len, default=[])
+    if holes:
+        wide = [(z, c.radius) for z, piece, c in discs if len(_bolt_circle(piece, zone.axis)) == len(holes)]
+    else:
+        z = zone.long.vertices[:, 2]
+        tip, near = float(z.min() if zone.end == "-z" else z.max()), AT_END * journal.radius
+        wide = [(z, c.radius) for z, _, c in discs if c.radius >= LARGER * journal.radius]
+        wide = wide if any(abs(z - tip) < near for z, _ in wide) else []
+    if not wide:
+        return None
+    radius = max(size for _, size in wide)
+    outer = [z for z, size in wide if size > 0.99 * radius]
+    away = _distant_level(zone, min(outer) if zone.end == "-z" else max(outer))
+    placed = [
+        FlangeHole(
+            _rotor_angle_deg(hole.centre - zone.axis, to_rotor),
+            _distance(hole.centre, zone.axis),
+            2.0 * hole.radius,
+        )
+        for hole in holes
+    ]
+    placed.sort(key=lambda hole: hole.angle_deg)
+    height = None if away is None else away + float(to_rotor[2, 3])
+    return Flange(zone.end, 2.0 * radius, height, tuple(placed))
+
+
+def _bolt_circle(piece: SectionPiece, axis: Array) -> list[Circle]:
+    """Return the round holes at one distance from the axis, where there are enough."""
+    away = [(hole, _distance(hole.centre, axis)) for hole in piece.bores]
+    away = [(hole, far) for hole, far in away if hole.radius < HOLE_SHARE * far]
+    best: list[Circle] = []
+    for _, far in away:
+        alike = [hole for hole, other in away if abs(other - far) < ON_BOLT_CIRCLE * far]
+        best = alike if len(alike) > len(best) else best
+    return best if len(best) >= BOLTS else []
+
+
+def _distant_level(zone: _Zone, z_mm: float) -> float | None:
+    """Return the plane at which the metal at a height ends, away from the crank."""
+    levels = zone.long.levels_mm
+    room = 4.0 * ASIDE_SHARE * zone.long.length_mm
+    near = levels[(np.abs(levels - z_mm) < room)]
+    return float(near[np.argmin(np.abs(near - z_mm))]) if len(near) else None
+
+
+# --- the faces from which z is told -------------------------------------------------------------------------
+
+
+def _machined_faces(
+    long: SectionStack, flanges: Sequence[Flange], webs: Sequence[Web], shift: float
+) -> list[MachinedFace]:
+    """Return flanges' faces, then the outermost webs', then the crank's ends, where they are plane."""
+    found = [
+        MachinedFace("flange", f"flange face at the {flange.end} end", flange.face_z_mm)
+        for flange in flanges
+        if flange.face_z_mm is not None
+    ]
+    first, last, z = webs[0], webs[-1], long.vertices[:, 2]
+    webs_and_ends: list[tuple[Literal["web", "end"], str, float]] = [
+        ("web", f"-z face of web {first.number}", first.z_min_mm),
+        ("web", f"+z face of web {last.number}", last.z_max_mm),
+        ("end", "face at the -z end", float(z.min())),
+        ("end", "face at the +z end", float(z.max())),
+    ]
+    grain = ASIDE_SHARE * long.length_mm
+    for of, name, height in webs_and_ends:
+        known = [face.z_mm for face in found]
+        if np.any(np.abs(long.levels_mm - height) < grain) and all(
+            abs(height + shift - other) > grain for other in known
+        ):
+            found.append(MachinedFace(of, name, height + shift))
+    return found
