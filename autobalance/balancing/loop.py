@@ -18,7 +18,7 @@ from autobalance.planning.depths import AIM, Plan
 from autobalance.planning.harmless import harmless, is_harmless
 from autobalance.planning.milp import least_share
 from autobalance.planning.relaxation import Attempt, Relaxation, relaxations
-from autobalance.planning.shortfall import Shortfall, explain_shortfall
+from autobalance.planning.shortfall import Shortfall, explain_shortfall, factor_relaxation
 from autobalance.planning.whole_cuts import choose
 from autobalance.rigid_rotor.moments import Moments
 from autobalance.rigid_rotor.tolerance import Tolerance
@@ -58,7 +58,7 @@ class Result:
     where these were measured; both are None when nothing was cut. ``tools`` are the corrections' bodies, file
     coordinates. ``initial_doubt`` and ``doubt`` tell how far ``initial`` and ``residual`` may be off.
     ``made`` are the cuts behind the corrections, each with its depth; ``notes`` tell of kinds that have no
-    place and of drills that were not used.
+    place and of drills that were not used; ``relaxations`` are the changes of the job that ``reason`` names.
     """
 
     outcome: Outcome
@@ -76,6 +76,7 @@ class Result:
     doubt: Budget | None = None
     made: tuple[tuple[Cut, float], ...] = ()
     notes: tuple[str, ...] = ()
+    relaxations: tuple[Relaxation, ...] = ()
 
     def __getstate__(self) -> dict[str, object]:
         """Leave the cuts behind when pickled: they hold parts of the solid's kernel."""
@@ -155,18 +156,18 @@ def balance(
             return []
         progress("looking for what would suffice")
         work = workpiece(rotor, tolerance, initial, 1.0)
-        return relaxations(Attempt(work, found.methods, offer, initial, tolerance))
+        return relaxations(Attempt(work, found.methods, tuple(methods), offer, initial, tolerance))
 
-    def bound() -> float:
-        return least_share(initial, tolerance, offer)
+    def why(residual: Unbalance) -> tuple[str, tuple[Relaxation, ...]]:
+        computed, bound = fixes(), least_share(initial, tolerance, offer)
+        return _why(_shortfall(rotor, tolerance, offer, plan, residual), computed, bound)
 
     def left_alone(steps: Sequence[Step] = ()) -> Result:
         if tolerance.is_met_by(initial, initial_doubt):
             return untouched("already_within_tolerance", None, steps)
-        reason = tolerance.why_not(initial, initial_doubt, plan.binding) or _reason(
-            rotor, tolerance, offer, plan, initial, fixes(), bound()
-        )
-        return replace(untouched("above_tolerance", reason, steps), notes=found.notes)
+        uncertain = tolerance.why_not(initial, initial_doubt, plan.binding)
+        reason, relaxed = (uncertain, ()) if uncertain else why(initial)
+        return replace(untouched("above_tolerance", reason, steps), notes=found.notes, relaxations=relaxed)
 
     if not plan.depths_mm.any():
         return left_alone()
@@ -200,8 +201,9 @@ def balance(
     doubt = rotor.doubt(best.measured.moments, made)
     within = tolerance.is_met_by(best.residual, doubt)
     reason = None if within else tolerance.why_not(best.residual, doubt, plan.binding)
+    relaxed: tuple[Relaxation, ...] = ()
     if not within and reason is None:
-        reason = _reason(rotor, tolerance, offer, plan, best.residual, fixes(), bound())
+        reason, relaxed = why(best.residual)
     return Result(
         outcome="within_tolerance" if within else "above_tolerance",
         reason=reason,
@@ -220,6 +222,7 @@ def balance(
             (cut, float(depth)) for cut, depth in zip(offer.cuts, best.depths_mm, strict=True) if depth > 0.0
         ),
         notes=(*found.notes, *why_not_used(offer, plan, initial, tolerance, prefer)),
+        relaxations=relaxed,
     )
 
 
@@ -291,30 +294,28 @@ def _cut_and_measure(
     return _Pass(plan.depths_mm, tools, solid, measured, moments, residual, tolerance.used_share(residual))
 
 
-def _reason(
-    rotor: Rotor,
-    tolerance: Tolerance,
-    offer: Offer,
-    plan: Plan,
-    residual: Unbalance,
-    fixes: Sequence[Relaxation],
-    bound: float,
-) -> str:
-    per_factor = Unbalance.of(rotor.loads_per_factor)
-    return explain_shortfall(
-        Shortfall(
-            residual,
-            tolerance,
-            per_factor,
-            rotor.factor,
-            offer.cuts,
-            plan.depths_mm,
-            plan.binding,
-            _web_places_mm(rotor),
-        ),
-        [release.text for release in fixes],
-        bound,
+def _shortfall(
+    rotor: Rotor, tolerance: Tolerance, offer: Offer, plan: Plan, residual: Unbalance
+) -> Shortfall:
+    return Shortfall(
+        residual,
+        tolerance,
+        Unbalance.of(rotor.loads_per_factor),
+        rotor.factor,
+        offer.cuts,
+        plan.depths_mm,
+        plan.binding,
+        _web_places_mm(rotor),
     )
+
+
+def _why(
+    short: Shortfall, computed: Sequence[Relaxation], bound: float
+) -> tuple[str, tuple[Relaxation, ...]]:
+    """Return why the tolerance is not reached, and all that would do it."""
+    factor = factor_relaxation(short)
+    every = (*computed, *(() if factor is None else (factor,)))
+    return explain_shortfall(short, [each.text for each in computed], bound), every
 
 
 def _web_places_mm(rotor: Rotor) -> tuple[float, float] | None:

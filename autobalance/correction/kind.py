@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import asdict, dataclass, field
 from typing import TYPE_CHECKING, Any, ClassVar, Generic, Literal, Protocol, TypeVar
 
 import numpy as np
@@ -379,6 +379,11 @@ class Kind(ABC, Generic[L]):
     def remedy_text(self, cut: Any) -> str:
         """Return what to propose of a cut that ``remedy`` offered."""
         return str(cut.label)
+
+    def remedy_keys(self, cut: Any) -> Mapping[str, Any]:
+        """Return what the kind's table in a job needs for that cut alone."""
+        del cut
+        return {} if self.remedy is None else asdict(self.remedy)
 
     # --- what is told ---------------------------------------------------------------------------------------
 

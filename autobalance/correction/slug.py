@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -423,6 +423,16 @@ class Slug(Kind[SlugLimits]):
             f"one axial slug of {2.0 * cut.hole.radius_mm:g} × {cut.length_mm:g} mm "
             f"({cut.limits.density_kg_m3:g} kg/m³) in web {cut.web} at {angle:.0f}°"
         )
+
+    def remedy_keys(self, cut: SlugCut) -> Mapping[str, Any]:
+        """Return the one slug at hand."""
+        return {
+            "direction": cut.limits.direction,
+            "diameters_mm": (2.0 * cut.hole.radius_mm,),
+            "lengths_mm": (cut.length_mm,),
+            "density_kg_m3": cut.limits.density_kg_m3,
+            "max_slugs": 1,
+        }
 
     def instruction(self, item: Item, figures: Figures) -> str:
         """Return what to bore and what to press in."""

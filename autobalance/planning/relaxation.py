@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, replace
 from typing import Any
 
 from autobalance import correction
 from autobalance.correction import Limits
-from autobalance.correction.kind import Kind, MoreCuts, Offer, Relaxing, WiderLimits, Workpiece
+from autobalance.correction.kind import Cut, Kind, MoreCuts, Offer, Relaxing, WiderLimits, Workpiece
 from autobalance.errors import CorrectionError
 from autobalance.planning.depths import Plan
 from autobalance.planning.milp import least_share
@@ -24,19 +24,45 @@ TRIED = 3
 
 
 @dataclass(frozen=True)
+class Change:
+    """A key of the job by its dotted name, what it is now (None: the job has no such table) and would be."""
+
+    key: str
+    present: Any
+    proposed: Any
+
+
+@dataclass(frozen=True)
 class Relaxation:
-    """One change of the limits that makes the tolerance reachable, and the metal that it then takes."""
+    """Changes of the job that together make the tolerance reachable.
+
+    Attributes
+    ----------
+    text : str
+        For people.
+    changes : tuple of Change
+    used_share : float
+        Worst judged value that is left then, as a share of what is permitted there.
+    metal_g : float or None
+        Metal that it then takes; None where the cuts stay as they are [g].
+    tried : bool
+        Whether the correction was planned anew with the changes; else they follow from what is left.
+    """
 
     text: str
-    metal_g: float
+    changes: tuple[Change, ...]
+    used_share: float
+    metal_g: float | None
+    tried: bool = True
 
 
 @dataclass(frozen=True, eq=False)
 class Attempt:
-    """What a plan that fell short was made from."""
+    """What a plan that fell short was made from; ``asked`` are all of the job's limits, placed or not."""
 
     work: Workpiece
     methods: tuple[Limits, ...]
+    asked: tuple[Limits, ...]
     offer: Offer
     residual: Unbalance
     tolerance: Tolerance
@@ -68,31 +94,40 @@ def relaxations(tried: Attempt) -> list[Relaxation]:
             relaxed = _relaxed(tried, number, way)
             found += [] if relaxed is None else [relaxed]
     found += _remedies(tried)
-    return sorted(found, key=lambda relaxed: relaxed.metal_g)[:TRIED]
+    return sorted(found, key=lambda relaxed: relaxed.metal_g or 0.0)[:TRIED]
+
+
+Told = tuple[str, tuple[Change, ...]]
+
+
+def _changes(limits: Limits, changed: Mapping[str, Any]) -> tuple[Change, ...]:
+    table = f"correction.{correction.kind_of(limits).name}"
+    return tuple(Change(f"{table}.{key}", getattr(limits, key), value) for key, value in changed.items())
 
 
 def _relaxed(tried: Attempt, number: int, way: Relaxing) -> Relaxation | None:
     if isinstance(way, MoreCuts):
-        return _more(tried, way)
+        return _more(tried, tried.methods[number], way)
     if isinstance(way, WiderLimits):
         return _wider(tried, number, way)
     methods = list(tried.methods)
     methods[number] = replace(methods[number], **way.changed)
-    return _if_enough(tried, tried.offer_with(*methods), lambda _: way.text)
+    told = way.text, _changes(tried.methods[number], way.changed)
+    return _if_enough(tried, tried.offer_with(*methods), lambda _: told)
 
 
-def _if_enough(tried: Attempt, offer: Offer | None, say: Callable[[Plan], str]) -> Relaxation | None:
+def _if_enough(tried: Attempt, offer: Offer | None, tell: Callable[[Plan], Told]) -> Relaxation | None:
     if offer is None or not tried.may_do(offer):
         return None
     plan = tried.plan(offer)
     if plan.share > 1.0:
         return None
-    changes = zip(offer.cuts, plan.depths_mm, strict=True)
-    metal = sum(abs(cut.effect(float(depth)).mass_g) for cut, depth in changes if depth > 0.0)
-    return Relaxation(say(plan), float(metal))
+    cuts = zip(offer.cuts, plan.depths_mm, strict=True)
+    metal = sum(abs(cut.effect(float(depth)).mass_g) for cut, depth in cuts if depth > 0.0)
+    return Relaxation(*tell(plan), plan.share, float(metal))
 
 
-def _more(tried: Attempt, more: MoreCuts) -> Relaxation | None:
+def _more(tried: Attempt, limits: Limits, more: MoreCuts) -> Relaxation | None:
     """Try more cuts, on each web or on all: the least number that suffices."""
     if not tried.offer.counts:
         return None
@@ -106,7 +141,10 @@ def _more(tried: Attempt, more: MoreCuts) -> Relaxation | None:
 
     enough = [count for count in range(1, MORE + 1) if tried.may_do(offer(count))]
     least = next((count for count in enough if tried.plan(offer(count)).share <= 1.0), None)
-    return None if least is None else _if_enough(tried, offer(least), lambda _: more.say(least))
+    if least is None:
+        return None
+    told = more.say(least), _changes(limits, {more.key: more.now + least})
+    return _if_enough(tried, offer(least), lambda _: told)
 
 
 def _wider(tried: Attempt, number: int, wider: WiderLimits) -> Relaxation | None:
@@ -117,14 +155,17 @@ def _wider(tried: Attempt, number: int, wider: WiderLimits) -> Relaxation | None
         methods[number] = replace(methods[number], **wider.changed(share))
         return tried.offer_with(*methods)
 
-    best = _if_enough(tried, offer(1.0), lambda _: wider.say(wider.changed(1.0)))
+    def told(share: float) -> Told:
+        changed = wider.changed(share)
+        return wider.say(changed), _changes(tried.methods[number], changed)
+
+    best = _if_enough(tried, offer(1.0), lambda _: told(1.0))
     if best is None:
         return None
     low, high = 0.0, 1.0
     for _ in range(HALVINGS):
         middle = 0.5 * (low + high)
-        text = wider.say(wider.changed(middle))
-        here = _if_enough(tried, offer(middle), lambda _, text=text: text)  # type: ignore[misc]
+        here = _if_enough(tried, offer(middle), lambda _, share=middle: told(share))  # type: ignore[misc]
         low, high, best = (low, middle, here) if here is not None else (middle, high, best)
     return best
 
@@ -139,10 +180,19 @@ def _remedies(tried: Attempt) -> Iterator[Relaxation]:
         first = len(tried.offer.cuts)
         both = correction.joined([tried.offer, offer])
 
-        def say(plan: Plan, kind: Kind[Any] = kind, offer: Offer = offer, first: int = first) -> str:
+        def told(plan: Plan, kind: Kind[Any] = kind, offer: Offer = offer, first: int = first) -> Told:
             made = [cut for cut, depth in zip(offer.cuts, plan.depths_mm[first:], strict=True) if depth > 0.0]
-            return kind.remedy_text(made[0]) if made else "other depths"
+            return _remedy(tried, kind, made[0]) if made else ("other depths", ())
 
-        found = _if_enough(tried, both, say)
+        found = _if_enough(tried, both, told)
         if found is not None:
             yield found
+
+
+def _remedy(tried: Attempt, kind: Kind[Any], cut: Cut) -> Told:
+    names = [correction.kind_of(limits).name for limits in tried.asked]
+    keys = kind.remedy_keys(cut).items()
+    changes = [Change(f"correction.{kind.name}.{key}", None, value) for key, value in keys]
+    if kind.name not in names:
+        changes.insert(0, Change("correction.method", tuple(names), (*names, kind.name)))
+    return kind.remedy_text(cut), tuple(changes)

@@ -10,6 +10,7 @@ import numpy as np
 
 from autobalance.correction.kind import Array, Cut
 from autobalance.planning.depths import judged_rows, resultant_and_moment
+from autobalance.planning.relaxation import Change, Relaxation
 from autobalance.rigid_rotor.tolerance import Tolerance
 from autobalance.rigid_rotor.unbalance import Unbalance
 
@@ -72,9 +73,9 @@ def _judged_values(short: Shortfall) -> list[tuple[str, float, float]]:
 
 def _fixes(short: Shortfall, estimate: bool) -> list[str]:
     fixes = []
-    factor = reachable_factor(short)
+    factor = factor_relaxation(short)
     if factor is not None:
-        fixes.append(f"a balance factor of {factor:.4f} can be reached as it is")
+        fixes.append(factor.text)
     deeper = _deeper_mm(short) if estimate and short.binding else None
     if deeper is not None:
         fixes.append(f"about {deeper:.3g} mm more depth where it ends")
@@ -153,6 +154,21 @@ def _vector(unbalance: Array) -> str:
     return f"{math.hypot(*unbalance):.1f} g·mm of metal at {angle:.1f}°"
 
 
+def factor_relaxation(short: Shortfall) -> Relaxation | None:
+    """Return the change of the balance factor that the same cuts reach, if one does."""
+    factor = reachable_factor(short)
+    if factor is None:
+        return None
+    text = f"a balance factor of {factor:.4f} can be reached as it is"
+    change = Change("balance.factor", short.factor, factor)
+    return Relaxation(text, (change,), _share_at(short, factor), None, tried=False)
+
+
+def _share_at(short: Shortfall, factor: float) -> float:
+    """Return the worst judged share of what is permitted that the same cuts leave at a factor."""
+    return short.tolerance.used_share(short.residual + short.per_factor.scaled(factor - short.factor))
+
+
 def reachable_factor(short: Shortfall) -> float | None:
     """Return the balance factor nearest to the one asked for that the same cuts bring within tolerance."""
     slope = short.per_factor.resultant_g_mm
@@ -162,5 +178,4 @@ def reachable_factor(short: Shortfall) -> float | None:
     exact = short.factor - float(short.residual.resultant_g_mm @ slope) / size
     if not 0.0 <= exact <= 1.0:
         return None
-    moved = short.residual + short.per_factor.scaled(exact - short.factor)
-    return exact if short.tolerance.used_share(moved) <= 1.0 else None
+    return exact if _share_at(short, exact) <= 1.0 else None

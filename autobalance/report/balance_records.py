@@ -3,7 +3,7 @@
 The JSON Schema is made from these: ``python docs/make_schema.py`` writes it.
 """
 
-from typing import Annotated, Literal, NotRequired, TypedDict
+from typing import Annotated, Any, Literal, NotRequired, TypedDict
 
 from autobalance.report.crank_records import MassProperties
 from autobalance.report.record_schema import (
@@ -171,3 +171,22 @@ class Overbalance(TypedDict):
     last_holes: list[Correction]
     predicted_g_mm: NotNegative | None
     reason: str | None
+
+
+class JobChange(TypedDict):
+    """A key of the job that a relaxation changes."""
+
+    key: Annotated[str, "dotted, as --set takes it"]
+    present: Annotated[Any, "null: the job has no such table"]
+    proposed: Any
+    unit: str | None
+
+
+class Relaxation(TypedDict):
+    """Changes of the job that together make the tolerance reachable."""
+
+    text: str
+    changes: list[JobChange]
+    used_share: Annotated[NotNegative, "worst judged value left then, over what is permitted there"]
+    metal_g: Annotated[NotNegative | None, "metal that it takes then; null: the cuts stay as they are"]
+    tried: Annotated[bool, "planned anew with the changes; false: follows from what is left"]

@@ -28,6 +28,7 @@ from autobalance.report.html_forces import forces, loads_with_gas
 from autobalance.report.html_inputs import inputs
 from autobalance.report.html_view import view_data
 from autobalance.report.metal import Piece
+from autobalance.report.relaxation_text import relaxation_lines
 from autobalance.solid.mesh.mesh import Mesh
 
 Report = Mapping[str, Any]
@@ -128,7 +129,11 @@ def _job_name(report: Report) -> str:
 
 
 def _reason(report: Report) -> str:
-    return f'<p class="reason">{escape(report["reason"])}</p>' if report.get("reason") else ""
+    if not report.get("reason"):
+        return ""
+    ways = "".join(f"<li>{escape(line)}</li>" for line in relaxation_lines(report))
+    ways = f'<ul class="reason">{ways}</ul>' if ways else ""
+    return f'<p class="reason">{escape(report["reason"])}</p>{ways}'
 
 
 # --- the numbers -------------------------------------------------------------------------------------------

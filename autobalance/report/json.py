@@ -29,6 +29,7 @@ from autobalance.engine.force_values import force_values
 from autobalance.report import balance_records, crank_records, records
 from autobalance.report.assembly_values import assembly_values
 from autobalance.report.datum_values import datum_values
+from autobalance.report.relaxation_values import relaxation_values
 from autobalance.rigid_rotor.moments import Array, Moments
 from autobalance.rigid_rotor.tolerance import Tolerance
 from autobalance.rigid_rotor.unbalance import Unbalance
@@ -463,6 +464,7 @@ def _result(balanced: Balanced, record: Record) -> Values:
         "inertia_change_kg_mm2": change / G_MM2_PER_KG_MM2,
         "outcome": result.outcome,
         "reason": result.reason,
+        "relaxations": [relaxation_values(each) for each in result.relaxations],
         "notes": list(result.notes),
         "overbalance": _overbalance(balanced),
     }

@@ -12,6 +12,7 @@ from autobalance.report.balance_records import (
     Engine,
     Outputs,
     Overbalance,
+    Relaxation,
     Step,
     Tolerance,
     Unbalance,
@@ -242,6 +243,12 @@ class Report(TypedDict):
     inertia_change_kg_mm2: float | None
     outcome: Literal["within_tolerance", "already_within_tolerance", "above_tolerance", None]
     reason: str | None
+    relaxations: NotRequired[
+        Annotated[
+            list[Relaxation],
+            "above tolerance: what would reach it; those that were tried first, least metal first",
+        ]
+    ]
     outputs: Outputs
     warnings: NotRequired[list[str]]
     notes: NotRequired[

@@ -8,6 +8,7 @@ from typing import Any, Literal
 
 from autobalance.graphics.words import degrees
 from autobalance.report.kinds import angle_deg, verb
+from autobalance.report.relaxation_text import relaxation_lines
 from autobalance.report.suggestion_text import suggestions_text
 from autobalance.report.tables import table
 from autobalance.units import G_MM_PER_OZ_IN, G_PER_OZ, MM_PER
@@ -87,6 +88,7 @@ def _assembly(report: Values, units: Units) -> str:
 def _heading(report: Values) -> str:
     lines = [f"{report['input']['file']}: {OUTCOMES[report['outcome']]}"]
     lines += [report["reason"]] if report["reason"] else []
+    lines += [f"  {line}" for line in relaxation_lines(report)]
     facets = report["crank"]["facet_error"] or {}
     lines += [facets["too_coarse"]["text"]] if facets.get("too_coarse") else []
     if facets.get("correction") in {"applied", "mass_only"}:

@@ -18,6 +18,7 @@ NOT_CHECKED: Mapping[str, str] = {
     "warnings": "words for people",
     "notes": "words for people",
     "reason": "words for people, from plans that were tried",
+    "relaxations": "limits that the cuts did not have, from plans that were tried",
     "steps": "the solids of earlier passes and what was predicted of them are not kept",
     "overbalance": "the last holes are planned, not cut yet",
     "corrections[].wall_left_mm": PLANNED,

@@ -16,7 +16,6 @@ from autobalance.web_app.answers import body_of, file_of, refused
 from autobalance.web_app.opening import named_files
 from autobalance.web_app.prediction import predicted
 from autobalance.web_app.preview import preview
-from autobalance.web_app.relaxing import proposed
 from autobalance.web_app.work import MESH, MODEL, VIEW
 
 if TYPE_CHECKING:
@@ -41,7 +40,6 @@ class Live:
             Route("/api/runs/{run}/mesh", self.mesh),
             Route("/api/runs/{run}/view", self.view),
             Route("/api/runs/{run}/model", self.model),
-            Route("/api/runs/{run}/relaxations", self.relaxations),
             Route("/api/runs/{run}/predict", self.predict, methods=["POST"]),
             Route("/api/runs/{run}/preview", self.preview, methods=["POST"]),
         ]
@@ -66,14 +64,6 @@ class Live:
     async def model(self, request: Request) -> Response:
         """Give what a run left for the page: what was found out, or the linear model of its cuts."""
         return self._own(request.path_params["run"], MODEL)
-
-    async def relaxations(self, request: Request) -> Response:
-        """Tell which changes of the job a report proposes."""
-        path = self._project.result(request.path_params["run"], REPORT)
-        if path is None:
-            return file_of(None)
-        report = json.loads(path.read_text(encoding="utf-8"))
-        return JSONResponse({"relaxations": proposed(report) if "reason" in report else []})
 
     async def predict(self, request: Request) -> Response:
         """Predict what other depths and turns of a result's cuts would leave."""

@@ -56,10 +56,15 @@ def test_deeper() -> None:
 def test_a_slug_of_some_size() -> None:
     """Holes in the counterweight make it lighter; a light one needs a slug."""
     holes = replace(FEW_HOLES, sectors_deg=((120.0, 240.0),), max_holes=3)
-    enough = reason_of(run(-150.0, holes, judge="static"))
+    short = run(-150.0, holes, judge="static")
+    enough = reason_of(short)
     size = re.search(r"one axial slug of ([0-9.]+) × ([0-9.]+) mm .* in web [12] at [0-9]+°", enough)
     assert size is not None
-    slug = SlugLimits(diameters_mm=(float(size[1]),), lengths_mm=(float(size[2]),), max_slugs=1)
+    changes = {change.key: change.proposed for each in short.relaxations for change in each.changes}
+    assert changes.pop("correction.method") == ("drill", "slug")
+    told = {key.rpartition(".")[2]: value for key, value in changes.items() if ".slug." in key}
+    slug = SlugLimits(**told)
+    assert (slug.diameters_mm, slug.lengths_mm) == ((float(size[1]),), (float(size[2]),))
     assert run(-150.0, holes, slug, judge="static").outcome == "within_tolerance"
 
 

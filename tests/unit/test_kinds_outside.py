@@ -17,7 +17,6 @@ WRITE_JOBS = {
     "command/init.py",
     "design_search/written_job.py",
     "job/design.py",
-    "web_app/relaxing.py",
 }
 """Files that write jobs, in which one method has to be named."""
 LIMITS = {kind.limits.__name__ for kind in KINDS.values()}

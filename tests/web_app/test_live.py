@@ -17,7 +17,6 @@ from autobalance.web_app.live import kinds
 from autobalance.web_app.meshes import crank_mesh, creases
 from autobalance.web_app.prediction import linear_model, predicted
 from autobalance.web_app.preview import preview
-from autobalance.web_app.relaxing import proposed
 from tests import jobs
 
 DRAFTED = jobs.BUNDLED / "drafted"
@@ -149,25 +148,23 @@ def test_every_relaxation_that_is_proposed_suffices() -> None:
     values = tables(method="shoulder", shoulder={"max_depth_mm": 2.0, "faces": ["w1-a", "w2-d"]})
     report = ab.balance(ab.Job.from_dict(values), crank()).report
     assert report["outcome"] == "above_tolerance"
-    found = proposed(report)
+    found = report["relaxations"]
     assert len(found) >= 2
     for each in found:
         again = json.loads(json.dumps(values))
-        for path, value in each["changes"].items():
-            *keys, last = path.split(".")
+        for change in each["changes"]:
+            *keys, last = change["key"].split(".")
             table = again
             for key in keys:
                 table = table.setdefault(key, {})
-            table[last] = value
-        assert ab.balance(ab.Job.from_dict(again), crank()).outcome == "within_tolerance", each
-
-
-def test_a_slug_that_is_proposed_becomes_a_method() -> None:
-    reason = "x; enough would be: one axial slug of 25.4 × 12.7 mm (17000 kg/m³) in web 1 at 180°; add 3 g·mm"
-    (found,) = proposed({"reason": reason, "job": {"correction": {"method": ["drill"]}}})
-    assert found["changes"]["correction.method"] == ["drill", "slug"]
-    assert found["changes"]["correction.slug.diameters_mm"] == [25.4]
-    assert proposed({"reason": None}) == []
+            assert change["present"] in (table.get(last), again["balance"]["factor"])
+            table[last] = change["proposed"]
+        made = ab.balance(ab.Job.from_dict(again), crank()).report
+        assert made["outcome"] == "within_tolerance", each
+        assert made["relaxations"] == []
+        if each["tried"]:
+            removed = sum(cut["removed_mass_g"] for cut in made["corrections"])
+            assert removed == pytest.approx(each["metal_g"], rel=0.02)
 
 
 def test_every_kind_tells_its_keys() -> None:

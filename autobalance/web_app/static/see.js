@@ -40,7 +40,8 @@ export async function show(told) {
   cuts(report);
   budget(report);
   files(told, report);
-  await Promise.all([relaxations(told.id, report), drag.show(told.id), model(told.id)]);
+  relaxations(report);
+  await Promise.all([drag.show(told.id), model(told.id)]);
   emit("result", state.result);
   $("reason").textContent = report.reason || "";
   $("verdict").textContent = OUTCOMES[report.outcome];
@@ -107,12 +108,12 @@ function save(name, text) {
 
 // --- what would suffice -----------------------------------------------------------------------------------
 
-async function relaxations(id, report) {
-  if (report.outcome !== "above_tolerance") return;
-  const found = (await askJson(`/api/runs/${id}/relaxations`)).relaxations;
+function relaxations(report) {
+  const found = (report.relaxations || []).filter(({ changes }) => changes.length);
   $("relaxations").replaceChildren(...found.map(({ text, changes }) => {
-    const made = el("button", { type: "button", textContent: `Try ${text}`, data: { changes: JSON.stringify(changes) } });
-    made.addEventListener("click", () => { applied(changes); balance(); });
+    const values = Object.fromEntries(changes.map(({ key, proposed }) => [key, proposed]));
+    const made = el("button", { type: "button", textContent: `Try ${text}`, data: { changes: JSON.stringify(values) } });
+    made.addEventListener("click", () => { applied(values); balance(); });
     return made;
   }));
 }

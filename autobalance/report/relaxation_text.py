@@ -1,0 +1,23 @@
+"""What would reach the tolerance, as settings of ``--set``, for people."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Mapping
+from typing import Any
+
+
+def relaxation_lines(report: Mapping[str, Any]) -> list[str]:
+    """Return a line for each relaxation of a report that changes its job: settings, and what they come to."""
+    return [_line(each) for each in report.get("relaxations", ()) if each["changes"]]
+
+
+def _line(relaxation: Mapping[str, Any]) -> str:
+    settings = " ".join(
+        f"--set {change['key']}={json.dumps(change['proposed'], ensure_ascii=False)}"
+        for change in relaxation["changes"]
+    )
+    comes_to = [f"leaves {relaxation['used_share']:.2f} of the permissible value"]
+    comes_to += [] if relaxation["metal_g"] is None else [f"{relaxation['metal_g']:.1f} g of metal in all"]
+    comes_to += [] if relaxation["tried"] else ["not tried"]
+    return f"{settings}: {', '.join(comes_to)}"
