@@ -6,10 +6,10 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Literal
 
 import numpy as np
 
+from autobalance.correction.face_cut import FaceCut, face_heights, patches_of
 from autobalance.correction.kind import (
     Apart,
     Array,
@@ -17,22 +17,18 @@ from autobalance.correction.kind import (
     Figures,
     Item,
     Kind,
-    Limits,
     Offer,
-    Relaxing,
     Workpiece,
 )
 from autobalance.correction.patches import (
-    FacePoint,
+    FaceLimits,
     Patch,
-    auto_patches,
-    chosen_patches,
     face_frame,
     face_region,
 )
-from autobalance.correction.relaxing import deeper, thinner
+from autobalance.correction.refusals import refuse_below_zero
+from autobalance.correction.relaxing import Relaxing, deeper, thinner
 from autobalance.correction.room import TOUCHING_MM, Room, drawn_out, keep_apart
-from autobalance.correction.shoulder import face_heights
 from autobalance.correction.trace import FaceTrace, Trace
 from autobalance.crank.anatomy import Anatomy, Face
 from autobalance.errors import CorrectionError
@@ -54,7 +50,7 @@ inside, so that no two surfaces coincide."""
 
 
 @dataclass(frozen=True)
-class AddLimits(Limits):
+class AddLimits(FaceLimits):
     """What a job asks of added metal; keys as for shoulders.
 
     Attributes
@@ -73,25 +69,15 @@ class AddLimits(Limits):
         Step in which the height is set; 0: any height [mm].
     """
 
-    faces: Literal["auto"] | tuple[str | FacePoint, ...] = "auto"
-    sector_deg: tuple[float, float] | None = None
-    max_depth_mm: float | None = None
-    same_depth: bool = False
-    min_wall_mm: float | None = None
-    depth_step_mm: float = 0.0
-
     def __post_init__(self) -> None:
         """Refuse limits that are no lengths."""
-        for name in ("max_depth_mm", "min_wall_mm", "depth_step_mm"):
-            value = getattr(self, name)
-            if value is not None and not 0.0 <= value < math.inf:
-                raise CorrectionError(f"add.{name} is {value:g}; must be ≥ 0")
+        refuse_below_zero("add", self, "max_depth_mm", "min_wall_mm", "depth_step_mm")
         if self.sector_deg is not None and self.sector_deg[0] == self.sector_deg[1]:
             raise CorrectionError("add.sector_deg excludes every angle; all around is [0, 360]")
 
 
 @dataclass(frozen=True, eq=False)
-class AddCut:
+class AddCut(FaceCut):
     """Metal added on one face, of which only the height is open (a `Cut`).
 
     ``base`` is the part of the face that it stands on, as a body from ``height_mm`` up to the greatest
@@ -110,7 +96,6 @@ class AddCut:
     limit: str
     depth_step_mm: float
     least_depth_mm: float = 0.0
-    limit_is_reach: bool = False
     adds_metal: bool = True
     clearance_mm: float = 0.0
 
@@ -122,7 +107,7 @@ class AddCut:
     @cached_property
     def room(self) -> Room:
         """The body that grows on the face."""
-        return drawn_out(self._outline, self.height_mm, 1.0, self._to_rotor)
+        return drawn_out(self._outline, self.height_mm, 1.0, self.to_rotor)
 
     def effect(self, depth_mm: float) -> Moments:
         """Return the change of the crank's moments: a prism."""
@@ -137,13 +122,9 @@ class AddCut:
         z = self.height_mm + depth_mm
         return self._prism(area, first, second, (1.0, z, z * z))
 
-    def pressed_in(self, depth_mm: float) -> Moments:
-        """Return nothing: the written solid holds all that is added."""
-        return Moments.zero()
-
     def tool(self, depth_mm: float) -> Solid:
         """Return the body to add, rotor frame; it starts a little inside the metal."""
-        return self.sunk.below(self.height_mm + depth_mm).moved(self._to_rotor)
+        return self.sunk.below(self.height_mm + depth_mm).moved(self.to_rotor)
 
     def exact_tool(self, depth_mm: float) -> Tool:
         """Return the body to add, without facets: the face itself, drawn out."""
@@ -151,23 +132,8 @@ class AddCut:
 
     def correction(self, depth_mm: float) -> Correction:
         """Return what the designer needs to know."""
-        change = self.effect(depth_mm)
-        return Correction(
-            kind="add",
-            face=self.face.id,
-            web=self.face.web,
-            position_mm=change.centre_mm,
-            depth_mm=-depth_mm,
-            change=change,
-            removed_volume_mm3=-change.mass_g / self.density_g_mm3,
-            details={
-                "normal": [float(value) for value in self.face.normal],
-                "face_height_mm": self.height_mm,
-                "new_height_mm": self.height_mm + depth_mm,
-                "area_mm2": self._area[0],
-                "sector_deg": None if self.sector_deg is None else list(self.sector_deg),
-            },
-        )
+        heights = self.height_mm, self.height_mm + depth_mm
+        return self.listed("add", self.effect(depth_mm), -depth_mm, heights, area_mm2=self._area[0])
 
     @property
     def _area(self) -> tuple[float, Array, Array]:
@@ -177,12 +143,6 @@ class AddCut:
     def _outline(self) -> Region:
         return self.base.section(self.height_mm + 0.5 * self.max_depth_mm)
 
-    @property
-    def _to_rotor(self) -> Array:
-        back = np.eye(4)
-        back[:3, :3] = self.to_face[:3, :3].T
-        return back
-
     def _prism(self, area: float, first: Array, second: Array, powers: tuple[float, float, float]) -> Moments:
         one, z, zz = powers
         second3 = np.zeros((3, 3))
@@ -190,7 +150,7 @@ class AddCut:
         second3[:2, 2] = second3[2, :2] = first * z
         second3[2, 2] = area * zz
         moments = Moments(area * one, np.array([*(first * one), area * z]), second3)
-        return moments.moved(self._to_rotor).scaled(self.density_g_mm3)
+        return moments.moved(self.to_rotor).scaled(self.density_g_mm3)
 
 
 def cuts(work: Workpiece, patches: Sequence[Patch], limits: AddLimits) -> list[AddCut]:
@@ -293,13 +253,8 @@ class Add(Kind[AddLimits]):
 
     def offer(self, work: Workpiece, limits: AddLimits, effort: int) -> Offer:
         """Return the faces that metal may be added on: on the light side, unless the job picks them."""
-        mesh = work.solid.mesh
-        if limits.faces == "auto":
-            light = [(z, -vector) for z, vector in work.heavy_at]
-            patches = auto_patches(mesh, work.anatomy, work.faces, light, limits, effort)
-        else:
-            patches = chosen_patches(limits, mesh, work.anatomy, work.faces)
-        found = cuts(work, patches, limits)
+        light = [(z, -vector) for z, vector in work.heavy_at]
+        found = cuts(work, patches_of(work, limits, light, effort), limits)
         return Offer(tuple(found), same_depth=limits.same_depth, apart=_clear_of_each_other(found, limits))
 
     def relaxing(self, limits: AddLimits) -> Sequence[Relaxing]:

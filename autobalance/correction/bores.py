@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
-from autobalance.correction.hole import Direction
+from autobalance.correction.refusals import Direction
 from autobalance.correction.sites import Site
 from autobalance.correction.walls import Axis, Surface, edge_pairs
 from autobalance.crank.anatomy import Web
@@ -24,6 +24,17 @@ STRAIGHT = 1e-3
 ASKEW_RAD = math.radians(2.0)
 OFF_AXIS_MM = 0.5
 LEAST_TRIANGLES = 12
+SAME_DIAMETER = 0.02
+"""Share by which a tool and a hole that is there may differ for it to fit."""
+
+
+def fitting_mm(diameters_mm: Sequence[float], radius_mm: float) -> list[float]:
+    """Return the diameters at hand that fit a hole that is there."""
+    return [
+        diameter
+        for diameter in sorted(set(diameters_mm))
+        if abs(diameter - 2.0 * radius_mm) <= SAME_DIAMETER * diameter
+    ]
 
 
 @dataclass(frozen=True, eq=False)

@@ -3,22 +3,14 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 
-import numpy as np
-
-from autobalance.correction.bores import old_sites
+from autobalance.correction.bores import fitting_mm, old_sites
+from autobalance.correction.cut import listed, on_step
 from autobalance.correction.drill_sizes import SERIES_MM, likely_sizes_mm
-from autobalance.correction.hole import (
-    Direction,
-    Hole,
-    Sectors,
-    keep_apart,
-    refuse_diameters,
-    refuse_sectors,
-    refuse_wide,
-)
+from autobalance.correction.hole import Hole, keep_apart
+from autobalance.correction.hole_cut import HoleCut, HoleSearch, Towards, direction_at
 from autobalance.correction.hole_trace import DrillTrace
 from autobalance.correction.kind import (
     Correction,
@@ -27,35 +19,30 @@ from autobalance.correction.kind import (
     Item,
     Kind,
     Limits,
-    MoreCuts,
     Offer,
-    Otherwise,
-    Relaxing,
     Variety,
     Workpiece,
 )
 from autobalance.correction.patches import heavy_vector
-from autobalance.correction.relaxing import deeper, thinner
-from autobalance.correction.room import Room
-from autobalance.correction.sites import (
-    Places,
-    Site,
-    Zone,
-    find_sites,
-    in_sectors,
-    in_zone,
-    make_holes,
-    reach_of,
+from autobalance.correction.refusals import (
+    Direction,
+    Sectors,
+    refuse_below_zero,
+    refuse_direction,
+    refuse_none,
+    refuse_sectors,
+    refuse_sizes,
+    refuse_wide,
 )
+from autobalance.correction.relaxing import MoreCuts, Otherwise, Relaxing, deeper, thinner
+from autobalance.correction.sites import Places, Site, Zone, in_sectors, in_zone, make_holes, reach_of
 from autobalance.correction.trace import Trace, stated_number
-from autobalance.correction.walls import CONTINUATION_RAD, HoleLimits, Surface, wall_left_mm
+from autobalance.correction.walls import CONTINUATION_RAD, HoleLimits, wall_left_mm
 from autobalance.crank.anatomy import Anatomy
 from autobalance.errors import CorrectionError
 from autobalance.graphics.words import degrees, number
 from autobalance.rigid_rotor.moments import Moments
 from autobalance.solid.csg.solid import Solid
-from autobalance.solid.csg.tool import Tool
-from autobalance.solid.mesh.mesh import Array
 
 
 @dataclass(frozen=True)
@@ -110,14 +97,12 @@ class DrillLimits(Limits):
 
     def __post_init__(self) -> None:
         """Refuse limits that contradict each other."""
-        if self.direction not in ("radial", "axial"):
-            raise CorrectionError(f"drill.direction is {self.direction!r}; must be 'radial' or 'axial'")
+        refuse_direction("drill", self.direction)
         if self.zone not in ("counterweights", "anywhere"):
             raise CorrectionError(f"drill.zone is {self.zone!r}; must be 'counterweights' or 'anywhere'")
         if self.diameters_mm is not None:
-            refuse_diameters("drill", self.diameters_mm)
-        if self.max_drills < 1:
-            raise CorrectionError(f"drill.max_drills is {self.max_drills}; must be ≥ 1")
+            refuse_sizes("drill", "diameters_mm", "diameter", self.diameters_mm)
+        refuse_none("drill", self, "max_drills")
         most = math.degrees(CONTINUATION_RAD)
         if not 0.0 <= self.max_obliquity_deg <= most:
             raise CorrectionError(
@@ -126,14 +111,7 @@ class DrillLimits(Limits):
         refuse_sectors("drill", self.sectors_deg)
         if not 30.0 <= self.point_angle_deg <= 180.0:
             raise CorrectionError(f"drill.point_angle_deg is {self.point_angle_deg:g}; must be 30 to 180")
-        for name, value in (
-            ("depth_step_mm", self.depth_step_mm),
-            ("min_wall_mm", self.min_wall_mm),
-            ("min_spacing_mm", self.min_spacing_mm),
-            ("min_depth_mm", self.min_depth_mm),
-        ):
-            if not 0.0 <= value < math.inf:
-                raise CorrectionError(f"drill.{name} is {value:g}; must be ≥ 0")
+        refuse_below_zero("drill", self, "depth_step_mm", "min_wall_mm", "min_spacing_mm", "min_depth_mm")
         if not self.min_depth_mm <= self.max_depth_mm < math.inf:
             raise CorrectionError(
                 f"drill.min_depth_mm = {self.min_depth_mm:g} is above max_depth_mm = {self.max_depth_mm:g}"
@@ -146,23 +124,11 @@ class DrillLimits(Limits):
                 f"drill.depth_step_mm = {step:g} leaves no depth between min_depth_mm = "
                 f"{self.min_depth_mm:g} and max_depth_mm = {self.max_depth_mm:g}"
             )
-        if self.max_holes < 1:
-            raise CorrectionError(f"drill.max_holes is {self.max_holes}; must be ≥ 1")
-
-
-def on_step(depth_mm: float, step_mm: float, rounding: Callable[[float], float] = round) -> float:
-    """Return a depth rounded to the machine's step (``round``, ``math.floor`` or ``math.ceil``)."""
-    if step_mm == 0.0:
-        return depth_mm
-    steps = depth_mm / step_mm
-    nearest = round(steps)
-    if abs(steps - nearest) > 1e-6:
-        nearest = math.floor(steps) if rounding is math.floor else math.ceil(steps)
-    return nearest * step_mm
+        refuse_none("drill", self, "max_holes")
 
 
 @dataclass(frozen=True, eq=False)
-class DrillCut:
+class DrillCut(HoleCut):
     """One hole that may be drilled (a `Cut`)."""
 
     hole: Hole
@@ -173,34 +139,16 @@ class DrillCut:
     max_depth_mm: float
     depth_step_mm: float
     limit: str
-    limit_is_reach: bool = False
-    adds_metal: bool = False
-
-    @property
-    def web(self) -> int:
-        """Number of the web."""
-        return self.site.web
 
     @property
     def setting(self) -> str:
         """The drill."""
-        return f"drill {2.0 * self.hole.radius_mm:g}"
+        return f"drill {self.diameter_mm:g}"
 
     @property
     def label(self) -> str:
         """Short name for messages."""
-        degrees = math.degrees(self.site.angle_rad) % 360.0
-        return f"hole ⌀{2.0 * self.hole.radius_mm:g} in web {self.web} at {degrees:.4g}°"
-
-    @property
-    def room(self) -> Room:
-        """What the hole takes."""
-        return self.hole.room
-
-    @property
-    def clearance_mm(self) -> float:
-        """The wall."""
-        return self.limits.min_wall_mm
+        return f"hole ⌀{self.diameter_mm:g} {self.place}"
 
     def effect(self, depth_mm: float) -> Moments:
         """Return the change of the rotor's moments by a hole of this depth."""
@@ -210,42 +158,26 @@ class DrillCut:
         """Return the derivative of ``effect`` with the depth [per mm]."""
         return self.hole.rate(depth_mm).scaled(-self.density_g_mm3)
 
-    def pressed_in(self, depth_mm: float) -> Moments:
-        """Return nothing: a hole stays empty."""
-        return Moments.zero()
-
-    def tool(self, depth_mm: float) -> Solid:
-        """Return the drill's body, rotor frame."""
-        return self.hole.body(depth_mm)
-
-    def exact_tool(self, depth_mm: float) -> Tool:
-        """Return the drill's body without facets."""
-        return self.hole.exact_body(depth_mm)
-
     def correction(self, depth_mm: float) -> Correction:
         """Return what the machinist needs to know."""
-        change = self.effect(depth_mm)
         hole, entry = self.hole, self.hole.axis.entry_mm
-        return Correction(
-            kind="drill",
-            face=None,
+        return listed(
+            "drill",
+            self.effect(depth_mm),
+            depth_mm,
+            self.density_g_mm3,
             web=self.web,
             position_mm=entry,
-            depth_mm=depth_mm,
-            change=change,
-            removed_volume_mm3=-change.mass_g / self.density_g_mm3,
-            details={
-                "direction": self.limits.direction,
-                "diameter_mm": 2.0 * hole.radius_mm,
-                "point_angle_deg": self.limits.point_angle_deg,
-                "point_mm": hole.point_mm,
-                "deepened_from_mm": self.site.sunk_mm or None,
-                "angle_deg": math.degrees(self.site.angle_rad) % 360.0,
-                "entry_radius_mm": math.hypot(entry[0], entry[1]),
-                "inward": [float(v) for v in hole.axis.inward],
-                "wall_left_mm": wall_left_mm(self.site.others, hole.radius_mm, depth_mm, hole.half_point_rad),
-                "depth_left_mm": self.max_depth_mm - depth_mm,
-            },
+            direction=self.limits.direction,
+            diameter_mm=self.diameter_mm,
+            point_angle_deg=self.limits.point_angle_deg,
+            point_mm=hole.point_mm,
+            deepened_from_mm=self.site.sunk_mm or None,
+            angle_deg=math.degrees(self.site.angle_rad) % 360.0,
+            entry_radius_mm=math.hypot(entry[0], entry[1]),
+            inward=[float(v) for v in hole.axis.inward],
+            wall_left_mm=wall_left_mm(self.site.others, hole.radius_mm, depth_mm, hole.half_point_rad),
+            depth_left_mm=self.max_depth_mm - depth_mm,
         )
 
 
@@ -340,7 +272,7 @@ def cuts(
     solid: Solid,
     anatomy: Anatomy,
     density_g_mm3: float,
-    wanted: Array | Callable[[float], Array],
+    wanted: Towards,
     limits: DrillLimits,
     effort: int = 0,
 ) -> list[DrillCut]:
@@ -362,63 +294,51 @@ def cuts(
     """
     diameters = SERIES_MM if limits.diameters_mm is None else limits.diameters_mm
     refuse_wide("drill", diameters, limits.min_wall_mm, anatomy, limits.direction)
-    surface = Surface.of(solid.mesh, anatomy.file_to_rotor)
-    towards = wanted if callable(wanted) else lambda _, fixed=wanted: np.asarray(fixed, dtype=np.float64)
     oblique = math.radians(limits.max_obliquity_deg)
-    places = Places(limits.direction, limits.sectors_deg, towards, effort, limits.zone, oblique)
+    places = Places(limits.direction, limits.sectors_deg, direction_at(wanted), effort, limits.zone, oblique)
+    search = HoleSearch.on(solid, anatomy, places)
     half_point = math.radians(0.5 * limits.point_angle_deg)
     room = HoleLimits(limits.min_wall_mm, half_point, limits.min_depth_mm, limits.max_depth_mm)
-    found: list[DrillCut] = []
+    found: list[DrillCut | None] = []
     seen = False
     radii = sorted(0.5 * diameter for diameter in set(diameters))
     for group in [radii] if limits.direction == "radial" else [[radius] for radius in radii]:
-        margin = group[-1] + limits.min_wall_mm
-        sites = list(find_sites(surface, anatomy, places, margin))
+        sites = search.sites(group[-1] + limits.min_wall_mm)
         seen |= bool(sites)
-        for web, metal in reach_of(solid, anatomy, sites, group[-1]).items():
-            here = [site for site in sites if site.web == web]
-            for radius in group:
-                for site, hole, deepest in make_holes(here, metal, radius, room):
-                    cut = _cut(site, hole, deepest, limits, density_g_mm3)
-                    found += [] if cut is None else [cut]
+        found += [_cut(*each, limits, density_g_mm3) for each in search.holes(sites, group, room)]
     if limits.deepen:
-        found += _deepened(solid, anatomy, surface, density_g_mm3, replace(limits, diameters_mm=diameters))
-    if not found:
+        found += _deepened(search, density_g_mm3, replace(limits, diameters_mm=diameters))
+    cuts = [cut for cut in found if cut is not None]
+    if not cuts:
         raise CorrectionError(_why_none(limits, diameters, seen, anatomy))
-    return found
+    return cuts
 
 
 LEAST_DEEPENING_MM = 0.1
-SAME_DIAMETER = 0.02
 
 
-def _deepened(
-    solid: Solid, anatomy: Anatomy, surface: Surface, density_g_mm3: float, limits: DrillLimits
-) -> list[DrillCut]:
-    """Set up the blind holes that are there and that a drill at hand fits."""
+def _deepened(search: HoleSearch, density_g_mm3: float, limits: DrillLimits) -> Iterator[DrillCut | None]:
+    """Yield the blind holes that are there and that a drill at hand fits."""
+    anatomy = search.anatomy
     half_point = math.radians(0.5 * limits.point_angle_deg)
     room = HoleLimits(limits.min_wall_mm, half_point, LEAST_DEEPENING_MM, limits.max_depth_mm)
     fitting = [
         (site, 0.5 * diameter)
         for web in anatomy.webs
-        for site, radius in old_sites(surface, web, limits.direction, limits.min_wall_mm)
-        for diameter in sorted(set(limits.diameters_mm or ()))
-        if abs(diameter - 2.0 * radius) <= SAME_DIAMETER * diameter
-        and in_sectors(site.angle_rad, limits.sectors_deg)
+        for site, radius in old_sites(search.surface, web, limits.direction, limits.min_wall_mm)
+        for diameter in fitting_mm(limits.diameters_mm or (), radius)
+        if in_sectors(site.angle_rad, limits.sectors_deg)
         and in_zone(anatomy, web, site.angle_rad, limits.zone)
     ]
     if not fitting:
-        return []
-    metal = reach_of(solid, anatomy, [site for site, _ in fitting], max(radius for _, radius in fitting))
+        return
     shallow = replace(limits, min_depth_mm=LEAST_DEEPENING_MM)
-    cuts = [
-        _cut(site, hole, deepest, shallow, density_g_mm3)
-        for place, radius in fitting
-        for site, hole, deepest in make_holes(
-            [place], metal[place.web], radius, replace(room, most_mm=limits.max_depth_mm - place.sunk_mm)
-        )
-    ]
-    return [cut for cut in cuts if cut is not None]
+    widest = max(radius for _, radius in fitting)
+    metal = reach_of(search.solid, anatomy, [site for site, _ in fitting], widest)
+    for place, radius in fitting:
+        deeper_room = replace(room, most_mm=limits.max_depth_mm - place.sunk_mm)
+        for each in make_holes([place], metal[place.web], radius, deeper_room):
+            yield _cut(*each, shallow, density_g_mm3)
 
 
 def _cut(

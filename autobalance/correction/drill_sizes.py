@@ -7,8 +7,8 @@ from typing import Protocol
 
 import numpy as np
 
-from autobalance.correction.hole import Direction
 from autobalance.correction.kind import Workpiece
+from autobalance.correction.refusals import Direction
 
 SERIES_MM = tuple(0.5 * half for half in range(8, 51))
 """Whole and half millimetres from 4 to 25."""

@@ -6,7 +6,6 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Literal
 
 import numpy as np
 from numpy.typing import NDArray
@@ -17,15 +16,10 @@ from autobalance.correction.walls import (
     Axis,
     segments_distance_mm,
 )
-from autobalance.crank.anatomy import Anatomy
-from autobalance.errors import CorrectionError
 from autobalance.rigid_rotor.moments import Moments
 from autobalance.solid.csg.solid import Solid
 from autobalance.solid.csg.tool import Drilling
 from autobalance.solid.mesh.mesh import Array
-
-Direction = Literal["radial", "axial"]
-Sectors = tuple[tuple[float, float], ...]
 
 SEGMENTS = 64
 """Sides of a tool's prism; its area is the circle's, its corners stick out by 0.08 % of the radius."""
@@ -158,39 +152,3 @@ def keep_apart(holes: Sequence[Hole], most_mm: Sequence[float], spacing_mm: floa
 
 
 APART_STEPS = 16
-
-
-def refuse_diameters(kind: str, diameters_mm: Sequence[float]) -> None:
-    """Refuse a list of diameters that is empty or not positive."""
-    if not diameters_mm:
-        raise CorrectionError(f"{kind}.diameters_mm is empty; at least one diameter is needed")
-    for diameter in diameters_mm:
-        if not 0.0 < diameter < math.inf:
-            raise CorrectionError(f"{kind}.diameters_mm holds {diameter:g}; must be > 0")
-
-
-def refuse_sectors(kind: str, sectors_deg: Sectors) -> None:
-    """Refuse angle sectors that exclude everything."""
-    if not sectors_deg:
-        raise CorrectionError(f"{kind}.sectors_deg is empty: it excludes every angle")
-    for start, end in sectors_deg:
-        if not (math.isfinite(start) and math.isfinite(end)) or start == end:
-            raise CorrectionError(
-                f"{kind}.sectors_deg holds [{start:g}, {end:g}], which excludes every angle; "
-                "all around is [0, 360]"
-            )
-
-
-def refuse_wide(
-    kind: str, diameters_mm: Sequence[float], wall_mm: float, anatomy: Anatomy, direction: Direction
-) -> None:
-    """Refuse diameters of which none fits between the faces of the thickest web."""
-    if direction == "axial" or not anatomy.webs:
-        return
-    thickest = max(web.z_max_mm - web.z_min_mm for web in anatomy.webs)
-    least = min(diameters_mm)
-    if least + 2.0 * wall_mm > thickest + 1e-3:
-        raise CorrectionError(
-            f"{kind}: a hole of {least:g} mm with walls of {wall_mm:g} mm is larger than the counterweight, "
-            f"whose web is {thickest:.4g} mm thick; a smaller diameters_mm or min_wall_mm is needed"
-        )

@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass, field
 from typing import TYPE_CHECKING, Any, ClassVar, Generic, Literal, Protocol, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
 
+from autobalance.correction.relaxing import Relaxing
 from autobalance.crank.anatomy import Anatomy, Face
 from autobalance.rigid_rotor.moments import Moments
 from autobalance.solid.csg.solid import Solid
@@ -278,32 +279,6 @@ class Figures(Protocol):
         ...
 
 
-@dataclass(frozen=True)
-class MoreCuts:
-    """A count of limits that may rise: its key, what it is now, and what to say of ``more``."""
-
-    key: str
-    now: int
-    say: Callable[[int], str]
-
-
-@dataclass(frozen=True)
-class WiderLimits:
-    """Limits that may widen: fields to replace for a share 0 to 1 of the widest, and what to say of them."""
-
-    changed: Callable[[float], dict[str, float]]
-    say: Callable[[dict[str, float]], str]
-
-
-@dataclass(frozen=True)
-class Otherwise:
-    """Limits that may be chosen otherwise: fields to replace, and what to say of it."""
-
-    changed: Mapping[str, Any]
-    text: str
-
-
-Relaxing = MoreCuts | WiderLimits | Otherwise
 Item = Mapping[str, Any]
 """A correction as the report lists it: `Correction` with its details as JSON values."""
 

@@ -8,12 +8,12 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
 
-from autobalance.correction.hole import Sectors, refuse_sectors
+from autobalance.correction.cut import WalledCut, listed, on_step
 from autobalance.correction.kind import (
     Array,
     Correction,
@@ -22,33 +22,26 @@ from autobalance.correction.kind import (
     Kind,
     Limits,
     Offer,
-    Relaxing,
     Workpiece,
 )
 from autobalance.correction.patches import face_region, heavy_direction
-from autobalance.correction.relaxing import deeper, thinner
+from autobalance.correction.pocket import Pocket, lies_in, pockets
+from autobalance.correction.refusals import (
+    Sectors,
+    refuse_below_zero,
+    refuse_not_above_zero,
+    refuse_sectors,
+)
+from autobalance.correction.relaxing import Relaxing, deeper, thinner
 from autobalance.correction.room import Room, blocks, keep_apart, sector_corners
-from autobalance.correction.sites import in_sectors
 from autobalance.correction.trace import PocketTrace, Trace
 from autobalance.crank.anatomy import Face
 from autobalance.errors import CorrectionError
 from autobalance.graphics.words import degrees, number
 from autobalance.rigid_rotor.moments import Moments
-from autobalance.solid.csg.shape import Arc, Line, Outline, Prism, outline_points
+from autobalance.solid.csg.shape import Prism
 from autobalance.solid.csg.solid import Region, Solid
 
-SEGMENTS = 360
-"""Parts of a full circle in the tool's outline: what they miss is 5e-5 of a pocket."""
-PLACES = 24
-"""Directions tried on each cheek; one is the heavy side's."""
-SPANS_DEG = (24.0, 60.0)
-"""Angles that pockets take."""
-NARROW_CUTTERS = 2.0
-"""Radial width of a narrow pocket, in cutters; a wide one takes what there is."""
-RAYS = 13
-"""Directions in which it is looked how far a pocket may reach; the pocket is checked after."""
-SHRINKING_MM = (1e-3, 0.05, 0.2, 0.6)
-"""By how much a pocket is made smaller where it does not fit between the rays."""
 CLEAR_MM = 1.0
 """How far over the cheek the tool starts, and how far the cutter keeps from what stands there."""
 SKIN_MM = 1e-3
@@ -87,68 +80,14 @@ class MillLimits(Limits):
 
     def __post_init__(self) -> None:
         """Refuse limits that contradict each other."""
-        if not 0.0 < self.cutter_mm < math.inf:
-            raise CorrectionError(f"mill.cutter_mm is {self.cutter_mm:g}; must be > 0")
-        for name in ("min_wall_mm", "depth_step_mm"):
-            if not 0.0 <= getattr(self, name) < math.inf:
-                raise CorrectionError(f"mill.{name} is {getattr(self, name):g}; must be ≥ 0")
+        refuse_not_above_zero("mill", self, "cutter_mm")
+        refuse_below_zero("mill", self, "min_wall_mm", "depth_step_mm")
         if not 0.0 < self.min_depth_mm <= self.max_depth_mm < math.inf:
             raise CorrectionError(
                 f"mill.min_depth_mm is {self.min_depth_mm:g}; must be > 0 and at most "
                 f"max_depth_mm = {self.max_depth_mm:g}"
             )
         refuse_sectors("mill", self.sectors_deg)
-
-
-@dataclass(frozen=True)
-class Pocket:
-    """The outline of a pocket about the crank axis, its corners rounded; angles counter-clockwise."""
-
-    inner_mm: float
-    outer_mm: float
-    start_rad: float
-    end_rad: float
-    corner_mm: float
-
-    @property
-    def has_room(self) -> bool:
-        """Whether the rounded corners fit."""
-        c = self.corner_mm
-        wide = self.outer_mm - self.inner_mm >= 2.0 * c and self.inner_mm >= 0.0
-        return wide and self.end_rad - self.start_rad > 2.0 * math.asin(c / (self.inner_mm + c))
-
-    @cached_property
-    def outline(self) -> Outline:
-        """Two arcs, two lines, four round corners."""
-        c, a, b = self.corner_mm, self.start_rad, self.end_rad
-        far, near = self.outer_mm - c, self.inner_mm + c
-        lean, bend = math.asin(c / far), math.asin(c / near)
-        quarter, half = 0.5 * math.pi, math.pi
-
-        def at(radius: float, angle: float) -> tuple[float, float]:
-            return radius * math.cos(angle), radius * math.sin(angle)
-
-        corners = (
-            Arc(at(far, a + lean), c, a - quarter, a + lean),
-            Arc(at(far, b - lean), c, b - lean, b + quarter),
-            Arc(at(near, b - bend), c, b + quarter, b - bend + half),
-            Arc(at(near, a + bend), c, a + bend + half, a + 3.0 * quarter),
-        )
-        return (
-            corners[0],
-            Arc((0.0, 0.0), self.outer_mm, a + lean, b - lean),
-            corners[1],
-            Line(corners[1].end, corners[2].start),
-            corners[2],
-            Arc((0.0, 0.0), self.inner_mm, b - bend, a + bend),
-            corners[3],
-            Line(corners[3].end, corners[0].start),
-        )
-
-    @cached_property
-    def region(self) -> Region:
-        """The outline in straight edges."""
-        return Region.of([outline_points(self.outline, SEGMENTS)])
 
 
 @dataclass(frozen=True, eq=False)
@@ -170,7 +109,7 @@ class Cheek:
 
 
 @dataclass(frozen=True, eq=False)
-class MillCut:
+class MillCut(WalledCut):
     """One pocket that may be milled (a `Cut`)."""
 
     pocket: Pocket
@@ -179,8 +118,6 @@ class MillCut:
     limits: MillLimits
     least_depth_mm: float
     max_depth_mm: float
-    limit_is_reach: bool = False
-    adds_metal: bool = False
 
     @property
     def label(self) -> str:
@@ -196,11 +133,6 @@ class MillCut:
     def limit(self) -> str:
         """What ends the depth, for messages."""
         return self.cheek.limit
-
-    @property
-    def clearance_mm(self) -> float:
-        """The wall."""
-        return self.limits.min_wall_mm
 
     @cached_property
     def room(self) -> Room:
@@ -242,10 +174,6 @@ class MillCut:
         moments = Moments(area * length, np.array([*(first * length), area * first_z]), whole)
         return moments.scaled(-self.density_g_mm3)
 
-    def pressed_in(self, depth_mm: float) -> Moments:
-        """Return nothing: a pocket stays empty."""
-        return Moments.zero()
-
     def tool(self, depth_mm: float) -> Solid:
         """Return the pocket's body, rotor frame; it starts over the cheek."""
         return Solid.prism(self.pocket.region, *self.cheek.heights(depth_mm, CLEAR_MM))
@@ -256,28 +184,24 @@ class MillCut:
 
     def correction(self, depth_mm: float) -> Correction:
         """Return what the machinist needs to know."""
-        change, pocket = self.effect(depth_mm), self.pocket
-        return Correction(
-            kind="mill",
-            face=None,
+        pocket = self.pocket
+        return listed(
+            "mill",
+            self.effect(depth_mm),
+            depth_mm,
+            self.density_g_mm3,
             web=self.cheek.web,
-            position_mm=change.centre_mm,
-            depth_mm=depth_mm,
-            change=change,
-            removed_volume_mm3=-change.mass_g / self.density_g_mm3,
-            details={
-                "direction": "axial",
-                "cutter_mm": self.limits.cutter_mm,
-                "corner_radius_mm": pocket.corner_mm,
-                "inner_radius_mm": pocket.inner_mm,
-                "outer_radius_mm": pocket.outer_mm,
-                "start_deg": math.degrees(pocket.start_rad) % 360.0,
-                "end_deg": math.degrees(pocket.end_rad) % 360.0,
-                "angle_deg": math.degrees(self._middle_rad) % 360.0,
-                "face_z_mm": self.cheek.z_mm,
-                "wall_left_mm": self._wall_left_mm(depth_mm),
-                "depth_left_mm": self.max_depth_mm - depth_mm,
-            },
+            direction="axial",
+            cutter_mm=self.limits.cutter_mm,
+            corner_radius_mm=pocket.corner_mm,
+            inner_radius_mm=pocket.inner_mm,
+            outer_radius_mm=pocket.outer_mm,
+            start_deg=math.degrees(pocket.start_rad) % 360.0,
+            end_deg=math.degrees(pocket.end_rad) % 360.0,
+            angle_deg=math.degrees(self._middle_rad) % 360.0,
+            face_z_mm=self.cheek.z_mm,
+            wall_left_mm=self._wall_left_mm(depth_mm),
+            depth_left_mm=self.max_depth_mm - depth_mm,
         )
 
     def _wall_left_mm(self, depth_mm: float) -> float:
@@ -286,17 +210,9 @@ class MillCut:
         low, high = self.limits.min_wall_mm, below
         while high - low > 0.01:
             middle = 0.5 * (low + high)
-            fits = _lies_in(self.pocket.region.grown(middle), self.cheek.metal)
+            fits = lies_in(self.pocket.region.grown(middle), self.cheek.metal)
             low, high = (middle, high) if fits else (low, middle)
         return min(low, below)
-
-
-SLIVER_MM2 = 1e-6
-"""Area by which outlines may differ from rounding."""
-
-
-def _lies_in(inner: Region, outer: Region) -> bool:
-    return (inner - outer).area_mm2 <= SLIVER_MM2
 
 
 # --- where ------------------------------------------------------------------------------------------------
@@ -352,62 +268,6 @@ def _voids(placed: Solid, z_mm: float, up: float, depth_mm: float, spread_mm: fl
     return (box - slab).shadow()
 
 
-def pockets(cheek: Cheek, towards_rad: float, limits: MillLimits) -> Iterator[Pocket]:
-    """Yield the pockets tried on a cheek: around in even steps from one direction, narrow and wide."""
-    corner = 0.5 * limits.cutter_mm
-    seen: set[tuple[float, ...]] = set()
-    for place in range(PLACES):
-        middle = towards_rad + place * (2.0 * math.pi / PLACES)
-        if not in_sectors(middle, limits.sectors_deg):
-            continue
-        for span in map(math.radians, SPANS_DEG):
-            start, end = middle - 0.5 * span, middle + 0.5 * span
-            reach = _common_reach(cheek.free, start, end)
-            if reach is None:
-                continue
-            for inner in (reach[0], max(reach[0], reach[1] - NARROW_CUTTERS * limits.cutter_mm)):
-                found = _fitted(Pocket(inner, reach[1], start, end, corner), cheek.free)
-                if found is not None and (key := (found.inner_mm, found.outer_mm, start, end)) not in seen:
-                    seen.add(key)
-                    yield found
-
-
-def _common_reach(free: Region, start_rad: float, end_rad: float) -> tuple[float, float] | None:
-    """Return the radii between which a region lies in all of some directions, the outermost stretch."""
-    inner, outer = 0.0, math.inf
-    for angle in np.linspace(start_rad, end_rad, RAYS).tolist():
-        ends = _crossings(free, angle)
-        stretches = [(a, b) for a, b in zip(ends[::2], ends[1::2], strict=False) if a < outer and b > inner]
-        if not stretches:
-            return None
-        inner, outer = max(inner, stretches[-1][0]), min(outer, stretches[-1][1])
-    return (inner, outer) if outer > inner else None
-
-
-def _crossings(region: Region, angle_rad: float) -> list[float]:
-    """Return where a ray from the axis crosses an outline, outward; 0 first where it starts inside."""
-    along = np.array([math.cos(angle_rad), math.sin(angle_rad)])
-    across = np.array([-along[1], along[0]])
-    found: list[float] = []
-    for outline in region.polygons:
-        u, v = outline @ along, outline @ across
-        u1, v1 = np.roll(u, -1), np.roll(v, -1)
-        rows = (v < 0.0) != (v1 < 0.0)
-        at = u[rows] - v[rows] * (u1[rows] - u[rows]) / (v1[rows] - v[rows])
-        found += at[at > 0.0].tolist()
-    found.sort()
-    return [0.0, *found] if len(found) % 2 else found
-
-
-def _fitted(pocket: Pocket, free: Region) -> Pocket | None:
-    """Return a pocket a little smaller, so that it lies in a region all over; None if it does not."""
-    for by in SHRINKING_MM:
-        smaller = replace(pocket, inner_mm=pocket.inner_mm + by, outer_mm=pocket.outer_mm - by)
-        if smaller.has_room and _lies_in(smaller.region, free):
-            return smaller
-    return None
-
-
 # --- the kind ---------------------------------------------------------------------------------------------
 
 
@@ -440,12 +300,11 @@ class Mill(Kind[MillLimits]):
         for cheek in cheeks(work, limits):
             heavy = heavy_direction(work.heavy_at, cheek.z_mm)
             towards = 0.0 if heavy is None else math.atan2(float(heavy[1]), float(heavy[0]))
-            least, most = limits.min_depth_mm, cheek.deepest_mm
-            if step:
-                least, most = math.ceil(least / step - 1e-6) * step, math.floor(most / step + 1e-6) * step
+            least = on_step(limits.min_depth_mm, step, math.ceil)
+            most = on_step(cheek.deepest_mm, step, math.floor)
             if least > most:
                 continue
-            for pocket in pockets(cheek, towards, limits):
+            for pocket in pockets(cheek.free, towards, limits.cutter_mm, limits.sectors_deg):
                 yield MillCut(pocket, cheek, work.density_g_mm3, limits, least, most)
 
     def relaxing(self, limits: MillLimits) -> Sequence[Relaxing]:

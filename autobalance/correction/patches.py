@@ -5,11 +5,11 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Literal, Protocol
+from typing import Literal
 
 import numpy as np
 
-from autobalance.correction.kind import Array
+from autobalance.correction.kind import Array, Limits
 from autobalance.crank.anatomy import Anatomy, Face
 from autobalance.errors import CorrectionError
 from autobalance.solid.csg.shape import Shape
@@ -25,18 +25,16 @@ ROUNDING_SHARE = 1e-6
 """Lengths below this share of the part's diagonal are rounding, not shape (float32 keeps 6e-8 of it)."""
 
 
-class FaceLimits(Protocol):
-    """What limits say of faces."""
+@dataclass(frozen=True)
+class FaceLimits(Limits):
+    """The keys of kinds whose cuts begin at faces; what each key is to a kind stands there."""
 
-    @property
-    def faces(self) -> Literal["auto"] | tuple[str | FacePoint, ...]:
-        """Ids of faces, or points in file coordinates [mm], one on each face."""
-        ...
-
-    @property
-    def sector_deg(self) -> tuple[float, float] | None:
-        """Only this part of each face: angles about the crank axis, rotor frame [deg]."""
-        ...
+    faces: Literal["auto"] | tuple[str | FacePoint, ...] = "auto"
+    sector_deg: tuple[float, float] | None = None
+    max_depth_mm: float | None = None
+    same_depth: bool = False
+    min_wall_mm: float | None = None
+    depth_step_mm: float = 0.0
 
 
 @dataclass(frozen=True, eq=False)

@@ -1,8 +1,38 @@
-"""Ways to widen limits that several kinds share."""
+"""Ways in which limits that fall short may be relaxed, and those that several kinds share."""
 
 from __future__ import annotations
 
-from autobalance.correction.kind import WiderLimits
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from typing import Any
+
+
+@dataclass(frozen=True)
+class MoreCuts:
+    """A count of limits that may rise: its key, what it is now, and what to say of ``more``."""
+
+    key: str
+    now: int
+    say: Callable[[int], str]
+
+
+@dataclass(frozen=True)
+class WiderLimits:
+    """Limits that may widen: fields to replace for a share 0 to 1 of the widest, and what to say of them."""
+
+    changed: Callable[[float], dict[str, float]]
+    say: Callable[[dict[str, float]], str]
+
+
+@dataclass(frozen=True)
+class Otherwise:
+    """Limits that may be chosen otherwise: fields to replace, and what to say of it."""
+
+    changed: Mapping[str, Any]
+    text: str
+
+
+Relaxing = MoreCuts | WiderLimits | Otherwise
 
 DEEPER = 3.0
 """How many times deeper is tried, at most."""

@@ -12,20 +12,16 @@ import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Literal
-
-import numpy as np
 
 from autobalance.correction.curve import DepthCurve
+from autobalance.correction.face_cut import FaceCut, face_heights, part_name, patches_of
 from autobalance.correction.kind import (
     Array,
     Correction,
     Figures,
     Item,
     Kind,
-    Limits,
     Offer,
-    Relaxing,
     SharedDepth,
     Workpiece,
 )
@@ -33,21 +29,18 @@ from autobalance.correction.layer import BACKWARD, FaceLayer, Layer, moments_of
 from autobalance.correction.lowering import lowering
 from autobalance.correction.patches import (
     ROUNDING_SHARE,
-    FacePoint,
+    FaceLimits,
     Patch,
-    auto_patches,
-    chosen_patches,
     face_frame,
     face_region,
     farthest_mm,
     half_plane_worth,
     heavy_direction,
 )
-from autobalance.correction.relaxing import deeper, thinner
+from autobalance.correction.relaxing import Relaxing, deeper, thinner
 from autobalance.correction.room import Room, drawn_out
 from autobalance.correction.trace import FaceTrace, Trace
 from autobalance.crank.anatomy import Anatomy, Face, Web
-from autobalance.graphics.words import degrees, number
 from autobalance.rigid_rotor.moments import Moments
 from autobalance.solid.csg.shape import Shape
 from autobalance.solid.csg.solid import Region, Solid
@@ -59,7 +52,7 @@ DEFAULT_WALL_SHARE = 0.25
 
 
 @dataclass(frozen=True)
-class ShoulderLimits(Limits):
+class ShoulderLimits(FaceLimits):
     """What a job asks of shoulder corrections.
 
     Attributes
@@ -79,19 +72,12 @@ class ShoulderLimits(Limits):
         Step in which the machine sets the depth; 0: any depth [mm].
     """
 
-    faces: Literal["auto"] | tuple[str | FacePoint, ...] = "auto"
-    sector_deg: tuple[float, float] | None = None
-    max_depth_mm: float | None = None
-    same_depth: bool = False
-    min_wall_mm: float | None = None
-    depth_step_mm: float = 0.0
-
 
 # --- the cut ------------------------------------------------------------------------------------------------
 
 
 @dataclass(frozen=True, eq=False)
-class ShoulderCut:
+class ShoulderCut(FaceCut):
     """The lowering of one face, of which only the depth is open; implements ``correction.kind.Cut``."""
 
     face: Face
@@ -105,11 +91,10 @@ class ShoulderCut:
     density_g_mm3: float
     max_depth_mm: float
     limit: str
-    limit_is_reach: bool
     depth_step_mm: float
     clearance_mm: float
+    limit_is_reach: bool
     least_depth_mm: float = 0.0
-    adds_metal: bool = False
 
     @property
     def label(self) -> str:
@@ -122,12 +107,6 @@ class ShoulderCut:
         return self.layer.height_mm
 
     @cached_property
-    def _to_rotor(self) -> Array:
-        back = np.eye(4)
-        back[:3, :3] = self.to_face[:3, :3].T
-        return back
-
-    @cached_property
     def _curve(self) -> DepthCurve:
         return self.layer.curve(self.max_depth_mm, self.height_mm - self.heights_mm)
 
@@ -135,7 +114,7 @@ class ShoulderCut:
     def room(self) -> Room:
         """What hangs together with the face down to its greatest depth, drawn out from the face."""
         self.effect(self.max_depth_mm)  # has looked at sections down to here
-        return drawn_out(self.layer.taken(self.max_depth_mm), self.height_mm, -1.0, self._to_rotor)
+        return drawn_out(self.layer.taken(self.max_depth_mm), self.height_mm, -1.0, self.to_rotor)
 
     def effect(self, depth_mm: float) -> Moments:
         """Return the change of the crank's moments, rotor frame."""
@@ -146,43 +125,24 @@ class ShoulderCut:
         return self._change(self._curve.value(depth_mm))
 
     def _change(self, section: Array) -> Moments:
-        return moments_of(section).moved(self._to_rotor).scaled(-self.density_g_mm3)
-
-    def pressed_in(self, depth_mm: float) -> Moments:
-        """Return nothing: no other metal is put in."""
-        return Moments.zero()
+        return moments_of(section).moved(self.to_rotor).scaled(-self.density_g_mm3)
 
     def tool(self, depth_mm: float) -> Solid:
         """Return the body to subtract, rotor frame: a prism from the new face to just above the old one."""
         self.effect(depth_mm)  # has looked at sections down to here
         room = self.layer.room - self.layer.spared(depth_mm)
-        body = _prism(room, self.height_mm - depth_mm, self.top_mm).moved(self._to_rotor)
+        body = _prism(room, self.height_mm - depth_mm, self.top_mm).moved(self.to_rotor)
         return body if self.within is None else body & self.within
 
     def exact_tool(self, depth_mm: float) -> Tool:
         """Return the lowering without facets; what stands on the face is the exact solid's to tell."""
         self.effect(depth_mm)  # has looked at sections down to here
-        return lowering(self.layer, depth_mm, self._to_rotor, self.wedge)
+        return lowering(self.layer, depth_mm, self.to_rotor, self.wedge)
 
     def correction(self, depth_mm: float) -> Correction:
         """Return what the report lists."""
-        change = self.effect(depth_mm)
-        return Correction(
-            kind="shoulder",
-            face=self.face.id,
-            web=self.face.web,
-            position_mm=change.centre_mm,
-            depth_mm=depth_mm,
-            change=change,
-            removed_volume_mm3=-change.mass_g / self.density_g_mm3,
-            details={
-                "normal": [float(value) for value in self.face.normal],
-                "face_height_mm": self.height_mm,
-                "new_height_mm": self.height_mm - depth_mm,
-                "new_face_area_mm2": self.layer.kept(depth_mm).area_mm2,
-                "sector_deg": None if self.sector_deg is None else list(self.sector_deg),
-            },
-        )
+        heights, area = (self.height_mm, self.height_mm - depth_mm), self.layer.kept(depth_mm).area_mm2
+        return self.listed("shoulder", self.effect(depth_mm), depth_mm, heights, new_face_area_mm2=area)
 
 
 NEAR_HOLES = 0.05
@@ -360,16 +320,11 @@ class Shoulder(Kind[ShoulderLimits]):
 
     def offer(self, work: Workpiece, limits: ShoulderLimits, effort: int) -> Offer:
         """Return the cuts that a job's limits allow; more of them with more ``effort`` (from 0)."""
-        mesh = work.solid.mesh
-        if limits.faces == "auto":
-            patches = auto_patches(mesh, work.anatomy, work.faces, work.heavy_at, limits, effort)
-        else:
-            patches = chosen_patches(limits, mesh, work.anatomy, work.faces)
+        patches = patches_of(work, limits, work.heavy_at, effort)
         worth = sum(_worth_g_mm_per_mm(patch, work) for patch in patches)
         reach = work.look * LOOK_AHEAD * work.need_g_mm / worth if worth > 0.0 else math.inf
-        found = cuts(
-            work.solid, work.anatomy, patches, work.density_g_mm3, limits, min(reach, mesh.diagonal_mm)
-        )
+        reach = min(reach, work.solid.mesh.diagonal_mm)
+        found = cuts(work.solid, work.anatomy, patches, work.density_g_mm3, limits, reach)
         return Offer(tuple(found), tuple(shared_depths(found, work.anatomy, limits)), limits.same_depth)
 
     def relaxing(self, limits: ShoulderLimits) -> Sequence[Relaxing]:
@@ -406,23 +361,6 @@ class Shoulder(Kind[ShoulderLimits]):
         limits, reach = ShoulderLimits(), work.solid.mesh.diagonal_mm
         found = cuts(work.solid, work.anatomy, planes, work.density_g_mm3, limits, reach)
         return {cut.face.id: cut.max_depth_mm for cut in found if not cut.limit_is_reach}
-
-
-def part_name(sector_deg: Sequence[float] | None) -> str:
-    """Return which part of a face a cut keeps to, where that is less than the side that is too heavy."""
-    if sector_deg is None or not 0.0 < (sector_deg[1] - sector_deg[0]) % 360.0 < WHOLE_SIDE_DEG:
-        return ""
-    return f", its part from {degrees(sector_deg[0])} to {degrees(sector_deg[1])}"
-
-
-WHOLE_SIDE_DEG = 179.0
-
-
-def face_heights(item: Item) -> str:
-    """Return the height of a corrected face before and after, where the report has them."""
-    if item.get("new_height_mm") is None:
-        return ""
-    return f"{number(item['face_height_mm'], 3)} → {number(item['new_height_mm'], 3)}"
 
 
 def _thickness_left_mm(web: Web, lowered: Sequence[Correction]) -> float:

@@ -9,7 +9,8 @@ from typing import Literal
 
 import numpy as np
 
-from autobalance.correction.hole import Direction, Hole, Sectors, drill_body
+from autobalance.correction.hole import Hole, drill_body
+from autobalance.correction.refusals import Direction, Sectors
 from autobalance.correction.walls import (
     CONTINUATION_RAD,
     Axis,

@@ -3,26 +3,17 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 
-from autobalance.correction.bores import BlindHole, blind_holes
-from autobalance.correction.hole import (
-    Direction,
-    Hole,
-    Sectors,
-    keep_apart,
-    refuse_diameters,
-    refuse_sectors,
-    refuse_wide,
-)
+from autobalance.correction.hole import Hole, keep_apart
+from autobalance.correction.hole_cut import HoleCut, HoleSearch, Towards, direction_at
 from autobalance.correction.hole_trace import SlugTrace
 from autobalance.correction.kind import (
     Apart,
-    Array,
     Correction,
     Count,
     Cut,
@@ -30,24 +21,32 @@ from autobalance.correction.kind import (
     Item,
     Kind,
     Limits,
-    MoreCuts,
     Offer,
-    Relaxing,
     Workpiece,
 )
 from autobalance.correction.patches import heavy_vector
-from autobalance.correction.room import Room, bar
-from autobalance.correction.sites import Places, Site, find_sites, in_sectors, make_holes, reach_of
+from autobalance.correction.refusals import (
+    Direction,
+    Sectors,
+    refuse_below_zero,
+    refuse_direction,
+    refuse_none,
+    refuse_not_above_zero,
+    refuse_sectors,
+    refuse_sizes,
+    refuse_wide,
+)
+from autobalance.correction.relaxing import MoreCuts, Relaxing
+from autobalance.correction.sites import Places, Site
+from autobalance.correction.slug_fill import FLAT_BOTTOM_RAD, FillCut, PressedIn, fills
 from autobalance.correction.trace import Trace
-from autobalance.correction.walls import Axis, HoleLimits, Surface, wall_left_mm
+from autobalance.correction.walls import HoleLimits, Surface, wall_left_mm
 from autobalance.errors import CorrectionError
 from autobalance.graphics.words import number
 from autobalance.rigid_rotor.moments import Moments
 from autobalance.solid.csg.solid import Solid
 from autobalance.solid.csg.tool import Tool
-from autobalance.units import G_PER_MM3_PER_KG_M3
 
-FLAT_BOTTOM_RAD = 0.5 * math.pi
 SEAT_MM = 0.02
 """How far a slug lies below the lowest point of its bore's mouth, so that it stands out nowhere."""
 
@@ -85,25 +84,17 @@ class SlugLimits(Limits):
 
     def __post_init__(self) -> None:
         """Refuse limits that contradict each other."""
-        if self.direction not in ("radial", "axial"):
-            raise CorrectionError(f"slug.direction is {self.direction!r}; must be 'radial' or 'axial'")
-        refuse_diameters("slug", self.diameters_mm)
+        refuse_direction("slug", self.direction)
+        refuse_sizes("slug", "diameters_mm", "diameter", self.diameters_mm)
         refuse_sectors("slug", self.sectors_deg)
-        if not self.lengths_mm:
-            raise CorrectionError("slug.lengths_mm is empty; at least one length is needed")
-        for length in self.lengths_mm:
-            if not 0.0 < length < math.inf:
-                raise CorrectionError(f"slug.lengths_mm holds {length:g}; must be > 0")
-        if not 0.0 < self.density_kg_m3 < math.inf:
-            raise CorrectionError(f"slug.density_kg_m3 is {self.density_kg_m3:g}; must be > 0")
-        if not 0.0 <= self.min_wall_mm < math.inf:
-            raise CorrectionError(f"slug.min_wall_mm is {self.min_wall_mm:g}; must be ≥ 0")
-        if self.max_slugs < 1:
-            raise CorrectionError(f"slug.max_slugs is {self.max_slugs}; must be ≥ 1")
+        refuse_sizes("slug", "lengths_mm", "length", self.lengths_mm)
+        refuse_not_above_zero("slug", self, "density_kg_m3")
+        refuse_below_zero("slug", self, "min_wall_mm")
+        refuse_none("slug", self, "max_slugs")
 
 
 @dataclass(frozen=True, eq=False)
-class SlugCut:
+class SlugCut(PressedIn, HoleCut):
     """One slug that may be pressed in (a `Cut` of one depth, that of its bore)."""
 
     hole: Hole
@@ -113,14 +104,6 @@ class SlugCut:
     limits: SlugLimits
     service_speed_rad_s: float | None
     max_depth_mm: float
-    depth_step_mm: float = 0.0
-    limit_is_reach: bool = False
-    adds_metal: bool = False
-
-    @property
-    def web(self) -> int:
-        """Number of the web."""
-        return self.site.web
 
     @property
     def least_depth_mm(self) -> float:
@@ -128,36 +111,19 @@ class SlugCut:
         return self.max_depth_mm
 
     @property
-    def limit(self) -> str:
-        """What ends the depth, for messages."""
-        return "the lengths of slugs at hand"
-
-    @property
     def setting(self) -> str:
         """The slug."""
-        return f"slug {2.0 * self.hole.radius_mm:g} x {self.length_mm:g}"
+        return f"slug {self.diameter_mm:g} x {self.length_mm:g}"
 
     @property
     def label(self) -> str:
         """Short name for messages."""
-        degrees = math.degrees(self.site.angle_rad) % 360.0
-        return f"slug ⌀{2.0 * self.hole.radius_mm:g} × {self.length_mm:g} in web {self.web} at {degrees:.4g}°"
+        return f"slug ⌀{self.diameter_mm:g} × {self.length_mm:g} {self.place}"
 
     @property
     def slug(self) -> Moments:
         """Moments of the slug."""
-        density = self.limits.density_kg_m3 * G_PER_MM3_PER_KG_M3
-        return self.hole.column(self.max_depth_mm - self.length_mm, self.max_depth_mm).scaled(density)
-
-    @property
-    def room(self) -> Room:
-        """What the bore takes."""
-        return self.hole.room
-
-    @property
-    def clearance_mm(self) -> float:
-        """The wall."""
-        return self.limits.min_wall_mm
+        return self.filling(self.hole, self.max_depth_mm)
 
     def effect(self, depth_mm: float) -> Moments:
         """Return the change of the rotor's moments: the bore's metal goes, the slug comes."""
@@ -169,40 +135,29 @@ class SlugCut:
         """Return the mean slope: the depth is not free."""
         return self.effect(self.max_depth_mm).scaled(1.0 / self.max_depth_mm)
 
-    def pressed_in(self, depth_mm: float) -> Moments:
-        """Return the moments of the slug, which the written solid does not hold."""
-        return self.slug if depth_mm > 0.0 else Moments.zero()
-
     def tool(self, depth_mm: float) -> Solid:
         """Return the bore, rotor frame."""
-        return self.hole.body(self.max_depth_mm)
+        return super().tool(self.max_depth_mm)
 
     def exact_tool(self, depth_mm: float) -> Tool:
         """Return the bore without facets."""
-        return self.hole.exact_body(self.max_depth_mm)
+        return super().exact_tool(self.max_depth_mm)
 
     def correction(self, depth_mm: float) -> Correction:
         """Return what the machinist needs to know."""
-        hole, slug = self.hole, self.slug
-        removed = hole.removed(self.max_depth_mm)
+        hole, depth = self.hole, self.max_depth_mm
         return Correction(
             kind="slug",
             face=None,
             web=self.web,
             position_mm=hole.axis.entry_mm,
-            depth_mm=self.max_depth_mm,
-            change=self.effect(self.max_depth_mm),
-            removed_volume_mm3=float(removed.mass_g),
-            details=_details(
-                self.limits,
-                slug,
-                2.0 * hole.radius_mm,
-                self.length_mm,
+            depth_mm=depth,
+            change=self.effect(depth),
+            removed_volume_mm3=float(hole.removed(depth).mass_g),
+            details=self.details(
+                self.diameter_mm,
                 hole.axis,
-                wall_left_mm=wall_left_mm(
-                    self.site.others, hole.radius_mm, self.max_depth_mm, FLAT_BOTTOM_RAD
-                ),
-                centrifugal_load_N=load_n(slug, self.service_speed_rad_s),
+                wall_left_mm=wall_left_mm(self.site.others, hole.radius_mm, depth, FLAT_BOTTOM_RAD),
             ),
             rate=self._deeper(),
         )
@@ -213,152 +168,6 @@ class SlugCut:
         turn = np.outer(inward, slug.first_g_mm)
         sunk = Moments(0.0, slug.mass_g * inward, turn + turn.T)
         return sunk - self.hole.rate(self.max_depth_mm).scaled(self.density_g_mm3)
-
-
-@dataclass(frozen=True, eq=False)
-class FillCut:
-    """One slug that may be pressed into a blind hole that is there (a `Cut` without a cut)."""
-
-    hole: BlindHole
-    radius_mm: float
-    length_mm: float
-    limits: SlugLimits
-    service_speed_rad_s: float | None
-    depth_step_mm: float = 0.0
-    limit_is_reach: bool = False
-    adds_metal: bool = False
-    limit: str = "the lengths of slugs at hand"
-
-    @property
-    def setting(self) -> str:
-        """The slug, which needs no bore."""
-        return f"slug {2.0 * self.radius_mm:g} x {self.length_mm:g} in a hole"
-
-    @property
-    def label(self) -> str:
-        """Short name for messages."""
-        return f"slug ⌀{2.0 * self.radius_mm:g} × {self.length_mm:g} in the hole in web {self.hole.web}"
-
-    @property
-    def max_depth_mm(self) -> float:
-        """The slug's length."""
-        return self.length_mm
-
-    @property
-    def least_depth_mm(self) -> float:
-        """The slug's length: it is whole or not there."""
-        return self.length_mm
-
-    @property
-    def slug(self) -> Moments:
-        """Moments of the slug, which sits on the shoulder of the hole."""
-        zero = Moments.zero()
-        round_ = Hole(self.hole.axis, self.radius_mm, FLAT_BOTTOM_RAD, 0.0, zero, 0.0, 0.0)
-        end = self.hole.shoulder_mm
-        return round_.column(end - self.length_mm, end).scaled(
-            self.limits.density_kg_m3 * G_PER_MM3_PER_KG_M3
-        )
-
-    @property
-    def room(self) -> Room:
-        """What the slug fills, whatever the depth."""
-        axis, end = self.hole.axis, self.hole.shoulder_mm
-        top, bottom = (axis.entry_mm + tau * axis.inward for tau in (end - self.length_mm, end))
-        return bar(top, bottom, 0.0 * axis.inward, self.radius_mm)
-
-    @property
-    def clearance_mm(self) -> float:
-        """The wall."""
-        return self.limits.min_wall_mm
-
-    def effect(self, depth_mm: float) -> Moments:
-        """Return the moments of the slug."""
-        return self.slug if depth_mm > 0.0 else Moments.zero()
-
-    def rate(self, depth_mm: float) -> Moments:
-        """Return the mean slope: the depth is not free."""
-        return self.slug.scaled(1.0 / self.length_mm)
-
-    def pressed_in(self, depth_mm: float) -> Moments:
-        """Return the moments of the slug, which the written solid does not hold."""
-        return self.effect(depth_mm)
-
-    def tool(self, depth_mm: float) -> Solid:
-        """Return nothing: no metal goes."""
-        return Solid.nothing()
-
-    def exact_tool(self, depth_mm: float) -> None:
-        """Return nothing: no metal goes."""
-
-    def correction(self, depth_mm: float) -> Correction:
-        """Return what the machinist needs to know."""
-        slug, axis = self.slug, self.hole.axis
-        return Correction(
-            kind="slug",
-            face=None,
-            web=self.hole.web,
-            position_mm=axis.entry_mm,
-            depth_mm=self.hole.shoulder_mm,
-            change=slug,
-            removed_volume_mm3=0.0,
-            rate=Moments.zero(),  # nothing is cut
-            details=_details(
-                self.limits,
-                slug,
-                2.0 * self.radius_mm,
-                self.length_mm,
-                axis,
-                fills_a_hole=True,
-                centrifugal_load_N=load_n(slug, self.service_speed_rad_s),
-            ),
-        )
-
-
-SAME_DIAMETER = 0.02
-
-
-def fills(work: Workpiece, surface: Surface, limits: SlugLimits) -> list[FillCut]:
-    """Set up the slugs that fit into blind holes that are there."""
-    return [
-        FillCut(hole, 0.5 * diameter, length, limits, work.service_speed_rad_s)
-        for web in work.anatomy.webs
-        for hole in blind_holes(surface, web, limits.direction)
-        if in_sectors(math.atan2(*hole.axis.entry_mm[1::-1]), limits.sectors_deg)
-        for diameter in sorted(set(limits.diameters_mm))
-        if abs(diameter - 2.0 * hole.radius_mm) <= SAME_DIAMETER * diameter
-        for length in sorted(set(limits.lengths_mm))
-        if length <= hole.shoulder_mm - hole.top_mm
-    ]
-
-
-def _details(
-    limits: SlugLimits,
-    slug: Moments,
-    diameter_mm: float,
-    length_mm: float,
-    axis: Axis,
-    **own: Any,
-) -> dict[str, Any]:
-    """Return what the report tells of any slug, and what only this one has."""
-    return {
-        "direction": limits.direction,
-        "diameter_mm": diameter_mm,
-        "length_mm": length_mm,
-        "density_kg_m3": limits.density_kg_m3,
-        "slug_mass_g": slug.mass_g,
-        "slug_centre_mm": [float(v) for v in slug.centre_mm],
-        "entry_radius_mm": math.hypot(axis.entry_mm[0], axis.entry_mm[1]),
-        "inward": [float(v) for v in axis.inward],
-        "point_angle_deg": math.degrees(2.0 * FLAT_BOTTOM_RAD),
-        **own,
-    }
-
-
-def load_n(slug: Moments, service_speed_rad_s: float | None) -> float | None:
-    """Return the force m r Ω² on a slug at service speed [N]."""
-    if service_speed_rad_s is None:
-        return None
-    return math.hypot(*slug.first_g_mm[:2]) * 1e-6 * service_speed_rad_s**2
 
 
 class Slug(Kind[SlugLimits]):
@@ -453,9 +262,7 @@ class Slug(Kind[SlugLimits]):
 KIND = Slug()
 
 
-def cuts(
-    work: Workpiece, wanted: Array | Callable[[float], Array], limits: SlugLimits, effort: int = 0
-) -> list[SlugCut]:
+def cuts(work: Workpiece, wanted: Towards, limits: SlugLimits, effort: int = 0) -> list[SlugCut]:
     """Set up every slug that may be pressed in, each diameter, length and place by itself.
 
     ``wanted`` is a direction (2,) that one of the places tried lies in, or what returns it for a z [mm];
@@ -467,31 +274,28 @@ def cuts(
         If no slug fits anywhere.
     """
     refuse_wide("slug", limits.diameters_mm, limits.min_wall_mm, work.anatomy, limits.direction)
-    surface = Surface.of(work.solid.mesh, work.anatomy.file_to_rotor)
-    towards = wanted if callable(wanted) else lambda _, fixed=wanted: np.asarray(fixed, dtype=np.float64)
-    places = Places(limits.direction, limits.sectors_deg, towards, effort)
+    places = Places(limits.direction, limits.sectors_deg, direction_at(wanted), effort)
+    search = HoleSearch.on(work.solid, work.anatomy, places)
     lengths = sorted(set(limits.lengths_mm))
     found: list[SlugCut] = []
     for radius in sorted(0.5 * diameter for diameter in set(limits.diameters_mm)):
-        sites = list(find_sites(surface, work.anatomy, places, radius + limits.min_wall_mm))
+        sites = search.sites(radius + limits.min_wall_mm)
         room = HoleLimits(limits.min_wall_mm, FLAT_BOTTOM_RAD, lengths[0], lengths[-1] + radius)
-        for web, metal in reach_of(work.solid, work.anatomy, sites, radius).items():
-            here = [site for site in sites if site.web == web]
-            for site, hole, deepest in make_holes(here, metal, radius, room):
-                seat = hole.whole_mm + (SEAT_MM if hole.whole_mm > 0.0 else 0.0)
-                found += [
-                    SlugCut(
-                        hole,
-                        site,
-                        length,
-                        work.density_g_mm3,
-                        limits,
-                        work.service_speed_rad_s,
-                        length + seat,
-                    )
-                    for length in lengths
-                    if length + seat <= deepest
-                ]
+        for site, hole, deepest in search.holes(sites, [radius], room):
+            seat = hole.whole_mm + (SEAT_MM if hole.whole_mm > 0.0 else 0.0)
+            found += [
+                SlugCut(
+                    hole,
+                    site,
+                    length,
+                    work.density_g_mm3,
+                    limits,
+                    work.service_speed_rad_s,
+                    length + seat,
+                )
+                for length in lengths
+                if length + seat <= deepest
+            ]
     if not found:
         raise CorrectionError(_why_none(limits))
     return found

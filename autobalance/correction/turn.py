@@ -10,6 +10,7 @@ from functools import cached_property
 
 import numpy as np
 
+from autobalance.correction.cut import EmptyPlace, listed
 from autobalance.correction.kind import (
     Array,
     Correction,
@@ -18,10 +19,10 @@ from autobalance.correction.kind import (
     Kind,
     Limits,
     Offer,
-    Relaxing,
-    WiderLimits,
     Workpiece,
 )
+from autobalance.correction.refusals import refuse_below_zero, refuse_not_above_zero
+from autobalance.correction.relaxing import Relaxing, WiderLimits
 from autobalance.correction.room import Room, blocks, sector_corners
 from autobalance.correction.trace import RingTrace, Trace
 from autobalance.crank.anatomy import Anatomy, Face, Web
@@ -65,14 +66,12 @@ class TurnLimits(Limits):
 
     def __post_init__(self) -> None:
         """Refuse limits that are no lengths."""
-        if self.min_radius_mm is not None and not 0.0 < self.min_radius_mm < math.inf:
-            raise CorrectionError(f"turn.min_radius_mm is {self.min_radius_mm:g}; must be > 0")
-        if not 0.0 <= self.depth_step_mm < math.inf:
-            raise CorrectionError(f"turn.depth_step_mm is {self.depth_step_mm:g}; must be ≥ 0")
+        refuse_not_above_zero("turn", self, "min_radius_mm")
+        refuse_below_zero("turn", self, "depth_step_mm")
 
 
 @dataclass(frozen=True, eq=False)
-class TurnCut:
+class TurnCut(EmptyPlace):
     """The rims of some webs, of which only the radius is open (a `Cut`).
 
     ``metal`` is what stands beyond the least radius, in the rotor frame; ``slabs`` are the tools' extents
@@ -89,8 +88,6 @@ class TurnCut:
     limit: str
     depth_step_mm: float
     least_depth_mm: float = 0.0
-    limit_is_reach: bool = False
-    adds_metal: bool = False
     clearance_mm: float = 0.0
     _known: dict[float, tuple[Moments, Moments]] = field(default_factory=dict, repr=False)
 
@@ -126,10 +123,6 @@ class TurnCut:
         """Return d effect / d depth = −ρ ∫ (1, r, r rᵀ) dA over the turned surface."""
         return self._measured(max(depth_mm, FIRST_SHARE * self.max_depth_mm))[1]
 
-    def pressed_in(self, depth_mm: float) -> Moments:
-        """Return nothing: no other metal is put in."""
-        return Moments.zero()
-
     def tool(self, depth_mm: float) -> Solid:
         """Return the rings to subtract, rotor frame."""
         radius = (self.rim_mm - depth_mm) * EQUAL_AREA
@@ -141,21 +134,16 @@ class TurnCut:
 
     def correction(self, depth_mm: float) -> Correction:
         """Return what the turner needs to know."""
-        change = self.effect(depth_mm)
-        return Correction(
-            kind="turn",
-            face=None,
+        return listed(
+            "turn",
+            self.effect(depth_mm),
+            depth_mm,
+            self.density_g_mm3,
             web=self.webs[0] if len(self.webs) == 1 else None,
-            position_mm=change.centre_mm,
-            depth_mm=depth_mm,
-            change=change,
-            removed_volume_mm3=-change.mass_g / self.density_g_mm3,
-            details={
-                "webs": list(self.webs),
-                "rim_radius_mm": self.rim_mm,
-                "new_radius_mm": self.rim_mm - depth_mm,
-                "depth_left_mm": self.max_depth_mm - depth_mm,
-            },
+            webs=list(self.webs),
+            rim_radius_mm=self.rim_mm,
+            new_radius_mm=self.rim_mm - depth_mm,
+            depth_left_mm=self.max_depth_mm - depth_mm,
         )
 
     def _measured(self, depth_mm: float) -> tuple[Moments, Moments]:

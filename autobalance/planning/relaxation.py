@@ -8,7 +8,8 @@ from typing import Any
 
 from autobalance import correction
 from autobalance.correction import Limits
-from autobalance.correction.kind import Cut, Kind, MoreCuts, Offer, Relaxing, WiderLimits, Workpiece
+from autobalance.correction.kind import Cut, Kind, Offer, Workpiece
+from autobalance.correction.relaxing import MoreCuts, Relaxing, WiderLimits
 from autobalance.errors import CorrectionError
 from autobalance.planning.depths import Plan
 from autobalance.planning.milp import least_share

@@ -13,7 +13,8 @@ import numpy as np
 import pytest
 
 from autobalance.correction import KINDS, joined, offer
-from autobalance.correction.kind import Cut, Offer, Otherwise, WiderLimits, Workpiece
+from autobalance.correction.kind import Cut, Offer, Workpiece
+from autobalance.correction.relaxing import Otherwise, WiderLimits
 from autobalance.correction.room import Room, keep_apart
 from autobalance.crank.anatomy import Overrides
 from autobalance.crank.faces import find_faces

@@ -5,6 +5,7 @@ import numpy as np
 import pytest
 
 from autobalance.correction import drill
+from autobalance.correction.cut import on_step
 from autobalance.correction.drill import DrillLimits
 from autobalance.correction.sites import site_angles
 from autobalance.errors import CorrectionError
@@ -55,7 +56,7 @@ def test_limits_that_leave_no_hole_are_refused(limits: dict[str, Any], message: 
 
 
 def test_depths_fall_on_the_machines_steps() -> None:
-    assert drill.on_step(2.04, 0.1, math.ceil) == pytest.approx(2.1)
+    assert on_step(2.04, 0.1, math.ceil) == pytest.approx(2.1)
     limits = DrillLimits(diameters_mm=(8.0,), depth_step_mm=0.7)
     solid, anatomy = make_crank([0.0])
     for cut in drill.cuts(solid, anatomy, STEEL, np.array([-1.0, 0.0]), limits):

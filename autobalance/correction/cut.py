@@ -1,0 +1,77 @@
+"""What cuts of several kinds share: the answers of one that leaves its place empty, and how it is listed."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from typing import Any, Protocol
+
+from autobalance.correction.kind import Array, Correction
+from autobalance.rigid_rotor.moments import Moments
+
+
+class WithWall(Protocol):
+    """Limits that ask for a wall of metal."""
+
+    @property
+    def min_wall_mm(self) -> float:
+        """Metal to leave [mm]."""
+        ...
+
+
+class EmptyPlace:
+    """A cut that puts no other metal in; what a `Cut` of that sort answers unless it says otherwise."""
+
+    limit_is_reach: bool = False
+    adds_metal: bool = False
+
+    def pressed_in(self, depth_mm: float) -> Moments:
+        """Return nothing: no other metal is put in."""
+        del depth_mm
+        return Moments.zero()
+
+
+class WalledCut(EmptyPlace):
+    """A cut that keeps its limits' wall to all that is not its own."""
+
+    limits: WithWall
+
+    @property
+    def clearance_mm(self) -> float:
+        """The wall."""
+        return self.limits.min_wall_mm
+
+
+def listed(
+    kind: str,
+    change: Moments,
+    depth_mm: float,
+    density_g_mm3: float,
+    *,
+    web: int | None,
+    face: str | None = None,
+    position_mm: Array | None = None,
+    **details: Any,
+) -> Correction:
+    """Return a finished correction; its place is the centre of the metal that went or came, unless given."""
+    return Correction(
+        kind=kind,
+        face=face,
+        web=web,
+        position_mm=change.centre_mm if position_mm is None else position_mm,
+        depth_mm=depth_mm,
+        change=change,
+        removed_volume_mm3=-change.mass_g / density_g_mm3,
+        details=details,
+    )
+
+
+def on_step(depth_mm: float, step_mm: float, rounding: Callable[[float], float] = round) -> float:
+    """Return a depth rounded to the machine's step (``round``, ``math.floor`` or ``math.ceil``)."""
+    if step_mm == 0.0:
+        return depth_mm
+    steps = depth_mm / step_mm
+    nearest = round(steps)
+    if abs(steps - nearest) > 1e-6:
+        nearest = math.floor(steps) if rounding is math.floor else math.ceil(steps)
+    return nearest * step_mm
