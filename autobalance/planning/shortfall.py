@@ -159,6 +159,7 @@ def factor_relaxation(short: Shortfall) -> Relaxation | None:
     factor = reachable_factor(short)
     if factor is None:
         return None
+    factor = round(factor, 6)
     text = f"a balance factor of {factor:.4f} can be reached as it is"
     change = Change("balance.factor", short.factor, factor)
     return Relaxation(text, (change,), _share_at(short, factor), None, tried=False)

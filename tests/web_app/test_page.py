@@ -283,9 +283,10 @@ def test_a_wrong_file_is_one_line(page: Browser, tmp_path: Path) -> None:
 def test_a_job_with_its_crank_opens_at_once_and_cylinders_are_called_what_they_are(
     page: Browser, app: Served, tmp_path: Path
 ) -> None:
-    job = jobs.pin_job(tmp_path / "pin")
+    job = jobs.pin_job(tmp_path / "pin", method='"shoulder"\nfaces = [[1.5, 20.0, -30.0]]')
     chosen(page, job, job.parent / "crank-with-pin.stl")
     text = job_text(page, "crank-with-pin.stl")
+    assert tomllib.loads(text)["correction"]["shoulder"]["faces"] == [[1.5, 20.0, -30.0]]
     assert tomllib.loads(text)["engine"]["reciprocating_g"] == {"piston": 261.5}
     until(page, "return document.querySelector('[data-testid=tree] [data-kind=throw]')")
     until(page, "return document.getElementById('model').dataset.state === 'ready'")

@@ -2,7 +2,7 @@
 import { $, el, shown } from "/static/tools.js";
 import { guarded, say } from "/static/server.js";
 import { changed, emit, job, on, state } from "/static/job.js";
-import { faces, sectors, zoneRows, zones } from "/static/limits.js";
+import { faces, isPoint, sectors, zoneRows, zones } from "/static/limits.js";
 import { cancel, start, watched } from "/static/runs.js";
 
 let view = null;
@@ -24,13 +24,18 @@ const told = (text) => { $("pick-says").textContent = text; };
 
 function faceRows() {
   const found = state.inspected?.report.faces || [];
-  $("faces").replaceChildren(...found.map((face) => {
-    const input = el("input", { type: "checkbox", checked: faces.has(face.id) });
-    input.addEventListener("change", () => use(face.id, input.checked));
+  const points = [...faces].filter(isPoint).map((point) => faceRow(point, "the face at this point of the file [mm]"));
+  $("faces").replaceChildren(...points, ...found.map((face) => {
     const worth = Math.hypot(...face.unbalance_per_mm_g_mm);
-    return el("label", { className: "check", data: { face: face.id } }, input, ` ${face.id} `, el("small", { textContent: `web ${face.web ?? "–"}, ${shown(face.area_mm2, 0)} mm², ${shown(worth, 0)} g·mm per mm` }));
+    return faceRow(face.id, `web ${face.web ?? "–"}, ${shown(face.area_mm2, 0)} mm², ${shown(worth, 0)} g·mm per mm`);
   }));
-  if (!found.length) $("faces").textContent = "Open the crank first.";
+  if (!found.length) $("faces").append("Open the crank first.");
+}
+
+function faceRow(id, says) {
+  const input = el("input", { type: "checkbox", checked: faces.has(id) });
+  input.addEventListener("change", () => use(id, input.checked));
+  return el("label", { className: "check", data: { face: id } }, input, ` ${id} `, el("small", { textContent: says }));
 }
 
 function use(id, chosen) {

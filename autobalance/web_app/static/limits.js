@@ -3,7 +3,8 @@ import { $, el, listTyped, typed } from "/static/tools.js";
 
 const WORDS = { faces: "", sector_deg: "", sectors_deg: "" };
 export const kinds = { list: [], of: (name) => kinds.list.find((kind) => kind.name === name) };
-export const faces = new Set(); // ids; none: chosen by the program
+export const faces = new Set(); // ids, and points of a job's file as JSON; none: chosen by the program
+export const isPoint = (face) => face.startsWith("[");
 export const zones = { list: [] }; // { from, to, allowed }
 const given = {}; // kind → key → text
 const TOP = ["faces", "sector_deg", "max_depth_mm", "same_depth", "min_wall_mm", "depth_step_mm"]; // may stand above the kinds' tables
@@ -83,7 +84,7 @@ export function correction(before) {
 }
 
 function word(key) {
-  if (key === "faces") return faces.size ? { faces: [...faces] } : {};
+  if (key === "faces") return faces.size ? { faces: [...faces].map((face) => (isPoint(face) ? JSON.parse(face) : face)) } : {};
   if (!zones.list.length) return {};
   const allowed = sectors();
   return key === "sectors_deg" ? { sectors_deg: allowed } : allowed.length === 1 ? { sector_deg: allowed[0] } : { sector_deg: widest(allowed) };
@@ -141,7 +142,7 @@ export function takeCorrection(table) {
     for (const { key, default: usual } of kinds.of(name)?.keys || []) {
       const found = table[name]?.[key] ?? top[key];
       if (found === undefined || found === null) continue;
-      if (key === "faces") { if (Array.isArray(found)) for (const id of found) if (typeof id === "string") faces.add(id); }
+      if (key === "faces") { if (Array.isArray(found)) for (const face of found) faces.add(typeof face === "string" ? face : JSON.stringify(face)); }
       else if (key === "sector_deg") zones.list = [{ from: found[0], to: found[1], allowed: true }];
       else if (key === "sectors_deg") zones.list = found.filter(([a, b]) => !(a === 0 && b === 360)).map(([from, to]) => ({ from, to, allowed: true }));
       else given[name][key] = Array.isArray(usual) && Array.isArray(found) ? found.join("; ") : String(found);
