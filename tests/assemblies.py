@@ -7,7 +7,8 @@ from collections.abc import Mapping
 from pathlib import Path
 
 from autobalance.crank.parametric.design import preset
-from autobalance.crank.parametric.generate import crank_anatomy, crank_shape
+from autobalance.crank.parametric.generate import crank_shape
+from autobalance.crank.parametric.true_anatomy import crank_anatomy
 from autobalance.solid.cad.brep import ExactSolid
 from autobalance.solid.csg.shape import Bar, Prism, Shape, Without, circle
 from tests.rods import FlatRod

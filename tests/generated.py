@@ -8,7 +8,8 @@ import numpy as np
 
 from autobalance.crank.anatomy import Anatomy
 from autobalance.crank.parametric.design import PRESETS, Design
-from autobalance.crank.parametric.generate import crank_anatomy, crank_solid
+from autobalance.crank.parametric.generate import crank_solid
+from autobalance.crank.parametric.true_anatomy import crank_anatomy
 from autobalance.solid.csg.solid import Solid
 from autobalance.solid.mesh.mesh import Array, Mesh, mesh_of_soup
 from autobalance.units import MM_PER

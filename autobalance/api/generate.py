@@ -15,7 +15,8 @@ from autobalance.balancing.record import ChordalErrorEntry, MeasuredCrank
 from autobalance.balancing.rotor_from_job import attached_moments, crank_factor, throw_loads
 from autobalance.balancing.wanted import Aim, Wanted
 from autobalance.crank.parametric.design import Design, preset
-from autobalance.crank.parametric.generate import crank_anatomy, crank_shape, crank_solid, exact_moments
+from autobalance.crank.parametric.generate import crank_shape, crank_solid, exact_moments
+from autobalance.crank.parametric.true_anatomy import crank_anatomy
 from autobalance.errors import JobError, UsageError
 from autobalance.job.crank_design import design_from, read_design, table_of, with_settings
 from autobalance.job.read import text_of

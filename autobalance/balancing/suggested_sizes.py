@@ -11,7 +11,8 @@ from scipy.optimize import least_squares
 
 from autobalance.balancing.wanted import Aim, Change, Refused, Suggestion
 from autobalance.crank.parametric.design import Design
-from autobalance.crank.parametric.generate import crank_anatomy, exact_moments
+from autobalance.crank.parametric.generate import exact_moments
+from autobalance.crank.parametric.true_anatomy import crank_anatomy
 from autobalance.errors import AutobalanceError, JobError
 from autobalance.job.crank_design import with_settings
 from autobalance.rigid_rotor.moments import Array, Moments

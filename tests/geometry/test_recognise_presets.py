@@ -10,7 +10,8 @@ import pytest
 
 from autobalance.crank.anatomy import Anatomy, Overrides
 from autobalance.crank.parametric.design import PRESETS, Bay
-from autobalance.crank.parametric.generate import crank_anatomy, crank_solid
+from autobalance.crank.parametric.generate import crank_solid
+from autobalance.crank.parametric.true_anatomy import crank_anatomy
 from autobalance.crank.recognition.recognise import recognise
 from autobalance.errors import RecognitionError
 from autobalance.job.crank_design import with_settings

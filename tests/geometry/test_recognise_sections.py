@@ -9,7 +9,8 @@ import pytest
 
 from autobalance.crank.anatomy import Overrides
 from autobalance.crank.parametric.design import PRESETS
-from autobalance.crank.parametric.generate import crank_anatomy, crank_solid
+from autobalance.crank.parametric.generate import crank_solid
+from autobalance.crank.parametric.true_anatomy import crank_anatomy
 from autobalance.crank.recognition.recognise import recognise
 from autobalance.crank.sections import counterweight_moments, sections
 from autobalance.rigid_rotor.moments import Moments

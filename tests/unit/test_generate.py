@@ -17,7 +17,8 @@ from autobalance.crank.parametric.design import (
     WebSize,
     preset,
 )
-from autobalance.crank.parametric.generate import crank_anatomy, crank_solid, exact_moments
+from autobalance.crank.parametric.generate import crank_solid, exact_moments
+from autobalance.crank.parametric.true_anatomy import crank_anatomy
 from autobalance.errors import JobError
 from autobalance.job.crank_design import read_design, table_of, with_settings
 from autobalance.solid.csg.shape import Bar, tessellated
