@@ -2,40 +2,41 @@
 
 from __future__ import annotations
 
-import datetime
-import hashlib
-import os
-import time
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal
 
+from autobalance.api.ending import (
+    REPORT,
+    Staged,
+    Tell,
+    choice_of,
+    committed,
+    measured_of,
+    solid_name,
+    staged_files,
+    staging_for,
+    with_outputs,
+)
 from autobalance.api.entry import Entry, entries
 from autobalance.api.progress import Progress, telling
 from autobalance.api.result import VerbResult
 from autobalance.balancing.measured_crank import Crank as MeasuredCrank
 from autobalance.balancing.measured_crank import measure_crank, measured_source, work_on_faces
-from autobalance.errors import FileError, FormatError, JobError
+from autobalance.errors import FileError, JobError
 from autobalance.job.model import Job
-from autobalance.report.bundle import FILES, KINDS, USUAL, Choice, bundle
-from autobalance.report.files import Staging
+from autobalance.report.bundle import FILES, Choice
 from autobalance.runtime import Stopwatch, load_in_thread
 
 if TYPE_CHECKING:
     from autobalance.api.crank import Crank
-    from autobalance.balancing.measuring import Measured
     from autobalance.balancing.record import Record
+    from autobalance.report.files import Staging
 
-REPORT = "report.json"
-SOLID = "balanced"
 ABOVE_TOLERANCE = 4
-IN_MEMORY_FORMAT = "ply"
-"""What a crank of no file is written as: double precision, so that what was measured is what is written."""
 SAME_DENSITY = 1e-9
-
-Tell = Callable[[str], None]
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -169,12 +170,13 @@ class BalanceResult(VerbResult):
         FileError
             If a file cannot be written; nothing is left behind then.
         """
-        choice = choice_of(only, paper, units, date)
-        folder = Path(folder)
-        with Staging([folder]) as staging:
-            _, files = staged(self, folder, choice, telling(progress), staging)
-            staging.commit()
-        return files
+        folder, choice = Path(folder), choice_of(only, paper, units, date)
+        with staging_for(folder) as staging:
+            return committed(self, folder, choice, telling(progress), staging)[1]
+
+    def staged(self, folder: Path, choice: Choice, tell: Tell, staging: Staging) -> Staged:
+        """Stage the solid, the pages and the report for a folder."""
+        return staged_files(self.record, self.before, folder, choice, tell, staging)
 
 
 def balance(job: Job, crank: Crank | None = None, *, progress: Progress | None = None) -> BalanceResult:
@@ -232,12 +234,10 @@ def run(job: Job, given: Crank | None, tell: Tell, watch: Stopwatch) -> BalanceR
 
     record = balanced_record(job, measured, watch, tell)
     record = replace(record, warnings=(*_warnings(job, measured), *record.warnings))
-    started = time.perf_counter()
-    outputs = {"solid": solid_entry_of(job, measured, record)}
-    watch.add("write", time.perf_counter() - started)
-    return _result(
-        job, replace(record, outputs=outputs, seconds=watch.seconds), Crank(measured, job.crankshaft)
-    )
+    record = with_outputs(record, job, measured, watch)
+    from autobalance.report.json import report
+
+    return BalanceResult(report(record), job, record, Crank(measured, job.crankshaft))
 
 
 def with_crank(job: Job, crank: Crank) -> Job:
@@ -260,36 +260,8 @@ def with_crank(job: Job, crank: Crank) -> Job:
     return replace(job, crankshaft=replace(given, overrides=overrides, density_pm_g_mm3=off))
 
 
-def _result(job: Job, record: Record, before: Crank) -> BalanceResult:
-    from autobalance.report.json import report
-
-    return BalanceResult(report(record), job, record, before)
-
-
 def _unbalance(values: Mapping[str, Any]) -> Entry:
     return Entry({**values, "resultant_g_mm": values["unbalance_g_mm"]})
-
-
-def _measured(record: Record) -> Measured | None:
-    assert record.balanced is not None
-    return record.balanced.result.measured
-
-
-def _solid_name(source: MeasuredCrank, job: Job) -> str:
-    file = job.crankshaft.file
-    return SOLID + (f".{IN_MEMORY_FORMAT}" if file is None else file.suffix.lower())
-
-
-def solid_entry_of(job: Job, crank: MeasuredCrank, record: Record) -> dict[str, Any] | None:
-    """Return what ``outputs.solid`` says of the file as it would be written; no hash without bytes."""
-    from autobalance.report.json import solid_entry
-
-    measured = _measured(record)
-    if measured is None:
-        return None
-    digest = None if measured.data is None else hashlib.sha256(measured.data).hexdigest()
-    volume = measured.moments.mass_g / crank.density_g_mm3
-    return solid_entry(_solid_name(crank, job), digest, measured.triangles, measured.moments, volume)
 
 
 def _warnings(job: Job, crank: MeasuredCrank) -> tuple[str, ...]:
@@ -304,7 +276,7 @@ def corrected_crank(result: BalanceResult) -> Crank:
     from autobalance.api.crank import Crank
     from autobalance.solid.formats.read import source_of, source_of_bytes
 
-    measured, before = _measured(result.record), result.before
+    measured, before = measured_of(result.record), result.before
     if measured is None:
         return before
     assert result.record.balanced is not None
@@ -319,108 +291,6 @@ def corrected_crank(result: BalanceResult) -> Crank:
         after = source_of_bytes(measured.data, name, before.crankshaft.unit, "all")
     crank = measured_source(after, before.measured.anatomy, before.measured.density_g_mm3)
     return Crank(crank, replace(before.crankshaft, file=None))
-
-
-# --- files --------------------------------------------------------------------------------------------------
-
-
-def choice_of(only: tuple[str, ...] | None, paper: str, units: str, date: str | None) -> Choice:
-    """Return which pages are wanted.
-
-    Raises
-    ------
-    FormatError
-        If a kind, the paper or the units are not known.
-    """
-    known = ("json", *KINDS)
-    for kind in only or ():
-        if kind not in known:
-            raise FormatError(f"only names {kind!r}; known are {', '.join(known)}")
-    if paper not in ("A4", "Letter"):
-        raise FormatError(f"paper is {paper!r}; needed A4 or Letter")
-    if units not in ("metric", "inch"):
-        raise FormatError(f"units are {units!r}; needed metric or inch")
-    kinds = tuple(kind for kind in KINDS if kind in (USUAL if only is None else only))
-    return Choice(kinds, paper, units, datetime.date.today().isoformat() if date is None else date)
-
-
-def staged(
-    result: BalanceResult, folder: Path, choice: Choice, tell: Tell, staging: Staging
-) -> tuple[dict[str, Any], tuple[Path, ...]]:
-    """Stage the solid, the pages and the report; return the report and the files."""
-    started = time.perf_counter()
-    tell("writing")
-    record, written = result.record, _measured(result.record)
-    outputs = dict(record.outputs)
-    files: list[Path] = []
-    if result.before.measured.source.format is None:
-        record, more = _input_file(result)
-        staging.add(folder / more[0], more[1])
-        files.append(folder / more[0])
-    if written is not None:
-        data = written.data if written.data is not None else _in_memory_bytes(result)
-        outputs["solid"] = {**outputs["solid"], "sha256": hashlib.sha256(data).hexdigest()}
-        staging.add(folder / outputs["solid"]["file"], data)
-        files.append(folder / outputs["solid"]["file"])
-    record = replace(_named_from(record, result, folder), outputs=outputs)
-    for key, (name, page) in _pages(record, result, choice, tell).items():
-        staging.add(folder / name, page)
-        files.append(folder / name)
-        outputs[key] = {"file": name, "sha256": hashlib.sha256(page).hexdigest()}
-    seconds = dict(record.seconds)
-    spent = time.perf_counter() - started
-    for stage in ("write", "total"):
-        seconds[stage] = seconds.get(stage, 0.0) + spent
-    from autobalance.report.json import dumps, report
-
-    values = report(replace(record, outputs=outputs, seconds=seconds))
-    staging.add(folder / REPORT, dumps(values).encode())
-    return values, (*files, folder / REPORT)
-
-
-def _named_from(record: Record, result: BalanceResult, folder: Path) -> Record:
-    """Return the record with its crank file named from the report's folder, where that can be."""
-    file = result.before.file
-    if file is None:
-        return record
-    try:
-        name = Path(os.path.relpath(file.resolve(), folder.resolve())).as_posix()
-    except ValueError:  # another drive
-        name = str(file.resolve())
-    return replace(record, input=replace(record.input, file=name))
-
-
-def _in_memory_bytes(result: BalanceResult) -> bytes:
-    from autobalance.solid.formats.write import encode
-
-    assert result.record.balanced is not None
-    solid = result.record.balanced.result.solid
-    assert solid is not None
-    return encode(solid.mesh, IN_MEMORY_FORMAT, result.before.measured.source.mm_per_unit)
-
-
-def _input_file(result: BalanceResult) -> tuple[Record, tuple[str, bytes]]:
-    """Return the record of a crank of no file, and the file it names, so that it can be verified."""
-    from autobalance.solid.formats.write import encode
-
-    source = result.before.measured.source
-    name = f"input.{IN_MEMORY_FORMAT}"
-    data = encode(source.solid.mesh, IN_MEMORY_FORMAT, source.mm_per_unit)
-    digest = hashlib.sha256(data).hexdigest()
-    found = replace(result.record.input, file=name, sha256=digest, format=IN_MEMORY_FORMAT)
-    return replace(result.record, input=found), (name, data)
-
-
-def _pages(record: Record, result: BalanceResult, choice: Choice, tell: Tell) -> dict[str, tuple[str, bytes]]:
-    """Return the pages, sheets and pictures of a run."""
-    if not choice.kinds:
-        return {}
-    from autobalance.report.json import report, showable
-
-    assert record.balanced is not None
-    cut = record.balanced.result
-    values = showable(report(record))
-    return bundle(values, result.before.measured.source.solid, cut.solid, cut.tools, choice, tell)
 
 
 @dataclass(frozen=True, eq=False)
@@ -460,25 +330,19 @@ def balance_to_files(
     copy = None if json_file in (None, "-") else Path(str(json_file))
     choice = choice or Choice(kinds=())
     pages = [folder / name for name in FILES.values()]
-    suffix = f".{IN_MEMORY_FORMAT}" if job.crankshaft.file is None else job.crankshaft.file.suffix.lower()
-    solid_path = folder / (SOLID + suffix)
+    solid_path = folder / solid_name(job)
     targets = [folder / REPORT, solid_path, *pages] + ([copy] if copy else [])
     _refuse_overwriting(targets, [job.path, *([job.crankshaft.file] if job.crankshaft.file else [])])
-    with Staging([folder] + ([copy.parent] if copy else [])) as staging:
+    with staging_for(folder, copy) as staging:
         result = run(job, None, tell, Stopwatch())
-        values, files = staged(result, folder, choice, tell, staging)
-        if copy is not None:
-            from autobalance.report.json import dumps
-
-            staging.add(copy, dumps(values).encode())
-        staging.commit()
+        values, files = committed(result, folder, choice, tell, staging, copy)
     warnings = list(result.warnings)
     if values["outputs"]["solid"] is None and solid_path.exists():
         warnings.append(f"{solid_path} is of an earlier run; this one cut nothing")
     old = [page.name for page in pages if page.exists() and page not in files]
     if old:
         warnings.append(f"of an earlier run in {folder}: {', '.join(old)}; this one did not write them")
-    return BalancedFiles(result, values, (*files, *([copy] if copy else [])), tuple(warnings))
+    return BalancedFiles(result, values, files, tuple(warnings))
 
 
 def _refuse_overwriting(targets: list[Path], sources: list[Path]) -> None:

@@ -48,11 +48,11 @@ def rotor_files(
 def _written(name: str, shape: Shape, density: float) -> list[tuple[str, bytes, Moments]]:
     """Return the files of a solid with the moments that are read back from each."""
     from autobalance.solid.cad.kernel import has_kernel
-    from autobalance.solid.formats.write import decode, encode
+    from autobalance.solid.formats.write import through_file
     from autobalance.solid.mesh.measure import soup_moments
 
-    data = encode(tessellated(shape, SEGMENTS).mesh, "stl", 1.0)
-    found = [(f"{name}.stl", data, soup_moments(decode(data, "stl", 1.0), density))]
+    data, soup = through_file(tessellated(shape, SEGMENTS).mesh, "stl", 1.0)
+    found = [(f"{name}.stl", data, soup_moments(soup, density))]
     if has_kernel():
         from autobalance.solid.cad.brep import ExactSolid
         from autobalance.solid.cad.step_file import read_step_file

@@ -21,7 +21,7 @@ from autobalance.errors import JobError, UsageError
 from autobalance.job.crank_design import design_from, read_design, table_of, with_settings
 from autobalance.job.read import text_of
 from autobalance.solid.formats.registry import format_named
-from autobalance.solid.formats.write import decode, encode
+from autobalance.solid.formats.write import through_file
 from autobalance.solid.mesh.measure import soup_moments
 from autobalance.units import G_PER_MM3_PER_KG_M3, MM_PER
 
@@ -187,8 +187,7 @@ def _encoded(design: Design, target: Path, unit: str) -> tuple[bytes, int | None
         return ExactSolid(crank_shape(design)).step(), None, None
     name = target.suffix.lower().lstrip(".")
     mm_per_unit = format_named(name).mm_per_unit or MM_PER[unit]
-    data = encode(crank_solid(design).mesh, name, mm_per_unit)
-    soup = decode(data, name, mm_per_unit)
+    data, soup = through_file(crank_solid(design).mesh, name, mm_per_unit)
     return data, len(soup), soup_moments(soup, design.density_kg_m3 * G_PER_MM3_PER_KG_M3)
 
 

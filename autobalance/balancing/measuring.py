@@ -14,7 +14,7 @@ from autobalance.rigid_rotor.moments import Moments
 from autobalance.solid.csg.solid import Solid
 from autobalance.solid.csg.tool import Tool, placed
 from autobalance.solid.formats.read import source_of
-from autobalance.solid.formats.write import decode, encode
+from autobalance.solid.formats.write import through_file
 from autobalance.solid.mesh.measure import soup_moments
 from autobalance.solid.mesh.mesh import Floats
 
@@ -58,8 +58,7 @@ def as_file(format: str, mm_per_unit: float) -> Measure:  # noqa: A002
     """Return the way to measure what a file of this format and unit will hold: its bytes, read back."""
 
     def measure(rotor: Rotor, solid: Solid, made: Made) -> Measured:
-        data = encode(solid.mesh, format, mm_per_unit)
-        soup = decode(data, format, mm_per_unit)
+        data, soup = through_file(solid.mesh, format, mm_per_unit)
         if any(cut.adds_metal for cut, _ in made):
             _refuse_another_crank(rotor, soup)
         return _on_triangles(rotor, soup, data)

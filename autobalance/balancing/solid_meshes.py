@@ -8,7 +8,7 @@ from autobalance.errors import SolidError
 from autobalance.fem_analysis.elasticity import Body
 from autobalance.fem_analysis.mesher import SHARE_OF_RADIUS, SurfaceSolid, meshes_of
 from autobalance.solid.csg.solid import Solid
-from autobalance.solid.formats.write import decode, encode
+from autobalance.solid.formats.write import through_file
 from autobalance.solid.mesh.mesh import mesh_of_soup
 
 FINEST_MM = (0.0, 1e-3, 1e-2)
@@ -32,8 +32,8 @@ def bodies_of_solid(
         If it fails whatever is merged.
     """
     for finest in FINEST_MM:
-        data = encode((solid.simplified(finest) if finest else solid).mesh, "stl", 1.0)
-        mesh = mesh_of_soup(decode(data, "stl", 1.0))
+        _, soup = through_file((solid.simplified(finest) if finest else solid).mesh, "stl", 1.0)
+        mesh = mesh_of_soup(soup)
         try:
             made = meshes_of(SurfaceSolid(mesh.vertices, mesh.triangles), size_mm, factors, share_of_radius)
             return [Body.of(each) for each in made]

@@ -30,12 +30,12 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(arguments: argparse.Namespace) -> int:
     """Cut further; 0 within tolerance, 4 above it or where the machine cannot show it."""
+    from autobalance.api.ending import committed, staging_for
     from autobalance.api.progress import telling
-    from autobalance.api.recut import recut, stage_files
+    from autobalance.api.recut import recut
     from autobalance.command.console import say, warn
     from autobalance.command.progress import shown
     from autobalance.errors import UsageError
-    from autobalance.report.files import Staging
     from autobalance.report.json import dumps
 
     copy = None if arguments.json in (None, "-") else Path(arguments.json)
@@ -53,12 +53,9 @@ def run(arguments: argparse.Namespace) -> int:
         folder = result.folder
         if (folder / "report.json").resolve() == Path(arguments.report).resolve():
             raise UsageError(f"{folder} holds the report that is read; choose another folder with -o")
-        with Staging([folder] + ([copy.parent] if copy else [])) as staging:
-            values, files = stage_files(result, folder, choice_of(arguments), telling(progress), staging)
-            if copy is not None:
-                staging.add(copy, dumps(values).encode())
-                files = (*files, copy)
-            staging.commit()
+        with staging_for(folder, copy) as staging:
+            choice, tell = choice_of(arguments), telling(progress)
+            values, files = committed(result, folder, choice, tell, staging, copy)
     for text in result.warnings:
         warn(text)
     if arguments.json == "-":

@@ -14,7 +14,7 @@ from autobalance.design_search.problem import ALLOWED, Problem
 from autobalance.rigid_rotor.moments import Moments
 from autobalance.rigid_rotor.unbalance import Unbalance
 from autobalance.solid.csg.solid import Solid
-from autobalance.solid.formats.write import decode, encode
+from autobalance.solid.formats.write import through_file
 from autobalance.solid.mesh.measure import soup_moments
 
 Array = NDArray[np.float64]
@@ -75,8 +75,7 @@ def _made(problem: Problem, variables: Array) -> WrittenDesign:
     rotor_solid, held_error = with_profiles(problem.free, amounts.radii_mm, amounts.thickness_mm)
     solid = rotor_solid.moved(crank.anatomy.rotor_to_file)
     scale = crank.source.mm_per_unit
-    data = encode(solid.mesh, FORMAT, scale)
-    soup = decode(data, FORMAT, scale)
+    data, soup = through_file(solid.mesh, FORMAT, scale)
     moments = soup_moments(soup, crank.density_g_mm3, crank.anatomy.file_to_rotor)
     residual = problem.residual(moments)
     constraints, clearances = problem.constraints(variables, moments, residual)

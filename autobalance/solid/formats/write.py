@@ -59,6 +59,12 @@ def decode(data: bytes, format: str, mm_per_unit: float) -> Floats:  # noqa: A00
     return soup if mm_per_unit == 1.0 else soup.astype(np.float64) * mm_per_unit
 
 
+def through_file(mesh: Mesh, format: str, mm_per_unit: float) -> tuple[bytes, Floats]:  # noqa: A002
+    """Return what a file of a solid holds, and the loose triangles (m, 3, 3) read back from that [mm]."""
+    data = encode(mesh, format, mm_per_unit)
+    return data, decode(data, format, mm_per_unit)
+
+
 def _rounded(vertices: Array, mm_per_unit: float, number: Number) -> Floats:
     scaled = vertices if mm_per_unit == 1.0 else vertices / mm_per_unit
     rounded: Floats = scaled.astype(number)

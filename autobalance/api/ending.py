@@ -1,0 +1,216 @@
+"""The end of a balancing run: what is written and its report, staged, all files or none.
+
+``balance``, ``recut``, a batch's rows and the commands end here, in a folder or in memory.
+"""
+
+from __future__ import annotations
+
+import datetime
+import hashlib
+import os
+import time
+from collections.abc import Callable
+from dataclasses import replace
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, Protocol
+
+from autobalance.errors import FormatError
+from autobalance.report.bundle import KINDS, USUAL, Choice, bundle
+from autobalance.report.files import Staging
+
+if TYPE_CHECKING:
+    from autobalance.api.crank import Crank
+    from autobalance.balancing.measured_crank import Crank as MeasuredCrank
+    from autobalance.balancing.measuring import Measured
+    from autobalance.balancing.record import Record
+    from autobalance.job.model import Job
+    from autobalance.runtime import Stopwatch
+
+REPORT = "report.json"
+SOLID = "balanced"
+IN_MEMORY_FORMAT = "ply"
+"""What a crank of no file is written as: double precision, so that what was measured is what is written."""
+
+Tell = Callable[[str], None]
+Staged = tuple[dict[str, Any], tuple[Path, ...]]
+"""The report as it is written, and the files."""
+
+
+class Ended(Protocol):
+    """The end of a run that can be staged."""
+
+    def staged(self, folder: Path, choice: Choice, tell: Tell, staging: Staging) -> Staged:
+        """Stage all files for a folder."""
+        ...
+
+
+def choice_of(only: tuple[str, ...] | None, paper: str, units: str, date: str | None) -> Choice:
+    """Return which pages are wanted.
+
+    Raises
+    ------
+    FormatError
+        If a kind, the paper or the units are not known.
+    """
+    known = ("json", *KINDS)
+    for kind in only or ():
+        if kind not in known:
+            raise FormatError(f"only names {kind!r}; known are {', '.join(known)}")
+    if paper not in ("A4", "Letter"):
+        raise FormatError(f"paper is {paper!r}; needed A4 or Letter")
+    if units not in ("metric", "inch"):
+        raise FormatError(f"units are {units!r}; needed metric or inch")
+    kinds = tuple(kind for kind in KINDS if kind in (USUAL if only is None else only))
+    return Choice(kinds, paper, units, datetime.date.today().isoformat() if date is None else date)
+
+
+# --- as it would be written ---------------------------------------------------------------------------------
+
+
+def with_outputs(record: Record, job: Job, crank: MeasuredCrank, watch: Stopwatch) -> Record:
+    """Return a record that says what its solid's file would be, and how long all took."""
+    started = time.perf_counter()
+    outputs = {"solid": _solid_entry(job, crank, record)}
+    watch.add("write", time.perf_counter() - started)
+    return replace(record, outputs=outputs, seconds=watch.seconds)
+
+
+def solid_name(job: Job) -> str:
+    """Return the name of the corrected solid's file."""
+    file = job.crankshaft.file
+    return SOLID + (f".{IN_MEMORY_FORMAT}" if file is None else file.suffix.lower())
+
+
+def measured_of(record: Record) -> Measured | None:
+    """Return what was measured of the corrected solid; None where nothing was cut."""
+    assert record.balanced is not None
+    return record.balanced.result.measured
+
+
+def _solid_entry(job: Job, crank: MeasuredCrank, record: Record) -> dict[str, Any] | None:
+    """Return what ``outputs.solid`` says of the file as it would be written; no hash without bytes."""
+    from autobalance.report.json import solid_entry
+
+    measured = measured_of(record)
+    if measured is None:
+        return None
+    digest = None if measured.data is None else _sha256(measured.data)
+    volume = measured.moments.mass_g / crank.density_g_mm3
+    return solid_entry(solid_name(job), digest, measured.triangles, measured.moments, volume)
+
+
+# --- files --------------------------------------------------------------------------------------------------
+
+
+def staging_for(folder: Path, copy: Path | None = None) -> Staging:
+    """Return where files of a folder are staged, and those of the folder of a report's copy."""
+    return Staging([folder] + ([copy.parent] if copy else []))
+
+
+def committed(
+    ended: Ended, folder: Path, choice: Choice, tell: Tell, staging: Staging, copy: Path | None = None
+) -> Staged:
+    """Stage all files of a run, a copy of the report too where one is wanted, and put them in place."""
+    values, files = ended.staged(folder, choice, tell, staging)
+    if copy is not None:
+        from autobalance.report.json import dumps
+
+        staging.add(copy, dumps(values).encode())
+        files = (*files, copy)
+    staging.commit()
+    return values, files
+
+
+def staged_files(
+    record: Record, before: Crank, folder: Path, choice: Choice, tell: Tell, staging: Staging
+) -> Staged:
+    """Stage the solid, the pages and the report; return the report and the files.
+
+    Parameters
+    ----------
+    record : Record
+    before : Crank
+        The crank as it came.
+    folder : Path
+        Where the files will lie; the report names others as seen from there.
+    choice : Choice
+        The pages wanted.
+    tell : callable
+    staging : Staging
+    """
+    started = time.perf_counter()
+    tell("writing")
+    written, outputs = measured_of(record), dict(record.outputs)
+    files: list[Path] = []
+
+    def add(name: str, data: bytes) -> None:
+        staging.add(folder / name, data)
+        files.append(folder / name)
+
+    if before.measured.source.format is None:
+        record, data = _with_input_file(record, before)
+        add(str(record.input.file), data)
+    if written is not None:
+        data = written.data if written.data is not None else _in_memory_bytes(record, before)
+        outputs["solid"] = {**outputs["solid"], "sha256": _sha256(data)}
+        add(outputs["solid"]["file"], data)
+    record = replace(_named_from(record, before.file, folder), outputs=outputs)
+    for key, (name, page) in _pages(record, before, choice, tell).items():
+        add(name, page)
+        outputs[key] = {"file": name, "sha256": _sha256(page)}
+    seconds = dict(record.seconds)
+    spent = time.perf_counter() - started
+    for stage in ("write", "total"):
+        seconds[stage] = seconds.get(stage, 0.0) + spent
+    from autobalance.report.json import dumps, report
+
+    values = report(replace(record, outputs=outputs, seconds=seconds))
+    add(REPORT, dumps(values).encode())
+    return values, tuple(files)
+
+
+def _sha256(data: bytes) -> str:
+    return hashlib.sha256(data).hexdigest()
+
+
+def _named_from(record: Record, file: Path | None, folder: Path) -> Record:
+    """Return the record with its crank file named from the report's folder, where that can be."""
+    if file is None:
+        return record
+    try:
+        name = Path(os.path.relpath(file.resolve(), folder.resolve())).as_posix()
+    except ValueError:  # another drive
+        name = str(file.resolve())
+    return replace(record, input=replace(record.input, file=name))
+
+
+def _in_memory_bytes(record: Record, before: Crank) -> bytes:
+    from autobalance.solid.formats.write import encode
+
+    assert record.balanced is not None
+    solid = record.balanced.result.solid
+    assert solid is not None
+    return encode(solid.mesh, IN_MEMORY_FORMAT, before.measured.source.mm_per_unit)
+
+
+def _with_input_file(record: Record, before: Crank) -> tuple[Record, bytes]:
+    """Return the record of a crank of no file, and the file it names, so that it can be verified."""
+    from autobalance.solid.formats.write import encode
+
+    source = before.measured.source
+    data = encode(source.solid.mesh, IN_MEMORY_FORMAT, source.mm_per_unit)
+    name = f"input.{IN_MEMORY_FORMAT}"
+    found = replace(record.input, file=name, sha256=_sha256(data), format=IN_MEMORY_FORMAT)
+    return replace(record, input=found), data
+
+
+def _pages(record: Record, before: Crank, choice: Choice, tell: Tell) -> dict[str, tuple[str, bytes]]:
+    """Return the pages, sheets and pictures of a run."""
+    if not choice.kinds:
+        return {}
+    from autobalance.report.json import report, showable
+
+    assert record.balanced is not None
+    cut = record.balanced.result
+    values = showable(report(record))
+    return bundle(values, before.measured.source.solid, cut.solid, cut.tools, choice, tell)
