@@ -32,7 +32,7 @@ speed_rpm = 6000
 method = METHOD
 """
 COARSE = {"segments": 24}
-WORDS = {"autobalance", "job", "notes", "reason", "seconds", "warnings"}
+WORDS = {"autobalance", "job", "notes", "reason", "relaxations", "seconds", "warnings"}
 """What no report's files can tell, whatever was cut."""
 BY_PLANNER = {"corrections[].depth_left_mm", "corrections[].wall_left_mm", "corrections[].deepened_from_mm"}
 
