@@ -17,7 +17,7 @@ from autobalance.balancing.plausibility import refuse_density, refuse_size
 from autobalance.crank.faces import find_faces
 from autobalance.errors import FormatError
 from autobalance.job.model import Crankshaft
-from autobalance.job.read import read_crankshaft
+from autobalance.job.read_crankshaft import read_crankshaft
 from autobalance.rigid_rotor.unbalance import Unbalance
 from autobalance.runtime import Stopwatch
 

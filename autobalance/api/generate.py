@@ -54,7 +54,8 @@ class GenerateResult(VerbResult):
 
     def text(self, units: str = "metric") -> str:
         """Return the summary that the command prints."""
-        from autobalance.report.text import UNITS, generate_text
+        from autobalance.report.crank_text import generate_text
+        from autobalance.report.text import UNITS
 
         return generate_text(self.report, UNITS[units])
 

@@ -17,7 +17,8 @@ from autobalance.crank.assembly_parts import AssemblyPart, assembly_parts
 from autobalance.errors import BodiesError, JobError, UsageError
 from autobalance.job.assembled import body_key, other_parts
 from autobalance.job.model import Crankshaft
-from autobalance.job.read import read_crankshaft, tables_of
+from autobalance.job.read import tables_of
+from autobalance.job.read_crankshaft import read_crankshaft
 from autobalance.job.settings import with_settings
 from autobalance.job.template import Found, OtherParts, commented_toml, job_rows
 from autobalance.job.toml_text import toml_text

@@ -42,14 +42,15 @@ class InspectResult(VerbResult):
 
     def text(self, units: str = "metric") -> str:
         """Return the summary that the command prints."""
-        from autobalance.report.text import UNITS, inspect_text
+        from autobalance.report.crank_text import inspect_text
+        from autobalance.report.text import UNITS
 
         return inspect_text(self.report, UNITS[units])
 
     def sections_text(self) -> str:
         """Return the table of sections: with what hangs on the crank, where that was asked for."""
+        from autobalance.report.crank_text import sections_text
         from autobalance.report.section_values import section_table_text
-        from autobalance.report.text import sections_text
 
         found = self.report.get("section_table")
         return sections_text(self.report) if found is None else section_table_text(found)

@@ -12,13 +12,13 @@ from autobalance.api.result import Plots, VerbResult
 from autobalance.balancing import engine_from_job
 from autobalance.balancing.engine_from_job import moment_reference_mm, shaft_ends_mm
 from autobalance.engine.balance_factor import LEAST_DIRECTION
+from autobalance.engine.complete_balance import BoltOnWeight
 from autobalance.engine.force_summary import HIGHEST_ORDER
 from autobalance.engine.force_values import couple_values, order_values, shaft_values
 from autobalance.engine.forces import centrifugal_force_n
 from autobalance.engine.loads import whole_turn
 from autobalance.engine.shafts import (
     BalanceShaft,
-    BoltOnWeight,
     cancelling_shafts,
     counter_rotating_shaft,
     couple_shafts,

@@ -10,7 +10,8 @@ from typing import Any, Union, get_args, get_origin, get_type_hints
 from autobalance.crank.parametric.design import Design, preset
 from autobalance.errors import JobError
 from autobalance.job.model import EngineParts
-from autobalance.job.read import read_engine, toml_of
+from autobalance.job.read import toml_of
+from autobalance.job.read_engine import read_engine
 from autobalance.job.table import Table
 
 

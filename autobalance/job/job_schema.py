@@ -8,7 +8,8 @@ from typing import Any, get_args
 from autobalance.correction import KINDS
 from autobalance.correction.kind import Prefer
 from autobalance.job.keys import DRAFT
-from autobalance.job.read import CRANKSHAFT_KEYS, TOP_KEYS
+from autobalance.job.read import TOP_KEYS
+from autobalance.job.read_crankshaft import CRANKSHAFT_KEYS
 from autobalance.job.typed_units import WEIGHT_TABLES
 
 Values = dict[str, Any]

@@ -8,35 +8,27 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal
 
-import numpy as np
-
-from autobalance.crank.anatomy import Overrides, PinHint
 from autobalance.errors import FileError, JobError
 from autobalance.job.cycle import read_cycle
-from autobalance.job.layout import read_layout, read_rod, read_shafts
+from autobalance.job.layout import read_shafts
 from autobalance.job.limits import read_correction, read_depth_tolerance_mm, read_prefer
 from autobalance.job.model import (
-    Attached,
     Balance,
     Crankshaft,
-    Distribution,
-    EngineParts,
     Job,
-    LengthUnit,
-    PartWeights,
-    ThrowParts,
-    Weight,
 )
+from autobalance.job.read_crankshaft import crankshaft_of
+from autobalance.job.read_engine import read_engine, read_original
 from autobalance.job.rod_solid import with_measured_rod
 from autobalance.job.settings import with_settings
 from autobalance.job.solid_weights import with_weighed_solids
 from autobalance.job.study import read_study
-from autobalance.job.table import ANY, COUNTED, NOT_NEGATIVE, POSITIVE, SHARE, Table
-from autobalance.job.typed_units import WEIGHT_TABLES, in_base_units, refuse_unfilled
+from autobalance.job.table import ANY, NOT_NEGATIVE, POSITIVE, SHARE, Table
+from autobalance.job.typed_units import in_base_units, refuse_unfilled
 from autobalance.rigid_rotor.margin import Margin
 from autobalance.rigid_rotor.tolerance import Judge
-from autobalance.solid.formats.registry import FOREIGN_CAD, endings, names_bodies, needs_unit
-from autobalance.units import G_PER_MM3_PER_KG_M3, RAD_S_PER_RPM
+from autobalance.solid.formats.registry import FOREIGN_CAD, endings
+from autobalance.units import RAD_S_PER_RPM
 
 if TYPE_CHECKING:
     from autobalance.job.assembly import AssemblyEntry
@@ -59,16 +51,11 @@ TOP_KEYS = (
 )
 """Tables of a job."""
 WORKBOOKS = (".xlsx", ".xlsm")
-CRANKPIN = "crankpin"
-"""The part in ``crankpin_g`` that is the pin itself."""
-ATTACHED_KEYS = ("name", "mass_g", "unbalance_g_mm", "z_mm", "pm_g_mm")
 
 DEEPEST = 32
 """Tables and lists inside each other at most: those that people write have four."""
 LARGEST_BYTES = 1 << 20
 """Bytes of a job at most; those that people write have a few thousand."""
-
-Vector = tuple[float, float, float]
 
 
 def load(path: str | Path, settings: Sequence[str] = ()) -> Job:
@@ -123,7 +110,7 @@ def load_crankshaft(path: str | Path, settings: Sequence[str] = ()) -> Crankshaf
     try:
         values = in_base_units({"crankshaft": with_settings(raw, settings).get("crankshaft", {})})
         refuse_unfilled(values)
-        return _crankshaft(Table(values, "", ("crankshaft",)), path)
+        return crankshaft_of(Table(values, "", ("crankshaft",)), path)
     except JobError as error:
         raise JobError(f"{path.name}: {error}") from None
 
@@ -223,10 +210,10 @@ def parse(
     refuse_unfilled(raw)
     raw = with_measured_rod(with_weighed_solids(in_base_units(raw), path.parent), path.parent)
     root = Table(dict(raw), "", TOP_KEYS)
-    crankshaft = _crankshaft(root, path, crank_given=crank_given)
+    crankshaft = crankshaft_of(root, path, crank_given=crank_given)
     engine = read_engine(root, crankshaft.crankpin_in_file)
     balance = _balance(root)
-    original = _original(root, crankshaft.crankpin_in_file, needed=balance.factor is None)
+    original = read_original(root, crankshaft.crankpin_in_file, needed=balance.factor is None)
     names, methods = read_correction(root)
     return Job(
         path,
@@ -274,211 +261,8 @@ def _torsion(root: Table) -> CrankTorsion | None:
 
 # --- [crankshaft] -------------------------------------------------------------------------------------------
 
-CRANKSHAFT_KEYS = (
-    "file",
-    "unit",
-    "density_kg_m3",
-    "density_pm_kg_m3",
-    "crankpin_in_file",
-    "axis_point_mm",
-    "axis_direction",
-    "crankpins",
-    "main_journals",
-    "body",
-)
-
-
-def read_crankshaft(values: Mapping[str, Any], folder: Path) -> Crankshaft:
-    """Return the crank that the keys of ``[crankshaft]`` say; its file is relative to ``folder``.
-
-    Raises
-    ------
-    JobError
-        If a key is unknown, missing, of the wrong type or impossible.
-    """
-    return _crankshaft(Table({"crankshaft": dict(values)}, "", ("crankshaft",)), folder / "job.toml")
-
-
-def _crankshaft(root: Table, path: Path, *, crank_given: bool = False) -> Crankshaft:
-    table = root.table("crankshaft", CRANKSHAFT_KEYS)
-    if crank_given and "file" not in table:
-        return _of_no_file(table)
-    name = table.value("file", str)
-    if not name:
-        raise JobError("crankshaft.file is empty; must name a crank file, relative to the job")
-    file = path.parent / name
-    unit: LengthUnit | None = table.optional("unit", LengthUnit)
-    if unit is None and needs_unit(file):
-        raise JobError(
-            f"crankshaft.unit is missing; {file.suffix.upper()[1:]} carries no unit: one of mm, cm, m, inch"
-        )
-    density = table.value("density_kg_m3", float, POSITIVE)
-    off = table.optional("density_pm_kg_m3", float, NOT_NEGATIVE)
-    if off is not None and off >= density:
-        raise JobError(f"crankshaft.density_pm_kg_m3 is {off:g}; must be < density_kg_m3, {density:g}")
-    return Crankshaft(
-        file,
-        unit,
-        density * G_PER_MM3_PER_KG_M3,
-        _overrides(table),
-        _body(table, file),
-        None if off is None else off * G_PER_MM3_PER_KG_M3,
-    )
-
-
-def _of_no_file(table: Table) -> Crankshaft:
-    density = table.optional("density_kg_m3", float, POSITIVE, default=0.0)
-    off = table.optional("density_pm_kg_m3", float, NOT_NEGATIVE)
-    return Crankshaft(
-        None,
-        table.optional("unit", LengthUnit),
-        density * G_PER_MM3_PER_KG_M3,
-        _overrides(table),
-        None,
-        None if off is None else off * G_PER_MM3_PER_KG_M3,
-    )
-
-
-def _body(table: Table, file: Path) -> int | str | None:
-    names = str if names_bodies(file) else Literal["all"]
-    body: int | str | None = table.optional("body", int | names, COUNTED)
-    if body == "":
-        raise JobError('crankshaft.body is empty; must be a number, the name of a part, or "all"')
-    return body
-
-
-def _overrides(table: Table) -> Overrides:
-    direction = table.optional("axis_direction", Vector)
-    if direction is not None and not any(direction):
-        raise JobError("crankshaft.axis_direction is [0, 0, 0]; must point along the crank axis")
-    point = table.optional("axis_point_mm", Vector)
-    return Overrides(
-        axis_point_mm=None if point is None else np.array(point),
-        axis_direction=None if direction is None else np.array(direction),
-        crankpins=_pins(table, "crankpins"),
-        main_journals=_pins(table, "main_journals"),
-        crankpin_in_file=table.optional("crankpin_in_file", bool, default=True),
-    )
-
-
-def _pins(table: Table, key: str) -> tuple[PinHint, ...] | None:
-    if key not in table:
-        return None
-    pins = table.tables(key, ("centre_mm", "diameter_mm", "width_mm"))
-    if not pins:
-        raise JobError(f"{table.place(key)} is an empty list; leave it out, or name at least one")
-    return tuple(
-        PinHint(
-            np.array(pin.value("centre_mm", Vector)),
-            pin.optional("diameter_mm", float, POSITIVE),
-            pin.optional("width_mm", float, POSITIVE),
-        )
-        for pin in pins
-    )
-
 
 # --- [engine] and [original] --------------------------------------------------------------------------------
-
-
-def read_engine(root: Table, pin_in_file: bool) -> EngineParts:
-    """Read ``[engine]``, whose weights must hold the crankpin where the file does not."""
-    known = (
-        "rod_length_mm",
-        "stroke_mm",
-        "rods_per_throw",
-        *WEIGHT_TABLES,
-        "throw",
-        "attached",
-        "layout",
-        "rod",
-    )
-    table = root.table("engine", known)
-    default = ThrowParts(table.optional("rods_per_throw", int, COUNTED, default=1), _weights(table))
-    by_throw: dict[int, ThrowParts] = {}
-    throws = table.tables("throw", ("number", "rods", "bank_deg", *WEIGHT_TABLES))
-    for throw in throws:
-        number = throw.value("number", int, COUNTED)
-        if number in by_throw:
-            raise JobError(f"{throw.place('number')} is {number} again; each throw may stand once")
-        rods = throw.optional("rods", int, COUNTED, default=default.rods)
-        by_throw[number] = ThrowParts(rods, default.weights.merged(_weights(throw)))
-    _check_crankpin(table, default.weights, pin_in_file)
-    for throw in throws:
-        if pin_in_file:
-            _check_crankpin(throw, _weights(throw), pin_in_file)
-    return EngineParts(
-        default,
-        by_throw,
-        tuple(_attached(item) for item in table.tables("attached", ATTACHED_KEYS)),
-        rod_length_mm=table.optional("rod_length_mm", float, POSITIVE),
-        stroke_mm=table.optional("stroke_mm", float, POSITIVE),
-        layout=read_layout(table, throws),
-        rod=read_rod(table),
-    )
-
-
-def _original(root: Table, pin_in_file: bool, needed: bool) -> PartWeights | None:
-    if "original" not in root:
-        if needed:
-            raise JobError(
-                '[original] is missing; balance.factor = "original" needs the weights that the crank was '
-                "balanced for: original.rotating_g, original.reciprocating_g, original.crankpin_g"
-            )
-        return None
-    table = root.table("original", WEIGHT_TABLES)
-    weights = _weights(table)
-    if needed and not weights.reciprocating:
-        raise JobError(
-            'original.reciprocating_g is missing; balance.factor = "original" needs the weights that the '
-            "crank was balanced for"
-        )
-    _check_crankpin(table, weights, pin_in_file)
-    return weights
-
-
-def _weights(table: Table) -> PartWeights:
-    rotating, reciprocating, crankpin = (_weight_table(table, key) for key in WEIGHT_TABLES)
-    return PartWeights(rotating, reciprocating, crankpin)
-
-
-def _weight_table(table: Table, key: str) -> dict[str, Weight]:
-    weights = table.table(key, known=None)
-    return {name: _weight(weights, name) for name in weights.raw}
-
-
-def _weight(table: Table, name: str) -> Weight:
-    if not isinstance(table.raw[name], dict):
-        return Weight(table.value(name, float, NOT_NEGATIVE))
-    weight = table.table(name, ("g", "pm", "distribution"))
-    return Weight(
-        weight.value("g", float, NOT_NEGATIVE),
-        weight.optional("pm", float, NOT_NEGATIVE, default=0.0),
-        weight.optional("distribution", Distribution),
-    )
-
-
-def _check_crankpin(table: Table, weights: PartWeights, pin_in_file: bool) -> None:
-    """Refuse a crankpin that would count twice, or not at all."""
-    key = f"{table.path}.crankpin_g.{CRANKPIN}"
-    if pin_in_file and CRANKPIN in weights.crankpin:
-        raise JobError(
-            f"{key} is given, but crankshaft.crankpin_in_file is true: the crankpin would count twice; "
-            "remove the weight, or set crankpin_in_file = false if the file holds no crankpin"
-        )
-    if not pin_in_file and CRANKPIN not in weights.crankpin:
-        raise JobError(
-            f"{key} is missing; crankshaft.crankpin_in_file = false needs the weight of the crankpin [g]"
-        )
-
-
-def _attached(table: Table) -> Attached:
-    return Attached(
-        table.value("name", str),
-        table.value("mass_g", float, NOT_NEGATIVE),
-        table.value("unbalance_g_mm", tuple[float, float]),
-        table.value("z_mm", float),
-        table.optional("pm_g_mm", float, NOT_NEGATIVE, default=0.0),
-    )
 
 
 # --- [balance] ----------------------------------------------------------------------------------------------

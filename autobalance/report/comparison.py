@@ -9,7 +9,8 @@ from typing import Any
 
 from autobalance.balancing.comparison import Row, beaten_by, ranked, why_recommended
 from autobalance.correction.kind import Prefer
-from autobalance.report.json import G_MM2_PER_KG_MM2, SCHEMA_VERSION
+from autobalance.report.crank_values import G_MM2_PER_KG_MM2
+from autobalance.report.json import SCHEMA_VERSION
 from autobalance.report.tables import table
 from autobalance.report.text import Units, fixed
 from autobalance.rigid_rotor.tolerance import Tolerance

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import json
 import math
-from collections.abc import Iterable, Mapping
+from collections.abc import Mapping
 from functools import cache
 from typing import Any, Literal
 
@@ -16,28 +16,32 @@ import numpy as np
 from autobalance import correction
 from autobalance.balancing.record import (
     Balanced,
-    ChordalErrorEntry,
-    FaceOffer,
     MeasuredCrank,
     Record,
     TrueSurfaces,
 )
 from autobalance.correction.kind import Correction
-from autobalance.crank.anatomy import Anatomy, Pin, Throw, Web
-from autobalance.crank.sections import Section
 from autobalance.engine.force_values import force_values
-from autobalance.report import balance_records, crank_records, records
+from autobalance.report import balance_records, records
 from autobalance.report.assembly_values import assembly_values
-from autobalance.report.datum_values import datum_values
+from autobalance.report.crank_values import (
+    G_MM2_PER_KG_MM2,
+    crank_values,
+    degrees,
+    face_values,
+    mass_properties,
+    numbers,
+    part_values,
+    rows,
+)
 from autobalance.report.relaxation_values import relaxation_values
-from autobalance.rigid_rotor.moments import Array, Moments
+from autobalance.rigid_rotor.moments import Moments
 from autobalance.rigid_rotor.tolerance import Tolerance
 from autobalance.rigid_rotor.unbalance import Unbalance
 from autobalance.rigid_rotor.uncertainty import Budget
 from autobalance.version import __version__
 
 SCHEMA_VERSION = 1
-G_MM2_PER_KG_MM2 = 1000.0
 LIBRARIES = ("numpy", "scipy", "trimesh", "manifold3d")
 STAGES = ("load", "measure", "plan", "cut", "write", "total")
 
@@ -63,8 +67,8 @@ def report(record: Record) -> Values:
             "bodies": record.input.bodies,
             "repairs": list(record.input.repairs),
         },
-        "frame": {"file_to_rotor": _rows(record.crank.anatomy.file_to_rotor)},
-        "crank": _crank(record.crank),
+        "frame": {"file_to_rotor": rows(record.crank.anatomy.file_to_rotor)},
+        "crank": crank_values(record.crank),
         "counterweight": _counterweight(balanced),
         "engine": _engine(balanced),
         "balance_factor": _factors(balanced),
@@ -94,9 +98,9 @@ def report(record: Record) -> Values:
     if record.surfaces is not None:
         values["true_surfaces"] = _true_surfaces(record.surfaces, balanced)
     if record.faces is not None:
-        values["faces"] = [_face(offer, record.crank.anatomy) for offer in record.faces]
+        values["faces"] = [face_values(offer, record.crank.anatomy) for offer in record.faces]
     if record.sections is not None:
-        values["sections"] = [_section(part) for part in record.sections]
+        values["sections"] = [part_values(part) for part in record.sections]
     if record.web_weights is not None:
         values["counterweights"] = [
             {
@@ -129,7 +133,7 @@ def _surfaces(faces: Mapping[str, int], hidden: Moments) -> records.SurfacesOfSo
             "torus": faces.get("torus", 0),
             "other": sum(number for kind, number in faces.items() if kind not in KINDS),
         },
-        "facets_hide": {"mass_g": hidden.mass_g, "unbalance_g_mm": _list(hidden.first_g_mm[:2])},
+        "facets_hide": {"mass_g": hidden.mass_g, "unbalance_g_mm": numbers(hidden.first_g_mm[:2])},
     }
 
 
@@ -142,23 +146,11 @@ def generate_report(
         "autobalance": {"version": __version__, **library_versions()},
         "command": "generate",
         "design": dict(design),
-        "frame": {"file_to_rotor": _rows(crank.anatomy.file_to_rotor)},
-        "crank": _crank(crank),
+        "frame": {"file_to_rotor": rows(crank.anatomy.file_to_rotor)},
+        "crank": crank_values(crank),
         "initial": unbalance_values(Unbalance.of(crank.moments), None, None),
         "engine": None if engine is None else dict(engine),
         "outputs": {"solid": solid},
-    }
-
-
-def _section(part: Section) -> records.Section:
-    moments = part.moments
-    return {
-        "kind": part.kind,
-        "number": part.number,
-        "mass_g": moments.mass_g,
-        "centre_mm": _list(moments.centre_mm),
-        "unbalance_g_mm": _list(moments.first_g_mm[:2]),
-        "moment_g_mm2": _list(moments.second_g_mm2[:2, 2]),
     }
 
 
@@ -177,16 +169,6 @@ def showable(values: Values) -> Values:
     shown = text.encode("utf-8", "replace").decode()
     found: Values = values if shown == text else json.loads(shown)
     return found
-
-
-def _outline(web: Web) -> crank_records.WebOutline | None:
-    if web.outline is None:
-        return None
-    return {
-        "rim_radius_mm": web.outline.rim_radius_mm,
-        "fan_angle_deg": min(math.degrees(web.outline.fan_angle_rad), 360.0),
-        "thickness_mm": web.outline.thickness_mm,
-    }
 
 
 def schema(of: Literal["report", "generate"] = "report") -> Values:
@@ -212,17 +194,6 @@ def solid_entry(
     return {"file": file, "sha256": sha256, "triangles": triangles, **mass_properties(moments, volume_mm3)}
 
 
-def mass_properties(moments: Moments, volume_mm3: float) -> crank_records.MassProperties:
-    """Return mass, volume, centre and inertia of a body in the rotor frame."""
-    return {
-        "mass_g": moments.mass_g,
-        "volume_mm3": volume_mm3,
-        "centre_of_mass_mm": _list(moments.centre_mm),
-        "inertia_kg_mm2": _rows(moments.inertia_g_mm2 / G_MM2_PER_KG_MM2),
-        "polar_inertia_kg_mm2": moments.polar_inertia_g_mm2 / G_MM2_PER_KG_MM2,
-    }
-
-
 @cache
 def library_versions() -> dict[str, str | None]:
     """Return the version of each library that is installed; looking them up reads files."""
@@ -235,102 +206,6 @@ def library_versions() -> dict[str, str | None]:
         except PackageNotFoundError:
             found[name] = None
     return found
-
-
-def _list(values: Iterable[float]) -> list[float]:
-    return [float(value) for value in values]
-
-
-def _rows(matrix: Array) -> list[list[float]]:
-    return [_list(row) for row in matrix]
-
-
-# --- the crank ----------------------------------------------------------------------------------------------
-
-
-def _crank(crank: MeasuredCrank) -> crank_records.Crank:
-    anatomy, error = crank.anatomy, crank.facet_error
-    return {
-        **mass_properties(crank.moments, crank.volume_mm3),
-        "main_journals": [{"number": pin.number, **_pin(pin)} for pin in anatomy.main_journals],
-        "throws": [_throw(throw) for throw in anatomy.throws],
-        "webs": [
-            {
-                "number": web.number,
-                "z_min_mm": float(web.z_min_mm),
-                "z_max_mm": float(web.z_max_mm),
-                "counterweight": bool(web.counterweight),
-                "outline": _outline(web),
-            }
-            for web in anatomy.webs
-        ],
-        "journal_misalignment_mm": float(anatomy.journal_misalignment_mm),
-        "facet_error": None if error is None else _facet_error(error),
-        "datums": None if anatomy.datums is None else datum_values(anatomy.datums),
-    }
-
-
-def _facet_error(error: ChordalErrorEntry) -> crank_records.FacetError:
-    needed, added = error.needed, error.added
-    return {
-        "mass_g": error.mass_g,
-        "unbalance_g_mm": error.unbalance_g_mm,
-        "mass_bar_g": error.mass_bar_g,
-        "unbalance_bar_g_mm": error.unbalance_bar_g_mm,
-        "sag_mm": error.sag_mm,
-        "correction": error.correction,
-        "reason": error.reason,
-        "added": None if added is None else {"before": _added(added[0]), "after": _added(added[1])},
-        "too_coarse": None
-        if needed is None
-        else {"finer": needed.finer, "needed_sag_mm": needed.sag_mm, "text": needed.text},
-    }
-
-
-def _added(moments: Moments) -> crank_records.HiddenMetal:
-    return {
-        "mass_g": moments.mass_g,
-        "unbalance_g_mm": _list(moments.first_g_mm[:2]),
-        "moment_g_mm2": _list(moments.second_g_mm2[:2, 2]),
-        "polar_inertia_kg_mm2": moments.polar_inertia_g_mm2 / G_MM2_PER_KG_MM2,
-    }
-
-
-def _pin(pin: Pin) -> crank_records.Pin:
-    return {
-        "centre_mm": _list(pin.centre_mm),
-        "diameter_mm": float(pin.diameter_mm),
-        "width_mm": float(pin.width_mm),
-    }
-
-
-def _throw(throw: Throw) -> crank_records.Throw:
-    return {
-        "number": throw.number,
-        "crank_radius_mm": float(throw.crank_radius_mm),
-        "angle_deg": degrees(throw.angle_rad),
-        "crankpin": _pin(throw.crankpin),
-    }
-
-
-def degrees(angle_rad: float) -> float:
-    """Return an angle in [0, 360)."""
-    return math.degrees(angle_rad) % 360.0 % 360.0  # twice: −1e-15 % 360 is 360 itself
-
-
-def _face(offer: FaceOffer, anatomy: Anatomy) -> records.Face:
-    face, back = offer.face, anatomy.rotor_to_file
-    return {
-        "id": face.id,
-        "kind": face.kind,
-        "web": face.web,
-        "area_mm2": float(face.area_mm2),
-        "normal": _list(face.normal),
-        "centroid_mm": _list(face.centroid_mm),
-        "file_centroid_mm": _list(back[:3, :3] @ face.centroid_mm + back[:3, 3]),
-        "unbalance_per_mm_g_mm": _list(offer.unbalance_per_mm_g_mm),
-        "max_depth_mm": offer.max_depth_mm,
-    }
 
 
 # --- weights and limits -------------------------------------------------------------------------------------
@@ -419,13 +294,13 @@ def unbalance_values(
     vectors = np.zeros((0, 2)) if planes_z_mm is None else unbalance.in_planes(*planes_z_mm)
     in_planes = (None, None) if doubt is None or not doubt.total.planes_g_mm else doubt.total.planes_g_mm
     return {
-        "unbalance_g_mm": _list(unbalance.resultant_g_mm),
+        "unbalance_g_mm": numbers(unbalance.resultant_g_mm),
         "magnitude_g_mm": unbalance.magnitude_g_mm,
         "angle_deg": degrees(unbalance.angle_rad),
         "planes": [
             {
                 "name": name,
-                "unbalance_g_mm": _list(vector),
+                "unbalance_g_mm": numbers(vector),
                 "magnitude_g_mm": math.hypot(*vector),
                 "uncertainty_g_mm": in_planes[place],
                 "uncertainty_shares_g_mm": None
@@ -434,7 +309,7 @@ def unbalance_values(
             }
             for place, (name, vector) in enumerate(zip("AB", vectors, strict=False))
         ],
-        "moment_g_mm2": _list(unbalance.moment_g_mm2),
+        "moment_g_mm2": numbers(unbalance.moment_g_mm2),
         "uncertainty_g_mm": None if doubt is None else doubt.total_g_mm,
         "uncertainty_shares_g_mm": None
         if doubt is None
@@ -455,7 +330,7 @@ def _result(balanced: Balanced, record: Record) -> Values:
         "steps": [
             {
                 "step": step.step,
-                "depths_mm": _list(step.depths_mm),
+                "depths_mm": numbers(step.depths_mm),
                 "predicted_g_mm": step.predicted_g_mm,
                 "measured_g_mm": step.measured_g_mm,
             }
@@ -475,7 +350,7 @@ def _overbalance(balanced: Balanced) -> Values | None:
     if left is None:
         return None
     return {
-        "unbalance_g_mm": _list(left.unbalance.resultant_g_mm),
+        "unbalance_g_mm": numbers(left.unbalance.resultant_g_mm),
         "magnitude_g_mm": left.unbalance.magnitude_g_mm,
         "angle_deg": degrees(left.unbalance.angle_rad),
         "last_holes": [correction_entry(number, each) for number, each in enumerate(left.holes, 1)],
@@ -492,14 +367,14 @@ def correction_entry(number: int, correction: Correction) -> Values:
         "number": number,
         "face": correction.face,
         "web": correction.web,
-        "position_mm": _list(correction.position_mm),
+        "position_mm": numbers(correction.position_mm),
         "radius_mm": math.hypot(*correction.change.centre_mm[:2]),
         "depth_mm": float(correction.depth_mm),
         "removed_mass_g": -correction.change.mass_g,
         "removed_volume_mm3": float(correction.removed_volume_mm3),
-        "unbalance_change_g_mm": _list(correction.change.first_g_mm[:2]),
-        "unbalance_per_mm_g_mm": None if rate is None else _list(rate.first_g_mm[:2]),
-        "moment_per_mm_g_mm2": None if rate is None else _list(rate.second_g_mm2[:2, 2]),
+        "unbalance_change_g_mm": numbers(correction.change.first_g_mm[:2]),
+        "unbalance_per_mm_g_mm": None if rate is None else numbers(rate.first_g_mm[:2]),
+        "moment_per_mm_g_mm2": None if rate is None else numbers(rate.second_g_mm2[:2, 2]),
         **correction.details,
         "angle_deg": degrees(math.atan2(correction.position_mm[1], correction.position_mm[0])),
         "z_mm": float(correction.position_mm[2]),

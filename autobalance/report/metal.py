@@ -7,7 +7,8 @@ from dataclasses import dataclass
 from typing import Any
 
 from autobalance.report import kinds
-from autobalance.solid.csg.solid import Solid, beyond, shared_with
+from autobalance.solid.csg.solid import Solid
+from autobalance.solid.csg.sourced import beyond, shared_with
 from autobalance.solid.mesh.mesh import Indices, Mesh
 
 

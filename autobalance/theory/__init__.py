@@ -25,7 +25,6 @@ from autobalance.theory.kinematics import (
 )
 from autobalance.theory.sections import (
     balancing_counterweights,
-    crankpin_overlap_mm,
     cylinder_mass_g,
     disc_rotor,
     drilled_hole,
@@ -33,8 +32,6 @@ from autobalance.theory.sections import (
     fan_counterweight_for,
     final_hole_depth_mm,
     section_sums,
-    stroke_for_displacement_mm,
-    stroked_crank,
     substitute_rotor,
 )
 from autobalance.theory.shafts import (
@@ -45,6 +42,7 @@ from autobalance.theory.shafts import (
     shaft_pair,
     shaft_roll_moment_n_m,
 )
+from autobalance.theory.stroke import crankpin_overlap_mm, stroke_for_displacement_mm, stroked_crank
 from autobalance.theory.tolerance import (
     achieved_grade,
     convert_unbalance,

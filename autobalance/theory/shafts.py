@@ -8,6 +8,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from autobalance.engine import complete_balance as balance_of_engine
 from autobalance.engine import shafts as exact
 from autobalance.engine.shafts import BalanceShaft
 from autobalance.engine.slider_crank import harmonic
@@ -136,10 +137,10 @@ def bolted_pair(
     if len(mass_g) != len(eccentricity_mm):
         raise ValueError("mass_g and eccentricity_mm must be of one length")
     weights = tuple(
-        exact.BoltOnWeight(str(place), float(e), float(m))
+        balance_of_engine.BoltOnWeight(str(place), float(e), float(m))
         for place, (m, e) in enumerate(zip(mass_g, eccentricity_mm, strict=True), 1)
     )
-    pair = exact.BoltedPair(order, weights, needed_g_mm)
+    pair = balance_of_engine.BoltedPair(order, weights, needed_g_mm)
     return Bolted(pair.product_g_mm, pair.force_g_mm, pair.residual_g_mm)
 
 
@@ -177,7 +178,7 @@ def complete_balance(
     >>> complete_balance(240.0, 1.0, 350.0, 5.0, 2.0, 180.0, 2.0, 0.8).added_g
     2762.5
     """
-    found = exact.complete_balance(
+    found = balance_of_engine.complete_balance(
         crank_g_mm=crank_g_mm,
         crank_radius_mm=crank_radius_mm,
         rod_g=rod_g,

@@ -80,7 +80,7 @@ def _limit_memory(memory_mb: int) -> None:
 def _inspect(asked: Asked, place: Place, tell: Told) -> int:
     import autobalance as ab
     from autobalance.errors import RecognitionError
-    from autobalance.job.read import read_crankshaft
+    from autobalance.job.read_crankshaft import read_crankshaft
     from autobalance.job.typed_units import in_base_units
 
     crankshaft = in_base_units({"crankshaft": asked["job"].get("crankshaft", {})})["crankshaft"]

@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 from autobalance.engine.balance_factor import counterweight_product_target_g_mm
+from autobalance.engine.complete_balance import BoltedPair, BoltOnWeight, complete_balance
 from autobalance.engine.conrod import ConnectingRod, cut_at_centre_of_mass
 from autobalance.engine.counterweight import FanCounterweight
 from autobalance.engine.forces import FirstOrder, centrifugal_force_n, order_table
@@ -18,15 +19,7 @@ from autobalance.engine.section_table import (
     cylinder_mass_g,
     section_sums,
 )
-from autobalance.engine.shafts import (
-    BoltedPair,
-    BoltOnWeight,
-    complete_balance,
-    counter_rotating_shaft,
-    second_order_pair,
-    shaft_force_n,
-    shaft_pair,
-)
+from autobalance.engine.shafts import counter_rotating_shaft, second_order_pair, shaft_force_n, shaft_pair
 from autobalance.engine.slider_crank import SliderCrank, harmonic
 from autobalance.engine.whole_engine import Cylinder, Engine
 from autobalance.rigid_rotor.unbalance import Unbalance

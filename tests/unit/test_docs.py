@@ -65,7 +65,7 @@ def test_the_tables_of_kinds_are_what_the_kinds_say() -> None:
 def test_every_key_of_the_job_is_documented() -> None:
     text = (ROOT / "docs" / "job-file.md").read_text(encoding="utf-8")
     from autobalance.job.limits import correction_keys
-    from autobalance.job.read import CRANKSHAFT_KEYS
+    from autobalance.job.read_crankshaft import CRANKSHAFT_KEYS
 
     keys = {*CRANKSHAFT_KEYS, *correction_keys()}
     assert {key for key in keys if not re.search(rf"`(\[correction\.)?{key}\b", text)} == set()

@@ -8,6 +8,12 @@ import numpy as np
 import pytest
 
 from autobalance.engine.balance_factor import correction_mass_g
+from autobalance.engine.complete_balance import (
+    BoltedPair,
+    BoltOnWeight,
+    complete_balance,
+    remaining_moment_n_m,
+)
 from autobalance.engine.conrod import ConnectingRod, cut_at_centre_of_mass
 from autobalance.engine.counterweight import FanCounterweight, Size
 from autobalance.engine.grade import GRADES, listed_grade, specific_unbalance_mm
@@ -21,16 +27,7 @@ from autobalance.engine.section_table import (
     oil_section,
     section_sums,
 )
-from autobalance.engine.shafts import (
-    BoltedPair,
-    BoltOnWeight,
-    complete_balance,
-    counter_rotating_shaft,
-    remaining_moment_n_m,
-    roll_moment_n_m,
-    shaft_force_n,
-    shaft_pair,
-)
+from autobalance.engine.shafts import counter_rotating_shaft, roll_moment_n_m, shaft_force_n, shaft_pair
 from autobalance.engine.slider_crank import SliderCrank
 from autobalance.engine.stroking import stroked
 from autobalance.engine.substitute_rotor import SubstituteRotor

@@ -28,7 +28,8 @@ from autobalance.crank.recognition.cylinder_runs import (
 from autobalance.crank.recognition.datums import find_datums
 from autobalance.crank.recognition.directions import axis_candidates
 from autobalance.crank.recognition.exact_cylinders import own_direction, own_layout
-from autobalance.crank.recognition.layout import GapError, JournalLayout, pressed_up_layout, solid_layout
+from autobalance.crank.recognition.layout import GapError, JournalLayout, solid_layout
+from autobalance.crank.recognition.pressed_up import pressed_up_layout
 from autobalance.crank.recognition.section_stack import SectionStack, lengthwise, straightened
 from autobalance.crank.recognition.webs import find_webs, refuse_incomplete
 from autobalance.errors import RecognitionError

@@ -1,0 +1,127 @@
+"""The journals of a pressed-up crank: throws are the gaps between bores."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from itertools import dropwhile, takewhile
+
+import numpy as np
+
+from autobalance.crank.anatomy import Array
+from autobalance.crank.recognition.cylinder_runs import SAME_CENTRE, CylinderRun, bare_cylinder
+from autobalance.crank.recognition.layout import JournalLayout, choose_journals, crank_axis, mean_centre
+from autobalance.crank.recognition.section_stack import CrossSection, SectionStack
+from autobalance.errors import RecognitionError
+
+NEARER = 0.5
+"""Of a half crank, the end with the web is that from which its bore is nearer by this factor."""
+
+
+def pressed_up_layout(
+    long: SectionStack, runs: Sequence[CylinderRun], given_axis: Array | None, rounding_mm: float
+) -> JournalLayout:
+    """Find journals and throws of a crank whose crankpins are not in the file, from the pins' bores.
+
+    Raises
+    ------
+    RecognitionError
+        If there is no axis, or no gap between webs has a bore at its sides.
+    """
+    on_axis = crank_axis(long, runs, given_axis)
+    axis = mean_centre(on_axis)
+    gaps = _gaps(long, axis)
+    if not gaps:
+        raise RecognitionError(
+            "looked for a gap between webs, or a web's face with a bore for the crankpin, found neither; "
+            "crankpins settles it"
+        )
+    pins = [_bore_pin(long, gap, axis, rounding_mm) for gap in gaps]
+    return JournalLayout(axis, tuple(choose_journals(on_axis, pins, axis)), tuple(pins))
+
+
+def _gaps(long: SectionStack, axis: Array) -> list[tuple[float, float]]:
+    """Return the z ranges without metal; without any, the end of the part where there are bores."""
+    z = long.vertices[:, 2]
+    empty = [section.z_mm for section in long.sections if not section.pieces]
+    gaps: list[tuple[float, float]] = []
+    for height in empty:
+        if not gaps or height > gaps[-1][1]:
+            gaps.append((float(z[z < height].max()), float(z[z > height].min())))
+    if gaps:
+        return gaps
+    ends = [(float(end), float(end)) for end in (z.min(), z.max())]
+    depths = [_bore_depth(long, end, side, axis) for end, side in zip(ends, (1, -1), strict=True)]
+    order = np.argsort(depths)
+    first, second = (depths[place] for place in order)
+    return [ends[order[0]]] if first < NEARER * second else []
+
+
+def _bore_depth(long: SectionStack, end: tuple[float, float], side: int, axis: Array) -> float:
+    """Return how far from an end of the part there is a round hole beside the axis; infinite without one."""
+    sections = _webward(long, end, side, axis)
+    return abs(sections[0].z_mm - end[0]) if sections else np.inf
+
+
+def _bore_pin(long: SectionStack, gap: tuple[float, float], axis: Array, rounding_mm: float) -> CylinderRun:
+    sides = [_bores(_webward(long, gap, side, axis), axis) for side in (-1, 1)]
+    found = [bores for bores in sides if bores]
+    if not found or (gap[1] > gap[0] and len(found) < 2):
+        raise RecognitionError(
+            f"looked for the crankpin's bores on both sides of the gap between webs, {gap[0]:.4g} .. "
+            f"{gap[1]:.4g} mm from the middle of the part, found none on one side; crankpins settles it"
+        )
+    shared = [bore for bore in found[0] if all(any(_near(bore, other) for other in bores) for bores in found)]
+    alone = [bore for bore in shared if not any(_twins(bore, other, axis) for other in shared)]
+    shared = sorted(alone or shared, key=lambda bore: -bore[1])  # holes beside the pin come in pairs
+    if not shared or (len(shared) > 1 and shared[1][1] > 0.95 * shared[0][1]):
+        raise RecognitionError(
+            f"looked for one pair of crankpin bores in line, found {len(shared)}; crankpins settles it"
+        )
+    centre, radius = shared[0]
+    z = long.vertices[:, 2]
+    reach = 0.5 * (float(z.max()) - float(z.min()))
+    exact = bare_cylinder(long, centre, radius, (gap[0] - reach, gap[1] + reach), 0.0, rounding_mm)
+    if exact is not None and float(np.linalg.norm(exact.centre - centre)) < SAME_CENTRE * radius:
+        centre, radius = exact.centre, exact.radius
+    return CylinderRun(centre, radius, gap[0], gap[1])
+
+
+def _twins(a: tuple[Array, float], b: tuple[Array, float], axis: Array) -> bool:
+    """Whether two different bores are of one size and as far from the axis."""
+    away = [float(np.linalg.norm(bore[0] - axis)) for bore in (a, b)]
+    alike = abs(a[1] - b[1]) < 0.05 * a[1] and abs(away[0] - away[1]) < SAME_CENTRE * away[0]
+    return alike and not _near(a, b)
+
+
+def _near(a: tuple[Array, float], b: tuple[Array, float]) -> bool:
+    return float(np.linalg.norm(a[0] - b[0])) < SAME_CENTRE * min(a[1], b[1]) and abs(
+        a[1] - b[1]
+    ) < 0.2 * min(a[1], b[1])
+
+
+def _webward(long: SectionStack, gap: tuple[float, float], side: int, axis: Array) -> list[CrossSection]:
+    """Return the sections of the web beyond a gap that have a round hole beside the axis.
+
+    The first few may have none: those of a shoulder or a collar, and of a face that leans a little.
+    """
+    edge = gap[0] if side < 0 else gap[1]
+    outward = sorted(
+        (section for section in long.sections if side * (section.z_mm - edge) > 0.0),
+        key=lambda section: side * section.z_mm,
+    )
+    solid = takewhile(lambda section: bool(section.pieces), outward)
+    begun = dropwhile(lambda section: not _bores([section], axis), solid)
+    return list(takewhile(lambda section: bool(_bores([section], axis)), begun))
+
+
+def _bores(sections: Sequence[CrossSection], axis: Array) -> list[tuple[Array, float]]:
+    """Return centre and radius of each round hole beside the axis, once."""
+    found: list[tuple[Array, float]] = []
+    for section in sections:
+        for piece in section.pieces:
+            for bore in piece.bores:
+                here = (bore.centre, bore.radius)
+                beside = float(np.linalg.norm(bore.centre - axis)) > 0.1 * bore.radius
+                if beside and not any(_near(here, other) for other in found):
+                    found.append(here)
+    return found
