@@ -10,6 +10,7 @@ from functools import cached_property
 import numpy as np
 
 from autobalance.correction.face_cut import FaceCut, face_heights, patches_of
+from autobalance.correction.face_trace import FaceTrace
 from autobalance.correction.kind import (
     Apart,
     Array,
@@ -29,7 +30,7 @@ from autobalance.correction.patches import (
 from autobalance.correction.refusals import refuse_below_zero
 from autobalance.correction.relaxing import Relaxing, deeper, thinner
 from autobalance.correction.room import TOUCHING_MM, Room, drawn_out, keep_apart
-from autobalance.correction.trace import FaceTrace, Trace
+from autobalance.correction.trace import Trace
 from autobalance.crank.anatomy import Anatomy, Face
 from autobalance.errors import CorrectionError
 from autobalance.rigid_rotor.moments import Moments

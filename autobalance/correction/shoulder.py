@@ -15,6 +15,7 @@ from functools import cached_property
 
 from autobalance.correction.curve import DepthCurve
 from autobalance.correction.face_cut import FaceCut, face_heights, part_name, patches_of
+from autobalance.correction.face_trace import FaceTrace
 from autobalance.correction.kind import (
     Array,
     Correction,
@@ -39,7 +40,7 @@ from autobalance.correction.patches import (
 )
 from autobalance.correction.relaxing import Relaxing, deeper, thinner
 from autobalance.correction.room import Room, drawn_out
-from autobalance.correction.trace import FaceTrace, Trace
+from autobalance.correction.trace import Trace
 from autobalance.crank.anatomy import Anatomy, Face, Web
 from autobalance.rigid_rotor.moments import Moments
 from autobalance.solid.csg.shape import Shape

@@ -16,7 +16,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from autobalance.correction.kind import Array, Item, Limits
-from autobalance.correction.patches import face_frame, face_region, farthest_mm, sector
 from autobalance.crank.anatomy import Anatomy, Face
 from autobalance.errors import FormatError
 from autobalance.rigid_rotor.moments import Moments
@@ -27,12 +26,6 @@ SLACK_SHARE = 0.05
 """Share of its size by which metal may lie outside of what is claimed and still be that correction's: it is
 measured then, and found to be other than claimed."""
 SLACK_MM = 0.2
-LEAN = 1.0
-"""How far the wall beside a face may lean outward, as a share of the depth."""
-WHOLE_FACE = 0.98
-"""Share of a face that is cut where all of it is."""
-EDGE_MM2 = 0.1
-"""Area of metal cut off at an angle that shows where the angle is."""
 FAR_MM = 1e4
 """Beyond any crank."""
 ON_PLANE = 0.999
@@ -213,97 +206,6 @@ def slack_mm(length_mm: float) -> float:
 def _ring(inner_mm: float, outer_mm: float, low_mm: float, high_mm: float) -> Solid:
     outline = [(inner_mm, low_mm), (outer_mm, low_mm), (outer_mm, high_mm), (inner_mm, high_mm)]
     return Solid.revolved(np.array(outline), 72)
-
-
-@dataclass(frozen=True)
-class FaceTrace:
-    """A face that was lowered, or metal that stands on one (``adds``)."""
-
-    item: Item
-    adds: bool = False
-
-    @property
-    def takes_metal(self) -> bool:
-        """Always."""
-        return True
-
-    def room(self, crank: Before) -> Solid:
-        """Reach over or under the face, beside it as far as walls may lean."""
-        ends = sorted((stated_number(self.item, "face_height_mm"), stated_number(self.item, "new_height_mm")))
-        slack, to_face = slack_mm(ends[1] - ends[0]), face_frame(stated_unit(self.item, "normal"))
-        face = next((face for face in crank.faces if face.id == self.item.get("face")), None)
-        if face is None:
-            raise FormatError(f"face {self.item.get('face')!r} of a correction is none of the crank")
-        outline = face_region(crank.mesh, crank.anatomy, face, to_face).grown(
-            LEAN * (ends[1] - ends[0]) + 0.1
-        )
-        room = Solid.prism(outline, ends[0] - slack, ends[1] + slack).moved(to_face.T)
-        angles = self._angles_deg
-        return room if angles is None else room & sector(angles, farthest_mm(crank.mesh, crank.anatomy))
-
-    @property
-    def _angles_deg(self) -> tuple[float, float] | None:
-        """The sector it keeps to, if it does."""
-        value = self.item.get("sector_deg")
-        if value is None:
-            return None
-        if not (
-            isinstance(value, list) and len(value) == 2 and all(isinstance(v, int | float) for v in value)
-        ):
-            raise FormatError(f"sector_deg of a correction of kind {self.item.get('kind')!r} is not 2 angles")
-        return float(value[0]), float(value[1])
-
-    def _has_edges(self, metal: Metal) -> bool:
-        """Tell whether the metal is cut off at both angles of its sector."""
-        for angle in np.radians(self._angles_deg or ()):
-            across = np.array([-math.sin(angle), math.cos(angle), 0.0])
-            along = np.array([math.cos(angle), math.sin(angle), 0.0])
-            near = np.abs(metal.corners @ across) <= 8.0 * metal.near_mm + 1e-4
-            edge = near.all(axis=1) & ((metal.corners @ along).mean(axis=1) > 0.0)
-            if surface_moments(metal.corners[edge]).mass_g < EDGE_MM2:
-                return False
-        return True
-
-    def read(self, metal: Metal) -> Mapping[str, Any]:
-        """Heights, depth, the new face, and on which face it is."""
-        normal = stated_unit(self.item, "normal")
-        up = 1.0 if self.adds else -1.0
-        new, cut = metal.facing(up * normal)
-        face = self._face(metal, normal, metal.facing(-up * normal)[0] * -up)
-        height = float(face.normal @ face.centroid_mm)
-        whole = metal.facing(-up * normal)[1].mass_g >= WHOLE_FACE * face.area_mm2
-        shows = whole if self._angles_deg is None else self._has_edges(metal)
-        sector_deg = {"sector_deg": self.item.get("sector_deg")} if shows else {}
-        area = {"area_mm2" if self.adds else "new_face_area_mm2": cut.mass_g}
-        return {
-            "face": face.id,
-            "web": face.web,
-            "normal": face.normal,
-            "face_height_mm": height,
-            "new_height_mm": up * new,
-            "depth_mm": height - up * new,
-            "position_mm": metal.moments.centre_mm,
-            **area,
-            **sector_deg,
-            **rates(cut.scaled(up * metal.density_g_mm3)),
-        }
-
-    def _face(self, metal: Metal, normal: Array, height_mm: float) -> Face:
-        """Return the face over or under which the metal lies."""
-        centre = metal.moments.centre_mm
-        centre = centre + (height_mm - float(normal @ centre)) * normal
-        best, nearest = None, math.inf
-        for face, patch in zip(metal.crank.faces, metal.crank.patches, strict=True):
-            if face.kind == "plane" and float(face.normal @ normal) > ON_PLANE:
-                away = float(np.linalg.norm(patch - centre, axis=1).min())
-                off = abs(float(face.normal @ face.centroid_mm) - height_mm)
-                if away + 10.0 * off < nearest:
-                    best, nearest = face, away + 10.0 * off
-        if best is None:
-            raise FormatError(
-                f"normal of a correction of kind {self.item.get('kind')!r}: no face looks that way"
-            )
-        return best
 
 
 @dataclass(frozen=True)
