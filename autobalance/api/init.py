@@ -156,7 +156,7 @@ def _read(
     crankshaft = _crankshaft(given)
     body = keywords.get("body")
     try:
-        crank = Crank(measure_crank(crankshaft, Stopwatch(), together=False), crankshaft)
+        crank = Crank(measure_crank(crankshaft, Stopwatch(), try_all_bodies=False), crankshaft)
         if body is None or body == "all":
             return crank, None, OtherParts()
         parts = assembly_parts(read_bodies(source, unit))

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import cmath
 
-from autobalance.dynamics.staged_assembly import AssemblyStage, Part, Shaft, assemble
+from autobalance.dynamics.staged_assembly import AssemblyStage, Part, ShaftState, assemble
 from autobalance.errors import JobError
 from autobalance.job import Job
 from autobalance.job.assembly import AssemblyEntry
@@ -25,7 +25,9 @@ def staged_assembly(job: Job, tolerance: Tolerance, residual: Unbalance) -> tupl
     """
     if not job.assembly:
         return ()
-    crank = Shaft(tolerance.rotor_mass_g, complex(*residual.resultant_g_mm), complex(*residual.moment_g_mm2))
+    crank = ShaftState(
+        tolerance.rotor_mass_g, complex(*residual.resultant_g_mm), complex(*residual.moment_g_mm2)
+    )
     parts = [_part(each, job) for each in job.assembly]
     return assemble(crank, parts, tolerance.grade_mm_s, tolerance.service_speed_rad_s)
 

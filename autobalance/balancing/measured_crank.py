@@ -77,17 +77,17 @@ def measure_crank(
     watch: Stopwatch,
     asked: Balance | None = None,
     with_faces: bool = False,
-    together: bool = True,
+    try_all_bodies: bool = True,
 ) -> Crank:
     """Read a crank file, recognise the crank in it and measure it, as exactly as ``asked``.
 
-    Its planar faces are looked for only ``with_faces``; of several bodies it is told whether all ``together``
-    are a crank.
+    Its planar faces are looked for only ``with_faces``; of several bodies it is told whether all of them are
+    one crank, unless not to ``try_all_bodies``.
     """
     refuse_density(crankshaft)
     recognition = _Recognition(crankshaft.overrides)
     with watch.stage("load"):
-        source = _read(crankshaft, recognition.begin, together)
+        source = _read(crankshaft, recognition.begin, try_all_bodies)
         refuse_size(source, crankshaft.file)
     with watch.stage("measure"):
         in_file = source.moments(crankshaft.density_g_mm3)  # while the crank is still being recognised
@@ -157,7 +157,7 @@ class _Recognition:
         return recognised(source, self._hints)
 
 
-def _read(crankshaft: Crankshaft, begun: Callable[[Solid], None], together: bool) -> Source:
+def _read(crankshaft: Crankshaft, begun: Callable[[Solid], None], try_all_bodies: bool) -> Source:
     if crankshaft.file is None:
         raise JobError("crankshaft.file is missing; needed a crank file, or a crank given with the job")
     pressed_up = not crankshaft.crankpin_in_file
@@ -167,7 +167,7 @@ def _read(crankshaft: Crankshaft, begun: Callable[[Solid], None], together: bool
         mass = error.volume_mm3 * crankshaft.density_g_mm3
         raise OverlapError(f"{error}; {mass:.4g} g of its mass are in doubt", error.volume_mm3) from None
     except BodiesError as several:
-        if not together:
+        if not try_all_bodies:
             raise
         solid = read(crankshaft.file, crankshaft.unit, "all").solid
         try:

@@ -47,7 +47,7 @@ class UncertaintyBudget:
         Where the planes stand.
     factor : float
         The balance factor asked for.
-    facets : FacetError
+    facets : ChordalError
     spacing_mm : float
         Between two numbers that the file can tell apart, at the far end of the crank.
     """

@@ -62,7 +62,7 @@ class Part:
 
 
 @dataclass(frozen=True)
-class Shaft:
+class ShaftState:
     """A shaft so far: mass, unbalance and its moment about z = 0."""
 
     mass_g: float
@@ -99,13 +99,13 @@ class AssemblyStage:
 
 
 def assemble(
-    crank: Shaft, parts: Sequence[Part], grade_mm_s: float, service_speed_rad_s: float
+    crank: ShaftState, parts: Sequence[Part], grade_mm_s: float, service_speed_rad_s: float
 ) -> tuple[AssemblyStage, ...]:
     """Put parts on their shafts in the order given.
 
     Parameters
     ----------
-    crank : Shaft
+    crank : ShaftState
         The crank with what is left on it.
     parts : sequence of Part
     grade_mm_s, service_speed_rad_s : float
@@ -114,7 +114,7 @@ def assemble(
     Examples
     --------
     >>> disc = Part("disc", "crank", 1000.0, 80.0, 20 + 0j, 1600 + 0j, runout_mm=0.01j, correct_mm=(80.0,))
-    >>> (stage,) = assemble(Shaft(2000.0, -5 + 0j, 0j), [disc], 6.3, 600.0)
+    >>> (stage,) = assemble(ShaftState(2000.0, -5 + 0j, 0j), [disc], 6.3, 600.0)
     >>> stage.sum_g_mm, stage.left_g_mm, round(stage.permissible_g_mm, 3)
     ((15+10j), 0j, 31.5)
     """
@@ -122,13 +122,13 @@ def assemble(
     stages = []
     for part in parts:
         stage, shafts[part.shaft] = _put_on(
-            shafts.get(part.shaft, Shaft(0.0, 0j, 0j)), part, grade_mm_s / service_speed_rad_s
+            shafts.get(part.shaft, ShaftState(0.0, 0j, 0j)), part, grade_mm_s / service_speed_rad_s
         )
         stages.append(stage)
     return tuple(stages)
 
 
-def _put_on(shaft: Shaft, part: Part, specific_mm: float) -> tuple[AssemblyStage, Shaft]:
+def _put_on(shaft: ShaftState, part: Part, specific_mm: float) -> tuple[AssemblyStage, ShaftState]:
     runout = part.mass_g * part.runout_mm
     key = 0j if part.key is None else part.key.left_over_g_mm
     key_moment = 0j if part.key is None else part.key.z_mm * key
@@ -142,7 +142,9 @@ def _put_on(shaft: Shaft, part: Part, specific_mm: float) -> tuple[AssemblyStage
     left = total - sum(each.unbalance_g_mm for each in taken)
     left_moment = moment - sum(each.z_mm * each.unbalance_g_mm for each in taken)
     # In two planes everything goes; sums would leave rounding.
-    after = Shaft(mass, 0j, 0j) if len(taken) == 2 else Shaft(mass, complex(left), complex(left_moment))
+    after = (
+        ShaftState(mass, 0j, 0j) if len(taken) == 2 else ShaftState(mass, complex(left), complex(left_moment))
+    )
     stage = AssemblyStage(part, mass, runout, key, total, moment, permissible, taken, after.unbalance_g_mm)
     return stage, after
 

@@ -10,7 +10,7 @@ from typing import Any
 from autobalance.errors import JobError
 from autobalance.job.keys import Key, Values, read, read_document
 from autobalance.job.table import COUNTED, NOT_NEGATIVE, POSITIVE
-from autobalance.signal.drive_sources import Belt, Drive, Gear, Shaft
+from autobalance.signal.drive_sources import Belt, Drive, DrivenShaft, Gear
 
 NAME = Key("name", str, "as it is told")
 GEAR_KEYS = (
@@ -68,7 +68,7 @@ def drive_of_job(raw: Mapping[str, Any]) -> Drive | None:
 def _drive(values: Values, path: str = "") -> Drive:
     gears = tuple(Gear(**each) for each in values["gear"])
     belts = tuple(Belt(**each) for each in values["belt"])
-    shafts = tuple(Shaft(**each) for each in values["shaft"])
+    shafts = tuple(DrivenShaft(**each) for each in values["shaft"])
     if not (gears or belts or shafts):
         raise JobError(f"{path}gear, belt and shaft are all missing; at least one is needed")
     for number, belt in enumerate(belts, 1):

@@ -92,7 +92,7 @@ class _Alike:
             there = np.flatnonzero(~np.isnan(self.effects[level, :, 0]))
             if len(there) < count:
                 continue
-            met = self._met(level, there, wanted, count)
+            met = self._meeting(level, there, wanted, count)
             if met is None:
                 continue
             met = met[self._keeps_rules(met, depth)]
@@ -109,7 +109,7 @@ class _Alike:
                     found.append((float(share[row]), self.members[met[row]], depth + float(along[row])))
         return found
 
-    def _met(self, level: int, there: Indices, wanted: Array, count: int) -> Indices | None:
+    def _meeting(self, level: int, there: Indices, wanted: Array, count: int) -> Indices | None:
         """Return sets (m, count) of places that come near what is wanted at a depth; None: too many."""
         from scipy.spatial import cKDTree
 

@@ -127,7 +127,7 @@ class Belt:
 
 
 @dataclass(frozen=True)
-class Shaft:
+class DrivenShaft:
     """A shaft or accessory that the crank drives; ``speed`` is its speed over the crank's."""
 
     name: str
@@ -149,7 +149,7 @@ class Drive:
 
     gears: tuple[Gear, ...] = ()
     belts: tuple[Belt, ...] = ()
-    shafts: tuple[Shaft, ...] = ()
+    shafts: tuple[DrivenShaft, ...] = ()
 
     def sources(self, crank_rad_s: float | None) -> list[Source]:
         """Return what all of it gives; ``crank_rad_s`` is the crank's speed, None where it is not known."""

@@ -11,7 +11,7 @@ import pytest
 
 import autobalance as ab
 from autobalance.job.read import load
-from autobalance.signal.drive_sources import CREEP, Belt, Drive, Gear, Shaft
+from autobalance.signal.drive_sources import CREEP, Belt, Drive, DrivenShaft, Gear
 from tests import jobs
 from tests.signals import TURN, instants, orders_of, write_csv
 
@@ -79,10 +79,10 @@ def test_a_belt_creeps_and_a_toothed_one_does_not() -> None:
 
 
 def test_a_shafts_force_is_that_of_its_unbalance_at_its_own_speed() -> None:
-    (source,) = Shaft("pump", 0.5, 300.0).sources(TURN * SPEED_HZ)
+    (source,) = DrivenShaft("pump", 0.5, 300.0).sources(TURN * SPEED_HZ)
     newtons = 300.0e-6 * (0.5 * TURN * SPEED_HZ) ** 2
     assert source.text.endswith(f"{newtons:.4g} N")
-    assert Drive(shafts=(Shaft("pump", 0.5, 300.0),)).sources(None)[0].text == "shaft 'pump' turns"
+    assert Drive(shafts=(DrivenShaft("pump", 0.5, 300.0),)).sources(None)[0].text == "shaft 'pump' turns"
 
 
 def test_lines_of_a_record_are_given_to_the_parts_that_make_them(record: Path) -> None:

@@ -10,11 +10,11 @@ from typing import Any
 import pytest
 
 from autobalance import job as jobs
-from autobalance.dynamics.staged_assembly import KeyShare, Part, Shaft, ShaftKey, assemble
+from autobalance.dynamics.staged_assembly import KeyShare, Part, ShaftKey, ShaftState, assemble
 from autobalance.errors import JobError
 from autobalance.job.describe import describe
 
-CRANK = Shaft(2000.0, 10 - 4j, 300 + 0j)
+CRANK = ShaftState(2000.0, 10 - 4j, 300 + 0j)
 
 
 def part(name: str = "part", **keys: Any) -> Part:

@@ -2,13 +2,14 @@
 
 import importlib.util
 import re
+import shlex
 import tomllib
 from pathlib import Path
 
 import pytest
 
 from autobalance import job
-from autobalance.command.main import COMMANDS
+from autobalance.command.main import COMMANDS, full_parser
 
 ROOT = Path(__file__).resolve().parents[2]
 DOCUMENTS = [
@@ -48,6 +49,22 @@ def test_commands_in_documents_exist(path: Path) -> None:
     text = path.read_text(encoding="utf-8")
     for name in re.findall(r"^(?:\.venv/bin/)?autobalance ([a-z]+)", text, re.MULTILINE):
         assert name in COMMANDS
+
+
+def test_the_readmes_commands_work_as_printed() -> None:
+    """Each parses, and reads what the clone has or a line before it writes."""
+    text = (ROOT / "README.md").read_text(encoding="utf-8")
+    block = text.split("each line works as it stands:\n\n```\n")[1].split("```")[0]
+    there = set()
+    for line in block.splitlines()[1:]:
+        words = shlex.split(line, comments=True)
+        assert words.pop(0) == "autobalance"
+        full_parser().parse_args(words)
+        files = [word for word in words[1:] if Path(word).suffix in (".stl", ".toml", ".json")]
+        written = words[words.index("-o") + 1] if "-o" in words else None
+        for file in files:
+            assert file == written or (ROOT / file).is_file() or file.split("/")[0] in there, line
+        there |= {written} if written else set()
 
 
 def test_the_tables_of_kinds_are_what_the_kinds_say() -> None:

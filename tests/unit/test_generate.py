@@ -13,7 +13,7 @@ from autobalance.crank.parametric.design import (
     CounterweightSize,
     Design,
     Flange,
-    Shaft,
+    PinSize,
     WebSize,
     preset,
 )
@@ -43,8 +43,8 @@ def straight_fixture() -> tuple[Design, make.Dimensions]:
         Design(
             name="crf",
             stroke_mm=53.8,
-            main_journal=Shaft(28.0, size.journal_length),
-            crankpin=Shaft(28.0, 16.0, bore_mm=size.pin_bore),
+            main_journal=PinSize(28.0, size.journal_length),
+            crankpin=PinSize(28.0, 16.0, bore_mm=size.pin_bore),
             web=WebSize(size.web_thickness, "disc", disc_radius_mm=size.web_radius),
             counterweight=CounterweightSize(
                 size.counterweight_radius,
@@ -71,7 +71,7 @@ def test_a_counterweight_is_a_sector_of_a_ring() -> None:
     """U = ρ T 2/3 sin(A/2) (R³ − ri³) for each of the two."""
     base = replace(
         plain("single"),
-        main_journal=Shaft(30.0, 60.0),
+        main_journal=PinSize(30.0, 60.0),
         counterweight=CounterweightSize(60.0, 120.0, thickness_mm=15.0, inner_radius_mm=25.0),
     )
     thick = with_settings(base, {"counterweight.thickness_mm": 35.0})

@@ -14,7 +14,7 @@ WebOutline = Literal["pear", "disc"]
 
 
 @dataclass(frozen=True)
-class Shaft:
+class PinSize:
     """A main journal or crankpin; ``width_mm`` from web to web, fillets included."""
 
     diameter_mm: float
@@ -105,8 +105,8 @@ class Design:
 
     name: str
     stroke_mm: float
-    main_journal: Shaft
-    crankpin: Shaft
+    main_journal: PinSize
+    crankpin: PinSize
     web: WebSize
     bays: tuple[Bay, ...]
     counterweight: CounterweightSize | None = None
@@ -255,8 +255,8 @@ def _bays(*angles_deg: float) -> tuple[Bay, ...]:
 _SINGLE = Design(
     name="single",
     stroke_mm=58.0,
-    main_journal=Shaft(30.0, 26.0),
-    crankpin=Shaft(32.0, 24.0),
+    main_journal=PinSize(30.0, 26.0),
+    crankpin=PinSize(32.0, 24.0),
     web=WebSize(14.0, "pear", pin_end_radius_mm=20.0, hub_radius_mm=22.0),
     counterweight=CounterweightSize(52.0, 130.0, thickness_mm=18.0, inner_radius_mm=26.0, draft_deg=10.0),
     bays=_bays(0.0),
@@ -267,8 +267,8 @@ _SINGLE = Design(
 _PRESSED = Design(
     name="pressed-up-single",
     stroke_mm=53.8,
-    main_journal=Shaft(28.0, 24.0),
-    crankpin=Shaft(28.0, 16.0, bore_mm=18.0),
+    main_journal=PinSize(28.0, 24.0),
+    crankpin=PinSize(28.0, 16.0, bore_mm=18.0),
     web=WebSize(15.0, "disc", disc_radius_mm=48.0),
     counterweight=CounterweightSize(51.5, 170.0, thickness_mm=18.0, inner_radius_mm=19.0, draft_deg=14.0),
     bays=_bays(0.0),
@@ -278,8 +278,8 @@ _PRESSED = Design(
 _V_TWIN = Design(
     name="v-twin-45",
     stroke_mm=96.8,
-    main_journal=Shaft(38.0, 40.0),
-    crankpin=Shaft(38.0, 46.0, bore_mm=12.0),
+    main_journal=PinSize(38.0, 40.0),
+    crankpin=PinSize(38.0, 46.0, bore_mm=12.0),
     web=WebSize(24.0, "disc", disc_radius_mm=92.0),
     counterweight=CounterweightSize(100.0, 150.0, thickness_mm=30.0, inner_radius_mm=34.0, draft_deg=7.0),
     bays=_bays(0.0),
@@ -289,8 +289,8 @@ _V_TWIN = Design(
 _TWIN = Design(
     name="parallel-twin-360",
     stroke_mm=80.0,
-    main_journal=Shaft(44.0, 28.0),
-    crankpin=Shaft(40.0, 26.0),
+    main_journal=PinSize(44.0, 28.0),
+    crankpin=PinSize(40.0, 26.0),
     web=WebSize(17.0, "pear", pin_end_radius_mm=27.0, hub_radius_mm=31.0),
     counterweight=CounterweightSize(66.0, 130.0),
     bays=_bays(0.0, 0.0),
@@ -303,8 +303,8 @@ _INLINE = replace(
     _TWIN,
     name="inline-4",
     stroke_mm=86.0,
-    main_journal=Shaft(54.0, 27.0),
-    crankpin=Shaft(48.0, 25.0),
+    main_journal=PinSize(54.0, 27.0),
+    crankpin=PinSize(48.0, 25.0),
     web=WebSize(18.0, "pear", pin_end_radius_mm=31.0, hub_radius_mm=35.0),
     counterweight=CounterweightSize(72.0, 120.0),
     bays=_bays(0.0, 180.0, 180.0, 0.0),
@@ -316,8 +316,8 @@ _V8 = replace(
     _INLINE,
     name="v8-crossplane",
     stroke_mm=88.4,
-    main_journal=Shaft(62.0, 27.0),
-    crankpin=Shaft(53.0, 47.0, bore_mm=20.0),
+    main_journal=PinSize(62.0, 27.0),
+    crankpin=PinSize(53.0, 47.0, bore_mm=20.0),
     web=WebSize(20.0, "pear", pin_end_radius_mm=34.0, hub_radius_mm=39.0),
     counterweight=CounterweightSize(86.0, 130.0),
     bays=_bays(0.0, 90.0, 270.0, 180.0),
@@ -326,8 +326,8 @@ _V8 = replace(
 _V6 = replace(
     _INLINE,
     name="v6-60",
-    main_journal=Shaft(64.0, 27.0),
-    crankpin=Shaft(52.0, 23.0),
+    main_journal=PinSize(64.0, 27.0),
+    crankpin=PinSize(52.0, 23.0),
     web=WebSize(16.0, "pear", pin_end_radius_mm=34.0, hub_radius_mm=40.0, between_pins_mm=8.0),
     counterweight=CounterweightSize(80.0, 120.0),
     flange=Flange(104.0, 14.0, bolts=8, bolt_diameter_mm=10.5, bolt_circle_mm=84.0),

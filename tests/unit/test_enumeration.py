@@ -1,4 +1,4 @@
-"""The search for the lightest few cuts, on holes whose effect is a formula."""
+"""The enumeration of the lightest few cuts, on holes whose effect is a formula."""
 
 import cmath
 import math
