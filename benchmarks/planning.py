@@ -25,7 +25,7 @@ SHAPES = {"static": 1.0 + 0.0j, "couple": -1.0 + 0.0j, "two planes": 0.6 * cmath
 
 def main() -> None:
     from autobalance.planning.whole_cuts import choose
-    from tests.unit.test_choose import EIGHT_WEBS_Z_MM, at_planes, holes, tolerance
+    from tests.unit.test_milp import EIGHT_WEBS_Z_MM, at_planes, holes, tolerance
 
     parser = argparse.ArgumentParser()
     parser.add_argument("--directions", type=int, default=20)
