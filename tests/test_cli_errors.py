@@ -346,7 +346,7 @@ def test_not_enough_memory_is_one_line(
     [
         "api.balance.measure_crank",
         "balancing.run.balance",
-        "balancing.measuring.encode",
+        "balancing.measuring.through_file",
         "report.json.report",
     ],
 )
