@@ -122,7 +122,8 @@ def balance(
     prefer : Prefer
         What to spare among plans that reach the aim.
     advise : bool
-        Compute what would suffice when the limits fall short; that takes a few more plans.
+        Compute what would suffice when the limits fall short, and what drills that are not used would have
+        done; that takes a few more plans.
     offers : callable
         Takes a workpiece, limits and an effort, and returns the cuts at hand.
     cut_anyway : bool
@@ -221,7 +222,7 @@ def balance(
         made=tuple(
             (cut, float(depth)) for cut, depth in zip(offer.cuts, best.depths_mm, strict=True) if depth > 0.0
         ),
-        notes=(*found.notes, *why_not_used(offer, plan, initial, tolerance, prefer)),
+        notes=found.notes + (why_not_used(offer, plan, initial, tolerance, prefer) if advise else ()),
         relaxations=relaxed,
     )
 

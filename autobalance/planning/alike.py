@@ -9,9 +9,10 @@ depth: each then makes up its share of the unbalance, as two correction planes d
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
-from itertools import combinations, product
+from functools import lru_cache
+from itertools import combinations, islice, product
 
 import numpy as np
 from numpy.typing import NDArray
@@ -35,7 +36,12 @@ TRIED = 6
 """Sets kept of each depth, at most: those that leave least."""
 SETTLED = 3
 """Sets settled on the exact curves, at most: the shallowest."""
+PAIRED = 3
+"""Sets of one web that are paired with another's, at most: the shallowest."""
 PAIRS_OF_WEBS = 6
+
+_Set = tuple[Indices, float]
+"""Members of a set, and their depth [mm]."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -85,56 +91,63 @@ class _Alike:
         """Between two depths."""
         return float(self.depths_mm[1] - self.depths_mm[0])
 
-    def sets(self, wanted: Array, count: int) -> list[tuple[float, Indices, float]]:
-        """Return residual, members and depth of sets of ``count`` cuts that meet what is wanted within 1."""
-        found: list[tuple[float, Indices, float]] = []
+    def sets(self, wanted: Array, count: int) -> Iterator[_Set]:
+        """Yield sets of ``count`` cuts that meet what is wanted within 1, the shallowest first."""
+        waiting: list[_Set] = []
         for level, depth in enumerate(self.depths_mm.tolist()):
-            there = np.flatnonzero(~np.isnan(self.effects[level, :, 0]))
-            if len(there) < count:
-                continue
-            met = self._meeting(level, there, wanted, count)
-            if met is None:
-                continue
-            met = met[self._keeps_rules(met, depth)]
-            if not len(met):
-                continue
-            left = self.effects[level][met].sum(axis=1) - wanted
-            way = self.slopes[level][met].sum(axis=1)
-            size = np.maximum((way**2).sum(axis=1), 1e-30)
-            along = np.clip(-(left * way).sum(axis=1) / size, -0.5 * self.step_mm, 0.5 * self.step_mm)
-            left = left + along[:, None] * way
-            share = np.hypot(left[:, 0::2], left[:, 1::2]).max(axis=1)
-            for row in np.argsort(share, kind="stable")[:TRIED].tolist():
-                if share[row] <= 1.0:
-                    found.append((float(share[row]), self.members[met[row]], depth + float(along[row])))
-        return found
+            waiting.sort(key=_depth_mm)
+            settled = sum(each[1] <= depth - 0.5 * self.step_mm for each in waiting)
+            yield from waiting[:settled]
+            waiting = waiting[settled:] + self._sets_at(level, depth, wanted, count)
+        yield from sorted(waiting, key=_depth_mm)
 
-    def _meeting(self, level: int, there: Indices, wanted: Array, count: int) -> Indices | None:
-        """Return sets (m, count) of places that come near what is wanted at a depth; None: too many."""
+    def _sets_at(self, level: int, depth_mm: float, wanted: Array, count: int) -> list[_Set]:
+        """Return the sets of one depth that leave least, each at the depth near it that suits it best."""
+        met = self._met(level, wanted, count)
+        if not len(met):
+            return []
+        met = met[self._keeps_rules(met, depth_mm)]
+        if not len(met):
+            return []
+        left = self.effects[level][met].sum(axis=1) - wanted
+        way = self.slopes[level][met].sum(axis=1)
+        size = np.maximum((way**2).sum(axis=1), 1e-30)
+        along = np.clip(-(left * way).sum(axis=1) / size, -0.5 * self.step_mm, 0.5 * self.step_mm)
+        left = left + along[:, None] * way
+        share = np.hypot(left[:, 0::2], left[:, 1::2]).max(axis=1)
+        best = [row for row in np.argsort(share, kind="stable")[:TRIED].tolist() if share[row] <= 1.0]
+        return [(self.members[met[row]], depth_mm + float(along[row])) for row in best]
+
+    def _met(self, level: int, wanted: Array, count: int) -> Indices:
+        """Return sets (m, count) of places that come near what is wanted at a depth; none of too many."""
         from scipy.spatial import cKDTree
 
         effects = self.effects[level]
-        lengths = np.hypot(effects[there, 0::2], effects[there, 1::2]).max(axis=1, initial=0.0)
-        if count * lengths.max(initial=0.0) < 0.9 * np.hypot(wanted[0::2], wanted[1::2]).max() - 1.0:
-            return None
+        there = np.flatnonzero(~np.isnan(effects[:, 0]))
         first, last = count // 2, count - count // 2
-        if math.comb(len(there), last) > MOST_HALVES:
-            return None
+        nothing = np.zeros((0, count), dtype=np.int64)
+        if len(there) < count or math.comb(len(there), last) > MOST_HALVES:
+            return nothing
         slack = 1.0 + 0.5 * self.step_mm * count * float(
             np.linalg.norm(self.slopes[level][there], axis=1).max()
         )
-        towards = wanted / max(float(np.linalg.norm(wanted)), 1e-12)
+        radius = NEAR * math.sqrt(0.5 * len(wanted))
+        distance = float(np.linalg.norm(wanted))
+        towards = wanted / max(distance, 1e-12)
+        reach = np.sort(effects[there] @ towards)
+        if abs(distance - np.clip(distance, reach[:count].sum(), reach[-count:].sum())) > slack * radius:
+            return nothing  # not even the places that act along it most, or least, come near it
         squeezed = np.eye(len(wanted)) - (1.0 - 1.0 / slack) * np.outer(towards, towards)
-        effects, goal, radius = effects @ squeezed, wanted @ squeezed, NEAR * math.sqrt(0.5 * len(wanted))
-        many = np.array(list(combinations(there.tolist(), last)), dtype=np.int64)
+        effects, goal = effects @ squeezed, wanted @ squeezed
+        many = there[_choices(len(there), last)]
         if not first:
             near = np.linalg.norm(effects[many[:, 0]] - goal, axis=1) <= radius
             return np.asarray(many[near])
-        few = np.array(list(combinations(there.tolist(), first)), dtype=np.int64)
+        few = there[_choices(len(there), first)]
         tree = cKDTree(effects[few].sum(axis=1))
         other = cKDTree(goal - effects[many].sum(axis=1))
         if tree.count_neighbors(other, radius) > MOST_MET:
-            return None
+            return nothing
         met = tree.sparse_distance_matrix(other, radius, output_type="ndarray")
         one, rest = few[met["i"]], many[met["j"]]
         rising = one[:, -1] < rest[:, 0]
@@ -147,6 +160,16 @@ class _Alike:
         for inside, most in self.rule_of:
             good &= inside[sets].sum(axis=1) <= most
         return good
+
+
+def _depth_mm(found: _Set) -> float:
+    return found[1]
+
+
+@lru_cache(maxsize=64)
+def _choices(count: int, size: int) -> Indices:
+    """Return every choice of ``size`` numbers below ``count``, rising (m, size)."""
+    return np.array(list(combinations(range(count), size)), dtype=np.int64)
 
 
 def _three(task: Task, k: int) -> list[float]:
@@ -175,10 +198,10 @@ def alike_everywhere(task: Task, enough: float) -> Iterator[Plan]:
                 break
 
 
-def _settled(task: Task, sets: list[tuple[float, Indices, float]], enough: float) -> list[Plan]:
-    """Return the shallowest sets at their exact common depth, on the machine's steps."""
+def _settled(task: Task, sets: Iterable[_Set], enough: float) -> list[Plan]:
+    """Return the first sets, the shallowest, at their exact common depth, on the machine's steps."""
     found: list[Plan] = []
-    for _, members, depth in sorted(sets, key=lambda each: each[2]):
+    for members, depth in sets:
         setting = setting_of(task.cuts[int(members[0])])
         plan = common_depths(task, Groups((tuple(members.tolist()),), (depth,), (setting,)), enough)
         found += [] if plan is None else [plan]
@@ -206,7 +229,7 @@ def _on_two_webs(task: Task, webs: tuple[list[int], list[int]], enough: float) -
     z = [_middle_mm(task, members) for members in webs]
     if abs(z[1] - z[0]) < 1e-6:
         return
-    halves: list[list[list[tuple[float, Indices, float]]]] = []
+    halves: list[list[list[_Set]]] = []
     for members, vector, share in zip(
         webs, task.residual.in_planes(*z), _shares(task, z, enough), strict=True
     ):
@@ -215,14 +238,16 @@ def _on_two_webs(task: Task, webs: tuple[list[int], list[int]], enough: float) -
         for group in _by_setting(task, members).values():
             alike = _Alike.of(task, group, rows)
             for count in range(1, MOST_ALIKE + 1):
-                sets = [] if alike is None else alike.sets(-vector / share, count)
+                sets = [] if alike is None else [*islice(alike.sets(-vector / share, count), PAIRED)]
                 if sets:
-                    of_web.append(sorted(sets, key=lambda each: each[2])[:TRIED])
+                    of_web.append(sets)
                     break
+        if not of_web:
+            return
         halves.append(of_web)
     for first, second in product(*halves):
         good = []
-        for (_, a, depth_a), (_, b, depth_b) in product(first[:3], second[:3]):
+        for (a, depth_a), (b, depth_b) in product(first, second):
             settings = tuple(setting_of(task.cuts[int(part[0])]) for part in (a, b))
             groups = Groups((tuple(a.tolist()), tuple(b.tolist())), (depth_a, depth_b), settings)
             plan = common_depths(task, groups, enough)

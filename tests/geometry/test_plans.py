@@ -103,7 +103,8 @@ def test_a_kind_without_a_place_is_left_out_and_unused_drills_are_explained() ->
     solid, anatomy = single()
     made = rotor(solid, anatomy, [-300.0, 0.0])
     drills = DrillLimits(diameters_mm=(4.0, 8.0, 10.0))
-    result = balanced(made, SlugLimits(diameters_mm=(60.0,), lengths_mm=(60.0,)), drills)
+    slugs = SlugLimits(diameters_mm=(60.0,), lengths_mm=(60.0,))
+    result = balance(made, judge(made), [slugs, drills])
     assert result.outcome == "within_tolerance"
     assert any(note.startswith("slug is left out: no axial slug of 60 mm") for note in result.notes)
     used = {f"drill {c.details['diameter_mm']:g}" for c in result.corrections}
@@ -111,7 +112,7 @@ def test_a_kind_without_a_place_is_left_out_and_unused_drills_are_explained() ->
         said = [note for note in result.notes if note.startswith(f"{size} mm is not used")]
         assert (size in used) != bool(said)
     with pytest.raises(CorrectionError, match="no axial slug"):
-        balanced(made, SlugLimits(diameters_mm=(60.0,), lengths_mm=(60.0,)))
+        balanced(made, slugs)
 
 
 def test_no_drill_enters_a_slanted_surface() -> None:
