@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Sequence
+from functools import lru_cache
 from typing import Any
 
 import numpy as np
@@ -23,6 +24,14 @@ BADGE_MM = 2.2
 CENTRE_LINE = (5.0, 1.2, 1.0, 1.2)
 
 ToPage = Callable[[Array], Array]
+
+
+@lru_cache
+def paint(colour: str) -> Any:
+    """Return a colour as the page's library has it; to read its name takes as long as to draw a line."""
+    from reportlab.lib.colors import toColor
+
+    return toColor(colour)
 
 
 def thinned(places: Array) -> Array:
@@ -53,14 +62,14 @@ class Pen:
         if not text:
             return
         self.canvas.setFont(font_of(text, bold, mono), size)
-        self.canvas.setFillColor(colour)
+        self.canvas.setFillColor(paint(colour))
         draw = {"left": "drawString", "right": "drawRightString", "centre": "drawCentredString"}[align]
         getattr(self.canvas, draw)(x * POINTS_PER_MM, self.y(down), text)
 
     def run(self, down: float, pieces: Sequence[tuple[float, str, float]], colour: str = INK) -> None:
         """Write texts (from x, text, size) on one line as one run, for whoever reads the text back."""
         run = self.canvas.beginText()
-        run.setFillColor(colour)
+        run.setFillColor(paint(colour))
         for x, text, size in pieces:
             run.setFont(font_of(text), size)
             run.setTextOrigin(x * POINTS_PER_MM, self.y(down))
@@ -68,7 +77,7 @@ class Pen:
         self.canvas.drawText(run)
 
     def _stroke(self, colour: str, width_mm: float, dash: Sequence[float] = ()) -> None:
-        self.canvas.setStrokeColor(colour)
+        self.canvas.setStrokeColor(paint(colour))
         self.canvas.setLineWidth(width_mm * POINTS_PER_MM)
         self.canvas.setDash(*([[d * POINTS_PER_MM for d in dash], 0] if dash else [[], 0]))
 
@@ -87,7 +96,7 @@ class Pen:
         """Draw a circle."""
         self._stroke(colour, width_mm, dash)
         if fill:
-            self.canvas.setFillColor(fill)
+            self.canvas.setFillColor(paint(fill))
         self.canvas.circle(
             x * POINTS_PER_MM, self.y(down), radius * POINTS_PER_MM, stroke=1, fill=1 if fill else 0
         )
@@ -141,7 +150,7 @@ class Pen:
         path = self._path(polygons, to_page)
         self._stroke(stroke, width_mm, dash)
         if fill:
-            self.canvas.setFillColor(fill)
+            self.canvas.setFillColor(paint(fill))
         self.canvas.drawPath(path, stroke=1, fill=1 if fill else 0, fillMode=0)
 
     def hatch(self, polygons: Polygons, to_page: ToPage, comes: bool = False) -> None:

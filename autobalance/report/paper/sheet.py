@@ -9,6 +9,7 @@ from functools import partial
 from typing import Any, Literal
 from xml.sax.saxutils import escape
 
+from reportlab import rl_config
 from reportlab.lib.styles import ParagraphStyle
 from reportlab.platypus import (
     BaseDocTemplate,
@@ -61,6 +62,8 @@ SIZES_PT = {"A4": (595.2756, 841.8898), "Letter": (612.0, 792.0)}
 BAD = "#a8231b"
 NO_NUMBER_FIRST = re.compile(r" (?=[-−+±]?\d)")
 """Where prose must not break: only the rows of tables begin with a number."""
+rl_config.useA85 = 0
+"""Compressed streams as they are; spelt in letters, files are larger and take a tenth longer."""
 
 
 def pdf(
