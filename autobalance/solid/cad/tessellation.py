@@ -76,9 +76,12 @@ def _face_triangles(face: Any) -> tuple[Array, Indices]:
     mesh = BRep_Tool.Triangulation_s(TopoDS.Face(face), place)
     if mesh is None:
         return np.zeros((0, 3)), np.zeros((0, 3), dtype=np.int64)
-    motion = place.Transformation()
-    nodes = (mesh.Node(number + 1).Transformed(motion) for number in range(mesh.NbNodes()))
-    corners = np.array([(node.X(), node.Y(), node.Z()) for node in nodes])
+    corners = np.array([mesh.Node(number + 1).Coord() for number in range(mesh.NbNodes())])
+    if not place.IsIdentity():
+        motion = place.Transformation()
+        matrix = np.array([[motion.Value(row, column) for column in (1, 2, 3, 4)] for row in (1, 2, 3)])
+        x, y, z = corners.T[:, :, None]  # not by ``@``, whose rounding depends on how many corners there are
+        corners = x * matrix[:, 0] + y * matrix[:, 1] + z * matrix[:, 2] + matrix[:, 3]
     numbers = np.array([mesh.Triangle(number + 1).Get() for number in range(mesh.NbTriangles())]) - 1
     inward = face.Orientation() == TopAbs_Orientation.TopAbs_REVERSED
     return corners, numbers[:, ::-1] if inward else numbers
