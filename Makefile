@@ -21,7 +21,7 @@ help:
 	@echo "make quick   the tests without the slow ones"
 	@echo "make lint    ruff, mypy, import-linter"
 	@echo "make docs    build the documentation's site into docs/_build/html; a warning is an error"
-	@echo "make fuzz    damaged files by the thousand for every reader"
+	@echo "make fuzz    damaged files by the thousand for every reader; every layout and seed of random tests"
 	@echo "make bench   measure time and memory beside the floor and the naive way, and the time to plan holes"
 	@echo "make ci      what the project's checks run: .ci/run"
 	@echo "make clean   remove $(VENV), $(OUTPUT)/ and caches"
@@ -34,7 +34,7 @@ test: $(VENV)/.installed-dev
 	@script/test-tools
 	@echo "==> running every test, $(WORKERS) at a time, then those that measure time, one by one"
 	@$(VENV)/bin/python -m pytest -q -n $(WORKERS) --dist worksteal -m "not timing" --durations 20
-	@$(VENV)/bin/python -m pytest -q -m timing
+	@$(VENV)/bin/python -m pytest -q -m timing tests
 
 quick: $(VENV)/.installed-dev
 	@echo "==> running the quick tests"
@@ -55,6 +55,8 @@ docs: $(VENV)/.installed-docs
 fuzz: $(VENV)/.installed-dev
 	@echo "==> damaged, changed and invented files for every reader; AUTOBALANCE_FUZZ=$(FUZZ) of each kind"
 	@AUTOBALANCE_FUZZ=$(FUZZ) $(VENV)/bin/python -m pytest -q tests/unit/test_solid_stl.py tests/unit/test_job_fuzz.py tests/geometry/test_solid_formats.py tests/geometry/test_solid_fuzz.py tests/test_cli_fuzz.py -k "damaged or any_bytes or changed or words or says or every_kind or run"
+	@echo "==> every layout, fineness and seed, of which the tests take a few"
+	@AUTOBALANCE_FUZZ=60 $(VENV)/bin/python -m pytest -q -n $(WORKERS) --dist worksteal $$(grep -rl "tests.sweeps" tests --include='test_*.py')
 
 bench: $(VENV)/.installed-dev
 	@echo "==> measuring time and memory of the main job"

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from functools import lru_cache
 from typing import Any
 
 import numpy as np
@@ -16,6 +17,7 @@ from autobalance.solid.chordal_error.estimate import ChordalError, estimate_chor
 from autobalance.solid.csg.shape import Bar, Joined, Prism, Revolved, Shape, Without, circle, polygon
 from autobalance.solid.mesh.measure import mesh_moments
 from autobalance.solid.mesh.mesh import Mesh, mesh_of_soup
+from tests.sweeps import SWEPT
 
 pytestmark = pytest.mark.skipif(not has_kernel(), reason="the CAD kernel is not installed")
 
@@ -58,6 +60,12 @@ def check(solid: ExactSolid, sag_mm: float) -> ChordalError:
     return error
 
 
+@lru_cache(maxsize=2)
+def exact(name: str) -> ExactSolid:
+    """Return a preset's crank with true surfaces."""
+    return ExactSolid(crank_shape(preset(name)))
+
+
 PLATE = polygon([(-20, -20), (20, -20), (20, 20), (-20, 20)])
 SHAPES: dict[str, Shape] = {
     "oblique oil hole": Without(Prism(circle(20.0), 0.0, 60.0), (Bar((-30, 0, 10), (30, 0, 50), 5.0),)),
@@ -78,16 +86,16 @@ def test_boolean_seams_and_slivers(name: str, sag_mm: float) -> None:
 @pytest.mark.parametrize("sag_mm", [0.5, 0.1])
 @pytest.mark.parametrize("name", ["single", "pressed-up-single", "pressed-up-single-no-pin"])
 def test_generated_cranks(name: str, sag_mm: float) -> None:
-    check(ExactSolid(crank_shape(preset(name))), sag_mm)
+    check(exact(name), sag_mm)
 
 
-SEVERAL = ("single", "v-twin-45", "parallel-twin-360", "inline-3", "v6-60", "v8-flatplane")
+SEVERAL = ("v-twin-45", "parallel-twin-360", "inline-3", "v6-60", "v8-crossplane")
+SAGS_MM = [(0.01, "single"), *((sag, name) for name in SEVERAL for sag in (0.5, 0.1))]
+if SWEPT:  # these have 100 000 triangles and more
+    SAGS_MM += [(0.01, name) for name in SEVERAL]
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("sag_mm", [0.5, 0.1, 0.01])
-@pytest.mark.parametrize(
-    "name", ["single", "v-twin-45", "parallel-twin-360", "inline-3", "v6-60", "v8-crossplane"]
-)
+@pytest.mark.parametrize(("sag_mm", "name"), SAGS_MM)
 def test_generated_cranks_of_several_throws(name: str, sag_mm: float) -> None:
-    check(ExactSolid(crank_shape(preset(name))), sag_mm)
+    check(exact(name), sag_mm)

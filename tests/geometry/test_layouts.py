@@ -28,6 +28,7 @@ from autobalance.solid.mesh.mesh import Array
 from tests.cranks import Shape, make_crank, tilted
 from tests.generated import generated_crank
 from tests.geometry.test_add import web_face
+from tests.sweeps import SWEPT, seeds
 
 STEEL = 7.85e-3
 PLANNED_METAL = 2e-6
@@ -36,14 +37,16 @@ BEFORE_STEPS = 0.02
 """Share of the permissible value that a plan with free depths leaves at most, once cut and measured."""
 LAYOUTS = {
     "single": (0.0,),
-    "v-twin": (0.0,),
     "inline-3": (0.0, 240.0, 120.0),
     "inline-4": (0.0, 180.0, 180.0, 0.0),
     "inline-6": (0.0, 240.0, 120.0, 120.0, 240.0, 0.0),
-    "v6": (0.0, 120.0, 240.0),
     "v8": (0.0, 90.0, 270.0, 180.0),
-    "v12": (0.0, 120.0, 240.0, 240.0, 120.0, 0.0),
 }
+MIRRORED = {"v6": (0.0, 120.0, 240.0), "v12": (0.0, 120.0, 240.0, 240.0, 120.0, 0.0)}
+"""Layouts that are those of inline engines the other way round: in sweeps only."""
+if SWEPT:
+    LAYOUTS |= MIRRORED
+COARSE = Shape(segments=32)
 SLUGS = SlugLimits(diameters_mm=(10.0, 14.0, 18.0), lengths_mm=(5.0, 7.0, 9.0, 11.0), max_slugs=8)
 
 
@@ -117,10 +120,10 @@ def assert_only_the_plan_is_gone(rotor: Rotor, result: Result) -> None:
     ids=["drill", "shoulder", "add"],
 )
 def test_every_layout_in_two_planes(layout: str, limits: Limits) -> None:
-    solid, anatomy = make_crank(LAYOUTS[layout], placement=tilted(0.7, [100.0, -50.0, 30.0]))
+    solid, anatomy = make_crank(LAYOUTS[layout], COARSE, tilted(0.7, [100.0, -50.0, 30.0]))
     rotor = rotor_with(solid, anatomy, on_counterweights(anatomy, 500.0), web_faces(solid, anatomy))
     judge = tolerance(solid, anatomy)
-    result = balance(rotor, judge, [limits])
+    result = balance(rotor, judge, [limits], advise=False)
     assert result.outcome == "within_tolerance"
     stepped = isinstance(limits, DrillLimits)
     assert judge.used_share(result.residual) <= (0.5 if stepped else BEFORE_STEPS)
@@ -129,11 +132,11 @@ def test_every_layout_in_two_planes(layout: str, limits: Limits) -> None:
 
 
 def test_a_pure_couple_is_seen_and_drilled_away() -> None:
-    solid, anatomy = make_crank(LAYOUTS["inline-4"])
+    solid, anatomy = make_crank(LAYOUTS["inline-4"], COARSE)
     rotor = rotor_with(solid, anatomy, at_end_webs(anatomy, [-400.0, 0.0], [400.0, 0.0]))
     judge = tolerance(solid, anatomy)
     assert judge.permissible_g_mm > 0.0
-    result = balance(rotor, judge, [DrillLimits(diameters_mm=(8.0, 10.0))])
+    result = balance(rotor, judge, [DrillLimits(diameters_mm=(8.0, 10.0))], advise=False)
     assert result.initial.magnitude_g_mm < 1e-6
     assert result.outcome == "within_tolerance"
     assert result.steps
@@ -165,11 +168,11 @@ def test_a_transverse_part_is_drilled_off_centre() -> None:
     ids=lambda methods: "+".join(type(limits).__name__.removesuffix("Limits").lower() for limits in methods),
 )
 def test_mixes(methods: list[Limits]) -> None:
-    solid, anatomy = make_crank(LAYOUTS["v8"], Shape(web_width=24.0))
+    solid, anatomy = make_crank([0.0, 90.0], replace(COARSE, web_width=24.0))
     size = -900.0 if methods == [SLUGS] else 900.0  # slugs alone make a light counterweight heavier
     rotor = rotor_with(solid, anatomy, on_counterweights(anatomy, size), web_faces(solid, anatomy))
     grade = 40.0 if methods == [SLUGS] else 6.3  # slugs come in whole sizes only
-    result = balance(rotor, tolerance(solid, anatomy, grade=grade), methods)
+    result = balance(rotor, tolerance(solid, anatomy, grade=grade), methods, advise=False)
     assert result.outcome == "within_tolerance"
     assert_only_the_plan_is_gone(rotor, result)
     slugs = sum((c.details["slug_mass_g"] for c in result.corrections if c.kind == "slug"), 0.0)
@@ -206,12 +209,12 @@ def some_feasible_unbalance(offer: Offer, rng: np.random.Generator) -> Unbalance
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("seed", range(30))
-def test_thirty_generated_cranks(seed: int) -> None:
+@pytest.mark.parametrize("seed", seeds(len(PRESETS), 3 * len(PRESETS)))
+def test_generated_cranks(seed: int) -> None:
     """Every layout that can be generated, anywhere in space, with an unbalance that holes can take away."""
     rng = np.random.default_rng(seed)
     crank = generated_crank(
-        list(PRESETS)[seed % len(PRESETS)], seed=seed, segments=int(rng.choice([37, 64, 96]))
+        list(PRESETS)[seed % len(PRESETS)], seed=seed, segments=int(rng.choice([24, 37, 64]))
     )
     solid, anatomy = crank.solid, crank.truth
     diameters = ((6.0,), (7.0,), (6.0, 7.0, 8.0))[seed % 3]
@@ -219,22 +222,25 @@ def test_thirty_generated_cranks(seed: int) -> None:
     bare = rotor_with(solid, anatomy, Unbalance(np.zeros(2), np.zeros(2)))
     rotor = rotor_with(solid, anatomy, some_feasible_unbalance(offer_of(bare, limits), rng))
     judge = tolerance(solid, anatomy)
-    exact = balance(rotor, judge, [limits])
+    exact = balance(rotor, judge, [limits], advise=False)
     assert exact.outcome == "within_tolerance"
     assert judge.used_share(exact.residual) <= BEFORE_STEPS
     assert_only_the_plan_is_gone(rotor, exact)
-    stepped = balance(rotor, judge, [replace(limits, depth_step_mm=0.1)])
+    if seed % 2 and not SWEPT:
+        return
+    stepped = balance(rotor, judge, [replace(limits, depth_step_mm=0.1)], advise=False)
     assert stepped.outcome == "within_tolerance"
     for c in stepped.corrections:
         assert c.depth_mm / 0.1 == pytest.approx(round(c.depth_mm / 0.1), abs=1e-6)
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("seed", range(12))
+@pytest.mark.parametrize("seed", seeds(6, 12))
 def test_random_limits_are_never_violated(seed: int) -> None:
     """Walls are measured anew, as the least distance between inflated holes and all the crank's metal."""
     rng = np.random.default_rng(100 + seed)
-    solid, anatomy = make_crank(list(LAYOUTS.values())[seed % 4])
+    layouts = [LAYOUTS[name] for name in ("single", "single", "inline-3", "inline-4")]
+    solid, anatomy = make_crank(layouts[seed % 4], COARSE)
     start = float(rng.uniform(0.0, 360.0))
     limits = DrillLimits(
         direction=("radial", "axial")[seed % 2],
@@ -249,7 +255,7 @@ def test_random_limits_are_never_violated(seed: int) -> None:
         sectors_deg=((start, start + 300.0),),
     )
     rotor = rotor_with(solid, anatomy, on_counterweights(anatomy, 400.0))
-    result = balance(rotor, tolerance(solid, anatomy), [limits])
+    result = balance(rotor, tolerance(solid, anatomy), [limits], advise=False)
     for web in anatomy.webs:
         assert sum(c.web == web.number for c in result.corrections) <= limits.max_holes
     spaced: list[Solid] = []

@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import replace
+from itertools import product
 
 import numpy as np
 import pytest
@@ -18,12 +20,26 @@ from autobalance.job.crank_design import with_settings
 from autobalance.solid.csg.solid import Solid
 from autobalance.solid.mesh.mesh import Array, Mesh
 from tests.generated import SEGMENTS, differences, generated_crank
+from tests.sweeps import SWEPT
 
 AXIS_DEG = 0.02
 """What the axis' direction may be off."""
 SHARE_OF_RADIUS = 1e-3
 """What the axis' position, and everything else, may be off, as a share of the crank radius."""
 INCH_MM = 25.4
+COARSE = (5, 6, 7, 8, 9, 10, 11)
+
+
+def spread(segments: Sequence[int]) -> list[tuple[str, int]]:
+    """Return every preset with two of the finenesses, so that each comes up; in a sweep with all."""
+    if SWEPT:
+        return [*product(PRESETS, segments)]
+    return [(name, segments[(k + turn) % len(segments)]) for k, name in enumerate(PRESETS) for turn in (0, 3)]
+
+
+VERY_FINE = [("pressed-up-single-no-pin", 360), ("single", 1000)]
+EACH_FINENESS = spread(SEGMENTS) if SWEPT else [*spread(SEGMENTS[:6]), *VERY_FINE]
+EACH_COARSENESS = spread(COARSE)
 
 
 def placement(seed: int) -> Array:
@@ -87,8 +103,7 @@ def test_the_unit_does_not_matter(name: str, scale: float) -> None:
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("segments", SEGMENTS)
-@pytest.mark.parametrize("name", PRESETS)
+@pytest.mark.parametrize(("name", "segments"), EACH_FINENESS)
 def test_presets_in_files_are_recognised_as_drawn(name: str, segments: int) -> None:
     """Anywhere, in mm or inch, and without being told whether crankpins are in the file."""
     drawn = generated_crank(name, seed=segments, segments=segments, unit=("mm", "inch")[segments % 3 % 2])
@@ -96,8 +111,7 @@ def test_presets_in_files_are_recognised_as_drawn(name: str, segments: int) -> N
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("segments", [5, 6, 7, 8, 9, 10, 11])
-@pytest.mark.parametrize("name", PRESETS)
+@pytest.mark.parametrize(("name", "segments"), EACH_COARSENESS)
 def test_coarse_presets_are_right_or_refused(name: str, segments: int) -> None:
     place = placement(segments)
     solid = Solid.from_mesh(crank_solid(PRESETS[name], segments).mesh.moved(place))
