@@ -35,7 +35,7 @@ def runs(tmp_path_factory: pytest.TempPathFactory) -> Runs:
     for variant, name, _ in RUNS:
         folder = tmp_path_factory.mktemp(f"{variant}-{name}")
         output = folder / "out"
-        found[variant, name] = output, jobs.balanced(jobs.bundled_job(folder, variant, name), output)
+        found[variant, name] = output, jobs.computed(jobs.bundled_job(folder, variant, name), output)
     return found
 
 
@@ -73,7 +73,7 @@ def test_counterweights_are_the_published_ones(runs: Runs, variant: str) -> None
 def test_straight_depth_for_a_stated_original_factor(tmp_path: Path) -> None:
     """CRF-10: 0.9439 mm for the factor 0.6375 that the source states."""
     job = jobs.bundled_job(tmp_path, "straight", "factor-0.28", factor="0.6375")
-    report = jobs.balanced(job, tmp_path / "out")
+    report = jobs.computed(job, tmp_path / "out")
     assert [each["depth_mm"] for each in report["corrections"]] == [
         pytest.approx(0.9439, abs=DEPTH_TOLERANCE_MM)
     ] * 2
@@ -183,7 +183,7 @@ def test_the_crank_may_lie_anywhere_in_its_file(
         points = [[0.0, -34.0, z] for z in (SHOULDER_MM[variant], -SHOULDER_MM[variant])]
         moved = [(placement[:3, :3] @ np.array(point) + placement[:3, 3]).tolist() for point in points]
         jobs.written(job, job.read_text(encoding="utf-8"), faces=json.dumps(moved))
-    report = jobs.balanced(job, tmp_path / "out")
+    report = jobs.computed(job, tmp_path / "out")
     _, at_home = runs[variant, name]
     assert report["outcome"] == "within_tolerance"
     assert report["residual"]["magnitude_g_mm"] <= 0.11
@@ -204,7 +204,7 @@ def test_the_crank_may_lie_anywhere_in_its_file(
 def test_the_solid_keeps_the_files_unit(tmp_path: Path) -> None:
     job = jobs.bundled_job(tmp_path, "drafted", "factor-0.28", unit='"inch"', faces='"auto"')
     jobs.write_stl(tmp_path / "crank.stl", jobs.corners_of(tmp_path / "crank.stl") / 25.4)
-    report = jobs.balanced(job, tmp_path / "out")
+    report = jobs.computed(job, tmp_path / "out")
     assert report["crank"]["mass_g"] == pytest.approx(2585.28, abs=0.05)
     height = np.ptp(jobs.corners_of(tmp_path / "out" / "balanced.stl")[:, :, 2])
     assert height == pytest.approx(2.0 * (54.892 + 58.439 / 2.0) / 25.4, abs=0.01)
@@ -212,10 +212,10 @@ def test_the_solid_keeps_the_files_unit(tmp_path: Path) -> None:
 
 def test_already_within_tolerance_cuts_nothing(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     first = jobs.bundled_job(tmp_path)
-    jobs.balanced(first, tmp_path / "out")
+    jobs.computed(first, tmp_path / "out")
     (tmp_path / "crank.stl").write_bytes((tmp_path / "out" / "balanced.stl").read_bytes())
     capsys.readouterr()
-    report = jobs.balanced(first, tmp_path / "again")
+    report = jobs.computed(first, tmp_path / "again")
     assert report["outcome"] == "already_within_tolerance"
     assert report["outputs"]["solid"] is None
     assert report["corrections"] == []
@@ -225,7 +225,7 @@ def test_already_within_tolerance_cuts_nothing(tmp_path: Path, capsys: pytest.Ca
     assert "nothing to cut" in capsys.readouterr().out
     jsonschema.Draft202012Validator(schema()).validate(report)
     # in a folder with an older solid, the user is told that it is not this run's
-    jobs.balanced(first, tmp_path / "out")
+    jobs.computed(first, tmp_path / "out")
     assert "is of an earlier run; this one cut nothing" in capsys.readouterr().err
 
 
@@ -234,7 +234,7 @@ def test_above_tolerance_is_a_result_with_its_reason(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     job = jobs.bundled_job(tmp_path, "drafted", "factor-0.28", method='"shoulder"\nmax_depth_mm = 0.5')
-    report = jobs.balanced(job, tmp_path / "out", code=4)
+    report = jobs.computed(job, tmp_path / "out", code=4)
     assert report["outcome"] == "above_tolerance"
     assert "above the permissible" in report["reason"]
     assert "max_depth_mm" in report["reason"]
@@ -247,7 +247,7 @@ def test_above_tolerance_is_a_result_with_its_reason(
 
 def test_no_cut_at_hand_is_a_result_whatever_is_preferred(tmp_path: Path) -> None:
     method = '"shoulder"\nmin_wall_mm = 500.0\nprefer = "most_inertia_removed"'
-    report = jobs.balanced(
+    report = jobs.computed(
         jobs.bundled_job(tmp_path, "drafted", "factor-0.28", method=method), tmp_path / "out", code=4
     )
     assert report["outcome"] == "above_tolerance"
@@ -256,7 +256,7 @@ def test_no_cut_at_hand_is_a_result_whatever_is_preferred(tmp_path: Path) -> Non
 
 def test_a_static_verdict_judges_the_resultant_alone(tmp_path: Path) -> None:
     job = jobs.bundled_job(tmp_path, "drafted", "factor-0.28", grade='6.3\njudge = "static"')
-    report = jobs.balanced(job, tmp_path / "out")
+    report = jobs.computed(job, tmp_path / "out")
     assert report["tolerance"]["judge"] == "static"
     assert len(report["residual"]["planes"]) == 2
 
@@ -268,7 +268,7 @@ def test_attached_rotors_count(tmp_path: Path, runs: Runs) -> None:
         '\n[[engine.attached]]\nname = "f"\nmass_g = 1200.0\nunbalance_g_mm = [250.0, 0.0]\nz_mm = 80.0\n'
     )
     job.write_text(job.read_text(encoding="utf-8") + flywheel, encoding="utf-8")
-    assert jobs.run("balance", job, "-o", tmp_path / "out") in (0, 4)
+    assert jobs.run("balance", job, "-o", tmp_path / "out", "--no-report") in (0, 4)
     report = jobs.report_of(tmp_path / "out")
     without = runs["drafted", "factor-0.28"][1]["initial"]
     change = np.array(report["initial"]["unbalance_g_mm"]) - np.array(without["unbalance_g_mm"])
@@ -281,7 +281,7 @@ def test_attached_rotors_count(tmp_path: Path, runs: Runs) -> None:
 
 
 def test_a_crank_with_its_pin_needs_no_pin_weight(tmp_path: Path) -> None:
-    report = jobs.balanced(jobs.pin_job(tmp_path), tmp_path / "out")
+    report = jobs.computed(jobs.pin_job(tmp_path), tmp_path / "out")
     assert report["input"]["bodies"] == 1
     assert report["tolerance"]["rotor_mass_g"] == pytest.approx(report["crank"]["mass_g"], rel=1e-12)
     assert report["residual"]["magnitude_g_mm"] <= 0.11
@@ -289,7 +289,7 @@ def test_a_crank_with_its_pin_needs_no_pin_weight(tmp_path: Path) -> None:
 
 def test_rotor_mass_and_planes_can_be_given(tmp_path: Path) -> None:
     extra = "15200\nrotor_mass_g = 5400.0\ntolerance_planes_mm = [-20.0, 60.0]"
-    report = jobs.balanced(jobs.bundled_job(tmp_path, speed_rpm=extra), tmp_path / "out")
+    report = jobs.computed(jobs.bundled_job(tmp_path, speed_rpm=extra), tmp_path / "out")
     tolerance = report["tolerance"]
     assert tolerance["permissible_g_mm"] == pytest.approx(2 * U_PER, abs=0.01)
     assert [plane["z_mm"] for plane in tolerance["planes"]] == [-20.0, 60.0]
@@ -316,19 +316,19 @@ def test_json_to_standard_output_is_the_report_and_nothing_else(
 def test_a_copy_of_the_report_goes_where_asked(tmp_path: Path) -> None:
     job = jobs.bundled_job(tmp_path)
     copy = tmp_path / "deep" / "copy.json"
-    assert jobs.run("balance", job, "-o", tmp_path / "out", "--json", copy) == 0
+    assert jobs.run("balance", job, "-o", tmp_path / "out", "--json", copy, "--no-report") == 0
     assert copy.read_bytes() == (tmp_path / "out" / "report.json").read_bytes()
 
 
 def test_the_summary_tells_what_to_cut(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     job = jobs.bundled_job(tmp_path)
-    jobs.balanced(job, tmp_path / "out")
+    jobs.computed(job, tmp_path / "out")
     metric = capsys.readouterr().out
     assert "WITHIN TOLERANCE" in metric
     assert "lower face w1-a, web 1, at 180.0°: 2.787 mm" in metric
     assert "10.69 g·mm" in metric
     assert "0.8182 before, 0.2800 after, 0.2800 wanted" in metric
-    assert jobs.run("balance", job, "-o", tmp_path / "out", "--units", "inch") == 0
+    assert jobs.run("balance", job, "-o", tmp_path / "out", "--units", "inch", "--no-report") == 0
     inch = capsys.readouterr().out
     assert "lower face w1-a, web 1, at 180.0°: 0.1097 in" in inch  # 2.787 mm / 25.4
     assert "0.0148 oz·in" in inch  # 10.69 g·mm / 720.08
@@ -338,7 +338,7 @@ def test_the_summary_tells_what_to_cut(tmp_path: Path, capsys: pytest.CaptureFix
 
 def test_two_runs_write_the_same_bytes(tmp_path: Path, runs: Runs) -> None:
     output, report = runs["drafted", "factor-0.28"]
-    again = jobs.balanced(jobs.bundled_job(tmp_path), tmp_path / "out")
+    again = jobs.computed(jobs.bundled_job(tmp_path), tmp_path / "out")
     assert (tmp_path / "out" / "balanced.stl").read_bytes() == (output / "balanced.stl").read_bytes()
     for values in (again, report):
         for key in ("seconds", "job", "input"):

@@ -165,7 +165,7 @@ def test_an_inverted_mesh_is_turned_round_and_told(
     job = jobs.pin_job(tmp_path)
     path = tmp_path / "crank-with-pin.stl"
     jobs.write_stl(path, jobs.corners_of(path)[:, ::-1])
-    report = jobs.balanced(job, tmp_path / "out")
+    report = jobs.computed(job, tmp_path / "out")
     assert report["outcome"] == "within_tolerance"
     assert any("inside out" in repair for repair in report["input"]["repairs"])
     assert "autobalance: warning: " in (said := capsys.readouterr().err)
@@ -184,7 +184,7 @@ def test_dynamic_needs_two_planes(tmp_path: Path, capsys: pytest.CaptureFixture[
     job.write_text(text.replace("crankpin_in_file = false", extra), encoding="utf-8")
     refused(job, r"balance\.tolerance_planes_mm is missing: .*dynamic.* 1 main journal", capsys)
     jobs.written(job, job.read_text(encoding="utf-8"), judge='"static"')
-    report = jobs.balanced(job, tmp_path / "out")
+    report = jobs.computed(job, tmp_path / "out")
     assert report["tolerance"]["planes"] == []
     assert report["residual"]["planes"] == []
 
@@ -309,7 +309,7 @@ def test_a_disk_that_is_full_leaves_the_earlier_results(
     tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     job = jobs.bundled_job(tmp_path)
-    jobs.balanced(job, tmp_path / "out")
+    jobs.computed(job, tmp_path / "out")
     before = jobs.folder_state(tmp_path)
     write = files._write_new
 

@@ -115,7 +115,7 @@ def test_a_generated_crank_is_named_after_no_path(
 def test_verify_reads_the_solid_beside_the_report_only(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    jobs.balanced(jobs.bundled_job(tmp_path), tmp_path / "out")
+    jobs.computed(jobs.bundled_job(tmp_path), tmp_path / "out")
     shutil.move(tmp_path / "out" / "balanced.stl", tmp_path / "balanced.stl")
     report = jobs.report_of(tmp_path / "out")
     for name in ("../balanced.stl", str(tmp_path / "balanced.stl"), ".."):

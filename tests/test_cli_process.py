@@ -108,7 +108,7 @@ def test_a_reader_that_goes_away_is_no_error(tmp_path: Path) -> None:
     os.close(reading)
     with os.fdopen(writing, "wb") as closed:
         done = subprocess.run(
-            [*CLI, "balance", str(job), "-o", str(tmp_path / "out")],
+            [*CLI, "balance", str(job), "-o", str(tmp_path / "out"), "--no-report"],
             stdout=closed,
             stderr=subprocess.PIPE,
             text=True,
@@ -123,7 +123,7 @@ def test_a_terminal_without_the_letters(tmp_path: Path) -> None:
     """An ASCII terminal shows "?" for "·"; the report stays whole."""
     job = jobs.bundled_job(tmp_path)
     done = subprocess.run(
-        [*CLI, "balance", str(job), "-o", str(tmp_path / "out")],
+        [*CLI, "balance", str(job), "-o", str(tmp_path / "out"), "--no-report"],
         capture_output=True,
         check=True,
         env=environment(PYTHONIOENCODING="ascii"),
@@ -138,7 +138,7 @@ def test_progress_shows_on_a_terminal_only(tmp_path: Path) -> None:
     import pty
 
     job = jobs.bundled_job(tmp_path)
-    command = [*CLI, "balance", str(job), "-o", str(tmp_path / "out")]
+    command = [*CLI, "balance", str(job), "-o", str(tmp_path / "out"), "--no-report"]
     quiet = subprocess.run(command, capture_output=True, check=True)
     assert quiet.stderr == b""
     ours, theirs = pty.openpty()

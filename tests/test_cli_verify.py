@@ -19,7 +19,7 @@ Report = dict[str, Any]
 def done(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """The folder of a finished run, its job and crank beside it."""
     folder = tmp_path_factory.mktemp("verify")
-    jobs.balanced(jobs.bundled_job(folder), folder / "out")
+    jobs.computed(jobs.bundled_job(folder), folder / "out")
     return folder
 
 
@@ -171,7 +171,7 @@ def test_a_solid_moved_by_a_hair(output: Path, capsys: pytest.CaptureFixture[str
 
 
 def test_an_input_that_is_gone_is_a_warning(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    jobs.balanced(jobs.bundled_job(tmp_path), tmp_path / "out")
+    jobs.computed(jobs.bundled_job(tmp_path), tmp_path / "out")
     (tmp_path / "crank.stl").unlink()
     capsys.readouterr()
     assert jobs.run("verify", tmp_path / "out" / "report.json") == 0
@@ -180,7 +180,7 @@ def test_an_input_that_is_gone_is_a_warning(tmp_path: Path, capsys: pytest.Captu
 
 def test_nothing_cut_is_verified_on_the_input(tmp_path: Path) -> None:
     job = jobs.bundled_job(tmp_path, grade="6300.0")
-    report = jobs.balanced(job, tmp_path / "out")
+    report = jobs.computed(job, tmp_path / "out")
     assert report["outcome"] == "already_within_tolerance"
     assert jobs.run("verify", tmp_path / "out" / "report.json") == 0
     (tmp_path / "crank.stl").unlink()
@@ -190,7 +190,7 @@ def test_nothing_cut_is_verified_on_the_input(tmp_path: Path) -> None:
 @pytest.mark.slow
 def test_above_tolerance_is_four(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     job = jobs.bundled_job(tmp_path, method='"shoulder"\nmax_depth_mm = 0.5')
-    jobs.balanced(job, tmp_path / "out", code=4)
+    jobs.computed(job, tmp_path / "out", code=4)
     capsys.readouterr()
     assert jobs.run("verify", tmp_path / "out" / "report.json") == 4
     assert "ABOVE tolerance" in capsys.readouterr().out
@@ -214,7 +214,7 @@ def test_no_report(data: bytes, message: str, tmp_path: Path, capsys: pytest.Cap
 
 
 def test_the_original_factor_is_found_again(tmp_path: Path) -> None:
-    jobs.balanced(jobs.bundled_job(tmp_path, name="factor-original"), tmp_path / "out")
+    jobs.computed(jobs.bundled_job(tmp_path, name="factor-original"), tmp_path / "out")
     assert jobs.run("verify", tmp_path / "out" / "report.json") == 0
     report = jobs.report_of(tmp_path / "out")
     original = copy.deepcopy(report["job"]["original"])
@@ -268,6 +268,6 @@ def test_layers_of_a_few_roundings_are_confirmed(tmp_path: Path) -> None:
         """,
         encoding="utf-8",
     )
-    report = jobs.balanced(tmp_path / "job.toml", tmp_path / "out", 0, "--only", "json")
+    report = jobs.computed(tmp_path / "job.toml", tmp_path / "out")
     assert max(cut["depth_mm"] for cut in report["corrections"]) < 0.02
     assert jobs.run("verify", tmp_path / "out" / "report.json") == 0

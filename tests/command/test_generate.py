@@ -163,8 +163,8 @@ def test_what_cannot_be_built_is_one_line_and_no_file(
 def test_the_examples_run(name: str, capsys: pytest.CaptureFixture[str]) -> None:
     for file in EXAMPLES.glob(f"{name}*.toml"):
         shutil.copy(file, file.name)
-    assert main(["generate", f"{name}.toml", "-o", f"{name}.stl"]) == 0
-    assert main(["balance", f"{name}-job.toml", "-o", "out"]) == 0
+    assert main(["generate", f"{name}.toml", "-o", f"{name}.stl", "--segments", "32"]) == 0
+    assert main(["balance", f"{name}-job.toml", "-o", "out", "--no-report"]) == 0
     assert "WITHIN TOLERANCE" in capsys.readouterr().out
 
 

@@ -29,6 +29,7 @@ from autobalance.solid.cad.kernel import has_kernel
 from autobalance.solid.csg.solid import Solid
 from autobalance.solid.csg.tool import placed
 from autobalance.solid.formats.read import Source, read
+from tests.coarse import coarse_facets
 from tests.geometry.test_drill import assert_same, difference
 
 pytestmark = pytest.mark.skipif(not has_kernel(), reason="the extra 'step' is not installed")
@@ -65,7 +66,8 @@ def bench(tmp_path_factory: pytest.TempPathFactory) -> Bench:
 
     path: Path = tmp_path_factory.mktemp("contract") / "crank.step"
     path.write_bytes(ExactSolid(crank_shape(PRESETS["v-twin-45"])).step())
-    source = read(path, None)
+    with coarse_facets():
+        source = read(path, None)
     assert source.surfaces is not None
     anatomy = recognise(source.solid, Overrides(), source.surfaces.cylinders)
     faces = find_faces(source.solid.mesh, anatomy, source.surfaces)

@@ -24,7 +24,7 @@ def job(folder: Path, correction: str, balance: str = "") -> Path:
 
 
 def run(path: Path, code: int = 0) -> dict[str, Any]:
-    assert main(["balance", str(path), "-o", str(path.parent / "out")]) == code
+    assert main(["balance", str(path), "-o", str(path.parent / "out"), "--no-report"]) == code
     report: dict[str, Any] = json.loads((path.parent / "out" / "report.json").read_text(encoding="utf-8"))
     return report
 

@@ -17,6 +17,7 @@ from autobalance.solid.cad.kernel import has_kernel
 from autobalance.solid.cad.surface import CylinderFace
 from autobalance.solid.csg.shape import Placed
 from autobalance.solid.formats.read import Source, read
+from tests.coarse import coarse_facets
 from tests.generated import random_placement
 
 needs_kernel = pytest.mark.skipif(not has_kernel(), reason="the extra 'step' is not installed")
@@ -42,7 +43,8 @@ def hints(preset: str) -> Overrides:
 )
 def test_nothing_is_fitted(tmp_path: Path, preset: str, seed: int) -> None:
     placement = random_placement(np.random.default_rng(seed), 100.0)
-    source = step_crank(tmp_path, preset, placement)
+    with coarse_facets():
+        source = step_crank(tmp_path, preset, placement)
     assert source.surfaces is not None
     found = recognise(source.solid, hints(preset), source.surfaces.cylinders)
     true = crank_anatomy(PRESETS[preset], placement)

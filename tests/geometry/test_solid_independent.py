@@ -47,7 +47,7 @@ def test_disagreement_is_seen() -> None:
 def test_verify_measures_a_second_way(
     tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    jobs.balanced(jobs.bundled_job(tmp_path), tmp_path / "out")
+    jobs.computed(jobs.bundled_job(tmp_path), tmp_path / "out")
     report = tmp_path / "out" / "report.json"
     assert jobs.run("verify", report, "--independent") == 0
     assert "from slices: volume, first and second moments agree to" in capsys.readouterr().out
@@ -63,7 +63,7 @@ def test_true_surfaces_are_measured_a_second_way_too(
     pytest.importorskip("OCP")
     job = jobs.pin_job(tmp_path, file='"crank.step"', unit="", grade="40")
     assert jobs.run("generate", "single", "-o", tmp_path / "crank.step") == 0
-    jobs.balanced(job, tmp_path / "out")
+    jobs.computed(job, tmp_path / "out")
     report = tmp_path / "out" / "report.json"
     capsys.readouterr()
     assert jobs.run("verify", report, "--independent") == 0
