@@ -26,7 +26,7 @@ STEEL = 7.85e-3
 
 
 def single(web_width: float = 18.0) -> tuple[Solid, Anatomy]:
-    return make_crank([0.0], Shape(web_width=web_width))
+    return make_crank([0.0], Shape(web_width=web_width, segments=32))
 
 
 def rotor(solid: Solid, anatomy: Anatomy, wanted_g_mm: Sequence[float]) -> Rotor:
