@@ -6,6 +6,7 @@ import math
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from typing import Literal
+from weakref import WeakKeyDictionary
 
 import numpy as np
 
@@ -18,7 +19,6 @@ from autobalance.correction.walls import (
     Surface,
     cross2,
     greatest_depth_mm,
-    met,
 )
 from autobalance.crank.anatomy import Anatomy, Web
 from autobalance.solid.csg.solid import Solid, union
@@ -127,6 +127,16 @@ class Places:
         return [angle for angle in angles if in_zone(anatomy, web, angle, self.zone)]
 
 
+@dataclass(frozen=True)
+class _Rim:
+    z_mm: float
+    least_radius_mm: float
+
+
+_RIMS: WeakKeyDictionary[Surface, dict[tuple[int, float], _Rim | None]] = WeakKeyDictionary()
+"""Rims of a surface by web and angle: holes of every diameter ask for them anew."""
+
+
 def find_sites(surface: Surface, anatomy: Anatomy, places: Places, margin_mm: float) -> Iterator[Site]:
     """Yield the places where a hole may start, web by web, angle by angle.
 
@@ -136,10 +146,14 @@ def find_sites(surface: Surface, anatomy: Anatomy, places: Places, margin_mm: fl
     from which the drill can reach the web.
     """
     outside = 2.0 * float(np.abs(surface.corners[:, :, :2]).max()) + 10.0
+    rims = _RIMS.setdefault(surface, {})
     for web in anatomy.webs:
         near = surface.within(web.z_min_mm - margin_mm, web.z_max_mm + margin_mm)
         for angle in places.angles(anatomy, web):
-            rim = _rim(near, web, angle, outside)
+            key = (web.number, angle)
+            if key not in rims:
+                rims[key] = _rim(near, web, angle)
+            rim = rims[key]
             if rim is None:
                 continue
             r_hat = np.array([math.cos(angle), math.sin(angle), 0.0])
@@ -156,25 +170,9 @@ def find_sites(surface: Surface, anatomy: Anatomy, places: Places, margin_mm: fl
                     yield site
 
 
-@dataclass(frozen=True)
-class _Rim:
-    z_mm: float
-    least_radius_mm: float
-
-
-def _rim(near: Surface, web: Web, angle: float, outside: float) -> _Rim | None:
+def _rim(near: Surface, web: Web, angle: float) -> _Rim | None:
     """Find the middle of the rim's width at an angle, and its least radius there."""
-    r_hat = np.array([math.cos(angle), math.sin(angle), 0.0])
-    tangent = np.array([-r_hat[1], r_hat[0], 0.0])
-    beside = np.abs(near.centre @ tangent) <= near.reach
-    beside &= near.centre @ r_hat >= -near.reach
-    line = Axis(r_hat * outside, -r_hat)
-    strip, upward = line.local(near.corners[beside]), line.placement[2, :3]
-
-    def radius(z: float) -> float:
-        depth, _ = met(strip - z * upward)
-        return outside - float(depth[0]) if len(depth) and depth[0] < outside else 0.0
-
+    radius = _outline(near, angle)
     thickness = web.z_max_mm - web.z_min_mm
     z = web.z_min_mm + thickness * (np.arange(RAYS) + 0.5) / RAYS
     radii = np.array([radius(float(v)) for v in z])
@@ -193,6 +191,37 @@ def _rim(near: Surface, web: Web, angle: float, outside: float) -> _Rim | None:
     if last < RAYS - 1:
         high = _edge(radius, float(z[last]), float(z[last + 1]), RIM_SHARE * top)
     return _Rim(0.5 * (low + high), float(radii[first : last + 1].min()))
+
+
+def _outline(near: Surface, angle: float) -> Callable[[float], float]:
+    """Return what tells how far the metal reaches out at an angle, for a z [mm]; 0 where there is none."""
+    r_hat = np.array([math.cos(angle), math.sin(angle), 0.0])
+    tangent = np.array([-r_hat[1], r_hat[0], 0.0])
+    beside = np.abs(near.centre @ tangent) <= near.reach
+    beside &= near.centre @ r_hat >= -near.reach
+    corners = near.corners[beside]
+    left = corners @ tangent >= 0.0
+    corners = corners[left.any(1) & ~left.all(1)]
+    a, b, c = (corners @ tangent >= 0.0).T
+    lone = np.where(b == c, 0, np.where(a == c, 1, 2))  # the corner that is alone on its side
+    rows = np.arange(len(corners))
+    one, *others = (corners[rows, (lone + step) % 3] for step in range(3))
+    ends = []
+    for other in others:
+        share = (one @ tangent) / ((one - other) @ tangent)
+        ends.append(one + share[:, None] * (other - one))
+    first, last = ends
+    start, rise = first[:, 2], last[:, 2] - first[:, 2]
+    sloped = np.abs(rise) > 1e-12  # a level one is met through its neighbours
+    start, rise = start[sloped], rise[sloped]
+    out, more = first[sloped] @ r_hat, (last - first)[sloped] @ r_hat
+
+    def radius(z_mm: float) -> float:
+        share = (z_mm - start) / rise
+        met = (share >= -1e-9) & (share <= 1.0 + 1e-9)
+        return float((out[met] + share[met] * more[met]).max(initial=0.0))
+
+    return radius
 
 
 def _edge(radius: Callable[[float], float], inside: float, outside: float, least: float) -> float:
