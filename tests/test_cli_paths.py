@@ -43,6 +43,7 @@ def test_results_of_any_job_name_go_beside_it(name: str, tmp_path: Path) -> None
     assert files_in(tmp_path) - before == {f"{out}/balanced.stl", f"{out}/report.json"}
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", ["../cranks/deep/../crank.stl", "../cranks/..crank.stl", "absolute"])
 def test_results_do_not_follow_the_name_of_the_crank(name: str, tmp_path: Path) -> None:
     (tmp_path / "cranks" / "deep").mkdir(parents=True)
@@ -135,6 +136,7 @@ def test_a_name_cannot_speak_to_the_terminal(tmp_path: Path, capsys: pytest.Capt
     assert said.count("\n") == 1
 
 
+@pytest.mark.slow
 @pytest.mark.skipif(sys.platform != "linux", reason="names are text here")
 def test_a_folder_whose_name_is_no_text(tmp_path: Path, capfdbinary: pytest.CaptureFixture[bytes]) -> None:
     folder = Path(os.fsdecode(os.fsencode(tmp_path) + b"/\xff\xfe"))

@@ -103,6 +103,7 @@ def test_outputs_have_places_of_their_own(tmp_path: Path, capsys: pytest.Capture
     assert not out.exists()
 
 
+@pytest.mark.slow
 def test_a_folder_of_results_may_move_and_be_checked_from_anywhere(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

@@ -73,6 +73,7 @@ sys.exit(main(sys.argv[1:]))
 """
 
 
+@pytest.mark.slow
 @pytest.mark.skipif(sys.platform == "win32", reason="SIGINT to one process needs POSIX")
 @pytest.mark.parametrize(("fresh", "sent"), [(True, "SIGINT"), (False, "SIGTERM"), (True, "SIGHUP")])
 def test_ctrl_c_in_the_middle_leaves_nothing_half_written(fresh: bool, sent: str, tmp_path: Path) -> None:
@@ -101,6 +102,7 @@ def test_ctrl_c_in_the_middle_leaves_nothing_half_written(fresh: bool, sent: str
     assert output.exists() is not fresh
 
 
+@pytest.mark.slow
 @pytest.mark.skipif(sys.platform == "win32", reason="needs a POSIX pipe")
 def test_a_reader_that_goes_away_is_no_error(tmp_path: Path) -> None:
     job = jobs.bundled_job(tmp_path)
@@ -119,6 +121,7 @@ def test_a_reader_that_goes_away_is_no_error(tmp_path: Path) -> None:
     assert jobs.report_of(tmp_path / "out")["outcome"] == "within_tolerance"
 
 
+@pytest.mark.slow
 def test_a_terminal_without_the_letters(tmp_path: Path) -> None:
     """An ASCII terminal shows "?" for "·"; the report stays whole."""
     job = jobs.bundled_job(tmp_path)
@@ -133,6 +136,7 @@ def test_a_terminal_without_the_letters(tmp_path: Path) -> None:
     assert report["outcome"] == "within_tolerance"
 
 
+@pytest.mark.slow
 @pytest.mark.skipif(sys.platform == "win32", reason="needs a pseudo-terminal")
 def test_progress_shows_on_a_terminal_only(tmp_path: Path) -> None:
     import pty

@@ -17,6 +17,8 @@ from autobalance.command import main
 from autobalance.errors import JobError
 from autobalance.report.json import schema
 
+pytestmark = pytest.mark.slow
+
 CRANK = Path(__file__).parents[1] / "fixtures" / "crf250r" / "straight" / "crank.stl"
 
 JOB = f"""

@@ -130,6 +130,7 @@ def test_a_job_takes_end_weights_length_and_inertia_from_the_rod(job: Path) -> N
     assert engine.rod.inertia_g_mm2 == pytest.approx(about, rel=1e-4)
 
 
+@pytest.mark.slow
 def test_the_report_tells_what_was_taken_and_verifies(job: Path, tmp_path: Path) -> None:
     report = jobs.computed(job, tmp_path / "out")
     jsonschema.Draft202012Validator(schema()).validate(report)

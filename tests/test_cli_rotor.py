@@ -65,6 +65,7 @@ TORSION_KEYS = {"model", "natural_frequencies_hz", "modes", "critical", "respons
 HEAD = ["schema_version", "autobalance", "command", "input"]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("command", "text", "keys", "plots"),
     [

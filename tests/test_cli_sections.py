@@ -86,6 +86,7 @@ def rows_of(report: dict[str, Any], kind: str) -> list[dict[str, Any]]:
     return [row for row in report["section_table"]["rows"] if row["kind"] == kind]
 
 
+@pytest.mark.slow
 def test_everything_that_hangs_on_the_crank_has_a_row_and_the_sums_are_those_of_balance(
     crank: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
@@ -146,6 +147,7 @@ def test_oil_fills_the_crankpins_bore_where_its_density_is_given(
     assert error.count("\n") == 1
 
 
+@pytest.mark.slow
 def test_the_datum_moves_couples_and_nothing_else(
     crank: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:

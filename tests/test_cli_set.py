@@ -79,6 +79,7 @@ def test_torsion_sets_keys_of_a_chain_and_names_its_file(
     assert "chain.toml: spring[1].stiff is an unknown key" in capsys.readouterr().err
 
 
+@pytest.mark.slow
 def test_batch_sets_a_key_in_every_row_and_columns_go_before(
     job: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:

@@ -36,6 +36,7 @@ def cut_lines(path: Path) -> list[str]:
     return [line for line in text.splitlines() if re.match(r"\s*\d+ .*\bweb \d", line)]
 
 
+@pytest.mark.slow
 def test_the_sheet_again_lists_the_same_cuts(out: Path, tmp_path: Path) -> None:
     assert jobs.run("sheet", out / "report.json", "-o", tmp_path) == 0
     assert sorted(path.name for path in tmp_path.iterdir()) == ["drawing.dxf", "sheet.pdf"]

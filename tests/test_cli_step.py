@@ -24,7 +24,10 @@ from autobalance.solid.chordal_error.estimate import estimate_chordal_error
 from autobalance.solid.csg.shape import Prism, circle
 from autobalance.solid.formats.read import read
 from tests import jobs
-from tests.coarse import COARSE, coarse_facets
+from tests.coarse import COARSE, FINE, coarse_facets
+from tests.sweeps import SWEPT
+
+pytestmark = pytest.mark.slow
 
 needs_kernel = pytest.mark.skipif(not has_kernel(), reason="the extra 'step' is not installed")
 
@@ -51,6 +54,13 @@ speed_rpm = 9000
 def fewer_triangles() -> Iterator[None]:
     """Plan on fewer triangles: what is cut and measured here are the true surfaces."""
     with coarse_facets():
+        yield
+
+
+@pytest.fixture
+def fine() -> Iterator[None]:
+    """Plan on the usual triangles: sizes of cuts are told from these, and verified on true surfaces."""
+    with coarse_facets(FINE):
         yield
 
 
@@ -151,13 +161,11 @@ def test_a_shoulder_is_cut_in_true_surfaces(folder: Path) -> None:
 
 
 @needs_kernel
-@pytest.mark.slow
-def test_shoulders_in_sectors_with_two_depths_on_a_face(folder: Path) -> None:
+def test_shoulders_in_sectors_with_two_depths_on_a_face(folder: Path, fine: None) -> None:
     assert_exact(folder, jobs.computed(job(folder, 'method = "shoulder"', 0.5), folder / "out"))
 
 
 @needs_kernel
-@pytest.mark.slow
 def test_holes_are_cylinders_and_cones(folder: Path) -> None:
     table = 'method = "drill"\n[correction.drill]\ndiameters_mm = [10.0, 14.0]'
     report = jobs.computed(job(folder, table, 0.1), folder / "out")
@@ -172,7 +180,6 @@ def test_holes_are_cylinders_and_cones(folder: Path) -> None:
 
 
 @needs_kernel
-@pytest.mark.slow
 def test_a_turned_rim_is_a_cylinder(folder: Path) -> None:
     report = jobs.computed(job(folder, 'method = "turn"', 0.0), folder / "out", code=4)
     solid = assert_exact(folder, report, code=4)
@@ -181,8 +188,7 @@ def test_a_turned_rim_is_a_cylinder(folder: Path) -> None:
 
 
 @needs_kernel
-@pytest.mark.slow
-def test_bores_for_slugs_are_flat(folder: Path) -> None:
+def test_bores_for_slugs_are_flat(folder: Path, fine: None) -> None:
     table = 'method = "slug"\n[correction.slug]\ndiameters_mm = [12.0]\nlengths_mm = [6.0, 8.0]'
     report = jobs.computed(job(folder, table, 0.5), folder / "out", code=4)
     solid = assert_exact(folder, report, code=4)
@@ -193,7 +199,6 @@ def test_bores_for_slugs_are_flat(folder: Path) -> None:
 
 
 @needs_kernel
-@pytest.mark.slow
 def test_added_metal_grows_on_true_faces(folder: Path) -> None:
     report = jobs.computed(job(folder, 'method = "add"', 0.6), folder / "out")
     assert_exact(folder, report)
@@ -201,16 +206,14 @@ def test_added_metal_grows_on_true_faces(folder: Path) -> None:
 
 
 @needs_kernel
-@pytest.mark.slow
 def test_kinds_are_mixed(folder: Path) -> None:
     table = 'method = ["shoulder", "drill"]\n[correction.drill]\ndiameters_mm = [10.0]'
     assert_exact(folder, jobs.computed(job(folder, table, 0.1), folder / "out"))
 
 
 @needs_kernel
-@pytest.mark.slow
-@pytest.mark.parametrize("preset", ["inline-4", "v-twin-45", "pressed-up-single"])
-def test_other_cranks(tmp_path: Path, preset: str) -> None:
+@pytest.mark.parametrize("preset", ["v-twin-45", "pressed-up-single", *(["inline-4"] if SWEPT else [])])
+def test_other_cranks(tmp_path: Path, fine: None, preset: str) -> None:
     assert jobs.run("generate", preset, "-o", tmp_path / "crank.step") == 0
     path = job(tmp_path, 'method = "shoulder"', 0.5)
     report = jobs.report_of(_ran(path, tmp_path / "out"))
@@ -230,7 +233,6 @@ def test_the_same_job_writes_the_same_bytes(folder: Path) -> None:
 
 
 @needs_kernel
-@pytest.mark.slow
 def test_a_crank_is_picked_from_an_assembly_by_number(
     folder: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
@@ -275,7 +277,6 @@ def program(folder: Path, *arguments: str, before: str = "") -> subprocess.Compl
 
 
 @needs_kernel
-@pytest.mark.slow
 def test_nothing_but_the_report_reaches_standard_output(folder: Path) -> None:
     """Read at the file descriptor: the kernel writes past Python's own streams."""
     job(folder, 'method = "shoulder"', 0.0)

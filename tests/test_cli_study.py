@@ -70,6 +70,7 @@ def budget(text: str, folder: Path) -> dict[str, Any]:
     return found
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "text", [JOB.replace("rectangular", "normal"), ORIGINAL.replace("rectangular", "normal")]
 )
@@ -84,6 +85,7 @@ def test_the_spread_is_that_of_the_error_budget(tmp_path: Path, text: str) -> No
     assert found["spread"]["sampled_g_mm"] == pytest.approx(expected, rel=0.02)
 
 
+@pytest.mark.slow
 def test_shares_of_causes_sum_to_one(report: dict[str, Any]) -> None:
     causes = {cause["name"]: cause for cause in report["contributions"]}
     assert set(causes) == {
@@ -111,6 +113,7 @@ def test_the_linear_model_is_checked_by_cranks_that_are_cut(report: dict[str, An
     )
 
 
+@pytest.mark.slow
 def test_the_linear_model_follows_holes_journals_and_original_parts(tmp_path: Path) -> None:
     text = ORIGINAL.replace('"shoulder"', '"drill"') + (
         "[study]\nposition_pm_mm = 0.05\nwander_pm_deg = 0.3\njournal_pm_mm = 0.01\nmeasurement = true\n"
@@ -128,6 +131,7 @@ def test_the_linear_model_follows_holes_journals_and_original_parts(tmp_path: Pa
     assert found["linear_model"]["greatest_error_g_mm"] < 0.02 * found["spread"]["linear_g_mm"]
 
 
+@pytest.mark.slow
 def test_a_crank_of_the_series_is_the_same_whatever_their_number(tmp_path: Path) -> None:
     job = written(tmp_path, JOB)
     many, few = (
@@ -142,6 +146,7 @@ def test_a_crank_of_the_series_is_the_same_whatever_their_number(tmp_path: Path)
     assert heavy.mean() == pytest.approx(95.04, abs=0.1)
 
 
+@pytest.mark.slow
 def test_exit_codes(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     job = written(tmp_path, JOB)
     quick = ["--samples", "300", "--exact", "0"]
@@ -161,6 +166,7 @@ def test_exit_codes(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     assert "study.position_mm is an unknown key" in capsys.readouterr().err
 
 
+@pytest.mark.slow
 def test_a_report_is_studied_as_it_stands(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     budget(JOB, tmp_path)
     path = tmp_path / "out" / "report.json"
@@ -190,6 +196,7 @@ def test_key_figures_follow_each_cause(report: dict[str, Any]) -> None:
     assert sum(each["first"] for each in shares) < 1.03
 
 
+@pytest.mark.slow
 def test_the_response_of_the_engine_is_a_key_figure(tmp_path: Path) -> None:
     cycle = "[cycle]\nbore_mm = 76.8\ncompression_ratio = 13.0\nheat_J = 900.0\n"
     text = JOB.replace("[engine.rotating_g]", "[engine]\nrod_length_mm = 104.0\n[engine.rotating_g]") + cycle

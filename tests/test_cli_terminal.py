@@ -67,6 +67,7 @@ def words_of(text: str) -> list[str]:
     return re.findall(r"[^\s─━╺╸]+", ESCAPE.sub("", text))
 
 
+@pytest.mark.slow
 @pytest.mark.skipif(sys.platform == "win32", reason="no pseudo-terminals")
 def test_a_terminal_shows_the_same_words_in_colour_and_a_pipe_gets_plain_text(job: Path) -> None:
     plain = piped("parts", job)

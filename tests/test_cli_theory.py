@@ -395,6 +395,7 @@ def test_parts_are_drawn_with_their_uncertainty(
 # --- grade
 
 
+@pytest.mark.slow
 def test_a_grade_is_drawn_between_its_neighbours(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     rotor = ["grade", "--mass", "2700", "--speed-rpm", "15200", "--plots"]
     assert main([*rotor, str(tmp_path / "p"), "--grade", "6.3"]) == 0
@@ -474,6 +475,7 @@ def done(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return folder / "out"
 
 
+@pytest.mark.slow
 def test_a_balance_report_tells_the_forces_before_and_after(
     done: Path, job: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
@@ -489,6 +491,7 @@ def test_a_balance_report_tells_the_forces_before_and_after(
     assert forces["after"]["greatest_n"] == pytest.approx(ideal["greatest_n"], rel=3e-3)
 
 
+@pytest.mark.slow
 def test_without_a_rod_length_a_balance_report_has_the_first_order_alone(
     job: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
@@ -520,6 +523,7 @@ def test_a_rod_too_short_stops_a_balance_before_it_cuts(
     assert not (job.parent / "out").exists()
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "path", ["after.greatest_n", "before.orders.1.force_y_n", "after.orders.3.greatest_force_n"]
 )

@@ -149,6 +149,7 @@ def test_original_weights_count_by_the_factor_they_give(tmp_path: Path) -> None:
 # --- margin -------------------------------------------------------------------------------------------------
 
 
+@pytest.mark.slow
 def test_with_a_margin_the_uncertainty_can_fail_a_crank(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
@@ -187,6 +188,7 @@ def test_with_a_margin_that_is_kept_the_crank_is_within(
     assert "its uncertainty of" in capsys.readouterr().out
 
 
+@pytest.mark.slow
 def test_within_tolerance_already_but_not_with_its_uncertainty_is_cut(tmp_path: Path) -> None:
     """A residual of 4 in 5 of what is permitted is let be without a margin, and cut with one."""
     first = jobs.computed(jobs.bundled_job(tmp_path / "first"), tmp_path / "first" / "out")
@@ -217,6 +219,7 @@ def test_within_tolerance_already_but_not_with_its_uncertainty_is_cut(tmp_path: 
     assert jobs.computed(again, tmp_path / "again" / "out")["outcome"] == "already_within_tolerance"
 
 
+@pytest.mark.slow
 def test_a_margin_looks_at_facets_however_fine_the_mesh(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

@@ -18,6 +18,7 @@ def shift_one_half(path: Path, by_mm: float) -> None:
     jobs.write_stl(path, corners)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("by_mm", "warned"), [(0.0, False), (0.02, True)])
 def test_main_journals_out_of_line_are_warned_of(
     tmp_path: Path, capsys: pytest.CaptureFixture[str], by_mm: float, warned: bool

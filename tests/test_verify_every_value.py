@@ -46,6 +46,7 @@ def balanced(folder: Path, preset: str, method: str) -> Path:
     return folder / "out"
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("preset", "method", "listed"),
     [
@@ -63,6 +64,7 @@ def test_no_cut_can_be_told_falsely(preset: str, method: str, listed: set[str], 
     assert mutations.accepted(report, folder, ("corrections", "steps")) == []
 
 
+@pytest.mark.slow
 def test_no_hole_can_be_told_falsely(tmp_path: Path) -> None:
     drill = '"drill"\nprefer = "least_metal"\ndrill = { diameters_mm = [8.0], zone = "anywhere" }'
     job = jobs.bundled_job(tmp_path, method=drill, factor="0.7")

@@ -71,6 +71,7 @@ def test_what_is_written_is_verified(result: ab.BalanceResult, tmp_path: Path) -
     assert not (tmp_path / "other").exists()
 
 
+@pytest.mark.slow
 def test_a_mesh_is_balanced_in_memory_and_its_files_verified(crank: ab.Crank, tmp_path: Path) -> None:
     mesh = ab.crank_from_mesh(crank.to_trimesh(), density_kg_m3=7850.0, unit="mm", crankpin_in_file=False)
     assert mesh.mass_g == pytest.approx(crank.mass_g, rel=1e-12)

@@ -117,6 +117,7 @@ def test_json_to_standard_output_is_all_there(capsys: pytest.CaptureFixture[str]
     assert json.loads(capsys.readouterr().out)["command"] == "generate"
 
 
+@pytest.mark.slow
 @pytest.mark.skipif(not has_kernel(), reason="the extra 'step' is not installed")
 def test_a_step_file_has_exact_surfaces(capsys: pytest.CaptureFixture[str]) -> None:
     assert main(["generate", "pressed-up-single-no-pin", "-o", "a.step"]) == 0

@@ -55,6 +55,7 @@ def test_hole_in_a_block_is_a_cylinder_with_a_cone() -> None:
     )  # 2e-5: the slanted mouth
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("direction", ["radial", "axial"])
 @pytest.mark.parametrize("placement", [np.eye(4), tilted(0.7, [200.0, -300.0, 150.0])])
 def test_planned_effect_is_what_the_cut_solid_loses(
@@ -79,6 +80,7 @@ def test_untouched_vertices_stay_bit_for_bit() -> None:
     assert before <= after
 
 
+@pytest.mark.slow
 def test_rate_is_the_derivative_of_the_effect() -> None:
     solid, anatomy = make_crank([0.0])
     for cut in drill.cuts(solid, anatomy, STEEL, np.array([-1.0, 0.0]), DrillLimits())[::7]:
@@ -87,6 +89,7 @@ def test_rate_is_the_derivative_of_the_effect() -> None:
         assert_same(cut.rate(depth), slope, 1e-8)
 
 
+@pytest.mark.slow
 def test_rim_curvature_of_a_true_cylinder() -> None:
     """∫ over the drill's circle of √(R² − x²): the hole in a fine disc, against numerical quadrature."""
     from scipy.integrate import quad

@@ -73,6 +73,7 @@ def test_a_cylinder_to_the_digits_of_its_chords() -> None:
     assert error.sag_mm == pytest.approx(10.0 * (1.0 - math.cos(math.pi / 48)), rel=0.01)
 
 
+@pytest.mark.slow
 def test_large_meshes_have_a_facet_error_and_a_share(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     job = bundled_job(tmp_path / "in")
     every = computed(job, tmp_path / "every")

@@ -12,6 +12,7 @@ from autobalance.solid.csg.solid import Solid
 from tests.cranks import make_crank
 
 
+@pytest.mark.slow
 def test_finer_triangles_leave_the_same_depths() -> None:
     solid, anatomy = make_crank([0.0])
     found = []

@@ -82,6 +82,7 @@ def depths_of(cut: Cut) -> tuple[float, float]:
     return least + 0.4 * (most - least), most
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", KINDS)
 def test_the_effect_is_what_the_cut_solid_loses(bench: Bench, name: str) -> None:
     work = bench.work
@@ -135,6 +136,7 @@ def test_the_room_encloses_what_is_taken(bench: Bench, name: str) -> None:
         assert len(near) == len(points)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", KINDS)
 def test_its_cuts_keep_apart_from_every_other_kinds(bench: Bench, name: str) -> None:
     """Where two cuts may both be made, the bodies that they take leave the greater wall between them."""

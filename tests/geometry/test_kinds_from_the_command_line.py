@@ -52,6 +52,7 @@ def test_a_turned_crank_leaves_the_overbalance_and_says_where_the_last_holes_bel
     assert_verified(path)
 
 
+@pytest.mark.slow
 def test_without_overbalance_there_is_none(tmp_path: Path) -> None:
     report = run(job(tmp_path, 'method = "turn"'))
     assert report["overbalance"] is None
@@ -108,6 +109,7 @@ def test_compare_prints_a_table_and_writes_its_values(
     assert all(row["residual_share"] <= 1.0 and row["capacity"] >= 0.99 for row in within)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("correction", "balance", "message"),
     [

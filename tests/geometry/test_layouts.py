@@ -131,6 +131,7 @@ def test_every_layout_in_two_planes(layout: str, limits: Limits) -> None:
     assert {c.kind for c in result.corrections} == {"drill" if stepped else result.corrections[0].kind}
 
 
+@pytest.mark.slow
 def test_a_pure_couple_is_seen_and_drilled_away() -> None:
     solid, anatomy = make_crank(LAYOUTS["inline-4"], COARSE)
     rotor = rotor_with(solid, anatomy, at_end_webs(anatomy, [-400.0, 0.0], [400.0, 0.0]))

@@ -175,6 +175,7 @@ def test_a_balanced_crank_is_left_alone() -> None:
     assert result.corrections == ()
 
 
+@pytest.mark.slow
 def test_a_depth_limit_ends_above_tolerance_with_the_reason() -> None:
     limits = ShoulderLimits(faces=("low", "high"), max_depth_mm=1.0)
     result = run(rotor(), limits=limits)

@@ -64,6 +64,7 @@ def test_the_area_of_a_pocket_is_that_of_its_sector_without_its_corners() -> Non
     assert not Pocket(25.0, 45.0, 0.3, 0.6, 5.0).has_room
 
 
+@pytest.mark.slow
 def test_a_pocket_in_a_disc_is_a_prism() -> None:
     R, t, wall = 60.0, 20.0, 4.0
     solid = Solid.prism(Region.circle(R, 2000), 0.0, t)

@@ -59,6 +59,7 @@ def test_nothing_is_fitted(tmp_path: Path, preset: str, seed: int) -> None:
         assert here.diameter_mm == pytest.approx(there.diameter_mm, abs=EXACT_MM)
 
 
+@pytest.mark.slow
 @needs_kernel
 def test_faces_have_the_ids_they_have_in_triangles_and_planes_of_their_own(tmp_path: Path) -> None:
     source = step_crank(tmp_path, "single", np.eye(4))
@@ -78,6 +79,7 @@ def test_faces_have_the_ids_they_have_in_triangles_and_planes_of_their_own(tmp_p
         assert set(face.triangles.tolist()) == set(fitted[name].triangles.tolist())
 
 
+@pytest.mark.slow
 @needs_kernel
 def test_what_the_job_gives_is_taken_from_the_job(tmp_path: Path) -> None:
     source = step_crank(tmp_path, "single", np.eye(4))
