@@ -144,14 +144,21 @@ class _Alike:
             near = np.linalg.norm(effects[many[:, 0]] - goal, axis=1) <= radius
             return np.asarray(many[near])
         few = there[_choices(len(there), first)]
-        tree = cKDTree(effects[few].sum(axis=1))
-        other = cKDTree(goal - effects[many].sum(axis=1))
+        one, rest = effects[few].sum(axis=1), goal - effects[many].sum(axis=1)
+        inside = _in_box_of(one, rest, radius)
+        few, one = few[inside], one[inside]
+        if not len(one):
+            return nothing
+        inside = _in_box_of(rest, one, radius)
+        many, rest = many[inside], rest[inside]
+        tree, other = cKDTree(one), cKDTree(rest)
         if tree.count_neighbors(other, radius) > MOST_MET:
             return nothing
         met = tree.sparse_distance_matrix(other, radius, output_type="ndarray")
-        one, rest = few[met["i"]], many[met["j"]]
-        rising = one[:, -1] < rest[:, 0]
-        return np.hstack([one[rising], rest[rising]])
+        met = met[np.lexsort((met["j"], met["i"]))]  # as they are numbered, not as the tree holds them
+        head, tail = few[met["i"]], many[met["j"]]
+        rising = head[:, -1] < tail[:, 0]
+        return np.hstack([head[rising], tail[rising]])
 
     def _keeps_rules(self, sets: Indices, depth_mm: float) -> NDArray[np.bool_]:
         good = np.ones(len(sets), dtype=bool)
@@ -160,6 +167,13 @@ class _Alike:
         for inside, most in self.rule_of:
             good &= inside[sets].sum(axis=1) <= most
         return good
+
+
+def _in_box_of(points: Array, others: Array, margin: float) -> NDArray[np.bool_]:
+    """Tell which points (m, d) lie in the box around others, or as near to it as the margin."""
+    low, high = others.min(axis=0) - margin, others.max(axis=0) + margin
+    within: NDArray[np.bool_] = ((points >= low) & (points <= high)).all(axis=1)
+    return within
 
 
 def _depth_mm(found: _Set) -> float:
