@@ -41,6 +41,7 @@ speed_rpm = 15200
 method = "drill"
 [correction.drill]
 zone = "anywhere"
+diameters_mm = [8.0, 10.0]
 """
 HIDDEN = [
     {"z_mm": 20.0, "g_mm": 60.0, "angle_deg": 70.0},

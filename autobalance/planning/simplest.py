@@ -26,6 +26,8 @@ MERGES = 40
 """Groups drawn together in a plan, tried at most."""
 MOST_FACES = 6
 """Cuts of the lightest plan, of any depth, among which every choice of some is tried; of more, none."""
+NEARLY = 2.0
+"""How many times enough the lightest plan may leave, by rounding, where a few of its cuts may be enough."""
 
 Rank = tuple[int, int, float]
 
@@ -59,7 +61,7 @@ def simplest(task: Task, plans: Iterable[Plan], search: bool = True) -> Plan:
     good = [plan for plan in found if plan.share <= enough]
     if search and is_discrete(task.offer):
         good += [*alike_everywhere(task, enough), *alike_on_each_web(task, enough)]
-    elif search:
+    elif search and least.share <= NEARLY * enough:  # else a few of its cuts leave more yet
         good += _fewest_of_any_depth(task, least, enough)
     good = [_merged(task, plan, enough) for plan in good if plan.share <= enough and _keeps_rules(task, plan)]
     if not good:

@@ -29,7 +29,7 @@ REFINED = 0.9
 """Share of the former residual below which another look at the exact curves is worth its time; nor is it
 where the programme's bound says that no choice comes near the aim."""
 HOPELESS = 3.0
-"""Share of the permissible value that no better look at the exact curves makes up."""
+"""Share of the permissible value that no better look at the exact curves, or at other sets, makes up."""
 ROUNDED = 0.5
 """Share of the permissible value that rounding to machine steps may leave before more cuts are tried."""
 FEW_DIFFERENT = 2
@@ -104,7 +104,7 @@ def _simplest(task: Task, start_mm: Array | None) -> Plan:
         if kept is not None:
             return kept
     light = choose(task.residual, task.tolerance, task.offer, aim=task.aim)
-    plan = simplest(task, [light])
+    plan = simplest(task, [light], search=light.share <= HOPELESS)
     is_simple = plan.share <= enough_share(task) and rank(task, plan)[0] <= FEW_DIFFERENT
     if not is_discrete(task.offer) or plan.share > HOPELESS or is_simple:
         return plan
