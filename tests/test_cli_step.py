@@ -59,7 +59,7 @@ def fewer_triangles() -> Iterator[None]:
 
 @pytest.fixture
 def fine() -> Iterator[None]:
-    """Plan on the usual triangles: sizes of cuts are told from these, and verified on true surfaces."""
+    """Plan on more triangles: sizes of cuts are told from these, and verified on true surfaces."""
     with coarse_facets(FINE):
         yield
 
