@@ -103,7 +103,7 @@ class _Alike:
 
     def _sets_at(self, level: int, depth_mm: float, wanted: Array, count: int) -> list[_Set]:
         """Return the sets of one depth that leave least, each at the depth near it that suits it best."""
-        met = self._met(level, wanted, count)
+        met = self._meeting(level, wanted, count)
         if not len(met):
             return []
         met = met[self._keeps_rules(met, depth_mm)]
@@ -118,7 +118,7 @@ class _Alike:
         best = [row for row in np.argsort(share, kind="stable")[:TRIED].tolist() if share[row] <= 1.0]
         return [(self.members[met[row]], depth_mm + float(along[row])) for row in best]
 
-    def _met(self, level: int, wanted: Array, count: int) -> Indices:
+    def _meeting(self, level: int, wanted: Array, count: int) -> Indices:
         """Return sets (m, count) of places that come near what is wanted at a depth; none of too many."""
         from scipy.spatial import cKDTree
 
