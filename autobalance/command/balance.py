@@ -4,15 +4,9 @@ from __future__ import annotations
 
 import argparse
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 from autobalance.command.options import add_json, add_pages, add_set, add_units, choice_of
-from autobalance.command.progress import Mode, add_progress, mode_of
-
-if TYPE_CHECKING:
-    from autobalance.api.balance import BalancedFiles
-    from autobalance.job import Job
-    from autobalance.report.bundle import Choice
+from autobalance.command.progress import add_progress, mode_of
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -32,6 +26,7 @@ def run(arguments: argparse.Namespace) -> int:
     """Balance a crank; 0 within tolerance, 4 above it."""
     from autobalance import job
     from autobalance.command.console import say
+    from autobalance.command.finish import balanced
 
     asked = job.load(arguments.job, arguments.settings)
     folder = Path(arguments.output) if arguments.output else default_folder(asked.path)
@@ -50,19 +45,3 @@ def run(arguments: argparse.Namespace) -> int:
 def default_folder(job_path: Path) -> Path:
     """Return the folder of a job's results where none is asked for."""
     return job_path.with_name(f"{job_path.stem}-balanced")
-
-
-def balanced(
-    asked: Job, folder: Path, json_file: str | None = None, choice: Choice | None = None, mode: Mode = "usual"
-) -> BalancedFiles:
-    """Run a job and put its files in place."""
-    from autobalance.api.balance import balance_to_files
-    from autobalance.api.progress import telling
-    from autobalance.command.console import warn
-    from autobalance.command.progress import shown
-
-    with shown(mode) as progress:
-        done = balance_to_files(asked, folder, json_file, telling(progress), choice)
-    for text in done.warnings:
-        warn(text)
-    return done

@@ -41,8 +41,8 @@ def run(arguments: argparse.Namespace) -> int:
     """Balance the bundled crank to 28 % and to its original factor."""
     from autobalance import job
     from autobalance.bundled import bundled_folder
-    from autobalance.command.balance import balanced
     from autobalance.command.console import called_as, say
+    from autobalance.command.finish import balanced
     from autobalance.report.bundle import Choice
     from autobalance.report.text import UNITS
 

@@ -7,12 +7,16 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from autobalance.command.console import say
+from autobalance.command.console import say, warn
 from autobalance.errors import UsageError
 from autobalance.report.files import Staging
 
 if TYPE_CHECKING:
+    from autobalance.api.balance import BalancedFiles
     from autobalance.api.result import VerbResult
+    from autobalance.command.progress import Mode
+    from autobalance.job import Job
+    from autobalance.report.bundle import Choice
 
 
 def finish(
@@ -95,3 +99,18 @@ def _refuse_collisions(targets: list[Path], sources: Mapping[Path, str]) -> None
         if place in seen:
             raise UsageError(f"{target} is asked for twice; each file needs a place of its own")
         seen.add(place)
+
+
+def balanced(
+    asked: Job, folder: Path, json_file: str | None = None, choice: Choice | None = None, mode: Mode = "usual"
+) -> BalancedFiles:
+    """Run a job and put its files in place."""
+    from autobalance.api.balance import balance_to_files
+    from autobalance.api.progress import telling
+    from autobalance.command.progress import shown
+
+    with shown(mode) as progress:
+        done = balance_to_files(asked, folder, json_file, telling(progress), choice)
+    for text in done.warnings:
+        warn(text)
+    return done

@@ -12,6 +12,7 @@ from autobalance.command.options import (
     add_set,
     add_suggest,
     add_units,
+    body_of,
     length_unit,
     suggest_of,
 )
@@ -200,14 +201,3 @@ def _keywords(arguments: argparse.Namespace) -> dict[str, Any]:
         "axis_point_mm": arguments.axis_point,
         "axis_direction": arguments.axis_direction,
     }
-
-
-def body_of(text: str | None, named: bool) -> Any:
-    """Return what ``--body`` names: a number, a name where the format has names, or all."""
-    if text in (None, "all"):
-        return text
-    if str(text).isdecimal() and int(str(text)) >= 1:
-        return int(str(text))
-    if text and named:
-        return text
-    raise UsageError(f"--body is {text!r}; must be a number from 1, or all")

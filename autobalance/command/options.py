@@ -188,3 +188,14 @@ def suggest_of(given: list[str] | None) -> dict[str, float] | None:
                 f"--suggest {text!r}; must be balance_factor=NUMBER or inertia_kg_mm2=NUMBER"
             ) from None
     return wanted
+
+
+def body_of(text: str | None, named: bool) -> Any:
+    """Return what ``--body`` names: a number, a name where the format has names, or all."""
+    if text in (None, "all"):
+        return text
+    if str(text).isdecimal() and int(str(text)) >= 1:
+        return int(str(text))
+    if text and named:
+        return text
+    raise UsageError(f"--body is {text!r}; must be a number from 1, or all")

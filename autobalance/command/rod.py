@@ -5,7 +5,7 @@ from __future__ import annotations
 import argparse
 from pathlib import Path
 
-from autobalance.command.options import add_json, add_units, length_unit
+from autobalance.command.options import add_json, add_units, body_of, length_unit
 from autobalance.errors import UsageError
 
 STEEL_KG_M3 = 7850.0
@@ -44,7 +44,6 @@ def run(arguments: argparse.Namespace) -> int:
     from autobalance.api.rod import rod
     from autobalance.command.console import warn
     from autobalance.command.finish import finish
-    from autobalance.command.inspect import body_of
     from autobalance.command.progress import shown
     from autobalance.solid.formats.registry import names_bodies, needs_unit
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import ast
+import re
 from collections.abc import Iterator
 from pathlib import Path
 
@@ -53,6 +54,14 @@ def test_nothing_outside_asks_which_kind_a_cut_is() -> None:
             writes = inside.as_posix() in WRITE_JOBS
             found += [f"{inside}, {fault}" for fault in faults if not (writes and "the name" in fault)]
     assert found == []
+
+
+def test_the_page_asks_neither() -> None:
+    """But for the kind that its form begins with."""
+    quoted = re.compile("[\"'](" + "|".join(NAMES) + ")[\"']")
+    pages = sorted((PACKAGE / "web_app" / "static").glob("*.js"))
+    found = [(path.name, name) for path in pages for name in quoted.findall(path.read_text("utf-8"))]
+    assert set(found) == {("limits.js", "drill")}
 
 
 def test_that_would_be_seen() -> None:

@@ -137,7 +137,7 @@ export function takeCorrection(table) {
   faces.clear();
   zones.list = [];
   for (const name of methods()) {
-    const top = ["shoulder", "add"].includes(name) ? table : {};
+    const top = kinds.of(name)?.keys.some(({ key }) => key === "faces") ? table : {}; // as the job's reader has it
     given[name] = {};
     for (const { key, default: usual } of kinds.of(name)?.keys || []) {
       const found = table[name]?.[key] ?? top[key];
