@@ -60,7 +60,7 @@ signal.signal(signal.SIGHUP, signal.SIG_DFL)
 from autobalance.balancing import loop
 from autobalance.command import main
 
-cut = loop._cut_and_measure
+cut = loop.cut_and_measure
 
 def slow(*arguments):
     print("cutting", flush=True)
@@ -68,7 +68,7 @@ def slow(*arguments):
         signal.sigtimedwait([], 0.05) if hasattr(signal, "sigtimedwait") else None
     return cut(*arguments)
 
-loop._cut_and_measure = slow
+loop.cut_and_measure = slow
 sys.exit(main(sys.argv[1:]))
 """
 

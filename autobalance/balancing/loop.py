@@ -84,7 +84,7 @@ class Result:
 
 
 @dataclass(frozen=True, eq=False)
-class _Pass:
+class Pass:
     """A cut crank as it was measured, and the bodies of its cuts (rotor frame)."""
 
     depths_mm: Array
@@ -174,11 +174,11 @@ def balance(
         return left_alone()
 
     steps: list[Step] = []
-    best: _Pass | None = None
+    best: Pass | None = None
     drift = Unbalance(np.zeros(2), np.zeros(2))
     for number in range(1, PASSES + 1):
         progress(f"cutting, pass {number}")
-        done = _cut_and_measure(rotor, tolerance, offer.cuts, plan, measure)
+        done = cut_and_measure(rotor, tolerance, offer.cuts, plan.depths_mm, measure)
         steps.append(
             Step(
                 number,
@@ -271,15 +271,21 @@ def planned(
     return _corrections(found.offer.cuts, found.plan.depths_mm), found.plan.predicted
 
 
-def _cut_and_measure(
+def cut_and_measure(
     rotor: Rotor,
     tolerance: Tolerance,
     cuts: Sequence[Cut],
-    plan: Plan,
+    depths_mm: Array,
     measure: Measure,
-) -> _Pass:
-    """Cut the untouched crank to the plan's depths and measure it."""
-    made = [(cut, float(depth)) for cut, depth in zip(cuts, plan.depths_mm, strict=True) if depth > 0.0]
+) -> Pass:
+    """Cut the untouched crank to these depths, one a cut, and measure it.
+
+    Raises
+    ------
+    SolidError
+        If the cut cannot be made, or what is measured is no crank any more.
+    """
+    made = [(cut, float(depth)) for cut, depth in zip(cuts, depths_mm, strict=True) if depth > 0.0]
     tools = tuple(cut.tool(depth) for cut, depth in made)
     solid, pressed_in = rotor.solid, Moments.zero()
     for adds in (True, False):
@@ -292,7 +298,7 @@ def _cut_and_measure(
     measured = measure(rotor, solid, made)
     moments = measured.moments + measured.added + pressed_in
     residual = Unbalance.of(moments + rotor.loads)
-    return _Pass(plan.depths_mm, tools, solid, measured, moments, residual, tolerance.used_share(residual))
+    return Pass(depths_mm, tools, solid, measured, moments, residual, tolerance.used_share(residual))
 
 
 def _shortfall(

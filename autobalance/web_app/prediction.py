@@ -61,9 +61,33 @@ def _cut(cut: Any, depth_mm: float, listed: Mapping[str, Any]) -> Values:
         "depth_step_mm": float(cut.depth_step_mm),
         "limit": cut.limit,
         "may_turn": KINDS[listed["kind"]].has_axis,
+        **_grip(listed, depth_mm),
         "effect": _moments(cut.effect(depth_mm) + cut.pressed_in(depth_mm)),
         "rate": _moments(cut.rate(depth_mm)),
     }
+
+
+def _grip(listed: Mapping[str, Any], depth_mm: float) -> Values:
+    """Return where a cut begins and which way it goes deeper, rotor frame: what a hand takes hold of.
+
+    ``rim_mm`` is the radius of a rim that shrinks with the depth, None for cuts that go one way.
+    """
+    at = np.asarray(listed["position_mm"], dtype=np.float64)
+    rim_mm = None
+    if listed.get("inward") is not None:
+        begin, deeper = at, np.asarray(listed["inward"], dtype=np.float64)
+    elif listed.get("normal") is not None:  # the metal's middle lies half way
+        deeper = np.asarray(listed["normal"], dtype=np.float64) * math.copysign(1.0, -listed["depth_mm"])
+        begin = at - 0.5 * depth_mm * deeper
+    elif listed.get("face_z_mm") is not None:
+        begin = np.array([at[0], at[1], listed["face_z_mm"]])
+        deeper = np.array([0.0, 0.0, math.copysign(1.0, at[2] - begin[2])])
+    else:
+        rim_mm = float(listed["rim_radius_mm"])
+        out = math.hypot(at[0], at[1])
+        deeper = np.array([-at[0] / out, -at[1] / out, 0.0]) if out > 0.0 else np.array([-1.0, 0.0, 0.0])
+        begin = np.array([0.0, 0.0, at[2]]) - rim_mm * deeper
+    return {"begin_mm": begin.tolist(), "deeper": deeper.tolist(), "rim_mm": rim_mm}
 
 
 def _moments(moments: Moments) -> Values:
@@ -98,16 +122,13 @@ def predicted(model: Mapping[str, Any], depths_mm: Sequence[Any], turns_deg: Seq
     JobError
         If there are not as many as cuts, or one is no number or out of its limits.
     """
-    cuts = model["cuts"]
-    depths = _checked("depths_mm", depths_mm, len(cuts))
-    turns = _checked("turns_deg", turns_deg, len(cuts)) if len(turns_deg) else [0.0] * len(cuts)
+    depths, turns = checked_cuts(model, depths_mm, turns_deg)
     unbalance, moment = (
         complex(*model["residual"]["unbalance_g_mm"]),
         complex(*model["residual"]["moment_g_mm2"]),
     )
     mass, inertia = model["mass_change_g"], model["inertia_change_kg_mm2"]
-    for number, (cut, depth, turn) in enumerate(zip(cuts, depths, turns, strict=True), 1):
-        _refuse(cut, depth, turn, number)
+    for cut, depth, turn in zip(model["cuts"], depths, turns, strict=True):
         more = depth - cut["depth_mm"]
         about = complex(math.cos(math.radians(turn)), math.sin(math.radians(turn)))
         effect, rate = cut["effect"], cut["rate"]
@@ -155,6 +176,24 @@ def _in_planes(planes: Sequence[Mapping[str, Any]], unbalance: complex, moment: 
     low, high = planes[0]["z_mm"], planes[1]["z_mm"]
     upper = (moment - low * unbalance) / (high - low)
     return [unbalance - upper, upper]
+
+
+def checked_cuts(
+    model: Mapping[str, Any], depths_mm: Sequence[Any], turns_deg: Sequence[Any]
+) -> tuple[list[float], list[float]]:
+    """Return depths and turns as numbers, one a cut; without turns none is turned.
+
+    Raises
+    ------
+    JobError
+        If there are not as many as cuts, or one is no number or out of its limits.
+    """
+    cuts = model["cuts"]
+    depths = _checked("depths_mm", depths_mm, len(cuts))
+    turns = _checked("turns_deg", turns_deg, len(cuts)) if turns_deg else [0.0] * len(cuts)
+    for number, (cut, depth, turn) in enumerate(zip(cuts, depths, turns, strict=True), 1):
+        _refuse(cut, depth, turn, number)
+    return depths, turns
 
 
 def _checked(name: str, given: Sequence[Any], count: int) -> list[float]:

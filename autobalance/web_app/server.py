@@ -22,7 +22,7 @@ from autobalance.web_app.live import Live
 from autobalance.web_app.opening import job_of, named_files, open_crank, open_own_job, open_report
 from autobalance.web_app.project import JOB, RUN_ID, Project, TooLarge, is_plain
 from autobalance.web_app.runs import Runs
-from autobalance.web_app.work import VERBS
+from autobalance.web_app.work import MODEL, VERBS
 
 MODULES = (
     "app",
@@ -30,6 +30,7 @@ MODULES = (
     "board",
     "correct",
     "drag",
+    "handles",
     "job",
     "limits",
     "machine",
@@ -192,7 +193,10 @@ class Pages:
         verb = values.pop("verb", None)
         if verb not in VERBS:
             return refused(f"verb must be one of {', '.join(VERBS)}", 400)
-        wrong = self._wrong_reading(values) if verb == "recut" else self._wrong_job(values)
+        if verb == "cut":
+            values, wrong = self._dragged(values)
+        else:
+            wrong = self._wrong_reading(values) if verb == "recut" else self._wrong_job(values)
         return refused(wrong, 400) if wrong else JSONResponse({"id": self._runs.start(verb, values)}, 202)
 
     def _wrong_job(self, values: dict[str, Any]) -> str:
@@ -217,6 +221,21 @@ class Pages:
         if told is None or told["state"] != "done" or told["verb"] not in ("balance", "recut"):
             return "run must be a run of balance or recut that is done"
         return ""
+
+    def _dragged(self, values: dict[str, Any]) -> tuple[dict[str, Any], str]:
+        """Return cuts that were dragged with the job that made them, and what is wrong, if anything is."""
+        told = self._runs.told(str(values.get("run")))
+        if set(values) - {"run", "depths_mm", "turns_deg"}:
+            return (
+                values,
+                'the body must be {"verb": "cut", "run": ..., "depths_mm": [...], "turns_deg": [...]}',
+            )
+        if told is None or told["state"] != "done" or told["verb"] != "balance":
+            return values, "run must be a run of balance that is done"
+        asked = self._runs.asked(told["id"]) or {}
+        if self._project.own(told["id"], MODEL) is None:
+            return values, "the run was made elsewhere: balance here, then drag"
+        return {**values, "job": asked["job"]}, self._wrong_job({"job": asked["job"]})
 
     async def one_run(self, request: Request) -> Response:
         """Tell one run."""

@@ -140,6 +140,24 @@ def _written(result: BalanceResult, place: Place, tell: Told) -> int:
     return result.exit_code
 
 
+def _cut(asked: Asked, place: Place, tell: Told) -> int:
+    """Make the cuts of a result as they were dragged on the page, and measure them."""
+    import autobalance as ab
+    from autobalance.web_app.trial import tried
+
+    model = json.loads((place.own.parent / asked["run"] / MODEL).read_text(encoding="utf-8"))
+    job = ab.Job.from_dict(asked["job"], folder=place.project)
+    dragged = {key: asked.get(key, []) for key in ("depths_mm", "turns_deg")}
+    done = tried(job, model, dragged["depths_mm"], dragged["turns_deg"], lambda words: tell(words, 0.2))
+    place.results.mkdir(parents=True, exist_ok=True)
+    if done.data is not None:
+        ending = Path(str(asked["job"]["crankshaft"]["file"])).suffix
+        (place.results / f"tried{ending}").write_bytes(done.data)
+    values = {"command": "cut", "run": asked["run"], **dragged, "trial": done.values}
+    (place.results / REPORT).write_text(json.dumps(values, allow_nan=False), encoding="utf-8")
+    return 0
+
+
 def _compare(asked: Asked, place: Place, tell: Told) -> int:
     """Compare the kinds; those that come within tolerance are drawn."""
     import autobalance as ab
@@ -208,6 +226,7 @@ VERBS: dict[str, Callable[[Asked, Place, Told], int]] = {
     "inspect": _inspect,
     "balance": _balance,
     "recut": _recut,
+    "cut": _cut,
     "compare": _compare,
     "forces": _forces,
     "cycle": _cycle,

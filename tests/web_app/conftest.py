@@ -1,4 +1,4 @@
-"""One server and one browser for all tests of the page."""
+"""One browser for all tests of the page; a project with a small crank for those that need no other."""
 
 from __future__ import annotations
 
@@ -7,7 +7,8 @@ from collections.abc import Iterator
 import pytest
 
 from tests.report.browser import Browser, browser
-from tests.web_app.page import until
+from tests.web_app import small
+from tests.web_app.page import load, nothing_wrong
 from tests.web_app.serving import Served, served
 
 
@@ -24,8 +25,21 @@ def app(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Served]:
         yield running
 
 
-@pytest.fixture(scope="module")
-def page(app: Served, window: Browser) -> Browser:
-    window.call("POST", "/url", {"url": app.address})
-    until(window, "return document.body.dataset.ready === 'true'")
-    return window
+@pytest.fixture(scope="session")
+def project(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Served]:
+    """A project in which the small crank was opened and drilled; tests add no other result to it."""
+    data = small.crank(tmp_path_factory.mktemp("crank")).read_bytes()
+    with served(tmp_path_factory.mktemp("small") / "project") as running:
+        assert running.ask(f"/api/files?name={small.NAME}", data).status == 201
+        for verb in ("inspect", "balance"):
+            small.ran(running, verb, small.DRILLED)
+        yield running
+
+
+@pytest.fixture
+def page(project: Served, window: Browser) -> Iterator[Browser]:
+    """The page as it is loaded on that project, whatever was done on it before."""
+    project.ask("/api/job", small.DRILLED, "PUT")
+    load(window, project)
+    with nothing_wrong(window, project):
+        yield window

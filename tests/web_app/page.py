@@ -2,10 +2,18 @@
 
 from __future__ import annotations
 
+import contextlib
 import time
+from collections.abc import Iterator
+from pathlib import Path
 from typing import Any
 
 from tests.report.browser import ELEMENT, Browser
+from tests.web_app.serving import Served
+
+VERDICT = "return document.querySelector('[data-testid=verdict]').dataset.outcome"
+ENDED = "return document.getElementById('progress').getAttribute('aria-valuenow') === '100'"
+READY = "return document.querySelector('[data-testid=model]').dataset.state === 'ready'"
 
 
 def at(name: str) -> str:
@@ -17,44 +25,92 @@ def until(page: Browser, script: str, *given: Any, most_s: float = 120.0) -> Any
     end = time.monotonic() + most_s
     while not (found := page.run(script, *given)):
         if time.monotonic() > end:
-            said = page.run("return document.getElementById('error').textContent")
+            said = page.run("return document.getElementById('error')?.textContent")
             raise AssertionError(f"not so after {most_s} s: {script}; the page says {said!r}")
-        time.sleep(0.1)
+        time.sleep(0.05)
     return found
 
 
-def chosen(page: Browser, *paths: Any) -> None:
-    """Choose files, as by dropping them."""
+def load(page: Browser, app: Served) -> Browser:
+    """Open the page at the address that was printed."""
+    page.call("POST", "/url", {"url": app.address})
+    until(page, "return document.body.dataset.ready === 'true'")
+    return page
+
+
+@contextlib.contextmanager
+def nothing_wrong(page: Browser, app: Served) -> Iterator[None]:
+    """Hold a test to it: no error in the browser's log, nothing asked of another machine."""
+    page.log("browser")
+    page.requests()
+    yield
+    assert [entry for entry in page.log("browser") if entry["level"] == "SEVERE"] == []
+    assert all(url.startswith((app.base, "blob:")) for url in page.requests())
+
+
+def text_of(page: Browser, name: str) -> str:
+    """Return the text of what has a test id."""
+    found: str = page.run("return document.querySelector(arguments[0]).textContent", at(name))
+    return found
+
+
+def chosen(page: Browser, *paths: Path) -> None:
+    """Choose files, as by dropping them, and wait until they are taken in."""
     found = page.call("POST", "/element", {"using": "css selector", "value": at("file-input")})
     text = "\n".join(str(path) for path in paths)
     page.call("POST", f"/element/{found[ELEMENT]}/value", {"text": text})
+    names = [path.stem for path in paths]
+    script = (
+        "const t = document.getElementById('chosen').textContent;"
+        "return !t.startsWith('sending') && arguments[0].some(name => t.startsWith(name))"
+    )
+    until(page, script, names)
 
 
 def put(page: Browser, **values: Any) -> None:
     """Give fields, by their ids, values; a dash stands in a name for an underscore."""
     for name, value in values.items():
-        page.run(
-            "const field = document.getElementById(arguments[0]);"
-            "field.value = arguments[1]; field.dispatchEvent(new Event('input', { bubbles: true }));",
-            name.replace("_", "-"),
-            str(value),
-        )
+        _typed(page, name.replace("_", "-"), value)
 
 
 def limit(page: Browser, key: str, value: Any) -> None:
     """Give a limit of a kind, ``drill.max_holes``, a value."""
+    _typed(page, f"limit-{key.replace('.', '-')}", value)
+
+
+def _typed(page: Browser, field: str, value: Any) -> None:
     page.run(
-        "const field = document.getElementById(`limit-${arguments[0].replace('.', '-')}`);"
+        "const field = document.getElementById(arguments[0]);"
         "field.value = arguments[1]; field.dispatchEvent(new Event('input', { bubbles: true }));",
-        key,
+        field,
         str(value),
+    )
+
+
+def weighed(page: Browser, group: str, name: str, grams: float) -> None:
+    """Add a row to a table of weights."""
+    page.click_on(at(f"add-{group}"))
+    page.run(
+        "const row = [...document.querySelectorAll(`[data-group=${arguments[0]}]`)].pop();"
+        "for (const [key, value] of Object.entries(arguments[1])) {"
+        "const input = row.querySelector(`[data-testid=weight-${key}]`);"
+        "input.value = value; input.dispatchEvent(new Event('input', { bubbles: true })); }",
+        group,
+        {"name": name, "g": str(grams)},
     )
 
 
 def outcome(page: Browser) -> str:
     """Wait for a verdict."""
-    found: str = until(page, "return document.querySelector('[data-testid=verdict]').dataset.outcome")
+    found: str = until(page, VERDICT)
     return found
+
+
+def balanced(page: Browser) -> str:
+    """Press the button, and wait for the verdict."""
+    page.click_on(at("tab-correct"))
+    page.click_on(at("balance"))
+    return outcome(page)
 
 
 def job_text(page: Browser, holds: str) -> str:
@@ -68,7 +124,7 @@ def opened(page: Browser) -> None:
     """Open the crank and wait for it."""
     page.click_on(at("tab-open"))
     page.click_on(at("open"))
-    until(page, "return document.querySelector('[data-testid=model]').dataset.state === 'ready'")
+    until(page, READY)
 
 
 def numbers(page: Browser) -> dict[str, float]:
@@ -78,3 +134,19 @@ def numbers(page: Browser) -> dict[str, float]:
         ".map(each => [each.dataset.key, Number(each.dataset.value)]))"
     )
     return found
+
+
+def predicted(page: Browser, box: str) -> list[float]:
+    """Return what a part of the page, by its id, shows as predicted."""
+    found: list[float] = page.run(
+        "return [...document.querySelectorAll(`#${arguments[0]} [data-predicted]`)]"
+        ".map(each => Number(each.dataset.predicted))",
+        box,
+    )
+    return found
+
+
+def latest(app: Served, verb: str) -> dict[str, Any]:
+    """Return the latest run of a verb with its report."""
+    told = [each for each in app.ask("/api/runs").json["runs"] if each["verb"] == verb][-1]
+    return {**told, "report": app.ask(f"/api/runs/{told['id']}/report").json}

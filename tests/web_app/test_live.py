@@ -1,6 +1,7 @@
 """What the page shows as one types and drags: that it is what the functions say."""
 
 import json
+import tempfile
 import tomllib
 from functools import cache
 from pathlib import Path
@@ -17,7 +18,9 @@ from autobalance.web_app.live import kinds
 from autobalance.web_app.meshes import crank_mesh, creases
 from autobalance.web_app.prediction import linear_model, predicted
 from autobalance.web_app.preview import preview
+from autobalance.web_app.trial import tried
 from tests import jobs
+from tests.web_app import small
 
 DRAFTED = jobs.BUNDLED / "drafted"
 KINDS = {"f4": "<f4", "u4": "<u4", "u2": "<u2", "u1": "u1"}
@@ -110,6 +113,52 @@ def test_what_cannot_be_cut_is_not_predicted(depths: Any, turns: list[float], sa
     given = now if depths is None else [depths, *now[1:]] if isinstance(depths, float) else depths
     with pytest.raises(JobError, match=said):
         predicted(model, given, [*turns, *[0.0] * (len(now) - 1)] if turns else [])
+
+
+@cache
+def on_small(method: str) -> tuple[ab.Job, ab.BalanceResult]:
+    correction = small.DRILLED["correction"] if method == "drill" else {"method": method}
+    values = {**small.DRILLED, "correction": correction}
+    if method == "shoulder":
+        values["balance"] = small.job()["balance"]
+    folder = Path(tempfile.mkdtemp())
+    small.crank(folder)
+    asked = ab.Job.from_dict(values, folder=folder)
+    return asked, ab.balance(asked)
+
+
+@pytest.mark.parametrize("method", ["drill", "shoulder", "mill"])
+def test_a_handle_stands_where_the_next_metal_goes(method: str) -> None:
+    """What one more millimetre takes away has its middle at the floor of the cut."""
+    for cut in linear_model(on_small(method)[1])["cuts"]:
+        floor = np.array(cut["begin_mm"]) + cut["depth_mm"] * np.array(cut["deeper"])
+        middle = np.array(cut["rate"]["unbalance_g_mm"]) / cut["rate"]["mass_g"]
+        assert floor[:2] == pytest.approx(middle, abs=4.0), cut["label"]  # a drill's point is longer
+        z = cut["rate"]["moment_g_mm2"][0] / cut["rate"]["unbalance_g_mm"][0]
+        assert floor[2] == pytest.approx(z, abs=1e-3), cut["label"]
+        assert np.linalg.norm(cut["deeper"]) == pytest.approx(1.0)
+
+
+def test_what_was_dragged_is_cut_and_measured() -> None:
+    asked, result = on_small("drill")
+    model = linear_model(result)
+    depths = [cut["depth_mm"] for cut in model["cuts"]]
+    same = tried(asked, model, depths, [], lambda _: None)
+    for key in ("magnitude_g_mm", "unbalance_g_mm"):
+        assert same.values["residual"][key] == result.report["residual"][key]
+    assert same.values["within_tolerance"]
+    other = tried(asked, model, [depths[0] + 1.0, *depths[1:]], [0.0, 20.0], lambda _: None)
+    told = predicted(model, [depths[0] + 1.0, *depths[1:]], [0.0, 20.0])
+    found = np.array(other.values["residual"]["unbalance_g_mm"])
+    change = np.linalg.norm(found - result.report["residual"]["unbalance_g_mm"])
+    assert found == pytest.approx(np.array(told["unbalance_g_mm"]), abs=0.02 * float(change))
+    for key in ("mass_change_g", "inertia_change_kg_mm2"):
+        assert other.values[key] == pytest.approx(told[key], rel=0.01)
+    assert not other.values["within_tolerance"]
+    assert other.data is not None
+    assert len(other.data) > 84
+    with pytest.raises(JobError, match="other cuts by now"):
+        tried(on_small("shoulder")[0], model, depths, [], lambda _: None)
 
 
 # --- as one types -----------------------------------------------------------------------------------------

@@ -54,8 +54,8 @@ view.onpick = (hit) => { if (current === "open") open.pickedInModel(hit); else i
 
 async function begin() {
   limits.setUp((await askJson("/api/kinds")).kinds, changed);
-  for (const each of [open, parts, correct, see]) each.setUp(view);
-  for (const each of [board, drag, machine]) each.setUp();
+  for (const each of [open, parts, correct, see, drag]) each.setUp(view);
+  for (const each of [board, machine]) each.setUp();
   for (const id of ["unit", "density", "crankpin-in-file"]) $(id).addEventListener("input", changed);
   await project();
   const told = (await askJson("/api/runs")).runs;
@@ -89,12 +89,13 @@ async function opened(told) {
 
 // A run that went on while the page was away.
 const again = guarded(async (going) => {
+  if (["balance", "recut"].includes(going.verb)) emit("begun");
   const told = await runs.follow(going.id, going.verb);
   if (!told) return;
   if (going.verb === "inspect") await opened(told);
   else if (["balance", "recut"].includes(going.verb)) emit("show", told);
   else if (going.verb === "compare") await board.board(told);
-  else see.plots(told);
+  else if (["forces", "cycle"].includes(going.verb)) see.plots(told);
 });
 
 // Another tab may have changed the job meanwhile.

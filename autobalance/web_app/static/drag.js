@@ -1,45 +1,98 @@
 // What other depths and angles of the cuts would leave: predicted by the server as one drags, then cut and measured.
-import { $, el, predicted, shown } from "/static/tools.js";
-import { askLeft, post, say } from "/static/server.js";
+import { $, el, measured, predicted, shown } from "/static/tools.js";
+import { askJson, askLeft, guarded, post, say } from "/static/server.js";
 import { applied, state } from "/static/job.js";
 import { balance } from "/static/correct.js";
+import * as handles from "/static/handles.js";
 import { kinds } from "/static/limits.js";
+import { start, watched } from "/static/runs.js";
 
+const TURN = 60; // degrees, each way
 let model = null;
 let run = null;
 let depths = [];
 let turns = [];
+let sliders = []; // of each cut: { depth, turn }, as functions that set what they show
 
-export function setUp() {
+export function setUp(view) {
+  handles.setUp(view);
   $("take-depths").addEventListener("click", () => { applied(asLimits()); balance(); });
+  for (const id of ["try-depths", "try-dragged"]) $(id).addEventListener("click", guarded(trial));
+  for (const id of ["undo-depths", "undo-dragged"]) $(id).addEventListener("click", undo);
 }
 
-export async function show(id) {
-  run = id;
-  model = await askLeft(`/api/runs/${id}/model`);
+export function clear() {
+  model = null;
+  handles.show([], { cuts: [] });
+  for (const id of ["drag-box", "dragged", "tried"]) $(id).hidden = true;
+}
+
+export async function show(told) {
+  run = told.id;
+  model = await askLeft(`/api/runs/${run}/model`);
   $("drag-box").hidden = !model?.cuts?.length;
-  if ($("drag-box").hidden) return;
+  if ($("drag-box").hidden) { clear(); return; }
   depths = model.cuts.map((cut) => cut.depth_mm);
   turns = model.cuts.map(() => 0);
-  $("drags").replaceChildren(...model.cuts.map(sliders));
+  sliders = [];
+  $("drags").replaceChildren(...model.cuts.map(fields));
+  for (const id of ["try-depths", "try-dragged"]) $(id).hidden = told.verb !== "balance";
   await predict();
 }
 
-function sliders(cut, place) {
+// The view has the result too: handles may stand on it.
+export function grips() {
+  if (model?.cuts?.length) handles.show(model.cuts, { cuts: model.cuts, at: (place) => ({ depth: depths[place], turn: turns[place] }), set });
+}
+
+function set(place, depth, turn) {
+  const cut = model.cuts[place], step = cut.depth_step_mm;
+  const stepped = step ? step * Math.round(depth / step) : depth;
+  depths[place] = Math.min(Math.max(stepped, 0), handles.most(cut));
+  turns[place] = cut.may_turn ? Math.min(Math.max(turn, -TURN), TURN) : 0;
+  sliders[place].forEach((each) => each());
+  $("tried").hidden = true;
+  handles.told();
+  predict();
+}
+
+function undo() {
+  model.cuts.forEach((cut, place) => { depths[place] = cut.depth_mm; turns[place] = 0; sliders[place].forEach((each) => each()); });
+  $("tried").hidden = true;
+  handles.told();
+  predict();
+}
+
+// --- the same by sliders ----------------------------------------------------------------------------------
+
+function fields(cut, place) {
   const made = el("fieldset", { className: "drag" }, el("legend", { textContent: `${cut.number}. ${cut.label}` }));
-  const most = Math.max(cut.max_depth_mm, cut.depth_mm);
-  made.append(slider(`Depth of cut ${cut.number} [mm]`, 0, most, cut.depth_step_mm || most / 400, cut.depth_mm, 2, (value) => { depths[place] = Math.min(value, most); }));
-  if (cut.may_turn) made.append(slider(`Turn cut ${cut.number} about the axis [°]`, -60, 60, 0.5, 0, 1, (value) => { turns[place] = value; }));
+  const top = handles.most(cut);
+  sliders[place] = [];
+  made.append(slider(place, `Depth of cut ${cut.number} [mm]`, 0, top, cut.depth_step_mm || top / 400, 2, () => depths[place], (value) => set(place, value, turns[place])));
+  if (cut.may_turn) made.append(slider(place, `Turn cut ${cut.number} about the axis [°]`, -TURN, TURN, 0.5, 1, () => turns[place], (value) => set(place, depths[place], value)));
   return made;
 }
 
-function slider(words, min, max, step, value, digits, set) {
-  const input = el("input", { type: "range", min, max, step, "aria-label": words });
-  input.value = value;
-  const output = el("output", { textContent: shown(value, digits) });
-  input.addEventListener("input", () => { set(Number(input.value)); output.textContent = shown(Number(input.value), digits); predict(); });
+function slider(place, words, min, max, step, digits, now, change) {
+  const input = el("input", { type: "range", min, max, step, "aria-label": words }), output = el("output");
+  let own = false; // what is typed at a slider stands where it was put
+  const tell = () => { if (!own) input.value = now(); output.textContent = shown(now(), digits); };
+  input.addEventListener("input", () => { own = true; change(Number(input.value)); own = false; });
+  sliders[place].push(tell);
+  tell();
   return el("label", { className: "slider" }, el("span", { textContent: words.replace(/ of cut \d+| cut \d+/, "") }), output, input);
 }
+
+// --- predicted, then measured -----------------------------------------------------------------------------
+
+const FACTS = (found) => [["Residual", "residual.magnitude_g_mm", found.magnitude_g_mm, "g·mm", 3], ...found.planes.map((plane, k) => [`Plane ${plane.name}`, `residual.planes.${k}.magnitude_g_mm`, plane.magnitude_g_mm, "g·mm", 3]), ["Of permitted", "worst_share", found.worst_share, "%", 1], ["Mass", "mass_change_g", found.mass_change_g, "g", 2], ["Inertia", "inertia_change_kg_mm2", found.inertia_change_kg_mm2, "kg·mm²", 3]];
+function facts(found, value) {
+  return FACTS(found).flatMap(([name, key, amount, unit, digits]) => [el("dt", { textContent: name }), el("dd", {}, value(key, amount, digits), ` ${unit}`)]);
+}
+const percent = (made, key, amount) => { if (key === "worst_share") made.textContent = shown(100 * amount, 1); return made; };
+const asPredicted = (key, amount, digits) => percent(predicted(amount, digits), key, amount);
+const asMeasured = (key, amount, digits) => percent(measured(`trial.${key}`, amount, digits), key, amount);
 
 // One question at a time; the latest that was dragged is asked next.
 let busy = false;
@@ -49,12 +102,27 @@ async function predict() {
   busy = true;
   try {
     const found = await post(`/api/runs/${run}/predict`, { depths_mm: depths, turns_deg: turns });
-    const facts = [["Residual", found.magnitude_g_mm, "g·mm", 3], ...found.planes.map((plane) => [`Plane ${plane.name}`, plane.magnitude_g_mm, "g·mm", 3]), ["Of permitted", 100 * found.worst_share, "%", 1], ["Mass", found.mass_change_g, "g", 2], ["Inertia", found.inertia_change_kg_mm2, "kg·mm²", 3]];
-    $("predictions").replaceChildren(...facts.flatMap(([name, value, unit, digits]) => [el("dt", { textContent: name }), el("dd", {}, predicted(value, digits), ` ${unit}`)]));
-    $("predictions").dataset.within = String(found.worst_share <= 1);
+    for (const id of ["predictions", "dragged-says"]) {
+      $(id).replaceChildren(...facts(found, asPredicted));
+      $(id).dataset.within = String(found.worst_share <= 1);
+    }
+    $("dragged").hidden = !model || model.cuts.every((cut, place) => depths[place] === cut.depth_mm && !turns[place]);
   } catch (error) { say(error.message); }
   busy = false;
   if (again) { again = false; predict(); }
+}
+
+// Make the cuts where they were dragged to, and measure the solid's file.
+async function trial() {
+  const told = await watched(() => start("cut", { run, depths_mm: depths, turns_deg: turns }, "as dragged"));
+  if (!told) return;
+  const found = (await askJson(`/api/runs/${told.id}/report`)).trial, name = told.files.find((each) => each.startsWith("tried."));
+  $("tried-says").replaceChildren(...facts({ ...found, magnitude_g_mm: found.residual.magnitude_g_mm, planes: found.residual.planes }, asMeasured));
+  $("tried-says").dataset.within = String(found.within_tolerance);
+  Object.assign($("tried-solid"), { hidden: !name, href: `/api/runs/${told.id}/files/${encodeURIComponent(name || "")}`, download: name || "" });
+  $("tried").hidden = false;
+  $("drag-box").open = true;
+  $("tried").scrollIntoView({ block: "nearest" });
 }
 
 // The depths and angles that were dragged to, as limits of the job: what the planner then keeps to.

@@ -15,7 +15,7 @@ let told = () => {};
 export function setUp(list, changed) {
   kinds.list = list;
   told = changed;
-  const options = () => list.map((kind) => el("option", { value: kind.name, textContent: `${kind.name}: ${kind.noun.toLowerCase()}` }));
+  const options = () => list.map((kind) => el("option", { value: kind.name, textContent: kind.name === kind.noun.toLowerCase() ? kind.name : `${kind.name}: ${kind.noun.toLowerCase()}` }));
   $("method").replaceChildren(...options());
   $("also").replaceChildren(el("option", { value: "", textContent: "nothing else" }), ...options());
   $("method").value = "drill";

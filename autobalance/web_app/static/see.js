@@ -28,7 +28,8 @@ function clear(words) {
   $("verdict").textContent = words;
   $("reason").textContent = "";
   for (const id of ["relaxations", "polars", "more-files"]) $(id).replaceChildren();
-  for (const id of ["numbers", "cuts", "steps", "doubt-box", "drag-box", "download-solid", "download-report"]) $(id).hidden = true;
+  drag.clear();
+  for (const id of ["numbers", "cuts", "steps", "doubt-box", "download-solid", "download-report"]) $(id).hidden = true;
   for (const id of ["numbers", "cuts", "steps", "budget"]) $(id).tBodies[0].replaceChildren();
 }
 
@@ -41,7 +42,8 @@ export async function show(told) {
   budget(report);
   files(told, report);
   relaxations(report);
-  await Promise.all([drag.show(told.id), model(told.id)]);
+  await Promise.all([drag.show(told), model(told.id)]);
+  drag.grips();
   emit("result", state.result);
   $("reason").textContent = report.reason || "";
   $("verdict").textContent = OUTCOMES[report.outcome];

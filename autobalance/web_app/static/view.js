@@ -82,6 +82,7 @@ export class View {
       this.metal.add(skin); floors.add(floor);
     }
     const rings = data.tolerance_planes.map((plane) => this.ring(plane.z_mm, 1.1 * data.radius_mm, "zone"));
+    this.floors = floors;
     this.put("result", [this.mesh(body, "metal"), this.caps(body), this.lines(arrays.edges), this.metal, floors, ...rings, this.axis(data.z_mm)], body, head.triangles);
     this.result = data;
     this.use("result");
@@ -127,6 +128,24 @@ export class View {
   fade(share) {
     if (!this.metal) return;
     for (const each of this.metal.children) { each.material.opacity = share; each.visible = share > 0.01; each.material.depthWrite = share > 0.99; }
+    this.draw();
+  }
+
+  // Show a cut's metal where a hand has dragged it: `by` mm along `way`, turned about the axis; or a rim at `scale`.
+  moved(number, { by, way, turn, scale }) {
+    const about = new T.Vector3(0, 0, 1), still = !by && !turn;
+    for (const each of [...(this.floors?.children || []), ...(this.metal?.children || [])]) {
+      if (each.userData.number !== number) continue;
+      const floor = each.parent === this.floors;
+      each.rotation.z = turn;
+      if (floor && scale === null) each.position.set(...way).multiplyScalar(by).applyAxisAngle(about, turn);
+      if (floor && scale !== null) each.scale.set(scale, scale, 1);
+      if (!floor) continue;
+      each.userData.ink = still ? "gone" : "chosen";
+      each.material.color.set(ink(each.userData.ink));
+      Object.assign(each.material, { depthTest: still, transparent: !still, opacity: still ? 1 : 0.8 });
+      each.renderOrder = still ? 0 : 2;
+    }
     this.draw();
   }
 
@@ -277,6 +296,13 @@ export class View {
     this.sun.position.copy(back).addScaledVector(up, 1.1).addScaledVector(side, -0.8);
     this.fill.position.copy(back).addScaledVector(side, 1.1).addScaledVector(up, -0.2);
     this.renderer.render(this.scene, this.camera);
+    this.ondrawn?.();
+  }
+
+  // Where a point of the scene is in the box [px], and how near to the eye.
+  placed(point) {
+    const s = new T.Vector3(...point).project(this.camera);
+    return [((s.x + 1) / 2) * this.box.clientWidth, ((1 - s.y) / 2) * this.box.clientHeight, -s.z];
   }
 
   // --- picking --------------------------------------------------------------------------------------------

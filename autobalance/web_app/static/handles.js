@@ -1,0 +1,110 @@
+// Handles on the cuts in the model: dragged along a cut for its depth, across it for its angle; or by keys.
+import { $, el, shown } from "/static/tools.js";
+
+const GRIPPED = 4; // px before a drag has a direction
+const STEEP = 0.25; // share of its length that a depth must show on the screen to be dragged along
+
+let view = null;
+let hands = [];
+let given = null; // { cut, at(place) → { depth, turn }, set(place, depth, turn), reset(place) }
+
+export function setUp(model) {
+  view = model;
+  view.ondrawn = follow;
+}
+
+const rad = (deg) => (deg * Math.PI) / 180;
+const about = ([x, y, z], deg) => { const c = Math.cos(rad(deg)), s = Math.sin(rad(deg)); return [c * x - s * y, s * x + c * y, z]; };
+export const most = (cut) => Math.max(cut.max_depth_mm, cut.depth_mm);
+
+// One handle a cut; `asked` tells and takes what is dragged.
+export function show(cuts, asked) {
+  given = asked;
+  hands = cuts.map((cut, place) => {
+    const made = el("button", { type: "button", className: "handle", role: "slider", textContent: String(cut.number), "aria-valuemin": "0", "aria-valuemax": most(cut).toFixed(3), "aria-label": `Cut ${cut.number}, ${cut.label}: depth [mm]${cut.may_turn ? "; left and right turn it about the axis" : ""}`, data: { testid: "handle", cut: String(cut.number) } });
+    made.addEventListener("pointerdown", (event) => grip(event, made, cut, place));
+    made.addEventListener("keydown", (event) => keyed(event, cut, place));
+    return made;
+  });
+  $("handles").replaceChildren(...hands);
+  told();
+}
+
+// The middle of a cut's floor, as it is dragged.
+function floor(cut, depth, turn) {
+  return about(cut.begin_mm.map((value, axis) => value + depth * cut.deeper[axis]), turn);
+}
+
+// Put every handle where its cut is on the screen.
+function follow() {
+  $("handles").hidden = view.mode !== "result" || !hands.length || $("panel-see").hidden;
+  $("dragged").dataset.away = String($("handles").hidden);
+  if ($("handles").hidden) return;
+  const width = $("handles").clientWidth, height = $("handles").clientHeight;
+  hands.forEach((hand, place) => {
+    const cut = given.cuts[place], { depth, turn } = given.at(place);
+    const [x, y, near] = view.placed(floor(cut, depth, turn));
+    hand.style.setProperty("left", `${x.toFixed(1)}px`);
+    hand.style.setProperty("top", `${y.toFixed(1)}px`);
+    hand.style.setProperty("z-index", String(Math.round(500 * (1 + near))));
+    hand.hidden = x < 0 || y < 0 || x > width || y > height;
+  });
+}
+
+// Tell each handle's value, and move the metal that it holds.
+export function told() {
+  hands.forEach((hand, place) => {
+    const cut = given.cuts[place], { depth, turn } = given.at(place);
+    hand.setAttribute("aria-valuenow", depth.toFixed(3));
+    hand.setAttribute("aria-valuetext", `${shown(depth, 2)} mm deep${cut.may_turn ? `, turned ${shown(turn, 1)}°` : ""}`);
+    hand.title = hand.getAttribute("aria-valuetext");
+    const scale = cut.rim_mm === null ? null : (cut.rim_mm - depth) / (cut.rim_mm - cut.depth_mm);
+    view.moved(cut.number, { by: depth - cut.depth_mm, way: cut.deeper, turn: rad(turn), scale });
+  });
+}
+
+// --- a hand on a handle -----------------------------------------------------------------------------------
+
+function grip(down, hand, cut, place) {
+  if (down.button !== 0) return;
+  down.preventDefault();
+  hand.focus({ preventScroll: true });
+  hand.setPointerCapture(down.pointerId);
+  const start = given.at(place), ways = directions(cut, start);
+  let along = null;
+  const move = (event) => {
+    const d = [event.clientX - down.clientX, event.clientY - down.clientY];
+    if (!along && Math.hypot(...d) >= GRIPPED) along = ways.turn && share(d, ways.turn) > share(d, ways.depth) ? "turn" : "depth";
+    if (!along) return;
+    const [wx, wy] = ways[along], by = (d[0] * wx + d[1] * wy) / (wx * wx + wy * wy);
+    if (along === "depth") given.set(place, start.depth + by, start.turn);
+    else given.set(place, start.depth, start.turn + by);
+  };
+  const end = () => { for (const [name, work] of [["pointermove", move], ["pointerup", end], ["pointercancel", end]]) hand.removeEventListener(name, work); };
+  for (const [name, work] of [["pointermove", move], ["pointerup", end], ["pointercancel", end]]) hand.addEventListener(name, work);
+}
+const share = ([x, y], [wx, wy]) => Math.abs(x * wx + y * wy) / (Math.hypot(wx, wy) || 1);
+
+// What a millimetre of depth, and a degree about the axis, are on the screen [px].
+function directions(cut, { depth, turn }) {
+  const from = view.placed(floor(cut, depth, turn));
+  const to = (point) => { const at = view.placed(point); return [at[0] - from[0], at[1] - from[1]]; };
+  const scale = (view.box.clientHeight * view.camera.zoom) / (view.camera.top - view.camera.bottom);
+  let way = to(floor(cut, depth + 1, turn));
+  if (Math.hypot(...way) < STEEP * scale) way = [0, scale]; // it points at the eye: down is deeper then
+  return { depth: way, turn: cut.may_turn ? to(floor(cut, depth, turn + 1)) : null };
+}
+
+function keyed(event, cut, place) {
+  const { depth, turn } = given.at(place), step = cut.depth_step_mm || most(cut) / 100;
+  const deeper = { ArrowUp: step, ArrowDown: -step, PageUp: 10 * step, PageDown: -10 * step }[event.key];
+  const across = { ArrowRight: 1, ArrowLeft: -1 }[event.key];
+  if (deeper) given.set(place, depth + deeper, turn);
+  else if (across && cut.may_turn) given.set(place, depth, turn + across);
+  else if (across) given.set(place, depth + across * step, turn);
+  else if (event.key === "Home") given.set(place, 0, turn);
+  else if (event.key === "End") given.set(place, most(cut), turn);
+  else if (event.key === "Escape") given.set(place, cut.depth_mm, 0);
+  else return;
+  event.preventDefault();
+}

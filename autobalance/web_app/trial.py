@@ -1,0 +1,122 @@
+"""Cuts as a hand dragged them, made and measured: other depths, and places turned about the crank axis."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any, cast
+
+import numpy as np
+
+from autobalance.errors import JobError
+from autobalance.web_app.prediction import checked_cuts
+
+if TYPE_CHECKING:
+    from autobalance.correction.kind import Array, Cut
+    from autobalance.job.model import Job
+    from autobalance.rigid_rotor.moments import Moments
+    from autobalance.solid.csg.solid import Solid
+    from autobalance.solid.csg.tool import Tool
+
+Values = dict[str, Any]
+
+
+@dataclass(frozen=True, eq=False)
+class TurnedCut:
+    """A cut, turned about the crank axis: what cutting and measuring ask of a `Cut`."""
+
+    cut: Cut
+    motion: Array
+
+    @property
+    def adds_metal(self) -> bool:
+        """Whether the tool is added to the crank."""
+        return self.cut.adds_metal
+
+    def tool(self, depth_mm: float) -> Solid:
+        """Return the body to subtract, or to add."""
+        return self.cut.tool(depth_mm).moved(self.motion)
+
+    def exact_tool(self, depth_mm: float) -> Tool | None:
+        """Return the tool without facets."""
+        from autobalance.solid.csg.tool import placed
+
+        tool = self.cut.exact_tool(depth_mm)
+        return None if tool is None else placed(tool, self.motion)
+
+    def pressed_in(self, depth_mm: float) -> Moments:
+        """Return the moments of what is put in."""
+        return self.cut.pressed_in(depth_mm).moved(self.motion)
+
+
+@dataclass(frozen=True)
+class Trial:
+    """What was measured, and the bytes of the file on which it was; None where there is no file."""
+
+    values: Values
+    data: bytes | None
+
+
+def tried(
+    job: Job,
+    model: Mapping[str, Any],
+    depths_mm: Sequence[Any],
+    turns_deg: Sequence[Any],
+    tell: Callable[[str], None],
+) -> Trial:
+    """Cut a job's crank to these depths and turns, and measure what its file holds.
+
+    Parameters
+    ----------
+    job : Job
+        That of the result whose cuts were dragged.
+    model : mapping
+        The result's `linear_model`.
+    depths_mm, turns_deg : sequence of float
+        One a cut.
+    tell : callable
+        Told in a few words what runs.
+
+    Returns
+    -------
+    Trial
+        ``values`` with keys as in a report: ``residual``, and ``worst_share``, ``mass_change_g``,
+        ``inertia_change_kg_mm2``, ``within_tolerance``.
+
+    Raises
+    ------
+    JobError
+        If they are not as many as cuts, out of their limits, or the job makes other cuts now.
+    """
+    from autobalance.balancing.loop import cut_and_measure
+    from autobalance.balancing.run import measure_of
+    from autobalance.report.json import unbalance_values
+    from autobalance.studies.plan import planned
+
+    depths, turns = checked_cuts(model, depths_mm, turns_deg)
+    plan = planned(job, tell)
+    made = plan.result.made
+    if [cut.label for cut, _ in made] != [each["label"] for each in model["cuts"]]:
+        raise JobError("the job makes other cuts by now: balance again, then drag")
+    tell("cutting what was dragged")
+    cuts = [
+        cast("Cut", TurnedCut(cut, _about_axis(turn))) for (cut, _), turn in zip(made, turns, strict=True)
+    ]
+    done = cut_and_measure(plan.rotor, plan.tolerance, cuts, np.array(depths), measure_of(plan.crank.source))
+    change = done.moments - plan.result.initial_moments
+    values = {
+        "residual": unbalance_values(done.residual, plan.tolerance.places_mm, None),
+        "worst_share": done.share,
+        "within_tolerance": done.share <= 1.0,
+        "mass_change_g": float(change.mass_g),
+        "inertia_change_kg_mm2": float(change.polar_inertia_g_mm2) / 1000.0,
+    }
+    return Trial(values, done.measured.data)
+
+
+def _about_axis(turn_deg: float) -> Array:
+    cosine, sine = math.cos(math.radians(turn_deg)), math.sin(math.radians(turn_deg))
+    motion = np.eye(4)
+    motion[:2, :2] = [[cosine, -sine], [sine, cosine]]
+    return motion

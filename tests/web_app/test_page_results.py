@@ -1,0 +1,184 @@
+"""A result on the page: its cuts dragged in the model, its section, its plots; a view in a notebook."""
+
+import base64
+import re
+import sys
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+import autobalance as ab
+from tests.report.browser import Browser, missing
+from tests.web_app import small
+from tests.web_app.page import at, latest, numbers, predicted, put, until
+from tests.web_app.serving import Served
+
+pytestmark = [
+    pytest.mark.skipif(bool(missing()), reason=f"not installed: {missing()}"),
+    pytest.mark.skipif(sys.platform == "win32", reason="signals to one process need POSIX"),
+    pytest.mark.slow,
+]
+ALONG = """
+const [cut, towards] = arguments, view = document.getElementById("model").view;
+const hand = document.querySelector(`.handle[data-cut="${cut.number}"]`).getBoundingClientRect();
+const at = cut.begin_mm.map((v, k) => v + cut.depth_mm * cut.deeper[k]);
+const turned = [at[0] - 0.01 * at[1], at[1] + 0.01 * at[0], at[2]];
+const to = towards === "depth" ? at.map((v, k) => v + cut.deeper[k]) : turned;
+const [a, b] = [view.placed(at), view.placed(to)], d = [b[0] - a[0], b[1] - a[1]];
+return [hand.x + hand.width / 2, hand.y + hand.height / 2, d[0] / Math.hypot(...d), d[1] / Math.hypot(...d)];
+"""
+BACK = "[...document.querySelectorAll('#dragged button')].pop().click()"
+
+
+@pytest.fixture
+def cuts(page: Browser, project: Served) -> list[dict[str, Any]]:
+    """Open the tab with the result, and return its cuts."""
+    page.click_on(at("tab-see"))
+    until(page, "return !document.getElementById('handles').hidden")
+    until(
+        page, "return [...document.querySelectorAll('.handle')].filter(each => each.style.left).length === 2"
+    )
+    found: list[dict[str, Any]] = project.ask(f"/api/runs/{latest(project, 'balance')['id']}/model").json[
+        "cuts"
+    ]
+    return found
+
+
+def drag(page: Browser, cut: dict[str, Any], towards: str, by: float) -> None:
+    """Take hold of a cut's handle and pull it so many pixels along its depth, or about the axis."""
+    x, y, across, down = page.run(ALONG, cut, towards)
+    moves: list[dict[str, Any]] = [
+        {"type": "pointerMove", "duration": 0, "x": round(x), "y": round(y)},
+        {"type": "pointerDown", "button": 0},
+    ]
+    for share in (0.3, 1.0):
+        to = {"x": round(x + share * by * across), "y": round(y + share * by * down)}
+        moves.append({"type": "pointerMove", "duration": 20, **to})
+    moves.append({"type": "pointerUp", "button": 0})
+    page.call("POST", "/actions", {"actions": [{"type": "pointer", "id": "hand", "actions": moves}]})
+
+
+def dragged(page: Browser) -> dict[str, list[float]]:
+    """Return depths and turns as the sliders beside the model show them."""
+    script = "return [...document.querySelectorAll('#drags input')].map(each => Number(each.value))"
+    found: list[float] = page.run(script)
+    return {"depths_mm": found[0::2], "turns_deg": found[1::2]}
+
+
+def test_a_hole_that_is_dragged_in_the_model_is_predicted_then_cut_and_measured(
+    page: Browser, project: Served, cuts: list[dict[str, Any]]
+) -> None:
+    run = latest(project, "balance")
+    report = run["report"]
+    still = predicted(page, "predictions")
+    assert still[0] == pytest.approx(report["residual"]["magnitude_g_mm"], abs=1e-9)
+    drag(page, cuts[0], "depth", 25.0)
+    until(page, "return !document.getElementById('dragged').hidden")
+    drag(page, cuts[1], "turn", 30.0)
+    asked = dragged(page)
+    assert asked["depths_mm"][0] > cuts[0]["depth_mm"] + 0.5
+    assert asked["depths_mm"][1] == pytest.approx(cuts[1]["depth_mm"], abs=0.05)
+    assert asked["turns_deg"][0] == 0.0
+    assert abs(asked["turns_deg"][1]) > 2.0
+    own = project.ask(f"/api/runs/{run['id']}/predict", asked).json
+    until(page, "return document.querySelector('#dragged-says').dataset.within === 'false'")
+    shown = predicted(page, "dragged-says")
+    assert shown == predicted(page, "predictions")
+    assert shown[0] == pytest.approx(own["magnitude_g_mm"], rel=0.05)  # sliders stand on their own steps
+    page.click_on(at("try-dragged"))
+    until(page, "return !document.getElementById('tried').hidden")
+    trial = latest(project, "cut")["report"]["trial"]
+    assert trial["residual"]["magnitude_g_mm"] == pytest.approx(shown[0], rel=0.05)
+    assert trial["mass_change_g"] == pytest.approx(shown[-2], rel=0.02)
+    found = numbers(page)
+    assert found["trial.residual.magnitude_g_mm"] == trial["residual"]["magnitude_g_mm"]
+    assert found["residual.magnitude_g_mm"] == report["residual"]["magnitude_g_mm"]
+    page.run(BACK)
+    until(page, "return document.getElementById('dragged').hidden")
+    assert predicted(page, "predictions") == pytest.approx(still)
+
+
+def test_a_handle_is_worked_by_keys_and_by_its_slider(page: Browser, cuts: list[dict[str, Any]]) -> None:
+    up, right, escape = "\ue013", "\ue014", "\ue00c"
+    page.press(".handle[data-cut='1']", up + up + right)
+    asked = dragged(page)
+    step = cuts[0]["depth_step_mm"] or cuts[0]["max_depth_mm"] / 100.0
+    assert asked["depths_mm"][0] == pytest.approx(cuts[0]["depth_mm"] + 2.0 * step, abs=step)
+    assert asked["turns_deg"] == [1.0, 0.0]
+    hand = "document.querySelector('.handle')"
+    assert page.run(f"return {hand}.role") == "slider"
+    assert page.run(f"return {hand}.getAttribute('aria-valuetext')").endswith("turned 1.0°")
+    page.press(".handle[data-cut='1']", escape)
+    until(page, "return document.getElementById('dragged').hidden")
+    page.run("document.getElementById('drag-box').open = true")
+    page.run(
+        "const slider = document.querySelector('#drags input'); slider.value = 3;"
+        "slider.dispatchEvent(new Event('input', { bubbles: true }))"
+    )
+    until(page, "return !document.getElementById('dragged').hidden")
+    assert page.run(f"return Number({hand}.getAttribute('aria-valuenow'))") == pytest.approx(3.0, abs=step)
+
+
+def test_a_section_cuts_away_what_is_beyond_its_plane(page: Browser) -> None:
+    page.click_on(at("tab-see"))
+    put(page, section="z", section_at=40)
+    place = float(
+        re.search(
+            r"z = ([-−0-9.]+) mm", page.run("return document.getElementById('section-says').textContent")
+        )[1].replace("−", "-")  # type: ignore[index]
+    )
+    heights = """
+    const view = document.getElementById("model").view, box = view.box.getBoundingClientRect(), found = [];
+    view.use("crank");
+    for (let i = 1; i < 30; i++) for (let k = 1; k < 30; k++) {
+      const hit = view.pick(box.x + box.width * i / 30, box.y + box.height * k / 30);
+      if (hit) found.push(hit.point[2]);
+    }
+    view.use("result");
+    return found;
+    """
+    cut = page.run(heights)
+    assert len(cut) > 20
+    assert max(cut) <= place + 0.1
+    put(page, section="none")
+    assert max(page.run(heights)) > place + 5.0
+
+
+def test_forces_are_computed_and_drawn(page: Browser, project: Served) -> None:
+    page.click_on(at("tab-see"))
+    page.click_on("#forces-box summary")
+    page.click_on("#plot-forces")
+    until(page, "return document.querySelector('#plots-forces img')")
+    pictures = [name for name in latest(project, "forces")["files"] if name.endswith(".png")]
+    until(
+        page,
+        "const all = [...document.querySelectorAll('#plots-forces img')];"
+        "for (const each of all) each.loading = 'eager';"
+        "return all.length === arguments[0] && all.every(each => each.naturalWidth > 100)",
+        len(pictures),
+    )
+    assert page.run("return [...document.querySelectorAll('#plots-forces img')].every(each => each.alt)")
+
+
+def test_the_view_in_a_notebook_draws_without_the_app(window: Browser, tmp_path: Path) -> None:
+    pytest.importorskip("anywidget")
+    crank = ab.read_crank(small.crank(tmp_path), unit="mm", density_kg_m3=7850.0)
+    widget = ab.app(crank)
+    assert (widget.kind, len(widget.data) > 10_000) == ("crank", True)
+    page = tmp_path / "notebook.html"
+    data = base64.b64encode(widget.data).decode()
+    module = str(widget._esm).replace("</script", r"<\/script")
+    page.write_text(
+        f"<div id=here></div><script type=module>{module}\n"
+        f"const raw = Uint8Array.from(atob('{data}'), each => each.charCodeAt(0));"
+        "const model = { get: name => name === 'data' ? new DataView(raw.buffer) : 'crank' };"
+        "render({ model, el: document.getElementById('here') });</script>",
+        encoding="utf-8",
+    )
+    window.open(page)
+    view = "document.querySelector('.autobalance-view')"
+    until(window, f"return {view}?.dataset.state === 'ready'", most_s=30.0)
+    assert window.run(f"return Number({view}.dataset.triangles)") == len(
+        crank.measured.source.solid.mesh.triangles
+    )
