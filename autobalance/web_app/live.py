@@ -115,7 +115,11 @@ def kinds() -> list[dict[str, Any]]:
             "noun": kind.noun,
             "datum": kind.datum,
             "keys": [
-                {"key": each.name, "default": None if each.default is MISSING else _plain(each.default)}
+                {
+                    "key": each.name,
+                    "default": None if each.default is MISSING else _plain(each.default),
+                    "list": "tuple" in str(each.type),
+                }
                 for each in fields(kind.limits)
             ],
         }

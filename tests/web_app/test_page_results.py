@@ -73,7 +73,7 @@ def test_a_hole_that_is_dragged_in_the_model_is_predicted_then_cut_and_measured(
     report = run["report"]
     still = predicted(page, "predictions")
     assert still[0] == pytest.approx(report["residual"]["magnitude_g_mm"], abs=1e-9)
-    drag(page, cuts[0], "depth", 25.0)
+    drag(page, cuts[0], "depth", 10.0)
     until(page, "return !document.getElementById('dragged').hidden")
     drag(page, cuts[1], "turn", 30.0)
     asked = dragged(page)
@@ -89,7 +89,7 @@ def test_a_hole_that_is_dragged_in_the_model_is_predicted_then_cut_and_measured(
     page.click_on(at("try-dragged"))
     until(page, "return !document.getElementById('tried').hidden")
     trial = latest(project, "cut")["report"]["trial"]
-    assert trial["residual"]["magnitude_g_mm"] == pytest.approx(shown[0], rel=0.05)
+    assert trial["residual"]["magnitude_g_mm"] == pytest.approx(shown[0], rel=0.1)
     assert trial["mass_change_g"] == pytest.approx(shown[-2], rel=0.02)
     found = numbers(page)
     assert found["trial.residual.magnitude_g_mm"] == trial["residual"]["magnitude_g_mm"]

@@ -36,7 +36,7 @@ export function shown() {
   const boxes = methods().flatMap((name) => {
     const kind = kinds.of(name);
     if (!kind) return [];
-    const fields = kind.keys.filter(({ key }) => !(key in WORDS)).map(({ key, default: usual }) => field(name, key, usual));
+    const fields = kind.keys.filter(({ key }) => !(key in WORDS)).map((each) => field(name, each));
     return [el("fieldset", { className: "fields" }, el("legend", { textContent: `${kind.noun}: limits` }), ...fields)];
   });
   $("limits").replaceChildren(...boxes);
@@ -44,14 +44,14 @@ export function shown() {
   $("zones-box").hidden = !has("sector_deg") && !has("sectors_deg");
 }
 
-function field(kind, key, usual) {
+function field(kind, { key, default: usual, list }) {
   const words = key.replaceAll("_", " ").replace(/ (mm|deg|kg m3)$/, (unit) => ` [${{ " mm": "mm", " deg": "°", " kg m3": "kg/m³" }[unit]}]`);
   const now = given[kind]?.[key] ?? "";
   const values = { data: { key: `${kind}.${key}` } };
   let input;
   if (typeof usual === "boolean") {
     input = el("select", {}, ...["", "true", "false"].map((value) => el("option", { value, textContent: { "": `usual: ${usual ? "yes" : "no"}`, true: "yes", false: "no" }[value] })));
-  } else input = el("input", { inputMode: Array.isArray(usual) || typeof usual === "string" ? "text" : "decimal", placeholder: usual === null ? "" : Array.isArray(usual) ? usual.join(", ") : String(usual) });
+  } else input = el("input", { inputMode: list || typeof usual === "string" ? "text" : "decimal", placeholder: usual === null ? "" : Array.isArray(usual) ? usual.join(", ") : String(usual) });
   delete values.data;
   input.id = `limit-${kind}-${key}`;
   input.value = String(now);
@@ -59,9 +59,9 @@ function field(kind, key, usual) {
   return el("label", {}, words, input);
 }
 
-function value(text, usual) {
+function value(text, { default: usual, list }) {
   if (typeof usual === "boolean") return text === "true";
-  if (Array.isArray(usual)) return listTyped(text);
+  if (list) return listTyped(text);
   return typed(text);
 }
 
@@ -73,10 +73,10 @@ export function correction(before) {
   made.method = names.length === 1 ? names[0] : names;
   for (const name of names) {
     const table = {};
-    for (const { key, default: usual } of kinds.of(name)?.keys || []) {
-      const text = given[name]?.[key];
+    for (const each of kinds.of(name)?.keys || []) {
+      const { key } = each, text = given[name]?.[key];
       if (key in WORDS) Object.assign(table, word(key));
-      else if (text !== undefined && String(text).trim() !== "") table[key] = value(String(text), usual);
+      else if (text !== undefined && String(text).trim() !== "") table[key] = value(String(text), each);
     }
     if (Object.keys(table).length) made[name] = table;
   }
@@ -139,13 +139,13 @@ export function takeCorrection(table) {
   for (const name of methods()) {
     const top = kinds.of(name)?.keys.some(({ key }) => key === "faces") ? table : {}; // as the job's reader has it
     given[name] = {};
-    for (const { key, default: usual } of kinds.of(name)?.keys || []) {
+    for (const { key } of kinds.of(name)?.keys || []) {
       const found = table[name]?.[key] ?? top[key];
       if (found === undefined || found === null) continue;
       if (key === "faces") { if (Array.isArray(found)) for (const face of found) faces.add(typeof face === "string" ? face : JSON.stringify(face)); }
       else if (key === "sector_deg") zones.list = [{ from: found[0], to: found[1], allowed: true }];
       else if (key === "sectors_deg") zones.list = found.filter(([a, b]) => !(a === 0 && b === 360)).map(([from, to]) => ({ from, to, allowed: true }));
-      else given[name][key] = Array.isArray(usual) && Array.isArray(found) ? found.join("; ") : String(found);
+      else given[name][key] = Array.isArray(found) ? found.join("; ") : String(found);
     }
   }
   shown();

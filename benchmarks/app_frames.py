@@ -1,0 +1,115 @@
+"""Measure the app's view under software rendering: opening, frames a second, picking, at many triangles.
+
+Run from a checkout with Chromium and its driver: ``python benchmarks/app_frames.py [TRIANGLES ...]``. The
+processor time of a frame is that of all processes of the browser: what it takes without a graphics card.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import math
+import os
+import sys
+import tempfile
+import time
+from pathlib import Path
+
+ROOT = Path(__file__).resolve().parents[1]
+sys.path[:0] = [str(ROOT), str(ROOT / "benchmarks")]
+
+from main_job import subdivided, write_stl  # noqa: E402
+
+from autobalance.crank.parametric.design import PRESETS  # noqa: E402
+from autobalance.crank.parametric.generate import crank_solid  # noqa: E402
+from tests.report.browser import Browser, browser  # noqa: E402
+from tests.web_app.page import READY, at, chosen, load, until  # noqa: E402
+from tests.web_app.serving import served  # noqa: E402
+
+FRAMES, PICKS = 20, 200
+BYTES_A_TRIANGLE = 50
+TURN = """
+const [frames] = arguments, view = document.getElementById("model").view, gl = view.renderer.getContext();
+const pixel = new Uint8Array(4), begin = performance.now();
+for (let k = 0; k < frames; k++) {
+  view.camera.position.applyAxisAngle(view.camera.up, 0.1);
+  view.controls.update();
+  view.drawn();
+  gl.readPixels(0, 0, 1, 1, gl.RGBA, gl.UNSIGNED_BYTE, pixel); // waits until it is drawn
+}
+return (performance.now() - begin) / frames;
+"""
+PICK = """
+const [picks] = arguments, view = document.getElementById("model").view, took = [];
+const box = view.box.getBoundingClientRect();
+let hits = 0, seed = 1;
+const random = () => (seed = (seed * 16807) % 2147483647) / 2147483647;
+for (let k = 0; k < picks; k++) {
+  const [x, y] = [box.x + box.width * random(), box.y + box.height * random()], begin = performance.now();
+  if (view.pick(x, y)) hits++;
+  took.push(performance.now() - begin);
+}
+took.sort((a, b) => a - b);
+return [took[picks >> 1], took[Math.floor(0.99 * picks)], hits];
+"""
+
+
+def main() -> None:
+    """Measure at each number of triangles."""
+    for wanted in [int(text) for text in sys.argv[1:]] or [100_000, 1_000_000]:
+        with tempfile.TemporaryDirectory() as folder:
+            place = Path(folder)
+            crank = place / "crank.stl"
+            write_stl(crank, crank_solid(PRESETS["inline-4"]).mesh.corners)
+            splits = max(0, round(math.log(wanted / (crank.stat().st_size / BYTES_A_TRIANGLE), 4.0)))
+            corners = subdivided(crank, splits)
+            write_stl(crank, corners)
+            with served(place / "project") as app, browser(place / "profile") as page:
+                page.resize(1400, 900)
+                load(page, app)
+                chosen(page, crank)
+                began = time.perf_counter()
+                page.click_on(at("open"))
+                until(page, READY, most_s=900.0)
+                opening = time.perf_counter() - began
+                print(
+                    f"{len(corners)} triangles: in 3D {opening:.1f} s after they were opened; {frames(page)}"
+                )
+
+
+def frames(page: Browser) -> str:
+    """Turn the crank, pick on it, and tell how long that took."""
+    page.run(TURN, 3)
+    before = processor_s()
+    wall = page.run(TURN, FRAMES)
+    cpu = 1000.0 * (processor_s() - before) / FRAMES
+    middle, most, hits = page.run(PICK, PICKS)
+    size = page.run("const c = document.getElementById('canvas'); return `${c.width} × ${c.height}`")
+    return (
+        f"{1000.0 / wall:.1f} frames/s ({wall:.0f} ms, {cpu:.0f} ms of processor time) at {size} pixels; "
+        f"picking {middle:.2f} ms, 99 of 100 under {most:.1f} ms ({hits} of {PICKS} hit)"
+    )
+
+
+def processor_s() -> float:
+    """Return the processor time that what was started from here has used, and still runs."""
+    parents: dict[int, int] = {}
+    used: dict[int, float] = {}
+    for each in Path("/proc").glob("[0-9]*/stat"):
+        with contextlib.suppress(OSError):
+            fields = each.read_text().rpartition(")")[2].split()
+            number = int(each.parent.name)
+            parents[number] = int(fields[1])
+            used[number] = (int(fields[11]) + int(fields[12])) / os.sysconf("SC_CLK_TCK")
+
+    def is_ours(number: int) -> bool:
+        while number in parents:
+            number = parents[number]
+            if number == os.getpid():
+                return True
+        return False
+
+    return sum(seconds for number, seconds in used.items() if is_ours(number))
+
+
+if __name__ == "__main__":
+    main()
