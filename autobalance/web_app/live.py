@@ -16,7 +16,7 @@ from autobalance.web_app.answers import body_of, file_of, refused
 from autobalance.web_app.opening import named_files
 from autobalance.web_app.prediction import predicted
 from autobalance.web_app.preview import preview
-from autobalance.web_app.work import MESH, MODEL, VIEW
+from autobalance.web_app.work import DRAWING, MESH, MODEL, VIEW
 
 if TYPE_CHECKING:
     from autobalance.web_app.project import Project
@@ -40,6 +40,7 @@ class Live:
             Route("/api/runs/{run}/mesh", self.mesh),
             Route("/api/runs/{run}/view", self.view),
             Route("/api/runs/{run}/model", self.model),
+            Route("/api/runs/{run}/drawing", self.drawing),
             Route("/api/runs/{run}/predict", self.predict, methods=["POST"]),
             Route("/api/runs/{run}/preview", self.preview, methods=["POST"]),
         ]
@@ -64,6 +65,11 @@ class Live:
     async def model(self, request: Request) -> Response:
         """Give what a run left for the page: what was found out, or the linear model of its cuts."""
         return self._own(request.path_params["run"], MODEL)
+
+    async def drawing(self, request: Request) -> Response:
+        """Give the drawing for CAD."""
+        path = self._project.own(request.path_params["run"], DRAWING)
+        return file_of(path, DRAWING)
 
     async def predict(self, request: Request) -> Response:
         """Predict what other depths and turns of a result's cuts would leave."""

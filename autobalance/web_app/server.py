@@ -19,7 +19,7 @@ from autobalance.version import __version__
 from autobalance.web_app.answers import asset, body_of, drained, file_of, refused
 from autobalance.web_app.guard import COOKIE, Guard, Keys, has_cookie
 from autobalance.web_app.live import Live
-from autobalance.web_app.opening import job_of, named_files, open_crank, open_own_job, open_report
+from autobalance.web_app.opening import JOBS, job_of, named_files, open_crank, open_own_job, open_report
 from autobalance.web_app.project import JOB, RUN_ID, Project, TooLarge, is_plain
 from autobalance.web_app.runs import Runs
 from autobalance.web_app.work import MODEL, VERBS
@@ -173,7 +173,7 @@ class Pages:
                     self._project.forget(apart)
             self._runs.take_up()
             return run
-        if ending == ".toml":
+        if ending in JOBS:
             open_own_job(path.name, self._project)
         else:
             open_crank(path.name, self._project)

@@ -20,6 +20,7 @@ if TYPE_CHECKING:
 MESH = "mesh.bin"
 VIEW = "view.bin"
 MODEL = "model.json"
+DRAWING = "drawing.dxf"
 REPORT = "report.json"
 MEGABYTE = 1 << 20
 
@@ -135,9 +136,23 @@ def _written(result: BalanceResult, place: Place, tell: Told) -> int:
     from autobalance.web_app.prediction import linear_model
 
     result.write(place.results, progress=tell)
-    place.keep(MODEL, json.dumps(linear_model(result), allow_nan=False).encode())
+    drawing = _drawing(result)
+    if drawing is not None:
+        place.keep(DRAWING, drawing)
+    model = {**linear_model(result), "drawing": drawing is not None}
+    place.keep(MODEL, json.dumps(model, allow_nan=False).encode())
     place.keep(VIEW, result_view(result))
     return result.exit_code
+
+
+def _drawing(result: BalanceResult) -> bytes | None:
+    """Return the drawing for CAD, which the command writes only where it is asked; None without its extra."""
+    from autobalance.errors import FormatError
+
+    try:
+        return _bundled(result, "dxf")["dxf"][1] if result.corrections else None
+    except FormatError:
+        return None
 
 
 def _cut(asked: Asked, place: Place, tell: Told) -> int:
@@ -180,15 +195,18 @@ def _compare(asked: Asked, place: Place, tell: Told) -> int:
 
 
 def _picture(result: BalanceResult) -> bytes:
+    return _bundled(result, "png")["png_after"][1]
+
+
+def _bundled(result: BalanceResult, kind: str) -> dict[str, tuple[str, bytes]]:
+    """Return the files of one kind that a report's folder may hold."""
     from autobalance.report.bundle import Choice, bundle
     from autobalance.report.json import showable
 
     record = result.record.balanced
     assert record is not None
-    ended = record.result
-    before = result.before.measured.source.solid
-    made = bundle(showable(result.report), before, ended.solid, ended.tools, Choice(("png",)))
-    return made["png_after"][1]
+    ended, before = record.result, result.before.measured.source.solid
+    return bundle(showable(result.report), before, ended.solid, ended.tools, Choice((kind,)))
 
 
 def _forces(asked: Asked, place: Place, tell: Told) -> int:

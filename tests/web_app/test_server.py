@@ -211,6 +211,14 @@ def test_an_uploaded_job_is_kept_as_it_is_and_opened_with_files_of_the_project(a
         assert (answer.status, list(answer.json)) == (400, ["error"])
 
 
+def test_a_job_may_be_a_workbook(app: Served, tmp_path: Path) -> None:
+    assert jobs.run("init", JOB, "-o", tmp_path / "job.xlsx") == 0
+    assert app.ask("/api/files?name=mine.xlsx", (tmp_path / "job.xlsx").read_bytes()).status == 201
+    found = app.ask("/api/open", {"file": "mine.xlsx"}).json["job"]
+    for table in ("crankshaft", "engine", "balance", "correction"):
+        assert found[table] == job()[table]
+
+
 def test_the_job_is_kept_as_the_command_line_takes_it(app: Served) -> None:
     text = app.ask("/api/job", job(), "PUT").json["job_text"]
     assert tomllib.loads(text) == job()

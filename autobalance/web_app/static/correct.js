@@ -1,5 +1,5 @@
 // Correct: kinds, limits, faces and angles picked in the model; cut and measure; alternatives as a board.
-import { $, el, shown } from "/static/tools.js";
+import { $, el, measured, predicted } from "/static/tools.js";
 import { guarded, say } from "/static/server.js";
 import { changed, emit, job, on, state } from "/static/job.js";
 import { faces, isPoint, sectors, zoneRows, zones } from "/static/limits.js";
@@ -24,10 +24,10 @@ const told = (text) => { $("pick-says").textContent = text; };
 
 function faceRows() {
   const found = state.inspected?.report.faces || [];
-  const points = [...faces].filter(isPoint).map((point) => faceRow(point, "the face at this point of the file [mm]"));
-  $("faces").replaceChildren(...points, ...found.map((face) => {
+  const points = [...faces].filter(isPoint).map((point) => faceRow(point, ["the face at this point of the file [mm]"]));
+  $("faces").replaceChildren(...points, ...found.map((face, k) => {
     const worth = Math.hypot(...face.unbalance_per_mm_g_mm);
-    return faceRow(face.id, `web ${face.web ?? "–"}, ${shown(face.area_mm2, 0)} mm², ${shown(worth, 0)} g·mm per mm`);
+    return faceRow(face.id, [`web ${face.web ?? "–"}, `, measured(`faces.${k}.area_mm2`, face.area_mm2, 0), " mm², ", predicted(worth, 0), " g·mm per mm"]);
   }));
   if (!found.length) $("faces").append("Open the crank first.");
 }
@@ -35,7 +35,7 @@ function faceRows() {
 function faceRow(id, says) {
   const input = el("input", { type: "checkbox", checked: faces.has(id) });
   input.addEventListener("change", () => use(id, input.checked));
-  return el("label", { className: "check", data: { face: id } }, input, ` ${id} `, el("small", { textContent: says }));
+  return el("label", { className: "check", data: { face: id } }, input, ` ${id} `, el("small", {}, ...says));
 }
 
 function use(id, chosen) {

@@ -31,13 +31,14 @@ export async function show(told) {
   run = told.id;
   model = await askLeft(`/api/runs/${run}/model`);
   $("drag-box").hidden = !model?.cuts?.length;
-  if ($("drag-box").hidden) { clear(); return; }
+  if ($("drag-box").hidden) { clear(); return null; }
   depths = model.cuts.map((cut) => cut.depth_mm);
   turns = model.cuts.map(() => 0);
   sliders = [];
   $("drags").replaceChildren(...model.cuts.map(fields));
   for (const id of ["try-depths", "try-dragged"]) $(id).hidden = told.verb !== "balance";
   await predict();
+  return model;
 }
 
 // The view has the result too: handles may stand on it.

@@ -5,6 +5,7 @@ import { correction, takeCorrection } from "/static/limits.js";
 
 export const UNITLESS = ["stl", "obj", "ply", "off"];
 export const CRANKS = [...UNITLESS, "3mf", "glb", "step", "stp"];
+export const JOBS = ["toml", "xlsx"];
 export const GROUPS = { rotating_g: "Rotating", reciprocating_g: "Reciprocating", crankpin_g: "On or in the crankpin" };
 const NUMBERS = { factor: "factor", grade: "grade", "speed-rpm": "speed_rpm" };
 

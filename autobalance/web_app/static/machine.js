@@ -73,7 +73,10 @@ async function stages(list, id) {
     if (solid) links.append(el("a", { href: `/api/runs/${own}/files/${encodeURIComponent(solid)}`, download: `stage-${stage.stage}-${solid}`, textContent: "solid" }));
     return row([String(stage.stage), amount(k, "reading", stage.reading), amount(k, "expected", stage.expected), String(stage.corrections), amount(k, "predicted", stage.predicted), links], 1);
   }));
-  const found = list.flatMap((stage) => stage.suspects.map((each) => `Stage ${stage.stage}: ${each.key}: ${each.says} (${each.difference_g_mm.toPrecision(3)} g·mm apart, ${each.left_g_mm.toPrecision(3)} left)`));
-  const warned = (state.result?.report.warnings || []).filter((text) => state.result.report.command === "recut" && !found.includes(text));
-  $("suspects").replaceChildren(...[...found, ...warned].map((text) => el("li", { textContent: text })));
+  const found = list.flatMap((stage, k) => stage.suspects.map((each, place) => {
+    const amount = (key) => measured(`stages.${k}.suspects.${place}.${key}`, each[key], 1);
+    return el("li", {}, `Stage ${stage.stage}: ${each.key}: ${each.says} (`, amount("difference_g_mm"), " g·mm apart, ", amount("left_g_mm"), " left)");
+  }));
+  const warned = state.result?.report.command === "recut" ? state.result.report.warnings : [];
+  $("suspects").replaceChildren(...found, ...warned.map((text) => el("li", { textContent: text })));
 }

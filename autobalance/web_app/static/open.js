@@ -1,7 +1,7 @@
 // Open: files and folders dropped or chosen, the crank in a tree, what is in doubt, and what a user says of it.
 import { $, arrows, el, ending, measured } from "/static/tools.js";
 import { askBuffer, askJson, askLeft, guarded, post, say } from "/static/server.js";
-import { CRANKS, UNITLESS, changed, crankshaft, emit, on, state, taken } from "/static/job.js";
+import { CRANKS, JOBS, UNITLESS, changed, crankshaft, emit, on, state, taken } from "/static/job.js";
 import { start } from "/static/runs.js";
 
 let view = null;
@@ -73,7 +73,7 @@ async function crankAndJob(files) {
   const kept = {};
   for (const file of files) kept[file.name] = (await send(file)).file;
   const names = Object.values(kept);
-  const job = names.find((name) => ending(name) === "toml"), crank = names.find((name) => CRANKS.includes(ending(name)));
+  const job = names.find((name) => JOBS.includes(ending(name))), crank = names.find((name) => CRANKS.includes(ending(name)));
   const other = job || crank || names[0];
   const { job: tables } = await post("/api/open", { file: other });
   if (job && crank && tables.crankshaft && Object.keys(kept).includes(tables.crankshaft.file)) tables.crankshaft.file = kept[tables.crankshaft.file];
@@ -149,12 +149,12 @@ async function unrecognised(error) {
 
 function reasons(report) {
   const found = [...report.warnings], crank = report.crank;
-  if (crank.journal_misalignment_mm > 0.01) found.push(`the main journals are out of line by ${crank.journal_misalignment_mm.toPrecision(3)} mm`);
+  if (crank.journal_misalignment_mm > 0.01) found.push(el("span", {}, "the main journals are out of line by ", measured("crank.journal_misalignment_mm", crank.journal_misalignment_mm, 3), " mm"));
   const free = view.parts.filter((part) => part.kind === "cylinder").length;
   if (free) found.push(`${free} cylinder${free > 1 ? "s" : ""} along the axis taken for neither journal nor crankpin`);
   return found;
 }
-const doubts = (texts) => $("doubts").replaceChildren(...texts.map((text) => el("li", { textContent: text })));
+const doubts = (texts) => $("doubts").replaceChildren(...texts.map((text) => el("li", {}, text)));
 
 // --- the tree ---------------------------------------------------------------------------------------------
 

@@ -74,7 +74,7 @@ const preview = debounced(async () => {
     ["Permitted", found.tolerance.permissible_g_mm, "g·mm"],
   ];
   $("preview-facts").replaceChildren(...facts.flatMap(([name, value, unit]) => [el("dt", { textContent: name }), el("dd", {}, predicted(value, unit ? 2 : 4), ` ${unit}`)]));
-  const places = found.initial.planes.map((plane, k) => [`Plane ${plane.name}`, plane.unbalance_g_mm, found.tolerance.planes[k].permissible_g_mm]);
-  const plots = [["Resultant", found.initial.unbalance_g_mm, found.tolerance.permissible_g_mm], ...places];
-  $("preview-polar").replaceChildren(...plots.map(([name, xy, permitted]) => polar(name, [{ xy, name: "before", when: "before" }], permitted)));
+  const places = found.initial.planes.map((plane, k) => [`Plane ${plane.name}`, plane, found.tolerance.planes[k].permissible_g_mm]);
+  const plots = [["Resultant", found.initial, found.tolerance.permissible_g_mm], ...places];
+  $("preview-polar").replaceChildren(...plots.map(([name, unbalance, permitted]) => polar(name, [{ ...unbalance, name: "before" }], permitted)));
 }, 200);

@@ -8,7 +8,7 @@ import { polar } from "/static/polar.js";
 import * as drag from "/static/drag.js";
 
 const OUTCOMES = { within_tolerance: "Within tolerance", already_within_tolerance: "Already within tolerance", above_tolerance: "Above tolerance" };
-const FILES = { "report.html": "Report as a page", "sheet.pdf": "Shop sheet", "balance.xlsx": "Workbook", "sheet.dxf": "Drawing (DXF)", "balance.dxf": "Drawing (DXF)", "crank-before.png": "Picture before", "crank-after.png": "Picture after", "history.html": "History of stages" };
+const FILES = { "report.html": "Report as a page", "sheet.pdf": "Shop sheet", "balance.xlsx": "Workbook",  "crank-before.png": "Picture before", "crank-after.png": "Picture after", "history.html": "History of stages" };
 const CAUSES = { facets: "facets of the file", rounding: "rounding of the file", axis: "the axis", density: "density", weights: "weights", attached: "attached parts", depth: "depths", machine: "the machine" };
 let view = null;
 
@@ -29,7 +29,7 @@ function clear(words) {
   $("reason").textContent = "";
   for (const id of ["relaxations", "polars", "more-files"]) $(id).replaceChildren();
   drag.clear();
-  for (const id of ["numbers", "cuts", "steps", "doubt-box", "download-solid", "download-report"]) $(id).hidden = true;
+  for (const id of ["numbers", "cuts", "steps", "doubt-box", "download-solid", "download-report", "download-drawing"]) $(id).hidden = true;
   for (const id of ["numbers", "cuts", "steps", "budget"]) $(id).tBodies[0].replaceChildren();
 }
 
@@ -42,7 +42,8 @@ export async function show(told) {
   budget(report);
   files(told, report);
   relaxations(report);
-  await Promise.all([drag.show(told), model(told.id)]);
+  const [left] = await Promise.all([drag.show(told), model(told.id)]);
+  if (left?.drawing) Object.assign($("download-drawing"), { hidden: false, href: `/api/runs/${told.id}/drawing`, download: "drawing.dxf" });
   drag.grips();
   emit("result", state.result);
   $("reason").textContent = report.reason || "";
@@ -71,7 +72,7 @@ function numbers(report) {
   }
   $("numbers").hidden = false;
   const plots = [["Resultant", report.initial, report.residual, report.tolerance.permissible_g_mm], ...report.residual.planes.map((plane, k) => [`Plane ${plane.name}`, report.initial.planes[k], plane, report.tolerance.planes[k].permissible_g_mm])];
-  $("polars").replaceChildren(...plots.map(([name, before, after, permitted]) => polar(name, [{ xy: before.unbalance_g_mm, name: "before", when: "before" }, { xy: after.unbalance_g_mm, name: "after", when: "after" }], permitted)));
+  $("polars").replaceChildren(...plots.map(([name, before, after, permitted]) => polar(name, [{ ...before, name: "before" }, { ...after, name: "after" }], permitted)));
 }
 
 function cuts(report) {
