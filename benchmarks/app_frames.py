@@ -25,7 +25,7 @@ from tests.report.browser import Browser, browser  # noqa: E402
 from tests.web_app.page import READY, at, chosen, load, until  # noqa: E402
 from tests.web_app.serving import served  # noqa: E402
 
-FRAMES, PICKS = 20, 200
+FRAMES, PICKS = 5, 200
 BYTES_A_TRIANGLE = 50
 TURN = """
 const [frames] = arguments, view = document.getElementById("model").view, gl = view.renderer.getContext();
@@ -41,15 +41,14 @@ return (performance.now() - begin) / frames;
 PICK = """
 const [picks] = arguments, view = document.getElementById("model").view, took = [];
 const box = view.box.getBoundingClientRect();
-let hits = 0, seed = 1;
+let seed = 1;
 const random = () => (seed = (seed * 16807) % 2147483647) / 2147483647;
-for (let k = 0; k < picks; k++) {
+while (took.length < picks) {
   const [x, y] = [box.x + box.width * random(), box.y + box.height * random()], begin = performance.now();
-  if (view.pick(x, y)) hits++;
-  took.push(performance.now() - begin);
+  if (view.pick(x, y)) took.push(performance.now() - begin);
 }
 took.sort((a, b) => a - b);
-return [took[picks >> 1], took[Math.floor(0.99 * picks)], hits];
+return [took[picks >> 1], took[Math.floor(0.99 * picks)]];
 """
 
 
@@ -59,7 +58,9 @@ def main() -> None:
         with tempfile.TemporaryDirectory() as folder:
             place = Path(folder)
             crank = place / "crank.stl"
-            write_stl(crank, crank_solid(PRESETS["inline-4"]).mesh.corners)
+            write_stl(
+                crank, crank_solid(PRESETS["inline-4"], round(128 * (wanted / 53_000) ** 0.5)).mesh.corners
+            )
             splits = max(0, round(math.log(wanted / (crank.stat().st_size / BYTES_A_TRIANGLE), 4.0)))
             corners = subdivided(crank, splits)
             write_stl(crank, corners)
@@ -78,15 +79,16 @@ def main() -> None:
 
 def frames(page: Browser) -> str:
     """Turn the crank, pick on it, and tell how long that took."""
-    page.run(TURN, 3)
+    page.call("POST", "/timeouts", {"script": 600_000})
+    page.run(TURN, 1)
     before = processor_s()
     wall = page.run(TURN, FRAMES)
     cpu = 1000.0 * (processor_s() - before) / FRAMES
-    middle, most, hits = page.run(PICK, PICKS)
+    middle, most = page.run(PICK, PICKS)
     size = page.run("const c = document.getElementById('canvas'); return `${c.width} × ${c.height}`")
     return (
         f"{1000.0 / wall:.1f} frames/s ({wall:.0f} ms, {cpu:.0f} ms of processor time) at {size} pixels; "
-        f"picking {middle:.2f} ms, 99 of 100 under {most:.1f} ms ({hits} of {PICKS} hit)"
+        f"picking {middle:.2f} ms, 99 of 100 under {most:.1f} ms"
     )
 
 

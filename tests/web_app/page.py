@@ -20,7 +20,7 @@ def at(name: str) -> str:
     return f"[data-testid={name}]"
 
 
-def until(page: Browser, script: str, *given: Any, most_s: float = 60.0) -> Any:
+def until(page: Browser, script: str, *given: Any, most_s: float = 240.0) -> Any:
     """Wait until a script returns something, and return that."""
     end = time.monotonic() + most_s
     while not (found := page.run(script, *given)):

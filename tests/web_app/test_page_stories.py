@@ -54,6 +54,7 @@ def shows_the_report(page: Browser, app: Served) -> None:
     assert shown["residual.magnitude_g_mm"] == report["residual"]["magnitude_g_mm"]
     of_run = {key: value for key, value in shown.items() if not key.startswith("faces.")}
     assert len(of_run) > 20
+    assert [key for key in of_run if value_at(report, key) is None] == []
     for key, value in of_run.items():
         assert value == pytest.approx(value_at(report, key), rel=1e-15), key
 

@@ -12,8 +12,9 @@ export function el(name, values = {}, ...children) {
   return made;
 }
 
-// What is measured names its key in the report; what is predicted says so.
+// What is measured names its key in the report; what is predicted says so; what is not known is a dash.
 export function measured(key, value, digits = 2) {
+  if (value === null || value === undefined) return el("span", { textContent: shown(value) });
   return el("span", { textContent: shown(value, digits), data: { key, value: String(value) } });
 }
 export function predicted(value, digits = 2) {

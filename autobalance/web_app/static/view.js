@@ -156,6 +156,7 @@ export class View {
     const ways = { x: [-1, 0, 0], y: [0, -1, 0], z: [0, 0, -1] };
     const place = axis === "none" ? 1e9 : sphere.center[axis] + (2 * share - 1) * sphere.radius;
     this.clip.set(new T.Vector3(...(ways[axis] || ways.z)), place);
+    for (const each of this.sets[this.mode].group.children) if (each.userData.ink === "cap") each.visible = axis !== "none"; // seen through a cut only
     this.draw();
     return axis === "none" ? null : place;
   }
