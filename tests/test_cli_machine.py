@@ -69,6 +69,16 @@ def test_influence_names_file_and_key(tmp_path: Path, capsys: pytest.CaptureFixt
     assert error.count("\n") == 1
 
 
+def test_trial_weights_that_change_nothing_are_named(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    idle = TRIALS.replace("[[6.0, 35.0], [10.5, 160.0]]", "[[6.0, 125.0], [4.5, 230.0]]")
+    assert main(["influence", written(tmp_path, "trials.toml", idle)]) == 3
+    error = capsys.readouterr().err
+    assert error.startswith("autobalance: error: trials.toml: trial[2]: changes nothing")
+    assert error.count("\n") == 1
+
+
 MACHINE = """
 seed = 3
 kind = "hard"

@@ -179,26 +179,34 @@ def in_ounce_inches(text: str) -> str:
     return re.sub(r"(?m)^g_mm = (.*)$", lambda found: f"g_mm = {float(found[1]) / 720.0778874!r}", text)
 
 
+def with_planes_exchanged(text: str) -> str:
+    """Return a reading whose planes A and B have each other's numbers, before and after."""
+    return re.sub(r'at = "(.)"', lambda found: f'at = "{"BA"["AB".index(found[1])]}"', text)
+
+
 @pytest.mark.parametrize(
-    ("mistake", "key", "cause"),
+    ("mistake", "key", "cause", "report"),
     [
-        (lambda text: text.replace('rotation = "cw"', 'rotation = "ccw"'), "rotation", "mirrored"),
-        (in_ounce_inches, "g_mm", "scaled"),
+        (lambda text: text.replace('rotation = "cw"', 'rotation = "ccw"'), "rotation", "mirrored", "out"),
+        (in_ounce_inches, "g_mm", "scaled", "out"),
+        (with_planes_exchanged, "at", "exchanged", "out/stage-2"),
     ],
+    ids=["angle sense", "unit", "planes"],
 )
 def test_a_mistaken_reading_stops_the_next_stage(
     mistake: Callable[[str], str],
     key: str,
     cause: str,
+    report: str,
     loop: Path,
     tmp_path: Path,
     capsys: pytest.CaptureFixture[str],
 ) -> None:
-    """An angle sense reversed, or another unit, in the reading before the cuts and after.
+    """An angle sense reversed, another unit, planes exchanged, in the reading before the cuts and after.
 
-    Exchanged planes do not show here: the cuts of this crank are alike in both.
+    Exchanged planes show where the cuts in both differ: the first stage's do not.
     """
-    first = loop / "out" / "report.json"
+    first = loop / report / "report.json"
     read = ab.machine(
         {
             "kind": "hard",
@@ -227,10 +235,19 @@ def test_a_mistaken_reading_stops_the_next_stage(
     assert error.count("\n") == 1
     assert f"wrong.toml: {key}: the change of reading is" in error
     assert not folder.exists()
+    if cause == "exchanged":
+        assert read_as_it_should_be(first, lines, tmp_path) in (0, 4)
     if cause == "mirrored":
         trusted = ["recut", str(first), str(wrong), "-o", str(folder), NO_PAGES, "--trust-reading"]
         assert main(trusted) in (0, 4)
         assert values(folder / "report.json")["stages"][-1]["suspects"][0]["cause"] == cause
+
+
+def read_as_it_should_be(report: Path, lines: Sequence[str], folder: Path) -> int:
+    """Cut again by the same reading without a mistake: nobody is suspected."""
+    right = folder / "right.toml"
+    right.write_text("\n".join(lines), encoding="utf-8")
+    return main(["recut", str(report), str(right), "-o", str(folder / "right"), NO_PAGES])
 
 
 def test_solid_of_another_report_is_refused(loop: Path, tmp_path: Path) -> None:

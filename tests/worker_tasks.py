@@ -6,7 +6,10 @@ import os
 import signal
 from pathlib import Path
 
+import numpy as np
+
 from autobalance.api.batch_row import RowOutcome, RowTask, balance_row
+from autobalance.solid.csg.solid import Region, Solid
 
 DEADLY = 0.61
 """Balance factor of the row whose worker dies each time."""
@@ -21,6 +24,14 @@ def square_unless_killed(task: tuple[int, str]) -> int:
             (Path(folder) / f"mark{len(marks)}").touch()
             os.kill(os.getpid(), signal.SIGKILL)
     return number * number
+
+
+def threads_after(segments: int) -> int:
+    """Return how many threads this process has after a boolean and some linear algebra (Linux)."""
+    ball = Solid.prism(Region.circle(1.0, segments), 0.0, 1.0)
+    assert not (ball & ball.moved(np.diag([1.0, 1.0, 0.5, 1.0]))).is_empty
+    assert np.isfinite(np.linalg.eigvalsh(np.eye(300))).all()
+    return len(list(Path("/proc/self/task").iterdir()))
 
 
 def balance_unless_deadly(task: RowTask) -> RowOutcome:

@@ -21,7 +21,8 @@ from multiprocessing.connection import wait as wait_for_end
 from typing import Any, Protocol
 
 from autobalance.errors import FileError, JobError
-from autobalance.runtime import keep_to_one_core
+from autobalance.runtime import keep_to_one_core, one_thread_of_linear_algebra
+from autobalance.solid.csg.threads import booleans_in_one_thread
 from autobalance.version import __version__
 
 TRIES = 3
@@ -123,7 +124,9 @@ class InThisProcess:
 
 def _begin_worker() -> None:
     """Leave Ctrl-C to the parent, keep to one core, and end when the parent is gone, however it went."""
+    one_thread_of_linear_algebra()
     keep_to_one_core()
+    booleans_in_one_thread()
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     parent = parent_process()
     if parent is not None:

@@ -30,7 +30,7 @@ from autobalance.studies.linear_model import (
 )
 from autobalance.studies.sobol import sobol_shares
 from autobalance.studies.statistics import wilson_interval
-from tests.worker_tasks import square_unless_killed
+from tests.worker_tasks import square_unless_killed, threads_after
 
 BODY = Moments.point(7.0, np.array([3.0, -2.0, 11.0])) + Moments.point(5.0, np.array([-1.0, 4.0, -6.0]))
 
@@ -158,6 +158,14 @@ def test_tasks_of_dead_workers_are_done_by_others(tmp_path: Path, deaths: int, l
     assert {n: end.value for n, end in ends.items() if not end.lost} == {
         n: n * n for n in range(5) if not (lost and n == 2)
     }
+
+
+@pytest.mark.skipif(sys.platform != "linux", reason="a process is kept to a core on Linux alone")
+def test_a_worker_works_in_one_thread() -> None:
+    """Besides it there is only the one that waits for the parent's end."""
+    with workers.workers_of(1, alone=False) as pool:
+        (done,) = pool.run(threads_after, [20000])
+    assert done.value == 2
 
 
 def test_no_worker_is_not_enough() -> None:
