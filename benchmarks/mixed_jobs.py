@@ -29,7 +29,7 @@ def main() -> None:
     arguments = parser.parse_args()
     outcomes: Counter[str] = Counter()
     kinds: Counter[str] = Counter()
-    mixed = too_near = 0
+    mixed = too_near = unverified = 0
     for seed in range(arguments.first, arguments.first + arguments.jobs):
         with tempfile.TemporaryDirectory() as folder:
             start = time.process_time()
@@ -40,17 +40,33 @@ def main() -> None:
             kinds += made
             mixed += len(made) > 1
             too_near += len(found)
-            checked = 0
-            if made:
-                result.write(Path(folder) / "out", only=("json",))
-                checked = ab.verify(Path(folder) / "out" / "report.json", independent=True).checked.checked
+            result.write(Path(folder) / "out", only=("json",))
+            verdict = verified(Path(folder) / "out" / "report.json", result.exit_code)
+            unverified += not verdict.startswith("verified")
             seconds = time.process_time() - start
-            said = f"{checked} claims hold, {len(found)} too near, {seconds:.1f} s"
-            print(f"{seed:3d} {result.outcome} {dict(made)} {said}")
+            print(
+                f"{seed:3d} {result.outcome} {dict(made)} {verdict}, {len(found)} too near, {seconds:.1f} s"
+            )
+            for each in found:
+                print(f"    {each}")
             if result.outcome == "above_tolerance":
                 print(f"    {result.reason}")
             sys.stdout.flush()
-    print(f"{dict(outcomes)}; {mixed} of several kinds; cuts {dict(kinds)}; {too_near} pairs too near")
+    print(f"{dict(outcomes)}; {mixed} of several kinds; cuts {dict(kinds)}")
+    print(f"{too_near} pairs too near, {unverified} not verified")
+
+
+def verified(report: Path, exit_code: int) -> str:
+    """Return the verdict of ``verify --independent``: what holds and how well slices agree, or what fails."""
+    import autobalance as ab
+
+    try:
+        found = ab.verify(report, independent=True)
+    except ab.AutobalanceError as error:
+        return f"NOT VERIFIED: {error}"
+    if found.exit_code != exit_code:
+        return f"NOT VERIFIED: exit code {found.exit_code}, but balance said {exit_code}"
+    return f"verified: {found.claims} claims hold, slices agree to {found.report['agreement']:.0e}"
 
 
 if __name__ == "__main__":

@@ -94,7 +94,7 @@ def random_job(folder: Path, seed: int, files: list[Path]) -> Path:
         unit = 'unit = "mm"\n' if file.suffix in UNITLESS else ""
     else:
         scale, name = 1.0, sorted(PRESETS)[int(rng.integers(len(PRESETS)))]
-        crank = generated_crank(name, seed=seed, segments=int(rng.choice([24, 37, 64])))
+        crank = generated_crank(name, seed=seed, segments=int(rng.choice([16, 24, 37])))
         file, unit, pressed_up = folder / "crank.stl", 'unit = "mm"\n', not crank.design.crankpin_in_file
         write_stl(file, crank.mesh.corners)
     methods = [str(each) for each in rng.permutation(KINDS)[: int(rng.integers(1, 4))]]

@@ -25,6 +25,7 @@ from autobalance.rigid_rotor.tolerance import Tolerance
 from autobalance.rigid_rotor.unbalance import Unbalance
 from autobalance.rigid_rotor.uncertainty import Budget
 from autobalance.solid.csg.solid import Solid, union
+from autobalance.solid.mesh.flakes import without_flakes
 
 Outcome = Literal["within_tolerance", "already_within_tolerance", "above_tolerance"]
 
@@ -293,6 +294,7 @@ def cut_and_measure(
         if chosen:
             tool = union(chosen).moved(rotor.anatomy.rotor_to_file)
             solid = solid + tool if adds else solid - tool
+    solid = without_flakes(solid, rotor.solid)
     for cut, depth in made:
         pressed_in = pressed_in + cut.pressed_in(depth)
     measured = measure(rotor, solid, made)

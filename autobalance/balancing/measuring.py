@@ -59,15 +59,38 @@ def as_file(format: str, mm_per_unit: float) -> Measure:  # noqa: A002
 
     def measure(rotor: Rotor, solid: Solid, made: Made) -> Measured:
         data, soup = through_file(solid.mesh, format, mm_per_unit)
-        if any(cut.adds_metal for cut, _ in made):
-            _refuse_another_crank(rotor, soup)
+        adds = any(cut.adds_metal for cut, _ in made)
+        if adds or len(soup) != solid.triangle_count:
+            again = _as_read_back(soup)
+            if adds:
+                _refuse_lost_crank(rotor, again)
         return _on_triangles(rotor, soup, data)
 
     return measure
 
 
-def _refuse_another_crank(rotor: Rotor, soup: Floats) -> None:
-    """Refuse a written solid with added metal that is read as another body, or in which the crank is lost.
+def _as_read_back(soup: Floats) -> Solid:
+    """Return the solid that a reader makes of loose triangles, checked as ``verify`` checks it.
+
+    As many triangles as the solid has, without flakes beside it, are read as that solid: there is nothing
+    to look at. Where rounding made triangles collapse, and with added metal, it may be another solid.
+
+    Raises
+    ------
+    SolidError
+        If it is another one, or none.
+    """
+    again, own = source_of(soup, "mm", "all", unite=False), soup_moments(soup, 1.0).mass_g
+    if abs(again.volume_mm3 - own) > SAME_VOLUME * own:
+        raise SolidError(
+            f"the written solid has {own:.9g} mm³, but {again.volume_mm3:.9g} mm³ are read back; needed"
+            " cuts or added metal that can be told apart: another face, or less of it"
+        )
+    return again.solid
+
+
+def _refuse_lost_crank(rotor: Rotor, written: Solid) -> None:
+    """Refuse a written solid with added metal in which the crank is lost.
 
     Metal that is taken off leaves journals and pins alone; what is put on may hide them.
 
@@ -76,19 +99,13 @@ def _refuse_another_crank(rotor: Rotor, soup: Floats) -> None:
     SolidError
         If it is.
     """
-    again, own = source_of(soup, "mm", "all"), soup_moments(soup, 1.0).mass_g
-    if abs(again.volume_mm3 - own) > SAME_VOLUME * own:
-        raise SolidError(
-            f"add: the written solid has {own:.9g} mm³, but {again.volume_mm3:.9g} mm³ are read back; "
-            "needed metal that can be told apart: another face, or less of it"
-        )
     hints = Overrides(crankpin_in_file=None)
     try:
         before = recognise(rotor.solid, hints)
     except RecognitionError:  # what was told of it is not told here
         return
     try:
-        after = recognise(again.solid, hints)
+        after = recognise(written, hints)
     except RecognitionError as error:
         raise SolidError(f"add: the crank is not found any more in the corrected solid: {error}") from None
     if len(after.throws) != len(before.throws) or len(after.main_journals) != len(before.main_journals):
@@ -123,7 +140,10 @@ def on_true_surfaces(rotor: Rotor, in_facets: Solid, made: Made) -> Measured:
         tool = cut.exact_tool(depth)
         if tool is not None:
             (added if cut.adds_metal else removed).append(placed(tool, rotor.anatomy.rotor_to_file))
-    data, again = written_and_read(exact, exact.solid.machined(removed, added))
+    data, read_back = written_and_read(exact, exact.solid.machined(removed, added))
+    again = read_back.solid
+    if added:
+        _refuse_lost_crank(rotor, read_back.mesh)
     density, frame = rotor.density_g_mm3, rotor.anatomy.file_to_rotor
     moments, faceted = again.moments(density, frame), in_facets.moments(density, frame)
     hidden = moments - faceted

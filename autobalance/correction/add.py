@@ -9,6 +9,7 @@ from functools import cached_property
 
 import numpy as np
 
+from autobalance.correction.curve import DepthCurve
 from autobalance.correction.face_cut import FaceCut, face_heights, patches_of
 from autobalance.correction.face_trace import FaceTrace
 from autobalance.correction.kind import (
@@ -21,6 +22,7 @@ from autobalance.correction.kind import (
     Offer,
     Workpiece,
 )
+from autobalance.correction.layer import moments_of, moments_scale, numbers_of, plane_moments
 from autobalance.correction.patches import (
     FaceLimits,
     Patch,
@@ -31,7 +33,7 @@ from autobalance.correction.refusals import refuse_below_zero
 from autobalance.correction.relaxing import Relaxing, deeper, thinner
 from autobalance.correction.room import TOUCHING_MM, Room, drawn_out, keep_apart
 from autobalance.correction.trace import Trace
-from autobalance.crank.anatomy import Anatomy, Face
+from autobalance.crank.anatomy import Anatomy, Face, Pin
 from autobalance.errors import CorrectionError
 from autobalance.rigid_rotor.moments import Moments
 from autobalance.solid.csg.shape import Shape
@@ -45,6 +47,8 @@ DEFAULT_CLEARANCE_MM = 2.0
 SINK_SHARE = 1e-5
 """How deep an added body starts inside the metal, as a share of the part's size, so that it grows on."""
 
+WITHIN_TOP = 1e-6
+"""Share of the greatest height by which sections keep under it: there is none at the end."""
 BESIDE_SINKS = 10.0
 """How far an added body reaches into what stands on the face, in sinks; at free edges it keeps one sink
 inside, so that no two surfaces coincide."""
@@ -68,11 +72,19 @@ class AddLimits(FaceLimits):
         Clearance to the next metal over the face; default 2 mm.
     depth_step_mm : float
         Step in which the height is set; 0: any height [mm].
+    crankcase_radius_mm : float or None
+        Inner radius of the crankcase about the crank axis; added metal keeps ``min_wall_mm`` from it.
+    crankcase_gap_mm : float or None
+        Length of each main journal, from the web on, that is clear of the crankcase; likewise.
     """
+
+    crankcase_radius_mm: float | None = None
+    crankcase_gap_mm: float | None = None
 
     def __post_init__(self) -> None:
         """Refuse limits that are no lengths."""
-        refuse_below_zero("add", self, "max_depth_mm", "min_wall_mm", "depth_step_mm")
+        lengths = ("max_depth_mm", "min_wall_mm", "depth_step_mm", "crankcase_radius_mm", "crankcase_gap_mm")
+        refuse_below_zero("add", self, *lengths)
         if self.sector_deg is not None and self.sector_deg[0] == self.sector_deg[1]:
             raise CorrectionError("add.sector_deg excludes every angle; all around is [0, 360]")
 
@@ -81,15 +93,17 @@ class AddLimits(FaceLimits):
 class AddCut(FaceCut):
     """Metal added on one face, of which only the height is open (a `Cut`).
 
-    ``base`` is the part of the face that it stands on, as a body from ``height_mm`` up to the greatest
-    height, in the face's frame.
+    In the face's frame: ``gain`` is what the crank would gain from ``height_mm`` up to the greatest height,
+    ``sunk`` the body that is added, from a little inside the metal. They differ where something stands on the
+    face, or beside it, that is wider or narrower farther up.
     """
 
     face: Face
     to_face: Array
     height_mm: float
-    base: Solid
+    gain: Solid
     sunk: Solid
+    rough_mm: float
     wedge: Shape | None
     sector_deg: tuple[float, float] | None
     density_g_mm3: float
@@ -108,20 +122,33 @@ class AddCut(FaceCut):
     @cached_property
     def room(self) -> Room:
         """The body that grows on the face."""
-        return drawn_out(self._outline, self.height_mm, 1.0, self.to_rotor)
+        return drawn_out(self.gain.shadow(), self.height_mm, 1.0, self.to_rotor)
 
     def effect(self, depth_mm: float) -> Moments:
-        """Return the change of the crank's moments: a prism."""
-        area, first, second = self._area
-        z0, z1 = self.height_mm, self.height_mm + depth_mm
-        rise, rise2, rise3 = (((z1**n) - (z0**n)) / n for n in (1, 2, 3))
-        return self._prism(area, first, second, (rise, rise2, rise3))
+        """Return the change of the crank's moments."""
+        return self._change(self._curve.integral(depth_mm))
 
     def rate(self, depth_mm: float) -> Moments:
         """Return d effect / d depth: the section at the new height."""
-        area, first, second = self._area
-        z = self.height_mm + depth_mm
-        return self._prism(area, first, second, (1.0, z, z * z))
+        return self._change(self._curve.value(depth_mm))
+
+    def _change(self, section: Array) -> Moments:
+        return moments_of(section).moved(self.to_rotor).scaled(self.density_g_mm3)
+
+    @cached_property
+    def _curve(self) -> DepthCurve:
+        """Section moments of what is gained, over the height added."""
+
+        def at(depth: float) -> Array:
+            return numbers_of(plane_moments(self._section(depth), self.height_mm + depth))
+
+        most, breaks = self.max_depth_mm, np.unique(self.gain.mesh.vertices[:, 2]) - self.height_mm
+        return DepthCurve(at, 0.0, most, moments_scale(self._section(0.5 * most), self.height_mm), breaks)
+
+    def _section(self, depth_mm: float) -> Region:
+        """Return what is gained at a height, over the face's roughness and by a hair under its last."""
+        low, high = self.rough_mm, self.max_depth_mm * (1.0 - WITHIN_TOP)
+        return self.gain.section(self.height_mm + min(max(depth_mm, low), high))
 
     def tool(self, depth_mm: float) -> Solid:
         """Return the body to add, rotor frame; it starts a little inside the metal."""
@@ -134,24 +161,9 @@ class AddCut(FaceCut):
     def correction(self, depth_mm: float) -> Correction:
         """Return what the designer needs to know."""
         heights = self.height_mm, self.height_mm + depth_mm
-        return self.listed("add", self.effect(depth_mm), -depth_mm, heights, area_mm2=self._area[0])
-
-    @property
-    def _area(self) -> tuple[float, Array, Array]:
-        return self._outline.area_moments()
-
-    @property
-    def _outline(self) -> Region:
-        return self.base.section(self.height_mm + 0.5 * self.max_depth_mm)
-
-    def _prism(self, area: float, first: Array, second: Array, powers: tuple[float, float, float]) -> Moments:
-        one, z, zz = powers
-        second3 = np.zeros((3, 3))
-        second3[:2, :2] = second * one
-        second3[:2, 2] = second3[2, :2] = first * z
-        second3[2, 2] = area * zz
-        moments = Moments(area * one, np.array([*(first * one), area * z]), second3)
-        return moments.moved(self.to_rotor).scaled(self.density_g_mm3)
+        return self.listed(
+            "add", self.effect(depth_mm), -depth_mm, heights, area_mm2=self._section(depth_mm).area_mm2
+        )
 
 
 def cuts(work: Workpiece, patches: Sequence[Patch], limits: AddLimits) -> list[AddCut]:
@@ -181,18 +193,22 @@ def cuts(work: Workpiece, patches: Sequence[Patch], limits: AddLimits) -> list[A
             above = float(blocked.bounds[0, 2]) - height - clearance
             if above < room:
                 room, limit = above, f"the clearance of {clearance:g} mm over the face"
-        beside_rods = _room_beside_rods_mm(patch.face, anatomy)
-        if beside_rods < room:
-            room, limit = beside_rods, "the connecting rod's width on the crankpin"
-        if room <= 2.0 * sink or free.is_empty:
+        for free_mm, why in _beside_what_stands(patch.face, grown, to_face, anatomy, limits, clearance):
+            if free_mm < room:
+                room, limit = free_mm, why
+        if room <= 4.0 * sink + 2.0 * patch.face.spread_mm or free.is_empty:
+            continue
+        gain = body.above(height).below(height + room) - placed
+        if gain.is_empty:
             continue
         found.append(
             AddCut(
                 face=patch.face,
                 to_face=to_face,
                 height_mm=height,
-                base=free.above(height).below(height + room),
+                gain=gain,
                 sunk=body,
+                rough_mm=2.0 * sink + patch.face.spread_mm,
                 wedge=patch.wedge,
                 sector_deg=patch.sector_deg,
                 density_g_mm3=work.density_g_mm3,
@@ -204,22 +220,57 @@ def cuts(work: Workpiece, patches: Sequence[Patch], limits: AddLimits) -> list[A
     return found
 
 
-def _room_beside_rods_mm(face: Face, anatomy: Anatomy) -> float:
-    """Return how high metal may stand on a face before it is in a connecting rod's way.
+def _beside_what_stands(
+    face: Face, region: Region, to_face: Array, anatomy: Anatomy, limits: AddLimits, clearance_mm: float
+) -> list[tuple[float, str]]:
+    """Return how high metal may stand on a face before it meets a rod or the crankcase, and which of them.
 
     A rod is as wide as its crankpin is bare, and sweeps all of that stretch of the axis as the crank turns.
+    Between its ends, where the job tells how far it is clear of the crankcase, so does a main journal.
     """
+    rods = [_stretch(throw.crankpin, 0.0) for throw in anatomy.throws]
+    found = [(_room_along_axis_mm(face, rods), "the connecting rod's width on the crankpin")]
+    gap, radius = limits.crankcase_gap_mm, limits.crankcase_radius_mm
+    if gap is not None:
+        walls = [_stretch(pin, gap - clearance_mm) for pin in anatomy.main_journals]
+        found.append((_room_along_axis_mm(face, walls), f"crankcase_gap_mm = {gap:g}"))
+    if radius is not None:
+        corners = np.concatenate([np.zeros((0, 2)), *region.polygons])
+        height = np.full((len(corners), 1), float(face.normal @ face.centroid_mm))
+        places = np.hstack([corners, height]) @ to_face[:3, :3]
+        inside = _room_inside_mm(places[:, :2], face.normal[:2], radius - clearance_mm)
+        found.append((inside, f"crankcase_radius_mm = {radius:g}"))
+    return found
+
+
+def _stretch(pin: Pin, less_mm: float) -> tuple[float, float]:
+    """Return from where to where a pin reaches along the axis, less a length at both ends."""
+    z, half = float(pin.centre_mm[2]), 0.5 * pin.width_mm - less_mm
+    return z - half, z + half
+
+
+def _room_along_axis_mm(face: Face, stretches: Sequence[tuple[float, float]]) -> float:
+    """Return how high metal may stand on a face before it is over one of some stretches of the axis."""
     up = float(face.normal[2])
     if abs(up) < ALONG:
         return math.inf
     z, most = float(face.centroid_mm[2]), math.inf
-    for throw in anatomy.throws:
-        pin = throw.crankpin
-        ends = (pin.centre_mm[2] - 0.5 * pin.width_mm, pin.centre_mm[2] + 0.5 * pin.width_mm)
-        near, far = sorted(math.copysign(1.0, up) * (end - z) for end in ends)
-        if far > 0.0:
-            most = min(most, max(float(near), 0.0) / abs(up))
+    for low, high in stretches:
+        near, far = sorted(math.copysign(1.0, up) * (end - z) for end in (low, high))
+        if low < high and far > 0.0:
+            most = min(most, max(near, 0.0) / abs(up))
     return most
+
+
+def _room_inside_mm(places: Array, out: Array, radius_mm: float) -> float:
+    """Return how far points (k, 2) may be moved along ``out`` (2,) before one leaves a circle."""
+    free_mm2 = radius_mm**2 - (places**2).sum(axis=1)
+    if radius_mm <= 0.0 or not len(places) or float(free_mm2.min()) <= 0.0:
+        return 0.0
+    square, along = float(out @ out), places @ out
+    if square < ALONG**4:  # along the axis
+        return math.inf
+    return float(((np.sqrt(along**2 + square * free_mm2) - along) / square).min())
 
 
 ALONG = 0.1

@@ -175,13 +175,7 @@ class FaceLayer:
 
     def section_moments(self, depth_mm: float) -> Moments:
         """Return ∫ (1, r, r rᵀ) dA over the section at a depth, in the face's frame."""
-        z = self.height_mm - depth_mm
-        area, first, second = self.kept(depth_mm).area_moments()
-        second3 = np.zeros((3, 3))
-        second3[:2, :2] = second
-        second3[:2, 2] = second3[2, :2] = first * z
-        second3[2, 2] = area * z * z
-        return Moments(area, np.array([*first, area * z]), second3)
+        return plane_moments(self.kept(depth_mm), self.height_mm - depth_mm)
 
     def curve(self, most_mm: float, breaks_mm: Array) -> DepthCurve:
         """Return the section's moments, as numbers (13,), over the depths down to ``most_mm``."""
@@ -189,9 +183,7 @@ class FaceLayer:
         def at(depth: float) -> Array:
             return numbers_of(self.section_moments(depth))
 
-        area, length = self.outline.area_mm2, float(np.abs(self.outline.bounds).max())
-        length = max(length, abs(self.height_mm))
-        scale = area * np.concatenate([[1.0], np.full(3, length), np.full(9, length**2)])
+        scale = moments_scale(self.outline, self.height_mm)
         return DepthCurve(at, self.grain_mm, most_mm, scale, breaks_mm)
 
     # --- where the depth ends -------------------------------------------------------------------------------
@@ -328,6 +320,22 @@ def _doubled_areas(corners: Array) -> Array:
     (ux, uy), (vx, vy) = (b - a).T, (c - a).T
     areas: Array = ux * vy - uy * vx
     return areas
+
+
+def plane_moments(region: Region, z_mm: float) -> Moments:
+    """Return ∫ (1, r, r rᵀ) dA over a region that lies at a height."""
+    area, first, second = region.area_moments()
+    second3 = np.zeros((3, 3))
+    second3[:2, :2] = second
+    second3[:2, 2] = second3[2, :2] = first * z_mm
+    second3[2, 2] = area * z_mm * z_mm
+    return Moments(area, np.array([*first, area * z_mm]), second3)
+
+
+def moments_scale(region: Region, z_mm: float) -> Array:
+    """Return the size (13,) of what the moments of a region, and of those like it, are added up from."""
+    length = max(float(np.abs(region.bounds).max()), abs(z_mm))
+    return region.area_mm2 * np.concatenate([[1.0], np.full(3, length), np.full(9, length**2)])
 
 
 def numbers_of(moments: Moments) -> Array:

@@ -23,6 +23,8 @@ FINEST_STEP_MM = 1e-6
 RULES: Mapping[str, Rule] = {
     "max_depth_mm": POSITIVE,
     "min_wall_mm": NOT_NEGATIVE,
+    "crankcase_radius_mm": POSITIVE,
+    "crankcase_gap_mm": NOT_NEGATIVE,
     "depth_step_mm": Rule(lambda x: x == 0.0 or x >= FINEST_STEP_MM, f"must be 0 or ≥ {FINEST_STEP_MM:g}"),
 }
 

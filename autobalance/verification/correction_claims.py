@@ -34,6 +34,7 @@ GRAINS = 16.0
 """Roundings of a file in which metal counts as rounding."""
 DEVIATION_MM = 0.02
 OTHER_KIND = "the metal of this kind of correction cannot be told apart"
+TORN = "its metal is thin and hangs together with the file's rounding: its amount and effect were checked"
 THIN = "its metal is thinner than what the files tell of places: only the sum of all was checked"
 TOUCHING = "its metal touches that of another correction: only their sum was checked"
 
@@ -100,9 +101,9 @@ def check_corrections(claims: Claims, change: Change, first_number: int | None =
     files, key = change.files, (id(change.before), id(change.after))
     gone = files.once(("gone", *key), lambda: _gone(change))
     crank = files.once(("before", *key), lambda: _before(change))
-    shared = _shared_out(gone, parts, traces, crank, change.near_mm)
-    for part, trace, mine in zip(parts, traces, shared, strict=True):
-        _check_one(part, trace, mine, change, crank)
+    shared, torn = _shared_out(gone, parts, traces, crank, change.near_mm)
+    for k, (part, trace, mine) in enumerate(zip(parts, traces, shared, strict=True)):
+        _check_one(part, trace, mine, change, crank, k in torn)
 
 
 def _before(change: Change) -> Before:
@@ -186,11 +187,15 @@ def _shared_out(
     traces: Sequence[Trace | None],
     crank: Before,
     near_mm: float,
-) -> list[tuple[Solid, ...] | None]:
-    """Return the metal of each correction; None where it cannot be told from another's."""
+) -> tuple[list[tuple[Solid, ...] | None], set[int]]:
+    """Return the metal of each correction, None where it cannot be told from another's; and whose is torn.
+
+    Torn is what hangs together with so wide flaps of the file's rounding that all of it is as thin as they.
+    """
     rooms = [Solid.nothing() if trace is None else trace.room(crank) for trace in traces]
     adds = [KINDS[part.get("kind", str)].adds_metal for part in parts]
     mine: list[list[Solid]] = [[] for _ in parts]
+    torn: set[int] = set()
     for came in (False, True):
         candidates = [k for k, each in enumerate(adds) if each == came]
         mixed = []
@@ -202,10 +207,16 @@ def _shared_out(
                 mixed.append(piece)
         for k in candidates if mixed else []:
             mine[k] += _pieces(union(mixed) & rooms[k], near_mm)
+        for k in candidates:
+            if not mine[k] and not rooms[k].is_empty:
+                others = union([piece for each in candidates for piece in mine[each]])
+                mine[k] += _pieces((gone[int(came)] & rooms[k]) - others, near_mm)
+                torn |= {k} if mine[k] else set()
     touched: set[int] = set()
     for i, j in itertools.combinations(range(len(mine)), 2):
         touched |= _told_apart(parts, mine, i, j, near_mm)
-    return [None if trace is None or k in touched else tuple(mine[k]) for k, trace in enumerate(traces)]
+    found = [None if trace is None or k in touched else tuple(mine[k]) for k, trace in enumerate(traces)]
+    return found, torn
 
 
 MOST = 0.95
@@ -245,6 +256,7 @@ def _check_one(
     mine: tuple[Solid, ...] | None,
     change: Change,
     crank: Before,
+    is_torn: bool,
 ) -> None:
     if trace is None or mine is None:
         part.ledger.why_not[part.place] = OTHER_KIND if trace is None else TOUCHING
@@ -267,19 +279,23 @@ def _check_one(
         speed,
         change.near_mm,
     )
-    found = dict(trace.read(metal))
-    moved = metal.moments.scaled(sign)
-    weighed = moved.scaled(change.density_g_mm3)
-    keys = kind.pressed_in
-    if keys is not None:
-        weighed = weighed + Moments.point(found[keys[0]], np.asarray(found[keys[1]]))
-    centre = weighed.centre_mm
-    found |= {
-        "removed_volume_mm3": -moved.mass_g,
-        "removed_mass_g": -weighed.mass_g,
-        "unbalance_change_g_mm": weighed.first_g_mm[:2],
-        "radius_mm": math.hypot(centre[0], centre[1]),
-    }
+    if is_torn:
+        part.ledger.why_not[part.place] = TORN
+        found: dict[str, Any] = {}
+    else:
+        found = dict(trace.read(metal))
+    volume = metal.moments.scaled(sign)
+    found["removed_volume_mm3"] = -volume.mass_g
+    weighed, keys = volume.scaled(change.density_g_mm3), kind.pressed_in
+    if keys is None or not is_torn:
+        if keys is not None:
+            weighed = weighed + Moments.point(found[keys[0]], np.asarray(found[keys[1]]))
+        centre = weighed.centre_mm
+        found |= {
+            "removed_mass_g": -weighed.mass_g,
+            "unbalance_change_g_mm": weighed.first_g_mm[:2],
+            "radius_mm": math.hypot(centre[0], centre[1]),
+        }
     if not kind.needs_faces:
         found["face"] = None
     _compare(part, found, metal)

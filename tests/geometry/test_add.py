@@ -56,6 +56,26 @@ def test_planned_effect_is_what_the_solid_gains(faces: str | tuple[str], placeme
     assert report.removed_volume_mm3 == pytest.approx(-4.0 * report.details["area_mm2"])
 
 
+def test_what_stands_on_the_face_may_be_narrower_farther_up() -> None:
+    """A boss with slanting sides: a pad around it gains more with every layer."""
+    solid, anatomy = make_crank([0.0])
+    face = web_face(solid, anatomy, 1, 0)
+    x, y, z = face.centroid_mm
+    place = np.diag([1.0, -1.0, -1.0, 1.0])
+    place[:3, 3] = x - 20.0, y, z + 1.0
+    boss = Solid.revolved(np.array([(0.0, 0.0), (9.0, 0.0), (4.0, 6.0), (0.0, 6.0)]), 24).moved(place)
+    with_boss = solid + boss.moved(anatomy.rotor_to_file)
+    found = web_face(with_boss, anatomy, 1, 0)
+    (cut,) = add.KIND.offer(
+        work(with_boss, anatomy, found), AddLimits(faces=("w1",), max_depth_mm=4.0), 0
+    ).cuts
+    for height in (1.0, cut.max_depth_mm):
+        grown = with_boss + cut.tool(height).moved(anatomy.rotor_to_file)
+        assert_same(cut.effect(height), difference(with_boss, grown, anatomy), 1e-5)
+    slope = (cut.effect(2.001) - cut.effect(1.999)).scaled(500.0)
+    assert_same(cut.rate(2.0), slope, 1e-5)
+
+
 def test_a_whole_face_gives_its_area() -> None:
     solid, anatomy = make_crank([0.0])
     face = web_face(solid, anatomy, 1, 0)
@@ -72,6 +92,36 @@ def test_nothing_grows_into_the_width_of_a_connecting_rod() -> None:
     assert add.KIND.offer(work(solid, anatomy, inner), limits, 0).cuts == ()
     (cut,) = add.KIND.offer(work(solid, anatomy, outer), limits, 0).cuts
     assert cut.max_depth_mm == 40.0
+
+
+def test_nothing_grows_into_the_crankcase() -> None:
+    solid, anatomy = make_crank([0.0])
+    outer = web_face(solid, anatomy, 1, 0)
+
+    def greatest(gap_mm: float | None, radius_mm: float | None) -> list[float]:
+        limits = AddLimits(
+            faces=("w1",),
+            max_depth_mm=40.0,
+            min_wall_mm=3.0,
+            crankcase_gap_mm=gap_mm,
+            crankcase_radius_mm=radius_mm,
+        )
+        return [cut.max_depth_mm for cut in add.KIND.offer(work(solid, anatomy, outer), limits, 0).cuts]
+
+    assert greatest(10.0, None) == pytest.approx([7.0])  # to the wall beside the main journal
+    assert greatest(3.0, None) == []
+    corners = solid.mesh.moved(anatomy.file_to_rotor).corners[outer.triangles]
+    reach = float(np.hypot(corners[..., 0], corners[..., 1]).max())
+    assert greatest(None, reach + 3.1) == [40.0]
+    assert greatest(None, reach + 2.9) == []
+
+
+def test_room_inside_a_circle() -> None:
+    points = np.array([[3.0, 0.0], [0.0, 4.0]])
+    assert add._room_inside_mm(points, np.array([1.0, 0.0]), 5.0) == pytest.approx(2.0)
+    assert add._room_inside_mm(points, np.array([0.0, 0.6]), 5.0) == pytest.approx(1.0 / 0.6)
+    assert add._room_inside_mm(points, np.zeros(2), 5.0) == math.inf
+    assert add._room_inside_mm(points, np.zeros(2), 4.0) == 0.0
 
 
 def test_pads_keep_clear_of_each_other() -> None:
@@ -93,6 +143,7 @@ def test_pads_keep_clear_of_each_other() -> None:
         ({"max_depth_mm": -1.0}, "add.max_depth_mm is -1"),
         ({"min_wall_mm": math.nan}, "add.min_wall_mm is nan"),
         ({"depth_step_mm": -1.0}, "add.depth_step_mm is -1"),
+        ({"crankcase_gap_mm": -1.0}, "add.crankcase_gap_mm is -1"),
         ({"sector_deg": (30.0, 30.0)}, "add.sector_deg excludes every angle"),
     ],
 )

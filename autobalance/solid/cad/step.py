@@ -69,11 +69,16 @@ def exact_of(file: StepFile, body: int | str | None, pressed_up: bool) -> Exact:
     return Exact(chosen, file.unit, name, len(parts), len(facets.triangles), mesh, surfaces)
 
 
-def written_and_read(exact: Exact, solid: ExactSolid) -> tuple[bytes, ExactSolid]:
-    """Return a STEP file of a solid that was made from ``exact``, and the solid as a reader finds it."""
+def written_and_read(exact: Exact, solid: ExactSolid) -> tuple[bytes, Exact]:
+    """Return a STEP file of a solid that was made from ``exact``, and the solid as a reader finds it.
+
+    Raises
+    ------
+    SolidError
+        If a reader would refuse it.
+    """
     data = solid.step(exact.unit, exact.name)
-    again = [ExactSolid.of(one.body) for one in read_step_file(data).bodies]
-    return data, joined_solids(again, apart=True)
+    return data, exact_of(read_step_file(data), "all", False)
 
 
 @dataclass(frozen=True, eq=False)

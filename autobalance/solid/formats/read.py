@@ -161,14 +161,20 @@ def source_of_bytes(
     )
 
 
-def source_of(soup: Floats, unit: str, body: int | str | None = None, pressed_up: bool = False) -> Source:
+def source_of(
+    soup: Floats,
+    unit: str,
+    body: int | str | None = None,
+    pressed_up: bool = False,
+    unite: bool | None = None,
+) -> Source:
     """Check a mesh that is in memory, as ``read`` checks a file's.
 
     Parameters
     ----------
     soup : (m, 3, 3) float
         Corners of its triangles, in ``unit``.
-    unit, body, pressed_up
+    unit, body, pressed_up, unite
         As for ``read``.
 
     Raises
@@ -181,8 +187,9 @@ def source_of(soup: Floats, unit: str, body: int | str | None = None, pressed_up
     raw = Raw(soup)
     mm_per_unit = _mm_per_unit(raw, unit, "mesh")
     mesh, notes = _welded(raw, mm_per_unit)
-    solid, bodies, repairs = _solid(mesh, body, pressed_up, lambda _: None, True)
-    solid, changed = _checked(solid, bool(repairs) or bodies > 1, body == "all")
+    solid, bodies, repairs = _solid(mesh, body, pressed_up, lambda _: None, unite is not False)
+    asked = body == "all" if unite is None else unite
+    solid, changed = _checked(solid, bool(repairs) or bodies > 1, asked)
     return Source(
         solid=solid,
         format=None,

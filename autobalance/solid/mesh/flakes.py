@@ -1,0 +1,46 @@
+"""Flakes that a boolean between near surfaces leaves beside a solid, and pieces that a cut leaves loose."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from autobalance.errors import SolidError
+from autobalance.solid.csg.solid import Solid
+from autobalance.solid.mesh.components import numbered_components
+from autobalance.solid.mesh.measure import part_volumes
+from autobalance.solid.mesh.mesh import Array, Indices
+
+FLAKE_SHARE = 1e-7
+"""Share of a solid's volume up to which what does not hang together with it is rounding."""
+
+
+def without_flakes(cut: Solid, before: Solid) -> Solid:
+    """Return a solid that was cut from another without what rounding left beside it.
+
+    A reader of its file would find several bodies, some of them inside out.
+
+    Raises
+    ------
+    SolidError
+        If a piece of it that is no flake has come loose.
+    """
+    mesh = cut.mesh
+    part_of_vertex, count = numbered_components(mesh.triangles, len(mesh.vertices))
+    if count <= numbered_components(before.mesh.triangles, len(before.mesh.vertices))[1]:
+        return cut
+    part_of = part_of_vertex.take(mesh.triangles[:, 0])
+    volumes = part_volumes(mesh, part_of, count)
+    is_flake = np.abs(volumes) <= FLAKE_SHARE * cut.volume_mm3
+    if count - int(is_flake.sum()) > len(before.pieces()):  # which tells bodies apart that touch
+        _refuse_loose(cut, part_of, volumes, is_flake)
+    return Solid.from_mesh(mesh.part(~is_flake.take(part_of))) if is_flake.any() else cut
+
+
+def _refuse_loose(cut: Solid, part_of: Indices, volumes: Array, is_flake: NDArray[np.bool_]) -> None:
+    loose = int(np.argmin(np.where(is_flake, np.inf, np.abs(volumes))))
+    x, y, z = cut.mesh.corners[part_of == loose].mean(axis=(0, 1))
+    raise SolidError(
+        f"the cuts leave a loose piece of {abs(volumes[loose]):.4g} mm³ around ({x:.6g}, {y:.6g}, {z:.6g}) mm"
+        " in the file's coordinates; needed a crank in one piece: other faces, sectors or depths"
+    )
