@@ -71,6 +71,13 @@ def crank(fewer_triangles: None, tmp_path_factory: pytest.TempPathFactory) -> Pa
     return path
 
 
+@pytest.fixture(scope="module")
+def shouldered(crank: Path) -> Path:
+    """Return the folder of a crank with lowered shoulders, and of all that is written with it."""
+    jobs.balanced(job(crank.parent, 'method = "shoulder"', 0.0), crank.parent / "out")
+    return crank.parent
+
+
 @pytest.fixture
 def folder(crank: Path, tmp_path: Path) -> Path:
     (tmp_path / "crank.step").write_bytes(crank.read_bytes())
@@ -144,9 +151,8 @@ def test_inspect_measures_true_surfaces(folder: Path, capsys: pytest.CaptureFixt
 
 
 @needs_kernel
-def test_a_shoulder_is_cut_in_true_surfaces(folder: Path) -> None:
-    path = job(folder, 'method = "shoulder"', 0.0)
-    report = jobs.balanced(path, folder / "out")
+def test_a_shoulder_is_cut_in_true_surfaces(shouldered: Path) -> None:
+    folder, report = shouldered, jobs.report_of(shouldered / "out")
     solid = assert_exact(folder, report)
     assert report["outcome"] == "within_tolerance"
     heights = {round(cut["new_height_mm"], 6) for cut in report["corrections"]}
@@ -226,9 +232,8 @@ def _ran(path: Path, output: Path) -> Path:
 
 
 @needs_kernel
-def test_the_same_job_writes_the_same_bytes(folder: Path) -> None:
-    path = job(folder, 'method = "shoulder"', 0.0)
-    first, second = (jobs.computed(path, folder / name) for name in ("out", "again"))
+def test_the_same_job_writes_the_same_bytes(shouldered: Path, tmp_path: Path) -> None:
+    first, second = jobs.report_of(shouldered / "out"), jobs.computed(shouldered / "job.toml", tmp_path)
     assert first["outputs"]["solid"]["sha256"] == second["outputs"]["solid"]["sha256"]
 
 
