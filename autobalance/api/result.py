@@ -105,11 +105,19 @@ class VerbResult:
         return f"<table>{rows}</table>"
 
 
+SKIPPED = {"schema_version", "autobalance", "command", "input", "job"}
+
+
 def scalars(values: Mapping[str, Any]) -> list[tuple[str, str]]:
-    """Return the plain numbers and words of a report, the first level, as they are shown."""
-    skipped = {"schema_version", "autobalance", "command", "input", "job"}
+    """Return the plain numbers and words of a report as they are shown: the first level, else the second."""
+    first = _scalars({key: value for key, value in values.items() if key not in SKIPPED})
+    tables = [(key, value) for key, value in values.items() if isinstance(value, dict) and key not in SKIPPED]
+    return first or [(f"{key}.{name}", text) for key, table in tables for name, text in _scalars(table)]
+
+
+def _scalars(values: Mapping[str, Any]) -> list[tuple[str, str]]:
     return [
         (key, f"{value:.6g}" if isinstance(value, float) else str(value))
         for key, value in values.items()
-        if key not in skipped and isinstance(value, str | int | float) and not isinstance(value, bool)
+        if isinstance(value, str | int | float) and not isinstance(value, bool)
     ]

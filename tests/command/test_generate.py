@@ -9,6 +9,7 @@ import jsonschema
 import numpy as np
 import pytest
 
+from autobalance.api.result import scalars
 from autobalance.command import main
 from autobalance.crank.parametric.design import PRESETS
 from autobalance.job.crank_design import read_design
@@ -188,3 +189,8 @@ def test_what_both_schemas_share_is_the_same() -> None:
         assert ours["properties"][name] == other["properties"][name]
     for name in ours["$defs"].keys() & other["$defs"].keys():
         assert ours["$defs"][name] == other["$defs"][name]
+
+
+def test_a_report_of_tables_alone_is_shown_by_what_they_hold() -> None:
+    values = {"command": "generate", "crank": {"mass_g": 2.0, "webs": []}, "outputs": {"solid": {}}}
+    assert scalars(values) == [("crank.mass_g", "2")]
