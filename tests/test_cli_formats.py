@@ -88,9 +88,11 @@ def test_in_balanced_out_and_verified(name: str, unit: str, tmp_path: Path, plai
 
 
 def test_ascii_stl(tmp_path: Path, plain: Report) -> None:
-    job = job_on(tmp_path, "stl", ascii_stl(crank_mesh().corners), "mm")
+    job = job_on(tmp_path, "stl", ascii_stl(np.round(crank_mesh().corners, 4)), "mm")
     report = jobs.computed(job, tmp_path / "out")
     assert_same_result(report, plain)
+    by_digits = report["initial"]["uncertainty_shares_g_mm"]["rounding"]
+    assert by_digits == pytest.approx(0.5e-4 * report["crank"]["mass_g"], rel=1e-12)
     assert report["input"]["format"] == "stl"
     assert jobs.run("verify", tmp_path / "out" / "report.json", "--independent") == 0
     data = (tmp_path / "out" / "balanced.stl").read_bytes()

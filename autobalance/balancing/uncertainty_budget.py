@@ -139,7 +139,7 @@ def spacing_mm(source: Source) -> float:
     """Return the distance of two numbers that a file can tell apart, at the far end of its solid."""
     reach = float(np.abs(source.solid.bounds).max()) / source.mm_per_unit
     number = np.float64 if source.format is None else format_named(source.format).number
-    return float(np.spacing(number(reach))) * source.mm_per_unit
+    return max(source.step_mm, float(np.spacing(number(reach))) * source.mm_per_unit)
 
 
 def unstated(job: Job) -> tuple[str, ...]:

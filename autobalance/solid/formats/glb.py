@@ -19,6 +19,9 @@ JSON_CHUNK: Final = 0x4E4F534A
 BINARY_CHUNK: Final = 0x004E4942
 TYPES: Final = {5121: "<u1", 5123: "<u2", 5125: "<u4", 5126: "<f4"}
 """numpy's names of the number types that positions and vertex numbers may have."""
+HARMLESS: Final = ("KHR_materials_", "KHR_texture_", "EXT_texture_", "KHR_lights_", "KHR_xmp")
+"""Beginnings of the names of extensions that leave the shape alone."""
+INSTANCING: Final = "EXT_mesh_gpu_instancing"
 DEPTH_MOST: Final = 64
 """Levels of nodes within nodes."""
 
@@ -29,10 +32,12 @@ def read_glb(data: bytes) -> Raw:
     Raises
     ------
     FormatError
-        If the file is damaged, points outside itself, nests nodes in a circle, or compresses its meshes.
+        If the file is damaged, points outside itself, nests nodes in a circle, requires an extension that may
+        change its shape, or deforms its meshes by morph targets or skins.
     """
     document, binary = _chunks(data)
     try:
+        _check_extensions(document)
         soup = _scene(document, binary, len(data))
     except FormatError:
         raise
@@ -66,6 +71,26 @@ def _chunks(data: bytes) -> tuple[dict[str, Any], bytes]:
     return document, chunks.get(BINARY_CHUNK, b"")
 
 
+def _check_extensions(document: dict[str, Any]) -> None:
+    """Refuse a document that requires what is not read."""
+    for name in document.get("extensionsRequired", []):
+        if not str(name).startswith(HARMLESS):
+            raise FormatError(
+                f"the GLB file requires the extension '{str(name)[:60]}', which is not read; "
+                "needed plain meshes"
+            )
+
+
+def _check_node(node: dict[str, Any], mesh: dict[str, Any]) -> None:
+    """Refuse a mesh that its node deforms or multiplies."""
+    if "skin" in node:
+        raise FormatError("the GLB file bends a mesh by a skin; needed a mesh as it is")
+    if any(node.get("weights", mesh.get("weights", []))):
+        raise FormatError("the GLB file deforms a mesh by weights of morph targets; needed a mesh as it is")
+    if INSTANCING in node.get("extensions", {}):
+        raise FormatError(f"the GLB file multiplies a mesh by {INSTANCING}, which is not read")
+
+
 def _scene(document: dict[str, Any], binary: bytes, budget: int) -> Floats:
     """Return the triangles of a scene: at most ``budget`` nodes and triangles, one for each byte."""
     roots: list[int] = document["scenes"][document.get("scene", 0)]["nodes"]
@@ -73,7 +98,9 @@ def _scene(document: dict[str, Any], binary: bytes, budget: int) -> Floats:
     for node, place in _nodes(document, roots, np.eye(4), 0):
         budget -= 1
         if "mesh" in node:
-            for primitive in document["meshes"][node["mesh"]]["primitives"]:
+            mesh = document["meshes"][node["mesh"]]
+            _check_node(node, mesh)
+            for primitive in mesh["primitives"]:
                 soup = _primitive(document, binary, primitive)
                 budget -= len(soup)
                 moved = soup @ place[:3, :3].T + place[:3, 3]

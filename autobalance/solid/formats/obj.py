@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
+from array import array
+
 import numpy as np
 
 from autobalance.errors import FormatError
+from autobalance.solid.formats.digits import spread, step_of_text
 from autobalance.solid.formats.format import Format
-from autobalance.solid.formats.raw import Raw, shown, soup_of, text_of, triangles_of
+from autobalance.solid.formats.raw import Polygons, Raw, shown, soup_of, text_of
 from autobalance.solid.mesh.mesh import Array, Indices
 
 
@@ -18,8 +21,9 @@ def read_obj(data: bytes) -> Raw:
     FormatError
         If a line is not what it begins as, or there is no face.
     """
-    vertices: list[list[float]] = []
-    polygons: list[list[int]] = []
+    written: list[bytes] = []
+    vertices = array("d")
+    polygons = Polygons("OBJ")
     lines = data.replace(b"\\\r\n", b" ").replace(b"\\\n", b" ").splitlines()
     for number, line in enumerate(lines, start=1):
         words = line.split()
@@ -27,13 +31,17 @@ def read_obj(data: bytes) -> Raw:
             continue
         try:
             if words[0] == b"v":
-                vertices.append([float(words[1]), float(words[2]), float(words[3])])
+                written.append(line)
+                vertices.extend((float(words[1]), float(words[2]), float(words[3])))
             else:
-                polygons.append(_obj_face(words[1:], len(vertices)))
+                polygons.add(_obj_face(words[1:], len(vertices) // 3))
+        except FormatError:
+            raise
         except (ValueError, IndexError):
             raise FormatError(f"line {number} of the OBJ file cannot be read: '{shown(line)}'") from None
     points = np.array(vertices, dtype=np.float64).reshape(-1, 3)
-    return Raw(soup_of(points, triangles_of(polygons, "OBJ"), "OBJ"), vertices=len(points))
+    step = step_of_text(word for line in spread(written) for word in line.split()[1:4])
+    return Raw(soup_of(points, polygons.triangles(), "OBJ"), vertices=len(points), step=step)
 
 
 def _obj_face(words: list[bytes], listed: int) -> list[int]:

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from array import array
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -11,6 +13,8 @@ from autobalance.solid.mesh.mesh import Array, Floats, Indices
 
 SHOWN = 40
 """Characters of a wrong line that an error shows."""
+CORNERS_MOST = 100_000
+"""Corners of one face."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -27,12 +31,16 @@ class Raw:
         Its length [mm].
     vertices : int or None
         How many shared vertices the file lists, where it does.
+    step : float
+        Between two numbers that the file's digits tell apart at its far end, in its unit; 0: no more than
+        the type of ``soup`` says.
     """
 
     soup: Floats
     unit: str | None = None
     mm_per_unit: float | None = None
     vertices: int | None = None
+    step: float = 0.0
 
 
 def soup_of(vertices: Floats, triangles: Indices, what: str) -> Floats:
@@ -57,23 +65,56 @@ def soup_of(vertices: Floats, triangles: Indices, what: str) -> Floats:
     return soup
 
 
-def fans(polygons: list[list[int]]) -> Indices:
-    """Cut polygons into triangles around their first corner; the signed volume is the polygon's own."""
-    triangles = [(p[0], p[k], p[k + 1]) for p in polygons for k in range(1, len(p) - 1)]
-    return np.array(triangles, dtype=np.int64).reshape(-1, 3)
+class Polygons:
+    """The polygons of a file, one after the other, in little memory."""
+
+    def __init__(self, what: str) -> None:
+        """Begin a list of polygons of a file of the format ``what``."""
+        self._what = what
+        self._counts = array("q")
+        self._corners = array("q")
+
+    def add(self, corners: Sequence[int]) -> None:
+        """Append one, by its vertex numbers.
+
+        Raises
+        ------
+        FormatError
+            If it has more corners than any face of a part, or its numbers are beyond all count.
+        """
+        if len(corners) > CORNERS_MOST:
+            raise FormatError(
+                f"the {self._what} file has a face of {len(corners)} corners; needed at most {CORNERS_MOST}"
+            )
+        self._counts.append(len(corners))
+        try:
+            self._corners.extend(corners)
+        except OverflowError:
+            raise FormatError(
+                f"the {self._what} file has a face with a vertex number of more than 63 bits"
+            ) from None
+
+    def triangles(self) -> Indices:
+        """Return all of them cut into triangles (m, 3)."""
+        return fans(np.array(self._counts, dtype=np.int64), np.array(self._corners, dtype=np.int64))
+
+
+def fans(counts: Indices, corners: Indices) -> Indices:
+    """Cut polygons into triangles around their first corner; the signed volume is the polygon's own.
+
+    ``counts`` (k,) are their numbers of corners, ``corners`` those of all of them, one after the other.
+    """
+    if (counts == 3).all():
+        return corners.reshape(-1, 3)
+    number = np.maximum(counts - 2, 0)
+    first = np.repeat(np.cumsum(counts) - counts, number)
+    second = first + 1 + np.arange(number.sum()) - np.repeat(np.cumsum(number) - number, number)
+    return corners.take(np.stack([first, second, second + 1], axis=1))
 
 
 def text_of(array: Array) -> list[str]:
     """Return each row of numbers (n, 3) with all their digits, separated by blanks."""
     return [f"{x!r} {y!r} {z!r}" for x, y, z in array.tolist()]
-
-
-def triangles_of(polygons: list[list[int]], what: str) -> Indices:
-    """Cut the polygons of a text file into triangles; refuse vertex numbers beyond all count."""
-    try:
-        return fans(polygons)
-    except OverflowError:
-        raise FormatError(f"the {what} file has a face with a vertex number of more than 63 bits") from None
 
 
 def shown(line: bytes) -> str:

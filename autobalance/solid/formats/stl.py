@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator
 from io import BytesIO
 from itertools import chain
 from typing import Final
@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from autobalance.errors import FormatError
+from autobalance.solid.formats.digits import step_of_text
 from autobalance.solid.formats.format import Format
 from autobalance.solid.formats.raw import Raw
 from autobalance.solid.mesh.mesh import CHUNK, Array, Floats, Indices
@@ -29,6 +30,9 @@ FACET: Final = (
     b"facet normal . . . outer loop vertex . . . vertex . . . vertex . . . endloop endfacet".split()
 )
 """The words of an ASCII facet; dots are numbers."""
+VERTEX: Final = re.compile(rb"vertex\s+(\S+)\s+(\S+)\s+(\S+)\s", re.IGNORECASE)
+WINDOW, WINDOWS = 1 << 13, 64
+"""Bytes of a window, and how many are looked at, to tell how fine an ASCII file's numbers are."""
 COORDINATES: Final = (8, 9, 10, 12, 13, 14, 16, 17, 18)
 
 
@@ -180,7 +184,15 @@ def _unit_normals(corners: Floats) -> NDArray[np.float32]:
 
 
 def _read(data: bytes) -> Raw:
-    return Raw(read_stl(data))
+    soup = read_stl(data)
+    return Raw(soup, step=0.0 if is_binary(data) else step_of_text(_some_coordinates(data)))
+
+
+def _some_coordinates(data: bytes) -> Iterator[bytes]:
+    """Yield coordinates as an ASCII file has them, from windows evenly over it."""
+    for start in range(0, len(data), max(WINDOW, len(data) // WINDOWS)):
+        for vertex in VERTEX.finditer(data, start, start + WINDOW):
+            yield from vertex.groups()
 
 
 STL = Format(

@@ -1,4 +1,7 @@
-"""3MF, core specification: a zip archive with a model in XML. Read with limits, no entities, no recursion."""
+"""3MF, core and production specification: a zip archive with models in XML.
+
+Read with limits, without entities.
+"""
 
 from __future__ import annotations
 
@@ -6,6 +9,7 @@ import io
 import zipfile
 import zlib
 from array import array
+from collections.abc import Iterator
 from dataclasses import dataclass, field
 from typing import Final
 from xml.parsers import expat
@@ -13,6 +17,7 @@ from xml.parsers import expat
 import numpy as np
 
 from autobalance.errors import FormatError
+from autobalance.solid.formats.digits import SAMPLE, step_of_text
 from autobalance.solid.formats.format import Format
 from autobalance.solid.formats.raw import Raw, soup_of
 from autobalance.solid.mesh.mesh import Array, Indices
@@ -38,6 +43,24 @@ PIECE: Final = 1 << 16
 """Bytes of the model that are unpacked at a time."""
 PACKINGS: Final = (zipfile.ZIP_STORED, zipfile.ZIP_DEFLATED)
 """How 3MF may pack; others name the size of their memory in the file."""
+UNREADABLE: Final = (
+    zipfile.BadZipFile,
+    zlib.error,
+    EOFError,
+    OSError,
+    RuntimeError,
+    NotImplementedError,
+    ValueError,
+)
+"""What reading a damaged archive may raise."""
+RELS: Final = "_rels/.rels"
+USUAL_ROOT: Final = "3d/3dmodel.model"
+NAMESPACES: Final = "http://schemas.microsoft.com/3dmanufacturing/"
+CORES: Final = (f"{NAMESPACES}core/", f"{NAMESPACES}2013/")
+"""Beginnings of the namespaces of the core specification."""
+PRODUCTION: Final = f"{NAMESPACES}production/"
+EXTENSIONS: Final = (*CORES, PRODUCTION, f"{NAMESPACES}material/", f"{NAMESPACES}trianglesets/")
+"""Beginnings of the namespaces of extensions that leave the shape to the core, or are read."""
 CORE: Final = "http://schemas.microsoft.com/3dmanufacturing/core/2015/02"
 PACKAGE: Final = "http://schemas.openxmlformats.org/package/2006"
 CONTENT_TYPES: Final = (
@@ -51,44 +74,89 @@ RELATIONSHIPS: Final = (
 )
 
 
+@dataclass(frozen=True, eq=False)
+class _Use:
+    """An object put somewhere: its part of the archive, its name there, and where (3, 4)."""
+
+    part: str
+    name: str
+    placement: Array
+
+
 @dataclass(eq=False)
 class _Object:
     vertices: array[float] = field(default_factory=lambda: array("d"))
     triangles: array[int] = field(default_factory=lambda: array("q"))
-    components: list[tuple[str, Array]] = field(default_factory=list)
+    components: list[_Use] = field(default_factory=list)
 
 
 class _Model:
-    """Collects what the XML parser meets."""
+    """Collects what the XML parser meets in one part of the archive."""
 
-    def __init__(self) -> None:
+    def __init__(self, part: str) -> None:
+        self.part = part
         self.unit = "millimeter"
         self.objects: dict[str, _Object] = {}
-        self.items: list[tuple[str, Array]] = []
-        self.current = _Object()
-        self.depth = 0
+        self.items: list[_Use] = []
+        self.written: list[bytes] = []
+        """Coordinates as they are written, of every ``every``-th vertex."""
+        self.every = 1
+        self._current = _Object()
+        self._depth = self._vertices = 0
+        self._spaces: dict[str, str] = {}
+
+    def namespace(self, prefix: str | None, uri: str | None) -> None:
+        self._spaces[prefix or ""] = uri or ""
 
     def end(self, _: str) -> None:
-        self.depth -= 1
+        self._depth -= 1
 
     def start(self, tag: str, value: dict[str, str]) -> None:
-        self.depth += 1
-        if self.depth > XML_DEPTH_MOST:
+        self._depth += 1
+        if self._depth > XML_DEPTH_MOST:
             raise FormatError(f"the model in the 3MF file nests XML more than {XML_DEPTH_MOST} deep")
-        match tag.rpartition("|")[2]:
+        space, _, name = tag.rpartition("|")
+        if space and not space.startswith(CORES):  # an extension's own; what cannot be left out is required
+            return
+        match name:
             case "vertex":
-                self.current.vertices.extend((float(value["x"]), float(value["y"]), float(value["z"])))
+                self._vertex(value["x"], value["y"], value["z"])
             case "triangle":
-                self.current.triangles.extend((int(value["v1"]), int(value["v2"]), int(value["v3"])))
+                self._current.triangles.extend((int(value["v1"]), int(value["v2"]), int(value["v3"])))
             case "object":
-                self.current = _Object()
-                self.objects[value["id"]] = self.current
+                self._current = _Object()
+                self.objects[value["id"]] = self._current
             case "component":
-                self.current.components.append((value["objectid"], _placement(value.get("transform"))))
+                self._current.components.append(self._use(value))
             case "item":
-                self.items.append((value["objectid"], _placement(value.get("transform"))))
+                self.items.append(self._use(value))
             case "model":
                 self.unit = value.get("unit", "millimeter")
+                self._check_extensions(value.get("requiredextensions", "").split())
+
+    def _vertex(self, x: str, y: str, z: str) -> None:
+        self._current.vertices.extend((float(x), float(y), float(z)))
+        if self._vertices % self.every == 0:
+            self.written += [x.encode(), y.encode(), z.encode()]
+            if len(self.written) > 6 * SAMPLE:
+                self.written = [
+                    word for k in range(0, len(self.written), 6) for word in self.written[k : k + 3]
+                ]
+                self.every *= 2
+        self._vertices += 1
+
+    def _use(self, value: dict[str, str]) -> _Use:
+        path = next((value[key] for key in value if key.startswith(PRODUCTION) and key.endswith("|path")), "")
+        return _Use(_in_archive(path) or self.part, value["objectid"], _placement(value.get("transform")))
+
+    def _check_extensions(self, prefixes: list[str]) -> None:
+        for prefix in prefixes:
+            space = self._spaces.get(prefix, prefix)
+            if not space.startswith(EXTENSIONS):
+                raise FormatError(
+                    f"the 3MF file requires the extension '{space[:80]}', which is not read; "
+                    "needed plain triangles"
+                )
 
 
 def read_3mf(data: bytes) -> Raw:
@@ -97,17 +165,29 @@ def read_3mf(data: bytes) -> Raw:
     Raises
     ------
     FormatError
-        If the archive or the model is damaged, claims to be far larger than it is, uses XML entities, or
-        its components contain each other.
+        If the archive or a model in it is damaged, requires an extension that is not read, claims to be far
+        larger than it is, uses XML entities, or its components contain each other.
     """
-    model, size = _model(data)
-    if model.unit not in UNITS:
-        raise FormatError(f"the 3MF file is in '{model.unit[:20]}'; needed one of {', '.join(UNITS)}")
-    budget = size  # triangles that components may multiply to; one of the model's own takes 30 bytes
-    parts: list[tuple[Array, Indices]] = []
-    placed = model.items or [(name, np.eye(4)[:3]) for name in model.objects]
-    for name, placement in placed:
-        budget = _collect(model, name, placement, DEPTH_MOST, budget, parts)
+    try:
+        with zipfile.ZipFile(io.BytesIO(data)) as archive:
+            return _built(_Archive(archive, UNPACKED_FREE + UNPACKED_MOST * len(data)))
+    except FormatError:
+        raise
+    except UNREADABLE as error:
+        raise FormatError(
+            f"the 3MF file is no readable zip archive: {' '.join(str(error).split())[:80]}"
+        ) from None
+
+
+def _built(archive: _Archive) -> Raw:
+    """Return the triangles of all items that the root model builds, or of all its objects if it says none."""
+    root = archive.model(_root(archive))
+    if root.unit not in UNITS:
+        raise FormatError(f"the 3MF file is in '{root.unit[:20]}'; needed one of {', '.join(UNITS)}")
+    found = _Collected(archive, root.unit)
+    for use in root.items or [_Use(root.part, name, np.eye(4)[:3]) for name in root.objects]:
+        found.add(use, DEPTH_MOST)
+    parts = found.parts
     offsets = np.cumsum([0, *(len(vertices) for vertices, _ in parts)])
     if not parts:
         raise FormatError("the 3MF file holds no triangles; needed at least one")
@@ -116,32 +196,44 @@ def read_3mf(data: bytes) -> Raw:
         soup_of(points, triangles, "3MF")
     numbers = np.concatenate([t + shift for (_, t), shift in zip(parts, offsets[:-1], strict=True)])
     soup = soup_of(vertices, numbers, "3MF")
-    return Raw(soup, model.unit, UNITS[model.unit], len(vertices))
+    step = step_of_text(word for model in archive.models.values() for word in model.written)
+    return Raw(soup, root.unit, UNITS[root.unit], len(vertices), step)
 
 
-def _collect(
-    model: _Model, name: str, placement: Array, depth: int, budget: int, parts: list[tuple[Array, Indices]]
-) -> int:
-    """Append an object and its components in place; return how many triangles may still come."""
-    if depth == 0:
-        raise FormatError(f"the 3MF file nests components more than {DEPTH_MOST} deep, or in a circle")
-    if name not in model.objects:
-        raise FormatError(f"the 3MF file uses the object '{name[:20]}', which it does not hold")
-    one = model.objects[name]
-    budget -= 1 + len(one.triangles) // 3
-    if budget < 0:
-        raise FormatError("the 3MF file multiplies its components beyond reason")
-    if one.triangles:
-        points = np.frombuffer(one.vertices, dtype=np.float64).reshape(-1, 3)
-        triangles = np.frombuffer(one.triangles, dtype=np.int64).reshape(-1, 3)
-        if np.linalg.det(placement[:, :3]) < 0.0:  # a mirrored copy would be inside out
-            triangles = triangles[:, ::-1]
-        parts.append((points @ placement[:, :3].T + placement[:, 3], triangles))
-    for child, local in one.components:
-        turn = placement[:, :3] @ local[:, :3]
-        shift = placement[:, :3] @ local[:, 3] + placement[:, 3]
-        budget = _collect(model, child, np.column_stack([turn, shift]), depth - 1, budget, parts)
-    return budget
+class _Collected:
+    """The objects that a model builds, each in its place."""
+
+    def __init__(self, archive: _Archive, unit: str) -> None:
+        self.parts: list[tuple[Array, Indices]] = []
+        self._archive, self._unit = archive, unit
+        self._taken = 0
+
+    def add(self, use: _Use, depth: int) -> None:
+        """Append an object and its components in place."""
+        if depth == 0:
+            raise FormatError(f"the 3MF file nests components more than {DEPTH_MOST} deep, or in a circle")
+        model = self._archive.model(use.part)
+        if model.unit != self._unit:
+            raise FormatError(
+                f"the 3MF file's '{use.part[:40]}' is in {model.unit[:20]}, its root model in {self._unit}; "
+                "needed one unit"
+            )
+        if use.name not in model.objects:
+            raise FormatError(f"the 3MF file uses the object '{use.name[:20]}', which it does not hold")
+        one, placement = model.objects[use.name], use.placement
+        self._taken += 1 + len(one.triangles) // 3
+        if self._taken > self._archive.unpacked:  # one of a model's own triangles takes 30 bytes
+            raise FormatError("the 3MF file multiplies its components beyond reason")
+        if one.triangles:
+            points = np.frombuffer(one.vertices, dtype=np.float64).reshape(-1, 3)
+            triangles = np.frombuffer(one.triangles, dtype=np.int64).reshape(-1, 3)
+            if np.linalg.det(placement[:, :3]) < 0.0:  # a mirrored copy would be inside out
+                triangles = triangles[:, ::-1]
+            self.parts.append((points @ placement[:, :3].T + placement[:, 3], triangles))
+        for child in one.components:
+            turn = placement[:, :3] @ child.placement[:, :3]
+            shift = placement[:, :3] @ child.placement[:, 3] + placement[:, 3]
+            self.add(_Use(child.part, child.name, np.column_stack([turn, shift])), depth - 1)
 
 
 def _placement(text: str | None) -> Array:
@@ -154,60 +246,99 @@ def _placement(text: str | None) -> Array:
     return numbers.reshape(4, 3).T
 
 
-def _model(data: bytes) -> tuple[_Model, int]:
-    """Unpack and parse the model piece by piece, up to the limit, whatever size it claims."""
-    limit = UNPACKED_FREE + UNPACKED_MOST * len(data)
-    model, size = _Model(), 0
-    parser = _parser(model)
-    try:
-        with zipfile.ZipFile(io.BytesIO(data)) as archive, archive.open(_member(archive)) as stream:
-            while piece := stream.read(PIECE):
-                size += len(piece)
-                if size > limit:
-                    raise FormatError(
-                        f"the 3MF file unpacks to more than {UNPACKED_MOST} times its {len(data)} bytes"
-                    )
+class _Archive:
+    """Unpacks and parses parts piece by piece, up to a limit together, whatever size they claim.
+
+    Nothing is ever unpacked under its name.
+    """
+
+    def __init__(self, archive: zipfile.ZipFile, limit: int) -> None:
+        self.models: dict[str, _Model] = {}
+        self.unpacked = 0
+        self._archive, self._limit = archive, limit
+        self._members = {_in_archive(one.filename): one for one in archive.infolist()}
+
+    @property
+    def names(self) -> list[str]:
+        """Of the parts, in small letters, without the slash that they may begin with."""
+        return list(self._members)
+
+    def model(self, part: str) -> _Model:
+        """Return a model of the archive by its part's name."""
+        if part not in self.models:
+            model = _Model(part)
+            parser = _parser(model)
+            for piece in self.pieces(part):
                 _parse(parser, piece)
             _parse(parser, b"", last=True)
-    except FormatError:
-        raise
-    except (
-        zipfile.BadZipFile,
-        zlib.error,
-        EOFError,
-        OSError,
-        RuntimeError,
-        NotImplementedError,
-        ValueError,
-    ) as error:
-        raise FormatError(
-            f"the 3MF file is no readable zip archive: {' '.join(str(error).split())[:80]}"
-        ) from None
-    return model, size
+            self.models[part] = model
+        return self.models[part]
+
+    def pieces(self, part: str) -> Iterator[bytes]:
+        """Yield the bytes of a part."""
+        if part not in self._members:
+            raise FormatError(f"the 3MF file refers to '{part[:60]}', which its archive does not hold")
+        member = self._members[part]
+        if member.compress_type not in PACKINGS:
+            raise FormatError(
+                f"the 3MF file packs its model by method {member.compress_type}; "
+                "needed 0 (stored) or 8 (deflated)"
+            )
+        with self._archive.open(member) as stream:
+            while piece := stream.read(PIECE):
+                self.unpacked += len(piece)
+                if self.unpacked > self._limit:
+                    raise FormatError(f"the 3MF file unpacks to more than {UNPACKED_MOST} times its bytes")
+                yield piece
 
 
-def _member(archive: zipfile.ZipFile) -> zipfile.ZipInfo:
-    """Return the model's place in the archive; nothing is ever unpacked under its name."""
-    members = [one for one in archive.infolist() if one.filename.lower().endswith(".model")]
-    members.sort(key=lambda one: (one.filename.lower().lstrip("/") != "3d/3dmodel.model", one.filename))
-    if not members:
+def _in_archive(name: str) -> str:
+    """Return a part's name as it is compared: whatever the letters' size, from the archive's root."""
+    return name.replace("\\", "/").lstrip("/").casefold()
+
+
+def _root(archive: _Archive) -> str:
+    """Return the name of the root model: as the archive's relationships say, else where it usually is."""
+    if RELS in archive.names:
+        targets = _model_targets(archive)
+        if targets:
+            return _in_archive(targets[0])
+    models = sorted(name for name in archive.names if name.endswith(".model"))
+    if not models:
         raise FormatError("the 3MF file holds no model; needed 3D/3dmodel.model in the archive")
-    if members[0].compress_type not in PACKINGS:
-        method = members[0].compress_type
-        raise FormatError(
-            f"the 3MF file packs its model by method {method}; needed 0 (stored) or 8 (deflated)"
-        )
-    return members[0]
+    return USUAL_ROOT if USUAL_ROOT in models else models[0]
+
+
+def _model_targets(archive: _Archive) -> list[str]:
+    """Return the parts that the archive's relationships call its model."""
+    found: list[str] = []
+
+    def start(tag: str, value: dict[str, str]) -> None:
+        if tag.rpartition("|")[2] == "Relationship" and value.get("Type", "").endswith("/3dmodel"):
+            found.append(value.get("Target", ""))
+
+    parser = _guarded_parser()
+    parser.StartElementHandler = start
+    for piece in archive.pieces(RELS):
+        _parse(parser, piece)
+    _parse(parser, b"", last=True)
+    return found
 
 
 def _parser(model: _Model) -> expat.XMLParserType:
+    parser = _guarded_parser()
+    parser.StartElementHandler = model.start
+    parser.EndElementHandler = model.end
+    parser.StartNamespaceDeclHandler = model.namespace
+    return parser
+
+
+def _guarded_parser() -> expat.XMLParserType:
     parser = expat.ParserCreate(namespace_separator="|")
 
     def refuse(*_: object) -> None:
         raise FormatError("the model in the 3MF file declares XML entities; needed plain XML")
 
-    parser.StartElementHandler = model.start
-    parser.EndElementHandler = model.end
     parser.EntityDeclHandler = refuse
     parser.StartDoctypeDeclHandler = refuse
     return parser

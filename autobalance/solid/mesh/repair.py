@@ -149,8 +149,9 @@ def signed_volume_mm3(mesh: Mesh) -> float:
 def solid_of(welded: Mesh) -> tuple[Solid, list[str]]:
     """Build a solid from a welded mesh, with what had to be done to it, from harmless to doubtful.
 
-    Pairs of triangles that face each other are cancelled; then, only if the mesh is not closed, near vertices
-    are welded, the winding is made consistent and small plane holes are filled, one after the other.
+    Pairs of triangles that face each other are cancelled, and copies of a triangle dropped if that leaves
+    fewer open edges, or none; then, only if the mesh is not closed, near vertices are welded, the winding is
+    made consistent and small plane holes are filled, one after the other.
 
     Raises
     ------
@@ -158,7 +159,7 @@ def solid_of(welded: Mesh) -> tuple[Solid, list[str]]:
         If the mesh stays open, bounds nothing or contradicts itself.
     """
     areas = in_thread(lambda: welded.doubled_areas)  # are asked for later, and nothing runs beside building
-    mesh, notes = _cancel_pairs(welded)
+    mesh, notes = _without_crowds(welded)
     areas.result()
     try:
         return Solid.from_mesh(mesh), notes
@@ -178,19 +179,44 @@ def solid_of(welded: Mesh) -> tuple[Solid, list[str]]:
     return Solid.from_mesh(mesh), notes
 
 
-def _cancel_pairs(mesh: Mesh) -> tuple[Mesh, list[str]]:
-    """Cancel opposite pairs; a symmetric hash of the corners tells quickly that there is none."""
+def _without_crowds(mesh: Mesh) -> tuple[Mesh, list[str]]:
+    """Leave one triangle or none on the same corners; a symmetric hash of them tells quickly if more are."""
     a, b, c = hash_numbers(np.arange(len(mesh.vertices))).take(mesh.triangles).T
     key = a + b + c
     key.sort()
     if not (key[1:] == key[:-1]).any():
         return mesh, []
+    mesh, cancelled = _cancel_pairs(mesh)
+    mesh, dropped = _drop_copies(mesh)
+    return mesh, cancelled + dropped
+
+
+def _cancel_pairs(mesh: Mesh) -> tuple[Mesh, list[str]]:
+    """Cancel triangles that face each other."""
     kept = without_opposite_pairs(mesh.triangles)
     pairs = (len(mesh.triangles) - len(kept)) // 2
     if not pairs:
         return mesh, []
     left = Mesh(mesh.vertices, kept)
     return left, [f"{pairs} pairs of triangles that face each other cancelled; {_change(mesh, left)}"]
+
+
+def _drop_copies(mesh: Mesh) -> tuple[Mesh, list[str]]:
+    """Drop triangles that another one is equal to and faces the same way as, where none is missed then.
+
+    Such copies would make what is behind them count twice: the surface of a solid passes any place once.
+    """
+    least = mesh.triangles.argmin(axis=1)[:, None]
+    turned = np.take_along_axis(mesh.triangles, (least + np.arange(3)) % 3, axis=1)
+    first = np.unique(turned, axis=0, return_index=True)[1]
+    copies = len(turned) - len(first)
+    if not copies:
+        return mesh, []
+    single = Mesh(mesh.vertices, mesh.triangles.take(np.sort(first), axis=0))
+    left = len(open_edges(single.triangles))
+    if left and left >= len(open_edges(mesh.triangles)):
+        return mesh, []
+    return single, [f"{copies} triangles dropped that were copies of others; {_change(mesh, single)}"]
 
 
 def _weld_near(mesh: Mesh) -> tuple[Mesh, list[str]]:
@@ -211,8 +237,8 @@ def _weld_near(mesh: Mesh) -> tuple[Mesh, list[str]]:
     dropped = len(mesh.triangles) - len(triangles)
     if dropped:
         said.append(f"{dropped} collapsed triangles dropped; {_change(mesh, Mesh(mesh.vertices, triangles))}")
-    welded, cancelled = _cancel_pairs(Mesh(mesh.vertices, triangles))
-    return welded, said + cancelled
+    welded, single = _without_crowds(Mesh(mesh.vertices, triangles))
+    return welded, said + single
 
 
 def _wind_consistently(mesh: Mesh) -> tuple[Mesh, list[str]]:
