@@ -275,6 +275,7 @@ def corrected_crank(result: BalanceResult) -> Crank:
     """Return the crank that a run leaves, read from the bytes that would be written, in the frame it had."""
     from autobalance.api.crank import Crank
     from autobalance.solid.formats.read import source_of, source_of_bytes
+    from autobalance.solid.formats.registry import written_name
 
     measured, before = measured_of(result.record), result.before
     if measured is None:
@@ -287,7 +288,7 @@ def corrected_crank(result: BalanceResult) -> Crank:
         corners = solid.mesh.corners
         after = source_of(corners, "mm", "all")
     else:
-        name = str(source.format).removesuffix("-ascii")
+        name = written_name(str(source.format)).removesuffix("-ascii")
         after = source_of_bytes(measured.data, name, before.crankshaft.unit, "all")
     crank = measured_source(after, before.measured.anatomy, before.measured.density_g_mm3)
     return Crank(crank, replace(before.crankshaft, file=None))

@@ -76,9 +76,11 @@ def with_outputs(record: Record, job: Job, crank: MeasuredCrank, watch: Stopwatc
 
 
 def solid_name(job: Job) -> str:
-    """Return the name of the corrected solid's file."""
+    """Return the name of the corrected solid's file: it ends as the crank's, where that can be written."""
+    from autobalance.solid.formats.registry import written_ending
+
     file = job.crankshaft.file
-    return SOLID + (f".{IN_MEMORY_FORMAT}" if file is None else file.suffix.lower())
+    return SOLID + (f".{IN_MEMORY_FORMAT}" if file is None else written_ending(file))
 
 
 def measured_of(record: Record) -> Measured | None:

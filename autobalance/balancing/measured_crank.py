@@ -186,7 +186,9 @@ def facets_of(
     """
     frame = anatomy.file_to_rotor
     if source.exact is not None:  # measured on the true surfaces
-        return ChordalError.known(Moments.zero())
+        from autobalance.solid.cad.doubt import doubt_of
+
+        return doubt_of(source.exact.gaps, density_g_mm3, frame)
     needed = asked is not None and (asked.margin != "none" or asked.facet_correction)
     mesh = source.solid.mesh
     if needed or len(mesh.triangles) <= TRIANGLES_MOST:

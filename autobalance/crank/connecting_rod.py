@@ -115,7 +115,9 @@ def measure_rod(source: Source, density_g_mm3: float, density_pm_g_mm3: float = 
     eyes = find_eyes(source.solid.mesh, source.moments(1.0).centre_mm, cylinders)
     moments = source.moments(density_g_mm3, eyes.file_to_rod)
     if source.exact is not None:  # measured on the true surfaces
-        facets = ChordalError.known(Moments.zero())
+        from autobalance.solid.cad.doubt import doubt_of
+
+        facets = doubt_of(source.exact.gaps, density_g_mm3, eyes.file_to_rod)
     else:
         facets = estimate_chordal_error(source.solid.mesh, density_g_mm3, eyes.file_to_rod)
     found = MeasuredRod(source, eyes, density_g_mm3, density_pm_g_mm3, moments + facets.missing, facets)

@@ -52,6 +52,13 @@ class ExactSolid:
         solid._take(body, "the CAD kernel finds fault with the solid")
         return solid
 
+    @classmethod
+    def of_checked(cls, body: Any) -> ExactSolid:
+        """Take a body of the CAD kernel that was checked already."""
+        solid = cls.__new__(cls)
+        solid._body = body
+        return solid
+
     def __reduce__(self) -> tuple[Callable[..., ExactSolid], tuple[Any, ...]]:
         """Pickle a STEP file: the kernel's bodies stay in their process."""
         return _of_step, (self.step(),)

@@ -23,8 +23,8 @@ def has_kernel() -> bool:
     return find_spec("OCP") is not None
 
 
-def require_kernel() -> None:
-    """Make sure that the kernel is there, and quiet.
+def require_kernel(what: str = "STEP") -> None:
+    """Make sure that the kernel is there, and quiet, for what needs it.
 
     Raises
     ------
@@ -32,13 +32,13 @@ def require_kernel() -> None:
         If it is not installed, or cannot be loaded.
     """
     if not has_kernel():
-        raise FormatError(f"STEP needs the CAD kernel, which is not installed: {INSTALL}")
+        raise FormatError(f"{what} needs the CAD kernel, which is not installed: {INSTALL}")
     try:
         silence()
     except ImportError as error:
         reason = str(error).splitlines()[0]
         raise FormatError(
-            f"STEP needs the CAD kernel, which cannot be loaded ({reason}): {INSTALL}"
+            f"{what} needs the CAD kernel, which cannot be loaded ({reason}): {INSTALL}"
         ) from None
 
 

@@ -1,4 +1,4 @@
-"""A STEP file becomes a solid with exact surfaces, and the triangles that it is planned on."""
+"""A CAD file becomes a solid with exact surfaces, and the triangles that it is planned on."""
 
 from __future__ import annotations
 
@@ -9,11 +9,14 @@ import numpy as np
 
 from autobalance.errors import BodiesError, SolidError
 from autobalance.solid.cad.brep import ExactSolid, are_apart, joined_solids
-from autobalance.solid.cad.step_file import StepFile, read_step_file
+from autobalance.solid.cad.cad_file import CadFile, NamedBody
+from autobalance.solid.cad.soundness import Gap, sound
+from autobalance.solid.cad.step_file import read_step_file
 from autobalance.solid.cad.surface import Surfaces
 from autobalance.solid.csg.solid import Solid
+from autobalance.solid.mesh.body_list import few, listed
 from autobalance.solid.mesh.mesh import Mesh, weld
-from autobalance.solid.mesh.repair import solid_of
+from autobalance.solid.mesh.repair import solid_of, volume_change
 
 FACETS_MOST = 1e-2
 """Share of the volume that the triangles may miss: fine ones miss less than a thousandth of this."""
@@ -24,7 +27,8 @@ class Exact:
     """A solid with its own surfaces, as a file gives it.
 
     ``unit`` and ``name`` are the file's; ``surfaces`` are its planes and cylinders with the triangles of
-    ``mesh`` that stand for them, or None where the triangles had to be mended.
+    ``mesh`` that stand for them, or None where the triangles had to be mended. ``repairs`` say what had to be
+    done to it, one line each; ``gaps`` are faces that its edges lie off.
     """
 
     solid: ExactSolid
@@ -34,14 +38,16 @@ class Exact:
     triangles: int
     mesh: Solid
     surfaces: Surfaces | None
+    repairs: tuple[str, ...] = ()
+    gaps: tuple[Gap, ...] = ()
 
 
-def exact_of(file: StepFile, body: int | str | None, pressed_up: bool) -> Exact:
-    """Choose from the solids of a STEP file, and tessellate what was chosen.
+def exact_of(file: CadFile, body: int | str | None, pressed_up: bool) -> Exact:
+    """Choose from the solids of a CAD file, check what was chosen, and tessellate it.
 
     Parameters
     ----------
-    file : StepFile
+    file : CadFile
     body : int or str or None
         A number, from 1 by falling volume; a name; or "all".
     pressed_up : bool
@@ -52,9 +58,11 @@ def exact_of(file: StepFile, body: int | str | None, pressed_up: bool) -> Exact:
     SolidError
         If none or several fit, the kernel finds fault with the solid, or its triangles are not closed.
     """
-    parts = [_Part(ExactSolid.of(one.body), one.name, one.place) for one in file.bodies]
+    parts = [_part(one) for one in file.bodies]
     parts.sort(key=lambda part: -part.solid.volume_mm3)
-    chosen, name = _chosen(parts, body, pressed_up)
+    taken = _chosen(parts, body, pressed_up)
+    every = [part.solid for part in taken]
+    chosen = joined_solids(every, are_apart(every))
     facets = chosen.facets()
     distinct, number = weld(facets.points)
     corners = number[facets.triangles]
@@ -66,7 +74,17 @@ def exact_of(file: StepFile, body: int | str | None, pressed_up: bool) -> Exact:
             f"{chosen.volume_mm3:.6g} mm³; needed a solid that can be tessellated"
         )
     surfaces = None if repairs else Surfaces(chosen.surfaces(), facets.face[whole])
-    return Exact(chosen, file.unit, name, len(parts), len(facets.triangles), mesh, surfaces)
+    return Exact(
+        solid=chosen,
+        unit=file.unit or "mm",
+        name=taken[0].name,
+        bodies=len(parts),
+        triangles=len(facets.triangles),
+        mesh=mesh,
+        surfaces=surfaces,
+        repairs=(*file.repairs, *(said for part in taken for said in part.repairs), *_united(taken, chosen)),
+        gaps=tuple(gap for part in taken for gap in part.gaps),
+    )
 
 
 def written_and_read(exact: Exact, solid: ExactSolid) -> tuple[bytes, Exact]:
@@ -88,18 +106,44 @@ class _Part:
     solid: ExactSolid
     name: str
     place: str
+    repairs: tuple[str, ...]
+    gaps: tuple[Gap, ...]
 
 
-def _chosen(parts: Sequence[_Part], body: int | str | None, pressed_up: bool) -> tuple[ExactSolid, str]:
+def _part(one: NamedBody) -> _Part:
+    """Return a checked solid of a file, outward."""
+    try:
+        checked = sound(one.body)
+    except SolidError as error:
+        raise SolidError(f"the part {one.name!r}: {error}" if one.name else str(error)) from None
+    solid, repairs = ExactSolid.of_checked(checked.body), checked.repairs
+    volume = solid.volume_mm3
+    if volume < 0.0:
+        solid = ExactSolid.of_checked(checked.body.Reversed())
+        repairs += (f"the solid was inside out: turned round; {volume_change(volume, -volume)}",)
+    return _Part(solid, one.name, one.place, repairs, checked.gaps)
+
+
+def _chosen(parts: Sequence[_Part], body: int | str | None, pressed_up: bool) -> Sequence[_Part]:
     if body == "all" or (body is None and (pressed_up or len(parts) == 1)):
-        every = [part.solid for part in parts]
-        return joined_solids(every, are_apart(every)), parts[0].name
+        return parts
     if body is None:
         raise BodiesError(f"{_listed(parts)}; needed body = a number or a name, or 'all' to unite them")
     found = _named(parts, body) if isinstance(body, str) else list(parts[body - 1 : body] if body > 0 else ())
     if len(found) != 1:
         raise SolidError(f"body {body!r} was asked for; {_listed(parts)}")
-    return found[0].solid, found[0].name
+    return found
+
+
+def _united(parts: Sequence[_Part], whole: ExactSolid) -> list[str]:
+    """Say of which parts a solid was made, and how much of them counted twice."""
+    if len(parts) == 1:
+        return []
+    total = sum(part.solid.volume_mm3 for part in parts)
+    twice = total - whole.volume_mm3
+    overlaps = f"; overlaps of {twice:.6g} mm³ now count once" if twice > 1e-9 * total else ""
+    each = [f"{_label(parts, part)} {part.solid.volume_mm3:.6g} mm³".lstrip() for part in parts]
+    return [f"{len(parts)} bodies united: {few(each)}{overlaps}"]
 
 
 def _named(parts: Sequence[_Part], name: str) -> list[_Part]:
@@ -117,12 +161,17 @@ def _named(parts: Sequence[_Part], name: str) -> list[_Part]:
 
 def _listed(parts: Sequence[_Part]) -> str:
     lines = []
-    shared = {part.name for part in parts if sum(part.name == other.name for other in parts) > 1}
     for number, part in enumerate(parts, start=1):
         low, high = part.solid.bounds
         x, y, z = high - low
-        name = part.place if part.name in shared and part.place else part.name
-        label = f" {name!r}," if name else ""
+        label = _label(parts, part)
+        label = f" {label}," if label else ""
         lines.append(f"{number}:{label} {part.solid.volume_mm3:.6g} mm³, {x:.5g} × {y:.5g} × {z:.5g} mm")
-    bodies = "1 body" if len(parts) == 1 else f"{len(parts)} bodies"
-    return f"the file holds {bodies} ({'; '.join(lines)})"
+    return listed(lines)
+
+
+def _label(parts: Sequence[_Part], part: _Part) -> str:
+    """Return the name by which a part is told from the others, in quotes."""
+    shared = sum(part.name == other.name for other in parts) > 1
+    name = part.place if shared and part.place else part.name
+    return repr(name) if name else ""

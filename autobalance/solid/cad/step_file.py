@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 import tempfile
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from pathlib import Path
 from typing import Any, Final
 
 from autobalance.errors import FormatError, SolidError
+from autobalance.solid.cad.cad_file import CadFile, NamedBody
 from autobalance.solid.cad.kernel import explored, require_kernel
 
 UNITS: Final = {"millimetre": "mm", "centimetre": "cm", "metre": "m", "inch": "inch"}
@@ -17,24 +18,7 @@ TIME: Final = "2000-01-01T00:00:00"
 """Written as the time of every file, so that equal solids are equal files."""
 
 
-@dataclass(frozen=True, eq=False)
-class NamedBody:
-    """A solid of a STEP file with its part's name, and its place's in the assembly; both may be empty."""
-
-    name: str
-    body: Any
-    place: str = ""
-
-
-@dataclass(frozen=True, eq=False)
-class StepFile:
-    """The solids of a STEP file [mm] and the name of the unit that it is written in."""
-
-    bodies: tuple[NamedBody, ...]
-    unit: str
-
-
-def read_step_file(data: bytes) -> StepFile:
+def read_step_file(data: bytes) -> CadFile:
     """Read the solids of a STEP file.
 
     Raises
@@ -42,7 +26,7 @@ def read_step_file(data: bytes) -> StepFile:
     FormatError
         If the CAD kernel is not installed, or the file is no STEP file or holds no solid.
     """
-    require_kernel()
+    require_kernel("STEP")
     if b"ISO-10303-21" not in data[:256]:
         raise FormatError("the STEP file does not begin with ISO-10303-21")
     from OCP.IFSelect import IFSelect_ReturnStatus
@@ -62,7 +46,7 @@ def read_step_file(data: bytes) -> StepFile:
     bodies = tuple(_bodies(document))
     if not bodies:
         raise FormatError("the STEP file holds no solid; needed a closed body, not surfaces or wires")
-    return StepFile(bodies, _unit(reader.Reader()))
+    return CadFile(bodies, _unit(reader.Reader()))
 
 
 def _unit(reader: Any) -> str:
@@ -133,7 +117,7 @@ def write_step(body: Any, unit: str, name: str) -> bytes:
     from OCP.STEPCAFControl import STEPCAFControl_Writer
     from OCP.TCollection import TCollection_HAsciiString
 
-    require_kernel()
+    require_kernel("STEP")
     document = _document(body, name)
     Interface_Static.SetCVal_s("write.step.unit", WRITTEN_UNITS[unit])
     writer = STEPCAFControl_Writer()

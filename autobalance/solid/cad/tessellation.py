@@ -151,6 +151,11 @@ def _vector(xyz: Any) -> Array:
     return np.array([xyz.X(), xyz.Y(), xyz.Z()])
 
 
+def area_mm2(face: Any) -> float:
+    """Return the area of a face [mm²]."""
+    return _area(face)[0]
+
+
 def _area(face: Any) -> tuple[float, Array]:
     from OCP.BRepGProp import BRepGProp
     from OCP.GProp import GProp_GProps

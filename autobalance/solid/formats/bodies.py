@@ -7,7 +7,8 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from autobalance.errors import FormatError, SolidError
-from autobalance.solid.formats.read import Source, file_bytes, source_of_bytes, source_of_step
+from autobalance.solid.formats.format import Format
+from autobalance.solid.formats.read import Source, file_bytes, source_of_bytes, source_of_cad
 from autobalance.solid.formats.registry import format_of
 
 
@@ -35,7 +36,7 @@ def read_bodies(path: Path, unit: str | None) -> tuple[BodySource, ...]:
         raise FormatError(f"{path}: the ending '{path.suffix}' is not known")
     data = file_bytes(path)
     try:
-        sources = _of_step(data, unit) if kind.exact else _of_mesh(data, kind.name, unit)
+        sources = _of_cad(kind, data, unit) if kind.exact else _of_mesh(data, kind.name, unit)
     except (FormatError, SolidError) as error:
         raise type(error)(f"{path}: {error}") from None
     names = ["" if source.exact is None else source.exact.name for source in sources]
@@ -50,8 +51,7 @@ def _of_mesh(data: bytes, name: str, unit: str | None) -> list[Source]:
     return [first, *(source_of_bytes(data, name, unit, body) for body in range(2, first.bodies + 1))]
 
 
-def _of_step(data: bytes, unit: str | None) -> list[Source]:
-    from autobalance.solid.cad.step_file import read_step_file
-
-    file, digest = read_step_file(data), hashlib.sha256(data).hexdigest()
-    return [source_of_step(file, digest, "step", unit, body) for body in range(1, len(file.bodies) + 1)]
+def _of_cad(kind: Format, data: bytes, unit: str | None) -> list[Source]:
+    assert kind.read_exact is not None
+    file, digest = kind.read_exact(data), hashlib.sha256(data).hexdigest()
+    return [source_of_cad(file, digest, kind.name, unit, body) for body in range(1, len(file.bodies) + 1)]

@@ -4,11 +4,15 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from autobalance.solid.formats.raw import Raw
 from autobalance.solid.mesh.mesh import Floats, Indices
+
+if TYPE_CHECKING:
+    from autobalance.solid.cad.cad_file import CadFile
 
 Reader = Callable[[bytes], Raw]
 Writer = Callable[[Floats, Indices, float], bytes]
@@ -34,8 +38,11 @@ class Format:
         Whether the file says its unit of length.
     names_bodies : bool
         Whether its bodies have names.
-    exact : bool
-        Whether the file keeps true surfaces; it is no mesh then, and ``read`` and ``write`` refuse.
+    read_exact : callable or None
+        Bytes of a file → its solids with true surfaces, where it keeps them; it is no mesh then, and ``read``
+        and ``write`` refuse.
+    written_as : str
+        Name of the format that a solid that came in this one is written in, where that is another; "": this.
     mm_per_unit : float or None
         Of the one unit that the format prescribes, where it does.
     form_of : callable or None
@@ -49,6 +56,12 @@ class Format:
     number: type[np.float32] | type[np.float64]
     carries_unit: bool = False
     names_bodies: bool = False
-    exact: bool = False
+    read_exact: Callable[[bytes], CadFile] | None = None
+    written_as: str = ""
     mm_per_unit: float | None = None
     form_of: Callable[[bytes], str] | None = None
+
+    @property
+    def exact(self) -> bool:
+        """Whether its files keep true surfaces."""
+        return self.read_exact is not None

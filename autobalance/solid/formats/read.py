@@ -19,14 +19,15 @@ from autobalance.solid.csg.solid import Solid, union
 from autobalance.solid.formats.format import Format
 from autobalance.solid.formats.raw import Raw
 from autobalance.solid.formats.registry import FOREIGN_CAD, FORMATS, format_of, kind_of
+from autobalance.solid.mesh.body_list import listed
 from autobalance.solid.mesh.mesh import Array, Floats, Mesh, in_space_order, weld, without_collapsed
 from autobalance.solid.mesh.repair import Body, are_apart, bodies_of, solid_of, volume_change
 from autobalance.solid.mesh.validate import check_solid
 from autobalance.units import MM_PER
 
 if TYPE_CHECKING:
+    from autobalance.solid.cad.cad_file import CadFile
     from autobalance.solid.cad.step import Exact
-    from autobalance.solid.cad.step_file import StepFile
     from autobalance.solid.cad.surface import Surfaces
 
 FARTHEST_MM = 1e7
@@ -55,6 +56,9 @@ class Source:
         What had to be done to the mesh, one line each.
     exact : Exact or None
         The solid with its true surfaces, where the format keeps them; ``solid`` is only tessellated then.
+    step_mm : float
+        Between two coordinates that the file can tell apart at its far end, by its digits or its numbers;
+        0 where it is no more than what ``format`` says of itself.
     """
 
     solid: Solid
@@ -65,6 +69,7 @@ class Source:
     bodies: int
     repairs: tuple[str, ...]
     exact: Exact | None = None
+    step_mm: float = 0.0
 
     @property
     def surfaces(self) -> Surfaces | None:
@@ -142,8 +147,8 @@ def source_of_bytes(
         return _read_exact(data, digest.result(), name, unit, body, pressed_up)
     with np.errstate(all="ignore"):  # numbers that overflow are refused with those that are not finite
         raw = kind.read(data)
-    mm_per_unit = _mm_per_unit(raw, unit, name)
-    triangles, written_as = len(raw.soup), kind_of(name, data)
+    mm_per_unit = _mm_per_unit(raw.unit, raw.mm_per_unit, unit, name)
+    triangles, written_as, step_mm = len(raw.soup), kind_of(name, data), mm_per_unit * _step(raw)
     mesh, notes = _welded(raw, mm_per_unit)
     sha256 = digest.result()
     del data, raw  # the solid takes many times their memory: not at the same time
@@ -158,6 +163,7 @@ def source_of_bytes(
         triangles=triangles,
         bodies=bodies,
         repairs=(*notes, *repairs, *changed),
+        step_mm=step_mm,
     )
 
 
@@ -185,7 +191,7 @@ def source_of(
         If the mesh is open, bounds nothing, or holds several bodies and none was chosen.
     """
     raw = Raw(soup)
-    mm_per_unit = _mm_per_unit(raw, unit, "mesh")
+    mm_per_unit = _mm_per_unit(raw.unit, raw.mm_per_unit, unit, "mesh")
     mesh, notes = _welded(raw, mm_per_unit)
     solid, bodies, repairs = _solid(mesh, body, pressed_up, lambda _: None, unite is not False)
     asked = body == "all" if unite is None else unite
@@ -229,28 +235,31 @@ def _sha256(data: bytes) -> str:
 def _read_exact(
     data: bytes, sha256: str, name: str, unit: str | None, body: int | str | None, pressed_up: bool
 ) -> Source:
-    from autobalance.solid.cad.step_file import read_step_file
+    read_exact = FORMATS[name].read_exact
+    assert read_exact is not None
+    return source_of_cad(read_exact(data), sha256, name, unit, body, pressed_up)
 
-    return source_of_step(read_step_file(data), sha256, name, unit, body, pressed_up)
 
-
-def source_of_step(
-    file: StepFile, sha256: str, name: str, unit: str | None, body: int | str | None, pressed_up: bool = False
+def source_of_cad(
+    file: CadFile, sha256: str, name: str, unit: str | None, body: int | str | None, pressed_up: bool = False
 ) -> Source:
-    """Check the solid that a STEP file holds, whose bytes have the digest; the rest is as for ``read``."""
+    """Check the solid that a CAD file holds, whose bytes have the digest; the rest is as for ``read``."""
+    from autobalance.solid.cad.cad_file import in_unit
     from autobalance.solid.cad.step import exact_of
 
-    if unit is not None and unit != file.unit:
-        raise FormatError(f"the file is in {file.unit}, the unit given is {unit}; leave it out or correct it")
+    carried = None if file.unit is None else MM_PER[file.unit]
+    mm_per_unit = _mm_per_unit(file.unit, carried, unit, name)
+    if file.unit is None:
+        file = in_unit(file, str(unit))
     exact = exact_of(file, body, pressed_up)
     return Source(
         solid=exact.mesh,
         format=name,
-        mm_per_unit=MM_PER[file.unit],
+        mm_per_unit=mm_per_unit,
         sha256=sha256,
         triangles=exact.triangles,
         bodies=exact.bodies,
-        repairs=(),
+        repairs=exact.repairs,
         exact=exact,
     )
 
@@ -288,19 +297,25 @@ def file_bytes(path: Path) -> bytes:
         raise FileError(f"{path} cannot be read: {reason}") from None
 
 
-def _mm_per_unit(raw: Raw, asked: str | None, name: str) -> float:
+def _mm_per_unit(unit: str | None, carried: float | None, asked: str | None, name: str) -> float:
+    """Return the length of a file's unit [mm]: of the one that it carries, or else of the one asked for."""
     known = ", ".join(MM_PER)
     if asked is not None and asked not in MM_PER:
         raise FormatError(f"the unit '{asked}' is not known; needed one of {known}")
-    if raw.mm_per_unit is not None:
-        if asked is not None and MM_PER[asked] != raw.mm_per_unit:
-            raise FormatError(
-                f"the file is in {raw.unit}, the unit given is {asked}; leave it out or correct it"
-            )
-        return raw.mm_per_unit
+    if carried is not None:
+        if asked is not None and MM_PER[asked] != carried:
+            raise FormatError(f"the file is in {unit}, the unit given is {asked}; leave it out or correct it")
+        return carried
     if asked is None:
         raise FormatError(f"{name.upper()} carries no unit; needed unit = one of {known}")
     return MM_PER[asked]
+
+
+def _step(raw: Raw) -> float:
+    """Return the step between coordinates at the far end of a file, in its unit."""
+    number = raw.soup.dtype.type
+    reach = number(max(abs(float(raw.soup.min())), abs(float(raw.soup.max()))))
+    return max(raw.step, float(np.spacing(reach)))
 
 
 def _welded(raw: Raw, mm_per_unit: float) -> tuple[Mesh, list[str]]:
@@ -366,5 +381,4 @@ def _listed(bodies: list[Body]) -> str:
     for number, one in enumerate(bodies, start=1):
         x, y, z = one.size_mm
         lines.append(f"{number}: {one.volume_mm3:.6g} mm³, {x:.5g} × {y:.5g} × {z:.5g} mm")
-    count = "1 body" if len(bodies) == 1 else f"{len(bodies)} bodies"
-    return f"the file holds {count} ({'; '.join(lines)})"
+    return listed(lines)

@@ -7,7 +7,7 @@ from pathlib import Path
 from types import MappingProxyType
 
 from autobalance.errors import FormatError
-from autobalance.solid.formats import glb, obj, off, ply, step, stl, threemf
+from autobalance.solid.formats import brep, glb, iges, obj, off, ply, step, stl, threemf
 from autobalance.solid.formats.format import Format
 
 FOREIGN_CAD = (".fcstd", ".sldprt", ".sldasm", ".ipt", ".prt", ".catpart", ".f3d", ".x_t")
@@ -48,6 +48,8 @@ register(off.OFF)
 register(threemf.THREEMF)
 register(step.STEP)
 register(glb.GLB)
+register(iges.IGES)
+register(brep.BREP)
 
 
 def format_named(name: str) -> Format:
@@ -77,6 +79,19 @@ def name_of_ending(ending: str) -> str:
 def endings() -> tuple[str, ...]:
     """Return the endings of all files that can be read, each with its dot."""
     return tuple(f".{ending}" for ending in _BY_ENDING)
+
+
+def written_ending(path: Path) -> str:
+    """Return the ending, with its dot, of the file that a solid from a file is written to."""
+    found = format_of(path)
+    if found is None or found.written_as in ("", found.name):
+        return path.suffix.lower()
+    return f".{format_named(found.written_as).endings[0]}"
+
+
+def written_name(name: str) -> str:
+    """Return the name of the format that a solid from a file of a format is written in."""
+    return format_named(name).written_as or name
 
 
 def needs_unit(path: Path) -> bool:

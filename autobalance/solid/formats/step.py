@@ -1,30 +1,19 @@
-"""STEP: true surfaces, which the CAD kernel reads and writes; here it only says so."""
+"""STEP: true surfaces, which the CAD kernel reads and writes."""
 
 from __future__ import annotations
 
-import numpy as np
+from typing import TYPE_CHECKING
 
-from autobalance.errors import FormatError
-from autobalance.solid.formats.format import Format
-from autobalance.solid.formats.raw import Raw
-from autobalance.solid.mesh.mesh import Floats, Indices
+from autobalance.solid.formats.exact import exact_format
 
-
-def _no_mesh(data: bytes) -> Raw:
-    raise FormatError("a STEP file holds exact surfaces, no mesh")
+if TYPE_CHECKING:
+    from autobalance.solid.cad.cad_file import CadFile
 
 
-def _no_step(vertices: Floats, triangles: Indices, mm_per_unit: float) -> bytes:
-    raise FormatError("a mesh cannot be written as STEP; needed stl")
+def _read(data: bytes) -> CadFile:
+    from autobalance.solid.cad.step_file import read_step_file
+
+    return read_step_file(data)
 
 
-STEP = Format(
-    "step",
-    ("step", "stp"),
-    _no_mesh,
-    _no_step,
-    np.float64,
-    carries_unit=True,
-    names_bodies=True,
-    exact=True,
-)
+STEP = exact_format("step", ("step", "stp"), _read, names_bodies=True)

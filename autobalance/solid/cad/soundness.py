@@ -1,0 +1,264 @@
+"""Whether a body of a CAD file is one: faults that the kernel finds, their healing, edges off their faces."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from typing import Any, Final
+
+import numpy as np
+
+from autobalance.errors import SolidError
+from autobalance.solid.cad.kernel import explored, is_valid, properties
+from autobalance.solid.cad.tessellation import area_mm2, bounds_mm, surface_kind
+from autobalance.solid.mesh.mesh import Array
+from autobalance.solid.mesh.repair import volume_change
+
+CONTRADICTS: Final = 1e-3
+"""Distance of an edge from its face, as a share of the diagonal, from which on a file contradicts itself."""
+TOUCHES: Final = 1e-5
+"""Distance up to which an edge lies on its face: what files are usually written to."""
+POINTS: Final = 23
+"""Of an edge that are held against its face, as many as the kernel's own check takes."""
+FAULTS_SHOWN: Final = 3
+WORDS: Final = {
+    "NotClosed": "is not closed",
+    "SelfIntersectingWire": "crosses itself",
+    "IntersectingWires": "has outlines that cross each other",
+    "InvalidImbricationOfWires": "has a hole outside its outline",
+    "BadOrientationOfSubshape": "has an edge or an outline that runs the wrong way",
+    "UnorientableShape": "cannot be turned one way",
+    "NotConnected": "falls apart",
+    "RedundantFace": "holds a face twice",
+    "InvalidMultiConnexity": "has an edge with more than two faces",
+}
+"""What the kernel's names of faults mean."""
+
+
+@dataclass(frozen=True, eq=False)
+class Gap:
+    """A face whose edges lie off its surface.
+
+    Attributes
+    ----------
+    face : int
+        Its number in the solid, from 0.
+    distance_mm : float
+        The greatest.
+    area_mm2 : float
+        Of the face.
+    bounds : (2, 3) float
+        Least and greatest coordinates of the face [mm].
+    """
+
+    face: int
+    distance_mm: float
+    area_mm2: float
+    bounds: Array
+
+
+@dataclass(frozen=True, eq=False)
+class Sound:
+    """A body that the kernel finds no fault with, what was done to it, and where its edges are off faces."""
+
+    body: Any
+    repairs: tuple[str, ...]
+    gaps: tuple[Gap, ...]
+
+
+def sound(body: Any) -> Sound:
+    """Return a body of a file that passed all checks, healed if need be.
+
+    Raises
+    ------
+    SolidError
+        If its surfaces contradict its edges, or the kernel finds fault with it also after healing.
+    """
+    gaps = edges_off_faces(body)
+    repairs = tuple(_said(gaps))
+    if not is_valid(body):
+        body, healing = _healed(body)
+        gaps = edges_off_faces(body)
+        repairs = (*_said(gaps), *healing)
+    return Sound(body, repairs, gaps)
+
+
+# --- edges and faces --------------------------------------------------------------------------------------
+
+
+def edges_off_faces(body: Any) -> tuple[Gap, ...]:
+    """Return the faces some of whose edges do not lie on them.
+
+    The kernel measures what is within its faces' outlines, and takes the outlines from the edges: where an
+    edge and a surface say different things, what it measures is no solid's.
+
+    Raises
+    ------
+    SolidError
+        If an edge lies so far off that no tolerance explains it.
+    """
+    low, high = bounds_mm(body)
+    diagonal = float(np.linalg.norm(high - low))
+    found = []
+    for number, face in enumerate(explored(body, "FACE")):
+        off = [(distance, edge, place) for edge, distance, place in _distances(face, TOUCHES * diagonal)]
+        if not off:
+            continue
+        distance, edge, (x, y, z) = max(off, key=lambda one: one[0])
+        if distance > CONTRADICTS * diagonal:
+            raise SolidError(
+                f"edge {edge + 1} of face {number + 1}, a {surface_kind(face)}, lies {distance:.4g} mm off "
+                f"it at ({x:.6g}, {y:.6g}, {z:.6g}) mm: the file's surfaces contradict its edges; "
+                f"needed at most {CONTRADICTS * diagonal:.2g} mm"
+            )
+        found.append(Gap(number, distance, area_mm2(face), bounds_mm(face)))
+    return tuple(found)
+
+
+def _distances(face: Any, least_mm: float) -> Iterator[tuple[int, float, Array]]:
+    """Yield the edges of a face that lie off it by more than ``least_mm``: number, how far, and where."""
+    from OCP.BRep import BRep_Tool
+    from OCP.TopoDS import TopoDS
+
+    for number, shape in enumerate(explored(face, "EDGE")):
+        edge = TopoDS.Edge(shape)
+        if BRep_Tool.Tolerance_s(edge) <= least_mm or BRep_Tool.Degenerated_s(edge):
+            continue  # the kernel has made each edge's tolerance as wide as it lies off its faces
+        apart, place = _apart(edge, TopoDS.Face(face))
+        if apart > least_mm:
+            yield number, apart, place
+
+
+def _apart(edge: Any, face: Any) -> tuple[float, Array]:
+    """Return how far an edge's curve lies from the curve that bounds a face's surface, and where most."""
+    from OCP.BRepAdaptor import BRepAdaptor_Curve
+
+    curves = BRepAdaptor_Curve(edge), BRepAdaptor_Curve(edge, face)
+    steps = (np.linspace(curve.FirstParameter(), curve.LastParameter(), POINTS) for curve in curves)
+    points = [
+        np.array([(point.X(), point.Y(), point.Z()) for point in map(curve.Value, step.tolist())])
+        for curve, step in zip(curves, steps, strict=True)
+    ]
+    apart = np.linalg.norm(points[0] - points[1], axis=1)
+    return float(apart.max()), points[0][apart.argmax()]
+
+
+def _said(gaps: tuple[Gap, ...]) -> Iterator[str]:
+    if gaps:
+        most = max(gaps, key=lambda gap: gap.distance_mm)
+        yield (
+            f"edges lie off their faces: {len(gaps)} faces, by {most.distance_mm:.3g} mm at most "
+            f"(face {most.face + 1}); left as they are, counted in the error bar"
+        )
+
+
+# --- faults and healing -----------------------------------------------------------------------------------
+
+
+def _healed(body: Any) -> tuple[Any, tuple[str, ...]]:
+    """Return a body as the kernel mends it, and what it did."""
+    from OCP.ShapeFix import ShapeFix_Shape
+
+    found = faults(body)
+    before = properties(body).mass_g
+    tool = ShapeFix_Shape(body)
+    tool.Perform()
+    solids = explored(tool.Shape(), "SOLID")
+    if len(solids) != 1 or not is_valid(solids[0]):
+        raise SolidError(
+            f"the CAD kernel finds fault with the solid and cannot heal it: {found}; needed a closed body"
+        )
+    after = properties(solids[0]).mass_g
+    return solids[0], (
+        f"the CAD kernel found fault with the solid: {found}; healed; {volume_change(before, after)}",
+    )
+
+
+def faults(body: Any) -> str:
+    """Return what the kernel finds wrong with a body, and at which faces."""
+    from OCP.BRepCheck import BRepCheck_Analyzer
+
+    if body.IsNull():
+        return "it is empty"
+    check = BRepCheck_Analyzer(body)
+    found = []
+    for number, face in enumerate(explored(body, "FACE")):
+        if not check.IsValid(face):
+            middle = bounds_mm(face).mean(axis=0)
+            place = ", ".join(f"{value:.6g}" for value in middle)
+            found.append(
+                f"face {number + 1}, a {surface_kind(face)} at ({place}) mm, {_fault_of(face, check)}"
+            )
+    if not found:
+        found = [f"its shell {_words(fault)}{_open_faces(body)}" for fault in _shell_faults(body)]
+    more = f" and {len(found) - FAULTS_SHOWN} more" if len(found) > FAULTS_SHOWN else ""
+    return "; ".join(found[:FAULTS_SHOWN]) + more if found else "it names none"
+
+
+def _fault_of(face: Any, check: Any) -> str:
+    """Return what is wrong with a face: with itself, one of its outlines or one of its edges."""
+    from OCP.BRepCheck import BRepCheck_Face, BRepCheck_Status, BRepCheck_Wire
+    from OCP.TopoDS import TopoDS, TopoDS_Edge
+
+    face = TopoDS.Face(face)
+    none = BRepCheck_Status.BRepCheck_NoError
+    for number, edge in enumerate(explored(face, "EDGE")):
+        if not check.IsValid(edge):
+            return f"has a fault in its edge {number + 1}"
+    for shape in explored(face, "WIRE"):
+        wire = BRepCheck_Wire(TopoDS.Wire(shape))
+        for fault in (
+            wire.Closed(),
+            wire.Orientation(face),
+            wire.SelfIntersect(face, TopoDS_Edge(), TopoDS_Edge()),
+        ):
+            if fault != none:
+                return _words(fault)
+    whole = BRepCheck_Face(face)
+    for fault in (whole.IntersectWires(), whole.ClassifyWires(), whole.OrientationOfWires()):
+        if fault != none:
+            return _words(fault)
+    return "is wrong in a way that the kernel does not name"
+
+
+def _shell_faults(body: Any) -> Iterator[Any]:
+    from OCP.BRepCheck import BRepCheck_Shell, BRepCheck_Status
+    from OCP.TopoDS import TopoDS
+
+    for shape in explored(body, "SHELL"):
+        shell = BRepCheck_Shell(TopoDS.Shell(shape))
+        for fault in (shell.Closed(), shell.Orientation()):
+            if fault != BRepCheck_Status.BRepCheck_NoError:
+                yield fault
+                break
+
+
+def _open_faces(body: Any) -> str:
+    """Return which faces have an edge without a neighbour."""
+    bare = [str(number + 1) for number in faces_without_neighbour(body)]
+    more = ", ..." if len(bare) > FAULTS_SHOWN else ""
+    return f" beside face {', '.join(bare[:FAULTS_SHOWN])}{more}" if bare else ""
+
+
+def faces_without_neighbour(body: Any) -> list[int]:
+    """Return the numbers of the faces that have an edge which is no other face's, nor twice their own."""
+    from OCP.BRep import BRep_Tool
+    from OCP.collections import IndexedMap_TopoDS_Shape_TopTools_ShapeMapHasher as Parts
+    from OCP.TopAbs import TopAbs_ShapeEnum
+    from OCP.TopExp import TopExp
+    from OCP.TopoDS import TopoDS
+
+    edges = Parts()
+    TopExp.MapShapes_s(body, TopAbs_ShapeEnum.TopAbs_EDGE, edges)
+    owners: dict[int, list[int]] = {}
+    for number, face in enumerate(explored(body, "FACE")):
+        for edge in map(TopoDS.Edge, explored(face, "EDGE")):
+            if not BRep_Tool.Degenerated_s(edge):
+                twice = BRep_Tool.IsClosed_s(edge, TopoDS.Face(face))
+                owners.setdefault(edges.FindIndex(edge), []).extend([number] * (1 + twice))
+    return sorted({of[0] for of in owners.values() if len(of) == 1})
+
+
+def _words(fault: Any) -> str:
+    name = str(fault.name).rpartition("_")[2]
+    return WORDS.get(name, f"has the fault '{name}'")

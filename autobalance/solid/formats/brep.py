@@ -1,0 +1,19 @@
+"""BREP: true surfaces in the CAD kernel's own text, without a unit."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from autobalance.solid.formats.exact import exact_format
+
+if TYPE_CHECKING:
+    from autobalance.solid.cad.cad_file import CadFile
+
+
+def _read(data: bytes) -> CadFile:
+    from autobalance.solid.cad.brep_file import read_brep_file
+
+    return read_brep_file(data)
+
+
+BREP = exact_format("brep", ("brep",), _read, carries_unit=False)

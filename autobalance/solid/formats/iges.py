@@ -1,0 +1,19 @@
+"""IGES: true surfaces, which the CAD kernel reads and sews."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from autobalance.solid.formats.exact import exact_format
+
+if TYPE_CHECKING:
+    from autobalance.solid.cad.cad_file import CadFile
+
+
+def _read(data: bytes) -> CadFile:
+    from autobalance.solid.cad.iges_file import read_iges_file
+
+    return read_iges_file(data)
+
+
+IGES = exact_format("iges", ("iges", "igs"), _read)
