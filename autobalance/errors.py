@@ -49,6 +49,11 @@ class SolidError(AutobalanceError, ValueError):
 class BodiesError(SolidError):
     """A file holds several bodies, and which of them to take was not said."""
 
+    def __init__(self, message: str, bodies: int = 0) -> None:
+        """Take the message and how many there are."""
+        super().__init__(message)
+        self.bodies = bodies
+
 
 class OverlapError(SolidError):
     """A solid overlaps itself, so that some of its metal counts twice."""

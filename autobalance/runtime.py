@@ -32,13 +32,19 @@ def keep_to_one_core() -> None:
 
 
 def in_thread(work: Callable[[], T]) -> Future[T]:
-    """Start ``work`` in a thread of its own; its result, or what it raised, is the future's."""
+    """Start ``work`` in a thread of its own; its result, or what it raised, is the future's.
+
+    Where there is no memory for a thread, it is done when it is asked for.
+    """
     if _alone:
         return _when_asked(work)
     from concurrent.futures import ThreadPoolExecutor
 
     threads = ThreadPoolExecutor(max_workers=1)
-    future = threads.submit(work)
+    try:
+        future = threads.submit(work)
+    except RuntimeError:
+        return _when_asked(work)
     threads.shutdown(wait=False)  # the thread ends with its work
     return future
 

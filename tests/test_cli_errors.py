@@ -2,6 +2,7 @@
 
 import os
 import re
+import subprocess
 import sys
 from collections.abc import Callable
 from pathlib import Path
@@ -336,6 +337,37 @@ def test_not_enough_memory_is_one_line(
     assert jobs.run("balance", job, "-o", tmp_path / "out") == 3
     assert "not enough memory" in capsys.readouterr().err
     assert not (tmp_path / "out").exists()
+
+
+LITTLE = """
+import resource, sys
+from pathlib import Path
+from autobalance.command import main
+assert main(["inspect", "small.obj", "--unit", "mm"]) == 3  # all libraries are loaded
+used = int(Path("/proc/self/statm").read_text().split()[0]) * resource.getpagesize()
+resource.setrlimit(resource.RLIMIT_AS, (used + (1 << 26), used + (1 << 26)))
+sys.exit(main(["inspect", "large.obj", "--unit", "mm"]))
+"""
+
+
+@pytest.mark.skipif(not Path("/proc/self/statm").exists(), reason="no limit on memory here")
+def test_little_memory_ends_in_one_line(tmp_path: Path) -> None:
+    corners = "v 0 0 0\nv 9 0 0\nv 0 9 0\nv 0 0 9\n"
+    (tmp_path / "small.obj").write_text(corners + "f 1 3 2\nf 1 2 4\nf 1 4 3\nf 2 3 4\n")
+    (tmp_path / "large.obj").write_text(corners + "f 1 3 2\n" * 2_000_000)
+    environment = {**os.environ, "PYTHONPATH": str(jobs.ROOT)}
+    done = subprocess.run(
+        [sys.executable, "-c", LITTLE],
+        cwd=tmp_path,
+        env=environment,
+        capture_output=True,
+        text=True,
+        check=False,
+        timeout=300,
+    )
+    last = done.stderr.splitlines()[-1]
+    assert (done.returncode, last) == (3, "autobalance: error: not enough memory for this file")
+    assert "Traceback" not in done.stderr
 
 
 # --- Ctrl-C -------------------------------------------------------------------------------------------------

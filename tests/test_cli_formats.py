@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import time
 from pathlib import Path
 from typing import Any
 
@@ -236,3 +237,18 @@ def test_touching_bodies_taken_together(tmp_path: Path, capsys: pytest.CaptureFi
     assert report["input"]["bodies"] == 2
     assert report["crank"]["volume_mm3"] == pytest.approx(whole.volume_mm3, rel=1e-9)
     assert jobs.run("verify", tmp_path / "out" / "report.json") == 0
+
+
+def test_a_workshop_of_bodies_is_listed_at_once(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    """No crank is sought in all of them together: that would take minutes."""
+    bar = Solid.revolved(np.array([[0.0, 0.0], [4.0, 0.0], [4.0, 20.0], [0.0, 20.0]]), 60).mesh.corners
+    places = [np.array([10.0 * (k % 11), 10.0 * (k // 11), 0.1 * k]) for k in range(115)]
+    data = encode(mesh_of_soup(np.concatenate([bar + place for place in places])), "stl", 1.0)
+    (tmp_path / "many.stl").write_bytes(data)
+    started = time.process_time()
+    assert jobs.run("inspect", tmp_path / "many.stl", "--unit", "mm") == 3
+    assert time.process_time() - started < 8.0
+    said = capsys.readouterr().err
+    assert "the file holds 115 bodies (1: 1003" in said
+    assert "; and 103 smaller ones); needed body = a number, or 'all' to unite them" in said
+    assert "together" not in said

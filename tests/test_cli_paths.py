@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import os
 import shutil
+import subprocess
 import sys
 from pathlib import Path
 
@@ -96,6 +97,51 @@ def test_a_link_under_a_temporary_name_is_refused(tmp_path: Path, monkeypatch: p
     with Staging([out]) as staging, pytest.raises(FileError, match="cannot write"):
         staging.add(out / "report.json", b"{}")
     assert not victim.exists()
+
+
+def test_a_name_may_be_as_long_as_the_folder_lets_it(tmp_path: Path) -> None:
+    longest = tmp_path / ("r" * 250 + ".json")
+    with Staging([tmp_path]) as staging:
+        staging.add(longest, b"{}")
+        staging.add(tmp_path / ("ß" * 120 + ".json"), b"{}")
+        staging.commit()
+    assert longest.read_bytes() == b"{}"
+    with Staging([tmp_path]) as staging:
+        staging.add(tmp_path / ("r" * 300 + ".json"), b"{}")
+        with pytest.raises(FileError, match=r"cannot write .*: file name too long"):
+            staging.commit()
+    assert len(list(tmp_path.iterdir())) == 2
+
+
+def test_a_job_with_a_long_name_says_that_its_folder_cannot_be_made(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    job = jobs.bundled_job(tmp_path)
+    job = job.rename(job.with_name("j" * 248 + ".toml"))
+    assert jobs.run("balance", job) == 3
+    said = capsys.readouterr().err
+    assert "cannot make the folder" in said
+    assert said.count("\n") == 1
+
+
+def test_what_a_killed_run_has_left_is_taken_away(tmp_path: Path) -> None:
+    with subprocess.Popen([sys.executable, "-c", ""]) as gone:
+        gone.wait()
+    names = {
+        "old": f".balanced.stl.{gone.pid}-0123abcd.part",
+        "young": f".report.json.{gone.pid}-0123abcd.part",
+        "alive": f".balanced.stl.{os.getpid()}-0123abcd.part",
+        "another's": ".balanced.stl.part",
+    }
+    for name in names.values():
+        (tmp_path / name).write_bytes(b"half")
+        if name != names["young"]:
+            os.utime(tmp_path / name, (0.0, 0.0))
+    with Staging([tmp_path]) as staging:
+        staging.add(tmp_path / "report.json", b"{}")
+        staging.commit()
+    kept = {"report.json", names["young"], names["alive"], names["another's"]}
+    assert {path.name for path in tmp_path.iterdir()} == kept
 
 
 @pytest.mark.parametrize("name", ["../evil", "/tmp/evil", "a/b", "a\\\\b", "", "two\\nlines"])

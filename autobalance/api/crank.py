@@ -237,7 +237,7 @@ def read_crank(
     Parameters
     ----------
     path : path
-        .stl, .obj, .ply, .off, .3mf, .glb, or .step with the extra ``step``.
+        .stl, .obj, .ply, .off, .3mf, .glb; .step, .iges, .brep with the extra ``step``.
     unit : str or None
         mm, cm, m or inch; needed where the format carries none.
     density_kg_m3 : float

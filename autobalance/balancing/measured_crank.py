@@ -25,6 +25,7 @@ from autobalance.solid.chordal_error.from_slices import chordal_error_from_slice
 from autobalance.solid.chordal_error.look import look_at
 from autobalance.solid.csg.solid import Solid
 from autobalance.solid.formats.read import Source, read
+from autobalance.solid.mesh.components import numbered_components
 
 if TYPE_CHECKING:
     from concurrent.futures import Future
@@ -37,6 +38,10 @@ TRIANGLES_MOST = 250_000
 """Triangles up to which every facet is looked at: some 0.3 s for 100 000."""
 FACETS_MOST = 20_000
 """Curved facets up to which surfaces are fitted to them: a free-form part has more, and few to find."""
+
+
+BODIES_MOST = 40
+"""Bodies that may be one pressed-up crank: halves, pins, balls, plugs. More are looked at when asked for."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -144,17 +149,24 @@ class _Recognition:
 
     def __init__(self, hints: Overrides) -> None:
         self._hints = hints
-        self._begun: tuple[Solid, Future[Anatomy]] | None = None
+        self._begun: tuple[Solid, Future[Anatomy | None]] | None = None
 
     def begin(self, solid: Solid) -> None:
         """Start with a solid that will most likely stay as it is."""
-        self._begun = solid, in_thread(lambda: recognise(solid, self._hints))
+        self._begun = solid, in_thread(lambda: self._early(solid))
 
     def anatomy(self, source: Source) -> Anatomy:
         """Return the crank in a file's solid, once it is checked."""
         if self._begun is not None and source.solid is self._begun[0]:
-            return self._begun[1].result()
+            found = self._begun[1].result()
+            if found is not None:
+                return found
         return recognised(source, self._hints)
+
+    def _early(self, solid: Solid) -> Anatomy | None:
+        """Return the crank in a solid; None if it is of more bodies than a crank, and not asked for."""
+        many = numbered_components(solid.mesh.triangles, len(solid.mesh.vertices))[1] > BODIES_MOST
+        return None if many else recognise(solid, self._hints)
 
 
 def _read(crankshaft: Crankshaft, begun: Callable[[Solid], None], try_all_bodies: bool) -> Source:
@@ -167,13 +179,14 @@ def _read(crankshaft: Crankshaft, begun: Callable[[Solid], None], try_all_bodies
         mass = error.volume_mm3 * crankshaft.density_g_mm3
         raise OverlapError(f"{error}; {mass:.4g} g of its mass are in doubt", error.volume_mm3) from None
     except BodiesError as several:
-        if not try_all_bodies:
+        if not try_all_bodies or several.bodies > BODIES_MOST:
             raise
         solid = read(crankshaft.file, crankshaft.unit, "all").solid
         try:
             recognise(solid, replace(crankshaft.overrides, crankpin_in_file=None))
         except RecognitionError as reason:
-            raise BodiesError(f"{several}; together they are no crank: {reason}") from None
+            text = f"{several}; together they are no crank: {reason}"
+            raise BodiesError(text, several.bodies) from None
         raise
 
 

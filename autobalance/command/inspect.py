@@ -33,7 +33,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "crank",
         metavar="CRANK|JOB",
-        help="a crank file: .stl .obj .ply .off .3mf .glb .step; or a job",
+        help="a crank file: .stl .obj .ply .off .3mf .glb .step .iges .brep; or a job",
     )
     parser.add_argument(
         "--unit",

@@ -51,6 +51,8 @@ Only the one that is called is imported, so that ``--help`` stays fast.
 """
 
 INTERRUPTED = 130
+NO_MEMORY = ("failed to map segment", "can't start new thread", "pthread_create has failed")
+"""What the loader of libraries and threads say when there is no memory for them."""
 
 
 def main(argv: Sequence[str] | None = None) -> int:
@@ -66,7 +68,9 @@ def main(argv: Sequence[str] | None = None) -> int:
     except AutobalanceError as error:
         print(f"autobalance: error: {error}", file=sys.stderr)  # noqa: T201
         return error.exit_code
-    except MemoryError:
+    except (MemoryError, ImportError, RuntimeError) as error:
+        if not isinstance(error, MemoryError) and not any(words in str(error) for words in NO_MEMORY):
+            raise
         print("autobalance: error: not enough memory for this file", file=sys.stderr)  # noqa: T201
         return AutobalanceError.exit_code
     except OSError as error:

@@ -19,7 +19,9 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "  autobalance rod engine.step --body rod --stroke-mm 53.8 --speed-rpm 12000\n"
         'In a job, [engine.rod] file = "rod.stl" puts the same rod in.'
     )
-    parser.add_argument("file", metavar="FILE", help="the rod: .stl .obj .ply .off .3mf .glb .step")
+    parser.add_argument(
+        "file", metavar="FILE", help="the rod: .stl .obj .ply .off .3mf .glb .step .iges .brep"
+    )
     parser.add_argument(
         "--unit",
         type=length_unit,

@@ -8,13 +8,22 @@ from __future__ import annotations
 
 import contextlib
 import os
+import re
 import secrets
+import time
 from collections.abc import Sequence
 from pathlib import Path
 from types import TracebackType
 
 from autobalance.errors import FileError
 from autobalance.runtime import uninterrupted
+
+SHOWN = 40
+"""Letters of a file's name that stand in its temporary one."""
+LEFT_OVER = re.compile(r"\..{1,40}\.(?P<process>\d{1,10})-[0-9a-f]{8}\.part", re.DOTALL)
+"""Temporary names, for those that a killed run has left."""
+OLD_S = 600.0
+"""Age from which on they are taken away; from writing to renaming takes seconds."""
 
 
 class Staging:
@@ -43,6 +52,7 @@ class Staging:
             for folder in self._folders:
                 self._make(folder)
                 _prove_writable(folder)
+                _sweep(folder)
         except BaseException:
             self._clean()
             raise
@@ -113,8 +123,35 @@ class Staging:
 
 
 def _temporary(path: Path) -> Path:
-    """Return a name beside ``path`` that nobody can have laid a link under beforehand."""
-    return path.with_name(f".{path.name}.{os.getpid()}-{secrets.token_hex(4)}.part")
+    """Return a name beside ``path`` that nobody can have laid a link under beforehand.
+
+    It is no longer than the name itself may be, and says whose it is: see ``_sweep``.
+    """
+    return path.with_name(f".{path.name[:SHOWN]}.{os.getpid()}-{secrets.token_hex(4)}.part")
+
+
+def _sweep(folder: Path) -> None:
+    """Take away what runs that were killed have left in a folder: old, and of no process that lives."""
+    with contextlib.suppress(OSError):
+        for path in folder.iterdir():
+            left = LEFT_OVER.fullmatch(path.name)
+            if left and not _lives(int(left["process"])):
+                with contextlib.suppress(OSError):
+                    if time.time() - path.lstat().st_mtime > OLD_S:  # not one of another machine's at work
+                        path.unlink()
+
+
+def _lives(process: int) -> bool:
+    """Tell whether a process is there; where that cannot be told, that it is."""
+    if os.name == "nt":  # there, signal 0 would end it
+        return True
+    try:
+        os.kill(process, 0)
+    except ProcessLookupError:
+        return False
+    except (OSError, OverflowError):
+        return True
+    return True
 
 
 def _write_new(path: Path, data: bytes) -> None:

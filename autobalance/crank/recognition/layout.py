@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from itertools import pairwise
 
 import numpy as np
+from numpy.typing import NDArray
 
 from autobalance.crank.anatomy import Array
 from autobalance.crank.recognition.cylinder_runs import SAME_CENTRE, CylinderRun
@@ -77,9 +78,9 @@ def crank_axis(
     outer = [line for line in lines if all(_encloses(line, other) for other in lines if other is not line)]
     if outer:
         return outer[0]
-    found = [line for line in lines if all(_wins(long, line, other) for other in lines if other is not line)]
+    found = np.flatnonzero(_wins(long, np.array([line[0].centre for line in lines])).all(axis=1))
     if len(found) == 1:
-        return found[0]
+        return lines[int(found[0])]
     if wander < WANDER and len(_lines(runs, WANDER)) < len(lines):
         return crank_axis(long, runs, given, WANDER)
     raise RecognitionError(
@@ -97,34 +98,44 @@ def _described(long: SectionStack, line: Sequence[CylinderRun]) -> str:
     return f"{count}, {_span(line):.4g} mm long, through ({x:.6g}, {y:.6g}, {z:.6g}) mm"
 
 
-def _wins(long: SectionStack, line: Sequence[CylinderRun], other: Sequence[CylinderRun]) -> bool:
-    """Whether one line of an overhung crank is its axis, not another: no sign against it, and one for it."""
-    here, there = line[0].centre, other[0].centre
-    shaft = _shaft_mm(long, here) / max(_shaft_mm(long, there), 1e-9)
-    beyond = _beyond(long, here, there) / max(_beyond(long, there, here), 1e-9)
-    return min(shaft, beyond) > 1.0 / LONGER and max(shaft, beyond) > LONGER
+def _wins(long: SectionStack, centres: Array) -> NDArray[np.bool_]:
+    """Return whether each line of an overhung crank, through ``centres`` (n, 2), beats each other one (n, n).
+
+    There must be no sign against it, and one for it; a line wins over itself.
+    """
+    beyond, shaft = _beyond(long, centres), _shafts_mm(long, centres)
+    ratios = np.stack([shaft[:, None] / np.maximum(shaft, 1e-9), beyond / np.maximum(beyond.T, 1e-9)])
+    wins = (ratios.min(axis=0) > 1.0 / LONGER) & (ratios.max(axis=0) > LONGER)
+    return wins | np.eye(len(centres), dtype=bool)
 
 
-def _shaft_mm(long: SectionStack, centre: Array) -> float:
-    """Return along how much of the part there are circles about a line, tapers included."""
-    heights = np.array([section.z_mm for section in long.sections])
-    widths = np.gradient(heights)
-    on = [
-        any(
-            p.circle is not None
-            and float(np.linalg.norm(p.circle.centre - centre)) < SAME_CENTRE * p.circle.radius
-            for p in section.pieces
-        )
-        for section in long.sections
-    ]
-    return float(widths[on].sum())
+def _shafts_mm(long: SectionStack, centres: Array) -> Array:
+    """Return along how much of the part there are circles about each line (n,), tapers included."""
+    circles = np.array(
+        [
+            (place, *piece.circle.centre, piece.circle.radius)
+            for place, section in enumerate(long.sections)
+            for piece in section.pieces
+            if piece.circle is not None
+        ]
+    ).reshape(-1, 4)
+    place, radius = circles[:, 0].astype(np.int64), circles[:, 3]
+    widths = np.gradient(np.array([section.z_mm for section in long.sections]))
+    about = (np.linalg.norm(circles[:, 1:3] - centre, axis=1) < SAME_CENTRE * radius for centre in centres)
+    return np.array([widths[np.unique(place[these])].sum() for these in about])
 
 
-def _beyond(long: SectionStack, here: Array, there: Array) -> float:
-    """Return how far metal reaches beyond ``here``, seen from ``there``, at most [mm]."""
-    away = (here - there) / np.linalg.norm(here - there)
-    outlines = [piece.outline for section in long.sections for piece in section.pieces]
-    return max(float(((outline - here) @ away).max()) for outline in outlines)
+def _beyond(long: SectionStack, centres: Array) -> Array:
+    """Return how far metal reaches beyond each line, seen from each other one, at most [mm] (n, n)."""
+    from scipy.spatial import ConvexHull
+
+    points = np.concatenate([piece.outline for section in long.sections for piece in section.pieces])
+    outmost = points[ConvexHull(points).vertices]
+    away = centres[:, None] - centres
+    away /= np.maximum(np.linalg.norm(away, axis=2, keepdims=True), 1e-12)
+    along = np.einsum("ijk,pk->ijp", away, outmost).max(axis=2)
+    reach: Array = along - np.einsum("ijk,ik->ij", away, centres)
+    return reach
 
 
 def _lines(runs: Sequence[CylinderRun], wander: float) -> list[list[CylinderRun]]:

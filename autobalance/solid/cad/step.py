@@ -128,7 +128,8 @@ def _chosen(parts: Sequence[_Part], body: int | str | None, pressed_up: bool) ->
     if body == "all" or (body is None and (pressed_up or len(parts) == 1)):
         return parts
     if body is None:
-        raise BodiesError(f"{_listed(parts)}; needed body = a number or a name, or 'all' to unite them")
+        asked = "needed body = a number or a name, or 'all' to unite them"
+        raise BodiesError(f"{_listed(parts)}; {asked}", len(parts))
     found = _named(parts, body) if isinstance(body, str) else list(parts[body - 1 : body] if body > 0 else ())
     if len(found) != 1:
         raise SolidError(f"body {body!r} was asked for; {_listed(parts)}")

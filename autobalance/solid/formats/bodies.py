@@ -8,7 +8,7 @@ from pathlib import Path
 
 from autobalance.errors import FormatError, SolidError
 from autobalance.solid.formats.format import Format
-from autobalance.solid.formats.read import Source, file_bytes, source_of_bytes, source_of_cad
+from autobalance.solid.formats.read import Source, every_source, file_bytes, source_of_cad
 from autobalance.solid.formats.registry import format_of
 
 
@@ -36,7 +36,7 @@ def read_bodies(path: Path, unit: str | None) -> tuple[BodySource, ...]:
         raise FormatError(f"{path}: the ending '{path.suffix}' is not known")
     data = file_bytes(path)
     try:
-        sources = _of_cad(kind, data, unit) if kind.exact else _of_mesh(data, kind.name, unit)
+        sources = _of_cad(kind, data, unit) if kind.exact else every_source(data, kind.name, unit)
     except (FormatError, SolidError) as error:
         raise type(error)(f"{path}: {error}") from None
     names = ["" if source.exact is None else source.exact.name for source in sources]
@@ -44,11 +44,6 @@ def read_bodies(path: Path, unit: str | None) -> tuple[BodySource, ...]:
         BodySource(number, name if names.count(name) == 1 else "", source)
         for number, (name, source) in enumerate(zip(names, sources, strict=True), 1)
     )
-
-
-def _of_mesh(data: bytes, name: str, unit: str | None) -> list[Source]:
-    first = source_of_bytes(data, name, unit, 1)
-    return [first, *(source_of_bytes(data, name, unit, body) for body in range(2, first.bodies + 1))]
 
 
 def _of_cad(kind: Format, data: bytes, unit: str | None) -> list[Source]:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import hashlib
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -167,6 +167,28 @@ def source_of_bytes(
     )
 
 
+def every_source(data: bytes, name: str, unit: str | None) -> list[Source]:
+    """Check each body that the bytes of a mesh's file of the format ``name`` hold, by falling volume."""
+    with np.errstate(all="ignore"):  # as in ``source_of_bytes``
+        raw = FORMATS[name].read(data)
+    mm_per_unit = _mm_per_unit(raw.unit, raw.mm_per_unit, unit, name)
+    mesh, notes = _welded(raw, mm_per_unit)
+    solid, repairs = solid_of(mesh)
+    bodies, turned = bodies_of(solid)
+    doubtful = bool(repairs or turned) or len(bodies) > 1
+    facts = Source(
+        solid=solid,
+        format=kind_of(name, data),
+        mm_per_unit=mm_per_unit,
+        sha256=_sha256(data),
+        triangles=len(raw.soup),
+        bodies=len(bodies),
+        repairs=(*notes, *repairs, *turned),
+        step_mm=mm_per_unit * _step(raw),
+    )
+    return [replace(facts, solid=_checked(body.solid, doubtful, unite=False)[0]) for body in bodies]
+
+
 def source_of(
     soup: Floats,
     unit: str,
@@ -210,6 +232,8 @@ def source_of(
 def _named(path: Path, error: FormatError | SolidError) -> FormatError | SolidError:
     """Return an error that says which file it is about."""
     text = f"{path}: {error}"
+    if isinstance(error, BodiesError):
+        return BodiesError(text, error.bodies)
     return OverlapError(text, error.volume_mm3) if isinstance(error, OverlapError) else type(error)(text)
 
 
@@ -365,7 +389,8 @@ def _choose(bodies: list[Body], body: int | str | None, pressed_up: bool) -> tup
             raise SolidError(f"body {body} was asked for; {_listed(bodies)}")
         return bodies[body - 1].solid, []
     if body is None and not pressed_up:
-        raise BodiesError(f"{_listed(bodies)}; needed body = a number, or 'all' to unite them")
+        asked = "needed body = a number, or 'all' to unite them"
+        raise BodiesError(f"{_listed(bodies)}; {asked}", len(bodies))
     united = union([one.solid for one in bodies])
     total = sum(one.volume_mm3 for one in bodies)
     overlap = total - united.volume_mm3

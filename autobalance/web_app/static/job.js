@@ -3,8 +3,8 @@ import { $, debounced, ending, typed } from "/static/tools.js";
 import { guarded, put } from "/static/server.js";
 import { correction, takeCorrection } from "/static/limits.js";
 
-export const UNITLESS = ["stl", "obj", "ply", "off"];
-export const CRANKS = [...UNITLESS, "3mf", "glb", "step", "stp"];
+export const UNITLESS = ["stl", "obj", "ply", "off", "brep"];
+export const CRANKS = [...UNITLESS, "3mf", "glb", "step", "stp", "iges", "igs"];
 export const JOBS = ["toml", "xlsx"];
 export const GROUPS = { rotating_g: "Rotating", reciprocating_g: "Reciprocating", crankpin_g: "On or in the crankpin" };
 const NUMBERS = { factor: "factor", grade: "grade", "speed-rpm": "speed_rpm" };
