@@ -73,14 +73,16 @@ class Staging:
         FileError
             If it cannot be written, or a folder has its name.
         """
-        if path.is_dir():
-            raise FileError(f"cannot write {path}: a folder has this name")
         waiting = _temporary(path)
-        self._waiting.append((waiting, path))
         try:
-            _write_new(waiting, data)
+            taken = path.is_dir()
+            if not taken:
+                self._waiting.append((waiting, path))
+                _write_new(waiting, data)
         except OSError as error:
             raise FileError(f"cannot write {path}: {_why(error)}") from None
+        if taken:
+            raise FileError(f"cannot write {path}: a folder has this name")
 
     def commit(self) -> None:
         """Give every file its name, one after the other, with a command's Ctrl-C held back until all have it.

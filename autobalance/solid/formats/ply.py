@@ -288,7 +288,7 @@ def _walk(data: bytes, at: int, order: str, element: _Element) -> Iterator[tuple
             at += size * count
             if count < 0 or at > len(data):
                 raise FormatError(
-                    f"the PLY file ends within row {row + 1} of its {element.count} '{element.name}'"
+                    f"the PLY file ends within row {row + 1} of its {element.count} of '{element.name}'"
                 )
         yield start, length, at
 
