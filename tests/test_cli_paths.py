@@ -106,9 +106,9 @@ def test_a_name_may_be_as_long_as_the_folder_lets_it(tmp_path: Path) -> None:
         staging.add(tmp_path / ("ß" * 120 + ".json"), b"{}")
         staging.commit()
     assert longest.read_bytes() == b"{}"
-    with Staging([tmp_path]) as staging:
-        with pytest.raises(FileError, match=r"cannot write .*: file name too long"):
-            staging.add(tmp_path / ("r" * 300 + ".json"), b"{}")
+    too_long = tmp_path / ("r" * 300 + ".json")
+    with Staging([tmp_path]) as staging, pytest.raises(FileError, match=r"cannot write .* name too long"):
+        staging.add(too_long, b"{}")
     assert len(list(tmp_path.iterdir())) == 2
 
 

@@ -106,7 +106,9 @@ def _wins(long: SectionStack, centres: Array) -> NDArray[np.bool_]:
     beyond, shaft = _beyond(long, centres), _shafts_mm(long, centres)
     ratios = np.stack([shaft[:, None] / np.maximum(shaft, 1e-9), beyond / np.maximum(beyond.T, 1e-9)])
     wins = (ratios.min(axis=0) > 1.0 / LONGER) & (ratios.max(axis=0) > LONGER)
-    return wins | np.eye(len(centres), dtype=bool)
+    np.fill_diagonal(wins, True)
+    found: NDArray[np.bool_] = wins
+    return found
 
 
 def _shafts_mm(long: SectionStack, centres: Array) -> Array:
