@@ -12,6 +12,8 @@ import pytest
 from tests import jobs
 from tests.generated import generated_crank
 
+pytestmark = pytest.mark.slow
+
 Report = dict[str, Any]
 
 
@@ -46,7 +48,6 @@ def spoilt(output: Path, path: str, value: object) -> Report:
     return report
 
 
-@pytest.mark.slow
 def test_what_was_written_holds(output: Path, capsys: pytest.CaptureFixture[str]) -> None:
     assert jobs.run("verify", output / "report.json") == 0
     printed = capsys.readouterr()
@@ -188,7 +189,6 @@ def test_nothing_cut_is_verified_on_the_input(tmp_path: Path) -> None:
     assert jobs.run("verify", tmp_path / "out" / "report.json") == 3
 
 
-@pytest.mark.slow
 def test_above_tolerance_is_four(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     job = jobs.bundled_job(tmp_path, method='"shoulder"\nmax_depth_mm = 0.5')
     jobs.computed(job, tmp_path / "out", code=4)
@@ -214,7 +214,6 @@ def test_no_report(data: bytes, message: str, tmp_path: Path, capsys: pytest.Cap
     assert "cannot read the report" in capsys.readouterr().err
 
 
-@pytest.mark.slow
 def test_the_original_factor_is_found_again(tmp_path: Path) -> None:
     jobs.computed(jobs.bundled_job(tmp_path, name="factor-original"), tmp_path / "out")
     assert jobs.run("verify", tmp_path / "out" / "report.json") == 0
@@ -246,7 +245,6 @@ def test_claims_that_cannot_be(
     assert printed.count("\n") == 1
 
 
-@pytest.mark.slow
 def test_layers_of_a_few_roundings_are_confirmed(tmp_path: Path) -> None:
     """Hundredths of a millimetre off a long crank: the file's rounding moves such a layer's centre."""
     crank = generated_crank("v8-crossplane", seed=13, segments=64)
