@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import shlex
 from collections.abc import Mapping
 from typing import Any
 
@@ -14,7 +15,7 @@ def relaxation_lines(report: Mapping[str, Any]) -> list[str]:
 
 def _line(relaxation: Mapping[str, Any]) -> str:
     settings = " ".join(
-        f"--set {change['key']}={json.dumps(change['proposed'], ensure_ascii=False)}"
+        "--set " + shlex.quote(f"{change['key']}={json.dumps(change['proposed'], ensure_ascii=False)}")
         for change in relaxation["changes"]
     )
     comes_to = [f"leaves {relaxation['used_share']:.2f} of the permissible value"]
