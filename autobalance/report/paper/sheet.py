@@ -9,7 +9,6 @@ from functools import partial
 from typing import Any, Literal
 from xml.sax.saxutils import escape
 
-from reportlab import rl_config
 from reportlab.lib.styles import ParagraphStyle
 from reportlab.platypus import (
     BaseDocTemplate,
@@ -62,8 +61,6 @@ SIZES_PT = {"A4": (595.2756, 841.8898), "Letter": (612.0, 792.0)}
 BAD = "#a8231b"
 NO_NUMBER_FIRST = re.compile(r" (?=[-−+±]?\d)")
 """Where prose must not break: only the rows of tables begin with a number."""
-rl_config.useA85 = 0
-"""Compressed streams as they are; spelt in letters, files are larger and take a tenth longer."""
 
 
 def pdf(
