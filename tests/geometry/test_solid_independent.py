@@ -6,11 +6,13 @@ import numpy as np
 import pytest
 
 from autobalance.rigid_rotor.moments import Moments
+from autobalance.solid.cad import tessellation
 from autobalance.solid.csg.solid import Solid
 from autobalance.solid.mesh.measure import mesh_moments
 from autobalance.solid.slicing.independent import agreement, slice_moments
 from autobalance.verification import solids
 from tests import jobs
+from tests.coarse import COARSE
 from tests.cranks import make_crank, tilted
 
 ROUNDING = 1e-12
@@ -61,6 +63,8 @@ def test_true_surfaces_are_measured_a_second_way_too(
     tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     pytest.importorskip("OCP")
+    for name, value in COARSE.items():
+        monkeypatch.setattr(tessellation, name, value)
     job = jobs.pin_job(tmp_path, file='"crank.step"', unit="", grade="40")
     assert jobs.run("generate", "single", "-o", tmp_path / "crank.step") == 0
     jobs.computed(job, tmp_path / "out")
