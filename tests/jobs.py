@@ -5,12 +5,16 @@ from __future__ import annotations
 import json
 import re
 import shutil
+from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
 import numpy as np
+import pytest
 from numpy.typing import NDArray
 
+from autobalance.balancing import loop
 from autobalance.command import main
 
 ROOT = Path(__file__).resolve().parents[1]
@@ -71,6 +75,14 @@ def written(path: Path, text: str, **edits: str) -> Path:
 def run(*arguments: str | Path) -> int:
     """Run the command line."""
     return main([str(argument) for argument in arguments])
+
+
+@contextmanager
+def without_advice() -> Iterator[None]:
+    """Balance without what would suffice where limits fall short: it takes longer than all the rest."""
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(loop, "relaxations", lambda _: [])
+        yield
 
 
 def balanced(job: Path, output: Path, code: int = 0, *options: str) -> dict[str, Any]:
