@@ -113,7 +113,8 @@ def _read(job: FemJob) -> tuple[SurfaceSolid | Path, Values]:
     from hashlib import sha256
 
     from autobalance.fem_analysis.mesher import SurfaceSolid, need_libraries
-    from autobalance.solid.formats.read import file_bytes, read
+    from autobalance.solid.formats.on_disk import file_bytes
+    from autobalance.solid.formats.read import read
 
     need_libraries()
     if job.crankpin_in_file is False:

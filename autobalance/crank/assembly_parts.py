@@ -31,6 +31,8 @@ LONG = 1.25
 """A wrist pin is longer than this many widths of the small end; bushes are not."""
 LEAST_CRANK = 0.05
 """A crank has at least this share of the largest body's volume."""
+CANDIDATES = 24
+"""And is one of so many largest bodies: of a bin of equal parts none is looked at for long."""
 ON_PIN = 0.05
 """The big end's axis is the crankpin's when they are apart by less than this share of the bore's radius."""
 ROOM = 0.02
@@ -59,7 +61,7 @@ def assembly_parts(bodies: Sequence[BodySource]) -> tuple[AssemblyPart, ...]:
     Parameters
     ----------
     bodies : sequence of BodySource
-        All of one file, in its coordinates.
+        All of one file, in its coordinates, by falling volume.
 
     Returns
     -------
@@ -71,8 +73,8 @@ def assembly_parts(bodies: Sequence[BodySource]) -> tuple[AssemblyPart, ...]:
     rods = [found for found in eyes if found is not None]
     least_mm3 = LEAST_CRANK * max((body.source.volume_mm3 for body in bodies), default=0.0)
     cranks = [
-        _crank(body) if found is None and body.source.volume_mm3 >= least_mm3 else None
-        for body, found in zip(bodies, eyes, strict=True)
+        _crank(body) if found is None and body.source.volume_mm3 >= least_mm3 and place < CANDIDATES else None
+        for place, (body, found) in enumerate(zip(bodies, eyes, strict=True))
     ]
     carrying = [anatomy is not None and _carries(anatomy, rods) for anatomy in cranks]
     parts: list[AssemblyPart] = []

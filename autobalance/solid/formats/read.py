@@ -11,12 +11,13 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from autobalance.errors import BodiesError, FileError, FormatError, OverlapError, SolidError
+from autobalance.errors import BodiesError, FormatError, OverlapError, SolidError
 from autobalance.rigid_rotor.moments import Moments
 from autobalance.runtime import in_thread
 from autobalance.solid.csg.self_overlap import united
 from autobalance.solid.csg.solid import Solid, union
 from autobalance.solid.formats.format import Format
+from autobalance.solid.formats.on_disk import file_bytes
 from autobalance.solid.formats.raw import Raw
 from autobalance.solid.formats.registry import FOREIGN_CAD, FORMATS, format_of, kind_of
 from autobalance.solid.mesh.body_list import listed
@@ -296,29 +297,6 @@ def _format(path: Path) -> tuple[str, Format]:
         known = " ".join(f".{ending}" for ending in FORMATS)
         raise FormatError(f"{path}: the ending '{path.suffix}' is not known; needed one of {known}")
     return kind.name, kind
-
-
-def file_bytes(path: Path) -> bytes:
-    """Return the bytes of a solid's file.
-
-    Raises
-    ------
-    FileError
-        If it is missing, no regular file, or cannot be read.
-    """
-    try:
-        if path.is_dir():
-            raise FileError(f"{path} is a folder; needed a file")
-        if path.exists() and not path.is_file():  # a device or a pipe may never end
-            raise FileError(f"{path} is no regular file; needed one on disk")
-        return path.read_bytes()
-    except FileError:
-        raise
-    except FileNotFoundError:
-        raise FileError(f"{path} does not exist") from None
-    except (OSError, ValueError) as error:  # ValueError: a NUL in the name
-        reason = getattr(error, "strerror", None) or str(error)
-        raise FileError(f"{path} cannot be read: {reason}") from None
 
 
 def _mm_per_unit(unit: str | None, carried: float | None, asked: str | None, name: str) -> float:
