@@ -25,7 +25,7 @@ from tests.report.browser import Browser, browser  # noqa: E402
 from tests.web_app.page import READY, at, chosen, load, until  # noqa: E402
 from tests.web_app.serving import served  # noqa: E402
 
-FRAMES, PICKS = 5, 200
+FRAMES, PICKS = 3, 200
 BYTES_A_TRIANGLE = 50
 TURN = """
 const [frames] = arguments, view = document.getElementById("model").view, gl = view.renderer.getContext();

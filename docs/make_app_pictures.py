@@ -51,6 +51,9 @@ def _take(page: Browser) -> None:
     outcome(page)
     page.run("window.scrollTo(0, 0)")
     _shot(page, "see")
+    page.press(".handle[data-cut='2']", 12 * "\ue013")  # the arrow up: deeper
+    until(page, "return !document.getElementById('dragged').hidden")
+    _shot(page, "drag")
 
 
 def _shot(page: Browser, name: str) -> None:

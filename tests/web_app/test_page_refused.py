@@ -26,13 +26,13 @@ pytestmark = [
 
 
 def zip_bomb() -> bytes:
-    """Return a 3MF of some kilobytes that unpacks to a gigabyte."""
+    """Return a 3MF of some kilobytes that unpacks to a quarter of a gigabyte."""
     buffer = io.BytesIO()
     with (
         zipfile.ZipFile(buffer, "w", zipfile.ZIP_DEFLATED) as out,
         out.open("3D/3dmodel.model", "w") as model,
     ):
-        for _ in range(64):
+        for _ in range(16):
             model.write(bytes(1 << 24))
     return buffer.getvalue()
 

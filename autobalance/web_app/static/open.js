@@ -9,7 +9,11 @@ let opening = 0;
 
 export function setUp(shown) {
   view = shown;
-  $("file-input").addEventListener("change", (event) => dropped([...event.target.files]));
+  $("file-input").addEventListener("change", ({ target }) => {
+    const files = [...target.files];
+    target.value = ""; // the same file may be chosen again
+    dropped(files);
+  });
   $("open").addEventListener("click", async () => { await sending; open(); });
   for (const kind of ["dragover", "dragleave", "drop"]) document.addEventListener(kind, (event) => {
     event.preventDefault();

@@ -53,7 +53,7 @@ export function list(runs) {
   const shown = going.find((each) => each.id === newest) || going[going.length - 1];
   $("cancel").disabled = !shown;
   $("cancel").dataset.run = shown ? shown.id : "";
-  const last = shown || runs.find((each) => each.id === newest) || runs.findLast((each) => each.verb !== "inspect");
+  const last = shown || runs.find((each) => each.id === newest) || runs.findLast((each) => each.verb !== "inspect") || runs.at(-1);
   if (last) progress(last); // a page that comes after the end of a run shows that end
   const items = runs.filter((each) => each.verb !== "inspect" || !ENDED.includes(each.state)).slice(-8).reverse();
   $("run-list").replaceChildren(...items.map(item));
