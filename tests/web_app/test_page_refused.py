@@ -26,14 +26,15 @@ pytestmark = [
 
 
 def zip_bomb() -> bytes:
-    """Return a 3MF of some kilobytes that unpacks to a quarter of a gigabyte."""
+    """Return a 3MF of some kilobytes that unpacks to a thousand times as much."""
     buffer = io.BytesIO()
     with (
         zipfile.ZipFile(buffer, "w", zipfile.ZIP_DEFLATED) as out,
         out.open("3D/3dmodel.model", "w") as model,
     ):
-        for _ in range(16):
-            model.write(bytes(1 << 24))
+        model.write(b'<?xml version="1.0"?><model unit="millimeter">')
+        for _ in range(8):
+            model.write(b" " * (1 << 24))
     return buffer.getvalue()
 
 
