@@ -21,7 +21,7 @@ from autobalance.design_search.problem import Problem
 from autobalance.design_search.search import Candidate, judged, searched
 from autobalance.errors import FileError, JobError
 from autobalance.job.design import load_design
-from autobalance.report.design_values import start_values
+from autobalance.report.design_values import start_values, step_notes
 from autobalance.rigid_rotor.moments import Moments
 from autobalance.runtime import Stopwatch
 from autobalance.solid.cad.brep import ExactSolid
@@ -128,6 +128,19 @@ def test_the_step_file_has_spline_surfaces_and_the_same_balance(found: tuple[Pat
     residual = problem.residual(moments)
     assert problem.tolerance(moments).used_share(residual) <= 0.01
     assert moments.mass_g == pytest.approx(best["objectives"]["mass_g"], rel=5e-6)
+    assert report["notes"] == []
+
+
+@pytest.mark.parametrize(
+    ("file", "said"),
+    [
+        ("counterweights.step", "finds fault with the facets of the held metal"),
+        ("crank.stl", "autobalance[step]"),
+    ],
+)
+def test_why_there_is_no_whole_step_file_is_said(file: str, said: str) -> None:
+    (note,) = step_notes([{"files": {file: {}}}])
+    assert said in note
 
 
 def test_held_metal_is_found_again(tmp_path: Path, crank: bytes) -> None:

@@ -163,6 +163,7 @@ def _result(problem: Problem, found: list[Candidate], started: float, tell: Prog
         "best": best,
         "outcome": "found" if ok else "infeasible",
         "reason": None if ok else values.infeasible_reason(picked[0]),
+        "notes": values.step_notes(listed),
         "seconds": time.perf_counter() - started,
     }
     return DesignResult(report, made, _drawn(problem, every, listed))

@@ -37,6 +37,8 @@ def design_text(values: Values) -> str:
         )
     if values["reason"]:
         lines += ["", values["reason"]]
+    if values["notes"]:
+        lines += ["", *values["notes"]]
     return "\n".join(lines)
 
 

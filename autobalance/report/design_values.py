@@ -7,6 +7,7 @@ from collections.abc import Mapping, Sequence
 from typing import Any
 
 from autobalance.design_search.envelope import Constraint
+from autobalance.design_search.exact import PARTS, WHOLE
 from autobalance.design_search.problem import Problem
 from autobalance.design_search.search import Candidate
 from autobalance.design_search.written import WrittenDesign
@@ -140,3 +141,16 @@ def infeasible_reason(made: WrittenDesign) -> str:
         f"no design keeps everything: the least violated breaks {worst.name} ({worst.limit:g} {worst.unit}) "
         f"by {by:.3g} {worst.unit}; release that limit by as much"
     )
+
+
+def step_notes(designs: Sequence[Mapping[str, Any]]) -> list[str]:
+    """Say why designs have no STEP file, or one of their counterweights alone."""
+    written = {name for each in designs for name in each["files"]}
+    if PARTS in written:
+        return [
+            f"{PARTS} in the place of {WHOLE}: the CAD kernel finds fault with the facets of the held metal, "
+            "so that it holds the counterweights alone; a crank that comes as STEP keeps all its surfaces"
+        ]
+    if WHOLE not in written:
+        return [f"no {WHOLE}: it needs the CAD kernel: pip install 'autobalance[step]'"]
+    return []
