@@ -10,6 +10,7 @@ from pathlib import Path
 
 import pytest
 
+from autobalance.bundled import bundled_folder
 from tests import jobs
 
 HELP_SECONDS = 0.3
@@ -38,6 +39,17 @@ def test_help_imports_nothing_heavy() -> None:
     code = (
         "import sys; from autobalance.command import main; main(['balance', '--help']);"
         "assert not {'numpy', 'scipy', 'trimesh', 'manifold3d'} & set(sys.modules), sorted(sys.modules)"
+    )
+    subprocess.run([sys.executable, "-c", code], check=True, capture_output=True, env=environment())
+
+
+def test_a_small_crank_is_balanced_without_loading_scipy(tmp_path: Path) -> None:
+    """Which takes longer to load than all else that such a crank needs."""
+    job = bundled_folder() / "crf250r" / "straight" / "factor-0.28.toml"
+    code = (
+        "import sys; from autobalance.command import main;"
+        f"assert main(['balance', {str(job)!r}, '-o', {str(tmp_path)!r}, '-q', '--no-report']) == 0;"
+        "assert 'scipy' not in sys.modules"
     )
     subprocess.run([sys.executable, "-c", code], check=True, capture_output=True, env=environment())
 

@@ -7,7 +7,6 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.linalg import eigh_tridiagonal
 
 from autobalance.rigid_rotor.moments import Array
 
@@ -76,6 +75,8 @@ def _chained(values: Array) -> Array:
 
 def torsion_modes(chain: TorsionChain) -> list[TorsionMode]:
     """Return the modes that strain the chain, ascending; undamped."""
+    from scipy.linalg import eigh_tridiagonal
+
     root = 1.0 / np.sqrt(chain.inertias_kg_m2)
     stiffness = chain.stiffness()
     diagonal = np.diag(stiffness) * root**2

@@ -247,16 +247,20 @@ def _drive(root: Table) -> Drive | None:
 
 def _assembly(root: Table, folder: Path) -> tuple[AssemblyEntry, ...]:
     """Read the parts that are put on; none where the job has none."""
+    if "assembly" not in root:
+        return ()
     from autobalance.job.assembly import read_assembly
 
-    return read_assembly(root, folder) if "assembly" in root else ()
+    return read_assembly(root, folder)
 
 
 def _torsion(root: Table) -> CrankTorsion | None:
     """Read the tables of ``torsion``, which other verbs pass over; None where there are none."""
+    if not any(key in root for key in OF_TORSION):
+        return None
     from autobalance.job.torsion_file import crank_torsion
 
-    return crank_torsion(root.raw) if any(key in root for key in OF_TORSION) else None
+    return crank_torsion(root.raw)
 
 
 # --- [crankshaft] -------------------------------------------------------------------------------------------

@@ -199,9 +199,6 @@ def _tangent_step(
         only = _only_answer(matrix, at_zero, bounds, same_depth, aim)
         if only is not None:
             return only
-
-    from scipy.optimize import linprog
-
     angle = np.arange(SIDES) * (2.0 * math.pi / SIDES)
     directions = np.stack([np.cos(angle), np.sin(angle)], axis=1)
     inner = math.cos(math.pi / SIDES)
@@ -214,6 +211,18 @@ def _tangent_step(
             )
         )
         b_ub.append(inner * 0.5 - directions @ at_zero[k : k + 2] / aim)
+    costs = np.array([cost_of(rate) for rate in rates])
+    worst = float(np.abs(costs) @ most) or 1.0
+    evenness = EVENNESS / max(float(most.max()), 1e-9)
+    if not shared and (same_depth or count == 1):
+        sides, room = np.vstack(a_ub), np.concatenate(b_ub)
+        slope = sides[:, :count].sum(axis=1)
+        depth = _one_depth(slope, room, inner / EXCESS, float(costs.sum()) / worst + evenness, bounds)
+        if depth is not None:
+            return np.full(count, depth)
+
+    from scipy.optimize import linprog
+
     a_ub.append(np.hstack([np.eye(count), np.zeros((count, 1)), -np.ones((count, 1))]))
     b_ub.append(np.zeros(count))
     for pair in shared:
@@ -221,9 +230,7 @@ def _tangent_step(
         row[[pair.first, pair.second]] = 1.0
         a_ub.append(row[None])
         b_ub.append(np.array([pair.most_mm]))
-    costs = np.array([cost_of(rate) for rate in rates])
-    worst = float(np.abs(costs) @ most) or 1.0
-    cost = np.concatenate([costs / worst, [10.0], [EVENNESS / max(float(most.max()), 1e-9)]])
+    cost = np.concatenate([costs / worst, [EXCESS], [evenness]])
     equal = None
     if same_depth and count > 1:
         equal = np.zeros((count - 1, count + 2))
@@ -246,6 +253,35 @@ def _tangent_step(
     return np.clip(answer.x[:count], least, most)
 
 
+def _one_depth(
+    slope: Array, room: Array, worth: float, cost: float, bounds: tuple[Array, Array]
+) -> float | None:
+    """Return the depth that all cuts share, for the linear programme of just one; None where none is allowed.
+
+    ``slope`` · depth ≤ ``room``, and what is too much of that divided by ``worth`` is paid beside ``cost`` ·
+    depth: straight lines, of which the greatest counts. It is least where two of them cross, or at an end.
+    """
+    low, high = float(bounds[0].max()), float(bounds[1].min())
+    if low > high:
+        return None
+    slopes, levels = np.append(slope, 0.0) / worth + cost, np.append(-room, 0.0) / worth
+    depth = low
+    while True:  # down the line that counts, to where another begins to: each line once at most
+        value = slopes * depth + levels
+        steepest = slopes[value >= value.max() - 1e-12 * np.abs(value).max()].max()
+        if steepest >= 0.0:
+            return depth
+        gap, closing = value.max() - value, slopes - steepest
+        meets = np.where(closing > 0.0, gap / np.where(closing > 0.0, closing, 1.0), np.inf)
+        meets[meets * np.abs(slopes).max() <= 1e-12 * np.abs(value).max()] = np.inf
+        step = float(meets.min())
+        if not depth + step < high:
+            return high
+        depth += step
+
+
+EXCESS = 10.0
+"""What an excess of the residual costs, in units of the aim, beside all the metal there is."""
 ONLY_MM = 1e-3
 """Depths that the aim leaves free by less than this are settled: no machine sets them nearer."""
 

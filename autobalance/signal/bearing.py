@@ -10,11 +10,10 @@ from scipy import fft
 from autobalance.errors import FormatError
 from autobalance.signal.record import Array, Channel
 from autobalance.signal.sines import Sine, find_sines
+from autobalance.signal.sources import SLIP
 from autobalance.signal.turning import TURN, Turning
 
 FEWEST_TURNS = 4
-SLIP = 0.02
-"""Balls slide a little: a defect is looked for so far to each side of its kinematic order."""
 
 
 @dataclass(frozen=True)

@@ -8,12 +8,17 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from autobalance.engine.whole_engine import Engine, Order
-from autobalance.signal.bearing import SLIP, Bearing
 
+if TYPE_CHECKING:
+    from autobalance.signal.bearing import Bearing  # which takes long to load, and every job names sources
+
+SLIP = 0.02
+"""Balls slide a little: a defect is looked for so far to each side of its kinematic order."""
 UNEXPLAINED = "unexplained"
 BEARING_NAMES = {
     "bpfo": "outer ring (BPFO)",

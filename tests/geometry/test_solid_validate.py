@@ -14,7 +14,7 @@ from autobalance.solid.csg.solid import Solid
 from autobalance.solid.formats.read import read
 from autobalance.solid.formats.write import encode
 from autobalance.solid.mesh.mesh import Mesh
-from autobalance.solid.mesh.validate import check_solid, hull_distance_mm, overlap
+from autobalance.solid.mesh.validate import check_solid, hull_distance_mm, is_amid_corners, overlap
 
 
 def box(low: tuple[float, float, float], size: float) -> Mesh:
@@ -102,3 +102,16 @@ def test_a_mesh_that_runs_through_itself_is_refused(tmp_path: Path) -> None:
 def _volume(points: np.typing.NDArray[np.float64], triangles: np.typing.NDArray[np.int64]) -> float:
     a, b, c = points.reshape(-1, 3)[triangles].transpose(1, 0, 2)
     return float(np.einsum("ij,ij->i", a, np.cross(b, c)).sum())
+
+
+def test_the_quick_look_for_a_point_amid_corners_never_errs() -> None:
+    rng = np.random.default_rng(1)
+    found = []
+    for _ in range(60):
+        mesh = Mesh(rng.normal(size=(40, 3)), np.arange(39).reshape(-1, 3))
+        point = 1.2 * rng.normal(size=3)
+        found.append((is_amid_corners(mesh, point), hull_distance_mm(mesh, point) < 0.0))
+    assert all(inside for amid, inside in found if amid)
+    assert sum(amid for amid, _ in found) > 0.8 * sum(inside for _, inside in found) > 10
+    flat = Mesh(np.array([[0.0, 0, 0], [1, 0, 0], [0, 1, 0]]), np.array([[0, 1, 2]]))
+    assert not is_amid_corners(flat, np.array([0.2, 0.2, 0.0]))

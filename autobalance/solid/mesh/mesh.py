@@ -147,8 +147,9 @@ def _first_equal(points: Floats) -> Indices:
     starts = np.flatnonzero(np.concatenate([[True], key[1:] != key[:-1]])) if count else order
     leader = np.zeros(count, dtype=np.int64)
     leader[order] = np.repeat(order.take(starts), np.diff(starts, append=count))
-    differs = np.unique(np.flatnonzero(points.take(leader, axis=0) != points) // 3)
+    differs = np.flatnonzero(points.take(leader, axis=0) != points) // 3
     if len(differs):
+        differs = np.unique(differs)
         leader[differs] = differs[_first_equal(points[differs])]
     return leader
 

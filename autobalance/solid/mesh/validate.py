@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from itertools import combinations, product
 
 import numpy as np
 
@@ -53,7 +54,8 @@ def check_solid(solid: Solid, doubtful: bool) -> None:
     mesh = solid.mesh
     if doubtful:
         centre = mesh_moments(mesh, 1.0).centre_mm
-        if hull_distance_mm(mesh, centre) > NEAR_HULL * mesh.diagonal_mm:
+        within = is_amid_corners(mesh, centre)
+        if not within and hull_distance_mm(mesh, centre) > NEAR_HULL * mesh.diagonal_mm:
             x, y, z = centre
             raise SolidError(
                 f"the solid's centre of mass ({x:.6g}, {y:.6g}, {z:.6g}) mm, in the file's coordinates, lies "
@@ -127,6 +129,30 @@ def _measured(solid: Solid, seen: Sequence[Doubled]) -> tuple[float, Array]:
         return most.volume_mm3 / solid.volume_mm3, 0.5 * (most.low_mm + most.high_mm)
     found = self_overlap(part)
     return (0.0, low) if found is None else (found.volume_mm3 / solid.volume_mm3, found.centre_mm)
+
+
+def is_amid_corners(mesh: Mesh, point_mm: Array) -> bool:
+    """Tell whether a point (3,) lies in a tetrahedron of a few outermost corners, and so in the hull.
+
+    Nearly all centres of mass do; the hull itself takes a library that loads longer than all this runs.
+    """
+    away = mesh.vertices - point_mm
+    ways = np.array(list(product((-1.0, 0.0, 1.0), repeat=3)))[:13]  # the others are these, turned round
+    reaches = [away @ way for way in ways]
+    outermost = away[np.unique([[int(np.argmax(reach)), int(np.argmin(reach))] for reach in reaches])]
+    if len(outermost) < 4:
+        return False
+    a, b, c, d = outermost[list(combinations(range(len(outermost)), 4))].swapaxes(0, 1)
+    # the point is the origin: on the same side of each face as the opposite corner where these have one sign
+    spans = np.stack([_span(b, c, d), -_span(a, c, d), _span(a, b, d), -_span(a, b, c)])
+    least = NEAR_HULL * mesh.diagonal_mm**3
+    return bool(((spans > least).all(axis=0) | (spans < -least).all(axis=0)).any())
+
+
+def _span(a: Array, b: Array, c: Array) -> Array:
+    """Return the triple products of corners (n, 3)."""
+    spans: Array = np.einsum("ij,ij->i", a, np.cross(b, c))
+    return spans
 
 
 def hull_distance_mm(mesh: Mesh, point_mm: Array) -> float:
