@@ -6,6 +6,7 @@ from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
+from autobalance.report import kinds
 from autobalance.report.metal import Piece, pieces_of
 from autobalance.solid.csg.solid import Solid
 from autobalance.solid.mesh.mesh import Mesh
@@ -63,32 +64,31 @@ def bundle(
     told : callable
         Told in a few words what runs.
     """
-    kinds = set(choice.kinds)
+    wanted = set(choice.kinds)
     made: dict[str, bytes] = {}
-    if not kinds:
+    if not wanted:
         return {}
-    pieces = pieces_of(report, before, tools) if kinds & {"html", "pdf", "png", "dxf"} else []
-    left = before if after is None else after
-    if kinds & {"png", "html"}:
+    fine = pieces_of(report, before, tools) if wanted & {"html", "pdf", "png", "dxf"} else []
+    pieces = coarse_pieces(report, fine, before.mesh.diagonal_mm)
+    if wanted & {"png", "html"}:
         from autobalance.report.picture import pictures
 
         told("drawing pictures")
-        images = pictures(report, before.mesh, left.mesh, pieces)
-        if "png" in kinds:
+        body, note = view_of(before if after is None else after)
+        images = pictures(report, before.mesh, body, pieces)
+        if "png" in wanted:
             made["png_before"], made["png_after"] = images
-    if "html" in kinds:
+    if "html" in wanted:
         from autobalance.report.html import page
 
         told("writing the page")
-        body, note = view_of(left)
-        shown = coarse_pieces(report, before, tools, pieces)
-        made["html"] = page(report, body, shown, images[0], note).encode()
-    if kinds & {"pdf", "dxf"}:
+        made["html"] = page(report, body, pieces, images[0], note).encode()
+    if wanted & {"pdf", "dxf"}:
         from autobalance.report.drawing import drawings
 
         told("drawing the shop sheet")
         made |= paper(report, drawings(report, before, pieces), choice)
-    if "xlsx" in kinds:
+    if "xlsx" in wanted:
         from autobalance.report.workbook import xlsx
 
         told("writing the workbook")
@@ -111,19 +111,17 @@ def paper(report: Mapping[str, Any], drawn: Drawings, choice: Choice) -> dict[st
 
 
 def coarse_pieces(
-    report: Mapping[str, Any],
-    before: Solid,
-    tools: Sequence[Solid],
-    pieces: Sequence[Piece],
-    most: int = PIECES_TRIANGLES,
+    report: Mapping[str, Any], pieces: Sequence[Piece], size_mm: float, most: int = PIECES_TRIANGLES
 ) -> Sequence[Piece]:
-    """Return the removed metal for the page's view: found again on coarser solids while it is too fine."""
-    step = 1e-5 * before.mesh.diagonal_mm
-    most_coarse = 1e-3 * before.mesh.diagonal_mm
-    while sum(len(piece.mesh.triangles) for piece in pieces) > most and step < most_coarse:
-        pieces = pieces_of(report, before.simplified(step), [tool.simplified(step) for tool in tools])
+    """Return the removed metal for the page's view, simplified while it is too fine for a part of a size."""
+    step, coarse = 1e-5 * size_mm, pieces
+    while sum(len(piece.mesh.triangles) for piece in coarse) > most and step < 1e-3 * size_mm:
+        coarse = [
+            piece.simplified(step, kinds.adds_metal(report["corrections"][piece.correction]))
+            for piece in pieces
+        ]
         step *= 4.0
-    return pieces
+    return coarse
 
 
 def view_of(solid: Solid, most: int = VIEW_TRIANGLES) -> tuple[Mesh, str | None]:

@@ -66,7 +66,7 @@ def drawings(report: Mapping[str, Any], before: Solid, pieces: Sequence[Piece]) 
     gone: dict[int, Solid] = {}
     for piece in pieces:
         number = report["corrections"][piece.correction]["number"]
-        body = Solid.from_mesh(piece.mesh).moved(frame)
+        body = piece.metal.solid.moved(frame)
         gone[number] = body if number not in gone else gone[number] + body
     return drawn(report, before.moved(frame), gone)
 
@@ -83,8 +83,8 @@ def drawn(report: Mapping[str, Any], crank: Solid, gone: Mapping[int, Solid]) ->
         low, high = float(web["z_min_mm"]), float(web["z_max_mm"])
         here = {item["number"]: gone[item["number"]] for item in own if item["number"] in gone}
         outline = crank.section(0.5 * (low + high)).polygons
-        around = crank.above(low - BESIDE_MM).below(high + BESIDE_MM)
-        section = _half(_section(_plane_deg(own), around, here))
+        section = _section(_plane_deg(own), crank, here)
+        section = _half(_between(section, low - BESIDE_MM, high + BESIDE_MM))
         cuts = {number: shadows[number] for number in here}
         webs.append(WebDrawing(int(web["number"]), outline, cuts, section))
     whole = _section(0.0, crank, gone)
@@ -109,6 +109,15 @@ def _section(angle_deg: float, crank: Solid, gone: Mapping[int, Solid]) -> Secti
     cuts = {number: _near_plane(body.moved(placement)) for number, body in gone.items()}
     outline = crank.moved(placement).section(0.0).polygons
     return SectionDrawing(angle_deg, outline, {number: found for number, found in cuts.items() if found})
+
+
+def _between(section: SectionDrawing, low_mm: float, high_mm: float) -> SectionDrawing:
+    """Return the part of a section between two heights along the axis."""
+    if not section.outline:
+        return section
+    across = 1.0 + max(float(np.abs(each[:, 1]).max()) for each in section.outline)
+    kept = Region.rectangle((low_mm, -across), (high_mm, across))
+    return replace(section, outline=(Region.of(section.outline) & kept).polygons)
 
 
 def _half(section: SectionDrawing) -> SectionDrawing:

@@ -144,7 +144,8 @@ def result_view(result: BalanceResult) -> bytes:
     left = record.result.solid or before
     body, note = view_of(left)
     tools = record.result.tools
-    pieces = coarse_pieces(result.report, before, tools, pieces_of(result.report, before, tools))
+    fine = pieces_of(result.report, before, tools)
+    pieces = coarse_pieces(result.report, fine, before.mesh.diagonal_mm)
     data, meshes = view_data(result.report, body, pieces)
     head = {"view": data, "note": note, "triangles": len(left.mesh.triangles)}
     frame = result.before.file_to_rotor

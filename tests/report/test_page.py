@@ -18,6 +18,7 @@ from autobalance.report.html import page
 from autobalance.report.listed_metal import listed_metal
 from autobalance.report.metal import Piece, pieces_of
 from autobalance.solid.csg.solid import Region, Solid
+from autobalance.solid.csg.sourced import Shared
 from tests import jobs, plans
 from tests.report.browser import Browser, browser, missing
 
@@ -151,8 +152,7 @@ def test_with_many_cuts_the_view_turns_to_the_chosen_one_and_labels_give_way(
     metal = listed_metal(many, crank)
     pieces = []
     for k, item in enumerate(many["corrections"]):
-        mesh = metal[item["number"]].mesh
-        pieces.append(Piece(mesh, mesh.triangles, mesh.triangles[:0], k))
+        pieces.append(Piece.of(Shared(metal[item["number"]], small=-1), k, adds=False))
     (tmp_path / "many.html").write_text(page(many, crank.mesh, pieces), encoding="utf-8")
     for width in (1280, 390):
         window.resize(width, 900)
@@ -259,8 +259,9 @@ def test_fine_removed_metal_is_decimated_for_the_page(report: dict[str, Any]) ->
     one = {**report, "corrections": report["corrections"][:1]}
     fine = pieces_of(one, disc, [tool])
     count = len(fine[0].mesh.triangles)
-    assert coarse_pieces(one, disc, [tool], fine, count) is fine
-    coarse = coarse_pieces(one, disc, [tool], fine, count // 4)
+    size = disc.mesh.diagonal_mm
+    assert coarse_pieces(one, fine, size, count) is fine
+    coarse = coarse_pieces(one, fine, size, count // 4)
     assert 0 < len(coarse[0].mesh.triangles) <= count // 4
     assert coarse[0].correction == 0
     np.testing.assert_allclose(np.ptp(coarse[0].mesh.vertices, axis=0), [80.0, 80.0, 2.0], rtol=1e-3)

@@ -247,6 +247,13 @@ class Region:
         return cls(m3.CrossSection(outlines, m3.FillRule.Positive))
 
     @classmethod
+    def beside_each_other(cls, parts: Sequence[Region]) -> Region:
+        """Return regions that do not overlap as one."""
+        if len(parts) == 1:
+            return parts[0]
+        return cls(m3.CrossSection.compose([part.section for part in parts]))
+
+    @classmethod
     def rectangle(cls, low_mm: Sequence[float], high_mm: Sequence[float]) -> Region:
         """Return the rectangle between two corners (2,) [mm]."""
         (x0, y0), (x1, y1) = low_mm, high_mm

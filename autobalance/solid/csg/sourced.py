@@ -1,40 +1,59 @@
-"""Booleans that keep track of whose each triangle is."""
+"""What a large solid and small ones share, or do not, and whose surface is where on it."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import cached_property
 
 import manifold3d as m3
 import numpy as np
 from numpy.typing import NDArray
 
-from autobalance.solid.csg.solid import Solid, union
+from autobalance.solid.csg.solid import Solid
 from autobalance.solid.mesh.mesh import Mesh
 
-Sourced = tuple[Mesh, NDArray[np.bool_]]
-"""A mesh, and which of its triangles (m,) lie on the surface of the first of two solids."""
+
+@dataclass(frozen=True, eq=False)
+class Shared:
+    """A solid that a boolean of a large and a small one left; its surface is partly the one's or the other's.
+
+    Attributes
+    ----------
+    solid : Solid
+    small : int
+        The number by which manifold3d knows the small one's surface.
+    """
+
+    solid: Solid
+    small: int
+
+    @cached_property
+    def surfaces(self) -> tuple[Mesh, NDArray[np.bool_]]:
+        """The mesh, and which of its triangles (m,) lie on the surface of the small solid."""
+        raw = self.solid._body.to_mesh64()
+        ends = np.asarray(raw.run_index, dtype=np.int64) // 3
+        lengths = ends[1:] - ends[:-1]
+        of_small = np.asarray(raw.run_original_id) == self.small
+        vertices = np.asarray(raw.vert_properties, dtype=np.float64).reshape(-1, raw.vert_properties.shape[1])
+        mesh = Mesh(vertices[:, :3], np.asarray(raw.tri_verts, dtype=np.int64).reshape(-1, 3))
+        return mesh, np.repeat(of_small[: len(lengths)], lengths)
+
+    def simplified(self, by_mm: float) -> Shared:
+        """Return it with edges merged that are shorter than ``by_mm``; its surface moves by less."""
+        return Shared(self.solid.simplified(by_mm), self.small)
 
 
-def shared_with(first: Solid, tools: Sequence[Solid]) -> list[Sourced]:
+def shared_with(first: Solid, tools: Sequence[Solid]) -> list[Shared]:
     """Return what ``first`` shares with each of some small solids."""
     if not tools:
         return []
-    body = first._body.as_original()
-    reach = body ^ union(tools)._body
-    return [_sourced(reach ^ tool._body, body.original_id()) for tool in tools]
+    bodies = [tool._body.as_original() for tool in tools]
+    reach = first._body ^ m3.Manifold.batch_boolean(bodies, m3.OpType.Add)
+    return [Shared(Solid(reach ^ body), body.original_id()) for body in bodies]
 
 
-def beyond(tool: Solid, solid: Solid) -> Sourced:
+def beyond(tool: Solid, solid: Solid) -> Shared:
     """Return what a small solid has that ``solid`` has not."""
     body = tool._body.as_original()
-    return _sourced(body - solid._body, body.original_id())
-
-
-def _sourced(body: m3.Manifold, source: int) -> Sourced:
-    raw = body.to_mesh64()
-    ends = np.asarray(raw.run_index, dtype=np.int64) // 3
-    lengths = ends[1:] - ends[:-1]
-    of_source = np.asarray(raw.run_original_id) == source
-    vertices = np.asarray(raw.vert_properties, dtype=np.float64).reshape(-1, raw.vert_properties.shape[1])
-    mesh = Mesh(vertices[:, :3], np.asarray(raw.tri_verts, dtype=np.int64).reshape(-1, 3))
-    return mesh, np.repeat(of_source[: len(lengths)], lengths)
+    return Shared(Solid(body - solid._body), body.original_id())
