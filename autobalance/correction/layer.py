@@ -146,15 +146,18 @@ class FaceLayer:
         section = self.section(self.height_mm - depth_mm) & self.room
         if self.within is not None:
             section = section & self.within.section(self.height_mm - depth_mm)
-        kept, spared = Region.of([]), Region.of([])
+        kept: list[Region] = []
+        spared: list[Region] = []
+        low, high = above.bounds
         for piece in section.pieces():
-            if (piece & above).area_mm2 > self.grain_mm**2:
-                kept = kept + piece
-            else:
-                spared = spared + piece
+            begin, end = piece.bounds
+            beside = above.is_empty or (begin >= high).any() or (end <= low).any()
+            hangs = not beside and (piece & above).area_mm2 > self.grain_mm**2
+            (kept if hangs else spared).append(piece)
         insort(self._depths, depth_mm)
-        self._kept[depth_mm], self._spared[depth_mm] = kept, spared
-        return kept
+        self._kept[depth_mm] = Region.beside_each_other(kept)
+        self._spared[depth_mm] = Region.beside_each_other(spared)
+        return self._kept[depth_mm]
 
     def spared(self, depth_mm: float) -> Region:
         """Return the shadow of other metal down to a depth: of every section looked at, and of the last."""

@@ -32,6 +32,7 @@ from autobalance.rigid_rotor.moments import Moments
 from autobalance.solid.csg.shape import Joined
 from autobalance.solid.csg.solid import Region, Solid, union
 from autobalance.solid.csg.tool import Tool, ring
+from autobalance.solid.mesh.mesh import least_and_greatest
 
 SEGMENTS = 360
 """Sides of the turned circle; a polygon of its area."""
@@ -298,19 +299,40 @@ class Turn(Kind[TurnLimits]):
 
     def face_depths_mm(self, work: Workpiece, rims: Sequence[Face]) -> Mapping[str, float]:
         """Return how deep each rim may be turned, unless its web reaches farther elsewhere."""
-        try:
-            found = cuts(work.solid, work.anatomy, work.density_g_mm3, TurnLimits(per_web=True))
-        except CorrectionError:
-            return {}
+        least = _least_radius_mm(work.anatomy)
         outlines = {web.number: web.outline for web in work.anatomy.webs}
-        of_web = {cut.webs[0]: cut for cut in found}
+        reach = _reaches_mm(work.solid, work.anatomy)
         return {
-            rim.id: of_web[rim.web].max_depth_mm
+            rim.id: reach[rim.web] - least
             for rim in rims
-            if rim.web in of_web
+            if rim.web in reach
+            and reach[rim.web] - least > THIN_MM
             and (outline := outlines[rim.web]) is not None
-            and abs(outline.rim_radius_mm - of_web[rim.web].rim_mm) < THIN_MM
+            and abs(outline.rim_radius_mm - reach[rim.web]) < THIN_MM
         }
+
+
+def _reaches_mm(solid: Solid, anatomy: Anatomy) -> dict[int, float]:
+    """Return how far from the axis each web has metal: at a vertex of its slab, or an edge that enters it."""
+    frame, mesh = anatomy.file_to_rotor, solid.mesh
+    x, y, z = np.ascontiguousarray((mesh.vertices @ frame[:3, :3].T + frame[:3, 3]).T)
+    square = np.zeros(len(z))  # a vertex of no triangle is no metal
+    square[mesh.triangles] = (x * x + y * y)[mesh.triangles]
+    bottoms, tops = least_and_greatest(z, mesh.triangles)
+    found = {}
+    for web in anatomy.webs:
+        low, high = _slab(web, anatomy.webs)
+        reached = [square[(z >= low) & (z <= high)].max(initial=0.0)]
+        for height in (low, high):
+            corners = mesh.triangles.take(np.flatnonzero((bottoms < height) & (tops > height)), axis=0)
+            start, end = corners.reshape(-1), np.roll(corners, -1, axis=1).reshape(-1)
+            crossing = (z[start] < height) & (z[end] > height)  # of an edge's two triangles, one goes up it
+            start, end = start[crossing], end[crossing]
+            share = (height - z[start]) / (z[end] - z[start])
+            across = [axis[start] + share * (axis[end] - axis[start]) for axis in (x, y)]
+            reached.append((across[0] ** 2 + across[1] ** 2).max(initial=0.0))
+        found[web.number] = math.sqrt(max(reached))
+    return found
 
 
 SMALLER = 0.4

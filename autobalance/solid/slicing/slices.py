@@ -90,10 +90,10 @@ def thinned(outline: Array, within_mm: float) -> Array:
     while FEW_CORNERS < len(outline) < MOSTLY * before:
         before = len(outline)
         for first in (0, 1):
-            (x, y), (u, v) = (
-                (np.roll(outline, -1, axis=0) - outline).T,
-                (outline - np.roll(outline, 1, axis=0)).T,
-            )
+            side = np.empty_like(outline)
+            np.subtract(outline[1:], outline[:-1], out=side[:-1])
+            np.subtract(outline[0], outline[-1], out=side[-1])
+            (x, y), (u, v) = side.T, np.concatenate([side[-1:], side[:-1]]).T
             aside = np.abs(u * y - v * x) > within_mm * np.hypot(x + u, y + v)
             aside[first::2] = True
             aside[-1] = True  # of an odd number, it and the first are of one kind
