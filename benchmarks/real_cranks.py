@@ -4,7 +4,8 @@
 
 FOLDER, or the environment's AUTOBALANCE_CRANKS, holds crank files; without it only the bundled and drawn
 cranks are measured. Each is taken as it is and with its triangles split in four as often as brings their
-number nearest to those asked for; true surfaces are taken as the triangles that are laid over them.
+number nearest to those asked for; true surfaces are taken as the triangles that are laid over them. A file
+in another unit than mm is brought to the size of a crank by a power of ten.
 
 - *built*: read the bytes, weld, build the solid;
 - *floor*: the same, one cut, one measurement, one write;
@@ -25,8 +26,12 @@ import sys
 import tempfile
 from collections.abc import Iterator
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import numpy as np
+
+if TYPE_CHECKING:
+    from autobalance.solid.formats.read import Source
 
 ROOT = Path(__file__).resolve().parent.parent
 sys.path[:0] = [str(ROOT), str(ROOT / "benchmarks")]
@@ -36,6 +41,8 @@ from main_job import BUNDLED, ENVIRONMENT, subdivided, write_stl  # noqa: E402
 WITH_UNIT = {".3mf", ".glb", ".step", ".stp"}
 ENDINGS = {".stl", ".obj", ".off", ".ply", *WITH_UNIT}
 DRAWN = ("inline-4",)
+SMALLEST_MM = 20.0
+"""Size of the smallest crank: a model engine's."""
 JOB = """[crankshaft]
 file = "crank.stl"
 unit = "mm"
@@ -50,6 +57,7 @@ piston = 150.0
 factor = 0.3
 grade = 100.0
 speed_rpm = 3000
+judge = "static"
 [correction]
 method = "shoulder"
 """
@@ -99,9 +107,26 @@ def cranks(folder: Path | None) -> Iterator[tuple[str, np.ndarray, bool]]:
         if file.suffix.lower() in ENDINGS:
             try:
                 unit = None if file.suffix.lower() in WITH_UNIT else "mm"
-                yield file.name, read(file, unit, "all").solid.mesh.corners, True
+                source = read(file, unit, "all")
+                size = SMALLEST_MM / source.solid.mesh.diagonal_mm
+                scale = 10.0 ** max(0, np.ceil(np.log10(size)))
+                yield file.name, scale * source.solid.mesh.corners, _holds_pins(source)
             except AutobalanceError as error:
                 print(f"{file.name}: {error}")
+
+
+def _holds_pins(source: Source) -> bool:
+    """Tell whether a file holds crankpins, or bores for them; that it does where no crank is found."""
+    from autobalance.balancing.measured_crank import measured_source, recognised
+    from autobalance.crank.anatomy import Overrides
+    from autobalance.errors import AutobalanceError
+
+    try:
+        return measured_source(
+            source, recognised(source, Overrides(crankpin_in_file=None)), 7.85e-3
+        ).holds_crankpins
+    except AutobalanceError:
+        return True
 
 
 def measured(work: Path, soup: np.ndarray, pins: bool, pages: bool) -> dict[str, tuple[float, int]]:

@@ -14,10 +14,9 @@ from autobalance.api.result import VerbResult
 from autobalance.balancing.chordal_correction import facet_entry
 from autobalance.balancing.faces import offered_faces
 from autobalance.balancing.measured_crank import Crank as MeasuredSolid
-from autobalance.balancing.measured_crank import measure_crank, surfaces_entry
+from autobalance.balancing.measured_crank import input_file, measure_crank, surfaces_entry
 from autobalance.balancing.record import MeasuredCrank, Record
 from autobalance.balancing.rotor_from_job import default_planes_mm
-from autobalance.balancing.run import input_file
 from autobalance.crank.sections import sections, web_weights
 from autobalance.job.model import Job
 from autobalance.job.read import WORKBOOKS, load, load_crankshaft

@@ -22,7 +22,7 @@ from autobalance.balancing.machine_reading import (
     machine_cannot_show,
     needs_no_cut,
 )
-from autobalance.balancing.measured_crank import measured_source, work_on_faces
+from autobalance.balancing.measured_crank import input_file, measured_source, work_on_faces
 from autobalance.balancing.reading_mistakes import (
     DOUBTS,
     EXPLAINS,
@@ -33,7 +33,7 @@ from autobalance.balancing.reading_mistakes import (
 )
 from autobalance.balancing.record import Factors, Record
 from autobalance.balancing.rotor import Rotor
-from autobalance.balancing.run import input_file, measure_of, record_of, rotor_of
+from autobalance.balancing.run import measure_of, record_of, rotor_of
 from autobalance.engine.balance_factor import balance_factor, bob_weight_moments, factor_direction_g_mm
 from autobalance.errors import CorrectionError, JobError
 from autobalance.job import Job

@@ -30,7 +30,7 @@ from autobalance.solid.mesh.components import numbered_components
 if TYPE_CHECKING:
     from concurrent.futures import Future
 
-    from autobalance.balancing.record import TrueSurfaces
+    from autobalance.balancing.record import InputFile, TrueSurfaces
 
 FILLED = 0.05
 """Share of the box around a crankpin that even a hollow one fills."""
@@ -209,6 +209,16 @@ def facets_of(
         if needed or look.curved_count <= FACETS_MOST:
             return chordal_error_of(look, density_g_mm3)
     return chordal_error_from_slices(mesh, density_g_mm3, frame)
+
+
+def input_file(path: Path | None, crank: Crank) -> InputFile:
+    """Return what the report says of the crank's file."""
+    from autobalance.balancing.record import InputFile
+
+    source = crank.source
+    name = None if source.format is None else source.format.removesuffix("-ascii")  # both are STL
+    file = None if path is None else str(path)
+    return InputFile(file, source.sha256, name, source.triangles, source.bodies, source.repairs)
 
 
 def surfaces_entry(crank: Crank) -> TrueSurfaces | None:

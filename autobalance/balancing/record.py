@@ -4,17 +4,18 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
-from typing import Any, Literal
+from typing import TYPE_CHECKING, Any, Literal
 
-from autobalance.balancing.loop import Result
-from autobalance.correction.kind import Correction
-from autobalance.crank.anatomy import Anatomy, Face
-from autobalance.crank.sections import Section, WebWeight
-from autobalance.dynamics.staged_assembly import AssemblyStage
-from autobalance.engine.force_summary import ShakingForce
-from autobalance.rigid_rotor.moments import Array, Moments
-from autobalance.rigid_rotor.tolerance import Tolerance
-from autobalance.rigid_rotor.unbalance import Unbalance
+if TYPE_CHECKING:  # ``inspect`` needs none of the planning and balancing that these load
+    from autobalance.balancing.loop import Result
+    from autobalance.correction.kind import Correction
+    from autobalance.crank.anatomy import Anatomy, Face
+    from autobalance.crank.sections import Section, WebWeight
+    from autobalance.dynamics.staged_assembly import AssemblyStage
+    from autobalance.engine.force_summary import ShakingForce
+    from autobalance.rigid_rotor.moments import Array, Moments
+    from autobalance.rigid_rotor.tolerance import Tolerance
+    from autobalance.rigid_rotor.unbalance import Unbalance
 
 
 @dataclass(frozen=True)

@@ -5,7 +5,6 @@ from __future__ import annotations
 import time
 from collections.abc import Callable
 from dataclasses import dataclass, replace
-from pathlib import Path
 
 from autobalance import job as jobs
 from autobalance.balancing import (
@@ -19,7 +18,7 @@ from autobalance.balancing.assembly_from_job import staged_assembly
 from autobalance.balancing.comparison import Row, compare
 from autobalance.balancing.gas_loads import gas_load_values, gas_loads
 from autobalance.balancing.loop import Result, balance, planned
-from autobalance.balancing.measured_crank import Crank, work_on_faces
+from autobalance.balancing.measured_crank import Crank, input_file, work_on_faces
 from autobalance.balancing.measuring import Measure, as_file, in_memory, on_true_surfaces
 from autobalance.balancing.plausibility import oddities
 from autobalance.balancing.record import (
@@ -29,7 +28,6 @@ from autobalance.balancing.record import (
     Counterweight,
     Factors,
     Forces,
-    InputFile,
     MeasuredCrank,
     Overbalance,
     Record,
@@ -295,14 +293,6 @@ def _counterweight(webs: Moments | None, anatomy: Anatomy, result: Result) -> Co
         target_g_mm=initial + float(result.initial.resultant_g_mm @ along),
         final_g_mm=initial - float(cut @ along),
     )
-
-
-def input_file(path: Path | None, crank: Crank) -> InputFile:
-    """Return what the report says of the crank's file."""
-    source = crank.source
-    name = None if source.format is None else source.format.removesuffix("-ascii")  # both are STL
-    file = None if path is None else str(path)
-    return InputFile(file, source.sha256, name, source.triangles, source.bodies, source.repairs)
 
 
 def _loads(job: Job, crank: Crank, factor: float, tolerance: Tolerance) -> BobWeights:

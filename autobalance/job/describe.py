@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import asdict
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from autobalance.crank.anatomy import PinHint
 from autobalance.job.layout import G_MM2_PER_KG_MM2
@@ -18,8 +18,10 @@ from autobalance.job.model import (
     ThrowParts,
     Weight,
 )
-from autobalance.signal.drive_sources import Drive
 from autobalance.units import G_PER_MM3_PER_KG_M3, RAD_S_PER_RPM
+
+if TYPE_CHECKING:
+    from autobalance.signal.drive_sources import Drive
 
 
 def describe(job: Job) -> dict[str, Any]:

@@ -9,7 +9,6 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal
 
 from autobalance.errors import FileError, JobError
-from autobalance.job.cycle import read_cycle
 from autobalance.job.layout import read_shafts
 from autobalance.job.limits import read_correction, read_depth_tolerance_mm, read_prefer
 from autobalance.job.model import (
@@ -32,6 +31,7 @@ from autobalance.units import RAD_S_PER_RPM
 
 if TYPE_CHECKING:
     from autobalance.job.assembly import AssemblyEntry
+    from autobalance.job.cycle import Cycle
     from autobalance.job.torsion_file import CrankTorsion
     from autobalance.signal.drive_sources import Drive
 
@@ -227,7 +227,7 @@ def parse(
         prefer=read_prefer(root),
         shafts=read_shafts(root),
         depth_tolerance_mm=read_depth_tolerance_mm(root),
-        cycle=read_cycle(root),
+        cycle=_cycle(root),
         settings=settings,
         study=read_study(root),
         torsion=_torsion(root),
@@ -243,6 +243,15 @@ def _drive(root: Table) -> Drive | None:
     from autobalance.job.drive import drive_of_job
 
     return drive_of_job(root.raw)
+
+
+def _cycle(root: Table) -> Cycle | None:
+    """Read the working cycle; None where the job has none."""
+    if "cycle" not in root:
+        return None
+    from autobalance.job.cycle import read_cycle
+
+    return read_cycle(root)
 
 
 def _assembly(root: Table, folder: Path) -> tuple[AssemblyEntry, ...]:

@@ -21,9 +21,7 @@ from autobalance.balancing.record import (
     TrueSurfaces,
 )
 from autobalance.correction.kind import Correction
-from autobalance.engine.force_values import force_values
 from autobalance.report import balance_records, records
-from autobalance.report.assembly_values import assembly_values
 from autobalance.report.crank_values import (
     G_MM2_PER_KG_MM2,
     crank_values,
@@ -93,6 +91,8 @@ def report(record: Record) -> Values:
     if balanced is not None and balanced.loads_with_gas is not None:
         values["loads_with_gas"] = dict(balanced.loads_with_gas)
     if balanced is not None and balanced.assembly:
+        from autobalance.report.assembly_values import assembly_values
+
         values["assembly"] = assembly_values(balanced.assembly, record.planes_z_mm, unbalance_values)
     values |= record.staged
     if record.surfaces is not None:
@@ -277,6 +277,8 @@ def _forces(balanced: Balanced) -> Values | None:
     forces = balanced.forces
     if forces is None:
         return None
+    from autobalance.engine.force_values import force_values
+
     return {
         "speed_rpm": balanced.job["balance"]["speed_rpm"],
         "before": force_values(forces.before, all_orders=forces.all_orders),

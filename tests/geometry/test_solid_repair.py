@@ -5,6 +5,7 @@ import pytest
 
 from autobalance.errors import SolidError
 from autobalance.solid.csg.solid import Solid
+from autobalance.solid.formats.read import source_of
 from autobalance.solid.mesh import repair
 from autobalance.solid.mesh.mesh import Mesh, mesh_of_soup
 from autobalance.solid.mesh.repair import open_edges, solid_of, without_opposite_pairs
@@ -111,6 +112,21 @@ def test_bodies_are_told_apart_with_their_volumes_and_bounds() -> None:
         assert body.volume_mm3 == pytest.approx(scale**3 * volume, rel=1e-12)
         assert body.solid.volume_mm3 == pytest.approx(scale**3 * volume, rel=1e-12)
         np.testing.assert_allclose(body.bounds, scale * BALL.bounds + shift, rtol=1e-12)
+
+
+def test_crumbs_that_bound_nothing_are_dropped_and_said() -> None:
+    """A folded sliver, closed, whose volume is what rounding leaves of nothing."""
+    flat = np.array([[5.0, 0, 0], [6.0, 0, 0], [5.0, 1.0, 0], [5.2, 0.2, 1e-13]])
+    sliver = np.array([[0, 2, 1], [0, 1, 3], [1, 2, 3], [2, 0, 3]])
+    both = Mesh(
+        np.concatenate([BALL.vertices, flat]), np.concatenate([BALL.triangles, sliver + len(BALL.vertices)])
+    )
+    bodies, notes = repair.bodies_of(Solid.from_mesh(both))
+    assert [note.partition(" dropped")[0] for note in notes] == ["1 crumb"]
+    assert [body.solid.triangle_count for body in bodies] == [len(BALL.triangles)]
+    source = source_of(both.corners, "mm")  # one body, of which nothing has to be chosen
+    assert source.bodies == 1
+    assert source.repairs[-1] == notes[0]
 
 
 def test_an_odd_number_of_triangles_does_not_reach_the_kernel(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -25,6 +25,8 @@ NEAR = 1e-7
 """Distance of vertices that are one point, as a share of the diagonal: single precision leaves as much."""
 PLANE = 1e-4
 """How far a rim may leave its plane, as a share of the diagonal."""
+CRUMB = 1e-12
+"""Share of a file's volume that a body must bound: what coordinates of single precision leave is far less."""
 HOLE_MOST = 0.01
 """Area of a hole that may be filled, as a share of the surface."""
 
@@ -82,12 +84,12 @@ class Body:
 def bodies_of(solid: Solid) -> tuple[list[Body], list[str]]:
     """Return the connected bodies by falling volume, then by place, and what had to be done to them.
 
-    A part that is inside out is a cavity if it lies within another; otherwise it is turned round.
+    A part that is inside out is a cavity if it lies within another; otherwise it is turned round. Parts that
+    bound next to nothing, folded triangles, are dropped.
     """
-    parts = _parts(solid)
+    parts, notes = _without_crumbs(_parts(solid))
     whole = solid.volume_mm3
     filled = sorted((part for part in parts if part.outside_volume_mm3 > 0.0), key=lambda one: one.volume_mm3)
-    notes = []
     for part in parts:
         if part.outside_volume_mm3 > 0.0:
             continue
@@ -101,6 +103,18 @@ def bodies_of(solid: Solid) -> tuple[list[Body], list[str]]:
         notes.append(f"a body of {part.volume_mm3:.6g} mm³ was inside out: turned round; {change}")
     filled.sort(key=lambda one: (-one.volume_mm3, *one.bounds[0]))
     return filled, notes
+
+
+def _without_crumbs(parts: list[Body]) -> tuple[list[Body], list[str]]:
+    """Return the parts that bound more than a share of the whole, and what was dropped."""
+    least = CRUMB * sum(part.volume_mm3 for part in parts)
+    kept = [part for part in parts if part.volume_mm3 > least]
+    dropped = sum(part.volume_mm3 for part in parts if part.volume_mm3 <= least)
+    number = len(parts) - len(kept)
+    if not number or not kept:
+        return parts, []
+    name = "1 crumb" if number == 1 else f"{number} crumbs"
+    return kept, [f"{name} dropped that bound {dropped:.3g} mm³: folded triangles, no metal"]
 
 
 def _parts(solid: Solid) -> list[Body]:
