@@ -265,19 +265,17 @@ def _one_depth(
     if low > high:
         return None
     slopes, levels = np.append(slope, 0.0) / worth + cost, np.append(-room, 0.0) / worth
-    depth = low
-    while True:  # down the line that counts, to where another begins to: each line once at most
-        value = slopes * depth + levels
-        steepest = slopes[value >= value.max() - 1e-12 * np.abs(value).max()].max()
-        if steepest >= 0.0:
-            return depth
-        gap, closing = value.max() - value, slopes - steepest
-        meets = np.where(closing > 0.0, gap / np.where(closing > 0.0, closing, 1.0), np.inf)
-        meets[meets * np.abs(slopes).max() <= 1e-12 * np.abs(value).max()] = np.inf
-        step = float(meets.min())
-        if not depth + step < high:
+    depth, line = low, int(np.lexsort((slopes, slopes * low + levels))[-1])
+    while slopes[line] < 0.0:  # down the line that counts, to the steeper one that counts next
+        steeper = np.flatnonzero(slopes > slopes[line])
+        if not len(steeper):
             return high
-        depth += step
+        meets = (levels[line] - levels[steeper]) / (slopes[steeper] - slopes[line])
+        first = int(np.lexsort((-slopes[steeper], meets))[0])
+        depth, line = max(depth, float(meets[first])), int(steeper[first])
+        if not depth < high:
+            return high
+    return depth
 
 
 EXCESS = 10.0
