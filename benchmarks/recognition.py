@@ -4,8 +4,9 @@
 
 Two cranks: the bundled one and the generated ``inline-4``, each triangle split in four as often as brings
 their number nearest to the one asked for. *Weld* and *build* are what a binary STL costs once its bytes are
-there. *Recognise* finds the axis, journals, throws and webs; *faces* and *counterweights* are what
-``balance`` looks for besides. Each is the least of several readings, on a mesh not looked at before.
+there; *overlap* looks for metal that counts twice. *Recognise* finds the axis, journals, throws and webs;
+*faces* and *counterweights* are what ``balance`` looks for besides. Each is the least of several readings, on
+a mesh not looked at before.
 """
 
 from __future__ import annotations
@@ -31,8 +32,9 @@ from autobalance.crank.recognition.recognise import recognise  # noqa: E402
 from autobalance.crank.sections import counterweight_moments  # noqa: E402
 from autobalance.solid.csg.solid import Solid  # noqa: E402
 from autobalance.solid.mesh.mesh import Mesh, mesh_of_soup  # noqa: E402
+from autobalance.solid.mesh.validate import refuse_overlap  # noqa: E402
 
-STAGES = ("weld", "build", "recognise", "faces", "counterweights")
+STAGES = ("weld", "build", "overlap", "recognise", "faces", "counterweights")
 STEEL_G_MM3 = 7.85e-3
 
 
@@ -46,6 +48,8 @@ def seconds_of_stages(soup: np.ndarray, overrides: Overrides) -> dict[str, float
     mesh = mesh_of_soup(soup)
     mark()
     solid = Solid.from_mesh(Mesh(mesh.vertices, mesh.triangles))
+    mark()
+    refuse_overlap(solid)
     mark()
     anatomy = recognise(solid, overrides)
     mark()
