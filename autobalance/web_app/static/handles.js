@@ -74,10 +74,10 @@ function grip(down, hand, cut, place) {
   let along = null;
   const move = (event) => {
     const d = [event.clientX - down.clientX, event.clientY - down.clientY];
-    if (!along && Math.hypot(...d) >= GRIPPED) along = ways.turn && share(d, ways.turn) > share(d, ways.depth) ? "turn" : "depth";
+    if (!along && Math.hypot(...d) >= GRIPPED) along = ways.turn && share(d, ways.turn) > share(d, ways.depth) ? ways.turn : ways.depth;
     if (!along) return;
-    const [wx, wy] = ways[along], by = (d[0] * wx + d[1] * wy) / (wx * wx + wy * wy);
-    if (along === "depth") given.set(place, start.depth + by, start.turn);
+    const [wx, wy] = along, by = (d[0] * wx + d[1] * wy) / (wx * wx + wy * wy);
+    if (along === ways.depth) given.set(place, start.depth + by, start.turn);
     else given.set(place, start.depth, start.turn + by);
   };
   const end = () => { for (const [name, work] of [["pointermove", move], ["pointerup", end], ["pointercancel", end]]) hand.removeEventListener(name, work); };
