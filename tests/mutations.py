@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import copy
 import re
 from collections.abc import Iterator, Mapping
 from pathlib import Path
@@ -85,10 +84,8 @@ def accepted(report: Report, folder: Path, under: tuple[str, ...] = ()) -> list[
             continue
         value = at(report, way)
         for other in falsehoods(value):
-            changed = copy.deepcopy(report)
-            put(changed, way, other)
             try:
-                result = checked(changed, folder, files)
+                result = checked(changed(report, way, other), folder, files)
             except ab.AutobalanceError:
                 continue
             if not _is_listed(place(way), [each.key for each in result.not_checked]):
@@ -108,6 +105,10 @@ def at(report: Any, way: Way) -> Any:
     return report
 
 
-def put(report: Any, way: Way, value: Any) -> None:
-    """Put a value in place of another."""
-    at(report, way[:-1])[way[-1]] = value
+def changed(report: Any, way: Way, value: Any) -> Any:
+    """Return a report with another value at the end of a way; all that lies beside the way is shared."""
+    if not way:
+        return value
+    copied = list(report) if isinstance(report, list) else dict(report)
+    copied[way[0]] = changed(report[way[0]], way[1:], value)
+    return copied

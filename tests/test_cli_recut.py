@@ -16,6 +16,7 @@ import autobalance as ab
 from autobalance.command import main
 from autobalance.errors import JobError
 from autobalance.report.json import schema
+from tests import mutations
 
 pytestmark = pytest.mark.slow
 
@@ -153,6 +154,12 @@ def test_every_stage_is_verified(loop: Path, capsys: pytest.CaptureFixture[str])
     wrong.write_text(json.dumps(spoilt), encoding="utf-8")
     assert main(["verify", str(wrong)]) == 3
     assert "residual.unbalance_g_mm" in capsys.readouterr().err
+
+
+def test_no_value_that_follows_from_a_stages_files_can_be_false(loop: Path) -> None:
+    folder = loop / "out" / "stage-2"
+    keys = ("crank", "engine", "counterweight", "forces", "balance_factor", "outcome")
+    assert mutations.accepted(values(folder / "report.json"), folder, keys) == []
 
 
 def test_within_tolerance_nothing_is_cut(loop: Path, tmp_path: Path) -> None:

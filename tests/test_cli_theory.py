@@ -12,6 +12,7 @@ from typing import Any
 
 import pytest
 
+import autobalance as ab
 from autobalance.command import main
 from autobalance.engine.slider_crank import harmonic
 from autobalance.report.plots import FILLS, STYLES
@@ -106,6 +107,31 @@ def test_measured_and_ideal_cranks_agree_where_the_measured_one_is_balanced(
         assert as_file["force"][key] == pytest.approx(ideal["force"][key], rel=1e-3)
     for one, other in zip(as_file["loads"]["main_bearings"], ideal["loads"]["main_bearings"], strict=True):
         assert one["greatest_n"] == pytest.approx(other["greatest_n"], rel=2e-3)
+
+
+def test_an_overhung_crank_has_force_and_moment_at_its_one_bearing(
+    job: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """All forces of a balanced single act in its cylinder's plane: the bearing takes them by their lever."""
+    crank = ab.generate("single", file="crank.stl", settings={"journals": "first", "segments": 24})
+    (job.parent / "overhung.stl").write_bytes(crank.data)
+    text = (
+        '[crankshaft]\nfile = "overhung.stl"\nunit = "mm"\ndensity_kg_m3 = 7850.0\n[engine]\n'
+        "rod_length_mm = 120.0\n[engine.rotating_g]\na = 300.0\n[engine.reciprocating_g]\nb = 400.0\n"
+        '[balance]\nfactor = 0.4\ngrade = 6.3\nspeed_rpm = 6000\njudge = "static"\n'
+        '[correction]\nmethod = "drill"\n'
+    )
+    (job.parent / "overhung.toml").write_text(text, encoding="utf-8")
+    report = printed(capsys, "forces", job.parent / "overhung.toml")
+    force, loads = (report["states"][1][key] for key in ("force", "loads"))
+    (main_bearing,), support = loads["main_bearings"], loads["support"]
+    assert support["z_mm"] == main_bearing["z_mm"] < -10.0
+    assert main_bearing["greatest_n"] == support["greatest_n"] == pytest.approx(force["greatest_n"], rel=1e-9)
+    lever_m = 1e-3 * (report["moments_about_z_mm"] - support["z_mm"])
+    assert support["greatest_moment_n_m"] == pytest.approx(lever_m * force["greatest_n"], rel=1e-6)
+    assert "statically determinate" in support["says"]
+    assert main(["forces", str(job.parent / "overhung.toml")]) == 0
+    assert "what holds it (z -" in capsys.readouterr().out
 
 
 def test_forces_are_printed_as_tables(job: Path, capsys: pytest.CaptureFixture[str]) -> None:

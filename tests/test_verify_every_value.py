@@ -32,6 +32,7 @@ speed_rpm = 6000
 method = METHOD
 """
 COARSE = {"segments": 24}
+SLUG = '"slug"\nslug = { diameters_mm = [10.0], lengths_mm = [8.0], max_slugs = 1 }'
 WORDS = {"autobalance", "job", "notes", "reason", "relaxations", "seconds", "warnings"}
 """What no report's files can tell, whatever was cut."""
 BY_PLANNER = {"corrections[].depth_left_mm", "corrections[].wall_left_mm", "corrections[].deepened_from_mm"}
@@ -52,6 +53,7 @@ def balanced(folder: Path, preset: str, method: str) -> Path:
     [
         ("v-twin-45", '"turn"', {"corrections[].depth_left_mm"}),
         ("single", '"mill"', BY_PLANNER),
+        ("single", SLUG, BY_PLANNER),
     ],
 )
 def test_no_cut_can_be_told_falsely(preset: str, method: str, listed: set[str], tmp_path: Path) -> None:

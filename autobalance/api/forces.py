@@ -12,7 +12,7 @@ from autobalance.api.request import Request, job_head, request
 from autobalance.api.result import Plots, VerbResult
 from autobalance.balancing import engine_from_job, rotor_from_job
 from autobalance.engine.factor_advice import advise
-from autobalance.engine.force_summary import shaking_force, turn_loads
+from autobalance.engine.force_summary import shaking_force, turn_loads, turn_support
 from autobalance.engine.force_values import advice_values, force_values, load_values
 from autobalance.engine.whole_engine import Engine, about
 from autobalance.errors import UsageError
@@ -110,15 +110,24 @@ def forces(
 def _state(
     name: str, engine: Engine, factor: float | None, found: Request, reference_mm: float
 ) -> dict[str, Any]:
-    mains = engine_from_job.mains_z_mm(found.crank.anatomy)
-    enough = len(mains) > 1
     force = shaking_force(engine, found.speed_rad_s)
     return {
         "name": name,
         "balance_factor": factor,
         "force": force_values(replace(force, orders=tuple(about(force.orders, reference_mm)))),
-        "loads": load_values(engine, turn_loads(engine, mains, found.speed_rad_s), mains) if enough else None,
+        "loads": _loads(engine, engine_from_job.mains_z_mm(found.crank.anatomy), found, reference_mm),
     }
+
+
+def _loads(
+    engine: Engine, mains_z_mm: tuple[float, ...], found: Request, reference_mm: float
+) -> dict[str, Any]:
+    """Return the loads over a turn; with fewer than two mains what statics tells at one place."""
+    if len(mains_z_mm) > 1:
+        return load_values(engine, turn_loads(engine, mains_z_mm, found.speed_rad_s), mains_z_mm)
+    place = mains_z_mm[0] if mains_z_mm else reference_mm
+    support, loads = turn_support(engine, place, found.speed_rad_s)
+    return load_values(engine, loads, mains_z_mm, support)
 
 
 def _plots(found: Request, engines: dict[str, Engine], engine: Engine, factors: list[float]) -> Plots:

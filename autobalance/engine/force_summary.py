@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from autobalance.engine.loads import Loads, loads, whole_turn
+from autobalance.engine.loads import Loads, Support, loads, support_of, whole_turn
 from autobalance.engine.whole_engine import Engine, Order
 from autobalance.rigid_rotor.moments import Array
 
@@ -90,6 +90,11 @@ def load_row(load_n: Array) -> LoadRow:
     """Return greatest and mean magnitude of a load (n, 2) over a turn."""
     size = np.hypot(load_n[:, 0], load_n[:, 1])
     return LoadRow(float(size.max()), float(size.mean()))
+
+
+def turn_support(engine: Engine, z_mm: float, speed_rad_s: float) -> tuple[Support, Loads]:
+    """Return what holds a crank at one place over a turn at constant speed, and the other inertia loads."""
+    return support_of(engine, z_mm, speed_rad_s, whole_turn(ANGLES))
 
 
 def turn_loads(engine: Engine, mains_z_mm: Sequence[float], speed_rad_s: float) -> Loads:

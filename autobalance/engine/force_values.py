@@ -10,7 +10,7 @@ import numpy as np
 
 from autobalance.engine.factor_advice import FactorAdvice
 from autobalance.engine.force_summary import LoadRow, ShakingForce, load_row
-from autobalance.engine.loads import Loads
+from autobalance.engine.loads import Loads, Support
 from autobalance.engine.shafts import BalanceShaft, CoupleShaft
 from autobalance.engine.whole_engine import Engine, Order
 
@@ -46,13 +46,19 @@ def order_values(order: Order) -> Values:
     }
 
 
-def load_values(engine: Engine, found: Loads, mains_z_mm: tuple[float, ...]) -> Values:
-    """Return greatest and mean loads of pins and bearings over a turn, and the inertia torque."""
+def load_values(
+    engine: Engine, found: Loads, mains_z_mm: tuple[float, ...], support: Support | None = None
+) -> Values:
+    """Return greatest and mean loads of pins and bearings over a turn, and the inertia torque.
+
+    ``support``: what holds a crank of fewer than two mains; its one main, where it has that, takes the force.
+    """
     walls = np.abs(found.wall_n)
+    mains = found.main_n if support is None else [support.force_n] * len(mains_z_mm)
     return {
         "main_bearings": [
             {"number": number, "z_mm": z, **_row(load_row(load))}
-            for number, (z, load) in enumerate(zip(mains_z_mm, found.main_n, strict=True), 1)
+            for number, (z, load) in enumerate(zip(mains_z_mm, mains, strict=True), 1)
         ],
         "cylinders": [
             {
@@ -66,11 +72,25 @@ def load_values(engine: Engine, found: Loads, mains_z_mm: tuple[float, ...]) -> 
                 zip(engine.cylinders, found.crankpin_n, found.wrist_pin_n, walls, strict=True), 1
             )
         ],
+        "support": None if support is None else support_values(support),
         "torque": {
             "greatest_n_m": float(found.torque_n_m.max()),
             "least_n_m": float(found.torque_n_m.min()),
             "mean_n_m": float(found.torque_n_m.mean()),
         },
+    }
+
+
+def support_values(support: Support) -> Values:
+    """Return greatest and mean force and moment at the one place that holds a crank, and what that means."""
+    moment = load_row(support.moment_n_m)
+    return {
+        "z_mm": support.z_mm,
+        **_row(load_row(support.force_n)),
+        "greatest_moment_n_m": moment.greatest_n,
+        "mean_moment_n_m": moment.mean_n,
+        "says": "fewer than two main journals: force and moment here are statically determinate, how bearings"
+        " beside each other share them is not",
     }
 
 

@@ -63,6 +63,55 @@ class Loads:
         return _turned_back(self.main_n, self.angle_rad)
 
 
+@dataclass(frozen=True, eq=False)
+class Support:
+    """What a crank of fewer than two mains puts on the place that holds it, over the crank angle.
+
+    Attributes
+    ----------
+    z_mm : float
+        The place on the axis [mm].
+    force_n : (n, 2) float
+        Of the crank on it, engine frame [N].
+    moment_n_m : (n, 2) float
+        ∫ (z − z_mm) dF of the same forces: components of the force that a lever of 1 m would give [N·m].
+    """
+
+    z_mm: float
+    force_n: Array
+    moment_n_m: Array
+
+
+LEVER_MM = 1000.0
+"""Between two bearings that stand for a clamped place: the second's load [N] is the moment [N·m]."""
+
+
+def support_of(
+    engine: Engine, z_mm: float, speed_rad_s: float, angle_rad: Array, acceleration_rad_s2: float = 0.0
+) -> tuple[Support, Loads]:
+    """Return the force and moment at the one place that holds an overhung crank, and the loads beside them.
+
+    Both follow from statics alone: all forces, and their moment about the place.
+
+    Parameters
+    ----------
+    engine : Engine
+    z_mm : float
+        Of the one main bearing, or of a chosen section [mm].
+    speed_rad_s, acceleration_rad_s2 : float
+        Of the crank [rad/s, rad/s²].
+    angle_rad : (n,) float
+        Crank angles [rad].
+
+    Returns
+    -------
+    (Support, Loads)
+        The loads' mains are the two that stand for the place, ``LEVER_MM`` apart.
+    """
+    found = loads(engine, (z_mm, z_mm + LEVER_MM), speed_rad_s, angle_rad, acceleration_rad_s2)
+    return Support(z_mm, found.main_n.sum(axis=0), found.main_n[1]), found
+
+
 def lever_shares(z_mm: float, mains_z_mm: Sequence[float]) -> Array:
     """Return the share (m,) of a load at ``z_mm`` that each main bearing takes.
 

@@ -32,7 +32,7 @@ def _state(state: Values) -> str:
         f"{name}: greatest force {force['greatest_n']:.0f} N, along cylinder 1"
         f" {force['greatest_inline_n']:.0f} N, across {force['greatest_transverse_n']:.0f} N"
     )
-    return "\n".join([head, orders_table(force["orders"]), *([] if loads is None else [_loads(loads)])])
+    return "\n".join([head, orders_table(force["orders"]), _loads(loads)])
 
 
 def orders_table(orders: Sequence[Values]) -> str:
@@ -68,10 +68,17 @@ def _loads(loads: Values) -> str:
                     f"{load['mean_n']:.0f} N",
                 )
             )
-    torque = loads["torque"]
+    torque, support = loads["torque"], loads["support"]
+    if support is not None:
+        place = f"  what holds it (z {support['z_mm']:.1f} mm)"
+        force = f"{support['greatest_n']:.0f} N", f"{support['mean_n']:.0f} N"
+        moment = f"{support['greatest_moment_n_m']:.1f} N·m", f"{support['mean_moment_n_m']:.1f} N·m"
+        rows += [(f"{place}, force", *force), (f"{place}, moment", *moment)]
+    note = "" if support is None else f"\n  {support['says']}"
     return (
         table(rows)
         + f"\n  inertia torque {torque['least_n_m']:.1f} to {torque['greatest_n_m']:.1f} N·m, mean 0"
+        + note
     )
 
 

@@ -188,23 +188,7 @@ def _check_as_recorded(
     if held.as_report is None:
         return
     claims, crank = held.claims, given.crank
-    measured = None
-    if left.is_cut:
-        measured = Measured(left.moments, left.triangles, added=ends.hidden)
-    result = Result(
-        outcome=claims.get("outcome", str),
-        reason=None,
-        initial=ends.initial,
-        residual=ends.residual,
-        initial_moments=ends.before,
-        final_moments=ends.after,
-        corrections=(),
-        steps=(),
-        solid=left.source.solid if left.is_cut else None,
-        measured=measured,
-        initial_doubt=ends.doubts[0],
-        doubt=ends.doubts[1],
-    )
+    result = ended(claims, ends, left if left.is_cut else None)
     factor = float(claims.get("balance_factor.target", float))
     webs = held.files.once(("counterweights", id(crank)), lambda: run.counterweights_of(crank))
     record = run.record_of(job, crank, factor, tolerance, result, webs)
@@ -213,7 +197,32 @@ def _check_as_recorded(
         claims.ledger.why_not["loads_with_gas"] = "the measured pressure is not kept with the report"
     else:
         record = _with_gas_loads(record, job, given, left, ends)
-    found = held.as_report(record)
+    check_like(held, record)
+
+
+def ended(claims: Claims, ends: Ends, left: Left | None) -> Result:
+    """Return the end of a run as it was found again; ``left`` is None where nothing was cut."""
+    return Result(
+        outcome=claims.get("outcome", str),
+        reason=None,
+        initial=ends.initial,
+        residual=ends.residual,
+        initial_moments=ends.before,
+        final_moments=ends.after,
+        corrections=(),
+        steps=(),
+        solid=None if left is None else left.source.solid,
+        measured=None if left is None else Measured(left.moments, left.triangles, added=ends.hidden),
+        initial_doubt=ends.doubts[0],
+        doubt=ends.doubts[1],
+    )
+
+
+def check_like(held: Held, record: Record) -> None:
+    """Check what follows from job and files against a record that was made of them anew."""
+    if held.as_report is None:
+        return
+    claims, found = held.claims, held.as_report(record)
     for key, rounding in AS_RECORDED.items():
         if key in found and key not in claims.ledger.why_not:
             scale = max((abs(each) for each in _every_number(found[key])), default=0.0)

@@ -7,7 +7,7 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
-from autobalance.balancing import rotor_from_job
+from autobalance.balancing import rotor_from_job, run
 from autobalance.balancing.machine_reading import CAUSE
 from autobalance.crank.anatomy import Anatomy
 from autobalance.engine.balance_factor import balance_factor, factor_direction_g_mm
@@ -18,7 +18,7 @@ from autobalance.rigid_rotor.tolerance import Tolerance, permissible_unbalance_g
 from autobalance.rigid_rotor.unbalance import Unbalance
 from autobalance.rigid_rotor.uncertainty import Budget, Share
 from autobalance.verification import premises, rotor_claims, solids
-from autobalance.verification.check import Checked, Ends, Held, check_course, check_verdict
+from autobalance.verification.check import Checked, Ends, Held, check_course, check_like, check_verdict, ended
 from autobalance.verification.claims import Claims
 from autobalance.verification.correction_claims import Change, check_corrections
 from autobalance.verification.earlier_stage import claimed_tolerance
@@ -42,12 +42,14 @@ def check_recut(held: Held) -> Checked:
     given = _old_solid(held, job, anatomy)
     old = given.crank.moments
     size = solids.size_of(given.source, old)
-    new, again, is_cut = old, None, claims.get("outputs.solid", object) is not None
+    new, hidden, left, again = old, Moments.zero(), None, None
+    is_cut = claims.get("outputs.solid", object) is not None
     if is_cut:
         left = solids.measured_files(claims, folder, job, anatomy.file_to_rotor, held.files)
         if held.independent:
             again = solids.measured_again(claims, left.source, job, anatomy.file_to_rotor)
-        new = left.moments + solids.hidden_part(claims, job, anatomy, given, left.soup)
+        hidden = solids.hidden_part(claims, job, anatomy, given, left.soup)
+        new = left.moments + hidden
         change = Change(given.source, left.source, left.moments - given.bare, anatomy, job, held.files)
         check_corrections(claims, change, _first_number(before))
     else:
@@ -63,7 +65,10 @@ def check_recut(held: Held) -> Checked:
     rotor_claims.check_assembly(claims, job, tolerance, residual, size)
     rotor_claims.check_inertia(claims, old, new)
     budget = _budget(claims, tolerance)
-    check_course(claims, Ends(reading, residual, old, new, (None, None), Moments.zero()), is_cut)
+    ends = Ends(reading, residual, old, new, (None, budget), hidden)
+    factor = float(claims.get("balance_factor.target", float))
+    check_like(held, run.record_of(job, given.crank, factor, tolerance, ended(claims, ends, left)))
+    check_course(claims, ends, is_cut)
     solids.check_pages(claims, folder)
     within = _verdict(claims, tolerance, residual, budget, is_cut)
     return Checked(0, within, residual, tolerance, (), again, budget)

@@ -13,6 +13,7 @@ from autobalance.engine.loads import (
     Loads,
     lever_shares,
     loads,
+    support_of,
     variable_inertia_g_mm2,
     whole_turn,
 )
@@ -266,3 +267,14 @@ def test_a_turn_of_a_twelve_is_quick() -> None:
 
     assert revolution().main_n.shape == (7, 7200, 2)
     assert min(seconds(5)) < 0.05  # the least of a few: others may be using the machine
+
+
+def test_one_place_that_holds_the_crank_takes_what_two_bearings_would() -> None:
+    """Force and moment follow from statics: those of any two bearings, brought to the place."""
+    engine, angle, places, here = single(), whole_turn(24), (-30.0, 50.0), 17.0
+    support, beside = support_of(engine, here, 300.0, angle, 40.0)
+    two = loads(engine, places, 300.0, angle, 40.0)
+    np.testing.assert_allclose(support.force_n, two.main_n.sum(axis=0), atol=1e-8)
+    moment = sum(load * (z - here) for load, z in zip(two.main_n, places, strict=True))
+    np.testing.assert_allclose(support.moment_n_m, 1e-3 * moment, atol=1e-8)
+    np.testing.assert_array_equal(beside.crankpin_n, two.crankpin_n)
