@@ -108,6 +108,7 @@ def page(
 <h1>{MARKS[good]}<span data-path="outcome">{OUTCOMES[report["outcome"]]}</span></h1>
 <p>{escape(verdict(report))}</p>
 {_reason(report)}
+{_notes(report)}
 </div>
 </header>
 <main>
@@ -126,6 +127,12 @@ SCRIPTS = ("three.min.js", "view.js")
 def _job_name(report: Report) -> str:
     name = str(at(report, "job.file") or "").replace("\\", "/").rpartition("/")[2]
     return f"<span>{escape(name)}</span>" if name else ""
+
+
+def _notes(report: Report) -> str:
+    """Return kinds without a place, drills that were not used, and the like; nothing where all is said."""
+    said = "".join(f"<li>{escape(note)}</li>" for note in report.get("notes") or ())
+    return f'<ul class="notes">{said}</ul>' if said else ""
 
 
 def _reason(report: Report) -> str:

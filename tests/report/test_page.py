@@ -14,7 +14,7 @@ import pytest
 
 from autobalance.graphics.words import at, number, signed
 from autobalance.report.bundle import coarse_pieces, view_of
-from autobalance.report.html import page
+from autobalance.report.html import _notes, page
 from autobalance.report.listed_metal import listed_metal
 from autobalance.report.metal import Piece, pieces_of
 from autobalance.solid.csg.solid import Region, Solid
@@ -279,3 +279,10 @@ def test_a_polar_plot_points_to_the_heavy_side() -> None:
         f'L{middle - RADIUS:.2f} {middle:.2f}"' in drawn
     )  # 90° is left: crankpin 1 is up, counter-clockwise
     assert f'L{middle:.2f} {middle - RADIUS / 5.0:.2f}"' in drawn  # 0° is up, at a fifth of 1.25 × 4
+
+
+def test_notes_stand_on_the_page_as_text() -> None:
+    assert _notes({"notes": ["slug: no place", "<b>"]}) == (
+        '<ul class="notes"><li>slug: no place</li><li>&lt;b&gt;</li></ul>'
+    )
+    assert _notes({"notes": []}) == _notes({}) == ""
