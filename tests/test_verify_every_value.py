@@ -53,7 +53,7 @@ def balanced(folder: Path, preset: str, method: str) -> Path:
     [
         ("v-twin-45", '"turn"', {"corrections[].depth_left_mm"}),
         ("single", '"mill"', BY_PLANNER),
-        ("single", SLUG, BY_PLANNER),
+        ("single", SLUG, BY_PLANNER | {"inertia_change_kg_mm2"}),
     ],
 )
 def test_no_cut_can_be_told_falsely(preset: str, method: str, listed: set[str], tmp_path: Path) -> None:
