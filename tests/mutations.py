@@ -109,6 +109,6 @@ def changed(report: Any, way: Way, value: Any) -> Any:
     """Return a report with another value at the end of a way; all that lies beside the way is shared."""
     if not way:
         return value
-    copied = list(report) if isinstance(report, list) else dict(report)
+    copied: Any = list(report) if isinstance(report, list) else dict(report)
     copied[way[0]] = changed(report[way[0]], way[1:], value)
     return copied
