@@ -172,12 +172,14 @@ def test_a_solid_moved_by_a_hair(output: Path, capsys: pytest.CaptureFixture[str
     assert "sha256" not in capsys.readouterr().err
 
 
-def test_an_input_that_is_gone_is_a_warning(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_an_input_that_is_gone_is_refused(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     jobs.computed(jobs.bundled_job(tmp_path), tmp_path / "out")
     (tmp_path / "crank.stl").unlink()
     capsys.readouterr()
-    assert jobs.run("verify", tmp_path / "out" / "report.json") == 0
-    assert "crank.stl is not there any more" in capsys.readouterr().err
+    assert jobs.run("verify", tmp_path / "out" / "report.json") == 3
+    said = capsys.readouterr().err
+    assert "crank.stl is not there; needed the crank that was corrected" in said
+    assert said.count("\n") == 1
 
 
 def test_nothing_cut_is_verified_on_the_input(tmp_path: Path) -> None:

@@ -18,18 +18,13 @@ from autobalance.verification.claims import Claims
 from autobalance.verification.rotor_claims import MOMENT_ROUNDING
 from autobalance.verification.solids import Given
 
-FROM_THE_FILE = ("facets", "rounding")
-"""Causes that only the crank's file can tell."""
-
 
 def causes_of(
-    claims: Claims, job: Job, anatomy: Anatomy, crank: Moments, tolerance: Tolerance, given_in: Given | None
+    claims: Claims, job: Job, anatomy: Anatomy, crank: Moments, tolerance: Tolerance, given_in: Given
 ) -> UncertaintyBudget:
-    """Return what makes the budget; without the crank's file, what the file tells counts as nothing."""
+    """Return what makes the budget."""
     factor = claims.get("balance_factor.target", float)
-    facets, spacing = None, 0.0
-    if given_in is not None:
-        facets, spacing = given_in.facets, spacing_mm(given_in.source)
+    facets, spacing = given_in.facets, spacing_mm(given_in.source)
     nothing = ChordalError.known(Moments.zero())
     return UncertaintyBudget(job, anatomy, crank, tolerance, factor, facets or nothing, spacing)
 
@@ -56,9 +51,6 @@ def check_budget(
     for place, part in enumerate(parts):
         shares = part.get("uncertainty_shares_g_mm", dict)
         for cause, share in found.shares.items():
-            if cause in FROM_THE_FILE and not causes.spacing_mm > 0.0:
-                claims.ledger.why_not[f"{key}.uncertainty_shares_g_mm.{cause}"] = "the crank's file is gone"
-                continue
             value = (share.resultant_g_mm, *share.planes_g_mm)[place]
             part.near(f"uncertainty_shares_g_mm.{cause}", value, size_g_mm, MOMENT_ROUNDING)
         if set(shares) != set(found.shares):

@@ -137,14 +137,11 @@ def _checked(held: Held) -> Checked:
     budget_claims.check_budget(claims, "initial", causes, doubts[0], size)
     budget = budget_claims.check_budget(claims, "residual", causes, doubts[1], size)
     ends = Ends(initial, residual, crank, after, doubts, hidden)
-    if given is not None:
-        _check_as_recorded(held, job, given, left, tolerance, ends)
-        if left.is_cut:
-            change = Change(
-                given.source, left.source, left.moments - given.bare, given.anatomy, job, held.files
-            )
-            check_corrections(claims, change)
-    if not left.is_cut:
+    _check_as_recorded(held, job, given, left, tolerance, ends)
+    if left.is_cut:
+        change = Change(given.source, left.source, left.moments - given.bare, given.anatomy, job, held.files)
+        check_corrections(claims, change)
+    else:
         claims.same("corrections", [])
     check_course(claims, ends, left.is_cut)
     _check_overbalance(claims, job, tolerance)

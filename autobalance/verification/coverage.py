@@ -29,8 +29,6 @@ NOT_CHECKED: Mapping[str, str] = {
     "corrections[].sector_deg": "the metal does not show where the sector ends",
     "serial": "it is on the part, not in the files",
     "machine_reading": "the machine's reading is believed",
-    "previous": "the report before is not there any more",
-    "earlier_corrections": "the report before is not there any more",
     "stages": "earlier stages are checked with their own reports; readings are believed",
     "true_surfaces": "counted by the CAD kernel while the run had both solids",
 }

@@ -11,7 +11,7 @@ from autobalance.balancing import rotor_from_job, run
 from autobalance.balancing.machine_reading import CAUSE
 from autobalance.crank.anatomy import Anatomy
 from autobalance.engine.balance_factor import balance_factor, factor_direction_g_mm
-from autobalance.errors import ClaimError
+from autobalance.errors import ClaimError, FileError
 from autobalance.job import Job
 from autobalance.rigid_rotor.moments import Moments
 from autobalance.rigid_rotor.tolerance import Tolerance, permissible_unbalance_g_mm
@@ -74,35 +74,28 @@ def check_recut(held: Held) -> Checked:
     return Checked(0, within, residual, tolerance, (), again, budget)
 
 
-def _report_before(claims: Claims, folder: Path) -> Mapping[str, Any] | None:
-    """Return the report of the stage before, where it is still there."""
+def _report_before(claims: Claims, folder: Path) -> Mapping[str, Any]:
+    """Return the report of the stage before."""
     path = folder / claims.get("previous.report", str)
     if not path.is_file():
-        claims.warnings.append(f"{path} is not there any more; what is claimed of it was not checked")
-        return None
+        raise FileError(f"{claims.name}: previous.report {path} is not there; a stage goes on from it")
     claims.same("previous.sha256", hashlib.sha256(path.read_bytes()).hexdigest())
     claims.hold("previous.report")
     return read_report(path)
 
 
-def _first_number(before: Mapping[str, Any] | None) -> int | None:
+def _first_number(before: Mapping[str, Any]) -> int:
     """Return the number that the first correction of a stage must have: they count on."""
-    if before is None:
-        return None
     return len(before.get("earlier_corrections", ())) + len(before["corrections"]) + 1
 
 
-def _tolerance(claims: Claims, job: Job, before: Mapping[str, Any] | None) -> Tolerance:
+def _tolerance(claims: Claims, job: Job, before: Mapping[str, Any]) -> Tolerance:
     """Check what is judged against and where: as of the stage before, and as the grade makes it."""
     tolerance = claimed_tolerance(claims, job)
     permissible = permissible_unbalance_g_mm(
         tolerance.rotor_mass_g, job.balance.grade_mm_s, job.balance.service_speed_rad_s
     )
     claims.near("tolerance.permissible_g_mm", permissible, permissible)
-    if before is None:
-        for key in ("tolerance", "frame", "crank", "balance_factor.target"):
-            claims.ledger.why_not[key] = "the report before is not there any more"
-        return tolerance
     claims.same("tolerance", before["tolerance"])
     claims.same("frame", before["frame"])
     for key in ("main_journals", "throws", "webs", "journal_misalignment_mm", "datums"):
@@ -159,7 +152,7 @@ def _factors(claims: Claims, job: Job, anatomy: Anatomy, reading: Unbalance, res
             claims.near(f"balance_factor.{key}", found, 10.0)
 
 
-def _stage(claims: Claims, residual: Unbalance, size_g_mm: float, before: Mapping[str, Any] | None) -> None:
+def _stage(claims: Claims, residual: Unbalance, size_g_mm: float, before: Mapping[str, Any]) -> None:
     """Check that the list of stages ends with this one, and goes on from the one before."""
     stages = claims.entries("stages")
     if not stages:
@@ -177,8 +170,6 @@ def _stage(claims: Claims, residual: Unbalance, size_g_mm: float, before: Mappin
     for key, whole in (("predicted", "residual"), ("reading", "initial")):
         told = {name: claims.get(whole, dict).get(name) for name in last.get(key, dict)}
         last.at(key, last.get(key, dict)).alike(told, scale=0.01 * size_g_mm)
-    if before is None:
-        return
     listed = before.get("stages") or [{"stage": 1, "serial": None, "outcome": before["outcome"]}]
     if len(stages) != len(listed) + 1:
         raise ClaimError(f"{claims.name}: stages has {len(stages)} entries; needed {len(listed) + 1}")

@@ -15,7 +15,7 @@ from autobalance.balancing.chordal_correction import FacetCorrection
 from autobalance.balancing.measured_crank import Crank
 from autobalance.correction import KINDS
 from autobalance.crank.anatomy import Anatomy
-from autobalance.errors import ClaimError, FormatError
+from autobalance.errors import ClaimError, FileError, FormatError
 from autobalance.job import Job
 from autobalance.rigid_rotor.moments import Array, Moments
 from autobalance.solid.chordal_error.estimate import ChordalError, estimate_chordal_error
@@ -224,14 +224,20 @@ def input_path(claims: Claims, folder: Path) -> Path:
     return next((place for place in places if place.is_file()), places[0])
 
 
-def check_input(claims: Claims, folder: Path, job: Job, anatomy: Anatomy, files: Files) -> Given | None:
-    """Check what is claimed of the crank before correction, where its file is still there; return it."""
+def check_input(claims: Claims, folder: Path, job: Job, anatomy: Anatomy, files: Files) -> Given:
+    """Check what is claimed of the crank before correction; return it.
+
+    Raises
+    ------
+    FileError
+        If its file is not there: what went from it could be claimed at will.
+    """
     path = input_path(claims, folder)
-    if claims.get("outputs.solid", object) is not None and not path.is_file():
-        claims.warnings.append(f"{path} is not there any more; what is claimed of it was not checked")
-        for key in ("input", "crank", "frame", "initial", "counterweight", "corrections", "forces"):
-            claims.ledger.why_not[key] = "the crank's file is not there any more"
-        return None
+    if not path.is_file():
+        raise FileError(
+            f"{claims.name}: input.file {path} is not there; needed the crank that was corrected, "
+            "to see what went from it"
+        )
     crankshaft = job.crankshaft
     source = files.read(path, crankshaft.unit, crankshaft.body, pressed_up=not crankshaft.crankpin_in_file)
     check_source(claims, source)
@@ -273,18 +279,11 @@ def check_source(claims: Claims, source: Source) -> None:
     claims.same("input.repairs", list(source.repairs))
 
 
-def hidden_part(
-    claims: Claims, job: Job, anatomy: Anatomy, given_in: Given | None, soup: Floats | None
-) -> Moments:
-    """Check and return what is added for the facets of the corrected solid, loose triangles ``soup``.
-
-    Without the crank's file nobody can tell which surfaces its facets stood for: then it is taken as claimed.
-    """
+def hidden_part(claims: Claims, job: Job, anatomy: Anatomy, given_in: Given, soup: Floats | None) -> Moments:
+    """Check and return what is added for the facets of the corrected solid, loose triangles ``soup``."""
     if claims.get("crank", dict).get("facet_error") is None or not job.balance.facet_correction:
         return Moments.zero()
     key = "crank.facet_error.added"
-    if given_in is None:
-        return _claimed_added(claims, f"{key}.after") if claims.get(key, object) else Moments.zero()
     source, facets = given_in.source, given_in.facets
     correction = None if facets is None else FacetCorrection.of(facets, True)
     claims.same("crank.facet_error.correction", None if correction is None else correction.verdict)
@@ -302,14 +301,6 @@ def hidden_part(
         claims.near(f"{key}.{name}.moment_g_mm2", found.second_g_mm2[:2, 2], reach)
         claims.near(f"{key}.{name}.polar_inertia_kg_mm2", found.polar_inertia_g_mm2 / 1000.0, reach / 1000.0)
     return after
-
-
-def _claimed_added(claims: Claims, key: str) -> Moments:
-    first, second = np.zeros(3), np.zeros((3, 3))
-    first[:2] = claims.array(f"{key}.unbalance_g_mm", (2,))
-    second[:2, 2] = second[2, :2] = claims.array(f"{key}.moment_g_mm2", (2,))
-    second[0, 0] = second[1, 1] = 500.0 * float(claims.get(f"{key}.polar_inertia_kg_mm2", float))
-    return Moments(float(claims.get(f"{key}.mass_g", float)), first, second)
 
 
 # --- the other files ----------------------------------------------------------------------------------------
