@@ -13,7 +13,7 @@ import numpy as np
 from autobalance.balancing.uncertainty_budget import spacing_mm
 from autobalance.correction import KINDS, kind_of
 from autobalance.correction.kind import Limits
-from autobalance.correction.trace import Before, Metal, Trace
+from autobalance.correction.trace import Before, Metal, Reading, Trace
 from autobalance.crank.anatomy import Anatomy
 from autobalance.crank.faces import find_faces
 from autobalance.errors import ClaimError
@@ -309,6 +309,10 @@ def _compare(part: Claims, found: Mapping[str, Any], metal: Metal) -> None:
     thin = min(1.0, skin_mm3 / volume_mm3) if volume_mm3 > 0.0 else 0.0  # 1: a layer of a few roundings
     for key, value in found.items():
         if key not in part.values:
+            continue
+        if isinstance(value, Reading):
+            size = float(np.linalg.norm(value.value))
+            part.near(key, value.value, 2.0 * SHARE * size + value.within + 1e-3, 1.0)
             continue
         if value is None or isinstance(value, str | list) or (isinstance(value, int) and "_" not in key):
             part.same(key, value)

@@ -5,7 +5,7 @@ from typing import Any, cast
 import numpy as np
 import pytest
 
-from autobalance.correction.trace import Metal
+from autobalance.correction.trace import EQUAL_AREA, RING_SIDES, Metal, Reading, RingTrace
 from autobalance.solid.csg.solid import Region, Solid, union
 
 NEAR_MM = 6e-5
@@ -28,3 +28,28 @@ def test_a_wide_flap_hides_neither_floor_nor_cheek(up: float, flap_mm: float) ->
     assert height == pytest.approx(4.0 if up > 0.0 else 0.0, abs=1e-9)
     if up > 0.0:
         assert moments.mass_g == pytest.approx(100.0, rel=1e-9)
+
+
+def ring(inner_mm: float, outer_mm: float, start_deg: float, end_deg: float) -> Solid:
+    """A part of a ring, 10 mm wide, of as many sides as a tool."""
+    corners = [[inner_mm, 0.0], [outer_mm, 0.0], [outer_mm, 10.0], [inner_mm, 10.0]]
+    outline = np.array(corners) * [EQUAL_AREA, 1.0]
+    angles = np.radians(np.linspace(start_deg, end_deg, 40))
+    wedge = np.concatenate(
+        [np.zeros((1, 2)), 2.0 * outer_mm * np.column_stack([np.cos(angles), np.sin(angles)])]
+    )
+    return Solid.revolved(outline, RING_SIDES) & Solid.prism(Region.of([wedge]), -1.0, 11.0)
+
+
+@pytest.mark.parametrize("flapped", [False, True])
+def test_a_flap_beside_a_turned_rim_does_not_count_in_its_rate(flapped: bool) -> None:
+    radius, density = 70.0, 7.85e-3
+    rim = ring(radius, radius + 2.0, -20.0, 20.0)
+    pieces = (rim, ring(radius + 0.03, radius + 0.03002, 120.0, 240.0)) if flapped else (rim,)
+    metal = Metal(pieces, density, cast(Any, None), None, 0.0, NEAR_MM)
+    told = RingTrace({"kind": "turn"}).rates(metal, radius)["unbalance_per_mm_g_mm"]
+    value, within = (told.value, told.within) if isinstance(told, Reading) else (told, 0.0)
+    half = np.radians(20.0)
+    exact = -density * 10.0 * radius**2 * 2.0 * np.sin(half)
+    assert within <= 0.05 * abs(exact)
+    assert np.allclose(value, [exact, 0.0], rtol=0.0, atol=max(within, 1e-3 * abs(exact)))
