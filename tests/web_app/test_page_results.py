@@ -138,11 +138,11 @@ def test_a_section_cuts_away_what_is_beyond_its_plane(page: Browser) -> None:
     view.use("result");
     return found;
     """
-    cut = page.run(heights)
+    cut = until(page, heights)
     assert len(cut) > 20
     assert max(cut) <= place + 0.1
     put(page, section="none")
-    assert max(page.run(heights)) > place + 5.0
+    assert max(until(page, heights)) > place + 5.0
 
 
 def test_forces_are_computed_and_drawn(page: Browser, project: Served) -> None:
