@@ -38,6 +38,8 @@ RING_MM = 0.05
 RING_SIDES = 360
 EQUAL_AREA = math.sqrt((2.0 * math.pi / RING_SIDES) / math.sin(2.0 * math.pi / RING_SIDES))
 """A thin ring over a turned radius, its sides, and by how much its corners lie out for a circle's area."""
+CLEAN = 0.01
+"""Share by which the area of a turned surface may differ from that of the rings without flaps on it."""
 CORNERS = 1.001
 """The corners of a tool's prism stick out of the circle of its area by this factor at most."""
 
@@ -303,10 +305,11 @@ def _ring_rates(metal: Metal, radius_mm: float, turned: Moments) -> dict[str, An
     rounding = 4.0 * metal.near_mm / RING_MM * metal.density_g_mm3 * thin.mass_g / RING_MM * radius_mm
     reach = {"unbalance_per_mm_g_mm": 1.0, "moment_per_mm_g_mm2": max(abs(low), abs(high))}
     exact = rates(turned.scaled(-metal.density_g_mm3))
+    clean = abs(turned.mass_g - rate.mass_g) <= CLEAN * rate.mass_g
     told: dict[str, Any] = {}
     for key, value in found.items():
         within = float(np.linalg.norm(off[key])) + rounding * reach[key]
-        alike = float(np.linalg.norm(exact[key] - value)) <= within
+        alike = clean and float(np.linalg.norm(exact[key] - value)) <= within
         told[key] = exact[key] if alike else Reading(value, within)
     return told
 
