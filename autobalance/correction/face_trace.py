@@ -33,6 +33,10 @@ EDGE_MM2 = 0.1
 """Area of metal cut off at an angle that shows where the angle is."""
 
 
+BESIDE_DEG = 1e-3
+"""How far a room reaches beyond its sector: walls of both in one plane would be merged into slanting ones."""
+
+
 @dataclass(frozen=True)
 class FaceTrace:
     """A face that was lowered, or metal that stands on one (``adds``)."""
@@ -56,8 +60,12 @@ class FaceTrace:
             LEAN * (ends[1] - ends[0]) + 0.1
         )
         room = Solid.prism(outline, ends[0] - slack, ends[1] + slack).moved(to_face.T)
-        angles = self._angles_deg
-        return room if angles is None else room & sector(angles, farthest_mm(crank.mesh, crank.anatomy))
+        if self._angles_deg is None:
+            return room
+        start, end = self._angles_deg
+        beside = BESIDE_DEG if 0.0 < (end - start) % 360.0 < 360.0 - 2.0 * BESIDE_DEG else 0.0
+        angles = start - beside, end + beside
+        return room & sector(angles, farthest_mm(crank.mesh, crank.anatomy))
 
     @property
     def _angles_deg(self) -> tuple[float, float] | None:

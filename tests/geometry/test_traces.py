@@ -1,10 +1,12 @@
 """What is read off the metal of a cut: flaps, thinner than rounding but wide, do not hide its planes."""
 
+from pathlib import Path
 from typing import Any, cast
 
 import numpy as np
 import pytest
 
+import autobalance as ab
 from autobalance.correction.trace import EQUAL_AREA, RING_SIDES, Metal, Reading, RingTrace
 from autobalance.solid.csg.solid import Region, Solid, union
 
@@ -53,3 +55,22 @@ def test_a_flap_beside_a_turned_rim_does_not_count_in_its_rate(flapped: bool) ->
     exact = -density * 10.0 * radius**2 * 2.0 * np.sin(half)
     assert within <= 0.05 * abs(exact)
     assert np.allclose(value, [exact, 0.0], rtol=0.0, atol=max(within, 1e-3 * abs(exact)))
+
+
+def test_two_depths_that_meet_in_a_sectors_edge_are_told_apart(tmp_path: Path) -> None:
+    drawn = ab.generate("single", file=tmp_path / "crank.stl", segments=64)
+    drawn.write(tmp_path)
+    crank = ab.read_crank(tmp_path / "crank.stl", unit="mm", density_kg_m3=7850.0)
+    job = ab.Job.from_dict(
+        {
+            "crankshaft": {"density_kg_m3": 7850.0, "unit": "mm"},
+            "engine": {"rotating_g": {"rod": 134.04}, "reciprocating_g": {"piston": 261.5}},
+            "balance": {"factor": 0.5, "grade": 6.3, "speed_rpm": 9000},
+            "correction": {"method": "shoulder"},
+        }
+    )
+    result = ab.balance(job, crank=crank)
+    sectors = {tuple(cut.sector_deg) for cut in result.corrections}
+    assert sectors == {(90.0, 180.0), (180.0, 270.0)}
+    result.write(tmp_path / "out", only=("json",))
+    assert ab.verify(tmp_path / "out" / "report.json", independent=True).holds
