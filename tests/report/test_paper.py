@@ -40,12 +40,39 @@ TOUCH = 0.3
 """By how much the boxes that fonts state may come into each other [points]: descents of a line above."""
 
 
+WITH_KEYWAY = (12, 200)
+
+
+def datums(web_z_mm: float, end_z_mm: float) -> dict[str, Any]:
+    """Return a keyway, and two faces that can be touched."""
+    keyway = {
+        "end": "-z",
+        "angle_deg": 100.25,
+        "width_mm": 6.0,
+        "depth_mm": 3.5,
+        "shaft_diameter_mm": 24.0,
+        "z_min_mm": -60.0,
+        "z_max_mm": -40.0,
+    }
+    return {
+        "keyways": [keyway],
+        "flanges": [],
+        "angle": {"of": "keyway", "angle_deg": 100.25},
+        "faces": [
+            {"of": "web", "name": "+z face of web 4", "z_mm": web_z_mm},
+            {"of": "end", "name": "face at the +z end", "z_mm": end_z_mm},
+        ],
+    }
+
+
 @pytest.fixture(
     scope="module", params=CASES, ids=lambda case: f"{case[0]}-{case[1]}-{case[2]}-{len(case[3])}"
 )
 def case(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFactory) -> tuple[Any, ...]:
     count, paper, units, names = request.param
     report = plans.plan(count, names, seed=count)
+    if count in WITH_KEYWAY:
+        report["crank"]["datums"] = datums(30.0, 90.0)
     data = pdf(report, plans.drawings_of(report), paper, units, "2026-01-31")
     path = tmp_path_factory.mktemp("paper") / "sheet.pdf"
     path.write_bytes(data)
@@ -163,18 +190,7 @@ def test_angles_from_the_keyway_and_z_from_a_face_that_no_cut_moves() -> None:
     report = plans.plan(7, seed=3)
     lowered = next(item for item in report["corrections"] if item["kind"] == "shoulder")
     first, second = lowered["face_height_mm"], 90.0
-    report["crank"]["datums"] = {
-        "keyways": [
-            {"end": "-z", "angle_deg": 100.25, "width_mm": 6.0, "depth_mm": 3.5, "shaft_diameter_mm": 24.0,
-             "z_min_mm": -60.0, "z_max_mm": -40.0}
-        ],
-        "flanges": [],
-        "angle": {"of": "keyway", "angle_deg": 100.25},
-        "faces": [
-            {"of": "web", "name": "+z face of web 4", "z_mm": first},
-            {"of": "end", "name": "face at the +z end", "z_mm": second},
-        ],
-    }  # fmt: skip
+    report["crank"]["datums"] = datums(first, second)
     pages = PdfReader(io.BytesIO(pdf(report, plans.drawings_of(report)))).pages
     text = "\n".join(page.extract_text() for page in pages)
     words = " ".join(text.split())
