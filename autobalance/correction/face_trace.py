@@ -95,9 +95,10 @@ class FaceTrace:
         normal = stated_unit(self.item, "normal")
         up = 1.0 if self.adds else -1.0
         new, cut = metal.facing(up * normal)
-        face = self._face(metal, normal, metal.facing(-up * normal)[0] * -up)
+        old, stood_on = metal.facing(-up * normal)
+        face = self._face(metal, normal, -up * old)
         height = float(face.normal @ face.centroid_mm)
-        whole = metal.facing(-up * normal)[1].mass_g >= WHOLE_FACE * face.area_mm2
+        whole = stood_on.mass_g >= WHOLE_FACE * face.area_mm2
         shows = whole if self._angles_deg is None else self._has_edges(metal)
         sector_deg = {"sector_deg": self.item.get("sector_deg")} if shows else {}
         area = {"area_mm2" if self.adds else "new_face_area_mm2": cut.mass_g}

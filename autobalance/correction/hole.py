@@ -17,13 +17,14 @@ from autobalance.correction.walls import (
     segments_distance_mm,
 )
 from autobalance.rigid_rotor.moments import Moments
+from autobalance.solid.csg.shape import equal_area
 from autobalance.solid.csg.solid import Solid
 from autobalance.solid.csg.tool import Drilling
 from autobalance.solid.mesh.mesh import Array
 
 SEGMENTS = 64
 """Sides of a tool's prism; its area is the circle's, its corners stick out by 0.08 % of the radius."""
-EQUAL_AREA = math.sqrt((2.0 * math.pi / SEGMENTS) / math.sin(2.0 * math.pi / SEGMENTS))
+EQUAL_AREA = equal_area(SEGMENTS)
 Round = tuple[float, float, float, float]
 """A body of revolution about a hole's axis: volume, its centre's depth, mean squares across and along."""
 

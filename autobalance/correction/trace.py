@@ -19,6 +19,7 @@ from autobalance.correction.kind import Array, Item, Limits
 from autobalance.crank.anatomy import Anatomy, Face
 from autobalance.errors import FormatError
 from autobalance.rigid_rotor.moments import Moments
+from autobalance.solid.csg.shape import equal_area
 from autobalance.solid.csg.solid import Region, Solid, union
 from autobalance.solid.mesh.mesh import Mesh
 
@@ -36,7 +37,7 @@ FLAP = 0.5
 
 RING_MM = 0.05
 RING_SIDES = 360
-EQUAL_AREA = math.sqrt((2.0 * math.pi / RING_SIDES) / math.sin(2.0 * math.pi / RING_SIDES))
+EQUAL_AREA = equal_area(RING_SIDES)
 """A thin ring over a turned radius, its sides, and by how much its corners lie out for a circle's area."""
 CLEAN = 0.01
 """Share by which the area of a turned surface may differ from that of the rings without flaps on it."""
@@ -217,9 +218,10 @@ def slack_mm(length_mm: float) -> float:
     return SLACK_MM + SLACK_SHARE * abs(length_mm)
 
 
-def _ring(inner_mm: float, outer_mm: float, low_mm: float, high_mm: float) -> Solid:
+def faceted_ring(inner_mm: float, outer_mm: float, low_mm: float, high_mm: float, sides: int = 72) -> Solid:
+    """Return a ring about the crank axis, its corners at these radii."""
     outline = [(inner_mm, low_mm), (outer_mm, low_mm), (outer_mm, high_mm), (inner_mm, high_mm)]
-    return Solid.revolved(np.array(outline), 72)
+    return Solid.revolved(np.array(outline), sides)
 
 
 @dataclass(frozen=True)
@@ -239,7 +241,7 @@ class RingTrace:
         inner = max(inner - slack_mm(inner), 0.0)
         listed = self.item.get("webs") or ()
         rings = [
-            _ring(inner, FAR_MM, web.z_min_mm - SLACK_MM, web.z_max_mm + SLACK_MM)
+            faceted_ring(inner, FAR_MM, web.z_min_mm - SLACK_MM, web.z_max_mm + SLACK_MM)
             for web in crank.anatomy.webs
             if web.number in listed
         ]
@@ -248,7 +250,7 @@ class RingTrace:
     def read(self, metal: Metal) -> Mapping[str, Any]:
         """Read the new radius off the surface towards the axis, the webs off the pieces."""
         claimed = stated_number(self.item, "new_radius_mm")
-        new, _ = self._turned(metal, claimed)
+        new, turned = self._turned(metal, claimed)
         rim = float(np.hypot(metal.corners[:, :, 0], metal.corners[:, :, 1]).max())
         webs = sorted(
             {web_at(metal.crank.anatomy, float(each.moments(1.0).centre_mm[2])) for each in metal.pieces}
@@ -260,7 +262,7 @@ class RingTrace:
             "new_radius_mm": new,
             "depth_mm": rim - new,
             "position_mm": metal.moments.centre_mm,
-            **self.rates(metal, claimed),
+            **_ring_rates(metal, new, turned),
         }
 
     def rates(self, metal: Metal, claimed_mm: float) -> dict[str, Any]:
@@ -295,6 +297,9 @@ def _ring_rates(metal: Metal, radius_mm: float, turned: Moments) -> dict[str, An
     new radius counts too: flaps have no volume. With m(δ) the moments of what lies within δ of the radius,
     (4 m(δ) − m(2δ)) / 2δ is dm/dδ to second order; m(δ)/δ, to first, tells how far to trust it.
     """
+    exact = rates(turned.scaled(-metal.density_g_mm3))
+    if math.isnan(radius_mm):  # nothing faces the axis
+        return exact
     low, high = (float(f(piece.bounds[k][2] for piece in metal.pieces)) for k, f in ((0, min), (1, max)))
     thin, thick = (
         _within(metal, radius_mm + step, low - SLACK_MM, high + SLACK_MM) for step in (RING_MM, 2.0 * RING_MM)
@@ -304,7 +309,6 @@ def _ring_rates(metal: Metal, radius_mm: float, turned: Moments) -> dict[str, An
     found, off = (rates(each.scaled(-metal.density_g_mm3)) for each in (rate, doubt))
     rounding = 4.0 * metal.near_mm / RING_MM * metal.density_g_mm3 * thin.mass_g / RING_MM * radius_mm
     reach = {"unbalance_per_mm_g_mm": 1.0, "moment_per_mm_g_mm2": max(abs(low), abs(high))}
-    exact = rates(turned.scaled(-metal.density_g_mm3))
     clean = abs(turned.mass_g - rate.mass_g) <= CLEAN * rate.mass_g
     told: dict[str, Any] = {}
     for key, value in found.items():
@@ -316,11 +320,7 @@ def _ring_rates(metal: Metal, radius_mm: float, turned: Moments) -> dict[str, An
 
 def _within(metal: Metal, radius_mm: float, low_mm: float, high_mm: float) -> Moments:
     """Return volume moments (density 1) of the metal within a radius about the axis."""
-    rod = Solid.revolved(
-        np.array([(0.0, low_mm), (radius_mm, low_mm), (radius_mm, high_mm), (0.0, high_mm)])
-        * [EQUAL_AREA, 1.0],
-        RING_SIDES,
-    )
+    rod = faceted_ring(0.0, radius_mm * EQUAL_AREA, low_mm, high_mm, RING_SIDES)
     return sum(((piece & rod).moments(1.0) for piece in metal.pieces), Moments.zero())
 
 
@@ -341,14 +341,14 @@ class PocketTrace:
         inner, outer = (stated_number(self.item, f"{name}_radius_mm") for name in ("inner", "outer"))
         start, end = stated_number(self.item, "start_deg"), stated_number(self.item, "end_deg")
         slack = slack_mm(depth)
-        ring = _ring(max(inner - slack, 0.0), outer + slack, z - depth - slack, z + depth + slack)
+        around = faceted_ring(max(inner - slack, 0.0), outer + slack, z - depth - slack, z + depth + slack)
         wide = min((end - start) % 360.0 or 360.0, 350.0)
         more = math.degrees(slack / max(inner, 1.0))
         angles = np.radians(np.linspace(start - more, start + wide + more, 64))
         wedge = np.concatenate(
             [np.zeros((1, 2)), 2.0 * outer * np.column_stack([np.cos(angles), np.sin(angles)])]
         )
-        return ring & Solid.prism(Region.of([wedge]), z - depth - slack, z + depth + slack)
+        return around & Solid.prism(Region.of([wedge]), z - depth - slack, z + depth + slack)
 
     def read(self, metal: Metal) -> Mapping[str, Any]:
         """Radii and angles from the section at half depth, the floor's section for the rate."""

@@ -24,19 +24,19 @@ from autobalance.correction.kind import (
 from autobalance.correction.refusals import refuse_below_zero, refuse_not_above_zero
 from autobalance.correction.relaxing import Relaxing, WiderLimits
 from autobalance.correction.room import Room, blocks, sector_corners
-from autobalance.correction.trace import RingTrace, Trace
+from autobalance.correction.trace import RingTrace, Trace, faceted_ring
 from autobalance.crank.anatomy import Anatomy, Face, Web
 from autobalance.errors import CorrectionError
 from autobalance.graphics.words import number
 from autobalance.rigid_rotor.moments import Moments
-from autobalance.solid.csg.shape import Joined
+from autobalance.solid.csg.shape import Joined, equal_area
 from autobalance.solid.csg.solid import Region, Solid, union
 from autobalance.solid.csg.tool import Tool, ring
 from autobalance.solid.mesh.mesh import least_and_greatest
 
 SEGMENTS = 360
 """Sides of the turned circle; a polygon of its area."""
-EQUAL_AREA = math.sqrt((2.0 * math.pi / SEGMENTS) / math.sin(2.0 * math.pi / SEGMENTS))
+EQUAL_AREA = equal_area(SEGMENTS)
 BESIDE_MM = 0.25
 """How far the tool reaches beyond a web's faces, so that no skin is left; never over a quarter of the gap."""
 PIN_WALL_MM = 2.0
@@ -127,7 +127,7 @@ class TurnCut(EmptyPlace):
     def tool(self, depth_mm: float) -> Solid:
         """Return the rings to subtract, rotor frame."""
         radius = (self.rim_mm - depth_mm) * EQUAL_AREA
-        return union([_ring(radius, self.far_mm, *slab) for slab in self.slabs])
+        return union([faceted_ring(radius, self.far_mm, *slab, SEGMENTS) for slab in self.slabs])
 
     def exact_tool(self, depth_mm: float) -> Tool:
         """Return the rings to subtract, without facets."""
@@ -175,11 +175,6 @@ def _turned_surface(gone: Solid, corner_mm: float) -> Moments:
     return Moments(float(area.sum()), area @ total / 3.0, second / 12.0)
 
 
-def _ring(inner_mm: float, outer_mm: float, low_mm: float, high_mm: float) -> Solid:
-    outline = [(inner_mm, low_mm), (outer_mm, low_mm), (outer_mm, high_mm), (inner_mm, high_mm)]
-    return Solid.revolved(np.array(outline), SEGMENTS)
-
-
 def cuts(solid: Solid, anatomy: Anatomy, density_g_mm3: float, limits: TurnLimits) -> list[TurnCut]:
     """Set up the rims that can be turned.
 
@@ -198,7 +193,7 @@ def cuts(solid: Solid, anatomy: Anatomy, density_g_mm3: float, limits: TurnLimit
     slabs = {web.number: _slab(web, anatomy.webs) for web in anatomy.webs}
     if not slabs or least >= far:
         raise CorrectionError(f"turn: no web reaches beyond {text}")
-    rings = {web: _ring(least * EQUAL_AREA, far, *slab) for web, slab in slabs.items()}
+    rings = {web: faceted_ring(least * EQUAL_AREA, far, *slab, SEGMENTS) for web, slab in slabs.items()}
     reach = (solid & union(list(rings.values())).moved(anatomy.rotor_to_file)).moved(anatomy.file_to_rotor)
     metal = {web: reach & ring for web, ring in rings.items()}
     found = []

@@ -94,6 +94,11 @@ def circle(radius: float, centre: Point = (0.0, 0.0)) -> Outline:
     return (Arc(centre, radius, 0.0, 2.0 * math.pi),)
 
 
+def equal_area(sides: int) -> float:
+    """Return the radius of a regular polygon's corners over that of the circle of its area."""
+    return math.sqrt((2.0 * math.pi / sides) / math.sin(2.0 * math.pi / sides))
+
+
 def outline_points(outline: Outline, segments: int, times: int = 1) -> Array:
     """Return the corners (k, 2) of a tessellated outline, on the grid."""
     points = np.array([point for edge in outline for point in edge.points(segments, times)])
