@@ -6,7 +6,7 @@ import pytest
 from autobalance.errors import SolidError
 from autobalance.solid.csg.solid import Solid
 from autobalance.solid.formats.read import source_of
-from autobalance.solid.mesh import repair
+from autobalance.solid.mesh.bodies import bodies_of
 from autobalance.solid.mesh.mesh import Mesh, mesh_of_soup
 from autobalance.solid.mesh.repair import open_edges, solid_of, without_opposite_pairs
 
@@ -105,7 +105,7 @@ def test_bodies_are_told_apart_with_their_volumes_and_bounds() -> None:
     both = Mesh(
         np.concatenate([BALL.vertices, far]), np.concatenate([BALL.triangles, BALL.triangles + len(far)])
     )
-    bodies, notes = repair.bodies_of(Solid.from_mesh(both))
+    bodies, notes = bodies_of(Solid.from_mesh(both))
     assert not notes
     volume = Solid.from_mesh(BALL).volume_mm3
     for body, scale, shift in zip(bodies, (2.0, 1.0), (100.0, 0.0), strict=True):
@@ -121,7 +121,7 @@ def test_crumbs_that_bound_nothing_are_dropped_and_said() -> None:
     both = Mesh(
         np.concatenate([BALL.vertices, flat]), np.concatenate([BALL.triangles, sliver + len(BALL.vertices)])
     )
-    bodies, notes = repair.bodies_of(Solid.from_mesh(both))
+    bodies, notes = bodies_of(Solid.from_mesh(both))
     assert [note.partition(" dropped")[0] for note in notes] == ["1 crumb"]
     assert [body.solid.triangle_count for body in bodies] == [len(BALL.triangles)]
     source = source_of(both.corners, "mm")  # one body, of which nothing has to be chosen

@@ -20,9 +20,10 @@ from autobalance.solid.formats.format import Format
 from autobalance.solid.formats.on_disk import file_bytes
 from autobalance.solid.formats.raw import Raw
 from autobalance.solid.formats.registry import FOREIGN_CAD, FORMATS, format_of, kind_of
+from autobalance.solid.mesh.bodies import Body, are_apart, bodies_of
 from autobalance.solid.mesh.body_list import listed
 from autobalance.solid.mesh.mesh import Array, Floats, Mesh, in_space_order, weld, without_collapsed
-from autobalance.solid.mesh.repair import Body, are_apart, bodies_of, solid_of, volume_change
+from autobalance.solid.mesh.repair import solid_of, volume_change
 from autobalance.solid.mesh.validate import check_solid
 from autobalance.units import MM_PER
 

@@ -1,0 +1,142 @@
+"""The connected bodies of a solid: filled ones with their cavities, turned round if inside out."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from functools import cached_property
+from itertools import combinations
+
+import numpy as np
+
+from autobalance.solid.csg.solid import Solid
+from autobalance.solid.mesh.components import numbered_components
+from autobalance.solid.mesh.measure import part_volumes
+from autobalance.solid.mesh.mesh import Array, Indices, Mesh
+from autobalance.solid.mesh.pinched import linked_triangles
+from autobalance.solid.mesh.repair import volume_change
+
+CRUMB = 1e-12
+"""Share of a file's volume that a body must bound: what coordinates of single precision leave is far less."""
+
+
+@dataclass(frozen=True, eq=False)
+class Body:
+    """One connected body of a file, with its cavities; a solid only when it is asked for.
+
+    Attributes
+    ----------
+    mesh : Mesh
+        The mesh of which it is a part.
+    part_of : (m,) int
+        The part that each of its triangles belongs to.
+    part : int
+        The one that is this body's outside.
+    outside_volume_mm3 : float
+        Volume inside these; negative while they are inside out.
+    bounds : (2, 3) float
+        Least and greatest coordinates [mm].
+    cavities : tuple of Solid
+    """
+
+    mesh: Mesh
+    part_of: Indices
+    part: int
+    outside_volume_mm3: float
+    bounds: Array
+    cavities: tuple[Solid, ...] = ()
+
+    @cached_property
+    def solid(self) -> Solid:
+        """The body, its cavities taken out."""
+        outside = self.mesh.part(self.part_of == self.part)
+        solid = Solid.from_mesh(outside if self.outside_volume_mm3 > 0.0 else outside.flipped())
+        for cavity in self.cavities:
+            solid = solid - cavity
+        return solid
+
+    @property
+    def volume_mm3(self) -> float:
+        """Volume [mm³]."""
+        return abs(self.outside_volume_mm3) - sum(cavity.volume_mm3 for cavity in self.cavities)
+
+    @property
+    def size_mm(self) -> Array:
+        """Edges of its bounding box (3,) [mm]."""
+        low, high = self.bounds
+        size: Array = high - low
+        return size
+
+
+def bodies_of(solid: Solid) -> tuple[list[Body], list[str]]:
+    """Return the connected bodies by falling volume, then by place, and what had to be done to them.
+
+    A part that is inside out is a cavity if it lies within another; otherwise it is turned round. Parts that
+    bound next to nothing, folded triangles, are dropped.
+    """
+    parts, notes = _without_crumbs(_parts(solid))
+    whole = solid.volume_mm3
+    filled = sorted((part for part in parts if part.outside_volume_mm3 > 0.0), key=lambda one: one.volume_mm3)
+    for part in parts:
+        if part.outside_volume_mm3 > 0.0:
+            continue
+        around = next((k for k, one in enumerate(filled) if _contains(one.solid, part.solid)), None)
+        if around is not None:
+            filled[around] = replace(filled[around], cavities=(*filled[around].cavities, part.solid))
+            continue
+        filled.append(part)
+        change = volume_change(whole, whole + 2.0 * part.volume_mm3)
+        whole += 2.0 * part.volume_mm3
+        notes.append(f"a body of {part.volume_mm3:.6g} mm³ was inside out: turned round; {change}")
+    filled.sort(key=lambda one: (-one.volume_mm3, *one.bounds[0]))
+    return filled, notes
+
+
+def _without_crumbs(parts: list[Body]) -> tuple[list[Body], list[str]]:
+    """Return the parts that bound more than a share of the whole, and what was dropped."""
+    least = CRUMB * sum(part.volume_mm3 for part in parts)
+    kept = [part for part in parts if part.volume_mm3 > least]
+    dropped = sum(part.volume_mm3 for part in parts if part.volume_mm3 <= least)
+    number = len(parts) - len(kept)
+    if not number or not kept:
+        return parts, []
+    name = "1 crumb" if number == 1 else f"{number} crumbs"
+    return kept, [f"{name} dropped that bound {dropped:.3g} mm³: folded triangles, no metal"]
+
+
+def _parts(solid: Solid) -> list[Body]:
+    """Return the connected parts of a solid's mesh as bodies without cavities.
+
+    Parts that lie against each other, and share vertices or edges, are parts all the same.
+    """
+    mesh = solid.mesh
+    if solid.is_pinched:
+        part_of, count = numbered_components(linked_triangles(mesh), len(mesh.triangles))
+        points, part_of_point = mesh.corners.reshape(-1, 3), np.repeat(part_of, 3)
+    else:
+        part_of_point, count = numbered_components(mesh.triangles, len(mesh.vertices))
+        points, part_of = mesh.vertices, part_of_point.take(mesh.triangles[:, 0])
+    parts = np.flatnonzero(np.bincount(part_of, minlength=count))  # vertices in no triangle are none
+    if len(parts) == 1:
+        return [Body(mesh, part_of, int(parts[0]), solid.volume_mm3, mesh.bounds)]
+    bounds = np.stack([np.full((3, count), np.inf), np.full((3, count), -np.inf)])
+    for axis, column in enumerate(points.T):
+        np.minimum.at(bounds[0, axis], part_of_point, column)
+        np.maximum.at(bounds[1, axis], part_of_point, column)
+    volumes = part_volumes(mesh, part_of, count)
+    return [Body(mesh, part_of, part, float(volumes[part]), bounds[:, :, part]) for part in parts.tolist()]
+
+
+def are_apart(bodies: Sequence[Body]) -> bool:
+    """Tell whether the bounding boxes of bodies are clear of each other, so that nothing can overlap."""
+    boxes = [body.bounds for body in bodies]
+    return all(
+        bool((one[0] > other[1]).any() or (other[0] > one[1]).any()) for one, other in combinations(boxes, 2)
+    )
+
+
+def _contains(outer: Solid, inner: Solid) -> bool:
+    low, high = outer.bounds
+    if (inner.bounds[0] < low).any() or (inner.bounds[1] > high).any():
+        return False
+    return (outer & inner).volume_mm3 >= (1.0 - 1e-9) * inner.volume_mm3  # rounding of a boolean
