@@ -41,6 +41,19 @@ def test_it_goes_on_where_the_project_was_left(page: Browser, project: Served) -
     assert tomllib.loads(text_of(page, "job-text")) == small.DRILLED
 
 
+def test_it_shows_the_crank_of_its_job_though_another_was_opened_since(
+    page: Browser, project: Served
+) -> None:
+    other = "other.stl"
+    data = (project.project / small.NAME).read_bytes()
+    assert project.ask(f"/api/files?name={other}", data).status == 201
+    table = {**small.DRILLED["crankshaft"], "file": other}
+    small.ran(project, "inspect", {**small.DRILLED, "crankshaft": table})
+    project.ask("/api/job", small.DRILLED, "PUT")
+    load(page, project)
+    assert page.run("return Boolean(document.getElementById('model').view.rays)")
+
+
 def test_a_reload_in_the_middle_and_a_second_tab_lose_nothing(page: Browser, project: Served) -> None:
     page.click_on(at("tab-correct"))
     page.click_on(at("balance"))

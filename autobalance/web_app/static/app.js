@@ -61,8 +61,8 @@ async function begin() {
   const told = (await askJson("/api/runs")).runs;
   runs.list(told);
   const last = (verbs) => told.filter((each) => verbs.includes(each.verb) && each.state === "done").pop();
-  const inspected = last(["inspect"]), shown = last(["balance", "recut"]), compared = last(["compare"]);
-  if (inspected) await opened(inspected);
+  const shown = last(["balance", "recut"]), compared = last(["compare"]);
+  for (const each of told.filter((run) => run.verb === "inspect" && run.state === "done").reverse()) if (await opened(each)) break;
   if (shown) await see.show(shown);
   if (compared) await board.board(compared);
   for (const verb of ["forces", "cycle"]) { const plotted = last([verb]); if (plotted) see.plots(plotted); }
@@ -81,10 +81,11 @@ async function project() {
   $("job-text").textContent = found.job_text;
 }
 
-// The crank of an inspection, if it is still that of the job.
+// Show the crank of an inspection, if it is still that of the job; say whether it is.
 async function opened(told) {
-  const asked = await askJson(`/api/runs/${told.id}/asked`);
-  if (asked.job?.crankshaft?.file === state.file) await open.show(told.id);
+  const asked = await askJson(`/api/runs/${told.id}/asked`), same = asked.job?.crankshaft?.file === state.file;
+  if (same) await open.show(told.id);
+  return same;
 }
 
 // A run that went on while the page was away.
