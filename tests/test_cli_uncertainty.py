@@ -11,7 +11,8 @@ import numpy as np
 import pytest
 
 from autobalance.balancing import measured_crank
-from autobalance.report.text import UNITS, balance_text
+from autobalance.report.display_units import ON_SCREEN
+from autobalance.report.text import balance_text
 from tests import jobs
 
 Report = dict[str, Any]
@@ -108,7 +109,7 @@ def test_depth_counts_with_the_slope_of_every_cut(stated: tuple[Path, Report]) -
 def test_what_the_job_does_not_state_is_named(tmp_path: Path) -> None:
     report = jobs.balanced(jobs.bundled_job(tmp_path), tmp_path / "out", 0, "--only", "html")
     assert report["residual"]["uncertainty_unstated"] == ["density", "weights", "depth"]
-    text = balance_text(report, UNITS["metric"])
+    text = balance_text(report, ON_SCREEN["metric"])
     assert "not stated in the job and not counted: density, weights, depth" in text
     page = (tmp_path / "out" / "report.html").read_text(encoding="utf-8")
     assert "not stated: density, weights, depth" in page
@@ -228,7 +229,7 @@ def test_a_margin_looks_at_facets_however_fine_the_mesh(
     report = jobs.computed(job, tmp_path / "out")
     rough = shares(report)["facets"]
     assert f"uncertain by ± {report['residual']['uncertainty_g_mm']:.2f} g·mm" in balance_text(
-        report, UNITS["metric"]
+        report, ON_SCREEN["metric"]
     )
     assert jobs.run("verify", tmp_path / "out" / "report.json") == 0
     report = jobs.computed(added(job, balance='margin = "expanded"'), tmp_path / "out")

@@ -127,9 +127,10 @@ class BalanceResult(VerbResult):
 
     def text(self, units: str = "metric") -> str:
         """Return the summary that the command prints."""
-        from autobalance.report.text import UNITS, balance_text
+        from autobalance.report.display_units import ON_SCREEN
+        from autobalance.report.text import balance_text
 
-        return balance_text(self.report, UNITS[units])
+        return balance_text(self.report, ON_SCREEN[units])
 
     def write(
         self,

@@ -38,15 +38,15 @@ class CompareResult(VerbResult):
     def text(self, units: str = "metric") -> str:
         """Return the table that the command prints."""
         from autobalance.report.comparison import comparison_text
-        from autobalance.report.text import UNITS
+        from autobalance.report.display_units import ON_SCREEN
 
-        return comparison_text(self.report, UNITS[units])
+        return comparison_text(self.report, ON_SCREEN[units])
 
     def _repr_html_(self) -> str:
         from autobalance.report.comparison import comparison_html
-        from autobalance.report.text import UNITS
+        from autobalance.report.display_units import ON_SCREEN
 
-        return comparison_html(self.report, UNITS["metric"])
+        return comparison_html(self.report, ON_SCREEN["metric"])
 
 
 def compare(

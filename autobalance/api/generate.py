@@ -55,9 +55,9 @@ class GenerateResult(VerbResult):
     def text(self, units: str = "metric") -> str:
         """Return the summary that the command prints."""
         from autobalance.report.crank_text import generate_text
-        from autobalance.report.text import UNITS
+        from autobalance.report.display_units import ON_SCREEN
 
-        return generate_text(self.report, UNITS[units])
+        return generate_text(self.report, ON_SCREEN[units])
 
     def files(self) -> Mapping[str, bytes]:
         """Return the crank's file."""

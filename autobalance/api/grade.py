@@ -30,10 +30,10 @@ class GradeResult(VerbResult):
 
     def text(self, units: str = "metric") -> str:
         """Return the table of grades."""
+        from autobalance.report.display_units import ON_SCREEN
         from autobalance.report.force_text import grade_text
-        from autobalance.report.text import UNITS
 
-        return grade_text(self.report, UNITS[units])
+        return grade_text(self.report, ON_SCREEN[units])
 
     def plots(self) -> Plots:
         """Return e_per and U_per over the speed."""

@@ -42,10 +42,10 @@ class InfluenceResult(VerbResult):
 
     def text(self, units: str = "metric") -> str:
         """Return the corrections as lines for people."""
+        from autobalance.report.display_units import ON_SCREEN
         from autobalance.report.influence_text import influence_text
-        from autobalance.report.text import UNITS
 
-        return influence_text(self.report, UNITS[units])
+        return influence_text(self.report, ON_SCREEN[units])
 
     def plots(self) -> Plots:
         """Return a polar plot of the readings before and after."""

@@ -42,9 +42,9 @@ class InspectResult(VerbResult):
     def text(self, units: str = "metric") -> str:
         """Return the summary that the command prints."""
         from autobalance.report.crank_text import inspect_text
-        from autobalance.report.text import UNITS
+        from autobalance.report.display_units import ON_SCREEN
 
-        return inspect_text(self.report, UNITS[units])
+        return inspect_text(self.report, ON_SCREEN[units])
 
     def sections_text(self) -> str:
         """Return the table of sections: with what hangs on the crank, where that was asked for."""

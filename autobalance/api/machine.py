@@ -28,10 +28,10 @@ class MachineResult(VerbResult):
 
     def text(self, units: str = "metric") -> str:
         """Return the reading as lines for people."""
+        from autobalance.report.display_units import ON_SCREEN
         from autobalance.report.machine_text import machine_text
-        from autobalance.report.text import UNITS
 
-        return machine_text(self.report, UNITS[units])
+        return machine_text(self.report, ON_SCREEN[units])
 
     def plots(self) -> Plots:
         """Return a polar plot of the readings of all runs."""

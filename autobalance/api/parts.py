@@ -26,10 +26,10 @@ class PartsResult(VerbResult):
 
     def text(self, units: str = "metric") -> str:
         """Return tables of weights and bob-weights."""
+        from autobalance.report.display_units import ON_SCREEN
         from autobalance.report.force_text import parts_text
-        from autobalance.report.text import UNITS
 
-        return parts_text(self.report, UNITS[units])
+        return parts_text(self.report, ON_SCREEN[units])
 
     def plots(self) -> Plots:
         """Return bars of the weights on each throw."""

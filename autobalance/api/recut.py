@@ -45,10 +45,10 @@ class RecutResult(BalanceResult):
 
     def text(self, units: str = "metric") -> str:
         """Return the summary that the command prints."""
+        from autobalance.report.display_units import ON_SCREEN
         from autobalance.report.recut_text import recut_text
-        from autobalance.report.text import UNITS
 
-        return recut_text(self.report, UNITS[units])
+        return recut_text(self.report, ON_SCREEN[units])
 
     def write(
         self,

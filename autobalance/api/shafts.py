@@ -42,10 +42,10 @@ class ShaftsResult(VerbResult):
 
     def text(self, units: str = "metric") -> str:
         """Return tables of orders and shafts."""
+        from autobalance.report.display_units import ON_SCREEN
         from autobalance.report.force_text import shafts_text
-        from autobalance.report.text import UNITS
 
-        return shafts_text(self.report, UNITS[units])
+        return shafts_text(self.report, ON_SCREEN[units])
 
     def plots(self) -> Plots:
         """Return bars of the orders."""

@@ -10,7 +10,7 @@ from autobalance.api.result import VerbResult, report_head
 from autobalance.verification.check import Checked, check_report
 
 if TYPE_CHECKING:
-    from autobalance.report.text import Units
+    from autobalance.report.display_units import DisplayUnits
 
 ABOVE_TOLERANCE = 4
 
@@ -53,9 +53,9 @@ class VerifyResult(VerbResult):
 
     def text(self, units: str = "metric") -> str:
         """Return the verdict, and what was not checked."""
-        from autobalance.report.text import UNITS
+        from autobalance.report.display_units import ON_SCREEN
 
-        found, chosen = self.checked, UNITS[units]
+        found, chosen = self.checked, ON_SCREEN[units]
         verdict = "within" if found.within else "ABOVE"
         said = (
             f"{self.report['report']}: all {found.checked} claims hold; residual "
@@ -108,7 +108,7 @@ def verify(report: str | Path, *, independent: bool = False) -> VerifyResult:
     return VerifyResult(values, found)
 
 
-def _doubt(found: Checked, units: Units) -> str:
+def _doubt(found: Checked, units: DisplayUnits) -> str:
     """Return how far the residual may be off, where that counts in the verdict."""
     if found.tolerance.margin == "none" or found.budget is None:
         return ""

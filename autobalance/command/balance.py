@@ -31,13 +31,14 @@ def run(arguments: argparse.Namespace) -> int:
     asked = job.load(arguments.job, arguments.settings)
     folder = Path(arguments.output) if arguments.output else default_folder(asked.path)
     done = balanced(asked, folder, arguments.json, choice_of(arguments), mode_of(arguments))
+    from autobalance.report.display_units import ON_SCREEN
     from autobalance.report.json import dumps
-    from autobalance.report.text import UNITS, balance_text
+    from autobalance.report.text import balance_text
 
     if arguments.json == "-":
         say(dumps(done.report).removesuffix("\n"))
     else:
-        say(balance_text(done.report, UNITS[arguments.units]))
+        say(balance_text(done.report, ON_SCREEN[arguments.units]))
         say("\nWritten: " + ", ".join(str(path) for path in done.files))
     return done.result.exit_code
 

@@ -44,7 +44,7 @@ def run(arguments: argparse.Namespace) -> int:
     from autobalance.command.console import called_as, say
     from autobalance.command.finish import balanced
     from autobalance.report.bundle import Choice
-    from autobalance.report.text import UNITS
+    from autobalance.report.display_units import ON_SCREEN
 
     output = Path(arguments.output)
     choice = Choice(units=arguments.units, date=today())
@@ -53,7 +53,7 @@ def run(arguments: argparse.Namespace) -> int:
     for case in CASES:
         asked = job.load(jobs / f"{case.job}.toml")
         done.append(balanced(asked, output / case.job, choice=choice))
-    say(demo_text([each.report for each in done], UNITS[arguments.units]))
+    say(demo_text([each.report for each in done], ON_SCREEN[arguments.units]))
     say(f"\nWritten: {', '.join(str(output / case.job) for case in CASES)}")
     say(f"Check:   {called_as()} verify {output / CASES[0].job / 'report.json'}")
     return max(each.result.exit_code for each in done)

@@ -7,9 +7,6 @@ import math
 from collections.abc import Mapping
 from typing import Any
 
-GRAMS_PER_OUNCE = 28.349523125
-MM_PER_INCH = 25.4
-
 OUTCOMES = {
     "within_tolerance": "Within tolerance",
     "already_within_tolerance": "Already within tolerance",

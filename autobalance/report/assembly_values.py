@@ -10,8 +10,8 @@ from typing import Any
 import numpy as np
 
 from autobalance.dynamics.staged_assembly import CRANK, AssemblyStage
+from autobalance.report.display_units import DisplayUnits
 from autobalance.report.tables import table
-from autobalance.report.text import Units
 from autobalance.rigid_rotor.unbalance import Unbalance
 
 Values = dict[str, Any]
@@ -61,7 +61,7 @@ def _list(value: complex) -> list[float]:
     return [value.real, value.imag]
 
 
-def assembly_text(stages: Sequence[Mapping[str, Any]], units: Units) -> str:
+def assembly_text(stages: Sequence[Mapping[str, Any]], units: DisplayUnits) -> str:
     """Return the stages in columns."""
     rows: list[Sequence[str]] = [("Assembly", "mass so far", "sum", "at", "permitted", "", "take out")]
     for each in stages:

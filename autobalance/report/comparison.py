@@ -10,9 +10,9 @@ from typing import Any
 from autobalance.balancing.comparison import Row, beaten_by, ranked, why_recommended
 from autobalance.correction.kind import Prefer
 from autobalance.report.crank_values import G_MM2_PER_KG_MM2
+from autobalance.report.display_units import DisplayUnits, fixed
 from autobalance.report.json import SCHEMA_VERSION
 from autobalance.report.tables import table
-from autobalance.report.text import Units, fixed
 from autobalance.rigid_rotor.tolerance import Tolerance
 
 Values = dict[str, Any]
@@ -70,7 +70,7 @@ def _row(row: Row) -> Values:
     }
 
 
-def comparison_text(values: Mapping[str, Any], units: Units) -> str:
+def comparison_text(values: Mapping[str, Any], units: DisplayUnits) -> str:
     """Return a comparison as a table that a mechanic can read, from its own values."""
     head = (
         "Correction",
@@ -104,7 +104,7 @@ def comparison_text(values: Mapping[str, Any], units: Units) -> str:
     return "\n".join([*lines, f"Recommended: {best} ({values['why']})", f"Nothing beats: {unbeaten}"])
 
 
-def comparison_html(values: Mapping[str, Any], units: Units) -> str:
+def comparison_html(values: Mapping[str, Any], units: DisplayUnits) -> str:
     """Return a comparison as a table for a notebook, ranked, the recommended one first."""
     head = ("", "Correction", "verdict", "residual", "metal", "cuts", "different", "wall left")
     ordered = sorted(values["rows"], key=lambda row: math.inf if row["rank"] is None else row["rank"])
@@ -125,7 +125,7 @@ def _name(row: Mapping[str, Any]) -> str:
     return "+".join(row["method"])
 
 
-def _cells(row: Mapping[str, Any], units: Units) -> tuple[str, ...]:
+def _cells(row: Mapping[str, Any], units: DisplayUnits) -> tuple[str, ...]:
     name, verdict = "  " + _name(row), VERDICTS[row["outcome"]]
     if row["outcome"] is None:
         return (name, "", verdict, *[""] * 8)

@@ -5,14 +5,15 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from autobalance.graphics.words import degrees
+from autobalance.report.display_units import DisplayUnits, fixed
 from autobalance.report.suggestion_text import suggestions_text
 from autobalance.report.tables import table
-from autobalance.report.text import Units, Values, fixed
+from autobalance.report.text import Values
 
 MOST_FACES = 12
 
 
-def inspect_text(report: Values, units: Units) -> str:
+def inspect_text(report: Values, units: DisplayUnits) -> str:
     """Return the summary of a measured crank: mass, anatomy, unbalance, faces."""
     parts = [
         _measured(report, units),
@@ -25,13 +26,13 @@ def inspect_text(report: Values, units: Units) -> str:
     return "\n\n".join(part for part in parts if part)
 
 
-def generate_text(report: Values, units: Units) -> str:
+def generate_text(report: Values, units: DisplayUnits) -> str:
     """Return the summary of a generated crank: dimensions in, mass, unbalance and balance factor out."""
     parts = [_generated(report, units), _anatomy(report, units), _bare(report, units)]
     return "\n\n".join([*parts, *filter(None, [suggestions_text(report.get("suggestions"))])])
 
 
-def _generated(report: Values, units: Units) -> str:
+def _generated(report: Values, units: DisplayUnits) -> str:
     design, crank, solid = report["design"], report["crank"], report["outputs"]["solid"]
     centre = ", ".join(units.of_length(value) for value in crank["centre_of_mass_mm"])
     surface = "exact surfaces" if solid["triangles"] is None else f"{solid['triangles']} triangles"
@@ -54,7 +55,7 @@ def _generated(report: Values, units: Units) -> str:
     return "\n".join(lines + _achieved(report, units))
 
 
-def _achieved(report: Values, units: Units) -> list[str]:
+def _achieved(report: Values, units: DisplayUnits) -> list[str]:
     engine = report["engine"]
     if engine is None:
         return []
@@ -65,7 +66,7 @@ def _achieved(report: Values, units: Units) -> list[str]:
     return [f"  balance factor {100.0 * factor:.2f} %, bob-weight {units.of_mass(bob)} on throw 1"]
 
 
-def _counterweights(report: Values, units: Units) -> str:
+def _counterweights(report: Values, units: DisplayUnits) -> str:
     weights = report.get("counterweights")
     if not weights:
         return ""
@@ -113,7 +114,7 @@ def _cells(numbers: Sequence[float]) -> tuple[str, ...]:
     return tuple(fixed(number, places) for number, places in zip(numbers, digits, strict=True))
 
 
-def _measured(report: Values, units: Units) -> str:
+def _measured(report: Values, units: DisplayUnits) -> str:
     source, crank = report["input"], report["crank"]
     centre = ", ".join(units.of_length(value) for value in crank["centre_of_mass_mm"])
     bodies = "body" if source["bodies"] == 1 else "bodies"
@@ -137,7 +138,7 @@ def _boundary(report: Values) -> str:
     return f"true surfaces ({', '.join(listed)})"
 
 
-def _anatomy(report: Values, units: Units) -> str:
+def _anatomy(report: Values, units: DisplayUnits) -> str:
     crank = report["crank"]
     rows = [("Part", "z", "diameter", "width", "")]
     for pin in crank["main_journals"]:
@@ -154,7 +155,7 @@ def _anatomy(report: Values, units: Units) -> str:
     return table(rows) + f"\n  main journals within {off} of the common axis"
 
 
-def _counterweight_note(web: Values, units: Units) -> str:
+def _counterweight_note(web: Values, units: DisplayUnits) -> str:
     if not web["counterweight"]:
         return ""
     outline = web.get("outline")
@@ -164,7 +165,7 @@ def _counterweight_note(web: Values, units: Units) -> str:
     return f"counterweight: rim radius {rim} over {outline['fan_angle_deg']:.1f}°"
 
 
-def _pin_cells(pin: Values, units: Units) -> tuple[str, str, str]:
+def _pin_cells(pin: Values, units: DisplayUnits) -> tuple[str, str, str]:
     return (
         units.of_length(pin["centre_mm"][2]),
         units.of_length(pin["diameter_mm"]),
@@ -172,7 +173,7 @@ def _pin_cells(pin: Values, units: Units) -> tuple[str, str, str]:
     )
 
 
-def _bare(report: Values, units: Units) -> str:
+def _bare(report: Values, units: DisplayUnits) -> str:
     initial = report["initial"]
     lines = [
         f"Unbalance of the bare crank: {units.of_unbalance(initial['magnitude_g_mm'])} "
@@ -185,7 +186,7 @@ def _bare(report: Values, units: Units) -> str:
     return "\n".join(lines)
 
 
-def _faces(report: Values, units: Units) -> str:
+def _faces(report: Values, units: DisplayUnits) -> str:
     faces = report["faces"]
     if not faces:
         return ""

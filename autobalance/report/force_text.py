@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from typing import Any
 
+from autobalance.report.display_units import DisplayUnits
 from autobalance.report.tables import table
-from autobalance.report.text import Units
 
 Values = Mapping[str, Any]
 LEAST_SHOWN_N = 0.05
@@ -112,7 +112,7 @@ def _factor(value: float | None) -> str:
 # --- shafts -------------------------------------------------------------------------------------------------
 
 
-def shafts_text(report: Values, units: Units) -> str:
+def shafts_text(report: Values, units: DisplayUnits) -> str:
     """Return the summary of ``shafts``: what shakes, what would cancel it, what the job's shafts leave."""
     parts = [
         f"{report['job']['file']}: balance shafts at {report['speed_rpm']:g} rpm, crank balanced to"
@@ -146,7 +146,7 @@ def shafts_text(report: Values, units: Units) -> str:
     return "\n\n".join(parts)
 
 
-def _shaft_cells(shaft: Values, units: Units) -> tuple[str, str, str, str]:
+def _shaft_cells(shaft: Values, units: DisplayUnits) -> tuple[str, str, str, str]:
     return (
         f"{shaft['order']} ×",
         shaft["sense"],
@@ -155,7 +155,7 @@ def _shaft_cells(shaft: Values, units: Units) -> tuple[str, str, str, str]:
     )
 
 
-def _bolted(weight: Values, units: Units) -> str:
+def _bolted(weight: Values, units: DisplayUnits) -> str:
     drawn = units.of_mass(weight["cad_g"])
     at = units.of_length(weight["eccentricity_mm"])
     if weight["weighed_g"] is None:
@@ -169,7 +169,7 @@ def _bolted(weight: Values, units: Units) -> str:
 # --- parts --------------------------------------------------------------------------------------------------
 
 
-def parts_text(report: Values, units: Units) -> str:
+def parts_text(report: Values, units: DisplayUnits) -> str:
     """Return the roll-up of the parts and the bob-weights."""
     blocks = [report["job"]["file"]]
     for throw in report["throws"]:
@@ -203,11 +203,11 @@ def _throw_name(throw: Values) -> str:
     return "Throw" if throw["number"] is None else f"Throw {throw['number']}"
 
 
-def _off(weight: Values, units: Units) -> str:
+def _off(weight: Values, units: DisplayUnits) -> str:
     return f"± {units.of_mass(weight['pm_g'])}" if weight["pm_g"] else ""
 
 
-def _rod(rod: Values, units: Units) -> str:
+def _rod(rod: Values, units: DisplayUnits) -> str:
     lines = [
         f"Bare rod: {units.of_mass(rod['big_end_g'])} at the big end,"
         f" {units.of_mass(rod['small_end_g'])} at the small end"
@@ -225,7 +225,7 @@ def _rod(rod: Values, units: Units) -> str:
 # --- grade --------------------------------------------------------------------------------------------------
 
 
-def grade_text(report: Values, units: Units) -> str:
+def grade_text(report: Values, units: DisplayUnits) -> str:
     """Return what a grade permits, or what a residual achieves, and the table of grades."""
     lines = []
     if report["permissible_g_mm"] is not None:
@@ -252,6 +252,6 @@ def grade_text(report: Values, units: Units) -> str:
     return "\n".join(lines).strip("\n")
 
 
-def _plus_minus(pm_g: float, units: Units) -> str:
+def _plus_minus(pm_g: float, units: DisplayUnits) -> str:
     """Return an uncertainty with its sign; nothing where no weight states one."""
     return f" ± {units.of_mass(pm_g)}" if pm_g else ", uncertainty not stated"

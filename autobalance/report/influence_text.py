@@ -5,14 +5,15 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from typing import Any
 
+from autobalance.report.display_units import DisplayUnits
 from autobalance.report.tables import table
-from autobalance.report.text import OUTCOMES, Units
+from autobalance.report.text import OUTCOMES
 
 Values = Mapping[str, Any]
 GOALS = {"least_squares": "least squares", "least_worst": "least worst reading"}
 
 
-def influence_text(report: Values, units: Units) -> str:
+def influence_text(report: Values, units: DisplayUnits) -> str:
     """Return what to add in each plane, and the readings before and after."""
     parts = [
         f"{len(report['initial'])} readings, {len(report['planes'])} planes, {GOALS[report['goal']]}; "
@@ -33,7 +34,7 @@ def influence_text(report: Values, units: Units) -> str:
     return "\n\n".join(parts)
 
 
-def _corrections(corrections: Sequence[Values], units: Units) -> str:
+def _corrections(corrections: Sequence[Values], units: DisplayUnits) -> str:
     rows: list[Sequence[str]] = [("Plane", "add", "at", "or take off at", "weight")]
     for each in corrections:
         weight = (

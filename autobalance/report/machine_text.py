@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from typing import Any
 
+from autobalance.report.display_units import DisplayUnits
 from autobalance.report.tables import table
-from autobalance.report.text import Units
 
 Values = Mapping[str, Any]
 KINDS = {
@@ -26,7 +26,7 @@ UNBALANCE_KINDS = {
 }
 
 
-def machine_text(report: Values, units: Units) -> str:
+def machine_text(report: Values, units: DisplayUnits) -> str:
     """Return rotor, sensors, reading and corrections."""
     rotor, asked = report["rotor"], report["input"]
     speed = "" if asked["speed_rpm"] is None else f" at {asked['speed_rpm']:g} rpm"
@@ -48,7 +48,7 @@ def machine_text(report: Values, units: Units) -> str:
     return "\n\n".join(parts)
 
 
-def _sensors(sensors: Sequence[Values], units: Units) -> str:
+def _sensors(sensors: Sequence[Values], units: DisplayUnits) -> str:
     rows: list[Sequence[str]] = [("Sensor", "z", "amplitude", "angle")]
     for each in sensors:
         quantity = next(key for key in QUANTITIES if each[key] is not None)
@@ -63,7 +63,7 @@ def _sensors(sensors: Sequence[Values], units: Units) -> str:
     return table(rows)
 
 
-def _static(static: Values, units: Units) -> str:
+def _static(static: Values, units: DisplayUnits) -> str:
     least = units.of_unbalance(static["least_g_mm"])
     if not static["rolls"]:
         return f"The rotor does not roll; it would from {least}"
@@ -71,7 +71,7 @@ def _static(static: Values, units: Units) -> str:
     return f"The rotor rolls (from {least}) and rests within ±{static['rest_within_deg']:.2f}°{time}"
 
 
-def _reading(report: Values, units: Units) -> str:
+def _reading(report: Values, units: DisplayUnits) -> str:
     rows: list[Sequence[str]] = [("Plane", "true", "read", "take off at", "depth", "left")]
     first = report["runs"][0]
     true = {plane["name"]: plane["g_mm"] for plane in report["rotor"]["planes"] or ()}
@@ -94,7 +94,7 @@ def _reading(report: Values, units: Units) -> str:
     return table(rows) + more
 
 
-def _spread(noise: Sequence[Values], units: Units) -> str:
+def _spread(noise: Sequence[Values], units: DisplayUnits) -> str:
     read = units.of_unbalance
     return ", ".join(
         f"{each['name']} {read(each['mean'])} ± {read(each['standard_deviation'])}" for each in noise

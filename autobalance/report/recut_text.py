@@ -5,12 +5,13 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any
 
-from autobalance.report.text import Units, balance_text
+from autobalance.report.display_units import DisplayUnits
+from autobalance.report.text import balance_text
 
 Values = Mapping[str, Any]
 
 
-def recut_text(report: Values, units: Units) -> str:
+def recut_text(report: Values, units: DisplayUnits) -> str:
     """Return the reading beside what was expected, then the summary of the cuts."""
     stage = report["stages"][-1]
     serial = "" if stage["serial"] is None else f" of {stage['serial']}"
@@ -25,7 +26,7 @@ def recut_text(report: Values, units: Units) -> str:
     return "\n".join(lines)
 
 
-def _unbalance(values: Values, units: Units) -> str:
+def _unbalance(values: Values, units: DisplayUnits) -> str:
     off = values["uncertainty_g_mm"]
     doubt = "" if off is None else f" ± {units.of_unbalance(off)}"
     return f"{units.of_unbalance(values['magnitude_g_mm'])}{doubt} at {values['angle_deg']:.1f}°"

@@ -5,13 +5,13 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from typing import Any
 
+from autobalance.report.display_units import DisplayUnits
 from autobalance.report.tables import table
-from autobalance.report.text import Units
 
 Values = Mapping[str, Any]
 
 
-def rod_text(report: Values, units: Units) -> str:
+def rod_text(report: Values, units: DisplayUnits) -> str:
     """Return the summary of ``rod``."""
     found, off, cut = report["rod"], report["uncertainty"], report["cut_at_centre"]
     rows: list[Sequence[str]] = [
@@ -44,9 +44,9 @@ def rod_text(report: Values, units: Units) -> str:
     )
 
 
-def _eye(eye: Values, units: Units) -> str:
+def _eye(eye: Values, units: DisplayUnits) -> str:
     return f"{units.of_length(eye['diameter_mm'])}, {units.of_length(eye['width_mm'])}"
 
 
-def _weight(mass_g: float, off_g: float, units: Units) -> str:
+def _weight(mass_g: float, off_g: float, units: DisplayUnits) -> str:
     return units.of_mass(mass_g) + (f" ± {units.of_mass(off_g)}" if off_g > 0.0 else "")

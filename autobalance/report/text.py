@@ -3,55 +3,16 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
-from typing import Any, Literal
+from typing import Any
 
 from autobalance.graphics.words import degrees
+from autobalance.report.display_units import DisplayUnits
 from autobalance.report.kinds import angle_deg, verb
 from autobalance.report.relaxation_text import relaxation_lines
 from autobalance.report.tables import table
-from autobalance.units import G_MM_PER_OZ_IN, G_PER_OZ, MM_PER
 
-UnitName = Literal["metric", "inch"]
 Values = Mapping[str, Any]
 
-
-@dataclass(frozen=True)
-class Units:
-    """Units of the text, and how many digits each needs in the workshop."""
-
-    length: str
-    mm_per_length: float
-    length_digits: int
-    mass: str
-    g_per_mass: float
-    mass_digits: int
-    unbalance: str
-    g_mm_per_unbalance: float
-    unbalance_digits: int
-
-    def of_length(self, value_mm: float) -> str:
-        """Return a length with its unit."""
-        return f"{fixed(value_mm / self.mm_per_length, self.length_digits)} {self.length}"
-
-    def of_mass(self, value_g: float) -> str:
-        """Return a mass with its unit."""
-        return f"{value_g / self.g_per_mass:.{self.mass_digits}f} {self.mass}"
-
-    def of_unbalance(self, value_g_mm: float) -> str:
-        """Return an unbalance with its unit."""
-        return f"{value_g_mm / self.g_mm_per_unbalance:.{self.unbalance_digits}f} {self.unbalance}"
-
-
-def fixed(value: float, digits: int) -> str:
-    """Return a number with so many decimals, and no sign before a zero."""
-    return f"{round(value, digits) + 0.0:.{digits}f}"
-
-
-UNITS: Mapping[str, Units] = {
-    "metric": Units("mm", 1.0, 3, "g", 1.0, 2, "g·mm", 1.0, 2),
-    "inch": Units("in", MM_PER["inch"], 4, "oz", G_PER_OZ, 3, "oz·in", G_MM_PER_OZ_IN, 4),
-}
 
 OUTCOMES = {
     "within_tolerance": "WITHIN TOLERANCE",
@@ -60,7 +21,7 @@ OUTCOMES = {
 }
 
 
-def balance_text(report: Values, units: Units) -> str:
+def balance_text(report: Values, units: DisplayUnits) -> str:
     """Return the summary of a balancing run: the verdict, what to cut, before and after."""
     parts = [
         _heading(report),
@@ -76,7 +37,7 @@ def balance_text(report: Values, units: Units) -> str:
     return "\n\n".join(part for part in parts if part)
 
 
-def _assembly(report: Values, units: Units) -> str:
+def _assembly(report: Values, units: DisplayUnits) -> str:
     if not report.get("assembly"):
         return ""
     from autobalance.report.assembly_values import assembly_text
@@ -100,14 +61,14 @@ LESS_THAN_A_SIDE_DEG = 179.0
 """A part of a face that spans less is named."""
 
 
-def _corrections(report: Values, units: Units) -> str:
+def _corrections(report: Values, units: DisplayUnits) -> str:
     if not report["corrections"]:
         return ""
     notes = [f"  {note}" for note in report.get("notes", ())]
     return "\n".join(["What to cut"] + [_correction(each, units) for each in report["corrections"]] + notes)
 
 
-def _correction(correction: Values, units: Units) -> str:
+def _correction(correction: Values, units: DisplayUnits) -> str:
     what = verb(correction)
     if correction.get("diameter_mm") is not None:
         what += f" ⌀{units.of_length(correction['diameter_mm'])}"
@@ -128,7 +89,7 @@ def _correction(correction: Values, units: Units) -> str:
     )
 
 
-def _before_and_after(report: Values, units: Units) -> str:
+def _before_and_after(report: Values, units: DisplayUnits) -> str:
     tolerance = report["tolerance"]
     passes = len(report["steps"])
     rows = [("Unbalance", "before", "after", "uncertain by", "permitted")]
@@ -164,12 +125,12 @@ def _before_and_after(report: Values, units: Units) -> str:
     )
 
 
-def _plus_minus(unbalance: Values, units: Units) -> str:
+def _plus_minus(unbalance: Values, units: DisplayUnits) -> str:
     off = unbalance.get("uncertainty_g_mm")
     return "unknown" if off is None else f"± {units.of_unbalance(off)}"
 
 
-def _uncertainty(residual: Values, units: Units) -> str:
+def _uncertainty(residual: Values, units: DisplayUnits) -> str:
     """Return how far the resultant may be off and by what, the largest first; nothing where unknown."""
     if residual["uncertainty_g_mm"] is None:
         return ""
@@ -188,7 +149,7 @@ def _margin(report: Values) -> str:
     return "\n  the verdict counts the uncertainty: both together must be within what is permitted"
 
 
-def _factor(report: Values, units: Units) -> str:
+def _factor(report: Values, units: DisplayUnits) -> str:
     factor, bob = report["balance_factor"], report["engine"]["bob_weights"]
     lines = ["Balance factor: " + _arrow(factor["initial"], factor["target"], factor["final"])]
     lines.append(
@@ -243,7 +204,7 @@ def _first_order(force: Values) -> Values:
     return found
 
 
-def _changes(report: Values, units: Units) -> str:
+def _changes(report: Values, units: DisplayUnits) -> str:
     if not report["corrections"]:
         return ""
     removed = sum(each["removed_mass_g"] for each in report["corrections"])
@@ -255,7 +216,7 @@ def _changes(report: Values, units: Units) -> str:
     )
 
 
-def _overbalance(report: Values, units: Units) -> str:
+def _overbalance(report: Values, units: DisplayUnits) -> str:
     left = report.get("overbalance")
     if left is None:
         return ""

@@ -22,9 +22,9 @@ from autobalance.crank.parametric.design import PRESETS
 from autobalance.crank.parametric.generate import crank_shape
 from autobalance.crank.recognition.recognise import recognise
 from autobalance.report import kinds
+from autobalance.report.display_units import ON_PAPER
 from autobalance.report.json import correction_entry, dumps, schema
 from autobalance.report.paper.cuts import cut_row
-from autobalance.report.paper.units import UNITS
 from autobalance.solid.cad.kernel import has_kernel
 from autobalance.solid.csg.solid import Solid
 from autobalance.solid.csg.tool import placed
@@ -178,7 +178,7 @@ def test_what_is_told_is_complete_and_valid(bench: Bench, name: str) -> None:
         item = json.loads(dumps(correction_entry(1, cut.correction(depths_of(cut)[0]))))
         validator.validate(item)
         assert item["kind"] == name
-        for units in UNITS.values():
+        for units in ON_PAPER.values():
             line = kinds.instruction(item, units)
             assert line
             assert "\n" not in line

@@ -12,11 +12,11 @@ from typing import Any
 import numpy as np
 import pytest
 
+from autobalance.report.display_units import ON_PAPER
 from autobalance.report.drawing import Drawings, WebDrawing
 from autobalance.report.paper.pen import POINT_SPACING_MM
 from autobalance.report.paper.pen import thinned as _thinned
 from autobalance.report.paper.sheet import pdf
-from autobalance.report.paper.units import UNITS
 from tests import jobs
 
 needs_poppler = pytest.mark.skipif(
@@ -87,8 +87,8 @@ def test_inches_and_ounces(drilled: Path, tmp_path: Path) -> None:
 
 
 def test_ounce_inches_are_those_of_the_standard_ounce() -> None:
-    units = UNITS["inch"]
-    assert 1.0 / (units.per_g * units.per_mm) == pytest.approx(720.0779, abs=1e-4)
+    units = ON_PAPER["inch"]
+    assert units.g_mm_per_unbalance == pytest.approx(720.0779, abs=1e-4)
 
 
 @needs_poppler

@@ -7,8 +7,8 @@ from autobalance.balancing.comparison import Row, beaten_by, wall_left_mm
 from autobalance.correction.kind import Correction
 from autobalance.crank.anatomy import Anatomy, Pin, Throw, Web
 from autobalance.report.comparison import comparison, comparison_html, comparison_text
+from autobalance.report.display_units import ON_SCREEN
 from autobalance.report.json import dumps
-from autobalance.report.text import UNITS
 from autobalance.rigid_rotor.moments import Moments
 from autobalance.rigid_rotor.tolerance import Tolerance
 
@@ -94,15 +94,15 @@ def test_table_and_values_tell_the_same() -> None:
     assert values["rows"][0]["capacity"] is None
     assert values["rows"][0]["capacity_is_plenty"]
     assert "NaN" not in dumps(values)
-    text = comparison_text(values, UNITS["metric"])
+    text = comparison_text(values, ON_SCREEN["metric"])
     assert values["recommended"] == ["turn"]
     assert values["ranking"] == ["turn", "drill"]
     assert [each["rank"] for each in values["rows"]] == [1, 2, None, None]
     assert "turn: 2 cuts" in values["why"]
     assert "next is drill: 3 cuts" in values["why"]
     assert "Recommended: turn (turn: 2 cuts" in text
-    assert comparison_html(values, UNITS["metric"]).index("turn") < comparison_html(
-        values, UNITS["metric"]
+    assert comparison_html(values, ON_SCREEN["metric"]).index("turn") < comparison_html(
+        values, ON_SCREEN["metric"]
     ).index("<td>drill")
     light = [row("turn", 14.0, 5e5, 2), row("drill", 12.0, 6e5, 3)]
     assert comparison("job.toml", tolerance, 1.0, light, "least_metal")["recommended"] == ["drill"]
@@ -114,4 +114,4 @@ def test_table_and_values_tell_the_same() -> None:
     assert "slug: too short" in text
     assert "add: no face" in text
     assert text.endswith("Nothing beats: turn")
-    assert "oz·in" in comparison_text(values, UNITS["inch"])
+    assert "oz·in" in comparison_text(values, ON_SCREEN["inch"])

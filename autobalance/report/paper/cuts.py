@@ -11,9 +11,9 @@ from reportlab.platypus import Flowable
 from autobalance.graphics.words import degrees
 from autobalance.report import kinds
 from autobalance.report.crank_records import DatumAngle
+from autobalance.report.display_units import DisplayUnits
 from autobalance.report.paper.tables import Column, table
 from autobalance.report.paper.tolerances import CARE, SHARE, Tolerances, press_fit, retention
-from autobalance.report.paper.units import Units
 
 Item = Mapping[str, Any]
 NONE = "–"
@@ -21,7 +21,7 @@ AXIAL = 0.7
 """Least z of a feed's direction that is called axial."""
 
 
-def cut_table(items: Sequence[Item], u: Units, wide_mm: float) -> Flowable:
+def cut_table(items: Sequence[Item], u: DisplayUnits, wide_mm: float) -> Flowable:
     """List every cut with its angles in both senses and its depths with and without the point."""
     columns = [
         Column("No", 8.5),
@@ -40,7 +40,7 @@ def cut_table(items: Sequence[Item], u: Units, wide_mm: float) -> Flowable:
     return table(wide_mm, columns, [cut_row(item, u) for item in items])
 
 
-def cut_row(item: Item, u: Units) -> list[str]:
+def cut_row(item: Item, u: DisplayUnits) -> list[str]:
     """Return what the table tells of a cut: number, kind, place, angles, radius, z, sizes, mass."""
     ccw = kinds.angle_deg(item)
     point = item.get("point_mm")
@@ -95,7 +95,7 @@ def webs_of(item: Item) -> str:
 
 
 def making_table(
-    items: Sequence[Item], u: Units, wide_mm: float, face_z_mm: float, datum: DatumAngle | None = None
+    items: Sequence[Item], u: DisplayUnits, wide_mm: float, face_z_mm: float, datum: DatumAngle | None = None
 ) -> Flowable:
     """List how each cut of a web is made, its place in coordinates, from what can be touched.
 
@@ -134,7 +134,7 @@ def _from_datum(item: Item, datum_deg: float) -> list[str]:
     return [NONE, NONE] if ccw is None else [degrees(ccw - datum_deg), degrees(datum_deg - ccw)]
 
 
-def _instruction(item: Item, u: Units) -> str:
+def _instruction(item: Item, u: DisplayUnits) -> str:
     told = kinds.instruction(item, u)
     if item.get("deepened_from_mm"):
         told += f"; the hole is there, {u.mm(item['deepened_from_mm'])} deep"
@@ -145,7 +145,7 @@ def _instruction(item: Item, u: Units) -> str:
     return told
 
 
-def tolerance_table(found: Tolerances, items: Sequence[Item], u: Units, wide_mm: float) -> Flowable:
+def tolerance_table(found: Tolerances, items: Sequence[Item], u: DisplayUnits, wide_mm: float) -> Flowable:
     """List the tolerances of each kind's cuts."""
     columns = [
         Column("each", 22.0, "left"),
@@ -164,7 +164,9 @@ def tolerance_table(found: Tolerances, items: Sequence[Item], u: Units, wide_mm:
                 _numbers([int(item["number"]) for item in own]),
                 _plus_minus(values.get("angle_deg"), 3, "°"),
                 *(
-                    _plus_minus(None if values.get(key) is None else values[key] * u.per_mm, u.length_digits)
+                    _plus_minus(
+                        None if values.get(key) is None else values[key] / u.mm_per_length, u.length_digits
+                    )
                     for key in ("position_mm", "depth_mm", "diameter_mm")
                 ),
             ]
@@ -214,7 +216,7 @@ def _numbers(numbers: Sequence[int]) -> str:
     return "No " + ", ".join(f"{a}" if a == b else f"{a}-{b}" for a, b in runs)
 
 
-def slug_table(items: Sequence[Item], u: Units, wide_mm: float) -> Flowable:
+def slug_table(items: Sequence[Item], u: DisplayUnits, wide_mm: float) -> Flowable:
     """List the slugs: sizes, material, fit and how each is held."""
     columns = [
         Column("slug", 13.0, "left"),

@@ -9,15 +9,15 @@ from typing import Any
 from reportlab.platypus import Flowable
 
 from autobalance.graphics.words import at, degrees, weights
+from autobalance.report.display_units import DisplayUnits
 from autobalance.report.paper.cuts import cut_row
 from autobalance.report.paper.tables import Column, table
-from autobalance.report.paper.units import Units
 
 Report = Mapping[str, Any]
 NONE = "–"
 
 
-def unbalance_table(report: Report, u: Units, wide_mm: float) -> Flowable:
+def unbalance_table(report: Report, u: DisplayUnits, wide_mm: float) -> Flowable:
     """List the unbalance before and after, resultant and planes, its heavy side, what is permitted."""
     columns = [
         Column(f"unbalance in {u.unbalance}", 46.0, "left"),
@@ -37,7 +37,7 @@ def unbalance_table(report: Report, u: Units, wide_mm: float) -> Flowable:
     return table(wide_mm, columns, rows, row_mm=5.4)
 
 
-def _unbalance_row(name: str, before: Report, after: Report, limit: Report, u: Units) -> list[str]:
+def _unbalance_row(name: str, before: Report, after: Report, limit: Report, u: DisplayUnits) -> list[str]:
     doubt = after.get("uncertainty_g_mm")
     return [
         name,
@@ -62,7 +62,7 @@ def judged_words(report: Report) -> str:
     return f"Judged: {judged}, by {grade}. Angles, ccw seen from +z from crankpin 1, point to the heavy side."
 
 
-def bob_table(report: Report, u: Units, wide_mm: float) -> Flowable:
+def bob_table(report: Report, u: DisplayUnits, wide_mm: float) -> Flowable:
     """List the bob-weight of each throw: what is clamped on, its tolerance, its mass without the pin."""
     columns = [
         Column("throw", 20.0, "left"),
@@ -80,7 +80,7 @@ def bob_table(report: Report, u: Units, wide_mm: float) -> Flowable:
             [
                 f"throw {bob['throw']}",
                 u.g(fit_g(report, bob)),
-                NONE if tolerance is None else f"±{_fine(tolerance * u.per_g, u.mass_digits)}",
+                NONE if tolerance is None else f"±{_fine(tolerance / u.g_per_mass, u.mass_digits)}",
                 u.g(bob["mass_g"]) if bare else NONE,
                 "",
                 "",
@@ -110,7 +110,7 @@ def _fine(value: float, digits: int) -> str:
     return f"{value:.{digits}f}"
 
 
-def bob_words(report: Report, u: Units) -> str:
+def bob_words(report: Report, u: DisplayUnits) -> str:
     """Return what the bob-weights are made of."""
     rotating, reciprocating = (
         sum(weights(report, f"{name}_g").values()) for name in ("rotating", "reciprocating")
@@ -121,7 +121,7 @@ def bob_words(report: Report, u: Units) -> str:
     return told + ". All bob-weights off by their tolerance at once use a tenth of what is permitted."
 
 
-def overbalance_rows(report: Report, u: Units) -> tuple[str, Sequence[Sequence[str]]] | None:
+def overbalance_rows(report: Report, u: DisplayUnits) -> tuple[str, Sequence[Sequence[str]]] | None:
     """Return what is left for the last holes on the machine, in words and as lines of cuts."""
     left = report.get("overbalance")
     if not left:
@@ -133,7 +133,7 @@ def overbalance_rows(report: Report, u: Units) -> tuple[str, Sequence[Sequence[s
     return words, [[f"last {row[0]}", *row[1:]] for row in (cut_row(item, u) for item in left["last_holes"])]
 
 
-def readings_table(u: Units, wide_mm: float) -> Flowable:
+def readings_table(u: DisplayUnits, wide_mm: float) -> Flowable:
     """Return lines to fill in at the machine."""
     columns = [
         Column("reading", 16.0, "left"),
@@ -149,7 +149,7 @@ def readings_table(u: Units, wide_mm: float) -> Flowable:
     return table(wide_mm, columns, [[f"run {k}", *[""] * 8] for k in (1, 2, 3)], row_mm=8.0)
 
 
-def assembly_table(stages: Sequence[Report], u: Units, wide_mm: float) -> Flowable:
+def assembly_table(stages: Sequence[Report], u: DisplayUnits, wide_mm: float) -> Flowable:
     """List the parts put on in order: what each brings, the sums, what is permitted, what is taken out."""
     columns = [
         Column("stage", 14.0, "left"),
@@ -169,7 +169,7 @@ def assembly_table(stages: Sequence[Report], u: Units, wide_mm: float) -> Flowab
     return table(wide_mm, columns, [_stage_row(stage, u) for stage in stages])
 
 
-def _stage_row(stage: Report, u: Units) -> list[str]:
+def _stage_row(stage: Report, u: DisplayUnits) -> list[str]:
     def pair(values: Sequence[float]) -> str:
         return ", ".join(u.g_mm(value) for value in values)
 

@@ -10,10 +10,10 @@ from typing import Any
 from reportlab.platypus import Flowable
 
 from autobalance.graphics.words import degrees
+from autobalance.report.display_units import DisplayUnits
 from autobalance.report.paper.labels import spread_between
 from autobalance.report.paper.lettering import POINTS_PER_MM
 from autobalance.report.paper.pen import ACCENT, GONE, INK, RULE, SOFT, Pen
-from autobalance.report.paper.units import Units
 
 Item = Mapping[str, Any]
 SAME_RADIUS_MM = 0.05
@@ -93,7 +93,9 @@ def _runs(items: Sequence[Item]) -> list[list[tuple[float, Item]]]:
 class StripTile(Flowable):  # type: ignore[misc]
     """One length of a strip, 1:1, angles along it, z across, a cross at each hole."""
 
-    def __init__(self, strip: Strip, number: int, tile: int, tiles: int, u: Units, wide_mm: float) -> None:
+    def __init__(
+        self, strip: Strip, number: int, tile: int, tiles: int, u: DisplayUnits, wide_mm: float
+    ) -> None:
         super().__init__()
         self.strip, self.number, self.tile, self.tiles = strip, number, tile, tiles
         self.u, self.wide_mm = u, wide_mm
@@ -193,7 +195,7 @@ def tiles_of(strip: Strip, wide_mm: float) -> int:
     return 1 if strip.long_mm <= long else math.ceil((strip.long_mm - LAP_MM) / (long - LAP_MM))
 
 
-def strip_tiles(report: Mapping[str, Any], u: Units, wide_mm: float) -> list[StripTile]:
+def strip_tiles(report: Mapping[str, Any], u: DisplayUnits, wide_mm: float) -> list[StripTile]:
     """Return all lengths of all strips."""
     return [
         StripTile(strip, number, tile, tiles_of(strip, wide_mm), u, wide_mm)

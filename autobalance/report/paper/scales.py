@@ -2,9 +2,8 @@
 
 from __future__ import annotations
 
-from autobalance.graphics.words import MM_PER_INCH
+from autobalance.report.display_units import DisplayUnits
 from autobalance.report.paper.pen import INK, SOFT, Pen
-from autobalance.report.paper.units import Units
 
 SCALES = (
     *((float(k), f"{k}:1") for k in (50, 20, 10, 5, 2)),
@@ -29,9 +28,9 @@ def scale_for(
     return SCALES[-1]
 
 
-def scale_bar(pen: Pen, u: Units, x: float, down: float) -> None:
+def scale_bar(pen: Pen, u: DisplayUnits, x: float, down: float) -> None:
     """Draw a bar to check with a rule that the printer did not scale the page."""
-    long, label = (50.0, "50 mm") if u.length == "mm" else (2.0 * MM_PER_INCH, "2 in")
+    long, label = (50.0, "50 mm") if u.length == "mm" else (2.0 * u.mm_per_length, "2 in")
     pen.line(x, down, x + long, down, INK, 0.3)
     for place in (x, x + long):
         pen.line(place, down - 1.4, place, down + 1.4, INK, 0.3)

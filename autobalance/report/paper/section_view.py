@@ -10,12 +10,12 @@ import numpy as np
 from reportlab.platypus import Flowable
 
 from autobalance.report import kinds
+from autobalance.report.display_units import DisplayUnits
 from autobalance.report.drawing import SectionDrawing
 from autobalance.report.paper.labels import spread_between
 from autobalance.report.paper.lettering import POINTS_PER_MM
 from autobalance.report.paper.pen import ACCENT, CENTRE_LINE, INK, METAL, SOFT, Pen
 from autobalance.report.paper.scales import scale_for
-from autobalance.report.paper.units import Units
 from autobalance.solid.mesh.mesh import Array
 
 HEAD_MM = 6.0
@@ -30,7 +30,7 @@ class SectionView(Flowable):  # type: ignore[misc]
     """A section with z to the right and the direction of the cut up."""
 
     def __init__(
-        self, title: str, section: SectionDrawing, items: Sequence[Mapping[str, Any]], u: Units,
+        self, title: str, section: SectionDrawing, items: Sequence[Mapping[str, Any]], u: DisplayUnits,
         wide_mm: float, room_mm: float,
     ) -> None:  # fmt: skip
         super().__init__()
@@ -97,13 +97,13 @@ class SectionView(Flowable):  # type: ignore[misc]
     def _ruler(self, pen: Pen) -> None:
         """Draw the scale of z from the datum, the middle of crankpin 1."""
         down = self.height_mm - RULER_MM + 2.5
-        step = _round_step(14.0 / (self.scale * self.u.per_mm))
+        step = _round_step(14.0 / (self.scale / self.u.mm_per_length))
         (x0, _), (x1, _) = self.to_page(np.array([[self.low[0], 0.0], [self.high[0], 0.0]]))
         pen.line(x0, down, x1, down, INK, 0.13)
-        low, high = float(self.low[0]) * self.u.per_mm, float(self.high[0]) * self.u.per_mm
+        low, high = float(self.low[0]) / self.u.mm_per_length, float(self.high[0]) / self.u.mm_per_length
         digits = max(0, -math.floor(math.log10(step) + 1e-9)) if step < 1.0 else 0
         for k in range(math.ceil(low / step - 1e-9), math.floor(high / step + 1e-9) + 1):
-            ((x, _),) = self.to_page(np.array([[k * step / self.u.per_mm, 0.0]]))
+            ((x, _),) = self.to_page(np.array([[k * step * self.u.mm_per_length, 0.0]]))
             pen.line(x, down, x, down + (2.2 if k == 0 else 1.3), INK, 0.13)
             pen.text(x, down + 4.2, f"{k * step + 0.0:.{digits}f}", 6.0, INK, align="centre")
         pen.text(x1 + 2.0, down + 1.0, f"z {self.u.length}", 6.0, SOFT)

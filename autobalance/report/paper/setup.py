@@ -10,8 +10,8 @@ import numpy as np
 from autobalance.graphics.words import at, degrees
 from autobalance.report import kinds
 from autobalance.report.datum_values import told_angle, told_face
+from autobalance.report.display_units import DisplayUnits
 from autobalance.report.paper.cuts import side_of
-from autobalance.report.paper.units import Units
 
 Report = Mapping[str, Any]
 ALIKE_MM = 0.05
@@ -33,7 +33,7 @@ def _face(report: Report) -> tuple[str, float]:
     return f"-z face of web {number}", z
 
 
-def set_up(report: Report, u: Units) -> list[str]:
+def set_up(report: Report, u: DisplayUnits) -> list[str]:
     """Return the set-up, a sentence or two a line."""
     return [_ends(report), _wheel(report, u), _datums(report, u), *_sides(report["corrections"])]
 
@@ -49,14 +49,14 @@ def _ends(report: Report) -> str:
     return f"Ends: +z is the direction ({towards}) of the crank's file{end}. Views are seen from the +z end."
 
 
-def _wheel(report: Report, u: Units) -> str:
+def _wheel(report: Report, u: DisplayUnits) -> str:
     return (
         "Degree wheel: zero is the middle of crankpin 1. ccw counts counter-clockwise seen from the +z end, "
         f"cw clockwise seen from there; seen from the -z end the two change places. {_touched(report, u)}"
     )
 
 
-def _touched(report: Report, u: Units) -> str:
+def _touched(report: Report, u: DisplayUnits) -> str:
     """Return how zero is found: by the keyway or flange's hole that was recognised, else on crankpin 1."""
     datum = told_angle(report)
     if datum is None:
@@ -81,7 +81,7 @@ def _touched(report: Report, u: Units) -> str:
     return f"Flange's hole H ({size}{among}): {place}. {angles}"
 
 
-def _datums(report: Report, u: Units) -> str:
+def _datums(report: Report, u: DisplayUnits) -> str:
     name, z = _face(report)
     return (
         "Datums: O is the axis of the main journals. z counts from the middle of crankpin 1's width; "

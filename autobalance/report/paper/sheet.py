@@ -26,6 +26,7 @@ from reportlab.platypus import (
 from autobalance.graphics.words import OUTCOMES, at, file_name
 from autobalance.report import kinds
 from autobalance.report.datum_values import told_angle
+from autobalance.report.display_units import ON_PAPER, UnitSystem
 from autobalance.report.drawing import Drawings, SectionDrawing, WebDrawing
 from autobalance.report.paper import machine_page
 from autobalance.report.paper.cuts import (
@@ -51,7 +52,6 @@ from autobalance.report.paper.title_block import (
     title_block,
 )
 from autobalance.report.paper.tolerances import Tolerances, tolerances
-from autobalance.report.paper.units import UNITS, UnitSystem
 from autobalance.report.paper.web_view import WebView
 
 Report = Mapping[str, Any]
@@ -88,7 +88,7 @@ def pdf(
         A PDF; the same input gives the same bytes.
     """
     wide, high = PAPERS_MM[paper]
-    sheet = Sheet(report, UNITS[units], date, wide, high)
+    sheet = Sheet(report, ON_PAPER[units], date, wide, high)
     buffer = io.BytesIO()
     document = BaseDocTemplate(
         buffer,

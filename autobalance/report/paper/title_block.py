@@ -9,9 +9,9 @@ from typing import Any
 from reportlab.pdfgen.canvas import Canvas
 
 from autobalance.graphics.words import OUTCOMES, at, file_name
+from autobalance.report.display_units import DisplayUnits, plain
 from autobalance.report.paper.lettering import POINTS_PER_MM, fitted, safe, shortened, width_mm
 from autobalance.report.paper.pen import INK, RULE, SOFT, Pen
-from autobalance.report.paper.units import Units, plain
 
 FRAME_MM = 8.0
 MARGIN_MM = 12.0
@@ -27,7 +27,7 @@ class Sheet:
     """What stands on every page."""
 
     report: Mapping[str, Any]
-    units: Units
+    units: DisplayUnits
     date: str
     wide_mm: float
     high_mm: float

@@ -11,12 +11,12 @@ from reportlab.platypus import Flowable
 
 from autobalance.graphics.words import at, degrees
 from autobalance.report import kinds
+from autobalance.report.display_units import DisplayUnits
 from autobalance.report.drawing import WebDrawing
 from autobalance.report.paper.labels import Occupied, directions, rings_for, spread_on_circle
 from autobalance.report.paper.lettering import POINTS_PER_MM, width_mm
 from autobalance.report.paper.pen import ACCENT, BADGE_MM, CENTRE_LINE, GONE, INK, METAL, RULE, SOFT, Pen
 from autobalance.report.paper.scales import scale_bar, scale_for
-from autobalance.report.paper.units import Units
 from autobalance.solid.mesh.mesh import Array
 
 Item = Mapping[str, Any]
@@ -35,7 +35,12 @@ class WebView(Flowable):  # type: ignore[misc]
     """The view of one web."""
 
     def __init__(
-        self, report: Mapping[str, Any], web: WebDrawing, items: Sequence[Item], u: Units, wide_mm: float
+        self,
+        report: Mapping[str, Any],
+        web: WebDrawing,
+        items: Sequence[Item],
+        u: DisplayUnits,
+        wide_mm: float,
     ) -> None:
         super().__init__()
         self.report, self.web, self.items, self.u, self.wide_mm = report, web, list(items), u, wide_mm
