@@ -8,6 +8,7 @@ from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal
 
+from autobalance import job as jobs
 from autobalance.api.ending import (
     REPORT,
     Staged,
@@ -26,6 +27,7 @@ from autobalance.api.result import VerbResult
 from autobalance.balancing.measured_crank import Crank as MeasuredCrank
 from autobalance.balancing.measured_crank import measure_crank, measured_source, work_on_faces
 from autobalance.errors import FileError, JobError
+from autobalance.job import JobSource
 from autobalance.job.model import Job
 from autobalance.report.bundle import FILES, Choice
 from autobalance.runtime import Stopwatch, load_in_thread
@@ -180,15 +182,15 @@ class BalanceResult(VerbResult):
         return staged_files(self.record, self.before, folder, choice, tell, staging)
 
 
-def balance(job: Job, crank: Crank | None = None, *, progress: Progress | None = None) -> BalanceResult:
+def balance(job: JobSource, crank: Crank | None = None, *, progress: Progress | None = None) -> BalanceResult:
     """Cut a crank until its residual unbalance is within tolerance, or as near as the metal allows.
 
     Nothing is written and nothing is printed.
 
     Parameters
     ----------
-    job : Job
-        As ``read_job`` reads it, or ``Job.from_dict`` makes it.
+    job : Job, path or dict
+        As ``read_job`` reads it, or ``Job.from_dict`` makes it; a dict's crank file is looked for here.
     crank : Crank or None
         In place of the job's crank file.
     progress : callable or None
@@ -213,7 +215,10 @@ def balance(job: Job, crank: Crank | None = None, *, progress: Progress | None =
     >>> result.outcome, round(result.corrections[0].depth_mm, 2)
     ('within_tolerance', 2.79)
     """
-    return run(job, crank, telling(progress), Stopwatch())
+    watch = Stopwatch()
+    with watch.stage("load"):
+        read = jobs.given(job)
+    return run(read, crank, telling(progress), watch)
 
 
 def run(job: Job, given: Crank | None, tell: Tell, watch: Stopwatch) -> BalanceResult:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from pathlib import Path
 from typing import TYPE_CHECKING
 
 from autobalance import job as jobs
@@ -13,7 +12,7 @@ from autobalance.api.progress import Progress, telling
 from autobalance.api.request import job_set
 from autobalance.api.result import VerbResult
 from autobalance.balancing.run import compare_job
-from autobalance.job.model import Job
+from autobalance.job import JobSource
 
 if TYPE_CHECKING:
     from autobalance.api.crank import Crank
@@ -49,14 +48,12 @@ class CompareResult(VerbResult):
         return comparison_html(self.report, ON_SCREEN["metric"])
 
 
-def compare(
-    job: Job | str | Path, crank: Crank | None = None, *, progress: Progress | None = None
-) -> CompareResult:
+def compare(job: JobSource, crank: Crank | None = None, *, progress: Progress | None = None) -> CompareResult:
     """Balance one crank by every kind of correction and the useful mixes in turn; nothing is written.
 
     Parameters
     ----------
-    job : Job or path
+    job : Job, path or dict
         Its ``[correction]`` tables set the limits; ``method`` is not looked at.
     crank : Crank or None
         In place of the job's crank file.
@@ -70,7 +67,7 @@ def compare(
     """
     from autobalance.report.comparison import comparison
 
-    job = job if isinstance(job, Job) else jobs.load(job)
+    job = jobs.given(job)
     given = None if crank is None else crank.measured
     job = job if crank is None else with_crank(job, crank)
     done = compare_job(job, telling(progress), given)

@@ -5,15 +5,14 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from autobalance import job as jobs
-from autobalance.api.job import read_job
 from autobalance.api.progress import Progress
 from autobalance.api.request import Request, job_set, request
 from autobalance.api.result import Plots, Values, VerbResult, report_head
 from autobalance.errors import UsageError
+from autobalance.job import JobSource
 from autobalance.job.model import Job
 from autobalance.units import RAD_S_PER_RPM
 
@@ -64,7 +63,7 @@ class CycleResult(VerbResult):
 
 
 def cycle(
-    job: Job | str | Path | Mapping[str, Any],
+    job: JobSource,
     speed_rpm: float | None = None,
     factors: Sequence[float] | None = None,
     *,
@@ -110,9 +109,7 @@ def cycle(
     from autobalance.engine.cycle.values import sweep_values
 
     wanted, speeds = checked_factors(factors), _checked_sweep(sweep_rpm)
-    read = (
-        job if isinstance(job, Job) else read_job(job) if isinstance(job, str | Path) else Job.from_dict(job)
-    )
+    read = jobs.given(job)
     check_cycle(read)
     found = request(read, crank, speed_rpm, progress)
     firing = firing_engine(

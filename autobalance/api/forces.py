@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from autobalance.api.progress import Progress
@@ -16,7 +15,7 @@ from autobalance.engine.force_summary import shaking_force, turn_loads, turn_sup
 from autobalance.engine.force_values import advice_values, force_values, load_values
 from autobalance.engine.whole_engine import Engine, about
 from autobalance.errors import UsageError
-from autobalance.job.model import Job
+from autobalance.job import JobSource
 
 if TYPE_CHECKING:
     from autobalance.api.crank import Crank
@@ -44,7 +43,7 @@ class ForcesResult(VerbResult):
 
 
 def forces(
-    job: Job | str | Path,
+    job: JobSource,
     crank: Crank | None = None,
     *,
     speed_rpm: float | None = None,
@@ -57,7 +56,7 @@ def forces(
 
     Parameters
     ----------
-    job : Job or path
+    job : Job, path or dict
         ``engine.rod_length_mm`` is needed.
     crank : Crank or None
         In place of the job's crank file.

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from autobalance import job as jobs
@@ -14,6 +13,7 @@ from autobalance.api.result import Plots, VerbResult
 from autobalance.engine.conrod import ConnectingRod
 from autobalance.engine.parts import roll_up
 from autobalance.errors import JobError
+from autobalance.job import JobSource
 from autobalance.job.model import Job, ThrowParts, Weight
 
 if TYPE_CHECKING:
@@ -36,14 +36,12 @@ class PartsResult(VerbResult):
         return _plots(self.report["throws"])
 
 
-def parts(
-    job: Job | str | Path, crank: Crank | None = None, *, progress: Progress | None = None
-) -> PartsResult:
+def parts(job: JobSource, crank: Crank | None = None, *, progress: Progress | None = None) -> PartsResult:
     """Roll up the weights of a job: rotating, reciprocating, bob-weights, with their uncertainty.
 
     Parameters
     ----------
-    job : Job or path
+    job : Job, path or dict
         Its crank is read for ``factor = "original"`` only.
     crank : Crank or None
         In place of the job's crank file.
@@ -53,7 +51,7 @@ def parts(
     AutobalanceError
         For anything wrong with the job, or the crank where it is needed.
     """
-    job = job if isinstance(job, Job) else jobs.load(job)
+    job = jobs.given(job)
     asked = job.balance.factor
     factor = request(job, crank, progress=progress).factor if asked is None else asked
     throws = [(None, job.engine.default), *sorted(job.engine.by_throw.items())]

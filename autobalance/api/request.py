@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from autobalance import job as jobs
@@ -15,6 +14,7 @@ from autobalance.balancing import plausibility, rotor_from_job
 from autobalance.balancing.measured_crank import Crank as MeasuredCrank
 from autobalance.balancing.measured_crank import measure_crank
 from autobalance.errors import UsageError
+from autobalance.job import JobSource
 from autobalance.job.model import Job
 from autobalance.runtime import Stopwatch
 from autobalance.units import RAD_S_PER_RPM
@@ -35,12 +35,12 @@ class Request:
 
 
 def request(
-    job: Job | str | Path,
+    job: JobSource,
     crank: Crank | None = None,
     speed_rpm: float | None = None,
     progress: Progress | None = None,
 ) -> Request:
-    """Measure the crank of a job and check that the engine fits it; a path is read as a job.
+    """Measure the crank of a job and check that the engine fits it.
 
     Raises
     ------
@@ -49,7 +49,7 @@ def request(
     AutobalanceError
         For anything wrong with the job or the crank.
     """
-    job = job if isinstance(job, Job) else jobs.load(job)
+    job = jobs.given(job)
     if speed_rpm is not None and not 0.0 < speed_rpm < math.inf:
         raise UsageError(f"--speed-rpm is {speed_rpm:g}; must be > 0")
     rpm = jobs.describe(job)["balance"]["speed_rpm"] if speed_rpm is None else speed_rpm

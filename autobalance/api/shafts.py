@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from autobalance.api.progress import Progress
@@ -27,7 +26,8 @@ from autobalance.engine.shafts import (
     roll_moment_n_m,
 )
 from autobalance.engine.whole_engine import Engine, Order, about
-from autobalance.job.model import BalanceShaftEntry, Job
+from autobalance.job import JobSource
+from autobalance.job.model import BalanceShaftEntry
 
 if TYPE_CHECKING:
     from autobalance.api.crank import Crank
@@ -54,7 +54,7 @@ class ShaftsResult(VerbResult):
 
 
 def shafts(
-    job: Job | str | Path,
+    job: JobSource,
     crank: Crank | None = None,
     *,
     speed_rpm: float | None = None,
@@ -65,7 +65,7 @@ def shafts(
 
     Parameters
     ----------
-    job : Job or path
+    job : Job, path or dict
         ``engine.rod_length_mm`` is needed.
     crank : Crank or None
         In place of the job's crank file.

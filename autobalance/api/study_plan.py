@@ -12,7 +12,7 @@ from autobalance.errors import ClaimError, FileError, FormatError
 
 if TYPE_CHECKING:
     from autobalance.api.crank import Crank
-    from autobalance.job import Job
+    from autobalance.job import Job, JobSource
     from autobalance.studies.plan import Plan
     from autobalance.verification.claims import Claims
 
@@ -31,7 +31,7 @@ class StudiedPlan:
 
 
 def studied_plan(
-    job: str | Path | Job | Mapping[str, Any],
+    job: JobSource,
     crank: Crank | None,
     tell: Tell,
     settings: Sequence[str] = (),
@@ -51,17 +51,7 @@ def studied_plan(
         if crank is not None:
             raise FormatError(f"{job} is a report, which has its crank; a crank goes with a job")
         return _of_report(Path(job), tell, settings)
-    read = job if isinstance(job, jobs.Job) else _read(job, settings)
-    return StudiedPlan(_of_job(read, crank, tell))
-
-
-def _read(job: str | Path | Mapping[str, Any], settings: Sequence[str]) -> Job:
-    from autobalance import job as jobs
-    from autobalance.job.settings import with_settings
-
-    if isinstance(job, Mapping):
-        return jobs.Job.from_dict(with_settings(job, settings))
-    return jobs.load(Path(job), settings)
+    return StudiedPlan(_of_job(jobs.given(job, settings), crank, tell))
 
 
 def _of_job(job: Job, crank: Crank | None, tell: Tell) -> Plan:

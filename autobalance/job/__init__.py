@@ -15,7 +15,7 @@ from autobalance.job.model import (
     ThrowParts,
     Weight,
 )
-from autobalance.job.read import load, parse
+from autobalance.job.read import JobSource, given, load, parse
 
 __all__ = [
     "Attached",
@@ -26,11 +26,13 @@ __all__ = [
     "CylinderLayout",
     "EngineParts",
     "Job",
+    "JobSource",
     "PartWeights",
     "RodOnScales",
     "ThrowParts",
     "Weight",
     "describe",
+    "given",
     "load",
     "parse",
 ]

@@ -6,7 +6,7 @@ import math
 import tomllib
 from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Literal
+from typing import TYPE_CHECKING, Any, Literal, TypeAlias
 
 from autobalance.errors import FileError, JobError
 from autobalance.job.layout import read_shafts
@@ -34,6 +34,9 @@ if TYPE_CHECKING:
     from autobalance.job.cycle import Cycle
     from autobalance.job.torsion_file import CrankTorsion
     from autobalance.signal.drive_sources import Drive
+
+JobSource: TypeAlias = Job | str | Path | Mapping[str, Any]
+"""What verbs take for a job: one that was read, its file, or a dict as the TOML has it."""
 
 OF_TORSION = ("torsion", "excitation", "pendulum", "speed_rpm", "points")
 TOP_KEYS = (
@@ -85,6 +88,23 @@ def load(path: str | Path, settings: Sequence[str] = ()) -> Job:
         return parse(with_settings(raw, settings), path, settings=tuple(settings))
     except JobError as error:
         raise JobError(f"{path.name}: {_cell(path, str(error))}{error}") from None
+
+
+def given(job: JobSource, settings: Sequence[str] = ()) -> Job:
+    """Return the job that a verb is given: itself, of a file, or of a dict as the TOML has it.
+
+    ``settings`` are for a file or a dict; a job that was read has had its own.
+
+    Raises
+    ------
+    FileError, JobError
+        As ``load``.
+    """
+    if isinstance(job, Job):
+        return job
+    if isinstance(job, Mapping):
+        return Job.from_dict(with_settings(job, settings))
+    return load(job, settings)
 
 
 def _cell(path: Path, message: str) -> str:
