@@ -16,11 +16,12 @@ from typing import Any
 
 from autobalance.balancing import rotor_from_job
 from autobalance.balancing.measured_crank import measure_crank
+from autobalance.design_search.candidates import judged
 from autobalance.design_search.chosen import with_refined
 from autobalance.design_search.envelope import violation
 from autobalance.design_search.free_metal import free_metal
 from autobalance.design_search.problem import Problem
-from autobalance.design_search.search import judged, searched
+from autobalance.design_search.search import searched
 from autobalance.job.design import parse_design
 from autobalance.runtime import Stopwatch
 
@@ -69,8 +70,8 @@ def tables(
 
 def own_way(problem: Problem) -> tuple[float, float]:
     """Return mass and violation of the best design that ``design`` finds."""
-    every = with_refined(problem, searched(problem, [], lambda _: None))
-    best = min(every, key=lambda each: (each.violation, each.objectives[0]))
+    every = with_refined(searched(problem, [], lambda _: None))
+    best = min(every.candidates, key=lambda each: (each.violation, each.objectives[0]))
     return float(best.objectives[0]), best.violation
 
 

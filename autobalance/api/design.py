@@ -18,8 +18,8 @@ from autobalance.report.files import Staging
 from autobalance.version import __version__
 
 if TYPE_CHECKING:
+    from autobalance.design_search.candidates import Candidate, Found
     from autobalance.design_search.problem import Problem
-    from autobalance.design_search.search import Candidate
     from autobalance.design_search.written import WrittenDesign
     from autobalance.job.design import DesignJob
 
@@ -117,10 +117,10 @@ def design(
         problem = Problem.of(job, crank, free_metal(job, crank))
         folder = None if output is None else Path(output)
         kept = KeptSearch(folder, _fingerprint(job, crank.source.sha256), fresh=fresh)
-        found = searched(
+        searched_designs = searched(
             problem, kept.generations, kept.keep, pool, lambda words, share: tell(words, 0.8 * share)
         )
-        result = _result(problem, found, started, tell)
+        result = _result(searched_designs, started, tell)
     if folder is not None:
         _write(result, folder)
     return result
@@ -134,17 +134,19 @@ def _fingerprint(job: DesignJob, crank_sha256: str) -> str:
 # --- from candidates to designs -----------------------------------------------------------------------------
 
 
-def _result(problem: Problem, found: list[Candidate], started: float, tell: Progress) -> DesignResult:
+def _result(found: Found, started: float, tell: Progress) -> DesignResult:
     from autobalance.design_search.chosen import chosen, with_refined
     from autobalance.report import design_values as values
 
+    problem = found.problem
     objectives = problem.design.search.objectives
-    every: list[Candidate] = list(found)
+    every = found
     if problem.design.search.refine:
         tell("refining by gradients", 0.8)
-        every = with_refined(problem, found)
+        every = with_refined(found)
     tell("writing designs", 0.85)
-    picked, ok = chosen(problem, every)
+    answer = chosen(every)
+    picked = answer.designs
     made, listed = {}, []
     for number, each in enumerate(picked, 1):
         name = f"d{number:02d}"
@@ -157,16 +159,16 @@ def _result(problem: Problem, found: list[Candidate], started: float, tell: Prog
         **report_head("design"),
         "design": dict(problem.design.raw),
         "start": values.start_values(problem),
-        "search": values.search_values(problem, found),
+        "search": values.search_values(found, answer),
         "designs": listed,
         "front": front,
         "best": best,
-        "outcome": "found" if ok else "infeasible",
-        "reason": None if ok else values.infeasible_reason(picked[0]),
+        "outcome": "found" if answer.kept else "infeasible",
+        "reason": None if answer.kept else values.infeasible_reason(picked[0]),
         "notes": values.step_notes(listed),
         "seconds": time.perf_counter() - started,
     }
-    return DesignResult(report, made, _drawn(problem, every, listed))
+    return DesignResult(report, made, _drawn(problem, answer.found.candidates, listed))
 
 
 def _files(problem: Problem, made: WrittenDesign) -> dict[str, bytes]:

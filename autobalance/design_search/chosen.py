@@ -3,43 +3,136 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import dataclass, replace
 
+from autobalance.design_search.candidates import Candidate, Found, front, least_violated, spread_over
 from autobalance.design_search.envelope import violation
-from autobalance.design_search.problem import Problem
 from autobalance.design_search.refine import refined
-from autobalance.design_search.search import Candidate, front, least_violated, spread_over
+from autobalance.design_search.strength_model import Analysed
 from autobalance.design_search.written import WrittenDesign, written
+from autobalance.errors import SolidError
 
 TRIED_MOST = 20
-"""Designs that are written to find one that keeps everything when measured."""
+"""Designs that are written to find those that keep everything when measured."""
 
 
-def with_refined(problem: Problem, found: Sequence[Candidate]) -> list[Candidate]:
+@dataclass(frozen=True, eq=False)
+class Chosen:
+    """Designs to be written.
+
+    Attributes
+    ----------
+    designs : sequence of WrittenDesign
+    kept : bool
+        Whether they keep everything when measured; else there is one, the least violated.
+    found : Found
+        With what was analysed of the written designs, too.
+    told_errors : mapping
+        By how much the model was off at written designs, before these were known to it; greatest, as shares.
+    """
+
+    designs: tuple[WrittenDesign, ...]
+    kept: bool
+    found: Found
+    told_errors: dict[str, float]
+
+
+def with_refined(found: Found) -> Found:
     """Return what was found, and the best in each objective made better by gradients."""
-    every = list(found)
+    problem, every = found.problem, list(found.candidates)
     for objective in range(len(problem.design.search.objectives)):
         best = min(every, key=lambda each: (each.violation, each.objectives[objective]))
         every.append(refined(problem, best, objective))
-    return every
+    return replace(found, candidates=tuple(every))
 
 
-def chosen(problem: Problem, found: Sequence[Candidate]) -> tuple[list[WrittenDesign], bool]:
+def chosen(found: Found) -> Chosen:
     """Return the designs to be written, and whether they keep everything when measured.
 
-    The front first; where none of it does (finite elements are asked only here), designs from all over what
-    is feasible, and at last the least violated of those that were measured.
+    The front first. Where finite elements are asked, what they find of it makes the model better, and the
+    front by the better model is measured in turn, until all of it was. Where nothing keeps everything,
+    designs from all over what is feasible, and at last the least violated of those that were measured.
     """
-    left = [each for each in found if each.violation <= 0.0]
-    tried: list[WrittenDesign] = []
-    while left and len(tried) < TRIED_MOST:
-        among = range(len(left)) if tried else front(left)
-        numbers = spread_over(left, list(among), min(problem.design.search.designs, TRIED_MOST - len(tried)))
-        made = [written(problem, left[number].variables) for number in numbers]
-        kept = [each for each in made if each.feasible]
-        if kept:
-            return kept, True
-        tried += made
-        left = [each for number, each in enumerate(left) if number not in numbers]
-    if not tried:
-        tried = [written(problem, next(iter(least_violated(found))).variables)]
-    return [min(tried, key=lambda each: violation(each.constraints))], False
+    tried = _Tried(found)
+    while True:
+        numbers = tried.wanted()
+        new = [number for number in numbers if number not in tried.made][: TRIED_MOST - len(tried.made)]
+        if not new:
+            break
+        tried.write(new)
+        if tried.kept(numbers) and tried.found.problem.model is None:
+            break
+    kept = tried.kept(numbers) or tried.kept(list(tried.made))
+    if not kept and not tried.made:
+        tried.write_least_violated()
+        kept = tried.kept(list(tried.made))
+    designs = kept or [min(tried.made.values(), key=lambda each: violation(each.constraints))]
+    return Chosen(tuple(designs), bool(kept), tried.found, tried.told_errors)
+
+
+class _Tried:
+    """Designs that were written, by their number among the candidates."""
+
+    def __init__(self, found: Found) -> None:
+        self.found = found
+        self.made: dict[int, WrittenDesign] = {}
+        self.told_errors: dict[str, float] = {}
+        self._failed: dict[int, SolidError] = {}
+
+    def wanted(self) -> list[int]:
+        """Return the numbers of the designs that would be the answer by what is known."""
+        every, count = self.found.candidates, self.found.problem.design.search.designs
+        left = [
+            number
+            for number, each in enumerate(every)
+            if number not in self._failed
+            and (self.made[number].feasible if number in self.made else each.violation <= 0.0)
+        ]
+        if not left:
+            return []
+        seen = [every[number] for number in left]
+        confirmed = not self.made or any(each.feasible for each in self.made.values())
+        among = front(seen) if confirmed or self.found.problem.model is not None else range(len(seen))
+        return [left[place] for place in spread_over(seen, list(among), min(count, TRIED_MOST))]
+
+    def kept(self, numbers: Sequence[int]) -> list[WrittenDesign]:
+        """Return those of some designs that keep everything when measured."""
+        return [self.made[number] for number in numbers if number in self.made and self.made[number].feasible]
+
+    def write(self, numbers: Sequence[int]) -> None:
+        """Write and measure designs, and judge all others by what that tells."""
+        problem, told = self.found.problem, []
+        for number in numbers:
+            candidate = self.found.candidates[number]
+            try:
+                made = written(problem, candidate.variables)
+            except SolidError as error:
+                self._failed[number] = error
+                continue
+            self.made[number] = made
+            if made.strengths:
+                told.append(Analysed(made.variables, made.strengths))
+                self._compare(made)
+        if told:
+            self.found = self.found.with_known(told)
+        refine = self.found.problem.design.search.refine
+        if told and refine and not all(self.made[n].feasible for n in numbers if n in self.made):
+            self.found = with_refined(self.found)
+
+    def write_least_violated(self) -> None:
+        """Write the first design, the least violated first, that can be written."""
+        order: list[Candidate] = list(least_violated(self.found.candidates))
+        places = {id(each): number for number, each in enumerate(self.found.candidates)}
+        for candidate in order[:TRIED_MOST]:
+            self.write([places[id(candidate)]])
+            if self.made:
+                return
+        raise next(iter(self._failed.values()))
+
+    def _compare(self, made: WrittenDesign) -> None:
+        model = self.found.problem.model
+        if model is None:
+            return
+        for name, told in model.predicted(made.variables).items():
+            off = abs(told / made.strengths[name] - 1.0)
+            self.told_errors[name] = max(off, self.told_errors.get(name, 0.0))

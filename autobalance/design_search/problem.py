@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -25,7 +25,9 @@ from autobalance.design_search.envelope import (
 from autobalance.design_search.free_metal import FreeMetal, FreeWeb
 from autobalance.design_search.neighbours import Clearance, Neighbour
 from autobalance.design_search.profile import AreaMoments
+from autobalance.design_search.strength_model import StrengthModel
 from autobalance.engine.balance_factor import bob_weight_moments
+from autobalance.fem_analysis.mesher import need_libraries
 from autobalance.job.design import DesignJob
 from autobalance.rigid_rotor.moments import Moments
 from autobalance.rigid_rotor.tolerance import Tolerance
@@ -35,7 +37,7 @@ from autobalance.solid.csg.solid import Solid
 Array = NDArray[np.float64]
 
 G_MM2_PER_KG_MM2 = 1000.0
-LOAD, STRESS = "greatest_main_load_N", "greatest_stress_MPa"
+LOAD, STRESS, FREQUENCY = "greatest_main_load_N", "greatest_stress_MPa", "first_frequency_hz"
 AIM = 1e-9
 """Share of the permissible value that is left by the solution, by the profiles' own moments."""
 ALLOWED = 0.01
@@ -56,6 +58,8 @@ class Problem:
         Of bob-weights and attached rotors at the target factor.
     factor : float
     neighbours : sequence of Neighbour
+    model : StrengthModel or None
+        Tells what finite elements would find, once some designs were analysed.
     """
 
     design: DesignJob
@@ -64,16 +68,30 @@ class Problem:
     loads: Moments
     factor: float
     neighbours: Sequence[Neighbour]
+    model: StrengthModel | None = None
 
     @classmethod
     def of(cls, design: DesignJob, crank: Crank, free: FreeMetal) -> Problem:
-        """Return the problem of a design job."""
+        """Return the problem of a design job.
+
+        Raises
+        ------
+        JobError
+            If the job lacks what its weights, loads or stress need.
+        FileError
+            If finite elements are wanted and their extra is not installed.
+        """
         job = design.start
         rotor_from_job.check_engine(job, crank.anatomy)
         factor = rotor_from_job.target_factor(job, crank.anatomy, crank.moments)
         loads = bob_weight_moments(rotor_from_job.throw_loads(crank.anatomy, job.engine), factor)
         loads = loads + rotor_from_job.attached_moments(job.engine.attached)
-        return cls(design, crank, free, loads, factor, neighbours_of(design, crank))
+        found = cls(design, crank, free, loads, factor, neighbours_of(design, crank))
+        if found.strengths_wanted:
+            need_libraries()
+        if LOAD in found.wanted or STRESS in found.strengths_wanted:
+            strength.cycle_of(job, crank.anatomy, crank.moments, None)  # says what the job lacks
+        return found
 
     # --- variables ------------------------------------------------------------------------------------------
 
@@ -210,50 +228,84 @@ class Problem:
         """Names of the objectives, without sign."""
         return {name.removeprefix("-") for name in self.design.search.objectives}
 
-    def objectives(self, moments: Moments, solid: Callable[[], Solid] | None = None) -> dict[str, float]:
-        """Return what a design is worth.
+    @property
+    def strengths_wanted(self) -> tuple[str, ...]:
+        """Names of what finite elements must tell of each design."""
+        limits = self.design.fem
+        frequency = limits is not None and limits.min_frequency_hz is not None
+        stress = STRESS in self.wanted or (limits is not None and limits.max_stress_MPa is not None)
+        return (FREQUENCY,) * frequency + (STRESS,) * stress
 
-        ``solid`` makes its solid (rotor frame), on which loads and stress are found; without it loads are
-        found by the moments, and stress is left out.
+    def strengths(self, moments: Moments, solid: Solid) -> dict[str, float]:
+        """Return what finite elements find of a design's solid (rotor frame).
+
+        Raises
+        ------
+        SolidError
+            If it cannot be meshed.
         """
+        if not self.strengths_wanted:
+            return {}
+        anatomy, density = self.crank.anatomy, self.crank.density_g_mm3
+        size_mm = None if self.design.fem is None else self.design.fem.size_mm
+        mesh = strength.body_of(with_crankpins(solid, self.crank), size_mm)
+        found = {}
+        if FREQUENCY in self.strengths_wanted:
+            found[FREQUENCY] = strength.first_frequency_hz(mesh, density)
+        if STRESS in self.strengths_wanted:
+            in_file = solid.moved(anatomy.rotor_to_file)
+            cycle = strength.cycle_of(self.design.start, anatomy, moments, in_file)
+            loads = strength.greatest_pin_loads_n(cycle)
+            found[STRESS] = strength.greatest_stress_MPa(mesh, anatomy, loads, density)
+        return found
+
+    def of_strengths(
+        self, strengths: Mapping[str, float], errors: Mapping[str, float] | None = None
+    ) -> list[Constraint]:
+        """Return strengths as constraints; where they are told only, with their errors (shares) as room."""
+        limits, found = self.design.fem, []
+        if limits is None:
+            return []
+        error = errors or {}
+        if limits.min_frequency_hz is not None and FREQUENCY in strengths:
+            value, least = strengths[FREQUENCY], limits.min_frequency_hz
+            margin = value * (1.0 - error.get(FREQUENCY, 0.0)) - least
+            found.append(Constraint("first frequency", value, least, "Hz", margin, 0.01 * least))
+        if limits.max_stress_MPa is not None and STRESS in strengths:
+            value, most = strengths[STRESS], limits.max_stress_MPa
+            margin = most - value * (1.0 + error.get(STRESS, 0.0))
+            found.append(Constraint("stress", value, most, "MPa", margin, 0.01 * most))
+        return found
+
+    def told(self, variables: Array) -> list[Constraint]:
+        """Return what the model tells of the limits by finite elements; nothing where there is none yet."""
+        if self.model is None:
+            return []
+        return self.of_strengths(self.model.predicted(variables), self.model.errors_at(variables))
+
+    @property
+    def signed_objectives(self) -> list[tuple[str, float]]:
+        """Names of the objectives with their signs: −1 where the greatest is wanted."""
+        return [
+            (name.removeprefix("-"), -1.0 if name.startswith("-") else 1.0)
+            for name in self.design.search.objectives
+        ]
+
+    def objectives(
+        self, moments: Moments, strengths: Mapping[str, float], solid: Solid | None = None
+    ) -> dict[str, float]:
+        """Return what a design is worth; with its solid (rotor frame) loads are found by its bays."""
         found = {
             "mass_g": moments.mass_g,
             "polar_inertia_kg_mm2": moments.polar_inertia_g_mm2 / G_MM2_PER_KG_MM2,
         }
-        if not self.wanted & {LOAD, STRESS}:
-            return found
-        anatomy = self.crank.anatomy
-        body = None if solid is None else solid()
-        in_file = None if body is None else body.moved(anatomy.rotor_to_file)
-        cycle = strength.cycle_of(self.design.start, anatomy, moments, in_file)
-        found[LOAD] = strength.greatest_main_load_n(cycle)
-        if STRESS in self.wanted and body is not None:
-            mesh = strength.body_of(with_crankpins(body, self.crank), self._fem_size_mm)
-            loads = strength.greatest_pin_loads_n(cycle)
-            found[STRESS] = strength.greatest_stress_MPa(mesh, anatomy, loads, self.crank.density_g_mm3)
-        return found
-
-    @property
-    def _fem_size_mm(self) -> float | None:
-        return None if self.design.fem is None else self.design.fem.size_mm
-
-    def fem_constraints(self, moments: Moments, solid: Solid) -> list[Constraint]:
-        """Return what finite elements must find of a design's solid (rotor frame)."""
-        limits = self.design.fem
-        if limits is None or (limits.min_frequency_hz is None and limits.max_stress_MPa is None):
-            return []
-        anatomy, density = self.crank.anatomy, self.crank.density_g_mm3
-        mesh = strength.body_of(with_crankpins(solid, self.crank), limits.size_mm)
-        found = []
-        if limits.min_frequency_hz is not None:
-            value, least = strength.first_frequency_hz(mesh, density), limits.min_frequency_hz
-            found.append(Constraint("first frequency", value, least, "Hz", value - least, 0.01 * least))
-        if limits.max_stress_MPa is not None:
-            in_file = solid.moved(anatomy.rotor_to_file)
+        if LOAD in self.wanted:
+            anatomy = self.crank.anatomy
+            in_file = None if solid is None else solid.moved(anatomy.rotor_to_file)
             cycle = strength.cycle_of(self.design.start, anatomy, moments, in_file)
-            loads = strength.greatest_pin_loads_n(cycle)
-            value, most = strength.greatest_stress_MPa(mesh, anatomy, loads, density), limits.max_stress_MPa
-            found.append(Constraint("stress", value, most, "MPa", most - value, 0.01 * most))
+            found[LOAD] = strength.greatest_main_load_n(cycle)
+        if STRESS in self.wanted and STRESS in strengths:
+            found[STRESS] = strengths[STRESS]
         return found
 
     def constraints(

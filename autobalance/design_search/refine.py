@@ -8,8 +8,8 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.optimize import minimize
 
+from autobalance.design_search.candidates import Candidate, judged
 from autobalance.design_search.problem import Problem
-from autobalance.design_search.search import Candidate, judged
 
 Array = NDArray[np.float64]
 
@@ -75,9 +75,8 @@ def _descended(problem: Problem, start: Array, name: str) -> Array:
         at = variables(shares)
         moments = problem.moments(at)[0]
         constraints, _ = problem.constraints(at, moments, problem.residual(moments), exact=False)
-        return np.array(
-            [max(min(each.margin / each.scale, 10.0), -10.0) - CLEAR_MM for each in constraints[1:]]
-        )
+        every = (*constraints[1:], *problem.told(at))
+        return np.array([max(min(each.margin / each.scale, 10.0), -10.0) - CLEAR_MM for each in every])
 
     answer: Any = minimize(  # type: ignore[call-overload]
         value,

@@ -6,86 +6,60 @@ stopped is run again with the values it has on disk.
 
 from __future__ import annotations
 
-import pickle
-from collections.abc import Callable, Iterator, Sequence
-from dataclasses import dataclass
-from functools import lru_cache
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from autobalance.design_search.build import with_profiles
-from autobalance.design_search.envelope import violation
-from autobalance.design_search.problem import STRESS, Problem
+from autobalance.design_search.analyses import analysed_next
+from autobalance.design_search.candidates import Candidate, Found, completed, judged
+from autobalance.design_search.problem import Problem
+from autobalance.design_search.strength_model import Analysed
+from autobalance.design_search.tasks import each_done, problem_of
 from autobalance.errors import FileError
-from autobalance.rigid_rotor.moments import Moments
-from autobalance.solid.csg.solid import Solid
 from autobalance.studies.workers import InThisProcess, Workers
 
 Array = NDArray[np.float64]
 
 PENALTY = 1e3
 """Weight of broken constraints where the method knows none."""
-
-
-@dataclass(frozen=True, eq=False)
-class Candidate:
-    """A judged design: variables (v,) with the balance met, objectives (k,) to be least, and violation."""
-
-    variables: Array
-    objectives: Array
-    violation: float
+AT_ONCE = 4
+"""Designs that a worker judges at a time."""
 
 
 @dataclass(frozen=True, eq=False)
 class Generation:
-    """One generation as it was asked (unit cube) and judged."""
+    """One generation as it was asked (unit cube) and judged, and which designs were analysed in it."""
 
     number: int
     asked: Array
     candidates: tuple[Candidate, ...]
+    analysed: tuple[Analysed, ...] = ()
 
     def line(self) -> dict[str, Any]:
         """Return it as JSON values with all digits."""
+        told = [{"variables": each.variables.tolist(), **each.values} for each in self.analysed]
         return {
             "generation": self.number,
             "asked": self.asked.tolist(),
             "variables": [each.variables.tolist() for each in self.candidates],
             "objectives": [each.objectives.tolist() for each in self.candidates],
-            "violations": [each.violation for each in self.candidates],
+            "violations": [each.by_geometry for each in self.candidates],
+            **({"analysed": told} if told else {}),
         }
 
     @classmethod
     def of_line(cls, line: dict[str, Any]) -> Generation:
         """Return the generation that a line holds."""
         rows = zip(line["variables"], line["objectives"], line["violations"], strict=True)
-        made = tuple(Candidate(np.array(v), np.array(o), float(b)) for v, o, b in rows)
-        return cls(int(line["generation"]), np.array(line["asked"]), made)
-
-
-def objective_values(problem: Problem, moments: Moments, variables: Array) -> Array:
-    """Return the values (k,) of a search's objectives, each to be least; its solid is made for the stress."""
-
-    def solid() -> Solid:
-        amounts = problem.amounts(variables)
-        return with_profiles(problem.free, amounts.radii_mm, amounts.thickness_mm)[0]
-
-    values = problem.objectives(moments, solid if STRESS in problem.wanted else None)
-    return np.array(
-        [
-            -values[name.removeprefix("-")] if name.startswith("-") else values[name]
-            for name in problem.design.search.objectives
-        ]
-    )
-
-
-def judged(problem: Problem, variables: Array) -> Candidate:
-    """Return a design with its balance solved for, judged by its profiles' own moments."""
-    solved = problem.solved(variables)
-    moments = problem.moments(solved)[0]
-    constraints, _ = problem.constraints(solved, moments, problem.residual(moments), exact=False)
-    return Candidate(solved, objective_values(problem, moments, solved), violation(constraints))
+        made = tuple(Candidate(np.array(v), np.array(o), float(b), float(b)) for v, o, b in rows)
+        told = []
+        for each in line.get("analysed", ()):
+            variables = each.pop("variables")
+            told.append(Analysed(np.array(variables), each))
+        return cls(int(line["generation"]), np.array(line["asked"]), made, tuple(told))
 
 
 def searched(
@@ -94,7 +68,7 @@ def searched(
     keep: Callable[[Generation], None],
     workers: Workers | None = None,
     progress: Callable[[str, float], object] = lambda _words, _share: None,
-) -> list[Candidate]:
+) -> Found:
     """Return every design that was looked at.
 
     Parameters
@@ -112,59 +86,49 @@ def searched(
     ------
     FileError
         If the extra ``optimize`` is not installed.
+    SolidError
+        If no design of the first generation can be meshed, where finite elements are asked.
     """
     low, high = problem.bounds.T
     span = high - low
     options = problem.design.search
     algorithm = _algorithm(problem)
-    found: list[Candidate] = []
+    pool = workers or InThisProcess()
+    found = Found(problem, ())
     by_number = {generation.number: generation for generation in known}
-    number = 0
+    number, looked_at = 0, 0
     while algorithm.has_next():
         number += 1
         asked = algorithm.ask()
-        places = np.atleast_2d(asked.get("X"))[: options.evaluations - len(found)]
+        places = np.atleast_2d(asked.get("X"))[: options.evaluations - looked_at]
         generation = by_number.get(number)
         if generation is None or not np.array_equal(generation.asked, places):
-            rows = _judged_all(problem, [low + place * span for place in places], workers or InThisProcess())
-            generation = Generation(number, places, tuple(rows))
+            progress(f"generation {number}", looked_at / options.evaluations)
+            rows = _judged_all(problem, [low + place * span for place in places], pool)
+            if problem.strengths_wanted:
+                progress(f"finite elements, generation {number}", looked_at / options.evaluations)
+            told = analysed_next(found, rows, number, pool)
+            generation = Generation(number, places, tuple(rows), told)
             keep(generation)
-        found += generation.candidates
-        progress(f"generation {number}", len(found) / options.evaluations)
-        if len(found) >= options.evaluations:
+        found = found.with_known(generation.analysed) if generation.analysed else found
+        own = tuple(completed(found.problem, each) for each in generation.candidates)
+        found = replace(found, candidates=(*found.candidates, *own))
+        looked_at += len(own)
+        progress(f"generation {number}", looked_at / options.evaluations)
+        if looked_at >= options.evaluations:
             break
-        _tell(algorithm, asked, generation, options.method)
+        _tell(algorithm, asked, own, options.method)
     return found
-
-
-AT_ONCE = 4
-"""Designs that a worker judges at a time."""
 
 
 def _judged_all(problem: Problem, rows: Sequence[Array], workers: Workers) -> list[Candidate]:
-    if isinstance(workers, InThisProcess):
-        return [judged(problem, row) for row in rows]
-    each = 1 if STRESS in problem.wanted else AT_ONCE
-    parts = [rows[begin : begin + each] for begin in range(0, len(rows), each)]
-    sent = pickle.dumps(problem)
-    made: dict[int, list[Candidate]] = {}
-    for done in workers.run(_judged_task, [(sent, part) for part in parts]):
-        here = done.lost  # no worker outlives it: where this process does, its answer stands
-        made[done.number] = [judged(problem, row) for row in parts[done.number]] if here else done.value
-    return [candidate for number in range(len(parts)) for candidate in made[number]]
+    parts = [rows[begin : begin + AT_ONCE] for begin in range(0, len(rows), AT_ONCE)]
+    return [candidate for part in each_done(workers, _judged_task, problem, parts) for candidate in part]
 
 
-def _judged_task(task: tuple[bytes, Sequence[Array]]) -> list[Candidate]:
-    sent, rows = task
-    problem = _problem(sent)
-    return [judged(problem, row) for row in rows]
-
-
-@lru_cache(maxsize=1)
-def _problem(sent: bytes) -> Problem:
-    """Return a problem as it was sent; a worker makes it once."""
-    found: Problem = pickle.loads(sent)
-    return found
+def _judged_task(task: tuple[Any, Sequence[Array]]) -> list[Candidate]:
+    problem = problem_of(task[0])
+    return [judged(problem, row) for row in task[1]]
 
 
 def _algorithm(problem: Problem) -> Any:
@@ -209,44 +173,14 @@ def _first(start: Array, count: int, seed: int) -> Array:
     return first
 
 
-def _tell(algorithm: Any, asked: Any, generation: Generation, method: str) -> None:
-    broken = np.array([[each.violation] for each in generation.candidates])
-    values = np.stack([each.objectives for each in generation.candidates])
+def _tell(algorithm: Any, asked: Any, candidates: Sequence[Candidate], method: str) -> None:
+    broken = np.array([[each.violation] for each in candidates])
+    values = np.stack([each.objectives for each in candidates])
     if method == "cmaes":
         scale = np.abs(values[0, 0]) or 1.0
         asked.set("F", values + PENALTY * scale * broken)
     else:
         asked.set("F", values)
         asked.set("G", broken)
-    algorithm.evaluator.n_eval += len(generation.candidates)
+    algorithm.evaluator.n_eval += len(candidates)
     algorithm.tell(infills=asked)
-
-
-def front(candidates: Sequence[Candidate]) -> list[int]:
-    """Return the numbers of the designs that no other beats in all objectives, each once."""
-    values = np.stack([each.objectives for each in candidates])
-    kept: list[int] = []
-    for number, own in enumerate(values):
-        beaten = ((values <= own).all(axis=1) & (values < own).any(axis=1)).any()
-        same = any((values[other] == own).all() for other in kept)
-        if not beaten and not same:
-            kept.append(number)
-    return kept
-
-
-def spread_over(candidates: Sequence[Candidate], numbers: Sequence[int], count: int) -> list[int]:
-    """Return at most ``count`` designs of a front: the best in each objective, then the loneliest."""
-    values = np.stack([candidates[number].objectives for number in numbers])
-    reach = np.maximum(np.ptp(values, axis=0), 1e-300)
-    scaled = (values - values.min(axis=0)) / reach
-    chosen = list(dict.fromkeys(int(column.argmin()) for column in scaled.T))[:count]
-    while len(chosen) < min(count, len(numbers)):
-        apart = np.linalg.norm(scaled[:, None] - scaled[chosen][None], axis=2).min(axis=1)
-        apart[chosen] = -1.0
-        chosen.append(int(apart.argmax()))
-    return [numbers[place] for place in sorted(chosen)]
-
-
-def least_violated(candidates: Sequence[Candidate]) -> Iterator[Candidate]:
-    """Yield designs, the least violated first."""
-    yield from sorted(candidates, key=lambda each: (each.violation, *each.objectives))

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from collections.abc import Mapping
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -29,7 +30,8 @@ FORMAT = "stl"
 class WrittenDesign:
     """A design as the bytes of its solid, and everything measured of that.
 
-    ``solid`` is in file coordinates; ``held_error`` is by how much the held volume differs, as a share.
+    ``solid`` is in file coordinates; ``held_error`` is by how much the held volume differs, as a share;
+    ``strengths`` is what finite elements found of it.
     """
 
     variables: Array
@@ -42,6 +44,7 @@ class WrittenDesign:
     held_error: float
     constraints: tuple[Constraint, ...]
     clearances: tuple[Clearance, ...]
+    strengths: Mapping[str, float] = field(default_factory=dict)
 
     def rotor_solid(self, problem: Problem) -> Solid:
         """Return the solid in the rotor frame."""
@@ -54,7 +57,13 @@ class WrittenDesign:
 
 
 def written(problem: Problem, variables: Array) -> WrittenDesign:
-    """Write a design's solid and measure it; what facets and rounding change is solved for again."""
+    """Write a design's solid and measure it; what facets and rounding change is solved for again.
+
+    Raises
+    ------
+    SolidError
+        If finite elements are asked, and the solid cannot be meshed.
+    """
     off = np.zeros(4)
     best: WrittenDesign | None = None
     for _ in range(PASSES):
@@ -66,8 +75,11 @@ def written(problem: Problem, variables: Array) -> WrittenDesign:
             break
         off = made.residual.components - problem.residual(problem.moments(solved)[0]).components
     assert best is not None
-    found = problem.fem_constraints(best.moments, best.rotor_solid(problem))
-    return replace(best, constraints=(*best.constraints, *found)) if found else best
+    if not problem.strengths_wanted:
+        return best
+    strengths = problem.strengths(best.moments, best.rotor_solid(problem))
+    every = (*best.constraints, *problem.of_strengths(strengths))
+    return replace(best, constraints=every, strengths=strengths)
 
 
 def _made(problem: Problem, variables: Array) -> WrittenDesign:

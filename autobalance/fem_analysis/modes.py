@@ -25,6 +25,8 @@ MORE = 6
 """Modes found beyond those asked for: a round body has each bending mode twice, and Lanczos may find the
 second one late."""
 SLICES = 40
+THIN = 1e-12
+"""A slice with less moment of inertia, as a share of the greatest, is nodes on the axis: it does not turn."""
 CLEAR = 0.6
 """Share of the kinetic energy that makes a kind."""
 
@@ -161,7 +163,7 @@ class SliceMotions:
         along = float((self.weight * mean[self.number, 2] ** 2).sum())
         x, y = self.about_mm[:, 0], self.about_mm[:, 1]
         arm = self._sum((x * x + y * y)[:, None])[:, 0]
-        spin = self._sum((x * moved[:, 1] - y * moved[:, 0])[:, None])[:, 0] / np.maximum(arm, 1e-300)
+        spin = _over(self._sum((x * moved[:, 1] - y * moved[:, 0])[:, None])[:, 0], arm)
         torsion = float((spin**2 * arm).sum())
         tilt = self._tilt(moved[:, 2] - mean[self.number, 2])
         shares: dict[Kind, float] = {"bending": across + tilt, "torsion": torsion, "axial": along}
@@ -174,7 +176,7 @@ class SliceMotions:
         for column in (0, 1):
             arm = self.about_mm[:, column]
             moment = self._sum((arm * along)[:, None])[:, 0]
-            energy += float((moment**2 / np.maximum(self._sum((arm * arm)[:, None])[:, 0], 1e-300)).sum())
+            energy += float((moment * _over(moment, self._sum((arm * arm)[:, None])[:, 0])).sum())
         return energy
 
     def _sum(self, values: Array) -> Array:
@@ -183,6 +185,12 @@ class SliceMotions:
 
     def _mean(self, values: Array) -> Array:
         return self._sum(values) / np.maximum(self._sum(np.ones((len(values), 1))), 1e-300)
+
+
+def _over(moment: Array, arm: Array) -> Array:
+    """Return how fast slices turn; one with nothing off its axis does not."""
+    found: Array = np.divide(moment, arm, out=np.zeros_like(arm), where=arm > THIN * arm.max())
+    return found
 
 
 def slice_motions(body: Body) -> SliceMotions:

@@ -19,6 +19,7 @@ Points = tuple[Pair, ...]
 Method = Literal["nsga2", "cmaes"]
 OBJECTIVES = ("mass_g", "polar_inertia_kg_mm2")
 ALL_OBJECTIVES = (*OBJECTIVES, "greatest_main_load_N", "greatest_stress_MPa")
+DEFAULT_ANALYSES = 40
 LEAST_POINTS = 4
 ENOUGH_POINTS = Rule(lambda x: x >= LEAST_POINTS, f"must be ≥ {LEAST_POINTS}: the spline is cubic")
 DRAFT = Rule(lambda x: 0.0 <= x <= 30.0, "must be 0 to 30")
@@ -111,11 +112,12 @@ class Envelope:
 
 @dataclass(frozen=True)
 class FemLimits:
-    """What finite elements must find of a written design."""
+    """What finite elements must find of a design, and how many designs they are asked of in the search."""
 
     min_frequency_hz: float | None
     max_stress_MPa: float | None
     size_mm: float | None
+    analyses: int = DEFAULT_ANALYSES
 
 
 @dataclass(frozen=True)
@@ -324,11 +326,12 @@ def _shaft(table: Table) -> ShaftRoom:
 def _fem(root: Table) -> FemLimits | None:
     if "fem" not in root:
         return None
-    table = root.table("fem", ("min_frequency_hz", "max_stress_MPa", "size_mm"))
+    table = root.table("fem", ("min_frequency_hz", "max_stress_MPa", "size_mm", "analyses"))
     return FemLimits(
         table.optional("min_frequency_hz", float, POSITIVE),
         table.optional("max_stress_MPa", float, POSITIVE),
         table.optional("size_mm", float, POSITIVE),
+        table.optional("analyses", int, Rule(lambda x: x >= 4, "must be ≥ 4"), DEFAULT_ANALYSES),
     )
 
 

@@ -28,6 +28,8 @@ def design_text(values: Values) -> str:
         "start: " + ", ".join(f"{name} {value:.6g}" for name, value in start["objectives"].items()),
         "",
     ]
+    if search["finite_elements"] is not None:
+        lines[-1:] = [_finite_elements_text(search["finite_elements"]), ""]
     for design in values["designs"]:
         told = ", ".join(f"{name} {value:.6g}" for name, value in design["objectives"].items())
         residual = design["residual"]
@@ -40,6 +42,15 @@ def design_text(values: Values) -> str:
     if values["notes"]:
         lines += ["", *values["notes"]]
     return "\n".join(lines)
+
+
+def _finite_elements_text(found: Values) -> str:
+    """Return how many designs were analysed, and how far the others were told wrong."""
+    count = found["analysed_in_search"] + found["analysed_when_written"]
+    off = found["errors_when_written"] or {}
+    errors = ", ".join(f"{name} {100 * share:.2g} %" for name, share in off.items())
+    said = f"; predictions of the written ones were off by at most: {errors}" if errors else ""
+    return f"finite elements of {count} designs, the others told from these{said}"
 
 
 def design_picture(mesh: Mesh) -> bytes:

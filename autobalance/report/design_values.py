@@ -6,25 +6,42 @@ import math
 from collections.abc import Mapping, Sequence
 from typing import Any
 
+from autobalance.design_search.candidates import Found
+from autobalance.design_search.chosen import Chosen
 from autobalance.design_search.envelope import Constraint
 from autobalance.design_search.exact import PARTS, WHOLE
 from autobalance.design_search.problem import Problem
-from autobalance.design_search.search import Candidate
 from autobalance.design_search.written import WrittenDesign
 
 Values = dict[str, Any]
 
 
-def search_values(problem: Problem, found: Sequence[Candidate]) -> Values:
-    """Return what was looked at; ``found`` are the designs of the search, in order."""
-    options = problem.design.search
-    feasible = sum(each.violation <= 0.0 for each in found)
+def search_values(found: Found, answer: Chosen) -> Values:
+    """Return what was looked at; ``found`` are the designs of the search, before any was refined."""
+    options, designs = found.problem.design.search, found.candidates
+    feasible = sum(each.violation <= 0.0 for each in designs)
     return {
         "method": options.method,
         "seed": options.seed,
-        "evaluations": len(found),
-        "generations": math.ceil(len(found) / options.population),
-        "feasible_share": feasible / len(found),
+        "evaluations": len(designs),
+        "generations": math.ceil(len(designs) / options.population),
+        "feasible_share": feasible / len(designs),
+        "finite_elements": _finite_elements(found, answer),
+    }
+
+
+def _finite_elements(found: Found, answer: Chosen) -> Values | None:
+    """Return how many designs were analysed, and how well that told of the others; None: none were asked."""
+    if not found.problem.strengths_wanted:
+        return None
+    model = answer.found.problem.model
+    return {
+        "analysed_in_search": len(found.analysed),
+        "analysed_when_written": len(answer.found.analysed) - len(found.analysed),
+        "not_meshed": sum(not each.values for each in found.analysed),
+        "model": "Gaussian process of the logarithms, over the control points",
+        "expected_errors": None if model is None else model.errors,
+        "errors_when_written": answer.told_errors or None,
     }
 
 
@@ -60,7 +77,7 @@ def design_values(problem: Problem, name: str, made: WrittenDesign, digests: Map
 
 def _values(problem: Problem, made: WrittenDesign) -> dict[str, float]:
     """Return a written design's objectives by name."""
-    values = problem.objectives(made.moments, lambda: made.rotor_solid(problem))
+    values = problem.objectives(made.moments, made.strengths, made.rotor_solid(problem))
     names = [name.removeprefix("-") for name in problem.design.search.objectives]
     return {name: values[name] for name in names}
 
@@ -80,10 +97,11 @@ def start_values(problem: Problem) -> Values:
     variables, moments = problem.as_it_came, problem.crank.moments
     residual = problem.residual(moments)
     constraints, _ = problem.constraints(variables, moments, residual)
-    broken = [each for each in constraints if each.margin < 0.0]
-    values = problem.objectives(
-        moments, lambda: problem.crank.source.solid.moved(problem.crank.anatomy.file_to_rotor)
-    )
+    solid = problem.crank.source.solid.moved(problem.crank.anatomy.file_to_rotor)
+    strengths = problem.strengths(moments, solid)
+    every = [*constraints, *problem.of_strengths(strengths)]
+    broken = [each for each in every if each.margin < 0.0]
+    values = problem.objectives(moments, strengths, solid)
     return {
         "objectives": {
             name: values[name]

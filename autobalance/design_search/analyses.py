@@ -1,0 +1,90 @@
+"""Finite elements within a search: which designs are analysed, so that the model can tell of all others."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from autobalance.design_search.build import with_profiles
+from autobalance.design_search.candidates import Candidate, Found, completed, front, least_violated
+from autobalance.design_search.strength_model import Analysed
+from autobalance.design_search.tasks import each_done, problem_of
+from autobalance.errors import SolidError
+from autobalance.job.design import DEFAULT_ANALYSES
+from autobalance.studies.workers import Workers
+
+Array = NDArray[np.float64]
+
+FEWEST = 6
+"""Designs analysed in the first generation, at least."""
+SAME_PLACE = 1e-3
+"""Distance, as a share of the bounds, within which a design tells nothing new."""
+
+
+def analysed_next(
+    found: Found, rows: Sequence[Candidate], number: int, workers: Workers
+) -> tuple[Analysed, ...]:
+    """Return what finite elements tell of some designs of a generation: those that the model knows least.
+
+    Half of the analyses are of the first generation, spread over it; the others of the designs that look
+    best by the model so far, as many in each generation.
+    """
+    problem, options = found.problem, found.problem.design.search
+    if not problem.strengths_wanted:
+        return ()
+    most = DEFAULT_ANALYSES if problem.design.fem is None else problem.design.fem.analyses
+    left = most - len(found.analysed)
+    generations = math.ceil(options.evaluations / options.population)
+    if number == 1:
+        count = left if generations == 1 else min(left, max(math.ceil(left / 2), FEWEST))
+        chosen = _far_apart([each.variables for each in rows], count, problem.bounds)
+    else:
+        count = math.ceil(max(left, 0) / max(generations - number + 1, 1))
+        chosen = _least_known(found, rows, count)
+    made = each_done(workers, _analysed_task, problem, chosen)
+    if number == 1 and not any(each.values for each in made):
+        raise SolidError("no design of the first generation can be meshed; needed another [fem] size_mm")
+    return tuple(made)
+
+
+def _far_apart(rows: Sequence[Array], count: int, bounds: Array) -> list[Array]:
+    """Return some of the designs, the first and then the one furthest from all chosen, each once."""
+    low, high = bounds.T
+    places = (np.stack(rows) - low) / np.where(high > low, high - low, 1.0)
+    chosen = [0]
+    far = np.linalg.norm(places - places[0], axis=1)
+    while len(chosen) < min(count, len(rows)) and far.max() > SAME_PLACE:
+        chosen.append(int(far.argmax()))
+        far = np.minimum(far, np.linalg.norm(places - places[chosen[-1]], axis=1))
+    return [rows[number] for number in chosen]
+
+
+def _least_known(found: Found, rows: Sequence[Candidate], count: int) -> list[Array]:
+    """Return designs of a generation that are far from what was analysed: of its front first, then others."""
+    model = found.problem.model
+    told = [completed(found.problem, each) for each in rows]
+    kept = [each for each in told if each.violation <= 0.0]
+    best = [kept[number] for number in front(kept)] if kept else list(least_violated(told))[:count]
+    others = [each for each in told if each.by_geometry <= 0.0 and each not in best]
+    chosen: list[Array] = []
+    for pool in (best, others):
+        far = [math.inf if model is None else model.nearest(each.variables) for each in pool]
+        order = np.argsort(np.negative(far), kind="stable")
+        chosen += [pool[place].variables for place in order if far[place] > SAME_PLACE]
+    return chosen[:count]
+
+
+def _analysed_task(task: tuple[Any, Array]) -> Analysed:
+    """Return what finite elements tell of a design, to six digits: the mesh is worth four."""
+    problem, variables = problem_of(task[0]), task[1]
+    amounts = problem.amounts(variables)
+    solid = with_profiles(problem.free, amounts.radii_mm, amounts.thickness_mm)[0]
+    try:
+        found = problem.strengths(problem.moments(variables)[0], solid)
+    except SolidError:
+        return Analysed(variables, {})
+    return Analysed(variables, {name: float(f"{value:.6g}") for name, value in found.items()})

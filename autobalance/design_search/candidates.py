@@ -1,0 +1,112 @@
+"""Designs as a search judges them, by their profiles' own moments and by what is told of their strength."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from autobalance.design_search.envelope import violation
+from autobalance.design_search.problem import STRESS, Problem
+from autobalance.design_search.strength_model import Analysed, StrengthModel
+from autobalance.rigid_rotor.moments import Moments
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True, eq=False)
+class Candidate:
+    """A judged design: variables (v,) with the balance met, objectives (k,) to be least, and violation.
+
+    ``violation`` is of all limits, ``by_geometry`` of those that need no finite elements.
+    """
+
+    variables: Array
+    objectives: Array
+    violation: float
+    by_geometry: float
+
+
+@dataclass(frozen=True, eq=False)
+class Found:
+    """What a search has found: every design it looked at, judged by all that is known at its end.
+
+    Attributes
+    ----------
+    problem : Problem
+        With the last model of strengths.
+    candidates : sequence of Candidate
+    analysed : sequence of Analysed
+        Designs of which finite elements have told.
+    """
+
+    problem: Problem
+    candidates: tuple[Candidate, ...]
+    analysed: tuple[Analysed, ...] = ()
+
+    def with_known(self, analysed: Sequence[Analysed]) -> Found:
+        """Return it with more designs analysed, and all others judged again by what these tell."""
+        every = (*self.analysed, *analysed)
+        problem = replace(self.problem, model=StrengthModel.of(self.problem.bounds, every))
+        return Found(problem, tuple(completed(problem, each) for each in self.candidates), every)
+
+
+def objective_values(problem: Problem, moments: Moments, variables: Array) -> Array:
+    """Return the values (k,) of a search's objectives, each to be least; the stress is told by the model."""
+    told = {} if problem.model is None else problem.model.predicted(variables)
+    values = {STRESS: 0.0, **problem.objectives(moments, told)}
+    return np.array([sign * values[name] for name, sign in problem.signed_objectives])
+
+
+def judged(problem: Problem, variables: Array) -> Candidate:
+    """Return a design with its balance solved for, judged by its profiles' own moments."""
+    solved = problem.solved(variables)
+    moments = problem.moments(solved)[0]
+    constraints, _ = problem.constraints(solved, moments, problem.residual(moments), exact=False)
+    broken = violation(constraints)
+    every = broken + violation(problem.told(solved))
+    return Candidate(solved, objective_values(problem, moments, solved), every, broken)
+
+
+def completed(problem: Problem, candidate: Candidate) -> Candidate:
+    """Return a candidate with what the model tells of its strengths; where there is none, as it is."""
+    if problem.model is None:
+        return candidate
+    told, values = problem.model.predicted(candidate.variables), candidate.objectives.copy()
+    for place, (name, sign) in enumerate(problem.signed_objectives):
+        if name == STRESS:
+            values[place] = sign * told[STRESS]
+    broken = candidate.by_geometry + violation(problem.told(candidate.variables))
+    return replace(candidate, objectives=values, violation=broken)
+
+
+def front(candidates: Sequence[Candidate]) -> list[int]:
+    """Return the numbers of the designs that no other beats in all objectives, each once."""
+    values = np.stack([each.objectives for each in candidates])
+    kept: list[int] = []
+    for number, own in enumerate(values):
+        beaten = ((values <= own).all(axis=1) & (values < own).any(axis=1)).any()
+        same = any((values[other] == own).all() for other in kept)
+        if not beaten and not same:
+            kept.append(number)
+    return kept
+
+
+def spread_over(candidates: Sequence[Candidate], numbers: Sequence[int], count: int) -> list[int]:
+    """Return at most ``count`` designs of a front: the best in each objective, then the loneliest."""
+    values = np.stack([candidates[number].objectives for number in numbers])
+    reach = np.maximum(np.ptp(values, axis=0), 1e-300)
+    scaled = (values - values.min(axis=0)) / reach
+    chosen = list(dict.fromkeys(int(column.argmin()) for column in scaled.T))[:count]
+    while len(chosen) < min(count, len(numbers)):
+        apart = np.linalg.norm(scaled[:, None] - scaled[chosen][None], axis=2).min(axis=1)
+        apart[chosen] = -1.0
+        chosen.append(int(apart.argmax()))
+    return [numbers[place] for place in sorted(chosen)]
+
+
+def least_violated(candidates: Sequence[Candidate]) -> Iterator[Candidate]:
+    """Yield designs, the least violated first."""
+    yield from sorted(candidates, key=lambda each: (each.violation, *each.objectives))
