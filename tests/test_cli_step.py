@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import math
 import os
+import re
 import subprocess
 import sys
 from collections.abc import Iterator
@@ -16,6 +17,7 @@ import numpy as np
 import pytest
 
 from autobalance.report.json import schema
+from autobalance.solid.cad import machining
 from autobalance.solid.cad.brep import ExactSolid
 from autobalance.solid.cad.kernel import compound, has_kernel, is_valid
 from autobalance.solid.cad.step_file import read_step_file
@@ -231,6 +233,24 @@ def test_other_cranks(tmp_path: Path, fine: None, preset: str) -> None:
 def _ran(path: Path, output: Path) -> Path:
     assert jobs.run("balance", path, "-o", output, "--no-report") in (0, 4)
     return output
+
+
+@needs_kernel
+def test_what_is_listed_was_measured_where_edges_lie_off_faces(
+    folder: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Such files may only be cut higher up in the fillets: more goes than was planned, and verify sees it."""
+    text = (folder / "crank.step").read_text()
+    torus = re.compile(r"(TOROIDAL_SURFACE\('[^']*',#\d+,[\d.]+),2\.\)")
+    (folder / "crank.step").write_text(torus.sub(r"\1,2.02)", text))
+    monkeypatch.setattr(machining, "CLEAR_SHARES", (1e-3,))
+    report = jobs.computed(job(folder, 'method = "shoulder"', 0.0), folder / "out")
+    assert report["input"]["repairs"][0].startswith("edges lie off their faces: 4 faces, by 0.02 mm")
+    assert report["crank"]["facet_error"]["too_coarse"] is None
+    gone = report["crank"]["volume_mm3"] - report["outputs"]["solid"]["volume_mm3"]
+    listed = sum(cut["removed_volume_mm3"] for cut in report["corrections"])
+    assert listed == pytest.approx(gone, rel=1e-6)
+    assert jobs.run("verify", folder / "out" / "report.json", "--independent") == 0
 
 
 @needs_kernel

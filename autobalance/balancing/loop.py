@@ -199,7 +199,7 @@ def balance(
     does_harm = best.share > 1.0 and not is_harmless(initial, best.residual, tolerance, MEASURED_WORSE)
     if best.share >= tolerance.used_share(initial) or does_harm:
         return left_alone(steps)
-    made = _corrections(offer.cuts, best.depths_mm)
+    made = _corrections(offer.cuts, best.depths_mm, best.measured.taken)
     doubt = rotor.doubt(best.measured.moments, made)
     within = tolerance.is_met_by(best.residual, doubt)
     reason = None if within else tolerance.why_not(best.residual, doubt, plan.binding)
@@ -247,13 +247,18 @@ def left_as_it_is(rotor: Rotor, outcome: Outcome, reason: str | None, steps: Seq
     )
 
 
-def _corrections(cuts: Sequence[Cut], depths_mm: Array) -> tuple[Correction, ...]:
-    """Return the cuts that are made, each with what one more millimetre of depth would change."""
+def _corrections(
+    cuts: Sequence[Cut], depths_mm: Array, taken: Sequence[Correction | None] = ()
+) -> tuple[Correction, ...]:
+    """Return the cuts that are made, each with what one more millimetre of depth would change.
+
+    ``taken`` has those that were measured by themselves, None for the others; nothing where none was.
+    """
+    chosen = [(cut, float(depth)) for cut, depth in zip(cuts, depths_mm, strict=True) if depth > 0.0]
     made = []
-    for cut, depth in zip(cuts, depths_mm, strict=True):
-        if depth > 0.0:
-            each = cut.correction(float(depth))
-            made.append(each if each.rate is not None else replace(each, rate=cut.rate(float(depth))))
+    for (cut, depth), own in zip(chosen, taken or [None] * len(chosen), strict=True):
+        each = cut.correction(depth) if own is None else own
+        made.append(each if each.rate is not None else replace(each, rate=cut.rate(depth)))
     return tuple(made)
 
 

@@ -4,9 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
+from typing import TYPE_CHECKING
 
 from autobalance.balancing.rotor import Rotor
-from autobalance.correction.kind import Cut
+from autobalance.correction.cut import as_taken
+from autobalance.correction.kind import Correction, Cut
 from autobalance.crank.anatomy import Overrides
 from autobalance.crank.recognition.recognise import recognise
 from autobalance.errors import RecognitionError, SolidError
@@ -18,10 +20,15 @@ from autobalance.solid.formats.write import through_file
 from autobalance.solid.mesh.measure import soup_moments
 from autobalance.solid.mesh.mesh import Floats
 
+if TYPE_CHECKING:
+    from autobalance.solid.cad.machining import Taken
+
 SAME_VOLUME = 1e-9
 """Share by which the volume read back may differ from that of the loose triangles written."""
 DISAGREE = 0.02
 """Share of the metal moved by which true surfaces and triangles may differ, beyond what facets hide."""
+CONTRADICTS = 5e-3
+"""Share of the metal moved by which cuts one by one may differ from all of them together."""
 
 Made = Sequence[tuple[Cut, float]]
 """Cuts with their depths [mm]."""
@@ -33,7 +40,8 @@ class Measured:
 
     ``triangles`` is None where the file keeps true surfaces; ``surfaces`` counts these by kind then, and
     ``hidden`` is what they hold more than the triangles of the same cut. ``added`` is what the facets hide by
-    estimate, where that counts.
+    estimate, where that counts. ``taken`` has an entry a cut, or none at all: a correction as measured on the
+    metal that its tool took, None where that is the one planned.
     """
 
     moments: Moments
@@ -42,6 +50,7 @@ class Measured:
     surfaces: Mapping[str, int] | None = None
     hidden: Moments | None = None
     added: Moments = field(default_factory=Moments.zero)
+    taken: tuple[Correction | None, ...] = ()
 
 
 Measure = Callable[[Rotor, Solid, Made], Measured]
@@ -136,11 +145,15 @@ def on_true_surfaces(rotor: Rotor, in_facets: Solid, made: Made) -> Measured:
     assert exact is not None  # whoever chose this way of measuring has looked
     removed: list[Tool] = []
     added: list[Tool] = []
-    for cut, depth in made:
+    removes: list[int] = []
+    for number, (cut, depth) in enumerate(made):
         tool = cut.exact_tool(depth)
         if tool is not None:
             (added if cut.adds_metal else removed).append(placed(tool, rotor.anatomy.rotor_to_file))
-    data, read_back = written_and_read(exact, exact.solid.machined(removed, added))
+            removes += [] if cut.adds_metal else [number]
+    machined, took = exact.solid.machined_as_taken(removed, added)
+    taken = dict(zip(removes, took, strict=True))
+    data, read_back = written_and_read(exact, machined)
     again = read_back.solid
     if added:
         _refuse_lost_crank(rotor, read_back.mesh)
@@ -154,4 +167,41 @@ def on_true_surfaces(rotor: Rotor, in_facets: Solid, made: Made) -> Measured:
             f"the CAD kernel leaves {moments.mass_g:.6g} g where {faceted.mass_g:.6g} g were planned; "
             "needed the same cut in both; a mesh of the part can be balanced instead"
         )
-    return Measured(moments, None, data, again.face_kinds(), hidden)
+    own = tuple(_as_taken(rotor, one, taken.get(number)) for number, one in enumerate(made))
+    if any(own):
+        _refuse_contradiction(made, own, moments - rotor.moments, density)
+    return Measured(moments, None, data, again.face_kinds(), hidden, taken=own)
+
+
+def _as_taken(rotor: Rotor, one: tuple[Cut, float], took: Taken | None) -> Correction | None:
+    """Return a cut's correction as measured on what its tool took of the true surfaces."""
+    if took is None or min(took.volume.mass_g, took.floor.mass_g) <= 0.0:
+        return None
+    cut, depth = one
+    change, rate = (
+        each.moved(rotor.anatomy.file_to_rotor).scaled(-rotor.density_g_mm3)
+        for each in (took.volume, took.floor)
+    )
+    return as_taken(cut.correction(depth), change, rate, took.floor.mass_g)
+
+
+def _refuse_contradiction(
+    made: Made, own: Sequence[Correction | None], whole: Moments, density_g_mm3: float
+) -> None:
+    """Refuse a solid whose edges lie so far off its faces that its cuts do not add up to what is gone.
+
+    Raises
+    ------
+    SolidError
+        If they do not.
+    """
+    volumes = [
+        (cut.correction(depth) if mine is None else mine).removed_volume_mm3
+        for (cut, depth), mine in zip(made, own, strict=True)
+    ]
+    total, gone = sum(volumes), -whole.mass_g / density_g_mm3
+    if abs(total - gone) > CONTRADICTS * sum(map(abs, volumes)):
+        raise SolidError(
+            f"the cuts take {total:.6g} mm³ one by one, but {gone:.6g} mm³ are gone: the file's edges lie "
+            "off its faces there; needed a file whose edges lie on their faces, or a mesh of the part"
+        )

@@ -261,10 +261,14 @@ def record_of(
 
 
 def _facet_entry(crank: Crank, tolerance: Tolerance, result: Result) -> ChordalErrorEntry | None:
-    """Return what the report says of the facets, and whether they are fine enough for the grade."""
+    """Return what the report says of the facets, and whether they are fine enough for the grade.
+
+    True surfaces have none to be finer; what is uncertain of them is that their edges lie off them.
+    """
     needed = None
-    if crank.facets is not None and result.doubt is not None and "facets" in result.doubt.shares:
-        needed = chordal_correction.needed(crank.facets, tolerance, result.doubt.shares["facets"])
+    faceted = None if crank.source.exact is not None else crank.facets
+    if faceted is not None and result.doubt is not None and "facets" in result.doubt.shares:
+        needed = chordal_correction.needed(faceted, tolerance, result.doubt.shares["facets"])
     after = None if result.measured is None else result.measured.added
     return chordal_correction.facet_entry(crank.facets, crank.correction, needed, after)
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
+from dataclasses import replace
 from typing import Any, Protocol
 
 from autobalance.correction.kind import Array, Correction
@@ -63,6 +64,29 @@ def listed(
         change=change,
         removed_volume_mm3=-change.mass_g / density_g_mm3,
         details=details,
+    )
+
+
+def as_taken(correction: Correction, change: Moments, rate: Moments, new_area_mm2: float) -> Correction:
+    """Return a correction as it was measured on the metal that its tool really took.
+
+    Parameters
+    ----------
+    correction : Correction
+        As planned.
+    change, rate : Moments
+        Of the crank, rotor frame, and the change by one more millimetre of depth.
+    new_area_mm2 : float
+        Of the new face.
+    """
+    key = "new_face_area_mm2"
+    return replace(
+        correction,
+        position_mm=change.centre_mm,
+        change=change,
+        removed_volume_mm3=correction.removed_volume_mm3 * change.mass_g / correction.change.mass_g,
+        details=correction.details | ({key: new_area_mm2} if key in correction.details else {}),
+        rate=rate,
     )
 
 

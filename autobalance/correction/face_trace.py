@@ -10,7 +10,8 @@ from typing import Any
 import numpy as np
 
 from autobalance.correction.kind import Array, Item
-from autobalance.correction.patches import face_frame, face_region, farthest_mm, sector
+from autobalance.correction.layer import Layer
+from autobalance.correction.patches import ROUNDING_SHARE, face_frame, face_region, farthest_mm, sector
 from autobalance.correction.trace import (
     ON_PLANE,
     Before,
@@ -23,14 +24,28 @@ from autobalance.correction.trace import (
 )
 from autobalance.crank.anatomy import Face
 from autobalance.errors import FormatError
-from autobalance.solid.csg.solid import Solid
+from autobalance.solid.csg.solid import Region, Solid
 
 LEAN = 1.0
-"""How far the wall beside a face may lean outward, as a share of the depth."""
+"""How far beside a face metal is looked for, as a share of the depth: if it went elsewhere, that is found."""
+BESIDE_MM = 0.1
 WHOLE_FACE = 0.98
 """Share of a face that is cut where all of it is."""
 EDGE_MM2 = 0.1
 """Area of metal cut off at an angle that shows where the angle is."""
+
+
+def _hanging_together(
+    crank: Before, to_face: Array, under: Region, height_mm: float, slack_mm: float
+) -> Region:
+    """Return the crank's cross-section at a new face, as far as it hangs together with the old one.
+
+    Where neighbours lean far outward, a rounded edge above all, far more goes than lies under the face.
+    """
+    frame, grain = to_face @ crank.anatomy.file_to_rotor, ROUNDING_SHARE * crank.mesh.diagonal_mm
+    layer = Layer.of(crank.mesh, frame, height_mm - slack_mm, height_mm + slack_mm, grain)
+    parts = [part for part in layer.section(height_mm + grain).pieces() if not (part & under).is_empty]
+    return sum(parts, Region.of([])).grown(BESIDE_MM)
 
 
 BESIDE_DEG = 1e-3
@@ -56,9 +71,10 @@ class FaceTrace:
         face = next((face for face in crank.faces if face.id == self.item.get("face")), None)
         if face is None:
             raise FormatError(f"face {self.item.get('face')!r} of a correction is none of the crank")
-        outline = face_region(crank.mesh, crank.anatomy, face, to_face).grown(
-            LEAN * (ends[1] - ends[0]) + 0.1
-        )
+        under = face_region(crank.mesh, crank.anatomy, face, to_face)
+        outline = under.grown(LEAN * (ends[1] - ends[0]) + BESIDE_MM)
+        if not self.adds:
+            outline = outline + _hanging_together(crank, to_face, under, ends[0], slack)
         room = Solid.prism(outline, ends[0] - slack, ends[1] + slack).moved(to_face.T)
         if self._angles_deg is None:
             return room

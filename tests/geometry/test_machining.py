@@ -8,6 +8,7 @@ import pytest
 from autobalance.correction.layer import FaceLayer
 from autobalance.correction.lowering import clear_of, lowering
 from autobalance.errors import CorrectionError, SolidError
+from autobalance.solid.cad import machining
 from autobalance.solid.cad.brep import ExactSolid
 from autobalance.solid.cad.build import moved
 from autobalance.solid.cad.kernel import has_kernel
@@ -91,19 +92,43 @@ def test_the_same_anywhere_in_space() -> None:
     np.testing.assert_allclose(there.moments(1.0).first_g_mm, expected.first_g_mm, rtol=1e-9)
 
 
-def test_what_stands_keeps_its_footprint_up_to_where_its_fillet_meets_the_face() -> None:
-    """A fillet of radius 2 around a bar of radius 6: its footprint is the section just over the face."""
+def filleted() -> ExactSolid:
+    """A plate with a bar of radius 6 and a fillet of radius 2 around its foot."""
     arc = Arc((8.0, 12.0), 2.0, 1.5 * math.pi, math.pi)
     foot = Line((0.0, 9.0), (8.0, 9.0)), Line((8.0, 9.0), (8.0, 10.0))
     bar = Line((6.0, 12.0), (6.0, 30.0)), Line((6.0, 30.0), (0.0, 30.0)), Line((0.0, 30.0), (0.0, 9.0))
     profile = (*foot, arc, *bar)
-    whole = ExactSolid(block(Revolved(profile)))
-    done = pressed(whole.machined([lowered_by(3.0)]))
+    return ExactSolid(block(Revolved(profile)))
+
+
+def foot_of_fillet_mm(share: float) -> float:
+    """Radius of its section just over the face, at a share of the part's diagonal."""
+    return 8.0 - math.sqrt(4.0 - (2.0 - share * math.hypot(SIDE, SIDE, 30.0)) ** 2)
+
+
+def test_what_stands_keeps_its_footprint_up_to_where_its_fillet_meets_the_face() -> None:
+    """Its footprint is the section just over the face."""
+    whole = filleted()
+    machined, taken = whole.machined_as_taken([lowered_by(3.0)])
+    assert taken == (None,)  # what the drawing says
+    done = pressed(machined)
     removed = whole.volume_mm3 - done.volume_mm3
-    just_over = 1e-7 * math.hypot(SIDE, SIDE, 30.0)
-    reach = 8.0 - math.sqrt(4.0 - (2.0 - just_over) ** 2)
+    reach = foot_of_fillet_mm(1e-7)
     assert removed == pytest.approx(3.0 * (SIDE**2 - math.pi * reach**2), rel=1e-7)
     assert done.face_kinds()["torus"] == whole.face_kinds()["torus"]
+
+
+def test_what_a_tool_took_higher_in_the_fillet_is_measured(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Where the kernel makes no sound cut just over the face, the fillet loses its foot to the tool."""
+    monkeypatch.setattr(machining, "CLEAR_SHARES", (1e-4,))
+    whole = filleted()
+    done, (taken,) = whole.machined_as_taken([lowered_by(3.0)])
+    area = SIDE**2 - math.pi * foot_of_fillet_mm(1e-4) ** 2
+    assert taken is not None
+    assert taken.floor.mass_g == pytest.approx(area, rel=1e-6)
+    assert taken.volume.mass_g == pytest.approx(3.0 * area, rel=1e-5)  # and a little of the fillet
+    assert taken.volume.mass_g == pytest.approx(whole.volume_mm3 - done.volume_mm3, rel=1e-9)
+    assert taken.floor.centre_mm[2] == pytest.approx(7.0)
 
 
 def test_drillings_in_what_stands_on_the_face_are_left_alone() -> None:

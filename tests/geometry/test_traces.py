@@ -1,13 +1,16 @@
 """What is read off the metal of a cut: flaps, thinner than rounding but wide, do not hide its planes."""
 
 from pathlib import Path
+from types import SimpleNamespace
 from typing import Any, cast
 
 import numpy as np
 import pytest
 
 import autobalance as ab
-from autobalance.correction.trace import EQUAL_AREA, RING_SIDES, Metal, Reading, RingTrace
+from autobalance.correction.face_trace import FaceTrace
+from autobalance.correction.trace import EQUAL_AREA, RING_SIDES, Before, Metal, Reading, RingTrace
+from autobalance.crank.anatomy import Face
 from autobalance.solid.csg.solid import Region, Solid, union
 
 NEAR_MM = 6e-5
@@ -55,6 +58,31 @@ def test_a_flap_beside_a_turned_rim_does_not_count_in_its_rate(flapped: bool) ->
     exact = -density * 10.0 * radius**2 * 2.0 * np.sin(half)
     assert within <= 0.05 * abs(exact)
     assert np.allclose(value, [exact, 0.0], rtol=0.0, atol=max(within, 1e-3 * abs(exact)))
+
+
+@pytest.mark.parametrize("lean", [0.5, 2.0, 6.0])
+def test_the_room_of_a_lowered_face_holds_what_leans_far_outward(lean: float) -> None:
+    """A square block whose sides lean outward by so much of the depth: all over the new face is its."""
+    low, high = (
+        half * np.array([[-1.0, -1.0], [1.0, -1.0], [1.0, 1.0], [-1.0, 1.0]]) for half in (30.0, 10.0)
+    )
+    solid = Solid.lofted(low, high, 0.0, 20.0 / lean)
+    top = 20.0 / lean
+    mesh = solid.mesh
+    flat = np.flatnonzero((mesh.corners[:, :, 2] > top - 1e-9).all(axis=1))
+    up = np.array([0.0, 0.0, 1.0])
+    face = Face("w1-a", "plane", 1, 400.0, up, top * up, flat, 0.0)
+    crank = Before(mesh, cast(Any, SimpleNamespace(file_to_rotor=np.eye(4))), (face,), ())
+    depth = 0.5 * top
+    item = {
+        "kind": "shoulder",
+        "face": "w1-a",
+        "normal": [0.0, 0.0, 1.0],
+        "face_height_mm": top,
+        "new_height_mm": top - depth,
+    }
+    gone = solid.above(top - depth)
+    assert (gone - FaceTrace(item).room(crank)).volume_mm3 <= 1e-9 * gone.volume_mm3
 
 
 def test_two_depths_that_meet_in_a_sectors_edge_are_told_apart(tmp_path: Path) -> None:

@@ -21,7 +21,7 @@ from autobalance.solid.cad.kernel import (
     require_kernel,
     unified,
 )
-from autobalance.solid.cad.machining import machined
+from autobalance.solid.cad.machining import Taken, machined
 from autobalance.solid.cad.surface import Surface
 from autobalance.solid.cad.tessellation import Facets, bounds_mm, facets, surface_kind, surfaces
 from autobalance.solid.csg.shape import Shape
@@ -117,7 +117,20 @@ class ExactSolid:
         SolidError
             If the kernel cannot cut it, or it falls apart.
         """
-        return ExactSolid.of(machined(self._body, removed, added))
+        return self.machined_as_taken(removed, added)[0]
+
+    def machined_as_taken(
+        self, removed: Sequence[Tool], added: Sequence[Tool] = ()
+    ) -> tuple[ExactSolid, tuple[Taken | None, ...]]:
+        """Return what ``machined`` does, and what each removing tool took where its drawing does not tell.
+
+        Raises
+        ------
+        SolidError
+            As ``machined`` does.
+        """
+        done = machined(self._body, removed, added)
+        return ExactSolid.of(done.body), done.taken
 
     def step(self, unit: str = "mm", name: str = "crank") -> bytes:
         """Return a STEP file of the solid, in a unit."""

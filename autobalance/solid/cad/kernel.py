@@ -147,6 +147,21 @@ def properties(body: Any) -> Moments:
     if any(_is_drawn_out(face) for face in explored(body, "FACE")):
         body = BRepBuilderAPI_NurbsConvert(body).Shape()
     BRepGProp.VolumeProperties_s(body, found, PROPERTIES, True, False)
+    return _moments_of(found)
+
+
+def area_properties(face: Any) -> Moments:
+    """Return (1, r, r rᵀ) dA over a face."""
+    from OCP.BRepGProp import BRepGProp
+    from OCP.GProp import GProp_GProps
+
+    found = GProp_GProps()
+    BRepGProp.SurfaceProperties_s(face, found)
+    return _moments_of(found)
+
+
+def _moments_of(found: Any) -> Moments:
+    """Return the kernel's properties as moments about the origin."""
     volume, centre, matrix = found.Mass(), found.CentreOfMass(), found.MatrixOfInertia()
     middle = np.array([centre.X(), centre.Y(), centre.Z()])
     inertia = np.array([[matrix.Value(i, j) for j in (1, 2, 3)] for i in (1, 2, 3)])

@@ -3,15 +3,25 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
 
 from autobalance.errors import SolidError
+from autobalance.rigid_rotor.moments import Moments
 from autobalance.solid.cad.build import built, moved, plane_face
-from autobalance.solid.cad.kernel import common, cut, explored, fused, is_valid, properties, unified
-from autobalance.solid.cad.surface import CylinderFace
+from autobalance.solid.cad.kernel import (
+    area_properties,
+    common,
+    cut,
+    explored,
+    fused,
+    is_valid,
+    properties,
+    unified,
+)
+from autobalance.solid.cad.surface import CylinderFace, PlaneFace
 from autobalance.solid.cad.tessellation import bounds_mm, surfaces
 from autobalance.solid.csg.shape import Prism
 from autobalance.solid.csg.tool import Drilling, Lowering, Raising, Tool
@@ -20,6 +30,8 @@ from autobalance.solid.mesh.mesh import Array
 CLEAR_SHARES = (1e-7, 1e-6, 1e-5, 1e-4)
 """How high over a face it is looked what stands on it, as shares of the part's diagonal: higher where the
 kernel cannot make a sound cut of the first."""
+AS_DRAWN = 1e-6
+"""Up to this one, cuts are those that are planned: a fillet's foot is a hundredth of a millimetre wider."""
 
 SAME_VOLUME = 1e-9
 """Share of the volume by which merging faces may change it: rounding."""
@@ -27,11 +39,34 @@ SAME_HOLE = 0.02
 """A hole is that which a drill continues when axis and radius are this near, as shares of the radius ..."""
 ASKEW = 5e-3
 """... and the directions [rad]."""
+SAME_NORMAL = 1.0 - 1e-9
+SAME_HEIGHT_MM = 1e-5
+"""A face of the metal that a tool took is the tool's own floor when it lies this near to it."""
 SAME_DRILL = 1e-3
 """Radii that differ by less, as a share, are one."""
 
 
-def machined(body: Any, removed: Sequence[Tool], added: Sequence[Tool]) -> Any:
+@dataclass(frozen=True, eq=False)
+class Taken:
+    """What a tool really took: moments of the volume that went, and of the new face, density 1."""
+
+    volume: Moments
+    floor: Moments
+
+
+@dataclass(frozen=True, eq=False)
+class Machined:
+    """A body after machining.
+
+    ``taken`` has an entry a removing tool: None where the tool takes what its drawing says. A face that could
+    only be lowered farther from what stands on it, up in the fillets, loses more than that.
+    """
+
+    body: Any
+    taken: tuple[Taken | None, ...]
+
+
+def machined(body: Any, removed: Sequence[Tool], added: Sequence[Tool]) -> Machined:
     """Return a body with metal added, then other metal removed.
 
     Raises
@@ -46,13 +81,35 @@ def machined(body: Any, removed: Sequence[Tool], added: Sequence[Tool]) -> Any:
     for share in CLEAR_SHARES:
         grown = [_tool(tool, body, share * size) for tool in added]
         gone = [_tool(tool, body, share * size) for tool in removed]
-        result = cut(fused([body, *grown]), gone)
+        whole = fused([body, *grown])
+        result = cut(whole, gone)
         found = len(explored(result, "SOLID"))
         if found == bodies and is_valid(result):
-            return _seamless(result, body)
+            pairs = zip(removed, gone, strict=True)
+            as_drawn = share <= AS_DRAWN
+            taken = tuple(None if as_drawn else _taken(tool, whole, shape) for tool, shape in pairs)
+            return Machined(_seamless(result, body), taken)
     if found != bodies:
         raise SolidError(f"cut as planned, the part falls into {found} solids; needed {bodies}")
     raise SolidError("the CAD kernel finds fault with the solid after the cut")
+
+
+def _taken(tool: Tool, body: Any, shape: Any) -> Taken | None:
+    """Return what the shape of a tool has of a body, if that depends on the body."""
+    if not isinstance(tool, Lowering):
+        return None
+    gone = common(body, shape)
+    up = tool.placement[:3, 2]
+    low_mm = tool.low_mm + float(tool.placement[:3, 3] @ up)
+    every = explored(gone, "FACE")
+    floor = [
+        area_properties(every[face.number])
+        for face in surfaces(gone)
+        if isinstance(face, PlaneFace)
+        and float(face.normal @ up) < -SAME_NORMAL
+        and abs(float(face.centroid_mm @ up) - low_mm) < SAME_HEIGHT_MM
+    ]
+    return Taken(properties(gone), sum(floor, Moments.zero()))
 
 
 def _seamless(result: Any, before: Any) -> Any:
