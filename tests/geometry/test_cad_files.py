@@ -17,6 +17,7 @@ from autobalance.solid.cad.doubt import doubt_of
 from autobalance.solid.cad.kernel import explored, has_kernel
 from autobalance.solid.cad.sewing import bodies_of
 from autobalance.solid.cad.soundness import Gap, sound
+from autobalance.solid.cad.step_file import write_step
 from autobalance.solid.csg.shape import Bar, Prism, Without, circle, polygon
 from autobalance.solid.formats.read import read
 from autobalance.solid.formats.registry import written_ending, written_name
@@ -141,6 +142,21 @@ def test_faces_that_do_not_close_are_refused_with_where() -> None:
         bodies_of(loose([face for face in faces if ExactSolid.of_checked(face).bounds[0, 2] < 9.0]), "IGES")
     with pytest.raises(FormatError, match="the BREP file holds no surface"):
         bodies_of(loose(explored(faces[0], "EDGE")), "BREP")
+
+
+def test_a_step_file_of_surfaces_is_sewn_or_refused_with_where(tmp_path: Path) -> None:
+    faces = explored(ExactSolid(Prism(BLOCK, 0.0, 10.0)).body, "FACE")
+    (tmp_path / "closed.step").write_bytes(write_step(loose(faces), "inch", "crank"))
+    source = read(tmp_path / "closed.step", None)
+    assert source.volume_mm3 == pytest.approx(6000.0, rel=1e-9)
+    (said,) = source.repairs
+    assert said.startswith("6 loose faces sewn to 1 solid")
+    (tmp_path / "open.step").write_bytes(write_step(loose(faces[1:]), "mm", "crank"))
+    with pytest.raises(SolidError, match=r"open\.step: the 5 faces do not close: 4 edges have one face only"):
+        read(tmp_path / "open.step", None)
+    (tmp_path / "wires.step").write_bytes(write_step(loose(explored(faces[0], "EDGE")), "mm", "crank"))
+    with pytest.raises(FormatError, match=r"wires\.step: the STEP file holds no solid, and no surfaces"):
+        read(tmp_path / "wires.step", None)
 
 
 # --- faults -----------------------------------------------------------------------------------------------

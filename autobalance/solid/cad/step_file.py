@@ -3,13 +3,15 @@
 from __future__ import annotations
 
 import tempfile
+from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
 from typing import Any, Final
 
 from autobalance.errors import FormatError, SolidError
 from autobalance.solid.cad.cad_file import CadFile, NamedBody
-from autobalance.solid.cad.kernel import explored, require_kernel
+from autobalance.solid.cad.kernel import compound, explored, require_kernel
+from autobalance.solid.cad.sewing import bodies_of
 
 UNITS: Final = {"millimetre": "mm", "centimetre": "cm", "metre": "m", "inch": "inch"}
 """Names of units in STEP files, in small letters, and ours."""
@@ -19,12 +21,15 @@ TIME: Final = "2000-01-01T00:00:00"
 
 
 def read_step_file(data: bytes) -> CadFile:
-    """Read the solids of a STEP file.
+    """Read the solids of a STEP file; where it has none, its surfaces are sewn.
 
     Raises
     ------
     FormatError
-        If the CAD kernel is not installed, or the file is no STEP file or holds no solid.
+        If the CAD kernel is not installed, or the file is no STEP file or holds neither solids nor
+        surfaces.
+    SolidError
+        If its surfaces do not close.
     """
     require_kernel("STEP")
     if b"ISO-10303-21" not in data[:256]:
@@ -43,10 +48,22 @@ def read_step_file(data: bytes) -> CadFile:
         if reader.ReadFile(str(path)) != IFSelect_ReturnStatus.IFSelect_RetDone:
             raise FormatError("the STEP file cannot be read")
         reader.Transfer(document)
-    bodies = tuple(_bodies(document))
+    parts = _parts(document)
+    bodies = tuple(replace(part, body=solid) for part in parts for solid in explored(part.body, "SOLID"))
+    repairs: tuple[str, ...] = ()
     if not bodies:
-        raise FormatError("the STEP file holds no solid; needed a closed body, not surfaces or wires")
-    return CadFile(bodies, _unit(reader.Reader()))
+        bodies, repairs = _sewn(parts)
+    return CadFile(bodies, _unit(reader.Reader()), repairs)
+
+
+def _sewn(parts: Sequence[NamedBody]) -> tuple[tuple[NamedBody, ...], tuple[str, ...]]:
+    """Return the solids that loose surfaces of all parts make together, and how."""
+    if not any(explored(part.body, "FACE") for part in parts):
+        raise FormatError("the STEP file holds no solid, and no surfaces to sew; needed a closed body")
+    bodies, repairs = bodies_of(compound([part.body for part in parts]), "STEP")
+    if len(parts) == 1:
+        bodies = tuple(replace(one, name=parts[0].name, place=parts[0].place) for one in bodies)
+    return bodies, repairs
 
 
 def _unit(reader: Any) -> str:
@@ -59,8 +76,8 @@ def _unit(reader: Any) -> str:
     return known.pop() if len(known) == 1 else "mm"
 
 
-def _bodies(document: Any) -> list[NamedBody]:
-    """Return the solids of all parts in their places, in the order of the file."""
+def _parts(document: Any) -> list[NamedBody]:
+    """Return the shapes of all parts in their places, in the order of the file."""
     from OCP.collections import Sequence_TDF_Label
     from OCP.XCAFDoc import XCAFDoc_DocumentTool
 
@@ -73,16 +90,14 @@ def _bodies(document: Any) -> list[NamedBody]:
 
 
 def _of_label(label: Any, place: Any) -> list[NamedBody]:
-    """Return the solids of a label: of its parts, if it is an assembly, each moved to its place."""
+    """Return the shape of a label, or of its parts, if it is an assembly, each moved to its place."""
     from OCP.collections import Sequence_TDF_Label
     from OCP.TDF import TDF_Label
     from OCP.XCAFDoc import XCAFDoc_ShapeTool
 
     if not XCAFDoc_ShapeTool.IsAssembly_s(label):
         shape = XCAFDoc_ShapeTool.GetShape_s(label)
-        solids = explored(shape if place is None else shape.Moved(place), "SOLID")
-        name = _name(label)
-        return [NamedBody(name, solid) for solid in solids]
+        return [NamedBody(_name(label), shape if place is None else shape.Moved(place))]
     found: list[NamedBody] = []
     parts = Sequence_TDF_Label()
     XCAFDoc_ShapeTool.GetComponents_s(label, parts, False)
