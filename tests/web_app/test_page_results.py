@@ -28,6 +28,7 @@ const to = towards === "depth" ? at.map((v, k) => v + cut.deeper[k]) : turned;
 const [a, b] = [view.placed(at), view.placed(to)], d = [b[0] - a[0], b[1] - a[1]];
 return [hand.x + hand.width / 2, hand.y + hand.height / 2, d[0] / Math.hypot(...d), d[1] / Math.hypot(...d)];
 """
+SAYS = "document.getElementById('dragged-says')"
 BACK = "[...document.querySelectorAll('#dragged button')].pop().click()"
 
 
@@ -82,7 +83,7 @@ def test_a_hole_that_is_dragged_in_the_model_is_predicted_then_cut_and_measured(
     assert asked["turns_deg"][0] == 0.0
     assert abs(asked["turns_deg"][1]) > 2.0
     own = project.ask(f"/api/runs/{run['id']}/predict", asked).json
-    until(page, "return document.querySelector('#dragged-says').dataset.within === 'false'")
+    until(page, f"return !{SAYS}.ariaBusy && {SAYS}.dataset.within === 'false'")
     shown = predicted(page, "dragged-says")
     assert shown == predicted(page, "predictions")
     assert shown[0] == pytest.approx(own["magnitude_g_mm"], rel=0.05)  # sliders stand on their own steps
@@ -95,7 +96,7 @@ def test_a_hole_that_is_dragged_in_the_model_is_predicted_then_cut_and_measured(
     assert found["trial.residual.magnitude_g_mm"] == trial["residual"]["magnitude_g_mm"]
     assert found["residual.magnitude_g_mm"] == report["residual"]["magnitude_g_mm"]
     page.run(BACK)
-    until(page, "return document.getElementById('dragged').hidden")
+    until(page, f"return document.getElementById('dragged').hidden && !{SAYS}.ariaBusy")
     assert predicted(page, "predictions") == pytest.approx(still)
 
 

@@ -95,22 +95,25 @@ const percent = (made, key, amount) => { if (key === "worst_share") made.textCon
 const asPredicted = (key, amount, digits) => percent(predicted(amount, digits), key, amount);
 const asMeasured = (key, amount, digits) => percent(measured(`trial.${key}`, amount, digits), key, amount);
 
-// One question at a time; the latest that was dragged is asked next.
+// One question at a time; the latest that was dragged is asked next. What is shown is busy until it is of that.
+const SAID = ["predictions", "dragged-says"];
 let busy = false;
 let again = false;
 async function predict() {
+  for (const id of SAID) $(id).setAttribute("aria-busy", "true");
   if (busy) { again = true; return; }
   busy = true;
   try {
     const found = await post(`/api/runs/${run}/predict`, { depths_mm: depths, turns_deg: turns });
-    for (const id of ["predictions", "dragged-says"]) {
+    for (const id of SAID) {
       $(id).replaceChildren(...facts(found, asPredicted));
       $(id).dataset.within = String(found.worst_share <= 1);
     }
     $("dragged").hidden = !model || model.cuts.every((cut, place) => depths[place] === cut.depth_mm && !turns[place]);
   } catch (error) { say(error.message); }
   busy = false;
-  if (again) { again = false; predict(); }
+  if (again) { again = false; predict(); return; }
+  for (const id of SAID) $(id).removeAttribute("aria-busy");
 }
 
 // Make the cuts where they were dragged to, and measure the solid's file.
