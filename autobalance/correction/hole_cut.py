@@ -79,9 +79,12 @@ class HoleSearch:
         """Return the search on a solid in file coordinates."""
         return cls(solid, anatomy, Surface.of(solid.mesh, anatomy.file_to_rotor), places)
 
-    def sites(self, margin_mm: float) -> list[Site]:
-        """Return the places where holes may start whose radius and wall are at most ``margin_mm``."""
-        return list(find_sites(self.surface, self.anatomy, self.places, margin_mm))
+    def sites(self, margin_mm: float, least: tuple[float, HoleLimits] | None = None) -> list[Site]:
+        """Return the places where holes may start whose radius and wall are at most ``margin_mm``.
+
+        Those that are seen to be too narrow for the ``least`` hole, its radius and limits, may be left out.
+        """
+        return list(find_sites(self.surface, self.anatomy, self.places, margin_mm, least))
 
     def holes(
         self, sites: Sequence[Site], radii_mm: Sequence[float], room: HoleLimits

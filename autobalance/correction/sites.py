@@ -137,10 +137,17 @@ _RIMS: WeakKeyDictionary[Surface, dict[tuple[int, float], _Rim | None]] = WeakKe
 """Rims of a surface by web and angle: holes of every diameter ask for them anew."""
 
 
-def find_sites(surface: Surface, anatomy: Anatomy, places: Places, margin_mm: float) -> Iterator[Site]:
+def find_sites(
+    surface: Surface,
+    anatomy: Anatomy,
+    places: Places,
+    margin_mm: float,
+    least: tuple[float, HoleLimits] | None = None,
+) -> Iterator[Site]:
     """Yield the places where a hole may start, web by web, angle by angle.
 
-    ``margin_mm`` is the radius of the widest hole and its wall.
+    ``margin_mm`` is the radius of the widest hole and its wall; ``least`` are the radius and the limits of
+    the least hole wanted: places that a glance shows to be too narrow for it are left out.
 
     Radial: in the middle of the rim's width. Axial: as far out as the wall to the rim allows, from the side
     from which the drill can reach the web.
@@ -165,7 +172,7 @@ def find_sites(surface: Surface, anatomy: Anatomy, places: Places, margin_mm: fl
                 low, high = np.array([0.0, 0.0, -1e4]), np.array([0.0, 0.0, 1e4])
                 lines = [(surface, Axis(at + low, -low / 1e4)), (surface, Axis(at + high, -high / 1e4))]
             for within, line in lines:
-                site = _site(within, web, angle, line, margin_mm)
+                site = _site(within, web, angle, line, margin_mm, least)
                 if site is not None and site.oblique_rad <= places.most_oblique_rad + ROUNDING_RAD:
                     yield site
 
@@ -197,9 +204,7 @@ def _outline(near: Surface, angle: float) -> Callable[[float], float]:
     """Return what tells how far the metal reaches out at an angle, for a z [mm]; 0 where there is none."""
     r_hat = np.array([math.cos(angle), math.sin(angle), 0.0])
     tangent = np.array([-r_hat[1], r_hat[0], 0.0])
-    beside = np.abs(near.centre @ tangent) <= near.reach
-    beside &= near.centre @ r_hat >= -near.reach
-    corners = near.corners[beside]
+    corners = near.corners[near.beside_plane(r_hat, tangent)]
     left = corners @ tangent >= 0.0
     corners = corners[left.any(1) & ~left.all(1)]
     a, b, c = (corners @ tangent >= 0.0).T
@@ -232,20 +237,30 @@ def _edge(radius: Callable[[float], float], inside: float, outside: float, least
     return inside
 
 
-def _site(within: Surface, web: Web, angle: float, line: Axis, margin_mm: float) -> Site | None:
+def _site(
+    within: Surface,
+    web: Web,
+    angle: float,
+    line: Axis,
+    margin_mm: float,
+    least: tuple[float, HoleLimits] | None,
+) -> Site | None:
     """Set up the place where a line from outside enters the web; None if something else is in the way."""
-    near = within.around(line, margin_mm)
-    depth, rows = near.hits(line)
+    depth, rows = within.hits(line)
     if not len(depth):
         return None
     entry = line.entry_mm + float(depth[0]) * line.inward
     if not web.z_min_mm - 1e-3 <= entry[2] <= web.z_max_mm + 1e-3:
         return None
     axis = Axis(entry, line.inward)
-    others, top = near.others(axis, int(rows[0]))
+    if least is not None and not within.may_hold(axis, *least):
+        return None
+    beside = within.beside(line, margin_mm)
+    near, entered = within.take(beside), int(np.searchsorted(beside, rows[0]))
+    others, top = near.others(axis, entered)
     if others is None:
         return None
-    oblique = near.obliquity_rad(axis, int(rows[0]))
+    oblique = near.obliquity_rad(axis, entered)
     return Site(web.number, angle, axis, others, CLEAR_MM - min(top, 0.0), oblique_rad=oblique)
 
 

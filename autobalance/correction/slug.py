@@ -279,8 +279,8 @@ def cuts(work: Workpiece, wanted: Towards, limits: SlugLimits, effort: int = 0) 
     lengths = sorted(set(limits.lengths_mm))
     found: list[SlugCut] = []
     for radius in sorted(0.5 * diameter for diameter in set(limits.diameters_mm)):
-        sites = search.sites(radius + limits.min_wall_mm)
         room = HoleLimits(limits.min_wall_mm, FLAT_BOTTOM_RAD, lengths[0], lengths[-1] + radius)
+        sites = search.sites(radius + limits.min_wall_mm, (radius, room))
         for site, hole, deepest in search.holes(sites, [radius], room):
             seat = hole.whole_mm + (SEAT_MM if hole.whole_mm > 0.0 else 0.0)
             found += [

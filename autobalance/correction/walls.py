@@ -23,8 +23,27 @@ DEPTH_TOLERANCE_MM = 1e-3
 """Depths found here are short of the exact limit by at most this, never beyond it."""
 SLACK_MM = 2e-5
 """Rounding of float32 files at crank size; a wall may be thinner by this."""
+BLOCK = 256
+"""Triangles of a block: neighbours in the mesh's order, so that one box tells of all that a line misses."""
+SAMPLES = 2000
+BESIDE_MM = 1e-3
+"""A line meets no triangle that stays further away from it than this; ample for rounding."""
+EQUAL_MM = 1e-9
 LEVELS = 30
 MOST_PIECES = 400_000
+
+
+@dataclass(frozen=True)
+class HoleLimits:
+    """What a hole must keep: its wall, and depths that matter (of the full diameter).
+
+    ``half_point_rad`` is half of the point angle; π/2 for a flat bottom.
+    """
+
+    wall_mm: float
+    half_point_rad: float
+    least_mm: float
+    most_mm: float
 
 
 @dataclass(frozen=True, eq=False)
@@ -53,7 +72,8 @@ class Axis:
     def local(self, points_mm: Array) -> Array:
         """Return points (..., 3) of the rotor frame in local coordinates."""
         place = self.placement
-        out: Array = (points_mm - place[:3, 3]) @ place[:3, :3]
+        flat = points_mm.reshape(-1, 3) - place[:3, 3]  # one product; numpy would do one a triangle
+        out: Array = (flat @ place[:3, :3]).reshape(points_mm.shape)
         return out
 
 
@@ -73,29 +93,78 @@ class Surface:
     @classmethod
     def of(cls, mesh: Mesh, file_to_rotor: Array) -> Surface:
         """Return the whole boundary of a mesh that is given in file coordinates."""
-        turned = mesh.moved(file_to_rotor)
-        corners = turned.corners
-        centre = corners.mean(axis=1)
-        return cls(corners, mesh.triangles, centre, np.sqrt(((corners - centre[:, None]) ** 2).sum(2).max(1)))
+        corners = mesh.moved(file_to_rotor).corners
+        a, b, c = (corners[:, k] for k in range(3))
+        centre = (a + b + c) / 3.0
+        arms = ((corner - centre).T for corner in (a, b, c))
+        reach = np.sqrt(np.maximum.reduce([x * x + y * y + z * z for x, y, z in arms]))
+        return cls(corners, mesh.triangles, centre, reach)
+
+    @cached_property
+    def _blocks(self) -> tuple[Array, Array]:
+        """Centres (b, 3) of balls that hold each block of triangles, and their radii (b,)."""
+        begins = np.arange(0, len(self.reach), BLOCK)
+        low = np.minimum.reduceat(self.centre - self.reach[:, None], begins, axis=0)
+        high = np.maximum.reduceat(self.centre + self.reach[:, None], begins, axis=0)
+        return 0.5 * (low + high), 0.5 * np.linalg.norm(high - low, axis=1)
+
+    def _in_blocks(self, chosen: NDArray[np.bool_]) -> Indices:
+        """Return the rows of the triangles in the chosen ones (b,) of the blocks."""
+        first = np.flatnonzero(chosen)[:, None] * BLOCK
+        rows = (first + np.arange(BLOCK)).reshape(-1)
+        return rows[rows < len(self.reach)]
 
     def within(self, z_low_mm: float, z_high_mm: float) -> Surface:
         """Return the triangles that reach into a slab."""
-        z = self.corners[:, :, 2]
-        return self._take(np.flatnonzero((z.max(1) >= z_low_mm) & (z.min(1) <= z_high_mm)))
+        a, b, c = self.corners[:, :, 2].T
+        above = np.maximum(np.maximum(a, b), c) >= z_low_mm
+        return self.take(np.flatnonzero(above & (np.minimum(np.minimum(a, b), c) <= z_high_mm)))
+
+    def beside_plane(self, out: Array, across: Array) -> Indices:
+        """Return the rows of triangles that may meet the half plane from the origin along ``out`` (3,).
+
+        ``across`` (3,) is its normal; both are unit vectors.
+        """
+        if not len(self.reach):
+            return np.zeros(0, dtype=np.int64)
+
+        def may(centre: Array, reach: Array) -> NDArray[np.bool_]:
+            meets: NDArray[np.bool_] = (np.abs(centre @ across) <= reach) & (centre @ out >= -reach)
+            return meets
+
+        centre, reach = self._blocks
+        rows = self._in_blocks(may(centre, reach * (1.0 + EQUAL_MM) + EQUAL_MM))
+        return rows[may(self.centre[rows], self.reach[rows])]
 
     def around(self, axis: Axis, radius_mm: float) -> Surface:
         """Return the triangles that may come within ``radius_mm`` of the line along an axis."""
-        arm = self.centre - axis.entry_mm
-        along = arm @ axis.inward
-        off2 = (arm**2).sum(1) - along**2
-        return self._take(np.flatnonzero(off2 <= (radius_mm + self.reach) ** 2))
+        return self.take(self.beside(axis, radius_mm))
 
-    def _take(self, rows: Indices) -> Surface:
+    def beside(self, axis: Axis, radius_mm: float) -> Indices:
+        """Return the rows of the triangles that may come within ``radius_mm`` of the line along an axis."""
+        if not len(self.reach):
+            return np.zeros(0, dtype=np.int64)
+        a, b, c = axis.inward.tolist()
+
+        def may(centre: Array, reach: Array) -> NDArray[np.bool_]:
+            x, y, z = (centre - axis.entry_mm).T
+            off2 = (x * x + y * y + z * z) - (a * x + b * y + c * z) ** 2
+            meets: NDArray[np.bool_] = off2 <= (radius_mm + reach) ** 2
+            return meets
+
+        centre, reach = self._blocks
+        rows = self._in_blocks(may(centre, reach + BESIDE_MM))
+        return rows[may(self.centre[rows], self.reach[rows])]
+
+    def take(self, rows: Indices) -> Surface:
+        """Return some of the triangles."""
         return Surface(self.corners[rows], self.vertex[rows], self.centre[rows], self.reach[rows])
 
     def hits(self, axis: Axis) -> tuple[Array, Indices]:
         """Return where the line along an axis meets the triangles: τ, ascending, and the triangles' rows."""
-        return met(axis.local(self.corners))
+        beside = self.beside(axis, BESIDE_MM)
+        depth, rows = met(axis.local(self.corners[beside]))
+        return depth, beside[rows]
 
     def obliquity_rad(self, axis: Axis, entry_row: int) -> float:
         """Return the angle between an axis and the normal of the triangle that it enters."""
@@ -103,15 +172,22 @@ class Surface:
         normal = np.cross(b - a, c - a)
         return math.acos(min(max(-float(normal @ axis.inward) / float(np.linalg.norm(normal)), -1.0), 1.0))
 
+    def may_hold(self, axis: Axis, radius_mm: float, room: HoleLimits) -> bool:
+        """Tell whether a sample of the triangles leaves room for a hole of the least depth.
+
+        Those that do not face the drill, for they are no continuation of the entry.
+        """
+        corners = self.corners[:: max(1, len(self.corners) // SAMPLES)]
+        points = axis.local(corners[~_facing(corners, axis), 0])
+        s, depth = np.hypot(points[:, 0], points[:, 1]), points[:, 2]
+        return not (_clear(s, depth, depth, radius_mm, room) < room.least_mm - EQUAL_MM).any()
+
     def others(self, axis: Axis, entry_row: int) -> tuple[Array | None, float]:
         """Return the triangles (k, 3, 3) that are no continuation of the entry, and the entry's least τ.
 
         Both in local coordinates; None where the entry itself is too slanted to start a drill on.
         """
-        normal = np.cross(self.corners[:, 1] - self.corners[:, 0], self.corners[:, 2] - self.corners[:, 0])
-        length = np.linalg.norm(normal, axis=1)
-        facing = -(normal @ axis.inward) >= math.cos(CONTINUATION_RAD) * length
-        facing &= length > 0.0
+        facing = _facing(self.corners, axis)
         if not facing[entry_row]:
             return None, 0.0
         rows = np.flatnonzero(facing)
@@ -120,6 +196,17 @@ class Surface:
         other[same] = False
         local = axis.local(self.corners)
         return local[other], float(local[same][:, :, 2].min())
+
+
+def _facing(corners: Array, axis: Axis) -> NDArray[np.bool_]:
+    """Tell which triangles (m, 3, 3) face a drill along an axis within `CONTINUATION_RAD`."""
+    ux, uy, uz = (corners[:, 1] - corners[:, 0]).T
+    vx, vy, vz = (corners[:, 2] - corners[:, 0]).T
+    x, y, z = uy * vz - uz * vy, uz * vx - ux * vz, ux * vy - uy * vx
+    length = np.sqrt(x * x + y * y + z * z)
+    a, b, c = axis.inward.tolist()
+    facing: NDArray[np.bool_] = -(a * x + b * y + c * z) >= math.cos(CONTINUATION_RAD) * length
+    return facing & (length > 0.0)
 
 
 def met(local: Array) -> tuple[Array, Indices]:
@@ -153,19 +240,6 @@ def _connected(vertex: Indices, start: int) -> NDArray[np.bool_]:
     return same
 
 
-@dataclass(frozen=True)
-class HoleLimits:
-    """What a hole must keep: its wall, and depths that matter (of the full diameter).
-
-    ``half_point_rad`` is half of the point angle; π/2 for a flat bottom.
-    """
-
-    wall_mm: float
-    half_point_rad: float
-    least_mm: float
-    most_mm: float
-
-
 def greatest_depth_mm(others: Array, radius_mm: float, room: HoleLimits) -> float:
     """Return how deep a hole may go and leave its wall all around; −inf if not even the least.
 
@@ -184,7 +258,9 @@ def greatest_depth_mm(others: Array, radius_mm: float, room: HoleLimits) -> floa
         Depth of the full diameter [mm]; at most `DEPTH_TOLERANCE_MM` short of the exact limit.
     """
     front = radius_mm / math.tan(room.half_point_rad) + 2.0 * room.wall_mm
-    best, pieces = room.most_mm, others[others[:, :, 2].min(axis=1) < room.most_mm + front]
+    best, pieces = _deciding(others, radius_mm, room, front)
+    if best < room.least_mm:
+        return -math.inf
     bound = np.zeros(0)
     for _ in range(LEVELS):
         bound = _bound(pieces, radius_mm, room)
@@ -204,6 +280,23 @@ def greatest_depth_mm(others: Array, radius_mm: float, room: HoleLimits) -> floa
     if best < room.most_mm:
         best -= DEPTH_TOLERANCE_MM
     return best if best >= room.least_mm else -math.inf
+
+
+def _deciding(others: Array, a: float, room: HoleLimits, front_mm: float) -> tuple[float, Array]:
+    """Return the depth that single corners allow, and the triangles (k, 3, 3) that may allow less.
+
+    The boxes around the triangles tell that of all others: few of a fine mesh are left.
+    """
+    (low_x, high_x), (low_y, high_y), (low, high) = (
+        (np.minimum(np.minimum(p, q), r), np.maximum(np.maximum(p, q), r))
+        for p, q, r in (others[:, :, axis].T for axis in range(3))
+    )
+    s = np.hypot(np.maximum(low_x, np.maximum(-high_x, 0.0)), np.maximum(low_y, np.maximum(-high_y, 0.0)))
+    near = np.flatnonzero((low < room.most_mm + front_mm) & (s < a + room.wall_mm))
+    x, y, z = others[near, 0].T
+    best = min(room.most_mm, float(_clear(np.hypot(x, y), z, z, a, room).min(initial=math.inf)))
+    undercut = _clear(s[near], low[near], high[near], a, room) < best + EQUAL_MM
+    return best, others[near[undercut]]
 
 
 def wall_left_mm(others: Array, radius_mm: float, depth_mm: float, half_point_rad: float) -> float:

@@ -129,13 +129,10 @@ def _shafts_mm(long: SectionStack, centres: Array) -> Array:
 
 def _beyond(long: SectionStack, centres: Array) -> Array:
     """Return how far metal reaches beyond each line, seen from each other one, at most [mm] (n, n)."""
-    from scipy.spatial import ConvexHull
-
     points = np.concatenate([piece.outline for section in long.sections for piece in section.pieces])
-    outmost = points[ConvexHull(points).vertices]
     away = centres[:, None] - centres
     away /= np.maximum(np.linalg.norm(away, axis=2, keepdims=True), 1e-12)
-    along = np.einsum("ijk,pk->ijp", away, outmost).max(axis=2)
+    along = np.array([[(points @ direction).max() for direction in row] for row in away])
     reach: Array = along - np.einsum("ijk,ik->ij", away, centres)
     return reach
 
