@@ -206,7 +206,8 @@ def _facing(corners: Array, axis: Axis) -> NDArray[np.bool_]:
     length = np.sqrt(x * x + y * y + z * z)
     a, b, c = axis.inward.tolist()
     facing: NDArray[np.bool_] = -(a * x + b * y + c * z) >= math.cos(CONTINUATION_RAD) * length
-    return facing & (length > 0.0)
+    facing &= length > 0.0
+    return facing
 
 
 def met(local: Array) -> tuple[Array, Indices]:

@@ -1,8 +1,8 @@
 """Choose the depths of cuts; pure numbers.
 
 The judged residual is a smooth function of the depths, known exactly with its derivative. Each step solves
-the linear programme of its tangent (HiGHS through scipy); a few steps reach the exact curves, as Newton's
-method does.
+the linear programme of its tangent (`dual_simplex`, or HiGHS through scipy); a few steps reach the exact
+curves, as Newton's method does.
 """
 
 from __future__ import annotations
@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 
 from autobalance.correction.kind import Cut, SharedDepth
 from autobalance.errors import CorrectionError
+from autobalance.planning.dual_simplex import least_cost
 from autobalance.rigid_rotor.moments import Moments
 from autobalance.rigid_rotor.tolerance import Tolerance
 from autobalance.rigid_rotor.unbalance import Unbalance
@@ -27,6 +28,8 @@ AIM = 0.01
 SIDES = 32
 """Sides of the polygon that stands for a circle in the linear programme; inscribed, so it never flatters."""
 STEPS = 40
+FEW_DEPTHS = 16
+"""Depths up to whose number the programme is solved here."""
 SETTLED_MM = 1e-7
 EVENNESS = 1e-4
 """Weight of the greatest depth beside the removed mass: between equals, even depths win."""
@@ -221,8 +224,6 @@ def _tangent_step(
         if depth is not None:
             return np.full(count, depth)
 
-    from scipy.optimize import linprog
-
     a_ub.append(np.hstack([np.eye(count), np.zeros((count, 1)), -np.ones((count, 1))]))
     b_ub.append(np.zeros(count))
     for pair in shared:
@@ -231,26 +232,46 @@ def _tangent_step(
         a_ub.append(row[None])
         b_ub.append(np.array([pair.most_mm]))
     cost = np.concatenate([costs / worst, [EXCESS], [evenness]])
+    box = np.append(least, [0.0, 0.0]), np.append(most, [math.inf, math.inf])
+    answer = _least_cost(cost, np.vstack(a_ub), np.concatenate(b_ub), box, same_depth)
+    if answer is None:  # the depths at hand are always feasible: the excess is free
+        raise CorrectionError(
+            f"the planner cannot compute with a permissible {tolerance.permissible_g_mm:.3g} g·mm and "
+            f"{here.predicted.magnitude_g_mm:.3g} g·mm to correct; check masses, speed and grade"
+        )
+    return np.clip(answer[:count], least, most)
+
+
+def _least_cost(
+    cost: Array, rows: Array, most: Array, bounds: tuple[Array, Array], same_depth: bool
+) -> Array | None:
+    """Return the answer of a linear programme whose last two unknowns are no depths; None: none is found.
+
+    A few depths are found before scipy, which solves the others, would have been loaded.
+    """
+    count = len(cost) - 2
+    if not same_depth and count <= FEW_DEPTHS:
+        answer = least_cost(cost, rows, most, bounds)
+        if answer is not None:
+            return answer
+
+    from scipy.optimize import linprog
+
     equal = None
     if same_depth and count > 1:
         equal = np.zeros((count - 1, count + 2))
         equal[:, 0] = 1.0
         equal[np.arange(count - 1), np.arange(1, count)] = -1.0
-    answer = linprog(
+    found: Array | None = linprog(
         cost,
-        A_ub=np.vstack(a_ub),
-        b_ub=np.concatenate(b_ub),
+        A_ub=rows,
+        b_ub=most,
         A_eq=equal,
         b_eq=None if equal is None else np.zeros(count - 1),
-        bounds=[*zip(least.tolist(), most.tolist(), strict=True), (0.0, None), (0.0, None)],
+        bounds=[*zip(bounds[0].tolist(), bounds[1].tolist(), strict=True)],
         method="highs",
-    )
-    if answer.x is None:  # the depths at hand are always feasible: the excess is free
-        raise CorrectionError(
-            f"the planner cannot compute with a permissible {tolerance.permissible_g_mm:.3g} g·mm and "
-            f"{here.predicted.magnitude_g_mm:.3g} g·mm to correct; check masses, speed and grade"
-        )
-    return np.clip(answer.x[:count], least, most)
+    ).x
+    return found
 
 
 def _one_depth(

@@ -1,0 +1,99 @@
+"""Small linear programmes by the dual simplex method on a dense tableau; pure numbers.
+
+For a handful of unknowns, whose answer takes far less time than a library takes to load.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+Array = NDArray[np.float64]
+
+NOTHING = 1e-11
+"""Entries of a tableau of numbers near 1 below which nothing is left but rounding."""
+PIVOTS = 20
+"""Exchanges allowed for each row and column; a programme that takes more goes in circles."""
+
+
+def least_cost(cost: Array, rows: Array, most: Array, bounds: tuple[Array, Array]) -> Array | None:
+    """Return the x of least ``cost`` · x with ``rows`` · x ≤ ``most``, each x between its bounds.
+
+    Every unknown begins at the bound where it costs least; the constraint that is broken most is then met
+    by the unknown that costs least for it, until none is broken.
+
+    Parameters
+    ----------
+    cost : (n,) float
+    rows : (m, n) float
+        With numbers near 1.
+    most : (m,) float
+    bounds : ((n,) float, (n,) float)
+        Least and greatest x; the greatest may be infinite where the cost is not below zero.
+
+    Returns
+    -------
+    (n,) float or None
+        None where no x meets the constraints, or where this method cannot tell within rounding.
+
+    References
+    ----------
+    C. E. Lemke, The dual method of solving the linear programming problem, Naval Research Logistics
+    Quarterly 1 (1954).
+
+    Examples
+    --------
+    >>> least_cost(np.array([1.0, 2.0]), np.array([[-1.0, -1.0]]), np.array([-3.0]),
+    ...            (np.zeros(2), np.array([2.0, 9.0])))
+    array([2., 1.])
+    """
+    least, greatest = bounds
+    count = len(cost)
+    turned = cost < 0.0
+    start = np.where(turned, greatest, least)
+    if not np.isfinite(start).all():
+        return None
+    way = np.where(turned, -1.0, 1.0)
+    limited = np.flatnonzero(np.isfinite(greatest))
+    # x = start + way · y, y ≥ 0; a row of the tableau is a basic variable: right-hand side, then −columns
+    tableau = np.zeros((len(rows) + len(limited) + 1, count + 1))
+    tableau[: len(rows), 0] = most - rows @ start
+    tableau[: len(rows), 1:] = rows * way
+    tableau[len(rows) : -1, 0] = (greatest - least)[limited]
+    tableau[np.arange(len(rows), len(tableau) - 1), 1 + limited] = 1.0
+    tableau[-1, 1:] = np.abs(cost)
+    basic, free = np.arange(count, count + len(tableau) - 1), np.arange(count)
+    if not _solved(tableau, basic, free):
+        return None
+    found = np.zeros(count + len(basic))
+    found[basic] = tableau[:-1, 0]
+    answer: Array = np.clip(start + way * found[:count], least, greatest)
+    scale = 1.0 + np.abs(most) + np.abs(rows) @ np.abs(answer)
+    return answer if (rows @ answer - most <= 1e-9 * scale).all() else None
+
+
+def _solved(tableau: Array, basic: NDArray[np.intp], free: NDArray[np.intp]) -> bool:
+    """Exchange variables of a tableau until its first column is not below zero; tell whether that can be."""
+    for _ in range(PIVOTS * sum(tableau.shape)):
+        row = int(np.argmin(tableau[:-1, 0]))
+        if tableau[row, 0] >= -NOTHING:
+            return True
+        columns = 1 + np.flatnonzero(tableau[row, 1:] < -NOTHING)
+        if not len(columns):
+            return False
+        ratios = tableau[-1, columns] / -tableau[row, columns]
+        near = columns[ratios <= ratios.min() + NOTHING]
+        column = int(near[np.argmin(tableau[row, near])])  # of equals the one that rounds least
+        _exchange(tableau, row, column)
+        basic[row], free[column - 1] = free[column - 1], basic[row]
+    return False
+
+
+def _exchange(tableau: Array, row: int, column: int) -> None:
+    """Let a basic variable and a free one change places."""
+    pivot = tableau[row, column]
+    line, across = tableau[row] / pivot, tableau[:, column].copy()
+    tableau -= np.outer(across, line)
+    tableau[row] = line
+    tableau[:, column] = -across / pivot
+    tableau[row, column] = 1.0 / pivot
