@@ -83,16 +83,23 @@ def measure_crank(
     asked: Balance | None = None,
     with_faces: bool = False,
     try_all_bodies: bool = True,
+    seen: Callable[[Solid], None] = lambda _: None,
 ) -> Crank:
     """Read a crank file, recognise the crank in it and measure it, as exactly as ``asked``.
 
     Its planar faces are looked for only ``with_faces``; of several bodies it is told whether all of them are
-    one crank, unless not to ``try_all_bodies``.
+    one crank, unless not to ``try_all_bodies``. ``seen`` is told the solid as soon as it is built, checked
+    or not; not of true surfaces.
     """
     refuse_density(crankshaft)
     recognition = _Recognition(crankshaft.overrides)
+
+    def begin(solid: Solid) -> None:
+        recognition.begin(solid)
+        seen(solid)
+
     with watch.stage("load"):
-        source = _read(crankshaft, recognition.begin, try_all_bodies)
+        source = _read(crankshaft, begin, try_all_bodies)
         refuse_size(source, crankshaft.file)
     with watch.stage("measure"):
         in_file = source.moments(crankshaft.density_g_mm3)  # while the crank is still being recognised

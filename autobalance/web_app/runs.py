@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import json
 import multiprocessing
 import os
@@ -14,10 +15,11 @@ from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
 
 from autobalance.web_app.project import OWN, RUN_ID, RUNS, Project
-from autobalance.web_app.work import work
+from autobalance.web_app.work import nothing, work
 
 if TYPE_CHECKING:
     from multiprocessing.connection import Connection
+    from multiprocessing.context import ForkServerContext, SpawnContext
     from multiprocessing.process import BaseProcess
     from pathlib import Path
 
@@ -27,6 +29,8 @@ GRACE_S = 1.0
 """How long a process may take to end before it is killed."""
 ENDED = ("done", "failed", "cancelled")
 ABOVE = 4
+PRELOADED = ("autobalance.web_app.preload", "PIL.ImageDraw", "ezdxf", "reportlab.platypus", "xlsxwriter")
+"""What runs need; what is not installed is passed over."""
 
 
 @dataclass
@@ -55,7 +59,8 @@ class Runs:
         self._runs: dict[str, Run] = {}
         self._processes: dict[str, BaseProcess] = {}
         self._threads: list[threading.Thread] = []
-        self._closed = False
+        self._loading = threading.Lock()
+        self._closed = self._loaded = False
         self.take_up()
         for folder in (project.folder / OWN).iterdir():
             if RUN_ID.fullmatch(folder.name) and folder.name not in self._runs:
@@ -106,8 +111,27 @@ class Runs:
         self._closed = True
         for run_id in list(self._runs):
             self.cancel(run_id)
+        if sys.platform != "win32":
+            end_preloaded()
         for thread in self._threads:
             thread.join(timeout=3.0)
+
+    def prepare(self) -> None:
+        """Load what runs need before the first is asked for."""
+        if not self._loaded:
+            thread = threading.Thread(target=self._load, daemon=True)
+            self._threads.append(thread)
+            thread.start()
+
+    def _load(self) -> None:
+        """Begin the process that runs are copies of, once; return when it has loaded all."""
+        _deaf_to_ctrl_c()
+        with self._loading:
+            if self._loaded or self._closed:
+                return
+            with contextlib.suppress(EOFError, OSError):  # ended while it loads
+                processes().Process(target=nothing, daemon=True).start()
+            self._loaded = True
 
     def take_up(self) -> None:
         """Find the runs of before and results put here by hand; what was cut off in the middle goes."""
@@ -140,7 +164,8 @@ class Runs:
                 if self._closed or run.state != "waiting":
                     return
                 run.state, run.words = "running", "starting"
-            context = multiprocessing.get_context("spawn")
+            self._load()
+            context = processes()
             ours, theirs = context.Pipe(duplex=False)
             folders = tuple(
                 str(path)
@@ -155,7 +180,6 @@ class Runs:
             with self._lock:
                 if run.state != "running":
                     return
-                _deaf_to_ctrl_c()
                 process.start()
                 self._processes[run.id] = process
             theirs.close()
@@ -227,6 +251,25 @@ def _deaf_to_ctrl_c() -> None:
     """Keep Ctrl-C, which a terminal sends to every process, from what this thread starts."""
     if sys.platform != "win32":
         signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
+
+
+def processes() -> SpawnContext | ForkServerContext:
+    """Return how processes are started: as copies of one that has loaded what runs need, if possible."""
+    if sys.platform == "win32":
+        return multiprocessing.get_context("spawn")
+    context = multiprocessing.get_context("forkserver")
+    context.set_forkserver_preload([*PRELOADED])
+    return context
+
+
+def end_preloaded() -> None:
+    """End the process that others are copies of, though it be in the middle of loading."""
+    from multiprocessing import forkserver
+
+    server: Any = getattr(forkserver, "_forkserver", None)
+    if getattr(server, "_forkserver_pid", None) is not None:
+        os.kill(server._forkserver_pid, signal.SIGTERM)
+        server._stop()
 
 
 def _end(process: BaseProcess | None) -> None:

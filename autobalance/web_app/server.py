@@ -28,6 +28,7 @@ MODULES = (
     "app",
     "buffers",
     "board",
+    "coarse",
     "correct",
     "drag",
     "handles",
@@ -93,6 +94,7 @@ class Pages:
             has_cookie(header, self._keys) or self._keys.is_token(request.headers.get("x-autobalance-token"))
         ):
             return refused("the token is missing; open the address that was printed", 401)
+        self._runs.prepare()  # a person is about to ask for something
         text = asset("web_app", "static/index.html").decode()
         return HTMLResponse(text.replace("{{token}}", self._keys.token).replace("{{version}}", __version__))
 

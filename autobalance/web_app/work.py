@@ -7,7 +7,7 @@ import os
 import signal
 import sys
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -15,7 +15,10 @@ if TYPE_CHECKING:
     from multiprocessing.connection import Connection
 
     from autobalance.api.balance import BalanceResult
+    from autobalance.api.crank import Crank
     from autobalance.api.result import VerbResult
+    from autobalance.job.model import Crankshaft
+    from autobalance.solid.csg.solid import Solid
 
 MESH = "mesh.bin"
 VIEW = "view.bin"
@@ -23,6 +26,10 @@ MODEL = "model.json"
 DRAWING = "drawing.dxf"
 REPORT = "report.json"
 MEGABYTE = 1 << 20
+CARD_PIXELS = (560, 380)
+"""Of a picture on the board of alternatives."""
+SEEN = 0.2
+"""The share of ``inspect`` at which its solid can be looked at."""
 
 Told = Callable[[str, float], None]
 Asked = dict[str, Any]
@@ -37,9 +44,10 @@ class Place:
     own: Path
 
     def keep(self, name: str, data: bytes) -> None:
-        """Write one of the page's own files."""
+        """Write one of the page's own files: whole, for the page may ask for it at any time."""
         self.own.mkdir(parents=True, exist_ok=True)
-        (self.own / name).write_bytes(data)
+        (self.own / f"{name}.part").write_bytes(data)
+        (self.own / f"{name}.part").replace(self.own / name)
 
 
 def work(verb: str, asked: Asked, folders: tuple[str, ...], memory_mb: int, pipe: Connection) -> None:
@@ -66,6 +74,10 @@ def work(verb: str, asked: Asked, folders: tuple[str, ...], memory_mb: int, pipe
         pipe.close()
 
 
+def nothing() -> None:
+    """Do nothing: the first process of all loads what the others need."""
+
+
 def _limit_memory(memory_mb: int) -> None:
     """Keep a file that unpacks without end from taking the machine's memory."""
     if sys.platform == "win32":
@@ -80,20 +92,10 @@ def _limit_memory(memory_mb: int) -> None:
 
 def _inspect(asked: Asked, place: Place, tell: Told) -> int:
     import autobalance as ab
-    from autobalance.errors import RecognitionError
-    from autobalance.job.read_crankshaft import read_crankshaft
-    from autobalance.job.typed_units import in_base_units
-
-    crankshaft = in_base_units({"crankshaft": asked["job"].get("crankshaft", {})})["crankshaft"]
-    told = read_crankshaft(crankshaft, place.project)  # names a wrong key as a job would
-    keys = {key: value for key, value in crankshaft.items() if key != "file"}
-    try:
-        result = ab.inspect(place.project / str(crankshaft["file"]), progress=tell, **keys)
-    except RecognitionError:
-        place.keep(MESH, _unrecognised(told))
-        raise
     from autobalance.web_app.meshes import recognised_mesh
 
+    tell("reading", 0.0)
+    result = ab.inspect(_read(asked["job"].get("crankshaft", {}), place, tell), progress=tell)
     tell("drawing", 0.9)
     place.keep(MESH, recognised_mesh(result))
     place.keep(MODEL, json.dumps({"crankpin_in_file": result.crank.measured.holds_crankpins}).encode())
@@ -101,12 +103,41 @@ def _inspect(asked: Asked, place: Place, tell: Told) -> int:
     return 0
 
 
-def _unrecognised(crankshaft: Any) -> bytes:
+def _read(table: Asked, place: Place, tell: Told) -> Crank:
+    """Read and measure the crank of a job; its solid is there to be looked at before it is recognised."""
+    from autobalance.api.crank import Crank
+    from autobalance.balancing.measured_crank import measure_crank
+    from autobalance.errors import AutobalanceError, RecognitionError
+    from autobalance.job.read_crankshaft import read_crankshaft
+    from autobalance.job.typed_units import in_base_units
+    from autobalance.runtime import Stopwatch
+    from autobalance.web_app.meshes import bare_mesh
+
+    crankshaft = read_crankshaft(in_base_units({"crankshaft": table})["crankshaft"], place.project)
+    if "crankpin_in_file" not in table:
+        crankshaft = replace(crankshaft, overrides=replace(crankshaft.overrides, crankpin_in_file=None))
+
+    def seen(solid: Solid) -> None:
+        place.keep(MESH, bare_mesh(solid.mesh, ()))
+        tell("recognising", SEEN)
+
+    try:
+        return Crank(measure_crank(crankshaft, Stopwatch(), seen=seen), crankshaft)
+    except RecognitionError:
+        place.keep(MESH, _unrecognised(crankshaft))
+        raise
+    except AutobalanceError:  # what was seen is no solid to be trusted
+        (place.own / MESH).unlink(missing_ok=True)
+        raise
+
+
+def _unrecognised(crankshaft: Crankshaft) -> bytes:
     """Return the solid of a file in which no crank was found, for a user to say what is what."""
     from autobalance.crank.recognition.candidates import cylinder_candidates
     from autobalance.solid.formats.read import read
     from autobalance.web_app.meshes import bare_mesh
 
+    assert crankshaft.file is not None
     source = read(
         crankshaft.file, crankshaft.unit, crankshaft.body, pressed_up=not crankshaft.crankpin_in_file
     )
@@ -176,9 +207,14 @@ def _cut(asked: Asked, place: Place, tell: Told) -> int:
 def _compare(asked: Asked, place: Place, tell: Told) -> int:
     """Compare the kinds; those that come within tolerance are drawn."""
     import autobalance as ab
+    from autobalance.api.crank import Crank
+    from autobalance.balancing.measured_crank import measure_crank
+    from autobalance.runtime import Stopwatch
 
     job = ab.Job.from_dict(asked["job"], folder=place.project)
-    compared = ab.compare(job, progress=lambda words, _: tell(words, 0.1))
+    tell("reading the crank", 0.0)
+    crank = Crank(measure_crank(job.crankshaft, Stopwatch(), job.balance, with_faces=True), job.crankshaft)
+    compared = ab.compare(job, crank, progress=lambda words, _: tell(words, 0.1))
     rows = [row for row in compared.report["rows"] if row["outcome"] == "within_tolerance"]
     place.results.mkdir(parents=True, exist_ok=True)
     for done, row in enumerate(rows):
@@ -188,14 +224,26 @@ def _compare(asked: Asked, place: Place, tell: Told) -> int:
             **asked["job"],
             "correction": {**asked["job"].get("correction", {}), "method": row["method"]},
         }
-        picture = _picture(ab.balance(ab.Job.from_dict(tables, folder=place.project)))
+        picture = _picture(ab.balance(ab.Job.from_dict(tables, folder=place.project), crank))
         (place.results / f"{name}.png").write_bytes(picture)
     _report(place, compared)
     return compared.exit_code
 
 
 def _picture(result: BalanceResult) -> bytes:
-    return _bundled(result, "png")["png_after"][1]
+    """Return the corrected crank as a card of the board shows it."""
+    from autobalance.report.bundle import coarse_pieces, view_of
+    from autobalance.report.json import showable
+    from autobalance.report.metal import pieces_of
+    from autobalance.report.picture import pictures
+
+    record = result.record.balanced
+    assert record is not None
+    report, before = showable(result.report), result.before.measured.source.solid
+    fine = pieces_of(report, before, record.result.tools)
+    pieces = coarse_pieces(report, fine, before.mesh.diagonal_mm)
+    body, _ = view_of(record.result.solid or before)
+    return pictures(report, before.mesh, body, pieces, CARD_PIXELS)[1]
 
 
 def _bundled(result: BalanceResult, kind: str) -> dict[str, tuple[str, bytes]]:

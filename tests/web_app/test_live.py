@@ -19,6 +19,7 @@ from autobalance.web_app.meshes import crank_mesh, creases
 from autobalance.web_app.prediction import linear_model, predicted
 from autobalance.web_app.preview import preview
 from autobalance.web_app.trial import tried
+from autobalance.web_app.work import MESH, MODEL, SEEN, VERBS, Place
 from tests import jobs
 from tests.web_app import small
 
@@ -220,6 +221,36 @@ def test_every_kind_tells_its_keys() -> None:
     told = {each["name"]: [key["key"] for key in each["keys"]] for each in json.loads(json.dumps(kinds()))}
     assert {"shoulder", "turn", "drill", "slug", "add", "mill"} <= set(told)
     assert "max_holes" in told["drill"]
+
+
+# --- seen early -------------------------------------------------------------------------------------------
+
+
+def test_a_solid_can_be_looked_at_before_it_is_recognised(tmp_path: Path) -> None:
+    small.crank(tmp_path)
+    place = Place(tmp_path, tmp_path / "runs", tmp_path / "own")
+    seen: dict[str, tuple[str, int]] = {}
+
+    def tell(words: str, share: float) -> None:
+        if share >= SEEN and (place.own / MESH).exists():
+            head, arrays = unpacked((place.own / MESH).read_bytes())
+            seen[words] = head["frame"], len(arrays["triangles"]) // 3
+
+    VERBS["inspect"]({"job": {"crankshaft": small.job()["crankshaft"]}}, place, tell)
+    count = len(ab.read_crank(tmp_path / small.NAME, unit="mm").triangles)
+    assert seen["recognising"] == ("file", count)
+    assert seen["drawing"] == ("file", count)
+    assert unpacked((place.own / MESH).read_bytes())[0]["frame"] == "rotor"
+    assert sorted(path.name for path in place.own.iterdir()) == [MESH, MODEL]
+
+
+def test_of_a_solid_that_is_refused_nothing_is_left_to_look_at(tmp_path: Path) -> None:
+    corners = jobs.corners_of(small.crank(tmp_path))
+    jobs.write_stl(tmp_path / small.NAME, np.concatenate([corners, corners + np.array([0.5, 0.0, 0.0])]))
+    place = Place(tmp_path, tmp_path / "runs", tmp_path / "own")
+    with pytest.raises(ab.AutobalanceError):
+        VERBS["inspect"]({"job": {"crankshaft": small.job()["crankshaft"]}}, place, lambda *_: None)
+    assert not (place.own / MESH).exists()
 
 
 # --- meshes -----------------------------------------------------------------------------------------------

@@ -119,14 +119,19 @@ def test_faces_and_angles_are_picked_in_the_model(page: Browser) -> None:
     put(page, method="shoulder")
     face = "w2-b"
     place = f"return document.getElementById('model').view.parts.findIndex(each => each.id === '{face}') + 1"
-    where = page.run(f"{place.replace('return', 'const part =')}; return model.view.whereIs(part)")
-    page.click(*where)
+
+    def where() -> tuple[float, float]:  # a click on a button below may have scrolled the page
+        x, y = page.run(f"{place.replace('return', 'const part =')}; return model.view.whereIs(part)")
+        return x, y
+
+    page.click(*where())
     assert f'["{face}"]' in job_text(page, face)
-    page.click(*where)
+    page.click(*where())
     until(page, f"return !document.getElementById('job-text').textContent.includes('{face}')")
     page.click_on("#pick-zone")
-    page.click(*where)
-    page.click(where[0] + 12, where[1])
+    x, y = where()
+    page.click(x, y)
+    page.click(x + 12, y)
     low, high = tomllib.loads(job_text(page, "sector_deg"))["correction"]["shoulder"]["sector_deg"]
     assert 0.0 <= low < 360.0
     assert low != high

@@ -11,7 +11,7 @@ import pytest
 import autobalance as ab
 from tests.report.browser import Browser, missing
 from tests.web_app import small
-from tests.web_app.page import at, latest, numbers, predicted, put, until
+from tests.web_app.page import at, job_text, latest, numbers, predicted, put, until
 from tests.web_app.serving import Served
 
 pytestmark = [
@@ -146,20 +146,69 @@ def test_a_section_cuts_away_what_is_beyond_its_plane(page: Browser) -> None:
     assert max(until(page, heights)) > place + 5.0
 
 
-def test_forces_are_computed_and_drawn(page: Browser, project: Served) -> None:
+CYCLE = {"bore_mm": 76.8, "compression_ratio": 13.0, "heat_J": 600.0, "firing_order": [1]}
+
+
+@pytest.mark.parametrize(
+    ("verb", "some"),
+    [("forces", {"orders", "force-polar"}), ("cycle", {"pressure-over-angle", "torque-orders"})],
+)
+def test_forces_orders_and_the_cycle_are_computed_and_drawn(
+    page: Browser, project: Served, verb: str, some: set[str]
+) -> None:
+    project.ask("/api/job", {**small.DRILLED, "cycle": CYCLE}, "PUT")
+    page.run("window.dispatchEvent(new Event('focus'))")  # the job was changed elsewhere
+    job_text(page, "bore_mm = 76.8")
     page.click_on(at("tab-see"))
-    page.click_on("#forces-box summary")
-    page.click_on("#plot-forces")
-    until(page, "return document.querySelector('#plots-forces img')")
-    pictures = [name for name in latest(project, "forces")["files"] if name.endswith(".png")]
+    page.click_on(f"#{verb}-box summary")
+    page.click_on(f"#plot-{verb}")
+    until(page, f"return document.querySelector('#plots-{verb} img')")
+    run = latest(project, verb)
+    pictures = {name.removesuffix(".png") for name in run["files"] if name.endswith(".png")}
+    assert some <= pictures
     until(
         page,
-        "const all = [...document.querySelectorAll('#plots-forces img')];"
+        f"const all = [...document.querySelectorAll('#plots-{verb} img')];"
         "for (const each of all) each.loading = 'eager';"
         "return all.length === arguments[0] && all.every(each => each.naturalWidth > 100)",
         len(pictures),
     )
-    assert page.run("return [...document.querySelectorAll('#plots-forces img')].every(each => each.alt)")
+    shown = page.run(f"return [...document.querySelectorAll('#plots-{verb} img')].map(each => each.alt)")
+    assert set(shown) == {name.replace("-", " ") for name in pictures}
+    assert run["report"]["command"] == verb
+
+
+SHEET = """
+const done = arguments[0], n = 160, corners = new Float32Array(3 * (n + 1) ** 2), rows = [];
+for (let i = 0; i <= n; i++) for (let k = 0; k <= n; k++) {
+  corners.set([i / n, k / n, 0.1 * Math.sin(6 * i / n)], 3 * (i * (n + 1) + k));
+  const a = i * (n + 1) + k;
+  if (i < n && k < n) rows.push(a, a + 1, a + n + 1, a + 1, a + n + 2, a + n + 1);
+}
+import("/static/coarse.js").then(({ coarsened }) => {
+  const found = coarsened(corners, new Uint32Array(rows)), few = rows.slice(0, 300);
+  let area = 0;
+  for (let k = 0; k < found.length; k += 3) {
+    const [a, b, c] = [0, 1, 2].map(e => [corners[3 * found[k + e]], corners[3 * found[k + e] + 1]]);
+    area += ((b[0] - a[0]) * (c[1] - a[1]) - (c[0] - a[0]) * (b[1] - a[1])) / 2;
+  }
+  done([rows.length / 3, found.length / 3, area, coarsened(corners, few) === few]);
+});
+"""
+
+
+def test_a_view_that_is_drawn_slowly_turns_as_a_coarse_copy(page: Browser) -> None:
+    """Under software rendering every view is: the whole comes back when it rests."""
+    before, after, area, same = page.call("POST", "/execute/async", {"script": SHEET, "args": []})
+    assert before > 50_000
+    assert 2_000 < after < 0.2 * before
+    assert abs(area) == pytest.approx(1.0, rel=0.05)
+    assert same
+    view = "document.getElementById('model').view"
+    drawn = f"return [{view}.sets.crank.fine[0].visible, {view}.sets.crank.coarse?.visible ?? false]"
+    assert page.run(f"{view}.held = true; {view}.turned(); {drawn}") == [False, True]
+    page.run(f"{view}.controls.dispatchEvent({{ type: 'end' }})")
+    until(page, f"return {view}.sets.crank.fine[0].visible && !{view}.sets.crank.coarse.visible")
 
 
 def test_the_view_in_a_notebook_draws_without_the_app(window: Browser, tmp_path: Path) -> None:

@@ -6,31 +6,46 @@ import os
 import signal
 import socket
 import sys
+import tempfile
 import tomllib
 from collections.abc import Iterator
+from functools import cache
 from pathlib import Path
 from typing import Any
 
 import pytest
 
 import autobalance as ab
+from autobalance.job.toml_text import toml_text
 from tests import jobs
+from tests.web_app import small
 from tests.web_app.serving import Served, served
 
-JOB = jobs.BUNDLED / "drafted" / "factor-0.28.toml"
-CRANK = jobs.BUNDLED / "drafted" / "crank.stl"
 pytestmark = pytest.mark.skipif(sys.platform == "win32", reason="signals to one process need POSIX")
 
 
 @pytest.fixture(scope="module")
 def app(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Served]:
     with served(tmp_path_factory.mktemp("app") / "project", "--max-upload-mb", "2") as running:
-        assert running.ask("/api/files?name=crank.stl", CRANK.read_bytes()).status == 201
+        assert running.ask("/api/files?name=crank.stl", crank_bytes()).status == 201
         yield running
 
 
 def job(**changes: Any) -> dict[str, Any]:
-    return {**tomllib.loads(JOB.read_text("utf-8")), **changes}
+    return {**small.DRILLED, "crankshaft": {**small.DRILLED["crankshaft"], "file": "crank.stl"}, **changes}
+
+
+@cache
+def written() -> Path:
+    """Write the small crank and its job; return the job's path."""
+    folder = Path(tempfile.mkdtemp())
+    small.crank(folder).rename(folder / "crank.stl")
+    (folder / "job.toml").write_text(toml_text(job()), encoding="utf-8")
+    return folder / "job.toml"
+
+
+def crank_bytes() -> bytes:
+    return (written().parent / "crank.stl").read_bytes()
 
 
 # --- safe ---------------------------------------------------------------------------------------------------
@@ -104,7 +119,7 @@ def test_only_plain_names_are_kept(app: Served, name: str) -> None:
 
 def test_nothing_outside_the_project_is_read(app: Served, tmp_path: Path) -> None:
     secret = tmp_path / "secret.stl"
-    secret.write_bytes(CRANK.read_bytes())
+    secret.write_bytes(crank_bytes())
     (app.project / "link.stl").symlink_to(secret)
     try:
         for file in (str(secret), "../secret.stl", "link.stl", "runs", "no.stl", 7):
@@ -152,14 +167,14 @@ def test_a_balance_is_that_of_the_function(app: Served, tmp_path: Path) -> None:
     assert (told["state"], told["share"], told["exit_code"], told["error"]) == ("done", 1.0, 0, None)
     assert {"report.json", "balanced.stl", "report.html", "sheet.pdf"} <= set(told["files"])
     report = app.ask(f"/api/runs/{told['id']}/report").json
-    own = ab.balance(ab.read_job(JOB)).report
+    own = ab.balance(ab.read_job(written())).report
     for key in ("residual", "corrections", "tolerance", "balance_factor"):
         assert report[key] == own[key]
     solid = app.ask(f"/api/runs/{told['id']}/files/balanced.stl").body
     assert len(solid) == 84 + 50 * report["outputs"]["solid"]["triangles"]
     folder = app.project / "runs" / told["id"]
     assert ab.verify(folder / "report.json").holds
-    by_command = ab.balance(ab.read_job(JOB)).write(tmp_path, date="2026-01-01")
+    by_command = ab.balance(ab.read_job(written())).write(tmp_path, date="2026-01-01")
     assert (
         {path.name for path in folder.iterdir()} == {path.name for path in by_command} == set(told["files"])
     )
@@ -197,7 +212,7 @@ def test_a_cancelled_run_leaves_no_file(app: Served) -> None:
 
 
 def test_an_uploaded_job_is_kept_as_it_is_and_opened_with_files_of_the_project(app: Served) -> None:
-    text = JOB.read_bytes().replace(b'"crank.stl"', b'"../elsewhere/crank.stl"')
+    text = written().read_bytes().replace(b'"crank.stl"', b'"../elsewhere/crank.stl"')
     kept = app.ask("/api/files?name=mine.toml", text).json
     assert (app.project / "mine.toml").read_bytes() == text
     assert kept["sha256"] == hashlib.sha256(text).hexdigest()
@@ -212,7 +227,7 @@ def test_an_uploaded_job_is_kept_as_it_is_and_opened_with_files_of_the_project(a
 
 
 def test_a_job_may_be_a_workbook(app: Served, tmp_path: Path) -> None:
-    assert jobs.run("init", JOB, "-o", tmp_path / "job.xlsx") == 0
+    assert jobs.run("init", written(), "-o", tmp_path / "job.xlsx") == 0
     assert app.ask("/api/files?name=mine.xlsx", (tmp_path / "job.xlsx").read_bytes()).status == 201
     found = app.ask("/api/open", {"file": "mine.xlsx"}).json["job"]
     for table in ("crankshaft", "engine", "balance", "correction"):
@@ -227,7 +242,7 @@ def test_the_job_is_kept_as_the_command_line_takes_it(app: Served) -> None:
 
 
 def test_it_ends_with_nothing_left_and_goes_on_where_it_was(tmp_path: Path) -> None:
-    with served(tmp_path / "project", str(JOB)) as first:
+    with served(tmp_path / "project", str(written())) as first:
         assert json.loads(first.ask("/api/project").body)["files"] == ["crank.stl", "job.toml"]
         run = first.ask("/api/runs", {"verb": "inspect", "job": job()}).json["id"]
         first.ended(run)
@@ -249,8 +264,7 @@ def test_it_may_be_ended_as_soon_as_its_address_is_known(tmp_path: Path) -> None
 
 
 def test_a_report_and_its_folder_are_taken_in_as_a_run(tmp_path: Path) -> None:
-    job = jobs.bundled_job(tmp_path / "job")
-    jobs.balanced(job, tmp_path / "out")
+    jobs.balanced(written(), tmp_path / "out")
     data = (tmp_path / "out" / "report.json").read_bytes()
     (tmp_path / "project").mkdir()
     (tmp_path / "project" / ".upload-0.part").write_bytes(b"cut off")
@@ -262,7 +276,7 @@ def test_a_report_and_its_folder_are_taken_in_as_a_run(tmp_path: Path) -> None:
             ]
             assert app.ask(f"/api/runs/{runs[0]['id']}/report").body == data
             assert app.ask("/api/project").json["files"] == ["crank.stl", "job.toml"]
-            assert app.ask("/api/project").json["job"]["engine"]["stroke_mm"] == 53.8
+            assert app.ask("/api/project").json["job"]["engine"]["rod_length_mm"] == 110.0
             reading = {"urr_percent": 95.0, "umar_g_mm": 0.5, "plane": _planes(app, runs[0]["id"])}
             body = {"verb": "recut", "run": runs[0]["id"], "reading": reading}
             if source == "out":
@@ -286,7 +300,7 @@ def _planes(app: Served, run: str) -> list[dict[str, Any]]:
 
 
 def test_a_result_is_taken_in_from_the_page(app: Served, tmp_path: Path) -> None:
-    jobs.balanced(jobs.bundled_job(tmp_path / "job"), tmp_path / "out", 0, "--only", "json")
+    jobs.balanced(written(), tmp_path / "out", 0, "--only", "json")
     for name in ("report.json", "balanced.stl"):
         body = (tmp_path / "out" / name).read_bytes()
         assert app.ask(f"/api/files?name={name}&apart=0123456789ab", body).status == 201

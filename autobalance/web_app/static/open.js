@@ -106,11 +106,13 @@ export const open = guarded(async () => {
   try {
     const told = await inspected();
     if (mine !== opening) return;
+    opening++; // what was on its way meanwhile comes too late
     if (told) await show(told.id, true);
-    else $("model").dataset.state = "empty";
+    else view.clear();
   } catch (error) {
     if (mine !== opening) return;
-    $("model").dataset.state = "empty";
+    opening++;
+    view.clear();
     $("tree").replaceChildren();
     say(error.message);
     if (error.run) await unrecognised(error);
@@ -120,11 +122,24 @@ export const open = guarded(async () => {
 // A crank of several bodies, or without crankpins, may be a pressed-up one: looked at as such, unless it was said.
 async function inspected() {
   const asked = crankshaft();
-  const look = (crank) => start("inspect", { job: { crankshaft: crank } }, state.file);
+  const look = (crank) => start("inspect", { job: { crankshaft: crank } }, state.file, meanwhile(opening));
   try { return await look(asked); } catch (error) {
     if (asked.crankpin_in_file !== undefined || !/bodies|crankpin|throw/.test(error.message)) throw error;
     try { return await look({ ...asked, crankpin_in_file: false }); } catch { throw error; }
   }
+}
+
+// The solid is shown as soon as it is built, while what is what in it is still being found out.
+function meanwhile(mine) {
+  let asked = false;
+  return async (told) => {
+    if (mine !== opening) return;
+    if (!asked) view.say(`${told.words} …`);
+    if (asked || !told.share) return;
+    asked = true;
+    const mesh = await askBuffer(`/api/runs/${told.id}/mesh`).catch(() => null); // the run tells what went wrong
+    if (mesh && mine === opening) view.showCrank(mesh, false);
+  };
 }
 
 export async function show(id, fresh = false) {
@@ -148,7 +163,7 @@ async function unrecognised(error) {
   if (!mesh) return;
   view.showCrank(mesh);
   cylinders();
-  doubts([error.message, "pick a cylinder in the model or in the list below, and say what it is"]);
+  doubts([error.message, ...(view.parts.length ? ["pick a cylinder in the model or in the list below, and say what it is"] : [])]);
 }
 
 function reasons(report) {

@@ -9,16 +9,16 @@ let polling = false;
 let newest = null;
 const words = {}; // id → what it is of, for people
 
-export async function start(verb, body, name = "") {
+export async function start(verb, body, name = "", meanwhile = null) {
   const { id } = await post("/api/runs", { verb, ...body });
   words[id] = name;
-  return follow(id, verb);
+  return follow(id, verb, meanwhile);
 }
 
-// Resolve with what is told of a run once it is done; null when it was cancelled.
-export function follow(id, verb) {
+// Resolve with what is told of a run once it is done; null when it was cancelled. `meanwhile` is told how far it is.
+export function follow(id, verb, meanwhile = null) {
   if (verb !== "inspect") newest = id;
-  const end = new Promise((resolve, reject) => following.set(id, { resolve, reject }));
+  const end = new Promise((resolve, reject) => following.set(id, { resolve, reject, meanwhile }));
   poll();
   return end;
 }
@@ -32,7 +32,8 @@ async function poll() {
       list(runs);
       for (const told of runs) {
         const end = following.get(told.id);
-        if (!end || !ENDED.includes(told.state)) continue;
+        if (!end) continue;
+        if (!ENDED.includes(told.state)) { end.meanwhile?.(told); continue; }
         following.delete(told.id);
         if (told.state === "failed") end.reject(Object.assign(new Error(told.error), { run: told.id }));
         else end.resolve(told.state === "done" ? told : null);

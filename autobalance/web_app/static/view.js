@@ -1,23 +1,27 @@
 // The crank in 3D: buffers from the server drawn with three.js; the scene is the rotor frame in mm, or the file's.
 import { unpacked } from "/static/buffers.js";
 import { Rays } from "/static/picking.js";
+import { coarsened, drawnBySoftware } from "/static/coarse.js";
 
 const T = window.THREE;
 const DARK = matchMedia("(prefers-color-scheme: dark)");
 const INK = { metal: ["#a9b3bd", "#8c97a3"], cap: ["#7d8893", "#4a5560"], line: ["#4a5560", "#10151a"], mark: ["#0b5cad", "#7db8f5"], chosen: ["#d9480f", "#ff9f5a"], gone: ["#c92a2a", "#ff8787"], zone: ["#12703c", "#6fd39a"], axis: ["#b3261e", "#ff9c94"] };
 const ink = (name) => INK[name][DARK.matches ? 1 : 0];
+const LATE_MS = 50; // a frame that comes later than this after it was asked for is late
+const LATE_FRAMES = 2; // so many of them in a row: from then on less is drawn while the view turns
+const REST_MS = 160; // after so long without a turn the view rests, and is drawn whole
 
 export class View {
   constructor(box, canvas, note) {
     this.box = box; this.note = note; this.clip = new T.Plane(new T.Vector3(-1, 0, 0), 1e9);
-    this.sets = {}; this.parts = []; this.mode = "crank"; this.onpick = null; this.marked = [];
+    this.sets = {}; this.parts = []; this.isRough = false; this.mode = "crank"; this.onpick = null; this.marked = [];
     try {
-      this.renderer = new T.WebGLRenderer({ canvas, antialias: true, alpha: true });
+      this.software = drawnBySoftware();
+      this.renderer = new T.WebGLRenderer({ canvas, antialias: !this.software, alpha: true });
     } catch {
       note.textContent = "This browser shows no 3D; everything else works";
       return;
     }
-    this.renderer.localClippingEnabled = true;
     this.scene = new T.Scene();
     this.sun = new T.DirectionalLight(0xffffff, 2.0); this.fill = new T.DirectionalLight(0xffffff, 0.9);
     this.scene.add(new T.AmbientLight(0xffffff, 0.9), this.sun, this.fill, this.sun.target, this.fill.target);
@@ -27,7 +31,9 @@ export class View {
     this.camera.up.set(1, 0, 0);
     this.controls = new T.OrbitControls(this.camera, canvas);
     this.controls.enableDamping = false;
-    this.controls.addEventListener("change", () => this.draw());
+    this.controls.addEventListener("change", () => { if (this.held) this.turned(); else this.draw(); });
+    this.controls.addEventListener("start", () => { this.held = true; });
+    this.controls.addEventListener("end", () => { this.held = false; if (this.turning) this.restSoon(); });
     new ResizeObserver(() => this.resize()).observe(box);
     box.addEventListener("keydown", (event) => this.key(event));
     let down = null;
@@ -41,10 +47,11 @@ export class View {
 
   // --- what is shown --------------------------------------------------------------------------------------
 
-  // A crank as it was opened, with the part of each triangle.
-  showCrank(buffer) {
+  // A crank as it was opened, with the part of each triangle; `whole`: nothing more of it is to come.
+  showCrank(buffer, whole = true) {
     const { head, arrays } = unpacked(buffer);
     this.parts = head.parts;
+    this.whole = whole;
     this.count = arrays.triangles.length / 3;
     if (!this.renderer) { this.ready(); return; }
     const positions = new T.BufferAttribute(arrays.corners, 3);
@@ -54,7 +61,7 @@ export class View {
     this.part = arrays.part;
     this.positions = positions;
     this.rays = new Rays(arrays.corners, arrays.triangles);
-    this.put("crank", [this.mesh(body, "metal"), this.caps(body), this.lines(arrays.edges)], body, this.count);
+    this.put("crank", body, [this.lines(arrays.edges)], this.count);
     this.use("crank");
     this.look();
   }
@@ -83,29 +90,35 @@ export class View {
     }
     const rings = data.tolerance_planes.map((plane) => this.ring(plane.z_mm, 1.1 * data.radius_mm, "zone"));
     this.floors = floors;
-    this.put("result", [this.mesh(body, "metal"), this.caps(body), this.lines(arrays.edges), this.metal, floors, ...rings, this.axis(data.z_mm)], body, head.triangles);
+    this.put("result", body, [this.lines(arrays.edges), this.metal, floors, ...rings, this.axis(data.z_mm)], head.triangles);
     this.result = data;
+    this.whole = true;
     this.use("result");
     this.look();
   }
 
-  put(name, children, body, triangles) {
+  put(name, body, others, triangles) {
+    this.rough(false);
     if (this.sets[name]) { this.scene.remove(this.sets[name].group); this.sets[name].group.traverse((each) => { each.geometry?.dispose(); each.material?.dispose(); }); }
-    const group = new T.Group();
-    group.add(...children);
+    const group = new T.Group(), fine = [this.mesh(body, "metal", T.FrontSide), this.caps(body), others[0]];
+    group.add(...fine, ...others.slice(1));
     body.computeBoundingSphere();
     this.scene.add(group);
-    this.sets[name] = { group, sphere: body.boundingSphere, triangles };
+    this.sets[name] = { group, fine, coarse: null, sphere: body.boundingSphere, triangles };
+    this.slow = this.software; this.late = 0;
   }
 
   clear() {
+    this.rough(false);
     for (const name of Object.keys(this.sets)) this.scene.remove(this.sets[name].group);
     this.sets = {}; this.parts = []; this.rays = null;
     this.marks?.clear(); this.zones?.clear();
     Object.assign(this.box.dataset, { state: "empty", triangles: "0" });
-    this.note.textContent = "No crank yet";
+    this.whole = true;
+    this.say("No crank yet");
     this.draw();
   }
+  say(words) { this.note.textContent = words; }
 
   use(name) {
     if (!this.sets[name]) return;
@@ -120,8 +133,8 @@ export class View {
 
   ready() {
     this.box.dataset.triangles = String(this.count);
-    this.box.dataset.state = "ready";
-    if (this.renderer) this.note.textContent = `${this.count.toLocaleString("en").replaceAll(",", "\u202f")} triangles`;
+    this.box.dataset.state = this.whole ? "ready" : "loading";
+    if (this.renderer) this.note.textContent = `${this.count.toLocaleString("en").replaceAll(",", "\u202f")} triangles${this.whole ? "" : ", what they are is being found out"}`;
   }
 
   // How much of the metal that went is still shown, 1 to 0.
@@ -156,9 +169,18 @@ export class View {
     const ways = { x: [-1, 0, 0], y: [0, -1, 0], z: [0, 0, -1] };
     const place = axis === "none" ? 1e9 : sphere.center[axis] + (2 * share - 1) * sphere.radius;
     this.clip.set(new T.Vector3(...(ways[axis] || ways.z)), place);
-    for (const each of this.sets[this.mode].group.children) if (each.userData.ink === "cap") each.visible = axis !== "none"; // seen through a cut only
+    this.clipped(axis !== "none");
     this.draw();
     return axis === "none" ? null : place;
+  }
+
+  // Only where a section is on is every pixel asked on which side of it it lies: that takes long to draw.
+  clipped(on) {
+    this.renderer.localClippingEnabled = on;
+    for (const set of Object.values(this.sets)) {
+      set.fine[1].visible = on; // caps: seen through a cut only
+      if (set.coarse) set.coarse.children[1].visible = on;
+    }
   }
 
   // --- marks ----------------------------------------------------------------------------------------------
@@ -181,7 +203,7 @@ export class View {
     this.draw();
   }
 
-  // A ring about the axis at a place: a journal, a throw, a web.
+  // A ring about the axis: a journal, a throw, a web.
   point(centre, radius) {
     if (!this.renderer || !this.sets.crank) return;
     if (this.pointer) { this.scene.remove(this.pointer); this.pointer = null; }
@@ -210,8 +232,8 @@ export class View {
 
   // --- pieces of the scene --------------------------------------------------------------------------------
 
-  mesh(shape, name) {
-    const made = new T.Mesh(shape, new T.MeshStandardMaterial({ color: ink(name), flatShading: true, metalness: 0.05, roughness: 0.62, side: T.DoubleSide, clippingPlanes: [this.clip], polygonOffset: true, polygonOffsetFactor: 1, polygonOffsetUnits: 1 }));
+  mesh(shape, name, side = T.DoubleSide) {
+    const made = new T.Mesh(shape, new T.MeshLambertMaterial({ color: ink(name), flatShading: true, side, clippingPlanes: [this.clip], polygonOffset: true, polygonOffsetFactor: 1, polygonOffsetUnits: 1 }));
     made.userData.ink = name;
     return made;
   }
@@ -251,7 +273,7 @@ export class View {
 
   look() {
     const { center, radius } = this.sets[this.mode].sphere;
-    this.radius = radius;
+    this.radius = this.mode === "result" ? 1.1 * radius : radius; // with the rings of the tolerance planes
     this.controls.target.copy(center);
     this.camera.position.copy(center).add(new T.Vector3(0.9 * radius, 1.6 * radius, 1.9 * radius));
     this.camera.zoom = 1;
@@ -271,14 +293,14 @@ export class View {
       this.camera.position.copy(this.controls.target).add(away);
     }
     this.controls.update();
-    this.draw();
+    this.turned();
     event.preventDefault();
   }
 
   resize() {
     const { clientWidth: width, clientHeight: height } = this.box;
     if (!this.renderer || !width || !height) return;
-    this.renderer.setPixelRatio(Math.min(window.devicePixelRatio || 1, 2));
+    this.renderer.setPixelRatio(this.density());
     this.renderer.setSize(width, height, false);
     const half = 1.05 * (this.radius || 1), aspect = width / height;
     Object.assign(this.camera, { left: -half * Math.max(1, aspect), right: half * Math.max(1, aspect), top: half * Math.max(1, 1 / aspect), bottom: -half * Math.max(1, 1 / aspect) });
@@ -290,8 +312,62 @@ export class View {
   draw() {
     if (!this.renderer || this.waiting) return;
     this.waiting = true;
-    requestAnimationFrame(() => { this.waiting = false; this.drawn(); });
+    const asked = performance.now();
+    requestAnimationFrame(() => {
+      this.waiting = false;
+      if (this.turning) this.paced(performance.now() - asked);
+      this.drawn();
+      if (this.turning) this.restSoon();
+    });
   }
+
+  // --- while it turns -------------------------------------------------------------------------------------
+
+  // A turn: where frames come late, as without a graphics card, a coarse copy until it rests.
+  turned() {
+    if (!this.sets[this.mode]) return;
+    this.turning = true;
+    if (this.slow) this.rough(true);
+    this.draw();
+  }
+  restSoon() {
+    clearTimeout(this.resting);
+    this.resting = setTimeout(() => {
+      if (this.held || this.waiting) return; // a hand is on it; or the next frame sees to it
+      this.turning = false;
+      this.rough(false);
+      this.draw();
+    }, REST_MS);
+  }
+  paced(late) {
+    this.late = late > LATE_MS ? this.late + 1 : 0;
+    if (this.late >= LATE_FRAMES) this.slow = true;
+  }
+  rough(on) {
+    if (this.isRough === on) return;
+    this.isRough = on;
+    const set = this.sets[this.mode];
+    if (on && !set.coarse) set.coarse = this.coarse(set);
+    for (const each of Object.values(this.sets)) {
+      if (!each.coarse) continue;
+      each.coarse.visible = on;
+      each.fine[0].visible = each.fine[2].visible = !on;
+      each.fine[1].visible = !on && this.renderer.localClippingEnabled;
+    }
+    this.renderer.setPixelRatio(this.density());
+  }
+  coarse(set) {
+    const { index, attributes } = set.fine[0].geometry, rows = coarsened(attributes.position.array, index.array);
+    const shape = new T.BufferGeometry(), made = new T.Group();
+    shape.setAttribute("position", attributes.position);
+    shape.setIndex(new T.BufferAttribute(rows, 1));
+    made.add(this.mesh(shape, "metal", T.FrontSide), this.caps(shape));
+    made.children[1].visible = this.renderer.localClippingEnabled;
+    set.group.add(made);
+    return made;
+  }
+  density() { return this.software && !this.isRough ? 2 : Math.min(window.devicePixelRatio || 1, 2); }
+
   drawn() {
     const [side, up, back] = [0, 1, 2].map((column) => new T.Vector3().setFromMatrixColumn(this.camera.matrixWorld, column));
     this.sun.position.copy(back).addScaledVector(up, 1.1).addScaledVector(side, -0.8);
