@@ -159,6 +159,7 @@ def taken_back(page: Browser, app: Served) -> None:
     told = latest(app, "balance")
     before = len(app.ask("/api/runs").json["runs"])
     folder = app.project / "runs" / told["id"]
+    page.click_on(at("tab-open"))
     found = page.call("POST", "/element", {"using": "css selector", "value": at("file-input")})
     text = "\n".join(str(folder / name) for name in ("report.json", "balanced.stl"))
     page.call("POST", f"/element/{found[ELEMENT]}/value", {"text": text})
