@@ -235,13 +235,15 @@ def _told_apart(parts: Sequence[Claims], mine: list[list[Solid]], i: int, j: int
     for one in list(mine[i]):
         for other in list(mine[j]):
             apart = np.any(one.bounds[0] > other.bounds[1]) or np.any(other.bounds[0] > one.bounds[1])
-            if apart or not _pieces(one & other, near_mm):
+            if apart:
                 continue
-            centre = (one & other).moments(1.0).centre_mm
-            away = [float(np.linalg.norm(parts[k].array("position_mm", (3,)) - centre)) for k in (i, j)]
-            whole = abs(one.volume_mm3 - other.volume_mm3) <= SHARE * max(one.volume_mm3, other.volume_mm3)
-            if not whole:
+            both, size = one & other, max(one.volume_mm3, other.volume_mm3)
+            if both.volume_mm3 <= SHARE * min(one.volume_mm3, other.volume_mm3) or not _pieces(both, near_mm):
+                continue  # halves of one face that meet in a sector's edge
+            if both.volume_mm3 < (1.0 - SHARE) * size:
                 return {i, j}
+            centre = both.moments(1.0).centre_mm
+            away = [float(np.linalg.norm(parts[k].array("position_mm", (3,)) - centre)) for k in (i, j)]
             loser, piece = (j, other) if away[0] <= away[1] else (i, one)
             mine[loser] = [each for each in mine[loser] if each is not piece]
     return set()

@@ -8,10 +8,11 @@ import numpy as np
 import pytest
 
 import autobalance as ab
-from autobalance.correction.face_trace import FaceTrace
+from autobalance.correction.face_trace import BESIDE_DEG, FaceTrace
 from autobalance.correction.trace import EQUAL_AREA, RING_SIDES, Before, Metal, Reading, RingTrace
 from autobalance.crank.anatomy import Face
 from autobalance.solid.csg.solid import Region, Solid, union
+from autobalance.verification.correction_claims import _told_apart
 
 NEAR_MM = 6e-5
 
@@ -58,6 +59,26 @@ def test_a_flap_beside_a_turned_rim_does_not_count_in_its_rate(flapped: bool) ->
     exact = -density * 10.0 * radius**2 * 2.0 * np.sin(half)
     assert within <= 0.05 * abs(exact)
     assert np.allclose(value, [exact, 0.0], rtol=0.0, atol=max(within, 1e-3 * abs(exact)))
+
+
+def half_disc(start_deg: float) -> Solid:
+    """Half of a disc, a hair more than that at both edges."""
+    angles = np.radians(start_deg + np.linspace(-BESIDE_DEG, 180.0 + BESIDE_DEG, 90))
+    return Solid.prism(Region.of([70.0 * np.column_stack([np.cos(angles), np.sin(angles)])]), 0.0, 3.0)
+
+
+def test_equal_halves_that_meet_in_a_sectors_edge_are_both_found() -> None:
+    """They share a hair and have one volume, yet neither is the other."""
+    halves = [half_disc(0.0), half_disc(180.0)]
+    parts = cast(Any, [SimpleNamespace(array=lambda *_, y=y: np.array([0.0, y, 1.5])) for y in (30.0, -30.0)])
+    mine = [[half] for half in halves]
+    assert _told_apart(parts, mine, 0, 1, 1e-6) == set()
+    assert [len(pieces) for pieces in mine] == [1, 1]
+    both = [[halves[0]], [halves[0]]]  # one piece, that lies in the rooms of both
+    assert _told_apart(parts, both, 0, 1, 1e-6) == set()
+    assert [len(pieces) for pieces in both] == [1, 0]
+    shared = [[halves[0]], [block(60.0, 0.0, 3.0)]]
+    assert _told_apart(parts, shared, 0, 1, 1e-6) == {0, 1}
 
 
 @pytest.mark.parametrize("lean", [0.5, 2.0, 6.0])
