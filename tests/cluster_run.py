@@ -14,10 +14,12 @@ from typing import Any
 
 def main() -> None:
     """Run the list ``argv[1]`` into the folder ``argv[2]``."""
+    import dask
     import distributed
 
     from autobalance.api.batch import batch
 
+    dask.config.set({"distributed.worker.multiprocessing-method": "forkserver"})  # a new worker starts sooner
     folder = Path(sys.argv[2])
     make: Any = distributed.LocalCluster
     cluster = make(n_workers=2, threads_per_worker=1, processes=True, dashboard_address=None)

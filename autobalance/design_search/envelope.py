@@ -243,6 +243,7 @@ def neighbours_of(design: DesignJob, crank: Crank) -> list[Neighbour]:
                 outline,
                 shaft.ratio,
                 shaft.phase_rad,
+                shaft.radius_mm,
             )
         )
     return found

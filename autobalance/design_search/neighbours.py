@@ -9,7 +9,7 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 from fractions import Fraction
-from typing import Protocol
+from typing import Any, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
@@ -19,10 +19,16 @@ Array = NDArray[np.float64]
 
 ANGLES = 240
 """Angles of a turn looked at first; the least distance is then found between them."""
+SWEPT_MM = 0.02
+"""No distance anywhere in the sweep, at any angle and place of the outline, is less by more than this."""
+MOST_PAIRS = 100_000
+"""Of a range of angles and a side of the outline, looked at in all. Two outlines of many corners that pass
+each other at one distance all the time need more: the bound is then as far as this goes, some tenths [mm]."""
 MOST_TURNS = 20
-MOST_MINIMA = 8
 BETWEEN = 64
 """Points looked at between two of an outline, where a neighbour comes nearest."""
+AT_ONCE = 20_000
+"""Pairs of a point and an angle that are looked at together."""
 
 
 class Neighbour(Protocol):
@@ -43,8 +49,13 @@ class Neighbour(Protocol):
         """After how many turns of the crank it stands as before."""
         ...
 
-    def distances_mm(self, points_mm: Array, crank_rad: float) -> Array:
-        """Return the distance (k,) of turning points (k, 2) at a crank angle."""
+    @property
+    def speed_mm(self) -> float:
+        """How far its surface moves at most for each radian of the crank [mm]."""
+        ...
+
+    def distances_mm(self, points_mm: Array, crank_rad: Array | float) -> Array:
+        """Return the distance (k,) of turning points (k, 2) at a crank angle, or each at its own (k,)."""
         ...
 
 
@@ -61,8 +72,13 @@ class Piston:
     half_width_mm: float
     turns: int = 1
 
-    def distances_mm(self, points_mm: Array, crank_rad: float) -> Array:
-        """Return the distance of points at an angle from this throw's top dead centre."""
+    @property
+    def speed_mm(self) -> float:
+        """How far the skirt moves at most for each radian [mm]."""
+        return _wrist_pin_speed_mm(self.crank_radius_mm, self.rod_length_mm)
+
+    def distances_mm(self, points_mm: Array, crank_rad: Array | float) -> Array:
+        """Return the distance of points at angles from this throw's top dead centre."""
         x, y = _turned(points_mm, crank_rad - self.throw_rad)
         edge = _wrist_pin_mm(self.crank_radius_mm, self.rod_length_mm, crank_rad) - self.skirt_below_pin_mm
         return _to_rectangle(edge - x, np.abs(y) - self.half_width_mm)
@@ -81,13 +97,20 @@ class Rod:
     shank_half_width_mm: float
     turns: int = 1
 
-    def distances_mm(self, points_mm: Array, crank_rad: float) -> Array:
-        """Return the distance of points at an angle from this throw's top dead centre."""
+    @property
+    def speed_mm(self) -> float:
+        """How far the rod's surface moves at most for each radian [mm]."""
+        return 2.0 * _wrist_pin_speed_mm(self.crank_radius_mm, self.rod_length_mm) + self.big_end_radius_mm
+
+    def distances_mm(self, points_mm: Array, crank_rad: Array | float) -> Array:
+        """Return the distance of points at angles from this throw's top dead centre."""
         x, y = _turned(points_mm, crank_rad - self.throw_rad)
         r = self.crank_radius_mm
-        pin = np.array([r * math.cos(crank_rad), r * math.sin(crank_rad)])
-        along = np.array([_wrist_pin_mm(r, self.rod_length_mm, crank_rad), 0.0]) - pin
-        along = along / self.rod_length_mm
+        pin = r * np.cos(crank_rad), r * np.sin(crank_rad)
+        along = (
+            (_wrist_pin_mm(r, self.rod_length_mm, crank_rad) - pin[0]) / self.rod_length_mm,
+            (-pin[1] / self.rod_length_mm),
+        )
         px, py = x - pin[0], y - pin[1]
         u, v = px * along[0] + py * along[1], py * along[0] - px * along[1]
         disc = np.hypot(px, py) - self.big_end_radius_mm
@@ -98,7 +121,10 @@ class Rod:
 
 @dataclass(frozen=True, eq=False)
 class OtherShaft:
-    """A shaft with an outline (k, 2) about its centre, which turns by phase + ratio · φ."""
+    """A shaft with an outline (k, 2) about its centre, which turns by phase + ratio · φ.
+
+    One with a radius is round, whatever its outline.
+    """
 
     name: str
     z_mm: tuple[float, float]
@@ -106,15 +132,28 @@ class OtherShaft:
     outline_mm: Array
     ratio: float
     phase_rad: float
+    radius_mm: float | None = None
 
     @property
     def turns(self) -> int:
         """After how many turns of the crank both stand as before."""
+        if self.radius_mm is not None:
+            return 1
         return Fraction(self.ratio).limit_denominator(MOST_TURNS).denominator
 
-    def distances_mm(self, points_mm: Array, crank_rad: float) -> Array:
-        """Return the distance of points at an angle of crankpin 1 from +x."""
+    @property
+    def speed_mm(self) -> float:
+        """How far the outline's furthest corner moves for each radian [mm]."""
+        if self.radius_mm is not None:
+            return 0.0
+        return abs(self.ratio) * float(np.linalg.norm(self.outline_mm, axis=1).max())
+
+    def distances_mm(self, points_mm: Array, crank_rad: Array | float) -> Array:
+        """Return the distance of points at angles of crankpin 1 from +x."""
         x, y = _turned(points_mm, crank_rad)
+        if self.radius_mm is not None:
+            away: Array = np.hypot(x - self.centre_mm[0], y - self.centre_mm[1]) - self.radius_mm
+            return away
         back = -(self.phase_rad + self.ratio * crank_rad)
         px, py = _turned(np.stack([x, y], axis=1) - self.centre_mm, back)
         return _to_polygon(np.stack([px, py], axis=1), self.outline_mm)
@@ -156,51 +195,108 @@ def least_clearance(
     angles : int
         Angles of a turn looked at.
     refine : bool
-        Find the least distance between the angles looked at, to 1e-6 of a step.
+        Sweep: find the least distance at any angle and at any place of the outline, not only of those
+        looked at first.
     """
     gap = max(neighbour.z_mm[0] - z_mm[1], z_mm[0] - neighbour.z_mm[1])
-
-    def distance(angle: float) -> tuple[float, int]:
-        found = neighbour.distances_mm(points_mm, angle)
-        place = int(found.argmin())
-        least = float(found[place])
-        if gap > 0.0:
-            least = math.hypot(gap, max(least, 0.0))
-        elif least < 0.0:
-            least = max(least, gap) if gap > least else least
-        return least, place
-
     step = math.tau / angles
-    rough = np.array([distance(number * step)[0] for number in range(angles * neighbour.turns)])
+    turn = step * np.arange(angles * neighbour.turns)
+    rough = _distances(neighbour, points_mm, turn).min(axis=1)
     best = int(rough.argmin())
-    angle, least = best * step, float(rough[best])
-    if refine and gap <= 0.0:
-        for number in _near_least(rough):
-            found = minimize_scalar(
-                lambda at: distance(float(at))[0],
-                bounds=((number - 1) * step, (number + 1) * step),
-                method="bounded",
-            )
-            if found.fun < least:
-                angle, least = float(found.x), float(found.fun)
-        points_mm = _finer(points_mm, distance(angle)[1])  # a corner may pass between the points
-        found = minimize_scalar(
-            lambda at: distance(float(at))[0], bounds=(angle - step, angle + step), method="bounded"
-        )
-        if found.fun < least:
-            angle, least = float(found.x), float(found.fun)
-    place = distance(angle)[1]
+    angle, least = float(turn[best]), float(rough[best])
+    if refine and (gap <= 0.0 or least > 0.0):
+        angle, least = _polished(neighbour, points_mm, (angle, least), step)
+        swept = _swept(neighbour, points_mm, turn, least)
+        if swept is not None:
+            angle, least = _polished(neighbour, points_mm, swept, 0.1 * step)
+        points_mm = _finer(points_mm, _nearest(neighbour, points_mm, angle))
+    place = _nearest(neighbour, points_mm, angle)
     x, y = points_mm[place]
     z = min(max(0.5 * (neighbour.z_mm[0] + neighbour.z_mm[1]), z_mm[0]), z_mm[1])
-    return Clearance(neighbour.name, least, angle % math.tau, (float(x), float(y), z))
+    return Clearance(neighbour.name, _past(least, gap), angle % math.tau, (float(x), float(y), z))
 
 
-def _near_least(rough: Array) -> list[int]:
-    """Return the places of minima that may be the least between the angles looked at."""
-    before, after = np.roll(rough, 1), np.roll(rough, -1)
-    within = rough.min() + 0.5 * float(np.abs(after - rough).max())
-    found = np.flatnonzero((rough <= before) & (rough <= after) & (rough <= within))
-    return [int(place) for place in found[np.argsort(rough[found], kind="stable")[:MOST_MINIMA]]]
+def _past(least_mm: float, gap_mm: float) -> float:
+    """Return a distance across the axis as one in space, with the gap along it (negative: they overlap)."""
+    if gap_mm > 0.0:
+        return math.hypot(gap_mm, max(least_mm, 0.0))
+    return max(least_mm, gap_mm) if least_mm < 0.0 else least_mm
+
+
+def _distances(neighbour: Neighbour, points_mm: Array, turn: Array) -> Array:
+    """Return the distance (a, k) of each point at each angle."""
+    count = len(points_mm)
+    parts = [
+        turn[begin : begin + max(AT_ONCE // count, 1)]
+        for begin in range(0, len(turn), max(AT_ONCE // count, 1))
+    ]
+    rows = [
+        neighbour.distances_mm(np.tile(points_mm, (len(part), 1)), np.repeat(part, count)).reshape(-1, count)
+        for part in parts
+    ]
+    return np.concatenate(rows)
+
+
+def _nearest(neighbour: Neighbour, points_mm: Array, angle: float) -> int:
+    return int(neighbour.distances_mm(points_mm, angle).argmin())
+
+
+def _polished(
+    neighbour: Neighbour, points_mm: Array, found: tuple[float, float], step: float
+) -> tuple[float, float]:
+    """Return angle and distance of the least near an angle, of the outline between its points, too."""
+    angle, least = found
+    for _ in range(2):  # a corner may pass between the points that are nearest first
+        near = _finer(points_mm, _nearest(neighbour, points_mm, angle))
+        better = minimize_scalar(
+            lambda at, near=near: float(neighbour.distances_mm(near, float(at)).min()),
+            bounds=(angle - step, angle + step),
+            method="bounded",
+            options={"xatol": 1e-9},
+        )
+        if better.fun < least:
+            angle, least = float(better.x), float(better.fun)
+    return angle, least
+
+
+def _swept(
+    neighbour: Neighbour, points_mm: Array, turn: Array, least_mm: float
+) -> tuple[float, float] | None:
+    """Return an angle with a distance that is less than any known by ``SWEPT_MM``, None: there is none.
+
+    Branch and bound over pairs of a range of angles and a side of the outline. In a pair no distance is
+    less than that in its middle by more than the way that point and neighbour can go within: a pair for
+    which that is not enough to be less than the least known is left out, others are halved.
+    """
+    starts, ends = (points_mm, points_mm) if len(points_mm) == 1 else (points_mm[:-1], points_mm[1:])
+    count, half = len(starts), 0.5 * float(turn[1] - turn[0])
+    angle = np.repeat(turn, count)
+    start, end = (np.tile(points, (len(turn), 1)) for points in (starts, ends))
+    speed = float(np.linalg.norm(points_mm, axis=1).max()) + neighbour.speed_mm
+    best, found, looked_at = least_mm, None, 0
+    while len(angle) and looked_at < MOST_PAIRS:
+        looked_at += len(angle)
+        middle = 0.5 * (start + end)
+        distance = np.concatenate(
+            [
+                neighbour.distances_mm(middle[begin : begin + AT_ONCE], angle[begin : begin + AT_ONCE])
+                for begin in range(0, len(angle), AT_ONCE)
+            ]
+        )
+        worst = int(distance.argmin())
+        if distance[worst] < best:
+            best, found = float(distance[worst]), (float(angle[worst]), float(distance[worst]))
+        side = 0.5 * np.linalg.norm(end - start, axis=1)
+        open_ = distance - speed * half - side < best - SWEPT_MM
+        angle, start, end, middle = angle[open_], start[open_], end[open_], middle[open_]
+        if speed * half > side[open_].max(initial=0.0):
+            half *= 0.5
+            angle = np.concatenate([angle - half, angle + half])
+            start, end = np.tile(start, (2, 1)), np.tile(end, (2, 1))
+        else:
+            angle = np.tile(angle, 2)
+            start, end = np.concatenate([start, middle]), np.concatenate([middle, end])
+    return found
 
 
 def _finer(points_mm: Array, place: int) -> Array:
@@ -215,12 +311,17 @@ def _finer(points_mm: Array, place: int) -> Array:
     return np.concatenate([points_mm[:low], dense, points_mm[high + 1 :]])
 
 
-def _wrist_pin_mm(radius_mm: float, rod_mm: float, angle_rad: float) -> float:
-    return radius_mm * math.cos(angle_rad) + math.sqrt(rod_mm**2 - (radius_mm * math.sin(angle_rad)) ** 2)
+def _wrist_pin_mm(radius_mm: float, rod_mm: float, angle_rad: Array | float) -> Any:
+    return radius_mm * np.cos(angle_rad) + np.sqrt(rod_mm**2 - (radius_mm * np.sin(angle_rad)) ** 2)
 
 
-def _turned(points_mm: Array, angle_rad: float) -> tuple[Array, Array]:
-    c, s = math.cos(angle_rad), math.sin(angle_rad)
+def _wrist_pin_speed_mm(radius_mm: float, rod_mm: float) -> float:
+    """Return what the wrist pin's speed does not exceed [mm/rad]."""
+    return radius_mm * (1.0 + radius_mm / math.sqrt(rod_mm**2 - radius_mm**2))
+
+
+def _turned(points_mm: Array, angle_rad: Array | float) -> tuple[Array, Array]:
+    c, s = np.cos(angle_rad), np.sin(angle_rad)
     return c * points_mm[:, 0] - s * points_mm[:, 1], s * points_mm[:, 0] + c * points_mm[:, 1]
 
 

@@ -10,7 +10,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
-from functools import cached_property
+from functools import cache, cached_property
 
 import numpy as np
 from numpy.typing import NDArray
@@ -106,7 +106,7 @@ class FreeBody:
 
     def nodes(self, thickness_mm: float) -> tuple[Array, Array]:
         """Return distances from the face towards the crankpin and weights that integrate over them."""
-        points, weights = np.polynomial.legendre.leggauss(DRAFTED_NODES if self.slope else STRAIGHT_NODES)
+        points, weights = _gauss_rule(DRAFTED_NODES if self.slope else STRAIGHT_NODES)
         return 0.5 * thickness_mm * (points + 1.0), 0.5 * thickness_mm * weights
 
     def moments(self, radii_mm: Array, depths_mm: Array) -> list[tuple[AreaMoments, AreaMoments]]:
@@ -126,6 +126,11 @@ class FreeBody:
             sharp = Region.of([self.profile.polygon_mm(self.radii_at(radii_mm, depth_mm), count)])
             own = _less(own, AreaMoments(*(sharp - rounded).area_moments()))
         return _less(own, self._holes_moments) if self.holes else own, gradient
+
+
+@cache
+def _gauss_rule(count: int) -> tuple[Array, Array]:
+    return np.polynomial.legendre.leggauss(count)
 
 
 def _less(one: AreaMoments, other: AreaMoments) -> AreaMoments:

@@ -89,3 +89,19 @@ def test_a_square_shaft_is_met_by_its_corner() -> None:
     shaft = OtherShaft("shaft 1", (0.0, 5.0), np.array([0.0, 80.0]), square, -1.0, math.radians(45.0))
     found = least_clearance(shaft, at(60.0, 0.0), (0.0, 5.0))  # at 90° the square has turned by −90° + 45°
     assert found.least_mm == pytest.approx(80.0 - 60.0 - 10.0 * math.sqrt(2.0), abs=1e-3)
+
+
+def test_a_thin_tooth_that_passes_between_the_angles_looked_at_is_found() -> None:
+    """Of the other shaft's round body 2.5 mm are left; of its one tooth 2.0 mm, for 0.05°."""
+    ratio, tooth = -7.5, math.radians(0.2)
+    angles = np.sort(np.concatenate([np.arange(60) * math.tau / 60, [tooth, math.tau - tooth]]))
+    radii = np.where(angles == 0.0, 38.0, 37.5 / math.cos(math.pi / 60))
+    radii[[1, -1]] = 37.5
+    outline = radii[:, None] * np.stack([np.cos(angles), np.sin(angles)], axis=1)
+    meets = math.radians(13.0)
+    phase = -0.5 * math.pi - ratio * meets  # the corner and the tooth point at each other
+    shaft = OtherShaft("shaft 1", (0.0, 5.0), np.array([0.0, 100.0]), outline, ratio, phase)
+    found = least_clearance(shaft, at(60.0, 77.0), (0.0, 5.0))
+    assert found.least_mm == pytest.approx(2.0, abs=1e-4)
+    assert found.at_rad == pytest.approx(meets, abs=1e-4)
+    assert least_clearance(shaft, at(60.0, 77.0), (0.0, 5.0), refine=False).least_mm > 2.3
