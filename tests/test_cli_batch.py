@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import csv
+import itertools
 import json
 import os
 import re
@@ -91,7 +92,11 @@ def test_each_row_has_its_result(whole: Path) -> None:
         assert main(["verify", str(whole / "rows" / row["name"] / "report.json")]) == int(row["exit_code"])
     assert sorted(line["row"] for line in journal(whole)) == [1, 2, 3, 4, 5]
     assert (whole / "results.xlsx").stat().st_size > 0
-    assert "missing.stl" in (whole / "summary.html").read_text("utf-8")
+    page = (whole / "summary.html").read_text("utf-8")
+    assert "missing.stl" in page
+    places = [float(x) for x in re.findall(r'<text x="([\d.]+)" y="205" text-anchor="middle">', page)]
+    assert len(places) >= 4
+    assert min(b - a for a, b in itertools.pairwise(places)) > 25.0  # no number stands on another
 
 
 def test_a_row_is_what_balance_gives(work: Path, whole: Path) -> None:

@@ -200,7 +200,7 @@ def least_clearance(
     """
     gap = max(neighbour.z_mm[0] - z_mm[1], z_mm[0] - neighbour.z_mm[1])
     step = math.tau / angles
-    turn = step * np.arange(angles * neighbour.turns)
+    turn: Array = step * np.arange(angles * neighbour.turns, dtype=np.float64)
     rough = _distances(neighbour, points_mm, turn).min(axis=1)
     best = int(rough.argmin())
     angle, least = float(turn[best]), float(rough[best])

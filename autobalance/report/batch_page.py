@@ -14,6 +14,8 @@ BINS = 20
 WIDTH, HEIGHT = 640, 180
 LEFT, BELOW = 44, 36
 MOST_REASONS = 12
+QUARTERS_TO = 3.0
+"""Shares used up to which the histogram's axis has quarters."""
 STYLE = """
 body{font:14px/1.45 system-ui,sans-serif;margin:2em auto;max-width:76em;padding:0 1em}
 body{color:#222;background:#fff}
@@ -87,8 +89,7 @@ def _histogram(values: Values) -> str:
     limit, floor = LEFT + WIDTH / top, HEIGHT + 10
     ticks = "".join(
         f'<text x="{LEFT + WIDTH * share / top:.1f}" y="{floor + 15}" text-anchor="middle">{share:g}</text>'
-        for share in (0.0, 0.25, 0.5, 0.75, 1.0, *range(2, int(top) + 1, max(1, int(top) // 6)))
-        if share <= top
+        for share in _ticks(top)
     )
     return (
         f'<svg viewBox="0 0 {LEFT + WIDTH + 10} {floor + BELOW}" width="{LEFT + WIDTH + 10}" role="img" '
@@ -100,6 +101,14 @@ def _histogram(values: Values) -> str:
         f'<text x="{LEFT + WIDTH / 2}" y="{floor + 32}" text-anchor="middle">'
         "share used [-]; dashed: permissible</text></svg>"
     )
+
+
+def _ticks(top: float) -> list[float]:
+    """Return the shares that the axis names: so few that none stands on another."""
+    if top <= QUARTERS_TO:
+        return [0.25 * number for number in range(int(4.0 * top) + 1)]
+    step = max(1, round(top / 6.0))
+    return [float(share) for share in range(0, int(top) + 1, step)]
 
 
 def _capability(values: Values) -> str:
