@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import contextlib
 import json
 import multiprocessing
 import os
@@ -59,7 +58,7 @@ class Runs:
         self._runs: dict[str, Run] = {}
         self._processes: dict[str, BaseProcess] = {}
         self._threads: list[threading.Thread] = []
-        self._loading = threading.Lock()
+        self._loading, self._context = threading.Lock(), processes()
         self._closed = self._loaded = False
         self.take_up()
         for folder in (project.folder / OWN).iterdir():
@@ -129,8 +128,10 @@ class Runs:
         with self._loading:
             if self._loaded or self._closed:
                 return
-            with contextlib.suppress(EOFError, OSError):  # ended while it loads
-                processes().Process(target=nothing, daemon=True).start()
+            try:
+                self._context.Process(target=nothing, daemon=True).start()
+            except (EOFError, OSError):  # ended while it loads; or the name of its socket is too long here
+                self._context = multiprocessing.get_context("spawn")
             self._loaded = True
 
     def take_up(self) -> None:
@@ -165,8 +166,7 @@ class Runs:
                     return
                 run.state, run.words = "running", "starting"
             self._load()
-            context = processes()
-            ours, theirs = context.Pipe(duplex=False)
+            ours, theirs = self._context.Pipe(duplex=False)
             folders = tuple(
                 str(path)
                 for path in (
@@ -176,7 +176,7 @@ class Runs:
                 )
             )
             arguments = (run.verb, run.asked, folders, self._memory_mb, theirs)
-            process = context.Process(target=work, args=arguments, daemon=True)
+            process = self._context.Process(target=work, args=arguments, daemon=True)
             with self._lock:
                 if run.state != "running":
                     return

@@ -257,6 +257,19 @@ def test_it_ends_with_nothing_left_and_goes_on_where_it_was(tmp_path: Path) -> N
     assert not os.path.exists("autobalance-project")
 
 
+def test_runs_go_where_the_folder_for_what_is_passing_has_a_long_name(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """No socket can be made in it."""
+    long = tmp_path / ("long" * 30)
+    long.mkdir()
+    with monkeypatch.context() as there:
+        there.setenv("TMPDIR", str(long))
+        with served(tmp_path / "project", str(written())) as app:
+            run = app.ask("/api/runs", {"verb": "inspect", "job": job()}).json["id"]
+            assert app.ended(run)["state"] == "done"
+
+
 def test_it_may_be_ended_as_soon_as_its_address_is_known(tmp_path: Path) -> None:
     with served(tmp_path / "project") as app:
         app.process.send_signal(signal.SIGTERM)
