@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 
 from autobalance.balancing import loop
 from autobalance.command import main
+from tests.read_once import read_once
 
 ROOT = Path(__file__).resolve().parents[1]
 BUNDLED = ROOT / "fixtures" / "crf250r"
@@ -73,8 +74,9 @@ def written(path: Path, text: str, **edits: str) -> Path:
 
 
 def run(*arguments: str | Path) -> int:
-    """Run the command line."""
-    return main([str(argument) for argument in arguments])
+    """Run the command line; cranks that were read before are known."""
+    with read_once():
+        return main([str(argument) for argument in arguments])
 
 
 @contextmanager
