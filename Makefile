@@ -15,12 +15,13 @@ export OMP_NUM_THREADS := 1
 # compiled files are kept, also where the machine says otherwise: tests begin a third of a minute sooner
 export PYTHONDONTWRITEBYTECODE :=
 
-.PHONY: help demo test quick lint docs fuzz bench ci clean
+.PHONY: help demo test quick times lint docs fuzz bench ci clean
 
 help:
 	@echo "make demo    install into $(VENV) and balance the bundled crank; results in $(OUTPUT)/"
 	@echo "make test    install the test tools too and run every test"
 	@echo "make quick   the tests without the slow ones"
+	@echo "make times   measure every test and list the slow ones, which make quick leaves out"
 	@echo "make lint    ruff, mypy, import-linter"
 	@echo "make docs    build the documentation's site into docs/_build/html; a warning is an error"
 	@echo "make fuzz    damaged files by the thousand for every reader; every layout and seed of random tests"
@@ -41,6 +42,13 @@ test: $(VENV)/.installed-dev
 quick: $(VENV)/.installed-dev
 	@echo "==> running the quick tests"
 	@$(VENV)/bin/python -m pytest -q -n $(WORKERS) --dist worksteal -m "not slow and not timing"
+
+times: $(VENV)/.installed-dev
+	@echo "==> measuring every test; those of half a second and more go into tests/slow.txt"
+	@rm -f .times
+	@AUTOBALANCE_TIMES=.times $(VENV)/bin/python -m pytest -q -n $(WORKERS) --dist worksteal -m "not timing"
+	@sed 's/\[.*//' .times | awk '$$1 >= 0.5 {print $$2}' | LC_ALL=C sort -u >tests/slow.txt
+	@rm .times
 
 lint: $(VENV)/.installed-dev
 	@echo "==> ruff check, ruff format --check, mypy --strict, lint-imports"

@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 import re
 import shutil
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
@@ -14,8 +14,8 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
+from autobalance import command
 from autobalance.balancing import loop
-from autobalance.command import main
 from tests.read_once import read_once
 
 ROOT = Path(__file__).resolve().parents[1]
@@ -73,10 +73,15 @@ def written(path: Path, text: str, **edits: str) -> Path:
     return path
 
 
-def run(*arguments: str | Path) -> int:
+def main(arguments: Sequence[str]) -> int:
     """Run the command line; cranks that were read before are known."""
     with read_once():
-        return main([str(argument) for argument in arguments])
+        return command.main(list(arguments))
+
+
+def run(*arguments: str | Path) -> int:
+    """Run the command line."""
+    return main([str(argument) for argument in arguments])
 
 
 @contextmanager

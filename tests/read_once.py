@@ -1,8 +1,8 @@
 """Cranks of equal files are read, recognised and looked at once, where tests are about what follows.
 
-Two bundled cranks stand in hundreds of tests. What reading, recognition and the look at facets return is frozen
-and follows from the file's bytes and the job's keys, so that tests can share it, in any order. Their own tests,
-and sweeps, do all of it anew.
+Two bundled cranks stand in hundreds of tests. What reading, recognition and the look at facets return is
+frozen and follows from the bytes of the file and the keys of the job: tests can share it, in any order.
+Their own tests, and sweeps, do all of it anew.
 """
 
 from __future__ import annotations
@@ -18,12 +18,13 @@ import pytest
 
 from autobalance.balancing import measured_crank
 from autobalance.crank.anatomy import Anatomy, Overrides
+from autobalance.crank.recognition.recognise import recognise
 from autobalance.job import Balance
 from autobalance.solid.cad import tessellation
 from autobalance.solid.cad.surface import CylinderFace
 from autobalance.solid.chordal_error.estimate import ChordalError
 from autobalance.solid.csg.solid import Solid
-from autobalance.solid.formats.read import Source
+from autobalance.solid.formats.read import Source, read
 from autobalance.verification import earlier_stage, solids
 from tests.sweeps import SWEPT
 
@@ -31,7 +32,7 @@ MOST = 24
 """Results that are kept of each kind: solids of some megabytes."""
 T = TypeVar("T")
 
-read, recognise, facets_of = measured_crank.read, measured_crank.recognise, measured_crank.facets_of
+facets_of = measured_crank.facets_of
 
 
 class Kept:
@@ -54,7 +55,8 @@ class Kept:
 SOURCES, ANATOMIES, LOOKS = Kept(), Kept(), Kept()
 
 
-def _read(path: Path, unit: str | None, body: int | str | None = None, **how: Any) -> Source:
+def known(path: Path, unit: str | None, body: int | str | None = None, **how: Any) -> Source:
+    """Return what ``read`` returns, or returned for a file of equal bytes before."""
     if not path.is_file():
         return read(path, unit, body, **how)
     fineness = tessellation.SAG_SHARE, tessellation.TURN_RAD
@@ -82,9 +84,9 @@ def read_once() -> Iterator[None]:
     """Share what was read; what a test put in its place itself stays there."""
     with pytest.MonkeyPatch.context() as patch:
         for module in () if SWEPT else (measured_crank, solids, earlier_stage):
-            if module.read is read:
-                patch.setattr(module, "read", _read)
-        if not SWEPT and measured_crank.recognise is recognise:
+            if vars(module)["read"] is read:
+                patch.setattr(module, "read", known)
+        if not SWEPT and vars(measured_crank)["recognise"] is recognise:
             patch.setattr(measured_crank, "recognise", _recognise)
             patch.setattr(measured_crank, "facets_of", _facets_of)
         yield

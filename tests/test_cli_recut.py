@@ -13,10 +13,10 @@ import numpy as np
 import pytest
 
 import autobalance as ab
-from autobalance.command import main
 from autobalance.errors import JobError
 from autobalance.report.json import schema
 from tests import mutations
+from tests.jobs import main
 
 pytestmark = pytest.mark.slow
 

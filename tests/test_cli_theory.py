@@ -13,9 +13,9 @@ from typing import Any
 import pytest
 
 import autobalance as ab
-from autobalance.command import main
 from autobalance.engine.slider_crank import harmonic
 from autobalance.report.plots import FILLS, STYLES
+from tests.jobs import main
 
 CRANK = Path(__file__).parents[1] / "fixtures" / "crf250r" / "straight" / "crank.stl"
 SPEED = 15200 * 2.0 * math.pi / 60.0

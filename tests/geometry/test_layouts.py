@@ -215,7 +215,7 @@ def test_generated_cranks(seed: int) -> None:
     """Every layout that can be generated, anywhere in space, with an unbalance that holes can take away."""
     rng = np.random.default_rng(seed)
     crank = generated_crank(
-        list(PRESETS)[seed % len(PRESETS)], seed=seed, segments=int(rng.choice([24, 37, 64]))
+        list(PRESETS)[seed % len(PRESETS)], seed=seed, segments=int(rng.choice([16, 24, 37]))
     )
     solid, anatomy = crank.solid, crank.truth
     diameters = ((6.0,), (7.0,), (6.0, 7.0, 8.0))[seed % 3]

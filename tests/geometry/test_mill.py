@@ -67,7 +67,7 @@ def test_the_area_of_a_pocket_is_that_of_its_sector_without_its_corners() -> Non
 @pytest.mark.slow
 def test_a_pocket_in_a_disc_is_a_prism() -> None:
     R, t, wall = 60.0, 20.0, 4.0
-    solid = Solid.prism(Region.circle(R, 2000), 0.0, t)
+    solid = Solid.prism(Region.circle(R, 1000), 0.0, t)
     anatomy = Anatomy(np.eye(4), (), (), (Web(1, 0.0, t, True),), 0.0)
     faces = find_faces(solid.mesh, anatomy)
     piece = Workpiece(solid, anatomy, faces, STEEL, ((0.0, HEAVY), (t, HEAVY)))

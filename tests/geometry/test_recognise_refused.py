@@ -14,7 +14,7 @@ from autobalance.errors import RecognitionError
 from autobalance.solid.csg.solid import Region, Solid, union
 from tests.cranks import Shape, make_crank, tilted
 
-SEGMENTS = 48
+SEGMENTS = 32
 
 
 def disc(radius: float, low: float, high: float, x: float = 0.0, y: float = 0.0) -> Solid:

@@ -2,6 +2,7 @@
 
 import re
 from dataclasses import replace
+from functools import cache
 
 import pytest
 
@@ -14,11 +15,13 @@ from autobalance.rigid_rotor.tolerance import Judge
 from tests.cranks import Shape, make_crank
 from tests.geometry.test_layouts import at_end_webs, rotor_with, tolerance
 
+WIDE = Shape(web_width=24.0, segments=32)
 FEW_HOLES = DrillLimits(diameters_mm=(10.0,), max_holes=1, depth_step_mm=0.0)
 
 
+@cache
 def run(size: float, *methods: Limits, judge: Judge = "dynamic") -> Result:
-    solid, anatomy = make_crank([0.0], Shape(web_width=24.0))
+    solid, anatomy = make_crank([0.0], WIDE)
     rotor = rotor_with(solid, anatomy, at_end_webs(anatomy, [-size, 0.0], [-size, 0.0]))
     return balance(rotor, tolerance(solid, anatomy, judge), methods)
 
@@ -37,6 +40,7 @@ def reason_of(result: Result) -> str:
     return result.reason.split("enough would be: ")[1]
 
 
+@pytest.mark.slow
 def test_one_more_hole() -> None:
     enough = reason_of(run(1000.0, FEW_HOLES))
     assert "1 more hole on a counterweight" in enough
@@ -53,6 +57,7 @@ def test_deeper() -> None:
     assert run(420.0, replace(shallow, max_depth_mm=depth)).outcome == "within_tolerance"
 
 
+@pytest.mark.slow
 def test_a_slug_of_some_size() -> None:
     """Holes in the counterweight make it lighter; a light one needs a slug."""
     holes = replace(FEW_HOLES, sectors_deg=((120.0, 240.0),), max_holes=3)
@@ -83,6 +88,6 @@ def test_the_bound_is_not_above_what_is_reached(size: float) -> None:
     result = run(size, FEW_HOLES)
     assert result.reason is not None
     bound = float(re.search(r"leaves less than ([0-9.]+) times", result.reason)[1])  # type: ignore[index]
-    solid, anatomy = make_crank([0.0], Shape(web_width=24.0))
+    solid, anatomy = make_crank([0.0], WIDE)
     reached = tolerance(solid, anatomy).used_share(result.residual)
     assert 0.5 * reached < bound <= 1.01 * reached

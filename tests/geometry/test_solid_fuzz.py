@@ -23,7 +23,7 @@ from autobalance.solid.formats.write import encode
 from tests.geometry.test_solid_formats import WRITTEN, archive, body
 from tests.unit.test_solid_stl import ascii_stl
 
-EXAMPLES = int(os.environ.get("AUTOBALANCE_FUZZ", "60"))
+EXAMPLES = int(os.environ.get("AUTOBALANCE_FUZZ", "25"))
 NUMBERS = ["0", "-0", "1", "-1", "3", "1e308", "-1e308", "1e39", "5e-324", "nan", "inf", "9" * 30, "1e", ""]
 PARTS = [body(8).mesh, body(5).mesh.flipped()]
 

@@ -1,0 +1,34 @@
+"""Which tests are slow is measured: ``make times`` lists them, ``make quick`` leaves them out."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Generator
+from pathlib import Path
+
+import pytest
+
+LISTED = Path(__file__).with_name("slow.txt")
+"""Functions of which a test took half a second of processor time or more."""
+TIMES = os.environ.get("AUTOBALANCE_TIMES")
+"""File that the seconds of each test are added to, where it is given."""
+
+
+@pytest.hookimpl(tryfirst=True)
+def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
+    """Mark what is listed, beside what is marked in its own file."""
+    listed = frozenset(LISTED.read_text(encoding="utf-8").split())
+    for item in items:
+        if item.nodeid.partition("[")[0] in listed:
+            item.add_marker(pytest.mark.slow)
+
+
+@pytest.hookimpl(wrapper=True)
+def pytest_runtest_protocol(item: pytest.Item) -> Generator[None, object, object]:
+    """Write down what a test takes of the processor, its children's included."""
+    before = sum(os.times()[:4])
+    result = yield
+    if TIMES is not None:
+        with Path(TIMES).open("a", encoding="utf-8") as file:
+            file.write(f"{sum(os.times()[:4]) - before:.2f} {item.nodeid}\n")
+    return result
