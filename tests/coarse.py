@@ -1,13 +1,17 @@
-"""Solids with true surfaces in fewer triangles, for tests that do not look at the triangles."""
+"""Solids in fewer triangles, for tests that do not look at the triangles."""
 
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
+from functools import cache
 
+import numpy as np
 import pytest
+from numpy.typing import NDArray
 
 from autobalance.solid.cad import tessellation
+from fixtures import make
 
 COARSE = {"SAG_SHARE": 2e-4, "TURN_RAD": 0.2}
 """A sixth of the triangles, with some 50 sides a circle."""
@@ -22,3 +26,11 @@ def coarse_facets(fineness: Mapping[str, float] = COARSE) -> Iterator[None]:
         for name, value in fineness.items():
             patch.setattr(tessellation, name, value)
         yield
+
+
+@cache
+def bundled_corners(variant: str = "drafted") -> NDArray[np.float32]:
+    """Return the corners (m, 3, 3) of a bundled crank without its pin, in a quarter of the triangles."""
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(make, "SEGMENTS", 128)
+        return make.as_written(make.crank(make.VARIANTS[variant][0](), pin=False))[0]

@@ -116,7 +116,7 @@ def corners_of(path: Path) -> Array:
     return np.frombuffer(data, RECORD, count, 84)["corners"].astype(np.float64)
 
 
-def write_stl(path: Path, corners: Array) -> None:
+def write_stl(path: Path, corners: Array | NDArray[np.float32]) -> None:
     """Write triangles as a binary STL."""
     data = np.zeros(len(corners), RECORD)
     data["corners"] = corners

@@ -223,7 +223,7 @@ def test_kinds_are_mixed(folder: Path) -> None:
 
 
 @needs_kernel
-@pytest.mark.parametrize("preset", ["v-twin-45", "pressed-up-single", *(["inline-4"] if SWEPT else [])])
+@pytest.mark.parametrize("preset", ["pressed-up-single", *(["v-twin-45", "inline-4"] if SWEPT else [])])
 def test_other_cranks(tmp_path: Path, fine: None, preset: str) -> None:
     assert jobs.run("generate", preset, "-o", tmp_path / "crank.step") == 0
     path = job(tmp_path, 'method = "shoulder"', 0.5)

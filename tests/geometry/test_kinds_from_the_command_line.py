@@ -8,7 +8,7 @@ from typing import Any
 import pytest
 
 from autobalance.correction import mixes
-from fixtures import make
+from tests.coarse import bundled_corners
 from tests.jobs import main, write_stl
 
 FIXTURE = Path(__file__).parents[2] / "fixtures" / "crf250r" / "drafted"
@@ -22,13 +22,6 @@ def job(folder: Path, correction: str, balance: str = "") -> Path:
     path = folder / "job.toml"
     path.write_text(f"{head}[correction]\n{correction}\n", encoding="utf-8")
     return path
-
-
-def write_coarser(path: Path) -> None:
-    """Write the bundled crank in a fifth of the triangles."""
-    with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(make, "SEGMENTS", 96)
-        write_stl(path, make.crank(make.drafted(), pin=False).mesh.corners)
 
 
 def run(path: Path, code: int = 0) -> dict[str, Any]:
@@ -95,7 +88,7 @@ def test_compare_prints_a_table_and_writes_its_values(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     path = job(tmp_path, 'method = "turn"\n[correction.drill]\ndiameters_mm = [10.0]')
-    write_coarser(tmp_path / "crank.stl")
+    write_stl(tmp_path / "crank.stl", bundled_corners())
     target = tmp_path / "comparison.json"
     assert main(["compare", str(path), "--json", str(target)]) == 0
     values = json.loads(target.read_text(encoding="utf-8"))
