@@ -16,15 +16,16 @@ import autobalance as ab
 from autobalance.errors import JobError
 from autobalance.report.json import schema
 from tests import mutations
-from tests.jobs import main
+from tests.coarse import bundled_corners
+from tests.jobs import main, write_stl
 
 pytestmark = pytest.mark.slow
 
 CRANK = Path(__file__).parents[1] / "fixtures" / "crf250r" / "straight" / "crank.stl"
 
-JOB = f"""
+JOB = """
 [crankshaft]
-file = {str(CRANK)!r}
+file = "crank.stl"
 unit = "mm"
 density_kg_m3 = 7850.0
 crankpin_in_file = false
@@ -70,6 +71,8 @@ def loop(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """Return the folder of a crank that was balanced, read, cut again and read again."""
     folder = tmp_path_factory.mktemp("loop")
     (folder / "job.toml").write_text(JOB, encoding="utf-8")
+    # webs whose angles are other numbers of degrees in the last digit after they were radians
+    write_stl(folder / "crank.stl", bundled_corners("straight", 96))
     out = folder / "out"
     assert main(["balance", str(folder / "job.toml"), "-o", str(out), NO_PAGES]) == 0
     reading = spun(out / "report.json", folder / "first")

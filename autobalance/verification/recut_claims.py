@@ -98,8 +98,9 @@ def _tolerance(claims: Claims, job: Job, before: Mapping[str, Any]) -> Tolerance
     claims.near("tolerance.permissible_g_mm", permissible, permissible)
     claims.same("tolerance", before["tolerance"])
     claims.same("frame", before["frame"])
-    for key in ("main_journals", "throws", "webs", "journal_misalignment_mm", "datums"):
-        claims.same(f"crank.{key}", before["crank"][key])
+    recognised = ("main_journals", "throws", "webs", "journal_misalignment_mm", "datums")
+    # not equal to the last digit: angles went from degrees to radians and back
+    claims.at("crank", claims.get("crank", dict)).alike({key: before["crank"][key] for key in recognised})
     claims.near("balance_factor.target", float(before["balance_factor"]["target"]), 1.0)
     claims.same("earlier_corrections", [*before.get("earlier_corrections", ()), *before["corrections"]])
     untouched = before["outputs"]["solid"] is None and (
