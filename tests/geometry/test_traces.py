@@ -61,6 +61,15 @@ def test_a_flap_beside_a_turned_rim_does_not_count_in_its_rate(flapped: bool) ->
     assert np.allclose(value, [exact, 0.0], rtol=0.0, atol=max(within, 1e-3 * abs(exact)))
 
 
+def test_pieces_are_whole_where_making_them_anew_loses_metal(monkeypatch: pytest.MonkeyPatch) -> None:
+    """manifold3d takes long slivers out of what it is given, at times with much that hangs there."""
+    flake = block(60.0, 20.0, 20.00001)
+    both = union([block(10.0, 0.0, 4.0), block(10.0, 6.0, 8.0), flake])
+    monkeypatch.setattr(Solid, "from_mesh", lambda _: block(10.0, 0.0, 3.0))
+    volumes = sorted(piece.volume_mm3 for piece in both.thicker_pieces(0.001))
+    assert volumes == pytest.approx([200.0, 400.0], rel=1e-9)
+
+
 def half_disc(start_deg: float) -> Solid:
     """Half of a disc, a hair more than that at both edges."""
     angles = np.radians(start_deg + np.linspace(-BESIDE_DEG, 180.0 + BESIDE_DEG, 90))
