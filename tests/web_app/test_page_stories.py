@@ -161,7 +161,7 @@ def taken_back(page: Browser, app: Served) -> None:
     folder = app.project / "runs" / told["id"]
     page.click_on(at("tab-open"))
     found = page.call("POST", "/element", {"using": "css selector", "value": at("file-input")})
-    text = "\n".join(str(folder / name) for name in ("report.json", "balanced.stl"))
+    text = "\n".join(str(path) for path in sorted(folder.iterdir()))
     page.call("POST", f"/element/{found[ELEMENT]}/value", {"text": text})
     until(page, "return document.getElementById('tab-see').getAttribute('aria-selected') === 'true'")
     assert outcome(page) == told["report"]["outcome"]

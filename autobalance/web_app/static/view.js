@@ -273,7 +273,7 @@ export class View {
 
   look() {
     const { center, radius } = this.sets[this.mode].sphere;
-    this.radius = this.mode === "result" ? 1.1 * radius : radius; // with the rings of the tolerance planes
+    this.radius = this.mode === "result" ? 1.2 * radius : radius; // with the rings of the tolerance planes
     this.controls.target.copy(center);
     this.camera.position.copy(center).add(new T.Vector3(0.9 * radius, 1.6 * radius, 1.9 * radius));
     this.camera.zoom = 1;
