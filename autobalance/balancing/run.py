@@ -5,6 +5,7 @@ from __future__ import annotations
 import time
 from collections.abc import Callable
 from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING
 
 from autobalance import job as jobs
 from autobalance.balancing import (
@@ -14,9 +15,7 @@ from autobalance.balancing import (
     rotor_from_job,
     uncertainty_budget,
 )
-from autobalance.balancing.assembly_from_job import staged_assembly
 from autobalance.balancing.comparison import Row, compare
-from autobalance.balancing.gas_loads import gas_load_values, gas_loads
 from autobalance.balancing.loop import Result, balance, planned
 from autobalance.balancing.measured_crank import Crank, input_file, work_on_faces
 from autobalance.balancing.measuring import Measure, as_file, in_memory, on_true_surfaces
@@ -37,7 +36,6 @@ from autobalance.correction import Limits, finishing
 from autobalance.crank.anatomy import Anatomy
 from autobalance.crank.sections import counterweight_moments
 from autobalance.engine.balance_factor import bob_weight_moments
-from autobalance.engine.cycle.analysis import CycleAnalysis
 from autobalance.errors import AutobalanceError, CorrectionError, JobError
 from autobalance.job import Job
 from autobalance.job.limits import limits_of_every_kind
@@ -47,6 +45,10 @@ from autobalance.rigid_rotor.unbalance import Unbalance
 from autobalance.runtime import Stopwatch, in_thread
 from autobalance.solid.csg.solid import Solid
 from autobalance.solid.formats.read import Source
+
+if TYPE_CHECKING:
+    from autobalance.dynamics.staged_assembly import AssemblyStage
+    from autobalance.engine.cycle.analysis import CycleAnalysis
 
 Progress = Callable[[str], None]
 
@@ -78,6 +80,8 @@ def balanced_record(job: Job, crank: Crank, watch: Stopwatch, progress: Progress
     record = with_forces(record, job, crank, result)
     if with_gas is not None and record.balanced is not None:
         after = _gas_loads(job, crank, result.solid or crank.source.solid, result.final_moments)
+        from autobalance.balancing.gas_loads import gas_load_values
+
         values = gas_load_values(with_gas, after)
         record = replace(record, balanced=replace(record.balanced, loads_with_gas=values))
     if job.balance.overbalance_g_mm > 0.0 and record.balanced is not None:
@@ -115,6 +119,8 @@ def _before_with_gas(job: Job, crank: Crank) -> tuple[CycleAnalysis | None, tupl
 
 
 def _gas_loads(job: Job, crank: Crank, solid: Solid, moments: Moments) -> CycleAnalysis:
+    from autobalance.balancing.gas_loads import gas_loads  # only where there is gas
+
     return gas_loads(job, crank.anatomy, solid, crank.density_g_mm3, moments)
 
 
@@ -255,9 +261,17 @@ def record_of(
             tolerance=tolerance,
             result=result,
             job_set=job.settings,
-            assembly=staged_assembly(job, tolerance, result.residual),
+            assembly=_staged_assembly(job, tolerance, result.residual),
         ),
     )
+
+
+def _staged_assembly(job: Job, tolerance: Tolerance, residual: Unbalance) -> tuple[AssemblyStage, ...]:
+    if not job.assembly:
+        return ()
+    from autobalance.balancing.assembly_from_job import staged_assembly  # only where parts are put on
+
+    return staged_assembly(job, tolerance, residual)
 
 
 def _facet_entry(crank: Crank, tolerance: Tolerance, result: Result) -> ChordalErrorEntry | None:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable
+from typing import TYPE_CHECKING
 
 from autobalance.balancing.record import (
     ChordalErrorEntry,
@@ -12,9 +13,11 @@ from autobalance.balancing.record import (
 )
 from autobalance.crank.anatomy import Anatomy, Pin, Throw, Web
 from autobalance.crank.sections import Section
-from autobalance.report import crank_records, records
 from autobalance.report.datum_values import datum_values
 from autobalance.rigid_rotor.moments import Array, Moments
+
+if TYPE_CHECKING:
+    from autobalance.report import crank_records, records
 
 G_MM2_PER_KG_MM2 = 1000.0
 

@@ -4,10 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import asdict
-from typing import Any, cast
+from typing import TYPE_CHECKING, Any, cast
 
 from autobalance.crank.datums import Datums
-from autobalance.report import crank_records
+
+if TYPE_CHECKING:
+    from autobalance.report import crank_records
 
 MOVED_MM = 0.05
 """A face this near to one that is cut is that face."""

@@ -9,7 +9,7 @@ import json
 import math
 from collections.abc import Mapping
 from functools import cache
-from typing import Any, Literal
+from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 
@@ -21,7 +21,6 @@ from autobalance.balancing.record import (
     TrueSurfaces,
 )
 from autobalance.correction.kind import Correction
-from autobalance.report import balance_records, records
 from autobalance.report.crank_values import (
     G_MM2_PER_KG_MM2,
     crank_values,
@@ -38,6 +37,9 @@ from autobalance.rigid_rotor.tolerance import Tolerance
 from autobalance.rigid_rotor.unbalance import Unbalance
 from autobalance.rigid_rotor.uncertainty import Budget
 from autobalance.version import __version__
+
+if TYPE_CHECKING:
+    from autobalance.report import balance_records, records
 
 SCHEMA_VERSION = 1
 LIBRARIES = ("numpy", "scipy", "trimesh", "manifold3d")

@@ -4,16 +4,18 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from reportlab.platypus import Flowable
 
 from autobalance.graphics.words import degrees
 from autobalance.report import kinds
-from autobalance.report.crank_records import DatumAngle
 from autobalance.report.display_units import DisplayUnits
 from autobalance.report.paper.tables import Column, table
 from autobalance.report.paper.tolerances import CARE, SHARE, Tolerances, press_fit, retention
+
+if TYPE_CHECKING:
+    from autobalance.report.crank_records import DatumAngle
 
 Item = Mapping[str, Any]
 NONE = "–"
