@@ -164,18 +164,23 @@ def _side_directions(look: _Look) -> list[Array]:
     cells = np.floor(np.column_stack([unit / ONE_DIRECTION[0], height / cell_mm]) + 0.37).astype(np.int64)
     _, which = np.unique(_row_numbers(cells), return_inverse=True)
     area = 0.5 * np.bincount(which, size)
+    in_cell = np.split(np.argsort(which, kind="stable"), np.cumsum(np.bincount(which))[:-1])
+    rising = np.argsort(height)
+    levels, vectors = height[rising], size[:, None] * unit
     chosen: list[Array] = []
     for place in np.argsort(-area, kind="stable"):
         if area[place] < STRADDLING * least:
             break
-        inside = which == place
-        total = (size[inside, None] * unit[inside]).sum(axis=0)
+        inside = in_cell[place]
+        total = vectors[inside].sum(axis=0)
         start = total / np.linalg.norm(total)
         level = float(size[inside] @ height[inside] / size[inside].sum())
-        near = (unit @ start > 1.0 - ONE_DIRECTION[0] ** 2) & (np.abs(height - level) < cell_mm)
+        begin, end = np.searchsorted(levels, [level - cell_mm, level + cell_mm])
+        level_with = rising[begin:end]
+        near = level_with[unit[level_with] @ start > 1.0 - ONE_DIRECTION[0] ** 2]
         if 0.5 * float(size[near].sum()) < MOST_OF * least:
             continue
-        normal = _narrowed(start, size[:, None] * unit, size)
+        normal = _narrowed(start, vectors, size)
         if normal is not None and all(_apart(normal, other) for other in chosen):
             chosen.append(normal)
     return chosen

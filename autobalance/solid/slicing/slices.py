@@ -94,7 +94,7 @@ def thinned(outline: Array, within_mm: float) -> Array:
             np.subtract(outline[1:], outline[:-1], out=side[:-1])
             np.subtract(outline[0], outline[-1], out=side[-1])
             (x, y), (u, v) = side.T, np.concatenate([side[-1:], side[:-1]]).T
-            aside = np.abs(u * y - v * x) > within_mm * np.hypot(x + u, y + v)
+            aside = (u * y - v * x) ** 2 > within_mm**2 * ((x + u) ** 2 + (y + v) ** 2)
             aside[first::2] = True
             aside[-1] = True  # of an odd number, it and the first are of one kind
             outline = outline[aside]
@@ -136,11 +136,21 @@ def following_of(start: Indices, end: Indices, station: Indices, count: int) -> 
         Vertices in all.
     """
     plane = station * (count * count)
-    begins = np.argsort(plane + start[:, 0] * count + start[:, 1])
-    ends = np.argsort(plane + end[:, 0] * count + end[:, 1])
+    begins = _by_size(plane + start[:, 0] * count + start[:, 1])
+    ends = _by_size(plane + end[:, 0] * count + end[:, 1])
     following = np.zeros(len(start), dtype=np.int64)
     following[ends] = begins
     return following
+
+
+def _by_size(numbers: Indices) -> Indices:
+    """Return the rows of distinct whole numbers (k,), not below zero, by size."""
+    bits = len(numbers).bit_length()
+    if len(numbers) == 0 or int(numbers.max()) >> (63 - bits):
+        return np.argsort(numbers)
+    together = numbers << bits | np.arange(len(numbers))  # sorted with their rows: many times as fast
+    together.sort()
+    return together & ((1 << bits) - 1)
 
 
 def _cycles(following: Indices) -> list[Indices]:
