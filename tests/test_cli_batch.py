@@ -198,15 +198,10 @@ def test_a_folder_that_is_held_is_refused(work: Path, tmp_path: Path) -> None:
 
 
 def test_an_interrupt_ends_with_130(work: Path, tmp_path: Path) -> None:
-    command = [
-        sys.executable,
-        "-m",
-        "autobalance",
-        "batch",
-        str(work / "list.csv"),
-        "-o",
-        str(tmp_path / "o"),
-    ]
+    rows = "".join(f"r{number},job.toml,0.{300 + number}\n" for number in range(60))  # none ends before it
+    (work / "sixty.csv").write_text(f"name,job,balance.factor\n{rows}", "utf-8")
+    command = [sys.executable, "-m", "autobalance", "batch", str(work / "sixty.csv"), "-o"]
+    command.append(str(tmp_path / "o"))
     process = subprocess.Popen([*command, "--workers", "1"], cwd=ROOT, stderr=subprocess.PIPE)
     while not (tmp_path / "o" / "journal.jsonl").exists():
         time.sleep(0.02)
