@@ -1,8 +1,10 @@
-"""Which tests are slow is measured: ``make times`` lists them, ``make quick`` leaves them out."""
+"""What holds for all tests: which are slow is measured, by ``make times``; Ctrl-C counts."""
 
 from __future__ import annotations
 
 import os
+import signal
+import threading
 from collections.abc import Generator
 from pathlib import Path
 
@@ -12,6 +14,13 @@ LISTED = Path(__file__).with_name("slow.txt")
 """Functions of which a test took half a second of processor time or more."""
 TIMES = os.environ.get("AUTOBALANCE_TIMES")
 """File that the seconds of each test are added to, where it is given."""
+
+
+def pytest_configure() -> None:
+    """Let Ctrl-C count, here and in children, also where a shell began the tests in the background."""
+    ignored = signal.getsignal(signal.SIGINT) is signal.SIG_IGN
+    if ignored and threading.current_thread() is threading.main_thread():
+        signal.signal(signal.SIGINT, signal.default_int_handler)
 
 
 @pytest.hookimpl(tryfirst=True)
