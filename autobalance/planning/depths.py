@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Sequence
+from contextlib import suppress
 from dataclasses import dataclass
 
 import numpy as np
@@ -251,9 +252,8 @@ def _least_cost(
     """
     count = len(cost) - 2
     if not same_depth and count <= FEW_DEPTHS:
-        answer = least_cost(cost, rows, most, bounds)
-        if answer is not None:
-            return answer
+        with suppress(ArithmeticError):
+            return least_cost(cost, rows, most, bounds)
 
     from scipy.optimize import linprog
 

@@ -34,7 +34,12 @@ def least_cost(cost: Array, rows: Array, most: Array, bounds: tuple[Array, Array
     Returns
     -------
     (n,) float or None
-        None where no x meets the constraints, or where this method cannot tell within rounding.
+        None where no x meets the constraints.
+
+    Raises
+    ------
+    ArithmeticError
+        Where this method cannot tell within rounding, or begins with an endless gain.
 
     References
     ----------
@@ -52,7 +57,7 @@ def least_cost(cost: Array, rows: Array, most: Array, bounds: tuple[Array, Array
     turned = cost < 0.0
     start = np.where(turned, greatest, least)
     if not np.isfinite(start).all():
-        return None
+        raise ArithmeticError("an unknown gains without end")
     way = np.where(turned, -1.0, 1.0)
     limited = np.flatnonzero(np.isfinite(greatest))
     # x = start + way · y, y ≥ 0; a row of the tableau is a basic variable: right-hand side, then −columns
@@ -69,14 +74,17 @@ def least_cost(cost: Array, rows: Array, most: Array, bounds: tuple[Array, Array
     found[basic] = tableau[:-1, 0]
     answer: Array = np.clip(start + way * found[:count], least, greatest)
     scale = 1.0 + np.abs(most) + np.abs(rows) @ np.abs(answer)
-    return answer if (rows @ answer - most <= 1e-9 * scale).all() else None
+    if (rows @ answer - most > 1e-9 * scale).any():
+        raise ArithmeticError("rounding hides the answer")
+    return answer
 
 
 def _solved(tableau: Array, basic: NDArray[np.intp], free: NDArray[np.intp]) -> bool:
     """Exchange variables of a tableau until its first column is not below zero; tell whether that can be."""
+    nothing = NOTHING * (1.0 + float(np.abs(tableau[:-1, 0]).max()))
     for _ in range(PIVOTS * sum(tableau.shape)):
         row = int(np.argmin(tableau[:-1, 0]))
-        if tableau[row, 0] >= -NOTHING:
+        if tableau[row, 0] >= -nothing:
             return True
         columns = 1 + np.flatnonzero(tableau[row, 1:] < -NOTHING)
         if not len(columns):
@@ -86,7 +94,7 @@ def _solved(tableau: Array, basic: NDArray[np.intp], free: NDArray[np.intp]) -> 
         column = int(near[np.argmin(tableau[row, near])])  # of equals the one that rounds least
         _exchange(tableau, row, column)
         basic[row], free[column - 1] = free[column - 1], basic[row]
-    return False
+    raise ArithmeticError("the exchanges go in circles")
 
 
 def _exchange(tableau: Array, row: int, column: int) -> None:

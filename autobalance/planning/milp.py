@@ -6,13 +6,14 @@ import math
 import os
 import sys
 from collections.abc import Iterator, Sequence
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from typing import Any
 
 import numpy as np
 
 from autobalance.correction.kind import Array, Offer
 from autobalance.planning.depths import AIM
+from autobalance.planning.dual_simplex import least_cost
 from autobalance.planning.milp_model import POINTS, SIDES, MilpModel, breakpoints, effects_at
 from autobalance.planning.task import Task, part_of, usual
 from autobalance.rigid_rotor.moments import Moments
@@ -101,8 +102,25 @@ def least_share(residual: Unbalance, tolerance: Tolerance, offer: Offer) -> floa
         return tolerance.used_share(residual)
     rules = _unpriced(residual, tolerance, offer)
     rules.cost[rules.excess] = 1.0
-    excess = float(relaxed_solution(rules).fun or 0.0)
+    excess = _least_cost(rules)
     return 0.0 if excess <= 1e-6 else math.cos(math.pi / SIDES) * AIM * (0.5 + excess)
+
+
+SMALL = 10_000
+"""Entries of a programme that is solved here, before scipy would have been loaded for it."""
+
+
+def _least_cost(rules: MilpModel) -> float:
+    """Return what the programme costs at least, with switches anywhere between off and on."""
+    if math.prod(rules.shape) <= SMALL:
+        rows, most = rules.without_residual()
+        size = np.maximum(np.abs(rows).max(axis=1, initial=0.0), 1e-300)[:, None]
+        box, cost = (rules.lower[: rules.left], rules.upper[: rules.left]), rules.cost[: rules.left]
+        with suppress(ArithmeticError):
+            answer = least_cost(cost, rows / size, most / size[:, 0], box)
+            if answer is not None:
+                return float(cost @ answer)
+    return float(relaxed_solution(rules).fun or 0.0)
 
 
 def greatest_multiple(residual: Unbalance, tolerance: Tolerance, offer: Offer, most: float) -> float:

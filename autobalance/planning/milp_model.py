@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Mapping, Sequence
+from functools import cached_property
 from typing import Any
 
 import numpy as np
@@ -77,8 +78,6 @@ class MilpModel:
         effects: Sequence[Sequence[Moments]],
         least_count: int,
     ) -> None:
-        from scipy.sparse import coo_array
-
         count = len(tables)
         sizes = [len(points) for points in tables]
         self.first = np.concatenate([[0], np.cumsum(sizes)]).astype(int)
@@ -113,12 +112,34 @@ class MilpModel:
         self.lower = np.concatenate([np.zeros(self.left), np.full(free, -np.inf)])
         self.integrality = np.zeros(width, dtype=np.int64)
         self.integrality[self.switch : self.excess] = 1
-        rows = np.concatenate(self._rows)
-        self.matrix = coo_array(
-            (np.concatenate(self._values), (rows, np.concatenate(self._columns))),
-            shape=(len(self._low), width),
-        ).tocsr()
         self.lower_rows, self.upper_rows = np.array(self._low), np.array(self._high)
+
+    @cached_property
+    def matrix(self) -> Any:
+        """The rows, sparse."""
+        from scipy.sparse import coo_array
+
+        places = np.concatenate(self._rows), np.concatenate(self._columns)
+        return coo_array((np.concatenate(self._values), places), self.shape).tocsr()
+
+    @property
+    def shape(self) -> tuple[int, int]:
+        """Numbers of rows and columns."""
+        return len(self._low), len(self.upper)
+
+    def without_residual(self) -> tuple[Array, Array]:
+        """Return rows (m, n) and most (m,), row · x ≤ most, without the residual, which others tell."""
+        every = np.zeros(self.shape)
+        places = np.concatenate(self._rows), np.concatenate(self._columns)
+        np.add.at(every, places, np.concatenate(self._values))
+        own = every[:, self.left :]
+        telling = (own != 0.0).any(axis=1) & (self.lower_rows == self.upper_rows)  # effects · x − own = −now
+        rest = every[:, : self.left] + own @ every[telling, : self.left]
+        shift = own @ self.upper_rows[telling]
+        upper, lower = (np.isfinite(ends) & ~telling for ends in (self.upper_rows, self.lower_rows))
+        rows = np.concatenate([rest[upper], -rest[lower]])
+        most = np.concatenate([self.upper_rows[upper] + shift[upper], -self.lower_rows[lower] - shift[lower]])
+        return rows, most
 
     def _add(self, columns: Any, values: Any, low: float, high: float) -> None:
         columns = np.asarray(columns, dtype=np.int64)

@@ -4,12 +4,14 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
+from contextlib import suppress
 from dataclasses import dataclass
 
 import numpy as np
 
 from autobalance.correction.kind import Array, Cut
 from autobalance.planning.depths import judged_rows, resultant_and_moment
+from autobalance.planning.dual_simplex import least_cost
 from autobalance.planning.relaxation import Change, Relaxation
 from autobalance.rigid_rotor.tolerance import Tolerance
 from autobalance.rigid_rotor.unbalance import Unbalance
@@ -114,20 +116,27 @@ def _deeper_mm(short: Shortfall) -> float | None:
         )
         for k in made
     ]
+    rows = np.vstack([np.hstack([np.vstack(within), np.zeros((len(most), 1))]), longest])
+    for share in DEEPER_SHARES:
+        room = np.concatenate([most + share * math.cos(math.pi / SIDES), np.zeros(len(longest))])
+        deeper = _least_last(rows, room, np.array([*bounds, (0.0, farthest)]))
+        if deeper is not None:
+            return deeper
+    return None
+
+
+def _least_last(rows: Array, room: Array, bounds: Array) -> float | None:
+    """Return the least last unknown with ``rows`` · x ≤ ``room`` and x between bounds (n, 2); None: none."""
+    cost = np.append(np.zeros(len(bounds) - 1), 1.0)
+    with suppress(ArithmeticError):
+        answer = least_cost(cost, rows, room, (bounds[:, 0], bounds[:, 1]))
+        return None if answer is None else float(answer[-1])
 
     from scipy.optimize import linprog
 
-    for share in DEEPER_SHARES:
-        answer = linprog(
-            [0.0] * len(made) + [1.0],
-            A_ub=np.vstack([np.hstack([np.vstack(within), np.zeros((len(most), 1))]), longest]),
-            b_ub=np.concatenate([most + share * math.cos(math.pi / SIDES), np.zeros(len(longest))]),
-            bounds=[*bounds, (0.0, farthest)],
-            method="highs",
-        )
-        if answer.x is not None:
-            return float(answer.x[-1])
-    return None
+    ends = [*zip(bounds[:, 0].tolist(), bounds[:, 1].tolist(), strict=True)]
+    found = linprog(cost, A_ub=rows, b_ub=room, bounds=ends, method="highs").x
+    return None if found is None else float(found[-1])
 
 
 def _added(short: Shortfall) -> str:

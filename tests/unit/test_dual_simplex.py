@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import numpy as np
+import pytest
 from scipy.optimize import linprog
 
 from autobalance.planning.dual_simplex import least_cost
@@ -34,6 +35,7 @@ def test_costs_what_highs_finds() -> None:
     assert solved > PROGRAMMES // 2
 
 
-def test_says_nothing_of_an_endless_gain() -> None:
+def test_refuses_an_endless_gain() -> None:
     bounds = np.zeros(1), np.array([np.inf])
-    assert least_cost(np.array([-1.0]), np.array([[0.0]]), np.array([1.0]), bounds) is None
+    with pytest.raises(ArithmeticError, match="without end"):
+        least_cost(np.array([-1.0]), np.array([[0.0]]), np.array([1.0]), bounds)
