@@ -5,7 +5,7 @@ from __future__ import annotations
 import functools
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 
 import numpy as np
@@ -134,8 +134,8 @@ class TurnCut(EmptyPlace):
         return Joined(tuple(ring(self.rim_mm - depth_mm, self.far_mm, *slab) for slab in self.slabs))
 
     def correction(self, depth_mm: float) -> Correction:
-        """Return what the turner needs to know."""
-        return listed(
+        """Return what the turner needs to know; its rate is that of the depth, however shallow."""
+        made = listed(
             "turn",
             self.effect(depth_mm),
             depth_mm,
@@ -146,6 +146,7 @@ class TurnCut(EmptyPlace):
             new_radius_mm=self.rim_mm - depth_mm,
             depth_left_mm=self.max_depth_mm - depth_mm,
         )
+        return replace(made, rate=self._measured(depth_mm)[1])
 
     def _measured(self, depth_mm: float) -> tuple[Moments, Moments]:
         """Return effect and rate; each depth is cut once."""

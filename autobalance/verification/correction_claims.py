@@ -201,7 +201,9 @@ def _shared_out(
         mixed = []
         for piece in _pieces(gone[int(came)], near_mm) if candidates else []:
             owners = [k for k in candidates if _holds(rooms[k], piece)]
-            if len(owners) == 1:
+            if len(owners) == 1 and not any(
+                _hides(piece, rooms[k], parts[k]) for k in candidates if k not in owners
+            ):
                 mine[owners[0]].append(piece)
             else:
                 mixed.append(piece)
@@ -225,9 +227,20 @@ MOST = 0.95
 
 def _holds(room: Solid, piece: Solid) -> bool:
     """Tell whether a piece lies in a room but for what a boolean between near planes may lose."""
+    return _shared_mm3(room, piece) > MOST * piece.volume_mm3
+
+
+def _hides(piece: Solid, room: Solid, part: Claims) -> bool:
+    """Tell whether a piece holds so much of a correction beside it that it would be missed there."""
+    missed_mm3: float = SHARE * abs(part.get("removed_volume_mm3", float))
+    return _shared_mm3(room, piece) > missed_mm3
+
+
+def _shared_mm3(room: Solid, piece: Solid) -> float:
+    """Return the volume of a piece that lies in a room."""
     if room.is_empty or np.any(room.bounds[0] > piece.bounds[1]) or np.any(piece.bounds[0] > room.bounds[1]):
-        return False
-    return (room & piece).volume_mm3 > MOST * piece.volume_mm3
+        return 0.0
+    return (room & piece).volume_mm3
 
 
 def _told_apart(parts: Sequence[Claims], mine: list[list[Solid]], i: int, j: int, near_mm: float) -> set[int]:

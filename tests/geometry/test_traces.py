@@ -12,7 +12,7 @@ from autobalance.correction.face_trace import BESIDE_DEG, FaceTrace
 from autobalance.correction.trace import EQUAL_AREA, RING_SIDES, Before, Metal, Reading, RingTrace
 from autobalance.crank.anatomy import Face
 from autobalance.solid.csg.solid import Region, Solid, union
-from autobalance.verification.correction_claims import _told_apart
+from autobalance.verification.correction_claims import _shared_out, _told_apart
 
 NEAR_MM = 6e-5
 
@@ -88,6 +88,30 @@ def test_equal_halves_that_meet_in_a_sectors_edge_are_both_found() -> None:
     assert [len(pieces) for pieces in both] == [1, 0]
     shared = [[halves[0]], [block(60.0, 0.0, 3.0)]]
     assert _told_apart(parts, shared, 0, 1, 1e-6) == {0, 1}
+
+
+def test_a_thin_cut_is_found_that_hangs_on_a_thick_one() -> None:
+    """All but a twentieth of the piece is the thick one's, and yet all of the thin one is in it."""
+    rooms = [half_disc(0.0), half_disc(180.0)]
+    thin = rooms[1] - rooms[1].above(0.14)
+    gone = union([rooms[0], thin])
+    sizes = rooms[0].volume_mm3, thin.volume_mm3
+    parts = cast(
+        Any,
+        [
+            SimpleNamespace(
+                get=lambda key, _, size=size: {"kind": "shoulder", "removed_volume_mm3": size}[key],
+                array=lambda *_, y=y: np.array([0.0, y, 1.5]),
+            )
+            for size, y in zip(sizes, (30.0, -30.0), strict=True)
+        ],
+    )
+    traces = cast(Any, [SimpleNamespace(room=lambda _, room=room: room) for room in rooms])
+    found, torn = _shared_out((gone, Solid.nothing()), parts, traces, cast(Any, None), 1e-6)
+    assert torn == set()
+    for pieces, size in zip(found, sizes, strict=True):
+        assert pieces is not None
+        assert sum(piece.volume_mm3 for piece in pieces) == pytest.approx(size, rel=1e-3)
 
 
 @pytest.mark.parametrize("lean", [0.5, 2.0, 6.0])

@@ -74,6 +74,18 @@ def test_rate_is_the_derivative_of_the_effect() -> None:
         assert_same(cut.rate(depth), slope, 1e-5)
 
 
+def test_the_rate_of_a_cut_that_meets_the_rims_corners_alone_is_its_own() -> None:
+    """A drawn circle of 48 sides: the tool meets it in 48 places, not all around."""
+    solid, anatomy = one_web(Region.circle(60.0, 48) & Region.circle(200.0, 4), 18.0)
+    (cut,) = turn.cuts(solid, anatomy, STEEL, TurnLimits(min_radius_mm=50.0))
+    depth, h = 0.04, 1e-4
+    made = cut.correction(depth)
+    assert made.rate is not None
+    slope = (cut.effect(depth + h).mass_g - cut.effect(depth - h).mass_g) / (2.0 * h)
+    assert made.rate.mass_g == pytest.approx(slope, rel=1e-3)
+    assert abs(slope) < 0.7 * STEEL * 2.0 * math.pi * 60.0 * 18.0
+
+
 def test_the_default_leaves_metal_around_the_crankpins() -> None:
     solid, anatomy = make_crank([0.0])
     cuts = turn.cuts(solid, anatomy, STEEL, TurnLimits())
