@@ -346,12 +346,13 @@ def test_without_the_extra_one_line_names_the_install_command(tmp_path: Path, li
 def test_a_kernel_that_cuts_something_else_is_not_trusted(
     folder: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    cut = ExactSolid.machined
+    cut = ExactSolid.machined_as_taken
 
-    def wrong(self: ExactSolid, removed: Any, added: Any = ()) -> ExactSolid:
-        return cut(self, [*removed, Prism(circle(5.0), -500.0, 500.0)], added)
+    def wrong(self: ExactSolid, removed: Any, added: Any = ()) -> Any:
+        solid, taken = cut(self, [*removed, Prism(circle(5.0), -500.0, 500.0)], added)
+        return solid, taken[:-1]
 
-    monkeypatch.setattr(ExactSolid, "machined", wrong)
+    monkeypatch.setattr(ExactSolid, "machined_as_taken", wrong)
     assert jobs.run("balance", job(folder, 'method = "shoulder"', 0.0), "-o", folder / "out") == 3
     error = capsys.readouterr().err
     assert "the CAD kernel leaves 1" in error
