@@ -165,7 +165,7 @@ def interruptible() -> Iterator[None]:
         else:
             raise KeyboardInterrupt
 
-    numbers = [int(getattr(signal, name)) for name in SIGNALS if hasattr(signal, name)]
+    numbers = _numbers()
     before = {number: signal.getsignal(number) for number in numbers}
     caught = [number for number in numbers if before[number] not in (signal.SIG_IGN, None)]
     try:
@@ -175,6 +175,39 @@ def interruptible() -> Iterator[None]:
     finally:
         for number in caught:
             signal.signal(number, before[number])
+
+
+@contextmanager
+def starting_process() -> Iterator[None]:
+    """Hold what would stop a command back while a process is started, here and in the process.
+
+    A terminal sends Ctrl-C to it too, at a moment when it can only complain; and one that is started by
+    halves complains of the other half. It hears again after `hear_signals`.
+    """
+    if sys.platform == "win32":
+        with uninterrupted():
+            yield
+        return
+    from multiprocessing import resource_tracker
+
+    resource_tracker.ensure_running()  # it would undo the block when it is started for the first process
+    with uninterrupted():
+        before = signal.pthread_sigmask(signal.SIG_BLOCK, _numbers())
+        try:
+            yield
+        finally:
+            signal.pthread_sigmask(signal.SIG_SETMASK, before)
+
+
+def hear_signals() -> None:
+    """Let a process hear what was held back while it was started; Ctrl-C is for its parent to deal with."""
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
+    if sys.platform != "win32":
+        signal.pthread_sigmask(signal.SIG_UNBLOCK, _numbers())
+
+
+def _numbers() -> list[int]:
+    return [int(getattr(signal, name)) for name in SIGNALS if hasattr(signal, name)]
 
 
 @contextmanager

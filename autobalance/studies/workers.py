@@ -7,7 +7,6 @@ its arguments alone, and its result is told by its number.
 from __future__ import annotations
 
 import os
-import signal
 import threading
 import time
 from collections import Counter
@@ -21,7 +20,7 @@ from multiprocessing.connection import wait as wait_for_end
 from typing import Any, Protocol
 
 from autobalance.errors import FileError, JobError
-from autobalance.runtime import keep_to_one_core, one_thread_of_linear_algebra
+from autobalance.runtime import hear_signals, keep_to_one_core, one_thread_of_linear_algebra, starting_process
 from autobalance.solid.csg.threads import booleans_in_one_thread
 from autobalance.version import __version__
 
@@ -127,7 +126,7 @@ def _begin_worker() -> None:
     one_thread_of_linear_algebra()
     keep_to_one_core()
     booleans_in_one_thread()
-    signal.signal(signal.SIGINT, signal.SIG_IGN)
+    hear_signals()
     parent = parent_process()
     if parent is not None:
         sentinel = parent.sentinel
@@ -148,7 +147,9 @@ class _Slot:
 
     def submit(self, work: Work, task: Any) -> Future[tuple[int, Any]]:
         if self.executor is None:
-            self.executor = ProcessPoolExecutor(1, get_context("spawn"), initializer=_begin_worker)
+            with starting_process():  # the process starts with its first task
+                self.executor = ProcessPoolExecutor(1, get_context("spawn"), initializer=_begin_worker)
+                return self.executor.submit(_with_pid, work, task)
         return self.executor.submit(_with_pid, work, task)
 
     def end(self) -> None:

@@ -4,9 +4,13 @@ from __future__ import annotations
 
 import importlib
 import math
+import os
+import signal
 import subprocess
 import sys
+import time
 from dataclasses import replace
+from multiprocessing import resource_tracker, util
 from pathlib import Path
 from typing import Any
 
@@ -16,6 +20,7 @@ import pytest
 from autobalance.errors import FileError, JobError
 from autobalance.rigid_rotor.moments import Moments
 from autobalance.rigid_rotor.tolerance import Tolerance
+from autobalance.runtime import interruptible
 from autobalance.studies import draws, workers
 from autobalance.studies.advice import advise
 from autobalance.studies.linear_model import (
@@ -158,6 +163,28 @@ def test_tasks_of_dead_workers_are_done_by_others(tmp_path: Path, deaths: int, l
     assert {n: end.value for n, end in ends.items() if not end.lost} == {
         n: n * n for n in range(5) if not (lost and n == 2)
     }
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="signals to one process need POSIX")
+def test_ctrl_c_waits_until_a_worker_that_is_being_started_has_all_it_needs(
+    monkeypatch: pytest.MonkeyPatch, capfd: pytest.CaptureFixture[str]
+) -> None:
+    """Started by halves, it would complain of the other half on the screen."""
+    begin, begun = util.spawnv_passfds, []
+
+    def interrupted(*given: Any) -> int:
+        begun.append(begin(*given))
+        os.kill(os.getpid(), signal.SIGINT)
+        time.sleep(0.01)
+        return begun[-1]
+
+    resource_tracker.ensure_running()
+    monkeypatch.setattr(util, "spawnv_passfds", interrupted)
+    with interruptible(), pytest.raises(KeyboardInterrupt), workers.workers_of(1, alone=False) as pool:
+        next(pool.run(abs, [-1]))
+    with pytest.raises(ChildProcessError):  # it was waited for
+        os.waitpid(begun[0], 0)
+    assert "Traceback" not in capfd.readouterr().err
 
 
 @pytest.mark.skipif(sys.platform != "linux", reason="a process is kept to a core on Linux alone")
