@@ -1,6 +1,8 @@
 """What the page shows as one types and drags: that it is what the functions say."""
 
 import json
+import subprocess
+import sys
 import tempfile
 import tomllib
 from functools import cache
@@ -307,3 +309,22 @@ def test_arrays_in_a_buffer_begin_at_multiples_of_four() -> None:
         packed({"a": "é"}, {"one": np.array([1, 2, 3], "u1"), "two": np.array([1.5], "<f4")})
     )
     assert (head["a"], arrays["one"].tolist(), arrays["two"].tolist()) == ("é", [1, 2, 3], [1.5])
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="signals to one process need POSIX")
+def test_what_a_run_starts_is_deaf_to_ctrl_c_from_the_first() -> None:
+    """What multiprocessing starts before the first process lets a thread hear again."""
+    said = subprocess.run(
+        [
+            sys.executable,
+            "-c",
+            "import signal; from multiprocessing import resource_tracker;"
+            "from autobalance.web_app.runs import _deaf_to_ctrl_c; _deaf_to_ctrl_c();"
+            "resource_tracker.ensure_running();"
+            "print(signal.SIGINT in signal.pthread_sigmask(signal.SIG_BLOCK, []))",
+        ],
+        capture_output=True,
+        text=True,
+        check=True,
+    )
+    assert said.stdout == "True\n"
