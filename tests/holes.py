@@ -10,9 +10,9 @@ from numpy.typing import NDArray
 
 from autobalance.correction.drill import DrillCut, DrillLimits
 from autobalance.correction.hole import Hole, keep_apart
+from autobalance.correction.hole_surface import Axis
 from autobalance.correction.kind import Count, Offer
 from autobalance.correction.sites import Site
-from autobalance.correction.walls import Axis
 from autobalance.rigid_rotor.moments import Moments
 from autobalance.rigid_rotor.tolerance import Judge, Tolerance
 from autobalance.rigid_rotor.unbalance import Unbalance

@@ -10,7 +10,7 @@ import numpy as np
 from autobalance.balancing.measured_crank import Crank
 from autobalance.balancing.rotor_from_job import attached_moments, throw_loads, tolerance_of
 from autobalance.correction.hole_metal import HoleMetal, holes_of
-from autobalance.correction.walls import Surface
+from autobalance.correction.hole_surface import Surface
 from autobalance.crank.anatomy import Throw, Web
 from autobalance.crank.sections import Kind, Section, away_from_crankpin
 from autobalance.job.model import Job

@@ -8,9 +8,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from autobalance.correction.hole_surface import Axis, Surface, edge_pairs
 from autobalance.correction.refusals import Direction
 from autobalance.correction.sites import Site
-from autobalance.correction.walls import Axis, Surface, edge_pairs
 from autobalance.crank.anatomy import Web
 from autobalance.solid.mesh.components import components
 from autobalance.solid.mesh.mesh import Array, Indices

@@ -11,6 +11,7 @@ from autobalance.correction.cut import listed, on_step
 from autobalance.correction.drill_sizes import SERIES_MM, likely_sizes_mm
 from autobalance.correction.hole import Hole, keep_apart
 from autobalance.correction.hole_cut import HoleCut, HoleSearch, Towards, direction_at
+from autobalance.correction.hole_surface import CONTINUATION_RAD
 from autobalance.correction.hole_trace import DrillTrace
 from autobalance.correction.kind import (
     Correction,
@@ -37,7 +38,7 @@ from autobalance.correction.refusals import (
 from autobalance.correction.relaxing import MoreCuts, Otherwise, Relaxing, deeper, thinner
 from autobalance.correction.sites import Places, Site, Zone, in_sectors, in_zone, make_holes, reach_of
 from autobalance.correction.trace import Trace, stated_number
-from autobalance.correction.walls import CONTINUATION_RAD, HoleLimits, wall_left_mm
+from autobalance.correction.walls import HoleLimits, wall_left_mm
 from autobalance.crank.anatomy import Anatomy
 from autobalance.errors import CorrectionError
 from autobalance.graphics.words import degrees, number

@@ -10,12 +10,10 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
+from autobalance.correction.hole_surface import Axis
 from autobalance.correction.kind import Apart
 from autobalance.correction.room import Room, bar
-from autobalance.correction.walls import (
-    Axis,
-    segments_distance_mm,
-)
+from autobalance.correction.walls import segments_distance_mm
 from autobalance.rigid_rotor.moments import Moments
 from autobalance.solid.csg.shape import equal_area
 from autobalance.solid.csg.solid import Solid

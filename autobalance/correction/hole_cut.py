@@ -10,9 +10,10 @@ import numpy as np
 
 from autobalance.correction.cut import WalledCut
 from autobalance.correction.hole import Hole
+from autobalance.correction.hole_surface import Surface
 from autobalance.correction.room import Room
 from autobalance.correction.sites import Places, Site, find_sites, make_holes, reach_of
-from autobalance.correction.walls import HoleLimits, Surface
+from autobalance.correction.walls import HoleLimits
 from autobalance.crank.anatomy import Anatomy
 from autobalance.solid.csg.solid import Solid
 from autobalance.solid.csg.tool import Tool

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from autobalance.correction.bores import Bore, find_bores
-from autobalance.correction.walls import Surface, edge_pairs
+from autobalance.correction.hole_surface import Surface, edge_pairs
 from autobalance.rigid_rotor.moments import Moments
 from autobalance.solid.mesh.components import components
 from autobalance.solid.mesh.measure import soup_moments

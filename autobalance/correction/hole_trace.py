@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 
 from autobalance.correction.hole import Hole
+from autobalance.correction.hole_surface import Axis
 from autobalance.correction.kind import Array, Item
 from autobalance.correction.trace import (
     SLACK_MM,
@@ -22,7 +23,6 @@ from autobalance.correction.trace import (
     stated_vector,
     web_at,
 )
-from autobalance.correction.walls import Axis
 from autobalance.rigid_rotor.moments import Moments
 from autobalance.solid.csg.solid import Region, Solid, union
 from autobalance.solid.mesh.mesh import Mesh

@@ -11,15 +11,9 @@ from weakref import WeakKeyDictionary
 import numpy as np
 
 from autobalance.correction.hole import Hole, drill_body
+from autobalance.correction.hole_surface import CONTINUATION_RAD, Axis, Surface
 from autobalance.correction.refusals import Direction, Sectors
-from autobalance.correction.walls import (
-    CONTINUATION_RAD,
-    Axis,
-    HoleLimits,
-    Surface,
-    cross2,
-    greatest_depth_mm,
-)
+from autobalance.correction.walls import HoleLimits, cross2, greatest_depth_mm
 from autobalance.crank.anatomy import Anatomy, Web
 from autobalance.solid.csg.solid import Solid, union
 from autobalance.solid.mesh.mesh import Array

@@ -11,6 +11,7 @@ import numpy as np
 
 from autobalance.correction.hole import Hole, keep_apart
 from autobalance.correction.hole_cut import HoleCut, HoleSearch, Towards, direction_at
+from autobalance.correction.hole_surface import Surface
 from autobalance.correction.hole_trace import SlugTrace
 from autobalance.correction.kind import (
     Apart,
@@ -40,7 +41,7 @@ from autobalance.correction.relaxing import MoreCuts, Relaxing
 from autobalance.correction.sites import Places, Site
 from autobalance.correction.slug_fill import FLAT_BOTTOM_RAD, FillCut, PressedIn, fills
 from autobalance.correction.trace import Trace
-from autobalance.correction.walls import HoleLimits, Surface, wall_left_mm
+from autobalance.correction.walls import HoleLimits, wall_left_mm
 from autobalance.errors import CorrectionError
 from autobalance.graphics.words import number
 from autobalance.rigid_rotor.moments import Moments

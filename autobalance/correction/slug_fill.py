@@ -10,10 +10,10 @@ from typing import TYPE_CHECKING, Any
 from autobalance.correction.bores import BlindHole, blind_holes, fitting_mm
 from autobalance.correction.cut import WalledCut
 from autobalance.correction.hole import Hole
+from autobalance.correction.hole_surface import Axis, Surface
 from autobalance.correction.kind import Correction, Workpiece
 from autobalance.correction.room import Room, bar
 from autobalance.correction.sites import in_sectors
-from autobalance.correction.walls import Axis, Surface
 from autobalance.rigid_rotor.moments import Moments
 from autobalance.solid.csg.solid import Solid
 from autobalance.units import G_PER_MM3_PER_KG_M3

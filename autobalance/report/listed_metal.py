@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from autobalance.correction.hole import drill_body
-from autobalance.correction.walls import Axis
+from autobalance.correction.hole_surface import Axis
 from autobalance.report.drawing import webs_cut
 from autobalance.solid.csg.solid import Region, Solid
 from autobalance.solid.mesh.mesh import Array

@@ -13,11 +13,11 @@ from autobalance.balancing.rotor import Rotor
 from autobalance.correction import Limits
 from autobalance.correction.add import AddLimits
 from autobalance.correction.drill import DrillLimits
+from autobalance.correction.hole_surface import Axis
 from autobalance.correction.kind import Correction, Offer, Workpiece
 from autobalance.correction.shoulder import ShoulderLimits
 from autobalance.correction.slug import SlugLimits
 from autobalance.correction.turn import TurnLimits
-from autobalance.correction.walls import Axis
 from autobalance.crank.anatomy import Anatomy, Face
 from autobalance.crank.parametric.design import PRESETS
 from autobalance.rigid_rotor.moments import Moments
