@@ -16,7 +16,8 @@ from numpy.typing import NDArray
 
 from autobalance.errors import SolidError
 from autobalance.rigid_rotor.moments import Moments
-from autobalance.solid.mesh.measure import mesh_moments
+from autobalance.solid.mesh.components import numbered_components
+from autobalance.solid.mesh.measure import mesh_moments, part_volumes
 from autobalance.solid.mesh.mesh import Array, Indices, Mesh
 
 SAME_VOLUME = 1e-6
@@ -214,20 +215,10 @@ class Solid:
         Flakes, of which a boolean between near surfaces leaves thousands, are told by sums over their facets
         and never become bodies.
         """
-        from scipy.sparse import coo_array
-        from scipy.sparse.csgraph import connected_components
-
         mesh = self.mesh
-        a, b, c = mesh.triangles.T
-        number = len(mesh.vertices)
-        edges = coo_array(
-            (np.ones(2 * len(a)), (np.concatenate([a, b]), np.concatenate([b, c]))), (number, number)
-        )
-        count, of_vertex = connected_components(edges, directed=False)
-        of_facet = of_vertex[a]
-        corners = mesh.corners - mesh.vertices[a[0]]
-        spans = np.einsum("ij,ij->i", corners[:, 0], np.cross(corners[:, 1], corners[:, 2])) / 6.0
-        volume = np.bincount(of_facet, spans, count)
+        of_vertex, count = numbered_components(mesh.triangles, len(mesh.vertices))
+        of_facet = of_vertex[mesh.triangles[:, 0]]
+        volume = part_volumes(mesh, of_facet, count)
         area = np.bincount(of_facet, 0.5 * mesh.doubled_areas, count)
         chosen = volume > thickness_mm * area
         if not chosen.any():
