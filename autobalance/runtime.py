@@ -11,7 +11,7 @@ import signal
 import sys
 import threading
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from contextlib import contextmanager
 from typing import TYPE_CHECKING, TypeVar
 
@@ -184,19 +184,23 @@ def starting_process() -> Iterator[None]:
     A terminal sends Ctrl-C to it too, at a moment when it can only complain; and one that is started by
     halves complains of the other half. It hears again after `hear_signals`.
     """
-    if sys.platform == "win32":
-        with uninterrupted():
-            yield
-        return
-    from multiprocessing import resource_tracker
-
-    resource_tracker.ensure_running()  # it would undo the block when it is started for the first process
     with uninterrupted():
-        before = signal.pthread_sigmask(signal.SIG_BLOCK, _numbers())
+        before = held_signals(_numbers())
         try:
             yield
         finally:
-            signal.pthread_sigmask(signal.SIG_SETMASK, before)
+            if sys.platform != "win32":
+                signal.pthread_sigmask(signal.SIG_SETMASK, before)
+
+
+def held_signals(numbers: Iterable[int]) -> set[int]:
+    """Hold signals back from this thread and from what it starts; return which were before."""
+    if sys.platform == "win32":
+        return set()
+    from multiprocessing import resource_tracker
+
+    resource_tracker.ensure_running()  # it would undo the block when it is started for the first process
+    return {int(number) for number in signal.pthread_sigmask(signal.SIG_BLOCK, numbers)}
 
 
 def hear_signals() -> None:

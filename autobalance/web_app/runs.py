@@ -13,6 +13,7 @@ import time
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
 
+from autobalance.runtime import held_signals
 from autobalance.web_app.project import OWN, RUN_ID, RUNS, Project
 from autobalance.web_app.work import nothing, work
 
@@ -249,11 +250,7 @@ def _by_its_report(run_id: str, path: Path) -> Run:
 
 def _deaf_to_ctrl_c() -> None:
     """Keep Ctrl-C, which a terminal sends to every process, from what this thread starts."""
-    if sys.platform != "win32":
-        from multiprocessing import resource_tracker
-
-        resource_tracker.ensure_running()  # it would undo the block when it is started for the first process
-        signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
+    held_signals([signal.SIGINT])
 
 
 def processes() -> SpawnContext | ForkServerContext:
