@@ -16,7 +16,7 @@ if TYPE_CHECKING:
 
     from autobalance.job import Job
     from autobalance.signal.analysis import Analysis, Question
-    from autobalance.signal.bearing import Bearing
+    from autobalance.signal.bearing import RollingBearing
     from autobalance.signal.drive_sources import Drive
     from autobalance.signal.quantities import Quantity
     from autobalance.signal.record import Channel, Record
@@ -268,10 +268,10 @@ def _channels(given: Mapping[str, ArrayLike], sample_rate: float | None) -> tupl
     return tuple(found)
 
 
-def _bearing(given: Mapping[str, float]) -> Bearing:
+def _bearing(given: Mapping[str, float]) -> RollingBearing:
     import math
 
-    from autobalance.signal.bearing import Bearing
+    from autobalance.signal.bearing import RollingBearing
 
     for key in given:
         if key not in BEARING_KEYS:
@@ -281,7 +281,7 @@ def _bearing(given: Mapping[str, float]) -> Bearing:
             raise FormatError(f"bearing: {key} is missing")
     if float(given["balls"]) % 1.0:
         raise FormatError(f"bearing: balls is {given['balls']:g}; must be a whole number")
-    return Bearing(
+    return RollingBearing(
         int(given["balls"]), float(given["ball"]), float(given["pitch"]),
         math.radians(float(given.get("contact", 0.0))), float(given.get("speed", 1.0)),
     )  # fmt: skip

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from autobalance.errors import SolidError
-from autobalance.fem_analysis.elasticity import Body
+from autobalance.fem_analysis.elasticity import ElasticBody
 from autobalance.fem_analysis.mesher import SHARE_OF_RADIUS, SurfaceSolid, meshes_of
 from autobalance.solid.csg.solid import Solid
 from autobalance.solid.formats.write import through_file
@@ -21,7 +21,7 @@ def bodies_of_solid(
     size_mm: float | None,
     factors: Sequence[float] = (1.0,),
     share_of_radius: float = SHARE_OF_RADIUS,
-) -> list[Body]:
+) -> list[ElasticBody]:
     """Return meshes of a solid, of so many times a size each; None: chosen.
 
     Raises
@@ -36,7 +36,7 @@ def bodies_of_solid(
         mesh = mesh_of_soup(soup)
         try:
             made = meshes_of(SurfaceSolid(mesh.vertices, mesh.triangles), size_mm, factors, share_of_radius)
-            return [Body.of(each) for each in made]
+            return [ElasticBody.of(each) for each in made]
         except SolidError:
             if finest == FINEST_MM[-1]:
                 raise

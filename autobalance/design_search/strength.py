@@ -14,7 +14,7 @@ from autobalance.crank.anatomy import Anatomy, Pin
 from autobalance.engine.cycle.analysis import CycleAnalysis
 from autobalance.engine.whole_engine import Engine
 from autobalance.errors import JobError
-from autobalance.fem_analysis.elasticity import STEEL, Body, Material
+from autobalance.fem_analysis.elasticity import STEEL, ElasticBody, Material
 from autobalance.fem_analysis.modes import modes_of
 from autobalance.fem_analysis.statics import facet_nodes, facet_shares, solved
 from autobalance.job import Job
@@ -66,17 +66,19 @@ def material_of(density_g_mm3: float) -> Material:
     return Material(STEEL.young_MPa, STEEL.poisson, density_g_mm3 * T_MM3_PER_G_MM3)
 
 
-def body_of(rotor_solid: Solid, size_mm: float | None) -> Body:
+def body_of(rotor_solid: Solid, size_mm: float | None) -> ElasticBody:
     """Return the mesh of a crank (rotor frame)."""
     return bodies_of_solid(rotor_solid, size_mm)[0]
 
 
-def first_frequency_hz(body: Body, density_g_mm3: float) -> float:
+def first_frequency_hz(body: ElasticBody, density_g_mm3: float) -> float:
     """Return the first natural frequency of a crank free in space."""
     return modes_of(body, material_of(density_g_mm3), 1)[0].frequency_hz
 
 
-def greatest_stress_MPa(body: Body, anatomy: Anatomy, pin_loads_n: Array, density_g_mm3: float) -> float:
+def greatest_stress_MPa(
+    body: ElasticBody, anatomy: Anatomy, pin_loads_n: Array, density_g_mm3: float
+) -> float:
     """Return the greatest von Mises stress of a crank held at its main journals, its crankpins loaded.
 
     Raises
@@ -104,7 +106,7 @@ def greatest_stress_MPa(body: Body, anatomy: Anatomy, pin_loads_n: Array, densit
     return float(result.von_mises_MPa.max())
 
 
-def _facets_on(body: Body, pin: Pin, z_mm: tuple[float, float], name: str) -> NDArray[np.int64]:
+def _facets_on(body: ElasticBody, pin: Pin, z_mm: tuple[float, float], name: str) -> NDArray[np.int64]:
     """Return the boundary facets that lie on a pin's cylinder between two heights."""
     facets = body.mesh.boundary_facets()
     corners = body.mesh.p[:, body.mesh.facets[:, facets]]

@@ -17,7 +17,7 @@ from scipy import sparse
 
 from autobalance.dynamics.beam_element import Elements, gauss, interpolation
 from autobalance.dynamics.beam_rotor import BeamRotor, Bearing
-from autobalance.dynamics.rotor_mesh import Mesh
+from autobalance.dynamics.rotor_mesh import RotorMesh
 from autobalance.rigid_rotor.moments import Array
 
 if TYPE_CHECKING:
@@ -133,7 +133,7 @@ class RotorMatrices:
         return load
 
 
-def rotor_matrices(rotor: BeamRotor, mesh: Mesh) -> RotorMatrices:
+def rotor_matrices(rotor: BeamRotor, mesh: RotorMesh) -> RotorMatrices:
     """Assemble the matrices of a rotor on its mesh; discs and rigid supports in them."""
     numbering = _Numbering(mesh)
     mass, stiffness, gyroscopic = (
@@ -176,7 +176,7 @@ def _cut(matrix: Sparse, free: NDArray[np.int64]) -> Sparse:
     return sparse.csc_matrix(kept.T @ matrix @ kept)
 
 
-def _held(rotor: BeamRotor, mesh: Mesh, numbering: _Numbering) -> list[int]:
+def _held(rotor: BeamRotor, mesh: RotorMesh, numbering: _Numbering) -> list[int]:
     held: list[int] = []
     for bearing in rotor.bearings:
         if bearing.constraint is not None:
@@ -188,7 +188,7 @@ def _held(rotor: BeamRotor, mesh: Mesh, numbering: _Numbering) -> list[int]:
 class _Numbering:
     """Which unknown of a plane is whose, before any is held."""
 
-    def __init__(self, mesh: Mesh) -> None:
+    def __init__(self, mesh: RotorMesh) -> None:
         self.mesh = mesh
         inner = np.concatenate([np.full(len(e.mass), e.mass.shape[1] - 4) for e in mesh.groups])
         self.node = np.concatenate([[0], np.cumsum(2 + inner)])

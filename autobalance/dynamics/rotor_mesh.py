@@ -21,7 +21,7 @@ MERGED = 1e-6
 
 
 @dataclass(frozen=True, eq=False)
-class Mesh:
+class RotorMesh:
     """Nodes (n + 1,) of a divided shaft and its elements, one group for each section."""
 
     nodes_m: Array
@@ -36,7 +36,7 @@ class Mesh:
 
 def mesh_of(
     rotor: BeamRotor, stations_m: Array, top_frequency_rad_s: float, degree: int = REFINED, finer: float = 1.0
-) -> Mesh:
+) -> RotorMesh:
     """Divide a rotor's shaft, with a node at each station.
 
     Parameters
@@ -63,7 +63,7 @@ def mesh_of(
         firsts.append(count)
         count += len(shares) - 1
         nodes.append(start + shares[1:] * section.length_m)
-    return Mesh(np.concatenate(nodes), tuple(groups), tuple(firsts), tuple(lengths))
+    return RotorMesh(np.concatenate(nodes), tuple(groups), tuple(firsts), tuple(lengths))
 
 
 def _shares(

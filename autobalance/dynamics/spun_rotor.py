@@ -38,7 +38,7 @@ class PointMass:
 
 
 @dataclass(frozen=True, eq=False)
-class Body:
+class RigidBody:
     """A rotor without what comes on top.
 
     ``second_g_mm2`` is ∫ r rᵀ dm about its own centre of mass, (3, 3), None where it is not known; only
@@ -55,12 +55,12 @@ class Body:
 
 def axisymmetric(
     mass_g: float, z_mm: float, transverse_g_mm2: float | None, polar_g_mm2: float | None
-) -> Body:
+) -> RigidBody:
     """Return a balanced rotor from its inertias about its centre of mass; None where one is not known."""
     if transverse_g_mm2 is None or polar_g_mm2 is None:
-        return Body(mass_g, z_mm, transverse_g_mm2=transverse_g_mm2)
+        return RigidBody(mass_g, z_mm, transverse_g_mm2=transverse_g_mm2)
     across, along = 0.5 * polar_g_mm2, transverse_g_mm2 - 0.5 * polar_g_mm2
-    return Body(
+    return RigidBody(
         mass_g, z_mm, transverse_g_mm2=transverse_g_mm2, second_g_mm2=np.diag([across, across, along])
     )
 
@@ -120,12 +120,14 @@ class SpunRotor:
         return float(math.atan2(math.hypot(nearest[0], nearest[1]), abs(nearest[2])))
 
 
-def spun_rotor(body: Body, unbalances: Sequence[PlanarUnbalance], masses: Sequence[PointMass]) -> SpunRotor:
+def spun_rotor(
+    body: RigidBody, unbalances: Sequence[PlanarUnbalance], masses: Sequence[PointMass]
+) -> SpunRotor:
     """Put unbalances and point masses on a rotor.
 
     Parameters
     ----------
-    body : Body
+    body : RigidBody
     unbalances : sequence of PlanarUnbalance
     masses : sequence of PointMass
 
@@ -139,7 +141,7 @@ def spun_rotor(body: Body, unbalances: Sequence[PlanarUnbalance], masses: Sequen
     Two equal masses opposite each other, in two planes, are a couple:
 
     >>> pair = [PointMass(1.0, 10.0, -20.0), PointMass(1.0, -10.0, 20.0)]
-    >>> rotor = spun_rotor(Body(100.0, 0.0), [], pair)
+    >>> rotor = spun_rotor(RigidBody(100.0, 0.0), [], pair)
     >>> rotor.kind, rotor.moment_g_mm2
     ('couple', (-400+0j))
     """
@@ -165,7 +167,7 @@ def spun_rotor(body: Body, unbalances: Sequence[PlanarUnbalance], masses: Sequen
     )
 
 
-def _transverse(body: Body, masses: Sequence[PointMass], centre: float) -> float | None:
+def _transverse(body: RigidBody, masses: Sequence[PointMass], centre: float) -> float | None:
     """Return the inertia about a line across the axis through the centre of mass, the mean of all such."""
     if body.transverse_g_mm2 is None:
         return None
@@ -176,7 +178,12 @@ def _transverse(body: Body, masses: Sequence[PointMass], centre: float) -> float
 
 
 def _second(
-    body: Body, masses: Sequence[PointMass], centre: float, unbalance: complex, moment: complex, mass: float
+    body: RigidBody,
+    masses: Sequence[PointMass],
+    centre: float,
+    unbalance: complex,
+    moment: complex,
+    mass: float,
 ) -> Array | None:
     if body.second_g_mm2 is None:
         return None

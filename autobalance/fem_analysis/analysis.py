@@ -10,7 +10,7 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from autobalance.fem_analysis.elasticity import STEEL, Body, Material
+from autobalance.fem_analysis.elasticity import STEEL, ElasticBody, Material
 from autobalance.fem_analysis.mesher import (
     SHARE_OF_RADIUS,
     SurfaceSolid,
@@ -116,7 +116,7 @@ def analysed(question: Question, progress: Progress = lambda _words, _share: Non
     meshes = meshes_of(question.solid, question.size_mm, COARSENING, share)
     for number, mesh in enumerate(meshes):
         progress(f"solving, mesh {number + 1} of {len(meshes)}", (1.0 + number) / (1.0 + len(meshes)))
-        body = Body.of(mesh)
+        body = ElasticBody.of(mesh)
         last = _solved(question, body)
         levels.append(_level(mesh, body, last.values))
     if last.static is not None:
@@ -135,7 +135,7 @@ class _Found:
     static: StaticResult | None = None
 
 
-def _solved(question: Question, body: Body) -> _Found:
+def _solved(question: Question, body: ElasticBody) -> _Found:
     if question.kind == "static":
         static = static_analysis(body, question.material, question.holds, question.loads)
         worst = float(static.von_mises_MPa.max())
@@ -145,7 +145,7 @@ def _solved(question: Question, body: Body) -> _Found:
     return _Found(tuple(mode.frequency_hz for mode in modes), tuple(mode.kind for mode in modes))
 
 
-def _level(mesh: TetrahedronMesh, body: Body, values: tuple[float, ...]) -> Level:
+def _level(mesh: TetrahedronMesh, body: ElasticBody, values: tuple[float, ...]) -> Level:
     lost = abs(body.volume_mm3 / mesh.solid_volume_mm3 - 1.0)
     return Level(mesh.size_mm, len(mesh.tetrahedra), body.nodes, lost, values)
 

@@ -50,7 +50,7 @@ STEEL = Material()
 
 
 @dataclass(frozen=True, eq=False)
-class Body:
+class ElasticBody:
     """A mesh ready for analysis.
 
     Attributes
@@ -68,7 +68,7 @@ class Body:
     places_mm: Array
 
     @classmethod
-    def of(cls, source: TetrahedronMesh) -> Body:
+    def of(cls, source: TetrahedronMesh) -> ElasticBody:
         """Return the body of a mesh; elements that curved edges would turn inside out are straightened."""
         from skfem import Basis, ElementTetP2
 
@@ -108,7 +108,7 @@ class Body:
         return found
 
 
-def stiffness_and_mass(body: Body, material: Material) -> tuple[sparse.csc_matrix, sparse.csc_matrix]:
+def stiffness_and_mass(body: ElasticBody, material: Material) -> tuple[sparse.csc_matrix, sparse.csc_matrix]:
     """Return K [N/mm] and M [t], both (3 n, 3 n).
 
     K_ab = ∫ λ ∇φ_a ∇φ_bᵀ + μ ∇φ_b ∇φ_aᵀ + μ (∇φ_a·∇φ_b) I dV, M_ab = ρ I ∫ φ_a φ_b dV.
@@ -154,7 +154,7 @@ class _Pattern:
     place: Indices
 
     @classmethod
-    def of(cls, body: Body) -> _Pattern:
+    def of(cls, body: ElasticBody) -> _Pattern:
         dofs = body.element_dofs
         keys = dofs[:, :, None] * body.nodes + dofs[:, None, :]
         distinct, place = np.unique(keys, return_inverse=True)
@@ -180,7 +180,7 @@ class _Pattern:
         return sparse.csc_matrix((made + made.T) * 0.5)
 
 
-def nodal_stress_MPa(body: Body, material: Material, displacement_mm: Array) -> tuple[Array, Array]:
+def nodal_stress_MPa(body: ElasticBody, material: Material, displacement_mm: Array) -> tuple[Array, Array]:
     """Return the stress (n, 3, 3) at the nodes [MPa], and how far its elements disagree there (n,) [MPa].
 
     Taken where quadratic elements are most exact (their four Gauss points), carried to the corners linearly,
@@ -211,7 +211,7 @@ def nodal_stress_MPa(body: Body, material: Material, displacement_mm: Array) -> 
     return mean, spread
 
 
-def _averaged(body: Body, corners: Array, volumes: Array) -> Array:
+def _averaged(body: ElasticBody, corners: Array, volumes: Array) -> Array:
     """Return stresses (n, 3, 3) from those at the elements' corners (m, 4, 3, 3).
 
     Means at the corners, weighted by volume; a node on an edge has the mean of its ends, since one or two

@@ -12,7 +12,7 @@ from scipy import sparse
 from scipy.sparse.linalg import LinearOperator, SuperLU, eigsh, splu
 
 from autobalance.errors import SolidError
-from autobalance.fem_analysis.elasticity import Body, Material, stiffness_and_mass
+from autobalance.fem_analysis.elasticity import ElasticBody, Material, stiffness_and_mass
 
 Array = NDArray[np.float64]
 Kind = Literal["bending", "torsion", "axial", "mixed"]
@@ -40,12 +40,14 @@ class Mode:
     shape: Array
 
 
-def modes_of(body: Body, material: Material, count: int, held: NDArray[np.bool_] | None = None) -> list[Mode]:
+def modes_of(
+    body: ElasticBody, material: Material, count: int, held: NDArray[np.bool_] | None = None
+) -> list[Mode]:
     """Return the ``count`` lowest elastic modes.
 
     Parameters
     ----------
-    body : Body
+    body : ElasticBody
     material : Material
     count : int
     held : (3 n,) bool or None
@@ -87,7 +89,7 @@ def rigid_motions(places_mm: Array) -> Array:
     return np.stack([motion.reshape(-1) for motion in (*shifts, *turns)], axis=1)
 
 
-def rigid_motions_left(body: Body, held: NDArray[np.bool_] | None) -> int:
+def rigid_motions_left(body: ElasticBody, held: NDArray[np.bool_] | None) -> int:
     """Return in how many ways (0 to 6) the whole body can still move."""
     if held is None or not held.any():
         return 6
@@ -95,7 +97,7 @@ def rigid_motions_left(body: Body, held: NDArray[np.bool_] | None) -> int:
     return 6 - int(np.linalg.matrix_rank(at_holds, tol=1e-6 * math.sqrt(len(at_holds))))
 
 
-def _shift(body: Body, material: Material) -> float:
+def _shift(body: ElasticBody, material: Material) -> float:
     """Return ω² of the shift [1/s²]."""
     wave_mm_s = math.sqrt(material.young_MPa / material.density_t_mm3)
     reach = float(np.linalg.norm(np.ptp(body.places_mm, axis=0)))
@@ -193,7 +195,7 @@ def _over(moment: Array, arm: Array) -> Array:
     return found
 
 
-def slice_motions(body: Body) -> SliceMotions:
+def slice_motions(body: ElasticBody) -> SliceMotions:
     """Return a body's slices along its principal axis of least inertia."""
     weight = body.node_masses()
     centred = body.places_mm - weight @ body.places_mm / weight.sum()

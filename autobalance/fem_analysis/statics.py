@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from autobalance.errors import JobError
 from autobalance.fem_analysis.elasticity import (
-    Body,
+    ElasticBody,
     Material,
     nodal_stress_MPa,
     stiffness_and_mass,
@@ -52,7 +52,7 @@ class StaticResult:
     meet at a node disagree; ``reactions_N`` (3,): what the holds exert.
     """
 
-    body: Body
+    body: ElasticBody
     displacement_mm: Array
     stress_MPa: Array
     apart_MPa: Array
@@ -70,7 +70,7 @@ class StaticResult:
 
 
 def static_analysis(
-    body: Body, material: Material, holds: Sequence[Hold], loads: Sequence[Load]
+    body: ElasticBody, material: Material, holds: Sequence[Hold], loads: Sequence[Load]
 ) -> StaticResult:
     """Solve K u = f for a held and loaded body.
 
@@ -86,7 +86,7 @@ def static_analysis(
     return solved(body, material, held, force)
 
 
-def solved(body: Body, material: Material, held: NDArray[np.bool_], force: Array) -> StaticResult:
+def solved(body: ElasticBody, material: Material, held: NDArray[np.bool_], force: Array) -> StaticResult:
     """Return what forces (3 n,) [N] at the nodes do to a body with held degrees of freedom (3 n,)."""
     stiffness = stiffness_and_mass(body, material)[0]
     free = np.flatnonzero(~held)
@@ -98,7 +98,7 @@ def solved(body: Body, material: Material, held: NDArray[np.bool_], force: Array
     return StaticResult(body, moved.reshape(-1, 3), stress, apart, left.reshape(-1, 3).sum(axis=0))
 
 
-def held_dofs(body: Body, holds: Sequence[Hold]) -> NDArray[np.bool_]:
+def held_dofs(body: ElasticBody, holds: Sequence[Hold]) -> NDArray[np.bool_]:
     """Return which degrees of freedom (3 n,) are held, and refuse a body that can still move."""
     held = np.zeros((body.nodes, 3), dtype=bool)
     for hold in holds:
@@ -118,7 +118,7 @@ def held_dofs(body: Body, holds: Sequence[Hold]) -> NDArray[np.bool_]:
     return flat
 
 
-def _force(body: Body, load: Load) -> Array:
+def _force(body: ElasticBody, load: Load) -> Array:
     """Return the consistent nodal forces (3 n,) of a load on a surface."""
     facets = _facets_in(body, load.box_mm, load.name)
     shares = facet_shares(body, facets)
@@ -131,7 +131,7 @@ def _force(body: Body, load: Load) -> Array:
     return found
 
 
-def facet_shares(body: Body, facets: NDArray[np.int64]) -> Array:
+def facet_shares(body: ElasticBody, facets: NDArray[np.int64]) -> Array:
     """Return the area (n,) [mm²] that each node has of some facets: ∫ φ dA."""
     from skfem import ElementTetP2, FacetBasis
 
@@ -144,7 +144,7 @@ def facet_shares(body: Body, facets: NDArray[np.int64]) -> Array:
     return total
 
 
-def _facets_in(body: Body, box_mm: Box, name: str) -> NDArray[np.int64]:
+def _facets_in(body: ElasticBody, box_mm: Box, name: str) -> NDArray[np.int64]:
     """Return the boundary facets of which every corner lies in a box."""
     facets = body.mesh.boundary_facets()
     corners = body.mesh.p[:, body.mesh.facets[:, facets]]  # (3, 3, f)
@@ -159,7 +159,7 @@ def _facets_in(body: Body, box_mm: Box, name: str) -> NDArray[np.int64]:
     return found
 
 
-def facet_nodes(body: Body, facets: NDArray[np.int64]) -> NDArray[np.int64]:
+def facet_nodes(body: ElasticBody, facets: NDArray[np.int64]) -> NDArray[np.int64]:
     """Return the numbers of all nodes on some facets."""
     nodes: NDArray[np.int64] = body.basis.get_dofs(facets).flatten().astype(np.int64)
     return nodes

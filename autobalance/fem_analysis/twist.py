@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from autobalance.errors import SolidError
-from autobalance.fem_analysis.elasticity import Body, Material, stiffness_and_mass
+from autobalance.fem_analysis.elasticity import ElasticBody, Material, stiffness_and_mass
 from autobalance.fem_analysis.modes import factorised
 from autobalance.fem_analysis.statics import facet_nodes
 
@@ -42,7 +42,7 @@ class TwistStiffness:
     levels_n_m_rad: tuple[float, ...]
 
 
-def twist_stiffness(bodies: Sequence[Body], volume_mm3: float, material: Material) -> TwistStiffness:
+def twist_stiffness(bodies: Sequence[ElasticBody], volume_mm3: float, material: Material) -> TwistStiffness:
     """Return the stiffness between the lowest and the highest plane of a body, twisted about z.
 
     Each end turns as a rigid disc about the z axis and stays on it, as bearings hold journals; it may tilt
@@ -50,7 +50,7 @@ def twist_stiffness(bodies: Sequence[Body], volume_mm3: float, material: Materia
 
     Parameters
     ----------
-    bodies : sequence of Body
+    bodies : sequence of ElasticBody
         Meshes of one solid, ever finer; three or more.
     volume_mm3 : float
         Of the solid.
@@ -74,7 +74,7 @@ def _error(levels: Sequence[float], lost: float) -> float:
     return max(after, min(left, before)) + lost * fine
 
 
-def _stiffness(body: Body, material: Material) -> float:
+def _stiffness(body: ElasticBody, material: Material) -> float:
     places = body.places_mm
     low, high = float(places[:, 2].min()), float(places[:, 2].max())
     ends = [_end_nodes(body, z, ON_END * (high - low)) for z in (low, high)]
@@ -91,7 +91,7 @@ def _stiffness(body: Body, material: Material) -> float:
     return NEWTON_M * float(flat @ (stiffness @ flat))
 
 
-def _end_nodes(body: Body, z_mm: float, slack_mm: float) -> NDArray[np.int64]:
+def _end_nodes(body: ElasticBody, z_mm: float, slack_mm: float) -> NDArray[np.int64]:
     facets = body.mesh.boundary_facets()
     corners = body.mesh.p[2, body.mesh.facets[:, facets]]
     on = (np.abs(corners - z_mm) < slack_mm).all(axis=0)

@@ -11,7 +11,7 @@ from typing import Any, Literal
 
 from autobalance.dynamics.balancing_machine import Noise
 from autobalance.dynamics.drilled_depth import DrillPlace, HoleDirection
-from autobalance.dynamics.spun_rotor import Body, PlanarUnbalance, PointMass, axisymmetric
+from autobalance.dynamics.spun_rotor import PlanarUnbalance, PointMass, RigidBody, axisymmetric
 from autobalance.errors import JobError
 from autobalance.job.keys import FILLED, Key, Values, read_document
 from autobalance.job.reading_keys import (
@@ -123,7 +123,7 @@ class Machine:
     bearings_mm: Pair | None
     stiffness_g_s2: float
     report: Path | None
-    body: Body | None
+    body: RigidBody | None
     polar_g_mm2: float | None
     unbalances: tuple[PlanarUnbalance, ...]
     masses: tuple[PointMass, ...]
@@ -192,7 +192,7 @@ def _scaled(value: float | None, factor: float) -> float | None:
     return None if value is None else value * factor
 
 
-def _rotor(values: Values, folder: Path) -> tuple[Path | None, Body | None]:
+def _rotor(values: Values, folder: Path) -> tuple[Path | None, RigidBody | None]:
     rotor = values["rotor"]
     if rotor["report"] is not None:
         numbers = [

@@ -8,7 +8,7 @@ import numpy as np
 
 from autobalance.errors import FormatError
 from autobalance.signal.axes import Circles, circles
-from autobalance.signal.bearing import Bearing, Defect, Envelope, defects, envelope, liveliest_band
+from autobalance.signal.bearing import Defect, Envelope, RollingBearing, defects, envelope, liveliest_band
 from autobalance.signal.checks import aliasing_note, clipped_share, filled
 from autobalance.signal.crossings import Crossing, crossings
 from autobalance.signal.long_records import LONG, sines_of, thinned
@@ -44,7 +44,7 @@ class Question:
     natural: bool = False
     excitation: str | None = None
     frequencies_hz: tuple[float, ...] | None = None
-    bearing: Bearing | None = None
+    bearing: RollingBearing | None = None
     band_hz: tuple[float, float] | None = None
     axes: tuple[str, str] | None = None
 

@@ -17,7 +17,7 @@ FEWEST_TURNS = 4
 
 
 @dataclass(frozen=True)
-class Bearing:
+class RollingBearing:
     """A rolling bearing whose inner ring turns.
 
     Parameters
@@ -84,7 +84,7 @@ class Bearing:
 
         Examples
         --------
-        >>> {name: round(order, 4) for name, order in Bearing(9, 7.94004, 39.0398).orders().items()}
+        >>> {name: round(order, 4) for name, order in RollingBearing(9, 7.94004, 39.0398).orders().items()}
         {'bpfo': 3.5848, 'bpfi': 5.4152, 'ftf': 0.3983, 'bsf': 2.3567, 'ball_defect': 4.7134}
         """
         names = ("bpfo", "bpfi", "ftf", "bsf", "ball_defect")
@@ -158,7 +158,7 @@ def liveliest_band(channel: Channel) -> tuple[float, float]:
     return max(bands, key=peakedness)
 
 
-def defects(found: Envelope, turning: Turning, bearing: Bearing) -> list[Defect]:
+def defects(found: Envelope, turning: Turning, bearing: RollingBearing) -> list[Defect]:
     """Return what the envelope holds at each of a bearing's orders, by the shaft's angle.
 
     The envelope is read at even steps of angle, so that a speed that varies does not smear its lines. None

@@ -15,7 +15,8 @@ import numpy as np
 from autobalance.engine.whole_engine import Engine, Order
 
 if TYPE_CHECKING:
-    from autobalance.signal.bearing import Bearing  # which takes long to load, and every job names sources
+    # which takes long to load, and every job names sources
+    from autobalance.signal.bearing import RollingBearing
 
 SLIP = 0.02
 """Balls slide a little: a defect is looked for so far to each side of its kinematic order."""
@@ -41,7 +42,7 @@ class Source:
     slip: float = 0.0
 
 
-def bearing_sources(bearing: Bearing) -> list[Source]:
+def bearing_sources(bearing: RollingBearing) -> list[Source]:
     """Return what a bearing's defects would give, with their harmonics."""
     return [
         Source(times * order, f"bearing, {BEARING_NAMES[name]}" + (f" × {times}" if times > 1 else ""), SLIP)

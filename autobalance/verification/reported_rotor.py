@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 
 from autobalance.balancing import rotor_from_job
-from autobalance.dynamics.spun_rotor import Body
+from autobalance.dynamics.spun_rotor import RigidBody
 from autobalance.engine.balance_factor import bob_weight_moments
 from autobalance.errors import FormatError
 from autobalance.rigid_rotor.moments import Moments
@@ -28,7 +28,7 @@ class ReportedRotor:
     A pressed-up crank has its crankpins in when it is spun, so ``fit_g`` leaves them out where the file does.
     """
 
-    body: Body
+    body: RigidBody
     planes_mm: tuple[float, float] | None
     fit_g: tuple[float, ...]
     serial: str | None
@@ -63,12 +63,12 @@ def reported_rotor(path: Path) -> ReportedRotor:
     )
 
 
-def body_of(moments: Moments) -> Body:
+def body_of(moments: Moments) -> RigidBody:
     """Return moments about the rotor's origin as a body for a balancing machine."""
     unbalance = complex(*moments.first_g_mm[:2])
     about_centre = moments.second_g_mm2 - np.outer(moments.first_g_mm, moments.first_g_mm) / moments.mass_g
     across = float(about_centre[0, 0] + about_centre[1, 1])
-    return Body(
+    return RigidBody(
         moments.mass_g,
         float(moments.centre_mm[2]),
         unbalance,

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from autobalance.signal.analysis import uncertain_ratio
-from autobalance.signal.bearing import Bearing
+from autobalance.signal.bearing import RollingBearing
 from autobalance.signal.crossings import crossings
 from autobalance.signal.order_lines import order_lines
 from autobalance.signal.sines import find_sines
@@ -90,7 +90,7 @@ def test_ratios_of_two_configurations() -> None:
 def test_bearing_order_claim() -> None:
     """RU-14: eleven balls at half speed strike 2.2 and 3.3 times a turn; order 5.5 is unexplained by them."""
     given = inputs("RU-14")
-    bearing = Bearing(round(given["N"]), given["q"], 1.0, 0.0, given["f"])
+    bearing = RollingBearing(round(given["N"]), given["q"], 1.0, 0.0, given["f"])
     found = {"N_f": given["N"] * given["f"], "BPFO": bearing.bpfo, "BPFI": bearing.bpfi}
     check("RU-14", {**found, "sum": bearing.bpfo + bearing.bpfi})
     sources = bearing_sources(bearing)

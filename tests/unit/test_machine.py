@@ -13,7 +13,7 @@ from scipy.integrate import solve_ivp
 from autobalance.api.machine import machine
 from autobalance.dynamics.balancing_machine import free_displacement, node_mm, sprung_displacements
 from autobalance.dynamics.drilled_depth import DrillPlace, HoleDirection
-from autobalance.dynamics.spun_rotor import Body, PlanarUnbalance, PointMass, axisymmetric, spun_rotor
+from autobalance.dynamics.spun_rotor import PlanarUnbalance, PointMass, RigidBody, axisymmetric, spun_rotor
 from autobalance.dynamics.static_stand import roll_time_s, static_stand
 from autobalance.errors import JobError
 from autobalance.job.keys import json_schema
@@ -134,7 +134,7 @@ def test_node_of_a_plane_does_not_move() -> None:
     ],
 )
 def test_kinds_of_unbalance(parts: list[tuple[float, complex]], kind: str) -> None:
-    rotor = spun_rotor(Body(1000.0, 5.0), [PlanarUnbalance(z, u) for z, u in parts], [])
+    rotor = spun_rotor(RigidBody(1000.0, 5.0), [PlanarUnbalance(z, u) for z, u in parts], [])
     assert rotor.kind == kind
 
 
@@ -152,7 +152,7 @@ def test_tilt_of_the_principal_axis_is_half_the_angle_of_couple_over_inertias() 
     assert rotor.principal_axis_rad == pytest.approx(
         0.5 * math.atan2(2.0 * 50.0 * 300.0, 9e5 - 4e5), rel=1e-3
     )
-    assert spun_rotor(Body(1.0, 0.0), [], []).principal_axis_rad is None
+    assert spun_rotor(RigidBody(1.0, 0.0), [], []).principal_axis_rad is None
 
 
 def test_rotor_with_masses_does_not_depend_on_the_datum() -> None:
