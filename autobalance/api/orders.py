@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import field
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from autobalance.api.result import Plots, Values, VerbResult, report_head
 from autobalance.errors import FileError, FormatError
+from autobalance.frozen import frozen
 from autobalance.units import RAD_S_PER_RPM
 
 if TYPE_CHECKING:
@@ -26,7 +27,7 @@ Progress = Callable[[str, float], object]
 BEARING_KEYS = ("balls", "ball", "pitch", "contact", "speed")
 
 
-@dataclass(frozen=True, eq=False, repr=False)
+@frozen(eq=False)
 class OrdersResult(VerbResult):
     """What a record holds; with the analysis itself, for plots and the page."""
 

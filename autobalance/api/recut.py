@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import hashlib
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -13,6 +13,7 @@ from autobalance.api.balance import BalanceResult
 from autobalance.api.ending import Staged, Tell, staged_files
 from autobalance.api.progress import Progress, telling
 from autobalance.errors import FormatError, JobError
+from autobalance.frozen import frozen
 from autobalance.runtime import Stopwatch
 
 if TYPE_CHECKING:
@@ -24,7 +25,7 @@ MOST_STAGES = 10
 HISTORY = "history.html"
 
 
-@dataclass(frozen=True, eq=False, repr=False)
+@frozen(eq=False)
 class RecutResult(BalanceResult):
     """The end of a stage; ``stages`` of the report has all of them so far."""
 

@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import field
 from typing import TYPE_CHECKING, Any, Literal
+
+from autobalance.frozen import frozen
 
 if TYPE_CHECKING:  # ``inspect`` needs none of the planning and balancing that these load
     from autobalance.balancing.loop import Result
@@ -18,7 +20,7 @@ if TYPE_CHECKING:  # ``inspect`` needs none of the planning and balancing that t
     from autobalance.rigid_rotor.unbalance import Unbalance
 
 
-@dataclass(frozen=True)
+@frozen
 class InputFile:
     """The crank's file as it was read."""
 
@@ -30,7 +32,7 @@ class InputFile:
     repairs: tuple[str, ...]
 
 
-@dataclass(frozen=True)
+@frozen
 class FacetsNeeded:
     """How many times as many facets around a circle a grade needs, their chord height, and it in words."""
 
@@ -39,7 +41,7 @@ class FacetsNeeded:
     text: str
 
 
-@dataclass(frozen=True)
+@frozen
 class ChordalErrorEntry:
     """What the true surface holds more than the facets: mass, and the magnitude of the unbalance.
 
@@ -60,7 +62,7 @@ class ChordalErrorEntry:
     added: tuple[Moments, Moments] | None = None
 
 
-@dataclass(frozen=True, eq=False)
+@frozen(eq=False)
 class MeasuredCrank:
     """The crank before correction, in the rotor frame."""
 
@@ -70,7 +72,7 @@ class MeasuredCrank:
     facet_error: ChordalErrorEntry | None = None
 
 
-@dataclass(frozen=True)
+@frozen
 class Counterweight:
     """m_cw, r′ and their product before, wanted and after; for cranks of one throw."""
 
@@ -80,7 +82,7 @@ class Counterweight:
     final_g_mm: float
 
 
-@dataclass(frozen=True)
+@frozen
 class BobWeights:
     """Sums of the parts of one throw [g], and the bob-weight on each throw.
 
@@ -96,7 +98,7 @@ class BobWeights:
     tolerance_g: float
 
 
-@dataclass(frozen=True)
+@frozen
 class Factors:
     """The crank's balance factor before, wanted and after; None where its throws cancel each other out."""
 
@@ -105,7 +107,7 @@ class Factors:
     final: float | None
 
 
-@dataclass(frozen=True, eq=False)
+@frozen(eq=False)
 class FaceOffer:
     """A face that a correction can use: change of the unbalance per millimetre, and how deep it may go."""
 
@@ -114,7 +116,7 @@ class FaceOffer:
     max_depth_mm: float | None
 
 
-@dataclass(frozen=True, eq=False)
+@frozen(eq=False)
 class Overbalance:
     """Unbalance left on purpose for final drilling, and where the last holes belong; not cut yet.
 
@@ -128,7 +130,7 @@ class Overbalance:
     reason: str | None
 
 
-@dataclass(frozen=True, eq=False)
+@frozen(eq=False)
 class Forces:
     """What shakes the engine before and after, at top speed; without a rod length the first order only."""
 
@@ -137,7 +139,7 @@ class Forces:
     all_orders: bool
 
 
-@dataclass(frozen=True, eq=False)
+@frozen(eq=False)
 class Balanced:
     """What only a balancing run knows.
 
@@ -158,7 +160,7 @@ class Balanced:
     assembly: tuple[AssemblyStage, ...] = ()
 
 
-@dataclass(frozen=True, eq=False)
+@frozen(eq=False)
 class TrueSurfaces:
     """Faces of a solid by kind, and what they hold more than triangles laid over them."""
 
@@ -166,7 +168,7 @@ class TrueSurfaces:
     hidden: Moments
 
 
-@dataclass(frozen=True, eq=False)
+@frozen(eq=False)
 class Record:
     """Everything that a report is written from.
 

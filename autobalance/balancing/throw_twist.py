@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
@@ -17,6 +16,7 @@ from autobalance.fem_analysis.analysis import COARSENING
 from autobalance.fem_analysis.elasticity import Material
 from autobalance.fem_analysis.mesher import default_size_mm, need_libraries
 from autobalance.fem_analysis.twist import TwistStiffness, twist_stiffness
+from autobalance.frozen import frozen
 from autobalance.solid.csg.solid import Solid
 
 COARSER = 1.5
@@ -29,7 +29,7 @@ Array = NDArray[np.float64]
 Progress = Callable[[str, float], object]
 
 
-@dataclass(frozen=True)
+@frozen
 class ThrowTwist:
     """A throw's stiffness, or why it has none of its own."""
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 
@@ -23,9 +23,10 @@ from autobalance.bearings.orbit import Orbits, film_orbits
 from autobalance.bearings.reynolds import reynolds
 from autobalance.bearings.short_bearing import ocvirk
 from autobalance.bearings.unit_film import CONTACT, FilmModel
+from autobalance.frozen import frozen
 
 
-@dataclass(frozen=True)
+@frozen
 class Friction:
     """Friction at one speed; None where a number does not apply."""
 
@@ -39,7 +40,7 @@ class Friction:
     small_angle_N_m: float | None = None
 
 
-@dataclass(frozen=True)
+@frozen
 class LoadMeans:
     """Means of a constant and a turning load [N]."""
 
@@ -49,7 +50,7 @@ class LoadMeans:
     f_m: float | None
 
 
-@dataclass(frozen=True)
+@frozen
 class PlateFilm:
     """Stiffness and damping of a squeeze film."""
 
@@ -58,7 +59,7 @@ class PlateFilm:
     damping_N_s_m: float
 
 
-@dataclass(frozen=True)
+@frozen
 class PetroffFilm:
     """What Petroff's formula was given, and what follows from it alone."""
 
@@ -69,7 +70,7 @@ class PetroffFilm:
     least_film_m: float
 
 
-@dataclass(frozen=True, eq=False)
+@frozen(eq=False)
 class State:
     """A bearing at one speed."""
 
@@ -87,7 +88,7 @@ class State:
     contact: bool = False
 
 
-@dataclass(frozen=True, eq=False)
+@frozen(eq=False)
 class Analysis:
     """A bearing at every speed asked for; the orbit is at the first."""
 

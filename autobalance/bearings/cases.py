@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from typing import Literal
 
 from autobalance.bearings.film import JournalBearing
@@ -11,11 +10,12 @@ from autobalance.bearings.loads import Array
 from autobalance.bearings.oil import Oil
 from autobalance.bearings.reynolds import Boundary
 from autobalance.bearings.rolling import RollingBearing
+from autobalance.frozen import frozen
 
 Solver = Literal["ocvirk", "reynolds", "petroff"]
 
 
-@dataclass(frozen=True)
+@frozen
 class Lubricant:
     """Viscosity as given, or an oil at a temperature, or an oil at the temperature that its heat makes."""
 
@@ -58,7 +58,7 @@ class Lubricant:
         return self.viscosity_Pa_s
 
 
-@dataclass(frozen=True)
+@frozen
 class DryCase:
     """A dry journal with a coefficient of friction or a measured torque."""
 
@@ -69,7 +69,7 @@ class DryCase:
     torque_N_m: float | None
 
 
-@dataclass(frozen=True, eq=False)
+@frozen(eq=False)
 class History:
     """Force of the journal on the bush (n, 2) [N] over equal steps of the angle (n,) of one cycle [rad]."""
 
@@ -78,7 +78,7 @@ class History:
     bush_speed_rad_s: float = 0.0
 
 
-@dataclass(frozen=True, eq=False)
+@frozen(eq=False)
 class PlainCase:
     """A plain bearing with an oil film under a load, at an eccentricity, or under loads by angle."""
 
@@ -93,7 +93,7 @@ class PlainCase:
     history: History | None
 
 
-@dataclass(frozen=True)
+@frozen
 class RollingCase:
     """Rolling bearings alike, each with a radial load."""
 
@@ -103,7 +103,7 @@ class RollingCase:
     count: int
 
 
-@dataclass(frozen=True)
+@frozen
 class PlatesCase:
     """Flat plates that squeeze a film."""
 

@@ -6,14 +6,15 @@ Both are empirical: their constants carry mm, N, 1/min and mm²/s and give N·mm
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+
+from autobalance.frozen import frozen
 
 N_M_PER_N_MM = 1e-3
 STARVED_BELOW = 2000.0
 """ν n [mm²/s · 1/min] under which the load-free part no longer falls with the speed."""
 
 
-@dataclass(frozen=True)
+@frozen
 class Palmgren:
     """Constants of Palmgren's model: f0 by kind of bearing and lubrication, f1 by kind and load."""
 
@@ -21,7 +22,7 @@ class Palmgren:
     f1: float = 0.0
 
 
-@dataclass(frozen=True)
+@frozen
 class FourSources:
     """Constants of the model of rolling, sliding, seal and drag friction, as a catalogue gives them.
 
@@ -41,7 +42,7 @@ class FourSources:
     drag_N_mm: float = 0.0
 
 
-@dataclass(frozen=True)
+@frozen
 class PalmgrenParts:
     """Moment of one bearing by its origin."""
 
@@ -54,7 +55,7 @@ class PalmgrenParts:
         return self.load_free_N_m + self.load_N_m
 
 
-@dataclass(frozen=True)
+@frozen
 class FourParts:
     """Moment of one bearing by its origin."""
 
@@ -69,7 +70,7 @@ class FourParts:
         return self.rolling_N_m + self.sliding_N_m + self.seal_N_m + self.drag_N_m
 
 
-@dataclass(frozen=True)
+@frozen
 class RollingBearing:
     """A rolling bearing: its mean diameter (d + D)/2 and the constants of a model."""
 

@@ -37,6 +37,7 @@ from autobalance.correction.room import Room, blocks, keep_apart, sector_corners
 from autobalance.correction.trace import PocketTrace, Trace
 from autobalance.crank.anatomy import Face
 from autobalance.errors import CorrectionError
+from autobalance.frozen import frozen
 from autobalance.graphics.words import degrees, number
 from autobalance.rigid_rotor.moments import Moments
 from autobalance.solid.csg.shape import Prism
@@ -90,7 +91,7 @@ class MillLimits(Limits):
         refuse_sectors("mill", self.sectors_deg)
 
 
-@dataclass(frozen=True, eq=False)
+@frozen(eq=False)
 class Cheek:
     """A plane cheek: ``up`` is ±1 along the axis, ``free`` where pockets down to ``deepest_mm`` may lie."""
 
@@ -108,7 +109,7 @@ class Cheek:
         return min(ends), max(ends)
 
 
-@dataclass(frozen=True, eq=False)
+@frozen(eq=False)
 class MillCut(WalledCut):
     """One pocket that may be milled (a `Cut`)."""
 

@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
 from typing import Any
 
+from autobalance.frozen import frozen
 
-@dataclass(frozen=True)
+
+@frozen
 class MoreCuts:
     """A count of limits that may rise: its key, what it is now, and what to say of ``more``."""
 
@@ -16,7 +17,7 @@ class MoreCuts:
     say: Callable[[int], str]
 
 
-@dataclass(frozen=True)
+@frozen
 class WiderLimits:
     """Limits that may widen: fields to replace for a share 0 to 1 of the widest, and what to say of them."""
 
@@ -24,7 +25,7 @@ class WiderLimits:
     say: Callable[[dict[str, float]], str]
 
 
-@dataclass(frozen=True)
+@frozen
 class Otherwise:
     """Limits that may be chosen otherwise: fields to replace, and what to say of it."""
 

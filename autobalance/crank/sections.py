@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from functools import cached_property
 from itertools import groupby, pairwise
 from typing import Literal
@@ -12,6 +12,7 @@ import numpy as np
 
 from autobalance.crank.anatomy import Anatomy, Array, Pin, Web
 from autobalance.crank.recognition.section_stack import rotated
+from autobalance.frozen import frozen
 from autobalance.rigid_rotor.moments import Moments
 from autobalance.solid.csg.solid import Solid
 from autobalance.solid.mesh.mesh import Mesh
@@ -29,7 +30,7 @@ LEAST_SHARE = 1e-9
 """A part with less than this share of the crank's mass is rounding."""
 
 
-@dataclass(frozen=True, eq=False)
+@frozen(eq=False)
 class Section:
     """One part of a crank: its ``number`` is the journal's, the throw's or the web's; of shaft: 1, 2, ..."""
 
@@ -87,7 +88,7 @@ def sections(solid: Solid, anatomy: Anatomy, density_g_mm3: float) -> tuple[Sect
     return tuple(sorted(found, key=lambda part: float(part.moments.centre_mm[2])))
 
 
-@dataclass(frozen=True)
+@frozen
 class WebWeight:
     """m_cw, r′ and m_cw·r′ of a web with its counterweight, or of all of them (``web`` None).
 
@@ -133,7 +134,7 @@ def counterweight_moments(solid: Solid, anatomy: Anatomy, density_g_mm3: float) 
     return total
 
 
-@dataclass(frozen=True, eq=False)
+@frozen(eq=False)
 class _Span:
     """A stretch of the axis and whose metal is there; a web's shoulder may stand around a journal."""
 
@@ -145,7 +146,7 @@ class _Span:
     web: Web | None = None
 
 
-@dataclass(frozen=True, eq=False)
+@frozen(eq=False)
 class _Cutter:
     """A crank in the rotor frame, ready to be measured in stretches."""
 

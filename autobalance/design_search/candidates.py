@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -11,12 +11,13 @@ from numpy.typing import NDArray
 from autobalance.design_search.envelope import violation
 from autobalance.design_search.problem import STRESS, Problem
 from autobalance.design_search.strength_model import Analysed, StrengthModel
+from autobalance.frozen import frozen
 from autobalance.rigid_rotor.moments import Moments
 
 Array = NDArray[np.float64]
 
 
-@dataclass(frozen=True, eq=False)
+@frozen(eq=False)
 class Candidate:
     """A judged design: variables (v,) with the balance met, objectives (k,) to be least, and violation.
 
@@ -29,7 +30,7 @@ class Candidate:
     by_geometry: float
 
 
-@dataclass(frozen=True, eq=False)
+@frozen(eq=False)
 class Found:
     """What a search has found: every design it looked at, judged by all that is known at its end.
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 from autobalance.design_search.candidates import Candidate, Found, front, least_violated, spread_over
 from autobalance.design_search.envelope import violation
@@ -11,12 +11,13 @@ from autobalance.design_search.refine import refined
 from autobalance.design_search.strength_model import Analysed
 from autobalance.design_search.written import WrittenDesign, written
 from autobalance.errors import SolidError
+from autobalance.frozen import frozen
 
 TRIED_MOST = 20
 """Designs that are written to find those that keep everything when measured."""
 
 
-@dataclass(frozen=True, eq=False)
+@frozen(eq=False)
 class Chosen:
     """Designs to be written.
 

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
@@ -21,6 +20,7 @@ from autobalance.design_search.neighbours import (
     least_clearance,
 )
 from autobalance.errors import JobError
+from autobalance.frozen import frozen
 from autobalance.job.design import DesignJob, Envelope
 
 Array = NDArray[np.float64]
@@ -32,7 +32,7 @@ FACING = -0.7
 NO_LIMIT_MM = 1e6
 
 
-@dataclass(frozen=True)
+@frozen
 class Constraint:
     """Something kept or broken: ``margin`` is negative by how much it is broken, in ``unit``."""
 
@@ -46,7 +46,7 @@ class Constraint:
     at_deg: float | None = None
 
 
-@dataclass(frozen=True, eq=False)
+@frozen(eq=False)
 class Amounts:
     """A design as numbers: control radii (n,) of each part and their thickness (None: as it was)."""
 

@@ -6,11 +6,10 @@ rotor; the argument is the angle at which they stand in the rotor frame.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 import numpy as np
 
 from autobalance.dynamics.spun_rotor import SpunRotor
+from autobalance.frozen import frozen
 
 
 def support_forces(
@@ -86,7 +85,7 @@ def node_mm(rotor: SpunRotor, plane_mm: float) -> float:
     return rotor.z_mm - rotor.transverse_g_mm2 / (rotor.mass_g * lever)
 
 
-@dataclass(frozen=True)
+@frozen
 class Noise:
     """Standard deviations of what a machine reads in a plane: of x and y, of the gain, of the angle."""
 

@@ -3,15 +3,16 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
 from typing import Literal
 
 from scipy.optimize import brentq
 
+from autobalance.frozen import frozen
+
 HoleDirection = Literal["radial", "axial"]
 
 
-@dataclass(frozen=True)
+@frozen
 class DrillPlace:
     """A drill at a radius: into a flat rim towards the axis, or along the axis."""
 

@@ -9,10 +9,11 @@ from __future__ import annotations
 import math
 from bisect import bisect_right
 from collections.abc import Callable
-from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
+
+from autobalance.frozen import frozen
 
 Array = NDArray[np.float64]
 
@@ -26,7 +27,7 @@ AT_LIMIT = 1e-9
 STANDING_RAD_S = 1e-12
 
 
-@dataclass(frozen=True)
+@frozen
 class SpeedControl:
     """T = kp e + ki ∫e dt with e the speed wanted less the speed, |T| at most the limit, late by the delay.
 
@@ -39,7 +40,7 @@ class SpeedControl:
     delay_s: float = 0.0
 
 
-@dataclass(frozen=True)
+@frozen
 class LoopMargin:
     """How far the loop (kp + ki/s) e^(−s delay)/(J s) is from instability."""
 
@@ -68,7 +69,7 @@ def loop_margin(control: SpeedControl, inertia_kg_m2: float) -> LoopMargin:
     return LoopMargin(lead - crossover * control.delay_s, crossover)
 
 
-@dataclass(frozen=True, eq=False)
+@frozen(eq=False)
 class Trace:
     """A run from rest, all (n,): speeds [rad/s], torque on the rotor, friction against it, ∫T dt [N·m·s]."""
 

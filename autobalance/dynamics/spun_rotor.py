@@ -7,11 +7,12 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
 from typing import Literal
 
 import numpy as np
 from numpy.typing import NDArray
+
+from autobalance.frozen import frozen
 
 Array = NDArray[np.float64]
 UnbalanceKind = Literal["balanced", "static", "couple", "quasi_static", "dynamic"]
@@ -20,7 +21,7 @@ NEGLIGIBLE = 1e-9
 """Of the sum of the parts' sizes: what is left of parts that cancel."""
 
 
-@dataclass(frozen=True)
+@frozen
 class PlanarUnbalance:
     """An unbalance [g·mm], complex, in a plane at z; it has no mass of its own."""
 
@@ -28,7 +29,7 @@ class PlanarUnbalance:
     unbalance_g_mm: complex
 
 
-@dataclass(frozen=True)
+@frozen
 class PointMass:
     """A mass [g] at a place, x + i y [mm] across the axis."""
 
@@ -37,7 +38,7 @@ class PointMass:
     z_mm: float
 
 
-@dataclass(frozen=True, eq=False)
+@frozen(eq=False)
 class RigidBody:
     """A rotor without what comes on top.
 
@@ -65,7 +66,7 @@ def axisymmetric(
     )
 
 
-@dataclass(frozen=True, eq=False)
+@frozen(eq=False)
 class SpunRotor:
     """A rotor with all that is on it.
 

@@ -6,8 +6,9 @@ Vectors across the axis are complex, x + i y.
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
 from typing import Literal
+
+from autobalance.frozen import frozen
 
 KeyShare = Literal["none", "half", "full"]
 
@@ -17,7 +18,7 @@ CRANK = "crank"
 """The shaft that starts from the crank's own residual."""
 
 
-@dataclass(frozen=True)
+@frozen
 class ShaftKey:
     """A key between shaft and part, and how much of it each of them was balanced with."""
 
@@ -40,7 +41,7 @@ class ShaftKey:
         return self.mass_g * self.offset_mm * (1.0 - SHARES[self.shaft] - SHARES[self.part])
 
 
-@dataclass(frozen=True)
+@frozen
 class Part:
     """A part as it is fitted: its own unbalance about its bore, and how far the bore is off the axis.
 
@@ -61,7 +62,7 @@ class Part:
     speed_ratio: float = 1.0
 
 
-@dataclass(frozen=True)
+@frozen
 class ShaftState:
     """A shaft so far: mass, unbalance and its moment about z = 0."""
 
@@ -70,7 +71,7 @@ class ShaftState:
     moment_g_mm2: complex
 
 
-@dataclass(frozen=True)
+@frozen
 class Taken:
     """What is taken out in a plane, at its heavy side."""
 
@@ -78,7 +79,7 @@ class Taken:
     unbalance_g_mm: complex
 
 
-@dataclass(frozen=True)
+@frozen
 class AssemblyStage:
     """A part put on: what it adds, the sum before the correction, and what that leaves."""
 

@@ -3,14 +3,15 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
 
 from scipy.integrate import quad
+
+from autobalance.frozen import frozen
 
 STANDARD_GRAVITY_MM_S2 = 9806.65
 
 
-@dataclass(frozen=True)
+@frozen
 class StaticStand:
     """How a rotor behaves on the stand; None where it does not move, or does not get there."""
 

@@ -3,15 +3,16 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import Literal
 
+from autobalance.frozen import frozen
 from autobalance.units import G_PER_MM3_PER_KG_M3
 
 Size = Literal["outer_radius_mm", "thickness_mm", "fan_angle_rad"]
 
 
-@dataclass(frozen=True)
+@frozen
 class FanCounterweight:
     """A sector of an annulus about the crank axis.
 

@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from autobalance.frozen import frozen
 
 
-@dataclass(frozen=True)
+@frozen
 class Grade:
     """A balance quality grade G [mm/s] and the crank drives it is given for."""
 

@@ -4,10 +4,11 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable
-from dataclasses import dataclass
+
+from autobalance.frozen import frozen
 
 
-@dataclass(frozen=True)
+@frozen
 class Parts:
     """Sums of the named parts of one throw.
 
@@ -61,7 +62,7 @@ class Parts:
         return self.rods * self.reciprocating_g
 
 
-@dataclass(frozen=True)
+@frozen
 class ThrowLoad:
     """The parts on one throw and where their crankpin stands in the rotor frame.
 

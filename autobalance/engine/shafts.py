@@ -10,12 +10,13 @@ from __future__ import annotations
 import cmath
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 
 from autobalance.engine.slider_crank import Complex, harmonic
 from autobalance.engine.whole_engine import Order
+from autobalance.frozen import frozen
 from autobalance.rigid_rotor.moments import Array
 from autobalance.units import N_M_PER_G_MM2_S2, N_PER_G_MM_S2
 
@@ -23,7 +24,7 @@ LEAST_CIRCLE = 1e-9
 """A rotating part below this share of the other is rounding."""
 
 
-@dataclass(frozen=True)
+@frozen
 class BalanceShaft:
     """A shaft with an unbalance, geared to the crank.
 
@@ -208,7 +209,7 @@ def orders_with_shafts(
     return found
 
 
-@dataclass(frozen=True)
+@frozen
 class CoupleShaft:
     """A shaft with two like unbalances opposite to each other, so that it makes a couple and no force.
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, field
+from dataclasses import field
 from pathlib import Path
 from typing import Literal
 
@@ -20,6 +20,7 @@ from autobalance.fem_analysis.mesher import (
 )
 from autobalance.fem_analysis.modes import Kind, modes_of
 from autobalance.fem_analysis.statics import Hold, Load, StaticResult, held_dofs, static_analysis
+from autobalance.frozen import frozen
 
 Array = NDArray[np.float64]
 Progress = Callable[[str, float], object]
@@ -30,7 +31,7 @@ COARSENING = (2.0, 1.4, 1.0)
 """Sizes of the meshes over that of the last."""
 
 
-@dataclass(frozen=True, eq=False)
+@frozen(eq=False)
 class Question:
     """What to find of a solid.
 
@@ -55,7 +56,7 @@ class Question:
     loads: Sequence[Load] = field(default=())
 
 
-@dataclass(frozen=True)
+@frozen
 class Level:
     """One mesh of the series and what was found on it."""
 
@@ -67,7 +68,7 @@ class Level:
     """Frequencies [Hz], or the greatest principal and von Mises' stress [MPa]."""
 
 
-@dataclass(frozen=True)
+@frozen
 class FoundMode:
     """A mode on the last mesh."""
 
@@ -76,7 +77,7 @@ class FoundMode:
     kind: Kind
 
 
-@dataclass(frozen=True, eq=False)
+@frozen(eq=False)
 class Stress:
     """The greatest stress on the last mesh."""
 
@@ -88,7 +89,7 @@ class Stress:
     reactions_N: tuple[float, float, float]
 
 
-@dataclass(frozen=True, eq=False)
+@frozen(eq=False)
 class Answer:
     """What an analysis found: the meshes, and modes or stress of the last."""
 
@@ -126,7 +127,7 @@ def analysed(question: Question, progress: Progress = lambda _words, _share: Non
     return Answer(tuple(levels), modes=tuple(modes))
 
 
-@dataclass(frozen=True, eq=False)
+@frozen(eq=False)
 class _Found:
     """What one mesh told."""
 

@@ -5,12 +5,13 @@ from __future__ import annotations
 import cmath
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import field
 from pathlib import Path
 from typing import Any
 
 from autobalance.dynamics.staged_assembly import CRANK, KeyShare, ShaftKey
 from autobalance.errors import JobError
+from autobalance.frozen import frozen
 from autobalance.job.keys import Key, Values, read
 from autobalance.job.model import LengthUnit
 from autobalance.job.table import ANY, NOT_NEGATIVE, POSITIVE, Table
@@ -47,7 +48,7 @@ ASSEMBLY = Key(
 )
 
 
-@dataclass(frozen=True)
+@frozen
 class PartSolid:
     """The solid of a part."""
 
@@ -57,7 +58,7 @@ class PartSolid:
     turn_rad: float
 
 
-@dataclass(frozen=True, eq=False)
+@frozen(eq=False)
 class AssemblyEntry:
     """A part of the assembly; its own mass and unbalance, or its ``solid`` to measure them on."""
 

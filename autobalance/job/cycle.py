@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import field
 from typing import Any, Literal
 
 from autobalance.engine.cycle.cylinder import Strokes
@@ -12,6 +12,7 @@ from autobalance.engine.cycle.friction import NO_FRICTION, Friction
 from autobalance.engine.cycle.pendulum import Path as PendulumPath
 from autobalance.engine.cycle.pendulum import Pendulum
 from autobalance.errors import JobError
+from autobalance.frozen import frozen
 from autobalance.job.layout import G_MM2_PER_KG_MM2
 from autobalance.job.table import ANY, COUNTED, NOT_NEGATIVE, POSITIVE, SHARE, Rule, Table
 from autobalance.units import BAR_PER_MPA, N_M_PER_N_MM
@@ -74,7 +75,7 @@ FILM_KEYS = (
 ChenFlynn = tuple[float, float, float, float]
 
 
-@dataclass(frozen=True)
+@frozen
 class CylinderGas:
     """What happens in one cylinder; pressures in MPa, heat in N·mm, angles after firing top dead centre."""
 
@@ -97,7 +98,7 @@ class CylinderGas:
     exhaust_opens_rad: float | None
 
 
-@dataclass(frozen=True)
+@frozen
 class TraceFile:
     """A measured pressure: its file as the job names it, and what is done to it."""
 
@@ -107,7 +108,7 @@ class TraceFile:
     smooth_rad: float
 
 
-@dataclass(frozen=True)
+@frozen
 class Absorber:
     """A pendulum, how far it may swing, and the share of its order's torque that it is to take."""
 
@@ -116,7 +117,7 @@ class Absorber:
     reduction: float
 
 
-@dataclass(frozen=True)
+@frozen
 class Film:
     """Oil films: viscosity [Pa·s], radial clearances and lengths [mm]; None: as long as the pins are wide."""
 
@@ -127,7 +128,7 @@ class Film:
     crankpin_length_mm: float | None
 
 
-@dataclass(frozen=True, eq=False)
+@frozen(eq=False)
 class Cycle:
     """The ``[cycle]`` table of a job, checked; ``values`` are its keys with the defaults filled in."""
 

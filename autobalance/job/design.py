@@ -4,11 +4,12 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import field
 from pathlib import Path
 from typing import Any, Literal
 
 from autobalance.errors import JobError
+from autobalance.frozen import frozen
 from autobalance.job.model import Job
 from autobalance.job.read import TOP_KEYS, parse, tables_of
 from autobalance.job.table import ANY, COUNTED, NOT_NEGATIVE, POSITIVE, Rule, Table
@@ -27,7 +28,7 @@ OWN_TABLES = ("counterweight", "drilling", "target", "envelope", "fem", "search"
 START_TABLES = ("crankshaft", "engine", "original", "balance", "cycle")
 
 
-@dataclass(frozen=True)
+@frozen
 class Hole:
     """A lightening hole through free metal, in the web's own axes from its crankpin."""
 
@@ -35,7 +36,7 @@ class Hole:
     diameter_mm: float
 
 
-@dataclass(frozen=True)
+@frozen
 class Drilling:
     """An oil drilling that is kept open through free metal, rotor frame."""
 
@@ -44,7 +45,7 @@ class Drilling:
     diameter_mm: float
 
 
-@dataclass(frozen=True)
+@frozen
 class FreePart:
     """A ``[[counterweight]]``: the metal of some webs in a sector, beyond a radius."""
 
@@ -66,7 +67,7 @@ class FreePart:
     holes: tuple[Hole, ...] = ()
 
 
-@dataclass(frozen=True)
+@frozen
 class PistonRoom:
     """The skirt of a throw's piston."""
 
@@ -76,7 +77,7 @@ class PistonRoom:
     z_mm: Pair
 
 
-@dataclass(frozen=True)
+@frozen
 class RodRoom:
     """A throw's connecting rod."""
 
@@ -86,7 +87,7 @@ class RodRoom:
     z_mm: Pair
 
 
-@dataclass(frozen=True)
+@frozen
 class ShaftRoom:
     """Another shaft; ``outline_mm`` is None where it is round."""
 
@@ -98,7 +99,7 @@ class ShaftRoom:
     z_mm: Pair
 
 
-@dataclass(frozen=True)
+@frozen
 class Envelope:
     """What free metal must keep to."""
 
@@ -110,7 +111,7 @@ class Envelope:
     shafts: tuple[ShaftRoom, ...] = ()
 
 
-@dataclass(frozen=True)
+@frozen
 class FemLimits:
     """What finite elements must find of a design, and how many designs they are asked of in the search."""
 
@@ -120,7 +121,7 @@ class FemLimits:
     analyses: int = DEFAULT_ANALYSES
 
 
-@dataclass(frozen=True)
+@frozen
 class SearchOptions:
     """How designs are searched."""
 
@@ -133,7 +134,7 @@ class SearchOptions:
     designs: int = 10
 
 
-@dataclass(frozen=True, eq=False)
+@frozen(eq=False)
 class DesignJob:
     """A DESIGN.toml as read: the start as a job, and everything else."""
 

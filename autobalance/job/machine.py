@@ -5,7 +5,7 @@ from __future__ import annotations
 import cmath
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from pathlib import Path
 from typing import Any, Literal
 
@@ -13,6 +13,7 @@ from autobalance.dynamics.balancing_machine import Noise
 from autobalance.dynamics.drilled_depth import DrillPlace, HoleDirection
 from autobalance.dynamics.spun_rotor import PlanarUnbalance, PointMass, RigidBody, axisymmetric
 from autobalance.errors import JobError
+from autobalance.frozen import frozen
 from autobalance.job.keys import FILLED, Key, Values, read_document
 from autobalance.job.reading_keys import (
     READS,
@@ -96,7 +97,7 @@ MACHINE_KEYS = (
 )
 
 
-@dataclass(frozen=True)
+@frozen
 class Stand:
     """The static stand."""
 
@@ -105,7 +106,7 @@ class Stand:
     start_rad: float
 
 
-@dataclass(frozen=True, eq=False)
+@frozen(eq=False)
 class Machine:
     """The file in mm, g, s, rad.
 

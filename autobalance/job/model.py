@@ -4,13 +4,14 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import field
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal
 
 from autobalance.correction import Limits
 from autobalance.correction.kind import Prefer
 from autobalance.crank.anatomy import Overrides
+from autobalance.frozen import frozen
 from autobalance.rigid_rotor.margin import Margin
 from autobalance.rigid_rotor.tolerance import Judge
 
@@ -25,7 +26,7 @@ Distribution = Literal["normal", "rectangular"]
 Sampling = Literal["random", "latin_hypercube"]
 
 
-@dataclass(frozen=True, eq=False)
+@frozen(eq=False)
 class Crankshaft:
     """The file and what has to be known to read it as a crank.
 
@@ -47,7 +48,7 @@ class Crankshaft:
         return self.overrides.crankpin_in_file is not False
 
 
-@dataclass(frozen=True)
+@frozen
 class StudyOptions:
     """How ``study`` reads a ±, and what else is uncertain about a crank that is made.
 
@@ -64,7 +65,7 @@ class StudyOptions:
     measurement: bool = False
 
 
-@dataclass(frozen=True)
+@frozen
 class Weight:
     """A mass on the scale, and by how much it may be off [g].
 
@@ -76,7 +77,7 @@ class Weight:
     distribution: Distribution | None = None
 
 
-@dataclass(frozen=True)
+@frozen
 class PartWeights:
     """The parts of one throw: of one connecting rod twice, then what belongs to the crankpin itself."""
 
@@ -93,7 +94,7 @@ class PartWeights:
         )
 
 
-@dataclass(frozen=True)
+@frozen
 class ThrowParts:
     """What hangs on one throw."""
 
@@ -101,7 +102,7 @@ class ThrowParts:
     weights: PartWeights
 
 
-@dataclass(frozen=True)
+@frozen
 class Attached:
     """A part that turns with the crank and is out of balance, at a place on the axis (rotor frame).
 
@@ -115,7 +116,7 @@ class Attached:
     pm_g_mm: float = 0.0
 
 
-@dataclass(frozen=True)
+@frozen
 class CylinderLayout:
     """How the cylinders stand about the crank; for forces and shafts.
 
@@ -133,7 +134,7 @@ class CylinderLayout:
         return self.bank_by_throw.get(number, self.bank_rad)
 
 
-@dataclass(frozen=True)
+@frozen
 class RodOnScales:
     """What a bare connecting rod weighs on two scales, and its inertia about its centre of mass.
 
@@ -146,7 +147,7 @@ class RodOnScales:
     solid: Mapping[str, Any] = field(default_factory=dict)
 
 
-@dataclass(frozen=True)
+@frozen
 class Bolted:
     """A weight on a balance shaft, drawn and, where it was, weighed."""
 
@@ -156,7 +157,7 @@ class Bolted:
     weighed_g: float | None = None
 
 
-@dataclass(frozen=True)
+@frozen
 class BalanceShaftEntry:
     """A balance shaft; its product is given, or the sum of its bolted weights'.
 
@@ -172,7 +173,7 @@ class BalanceShaftEntry:
     z_mm: float | None = None
 
 
-@dataclass(frozen=True)
+@frozen
 class EngineParts:
     """Weights on the throws: those of every throw, and of the throws that differ, by their number."""
 
@@ -189,7 +190,7 @@ class EngineParts:
         return self.by_throw.get(number, self.default)
 
 
-@dataclass(frozen=True)
+@frozen
 class Balance:
     """What is asked of the balanced crank; ``factor`` None stands for the original one.
 
@@ -209,7 +210,7 @@ class Balance:
     facet_correction: bool = False
 
 
-@dataclass(frozen=True, eq=False)
+@frozen(eq=False)
 class Job:
     """A job file as read and checked.
 

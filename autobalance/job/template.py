@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import field
 from typing import Any
 
+from autobalance.frozen import frozen
 from autobalance.job.toml_text import toml_value
 from autobalance.job.typed_units import FILL_IN
 from autobalance.job.workbook import Row
@@ -13,7 +14,7 @@ from autobalance.job.workbook import Row
 WIDTH = 108
 
 
-@dataclass(frozen=True)
+@frozen
 class OtherParts:
     """The other bodies of an assembly with the crank, as tables that say where a part's solid is.
 
@@ -39,7 +40,7 @@ class OtherParts:
     alike: int = 0
 
 
-@dataclass(frozen=True)
+@frozen
 class Found:
     """What recognition found, as keys and values of a job.
 

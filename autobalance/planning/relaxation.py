@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import Any
 
 from autobalance import correction
@@ -11,6 +11,7 @@ from autobalance.correction import Limits
 from autobalance.correction.kind import Cut, Kind, Offer, Workpiece
 from autobalance.correction.relaxing import MoreCuts, Relaxing, WiderLimits
 from autobalance.errors import CorrectionError
+from autobalance.frozen import frozen
 from autobalance.planning.depths import Plan
 from autobalance.planning.milp import least_share
 from autobalance.planning.whole_cuts import choose
@@ -24,7 +25,7 @@ TRIED = 3
 """Relaxations named, at most."""
 
 
-@dataclass(frozen=True)
+@frozen
 class Change:
     """A key of the job by its dotted name, what it is now (None: the job has no such table) and would be."""
 
@@ -33,7 +34,7 @@ class Change:
     proposed: Any
 
 
-@dataclass(frozen=True)
+@frozen
 class Relaxation:
     """Changes of the job that together make the tolerance reachable.
 
@@ -57,7 +58,7 @@ class Relaxation:
     tried: bool = True
 
 
-@dataclass(frozen=True, eq=False)
+@frozen(eq=False)
 class Attempt:
     """What a plan that fell short was made from; ``asked`` are all of the job's limits, placed or not."""
 

@@ -3,16 +3,17 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import Final, Literal
 
+from autobalance.frozen import frozen
 from autobalance.graphics.words import number
 from autobalance.units import G_MM_PER_OZ_IN, G_PER_OZ, MM_PER
 
 UnitSystem = Literal["metric", "inch"]
 
 
-@dataclass(frozen=True)
+@frozen
 class DisplayUnits:
     """Names of units, what one of each holds, and with how many decimals each is written."""
 

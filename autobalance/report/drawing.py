@@ -4,11 +4,12 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import field, replace
 from typing import Any
 
 import numpy as np
 
+from autobalance.frozen import frozen
 from autobalance.report import kinds
 from autobalance.report.metal import Piece
 from autobalance.solid.csg.solid import Polygons, Region, Solid
@@ -23,7 +24,7 @@ BELOW = 0.1
 """How far half a section reaches beyond the axis, as a share of its height."""
 
 
-@dataclass(frozen=True, eq=False)
+@frozen(eq=False)
 class SectionDrawing:
     """A section along the axis, in the plane that holds the axis and an angle: (z, r) outlines."""
 
@@ -32,7 +33,7 @@ class SectionDrawing:
     cuts: Mapping[int, Polygons] = field(default_factory=dict)
 
 
-@dataclass(frozen=True, eq=False)
+@frozen(eq=False)
 class WebDrawing:
     """A web seen along the axis: outlines (k, 2) in (x, y), the shadows of the metal cut, a section."""
 
@@ -42,7 +43,7 @@ class WebDrawing:
     section: SectionDrawing | None = None
 
 
-@dataclass(frozen=True, eq=False)
+@frozen(eq=False)
 class Drawings:
     """Everything the sheet draws: the webs that are cut, and a section along the axis, (z, x) outlines."""
 

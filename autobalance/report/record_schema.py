@@ -10,7 +10,6 @@ from __future__ import annotations
 import re
 import types
 from collections.abc import Mapping
-from dataclasses import dataclass
 from typing import (
     Annotated,
     Any,
@@ -23,6 +22,8 @@ from typing import (
     is_typeddict,
 )
 
+from autobalance.frozen import frozen
+
 Values = dict[str, Any]
 
 NAMES: Mapping[Any, str] = {
@@ -34,7 +35,7 @@ NAMES: Mapping[Any, str] = {
 }
 
 
-@dataclass(frozen=True)
+@frozen
 class Bound:
     """A keyword of JSON Schema and its value: ``Bound("minimum", 0)``."""
 

@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from autobalance.frozen import frozen
 
 ROTATING_BELOW = 0.2
 RECIPROCATING_ABOVE = 0.8
 
 
-@dataclass(frozen=True)
+@frozen
 class Circles:
     """The radii of the two circles of X + iY at an order; forward is X to Y."""
 

@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 import numpy as np
 from scipy import fft
 
 from autobalance.errors import FormatError
+from autobalance.frozen import frozen
 from autobalance.signal.record import Array, Channel
 from autobalance.signal.sines import Sine, find_sines
 from autobalance.signal.sources import SLIP
@@ -16,7 +15,7 @@ from autobalance.signal.turning import TURN, Turning
 FEWEST_TURNS = 4
 
 
-@dataclass(frozen=True)
+@frozen
 class RollingBearing:
     """A rolling bearing whose inner ring turns.
 
@@ -91,7 +90,7 @@ class RollingBearing:
         return {name: float(getattr(self, name)) for name in names}
 
 
-@dataclass(frozen=True)
+@frozen
 class Defect:
     """A line of the envelope at (or beside) a bearing's order."""
 
@@ -102,7 +101,7 @@ class Defect:
     found: bool
 
 
-@dataclass(frozen=True, eq=False)
+@frozen(eq=False)
 class Envelope:
     """The size of what a band carries, at its own lower sample rate, from the record's first sample on."""
 

@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+
+from autobalance.frozen import frozen
 
 
-@dataclass(frozen=True)
+@frozen
 class Crossing:
     """A speed at which an order stands on a frequency."""
 

@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from autobalance.errors import FormatError
+from autobalance.frozen import frozen
 
 Array = NDArray[np.float64]
 Complex = NDArray[np.complex128]
@@ -18,7 +19,7 @@ BLOCK = 1 << 20
 """Samples that are worked on at a time where a channel may be longer than memory."""
 
 
-@dataclass(frozen=True, eq=False)
+@frozen(eq=False)
 class Channel:
     """Samples of one quantity.
 
@@ -69,7 +70,7 @@ class Channel:
         return name in {self.name, self.header, self.header.rpartition("_")[0] or self.name}
 
 
-@dataclass(frozen=True, eq=False)
+@frozen(eq=False)
 class Record:
     """Channels that were taken together, from one file."""
 

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
 
 import numpy as np
 
@@ -12,10 +11,11 @@ from autobalance.engine import complete_balance as balance_of_engine
 from autobalance.engine import shafts as exact
 from autobalance.engine.shafts import BalanceShaft
 from autobalance.engine.slider_crank import harmonic
+from autobalance.frozen import frozen
 from autobalance.units import RAD_S_PER_RPM
 
 
-@dataclass(frozen=True)
+@frozen
 class Pair:
     """Two like shafts, one each way, at ``order`` times crank speed."""
 
@@ -24,7 +24,7 @@ class Pair:
     phase_deg: float
 
 
-@dataclass(frozen=True)
+@frozen
 class Bolted:
     """Shafts with bolt-on weights against what they are to cancel."""
 
@@ -33,7 +33,7 @@ class Bolted:
     residual_g_mm: float
 
 
-@dataclass(frozen=True)
+@frozen
 class Complete:
     """Counterweights on rod and crank that leave no force at any order."""
 

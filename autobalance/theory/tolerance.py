@@ -2,17 +2,16 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 import numpy as np
 
 from autobalance.engine.grade import listed_grade, specific_unbalance_mm
+from autobalance.frozen import frozen
 from autobalance.rigid_rotor import tolerance as exact
 from autobalance.rigid_rotor.unbalance import Unbalance
 from autobalance.units import G_MM_PER, RAD_S_PER_RPM
 
 
-@dataclass(frozen=True)
+@frozen
 class Permissible:
     """What a grade permits on a rotor."""
 
@@ -20,7 +19,7 @@ class Permissible:
     specific_unbalance_um: float
 
 
-@dataclass(frozen=True)
+@frozen
 class Shares:
     """Permissible residual unbalance in two tolerance planes."""
 
@@ -28,7 +27,7 @@ class Shares:
     b_g_mm: float
 
 
-@dataclass(frozen=True)
+@frozen
 class Achieved:
     """The grade that a residual achieves, and the finest listed one that it meets."""
 
@@ -36,7 +35,7 @@ class Achieved:
     listed_mm_s: float | None
 
 
-@dataclass(frozen=True)
+@frozen
 class InPlanes:
     """Dynamic unbalance: equivalent vectors in two planes."""
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -15,6 +15,7 @@ from autobalance.balancing.loop import Result
 from autobalance.balancing.measuring import Measured
 from autobalance.balancing.record import Record
 from autobalance.errors import AutobalanceError, ClaimError, FormatError
+from autobalance.frozen import frozen
 from autobalance.job import Job
 from autobalance.rigid_rotor.moments import Moments
 from autobalance.rigid_rotor.tolerance import Tolerance
@@ -31,7 +32,7 @@ AsReport = Callable[[Record], Mapping[str, Any]]
 """How a record is written down; what was found must be what a report has."""
 
 
-@dataclass(frozen=True, eq=False)
+@frozen(eq=False)
 class Checked:
     """A report all of whose claims hold, and what of it was not checked."""
 
@@ -92,7 +93,7 @@ def check_claims(
     return replace(checked, checked=claims.ledger.held, warnings=tuple(claims.warnings), not_checked=rest)
 
 
-@dataclass(frozen=True, eq=False)
+@frozen(eq=False)
 class Held:
     """A report that is held against its files."""
 
@@ -153,7 +154,7 @@ def _checked(held: Held) -> Checked:
 # --- what a record of the run would say ---------------------------------------------------------------------
 
 
-@dataclass(frozen=True, eq=False)
+@frozen(eq=False)
 class Ends:
     """What a run began and ended with; ``doubts`` are both budgets, ``hidden`` what facets hide after."""
 

@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 import secrets
-from dataclasses import dataclass, field
+from dataclasses import field
 
 from starlette.responses import JSONResponse, Response
 from starlette.types import ASGIApp, Message, Receive, Scope, Send
+
+from autobalance.frozen import frozen
 
 TOKEN_HEADER = "x-autobalance-token"
 COOKIE = "autobalance"
@@ -26,7 +28,7 @@ OPEN = ("/api/health", "/static/")
 """What needs no token: nothing of the project is in it."""
 
 
-@dataclass(frozen=True)
+@frozen
 class Keys:
     """The token of the address, and what the cookie holds: not the token itself."""
 

@@ -7,9 +7,11 @@ import os
 import signal
 import sys
 from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
+
+from autobalance.frozen import frozen
 
 if TYPE_CHECKING:
     from multiprocessing.connection import Connection
@@ -35,7 +37,7 @@ Told = Callable[[str, float], None]
 Asked = dict[str, Any]
 
 
-@dataclass(frozen=True)
+@frozen
 class Place:
     """Where a run finds its files and leaves its results; ``own`` is for the page alone."""
 

@@ -4,16 +4,17 @@ from __future__ import annotations
 
 import difflib
 import math
-from dataclasses import dataclass, fields, is_dataclass, replace
+from dataclasses import fields, is_dataclass, replace
 from typing import Any, Literal
 
 from autobalance.errors import JobError
+from autobalance.frozen import frozen
 
 Ends = Literal["both", "first"]
 WebOutline = Literal["pear", "disc"]
 
 
-@dataclass(frozen=True)
+@frozen
 class PinSize:
     """A main journal or crankpin; ``width_mm`` from web to web, fillets included."""
 
@@ -22,7 +23,7 @@ class PinSize:
     bore_mm: float = 0.0
 
 
-@dataclass(frozen=True)
+@frozen
 class WebSize:
     """The arm between journal and crankpin.
 
@@ -38,7 +39,7 @@ class WebSize:
     between_pins_mm: float = 8.0
 
 
-@dataclass(frozen=True)
+@frozen
 class CounterweightSize:
     """A sector of a circle about the crank axis, opposite the crankpin.
 
@@ -54,7 +55,7 @@ class CounterweightSize:
     draft_deg: float = 0.0
 
 
-@dataclass(frozen=True)
+@frozen
 class Keyway:
     """A slot along the nose, from its free end."""
 
@@ -63,7 +64,7 @@ class Keyway:
     length_mm: float
 
 
-@dataclass(frozen=True)
+@frozen
 class Nose:
     """The free end at the first main journal: a cylinder, or a taper down to ``end_diameter_mm``."""
 
@@ -73,7 +74,7 @@ class Nose:
     keyway: Keyway | None = None
 
 
-@dataclass(frozen=True)
+@frozen
 class Flange:
     """The disc at the last main journal, with bolt holes."""
 
@@ -84,7 +85,7 @@ class Flange:
     bolt_circle_mm: float = 0.0
 
 
-@dataclass(frozen=True)
+@frozen
 class Bay:
     """What lies between two main journals: one crankpin, or several at angles of their own.
 
@@ -95,7 +96,7 @@ class Bay:
     counterweights: tuple[bool, bool] = (True, True)
 
 
-@dataclass(frozen=True)
+@frozen
 class Design:
     """A crankshaft by its dimensions.
 

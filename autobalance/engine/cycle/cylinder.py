@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from dataclasses import dataclass
 from functools import cached_property
 from typing import Literal
 
@@ -16,6 +15,7 @@ from autobalance.engine.cycle.heat_release import Wiebe
 from autobalance.engine.cycle.quadrature import SAME_RAD, Panels, edges_between
 from autobalance.engine.cycle.trace import Trace
 from autobalance.engine.cycle.wall_heat import SolvedPart, Woschni
+from autobalance.frozen import frozen
 from autobalance.rigid_rotor.moments import Array
 
 Strokes = Literal[2, 4]
@@ -30,7 +30,7 @@ def span_rad(strokes: Strokes) -> float:
     return math.pi * strokes
 
 
-@dataclass(frozen=True)
+@frozen
 class GasExchange:
     """What surrounds the closed part.
 
@@ -76,7 +76,7 @@ class GasExchange:
         return low, high
 
 
-@dataclass(frozen=True, eq=False)
+@frozen(eq=False)
 class CylinderCycle:
     """One cylinder's gas over its cycle; angles count from its firing top dead centre.
 

@@ -7,13 +7,14 @@ its n rods, and no other unbalance.
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 
 from autobalance.engine.cycle.firing_engine import FiringEngine, LoadParts, pulls_at_mains_n
 from autobalance.engine.slider_crank import Complex
 from autobalance.engine.whole_engine import CrankUnbalance
+from autobalance.frozen import frozen
 from autobalance.rigid_rotor.moments import Array
 from autobalance.units import N_M_PER_G_MM2_S2, N_M_PER_N_MM
 
@@ -23,7 +24,7 @@ SLOWEST = 0.1
 """Share of the speed from which on the greatest torque is looked for."""
 
 
-@dataclass(frozen=True, eq=False)
+@frozen(eq=False)
 class FactorRow:
     """Main-bearing loads and friction of an ideal crank.
 
@@ -60,7 +61,7 @@ def ideal_counterweights(firing: FiringEngine, factor: float) -> tuple[CrankUnba
     return tuple(found)
 
 
-@dataclass(frozen=True, eq=False)
+@frozen(eq=False)
 class MainLoads:
     """Loads of the mains at any speed and factor, from the parts of one calculation."""
 
@@ -107,7 +108,7 @@ def factor_rows(firing: FiringEngine, factors: Sequence[float], speed_rad_s: flo
     return tuple(mains.row(factor, speed_rad_s) for factor in factors)
 
 
-@dataclass(frozen=True)
+@frozen
 class KeyFigures:
     """How an engine answers.
 

@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
 
 from autobalance.errors import SolidError
+from autobalance.frozen import frozen
 from autobalance.rigid_rotor.moments import Moments
 from autobalance.solid.cad.build import built, moved, plane_face
 from autobalance.solid.cad.kernel import (
@@ -46,7 +47,7 @@ SAME_DRILL = 1e-3
 """Radii that differ by less, as a share, are one."""
 
 
-@dataclass(frozen=True, eq=False)
+@frozen(eq=False)
 class Taken:
     """What a tool really took: moments of the volume that went, and of the new face, density 1."""
 
@@ -54,7 +55,7 @@ class Taken:
     floor: Moments
 
 
-@dataclass(frozen=True, eq=False)
+@frozen(eq=False)
 class Machined:
     """A body after machining.
 

@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
+from autobalance.frozen import frozen
 from autobalance.solid.mesh.mesh import Array, Indices
 
 
-@dataclass(frozen=True, eq=False)
+@frozen(eq=False)
 class PlaneFace:
     """A plane face: its number in the solid, outward unit normal (3,), area and centroid (3,) [mm]."""
 
@@ -17,7 +16,7 @@ class PlaneFace:
     centroid_mm: Array
 
 
-@dataclass(frozen=True, eq=False)
+@frozen(eq=False)
 class CylinderFace:
     """A cylindrical face.
 
@@ -39,7 +38,7 @@ class CylinderFace:
 Surface = PlaneFace | CylinderFace
 
 
-@dataclass(frozen=True, eq=False)
+@frozen(eq=False)
 class Surfaces:
     """The plane and cylindrical faces of a solid, and the face that each triangle of its mesh belongs to.
 

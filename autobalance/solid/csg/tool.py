@@ -6,16 +6,17 @@ stands on it, metal grows on a face within the face's own outline, and a drill f
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
 
+from autobalance.frozen import frozen
 from autobalance.solid.csg.shape import Outline, Placed, Point, Prism, Revolved, Shape, polygon
 from autobalance.solid.mesh.mesh import Array
 
 
-@dataclass(frozen=True, eq=False)
+@frozen(eq=False)
 class Lowering:
     """The metal over a new, lower plane, except under what stands on the old one.
 
@@ -34,7 +35,7 @@ class Lowering:
     within: Shape | None = None
 
 
-@dataclass(frozen=True, eq=False)
+@frozen(eq=False)
 class Raising:
     """Metal on plane faces of the solid, given by their numbers, up to a height over them.
 
@@ -47,7 +48,7 @@ class Raising:
     within: Shape | None = None
 
 
-@dataclass(frozen=True, eq=False)
+@frozen(eq=False)
 class Drilling:
     """A twist drill's body along the z of ``placement`` (4, 4), see ``twist_drill``.
 

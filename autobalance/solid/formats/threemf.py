@@ -17,6 +17,7 @@ from xml.parsers import expat
 import numpy as np
 
 from autobalance.errors import FormatError
+from autobalance.frozen import frozen
 from autobalance.solid.formats.digits import SAMPLE, step_of_text
 from autobalance.solid.formats.format import Format
 from autobalance.solid.formats.raw import Raw, soup_of
@@ -74,7 +75,7 @@ RELATIONSHIPS: Final = (
 )
 
 
-@dataclass(frozen=True, eq=False)
+@frozen(eq=False)
 class _Use:
     """An object put somewhere: its part of the archive, its name there, and where (3, 4)."""
 

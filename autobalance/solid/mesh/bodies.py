@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from functools import cached_property
 from itertools import combinations
 
 import numpy as np
 
+from autobalance.frozen import frozen
 from autobalance.solid.csg.solid import Solid
 from autobalance.solid.mesh.components import numbered_components
 from autobalance.solid.mesh.measure import part_volumes
@@ -20,7 +21,7 @@ CRUMB = 1e-12
 """Share of a file's volume that a body must bound: what coordinates of single precision leave is far less."""
 
 
-@dataclass(frozen=True, eq=False)
+@frozen(eq=False)
 class Body:
     """One connected body of a file, with its cavities; a solid only when it is asked for.
 
