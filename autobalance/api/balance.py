@@ -118,14 +118,15 @@ class BalanceResult(VerbResult):
         return corrected_crank(self)
 
     def __repr__(self) -> str:
-        left, permitted = (
-            self.report["residual"]["magnitude_g_mm"],
-            self.report["tolerance"]["permissible_g_mm"],
-        )
+        balanced = self.record.balanced
+        assert balanced is not None  # a record of balance has it
+        worst = balanced.tolerance.worst(balanced.result.residual)
+        where = "" if balanced.tolerance.judge == "static" else f" in {worst.name}"
         cuts = len(self.report["corrections"])
         return (
-            f"<autobalance balance: {self.outcome}, residual {left:.4g} of permitted {permitted:.4g} g·mm,"
-            f" {cuts} correction{'s' * (cuts != 1)}, measured on {self.measured_on}>"
+            f"<autobalance balance: {self.outcome}, residual{where} {worst.residual_g_mm:.4g} of permitted "
+            f"{worst.permissible_g_mm:.4g} g·mm, {cuts} correction{'s' * (cuts != 1)}, "
+            f"measured on {self.measured_on}>"
         )
 
     def text(self, units: str = "metric") -> str:

@@ -56,11 +56,12 @@ class VerifyResult(VerbResult):
         from autobalance.report.display_units import ON_SCREEN
 
         found, chosen = self.checked, ON_SCREEN[units]
-        verdict = "within" if found.within else "ABOVE"
+        verdict, worst = "within" if found.within else "ABOVE", found.tolerance.worst(found.residual)
+        where = "" if found.tolerance.judge == "static" else f" in {worst.name}"
         said = (
-            f"{self.report['report']}: all {found.checked} claims hold; residual "
-            f"{chosen.of_unbalance(found.residual.magnitude_g_mm)} of permitted "
-            f"{chosen.of_unbalance(found.tolerance.permissible_g_mm)}{_doubt(found, chosen)}: "
+            f"{self.report['report']}: all {found.checked} claims hold; residual{where} "
+            f"{chosen.of_unbalance(worst.residual_g_mm)} of permitted "
+            f"{chosen.of_unbalance(worst.permissible_g_mm)}{_doubt(found, chosen)}: "
             f"{verdict} tolerance"
         )
         lines = [said]

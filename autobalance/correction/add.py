@@ -28,6 +28,8 @@ from autobalance.correction.patches import (
     Patch,
     face_frame,
     face_region,
+    farthest_mm,
+    strip_along,
 )
 from autobalance.correction.refusals import refuse_below_zero
 from autobalance.correction.relaxing import Relaxing, deeper, thinner
@@ -96,7 +98,8 @@ class AddCut(FaceCut):
 
     In the face's frame: ``gain`` is what the crank would gain from ``height_mm`` up to the greatest height,
     ``sunk`` the body that is added, from a little inside the metal. They differ where something stands on the
-    face, or beside it, that is wider or narrower farther up.
+    face, or beside it, that is wider or narrower farther up; and by a sink where another sector of the face
+    begins, so that the bodies in both grow together: where they only touched, a slit of no width would stay.
     """
 
     face: Face
@@ -173,6 +176,7 @@ def cuts(work: Workpiece, patches: Sequence[Patch], limits: AddLimits) -> list[A
     clearance = DEFAULT_CLEARANCE_MM if limits.min_wall_mm is None else limits.min_wall_mm
     mesh, anatomy = work.solid.mesh, work.anatomy
     sink = SINK_SHARE * mesh.diagonal_mm
+    begun = {(patch.face.id, patch.sector_deg[0]) for patch in patches if patch.sector_deg is not None}
     found = []
     for patch in patches:
         to_face = face_frame(patch.face.normal)
@@ -184,9 +188,10 @@ def cuts(work: Workpiece, patches: Sequence[Patch], limits: AddLimits) -> list[A
         grown = (face + (face.grown(beside) & standing)).grown(-sink)
         low, high = height - sink, height + asked + clearance
         body, free = Solid.prism(grown, low, high), Solid.prism(grown - standing, low, high)
+        whole = body
         if patch.within is not None:
             within = patch.within.moved(to_face)
-            body, free = body & within, free & within
+            body, free = whole & within, free & within
         over = free & Solid.prism(face.grown(-beside), height + 2.0 * sink + patch.face.spread_mm, high)
         blocked = placed & over
         room, limit = asked, f"max_depth_mm = {asked:g}"
@@ -202,6 +207,9 @@ def cuts(work: Workpiece, patches: Sequence[Patch], limits: AddLimits) -> list[A
         gain = body.above(height).below(height + room) - placed
         if gain.is_empty:
             continue
+        if patch.sector_deg is not None and (patch.face.id, patch.sector_deg[1]) in begun:
+            seam = strip_along(patch.sector_deg[1], farthest_mm(mesh, anatomy), sink)
+            body = body + (whole & seam.moved(to_face))
         found.append(
             AddCut(
                 face=patch.face,

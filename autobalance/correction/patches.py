@@ -244,6 +244,15 @@ def sector(angles_deg: tuple[float, float], reach_mm: float) -> Solid:
     return Solid.prism(Region.of([outline]), -2.0 * reach_mm, 2.0 * reach_mm)
 
 
+def strip_along(angle_deg: float, reach_mm: float, aside_mm: float) -> Solid:
+    """Return what is no farther than ``aside_mm`` from the half-plane at an angle about the crank axis."""
+    angle = math.radians(angle_deg)
+    along = 2.0 * reach_mm * np.array([math.cos(angle), math.sin(angle)])
+    across = aside_mm * np.array([-math.sin(angle), math.cos(angle)])
+    corners = np.array([-across, along - across, along + across, across])
+    return Solid.prism(Region.of([corners]), -2.0 * reach_mm, 2.0 * reach_mm)
+
+
 def farthest_mm(mesh: Mesh, anatomy: Anatomy) -> float:
     """Return a distance from the rotor's origin that no point of the crank exceeds."""
     frame = anatomy.file_to_rotor

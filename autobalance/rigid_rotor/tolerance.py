@@ -202,7 +202,11 @@ class Tolerance:
 
         The resultant is always judged; with ``judge = "dynamic"`` each tolerance plane too.
         """
-        return max(row.share for row in self.judged(residual))
+        return self.worst(residual).share
+
+    def worst(self, residual: Unbalance) -> Judged:
+        """Return what uses most of what is permitted, whatever its uncertainty."""
+        return max(self.judged(residual), key=lambda row: row.share)
 
     def is_met_by(self, residual: Unbalance, budget: Budget | None = None) -> bool:
         """Tell whether a residual is within the permissible value in everything that is judged.

@@ -4,13 +4,20 @@ import numpy as np
 import pytest
 from numpy.testing import assert_allclose
 
+from autobalance.api.generate import generate
 from autobalance.correction import add
 from autobalance.correction.add import AddLimits
 from autobalance.correction.kind import Workpiece
-from autobalance.crank.anatomy import Anatomy, Face
+from autobalance.crank.anatomy import Anatomy, Face, Overrides
+from autobalance.crank.faces import find_faces
+from autobalance.crank.recognition.recognise import recognise
 from autobalance.errors import CorrectionError
+from autobalance.rigid_rotor.moments import Moments
 from autobalance.solid.csg.solid import Solid
-from autobalance.solid.mesh.mesh import Array
+from autobalance.solid.formats.read import source_of, source_of_bytes
+from autobalance.solid.formats.write import through_file
+from autobalance.solid.mesh.measure import soup_moments
+from autobalance.solid.mesh.mesh import Array, weld
 from tests.cranks import make_crank, tilted
 from tests.geometry.test_drill import assert_same, difference
 
@@ -150,3 +157,28 @@ def test_pads_keep_clear_of_each_other() -> None:
 def test_impossible_limits_are_refused(limits: dict[str, float], message: str) -> None:
     with pytest.raises(CorrectionError, match=message):
         AddLimits(**limits)  # type: ignore[arg-type]
+
+
+@pytest.mark.parametrize("segments", [20, 31])
+def test_two_heights_on_a_face_grow_together(segments: int) -> None:
+    """Where they only touched, a slit of no width stood between them, and readers filled it at their will."""
+    data = generate("single", file="single.stl", settings={"segments": segments}).data
+    solid = source_of_bytes(data, "stl", "mm").solid
+    anatomy = recognise(solid, Overrides())
+    heavy = np.array([1.0, 0.0])
+    faces = find_faces(solid.mesh, anatomy)
+    workpiece = Workpiece(solid, anatomy, faces, STEEL, ((-50.0, heavy), (50.0, heavy)))
+    halves = add.KIND.offer(workpiece, AddLimits(), 2).cuts
+    sectors = [cut.correction(1.0).details["sector_deg"] for cut in halves]
+    assert sectors == 6 * [[90.0, 180.0], [180.0, 270.0]]
+    grown, effect = solid, Moments.zero()
+    for number, cut in enumerate(halves):
+        height = 3.4 + 0.1 * (number % 3)  # neighbours differ, now this one, now that one higher
+        grown += cut.tool(height).moved(anatomy.rotor_to_file)
+        effect += cut.effect(height)
+    assert_same(effect, difference(solid, grown, anatomy), 1e-5)
+    _, soup = through_file(grown.mesh, "stl", 1.0)
+    corner = weld(soup.reshape(-1, 3))[1].reshape(-1, 3)
+    sides = np.sort(corner[:, [[0, 1], [1, 2], [2, 0]]].reshape(-1, 2), axis=1)
+    assert (np.unique(sides, axis=0, return_counts=True)[1] == 2).all()
+    assert source_of(soup, "mm").volume_mm3 == pytest.approx(soup_moments(soup, 1.0).mass_g, rel=1e-12)
