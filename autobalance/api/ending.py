@@ -215,4 +215,4 @@ def _pages(record: Record, before: Crank, choice: Choice, tell: Tell) -> dict[st
     assert record.balanced is not None
     cut = record.balanced.result
     values = showable(report(record))
-    return bundle(values, before.measured.source.solid, cut.solid, cut.tools, choice, tell)
+    return bundle(values, before.measured.source.solid, cut.to_show, cut.tools, choice, tell)

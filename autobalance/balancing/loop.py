@@ -80,9 +80,16 @@ class Result:
     notes: tuple[str, ...] = ()
     relaxations: tuple[Relaxation, ...] = ()
 
+    @property
+    def to_show(self) -> Solid | None:
+        """The corrected crank for pictures: as it was read back where that is built already."""
+        read_back = None if self.measured is None else self.measured.read_back
+        return self.solid if read_back is None else read_back
+
     def __getstate__(self) -> dict[str, object]:
-        """Leave the cuts behind when pickled: they hold parts of the solid's kernel."""
-        return {**self.__dict__, "made": ()}
+        """Leave the cuts behind when pickled: they hold parts of the solid's kernel, and the solid's copy."""
+        measured = None if self.measured is None else replace(self.measured, read_back=None)
+        return {**self.__dict__, "made": (), "measured": measured}
 
 
 @frozen(eq=False)

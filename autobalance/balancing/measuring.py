@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import field
+from dataclasses import field, replace
 from typing import TYPE_CHECKING
 
 from autobalance.balancing.rotor import Rotor
@@ -16,10 +16,11 @@ from autobalance.frozen import frozen
 from autobalance.rigid_rotor.moments import Moments
 from autobalance.solid.csg.solid import Solid
 from autobalance.solid.csg.tool import Tool, placed
-from autobalance.solid.formats.read import source_of
-from autobalance.solid.formats.write import through_file
+from autobalance.solid.formats.read import as_read, source_of
+from autobalance.solid.formats.write import Written
 from autobalance.solid.mesh.measure import soup_moments
 from autobalance.solid.mesh.mesh import Floats
+from autobalance.solid.mesh.repair import without_crowds
 
 if TYPE_CHECKING:
     from autobalance.solid.cad.machining import Taken
@@ -42,7 +43,8 @@ class Measured:
     ``triangles`` is None where the file keeps true surfaces; ``surfaces`` counts these by kind then, and
     ``hidden`` is what they hold more than the triangles of the same cut. ``added`` is what the facets hide by
     estimate, where that counts. ``taken`` has an entry a cut, or none at all: a correction as measured on the
-    metal that its tool took, None where that is the one planned.
+    metal that its tool took, None where that is the one planned. ``read_back`` is the solid in the file where
+    that was built to be looked at.
     """
 
     moments: Moments
@@ -52,6 +54,7 @@ class Measured:
     hidden: Moments | None = None
     added: Moments = field(default_factory=Moments.zero)
     taken: tuple[Correction | None, ...] = ()
+    read_back: Solid | None = None
 
 
 Measure = Callable[[Rotor, Solid, Made], Measured]
@@ -68,19 +71,20 @@ def as_file(format: str, mm_per_unit: float) -> Measure:  # noqa: A002
     """Return the way to measure what a file of this format and unit will hold: its bytes, read back."""
 
     def measure(rotor: Rotor, solid: Solid, made: Made) -> Measured:
-        data, soup = through_file(solid.mesh, format, mm_per_unit)
+        written = Written.of(solid.mesh, format, mm_per_unit)
         adds = any(cut.adds_metal for cut, _ in made)
-        if adds or len(soup) != solid.triangle_count:
-            again = _as_read_back(soup)
+        again = None
+        if adds or len(written.soup) != solid.triangle_count:
+            again = _as_read_back(written)
             if adds:
                 _refuse_lost_crank(rotor, again)
-        return _on_triangles(rotor, soup, data)
+        return replace(_on_triangles(rotor, written.soup, written.data), read_back=again)
 
     return measure
 
 
-def _as_read_back(soup: Floats) -> Solid:
-    """Return the solid that a reader makes of loose triangles, checked as ``verify`` checks it.
+def _as_read_back(written: Written) -> Solid:
+    """Return the solid that a reader makes of the triangles of a file, checked as ``verify`` checks it.
 
     As many triangles as the solid has, without flakes beside it, are read as that solid: there is nothing
     to look at. Where rounding made triangles collapse, and with added metal, it may be another solid.
@@ -90,13 +94,18 @@ def _as_read_back(soup: Floats) -> Solid:
     SolidError
         If it is another one, or none.
     """
-    again, own = source_of(soup, "mm", "all", unite=False), soup_moments(soup, 1.0).mass_g
+    soup, known = written.soup, written.solid
+    if known is None or without_crowds(known.mesh)[1]:
+        again = source_of(soup, "mm", "all", unite=False).solid
+    else:  # a weld would number its vertices in another order, and build the same of them
+        again = as_read(known)
+    own = soup_moments(soup, 1.0).mass_g
     if abs(again.volume_mm3 - own) > SAME_VOLUME * own:
         raise SolidError(
             f"the written solid has {own:.9g} mm³, but {again.volume_mm3:.9g} mm³ are read back; needed"
             " cuts or added metal that can be told apart: another face, or less of it"
         )
-    return again.solid
+    return again
 
 
 def _refuse_lost_crank(rotor: Rotor, written: Solid) -> None:

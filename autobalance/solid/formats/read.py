@@ -348,17 +348,36 @@ def _solid(
     """Return the solid wanted, the number of bodies in the mesh, and the repairs."""
     solid, notes = solid_of(mesh)
     begun(solid)
+    wanted, bodies, said = _bodies_of(solid, body, pressed_up, unite)
+    return wanted, bodies, notes + said
+
+
+def as_read(solid: Solid) -> Solid:
+    """Return what a reader makes of a file whose triangles are a solid's own, all of its bodies, checked.
+
+    Raises
+    ------
+    SolidError
+        As for ``source_of``.
+    """
+    wanted, bodies, repairs = _bodies_of(solid, "all", pressed_up=False, unite=False)
+    return _checked(wanted, bool(repairs) or bodies > 1, unite=False)[0]
+
+
+def _bodies_of(
+    solid: Solid, body: int | str | None, pressed_up: bool, unite: bool
+) -> tuple[Solid, int, list[str]]:
+    """Return those of a solid's bodies that are wanted, how many there are, and the repairs."""
     bodies, turned = bodies_of(solid)
-    notes += turned
     if len(bodies) == 1:
         if body not in (None, "all", 1):
             raise SolidError(f"body {body!r} was asked for; {_listed(bodies)}")
-        return bodies[0].solid if turned else solid, 1, notes
+        return bodies[0].solid if turned else solid, 1, turned
     together = (body == "all" or (body is None and pressed_up)) and not turned
     if together and (not unite or are_apart(bodies)):
-        return solid, len(bodies), notes
+        return solid, len(bodies), turned
     chosen, said = _choose(bodies, body, pressed_up)
-    return chosen, len(bodies), notes + said
+    return chosen, len(bodies), turned + said
 
 
 def _choose(bodies: list[Body], body: int | str | None, pressed_up: bool) -> tuple[Solid, list[str]]:

@@ -5,10 +5,11 @@ from __future__ import annotations
 import numpy as np
 
 from autobalance.errors import SolidError
+from autobalance.frozen import frozen
 from autobalance.solid.csg.solid import Solid
 from autobalance.solid.formats.registry import format_named
 from autobalance.solid.mesh.mesh import Array, Floats, Indices, Mesh, hash_rows, weld, without_collapsed
-from autobalance.solid.mesh.repair import without_opposite_pairs
+from autobalance.solid.mesh.repair import signed_volume_mm3, without_opposite_pairs
 
 Number = type[np.float32] | type[np.float64]
 
@@ -38,12 +39,17 @@ def encode(mesh: Mesh, format: str, mm_per_unit: float) -> bytes:  # noqa: A002
     SolidError
         If the solid is too fine for the numbers of the format.
     """
+    return _encoded(mesh, format, mm_per_unit)[0]
+
+
+def _encoded(mesh: Mesh, format: str, mm_per_unit: float) -> tuple[bytes, Solid | None]:  # noqa: A002
+    """Return the bytes of a file, and the solid that they hold where that had to be built to know it."""
     kind = format_named(format)
     vertices = _rounded(mesh.vertices, mm_per_unit, kind.number)
-    triangles = mesh.triangles
+    triangles, solid = mesh.triangles, None
     if not _all_distinct(vertices):
-        vertices, triangles = _welded_after_rounding(mesh, mm_per_unit, kind.number)
-    return kind.write(vertices, triangles, mm_per_unit)
+        vertices, triangles, solid = _welded_after_rounding(mesh, mm_per_unit, kind.number)
+    return kind.write(vertices, triangles, mm_per_unit), solid
 
 
 def decode(data: bytes, format: str, mm_per_unit: float) -> Floats:  # noqa: A002
@@ -65,6 +71,32 @@ def through_file(mesh: Mesh, format: str, mm_per_unit: float) -> tuple[bytes, Fl
     return data, decode(data, format, mm_per_unit)
 
 
+@frozen(eq=False)
+class Written:
+    """What a file of a solid holds.
+
+    Attributes
+    ----------
+    data : bytes
+    soup : (m, 3, 3) float
+        The loose triangles read back from these bytes [mm].
+    solid : Solid or None
+        What the same triangles bound, where rounding spoilt some so that it was built to see.
+    """
+
+    data: bytes
+    soup: Floats
+    solid: Solid | None
+
+    @classmethod
+    def of(cls, mesh: Mesh, format: str, mm_per_unit: float) -> Written:  # noqa: A002
+        """Write a solid's mesh and read it back."""
+        data, solid = _encoded(mesh, format, mm_per_unit)
+        soup = decode(data, format, mm_per_unit)
+        same = solid is not None and np.array_equal(soup, solid.mesh.corners)
+        return cls(data, soup, solid if same else None)
+
+
 def _rounded(vertices: Array, mm_per_unit: float, number: Number) -> Floats:
     scaled = vertices if mm_per_unit == 1.0 else vertices / mm_per_unit
     rounded: Floats = scaled.astype(number)
@@ -79,30 +111,33 @@ def _all_distinct(vertices: Floats) -> bool:
     return not bool((key[1:] == key[:-1]).any())
 
 
-def _welded_after_rounding(mesh: Mesh, mm_per_unit: float, number: Number) -> tuple[Floats, Indices]:
+def _welded_after_rounding(mesh: Mesh, mm_per_unit: float, number: Number) -> tuple[Floats, Indices, Solid]:
     """Merge what rounding made equal; where that spoils the solid, merge near vertices before rounding."""
     spacing = float(np.spacing(number(np.abs(mesh.vertices).max() / mm_per_unit))) * mm_per_unit
-    volume = Solid.from_mesh(mesh).volume_mm3
+    volume = signed_volume_mm3(mesh)
     candidate = mesh
     for roundings in (0.0, *ROUNDINGS):
         if roundings:
-            solid = Solid.from_mesh(mesh).simplified(roundings * spacing)
-            if solid.is_empty:
+            coarser = Solid.from_mesh(mesh).simplified(roundings * spacing)
+            if coarser.is_empty:
                 break
-            candidate = solid.mesh
+            candidate = coarser.mesh
         vertices, row = weld(_rounded(candidate.vertices, mm_per_unit, number))
         triangles = without_opposite_pairs(without_collapsed(row[candidate.triangles]))
-        if _is_solid(Mesh(vertices.astype(np.float64) * mm_per_unit, triangles), volume):
-            return vertices, triangles
+        solid = _solid_of(Mesh(vertices.astype(np.float64) * mm_per_unit, triangles), volume)
+        if solid is not None:
+            return vertices, triangles, solid
     raise SolidError(
         f"the solid does not stay closed when its coordinates are rounded to {spacing:.3g} mm,"
         " as its format does; needed: a part nearer to the file's origin, or a coarser mesh"
     )
 
 
-def _is_solid(mesh: Mesh, volume_mm3: float) -> bool:
+def _solid_of(mesh: Mesh, volume_mm3: float) -> Solid | None:
+    """Return the solid that a mesh bounds; None if it is none, or not of the volume that it should have."""
     try:
         solid = Solid.from_mesh(mesh)
     except SolidError:
-        return False
-    return abs(solid.volume_mm3 - volume_mm3) <= 1e-4 * volume_mm3  # rounding moves a surface by far less
+        return None
+    off = abs(solid.volume_mm3 - volume_mm3)
+    return solid if off <= 1e-4 * volume_mm3 else None  # rounding moves a surface by far less

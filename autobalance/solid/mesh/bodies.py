@@ -12,13 +12,10 @@ import numpy as np
 from autobalance.frozen import frozen
 from autobalance.solid.csg.solid import Solid
 from autobalance.solid.mesh.components import numbered_components
+from autobalance.solid.mesh.crumbs import CRUMB, crumbs_dropped, parts_at_edges
 from autobalance.solid.mesh.measure import part_volumes
 from autobalance.solid.mesh.mesh import Array, Indices, Mesh
-from autobalance.solid.mesh.pinched import linked_triangles
 from autobalance.solid.mesh.repair import volume_change
-
-CRUMB = 1e-12
-"""Share of a file's volume that a body must bound: what coordinates of single precision leave is far less."""
 
 
 @frozen(eq=False)
@@ -101,8 +98,7 @@ def _without_crumbs(parts: list[Body]) -> tuple[list[Body], list[str]]:
     number = len(parts) - len(kept)
     if not number or not kept:
         return parts, []
-    name = "1 crumb" if number == 1 else f"{number} crumbs"
-    return kept, [f"{name} dropped that bound {dropped:.3g} mm³: folded triangles, no metal"]
+    return kept, [crumbs_dropped(number, dropped)]
 
 
 def _parts(solid: Solid) -> list[Body]:
@@ -112,7 +108,7 @@ def _parts(solid: Solid) -> list[Body]:
     """
     mesh = solid.mesh
     if solid.is_pinched:
-        part_of, count = numbered_components(linked_triangles(mesh), len(mesh.triangles))
+        part_of, count = parts_at_edges(mesh)
         points, part_of_point = mesh.corners.reshape(-1, 3), np.repeat(part_of, 3)
     else:
         part_of_point, count = numbered_components(mesh.triangles, len(mesh.vertices))

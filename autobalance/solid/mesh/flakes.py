@@ -9,7 +9,7 @@ from autobalance.errors import SolidError
 from autobalance.solid.csg.solid import Solid
 from autobalance.solid.mesh.components import numbered_components
 from autobalance.solid.mesh.measure import part_volumes
-from autobalance.solid.mesh.mesh import Array, Indices
+from autobalance.solid.mesh.mesh import Array, Indices, Mesh
 
 FLAKE_SHARE = 1e-7
 """Share of a solid's volume up to which what does not hang together with it is rounding."""
@@ -26,15 +26,24 @@ def without_flakes(cut: Solid, before: Solid) -> Solid:
         If a piece of it that is no flake has come loose.
     """
     mesh = cut.mesh
-    part_of_vertex, count = numbered_components(mesh.triangles, len(mesh.vertices))
-    if count <= numbered_components(before.mesh.triangles, len(before.mesh.vertices))[1]:
+    part_of, count = _parts_at_vertices(mesh)
+    _, had = _parts_at_vertices(before.mesh)
+    if count <= had:
         return cut
-    part_of = part_of_vertex.take(mesh.triangles[:, 0])
     volumes = part_volumes(mesh, part_of, count)
     is_flake = np.abs(volumes) <= FLAKE_SHARE * cut.volume_mm3
-    if count - int(is_flake.sum()) > len(before.pieces()):  # which tells bodies apart that touch
+    left = count - int(is_flake.sum())
+    if left > had and left > len(before.pieces()):  # which tells bodies apart that touch
         _refuse_loose(cut, part_of, volumes, is_flake)
-    return Solid.from_mesh(mesh.part(~is_flake.take(part_of))) if is_flake.any() else cut
+    return Solid.of_parts(mesh.part(~is_flake.take(part_of))) if is_flake.any() else cut
+
+
+def _parts_at_vertices(mesh: Mesh) -> tuple[Indices, int]:
+    """Return the part (m,) of each triangle, where what shares a vertex is one, and how many there are."""
+    part_of_vertex, count = numbered_components(mesh.triangles, len(mesh.vertices))
+    part_of = part_of_vertex.take(mesh.triangles[:, 0])
+    used = np.bincount(part_of, minlength=count) > 0  # not the vertices of no triangle
+    return (np.cumsum(used) - 1).take(part_of), int(used.sum())
 
 
 def _refuse_loose(cut: Solid, part_of: Indices, volumes: Array, is_flake: NDArray[np.bool_]) -> None:
