@@ -55,9 +55,11 @@ def self_overlap(solid: Solid, within: Array | None = None) -> SelfOverlap | Non
     if wrong.is_empty:
         return None
     largest = min(wrong.pieces(), key=lambda piece: piece.volume_mm3)
-    centre = mesh_moments(largest.mesh, 1.0).centre_mm
+    doubled = mesh_moments(largest.mesh, 1.0)
+    if not doubled.mass_g < 0.0:  # w - w² is: what is left is folded triangles, no metal
+        return None
     twice = 0.5 * ((part & part).volume_mm3 - part.volume_mm3)
-    return SelfOverlap(twice, centre, wrong.bounds)
+    return SelfOverlap(twice, doubled.centre_mm, wrong.bounds)
 
 
 def united(solid: Solid) -> Solid:
@@ -91,6 +93,8 @@ def _united(solid: Solid, left_mm3: float, halvings: int) -> Solid:
         return solid
     box = Solid.box(*wrong.bounds)
     pieces = (solid & box).pieces()
+    if not pieces:  # too thin to be cut: nothing of it can be parted
+        return solid
     if len(pieces) > 1:
         inside = _united(union(pieces), left_mm3, halvings - 1)
     else:
