@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal
@@ -27,7 +27,6 @@ from autobalance.api.result import VerbResult
 from autobalance.balancing.measured_crank import Crank as MeasuredCrank
 from autobalance.balancing.measured_crank import measure_crank, measured_source, work_on_faces
 from autobalance.errors import FileError, JobError
-from autobalance.frozen import frozen
 from autobalance.job import JobSource
 from autobalance.job.model import Job
 from autobalance.report.bundle import FILES, Choice
@@ -42,7 +41,7 @@ ABOVE_TOLERANCE = 4
 SAME_DENSITY = 1e-9
 
 
-@frozen(eq=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class BalanceResult(VerbResult):
     """The end of a balancing run; what is read off it are values of its report.
 
@@ -302,7 +301,7 @@ def corrected_crank(result: BalanceResult) -> Crank:
     return Crank(crank, replace(before.crankshaft, file=None))
 
 
-@frozen(eq=False)
+@dataclass(frozen=True, eq=False)
 class BalancedFiles:
     """A run whose files are in place."""
 

@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from dataclasses import dataclass
 from datetime import UTC, datetime
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from autobalance.errors import AutobalanceError, one_line
-from autobalance.frozen import frozen
 from autobalance.report.files import Staging
 
 if TYPE_CHECKING:
@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 FAILED = 3
 
 
-@frozen(eq=False)
+@dataclass(frozen=True, eq=False)
 class RowTask:
     """What a worker needs for a row: the job, the bytes of its crank's file, and the pages wanted."""
 
@@ -26,7 +26,7 @@ class RowTask:
     only: tuple[str, ...]
 
 
-@frozen(eq=False)
+@dataclass(frozen=True, eq=False)
 class RowOutcome:
     """What became of a row: files by name, or the line of what is wrong."""
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import shutil
 from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 from hashlib import sha256
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, overload
@@ -13,7 +14,6 @@ from autobalance.api.batch_row import FAILED, RowOutcome, RowTask, now
 from autobalance.api.progress import Progress
 from autobalance.api.result import Values, report_head
 from autobalance.errors import AutobalanceError
-from autobalance.frozen import frozen
 from autobalance.report.files import Staging
 from autobalance.studies.journal import JOURNAL, append_line, read_journal, rewrite_journal
 from autobalance.version import __version__
@@ -32,7 +32,7 @@ NUMBERS = (
 )  # fmt: skip
 
 
-@frozen(eq=False)
+@dataclass(frozen=True, eq=False)
 class _Todo:
     """A row to do: its job, the file of its crank, and its fingerprint."""
 

@@ -3,17 +3,17 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from autobalance.api.result import Plots, VerbResult, report_head
-from autobalance.frozen import frozen
 
 if TYPE_CHECKING:
     from autobalance.bearings.analysis import Analysis
 
 
-@frozen(eq=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class BearingResult(VerbResult):
     """A bearing's friction and film."""
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import field
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -13,7 +13,6 @@ import numpy as np
 from autobalance.api.progress import Progress
 from autobalance.api.result import Plots, Values, VerbResult, report_head
 from autobalance.errors import JobError
-from autobalance.frozen import frozen
 from autobalance.units import G_PER_KG, RAD_S_PER_RPM
 
 if TYPE_CHECKING:
@@ -30,7 +29,7 @@ COVERAGE = 2.0
 SERIES = ("time_s", "speed_rpm", "wanted_rpm", "torque_N_m", "friction_N_m")
 
 
-@frozen(eq=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class BenchResult(VerbResult):
     """Runs, readings and their comparison; ``traces`` by speed of the schedule."""
 

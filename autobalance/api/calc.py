@@ -3,14 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from dataclasses import dataclass
 from typing import Any
 
 from autobalance.api.result import VerbResult, report_head
-from autobalance.frozen import frozen
 from autobalance.theory.calling import call, plain
 
 
-@frozen(eq=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class CalcResult(VerbResult):
     """What a formula gives."""
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 from autobalance import job as jobs
@@ -11,7 +12,6 @@ from autobalance.api.progress import Progress, telling
 from autobalance.api.request import job_set
 from autobalance.api.result import VerbResult
 from autobalance.balancing.run import compare_job
-from autobalance.frozen import frozen
 from autobalance.job import JobSource
 
 if TYPE_CHECKING:
@@ -20,7 +20,7 @@ if TYPE_CHECKING:
 GOOD = ("within_tolerance", "already_within_tolerance")
 
 
-@frozen(eq=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class CompareResult(VerbResult):
     """One row for each kind and mix; those within tolerance are ranked, and one is recommended."""
 

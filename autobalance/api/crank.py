@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal
@@ -16,7 +16,6 @@ from autobalance.balancing.measured_crank import measure_crank, measured_source,
 from autobalance.balancing.plausibility import refuse_density, refuse_size
 from autobalance.crank.faces import find_faces
 from autobalance.errors import FormatError
-from autobalance.frozen import frozen
 from autobalance.job.model import Crankshaft
 from autobalance.job.read_crankshaft import read_crankshaft
 from autobalance.rigid_rotor.unbalance import Unbalance
@@ -29,7 +28,7 @@ Array = NDArray[np.float64]
 G_MM2_PER_KG_MM2 = 1000.0
 
 
-@frozen(eq=False)
+@dataclass(frozen=True, eq=False)
 class CrankFace:
     """A face that a correction can use, with the keys of a report's ``faces``.
 
@@ -49,7 +48,7 @@ class CrankFace:
     max_depth_mm: float | None
 
 
-@frozen(eq=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class Crank:
     """A crankshaft, recognised and measured; values as in a report, arrays of numpy.
 

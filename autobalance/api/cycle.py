@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 from autobalance import job as jobs
@@ -11,7 +12,6 @@ from autobalance.api.progress import Progress
 from autobalance.api.request import Request, job_set, request
 from autobalance.api.result import Plots, Values, VerbResult, report_head
 from autobalance.errors import UsageError
-from autobalance.frozen import frozen
 from autobalance.job import JobSource
 from autobalance.job.model import Job
 from autobalance.units import RAD_S_PER_RPM
@@ -25,7 +25,7 @@ DEFAULT_FACTORS = (0.0, 0.28, 0.5, 0.64, 1.0)
 SERIES = "cycle.csv"
 
 
-@frozen(eq=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class CycleResult(VerbResult):
     """A cycle at one speed; ``analysis`` has its arrays."""
 

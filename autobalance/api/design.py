@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 import time
 from collections.abc import Mapping, Sequence
-from dataclasses import field
+from dataclasses import dataclass, field
 from hashlib import sha256
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -14,7 +14,6 @@ import numpy as np
 
 from autobalance.api.progress import Progress, untold
 from autobalance.api.result import Plots, Values, VerbResult, report_head
-from autobalance.frozen import frozen
 from autobalance.report.files import Staging
 from autobalance.version import __version__
 
@@ -27,7 +26,7 @@ if TYPE_CHECKING:
 INFEASIBLE = 4
 
 
-@frozen(eq=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class DesignResult(VerbResult):
     """The best designs; ``made`` are the files of each by its id."""
 

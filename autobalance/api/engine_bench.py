@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
+from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -12,7 +13,6 @@ from autobalance import job as jobs
 from autobalance.api.crank import Crank
 from autobalance.api.request import request
 from autobalance.api.result import Plots, Values, VerbResult, report_head
-from autobalance.frozen import frozen
 from autobalance.job.engine_bench import EngineBench, Variant, read_engine_bench
 from autobalance.units import RAD_S_PER_RPM
 
@@ -23,7 +23,7 @@ if TYPE_CHECKING:
 KG_MM2_PER_G_MM2 = 1e-3
 
 
-@frozen(eq=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class EngineBenchResult(VerbResult):
     """Variants of a crank in one engine."""
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any
 
 from autobalance.api.progress import Progress
@@ -15,7 +15,6 @@ from autobalance.engine.force_summary import shaking_force, turn_loads, turn_sup
 from autobalance.engine.force_values import advice_values, force_values, load_values
 from autobalance.engine.whole_engine import Engine, about
 from autobalance.errors import UsageError
-from autobalance.frozen import frozen
 from autobalance.job import JobSource
 
 if TYPE_CHECKING:
@@ -24,7 +23,7 @@ if TYPE_CHECKING:
 DEFAULT_FACTORS = (0.0, 0.25, 0.5, 0.75, 1.0)
 
 
-@frozen(eq=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class ForcesResult(VerbResult):
     """Inertia forces of an engine, with its crank as the file has it and balanced."""
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
+from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -17,7 +18,6 @@ from autobalance.crank.parametric.design import Design, preset
 from autobalance.crank.parametric.generate import crank_shape, crank_solid, exact_moments
 from autobalance.crank.parametric.true_anatomy import crank_anatomy
 from autobalance.errors import JobError, UsageError
-from autobalance.frozen import frozen
 from autobalance.job.crank_design import design_from, read_design, table_of, with_settings
 from autobalance.job.read import text_of
 from autobalance.solid.formats.registry import format_named
@@ -36,7 +36,7 @@ EXACT_SEGMENTS = 64
 """Fineness from which the moments are extrapolated: a second for an engine of eight throws, right to 1e-5."""
 
 
-@frozen(eq=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class GenerateResult(VerbResult):
     """A crank that was built, as the bytes of its file and as an object."""
 

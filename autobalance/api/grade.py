@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -11,7 +12,6 @@ import numpy as np
 from autobalance.api.result import Plots, VerbResult, report_head
 from autobalance.engine.grade import GRADES, listed_grade, neighbours, specific_unbalance_mm
 from autobalance.errors import UsageError
-from autobalance.frozen import frozen
 from autobalance.job.typed_units import unbalance_unit
 from autobalance.rigid_rotor.tolerance import (
     achieved_grade_mm_s,
@@ -24,7 +24,7 @@ USUAL_SPEEDS_RPM = (100.0, 20000.0)
 """Plotted where no speed is given: a slow marine diesel to a racing engine."""
 
 
-@frozen(eq=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class GradeResult(VerbResult):
     """What a grade permits and a residual achieves."""
 
@@ -40,7 +40,7 @@ class GradeResult(VerbResult):
         return _plots(self.report)
 
 
-@frozen
+@dataclass(frozen=True)
 class _Given:
     """The arguments of ``grade``, by their names."""
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import os
 from collections.abc import Mapping, Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -15,7 +15,6 @@ from autobalance.balancing.measured_crank import measure_crank, measured_source
 from autobalance.balancing.rotor_from_job import default_planes_mm
 from autobalance.crank.assembly_parts import AssemblyPart, assembly_parts
 from autobalance.errors import BodiesError, JobError, UsageError
-from autobalance.frozen import frozen
 from autobalance.job.assembled import body_key, other_parts
 from autobalance.job.model import Crankshaft
 from autobalance.job.read import tables_of
@@ -32,7 +31,7 @@ from autobalance.solid.formats.registry import needs_unit
 JOB_ENDINGS = (".toml", ".xlsx")
 
 
-@frozen(eq=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class InitResult(VerbResult):
     """A job that was written for a crank, as the bytes of its file."""
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -17,7 +18,6 @@ from autobalance.balancing.measured_crank import input_file, measure_crank, surf
 from autobalance.balancing.record import MeasuredCrank, Record
 from autobalance.balancing.rotor_from_job import default_planes_mm
 from autobalance.crank.sections import sections, web_weights
-from autobalance.frozen import frozen
 from autobalance.job.model import Job
 from autobalance.job.read import WORKBOOKS, load, load_crankshaft
 from autobalance.rigid_rotor.unbalance import Unbalance
@@ -27,7 +27,7 @@ if TYPE_CHECKING:
     from autobalance.crank.anatomy import Face
 
 
-@frozen(eq=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class InspectResult(VerbResult):
     """What was measured and recognised, with the crank itself."""
 

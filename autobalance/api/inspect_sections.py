@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -12,7 +13,6 @@ from autobalance.balancing.rotor_from_job import check_engine, default_planes_mm
 from autobalance.balancing.section_rows import SectionTable, section_table
 from autobalance.crank.sections import Section
 from autobalance.errors import JobError
-from autobalance.frozen import frozen
 from autobalance.job.model import Job
 from autobalance.job.read import WORKBOOKS, load, tables_of
 from autobalance.job.settings import with_settings
@@ -22,7 +22,7 @@ DATUMS = ("A", "B", "front", "rear", "centre")
 NEEDED = ("engine", "balance", "correction")
 
 
-@frozen
+@dataclass(frozen=True)
 class TableOptions:
     """How the section table is made.
 

@@ -3,13 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import field
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from autobalance.api.result import Plots, Values, VerbResult, report_head
 from autobalance.errors import FileError, FormatError
-from autobalance.frozen import frozen
 from autobalance.units import RAD_S_PER_RPM
 
 if TYPE_CHECKING:
@@ -27,7 +26,7 @@ Progress = Callable[[str, float], object]
 BEARING_KEYS = ("balls", "ball", "pitch", "contact", "speed")
 
 
-@frozen(eq=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class OrdersResult(VerbResult):
     """What a record holds; with the analysis itself, for plots and the page."""
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 from autobalance import job as jobs
@@ -12,7 +13,6 @@ from autobalance.api.result import Plots, VerbResult
 from autobalance.engine.conrod import ConnectingRod
 from autobalance.engine.parts import roll_up
 from autobalance.errors import JobError
-from autobalance.frozen import frozen
 from autobalance.job import JobSource
 from autobalance.job.model import Job, ThrowParts, Weight
 
@@ -20,7 +20,7 @@ if TYPE_CHECKING:
     from autobalance.api.crank import Crank
 
 
-@frozen(eq=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class PartsResult(VerbResult):
     """Weights of a job, with their uncertainty."""
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import hashlib
 from collections.abc import Mapping
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -13,7 +13,6 @@ from autobalance.api.balance import BalanceResult
 from autobalance.api.ending import Staged, Tell, staged_files
 from autobalance.api.progress import Progress, telling
 from autobalance.errors import FormatError, JobError
-from autobalance.frozen import frozen
 from autobalance.runtime import Stopwatch
 
 if TYPE_CHECKING:
@@ -25,7 +24,7 @@ MOST_STAGES = 10
 HISTORY = "history.html"
 
 
-@frozen(eq=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class RecutResult(BalanceResult):
     """The end of a stage; ``stages`` of the report has all of them so far."""
 

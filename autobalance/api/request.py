@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 from autobalance import job as jobs
@@ -13,7 +14,6 @@ from autobalance.balancing import plausibility, rotor_from_job
 from autobalance.balancing.measured_crank import Crank as MeasuredCrank
 from autobalance.balancing.measured_crank import measure_crank
 from autobalance.errors import UsageError
-from autobalance.frozen import frozen
 from autobalance.job import JobSource
 from autobalance.job.model import Job
 from autobalance.runtime import Stopwatch
@@ -23,7 +23,7 @@ if TYPE_CHECKING:
     from autobalance.api.crank import Crank
 
 
-@frozen(eq=False)
+@dataclass(frozen=True, eq=False)
 class Request:
     """A job with its crank, the target factor and the speed."""
 

@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import html
 from collections.abc import Mapping
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 from autobalance.errors import FileError, FormatError
-from autobalance.frozen import frozen
 from autobalance.report.files import Staging
 from autobalance.version import __version__
 
@@ -26,7 +26,7 @@ def report_head(command: str) -> Values:
     return {"schema_version": SCHEMA_VERSION, "autobalance": {"version": __version__}, "command": command}
 
 
-@frozen(eq=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class VerbResult:
     """What a verb found; ``report`` is what the command of its name writes with ``--json``.
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -14,7 +15,6 @@ from autobalance.crank.connecting_rod import MeasuredRod, measure_rod
 from autobalance.crank.recognition.rod_eyes import Eye, RodEyes
 from autobalance.engine.slider_crank import SliderCrank
 from autobalance.errors import JobError, RecognitionError
-from autobalance.frozen import frozen
 from autobalance.solid.formats.read import read
 from autobalance.units import G_PER_MM3_PER_KG_M3, RAD_S_PER_RPM
 
@@ -23,7 +23,7 @@ N_M_PER_G_MM2_RAD_S2 = 1e-9
 TURN_RAD = np.radians(np.arange(0.0, 360.0, 0.25))
 
 
-@frozen(eq=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class RodResult(VerbResult):
     """A connecting rod's measures; ``measured`` has them as objects."""
 

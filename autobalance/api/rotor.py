@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
+from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -20,7 +21,6 @@ from autobalance.dynamics.stiffness_map import undamped_map
 from autobalance.dynamics.unbalance_response import sag, unbalance_response
 from autobalance.dynamics.whirl_modes import WhirlMode, modes_at, refined
 from autobalance.errors import JobError, UsageError
-from autobalance.frozen import frozen
 from autobalance.job.rotor_file import RotorRequest, read_rotor
 from autobalance.report import rotor_values
 from autobalance.solid.formats.registry import endings
@@ -34,7 +34,7 @@ BEYOND = 10.0
 """Critical speeds are looked for up to so many times a single speed."""
 
 
-@frozen(eq=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class RotorResult(VerbResult):
     """What ``rotor`` found."""
 

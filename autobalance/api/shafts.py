@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any
 
 from autobalance.api.progress import Progress
@@ -26,7 +26,6 @@ from autobalance.engine.shafts import (
     roll_moment_n_m,
 )
 from autobalance.engine.whole_engine import Engine, Order, about
-from autobalance.frozen import frozen
 from autobalance.job import JobSource
 from autobalance.job.model import BalanceShaftEntry
 
@@ -34,7 +33,7 @@ if TYPE_CHECKING:
     from autobalance.api.crank import Crank
 
 
-@frozen(eq=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class ShaftsResult(VerbResult):
     """Orders without and with shafts, and shafts that would cancel them."""
 

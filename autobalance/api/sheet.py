@@ -5,12 +5,12 @@ from __future__ import annotations
 import datetime
 import hashlib
 from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from autobalance.api.result import Values, VerbResult, report_head
 from autobalance.errors import FormatError
-from autobalance.frozen import frozen
 from autobalance.report.files import Staging
 
 if TYPE_CHECKING:
@@ -21,7 +21,7 @@ PAPERS = ("A4", "Letter")
 UNIT_SYSTEMS = ("metric", "inch")
 
 
-@frozen(eq=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class SheetResult(VerbResult):
     """Sheet and drawing as bytes; ``write`` puts them into a folder."""
 

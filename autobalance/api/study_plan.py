@@ -3,13 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from hashlib import sha256
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from autobalance.errors import ClaimError, FileError, FormatError
-from autobalance.frozen import frozen
 
 if TYPE_CHECKING:
     from autobalance.api.crank import Crank
@@ -23,7 +22,7 @@ SAME_MM, SAME_SHARE = 1e-6, 1e-6
 that its job gives again."""
 
 
-@frozen(eq=False)
+@dataclass(frozen=True, eq=False)
 class StudiedPlan:
     """A plan, and the digest of the report that it stands in."""
 

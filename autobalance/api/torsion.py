@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -20,7 +21,6 @@ from autobalance.dynamics.torsion_chain import (
     torsion_response,
 )
 from autobalance.errors import UsageError
-from autobalance.frozen import frozen
 from autobalance.job.keys import named_in
 from autobalance.job.model import Job
 from autobalance.job.read import tables_of
@@ -48,7 +48,7 @@ USUAL_ORDERS = tuple(0.5 * n for n in range(1, 25))
 """Of which critical speeds are told where nothing says what excites a crank."""
 
 
-@frozen(eq=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class TorsionResult(VerbResult):
     """What ``torsion`` found."""
 
@@ -65,7 +65,7 @@ class TorsionResult(VerbResult):
         return torsion_plots(self.report)
 
 
-@frozen(eq=False)
+@dataclass(frozen=True, eq=False)
 class _Model:
     """A chain with its stations' names, the diameters along its springs, and the orders to look at."""
 

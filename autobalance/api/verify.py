@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 from autobalance.api.result import VerbResult, report_head
-from autobalance.frozen import frozen
 from autobalance.verification.check import Checked, check_report
 
 if TYPE_CHECKING:
@@ -15,7 +15,7 @@ if TYPE_CHECKING:
 ABOVE_TOLERANCE = 4
 
 
-@frozen(eq=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class VerifyResult(VerbResult):
     """A report all of whose claims hold; one whose claims fail raises ``ClaimError``."""
 

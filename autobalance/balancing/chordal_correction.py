@@ -4,12 +4,12 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
+from dataclasses import dataclass
 from typing import TYPE_CHECKING, Literal
 
 import numpy as np
 
 from autobalance.crank.anatomy import Anatomy
-from autobalance.frozen import frozen
 from autobalance.rigid_rotor.moments import Moments
 from autobalance.rigid_rotor.tolerance import Tolerance
 from autobalance.rigid_rotor.uncertainty import Share
@@ -23,7 +23,7 @@ COARSE = 1.0 / 3.0
 """Share of a permissible value that facets may put in doubt before a mesh is too coarse for the grade."""
 
 
-@frozen(eq=False)
+@dataclass(frozen=True, eq=False)
 class FacetCorrection:
     """What of the estimate is added to measured moments.
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
 
 from autobalance import correction
 from autobalance.balancing.loop import Outcome, Result, balance
@@ -14,7 +15,6 @@ from autobalance.correction import Limits
 from autobalance.correction.kind import Correction, Offer, Prefer, Workpiece, setting_of
 from autobalance.crank.anatomy import Anatomy
 from autobalance.errors import CorrectionError
-from autobalance.frozen import frozen
 from autobalance.planning.milp import greatest_multiple
 from autobalance.rigid_rotor.tolerance import Tolerance
 
@@ -24,7 +24,7 @@ SAME = 1e-3
 """Share by which two figures must differ to count as better or worse."""
 
 
-@frozen(eq=False)
+@dataclass(frozen=True, eq=False)
 class Row:
     """What one kind or mix makes of the crank.
 

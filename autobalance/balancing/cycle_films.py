@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
+from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -13,7 +14,6 @@ from autobalance.engine.cycle.analysis import CycleAnalysis
 from autobalance.engine.cycle.factors import MainLoads
 from autobalance.engine.cycle.firing_engine import FiringEngine
 from autobalance.engine.slider_crank import Complex
-from autobalance.frozen import frozen
 from autobalance.job.cycle import Film
 from autobalance.rigid_rotor.moments import Array
 
@@ -28,7 +28,7 @@ FEW = 100
 M_PER_MM = 1e-3
 
 
-@frozen(eq=False)
+@dataclass(frozen=True, eq=False)
 class Bearings:
     """Plain bearings of a crank: diameters, lengths and radial clearances (k,) [mm]."""
 
@@ -37,7 +37,7 @@ class Bearings:
     clearance_mm: Array
 
 
-@frozen(eq=False)
+@dataclass(frozen=True, eq=False)
 class CycleFilms:
     """Orbits of the journals in main bearings, one each, and of crankpins in big ends, None without any."""
 

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -10,7 +12,6 @@ from autobalance.balancing.firing_from_job import firing_engine
 from autobalance.balancing.measured_crank import Crank
 from autobalance.engine.cycle.analysis import HIGHEST_ORDER
 from autobalance.engine.cycle.firing_engine import FiringEngine
-from autobalance.frozen import frozen
 from autobalance.job import Job
 from autobalance.rigid_rotor.moments import Array
 from autobalance.units import N_M_PER_N_MM
@@ -18,7 +19,7 @@ from autobalance.units import N_M_PER_N_MM
 Complex = NDArray[np.complex128]
 
 
-@frozen(eq=False)
+@dataclass(frozen=True, eq=False)
 class ThrowTorques:
     """Orders (k,) of the torque that rods put on each throw, (k, throws) as T exp(iφ) [N·m].
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
@@ -14,13 +15,12 @@ from autobalance.engine.cycle.factors import MainLoads
 from autobalance.engine.cycle.firing_engine import FiringEngine
 from autobalance.engine.cycle.free_run import FreeRun, free_run
 from autobalance.engine.whole_engine import Engine
-from autobalance.frozen import frozen
 from autobalance.job import Job
 from autobalance.rigid_rotor.moments import Array
 from autobalance.units import N_M_PER_G_MM2_S2, N_M_PER_N_MM
 
 
-@frozen(eq=False)
+@dataclass(frozen=True, eq=False)
 class VariantPoint:
     """An engine with one crank at one speed.
 
@@ -48,7 +48,7 @@ class VariantPoint:
     fluctuation: float | None
 
 
-@frozen(eq=False)
+@dataclass(frozen=True, eq=False)
 class VariantCurves:
     """Torque over the cycle at the last speed, and the run-up, of one variant."""
 
@@ -58,7 +58,7 @@ class VariantCurves:
     run: FreeRun | None
 
 
-@frozen(eq=False)
+@dataclass(frozen=True, eq=False)
 class FiringVariant:
     """A job's engine with one crank in it, of its own unbalance or an ideal one of a factor."""
 

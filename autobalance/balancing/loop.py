@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from typing import Literal
 
 import numpy as np
@@ -14,7 +14,6 @@ from autobalance.balancing.offers import Offers, best_offer, why_not_used, workp
 from autobalance.balancing.rotor import Rotor
 from autobalance.correction import Limits
 from autobalance.correction.kind import Array, Correction, Cut, Offer, Prefer
-from autobalance.frozen import frozen
 from autobalance.planning.depths import AIM, Plan
 from autobalance.planning.harmless import harmless, is_harmless
 from autobalance.planning.milp import least_share
@@ -36,7 +35,7 @@ MEASURED_WORSE = 0.01
 """Share by which a judged value may be worse than it was, as measured, where the tolerance is not reached."""
 
 
-@frozen
+@dataclass(frozen=True)
 class Step:
     """One pass: what was planned, what was predicted and what was measured on the cut solid.
 
@@ -50,7 +49,7 @@ class Step:
     measured_g_mm: float
 
 
-@frozen(eq=False)
+@dataclass(frozen=True, eq=False)
 class Result:
     """The end of a balancing run.
 
@@ -92,7 +91,7 @@ class Result:
         return {**self.__dict__, "made": (), "measured": measured}
 
 
-@frozen(eq=False)
+@dataclass(frozen=True, eq=False)
 class Pass:
     """A cut crank as it was measured, and the bodies of its cuts (rotor frame)."""
 

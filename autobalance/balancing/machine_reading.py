@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
+from dataclasses import dataclass
 
 import numpy as np
 
-from autobalance.frozen import frozen
 from autobalance.rigid_rotor.tolerance import Tolerance
 from autobalance.rigid_rotor.unbalance import Unbalance
 from autobalance.rigid_rotor.uncertainty import Budget, Places, Share
@@ -16,7 +16,7 @@ CAUSE = "reading"
 """Name of the only cause of a reading's uncertainty."""
 
 
-@frozen
+@dataclass(frozen=True)
 class PlaneReading:
     """What was read in a plane: heavy side in the rotor frame (x + i y); ``z_mm`` None: a static reading."""
 
@@ -24,7 +24,7 @@ class PlaneReading:
     unbalance_g_mm: complex
 
 
-@frozen
+@dataclass(frozen=True)
 class MachineAccuracy:
     """Unbalance reduction ratio (a share) and minimum achievable residual unbalance, as of ISO 21940-21."""
 
@@ -36,7 +36,7 @@ class MachineAccuracy:
         return math.hypot(self.umar_g_mm, (1.0 - self.urr) * read_g_mm)
 
 
-@frozen(eq=False)
+@dataclass(frozen=True, eq=False)
 class JudgedReading:
     """A reading as judged.
 

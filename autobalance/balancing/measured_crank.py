@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -17,7 +17,6 @@ from autobalance.crank.faces import find_faces
 from autobalance.crank.recognition.alignment import misalignment_warning
 from autobalance.crank.recognition.recognise import recognise
 from autobalance.errors import BodiesError, JobError, OverlapError, RecognitionError
-from autobalance.frozen import frozen
 from autobalance.job import Balance, Crankshaft, Job
 from autobalance.rigid_rotor.moments import Moments
 from autobalance.runtime import Stopwatch, in_thread
@@ -45,7 +44,7 @@ BODIES_MOST = 40
 """Bodies that may be one pressed-up crank: halves, pins, balls, plugs. More are looked at when asked for."""
 
 
-@frozen(eq=False)
+@dataclass(frozen=True, eq=False)
 class Crank:
     """A crank file, read, recognised and measured (moments in the rotor frame)."""
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import field, replace
+from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING
 
 from autobalance.balancing.rotor import Rotor
@@ -12,7 +12,6 @@ from autobalance.correction.kind import Correction, Cut
 from autobalance.crank.anatomy import Overrides
 from autobalance.crank.recognition.recognise import recognise
 from autobalance.errors import RecognitionError, SolidError
-from autobalance.frozen import frozen
 from autobalance.rigid_rotor.moments import Moments
 from autobalance.solid.csg.solid import Solid
 from autobalance.solid.csg.tool import Tool, placed
@@ -36,7 +35,7 @@ Made = Sequence[tuple[Cut, float]]
 """Cuts with their depths [mm]."""
 
 
-@frozen(eq=False)
+@dataclass(frozen=True, eq=False)
 class Measured:
     """What was measured of a corrected crank (rotor frame), and the bytes of its file if they were measured.
 

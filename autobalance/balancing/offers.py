@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 from autobalance import correction
 from autobalance.balancing.rotor import Rotor
@@ -11,7 +11,6 @@ from autobalance.correction import Limits
 from autobalance.correction.kind import Array, Offer, Prefer, Workpiece, setting_of
 from autobalance.crank.anatomy import Anatomy
 from autobalance.errors import CorrectionError
-from autobalance.frozen import frozen
 from autobalance.planning.depths import AIM, Plan
 from autobalance.planning.harmless import harmless
 from autobalance.planning.simplest import rank
@@ -28,7 +27,7 @@ EXPLAINED = 6
 """Unused drills of which it is found out what they would have done, at most."""
 
 
-@frozen(eq=False)
+@dataclass(frozen=True, eq=False)
 class BestOffer:
     """The cuts at hand, a plan of them, the methods that have a place, and notes on those that have none."""
 

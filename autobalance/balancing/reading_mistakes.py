@@ -10,12 +10,12 @@ from __future__ import annotations
 import cmath
 import math
 from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass
 from typing import Literal
 
 import numpy as np
 
 from autobalance.balancing.machine_reading import JudgedReading, PlaneReading, vector
-from autobalance.frozen import frozen
 from autobalance.rigid_rotor.moments import Array
 from autobalance.rigid_rotor.unbalance import Unbalance
 from autobalance.rigid_rotor.uncertainty import Places
@@ -41,7 +41,7 @@ DOUBTS = 2.0
 """Uncertainties by which change and cuts may differ."""
 
 
-@frozen
+@dataclass(frozen=True)
 class Suspect:
     """A mistake that would explain what was read: what it leaves of the difference, and how to say so."""
 
@@ -61,7 +61,7 @@ class Suspect:
         return self.left_g_mm * (2.0 if self.cause in FITTED else 1.0)
 
 
-@frozen(eq=False)
+@dataclass(frozen=True, eq=False)
 class Comparison:
     """Two readings and what was cut between them.
 

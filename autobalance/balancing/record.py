@@ -3,10 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import field
+from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any, Literal
-
-from autobalance.frozen import frozen
 
 if TYPE_CHECKING:  # ``inspect`` needs none of the planning and balancing that these load
     from autobalance.balancing.loop import Result
@@ -20,7 +18,7 @@ if TYPE_CHECKING:  # ``inspect`` needs none of the planning and balancing that t
     from autobalance.rigid_rotor.unbalance import Unbalance
 
 
-@frozen
+@dataclass(frozen=True)
 class InputFile:
     """The crank's file as it was read."""
 
@@ -32,7 +30,7 @@ class InputFile:
     repairs: tuple[str, ...]
 
 
-@frozen
+@dataclass(frozen=True)
 class FacetsNeeded:
     """How many times as many facets around a circle a grade needs, their chord height, and it in words."""
 
@@ -41,7 +39,7 @@ class FacetsNeeded:
     text: str
 
 
-@frozen
+@dataclass(frozen=True)
 class ChordalErrorEntry:
     """What the true surface holds more than the facets: mass, and the magnitude of the unbalance.
 
@@ -62,7 +60,7 @@ class ChordalErrorEntry:
     added: tuple[Moments, Moments] | None = None
 
 
-@frozen(eq=False)
+@dataclass(frozen=True, eq=False)
 class MeasuredCrank:
     """The crank before correction, in the rotor frame."""
 
@@ -72,7 +70,7 @@ class MeasuredCrank:
     facet_error: ChordalErrorEntry | None = None
 
 
-@frozen
+@dataclass(frozen=True)
 class Counterweight:
     """m_cw, r′ and their product before, wanted and after; for cranks of one throw."""
 
@@ -82,7 +80,7 @@ class Counterweight:
     final_g_mm: float
 
 
-@frozen
+@dataclass(frozen=True)
 class BobWeights:
     """Sums of the parts of one throw [g], and the bob-weight on each throw.
 
@@ -98,7 +96,7 @@ class BobWeights:
     tolerance_g: float
 
 
-@frozen
+@dataclass(frozen=True)
 class Factors:
     """The crank's balance factor before, wanted and after; None where its throws cancel each other out."""
 
@@ -107,7 +105,7 @@ class Factors:
     final: float | None
 
 
-@frozen(eq=False)
+@dataclass(frozen=True, eq=False)
 class FaceOffer:
     """A face that a correction can use: change of the unbalance per millimetre, and how deep it may go."""
 
@@ -116,7 +114,7 @@ class FaceOffer:
     max_depth_mm: float | None
 
 
-@frozen(eq=False)
+@dataclass(frozen=True, eq=False)
 class Overbalance:
     """Unbalance left on purpose for final drilling, and where the last holes belong; not cut yet.
 
@@ -130,7 +128,7 @@ class Overbalance:
     reason: str | None
 
 
-@frozen(eq=False)
+@dataclass(frozen=True, eq=False)
 class Forces:
     """What shakes the engine before and after, at top speed; without a rod length the first order only."""
 
@@ -139,7 +137,7 @@ class Forces:
     all_orders: bool
 
 
-@frozen(eq=False)
+@dataclass(frozen=True, eq=False)
 class Balanced:
     """What only a balancing run knows.
 
@@ -160,7 +158,7 @@ class Balanced:
     assembly: tuple[AssemblyStage, ...] = ()
 
 
-@frozen(eq=False)
+@dataclass(frozen=True, eq=False)
 class TrueSurfaces:
     """Faces of a solid by kind, and what they hold more than triangles laid over them."""
 
@@ -168,7 +166,7 @@ class TrueSurfaces:
     hidden: Moments
 
 
-@frozen(eq=False)
+@dataclass(frozen=True, eq=False)
 class Record:
     """Everything that a report is written from.
 

@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 from autobalance.correction.kind import Correction, EarlierCut
 from autobalance.crank.anatomy import Anatomy, Face
-from autobalance.frozen import frozen
 from autobalance.rigid_rotor.moments import Moments
 from autobalance.rigid_rotor.uncertainty import Budget
 from autobalance.solid.csg.solid import Solid
@@ -17,7 +17,7 @@ if TYPE_CHECKING:
     from autobalance.solid.cad.step import Exact
 
 
-@frozen(eq=False)
+@dataclass(frozen=True, eq=False)
 class Rotor:
     """What is balanced: the crank in file coordinates [mm] and what turns with it.
 

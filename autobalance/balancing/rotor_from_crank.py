@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
+from dataclasses import dataclass
 from itertools import pairwise
 from typing import Any
 
@@ -12,7 +13,6 @@ from autobalance.balancing.torsion_from_job import sides_of_throws, throw_shapes
 from autobalance.crank.anatomy import Pin
 from autobalance.crank.sections import Section, sections
 from autobalance.dynamics.crank_bending import ThrowBending, throw_bending, web_bending
-from autobalance.frozen import frozen
 from autobalance.rigid_rotor.moments import Moments
 
 KG_PER_G = 1e-3
@@ -30,7 +30,7 @@ WORTH = (
 )
 
 
-@frozen(eq=False)
+@dataclass(frozen=True, eq=False)
 class StraightRotor:
     """A rotor file's structure for a crank, z from the crank's lower end; and its throws' stiffness."""
 

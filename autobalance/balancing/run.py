@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
 from autobalance import job as jobs
@@ -37,7 +37,6 @@ from autobalance.crank.anatomy import Anatomy
 from autobalance.crank.sections import counterweight_moments
 from autobalance.engine.balance_factor import bob_weight_moments
 from autobalance.errors import AutobalanceError, CorrectionError, JobError
-from autobalance.frozen import frozen
 from autobalance.job import Job
 from autobalance.job.limits import limits_of_every_kind
 from autobalance.rigid_rotor.moments import Moments
@@ -166,7 +165,7 @@ class _Stages:
         self._stage, self._since = stage, now
 
 
-@frozen(eq=False)
+@dataclass(frozen=True, eq=False)
 class Compared:
     """Every kind and mix tried on one crank, with what they are judged against."""
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -12,7 +13,6 @@ from autobalance.correction.hole_metal import HoleMetal, holes_of
 from autobalance.correction.hole_surface import Surface
 from autobalance.crank.anatomy import Throw, Web
 from autobalance.crank.sections import Kind, Section, away_from_crankpin
-from autobalance.frozen import frozen
 from autobalance.job.model import Job
 from autobalance.rigid_rotor.moments import Array, Moments
 from autobalance.rigid_rotor.tolerance import Tolerance
@@ -27,7 +27,7 @@ ROUNDING = 1e-9
 """Share of the mass below which what the sections miss of the crank is rounding."""
 
 
-@frozen(eq=False)
+@dataclass(frozen=True, eq=False)
 class SectionRow:
     """A row: what it is, which one (the journal's, throw's or web's number, or a hole's), and its moments.
 
@@ -40,7 +40,7 @@ class SectionRow:
     moments: Moments
 
 
-@frozen(eq=False)
+@dataclass(frozen=True, eq=False)
 class SectionTable:
     """The rows, and what they are judged against; None where the job does not say."""
 

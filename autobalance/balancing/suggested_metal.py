@@ -8,13 +8,13 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Sequence
+from dataclasses import dataclass
 
 import numpy as np
 
 from autobalance.balancing.wanted import Aim, Bore, Change, Missing, Refused, Suggestion
 from autobalance.crank.anatomy import Array, Web
 from autobalance.errors import CorrectionError
-from autobalance.frozen import frozen
 from autobalance.rigid_rotor.moments import Moments
 from autobalance.solid.csg.shape import tessellated
 from autobalance.solid.csg.solid import Region, Solid, union
@@ -68,7 +68,7 @@ def suggested_metal(
     return found, refused
 
 
-@frozen(eq=False)
+@dataclass(frozen=True, eq=False)
 class _CounterweightWeb:
     """A web's metal, its widest section, the direction (2,) of its crankpin, and circles to keep clear of."""
 
@@ -148,7 +148,7 @@ def _cylinder(place: Array, diameter_mm: float, low: float, high: float) -> Soli
 # --- bores ----------------------------------------------------------------------------------------------
 
 
-@frozen(eq=False)
+@dataclass(frozen=True, eq=False)
 class _Seat:
     """A web, the places of its bores of one diameter on one side, and what a gram there does.
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
+from dataclasses import dataclass
 
 import numpy as np
 from scipy.optimize import least_squares
@@ -13,7 +14,6 @@ from autobalance.crank.parametric.design import Design
 from autobalance.crank.parametric.generate import exact_moments
 from autobalance.crank.parametric.true_anatomy import crank_anatomy
 from autobalance.errors import AutobalanceError, JobError
-from autobalance.frozen import frozen
 from autobalance.job.crank_design import with_settings
 from autobalance.rigid_rotor.moments import Array, Moments
 from autobalance.units import G_PER_MM3_PER_KG_M3
@@ -119,7 +119,7 @@ def _set(design: Design, keys: Sequence[str], values: Sequence[float]) -> Design
     return with_settings(design, dict(zip(keys, values, strict=True)))
 
 
-@frozen(eq=False)
+@dataclass(frozen=True, eq=False)
 class _Levers:
     """Some sizes of a design and the closed form of what they do to product and inertia."""
 

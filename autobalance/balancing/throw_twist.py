@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
@@ -16,7 +17,6 @@ from autobalance.fem_analysis.analysis import COARSENING
 from autobalance.fem_analysis.elasticity import Material
 from autobalance.fem_analysis.mesher import default_size_mm, need_libraries
 from autobalance.fem_analysis.twist import TwistStiffness, twist_stiffness
-from autobalance.frozen import frozen
 from autobalance.solid.csg.solid import Solid
 
 COARSER = 1.5
@@ -29,7 +29,7 @@ Array = NDArray[np.float64]
 Progress = Callable[[str, float], object]
 
 
-@frozen
+@dataclass(frozen=True)
 class ThrowTwist:
     """A throw's stiffness, or why it has none of its own."""
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import astuple, replace
+from dataclasses import astuple, dataclass, replace
 
 import numpy as np
 
@@ -15,7 +15,6 @@ from autobalance.crank.sections import Section, sections
 from autobalance.dynamics.crank_torsion import ThrowShape, springs_between, throw_stiffness_n_m_rad
 from autobalance.dynamics.torsion_chain import TorsionChain
 from autobalance.errors import JobError
-from autobalance.frozen import frozen
 from autobalance.job import Job
 from autobalance.job.torsion_file import CrankTorsion
 from autobalance.rigid_rotor.moments import Array
@@ -31,7 +30,7 @@ CELLS = (5, 3)
 """Of that strip, along and across; the median of their thicknesses counts."""
 
 
-@frozen(eq=False)
+@dataclass(frozen=True, eq=False)
 class CrankChain:
     """A crank's chain with both formulas' springs (n − 1,) beside each other.
 
@@ -135,7 +134,7 @@ def sides_of_throws(crank: Crank) -> list[tuple[ThrowShape, ThrowShape]]:
     return [_shapes(solid, crank.anatomy, throw) for throw in crank.anatomy.throws]
 
 
-@frozen
+@dataclass(frozen=True)
 class _Stations:
     """First main, throws, last main; a main that is not there has no station."""
 

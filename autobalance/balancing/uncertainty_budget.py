@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -13,7 +13,6 @@ from autobalance.balancing.chordal_correction import FacetCorrection
 from autobalance.correction.kind import Correction
 from autobalance.crank.anatomy import Anatomy
 from autobalance.engine.balance_factor import bob_weight_moments
-from autobalance.frozen import frozen
 from autobalance.job import EngineParts, Job, PartWeights
 from autobalance.rigid_rotor.moments import Moments
 from autobalance.rigid_rotor.tolerance import Tolerance
@@ -33,7 +32,7 @@ from autobalance.solid.formats.registry import format_named
 TABLES = ("rotating", "reciprocating", "crankpin")
 
 
-@frozen(eq=False)
+@dataclass(frozen=True, eq=False)
 class UncertaintyBudget:
     """What the budget of a run is made from.
 

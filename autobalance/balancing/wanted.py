@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Mapping
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -14,7 +15,6 @@ from autobalance.crank.sections import away_from_crankpin
 from autobalance.engine.balance_factor import factor_direction_g_mm
 from autobalance.engine.parts import ThrowLoad
 from autobalance.errors import JobError
-from autobalance.frozen import frozen
 from autobalance.job.model import EngineParts
 from autobalance.rigid_rotor.moments import Array, Moments
 
@@ -30,7 +30,7 @@ REACHED = 10.0
 KEYS = ("balance_factor", "inertia_kg_mm2")
 
 
-@frozen
+@dataclass(frozen=True)
 class Wanted:
     """A balance factor, an inertia about the crank axis, or both; None: not asked for."""
 
@@ -65,7 +65,7 @@ class Wanted:
         )
 
 
-@frozen
+@dataclass(frozen=True)
 class Missing:
     """What is to be added: to the product opposite to the throws [g·mm], to the inertia [g·mm²] or None."""
 
@@ -73,7 +73,7 @@ class Missing:
     inertia_g_mm2: float | None
 
 
-@frozen(eq=False)
+@dataclass(frozen=True, eq=False)
 class Aim:
     """A crank as it is and what it is to become.
 
@@ -173,7 +173,7 @@ class Aim:
         return [(web, towards) for web, towards in found if float(towards @ self.direction) > ALONG]
 
 
-@frozen
+@dataclass(frozen=True)
 class Change:
     """A dimension of a design: its dotted key, what it was, what the closed form gave, what was tried."""
 
@@ -183,7 +183,7 @@ class Change:
     after: float
 
 
-@frozen
+@dataclass(frozen=True)
 class Bore:
     """A flat-bottomed bore along the crank axis, from a web's face away from its crankpin on.
 
@@ -201,7 +201,7 @@ class Bore:
     mass_g: float
 
 
-@frozen(eq=False)
+@dataclass(frozen=True, eq=False)
 class Suggestion:
     """What would do it, and the moments of the crank with it, measured on the solid that it makes."""
 
@@ -212,7 +212,7 @@ class Suggestion:
     bores: tuple[Bore, ...] = ()
 
 
-@frozen
+@dataclass(frozen=True)
 class Refused:
     """What would not do it, and why."""
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -23,10 +23,9 @@ from autobalance.bearings.orbit import Orbits, film_orbits
 from autobalance.bearings.reynolds import reynolds
 from autobalance.bearings.short_bearing import ocvirk
 from autobalance.bearings.unit_film import CONTACT, FilmModel
-from autobalance.frozen import frozen
 
 
-@frozen
+@dataclass(frozen=True)
 class Friction:
     """Friction at one speed; None where a number does not apply."""
 
@@ -40,7 +39,7 @@ class Friction:
     small_angle_N_m: float | None = None
 
 
-@frozen
+@dataclass(frozen=True)
 class LoadMeans:
     """Means of a constant and a turning load [N]."""
 
@@ -50,7 +49,7 @@ class LoadMeans:
     f_m: float | None
 
 
-@frozen
+@dataclass(frozen=True)
 class PlateFilm:
     """Stiffness and damping of a squeeze film."""
 
@@ -59,7 +58,7 @@ class PlateFilm:
     damping_N_s_m: float
 
 
-@frozen
+@dataclass(frozen=True)
 class PetroffFilm:
     """What Petroff's formula was given, and what follows from it alone."""
 
@@ -70,7 +69,7 @@ class PetroffFilm:
     least_film_m: float
 
 
-@frozen(eq=False)
+@dataclass(frozen=True, eq=False)
 class State:
     """A bearing at one speed."""
 
@@ -88,7 +87,7 @@ class State:
     contact: bool = False
 
 
-@frozen(eq=False)
+@dataclass(frozen=True, eq=False)
 class Analysis:
     """A bearing at every speed asked for; the orbit is at the first."""
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from typing import Literal
 
 from autobalance.bearings.film import JournalBearing
@@ -10,12 +11,11 @@ from autobalance.bearings.loads import Array
 from autobalance.bearings.oil import Oil
 from autobalance.bearings.reynolds import Boundary
 from autobalance.bearings.rolling import RollingBearing
-from autobalance.frozen import frozen
 
 Solver = Literal["ocvirk", "reynolds", "petroff"]
 
 
-@frozen
+@dataclass(frozen=True)
 class Lubricant:
     """Viscosity as given, or an oil at a temperature, or an oil at the temperature that its heat makes."""
 
@@ -58,7 +58,7 @@ class Lubricant:
         return self.viscosity_Pa_s
 
 
-@frozen
+@dataclass(frozen=True)
 class DryCase:
     """A dry journal with a coefficient of friction or a measured torque."""
 
@@ -69,7 +69,7 @@ class DryCase:
     torque_N_m: float | None
 
 
-@frozen(eq=False)
+@dataclass(frozen=True, eq=False)
 class History:
     """Force of the journal on the bush (n, 2) [N] over equal steps of the angle (n,) of one cycle [rad]."""
 
@@ -78,7 +78,7 @@ class History:
     bush_speed_rad_s: float = 0.0
 
 
-@frozen(eq=False)
+@dataclass(frozen=True, eq=False)
 class PlainCase:
     """A plain bearing with an oil film under a load, at an eccentricity, or under loads by angle."""
 
@@ -93,7 +93,7 @@ class PlainCase:
     history: History | None
 
 
-@frozen
+@dataclass(frozen=True)
 class RollingCase:
     """Rolling bearings alike, each with a radial load."""
 
@@ -103,7 +103,7 @@ class RollingCase:
     count: int
 
 
-@frozen
+@dataclass(frozen=True)
 class PlatesCase:
     """Flat plates that squeeze a film."""
 

@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
+from dataclasses import dataclass
 
 import numpy as np
 import numpy.typing as npt
@@ -14,7 +15,6 @@ import numpy.typing as npt
 from autobalance.bearings.loads import Array
 from autobalance.bearings.stability import WhirlThreshold, whirl_threshold
 from autobalance.bearings.unit_film import CONTACT, FilmModel, UnitFilm, film_for_load
-from autobalance.frozen import frozen
 
 LEAST_RATIO = 1e-6
 """Eccentricity ratio that stands for a centred journal: its attitude and coefficients are limits."""
@@ -22,7 +22,7 @@ LEAST_LOAD = 1e-12
 """Load in units of η Ω R L (R/c)² that counts as none."""
 
 
-@frozen
+@dataclass(frozen=True)
 class JournalBearing:
     """A plain cylindrical bearing: journal diameter, length, radial clearance c [m]."""
 
@@ -90,7 +90,7 @@ def friction_moment_N_m(
     return shear + lever * load_N * math.sin(attitude_rad)
 
 
-@frozen(eq=False)
+@dataclass(frozen=True, eq=False)
 class Film:
     """A film in steady running, SI.
 
@@ -206,7 +206,7 @@ def _film(
     )
 
 
-@frozen(eq=False)
+@dataclass(frozen=True, eq=False)
 class FilmTable:
     """Coefficients of a film over the speed, in axes of the caller's; a row of NaN is contact."""
 

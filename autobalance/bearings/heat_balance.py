@@ -3,19 +3,19 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import dataclass
 
 from scipy.optimize import brentq
 
 from autobalance.bearings.film import Film
 from autobalance.bearings.oil import Oil
-from autobalance.frozen import frozen
 
 HOTTEST_RISE_K = 400.0
 """Rise above the supply up to which a balance is looked for."""
 NEAR_K = 1e-6
 
 
-@frozen
+@dataclass(frozen=True)
 class Supply:
     """Oil as it comes to the bearing: temperature [°C] and specific heat [J/(kg K)]."""
 

@@ -3,15 +3,14 @@
 from __future__ import annotations
 
 import math
-
-from autobalance.frozen import frozen
+from dataclasses import dataclass
 
 KELVIN_AT_0_C = 273.15
 WALTHER_SHIFT_MM2_S = 0.7
 PA_S_PER_MM2_S_KG_M3 = 1e-6
 
 
-@frozen
+@dataclass(frozen=True)
 class Oil:
     """An oil by Walther's law and a constant density.
 

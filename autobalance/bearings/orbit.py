@@ -7,6 +7,7 @@ count; the film is the short bearing's, positive pressure only.
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import dataclass
 
 import numpy as np
 import numpy.typing as npt
@@ -15,7 +16,6 @@ from scipy.integrate import solve_ivp
 from autobalance.bearings.loads import Array
 from autobalance.bearings.mobility import NEAREST, Polar, squeeze_velocity
 from autobalance.bearings.unit_film import CONTACT
-from autobalance.frozen import frozen
 
 SETTLED = 2e-5
 """Change of the eccentricity ratio from one cycle to the next that counts as none."""
@@ -27,7 +27,7 @@ ACCURACY = 1e-6
 """Of the eccentricity ratio in one step of the integration."""
 
 
-@frozen(eq=False)
+@dataclass(frozen=True, eq=False)
 class Orbits:
     """Paths of journals in their films over one cycle.
 
@@ -136,7 +136,7 @@ def film_orbits(
     return Orbits(angle, path, clearance, moment, turns)
 
 
-@frozen(eq=False)
+@dataclass(frozen=True, eq=False)
 class _Motion:
     """Forces in the film's unit (n, k, 2) over angles (n,); the surfaces' mean speed over Ω (n, k)."""
 

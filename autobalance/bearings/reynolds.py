@@ -10,6 +10,7 @@ of 6 η Ω (R/c)² for the pressure, with g = dθ/dγ and λ = L/D,
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from typing import Any, Literal
 
 import numpy as np
@@ -19,7 +20,6 @@ from scipy.sparse.linalg import SuperLU, splu
 
 from autobalance.bearings.loads import Array
 from autobalance.bearings.unit_film import FilmModel, Pressure, UnitFilm
-from autobalance.frozen import frozen
 
 Flags = npt.NDArray[np.bool_]
 Boundary = Literal["half", "reynolds", "full"]
@@ -53,7 +53,7 @@ def reynolds(
     return film
 
 
-@frozen(eq=False)
+@dataclass(frozen=True, eq=False)
 class _Grid:
     """The film's geometry at the nodes, and the matrix of minus Reynolds' left side."""
 
@@ -180,7 +180,7 @@ def _solve(grid: _Grid, boundary: Boundary) -> UnitFilm:
     )
 
 
-@frozen(eq=False)
+@dataclass(frozen=True, eq=False)
 class _Solution:
     """The film's pressure, and what its small changes obey."""
 

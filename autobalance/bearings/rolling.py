@@ -6,15 +6,14 @@ Both are empirical: their constants carry mm, N, 1/min and mm²/s and give N·mm
 from __future__ import annotations
 
 import math
-
-from autobalance.frozen import frozen
+from dataclasses import dataclass
 
 N_M_PER_N_MM = 1e-3
 STARVED_BELOW = 2000.0
 """ν n [mm²/s · 1/min] under which the load-free part no longer falls with the speed."""
 
 
-@frozen
+@dataclass(frozen=True)
 class Palmgren:
     """Constants of Palmgren's model: f0 by kind of bearing and lubrication, f1 by kind and load."""
 
@@ -22,7 +21,7 @@ class Palmgren:
     f1: float = 0.0
 
 
-@frozen
+@dataclass(frozen=True)
 class FourSources:
     """Constants of the model of rolling, sliding, seal and drag friction, as a catalogue gives them.
 
@@ -42,7 +41,7 @@ class FourSources:
     drag_N_mm: float = 0.0
 
 
-@frozen
+@dataclass(frozen=True)
 class PalmgrenParts:
     """Moment of one bearing by its origin."""
 
@@ -55,7 +54,7 @@ class PalmgrenParts:
         return self.load_free_N_m + self.load_N_m
 
 
-@frozen
+@dataclass(frozen=True)
 class FourParts:
     """Moment of one bearing by its origin."""
 
@@ -70,7 +69,7 @@ class FourParts:
         return self.rolling_N_m + self.sliding_N_m + self.seal_N_m + self.drag_N_m
 
 
-@frozen
+@dataclass(frozen=True)
 class RollingBearing:
     """A rolling bearing: its mean diameter (d + D)/2 and the constants of a model."""
 

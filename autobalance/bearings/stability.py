@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 import math
+from dataclasses import dataclass
 
 from autobalance.bearings.loads import Array
-from autobalance.frozen import frozen
 
 
-@frozen
+@dataclass(frozen=True)
 class WhirlThreshold:
     """At which mass a rigid rotor on a bearing begins to whirl, and how fast.
 

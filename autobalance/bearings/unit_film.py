@@ -9,17 +9,17 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
+from dataclasses import dataclass
 
 import numpy as np
 
 from autobalance.bearings.loads import Array
-from autobalance.frozen import frozen
 
 CONTACT = 0.99
 """Eccentricity ratio above which smooth surfaces and a stiff bush are a fiction: the film is broken."""
 
 
-@frozen(eq=False)
+@dataclass(frozen=True, eq=False)
 class Pressure:
     """Film pressure (n, m) over angles from the widest gap (n,) and places z/(L/2) (m,), half the length."""
 
@@ -28,7 +28,7 @@ class Pressure:
     pressure: Array
 
 
-@frozen(eq=False)
+@dataclass(frozen=True, eq=False)
 class UnitFilm:
     """Force of the film on the journal at one eccentricity, with its derivatives; dimensionless.
 

@@ -4,14 +4,14 @@ from __future__ import annotations
 
 import argparse
 from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 from autobalance.command.options import add_units, today
-from autobalance.frozen import frozen
 
 
-@frozen
+@dataclass(frozen=True)
 class Published:
     """What Hoem & Røsholm 2016, Table 6.2, report of a case done by hand in CAD."""
 

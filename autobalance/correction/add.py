@@ -37,7 +37,6 @@ from autobalance.correction.room import TOUCHING_MM, Room, drawn_out, keep_apart
 from autobalance.correction.trace import Trace
 from autobalance.crank.anatomy import Anatomy, Face, Pin
 from autobalance.errors import CorrectionError
-from autobalance.frozen import frozen
 from autobalance.rigid_rotor.moments import Moments
 from autobalance.solid.csg.shape import Shape
 from autobalance.solid.csg.solid import Region, Solid
@@ -92,7 +91,7 @@ class AddLimits(FaceLimits):
             raise CorrectionError("add.sector_deg excludes every angle; all around is [0, 360]")
 
 
-@frozen(eq=False)
+@dataclass(frozen=True, eq=False)
 class AddCut(FaceCut):
     """Metal added on one face, of which only the height is open (a `Cut`).
 

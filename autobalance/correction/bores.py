@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -11,7 +12,6 @@ from autobalance.correction.hole_surface import Axis, Surface, edge_pairs
 from autobalance.correction.refusals import Direction
 from autobalance.correction.sites import Site
 from autobalance.crank.anatomy import Web
-from autobalance.frozen import frozen
 from autobalance.solid.mesh.components import components
 from autobalance.solid.mesh.mesh import Array, Indices
 
@@ -37,7 +37,7 @@ def fitting_mm(diameters_mm: Sequence[float], radius_mm: float) -> list[float]:
     ]
 
 
-@frozen(eq=False)
+@dataclass(frozen=True, eq=False)
 class Bore:
     """The wall of a round hole: a point on its axis, the direction out of the metal, and its triangles."""
 
@@ -108,7 +108,7 @@ def _points_right(bore: Bore, direction: Direction) -> bool:
     return abs(float(radial @ bore.outward)) >= math.cos(ASKEW_RAD) and miss <= OFF_AXIS_MM
 
 
-@frozen(eq=False)
+@dataclass(frozen=True, eq=False)
 class BlindHole:
     """A blind hole that a web has: its axis from the bottom's middle, and the straight part of its wall.
 

@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.polynomial import chebyshev
 
 from autobalance.correction.kind import Array
-from autobalance.frozen import frozen
 
 NODES = (5, 9)
 """Samples of a piece, and how many where that is too few: every other one alone must tell those between."""
@@ -18,7 +18,7 @@ SPLITS = 3
 """How often a piece is split where they are farther off, which happens at a kink."""
 
 
-@frozen(eq=False)
+@dataclass(frozen=True, eq=False)
 class _Rule:
     """A number of samples at Chebyshev's places, from −1 to 1; every other one is a smaller rule's too.
 
@@ -45,7 +45,7 @@ def _fitted(places: Array) -> Array:
 _RULES = tuple(_Rule.of(nodes) for nodes in NODES)
 
 
-@frozen(eq=False)
+@dataclass(frozen=True, eq=False)
 class _Piece:
     start: float
     end: float

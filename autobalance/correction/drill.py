@@ -41,7 +41,6 @@ from autobalance.correction.trace import Trace, stated_number
 from autobalance.correction.walls import HoleLimits, wall_left_mm
 from autobalance.crank.anatomy import Anatomy
 from autobalance.errors import CorrectionError
-from autobalance.frozen import frozen
 from autobalance.graphics.words import degrees, number
 from autobalance.rigid_rotor.moments import Moments
 from autobalance.solid.csg.solid import Solid
@@ -129,7 +128,7 @@ class DrillLimits(Limits):
         refuse_none("drill", self, "max_holes")
 
 
-@frozen(eq=False)
+@dataclass(frozen=True, eq=False)
 class DrillCut(HoleCut):
     """One hole that may be drilled (a `Cut`)."""
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -23,7 +24,6 @@ from autobalance.correction.trace import (
 )
 from autobalance.crank.anatomy import Face
 from autobalance.errors import FormatError
-from autobalance.frozen import frozen
 from autobalance.solid.csg.solid import Region, Solid
 
 LEAN = 1.0
@@ -52,7 +52,7 @@ BESIDE_DEG = 1e-3
 """How far a room reaches beyond its sector: walls of both in one plane would be merged into slanting ones."""
 
 
-@frozen
+@dataclass(frozen=True)
 class FaceTrace:
     """A face that was lowered, or metal that stands on one (``adds``)."""
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
+from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
@@ -13,7 +14,6 @@ from autobalance.correction.hole_surface import Axis
 from autobalance.correction.kind import Apart
 from autobalance.correction.room import Room, bar
 from autobalance.correction.walls import segments_distance_mm
-from autobalance.frozen import frozen
 from autobalance.rigid_rotor.moments import Moments
 from autobalance.solid.csg.shape import equal_area
 from autobalance.solid.csg.solid import Solid
@@ -27,7 +27,7 @@ Round = tuple[float, float, float, float]
 """A body of revolution about a hole's axis: volume, its centre's depth, mean squares across and along."""
 
 
-@frozen(eq=False)
+@dataclass(frozen=True, eq=False)
 class Hole:
     """A hole of given place, radius and point, any depth: exact effect and tool body.
 

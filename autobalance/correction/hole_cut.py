@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -14,7 +15,6 @@ from autobalance.correction.room import Room
 from autobalance.correction.sites import Places, Site, find_sites, make_holes, reach_of
 from autobalance.correction.walls import HoleLimits
 from autobalance.crank.anatomy import Anatomy
-from autobalance.frozen import frozen
 from autobalance.solid.csg.solid import Solid
 from autobalance.solid.csg.tool import Tool
 from autobalance.solid.mesh.mesh import Array
@@ -66,7 +66,7 @@ def direction_at(wanted: Towards) -> Callable[[float], Array]:
     return lambda _: fixed
 
 
-@frozen(eq=False)
+@dataclass(frozen=True, eq=False)
 class HoleSearch:
     """Where holes are looked for: a crank, its surface in the rotor frame, the places tried on it."""
 

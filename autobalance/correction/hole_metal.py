@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from dataclasses import dataclass
 
 import numpy as np
 
 from autobalance.correction.bores import Bore, find_bores
 from autobalance.correction.hole_surface import Surface, edge_pairs
-from autobalance.frozen import frozen
 from autobalance.rigid_rotor.moments import Moments
 from autobalance.solid.mesh.components import components
 from autobalance.solid.mesh.measure import soup_moments
@@ -18,7 +18,7 @@ MOUTHS = 2
 """A bore's wall has two ends: both are mouths of a through hole, one of a blind one."""
 
 
-@frozen(eq=False)
+@dataclass(frozen=True, eq=False)
 class HoleMetal:
     """A round hole and the metal that would fill it.
 

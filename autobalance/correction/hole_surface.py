@@ -7,13 +7,13 @@ The entry's continuation are the triangles around the mouth that hang together a
 from __future__ import annotations
 
 import math
+from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
 
 from autobalance.correction.walls import EQUAL_MM, HoleLimits, clear_depth_mm, cross2
-from autobalance.frozen import frozen
 from autobalance.solid.mesh.components import components
 from autobalance.solid.mesh.mesh import Array, Indices, Mesh
 
@@ -26,7 +26,7 @@ BESIDE_MM = 1e-3
 """A line meets no triangle that stays further away from it than this; ample for rounding."""
 
 
-@frozen(eq=False)
+@dataclass(frozen=True, eq=False)
 class Axis:
     """Where a hole starts and which way it goes, rotor frame.
 
@@ -57,7 +57,7 @@ class Axis:
         return out
 
 
-@frozen(eq=False)
+@dataclass(frozen=True, eq=False)
 class Surface:
     """Triangles of the crank's boundary in the rotor frame.
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -22,7 +23,6 @@ from autobalance.correction.trace import (
     stated_vector,
     web_at,
 )
-from autobalance.frozen import frozen
 from autobalance.rigid_rotor.moments import Moments
 from autobalance.solid.csg.solid import Region, Solid, union
 from autobalance.solid.mesh.mesh import Mesh
@@ -31,7 +31,7 @@ FLAT_RAD = 0.5 * math.pi
 G_PER_MM3_PER_KG_M3 = 1e-6
 
 
-@frozen
+@dataclass(frozen=True)
 class HoleTrace:
     """A drilled hole, or a bore: round, with a point or a flat end."""
 
@@ -102,7 +102,7 @@ def _first_met(mesh: Mesh, point: Array, inward: Array) -> float:
     return float(places.min()) if len(places) else 0.0
 
 
-@frozen
+@dataclass(frozen=True)
 class DrillTrace(HoleTrace):
     """A twist-drilled hole."""
 
@@ -116,7 +116,7 @@ class DrillTrace(HoleTrace):
         return {**found, "point_angle_deg": 2.0 * math.degrees(half), **rates(rate)}
 
 
-@frozen
+@dataclass(frozen=True)
 class SlugTrace(HoleTrace):
     """A slug in its bore, or in a hole that was there; the slug itself is in no file."""
 

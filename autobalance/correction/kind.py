@@ -12,7 +12,6 @@ from numpy.typing import NDArray
 
 from autobalance.correction.relaxing import Relaxing
 from autobalance.crank.anatomy import Anatomy, Face
-from autobalance.frozen import frozen
 from autobalance.rigid_rotor.moments import Moments
 from autobalance.solid.csg.solid import Solid
 from autobalance.solid.csg.tool import Tool
@@ -108,7 +107,7 @@ SAME_PLACE_MM = 0.5
 """Distance at which a cut is the one of an earlier stage, gone on with."""
 
 
-@frozen(eq=False)
+@dataclass(frozen=True, eq=False)
 class EarlierCut:
     """A cut of an earlier stage: its kind, its web and where it enters, rotor frame (3,) [mm]."""
 
@@ -121,7 +120,7 @@ class EarlierCut:
         return bool(np.linalg.norm(self.position_mm - position_mm) <= SAME_PLACE_MM)
 
 
-@frozen(eq=False)
+@dataclass(frozen=True, eq=False)
 class Workpiece:
     """The crank as a kind of correction finds it.
 
@@ -170,7 +169,7 @@ class Workpiece:
         return sum(float(np.linalg.norm(vector)) for _, vector in self.heavy_at)
 
 
-@frozen(eq=False)
+@dataclass(frozen=True, eq=False)
 class Offer:
     """Cuts that a kind offers on a workpiece, what they have to share, and notes for the user."""
 
@@ -183,7 +182,7 @@ class Offer:
     notes: tuple[str, ...] = ()
 
 
-@frozen
+@dataclass(frozen=True)
 class SharedDepth:
     """Two cuts, by their places in a list, whose depths together must not exceed ``most_mm``."""
 
@@ -192,7 +191,7 @@ class SharedDepth:
     most_mm: float
 
 
-@frozen
+@dataclass(frozen=True)
 class Apart:
     """Two cuts of which, where both are made, neither may be deeper than ``most_mm``; below 0: never both."""
 
@@ -201,7 +200,7 @@ class Apart:
     most_mm: float
 
 
-@frozen
+@dataclass(frozen=True)
 class Count:
     """Cuts of which at most ``most`` may be made; ``limit`` says so: ``max_holes = 6 in web 2``."""
 
@@ -210,7 +209,7 @@ class Count:
     limit: str
 
 
-@frozen
+@dataclass(frozen=True)
 class Variety:
     """Groups of cuts of which at most ``most`` may be used: drills, for instance; ``limit`` says so."""
 
@@ -227,7 +226,7 @@ def setting_of(cut: Cut) -> str:
     return str(getattr(cut, "setting", type(cut).__name__))
 
 
-@frozen(eq=False)
+@dataclass(frozen=True, eq=False)
 class Correction:
     """One finished correction, as the report lists it.
 

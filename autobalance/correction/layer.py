@@ -16,7 +16,6 @@ import numpy as np
 
 from autobalance.correction.curve import DepthCurve
 from autobalance.correction.kind import Array
-from autobalance.frozen import frozen
 from autobalance.rigid_rotor.moments import Moments
 from autobalance.solid.csg.solid import Region, Solid
 from autobalance.solid.mesh.mesh import Indices, Mesh, least_and_greatest, longest_sides
@@ -35,7 +34,7 @@ FLAT = 1.0 - 1e-5
 """Triangles whose normal has at least this component along the face's are planes that face the same way."""
 
 
-@frozen(eq=False)
+@dataclass(frozen=True, eq=False)
 class Layer:
     """The triangles of a solid between two heights over a face's frame, with their directions.
 
@@ -258,7 +257,7 @@ CELLS_LEAST, CELLS_MOST = 64, 1024
 """Of the grid on which triangles are told apart: about as small as they are."""
 
 
-@frozen(eq=False)
+@dataclass(frozen=True, eq=False)
 class Cover:
     """Triangles (k, 3, 2), counter-clockwise and side by side, over a region."""
 

@@ -37,7 +37,6 @@ from autobalance.correction.room import Room, blocks, keep_apart, sector_corners
 from autobalance.correction.trace import PocketTrace, Trace
 from autobalance.crank.anatomy import Face
 from autobalance.errors import CorrectionError
-from autobalance.frozen import frozen
 from autobalance.graphics.words import degrees, number
 from autobalance.rigid_rotor.moments import Moments
 from autobalance.solid.csg.shape import Prism
@@ -91,7 +90,7 @@ class MillLimits(Limits):
         refuse_sectors("mill", self.sectors_deg)
 
 
-@frozen(eq=False)
+@dataclass(frozen=True, eq=False)
 class Cheek:
     """A plane cheek: ``up`` is ±1 along the axis, ``free`` where pockets down to ``deepest_mm`` may lie."""
 
@@ -109,7 +108,7 @@ class Cheek:
         return min(ends), max(ends)
 
 
-@frozen(eq=False)
+@dataclass(frozen=True, eq=False)
 class MillCut(WalledCut):
     """One pocket that may be milled (a `Cut`)."""
 

@@ -12,7 +12,6 @@ import numpy as np
 from autobalance.correction.kind import Array, Limits
 from autobalance.crank.anatomy import Anatomy, Face
 from autobalance.errors import CorrectionError
-from autobalance.frozen import frozen
 from autobalance.solid.csg.shape import Shape
 from autobalance.solid.csg.solid import Region, Solid
 from autobalance.solid.csg.tool import wedge
@@ -38,7 +37,7 @@ class FaceLimits(Limits):
     depth_step_mm: float = 0.0
 
 
-@frozen(eq=False)
+@dataclass(frozen=True, eq=False)
 class Patch:
     """A face and the part of space, if not all, to which a cut of it keeps (rotor frame).
 

@@ -4,14 +4,13 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
 
 from autobalance.correction.refusals import Sectors
 from autobalance.correction.sites import in_sectors
-from autobalance.frozen import frozen
 from autobalance.solid.csg.shape import Arc, Line, Outline, outline_points
 from autobalance.solid.csg.solid import Region
 
@@ -29,7 +28,7 @@ SHRINKING_MM = (1e-3, 0.05, 0.2, 0.6)
 """By how much a pocket is made smaller where it does not fit between the rays."""
 
 
-@frozen
+@dataclass(frozen=True)
 class Pocket:
     """The outline of a pocket about the crank axis, its corners rounded; angles counter-clockwise."""
 

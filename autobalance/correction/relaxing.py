@@ -3,12 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
+from dataclasses import dataclass
 from typing import Any
 
-from autobalance.frozen import frozen
 
-
-@frozen
+@dataclass(frozen=True)
 class MoreCuts:
     """A count of limits that may rise: its key, what it is now, and what to say of ``more``."""
 
@@ -17,7 +16,7 @@ class MoreCuts:
     say: Callable[[int], str]
 
 
-@frozen
+@dataclass(frozen=True)
 class WiderLimits:
     """Limits that may widen: fields to replace for a share 0 to 1 of the widest, and what to say of them."""
 
@@ -25,7 +24,7 @@ class WiderLimits:
     say: Callable[[dict[str, float]], str]
 
 
-@frozen
+@dataclass(frozen=True)
 class Otherwise:
     """Limits that may be chosen otherwise: fields to replace, and what to say of it."""
 

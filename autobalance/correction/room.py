@@ -8,13 +8,13 @@ triangles. Distances are found for all pairs at once, from below: too near is ne
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
 from autobalance.correction.kind import Apart, Array, Cut
 from autobalance.correction.walls import segments_distance_mm
-from autobalance.frozen import frozen
 from autobalance.solid.csg.solid import Region
 from autobalance.solid.mesh.mesh import Indices
 
@@ -30,7 +30,7 @@ OUTLINE_MM = 0.1
 """By how much an outline may be simplified outwards for its room."""
 
 
-@frozen(eq=False)
+@dataclass(frozen=True, eq=False)
 class Room:
     """Convex pieces that enclose the metal that a cut takes, adds or replaces (rotor frame).
 
@@ -136,7 +136,7 @@ def keep_apart(
     )
 
 
-@frozen(eq=False)
+@dataclass(frozen=True, eq=False)
 class _Pieces:
     """All pieces of some rooms, padded to as many corners; ``low`` and ``high`` hold at every depth."""
 

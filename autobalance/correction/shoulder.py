@@ -42,7 +42,6 @@ from autobalance.correction.relaxing import Relaxing, deeper, thinner
 from autobalance.correction.room import Room, drawn_out
 from autobalance.correction.trace import Trace
 from autobalance.crank.anatomy import Anatomy, Face, Web
-from autobalance.frozen import frozen
 from autobalance.rigid_rotor.moments import Moments
 from autobalance.solid.csg.shape import Shape
 from autobalance.solid.csg.solid import Region, Solid
@@ -78,7 +77,7 @@ class ShoulderLimits(FaceLimits):
 # --- the cut ------------------------------------------------------------------------------------------------
 
 
-@frozen(eq=False)
+@dataclass(frozen=True, eq=False)
 class ShoulderCut(FaceCut):
     """The lowering of one face, of which only the depth is open; implements ``correction.kind.Cut``."""
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterator, Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from typing import Literal
 from weakref import WeakKeyDictionary
 
@@ -15,7 +15,6 @@ from autobalance.correction.hole_surface import CONTINUATION_RAD, Axis, Surface
 from autobalance.correction.refusals import Direction, Sectors
 from autobalance.correction.walls import HoleLimits, cross2, greatest_depth_mm
 from autobalance.crank.anatomy import Anatomy, Web
-from autobalance.frozen import frozen
 from autobalance.solid.csg.solid import Solid, union
 from autobalance.solid.mesh.mesh import Array
 
@@ -34,7 +33,7 @@ RIM_SHARE = 0.97
 RAYS = 9
 
 
-@frozen(eq=False)
+@dataclass(frozen=True, eq=False)
 class Site:
     """A place for a hole: ``others`` are the surfaces to keep clear of, in local coordinates.
 
@@ -91,7 +90,7 @@ def in_zone(anatomy: Anatomy, web: Web, angle_rad: float, zone: Zone) -> bool:
     return web.counterweight and (not pins or away > -ON_AXIS)
 
 
-@frozen(eq=False)
+@dataclass(frozen=True, eq=False)
 class Places:
     """Where holes are looked for on a crank.
 
@@ -122,7 +121,7 @@ class Places:
         return [angle for angle in angles if in_zone(anatomy, web, angle, self.zone)]
 
 
-@frozen
+@dataclass(frozen=True)
 class _Rim:
     z_mm: float
     least_radius_mm: float

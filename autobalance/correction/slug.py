@@ -43,7 +43,6 @@ from autobalance.correction.slug_fill import FLAT_BOTTOM_RAD, FillCut, PressedIn
 from autobalance.correction.trace import Trace
 from autobalance.correction.walls import HoleLimits, wall_left_mm
 from autobalance.errors import CorrectionError
-from autobalance.frozen import frozen
 from autobalance.graphics.words import number
 from autobalance.rigid_rotor.moments import Moments
 from autobalance.solid.csg.solid import Solid
@@ -95,7 +94,7 @@ class SlugLimits(Limits):
         refuse_none("slug", self, "max_slugs")
 
 
-@frozen(eq=False)
+@dataclass(frozen=True, eq=False)
 class SlugCut(PressedIn, HoleCut):
     """One slug that may be pressed in (a `Cut` of one depth, that of its bore)."""
 

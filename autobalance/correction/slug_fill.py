@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from abc import ABC, abstractmethod
+from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 from autobalance.correction.bores import BlindHole, blind_holes, fitting_mm
@@ -13,7 +14,6 @@ from autobalance.correction.hole_surface import Axis, Surface
 from autobalance.correction.kind import Correction, Workpiece
 from autobalance.correction.room import Room, bar
 from autobalance.correction.sites import in_sectors
-from autobalance.frozen import frozen
 from autobalance.rigid_rotor.moments import Moments
 from autobalance.solid.csg.solid import Solid
 from autobalance.units import G_PER_MM3_PER_KG_M3
@@ -72,7 +72,7 @@ def load_n(slug: Moments, service_speed_rad_s: float | None) -> float | None:
     return math.hypot(*slug.first_g_mm[:2]) * 1e-6 * service_speed_rad_s**2
 
 
-@frozen(eq=False)
+@dataclass(frozen=True, eq=False)
 class FillCut(PressedIn):
     """One slug that may be pressed into a blind hole that is there (a `Cut` without a cut)."""
 

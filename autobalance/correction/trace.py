@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
+from dataclasses import dataclass
 from functools import cached_property
 from typing import Any, Protocol
 
@@ -17,7 +18,6 @@ from numpy.typing import NDArray
 from autobalance.correction.kind import Array, Item, Limits
 from autobalance.crank.anatomy import Anatomy, Face
 from autobalance.errors import FormatError
-from autobalance.frozen import frozen
 from autobalance.rigid_rotor.moments import Moments
 from autobalance.solid.csg.shape import equal_area
 from autobalance.solid.csg.solid import Region, Solid, union
@@ -45,7 +45,7 @@ CORNERS = 1.001
 """The corners of a tool's prism stick out of the circle of its area by this factor at most."""
 
 
-@frozen(eq=False)
+@dataclass(frozen=True, eq=False)
 class Before:
     """The crank before its corrections: its mesh in file coordinates, its planar faces in the rotor frame.
 
@@ -58,7 +58,7 @@ class Before:
     patches: tuple[Array, ...]
 
 
-@frozen(eq=False)
+@dataclass(frozen=True, eq=False)
 class Metal:
     """Metal that went or came with one correction, and what it is read with.
 
@@ -167,7 +167,7 @@ def surface_moments(corners: Array) -> Moments:
     return Moments(float(area.sum()), area @ total / 3.0, second / 12.0)
 
 
-@frozen(eq=False)
+@dataclass(frozen=True, eq=False)
 class Reading:
     """A value read off the metal, and by how much the metal itself leaves it open."""
 
@@ -224,7 +224,7 @@ def faceted_ring(inner_mm: float, outer_mm: float, low_mm: float, high_mm: float
     return Solid.revolved(np.array(outline), sides)
 
 
-@frozen
+@dataclass(frozen=True)
 class RingTrace:
     """Rims turned down to a radius about the crank axis."""
 
@@ -324,7 +324,7 @@ def _within(metal: Metal, radius_mm: float, low_mm: float, high_mm: float) -> Mo
     return sum(((piece & rod).moments(1.0) for piece in metal.pieces), Moments.zero())
 
 
-@frozen
+@dataclass(frozen=True)
 class PocketTrace:
     """A milled pocket: a sector between two radii with round corners, along the axis."""
 

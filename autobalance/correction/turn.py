@@ -27,7 +27,6 @@ from autobalance.correction.room import Room, blocks, sector_corners
 from autobalance.correction.trace import RingTrace, Trace, faceted_ring
 from autobalance.crank.anatomy import Anatomy, Face, Web
 from autobalance.errors import CorrectionError
-from autobalance.frozen import frozen
 from autobalance.graphics.words import number
 from autobalance.rigid_rotor.moments import Moments
 from autobalance.solid.csg.shape import Joined, equal_area
@@ -72,7 +71,7 @@ class TurnLimits(Limits):
         refuse_below_zero("turn", self, "depth_step_mm")
 
 
-@frozen(eq=False)
+@dataclass(frozen=True, eq=False)
 class TurnCut(EmptyPlace):
     """The rims of some webs, of which only the radius is open (a `Cut`).
 

@@ -7,10 +7,10 @@ surface of the crank but the one it enters and that surface's continuation, whic
 from __future__ import annotations
 
 import math
+from dataclasses import dataclass
 
 import numpy as np
 
-from autobalance.frozen import frozen
 from autobalance.solid.mesh.mesh import Array
 
 DEPTH_TOLERANCE_MM = 1e-3
@@ -22,7 +22,7 @@ LEVELS = 30
 MOST_PIECES = 400_000
 
 
-@frozen
+@dataclass(frozen=True)
 class HoleLimits:
     """What a hole must keep: its wall, and depths that matter (of the full diameter).
 

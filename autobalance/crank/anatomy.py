@@ -3,19 +3,19 @@
 from __future__ import annotations
 
 import math
+from dataclasses import dataclass
 from typing import Literal
 
 import numpy as np
 from numpy.typing import NDArray
 
 from autobalance.crank.datums import Datums
-from autobalance.frozen import frozen
 
 Array = NDArray[np.float64]
 Indices = NDArray[np.int64]
 
 
-@frozen(eq=False)
+@dataclass(frozen=True, eq=False)
 class Pin:
     """A bare cylinder parallel to the crank axis: a main journal or a crankpin.
 
@@ -33,14 +33,14 @@ class Pin:
         return float(self.centre_mm[2]) - half, float(self.centre_mm[2]) + half
 
 
-@frozen(eq=False)
+@dataclass(frozen=True, eq=False)
 class MainJournal(Pin):
     """A main journal; numbered from 1 along increasing z."""
 
     number: int
 
 
-@frozen(eq=False)
+@dataclass(frozen=True, eq=False)
 class Throw:
     """A crankpin and where it stands; numbered from 1 along increasing z.
 
@@ -65,7 +65,7 @@ class Throw:
         return np.array([x, y]) / self.crank_radius_mm
 
 
-@frozen
+@dataclass(frozen=True)
 class CounterweightOutline:
     """A counterweight's greatest distance from the axis, the angle that its rim spans, and its thickness."""
 
@@ -74,7 +74,7 @@ class CounterweightOutline:
     thickness_mm: float
 
 
-@frozen
+@dataclass(frozen=True)
 class Web:
     """A web with its counterweight if it has one; numbered from 1 along increasing z."""
 
@@ -85,7 +85,7 @@ class Web:
     outline: CounterweightOutline | None = None
 
 
-@frozen(eq=False)
+@dataclass(frozen=True, eq=False)
 class Face:
     """A largest connected set of triangles on one plane (or cylinder) that a correction can use.
 
@@ -119,7 +119,7 @@ class Face:
     surfaces: tuple[int, ...] = ()
 
 
-@frozen(eq=False)
+@dataclass(frozen=True, eq=False)
 class Anatomy:
     """A recognised crankshaft.
 
@@ -156,7 +156,7 @@ class Anatomy:
         return tuple(throw for _, throw in (below, above) if throw is not None)
 
 
-@frozen(eq=False)
+@dataclass(frozen=True, eq=False)
 class PinHint:
     """A journal or crankpin as a job gives it: file axes, mm; ``width_mm`` may be unknown."""
 
@@ -165,7 +165,7 @@ class PinHint:
     width_mm: float | None = None
 
 
-@frozen(eq=False)
+@dataclass(frozen=True, eq=False)
 class Overrides:
     """What a job says about the anatomy instead of, or in aid of, recognition; file axes, mm.
 

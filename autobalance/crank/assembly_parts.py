@@ -7,6 +7,7 @@ stands around the small end is the piston. Names of parts are not trusted: they 
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import dataclass
 from typing import Literal
 
 import numpy as np
@@ -15,7 +16,6 @@ from autobalance.crank.anatomy import Anatomy, Array, Overrides
 from autobalance.crank.recognition.recognise import recognise
 from autobalance.crank.recognition.rod_eyes import RodEyes, find_eyes
 from autobalance.errors import RecognitionError
-from autobalance.frozen import frozen
 from autobalance.solid.formats.bodies import BodySource
 from autobalance.solid.mesh.mesh import Mesh
 
@@ -41,7 +41,7 @@ ALIKE = 1e-3
 """Bodies whose volumes differ by less are the same part again."""
 
 
-@frozen(eq=False)
+@dataclass(frozen=True, eq=False)
 class AssemblyPart:
     """A body of an assembly and what it is; ``rod`` is the number of the rod it belongs to, from 1.
 

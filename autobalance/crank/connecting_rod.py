@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
@@ -10,7 +11,6 @@ import numpy as np
 from autobalance.crank.recognition.rod_eyes import RodEyes, find_eyes
 from autobalance.engine.conrod import ConnectingRod, CutRod, cut_at_centre_of_mass
 from autobalance.errors import RecognitionError
-from autobalance.frozen import frozen
 from autobalance.rigid_rotor.moments import Moments
 from autobalance.solid.chordal_error.estimate import ChordalError, estimate_chordal_error
 from autobalance.solid.formats.read import Source
@@ -22,7 +22,7 @@ ROUNDING = 1e-7
 """Corners this near to a cut, as a share of the rod's diagonal, lie on it."""
 
 
-@frozen
+@dataclass(frozen=True)
 class RodUncertainty:
     """By how much masses of a rod may be off, from its facets and its density [g]."""
 
@@ -31,7 +31,7 @@ class RodUncertainty:
     small_end_g: float
 
 
-@frozen(eq=False)
+@dataclass(frozen=True, eq=False)
 class MeasuredRod:
     """A connecting rod's solid, recognised and measured.
 

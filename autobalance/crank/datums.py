@@ -2,9 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from typing import Literal
-
-from autobalance.frozen import frozen
 
 End = Literal["-z", "+z"]
 """An end of the crank: what lies beyond its first web, or beyond its last."""
@@ -12,7 +11,7 @@ SAME_HOLE = 0.02
 """Holes of a bolt circle whose diameters differ by less than this share are alike."""
 
 
-@frozen
+@dataclass(frozen=True)
 class Keyway:
     """A slot with two walls parallel to the axis in a shaft at an end of the crank.
 
@@ -28,7 +27,7 @@ class Keyway:
     z_max_mm: float
 
 
-@frozen
+@dataclass(frozen=True)
 class FlangeHole:
     """A hole of a flange, parallel to the axis."""
 
@@ -37,7 +36,7 @@ class FlangeHole:
     diameter_mm: float
 
 
-@frozen
+@dataclass(frozen=True)
 class Flange:
     """A disc beyond an outermost main journal and larger than it, or one with a bolt circle.
 
@@ -66,7 +65,7 @@ def _from_zero(hole: FlangeHole) -> float:
     return min(hole.angle_deg, 360.0 - hole.angle_deg)
 
 
-@frozen
+@dataclass(frozen=True)
 class MachinedFace:
     """A plane face square to the axis that a gauge can touch."""
 
@@ -75,7 +74,7 @@ class MachinedFace:
     z_mm: float
 
 
-@frozen
+@dataclass(frozen=True)
 class Datums:
     """Keyways, flanges and the faces from which z can be told, the best first; any may be missing."""
 

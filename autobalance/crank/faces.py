@@ -8,14 +8,13 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from functools import partial
 
 import numpy as np
 
 from autobalance.crank.anatomy import Anatomy, Array, Face, Indices
 from autobalance.crank.recognition.section_stack import plane_levels
-from autobalance.frozen import frozen
 from autobalance.runtime import in_thread
 from autobalance.solid.cad.surface import PlaneFace, Surfaces
 from autobalance.solid.mesh.components import numbered_components
@@ -121,7 +120,7 @@ def lowering_worth_g_mm_per_mm(face: Face, density_g_mm3: float) -> Array:
     return worth
 
 
-@frozen(eq=False)
+@dataclass(frozen=True, eq=False)
 class _Look:
     """What every search for faces needs: ``size`` is twice each triangle's area, ``flat_mm`` rounding."""
 

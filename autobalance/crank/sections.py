@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from functools import cached_property
 from itertools import groupby, pairwise
 from typing import Literal
@@ -12,7 +12,6 @@ import numpy as np
 
 from autobalance.crank.anatomy import Anatomy, Array, Pin, Web
 from autobalance.crank.recognition.section_stack import rotated
-from autobalance.frozen import frozen
 from autobalance.rigid_rotor.moments import Moments
 from autobalance.solid.csg.solid import Solid
 from autobalance.solid.mesh.mesh import Mesh
@@ -30,7 +29,7 @@ LEAST_SHARE = 1e-9
 """A part with less than this share of the crank's mass is rounding."""
 
 
-@frozen(eq=False)
+@dataclass(frozen=True, eq=False)
 class Section:
     """One part of a crank: its ``number`` is the journal's, the throw's or the web's; of shaft: 1, 2, ..."""
 
@@ -88,7 +87,7 @@ def sections(solid: Solid, anatomy: Anatomy, density_g_mm3: float) -> tuple[Sect
     return tuple(sorted(found, key=lambda part: float(part.moments.centre_mm[2])))
 
 
-@frozen
+@dataclass(frozen=True)
 class WebWeight:
     """m_cw, r′ and m_cw·r′ of a web with its counterweight, or of all of them (``web`` None).
 
@@ -134,7 +133,7 @@ def counterweight_moments(solid: Solid, anatomy: Anatomy, density_g_mm3: float) 
     return total
 
 
-@frozen(eq=False)
+@dataclass(frozen=True, eq=False)
 class _Span:
     """A stretch of the axis and whose metal is there; a web's shoulder may stand around a journal."""
 
@@ -146,7 +145,7 @@ class _Span:
     web: Web | None = None
 
 
-@frozen(eq=False)
+@dataclass(frozen=True, eq=False)
 class _Cutter:
     """A crank in the rotor frame, ready to be measured in stretches."""
 

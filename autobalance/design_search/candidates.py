@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -11,13 +11,12 @@ from numpy.typing import NDArray
 from autobalance.design_search.envelope import violation
 from autobalance.design_search.problem import STRESS, Problem
 from autobalance.design_search.strength_model import Analysed, StrengthModel
-from autobalance.frozen import frozen
 from autobalance.rigid_rotor.moments import Moments
 
 Array = NDArray[np.float64]
 
 
-@frozen(eq=False)
+@dataclass(frozen=True, eq=False)
 class Candidate:
     """A judged design: variables (v,) with the balance met, objectives (k,) to be least, and violation.
 
@@ -30,7 +29,7 @@ class Candidate:
     by_geometry: float
 
 
-@frozen(eq=False)
+@dataclass(frozen=True, eq=False)
 class Found:
     """What a search has found: every design it looked at, judged by all that is known at its end.
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 from autobalance.design_search.candidates import Candidate, Found, front, least_violated, spread_over
 from autobalance.design_search.envelope import violation
@@ -11,13 +11,12 @@ from autobalance.design_search.refine import refined
 from autobalance.design_search.strength_model import Analysed
 from autobalance.design_search.written import WrittenDesign, written
 from autobalance.errors import SolidError
-from autobalance.frozen import frozen
 
 TRIED_MOST = 20
 """Designs that are written to find those that keep everything when measured."""
 
 
-@frozen(eq=False)
+@dataclass(frozen=True, eq=False)
 class Chosen:
     """Designs to be written.
 

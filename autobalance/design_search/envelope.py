@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
@@ -20,7 +21,6 @@ from autobalance.design_search.neighbours import (
     least_clearance,
 )
 from autobalance.errors import JobError
-from autobalance.frozen import frozen
 from autobalance.job.design import DesignJob, Envelope
 
 Array = NDArray[np.float64]
@@ -32,7 +32,7 @@ FACING = -0.7
 NO_LIMIT_MM = 1e6
 
 
-@frozen
+@dataclass(frozen=True)
 class Constraint:
     """Something kept or broken: ``margin`` is negative by how much it is broken, in ``unit``."""
 
@@ -46,7 +46,7 @@ class Constraint:
     at_deg: float | None = None
 
 
-@frozen(eq=False)
+@dataclass(frozen=True, eq=False)
 class Amounts:
     """A design as numbers: control radii (n,) of each part and their thickness (None: as it was)."""
 

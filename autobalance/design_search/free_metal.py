@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
@@ -14,7 +15,6 @@ from autobalance.design_search.build import past, placed_along, prism, sector_mm
 from autobalance.design_search.profile import Profile, fitted_radii_mm, refuse_crossing
 from autobalance.design_search.sections import FreeBody, round_mm
 from autobalance.errors import JobError
-from autobalance.frozen import frozen
 from autobalance.job.design import DesignJob, FreePart
 from autobalance.rigid_rotor.moments import Moments
 from autobalance.solid.csg.solid import Region, Solid
@@ -29,7 +29,7 @@ SECTIONS = 5
 """Heights of a web at which the held disc is looked for."""
 
 
-@frozen(eq=False)
+@dataclass(frozen=True, eq=False)
 class FreeWeb:
     """A web's free metal.
 
@@ -70,7 +70,7 @@ class FreeWeb:
         return found
 
 
-@frozen(eq=False)
+@dataclass(frozen=True, eq=False)
 class FreeMetal:
     """What may change of a crank.
 

@@ -7,14 +7,13 @@ the crank turns by φ counter-clockwise.
 from __future__ import annotations
 
 import math
+from dataclasses import dataclass
 from fractions import Fraction
 from typing import Any, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy.optimize import minimize_scalar
-
-from autobalance.frozen import frozen
 
 Array = NDArray[np.float64]
 
@@ -60,7 +59,7 @@ class Neighbour(Protocol):
         ...
 
 
-@frozen
+@dataclass(frozen=True)
 class Piston:
     """The skirt of a throw's piston: all of |y| ≤ half width beyond its lower edge, +x its cylinder."""
 
@@ -85,7 +84,7 @@ class Piston:
         return _to_rectangle(edge - x, np.abs(y) - self.half_width_mm)
 
 
-@frozen
+@dataclass(frozen=True)
 class Rod:
     """A connecting rod: a disc about the crankpin and a strip to the wrist pin."""
 
@@ -120,7 +119,7 @@ class Rod:
         return nearer
 
 
-@frozen(eq=False)
+@dataclass(frozen=True, eq=False)
 class OtherShaft:
     """A shaft with an outline (k, 2) about its centre, which turns by phase + ratio · φ.
 
@@ -166,7 +165,7 @@ def circle_mm(radius_mm: float, corners: int = 180) -> Array:
     return radius_mm / math.cos(math.pi / corners) * np.stack([np.cos(angle), np.sin(angle)], axis=1)
 
 
-@frozen
+@dataclass(frozen=True)
 class Clearance:
     """The least distance to a neighbour through the turn, and where (rotor frame, crank at zero)."""
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
@@ -27,7 +28,6 @@ from autobalance.design_search.profile import AreaMoments
 from autobalance.design_search.strength_model import StrengthModel
 from autobalance.engine.balance_factor import bob_weight_moments
 from autobalance.fem_analysis.mesher import need_libraries
-from autobalance.frozen import frozen
 from autobalance.job.design import DesignJob
 from autobalance.rigid_rotor.moments import Moments
 from autobalance.rigid_rotor.tolerance import Tolerance
@@ -45,7 +45,7 @@ ALLOWED = 0.01
 STEPS = 12
 
 
-@frozen(eq=False)
+@dataclass(frozen=True, eq=False)
 class Problem:
     """A design job with its crank, ready to judge designs.
 

@@ -9,6 +9,7 @@ of Gauss integrates exactly.
 from __future__ import annotations
 
 import math
+from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
 
@@ -17,7 +18,6 @@ from numpy.typing import NDArray
 from scipy.interpolate import BSpline
 
 from autobalance.errors import JobError
-from autobalance.frozen import frozen
 
 Array = NDArray[np.float64]
 
@@ -31,7 +31,7 @@ SPLINE_SAGITTA_MM = 0.002
 SAMPLES_PER_SPAN = 16
 
 
-@frozen(eq=False)
+@dataclass(frozen=True, eq=False)
 class AreaMoments:
     """Area, first moments (2,), second moments ∫ r rᵀ dA (2, 2); gradients have one more axis in front."""
 
@@ -40,7 +40,7 @@ class AreaMoments:
     second_mm4: Array
 
 
-@frozen(eq=False)
+@dataclass(frozen=True, eq=False)
 class Profile:
     """Where the control points of a free part are, and what bounds it.
 

@@ -7,7 +7,7 @@ stopped is run again with the values it has on disk.
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -19,7 +19,6 @@ from autobalance.design_search.problem import Problem
 from autobalance.design_search.strength_model import Analysed
 from autobalance.design_search.tasks import each_done, problem_of
 from autobalance.errors import FileError
-from autobalance.frozen import frozen
 from autobalance.studies.workers import InThisProcess, Workers
 
 Array = NDArray[np.float64]
@@ -30,7 +29,7 @@ AT_ONCE = 4
 """Designs that a worker judges at a time."""
 
 
-@frozen(eq=False)
+@dataclass(frozen=True, eq=False)
 class Generation:
     """One generation as it was asked (unit cube) and judged, and which designs were analysed in it."""
 

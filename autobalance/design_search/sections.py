@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
+from dataclasses import dataclass
 from functools import cache, cached_property
 
 import numpy as np
@@ -16,7 +17,6 @@ from numpy.typing import NDArray
 
 from autobalance.design_search.profile import AreaMoments, Profile
 from autobalance.errors import JobError
-from autobalance.frozen import frozen
 from autobalance.job.design import Hole
 from autobalance.solid.csg.solid import Region
 
@@ -37,7 +37,7 @@ def round_mm(diameter_mm: float, centre_mm: tuple[float, float] = (0.0, 0.0)) ->
     return outline
 
 
-@frozen(eq=False)
+@dataclass(frozen=True, eq=False)
 class FreeBody:
     """What a part's control radii and thickness make: sections, each smaller than the last with draft.
 

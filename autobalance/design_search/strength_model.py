@@ -8,11 +8,10 @@ each design is told best from all others.
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
-
-from autobalance.frozen import frozen
 
 Array = NDArray[np.float64]
 
@@ -29,7 +28,7 @@ MOST_LOG = 5.0
 """No value is told to be further from the mean than e to this."""
 
 
-@frozen(eq=False)
+@dataclass(frozen=True, eq=False)
 class Analysed:
     """A design of which finite elements have told.
 
@@ -44,7 +43,7 @@ class Analysed:
     values: Mapping[str, float]
 
 
-@frozen(eq=False)
+@dataclass(frozen=True, eq=False)
 class _Process:
     """One value's process: its mean, length, and the weight (n,) of each known design."""
 
@@ -59,7 +58,7 @@ class _Process:
     """Root of the mean square of that, as a share."""
 
 
-@frozen(eq=False)
+@dataclass(frozen=True, eq=False)
 class StrengthModel:
     """Tells strengths of designs that were not analysed.
 

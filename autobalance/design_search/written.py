@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import field, replace
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -12,7 +12,6 @@ from autobalance.design_search.build import with_profiles
 from autobalance.design_search.envelope import Amounts, Constraint
 from autobalance.design_search.neighbours import Clearance
 from autobalance.design_search.problem import ALLOWED, Problem
-from autobalance.frozen import frozen
 from autobalance.rigid_rotor.moments import Moments
 from autobalance.rigid_rotor.unbalance import Unbalance
 from autobalance.solid.csg.solid import Solid
@@ -27,7 +26,7 @@ ENOUGH = 0.1
 FORMAT = "stl"
 
 
-@frozen(eq=False)
+@dataclass(frozen=True, eq=False)
 class WrittenDesign:
     """A design as the bytes of its solid, and everything measured of that.
 

@@ -6,10 +6,11 @@ rotor; the argument is the angle at which they stand in the rotor frame.
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+
 import numpy as np
 
 from autobalance.dynamics.spun_rotor import SpunRotor
-from autobalance.frozen import frozen
 
 
 def support_forces(
@@ -85,7 +86,7 @@ def node_mm(rotor: SpunRotor, plane_mm: float) -> float:
     return rotor.z_mm - rotor.transverse_g_mm2 / (rotor.mass_g * lever)
 
 
-@frozen
+@dataclass(frozen=True)
 class Noise:
     """Standard deviations of what a machine reads in a plane: of x and y, of the gain, of the angle."""
 

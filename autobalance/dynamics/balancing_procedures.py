@@ -3,15 +3,15 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import dataclass
 
 from autobalance.dynamics.critical_speeds import CriticalSpeed
-from autobalance.frozen import frozen
 
 RIGID_BELOW = 0.7
 """Service speed over first critical speed up to which a rotor is usually taken as rigid."""
 
 
-@frozen
+@dataclass(frozen=True)
 class Procedure:
     """A procedure by its letter in ISO 21940-12, table 1 (formerly ISO 11342)."""
 
@@ -33,7 +33,7 @@ PROCEDURES = (
 )
 
 
-@frozen
+@dataclass(frozen=True)
 class Advice:
     """What a service speed beside the critical speeds means for balancing."""
 

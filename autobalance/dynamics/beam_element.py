@@ -13,19 +13,19 @@ V′ = −q, M′ = −V − m under a load q and a distributed moment m.
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from functools import lru_cache
 
 import numpy as np
 
 from autobalance.dynamics.beam_rotor import BeamTheory, ShaftSection, cowper_shear_factor
-from autobalance.frozen import frozen
 from autobalance.rigid_rotor.moments import Array
 
 POINTS = 16
 """Of Gauss' rule along an element: exact for every product of the functions of a uniform one."""
 
 
-@frozen(eq=False)
+@dataclass(frozen=True, eq=False)
 class Stretch:
     """Pieces (n) of shaft that become elements, their section at Gauss' points (n, POINTS)."""
 
@@ -41,7 +41,7 @@ class Stretch:
         return bool(self.shear_flexibility_per_n.any())
 
 
-@frozen(eq=False)
+@dataclass(frozen=True, eq=False)
 class Elements:
     """Matrices (n, f, f) of beam elements in one plane and their functions at Gauss' points (n, f, POINTS).
 

@@ -2,19 +2,19 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from functools import cached_property
 from typing import Literal
 
 import numpy as np
 
-from autobalance.frozen import frozen
 from autobalance.rigid_rotor.moments import Array
 
 BeamTheory = Literal["timoshenko", "euler"]
 Constraint = Literal["pinned", "clamped"]
 
 
-@frozen
+@dataclass(frozen=True)
 class ShaftSection:
     """A cylinder or cone, solid or hollow; diameters run linearly from start to end.
 
@@ -44,7 +44,7 @@ class ShaftSection:
         return self.youngs_modulus_pa / (2.0 * self.shear_modulus_pa) - 1.0
 
 
-@frozen
+@dataclass(frozen=True)
 class Disc:
     """A rigid disc at one place of the shaft."""
 
@@ -54,7 +54,7 @@ class Disc:
     diametral_kg_m2: float = 0.0
 
 
-@frozen(eq=False)
+@dataclass(frozen=True, eq=False)
 class Bearing:
     """A support: rigid (``constraint``), or linear springs and dampers.
 
@@ -101,7 +101,7 @@ def spring_bearing(z_m: float, stiffness_n_m: Array, damping_n_s_m: Array | None
     return Bearing(z_m, None, np.zeros(1), np.array([stiffness_n_m]), np.array([damping]))
 
 
-@frozen
+@dataclass(frozen=True)
 class PointUnbalance:
     """A heavy spot: mass × distance from the axis, at an angle of the rotor frame."""
 
@@ -115,7 +115,7 @@ class PointUnbalance:
         return complex(self.unbalance_kg_m * np.exp(1j * self.angle_rad))
 
 
-@frozen
+@dataclass(frozen=True)
 class BeamRotor:
     """A shaft from z = 0 with what it carries and what carries it.
 

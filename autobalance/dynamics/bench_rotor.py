@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Sequence
+from dataclasses import dataclass
 from functools import cache
 from itertools import pairwise
 
@@ -12,7 +13,6 @@ from scipy.special import ellipe
 
 from autobalance.bearings import rolling
 from autobalance.bearings.film import JournalBearing, friction_moment_N_m
-from autobalance.frozen import frozen
 from autobalance.units import N_PER_G_MM_S2, RAD_S_PER_RPM
 
 M_PER_MM = 1e-3
@@ -24,7 +24,7 @@ Curve = tuple[tuple[float, float], ...]
 """Points (speed [1/min], value), the speeds rising."""
 
 
-@frozen
+@dataclass(frozen=True)
 class DiscOnShaft:
     """A disc midway on a shaft of one diameter; ``length_mm`` is that of the whole rotor."""
 
@@ -83,7 +83,7 @@ def disc_thickness_mm(
     return thickness
 
 
-@frozen
+@dataclass(frozen=True)
 class DrilledHole:
     """A hole through or into the disc: its metal is missing at a radius and an angle."""
 
@@ -109,7 +109,7 @@ def unbalance_force_N(unbalance_g_mm: float, speed_rad_s: float) -> float:
     return N_PER_G_MM_S2 * unbalance_g_mm * speed_rad_s**2
 
 
-@frozen
+@dataclass(frozen=True)
 class DryBearings:
     """Coulomb bearings; ``mu`` by speed, taken straight between points and constant beyond them."""
 
@@ -134,7 +134,7 @@ class DryBearings:
         return 0.5 * mean_load_N * self.diameter_mm * M_PER_MM * sine
 
 
-@frozen
+@dataclass(frozen=True)
 class RollingBearings:
     """Rolling bearings alike that share the load."""
 
@@ -148,7 +148,7 @@ class RollingBearings:
         return self.count * rolling.friction_moment_N_m(self.bearing, each, speed_rpm, self.viscosity_mm2_s)
 
 
-@frozen
+@dataclass(frozen=True)
 class PlainBearings:
     """Plain bearings alike that share the load, each with an oil film (Ocvirk's short bearing).
 

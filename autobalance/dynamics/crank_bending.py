@@ -13,12 +13,12 @@ References
 from __future__ import annotations
 
 import math
+from dataclasses import dataclass
 
 from autobalance.dynamics.crank_torsion import ThrowShape
-from autobalance.frozen import frozen
 
 
-@frozen
+@dataclass(frozen=True)
 class ThrowBending:
     """EI of a straight shaft as long as a throw and as flexible in bending [N·mm²]."""
 

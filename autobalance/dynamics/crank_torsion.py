@@ -9,17 +9,17 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
+from dataclasses import dataclass
 
 import numpy as np
 
-from autobalance.frozen import frozen
 from autobalance.rigid_rotor.moments import Array
 
 SHORTEST = 1e-12
 """Of Le [1/mm³]; a solid shaft of 1 m diameter and 1 mm length has as much."""
 
 
-@frozen
+@dataclass(frozen=True)
 class ThrowShape:
     """What the stiffness of a throw is computed from, all mm; bores 0 where solid.
 

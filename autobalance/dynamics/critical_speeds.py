@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+
 import numpy as np
 from scipy import sparse
 from scipy.optimize import brentq
@@ -20,7 +22,6 @@ from autobalance.dynamics.whirl_modes import (
     refined,
     whirl_of_orbits,
 )
-from autobalance.frozen import frozen
 from autobalance.rigid_rotor.moments import Array
 
 SCANNED = 120
@@ -30,7 +31,7 @@ SAME = 1e-9
 SECANT_STEPS = 4
 
 
-@frozen
+@dataclass(frozen=True)
 class CriticalSpeed:
     """A speed that excites a mode by its own unbalance, with the mode's whirl and decrement there."""
 

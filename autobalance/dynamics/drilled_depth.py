@@ -3,16 +3,15 @@
 from __future__ import annotations
 
 import math
+from dataclasses import dataclass
 from typing import Literal
 
 from scipy.optimize import brentq
 
-from autobalance.frozen import frozen
-
 HoleDirection = Literal["radial", "axial"]
 
 
-@frozen
+@dataclass(frozen=True)
 class DrillPlace:
     """A drill at a radius: into a flat rim towards the axis, or along the axis."""
 

@@ -16,7 +16,6 @@ from scipy.optimize import Bounds, LinearConstraint, milp
 
 from autobalance.dynamics.influence_coefficients import Array, Complex
 from autobalance.dynamics.weights_with_sum import Fitted, places_with_sum, weights_with_sum
-from autobalance.frozen import frozen
 
 ACCURACY = 0.007
 """Share by which the worst residual may lie above the bound."""
@@ -36,7 +35,7 @@ TIE = 1e-7
 """What a weight costs against the residual: of equal sets, the smaller is taken."""
 
 
-@frozen(eq=False)
+@dataclass(frozen=True, eq=False)
 class Fitting:
     """What can be fitted in a plane; None: any angle, any weight, any number.
 
@@ -54,7 +53,7 @@ class Fitting:
         return self.angles_rad is None and self.weights_g_mm is None
 
 
-@frozen(eq=False)
+@dataclass(frozen=True, eq=False)
 class FittedWeights:
     """The set found: its sum in each plane (N,), what is fitted where (None: any), and how good it is.
 
@@ -88,7 +87,7 @@ class _Program:
         return len(self.plane)
 
 
-@frozen(eq=False)
+@dataclass(frozen=True, eq=False)
 class _Scaled:
     """The task with readings scaled to a greatest of 1 and each plane's weights to its influence."""
 

@@ -8,18 +8,17 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from autobalance.frozen import frozen
-
 Complex = NDArray[np.complex128]
 Array = NDArray[np.float64]
 
 
-@frozen(eq=False)
+@dataclass(frozen=True, eq=False)
 class Trial:
     """A run with a trial weight in one plane: the weight [g·mm] as a complex number, the readings (M,).
 

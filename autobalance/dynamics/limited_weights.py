@@ -6,12 +6,12 @@ is bounded by the number of cones over the barrier's weight, so the accuracy is 
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from typing import Literal
 
 import numpy as np
 
 from autobalance.dynamics.influence_coefficients import Array, Complex, least_squares
-from autobalance.frozen import frozen
 
 Goal = Literal["least_squares", "least_worst"]
 
@@ -24,7 +24,7 @@ DECREMENT = 1e-9
 """Half the squared Newton decrement at which a centre is found."""
 
 
-@frozen(eq=False)
+@dataclass(frozen=True, eq=False)
 class Cones:
     """Second-order cones |B x + c| ≤ d·x + e: B (k, 2, n), c (k, 2), d (k, n), e (k,)."""
 

@@ -7,6 +7,7 @@ section in the plane, positive where the deflection grows along z.
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from functools import cached_property
 from typing import TYPE_CHECKING
 
@@ -17,7 +18,6 @@ from scipy import sparse
 from autobalance.dynamics.beam_element import Elements, gauss, interpolation
 from autobalance.dynamics.beam_rotor import BeamRotor, Bearing
 from autobalance.dynamics.rotor_mesh import RotorMesh
-from autobalance.frozen import frozen
 from autobalance.rigid_rotor.moments import Array
 
 if TYPE_CHECKING:
@@ -30,7 +30,7 @@ TURN = np.array([[0.0, 1.0], [-1.0, 0.0]])
 LEAST_SHAPE_POINTS = 40
 
 
-@frozen(eq=False)
+@dataclass(frozen=True, eq=False)
 class RotorMatrices:
     """A rotor's matrices over its free unknowns.
 

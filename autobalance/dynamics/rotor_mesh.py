@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+
 import numpy as np
 
 from autobalance.dynamics.beam_element import Elements, elements_of, stretch_of
 from autobalance.dynamics.beam_rotor import BeamRotor, BeamTheory, ShaftSection, cowper_shear_factor
-from autobalance.frozen import frozen
 from autobalance.rigid_rotor.moments import Array
 
 CLASSICAL = 0
@@ -19,7 +20,7 @@ MERGED = 1e-6
 """Share of a section within which a division moves to the bearing, disc or probe beside it."""
 
 
-@frozen(eq=False)
+@dataclass(frozen=True, eq=False)
 class RotorMesh:
     """Nodes (n + 1,) of a divided shaft and its elements, one group for each section."""
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -11,7 +12,6 @@ from autobalance.dynamics.rotor_matrices import RotorMatrices, rotor_matrices
 from autobalance.dynamics.rotor_mesh import REFINED, mesh_of, wave_number_per_m
 from autobalance.dynamics.rotor_reduction import ReducedRotor, planar_modes, reduced_rotor
 from autobalance.dynamics.whirl_modes import modes_at, refined
-from autobalance.frozen import frozen
 from autobalance.rigid_rotor.moments import Array
 
 MESH_ERROR = 5e-6
@@ -24,7 +24,7 @@ SPARE_MODES = 2
 TRIES = 5
 
 
-@frozen(eq=False)
+@dataclass(frozen=True, eq=False)
 class PreparedRotor:
     """A rotor ready to be asked: whole matrices for loads, the reduced ones for modes."""
 

@@ -8,6 +8,7 @@ frequencies' ratio. It is checked on the whole matrices, and more is kept until 
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
@@ -15,14 +16,13 @@ from numpy.typing import NDArray
 from scipy.linalg import eigh, null_space
 
 from autobalance.dynamics.rotor_matrices import TURN, RotorMatrices
-from autobalance.frozen import frozen
 from autobalance.rigid_rotor.moments import Array
 
 MORE = 1e-9
 """Share of a static shape's energy beyond the kept modes from which it is kept too."""
 
 
-@frozen(eq=False)
+@dataclass(frozen=True, eq=False)
 class ReducedRotor:
     """A rotor's matrices over m coordinates a plane, x and y alternating; its mass matrix is one.
 

@@ -3,14 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy.integrate import solve_ivp
 
 from autobalance.dynamics.rotor_reduction import ReducedRotor
-from autobalance.frozen import frozen
 from autobalance.rigid_rotor.moments import Array
 
 Complex = NDArray[np.complex128]
@@ -21,7 +20,7 @@ STIFF = 10.0
 """Highest frequency kept over the highest speed from which implicit steps are cheaper."""
 
 
-@frozen(eq=False)
+@dataclass(frozen=True, eq=False)
 class Motion:
     """Displacements (times, places) while the speed changes, and the greatest over all of the run.
 

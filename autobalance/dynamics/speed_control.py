@@ -9,11 +9,10 @@ from __future__ import annotations
 import math
 from bisect import bisect_right
 from collections.abc import Callable
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
-
-from autobalance.frozen import frozen
 
 Array = NDArray[np.float64]
 
@@ -27,7 +26,7 @@ AT_LIMIT = 1e-9
 STANDING_RAD_S = 1e-12
 
 
-@frozen
+@dataclass(frozen=True)
 class SpeedControl:
     """T = kp e + ki ∫e dt with e the speed wanted less the speed, |T| at most the limit, late by the delay.
 
@@ -40,7 +39,7 @@ class SpeedControl:
     delay_s: float = 0.0
 
 
-@frozen
+@dataclass(frozen=True)
 class LoopMargin:
     """How far the loop (kp + ki/s) e^(−s delay)/(J s) is from instability."""
 
@@ -69,7 +68,7 @@ def loop_margin(control: SpeedControl, inertia_kg_m2: float) -> LoopMargin:
     return LoopMargin(lead - crossover * control.delay_s, crossover)
 
 
-@frozen(eq=False)
+@dataclass(frozen=True, eq=False)
 class Trace:
     """A run from rest, all (n,): speeds [rad/s], torque on the rotor, friction against it, ∫T dt [N·m·s]."""
 

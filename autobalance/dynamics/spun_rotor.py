@@ -7,12 +7,11 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
+from dataclasses import dataclass
 from typing import Literal
 
 import numpy as np
 from numpy.typing import NDArray
-
-from autobalance.frozen import frozen
 
 Array = NDArray[np.float64]
 UnbalanceKind = Literal["balanced", "static", "couple", "quasi_static", "dynamic"]
@@ -21,7 +20,7 @@ NEGLIGIBLE = 1e-9
 """Of the sum of the parts' sizes: what is left of parts that cancel."""
 
 
-@frozen
+@dataclass(frozen=True)
 class PlanarUnbalance:
     """An unbalance [g·mm], complex, in a plane at z; it has no mass of its own."""
 
@@ -29,7 +28,7 @@ class PlanarUnbalance:
     unbalance_g_mm: complex
 
 
-@frozen
+@dataclass(frozen=True)
 class PointMass:
     """A mass [g] at a place, x + i y [mm] across the axis."""
 
@@ -38,7 +37,7 @@ class PointMass:
     z_mm: float
 
 
-@frozen(eq=False)
+@dataclass(frozen=True, eq=False)
 class RigidBody:
     """A rotor without what comes on top.
 
@@ -66,7 +65,7 @@ def axisymmetric(
     )
 
 
-@frozen(eq=False)
+@dataclass(frozen=True, eq=False)
 class SpunRotor:
     """A rotor with all that is on it.
 

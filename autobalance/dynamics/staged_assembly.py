@@ -6,9 +6,8 @@ Vectors across the axis are complex, x + i y.
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 from typing import Literal
-
-from autobalance.frozen import frozen
 
 KeyShare = Literal["none", "half", "full"]
 
@@ -18,7 +17,7 @@ CRANK = "crank"
 """The shaft that starts from the crank's own residual."""
 
 
-@frozen
+@dataclass(frozen=True)
 class ShaftKey:
     """A key between shaft and part, and how much of it each of them was balanced with."""
 
@@ -41,7 +40,7 @@ class ShaftKey:
         return self.mass_g * self.offset_mm * (1.0 - SHARES[self.shaft] - SHARES[self.part])
 
 
-@frozen
+@dataclass(frozen=True)
 class Part:
     """A part as it is fitted: its own unbalance about its bore, and how far the bore is off the axis.
 
@@ -62,7 +61,7 @@ class Part:
     speed_ratio: float = 1.0
 
 
-@frozen
+@dataclass(frozen=True)
 class ShaftState:
     """A shaft so far: mass, unbalance and its moment about z = 0."""
 
@@ -71,7 +70,7 @@ class ShaftState:
     moment_g_mm2: complex
 
 
-@frozen
+@dataclass(frozen=True)
 class Taken:
     """What is taken out in a plane, at its heavy side."""
 
@@ -79,7 +78,7 @@ class Taken:
     unbalance_g_mm: complex
 
 
-@frozen
+@dataclass(frozen=True)
 class AssemblyStage:
     """A part put on: what it adds, the sum before the correction, and what that leaves."""
 

@@ -3,15 +3,14 @@
 from __future__ import annotations
 
 import math
+from dataclasses import dataclass
 
 from scipy.integrate import quad
-
-from autobalance.frozen import frozen
 
 STANDARD_GRAVITY_MM_S2 = 9806.65
 
 
-@frozen
+@dataclass(frozen=True)
 class StaticStand:
     """How a rotor behaves on the stand; None where it does not move, or does not get there."""
 

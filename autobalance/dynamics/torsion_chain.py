@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
-from autobalance.frozen import frozen
 from autobalance.rigid_rotor.moments import Array
 
 Complex = NDArray[np.complex128]
@@ -15,7 +15,7 @@ NODE = 1e-9
 """Amplitude below which a station stands still in a mode whose greatest is 1."""
 
 
-@frozen(eq=False)
+@dataclass(frozen=True, eq=False)
 class TorsionChain:
     """Inertias (n,) one after another and the springs (n − 1,) between them; a spring of 0 parts the chain.
 
@@ -41,7 +41,7 @@ class TorsionChain:
         return np.asarray(np.diag(self.to_ground_n_m_s) + _chained(self.across_n_m_s))
 
 
-@frozen(eq=False)
+@dataclass(frozen=True, eq=False)
 class TorsionMode:
     """An undamped mode: ``shape`` (n,), its greatest amplitude +1, and how often it changes its sense."""
 
@@ -50,7 +50,7 @@ class TorsionMode:
     nodes: int
 
 
-@frozen
+@dataclass(frozen=True)
 class HolzerRow:
     """A station of Holzer's table at one frequency, for an angle of 1 at the first station.
 
@@ -127,7 +127,7 @@ def holzer_table(chain: TorsionChain, frequency_rad_s: float) -> list[HolzerRow]
     return rows
 
 
-@frozen(eq=False)
+@dataclass(frozen=True, eq=False)
 class TorsionResponse:
     """Peak amplitudes as complex numbers: angles (speeds, n), torques between neighbours (speeds, n − 1)."""
 

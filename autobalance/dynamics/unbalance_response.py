@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
@@ -12,13 +13,12 @@ from scipy.sparse.linalg import splu
 
 from autobalance.dynamics.rotor_matrices import RotorMatrices
 from autobalance.dynamics.rotor_reduction import rigid_body_modes
-from autobalance.frozen import frozen
 from autobalance.rigid_rotor.moments import Array
 
 Complex = NDArray[np.complex128]
 
 
-@frozen(eq=False)
+@dataclass(frozen=True, eq=False)
 class Orbits:
     """Steady orbits: x = Re(``x_m`` exp iΩt), y alike; arrays (speeds, places)."""
 
@@ -103,7 +103,7 @@ class _Band:
         return answer
 
 
-@frozen(eq=False)
+@dataclass(frozen=True, eq=False)
 class Sag:
     """Deflection under gravity at ``z_m`` (m,), (m, 2), and each bearing's force on the shaft (b, 2)."""
 

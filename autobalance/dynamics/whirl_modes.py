@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import dataclass
 from typing import Literal
 
 import numpy as np
@@ -12,7 +13,6 @@ from scipy.sparse.linalg import splu
 
 from autobalance.dynamics.rotor_matrices import RotorMatrices
 from autobalance.dynamics.rotor_reduction import ReducedRotor
-from autobalance.frozen import frozen
 from autobalance.rigid_rotor.moments import Array
 
 Complex = NDArray[np.complex128]
@@ -28,7 +28,7 @@ NEWTON_STEPS = 3
 CLOSE = 1e-12
 
 
-@frozen(eq=False)
+@dataclass(frozen=True, eq=False)
 class WhirlMode:
     """A damped mode: displacement is the real part of ``vector`` exp(``eigenvalue`` t).
 

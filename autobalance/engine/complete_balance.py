@@ -2,14 +2,15 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+
 import numpy as np
 
-from autobalance.frozen import frozen
 from autobalance.rigid_rotor.moments import Array
 from autobalance.units import N_M_PER_G_MM2_S2
 
 
-@frozen
+@dataclass(frozen=True)
 class BoltOnWeight:
     """A weight on a balance shaft; negative eccentricity is on the other side of the shaft's axis."""
 
@@ -34,7 +35,7 @@ class BoltOnWeight:
         return None if self.weighed_g is None else self.weighed_g / self.cad_g - 1.0
 
 
-@frozen
+@dataclass(frozen=True)
 class BoltedPair:
     """Two like shafts with bolt-on weights, set against what they are to cancel.
 
@@ -77,7 +78,7 @@ class BoltedPair:
         return BoltedPair(self.order, kept, self.needed_g_mm)
 
 
-@frozen
+@dataclass(frozen=True)
 class CompleteBalance:
     """Rod and crank counterweights that keep the centre of mass of crank, rod and piston at rest.
 

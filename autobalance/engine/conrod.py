@@ -3,14 +3,14 @@
 from __future__ import annotations
 
 import math
+from dataclasses import dataclass
 
 import numpy as np
 
-from autobalance.frozen import frozen
 from autobalance.rigid_rotor.moments import Array, Moments
 
 
-@frozen
+@dataclass(frozen=True)
 class ConnectingRod:
     """A rigid connecting rod.
 
@@ -122,7 +122,7 @@ class ConnectingRod:
         return 0.0 if self.inertia_g_mm2 is None else self.inertia_g_mm2 - self.two_mass_inertia_g_mm2
 
 
-@frozen
+@dataclass(frozen=True)
 class CutRod:
     """A rod cut at its centre of mass, set beside the lever rule, for comparison only.
 

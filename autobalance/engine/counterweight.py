@@ -3,16 +3,15 @@
 from __future__ import annotations
 
 import math
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from typing import Literal
 
-from autobalance.frozen import frozen
 from autobalance.units import G_PER_MM3_PER_KG_M3
 
 Size = Literal["outer_radius_mm", "thickness_mm", "fan_angle_rad"]
 
 
-@frozen
+@dataclass(frozen=True)
 class FanCounterweight:
     """A sector of an annulus about the crank axis.
 

@@ -15,6 +15,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -22,14 +23,13 @@ from autobalance.engine.balance_factor import LEAST_DIRECTION
 from autobalance.engine.forces import centrifugal_force_n
 from autobalance.engine.loads import whole_turn
 from autobalance.engine.whole_engine import Engine, about
-from autobalance.frozen import frozen
 from autobalance.rigid_rotor.moments import Array
 
 ANGLES = 720
 """Crank angles for the greatest force; the eighth order has 90 of them a period."""
 
 
-@frozen
+@dataclass(frozen=True)
 class FactorRow:
     """Forces and moments that one balance factor leaves, all orders [N, N·m].
 
@@ -47,7 +47,7 @@ class FactorRow:
     greatest_in_planes_n: float
 
 
-@frozen
+@dataclass(frozen=True)
 class FactorAdvice:
     """Which balance factor is best for what.
 

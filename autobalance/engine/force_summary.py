@@ -3,19 +3,19 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import dataclass
 
 import numpy as np
 
 from autobalance.engine.loads import Loads, Support, loads, support_of, whole_turn
 from autobalance.engine.whole_engine import Engine, Order
-from autobalance.frozen import frozen
 from autobalance.rigid_rotor.moments import Array
 
 HIGHEST_ORDER = 8
 ANGLES = 720
 
 
-@frozen(eq=False)
+@dataclass(frozen=True, eq=False)
 class ShakingForce:
     """The force that shakes an engine at one speed.
 
@@ -78,7 +78,7 @@ def shaking_force(engine: Engine, speed_rad_s: float) -> ShakingForce:
     )
 
 
-@frozen
+@dataclass(frozen=True)
 class LoadRow:
     """Greatest and mean magnitude of a load over a turn [N]."""
 

@@ -8,11 +8,11 @@ F_transverse = −f m_rec r ω² sin θ: an ellipse, or two circles, forward (½
 from __future__ import annotations
 
 import math
+from dataclasses import dataclass
 
 import numpy as np
 
 from autobalance.engine.slider_crank import harmonic, harmonic_series
-from autobalance.frozen import frozen
 from autobalance.rigid_rotor.moments import Array
 from autobalance.units import N_PER_G_MM_S2
 
@@ -32,7 +32,7 @@ def centrifugal_force_n(unbalance_g_mm: float, speed_rad_s: float) -> float:
     return unbalance_g_mm * speed_rad_s**2 * N_PER_G_MM_S2
 
 
-@frozen
+@dataclass(frozen=True)
 class FirstOrder:
     """First-order force of a cylinder whose counterweights balance a share of its reciprocating mass.
 
@@ -107,7 +107,7 @@ class FirstOrder:
         return math.hypot(self.backward_n, self.forward_n)
 
 
-@frozen
+@dataclass(frozen=True)
 class OrderCoefficient:
     """One order of the reciprocating force over ω²: signed, with the leading term of its series beside it."""
 

@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-from autobalance.frozen import frozen
+from dataclasses import dataclass
 
 
-@frozen
+@dataclass(frozen=True)
 class Grade:
     """A balance quality grade G [mm/s] and the crank drives it is given for."""
 

@@ -14,17 +14,17 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
+from dataclasses import dataclass
 
 import numpy as np
 
 from autobalance.engine.slider_crank import Motion
 from autobalance.engine.whole_engine import Cylinder, Engine
-from autobalance.frozen import frozen
 from autobalance.rigid_rotor.moments import Array
 from autobalance.units import N_M_PER_G_MM2_S2, N_PER_G_MM_S2
 
 
-@frozen(eq=False)
+@dataclass(frozen=True, eq=False)
 class Loads:
     """Loads over the crank angle, in the engine's frame.
 
@@ -63,7 +63,7 @@ class Loads:
         return _turned_back(self.main_n, self.angle_rad)
 
 
-@frozen(eq=False)
+@dataclass(frozen=True, eq=False)
 class Support:
     """What a crank of fewer than two mains puts on the place that holds it, over the crank angle.
 

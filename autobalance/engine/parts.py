@@ -4,11 +4,10 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable
+from dataclasses import dataclass
 
-from autobalance.frozen import frozen
 
-
-@frozen
+@dataclass(frozen=True)
 class Parts:
     """Sums of the named parts of one throw.
 
@@ -62,7 +61,7 @@ class Parts:
         return self.rods * self.reciprocating_g
 
 
-@frozen
+@dataclass(frozen=True)
 class ThrowLoad:
     """The parts on one throw and where their crankpin stands in the rotor frame.
 

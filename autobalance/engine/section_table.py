@@ -4,16 +4,16 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
+from dataclasses import dataclass
 
 import numpy as np
 
-from autobalance.frozen import frozen
 from autobalance.rigid_rotor.moments import Array, Moments
 from autobalance.rigid_rotor.unbalance import Unbalance
 from autobalance.units import G_PER_MM3_PER_KG_M3
 
 
-@frozen
+@dataclass(frozen=True)
 class TableSection:
     """A piece of the crank: what it weighs and where its centre of mass is."""
 

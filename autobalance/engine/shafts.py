@@ -10,13 +10,12 @@ from __future__ import annotations
 import cmath
 import math
 from collections.abc import Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from autobalance.engine.slider_crank import Complex, harmonic
 from autobalance.engine.whole_engine import Order
-from autobalance.frozen import frozen
 from autobalance.rigid_rotor.moments import Array
 from autobalance.units import N_M_PER_G_MM2_S2, N_PER_G_MM_S2
 
@@ -24,7 +23,7 @@ LEAST_CIRCLE = 1e-9
 """A rotating part below this share of the other is rounding."""
 
 
-@frozen
+@dataclass(frozen=True)
 class BalanceShaft:
     """A shaft with an unbalance, geared to the crank.
 
@@ -209,7 +208,7 @@ def orders_with_shafts(
     return found
 
 
-@frozen
+@dataclass(frozen=True)
 class CoupleShaft:
     """A shaft with two like unbalances opposite to each other, so that it makes a couple and no force.
 

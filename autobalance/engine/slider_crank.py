@@ -17,12 +17,12 @@ cylinder: only the distance of the wrist pin's path from the crank axis counts.
 from __future__ import annotations
 
 import math
+from dataclasses import dataclass
 from fractions import Fraction
 
 import numpy as np
 from numpy.typing import NDArray
 
-from autobalance.frozen import frozen
 from autobalance.rigid_rotor.moments import Array
 
 Complex = NDArray[np.complex128]
@@ -31,7 +31,7 @@ SAMPLES = 4096
 """Angles a turn for harmonics of an offset slider-crank; they fall off as λᵏ, so more only add rounding."""
 
 
-@frozen
+@dataclass(frozen=True)
 class SliderCrank:
     """Crank, connecting rod and piston of one cylinder.
 
@@ -186,7 +186,7 @@ class SliderCrank:
         return result
 
 
-@frozen(eq=False)
+@dataclass(frozen=True, eq=False)
 class Motion:
     """A slider-crank over the crank angle; primes are derivatives by the crank angle.
 

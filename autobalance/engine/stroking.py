@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 import math
+from dataclasses import dataclass
 
 from autobalance.engine.parts import Parts
 from autobalance.engine.section_table import cylinder_mass_g
 from autobalance.engine.slider_crank import swept_volume_cm3
-from autobalance.frozen import frozen
 
 
 def crankpin_overlap_mm(main_journal_mm: float, crankpin_mm: float, stroke_mm: float) -> float:
@@ -27,7 +27,7 @@ def crankpin_overlap_mm(main_journal_mm: float, crankpin_mm: float, stroke_mm: f
     return 0.5 * (main_journal_mm + crankpin_mm - stroke_mm)
 
 
-@frozen
+@dataclass(frozen=True)
 class Stroked:
     """A crankpin ground smaller about a centre further out.
 

@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 import math
+from dataclasses import dataclass
 
 from autobalance.engine.section_table import cylinder_mass_g
-from autobalance.frozen import frozen
 from autobalance.units import G_PER_MM3_PER_KG_M3
 
 
-@frozen
+@dataclass(frozen=True)
 class SubstituteRotor:
     """A disc in the middle of a shaft of one material.
 

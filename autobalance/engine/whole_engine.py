@@ -10,13 +10,12 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from autobalance.engine.parts import Parts
 from autobalance.engine.slider_crank import Complex, SliderCrank
-from autobalance.frozen import frozen
 from autobalance.rigid_rotor.moments import Array
 from autobalance.rigid_rotor.unbalance import Unbalance
 from autobalance.units import N_M_PER_G_MM2_S2, N_PER_G_MM_S2
@@ -24,7 +23,7 @@ from autobalance.units import N_M_PER_G_MM2_S2, N_PER_G_MM_S2
 N_M_PER_N_MM = 1e-3
 
 
-@frozen
+@dataclass(frozen=True)
 class Cylinder:
     """A cylinder with its piston and rod, and the throw that it works on.
 
@@ -77,7 +76,7 @@ class Cylinder:
         return (self.rotating_g + factor * self.reciprocating_g) * self.slider_crank.crank_radius_mm
 
 
-@frozen(eq=False)
+@dataclass(frozen=True, eq=False)
 class CrankUnbalance:
     """Unbalance (2,) [g·mm] of a piece of the crank at ``z_mm``, in the rotor frame."""
 
@@ -85,7 +84,7 @@ class CrankUnbalance:
     z_mm: float
 
 
-@frozen(eq=False)
+@dataclass(frozen=True, eq=False)
 class Order:
     """Force and moment of one order: real part of amplitude times exp(i order θ).
 
@@ -129,7 +128,7 @@ def _circles(amplitude: Complex) -> tuple[float, float]:
     return float(abs(x + 1j * y)) / 2.0, float(abs(x - 1j * y)) / 2.0
 
 
-@frozen(eq=False)
+@dataclass(frozen=True, eq=False)
 class Engine:
     """Cylinders on a crank.
 

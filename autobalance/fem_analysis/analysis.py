@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import field
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Literal
 
@@ -20,7 +20,6 @@ from autobalance.fem_analysis.mesher import (
 )
 from autobalance.fem_analysis.modes import Kind, modes_of
 from autobalance.fem_analysis.statics import Hold, Load, StaticResult, held_dofs, static_analysis
-from autobalance.frozen import frozen
 
 Array = NDArray[np.float64]
 Progress = Callable[[str, float], object]
@@ -31,7 +30,7 @@ COARSENING = (2.0, 1.4, 1.0)
 """Sizes of the meshes over that of the last."""
 
 
-@frozen(eq=False)
+@dataclass(frozen=True, eq=False)
 class Question:
     """What to find of a solid.
 
@@ -56,7 +55,7 @@ class Question:
     loads: Sequence[Load] = field(default=())
 
 
-@frozen
+@dataclass(frozen=True)
 class Level:
     """One mesh of the series and what was found on it."""
 
@@ -68,7 +67,7 @@ class Level:
     """Frequencies [Hz], or the greatest principal and von Mises' stress [MPa]."""
 
 
-@frozen
+@dataclass(frozen=True)
 class FoundMode:
     """A mode on the last mesh."""
 
@@ -77,7 +76,7 @@ class FoundMode:
     kind: Kind
 
 
-@frozen(eq=False)
+@dataclass(frozen=True, eq=False)
 class Stress:
     """The greatest stress on the last mesh."""
 
@@ -89,7 +88,7 @@ class Stress:
     reactions_N: tuple[float, float, float]
 
 
-@frozen(eq=False)
+@dataclass(frozen=True, eq=False)
 class Answer:
     """What an analysis found: the meshes, and modes or stress of the last."""
 
@@ -127,7 +126,7 @@ def analysed(question: Question, progress: Progress = lambda _words, _share: Non
     return Answer(tuple(levels), modes=tuple(modes))
 
 
-@frozen(eq=False)
+@dataclass(frozen=True, eq=False)
 class _Found:
     """What one mesh told."""
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -10,7 +11,6 @@ from scipy import sparse
 
 from autobalance.errors import SolidError
 from autobalance.fem_analysis.mesher import CORNERS, TetrahedronMesh
-from autobalance.frozen import frozen
 
 Array = NDArray[np.float64]
 Indices = NDArray[np.int64]
@@ -24,7 +24,7 @@ GAUSS = (0.5854101966249685, 0.1381966011250105)
 """Barycentric coordinates of the four points at which the stress of these elements is best."""
 
 
-@frozen
+@dataclass(frozen=True)
 class Material:
     """An isotropic elastic material; see ``elasticity`` for the units.
 
@@ -49,7 +49,7 @@ class Material:
 STEEL = Material()
 
 
-@frozen(eq=False)
+@dataclass(frozen=True, eq=False)
 class ElasticBody:
     """A mesh ready for analysis.
 
@@ -144,7 +144,7 @@ def _element_stiffness(gradients: Array, rule: Array, material: Material) -> Arr
     return found
 
 
-@frozen(eq=False)
+@dataclass(frozen=True, eq=False)
 class _Pattern:
     """Which nodes share an element: rows and columns of the blocks, and where each element's block goes."""
 

@@ -9,6 +9,7 @@ import subprocess
 import sys
 import tempfile
 from collections.abc import Sequence
+from dataclasses import dataclass
 from importlib.util import find_spec
 from pathlib import Path
 from typing import Any
@@ -18,7 +19,6 @@ from numpy.typing import NDArray
 
 from autobalance.errors import FileError, SolidError
 from autobalance.fem_analysis.curvature import curvature_sizes
-from autobalance.frozen import frozen
 from autobalance.solid.formats.stl import write_stl
 
 Array = NDArray[np.float64]
@@ -32,7 +32,7 @@ CORNERS = ((0, 1), (0, 2), (0, 3), (1, 2), (1, 3), (2, 3))
 """The corners between which the nodes 4 to 9 of a tetrahedron lie."""
 
 
-@frozen(eq=False)
+@dataclass(frozen=True, eq=False)
 class SurfaceSolid:
     """A closed triangulated surface: vertices (n, 3) [mm], triangles (m, 3), outward."""
 
@@ -52,7 +52,7 @@ class SurfaceSolid:
         return float(np.linalg.norm(np.cross(b - a, c - a), axis=1).sum()) / 2.0
 
 
-@frozen(eq=False)
+@dataclass(frozen=True, eq=False)
 class TetrahedronMesh:
     """Tetrahedra with ten nodes, the middle ones on the true edges.
 
@@ -133,7 +133,7 @@ def need_libraries() -> None:
         )
 
 
-@frozen(eq=False)
+@dataclass(frozen=True, eq=False)
 class _Order:
     """What the mesher's process is to do; ``shift_mm`` (3,) was taken from the coordinates it sees."""
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from dataclasses import dataclass
 from typing import Literal
 
 import numpy as np
@@ -12,7 +13,6 @@ from scipy.sparse.linalg import LinearOperator, SuperLU, eigsh, splu
 
 from autobalance.errors import SolidError
 from autobalance.fem_analysis.elasticity import ElasticBody, Material, stiffness_and_mass
-from autobalance.frozen import frozen
 
 Array = NDArray[np.float64]
 Kind = Literal["bending", "torsion", "axial", "mixed"]
@@ -31,7 +31,7 @@ CLEAR = 0.6
 """Share of the kinetic energy that makes a kind."""
 
 
-@frozen(eq=False)
+@dataclass(frozen=True, eq=False)
 class Mode:
     """A natural mode: ``frequency_hz``, ``kind``, and the displacement (n, 3) with unit modal mass."""
 
@@ -135,7 +135,7 @@ def factorised(matrix: sparse.csc_matrix) -> SuperLU:
     return factors
 
 
-@frozen(eq=False)
+@dataclass(frozen=True, eq=False)
 class SliceMotions:
     """A body in slices along its longest axis of inertia, to tell how its slices move in a mode.
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
@@ -16,7 +17,6 @@ from autobalance.fem_analysis.elasticity import (
     von_mises_MPa,
 )
 from autobalance.fem_analysis.modes import factorised, rigid_motions
-from autobalance.frozen import frozen
 
 Array = NDArray[np.float64]
 Box = tuple[tuple[float, float, float], tuple[float, float, float]]
@@ -25,7 +25,7 @@ EDGE = 1e-7
 """A corner counts as inside a box that it misses by this share of the body's size: files round."""
 
 
-@frozen
+@dataclass(frozen=True)
 class Hold:
     """Surface with every corner in ``box_mm`` (least corner, greatest corner), held along ``axes``."""
 
@@ -34,7 +34,7 @@ class Hold:
     name: str
 
 
-@frozen
+@dataclass(frozen=True)
 class Load:
     """A traction [MPa] or a force [N], spread evenly, on the surface with every corner in ``box_mm``."""
 
@@ -44,7 +44,7 @@ class Load:
     force_N: tuple[float, float, float] | None = None
 
 
-@frozen(eq=False)
+@dataclass(frozen=True, eq=False)
 class StaticResult:
     """What a static analysis found at the nodes.
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
@@ -11,7 +12,6 @@ from autobalance.errors import SolidError
 from autobalance.fem_analysis.elasticity import ElasticBody, Material, stiffness_and_mass
 from autobalance.fem_analysis.modes import factorised
 from autobalance.fem_analysis.statics import facet_nodes
-from autobalance.frozen import frozen
 
 Array = NDArray[np.float64]
 ON_END = 1e-4
@@ -20,7 +20,7 @@ NEWTON_M = 1e-3
 """N·m in an N·mm."""
 
 
-@frozen
+@dataclass(frozen=True)
 class TwistStiffness:
     """What a torque is over the twist it makes, from several meshes, the last one the finest.
 

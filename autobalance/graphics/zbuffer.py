@@ -6,11 +6,11 @@ import math
 import struct
 import zlib
 from collections.abc import Sequence
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from autobalance.frozen import frozen
 from autobalance.solid.mesh.mesh import Array, Indices
 
 Image = NDArray[np.uint8]
@@ -33,7 +33,7 @@ Surface = tuple[Array, Indices, Array]
 """Vertices (n, 3), triangles (m, 3), and a colour for each triangle or one for all (3,)."""
 
 
-@frozen(eq=False)
+@dataclass(frozen=True, eq=False)
 class Camera:
     """A parallel projection.
 
@@ -61,7 +61,7 @@ class Camera:
         return np.stack([right, np.cross(back, right), back])
 
 
-@frozen(eq=False)
+@dataclass(frozen=True, eq=False)
 class Picture:
     """A drawn part.
 

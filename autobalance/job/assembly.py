@@ -5,13 +5,12 @@ from __future__ import annotations
 import cmath
 import math
 from collections.abc import Mapping
-from dataclasses import field
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
 from autobalance.dynamics.staged_assembly import CRANK, KeyShare, ShaftKey
 from autobalance.errors import JobError
-from autobalance.frozen import frozen
 from autobalance.job.keys import Key, Values, read
 from autobalance.job.model import LengthUnit
 from autobalance.job.table import ANY, NOT_NEGATIVE, POSITIVE, Table
@@ -48,7 +47,7 @@ ASSEMBLY = Key(
 )
 
 
-@frozen
+@dataclass(frozen=True)
 class PartSolid:
     """The solid of a part."""
 
@@ -58,7 +57,7 @@ class PartSolid:
     turn_rad: float
 
 
-@frozen(eq=False)
+@dataclass(frozen=True, eq=False)
 class AssemblyEntry:
     """A part of the assembly; its own mass and unbalance, or its ``solid`` to measure them on."""
 

@@ -7,11 +7,10 @@ import io
 import os
 import re
 from collections.abc import Iterable, Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 from autobalance.errors import AutobalanceError, FileError, JobError
-from autobalance.frozen import frozen
 from autobalance.job.model import Job
 from autobalance.job.read import TOP_KEYS, WORKBOOKS, load, text_of
 from autobalance.solid.formats import registry
@@ -21,7 +20,7 @@ UNSAFE = re.compile(r"[^A-Za-z0-9._-]")
 LEADING_DOTS = re.compile(r"^\.+")
 
 
-@frozen
+@dataclass(frozen=True)
 class BatchRow:
     """One row: a name, the job's file, a crank in the place of its own, and keys that are set.
 
@@ -51,7 +50,7 @@ class BatchRow:
         return load(self.job_file, settings)
 
 
-@frozen
+@dataclass(frozen=True)
 class BatchList:
     """The rows of a batch, and the names of the columns that set keys."""
 

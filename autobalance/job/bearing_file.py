@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any, Literal
 
@@ -24,7 +24,6 @@ from autobalance.bearings.oil import Oil
 from autobalance.bearings.reynolds import Boundary
 from autobalance.bearings.rolling import FourSources, Palmgren, RollingBearing
 from autobalance.errors import JobError
-from autobalance.frozen import frozen
 from autobalance.job.history import history_of_arrays, read_history
 from autobalance.job.read import text_of, toml_of
 from autobalance.job.table import ANY, COUNTED, NOT_NEGATIVE, POSITIVE, Rule, Table
@@ -74,7 +73,7 @@ UP_TO_ONE = Rule(lambda x: 0.0 <= x <= 1.0, "must be 0 to 1: the journal touches
 ABOVE_ZERO_KELVIN = Rule(lambda x: x > -273.15, "must be above -273.15")
 
 
-@frozen(eq=False)
+@dataclass(frozen=True, eq=False)
 class BearingFile:
     """A bearing as a file says it; ``described`` is the file with its defaults filled in."""
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 from itertools import pairwise
 from pathlib import Path
 from typing import Any, Literal
@@ -22,7 +23,6 @@ from autobalance.dynamics.bench_rotor import (
 )
 from autobalance.dynamics.speed_control import SpeedControl
 from autobalance.errors import JobError
-from autobalance.frozen import frozen
 from autobalance.job.bearing_file import parse_bearing
 from autobalance.job.keys import FILLED, Key, Values, names, read_document
 from autobalance.job.table import COUNTED, NOT_NEGATIVE, POSITIVE
@@ -131,7 +131,7 @@ BENCH_KEYS = (
 DEFAULT_ZERO_V = 0.2
 
 
-@frozen
+@dataclass(frozen=True)
 class Reading:
     """What was measured at a speed: volts of each run, or the torque; ``dropped`` runs count from 1.
 
@@ -152,7 +152,7 @@ class Reading:
         return tuple(v for run, v in enumerate(self.volts, 1) if run not in self.dropped)
 
 
-@frozen(eq=False)
+@dataclass(frozen=True, eq=False)
 class Bench:
     """The file in mm, g, s, rad, N and V; ``zero_V`` None: the mean of the readings at rest."""
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from dataclasses import field
+from dataclasses import dataclass, field
 from typing import Any, Literal
 
 from autobalance.engine.cycle.cylinder import Strokes
@@ -12,7 +12,6 @@ from autobalance.engine.cycle.friction import NO_FRICTION, Friction
 from autobalance.engine.cycle.pendulum import Path as PendulumPath
 from autobalance.engine.cycle.pendulum import Pendulum
 from autobalance.errors import JobError
-from autobalance.frozen import frozen
 from autobalance.job.layout import G_MM2_PER_KG_MM2
 from autobalance.job.table import ANY, COUNTED, NOT_NEGATIVE, POSITIVE, SHARE, Rule, Table
 from autobalance.units import BAR_PER_MPA, N_M_PER_N_MM
@@ -75,7 +74,7 @@ FILM_KEYS = (
 ChenFlynn = tuple[float, float, float, float]
 
 
-@frozen
+@dataclass(frozen=True)
 class CylinderGas:
     """What happens in one cylinder; pressures in MPa, heat in N·mm, angles after firing top dead centre."""
 
@@ -98,7 +97,7 @@ class CylinderGas:
     exhaust_opens_rad: float | None
 
 
-@frozen
+@dataclass(frozen=True)
 class TraceFile:
     """A measured pressure: its file as the job names it, and what is done to it."""
 
@@ -108,7 +107,7 @@ class TraceFile:
     smooth_rad: float
 
 
-@frozen
+@dataclass(frozen=True)
 class Absorber:
     """A pendulum, how far it may swing, and the share of its order's torque that it is to take."""
 
@@ -117,7 +116,7 @@ class Absorber:
     reduction: float
 
 
-@frozen
+@dataclass(frozen=True)
 class Film:
     """Oil films: viscosity [Pa·s], radial clearances and lengths [mm]; None: as long as the pins are wide."""
 
@@ -128,7 +127,7 @@ class Film:
     crankpin_length_mm: float | None
 
 
-@frozen(eq=False)
+@dataclass(frozen=True, eq=False)
 class Cycle:
     """The ``[cycle]`` table of a job, checked; ``values`` are its keys with the defaults filled in."""
 

@@ -4,12 +4,11 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from dataclasses import field
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, Literal
 
 from autobalance.errors import JobError
-from autobalance.frozen import frozen
 from autobalance.job.model import Job
 from autobalance.job.read import TOP_KEYS, parse, tables_of
 from autobalance.job.table import ANY, COUNTED, NOT_NEGATIVE, POSITIVE, Rule, Table
@@ -28,7 +27,7 @@ OWN_TABLES = ("counterweight", "drilling", "target", "envelope", "fem", "search"
 START_TABLES = ("crankshaft", "engine", "original", "balance", "cycle")
 
 
-@frozen
+@dataclass(frozen=True)
 class Hole:
     """A lightening hole through free metal, in the web's own axes from its crankpin."""
 
@@ -36,7 +35,7 @@ class Hole:
     diameter_mm: float
 
 
-@frozen
+@dataclass(frozen=True)
 class Drilling:
     """An oil drilling that is kept open through free metal, rotor frame."""
 
@@ -45,7 +44,7 @@ class Drilling:
     diameter_mm: float
 
 
-@frozen
+@dataclass(frozen=True)
 class FreePart:
     """A ``[[counterweight]]``: the metal of some webs in a sector, beyond a radius."""
 
@@ -67,7 +66,7 @@ class FreePart:
     holes: tuple[Hole, ...] = ()
 
 
-@frozen
+@dataclass(frozen=True)
 class PistonRoom:
     """The skirt of a throw's piston."""
 
@@ -77,7 +76,7 @@ class PistonRoom:
     z_mm: Pair
 
 
-@frozen
+@dataclass(frozen=True)
 class RodRoom:
     """A throw's connecting rod."""
 
@@ -87,7 +86,7 @@ class RodRoom:
     z_mm: Pair
 
 
-@frozen
+@dataclass(frozen=True)
 class ShaftRoom:
     """Another shaft; ``outline_mm`` is None where it is round."""
 
@@ -99,7 +98,7 @@ class ShaftRoom:
     z_mm: Pair
 
 
-@frozen
+@dataclass(frozen=True)
 class Envelope:
     """What free metal must keep to."""
 
@@ -111,7 +110,7 @@ class Envelope:
     shafts: tuple[ShaftRoom, ...] = ()
 
 
-@frozen
+@dataclass(frozen=True)
 class FemLimits:
     """What finite elements must find of a design, and how many designs they are asked of in the search."""
 
@@ -121,7 +120,7 @@ class FemLimits:
     analyses: int = DEFAULT_ANALYSES
 
 
-@frozen
+@dataclass(frozen=True)
 class SearchOptions:
     """How designs are searched."""
 
@@ -134,7 +133,7 @@ class SearchOptions:
     designs: int = 10
 
 
-@frozen(eq=False)
+@dataclass(frozen=True, eq=False)
 class DesignJob:
     """A DESIGN.toml as read: the start as a job, and everything else."""
 

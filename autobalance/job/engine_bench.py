@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 from autobalance.errors import JobError
-from autobalance.frozen import frozen
 from autobalance.job.keys import Key, Values, read_document
 from autobalance.job.table import POSITIVE, SHARE
 
@@ -36,7 +36,7 @@ USUAL_FACTORS = (0.0, 0.28, 0.5, 0.64, 1.0)
 MOST_POINTS = 1000
 
 
-@frozen
+@dataclass(frozen=True)
 class Variant:
     """A crank in the engine: another file, an ideal factor, changed keys of the job."""
 
@@ -46,7 +46,7 @@ class Variant:
     settings: tuple[str, ...] = ()
 
 
-@frozen(eq=False)
+@dataclass(frozen=True, eq=False)
 class EngineBench:
     """The file; ``speeds_rpm`` None: the job's own."""
 

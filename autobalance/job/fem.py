@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Literal
 
 from autobalance.errors import JobError
 from autobalance.fem_analysis.elasticity import Material
 from autobalance.fem_analysis.statics import Box, Hold, Load
-from autobalance.frozen import frozen
 from autobalance.job.read import text_of, toml_of
 from autobalance.job.table import POSITIVE, Rule, Table
 
@@ -21,7 +21,7 @@ SOME_MODES = Rule(lambda x: 1 <= x <= MODES_MOST, f"must be 1 to {MODES_MOST}")
 Vector = tuple[float, float, float]
 
 
-@frozen
+@dataclass(frozen=True)
 class FemJob:
     """What to analyse: the file, its unit and body, the material, and the analysis.
 

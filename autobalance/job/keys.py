@@ -8,12 +8,12 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
+from dataclasses import dataclass
 from pathlib import Path
 from types import UnionType
 from typing import Any, Literal, TypeVar, Union, get_args, get_origin
 
 from autobalance.errors import JobError
-from autobalance.frozen import frozen
 from autobalance.job.convert import Large
 from autobalance.job.read import text_of, toml_of
 from autobalance.job.table import ANY, COUNTED, NOT_NEGATIVE, POSITIVE, SHARE, Rule, Table
@@ -34,7 +34,7 @@ REQUIRED = _Required()
 FILLED: Any = ()
 
 
-@frozen
+@dataclass(frozen=True)
 class Key:
     """One key of a table: its name, type, rule and default, and what it means.
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import cmath
 import math
 from collections.abc import Mapping
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any, Literal
 
@@ -13,7 +13,6 @@ from autobalance.dynamics.balancing_machine import Noise
 from autobalance.dynamics.drilled_depth import DrillPlace, HoleDirection
 from autobalance.dynamics.spun_rotor import PlanarUnbalance, PointMass, RigidBody, axisymmetric
 from autobalance.errors import JobError
-from autobalance.frozen import frozen
 from autobalance.job.keys import FILLED, Key, Values, read_document
 from autobalance.job.reading_keys import (
     READS,
@@ -97,7 +96,7 @@ MACHINE_KEYS = (
 )
 
 
-@frozen
+@dataclass(frozen=True)
 class Stand:
     """The static stand."""
 
@@ -106,7 +105,7 @@ class Stand:
     start_rad: float
 
 
-@frozen(eq=False)
+@dataclass(frozen=True, eq=False)
 class Machine:
     """The file in mm, g, s, rad.
 

@@ -4,14 +4,13 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from dataclasses import field
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal
 
 from autobalance.correction import Limits
 from autobalance.correction.kind import Prefer
 from autobalance.crank.anatomy import Overrides
-from autobalance.frozen import frozen
 from autobalance.rigid_rotor.margin import Margin
 from autobalance.rigid_rotor.tolerance import Judge
 
@@ -26,7 +25,7 @@ Distribution = Literal["normal", "rectangular"]
 Sampling = Literal["random", "latin_hypercube"]
 
 
-@frozen(eq=False)
+@dataclass(frozen=True, eq=False)
 class Crankshaft:
     """The file and what has to be known to read it as a crank.
 
@@ -48,7 +47,7 @@ class Crankshaft:
         return self.overrides.crankpin_in_file is not False
 
 
-@frozen
+@dataclass(frozen=True)
 class StudyOptions:
     """How ``study`` reads a ±, and what else is uncertain about a crank that is made.
 
@@ -65,7 +64,7 @@ class StudyOptions:
     measurement: bool = False
 
 
-@frozen
+@dataclass(frozen=True)
 class Weight:
     """A mass on the scale, and by how much it may be off [g].
 
@@ -77,7 +76,7 @@ class Weight:
     distribution: Distribution | None = None
 
 
-@frozen
+@dataclass(frozen=True)
 class PartWeights:
     """The parts of one throw: of one connecting rod twice, then what belongs to the crankpin itself."""
 
@@ -94,7 +93,7 @@ class PartWeights:
         )
 
 
-@frozen
+@dataclass(frozen=True)
 class ThrowParts:
     """What hangs on one throw."""
 
@@ -102,7 +101,7 @@ class ThrowParts:
     weights: PartWeights
 
 
-@frozen
+@dataclass(frozen=True)
 class Attached:
     """A part that turns with the crank and is out of balance, at a place on the axis (rotor frame).
 
@@ -116,7 +115,7 @@ class Attached:
     pm_g_mm: float = 0.0
 
 
-@frozen
+@dataclass(frozen=True)
 class CylinderLayout:
     """How the cylinders stand about the crank; for forces and shafts.
 
@@ -134,7 +133,7 @@ class CylinderLayout:
         return self.bank_by_throw.get(number, self.bank_rad)
 
 
-@frozen
+@dataclass(frozen=True)
 class RodOnScales:
     """What a bare connecting rod weighs on two scales, and its inertia about its centre of mass.
 
@@ -147,7 +146,7 @@ class RodOnScales:
     solid: Mapping[str, Any] = field(default_factory=dict)
 
 
-@frozen
+@dataclass(frozen=True)
 class Bolted:
     """A weight on a balance shaft, drawn and, where it was, weighed."""
 
@@ -157,7 +156,7 @@ class Bolted:
     weighed_g: float | None = None
 
 
-@frozen
+@dataclass(frozen=True)
 class BalanceShaftEntry:
     """A balance shaft; its product is given, or the sum of its bolted weights'.
 
@@ -173,7 +172,7 @@ class BalanceShaftEntry:
     z_mm: float | None = None
 
 
-@frozen
+@dataclass(frozen=True)
 class EngineParts:
     """Weights on the throws: those of every throw, and of the throws that differ, by their number."""
 
@@ -190,7 +189,7 @@ class EngineParts:
         return self.by_throw.get(number, self.default)
 
 
-@frozen
+@dataclass(frozen=True)
 class Balance:
     """What is asked of the balanced crank; ``factor`` None stands for the original one.
 
@@ -210,7 +209,7 @@ class Balance:
     facet_correction: bool = False
 
 
-@frozen(eq=False)
+@dataclass(frozen=True, eq=False)
 class Job:
     """A job file as read and checked.
 

@@ -5,11 +5,11 @@ from __future__ import annotations
 import cmath
 import math
 from collections.abc import Mapping
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Literal
 
 from autobalance.errors import JobError
-from autobalance.frozen import frozen
 from autobalance.job.keys import Key, Values, read_document
 from autobalance.job.reading_keys import AS_READ, READS, Convention
 from autobalance.job.table import NOT_NEGATIVE, POSITIVE
@@ -33,7 +33,7 @@ READING_KEYS = (
 )
 
 
-@frozen
+@dataclass(frozen=True)
 class ReadPlane:
     """What was read in a plane: heavy side in the rotor frame; ``at`` or ``z_mm`` say where, or neither."""
 
@@ -42,7 +42,7 @@ class ReadPlane:
     unbalance_g_mm: complex
 
 
-@frozen(eq=False)
+@dataclass(frozen=True, eq=False)
 class MachineReading:
     """A reading file; ``before`` is empty where nothing was read before the cuts."""
 

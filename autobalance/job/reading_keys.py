@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from typing import Literal
 
-from autobalance.frozen import frozen
 from autobalance.job.keys import Key, Values
 from autobalance.job.table import NOT_NEGATIVE, POSITIVE, Rule
 
@@ -36,7 +36,7 @@ AS_READ = (
 """How a machine read: of a reading file, and of trials from which one is made."""
 
 
-@frozen
+@dataclass(frozen=True)
 class Convention:
     """How angles of a reading count."""
 

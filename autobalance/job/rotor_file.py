@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -16,7 +17,6 @@ from autobalance.dynamics.beam_rotor import (
     ShaftSection,
 )
 from autobalance.errors import JobError
-from autobalance.frozen import frozen
 from autobalance.job.convert import Large
 from autobalance.job.keys import Key, Values, read_document
 from autobalance.job.rotor_bearings import BEARING, M_PER_MM, PLACE, read_bearing
@@ -105,7 +105,7 @@ ROTOR = (
 """Every key of a rotor file."""
 
 
-@frozen
+@dataclass(frozen=True)
 class Balancing:
     """Where unbalance may be added, and which modes it shall leave without excitation."""
 
@@ -114,7 +114,7 @@ class Balancing:
     rigid: bool
 
 
-@frozen
+@dataclass(frozen=True)
 class StiffnessMap:
     """Range of a bearing stiffness that all bearings shall have in turn."""
 
@@ -123,7 +123,7 @@ class StiffnessMap:
     points: int
 
 
-@frozen
+@dataclass(frozen=True)
 class RunUp:
     """A run from one speed to another at constant acceleration."""
 
@@ -133,7 +133,7 @@ class RunUp:
     points: int
 
 
-@frozen(eq=False)
+@dataclass(frozen=True, eq=False)
 class RotorRequest:
     """A rotor and what is asked about it; ``filled`` is the file as read, defaults filled in."""
 

@@ -3,14 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from dataclasses import dataclass
 from typing import Any
 
 from autobalance.errors import JobError
-from autobalance.frozen import frozen
 from autobalance.job.convert import convert, did_you_mean, shown
 
 
-@frozen
+@dataclass(frozen=True)
 class Rule:
     """What a number must be, beyond a number."""
 

@@ -3,10 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import field
+from dataclasses import dataclass, field
 from typing import Any
 
-from autobalance.frozen import frozen
 from autobalance.job.toml_text import toml_value
 from autobalance.job.typed_units import FILL_IN
 from autobalance.job.workbook import Row
@@ -14,7 +13,7 @@ from autobalance.job.workbook import Row
 WIDTH = 108
 
 
-@frozen
+@dataclass(frozen=True)
 class OtherParts:
     """The other bodies of an assembly with the crank, as tables that say where a part's solid is.
 
@@ -40,7 +39,7 @@ class OtherParts:
     alike: int = 0
 
 
-@frozen
+@dataclass(frozen=True)
 class Found:
     """What recognition found, as keys and values of a job.
 

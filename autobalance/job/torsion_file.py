@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Literal
 
@@ -10,7 +11,6 @@ import numpy as np
 
 from autobalance.dynamics.torsion_chain import TorsionChain
 from autobalance.errors import JobError
-from autobalance.frozen import frozen
 from autobalance.job.convert import Large
 from autobalance.job.keys import FILLED, Key, Values, read, read_document
 from autobalance.job.table import ANY, COUNTED, NOT_NEGATIVE, POSITIVE, Rule
@@ -93,7 +93,7 @@ OF_A_JOB = (*SHARED, Key("torsion", says="the crank's own model", keys=CRANK, de
 """Every key that a job adds."""
 
 
-@frozen
+@dataclass(frozen=True)
 class Excitation:
     """A torque at a station (from 0), as a complex number T exp(iφ)."""
 
@@ -102,7 +102,7 @@ class Excitation:
     torque_n_m: complex
 
 
-@frozen
+@dataclass(frozen=True)
 class PendulumAbsorber:
     """A pendulum and the station (from 0) it hangs at, if any."""
 
@@ -122,7 +122,7 @@ class PendulumAbsorber:
         return self.mass_kg * (self.distance_m + self.length_m) ** 2
 
 
-@frozen(eq=False)
+@dataclass(frozen=True, eq=False)
 class TorsionQuestion:
     """Speeds, torques and absorber."""
 
@@ -131,7 +131,7 @@ class TorsionQuestion:
     pendulum: PendulumAbsorber | None
 
 
-@frozen(eq=False)
+@dataclass(frozen=True, eq=False)
 class ChainFile:
     """A chain with what is asked about it; ``filled`` is the file as read, defaults filled in."""
 
@@ -142,7 +142,7 @@ class ChainFile:
     filled: Values
 
 
-@frozen
+@dataclass(frozen=True)
 class Driven:
     """An inertia on a shaft of its own, next to the crank or to another such inertia."""
 
@@ -154,7 +154,7 @@ class Driven:
     diameter_m: float | None
 
 
-@frozen(eq=False)
+@dataclass(frozen=True, eq=False)
 class CrankTorsion:
     """What a job says about its crank's torsion."""
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Literal
 
@@ -13,7 +14,6 @@ from autobalance.dynamics.fitted_weights import Fitting
 from autobalance.dynamics.influence_coefficients import Array, Complex, Trial, changes
 from autobalance.dynamics.limited_weights import Goal
 from autobalance.errors import JobError
-from autobalance.frozen import frozen
 from autobalance.job.keys import Key, Values, named_in, read_document
 from autobalance.job.read import text_of, toml_of
 from autobalance.job.reading_keys import AS_READ
@@ -77,7 +77,7 @@ TRIALS_KEYS = (
 )
 
 
-@frozen(eq=False)
+@dataclass(frozen=True, eq=False)
 class Trials:
     """The file as complex numbers; ``radius_mm`` by plane where the trials say one, else None.
 

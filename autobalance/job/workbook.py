@@ -5,12 +5,12 @@ from __future__ import annotations
 import io
 import tomllib
 from collections.abc import Iterable, Mapping
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 from zipfile import BadZipFile
 
 from autobalance.errors import FileError, JobError
-from autobalance.frozen import frozen
 from autobalance.job.settings import set_key
 from autobalance.job.toml_text import toml_value
 
@@ -19,7 +19,7 @@ HEADING = ("Key", "Value", "Unit", "Meaning")
 UNITS_OF_MASS = {"g", "kg", "oz", "lb"}
 
 
-@frozen
+@dataclass(frozen=True)
 class Row:
     """One row: a key with its value, or a heading where the key is empty.
 

@@ -10,6 +10,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Iterator, Sequence
+from dataclasses import dataclass
 from functools import lru_cache
 from itertools import combinations, islice, product
 
@@ -17,7 +18,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from autobalance.correction.kind import Array, setting_of
-from autobalance.frozen import frozen
 from autobalance.planning.common_depths import Groups, common_depths
 from autobalance.planning.depths import Plan, judged_rows, resultant_and_moment
 from autobalance.planning.task import Task
@@ -44,7 +44,7 @@ _Set = tuple[Indices, float]
 """Members of a set, and their depth [mm]."""
 
 
-@frozen(eq=False)
+@dataclass(frozen=True, eq=False)
 class _Alike:
     """Cuts of one setting at some depths: ``effects`` (levels, n, d) and ``slopes`` per level's step."""
 

@@ -4,12 +4,12 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
 from itertools import product
 
 import numpy as np
 
 from autobalance.correction.kind import Array, setting_of
-from autobalance.frozen import frozen
 from autobalance.planning.depth_steps import bounds_of
 from autobalance.planning.depths import Plan, judged_plan, judged_rows, resultant_and_moment
 from autobalance.planning.task import Task
@@ -20,7 +20,7 @@ STEPS_ASIDE = 2
 FEW_GROUPS = 4
 
 
-@frozen
+@dataclass(frozen=True)
 class Groups:
     """The cuts of a plan, parted into groups of one setting and one depth each."""
 

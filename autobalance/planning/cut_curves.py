@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from functools import cached_property
 from itertools import product
 
@@ -9,7 +10,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from autobalance.correction.kind import Offer
-from autobalance.frozen import frozen
 from autobalance.planning.depths import Array, independent_rows, resultant_and_moment
 from autobalance.rigid_rotor.tolerance import Tolerance
 from autobalance.rigid_rotor.unbalance import Unbalance
@@ -20,7 +20,7 @@ MOST_LATE = 0.99
 """Curves that would run backwards at first are taken to start slowly."""
 
 
-@frozen(eq=False)
+@dataclass(frozen=True, eq=False)
 class CutCurves:
     """All cuts as curves of judged vectors, known at their least, middle and greatest depths.
 

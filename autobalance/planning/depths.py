@@ -10,13 +10,13 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Sequence
 from contextlib import suppress
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
 from autobalance.correction.kind import Cut, SharedDepth
 from autobalance.errors import CorrectionError
-from autobalance.frozen import frozen
 from autobalance.planning.dual_simplex import least_cost
 from autobalance.rigid_rotor.moments import Moments
 from autobalance.rigid_rotor.tolerance import Tolerance
@@ -41,7 +41,7 @@ def metal_g(change: Moments) -> float:
     return abs(change.mass_g)
 
 
-@frozen(eq=False)
+@dataclass(frozen=True, eq=False)
 class Plan:
     """Depths for a list of cuts and what they are predicted to leave.
 

@@ -11,13 +11,13 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterator
+from dataclasses import dataclass
 from itertools import permutations
 
 import numpy as np
 from numpy.typing import NDArray
 
 from autobalance.correction.kind import Offer
-from autobalance.frozen import frozen
 from autobalance.planning.cut_curves import CutCurves, Indices, least_of, length, parabola, slopes_of
 from autobalance.planning.depths import Array, independent_rows, resultant_and_moment
 from autobalance.rigid_rotor.tolerance import Tolerance
@@ -121,7 +121,7 @@ def _possible(offer: Offer) -> int:
 # --- bounds -------------------------------------------------------------------------------------------------
 
 
-@frozen(eq=False)
+@dataclass(frozen=True, eq=False)
 class _Price:
     """What some cuts weigh at least: ``bound``, and ``reduced`` (n,) more for each one that is a member."""
 
@@ -154,7 +154,7 @@ def _price(field: CutCurves, count: int | None) -> _Price:
 # --- sets of so many cuts -----------------------------------------------------------------------------------
 
 
-@frozen(eq=False)
+@dataclass(frozen=True, eq=False)
 class _Found:
     """Sets that meet what is wanted on their chords: members, depths from 0 to 1 (m, k), and weights."""
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from typing import Any
 
 from autobalance import correction
@@ -11,7 +11,6 @@ from autobalance.correction import Limits
 from autobalance.correction.kind import Cut, Kind, Offer, Workpiece
 from autobalance.correction.relaxing import MoreCuts, Relaxing, WiderLimits
 from autobalance.errors import CorrectionError
-from autobalance.frozen import frozen
 from autobalance.planning.depths import Plan
 from autobalance.planning.milp import least_share
 from autobalance.planning.whole_cuts import choose
@@ -25,7 +24,7 @@ TRIED = 3
 """Relaxations named, at most."""
 
 
-@frozen
+@dataclass(frozen=True)
 class Change:
     """A key of the job by its dotted name, what it is now (None: the job has no such table) and would be."""
 
@@ -34,7 +33,7 @@ class Change:
     proposed: Any
 
 
-@frozen
+@dataclass(frozen=True)
 class Relaxation:
     """Changes of the job that together make the tolerance reachable.
 
@@ -58,7 +57,7 @@ class Relaxation:
     tried: bool = True
 
 
-@frozen(eq=False)
+@dataclass(frozen=True, eq=False)
 class Attempt:
     """What a plan that fell short was made from; ``asked`` are all of the job's limits, placed or not."""
 

@@ -5,11 +5,11 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from contextlib import suppress
+from dataclasses import dataclass
 
 import numpy as np
 
 from autobalance.correction.kind import Array, Cut
-from autobalance.frozen import frozen
 from autobalance.planning.depths import judged_rows, resultant_and_moment
 from autobalance.planning.dual_simplex import least_cost
 from autobalance.planning.relaxation import Change, Relaxation
@@ -24,7 +24,7 @@ ENOUGH = 0.5
 """Share of the permissible value that metal added in one place may leave; else it is named in two."""
 
 
-@frozen(eq=False)
+@dataclass(frozen=True, eq=False)
 class Shortfall:
     """A residual above the permissible value and what was tried.
 

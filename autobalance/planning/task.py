@@ -4,11 +4,10 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from typing import TypeVar
 
 from autobalance.correction.kind import Apart, Cut, Offer, Prefer, SharedDepth
-from autobalance.frozen import frozen
 from autobalance.rigid_rotor.moments import Moments
 from autobalance.rigid_rotor.tolerance import Tolerance
 from autobalance.rigid_rotor.unbalance import Unbalance
@@ -16,7 +15,7 @@ from autobalance.rigid_rotor.unbalance import Unbalance
 _Pair = TypeVar("_Pair", Apart, SharedDepth)
 
 
-@frozen(eq=False)
+@dataclass(frozen=True, eq=False)
 class Task:
     """What to choose from; ``usual_g`` and ``usual_radius_mm`` are those of a usual correction, for scale."""
 

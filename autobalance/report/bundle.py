@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Collection, Mapping, Sequence
+from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
-from autobalance.frozen import frozen
 from autobalance.report import kinds
 from autobalance.report.metal import Piece, pieces_of
 from autobalance.solid.csg.solid import Solid
@@ -32,7 +32,7 @@ PIECES_TRIANGLES = 50_000
 """The same of all removed metal; the two together keep the page below 5 MB."""
 
 
-@frozen
+@dataclass(frozen=True)
 class Choice:
     """Which files, on what paper, in which units, with which date on them."""
 

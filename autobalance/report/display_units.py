@@ -3,17 +3,16 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from typing import Final, Literal
 
-from autobalance.frozen import frozen
 from autobalance.graphics.words import number
 from autobalance.units import G_MM_PER_OZ_IN, G_PER_OZ, MM_PER
 
 UnitSystem = Literal["metric", "inch"]
 
 
-@frozen
+@dataclass(frozen=True)
 class DisplayUnits:
     """Names of units, what one of each holds, and with how many decimals each is written."""
 

@@ -4,12 +4,11 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import field, replace
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 import numpy as np
 
-from autobalance.frozen import frozen
 from autobalance.report import kinds
 from autobalance.report.metal import Piece
 from autobalance.solid.csg.solid import Polygons, Region, Solid
@@ -24,7 +23,7 @@ BELOW = 0.1
 """How far half a section reaches beyond the axis, as a share of its height."""
 
 
-@frozen(eq=False)
+@dataclass(frozen=True, eq=False)
 class SectionDrawing:
     """A section along the axis, in the plane that holds the axis and an angle: (z, r) outlines."""
 
@@ -33,7 +32,7 @@ class SectionDrawing:
     cuts: Mapping[int, Polygons] = field(default_factory=dict)
 
 
-@frozen(eq=False)
+@dataclass(frozen=True, eq=False)
 class WebDrawing:
     """A web seen along the axis: outlines (k, 2) in (x, y), the shadows of the metal cut, a section."""
 
@@ -43,7 +42,7 @@ class WebDrawing:
     section: SectionDrawing | None = None
 
 
-@frozen(eq=False)
+@dataclass(frozen=True, eq=False)
 class Drawings:
     """Everything the sheet draws: the webs that are cut, and a section along the axis, (z, x) outlines."""
 

@@ -3,16 +3,16 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 from typing import Any
 
-from autobalance.frozen import frozen
 from autobalance.report import kinds
 from autobalance.solid.csg.solid import Solid
 from autobalance.solid.csg.sourced import Shared, beyond, shared_with
 from autobalance.solid.mesh.mesh import Indices, Mesh
 
 
-@frozen(eq=False)
+@dataclass(frozen=True, eq=False)
 class Piece:
     """Metal that one correction removed or added, in file coordinates [mm].
 

@@ -7,12 +7,12 @@ from __future__ import annotations
 
 import io
 from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from autobalance.errors import FormatError
-from autobalance.frozen import frozen
 from autobalance.rigid_rotor.moments import Array
 
 if TYPE_CHECKING:
@@ -34,7 +34,7 @@ SIZE_INCH = (6.4, 4.8)
 PIXELS_PER_INCH = 120
 
 
-@frozen(eq=False)
+@dataclass(frozen=True, eq=False)
 class Curve:
     """Points (n,), (n,) with a name for the key."""
 

@@ -10,6 +10,7 @@ from __future__ import annotations
 import re
 import types
 from collections.abc import Mapping
+from dataclasses import dataclass
 from typing import (
     Annotated,
     Any,
@@ -22,8 +23,6 @@ from typing import (
     is_typeddict,
 )
 
-from autobalance.frozen import frozen
-
 Values = dict[str, Any]
 
 NAMES: Mapping[Any, str] = {
@@ -35,7 +34,7 @@ NAMES: Mapping[Any, str] = {
 }
 
 
-@frozen
+@dataclass(frozen=True)
 class Bound:
     """A keyword of JSON Schema and its value: ``Bound("minimum", 0)``."""
 

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import os
 from collections.abc import Mapping
+from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from autobalance.frozen import frozen
 from autobalance.report.json import unbalance_values
 
 if TYPE_CHECKING:
@@ -29,7 +29,7 @@ UNBALANCE_KEYS = (
 )
 
 
-@frozen(eq=False)
+@dataclass(frozen=True, eq=False)
 class StageNotes:
     """What the report of a stage says besides what every run says; paths are found from its folder."""
 

@@ -4,9 +4,8 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
+from dataclasses import dataclass
 from typing import Literal
-
-from autobalance.frozen import frozen
 
 Margin = Literal["none", "expanded"]
 """``"none"``: the residual as measured must be within the permissible value. ``"expanded"``: the residual and
@@ -35,7 +34,7 @@ SMALL = 0.02
 """Part of the whole uncertainty below which a share is not named."""
 
 
-@frozen
+@dataclass(frozen=True)
 class Judged:
     """One thing that a verdict looks at: its residual, how far that may be off, and what is permitted."""
 

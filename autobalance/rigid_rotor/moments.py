@@ -6,15 +6,15 @@ a centre is asked for, and a body minus itself is simply zero.
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+
 import numpy as np
 from numpy.typing import NDArray
-
-from autobalance.frozen import frozen
 
 Array = NDArray[np.float64]
 
 
-@frozen(eq=False)
+@dataclass(frozen=True, eq=False)
 class Moments:
     """Mass, first and second moments of a body about the origin of its frame.
 

@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 import math
+from dataclasses import dataclass
 from typing import Literal
 
-from autobalance.frozen import frozen
 from autobalance.rigid_rotor.margin import Judged, Margin, explain_margin
 from autobalance.rigid_rotor.unbalance import Unbalance
 from autobalance.rigid_rotor.uncertainty import Budget, Share
@@ -125,7 +125,7 @@ def share_between_planes(
     return clamped(share_a), clamped(1.0 - share_a)
 
 
-@frozen
+@dataclass(frozen=True)
 class TolerancePlane:
     """A plane in which the residual is judged (not one in which metal is cut)."""
 
@@ -134,7 +134,7 @@ class TolerancePlane:
     permissible_g_mm: float
 
 
-@frozen
+@dataclass(frozen=True)
 class Tolerance:
     """What a residual unbalance is measured against.
 

@@ -3,14 +3,14 @@
 from __future__ import annotations
 
 import math
+from dataclasses import dataclass
 
 import numpy as np
 
-from autobalance.frozen import frozen
 from autobalance.rigid_rotor.moments import Array, Moments
 
 
-@frozen(eq=False)
+@dataclass(frozen=True, eq=False)
 class Unbalance:
     """Resultant unbalance and moment unbalance about the plane z = 0.
 

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 
 import numpy as np
 
-from autobalance.frozen import frozen
 from autobalance.rigid_rotor.moments import Moments
 from autobalance.rigid_rotor.unbalance import Unbalance
 
@@ -15,7 +15,7 @@ Places = tuple[float, float] | None
 """Where tolerance planes A and B stand on the axis [mm], or None."""
 
 
-@frozen
+@dataclass(frozen=True)
 class Share:
     """How far something may put the resultant, and what is seen in planes A and B, where there are any.
 
@@ -68,7 +68,7 @@ def root_sum(shares: Sequence[Share], places: Places) -> Share:
     )
 
 
-@frozen
+@dataclass(frozen=True)
 class Budget:
     """What makes the unbalance uncertain.
 

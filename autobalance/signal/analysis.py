@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
-from dataclasses import field
+from dataclasses import dataclass, field
 
 import numpy as np
 
 from autobalance.errors import FormatError
-from autobalance.frozen import frozen
 from autobalance.signal.axes import Circles, circles
 from autobalance.signal.bearing import Defect, Envelope, RollingBearing, defects, envelope, liveliest_band
 from autobalance.signal.checks import aliasing_note, clipped_share, filled
@@ -30,7 +29,7 @@ LARGEST = 1e60
 STRONGEST_ORDERS = 6
 
 
-@frozen
+@dataclass(frozen=True)
 class Question:
     """What is asked of a record; the names are those of the command's options."""
 
@@ -67,7 +66,7 @@ class Question:
                 raise FormatError(f"frequencies hold {f:g}; each must be > 0 Hz")
 
 
-@frozen(eq=False)
+@dataclass(frozen=True, eq=False)
 class Speed:
     """Where the speed is from, the angle (None where it is not known), and how sure its mean is."""
 
@@ -85,7 +84,7 @@ class Speed:
         return bool(speeds.max() - speeds.min() < STEADY * self.turning.mean_rpm)
 
 
-@frozen(eq=False)
+@dataclass(frozen=True, eq=False)
 class Analysis:
     """All that was found in a record."""
 

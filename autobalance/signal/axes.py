@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from autobalance.frozen import frozen
+from dataclasses import dataclass
 
 ROTATING_BELOW = 0.2
 RECIPROCATING_ABOVE = 0.8
 
 
-@frozen
+@dataclass(frozen=True)
 class Circles:
     """The radii of the two circles of X + iY at an order; forward is X to Y."""
 

@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+
 import numpy as np
 from scipy import fft
 
 from autobalance.errors import FormatError
-from autobalance.frozen import frozen
 from autobalance.signal.record import Array, Channel
 from autobalance.signal.sines import Sine, find_sines
 from autobalance.signal.sources import SLIP
@@ -15,7 +16,7 @@ from autobalance.signal.turning import TURN, Turning
 FEWEST_TURNS = 4
 
 
-@frozen
+@dataclass(frozen=True)
 class RollingBearing:
     """A rolling bearing whose inner ring turns.
 
@@ -90,7 +91,7 @@ class RollingBearing:
         return {name: float(getattr(self, name)) for name in names}
 
 
-@frozen
+@dataclass(frozen=True)
 class Defect:
     """A line of the envelope at (or beside) a bearing's order."""
 
@@ -101,7 +102,7 @@ class Defect:
     found: bool
 
 
-@frozen(eq=False)
+@dataclass(frozen=True, eq=False)
 class Envelope:
     """The size of what a band carries, at its own lower sample rate, from the record's first sample on."""
 

@@ -3,11 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import dataclass
 
-from autobalance.frozen import frozen
 
-
-@frozen
+@dataclass(frozen=True)
 class Crossing:
     """A speed at which an order stands on a frequency."""
 

@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import math
+from dataclasses import dataclass
 
-from autobalance.frozen import frozen
 from autobalance.signal.sources import Source
 from autobalance.units import N_PER_G_MM_S2
 
@@ -14,7 +14,7 @@ CREEP = 0.01
 """Share by which a belt without teeth may run slower than its pulley's rim."""
 
 
-@frozen
+@dataclass(frozen=True)
 class Gear:
     """A pair of wheels in mesh.
 
@@ -80,7 +80,7 @@ class Gear:
         return found
 
 
-@frozen
+@dataclass(frozen=True)
 class Belt:
     """A belt or chain on a pulley.
 
@@ -126,7 +126,7 @@ class Belt:
         return found
 
 
-@frozen
+@dataclass(frozen=True)
 class DrivenShaft:
     """A shaft or accessory that the crank drives; ``speed`` is its speed over the crank's."""
 
@@ -143,7 +143,7 @@ class DrivenShaft:
         return [Source(self.speed, f"shaft {self.name!r} turns{force}")]
 
 
-@frozen
+@dataclass(frozen=True)
 class Drive:
     """All that the crank drives."""
 

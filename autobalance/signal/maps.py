@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+
 import numpy as np
 from scipy import fft
 
-from autobalance.frozen import frozen
 from autobalance.signal.by_angle import by_angle, samples_per_turn
 from autobalance.signal.order_lines import CYCLE, fit_between, whole_cycles
 from autobalance.signal.record import Array, Channel, Complex
@@ -18,7 +19,7 @@ MAP_TURNS = 16
 """Turns in a row of the order map: its lines stand 1/16 of an order apart."""
 
 
-@frozen(eq=False)
+@dataclass(frozen=True, eq=False)
 class Map:
     """Amplitudes (rows, columns) over a speed or time a row and a frequency or order a column."""
 
@@ -28,7 +29,7 @@ class Map:
     amplitudes: Array
 
 
-@frozen(eq=False)
+@dataclass(frozen=True, eq=False)
 class OrderCut:
     """One order along the record: complex amplitudes (n,) at speeds (n,)."""
 

@@ -14,12 +14,12 @@ of them, the spectrum's size is fitted: |Y|² = A/((f − a)² + b²) + N, by th
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy import fft, optimize, signal
 
-from autobalance.frozen import frozen
 from autobalance.signal.record import Array, Complex
 from autobalance.signal.turning import TURN, Turning
 
@@ -44,7 +44,7 @@ LEAST_EXCITED = 1e-3
 """Share of the strongest excitation below which a frequency was not excited."""
 
 
-@frozen
+@dataclass(frozen=True)
 class Mode:
     """A natural frequency, undamped [Hz], its damping ratio, and the share of its band's power explained."""
 
@@ -53,7 +53,7 @@ class Mode:
     explained: float
 
 
-@frozen
+@dataclass(frozen=True)
 class _Candidate:
     """Where a resonance may be, and how far it stands over its flanks (ln)."""
 

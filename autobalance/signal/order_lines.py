@@ -9,11 +9,11 @@ e^(−imθ/2), which are gathered block by block.
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from itertools import pairwise
 
 import numpy as np
 
-from autobalance.frozen import frozen
 from autobalance.signal.record import Array, Channel, Complex
 from autobalance.signal.turning import TURN, Turning
 
@@ -24,7 +24,7 @@ CHUNK = 1 << 12
 MOST_BLOCKS = 32
 
 
-@frozen(eq=False)
+@dataclass(frozen=True, eq=False)
 class OrderLines:
     """Complex amplitudes A e^(iφ) by half order, from ½ on.
 

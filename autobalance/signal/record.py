@@ -3,14 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from autobalance.errors import FormatError
-from autobalance.frozen import frozen
 
 Array = NDArray[np.float64]
 Complex = NDArray[np.complex128]
@@ -19,7 +18,7 @@ BLOCK = 1 << 20
 """Samples that are worked on at a time where a channel may be longer than memory."""
 
 
-@frozen(eq=False)
+@dataclass(frozen=True, eq=False)
 class Channel:
     """Samples of one quantity.
 
@@ -70,7 +69,7 @@ class Channel:
         return name in {self.name, self.header, self.header.rpartition("_")[0] or self.name}
 
 
-@frozen(eq=False)
+@dataclass(frozen=True, eq=False)
 class Record:
     """Channels that were taken together, from one file."""
 

@@ -8,11 +8,12 @@ frequency into its positive one, belongs to the model and so spoils nothing.
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+
 import numpy as np
 from numpy.typing import NDArray
 from scipy import fft
 
-from autobalance.frozen import frozen
 from autobalance.signal.record import Array, Complex
 from autobalance.signal.windows import SIDELOBE, gain, half_width_bins, line, window
 
@@ -33,7 +34,7 @@ CLOSEST_BINS = 0.3
 """Two sines nearer to one another than this are one."""
 
 
-@frozen
+@dataclass(frozen=True)
 class Sine:
     """A cos(2πft + φ), t from the record's first sample."""
 
@@ -42,7 +43,7 @@ class Sine:
     phase_rad: float
 
 
-@frozen(eq=False)
+@dataclass(frozen=True, eq=False)
 class _Fit:
     """Frequencies in bins, ascending, complex amplitudes, and the mean."""
 
@@ -201,7 +202,7 @@ def _model(at: Array, length: int, name: str, fit: _Fit) -> Complex:
     return total
 
 
-@frozen(eq=False)
+@dataclass(frozen=True, eq=False)
 class _Solved:
     """The best amplitudes and mean at given frequencies, what is left, and the matrix of the fit."""
 
@@ -214,7 +215,7 @@ class _Solved:
         return float(self.left @ self.left)
 
 
-@frozen(eq=False)
+@dataclass(frozen=True, eq=False)
 class _Seen:
     """The part of the spectrum that is fitted: whole bins, their values, and the record they are of."""
 

@@ -7,13 +7,12 @@ than the record can tell, or than balls slide in a bearing.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from autobalance.engine.whole_engine import Engine, Order
-from autobalance.frozen import frozen
 
 if TYPE_CHECKING:
     # which takes long to load, and every job names sources
@@ -34,7 +33,7 @@ NOTHING = 1e-6
 """Share of the engine's greatest order below which an order cancels."""
 
 
-@frozen
+@dataclass(frozen=True)
 class Source:
     """Something that would show at an order; ``slip`` is by what share of it it may be off."""
 

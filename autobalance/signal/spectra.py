@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+
 import numpy as np
 from scipy import fft, signal
 
-from autobalance.frozen import frozen
 from autobalance.signal.record import Array, Channel
 from autobalance.signal.windows import window
 
@@ -18,7 +19,7 @@ BANDS_HZ = ((10.0, 1000.0), (2.0, 1000.0))
 """ISO 20816: from 10 Hz; from 2 Hz for machines below 600 1/min."""
 
 
-@frozen(eq=False)
+@dataclass(frozen=True, eq=False)
 class Welch:
     """A power spectral density with its scatter.
 

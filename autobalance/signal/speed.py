@@ -7,11 +7,12 @@ runs ahead or behind.
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+
 import numpy as np
 from numpy.typing import NDArray
 from scipy import fft
 
-from autobalance.frozen import frozen
 from autobalance.signal.order_lines import CYCLE, fit_between, whole_cycles
 from autobalance.signal.record import Array, Channel
 from autobalance.signal.turning import TURN, Turning
@@ -39,7 +40,7 @@ ROUNDS = 4
 STANDS_OUT = 8.0
 
 
-@frozen(eq=False)
+@dataclass(frozen=True, eq=False)
 class RecordSpeed:
     """The angle as the record tells it, and the standard uncertainty of its mean speed [1/min]."""
 

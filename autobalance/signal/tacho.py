@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+
 import numpy as np
 from numpy.typing import NDArray
 
 from autobalance.errors import FormatError
-from autobalance.frozen import frozen
 from autobalance.signal.record import BLOCK, Array, Channel
 from autobalance.signal.turning import TURN, Turning
 
@@ -22,7 +23,7 @@ PATTERN_TURNS = 4
 """An encoder's own pattern is only told from the shaft's motion where it came so often."""
 
 
-@frozen(eq=False)
+@dataclass(frozen=True, eq=False)
 class Pulses:
     """Pulses of a tacho and what was amiss with them.
 

@@ -2,18 +2,17 @@
 
 from __future__ import annotations
 
-from dataclasses import field
+from dataclasses import dataclass, field
 
 import numpy as np
 from scipy.interpolate import CubicSpline
 
-from autobalance.frozen import frozen
 from autobalance.signal.record import Array
 
 TURN = 2.0 * np.pi
 
 
-@frozen(eq=False)
+@dataclass(frozen=True, eq=False)
 class Turning:
     """Angle θ(t) between two instants; a cubic spline, so that the speed has no steps and no corners.
 

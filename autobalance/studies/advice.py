@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
-from autobalance.frozen import frozen
 from autobalance.studies.linear_model import LinearModel
 
 Array = NDArray[np.float64]
@@ -16,7 +16,7 @@ GRID = 32
 HALVINGS = 12
 
 
-@frozen
+@dataclass(frozen=True)
 class AdviceStep:
     """One cause made better alone: the largest pm that suffices (None: none does), and what it gives."""
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -13,7 +13,6 @@ from autobalance.balancing import rotor_from_job
 from autobalance.correction import KINDS
 from autobalance.engine.balance_factor import bob_weight_moments
 from autobalance.errors import JobError
-from autobalance.frozen import frozen
 from autobalance.job import PartWeights, Weight
 from autobalance.job.model import Distribution
 from autobalance.rigid_rotor.moments import Moments
@@ -33,7 +32,7 @@ WHERE = (
 )
 
 
-@frozen(eq=False)
+@dataclass(frozen=True, eq=False)
 class Causes:
     """The draws of a plan, and what some change of the target factor and of D = Σ m_rec r e.
 

@@ -7,11 +7,11 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
-from autobalance.frozen import frozen
 from autobalance.rigid_rotor.moments import Moments
 from autobalance.rigid_rotor.tolerance import Tolerance
 from autobalance.rigid_rotor.unbalance import Unbalance
@@ -27,7 +27,7 @@ from autobalance.studies.draws import (
 Array = NDArray[np.float64]
 
 
-@frozen(eq=False)
+@dataclass(frozen=True, eq=False)
 class Draw:
     """One uncertain number, or one uncertain vector of two.
 
@@ -145,7 +145,7 @@ def axis_effect(body: Moments, places_mm: tuple[float, float], at: int) -> Array
     return np.array([[resultant, 0.0, moment, 0.0], [0.0, resultant, 0.0, moment]])
 
 
-@frozen(eq=False)
+@dataclass(frozen=True, eq=False)
 class LinearModel:
     """A crank as planned, what is uncertain about it, and what it is judged against.
 
@@ -205,7 +205,7 @@ def linear_spread_g_mm(covariance: Array) -> float:
     return Z_95 * math.sqrt(float(np.trace(covariance[:2, :2])))
 
 
-@frozen
+@dataclass(frozen=True)
 class Contribution:
     """What one cause makes of the spread."""
 

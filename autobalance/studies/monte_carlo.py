@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
 from autobalance.balancing import rotor_from_job
 from autobalance.engine.balance_factor import LEAST_DIRECTION, factor_direction_g_mm
-from autobalance.frozen import frozen
 from autobalance.job.model import Sampling
 from autobalance.studies.advice import AdviceStep, advise
 from autobalance.studies.causes import Causes, causes_of
@@ -35,7 +35,7 @@ CHUNK = 1 << 15
 DEFAULT_TARGET = 0.95
 
 
-@frozen
+@dataclass(frozen=True)
 class Sampler:
     """How many cranks are drawn, and how."""
 
@@ -45,7 +45,7 @@ class Sampler:
     exact: int = 10
 
 
-@frozen
+@dataclass(frozen=True)
 class ModelCheck:
     """How far the linear model is off cranks that were cut and measured."""
 
@@ -54,7 +54,7 @@ class ModelCheck:
     share_of_permissible: float | None
 
 
-@frozen(eq=False)
+@dataclass(frozen=True, eq=False)
 class StudyAnswer:
     """What a study found.
 

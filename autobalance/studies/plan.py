@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import dataclass
 
 from autobalance.balancing import rotor_from_job
 from autobalance.balancing.loop import Result
@@ -10,7 +11,6 @@ from autobalance.balancing.measured_crank import Crank, measure_crank, work_on_f
 from autobalance.balancing.rotor import Rotor
 from autobalance.balancing.run import balanced_record, rotor_of
 from autobalance.engine.balance_factor import bob_weight_moments
-from autobalance.frozen import frozen
 from autobalance.job import Job
 from autobalance.rigid_rotor.moments import Moments
 from autobalance.rigid_rotor.tolerance import Tolerance
@@ -18,7 +18,7 @@ from autobalance.rigid_rotor.unbalance import Unbalance
 from autobalance.runtime import Stopwatch
 
 
-@frozen(eq=False)
+@dataclass(frozen=True, eq=False)
 class Plan:
     """A job's crank, and what balancing it has found."""
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -11,7 +11,6 @@ from numpy.typing import NDArray
 from autobalance.balancing.engine_from_job import with_moments
 from autobalance.balancing.firing_from_job import firing_engine
 from autobalance.engine.cycle.analysis import CycleAnalysis
-from autobalance.frozen import frozen
 from autobalance.studies import causes
 from autobalance.studies.exact_cranks import drawn_engine
 from autobalance.studies.linear_model import Draw, LinearModel
@@ -27,7 +26,7 @@ CYCLE_STEPS = 3
 CYCLE_FIGURES = {"greatest_main_load_N": "N", "acceleration_rad_s2": "rad/s²", "mean_torque_N_m": "N·m"}
 
 
-@frozen(eq=False)
+@dataclass(frozen=True, eq=False)
 class Curve:
     """A key figure (n,) over one cause's offset from its own value (n,)."""
 
@@ -38,7 +37,7 @@ class Curve:
     values: Array
 
 
-@frozen(eq=False)
+@dataclass(frozen=True, eq=False)
 class KeyFigure:
     """A key figure as planned, and how it follows each cause; those that move it most first."""
 

@@ -13,11 +13,11 @@ Jansen's, for the total.
 from __future__ import annotations
 
 from collections.abc import Mapping
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
-from autobalance.frozen import frozen
 from autobalance.studies.linear_model import LinearModel
 
 Array = NDArray[np.float64]
@@ -29,7 +29,7 @@ LINEAR = 0.02
 """Where the first-order shares sum to 1 within this, what is judged is as good as a sum."""
 
 
-@frozen
+@dataclass(frozen=True)
 class SobolShare:
     """What one cause makes of the variance alone, and together with others."""
 
@@ -38,7 +38,7 @@ class SobolShare:
     total: float
 
 
-@frozen
+@dataclass(frozen=True)
 class SobolShares:
     """The shares of every cause, falling by the total; ``linear`` where what is judged adds up from them."""
 

@@ -20,7 +20,6 @@ from multiprocessing.connection import wait as wait_for_end
 from typing import Any, Protocol
 
 from autobalance.errors import FileError, JobError
-from autobalance.frozen import frozen
 from autobalance.runtime import hear_signals, keep_to_one_core, one_thread_of_linear_algebra, starting_process
 from autobalance.solid.csg.threads import booleans_in_one_thread
 from autobalance.version import __version__
@@ -34,7 +33,7 @@ LOOK_AGAIN_S = 0.25
 """How often a cluster is asked which workers it still has."""
 
 
-@frozen
+@dataclass(frozen=True)
 class Done:
     """The end of a task: its number, its value, and by which worker at which try.
 
@@ -330,7 +329,7 @@ class Cluster:
             time.sleep(LOOK_AGAIN_S)
 
 
-@frozen
+@dataclass(frozen=True)
 class _OnWorker:
     """A task on its way: its number, which try it is, and the worker that has it."""
 

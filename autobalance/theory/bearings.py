@@ -3,18 +3,18 @@
 from __future__ import annotations
 
 import math
+from dataclasses import dataclass
 
 from autobalance.bearings import dry, film, loads, rolling
 from autobalance.bearings import squeeze_film as plates
 from autobalance.bearings.oil import Oil
 from autobalance.bearings.short_bearing import ocvirk
-from autobalance.frozen import frozen
 from autobalance.units import RAD_S_PER_RPM
 
 M_PER_MM = 1e-3
 
 
-@frozen
+@dataclass(frozen=True)
 class MeanLoads:
     """Means over a turn of a load that stands still and one that turns; the first is for friction."""
 
@@ -24,7 +24,7 @@ class MeanLoads:
     f_m: float
 
 
-@frozen
+@dataclass(frozen=True)
 class DryFriction:
     """Friction of a dry journal, exact and by the small angle."""
 
@@ -33,7 +33,7 @@ class DryFriction:
     attitude_angle_deg: float
 
 
-@frozen
+@dataclass(frozen=True)
 class FrictionCoefficient:
     """Coefficient behind a torque; ``mu`` is None where no Coulomb friction explains it."""
 
@@ -41,7 +41,7 @@ class FrictionCoefficient:
     mu_small_angle: float
 
 
-@frozen
+@dataclass(frozen=True)
 class ShortBearing:
     """A short bearing in numbers without units."""
 
@@ -50,7 +50,7 @@ class ShortBearing:
     friction_over_petroff: float
 
 
-@frozen
+@dataclass(frozen=True)
 class SqueezeFilm:
     """A film between rectangular plates."""
 

@@ -3,15 +3,15 @@
 from __future__ import annotations
 
 import math
+from dataclasses import dataclass
 
 import numpy as np
 
 from autobalance.engine import slider_crank as exact
-from autobalance.frozen import frozen
 from autobalance.units import RAD_S_PER_RPM
 
 
-@frozen
+@dataclass(frozen=True)
 class PistonMotion:
     """Where the piston is and how it moves, positive towards top dead centre.
 
@@ -24,7 +24,7 @@ class PistonMotion:
     rod_angle_deg: float
 
 
-@frozen
+@dataclass(frozen=True)
 class DeadCentres:
     """Crank angles at which the piston stands still, and the stroke between them."""
 
@@ -33,7 +33,7 @@ class DeadCentres:
     stroke_mm: float
 
 
-@frozen
+@dataclass(frozen=True)
 class GreatestSpeed:
     """Crank angles of the greatest piston speed: exact, and of the first two harmonics alone."""
 
@@ -42,7 +42,7 @@ class GreatestSpeed:
     two_harmonics_deg: float
 
 
-@frozen
+@dataclass(frozen=True)
 class Harmonic:
     """One order of the piston's acceleration over r ω²: amplitude and phase, A cos(kθ + φ)."""
 
@@ -51,7 +51,7 @@ class Harmonic:
     phase_deg: float
 
 
-@frozen
+@dataclass(frozen=True)
 class SeriesTerm:
     """A term of a harmonic's power series in λ = r/l: an exact fraction."""
 

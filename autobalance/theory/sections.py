@@ -4,19 +4,18 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 from autobalance.engine import section_table as tables
 from autobalance.engine.counterweight import FanCounterweight, Size
 from autobalance.engine.forces import centrifugal_force_n
 from autobalance.engine.substitute_rotor import SubstituteRotor
-from autobalance.frozen import frozen
 from autobalance.units import RAD_S_PER_RPM
 
 KG_MM2 = 1000.0
 
 
-@frozen
+@dataclass(frozen=True)
 class Hole:
     """A drilled hole: what it lacks, where, and how it pulls."""
 
@@ -25,7 +24,7 @@ class Hole:
     force_N: float | None
 
 
-@frozen
+@dataclass(frozen=True)
 class SectionSums:
     """Static and dynamic sums of a section table."""
 
@@ -34,7 +33,7 @@ class SectionSums:
     dynamic_g_mm2: tuple[float, float]
 
 
-@frozen
+@dataclass(frozen=True)
 class TwoProducts:
     """Static products W (X, Y) of two counterweights that leave no force and no couple."""
 
@@ -42,7 +41,7 @@ class TwoProducts:
     second_g_mm: tuple[float, float]
 
 
-@frozen
+@dataclass(frozen=True)
 class Fan:
     """A counterweight as a sector of a ring; sensitivities are relative changes of its product."""
 
@@ -58,7 +57,7 @@ class Fan:
     sensitivity_angle: float
 
 
-@frozen
+@dataclass(frozen=True)
 class Rotor:
     """A disc on a shaft with a wanted polar inertia."""
 

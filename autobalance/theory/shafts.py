@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -11,11 +12,10 @@ from autobalance.engine import complete_balance as balance_of_engine
 from autobalance.engine import shafts as exact
 from autobalance.engine.shafts import BalanceShaft
 from autobalance.engine.slider_crank import harmonic
-from autobalance.frozen import frozen
 from autobalance.units import RAD_S_PER_RPM
 
 
-@frozen
+@dataclass(frozen=True)
 class Pair:
     """Two like shafts, one each way, at ``order`` times crank speed."""
 
@@ -24,7 +24,7 @@ class Pair:
     phase_deg: float
 
 
-@frozen
+@dataclass(frozen=True)
 class Bolted:
     """Shafts with bolt-on weights against what they are to cancel."""
 
@@ -33,7 +33,7 @@ class Bolted:
     residual_g_mm: float
 
 
-@frozen
+@dataclass(frozen=True)
 class Complete:
     """Counterweights on rod and crank that leave no force at any order."""
 

@@ -2,16 +2,17 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+
 import numpy as np
 
 from autobalance.engine.grade import listed_grade, specific_unbalance_mm
-from autobalance.frozen import frozen
 from autobalance.rigid_rotor import tolerance as exact
 from autobalance.rigid_rotor.unbalance import Unbalance
 from autobalance.units import G_MM_PER, RAD_S_PER_RPM
 
 
-@frozen
+@dataclass(frozen=True)
 class Permissible:
     """What a grade permits on a rotor."""
 
@@ -19,7 +20,7 @@ class Permissible:
     specific_unbalance_um: float
 
 
-@frozen
+@dataclass(frozen=True)
 class Shares:
     """Permissible residual unbalance in two tolerance planes."""
 
@@ -27,7 +28,7 @@ class Shares:
     b_g_mm: float
 
 
-@frozen
+@dataclass(frozen=True)
 class Achieved:
     """The grade that a residual achieves, and the finest listed one that it meets."""
 
@@ -35,7 +36,7 @@ class Achieved:
     listed_mm_s: float | None
 
 
-@frozen
+@dataclass(frozen=True)
 class InPlanes:
     """Dynamic unbalance: equivalent vectors in two planes."""
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -13,13 +14,12 @@ from autobalance.engine.forces import centrifugal_force_n as _centrifugal_force_
 from autobalance.engine.forces import order_table as _order_table
 from autobalance.engine.parts import Parts, ThrowLoad
 from autobalance.engine.parts import roll_up as _roll_up
-from autobalance.frozen import frozen
 from autobalance.units import RAD_S_PER_RPM
 
 KG_MM2 = 1000.0
 
 
-@frozen
+@dataclass(frozen=True)
 class Sum:
     """A mass with its uncertainty."""
 
@@ -27,7 +27,7 @@ class Sum:
     pm_g: float
 
 
-@frozen
+@dataclass(frozen=True)
 class RodMasses:
     """A rod as two masses at its eyes, and what they miss."""
 
@@ -39,7 +39,7 @@ class RodMasses:
     couple_inertia_kg_mm2: float | None
 
 
-@frozen
+@dataclass(frozen=True)
 class CutRod:
     """A rod cut at its centre of mass: what the cut puts at the wrong end."""
 
@@ -48,7 +48,7 @@ class CutRod:
     warning: str
 
 
-@frozen
+@dataclass(frozen=True)
 class FirstOrderForce:
     """Inertia force of order 1 of a single at a balance factor: circles and their sums."""
 
@@ -62,7 +62,7 @@ class FirstOrderForce:
     transverse_N: float
 
 
-@frozen
+@dataclass(frozen=True)
 class OrderRow:
     """A row of the order table: leading term and exact coefficient, times m r."""
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -15,7 +15,6 @@ from autobalance.balancing.loop import Result
 from autobalance.balancing.measuring import Measured
 from autobalance.balancing.record import Record
 from autobalance.errors import AutobalanceError, ClaimError, FormatError
-from autobalance.frozen import frozen
 from autobalance.job import Job
 from autobalance.rigid_rotor.moments import Moments
 from autobalance.rigid_rotor.tolerance import Tolerance
@@ -32,7 +31,7 @@ AsReport = Callable[[Record], Mapping[str, Any]]
 """How a record is written down; what was found must be what a report has."""
 
 
-@frozen(eq=False)
+@dataclass(frozen=True, eq=False)
 class Checked:
     """A report all of whose claims hold, and what of it was not checked."""
 
@@ -93,7 +92,7 @@ def check_claims(
     return replace(checked, checked=claims.ledger.held, warnings=tuple(claims.warnings), not_checked=rest)
 
 
-@frozen(eq=False)
+@dataclass(frozen=True, eq=False)
 class Held:
     """A report that is held against its files."""
 
@@ -154,7 +153,7 @@ def _checked(held: Held) -> Checked:
 # --- what a record of the run would say ---------------------------------------------------------------------
 
 
-@frozen(eq=False)
+@dataclass(frozen=True, eq=False)
 class Ends:
     """What a run began and ended with; ``doubts`` are both budgets, ``hidden`` what facets hide after."""
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 import itertools
 import math
 from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -16,7 +17,6 @@ from autobalance.correction.trace import Before, Metal, Reading, Trace
 from autobalance.crank.anatomy import Anatomy
 from autobalance.crank.faces import find_faces
 from autobalance.errors import ClaimError
-from autobalance.frozen import frozen
 from autobalance.job import Job
 from autobalance.rigid_rotor.moments import Moments
 from autobalance.solid.csg.solid import Solid, union
@@ -39,7 +39,7 @@ THIN = "its metal is thinner than what the files tell of places: only the sum of
 TOUCHING = "its metal touches that of another correction: only their sum was checked"
 
 
-@frozen(eq=False)
+@dataclass(frozen=True, eq=False)
 class Change:
     """A crank before and after, and what it takes to tell its cuts apart.
 

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
 from typing import Any
 
-from autobalance.frozen import frozen
 from autobalance.verification.claims import Ledger
 
 PLANNED = "found by the planner on the surfaces around each place; the files do not keep it"
@@ -36,7 +36,7 @@ NOT_CHECKED: Mapping[str, str] = {
 UNKNOWN = "verify knows nothing to check it against"
 
 
-@frozen
+@dataclass(frozen=True)
 class NotChecked:
     """A value that was not checked, or a group of them; ``[]`` stands for every entry of a list."""
 

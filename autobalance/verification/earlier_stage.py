@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import hashlib
 from collections.abc import Mapping
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -12,7 +13,6 @@ import numpy as np
 from autobalance.correction.kind import EarlierCut
 from autobalance.crank.anatomy import Anatomy
 from autobalance.errors import ClaimError, FileError, FormatError
-from autobalance.frozen import frozen
 from autobalance.job import Job
 from autobalance.rigid_rotor.moments import Moments
 from autobalance.rigid_rotor.tolerance import Tolerance, TolerancePlane
@@ -28,7 +28,7 @@ COMMANDS = ("balance", "recut")
 """Commands whose reports have a job and a corrected solid."""
 
 
-@frozen(eq=False)
+@dataclass(frozen=True, eq=False)
 class EarlierStage:
     """What the next stage begins with.
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
@@ -10,7 +11,6 @@ from autobalance.balancing import rotor_from_job
 from autobalance.dynamics.spun_rotor import RigidBody
 from autobalance.engine.balance_factor import bob_weight_moments
 from autobalance.errors import FormatError
-from autobalance.frozen import frozen
 from autobalance.rigid_rotor.moments import Moments
 from autobalance.verification.claims import Claims
 from autobalance.verification.premises import claimed_anatomy, claimed_job
@@ -21,7 +21,7 @@ COMMANDS = ("balance", "recut")
 """Commands whose reports have a job and a solid."""
 
 
-@frozen(eq=False)
+@dataclass(frozen=True, eq=False)
 class ReportedRotor:
     """A rotor on a balancing machine: ``fit_g`` are the bob-weights to clamp on, by throw.
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import hashlib
 from collections.abc import Callable, Hashable
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, TypeVar
 
@@ -15,7 +16,6 @@ from autobalance.balancing.measured_crank import Crank
 from autobalance.correction import KINDS
 from autobalance.crank.anatomy import Anatomy
 from autobalance.errors import ClaimError, FileError, FormatError
-from autobalance.frozen import frozen
 from autobalance.job import Job
 from autobalance.rigid_rotor.moments import Array, Moments
 from autobalance.solid.chordal_error.estimate import ChordalError, estimate_chordal_error
@@ -60,7 +60,7 @@ class Files:
         return self.once(key, lambda: read(path, unit, body, pressed_up=pressed_up, unite=unite))
 
 
-@frozen(eq=False)
+@dataclass(frozen=True, eq=False)
 class Given:
     """The crank as it came: read, recognised and measured; ``bare`` are its moments without hidden parts."""
 
@@ -83,7 +83,7 @@ class Given:
         return self.crank.facets
 
 
-@frozen(eq=False)
+@dataclass(frozen=True, eq=False)
 class Left:
     """The crank as it was left: its own moments, and the loose triangles of its file where it has such."""
 

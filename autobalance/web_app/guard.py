@@ -3,12 +3,10 @@
 from __future__ import annotations
 
 import secrets
-from dataclasses import field
+from dataclasses import dataclass, field
 
 from starlette.responses import JSONResponse, Response
 from starlette.types import ASGIApp, Message, Receive, Scope, Send
-
-from autobalance.frozen import frozen
 
 TOKEN_HEADER = "x-autobalance-token"
 COOKIE = "autobalance"
@@ -28,7 +26,7 @@ OPEN = ("/api/health", "/static/")
 """What needs no token: nothing of the project is in it."""
 
 
-@frozen
+@dataclass(frozen=True)
 class Keys:
     """The token of the address, and what the cookie holds: not the token itself."""
 

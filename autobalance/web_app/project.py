@@ -8,11 +8,11 @@ import re
 import secrets
 import shutil
 from collections.abc import AsyncIterator
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 from autobalance.errors import FileError
-from autobalance.frozen import frozen
 
 LONGEST_NAME = 120
 JOB = "job.toml"
@@ -27,7 +27,7 @@ class TooLarge(Exception):  # noqa: N818 - what happened, not a fault of the pro
     """An upload is larger than allowed."""
 
 
-@frozen
+@dataclass(frozen=True)
 class Project:
     """A folder for uploads, the job, and the results of runs."""
 

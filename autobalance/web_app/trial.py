@@ -4,12 +4,12 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, cast
 
 import numpy as np
 
 from autobalance.errors import JobError
-from autobalance.frozen import frozen
 from autobalance.web_app.prediction import checked_cuts
 
 if TYPE_CHECKING:
@@ -22,7 +22,7 @@ if TYPE_CHECKING:
 Values = dict[str, Any]
 
 
-@frozen(eq=False)
+@dataclass(frozen=True, eq=False)
 class TurnedCut:
     """A cut, turned about the crank axis: what cutting and measuring ask of a `Cut`."""
 
@@ -50,7 +50,7 @@ class TurnedCut:
         return self.cut.pressed_in(depth_mm).moved(self.motion)
 
 
-@frozen
+@dataclass(frozen=True)
 class Trial:
     """What was measured, and the bytes of the file on which it was; None where there is no file."""
 

@@ -7,11 +7,9 @@ import os
 import signal
 import sys
 from collections.abc import Callable
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
-
-from autobalance.frozen import frozen
 
 if TYPE_CHECKING:
     from multiprocessing.connection import Connection
@@ -37,7 +35,7 @@ Told = Callable[[str, float], None]
 Asked = dict[str, Any]
 
 
-@frozen
+@dataclass(frozen=True)
 class Place:
     """Where a run finds its files and leaves its results; ``own`` is for the page alone."""
 

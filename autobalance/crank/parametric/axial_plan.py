@@ -3,16 +3,16 @@
 from __future__ import annotations
 
 import math
+from dataclasses import dataclass
 
 from autobalance.crank.parametric.design import Design
-from autobalance.frozen import frozen
 from autobalance.solid.csg.shape import on_grid
 
 PAST_MM = 1.0
 """How far tools reach past the metal."""
 
 
-@frozen
+@dataclass(frozen=True)
 class Span:
     """A stretch along the axis; ``angle_rad`` is where its crankpin lies, if it belongs to one."""
 
@@ -24,7 +24,7 @@ class Span:
     second_angle_rad: float | None = None
 
 
-@frozen
+@dataclass(frozen=True)
 class AxialPlan:
     """Where everything stands along the axis: spans from face to face, fillets included."""
 

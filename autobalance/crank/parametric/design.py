@@ -4,17 +4,16 @@ from __future__ import annotations
 
 import difflib
 import math
-from dataclasses import fields, is_dataclass, replace
+from dataclasses import dataclass, fields, is_dataclass, replace
 from typing import Any, Literal
 
 from autobalance.errors import JobError
-from autobalance.frozen import frozen
 
 Ends = Literal["both", "first"]
 WebOutline = Literal["pear", "disc"]
 
 
-@frozen
+@dataclass(frozen=True)
 class PinSize:
     """A main journal or crankpin; ``width_mm`` from web to web, fillets included."""
 
@@ -23,7 +22,7 @@ class PinSize:
     bore_mm: float = 0.0
 
 
-@frozen
+@dataclass(frozen=True)
 class WebSize:
     """The arm between journal and crankpin.
 
@@ -39,7 +38,7 @@ class WebSize:
     between_pins_mm: float = 8.0
 
 
-@frozen
+@dataclass(frozen=True)
 class CounterweightSize:
     """A sector of a circle about the crank axis, opposite the crankpin.
 
@@ -55,7 +54,7 @@ class CounterweightSize:
     draft_deg: float = 0.0
 
 
-@frozen
+@dataclass(frozen=True)
 class Keyway:
     """A slot along the nose, from its free end."""
 
@@ -64,7 +63,7 @@ class Keyway:
     length_mm: float
 
 
-@frozen
+@dataclass(frozen=True)
 class Nose:
     """The free end at the first main journal: a cylinder, or a taper down to ``end_diameter_mm``."""
 
@@ -74,7 +73,7 @@ class Nose:
     keyway: Keyway | None = None
 
 
-@frozen
+@dataclass(frozen=True)
 class Flange:
     """The disc at the last main journal, with bolt holes."""
 
@@ -85,7 +84,7 @@ class Flange:
     bolt_circle_mm: float = 0.0
 
 
-@frozen
+@dataclass(frozen=True)
 class Bay:
     """What lies between two main journals: one crankpin, or several at angles of their own.
 
@@ -96,7 +95,7 @@ class Bay:
     counterweights: tuple[bool, bool] = (True, True)
 
 
-@frozen
+@dataclass(frozen=True)
 class Design:
     """A crankshaft by its dimensions.
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import dataclass
 from itertools import islice
 
 import numpy as np
@@ -11,14 +12,13 @@ from autobalance.crank.anatomy import Array, Pin
 from autobalance.crank.recognition.cylinder_runs import ROUNDING, CylinderRun, find_runs
 from autobalance.crank.recognition.directions import axis_candidates
 from autobalance.crank.recognition.section_stack import SectionStack, lengthwise
-from autobalance.frozen import frozen
 from autobalance.solid.mesh.mesh import Mesh
 
 DIRECTIONS = 3
 """So many directions are looked along where none is known."""
 
 
-@frozen(eq=False)
+@dataclass(frozen=True, eq=False)
 class Candidate:
     """A bare cylinder: its middle (3,) and direction (3,) in file coordinates, its size [mm]."""
 

@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 import math
+from dataclasses import dataclass
 
 import numpy as np
 
 from autobalance.crank.anatomy import Array
-from autobalance.frozen import frozen
 
 TRIALS = (4, 24)
 """Circles tried through three corners spread over an outline, at first and if none of those is nearly whole;
@@ -26,7 +26,7 @@ LEAST_COVER = 0.6
 """Share of the full angle that must lie on the circle: keyways, flats and drillings take the rest."""
 
 
-@frozen(eq=False)
+@dataclass(frozen=True, eq=False)
 class Circle:
     """A circle in a section: ``centre`` (2,) [mm] and ``radius`` [mm]."""
 

@@ -3,14 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from autobalance.crank.anatomy import Array, Indices
 from autobalance.crank.recognition.circles import distances, fit_circle
 from autobalance.crank.recognition.section_stack import SectionStack
-from autobalance.frozen import frozen
 
 SAME_CENTRE = 0.03
 """Circles of two sections belong to one axis when their centres are closer than this share of the radius."""
@@ -50,7 +49,7 @@ LEAST_WIDTH = 0.05
 """Bare cylinders shorter than this share of their radius are chamfers and steps."""
 
 
-@frozen(eq=False)
+@dataclass(frozen=True, eq=False)
 class CylinderRun:
     """A bare cylinder: ``centre`` (2,) and ``radius`` in the turned axes, z range of its metal [mm]."""
 
@@ -70,7 +69,7 @@ class CylinderRun:
         return 0.5 * (self.z_low + self.z_high)
 
 
-@frozen(eq=False)
+@dataclass(frozen=True, eq=False)
 class _Link:
     """A circle that is a whole piece of the section with number ``place``."""
 

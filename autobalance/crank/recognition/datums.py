@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
+from dataclasses import dataclass
 from typing import Literal
 
 import numpy as np
@@ -13,7 +14,6 @@ from autobalance.crank.datums import Datums, End, Flange, FlangeHole, Keyway, Ma
 from autobalance.crank.recognition.circles import Circle, corners_of, distances
 from autobalance.crank.recognition.cylinder_runs import CylinderRun
 from autobalance.crank.recognition.section_stack import ASIDE_SHARE, CrossSection, SectionPiece, SectionStack
-from autobalance.frozen import frozen
 from autobalance.solid.mesh.mesh import Mesh
 
 ON_AXIS = 0.03
@@ -92,7 +92,7 @@ def find_datums(
     return Datums(tuple(keyways), tuple(flanges), tuple(faces))
 
 
-@frozen(eq=False)
+@dataclass(frozen=True, eq=False)
 class _Zone:
     """What lies beyond the webs at one end."""
 
@@ -122,7 +122,7 @@ def _distance(a: Array, b: Array) -> float:
 # --- keyways ------------------------------------------------------------------------------------------------
 
 
-@frozen(eq=False)
+@dataclass(frozen=True, eq=False)
 class _Slot:
     """A slot in one section: its angle in the turned axes, width, depth, radius of the shaft, height."""
 

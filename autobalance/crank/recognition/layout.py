@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import dataclass
 from itertools import pairwise
 
 import numpy as np
@@ -12,7 +13,6 @@ from autobalance.crank.anatomy import Array
 from autobalance.crank.recognition.cylinder_runs import SAME_CENTRE, CylinderRun
 from autobalance.crank.recognition.section_stack import SectionStack
 from autobalance.errors import RecognitionError
-from autobalance.frozen import frozen
 
 LONGER = 1.3
 """A line of cylinders wins over another when it has this much more shaft, or metal reaches this much farther
@@ -32,7 +32,7 @@ class GapError(RecognitionError):
     """The part is in two along the axis, so that its crankpin is not in the file."""
 
 
-@frozen(eq=False)
+@dataclass(frozen=True, eq=False)
 class JournalLayout:
     """Main journals and crankpins, each by increasing z, in the turned axes; ``axis`` (2,).
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import itertools
 from collections.abc import Sequence
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -19,7 +20,6 @@ from autobalance.crank.recognition.directions import axis_candidates
 from autobalance.crank.recognition.exact_cylinders import own_cylinder, own_direction
 from autobalance.crank.recognition.section_stack import SectionStack, lengthwise
 from autobalance.errors import RecognitionError
-from autobalance.frozen import frozen
 from autobalance.solid.cad.surface import CylinderFace
 from autobalance.solid.mesh.mesh import Mesh
 
@@ -38,7 +38,7 @@ SAME_DIAMETER = 1e-3
 """Bores that differ by less are alike; the big end is then the one nearer to the centre of mass."""
 
 
-@frozen(eq=False)
+@dataclass(frozen=True, eq=False)
 class Eye:
     """A bore of a rod: its centre (3,) midway along it, in the file's coordinates [mm], diameter, width."""
 
@@ -47,7 +47,7 @@ class Eye:
     width_mm: float
 
 
-@frozen(eq=False)
+@dataclass(frozen=True, eq=False)
 class RodEyes:
     """The eyes of a rod.
 
@@ -119,7 +119,7 @@ def _upright(axis: Array) -> Array:
     return axis if axis[int(np.flatnonzero(size >= size.max() - 1e-6)[0])] > 0.0 else -axis
 
 
-@frozen(eq=False)
+@dataclass(frozen=True, eq=False)
 class _Hole:
     """A round hole in the sections from number ``first`` to ``last``."""
 

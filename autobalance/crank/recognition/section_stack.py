@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from functools import cached_property
 from itertools import pairwise
 
@@ -9,7 +10,6 @@ import numpy as np
 
 from autobalance.crank.anatomy import Array, Indices
 from autobalance.crank.recognition.circles import Circle, distances, whole_circle
-from autobalance.frozen import frozen
 from autobalance.solid.mesh.mesh import CHUNK, Mesh, least_and_greatest
 from autobalance.solid.slicing.slices import Spans, cross_sections
 
@@ -26,7 +26,7 @@ UPRIGHT_SINE = 1e-4
 """A triangle stands along the axis when the sine of its lean is below this, or its lean is but rounding."""
 
 
-@frozen(eq=False)
+@dataclass(frozen=True, eq=False)
 class SectionPiece:
     """One connected piece of a section: its outline (k, 2), holes, and the circle the outline is, if any."""
 
@@ -50,7 +50,7 @@ class SectionPiece:
         return float(distances(self.outline, centre).max())
 
 
-@frozen(eq=False)
+@dataclass(frozen=True, eq=False)
 class CrossSection:
     """A cross-section at height ``z_mm``."""
 
@@ -58,7 +58,7 @@ class CrossSection:
     pieces: tuple[SectionPiece, ...]
 
 
-@frozen(eq=False)
+@dataclass(frozen=True, eq=False)
 class SectionStack:
     """A mesh turned so that a supposed axis is z, with its levels and sections.
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
@@ -15,14 +16,13 @@ from autobalance.engine.cycle.speed import (
     periodic_speed,
 )
 from autobalance.engine.loads import Loads
-from autobalance.frozen import frozen
 from autobalance.rigid_rotor.moments import Array
 from autobalance.units import N_M_PER_G_MM2_S2, N_M_PER_N_MM
 
 HIGHEST_ORDER = 12
 
 
-@frozen
+@dataclass(frozen=True)
 class LoadPeak:
     """Greatest magnitude of a load, the crank angle where it is, and its mean magnitude over a cycle."""
 
@@ -31,7 +31,7 @@ class LoadPeak:
     mean_n: float
 
 
-@frozen
+@dataclass(frozen=True)
 class TorqueOrder:
     """One order of the torque: amplitudes of gas, inertia and all, and the phase of all, A cos(kθ + φ)."""
 
@@ -42,7 +42,7 @@ class TorqueOrder:
     phase_rad: float
 
 
-@frozen(eq=False)
+@dataclass(frozen=True, eq=False)
 class CycleAnalysis:
     """A firing engine at a constant speed, on the angles of its grid."""
 

@@ -3,15 +3,15 @@
 from __future__ import annotations
 
 import math
+from dataclasses import dataclass
 
 import numpy as np
 
 from autobalance.engine.slider_crank import SliderCrank
-from autobalance.frozen import frozen
 from autobalance.rigid_rotor.moments import Array
 
 
-@frozen
+@dataclass(frozen=True)
 class Chamber:
     """The room between piston and head.
 

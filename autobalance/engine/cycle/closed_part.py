@@ -6,6 +6,7 @@ p V^γ = p₀ V₀^γ + (γ − 1) ∫ V^(γ−1) dQ, and no differential equati
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from typing import Protocol
 
 import numpy as np
@@ -13,7 +14,6 @@ import numpy as np
 from autobalance.engine.cycle.chamber import Chamber
 from autobalance.engine.cycle.heat_release import Wiebe
 from autobalance.engine.cycle.quadrature import Panels, edges_between, hermite
-from autobalance.frozen import frozen
 from autobalance.rigid_rotor.moments import Array
 
 WIDEST_RAD = np.radians(0.5)
@@ -22,7 +22,7 @@ BURN_PANELS = 600
 GAUSS_POINTS = 4
 
 
-@frozen
+@dataclass(frozen=True)
 class Charge:
     """The gas when the intake closes.
 
@@ -89,7 +89,7 @@ def burn_edges_rad(heat: Wiebe, low_rad: float, high_rad: float) -> Array:
     return edges_between(low_rad, high_rad, WIDEST_RAD, heat.start_rad + share * heat.duration_rad)
 
 
-@frozen(eq=False)
+@dataclass(frozen=True, eq=False)
 class AdiabaticPart:
     """The closed part with a constant γ and no heat through the walls, exact but for quadrature.
 

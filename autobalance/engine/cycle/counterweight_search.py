@@ -7,16 +7,16 @@ vector moves the centre of the smallest circle round the load's path to the axis
 from __future__ import annotations
 
 import math
+from dataclasses import dataclass
 
 import numpy as np
 
 from autobalance.engine.slider_crank import Complex
-from autobalance.frozen import frozen
 from autobalance.rigid_rotor.moments import Array
 from autobalance.units import N_PER_G_MM_S2
 
 
-@frozen
+@dataclass(frozen=True)
 class Circle:
     """Centre x + iy and radius."""
 
@@ -28,7 +28,7 @@ SEARCHED = 4.0
 """Greatest counterweight that is looked at, over that which would take the greatest load away."""
 
 
-@frozen
+@dataclass(frozen=True)
 class BestCounterweight:
     """The unbalance to add in a throw's plane, in the rotor frame, and the greatest load it leaves."""
 

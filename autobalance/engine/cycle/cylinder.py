@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
+from dataclasses import dataclass
 from functools import cached_property
 from typing import Literal
 
@@ -15,7 +16,6 @@ from autobalance.engine.cycle.heat_release import Wiebe
 from autobalance.engine.cycle.quadrature import SAME_RAD, Panels, edges_between
 from autobalance.engine.cycle.trace import Trace
 from autobalance.engine.cycle.wall_heat import SolvedPart, Woschni
-from autobalance.frozen import frozen
 from autobalance.rigid_rotor.moments import Array
 
 Strokes = Literal[2, 4]
@@ -30,7 +30,7 @@ def span_rad(strokes: Strokes) -> float:
     return math.pi * strokes
 
 
-@frozen
+@dataclass(frozen=True)
 class GasExchange:
     """What surrounds the closed part.
 
@@ -76,7 +76,7 @@ class GasExchange:
         return low, high
 
 
-@frozen(eq=False)
+@dataclass(frozen=True, eq=False)
 class CylinderCycle:
     """One cylinder's gas over its cycle; angles count from its firing top dead centre.
 

@@ -7,14 +7,13 @@ its n rods, and no other unbalance.
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from autobalance.engine.cycle.firing_engine import FiringEngine, LoadParts, pulls_at_mains_n
 from autobalance.engine.slider_crank import Complex
 from autobalance.engine.whole_engine import CrankUnbalance
-from autobalance.frozen import frozen
 from autobalance.rigid_rotor.moments import Array
 from autobalance.units import N_M_PER_G_MM2_S2, N_M_PER_N_MM
 
@@ -24,7 +23,7 @@ SLOWEST = 0.1
 """Share of the speed from which on the greatest torque is looked for."""
 
 
-@frozen(eq=False)
+@dataclass(frozen=True, eq=False)
 class FactorRow:
     """Main-bearing loads and friction of an ideal crank.
 
@@ -61,7 +60,7 @@ def ideal_counterweights(firing: FiringEngine, factor: float) -> tuple[CrankUnba
     return tuple(found)
 
 
-@frozen(eq=False)
+@dataclass(frozen=True, eq=False)
 class MainLoads:
     """Loads of the mains at any speed and factor, from the parts of one calculation."""
 
@@ -108,7 +107,7 @@ def factor_rows(firing: FiringEngine, factors: Sequence[float], speed_rad_s: flo
     return tuple(mains.row(factor, speed_rad_s) for factor in factors)
 
 
-@frozen
+@dataclass(frozen=True)
 class KeyFigures:
     """How an engine answers.
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
+from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
@@ -14,7 +15,6 @@ from autobalance.engine.cycle.grid import CycleGrid
 from autobalance.engine.loads import Loads, lever_shares, loads, variable_inertia_g_mm2
 from autobalance.engine.slider_crank import Complex
 from autobalance.engine.whole_engine import CrankUnbalance, Engine
-from autobalance.frozen import frozen
 from autobalance.rigid_rotor.moments import Array
 from autobalance.units import BAR_PER_MPA, N_M_PER_N_MM, N_PER_G_MM_S2
 
@@ -22,7 +22,7 @@ NO_WORK = 1e-9
 """Share of peak pressure × swept volume below which work is rounding."""
 
 
-@frozen
+@dataclass(frozen=True)
 class ThrowPlace:
     """A throw: where its crankpin stands, and the numbers from 0 of the cylinders that work on it."""
 
@@ -31,7 +31,7 @@ class ThrowPlace:
     cylinders: tuple[int, ...]
 
 
-@frozen(eq=False)
+@dataclass(frozen=True, eq=False)
 class FiringEngine:
     """An engine with the gas in its cylinders and the bearings that carry its crank.
 
@@ -128,7 +128,7 @@ class FiringEngine:
         return abs(sum(cycle.torque_work_n_mm for cycle in self.cycles) - self.work_n_mm) / size
 
 
-@frozen(eq=False)
+@dataclass(frozen=True, eq=False)
 class GasState:
     """Volume [mm³], pressure [MPa] and force on the piston [N] of each cylinder, (c, n) each."""
 
@@ -137,7 +137,7 @@ class GasState:
     force_n: Array
 
 
-@frozen(eq=False)
+@dataclass(frozen=True, eq=False)
 class LoadParts:
     """Loads over the crank angle in parts that speed and counterweights scale.
 

@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+
 import numpy as np
 from scipy.interpolate import CubicSpline
 
 from autobalance.engine.cycle.factors import MainLoads
 from autobalance.engine.cycle.firing_engine import FiringEngine
-from autobalance.frozen import frozen
 from autobalance.rigid_rotor.moments import Array
 from autobalance.units import N_M_PER_G_MM2_S2
 
@@ -15,7 +16,7 @@ FRICTION_SPEEDS = 9
 MOST_CYCLES = 50_000
 
 
-@frozen(eq=False)
+@dataclass(frozen=True, eq=False)
 class FreeRun:
     """A run from one speed to where another is first passed.
 

@@ -4,19 +4,19 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable
+from dataclasses import dataclass
 
 import numpy as np
 
 from autobalance.engine.cycle.quadrature import Panels, edges_between
 from autobalance.engine.slider_crank import Complex
-from autobalance.frozen import frozen
 from autobalance.rigid_rotor.moments import Array
 
 STEP_RAD = math.radians(0.5)
 GAUSS_POINTS = 3
 
 
-@frozen(eq=False)
+@dataclass(frozen=True, eq=False)
 class CycleGrid:
     """Crank angles over a whole cycle.
 

@@ -3,14 +3,14 @@
 from __future__ import annotations
 
 import math
+from dataclasses import dataclass
 
 import numpy as np
 
-from autobalance.frozen import frozen
 from autobalance.rigid_rotor.moments import Array
 
 
-@frozen
+@dataclass(frozen=True)
 class Wiebe:
     """Burnt share x = 1 − exp(−a ((θ − start)/duration)ⁿ), which goes on past the duration.
 

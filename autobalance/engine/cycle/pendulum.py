@@ -7,15 +7,15 @@ gravity, φ″ = −(R/L) sin φ by the crank angle: its frequency is an order o
 from __future__ import annotations
 
 import math
+from dataclasses import dataclass
 from typing import Literal
 
-from autobalance.frozen import frozen
 from autobalance.units import N_M_PER_G_MM2_S2
 
 Path = Literal["circular", "epicycloidal"]
 
 
-@frozen
+@dataclass(frozen=True)
 class Pendulum:
     """A mass on a path about a pivot in the crank.
 

@@ -4,17 +4,17 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable
+from dataclasses import dataclass
 
 import numpy as np
 
-from autobalance.frozen import frozen
 from autobalance.rigid_rotor.moments import Array
 
 SAME_RAD = 1e-9
 """Angles that differ by less are one."""
 
 
-@frozen(eq=False)
+@dataclass(frozen=True, eq=False)
 class Panels:
     """Gauss points between consecutive edges.
 

@@ -7,10 +7,10 @@ looked for: that of the wanted mean speed.
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import dataclass
 
 import numpy as np
 
-from autobalance.frozen import frozen
 from autobalance.rigid_rotor.moments import Array
 from autobalance.units import N_M_PER_G_MM2_S2
 
@@ -21,7 +21,7 @@ LONGEST_SHARE = 0.05
 LARGEST_FLYWHEEL_G_MM2 = 1e15
 
 
-@frozen(eq=False)
+@dataclass(frozen=True, eq=False)
 class UnevenSpeed:
     """A speed that repeats with the cycle.
 

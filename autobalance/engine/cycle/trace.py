@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 import math
+from dataclasses import dataclass
 
 import numpy as np
 
 from autobalance.engine.cycle.quadrature import SAME_RAD
-from autobalance.frozen import frozen
 from autobalance.rigid_rotor.moments import Array
 
 LARGEST_GAP_RAD = math.radians(10.0)
@@ -17,7 +17,7 @@ WHOLE = 1e-6
 """A record's length is a whole number of cycles within this share of one."""
 
 
-@frozen(eq=False)
+@dataclass(frozen=True, eq=False)
 class Trace:
     """Pressures of one or more cycles at the same angles after firing top dead centre.
 

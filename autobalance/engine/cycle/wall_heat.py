@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import itertools
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -10,7 +11,6 @@ from autobalance.engine.cycle.chamber import Chamber
 from autobalance.engine.cycle.closed_part import Charge, burn_corners_rad, burn_edges_rad
 from autobalance.engine.cycle.heat_release import Wiebe
 from autobalance.engine.cycle.quadrature import edges_between, hermite
-from autobalance.frozen import frozen
 from autobalance.rigid_rotor.moments import Array
 
 WIDEST_RAD = np.radians(0.25)
@@ -18,7 +18,7 @@ RELATIVE = 1e-10
 """Error of the solved pressure, relative."""
 
 
-@frozen
+@dataclass(frozen=True)
 class Woschni:
     """Heat transfer to walls of one temperature.
 
@@ -54,7 +54,7 @@ class Woschni:
         return result
 
 
-@frozen(eq=False)
+@dataclass(frozen=True, eq=False)
 class SolvedPart:
     """The closed part as its energy equation was solved: p V at a table of angles, with its slope."""
 

@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 from typing import Any
 
 from reportlab.platypus import Flowable
 
-from autobalance.frozen import frozen
 from autobalance.graphics.words import degrees
 from autobalance.report.display_units import DisplayUnits
 from autobalance.report.paper.labels import spread_between
@@ -26,7 +26,7 @@ FAR_DEG = 60.0
 """Where holes are farther apart the strip ends and another begins."""
 
 
-@frozen
+@dataclass(frozen=True)
 class Strip:
     """Holes of one radius on webs side by side, from one angle to another."""
 

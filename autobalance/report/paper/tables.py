@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
+from dataclasses import dataclass
 from typing import Any
 
 from reportlab.platypus import Flowable
 
-from autobalance.frozen import frozen
 from autobalance.report.paper.lettering import POINTS_PER_MM, fitted, lines_of, width_mm
 from autobalance.report.paper.pen import INK, RULE, SOFT, Pen
 
@@ -19,7 +19,7 @@ PAD_MM = 1.1
 """Room between columns: at least one space, so that programs that read the page part the numbers."""
 
 
-@frozen
+@dataclass(frozen=True)
 class Column:
     """Heading (in lines), width [mm] and alignment of a column."""
 

@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 from typing import Any
 
 from reportlab.pdfgen.canvas import Canvas
 
-from autobalance.frozen import frozen
 from autobalance.graphics.words import OUTCOMES, at, file_name
 from autobalance.report.display_units import DisplayUnits, plain
 from autobalance.report.paper.lettering import POINTS_PER_MM, fitted, safe, shortened, width_mm
@@ -22,7 +22,7 @@ ROWS = 5
 BLOCK_MM = ROW_MM * ROWS
 
 
-@frozen
+@dataclass(frozen=True)
 class Sheet:
     """What stands on every page."""
 

@@ -10,11 +10,11 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 
-from autobalance.frozen import frozen
 from autobalance.graphics.words import judged_shares
 from autobalance.report import kinds
 from autobalance.solid.mesh.mesh import Array
@@ -30,7 +30,7 @@ CARE = 0.4
 """Under this share of the usual accuracy a workshop holds tolerances only with special care."""
 
 
-@frozen
+@dataclass(frozen=True)
 class Tolerances:
     """Tolerances ± of every cut of each kind, and what they use.
 
@@ -150,7 +150,7 @@ FITS = (
 """ISO 286-2: up to a diameter [mm], the bore's H7 (0 to) and the slug's s6 (from, to) [µm]."""
 
 
-@frozen
+@dataclass(frozen=True)
 class Fit:
     """A press fit: its name, limits of bore and slug [mm], interference least and most [mm]."""
 

@@ -8,13 +8,13 @@ from array import array
 from collections import Counter
 from collections.abc import Iterator
 from contextlib import contextmanager
+from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
 
 from autobalance.errors import FormatError
-from autobalance.frozen import frozen
 from autobalance.signal.formats import agreed_rate
 from autobalance.signal.header import named
 from autobalance.signal.record import Array, Channel, Record
@@ -27,7 +27,7 @@ UNEVEN = 0.25
 """A sample may stand this share of a step off its place before the record counts as uneven."""
 
 
-@frozen(eq=False)
+@dataclass(frozen=True, eq=False)
 class _Sheet:
     """Columns (rows, columns) of numbers, nan where there is none, and what their headers say."""
 
@@ -218,7 +218,7 @@ def _lines(path: Path, encoding: str, skipped: int) -> Iterator[Iterator[str]]:
         yield itertools.islice(stream, skipped, None)
 
 
-@frozen
+@dataclass(frozen=True)
 class _Body:
     """The lines of numbers of a file."""
 

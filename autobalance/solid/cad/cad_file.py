@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from typing import Any
 
-from autobalance.frozen import frozen
 from autobalance.units import MM_PER
 
 
-@frozen(eq=False)
+@dataclass(frozen=True, eq=False)
 class NamedBody:
     """A solid of a CAD file with its part's name, and its place's in the assembly; both may be empty."""
 
@@ -18,7 +17,7 @@ class NamedBody:
     place: str = ""
 
 
-@frozen(eq=False)
+@dataclass(frozen=True, eq=False)
 class CadFile:
     """The solids of a CAD file [mm]; the name of its unit; and what had to be done to have solids.
 

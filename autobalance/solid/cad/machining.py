@@ -3,13 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
 
 from autobalance.errors import SolidError
-from autobalance.frozen import frozen
 from autobalance.rigid_rotor.moments import Moments
 from autobalance.solid.cad.build import built, moved, plane_face
 from autobalance.solid.cad.kernel import (
@@ -47,7 +46,7 @@ SAME_DRILL = 1e-3
 """Radii that differ by less, as a share, are one."""
 
 
-@frozen(eq=False)
+@dataclass(frozen=True, eq=False)
 class Taken:
     """What a tool really took: moments of the volume that went, and of the new face, density 1."""
 
@@ -55,7 +54,7 @@ class Taken:
     floor: Moments
 
 
-@frozen(eq=False)
+@dataclass(frozen=True, eq=False)
 class Machined:
     """A body after machining.
 

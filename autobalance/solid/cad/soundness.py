@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from dataclasses import dataclass
 from typing import Any, Final
 
 import numpy as np
 
 from autobalance.errors import SolidError
-from autobalance.frozen import frozen
 from autobalance.solid.cad.kernel import explored, is_valid, properties
 from autobalance.solid.cad.tessellation import area_mm2, bounds_mm, surface_kind
 from autobalance.solid.mesh.mesh import Array
@@ -35,7 +35,7 @@ WORDS: Final = {
 """What the kernel's names of faults mean."""
 
 
-@frozen(eq=False)
+@dataclass(frozen=True, eq=False)
 class Gap:
     """A face whose edges lie off its surface.
 
@@ -57,7 +57,7 @@ class Gap:
     bounds: Array
 
 
-@frozen(eq=False)
+@dataclass(frozen=True, eq=False)
 class Sound:
     """A body that the kernel finds no fault with, what was done to it, and where its edges are off faces."""
 

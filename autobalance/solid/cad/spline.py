@@ -5,12 +5,12 @@ from __future__ import annotations
 import itertools
 import math
 from collections.abc import Sequence
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 
 from autobalance.errors import SolidError
-from autobalance.frozen import frozen
 from autobalance.solid.cad.brep import ExactSolid
 from autobalance.solid.cad.build import moved
 from autobalance.solid.cad.kernel import (
@@ -29,7 +29,7 @@ from autobalance.solid.mesh.mesh import Array, Mesh
 SAME_MM = 1e-9
 
 
-@frozen(eq=False)
+@dataclass(frozen=True, eq=False)
 class SplineBody:
     """A body between two heights: along an inner outline, out, along a clamped spline, and back in.
 

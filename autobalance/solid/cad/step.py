@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import dataclass
 
 import numpy as np
 
 from autobalance.errors import BodiesError, SolidError
-from autobalance.frozen import frozen
 from autobalance.solid.cad.brep import ExactSolid, are_apart, joined_solids
 from autobalance.solid.cad.cad_file import CadFile, NamedBody
 from autobalance.solid.cad.soundness import Gap, sound
@@ -22,7 +22,7 @@ FACETS_MOST = 1e-2
 """Share of the volume that the triangles may miss: fine ones miss less than a thousandth of this."""
 
 
-@frozen(eq=False)
+@dataclass(frozen=True, eq=False)
 class Exact:
     """A solid with its own surfaces, as a file gives it.
 
@@ -99,7 +99,7 @@ def written_and_read(exact: Exact, solid: ExactSolid) -> tuple[bytes, Exact]:
     return data, exact_of(read_step_file(data), "all", False)
 
 
-@frozen(eq=False)
+@dataclass(frozen=True, eq=False)
 class _Part:
     """A solid with the name of its part, and that of the part's place in the assembly."""
 

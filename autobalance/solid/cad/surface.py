@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
-from autobalance.frozen import frozen
+from dataclasses import dataclass
+
 from autobalance.solid.mesh.mesh import Array, Indices
 
 
-@frozen(eq=False)
+@dataclass(frozen=True, eq=False)
 class PlaneFace:
     """A plane face: its number in the solid, outward unit normal (3,), area and centroid (3,) [mm]."""
 
@@ -16,7 +17,7 @@ class PlaneFace:
     centroid_mm: Array
 
 
-@frozen(eq=False)
+@dataclass(frozen=True, eq=False)
 class CylinderFace:
     """A cylindrical face.
 
@@ -38,7 +39,7 @@ class CylinderFace:
 Surface = PlaneFace | CylinderFace
 
 
-@frozen(eq=False)
+@dataclass(frozen=True, eq=False)
 class Surfaces:
     """The plane and cylindrical faces of a solid, and the face that each triangle of its mesh belongs to.
 

@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from typing import Any, Final
 
 import numpy as np
 
-from autobalance.frozen import frozen
 from autobalance.solid.cad.kernel import explored
 from autobalance.solid.cad.surface import CylinderFace, PlaneFace, Surface
 from autobalance.solid.mesh.mesh import Array, Indices
@@ -17,7 +17,7 @@ TURN_RAD: Final = 0.1
 """Greatest angle between neighbouring triangles on one surface."""
 
 
-@frozen(eq=False)
+@dataclass(frozen=True, eq=False)
 class Facets:
     """Triangles of an exact solid.
 

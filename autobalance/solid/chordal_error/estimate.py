@@ -8,10 +8,11 @@ cone or a torus. What is smooth and neither counts in the error bar alone.
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+
 import numpy as np
 from numpy.typing import NDArray
 
-from autobalance.frozen import frozen
 from autobalance.rigid_rotor.moments import Moments
 from autobalance.solid.chordal_error.look import SMOOTH_RAD, Look, look_at
 from autobalance.solid.chordal_error.match import Fitted
@@ -36,7 +37,7 @@ MANY = 30_000
 """Triangles from which on they are so small that degree 2 is enough."""
 
 
-@frozen(eq=False)
+@dataclass(frozen=True, eq=False)
 class ChordalError:
     """What the true surface holds more than the facets (negative: less), and how sure that is.
 

@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
 
-from autobalance.frozen import frozen
 from autobalance.solid.mesh.adjacency import unit
 from autobalance.solid.mesh.mesh import Array, Indices
 
@@ -21,7 +21,7 @@ RIDGE = 1e-14
 """Share of its trace added to each set of normal equations, so that what points do not settle stays."""
 
 
-@frozen(eq=False)
+@dataclass(frozen=True, eq=False)
 class Sets:
     """Sets of rows, one after the other; none is empty.
 
@@ -84,7 +84,7 @@ class Sets:
         return np.flatnonzero(chosen[self.number])
 
 
-@frozen(eq=False)
+@dataclass(frozen=True, eq=False)
 class Lines:
     """Lines nearest to sets of points: a point, the direction (k, 2), and how far the worst is off (k,)."""
 
@@ -104,7 +104,7 @@ def lines(points: Array, sets: Sets) -> Lines:
     return Lines(middle, direction, sets.most(np.abs(along_x * y - along_y * x)))
 
 
-@frozen(eq=False)
+@dataclass(frozen=True, eq=False)
 class Circles:
     """Circles nearest to sets of points, in the algebraic sense; infinite where the points lie on a line."""
 
@@ -151,7 +151,7 @@ def least_directions(vectors: Array, sets: Sets) -> Array:
     return found
 
 
-@frozen(eq=False)
+@dataclass(frozen=True, eq=False)
 class Cylinders:
     """Cylinders fitted to sets of points: ``point``, ``axis`` (k, 3), ``radius``, ``worst_mm`` (k,).
 

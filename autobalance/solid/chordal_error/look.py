@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
 
-from autobalance.frozen import frozen
 from autobalance.solid.chordal_error.fits import Flags, Sets
 from autobalance.solid.chordal_error.revolved import Revolved
 from autobalance.solid.mesh.adjacency import Edges, edges_of, plane_faces, unit
@@ -26,7 +26,7 @@ CORNERS_MOST = 600
 """Corners of a face that is looked at as a chord; larger ones are plane faces of the part."""
 
 
-@frozen(eq=False)
+@dataclass(frozen=True, eq=False)
 class Meetings:
     """Pairs of faces that meet smoothly.
 
@@ -46,7 +46,7 @@ class Meetings:
     hidden_mm3: Array
 
 
-@frozen(eq=False)
+@dataclass(frozen=True, eq=False)
 class Look:
     """A mesh with its plane faces and the pairs of faces that meet smoothly."""
 

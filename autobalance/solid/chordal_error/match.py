@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+
 import numpy as np
 
-from autobalance.frozen import frozen
 from autobalance.rigid_rotor.moments import Moments
 from autobalance.solid.chordal_error.revolved import SIX_POINTS, Revolved, lens
 from autobalance.solid.mesh.adjacency import unit
@@ -18,7 +19,7 @@ LOOKED_AT = 4
 """Facets of nearly one plane that are looked at for a triangle."""
 
 
-@frozen(eq=False)
+@dataclass(frozen=True, eq=False)
 class Fitted:
     """Surfaces that were fitted to facets, in the rotor frame.
 

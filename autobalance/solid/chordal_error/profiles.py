@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from dataclasses import dataclass
 
 import numpy as np
 
-from autobalance.frozen import frozen
 from autobalance.solid.chordal_error.fits import Sets, circles, lines
 from autobalance.solid.chordal_error.look import ON_SURFACE, Look, lies_on
 from autobalance.solid.chordal_error.revolved import Revolved, cylindrical
@@ -69,7 +69,7 @@ def find_revolved(look: Look, surfaces: list[Revolved], surface_of: Indices) -> 
         idle = 0 if len(surfaces) > before else idle + 1
 
 
-@frozen(eq=False)
+@dataclass(frozen=True, eq=False)
 class Around:
     """Smooth faces seen from an axis.
 

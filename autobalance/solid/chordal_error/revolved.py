@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+
 import numpy as np
 
-from autobalance.frozen import frozen
 from autobalance.rigid_rotor.moments import Moments
 from autobalance.solid.mesh.adjacency import unit
 from autobalance.solid.mesh.mesh import Array
@@ -21,7 +22,7 @@ SIX_POINTS = (
 """Quadrature of degree 4, Dunavant 1985."""
 
 
-@frozen(eq=False)
+@dataclass(frozen=True, eq=False)
 class Revolved:
     """A surface about an axis: a cylinder or cone r = r0 + slope h, or a torus of tube radius ``tube_mm``.
 
@@ -97,7 +98,7 @@ def between(
     return base, direction, np.array(weights)
 
 
-@frozen(eq=False)
+@dataclass(frozen=True, eq=False)
 class Lens:
     """What lies between some facets and their surface: its moments, and sums of magnitudes.
 

@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from dataclasses import dataclass
 
 import numpy as np
 
-from autobalance.frozen import frozen
 from autobalance.solid.chordal_error.fits import Flags, Sets, across, circles, least_directions
 from autobalance.solid.chordal_error.look import ON_SURFACE, Look, lies_on, tight_mm
 from autobalance.solid.chordal_error.revolved import Revolved
@@ -28,7 +28,7 @@ STRAIGHT = 1.0 - 1e-6
 """Cosine between the rulings of one cylinder, at least."""
 
 
-@frozen(eq=False)
+@dataclass(frozen=True, eq=False)
 class Chords:
     """Pairs of faces that meet at a straight, smooth edge, as chords of one circle.
 

@@ -6,10 +6,11 @@ where w is 0 or 1, so that a body less itself is just what is wrong with it, its
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+
 import numpy as np
 
 from autobalance.errors import OverlapError
-from autobalance.frozen import frozen
 from autobalance.solid.csg.solid import Solid, union
 from autobalance.solid.mesh.measure import mesh_moments
 from autobalance.solid.mesh.mesh import Array
@@ -20,7 +21,7 @@ HALVINGS = 8
 """How often a box around doubled metal is halved, at most, before uniting is given up."""
 
 
-@frozen(eq=False)
+@dataclass(frozen=True, eq=False)
 class SelfOverlap:
     """Metal that a solid counts more than once, or as negative.
 

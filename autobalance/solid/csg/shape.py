@@ -8,11 +8,11 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
-from autobalance.frozen import frozen
 from autobalance.solid.csg.solid import Region, Solid, triangulated, union
 from autobalance.solid.mesh.mesh import Array, Indices, Mesh, without_collapsed
 
@@ -26,7 +26,7 @@ SAME_MM = 1e-6
 """Points and heights closer than this are one, rounded differently."""
 
 
-@frozen
+@dataclass(frozen=True)
 class Line:
     """A straight edge from ``start`` to ``end`` [mm]; meshes have corners at ``via`` too, points on it."""
 
@@ -40,7 +40,7 @@ class Line:
         return [self.start, *self.via]
 
 
-@frozen
+@dataclass(frozen=True)
 class Arc:
     """An arc of a circle, counter-clockwise if ``end_rad`` > ``start_rad``.
 
@@ -156,7 +156,7 @@ def on_grid(height_mm: float) -> float:
     return round(height_mm / GRID_MM) * GRID_MM
 
 
-@frozen
+@dataclass(frozen=True)
 class Prism:
     """An outline in x and y, drawn out along z."""
 
@@ -165,7 +165,7 @@ class Prism:
     z_high: float
 
 
-@frozen
+@dataclass(frozen=True)
 class Drafted:
     """A prism from ``face`` to ``top``, some of whose edges lean inward.
 
@@ -214,7 +214,7 @@ class Drafted:
         return np.array([np.linalg.norm(points - middle, axis=1) for middle in middles])
 
 
-@frozen
+@dataclass(frozen=True)
 class Revolved:
     """A profile in (r, z), r ≥ 0, turned about the line parallel to z through ``centre``."""
 
@@ -222,7 +222,7 @@ class Revolved:
     centre: Point = (0.0, 0.0)
 
 
-@frozen
+@dataclass(frozen=True)
 class Bar:
     """A round bar, as a drill leaves it, between two points."""
 
@@ -231,14 +231,14 @@ class Bar:
     diameter: float
 
 
-@frozen
+@dataclass(frozen=True)
 class Joined:
     """Everything that is in any of the parts."""
 
     parts: tuple[Shape, ...]
 
 
-@frozen
+@dataclass(frozen=True)
 class Without:
     """What is in ``body`` but in none of the tools."""
 
@@ -246,7 +246,7 @@ class Without:
     tools: tuple[Shape, ...]
 
 
-@frozen(eq=False)
+@dataclass(frozen=True, eq=False)
 class Placed:
     """A shape moved rigidly by a homogeneous matrix (4, 4)."""
 

@@ -3,18 +3,18 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import dataclass
 from functools import cached_property
 
 import manifold3d as m3
 import numpy as np
 from numpy.typing import NDArray
 
-from autobalance.frozen import frozen
 from autobalance.solid.csg.solid import Solid
 from autobalance.solid.mesh.mesh import Mesh
 
 
-@frozen(eq=False)
+@dataclass(frozen=True, eq=False)
 class Shared:
     """A solid that a boolean of a large and a small one left; its surface is partly the one's or the other's.
 

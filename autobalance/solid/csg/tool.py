@@ -6,17 +6,16 @@ stands on it, metal grows on a face within the face's own outline, and a drill f
 
 from __future__ import annotations
 
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
 
-from autobalance.frozen import frozen
 from autobalance.solid.csg.shape import Outline, Placed, Point, Prism, Revolved, Shape, polygon
 from autobalance.solid.mesh.mesh import Array
 
 
-@frozen(eq=False)
+@dataclass(frozen=True, eq=False)
 class Lowering:
     """The metal over a new, lower plane, except under what stands on the old one.
 
@@ -35,7 +34,7 @@ class Lowering:
     within: Shape | None = None
 
 
-@frozen(eq=False)
+@dataclass(frozen=True, eq=False)
 class Raising:
     """Metal on plane faces of the solid, given by their numbers, up to a height over them.
 
@@ -48,7 +47,7 @@ class Raising:
     within: Shape | None = None
 
 
-@frozen(eq=False)
+@dataclass(frozen=True, eq=False)
 class Drilling:
     """A twist drill's body along the z of ``placement`` (4, 4), see ``twist_drill``.
 

@@ -3,17 +3,17 @@
 from __future__ import annotations
 
 import hashlib
+from dataclasses import dataclass
 from pathlib import Path
 
 from autobalance.errors import FormatError, SolidError
-from autobalance.frozen import frozen
 from autobalance.solid.formats.format import Format
 from autobalance.solid.formats.on_disk import file_bytes
 from autobalance.solid.formats.read import Source, every_source, source_of_cad
 from autobalance.solid.formats.registry import format_of
 
 
-@frozen(eq=False)
+@dataclass(frozen=True, eq=False)
 class BodySource:
     """One solid of a file by itself: its number, as ``body`` counts them, and its name where it has one."""
 

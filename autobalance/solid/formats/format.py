@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
 
-from autobalance.frozen import frozen
 from autobalance.solid.formats.raw import Raw
 from autobalance.solid.mesh.mesh import Floats, Indices
 
@@ -18,7 +18,7 @@ Reader = Callable[[bytes], Raw]
 Writer = Callable[[Floats, Indices, float], bytes]
 
 
-@frozen
+@dataclass(frozen=True)
 class Format:
     """How to read and write one kind of file.
 

@@ -4,12 +4,12 @@ from __future__ import annotations
 
 import struct
 from collections.abc import Iterator
+from dataclasses import dataclass
 from typing import Final
 
 import numpy as np
 
 from autobalance.errors import FormatError
-from autobalance.frozen import frozen
 from autobalance.solid.formats.digits import spread, step_of_text
 from autobalance.solid.formats.format import Format
 from autobalance.solid.formats.raw import CORNERS_MOST, Polygons, Raw, fans, shown, soup_of
@@ -29,7 +29,7 @@ CORNERS: Final = ("vertex_indices", "vertex_index")
 """What the list of a face's vertex numbers is called."""
 
 
-@frozen
+@dataclass(frozen=True)
 class _Property:
     """A number of each row of an element, or a list of numbers whose length stands before it."""
 
@@ -38,7 +38,7 @@ class _Property:
     counted: str | None
 
 
-@frozen
+@dataclass(frozen=True)
 class _Element:
     """So many rows of the same properties, one after the other."""
 

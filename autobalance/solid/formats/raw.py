@@ -4,11 +4,11 @@ from __future__ import annotations
 
 from array import array
 from collections.abc import Sequence
+from dataclasses import dataclass
 
 import numpy as np
 
 from autobalance.errors import FormatError
-from autobalance.frozen import frozen
 from autobalance.solid.mesh.mesh import Array, Floats, Indices
 
 SHOWN = 40
@@ -17,7 +17,7 @@ CORNERS_MOST = 100_000
 """Corners of one face."""
 
 
-@frozen(eq=False)
+@dataclass(frozen=True, eq=False)
 class Raw:
     """Triangles of a file.
 

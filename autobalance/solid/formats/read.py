@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import hashlib
 from collections.abc import Callable
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -12,7 +12,6 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from autobalance.errors import BodiesError, FormatError, OverlapError, SolidError
-from autobalance.frozen import frozen
 from autobalance.rigid_rotor.moments import Moments
 from autobalance.runtime import in_thread
 from autobalance.solid.csg.self_overlap import united
@@ -37,7 +36,7 @@ FARTHEST_MM = 1e7
 """Coordinates at most: ten kilometres leave no digit for a crank, and their products would overflow."""
 
 
-@frozen(eq=False)
+@dataclass(frozen=True, eq=False)
 class Source:
     """A crank as its file gives it.
 

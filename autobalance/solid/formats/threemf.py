@@ -17,7 +17,6 @@ from xml.parsers import expat
 import numpy as np
 
 from autobalance.errors import FormatError
-from autobalance.frozen import frozen
 from autobalance.solid.formats.digits import SAMPLE, step_of_text
 from autobalance.solid.formats.format import Format
 from autobalance.solid.formats.raw import Raw, soup_of
@@ -75,7 +74,7 @@ RELATIONSHIPS: Final = (
 )
 
 
-@frozen(eq=False)
+@dataclass(frozen=True, eq=False)
 class _Use:
     """An object put somewhere: its part of the archive, its name there, and where (3, 4)."""
 

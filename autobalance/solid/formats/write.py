@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+
 import numpy as np
 
 from autobalance.errors import SolidError
-from autobalance.frozen import frozen
 from autobalance.solid.csg.solid import Solid
 from autobalance.solid.formats.registry import format_named
 from autobalance.solid.mesh.mesh import Array, Floats, Indices, Mesh, hash_rows, weld, without_collapsed
@@ -71,7 +72,7 @@ def through_file(mesh: Mesh, format: str, mm_per_unit: float) -> tuple[bytes, Fl
     return data, decode(data, format, mm_per_unit)
 
 
-@frozen(eq=False)
+@dataclass(frozen=True, eq=False)
 class Written:
     """What a file of a solid holds.
 

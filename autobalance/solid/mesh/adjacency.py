@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+
 import numpy as np
 from numpy.typing import NDArray
 
-from autobalance.frozen import frozen
 from autobalance.solid.mesh.components import numbered_components
 from autobalance.solid.mesh.mesh import Array, Indices, Mesh, longest_sides
 
@@ -20,7 +21,7 @@ LEAST_HEIGHT = 1e-6
 """Height of a triangle below which its direction means nothing, as a share of the mesh's diagonal."""
 
 
-@frozen(eq=False)
+@dataclass(frozen=True, eq=False)
 class Edges:
     """The edges of a closed mesh.
 
@@ -44,7 +45,7 @@ class Edges:
     flat: Flags
 
 
-@frozen(eq=False)
+@dataclass(frozen=True, eq=False)
 class Sides:
     """The sides of triangles, those on one edge together; side 3 t + k runs from corner k of triangle t.
 

@@ -3,13 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from functools import cached_property
 from itertools import combinations
 
 import numpy as np
 
-from autobalance.frozen import frozen
 from autobalance.solid.csg.solid import Solid
 from autobalance.solid.mesh.components import numbered_components
 from autobalance.solid.mesh.crumbs import CRUMB, crumbs_dropped, parts_at_edges
@@ -18,7 +17,7 @@ from autobalance.solid.mesh.mesh import Array, Indices, Mesh
 from autobalance.solid.mesh.repair import volume_change
 
 
-@frozen(eq=False)
+@dataclass(frozen=True, eq=False)
 class Body:
     """One connected body of a file, with its cavities; a solid only when it is asked for.
 

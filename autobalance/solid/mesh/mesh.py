@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
-
-from autobalance.frozen import frozen
 
 Array = NDArray[np.float64]
 Indices = NDArray[np.int64]
@@ -27,7 +26,7 @@ SAMPLE = 40_000
 """Triangles that stand for all: the largest, and as many spread evenly over the rest."""
 
 
-@frozen(eq=False)
+@dataclass(frozen=True, eq=False)
 class Mesh:
     """Triangles over shared vertices, counter-clockwise seen from outside.
 

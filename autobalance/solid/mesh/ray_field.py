@@ -6,10 +6,11 @@ in a solid the number is 0 or 1 everywhere. All rays of a field are followed at 
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+
 import numpy as np
 from numpy.typing import NDArray
 
-from autobalance.frozen import frozen
 from autobalance.solid.mesh.mesh import CHUNK, Array, Indices, Mesh
 
 DEPTH_BITS = 32
@@ -19,7 +20,7 @@ LENGTH_LEAST = 1e-8
 Whole = NDArray[np.int64]
 
 
-@frozen(eq=False)
+@dataclass(frozen=True, eq=False)
 class Doubled:
     """What a field of rays sees of metal that counts twice or as negative.
 

@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+
 import numpy as np
 from numpy.typing import NDArray
 
-from autobalance.frozen import frozen
 from autobalance.solid.csg.solid import Polygons
 from autobalance.solid.mesh.mesh import Array, Indices
 
@@ -14,7 +15,7 @@ CELLS = 256
 Flags = NDArray[np.bool_]
 
 
-@frozen(eq=False)
+@dataclass(frozen=True, eq=False)
 class Raster:
     """Cells over a region and one ring around it: wholly inside, wholly outside, or near its outline.
 

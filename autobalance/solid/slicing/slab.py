@@ -7,18 +7,18 @@ leaves.
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
 
-from autobalance.frozen import frozen
 from autobalance.rigid_rotor.moments import Moments
 from autobalance.solid.mesh.measure import summed
 from autobalance.solid.mesh.mesh import CHUNK, Array, Indices, least_and_greatest
 
 
-@frozen(eq=False)
+@dataclass(frozen=True, eq=False)
 class Part:
     """Which metal of a slab counts: within a cylinder along z that bounds it there, or on one side of z.
 
@@ -34,7 +34,7 @@ class Part:
 EVERYTHING = Part()
 
 
-@frozen(eq=False)
+@dataclass(frozen=True, eq=False)
 class Slab:
     """A closed, outward mesh ready to be measured between many pairs of heights.
 

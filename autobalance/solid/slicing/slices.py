@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 import math
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from autobalance.frozen import frozen
 from autobalance.solid.mesh.mesh import Array, Indices, least_and_greatest
 
 Numbers = NDArray[np.unsignedinteger[Any]]
@@ -19,7 +19,7 @@ MOSTLY = 0.9
 """Another round is worth its time where the last one left less than this share."""
 
 
-@frozen(eq=False)
+@dataclass(frozen=True, eq=False)
 class Spans:
     """Where triangles lie among heights: for each, how many heights are at or below its corners.
 
