@@ -29,8 +29,8 @@ def coarse_facets(fineness: Mapping[str, float] = COARSE) -> Iterator[None]:
 
 
 @cache
-def bundled_corners(variant: str = "drafted", segments: int = 128) -> NDArray[np.float32]:
-    """Return the corners (m, 3, 3) of a bundled crank without its pin, in fewer than its 512 segments."""
+def bundled_corners(variant: str = "drafted", segments: int = 128, pin: bool = False) -> NDArray[np.float32]:
+    """Return the corners (m, 3, 3) of a bundled crank, in fewer than its 512 segments."""
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(make, "SEGMENTS", segments)
-        return make.as_written(make.crank(make.VARIANTS[variant][0](), pin=False))[0]
+        return make.as_written(make.crank(make.VARIANTS[variant][0](), pin=pin))[0]

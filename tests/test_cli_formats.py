@@ -16,7 +16,9 @@ from autobalance.solid.formats.write import encode
 from autobalance.solid.mesh.mesh import Mesh, mesh_of_soup
 from autobalance.units import MM_PER
 from tests import jobs
+from tests.coarse import bundled_corners
 from tests.cranks import make_crank
+from tests.sweeps import SWEPT
 from tests.unit.test_solid_stl import ascii_stl
 
 Report = dict[str, Any]
@@ -28,7 +30,7 @@ U_PER_SHARE = 0.011
 
 
 def crank_mesh() -> Mesh:
-    return mesh_of_soup(jobs.corners_of(jobs.BUNDLED / "drafted" / "crank.stl"))
+    return mesh_of_soup(bundled_corners().astype(np.float64))
 
 
 def job_on(folder: Path, name: str, data: bytes, unit: str | None) -> Path:
@@ -62,19 +64,19 @@ QUICK = [
     ("ply", "cm"),
     ("off", "m"),
     ("3mf", "mm"),
+    ("3mf", "inch"),
     ("glb", "m"),
 ]
-SLOW = [
+MORE = [
     (name, unit)
     for name in MESHES
-    for unit in (("inch",) if name == "3mf" else () if name == "glb" else ("mm", "cm", "m", "inch"))
+    for unit in (() if name in CARRY else ("mm", "cm", "m", "inch"))
     if (name, unit) not in QUICK
 ]
+"""What a sweep adds: units are no format's own where it carries none."""
 
 
-@pytest.mark.parametrize(
-    ("name", "unit"), [*QUICK, *(pytest.param(*pair, marks=pytest.mark.slow) for pair in SLOW)]
-)
+@pytest.mark.parametrize(("name", "unit"), QUICK + (MORE if SWEPT else []))
 def test_in_balanced_out_and_verified(name: str, unit: str, tmp_path: Path, plain: Report) -> None:
     given = None if name in CARRY else unit
     job = job_on(tmp_path, name, encode(crank_mesh(), name, MM_PER[unit]), given)

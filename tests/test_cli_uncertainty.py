@@ -305,13 +305,16 @@ def test_verify_needs_the_uncertainty_that_a_margin_asks_for(
 def test_the_tutorial_tells_how_sure_it_is(tmp_path: Path) -> None:
     page = (jobs.ROOT / "docs" / "tutorial.md").read_text(encoding="utf-8")
     page = " ".join(page.partition("## 6.")[2].partition("\n## ")[0].split())
-    plain = jobs.computed(jobs.bundled_job(tmp_path / "plain"), tmp_path / "plain" / "out")
+    plain = jobs.computed(jobs.whole_job(tmp_path / "plain"), tmp_path / "plain" / "out")
     assert f"here {plain['residual']['uncertainty_g_mm']:.2f} g·mm" in page
     found = {}
     for method, code in (("shoulder", 4), ("drill", 0)):
         job = added(
-            jobs.bundled_job(
-                tmp_path / method, piston="{ g = 158.00, pm = 0.5 }", faces="", method=f'"{method}"'
+            jobs.whole_job(
+                tmp_path / method,
+                piston="{ g = 158.00, pm = 0.5 }",
+                faces="",
+                method=f'"{method}"',
             ),
             crankshaft="density_pm_kg_m3 = 7.85",
             correction="depth_tolerance_mm = 0.01",

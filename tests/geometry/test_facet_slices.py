@@ -16,7 +16,7 @@ from autobalance.rigid_rotor.moments import Moments
 from autobalance.solid.chordal_error.from_slices import chordal_error_from_slices
 from autobalance.solid.csg.shape import Prism, circle, polygon, tessellated
 from autobalance.solid.mesh.mesh import Mesh
-from tests.jobs import bundled_job, computed
+from tests.jobs import computed, whole_job
 
 
 def split_in_four(mesh: Mesh) -> Mesh:
@@ -75,7 +75,7 @@ def test_a_cylinder_to_the_digits_of_its_chords() -> None:
 
 @pytest.mark.slow
 def test_large_meshes_have_a_facet_error_and_a_share(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    job = bundled_job(tmp_path / "in")
+    job = whole_job(tmp_path / "in")
     every = computed(job, tmp_path / "every")
     monkeypatch.setattr(measured_crank, "TRIANGLES_MOST", 1000)
     some = computed(job, tmp_path / "some")

@@ -24,7 +24,7 @@ def golden_file(variant: str, name: str) -> Path:
 
 def fresh_report(variant: str, name: str, folder: Path) -> dict[str, Any]:
     """Run a bundled job in a folder and return its report without what changes from run to run."""
-    report = jobs.balanced(jobs.bundled_job(folder, variant, name), folder / "out")
+    report = jobs.balanced(jobs.whole_job(folder, variant, name), folder / "out")
     del report["autobalance"], report["seconds"]
     del report["job"]["file"], report["input"]["file"]
     del report["outputs"]["solid"]["triangles"]  # manifold3d's version
