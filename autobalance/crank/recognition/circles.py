@@ -4,10 +4,14 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from typing import TypeVar
 
 import numpy as np
+from numpy.typing import NDArray
 
 from autobalance.crank.anatomy import Array
+
+T = TypeVar("T", bound=np.generic)
 
 TRIALS = (4, 24)
 """Circles tried through three corners spread over an outline, at first and if none of those is nearly whole;
@@ -25,6 +29,12 @@ circle."""
 LEAST_COVER = 0.6
 """Share of the full angle that must lie on the circle: keyways, flats and drillings take the rest."""
 
+LONGEST = 1.75
+"""How many times an outline may be as long as it is wide: a circle of which ``LEAST_COVER`` is left, and all
+of that within its slack, is at most 1.6 times as long."""
+ACROSS = np.array([[1.0, 0.0, math.sqrt(0.5), math.sqrt(0.5)], [0.0, 1.0, math.sqrt(0.5), -math.sqrt(0.5)]])
+"""Directions in which outlines are measured, as columns."""
+
 
 @dataclass(frozen=True, eq=False)
 class Circle:
@@ -41,6 +51,16 @@ def distances(points: Array, centre: Array) -> Array:
     return away
 
 
+def following(points: NDArray[T]) -> NDArray[T]:
+    """Return what follows each row of a closed ring, the first after the last; far faster than np.roll."""
+    return np.concatenate([points[1:], points[:1]])
+
+
+def preceding(points: NDArray[T]) -> NDArray[T]:
+    """Return what stands before each row of a closed ring, the last before the first."""
+    return np.concatenate([points[-1:], points[:-1]])
+
+
 def corners_of(outline: Array, grain_mm: float) -> Array:
     """Return the corners (k, 2) of a closed outline, without those on a line between neighbours.
 
@@ -49,9 +69,8 @@ def corners_of(outline: Array, grain_mm: float) -> Array:
     points = outline
     parity, idle = 0, 0
     while idle < 2 and len(points) > 8:
-        before = np.concatenate([points[-1:], points[:-1]])  # far faster than np.roll
-        after = np.concatenate([points[1:], points[:1]])
-        along, arm = after - before, points - before
+        before = preceding(points)
+        along, arm = following(points) - before, points - before
         length = np.hypot(along[:, 0], along[:, 1])
         off = np.abs(along[:, 0] * arm[:, 1] - along[:, 1] * arm[:, 0])
         goes = (off <= grain_mm * length) & (np.arange(len(points)) % 2 == parity)
@@ -64,18 +83,21 @@ def corners_of(outline: Array, grain_mm: float) -> Array:
 
 def whole_circle(outline: Array, grain_mm: float) -> Circle | None:
     """Return the circle that a closed outline (k, 2) is, pieces cut out of it apart; None if it is none."""
+    if _is_long(outline):
+        return None
     corners = corners_of(outline, grain_mm)
     count = len(corners)
     if count < 8:
         return None
-    step = np.linalg.norm(np.roll(corners, -1, axis=0) - corners, axis=1)
-    reach = np.maximum(step, np.roll(step, 1))
+    x, y = np.ascontiguousarray(corners.T)
+    step = np.sqrt((following(x) - x) ** 2 + (following(y) - y) ** 2)
+    reach = np.maximum(step, preceding(step))
     for trials in TRIALS:
         first = np.arange(0, count, max(1, count // trials))
         trio = corners[np.stack([first, (first + count // 3) % count, (first + 2 * count // 3) % count])]
         centres, radii = _circumcircles(*trio)
         with np.errstate(over="ignore", invalid="ignore"):
-            off = np.linalg.norm(corners[None] - centres[:, None], axis=2) - radii[:, None]
+            off = np.sqrt((x - centres[:, :1]) ** 2 + (y - centres[:, 1:]) ** 2) - radii[:, None]
             cover = _cover(off, reach, step, radii[:, None])
         best = int(np.argmax(cover))
         if cover[best] > NEARLY_WHOLE:
@@ -93,6 +115,13 @@ def whole_circle(outline: Array, grain_mm: float) -> Circle | None:
     return Circle(centre, radius)
 
 
+def _is_long(outline: Array) -> bool:
+    """Tell at a glance what is no circle: most of what a shaft shows where it is not cut square."""
+    along = outline @ ACROSS
+    widths = along.max(axis=0) - along.min(axis=0)
+    return bool(widths.max() > LONGEST * widths.min())
+
+
 def _slack(reach: Array, radius: Array | float) -> Array:
     slack: Array = ON_CIRCLE * radius + np.minimum(reach**2 / (4.0 * radius), CHORD_SHARE * radius)
     return slack
@@ -101,9 +130,9 @@ def _slack(reach: Array, radius: Array | float) -> Array:
 def _cover(off: Array, reach: Array, step: Array, radius: Array) -> Array:
     """Return for each circle (rows) the share of the full angle that the outline follows."""
     on = np.abs(off) <= _slack(reach[None], radius)
-    along = on & np.roll(on, -1, axis=1) & (step[None] <= LONGEST_STEP * radius)
-    angle = 2.0 * np.arcsin(np.minimum(step[None] / (2.0 * radius), 1.0))
-    share: Array = (along * angle).sum(axis=1) / (2.0 * math.pi)
+    along = on & np.hstack([on[:, 1:], on[:, :1]]) & (step[None] <= LONGEST_STEP * radius)
+    half = np.arcsin(step[None] / (2.0 * radius), where=along, out=np.zeros(along.shape))
+    share: Array = (2.0 * half).sum(axis=1) / (2.0 * math.pi)
     return share
 
 

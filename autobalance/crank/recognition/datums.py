@@ -11,7 +11,7 @@ import numpy as np
 
 from autobalance.crank.anatomy import Array, Web
 from autobalance.crank.datums import Datums, End, Flange, FlangeHole, Keyway, MachinedFace
-from autobalance.crank.recognition.circles import Circle, corners_of, distances
+from autobalance.crank.recognition.circles import Circle, corners_of, distances, following, preceding
 from autobalance.crank.recognition.cylinder_runs import CylinderRun
 from autobalance.crank.recognition.section_stack import ASIDE_SHARE, CrossSection, SectionPiece, SectionStack
 from autobalance.solid.mesh.mesh import Mesh
@@ -163,11 +163,11 @@ def _is_one(a: _Slot, b: _Slot) -> bool:
 def _slot(piece: SectionPiece, circle: Circle, z_mm: float) -> _Slot | None:
     """Return the one slot in a shaft's outline that has the section of a keyway."""
     corners = corners_of(piece.outline, piece.grain_mm)
-    step = np.linalg.norm(np.roll(corners, -1, axis=0) - corners, axis=1)
+    step = np.linalg.norm(following(corners) - corners, axis=1)
     on_circle = np.median(step)
     sunk = SUNK * circle.radius + SAGITTA * on_circle**2 / circle.radius
     inside = distances(corners, circle.centre) < circle.radius - sunk
-    begins = np.flatnonzero(inside & ~np.roll(inside, 1))
+    begins = np.flatnonzero(inside & ~preceding(inside))
     if len(begins) != 1 or inside.sum() < 2:
         return None
     notch = np.roll(corners, 1 - int(begins[0]), axis=0)[: int(inside.sum()) + 2] - circle.centre

@@ -19,7 +19,6 @@ from autobalance.crank.anatomy import (
     Web,
 )
 from autobalance.crank.recognition.cylinder_runs import (
-    ROUNDING,
     CylinderRun,
     bare_cylinder,
     common_axis,
@@ -31,6 +30,7 @@ from autobalance.crank.recognition.exact_cylinders import own_direction, own_lay
 from autobalance.crank.recognition.layout import GapError, JournalLayout, solid_layout
 from autobalance.crank.recognition.pressed_up import pressed_up_layout
 from autobalance.crank.recognition.section_stack import SectionStack, lengthwise, straightened
+from autobalance.crank.recognition.views import Views
 from autobalance.crank.recognition.webs import find_webs, refuse_incomplete
 from autobalance.errors import RecognitionError
 from autobalance.solid.cad.surface import CylinderFace
@@ -66,18 +66,23 @@ def recognise(solid: Solid, overrides: Overrides, cylinders: Sequence[CylinderFa
     given = _given_axis(overrides)
     if given is not None and overrides.crankpins is not None and overrides.main_journals is not None:
         return _from_job(mesh, overrides, given)
+    views = Views(mesh)
     if overrides.crankpin_in_file is None:
         try:
-            return recognise(solid, replace(overrides, crankpin_in_file=True), cylinders)
+            return _in_any_direction(views, replace(overrides, crankpin_in_file=True), cylinders)
         except RecognitionError as reason:
             try:
-                return recognise(solid, replace(overrides, crankpin_in_file=False), cylinders)
+                return _in_any_direction(views, replace(overrides, crankpin_in_file=False), cylinders)
             except RecognitionError as without:
                 raise (without if isinstance(reason, GapError) else reason) from None
+    return _in_any_direction(views, overrides, cylinders)
+
+
+def _in_any_direction(views: Views, overrides: Overrides, cylinders: Sequence[CylinderFace]) -> Anatomy:
     refusals: list[tuple[int, RecognitionError]] = []
-    for direction in _directions(mesh, overrides):
+    for direction in _directions(views.mesh, overrides):
         try:
-            return _along(mesh, direction, overrides, cylinders)
+            return _along(views, direction, overrides, cylinders)
         except _NotHereError as refusal:
             refusals.append((refusal.progress, refusal.reason))
     raise max(refusals, key=lambda item: item[0])[1]
@@ -129,16 +134,18 @@ def _directions(mesh: Mesh, overrides: Overrides) -> Iterator[Array]:
         yield _upright(axis)
 
 
-def _along(mesh: Mesh, direction: Array, overrides: Overrides, cylinders: Sequence[CylinderFace]) -> Anatomy:
+def _along(
+    views: Views, direction: Array, overrides: Overrides, cylinders: Sequence[CylinderFace]
+) -> Anatomy:
     """Recognise the crank along one direction, which is refined unless the job or the solid gives it."""
-    rounding = _rounding_mm(mesh)
+    mesh, rounding = views.mesh, views.rounding_mm
     fixed: object = _given_axis(overrides)
     own = None if fixed is not None else own_direction(direction, cylinders)
     if own is not None:
         direction, fixed = _upright(own), own
     for _ in range(3):
-        long = lengthwise(mesh, direction, rounding)
-        layout = _layout(long, overrides, rounding)
+        long, runs = views.along(direction)
+        layout = _layout(long, runs, overrides, rounding)
         if fixed is not None:
             break
         line = common_axis(long, layout.journals, rounding)
@@ -182,12 +189,9 @@ def _straightened(
     return straight, layout
 
 
-def _rounding_mm(mesh: Mesh) -> float:
-    return ROUNDING * float(np.abs(mesh.bounds).max())
-
-
-def _layout(long: SectionStack, overrides: Overrides, rounding: float) -> JournalLayout:
-    runs = find_runs(long, rounding)
+def _layout(
+    long: SectionStack, runs: Sequence[CylinderRun], overrides: Overrides, rounding: float
+) -> JournalLayout:
     axis_point = overrides.axis_point_mm
     if axis_point is None and overrides.main_journals:
         axis_point = overrides.main_journals[0].centre_mm
@@ -257,7 +261,7 @@ def _hinted(long: SectionStack, hint: PinHint, runs: Sequence[CylinderRun], key:
 
 def _from_job(mesh: Mesh, overrides: Overrides, given: tuple[Array | None, Array]) -> Anatomy:
     """Build the anatomy from what a job says alone; only webs are looked for."""
-    rounding = _rounding_mm(mesh)
+    rounding = Views(mesh).rounding_mm
     long = lengthwise(mesh, given[1], rounding)
     incomplete = any(
         hint.diameter_mm is None or hint.width_mm is None

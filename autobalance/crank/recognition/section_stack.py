@@ -9,7 +9,7 @@ from itertools import pairwise
 import numpy as np
 
 from autobalance.crank.anatomy import Array, Indices
-from autobalance.crank.recognition.circles import Circle, distances, whole_circle
+from autobalance.crank.recognition.circles import Circle, distances, following, whole_circle
 from autobalance.solid.mesh.mesh import CHUNK, Mesh, least_and_greatest
 from autobalance.solid.slicing.slices import Spans, cross_sections
 
@@ -243,12 +243,12 @@ def _pieces(outlines: list[Array], grain_mm: float) -> tuple[SectionPiece, ...]:
 
 def _area(outline: Array) -> float:
     x, y = outline.T
-    return 0.5 * float((x * np.roll(y, -1) - y * np.roll(x, -1)).sum())
+    return 0.5 * float((x * following(y) - y * following(x)).sum())
 
 
 def _inside(outline: Array, point: Array) -> bool:
     a = outline - point
-    b = np.roll(a, -1, axis=0)
+    b = following(a)
     crosses = (a[:, 1] > 0.0) != (b[:, 1] > 0.0)
     a, b = a[crosses], b[crosses]
     x = a[:, 0] - a[:, 1] * (b[:, 0] - a[:, 0]) / (b[:, 1] - a[:, 1])

@@ -9,7 +9,7 @@ from itertools import groupby, pairwise
 import numpy as np
 
 from autobalance.crank.anatomy import Array, CounterweightOutline, Web
-from autobalance.crank.recognition.circles import distances
+from autobalance.crank.recognition.circles import distances, following
 from autobalance.crank.recognition.cylinder_runs import INSIDE, CylinderRun
 from autobalance.crank.recognition.layout import JournalLayout
 from autobalance.crank.recognition.section_stack import ASIDE_SHARE, CrossSection, SectionPiece, SectionStack
@@ -153,7 +153,7 @@ def _basis(towards: Array) -> Array:
 def _half_moment(outline: Array) -> float:
     """Return ∫ x dA over the part x > 0 of the area inside a counter-clockwise outline (k, 2), exactly."""
     x0, y0 = outline.T
-    x1, y1 = np.roll(x0, -1), np.roll(y0, -1)
+    x1, y1 = following(x0), following(y0)
     a, b = np.maximum(x0, 0.0), np.maximum(x1, 0.0)
     run = x1 - x0
     steep = np.abs(run) > 1e-9 * (np.abs(x0) + np.abs(x1) + 1e-300)

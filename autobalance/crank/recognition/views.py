@@ -1,0 +1,36 @@
+"""What a mesh shows along each supposed axis, looked at once however often it is asked for."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+
+from autobalance.crank.anatomy import Array
+from autobalance.crank.recognition.cylinder_runs import ROUNDING, CylinderRun, find_runs
+from autobalance.crank.recognition.section_stack import SectionStack, lengthwise, rotated
+from autobalance.solid.mesh.mesh import Mesh
+
+
+class Views:
+    """Sections and bare cylinders of a mesh along the directions tried.
+
+    A crank that is not found with crankpins is looked for without, along the same directions. Turned
+    vertices, which are most of what a view holds, are not kept, but turned anew.
+    """
+
+    def __init__(self, mesh: Mesh) -> None:
+        self.mesh = mesh
+        self.rounding_mm = ROUNDING * float(np.abs(mesh.bounds).max())
+        self._known: dict[bytes, tuple[SectionStack, list[CylinderRun]]] = {}
+
+    def along(self, direction: Array) -> tuple[SectionStack, list[CylinderRun]]:
+        """Return the sections along a direction (3,), and the bare cylinders that they show."""
+        key = direction.tobytes()
+        if key in self._known:
+            flat, runs = self._known[key]
+            return replace(flat, vertices=rotated(self.mesh.vertices, flat.turn)), runs
+        long = lengthwise(self.mesh, direction, self.rounding_mm)
+        runs = find_runs(long, self.rounding_mm)
+        self._known[key] = replace(long, vertices=np.zeros((0, 3))), runs
+        return long, runs
