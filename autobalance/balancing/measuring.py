@@ -42,8 +42,8 @@ class Measured:
     ``triangles`` is None where the file keeps true surfaces; ``surfaces`` counts these by kind then, and
     ``hidden`` is what they hold more than the triangles of the same cut. ``added`` is what the facets hide by
     estimate, where that counts. ``taken`` has an entry a cut, or none at all: a correction as measured on the
-    metal that its tool took, None where that is the one planned. ``read_back`` is the solid in the file where
-    that was built to be looked at.
+    metal that its tool took, None where that is the one planned. ``read_back`` is the solid in the file with
+    its crumbs, where that was built to be looked at.
     """
 
     moments: Moments
@@ -77,7 +77,8 @@ def as_file(format: str, mm_per_unit: float) -> Measure:  # noqa: A002
             again = _as_read_back(written)
             if adds:
                 _refuse_lost_crank(rotor, again)
-        return replace(_on_triangles(rotor, written.soup, written.data), read_back=again)
+        read_back = again if written.solid is None else written.solid
+        return replace(_on_triangles(rotor, written.soup, written.data), read_back=read_back)
 
     return measure
 

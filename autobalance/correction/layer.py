@@ -11,6 +11,7 @@ import math
 from bisect import bisect_right, insort
 from collections.abc import Callable
 from dataclasses import dataclass, field
+from functools import cached_property
 
 import numpy as np
 
@@ -97,8 +98,9 @@ class Layer:
         outlines = cross_sections(self.vertices, numbers, np.array([height_mm]), met)[0]
         return Region.of(thinned(outline, IN_LINE * self.grain_mm) for outline in outlines)
 
+    @cached_property
     def summits(self) -> Array:
-        """Return the vertices (k, 3) that have no higher neighbour, by falling height."""
+        """The vertices (k, 3) that have no higher neighbour, by falling height."""
         z = self.vertices[:, 2]
         highest = np.full(len(z), -math.inf)
         for corner in self.numbers.T:
@@ -210,7 +212,7 @@ class FaceLayer:
 
         From there on that part hangs together with the face, all of it: the removed metal would jump.
         """
-        summits = slab.summits()
+        summits = slab.summits
         summits = summits[self.height_mm - summits[:, 2] > 2.0 * self.grain_mm]
 
         def joined(depth: float) -> bool:

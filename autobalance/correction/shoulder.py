@@ -33,7 +33,6 @@ from autobalance.correction.patches import (
     FaceLimits,
     Patch,
     face_frame,
-    face_region,
     farthest_mm,
     half_plane_worth,
     heavy_direction,
@@ -41,6 +40,7 @@ from autobalance.correction.patches import (
 from autobalance.correction.relaxing import Relaxing, deeper, thinner
 from autobalance.correction.room import Room, drawn_out
 from autobalance.correction.trace import Trace
+from autobalance.correction.under_face import under_face
 from autobalance.crank.anatomy import Anatomy, Face, Web
 from autobalance.rigid_rotor.moments import Moments
 from autobalance.solid.csg.shape import Shape
@@ -196,11 +196,6 @@ def cuts(
     return [cut for cut in found if cut is not None]
 
 
-CLEARANCE = 5.0
-"""Grains between what stands on a face and the tool: it keeps clear of the fillet, and its outline needs no
-more corners than that (a few µm on a crank of 150 mm; the ring of metal left weighs milligrams)."""
-
-
 def _cut(
     patch: Patch,
     mesh: Mesh,
@@ -214,15 +209,13 @@ def _cut(
     grain = max(ROUNDING_SHARE * mesh.diagonal_mm, 4.0 * face.spread_mm)
     wall = _wall_mm(face, anatomy, limits)
     looked = reach_mm if limits.max_depth_mm is None else min(reach_mm, limits.max_depth_mm)
-    low, high = height - looked - wall - grain, height + 2.0 * grain
-    slab = Layer.of(mesh, to_face @ anatomy.file_to_rotor, low, high, grain)
-    standing = slab.section(height + grain).grown(CLEARANCE * grain).simplified(0.5 * CLEARANCE * grain)
-    size = farthest_mm(mesh, anatomy)
+    under = under_face(mesh, anatomy, face, to_face, height - looked - wall - grain, grain)
+    slab, size = under.slab, farthest_mm(mesh, anatomy)
     layer = FaceLayer(
-        slab.section,
+        under.section,
         height,
-        face_region(mesh, anatomy, face, to_face),
-        Region.rectangle([-size, -size], [size, size]) - standing,
+        under.outline,
+        Region.rectangle([-size, -size], [size, size]) - under.standing,
         None if patch.within is None else patch.within.moved(to_face),
         grain,
     )

@@ -76,9 +76,20 @@ def sides_of(triangles: Indices) -> Sides:
     """Sort the sides of triangles (m, 3) by their edges; any number may lie on one."""
     start, end = triangles.reshape(-1), np.roll(triangles, -1, axis=1).reshape(-1)
     key = np.minimum(start, end) * (int(triangles.max()) + 1) + np.maximum(start, end)
-    order = np.argsort(key, kind="stable")
-    first = np.flatnonzero(np.concatenate([[True], key[order][1:] != key[order][:-1]]))
+    order = _stable_order(key)
+    ordered = key.take(order)
+    first = np.flatnonzero(np.concatenate([[True], ordered[1:] != ordered[:-1]]))
     return Sides(start, end, order, first, np.diff(np.append(first, len(order))))
+
+
+def _stable_order(numbers: Indices) -> Indices:
+    """Return the rows of whole numbers (k,), not below zero, by size, equal ones as they come."""
+    bits = len(numbers).bit_length()
+    if int(numbers.max()) >> (63 - bits):
+        return np.argsort(numbers, kind="stable")
+    together = numbers << bits | np.arange(len(numbers))  # sorted with their rows: many times as fast
+    together.sort()
+    return together & ((1 << bits) - 1)
 
 
 def unit(vectors: Array) -> Array:

@@ -47,7 +47,7 @@ class Body:
     def solid(self) -> Solid:
         """The body, its cavities taken out."""
         outside = self.mesh.part(self.part_of == self.part)
-        solid = Solid.from_mesh(outside if self.outside_volume_mm3 > 0.0 else outside.flipped())
+        solid = Solid.of_parts(outside if self.outside_volume_mm3 > 0.0 else outside.flipped())
         for cavity in self.cavities:
             solid = solid - cavity
         return solid
