@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import argparse
 import sys
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from importlib import import_module
 from io import TextIOWrapper
 
@@ -96,7 +96,9 @@ def _run(arguments: list[str]) -> int:
             say(text)
             return 0
     called = next((word for word in arguments if not word.startswith("-")), None)
-    parsed = _parser(lambda name: name == called).parse_args(arguments)
+    alone = called in COMMANDS and arguments[0] == called  # options before a command may ask for all of them
+    listed = [name for name in COMMANDS if name == called or not alone]
+    parsed = _parser(listed, lambda name: name == called).parse_args(arguments)
     keep_freed_memory()
     from autobalance.command.terminal import drawn_tables
 
@@ -106,11 +108,11 @@ def _run(arguments: list[str]) -> int:
 
 def full_parser() -> argparse.ArgumentParser:
     """Return the parser with the options of every command."""
-    return _parser(lambda _: True)
+    return _parser(COMMANDS, lambda _: True)
 
 
-def _parser(wanted: Callable[[str], bool]) -> argparse.ArgumentParser:
-    """Return the parser; only the ``wanted`` commands are loaded for their options."""
+def _parser(listed: Iterable[str], wanted: Callable[[str], bool]) -> argparse.ArgumentParser:
+    """Return the parser of some commands; only the ``wanted`` ones are loaded for their options."""
     parser = argparse.ArgumentParser(
         prog="autobalance",
         description="Balances crankshafts from their solid models: measures, cuts, measures again.",
@@ -118,9 +120,12 @@ def _parser(wanted: Callable[[str], bool]) -> argparse.ArgumentParser:
     )
     parser.add_argument("--version", action="version", version=f"autobalance {__version__}")
     subparsers = parser.add_subparsers(dest="command", metavar="COMMAND", required=True)
-    for name, summary in COMMANDS.items():
+    for name in listed:
         subparser = subparsers.add_parser(
-            name, help=summary, description=summary, formatter_class=argparse.RawDescriptionHelpFormatter
+            name,
+            help=COMMANDS[name],
+            description=COMMANDS[name],
+            formatter_class=argparse.RawDescriptionHelpFormatter,
         )
         if wanted(name):
             module = import_module(f"autobalance.command.{name}")

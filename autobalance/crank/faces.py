@@ -135,7 +135,8 @@ def _narrowed(normal: Array, vectors: Array, size: Array) -> Array | None:
     """Return the mean direction of the triangles that face nearly one way or its opposite; None without."""
     for angle in ONE_DIRECTION:
         lean = vectors @ normal
-        total = (np.sign(lean) * (np.abs(lean) > _cosine(angle) * size)) @ vectors
+        facing = np.flatnonzero(np.abs(lean) > _cosine(angle) * size)
+        total = np.sign(lean.take(facing)) @ vectors.take(facing, axis=0)
         length = float(np.linalg.norm(total))
         if length == 0.0:
             return None
@@ -164,24 +165,24 @@ def _side_directions(look: _Look) -> list[Array]:
     cells = np.floor(np.column_stack([unit / ONE_DIRECTION[0], height / cell_mm]) + 0.37).astype(np.int64)
     _, which = np.unique(_row_numbers(cells), return_inverse=True)
     area = 0.5 * np.bincount(which, size)
-    in_cell = np.split(np.argsort(which, kind="stable"), np.cumsum(np.bincount(which))[:-1])
+    by_cell, end_of = np.argsort(which, kind="stable"), np.cumsum(np.bincount(which))
     rising = np.argsort(height)
-    levels, vectors = height[rising], size[:, None] * unit
+    levels, unit_at, size_at = height.take(rising), unit.take(rising, axis=0), size.take(rising)
+    vectors = size[:, None] * unit
     chosen: list[Array] = []
     for place in np.argsort(-area, kind="stable"):
         if area[place] < STRADDLING * least:
             break
-        inside = in_cell[place]
-        total = vectors[inside].sum(axis=0)
+        inside = by_cell[end_of[place - 1] if place else 0 : end_of[place]]
+        total = vectors.take(inside, axis=0).sum(axis=0)
         start = total / np.linalg.norm(total)
         level = float(size[inside] @ height[inside] / size[inside].sum())
         begin, end = np.searchsorted(levels, [level - cell_mm, level + cell_mm])
-        level_with = rising[begin:end]
-        near = level_with[unit[level_with] @ start > 1.0 - ONE_DIRECTION[0] ** 2]
-        if 0.5 * float(size[near].sum()) < MOST_OF * least:
+        near = unit_at[begin:end] @ start > 1.0 - ONE_DIRECTION[0] ** 2
+        if 0.5 * float(size_at[begin:end][near].sum()) < MOST_OF * least:
             continue
         normal = _narrowed(start, vectors, size)
-        if normal is not None and all(_apart(normal, other) for other in chosen):
+        if normal is not None and _apart(normal, chosen):
             chosen.append(normal)
     return chosen
 
@@ -193,9 +194,10 @@ def _row_numbers(cells: Indices) -> Indices:
     return numbers
 
 
-def _apart(a: Array, b: Array) -> bool:
-    """Whether two directions, up to sign, differ by more than rounding."""
-    return float(np.linalg.norm(np.cross(a, b))) > ONE_DIRECTION[-1]
+def _apart(direction: Array, others: Sequence[Array]) -> bool:
+    """Whether a direction (3,) differs from others, up to sign, by more than rounding."""
+    squared_sines = 1.0 - (np.reshape(others, (-1, 3)) @ direction) ** 2
+    return bool((squared_sines > ONE_DIRECTION[-1] ** 2).all())
 
 
 def _faces_along(look: _Look, normal: Array, least_mm2: float) -> list[Face]:

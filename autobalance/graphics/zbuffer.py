@@ -154,12 +154,16 @@ def _bytes(colours: Array) -> NDArray[np.uint32]:
 
 
 def _halved(fine: NDArray[np.uint8]) -> Image:
-    """Return the mean of the samples of each pixel."""
-    total = np.zeros((fine.shape[0] // SUPERSAMPLE, fine.shape[1] // SUPERSAMPLE, 4), dtype=np.uint16)
+    """Return the mean of the samples (h, w, 4) of each pixel."""
+    columns = np.zeros((fine.shape[0] // SUPERSAMPLE, *fine.shape[1:]), dtype=np.uint16)
     for i in range(SUPERSAMPLE):
-        for j in range(SUPERSAMPLE):
-            total += fine[i::SUPERSAMPLE, j::SUPERSAMPLE]
-    mean: Image = ((total[:, :, :3] + SUPERSAMPLE) // SUPERSAMPLE**2).astype(np.uint8)
+        columns += fine[i::SUPERSAMPLE]
+    words = columns.view(np.uint64)[:, :, 0]  # a sample's four numbers, none of which runs over, added as one
+    total = np.zeros((words.shape[0], words.shape[1] // SUPERSAMPLE), dtype=np.uint64)
+    for j in range(SUPERSAMPLE):
+        total += words[:, j::SUPERSAMPLE]
+    sums = total.view(np.uint16).reshape(*total.shape, 4)[:, :, :3]
+    mean: Image = ((sums + SUPERSAMPLE) // SUPERSAMPLE**2).astype(np.uint8)
     return mean
 
 
@@ -211,23 +215,26 @@ def _fill(
     """Put the rows of some triangles into the buffer; ``number`` tells the triangle of each row."""
     left, right = _spans(corners, number, row.astype(np.float64) + 0.5, width)
     meets = right >= left  # most rows of a sliver hold no sample
-    number, row, left, count = number[meets], row[meets], left[meets], (right - left + 1)[meets]
+    number, row, left, right = number[meets], row[meets], left[meets], right[meets]
+    count = right - left + 1
     gx, gy, g0 = _depth_plane(corners)
-    at_zero = gy[number] * (row + 0.5) + g0[number] + 0.5 * gx[number]
+    across = gx.take(number)
+    at_zero = gy.take(number) * (row + 0.5) + g0.take(number) + 0.5 * across
     column = np.arange(int(count.sum())) - np.repeat(np.cumsum(count) - count - left, count)
-    far = (np.repeat(gx[number], count) * column + np.repeat(at_zero, count)).astype(np.float32)
-    triangle = np.repeat(names[number].astype(np.uint64), count)
+    far = (np.repeat(across, count) * column + np.repeat(at_zero, count)).astype(np.float32)
+    triangle = np.repeat(names.astype(np.uint64).take(number), count)
     np.minimum.at(buffer, np.repeat(row * width, count) + column, (_ordered(far) << np.uint64(32)) | triangle)
 
 
 def _spans(corners: Array, number: Indices, centre: Array, width: int) -> tuple[Indices, Indices]:
     """Return the first and the last column of each row of each triangle."""
     low, high = np.full(len(number), 0.0), np.full(len(number), float(width))
-    for edge in _edges(corners):
-        meets = edge[:, 0][number] * centre + edge[:, 1][number]
-        side = edge[:, 2][number]
-        low = np.where(side > 0.0, np.maximum(low, meets), low)
-        high = np.where(side < 0.0, np.minimum(high, meets), high)
+    for slope, offset, side in _edges(corners):
+        meets = slope.take(number)
+        meets *= centre
+        meets += offset.take(number)
+        np.maximum(low, meets, out=low, where=(side > 0.0).take(number))
+        np.minimum(high, meets, out=high, where=(side < 0.0).take(number))
     left = np.maximum(np.ceil(low - 0.5 - OVERLAP), 0.0).astype(np.int64)
     right = np.minimum(np.floor(high - 0.5 + OVERLAP), width - 1.0).astype(np.int64)
     return left, right
@@ -241,14 +248,14 @@ def _ranges(first: Indices, last: Indices) -> tuple[Indices, Indices]:
     return number, first[number] + (np.arange(len(number)) - start[number])
 
 
-def _edges(corners: Array) -> list[Array]:
+def _edges(corners: Array) -> list[tuple[Array, Array, Array]]:
     """Return each side's column as slope · row + offset, and on which side the triangle lies (±1, 0)."""
     sides = []
     for k in range(3):
         p, q = corners[:, k, :2], corners[:, (k + 1) % 3, :2]
         rise = q[:, 1] - p[:, 1]
         slope = (q[:, 0] - p[:, 0]) / np.where(rise == 0.0, 1.0, rise)
-        sides.append(np.stack([slope, p[:, 0] - slope * p[:, 1], np.sign(rise)], axis=1))
+        sides.append((slope, p[:, 0] - slope * p[:, 1], np.sign(rise)))
     return sides
 
 
@@ -289,6 +296,7 @@ def _lit(colours: Array, normals: Array) -> Array:
 def _creases(which: NDArray[np.int32], normals: Array) -> NDArray[np.bool_]:
     """Return the samples whose right or lower neighbour shows another surface at an angle, or none."""
     lines = np.zeros(which.shape, dtype=bool)
+    columns = np.ascontiguousarray(normals.T)
     for here, there in (
         ((slice(None), slice(None, -1)), (slice(None), slice(1, None))),
         ((slice(None, -1),), (slice(1, None),)),
@@ -296,7 +304,7 @@ def _creases(which: NDArray[np.int32], normals: Array) -> NDArray[np.bool_]:
         a, b = which[here], which[there]
         place = np.flatnonzero(a != b)
         one, other = a.reshape(-1)[place], b.reshape(-1)[place]
-        sharp = np.sum(normals[one] * normals[other], axis=1) < CREASE
+        sharp = sum(axis.take(one) * axis.take(other) for axis in columns) < CREASE
         sharp |= (one < 0) | (other < 0)
         flag = np.zeros(a.size, dtype=bool)
         flag[place[sharp]] = True

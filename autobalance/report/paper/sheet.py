@@ -4,11 +4,13 @@ from __future__ import annotations
 
 import io
 import re
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import contextmanager
 from functools import partial
 from typing import Any, Literal
 from xml.sax.saxutils import escape
 
+from reportlab import rl_config
 from reportlab.lib.styles import ParagraphStyle
 from reportlab.platypus import (
     BaseDocTemplate,
@@ -100,8 +102,19 @@ def pdf(
     )
     document.addPageTemplates([_template("first", sheet, BLOCK_MM + 2.0), _template("later", sheet, 0.0)])
     story = _Story(sheet).told(drawings)
-    document.build(story, canvasmaker=partial(NumberedCanvas, sheet=sheet))
+    with _binary_streams():
+        document.build(story, canvasmaker=partial(NumberedCanvas, sheet=sheet))
     return buffer.getvalue()
+
+
+@contextmanager
+def _binary_streams() -> Iterator[None]:
+    """Let reportlab write pages as bytes: text in base 85 takes a quarter more room, and time."""
+    before, rl_config.useA85 = rl_config.useA85, 0
+    try:
+        yield
+    finally:
+        rl_config.useA85 = before
 
 
 def _template(name: str, sheet: Sheet, block_mm: float) -> PageTemplate:
