@@ -16,7 +16,7 @@ CLEARANCE = 5.0
 """Grains between what stands on a face and the tool: it keeps clear of the fillet, and its outline needs no
 more corners than that (a few µm on a crank of 150 mm; the ring of metal left weighs milligrams)."""
 KEPT = 16
-"""Faces that are remembered: about as many as are offered together."""
+"""Faces of a mesh that are remembered: about as many as are offered together."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -70,8 +70,10 @@ def under_face(
     """Return what lies under a face; the same as before where it was looked at before, as deep."""
     seen = _SEEN.setdefault(mesh, {})
     key = (face, (to_face @ anatomy.file_to_rotor).tobytes(), down_to_mm, grain_mm)
-    if key not in seen:
-        while len(seen) >= KEPT:
-            del seen[next(iter(seen))]
-        seen[key] = UnderFace.of(mesh, anatomy, face, to_face, down_to_mm, grain_mm)
-    return seen[key]
+    found = seen.get(key)
+    if found is None:
+        found = UnderFace.of(mesh, anatomy, face, to_face, down_to_mm, grain_mm)
+        for oldest in list(seen)[: max(0, len(seen) - KEPT + 1)]:
+            seen.pop(oldest, None)  # another thread may have done it
+        seen[key] = found
+    return found
