@@ -136,13 +136,48 @@ class Surface:
         rows = self._in_blocks(may(centre, reach + BESIDE_MM))
         return rows[may(self.centre[rows], self.reach[rows])]
 
+    @cached_property
+    def _shadows(self) -> tuple[Array, Array, Array, Array]:
+        """Boxes around the triangles as seen along z: least and greatest x, least and greatest y (m,)."""
+        x, y = (list(self.corners[:, :, axis].T) for axis in (0, 1))
+        return np.minimum.reduce(x), np.maximum.reduce(x), np.minimum.reduce(y), np.maximum.reduce(y)
+
+    @cached_property
+    def _block_shadows(self) -> tuple[Array, Array, Array, Array]:
+        """Boxes around each block of triangles as seen along z (b,)."""
+        begins, (left, right, low, high) = np.arange(0, len(self.reach), BLOCK), self._shadows
+        return (
+            np.minimum.reduceat(left, begins),
+            np.maximum.reduceat(right, begins),
+            np.minimum.reduceat(low, begins),
+            np.maximum.reduceat(high, begins),
+        )
+
+    def _over(self, point_mm: Array) -> Indices:
+        """Return the rows of the triangles that a line along z through a point may meet.
+
+        Balls around long slivers would let fifty times as many through.
+        """
+        if not len(self.reach):
+            return np.zeros(0, dtype=np.int64)
+        x, y, _ = point_mm.tolist()
+
+        def may(left: Array, right: Array, low: Array, high: Array) -> NDArray[np.bool_]:
+            meets: NDArray[np.bool_] = (left <= x + BESIDE_MM) & (right >= x - BESIDE_MM)
+            meets &= (low <= y + BESIDE_MM) & (high >= y - BESIDE_MM)
+            return meets
+
+        rows = self._in_blocks(may(*self._block_shadows))
+        return rows[may(*(side.take(rows) for side in self._shadows))]
+
     def take(self, rows: Indices) -> Surface:
         """Return some of the triangles."""
         return Surface(self.corners[rows], self.vertex[rows], self.centre[rows], self.reach[rows])
 
     def hits(self, axis: Axis) -> tuple[Array, Indices]:
         """Return where the line along an axis meets the triangles: τ, ascending, and the triangles' rows."""
-        beside = self.beside(axis, BESIDE_MM)
+        straight = not axis.inward[:2].any()
+        beside = self._over(axis.entry_mm) if straight else self.beside(axis, BESIDE_MM)
         depth, rows = met(axis.local(self.corners[beside]))
         return depth, beside[rows]
 
