@@ -10,8 +10,9 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
+from autobalance.report import plots
 from autobalance.solid.cad import tessellation
-from fixtures import make
+from tests.sweeps import SWEPT
 
 COARSE = {"SAG_SHARE": 2e-4, "TURN_RAD": 0.2}
 """A sixth of the triangles, with some 50 sides a circle."""
@@ -28,9 +29,18 @@ def coarse_facets(fineness: Mapping[str, float] = COARSE) -> Iterator[None]:
         yield
 
 
+def roughen(patch: pytest.MonkeyPatch) -> None:
+    """Draw plots in fewer pixels and without seeking room for labels; a sweep draws them as they are."""
+    if not SWEPT:
+        patch.setattr(plots, "LAYOUT", None)
+        patch.setattr(plots, "PIXELS_PER_INCH", 12)
+
+
 @cache
 def bundled_corners(variant: str = "drafted", segments: int = 128, pin: bool = False) -> NDArray[np.float32]:
     """Return the corners (m, 3, 3) of a bundled crank, in fewer than its 512 segments."""
+    from fixtures import make  # it solves for the dimensions: scipy takes its time to load
+
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(make, "SEGMENTS", segments)
         return make.as_written(make.crank(make.VARIANTS[variant][0](), pin=pin))[0]

@@ -10,6 +10,8 @@ from pathlib import Path
 
 import pytest
 
+from tests.coarse import roughen
+
 LISTED = Path(__file__).with_name("slow.txt")
 """Functions of which a test took half a second of processor time or more."""
 TIMES = os.environ.get("AUTOBALANCE_TIMES")
@@ -30,6 +32,12 @@ def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
     for item in items:
         if item.nodeid.partition("[")[0] in listed:
             item.add_marker(pytest.mark.slow)
+
+
+@pytest.fixture
+def rough_plots(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Draw in a third of the time, where no test looks at places and pixels."""
+    roughen(monkeypatch)
 
 
 @pytest.hookimpl(wrapper=True)

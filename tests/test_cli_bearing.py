@@ -51,7 +51,7 @@ def test_json_is_all_of_standard_output(tmp_path: Path, capsys: pytest.CaptureFi
     assert [row["speed_rpm"] for row in report["rows"]] == [2000, 4000]
 
 
-def test_series_and_plots_are_written(tmp_path: Path) -> None:
+def test_series_and_plots_are_written(tmp_path: Path, rough_plots: None) -> None:
     pytest.importorskip("matplotlib")
     path, series = written(tmp_path, FILM + HISTORY), tmp_path / "orbit.csv"
     assert main(["bearing", str(path), "--series", str(series), "--plots", str(tmp_path / "plots")]) == 0

@@ -12,19 +12,19 @@ import numpy as np
 import pytest
 
 import autobalance as ab
-from autobalance.command import main
 from autobalance.errors import UsageError
 from autobalance.rigid_rotor.moments import Array
+from tests.coarse import bundled_corners
+from tests.jobs import main, write_stl
 
-CRANK = Path(__file__).parents[1] / "fixtures" / "crf250r" / "straight" / "crank.stl"
 RPM = 9000.0
 SPEED = RPM * math.pi / 30.0
 RADIUS, ROD, AREA = 26.9, 104.0, math.pi / 4.0 * 76.8**2
 ROTATING, RECIPROCATING, SMALL_END, PIN = 134.04, 261.5, 34.0, 114.65
 
-JOB = f"""
+JOB = """
 [crankshaft]
-file = {str(CRANK)!r}
+file = "crank.stl"
 unit = "mm"
 density_kg_m3 = 7850.0
 crankpin_in_file = false
@@ -58,6 +58,7 @@ heat_J = 900.0
 def job(tmp_path: Path) -> Path:
     path = tmp_path / "job.toml"
     path.write_text(JOB, "utf-8")
+    write_stl(tmp_path / "crank.stl", bundled_corners("straight"))
     return path
 
 
@@ -198,7 +199,7 @@ def test_friction_by_coulomb_and_by_mean_pressure(
     peak, swept = found["cylinder"]["peak_pressure_bar"], found["cylinder"]["swept_cm3"]
     c_m = 2.0 * 0.0538 * RPM / 60.0
     pistons = (0.4 + 0.005 * peak + 0.05 * c_m + 0.0009 * c_m**2) * swept * 0.1 / (4.0 * math.pi)
-    journals = ab.read_crank(CRANK, unit="mm", crankpin_in_file=False).main_journals
+    journals = ab.read_crank(job.parent / "crank.stl", unit="mm", crankpin_in_file=False).main_journals
     share = 0.3 / math.sqrt(1.0 + 0.3**2)
     told = found["loads"]["main_journals"]
     mains = [
@@ -224,7 +225,7 @@ def test_a_third_more_load_at_firing_from_0_to_100_percent(
     valves = "[cycle]\nstrokes = 2\nexhaust_opens_deg = 95\nintake_closes_deg = -120"
     job.write_text(JOB.replace("[cycle]", valves).replace("900.0", "600.0"), "utf-8")
     page = (Path(__file__).parents[1] / "docs" / "cycle.md").read_text("utf-8")
-    crank = ab.read_crank(CRANK, unit="mm", crankpin_in_file=False)
+    crank = ab.read_crank(job.parent / "crank.stl", unit="mm", crankpin_in_file=False)
     for rpm, more in ((7000, 13), (9000, 25), (10000, 33), (11000, 44)):
         report = ab.cycle(job, rpm, crank=crank).report
         loads = [row["greatest_main_N"] for row in report["factors"]]
@@ -247,7 +248,7 @@ def test_two_strokes_and_an_engine_of_four(
     crank = tmp_path / "four.stl"
     assert main(["generate", "inline-4", "-o", str(crank), "--segments", "24"]) == 0
     capsys.readouterr()
-    text = JOB.replace(str(CRANK), str(crank)).replace("crankpin_in_file = false\n", "")
+    text = JOB.replace('"crank.stl"', repr(str(crank))).replace("crankpin_in_file = false\n", "")
     four = tmp_path / "four.toml"
     four.write_text(
         text.replace("[engine.crankpin_g]\ncrankpin = 114.65\n", "").replace("104.0", "140.0")
@@ -309,7 +310,9 @@ def test_motored_and_with_wall_heat(job: Path, capsys: pytest.CaptureFixture[str
     assert cooled["energy_error"] < 1e-8
 
 
-def test_plots_text_and_pendulum(job: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_plots_text_and_pendulum(
+    job: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str], rough_plots: None
+) -> None:
     pytest.importorskip("matplotlib")
     with job.open("a", encoding="utf-8") as file:
         file.write("[cycle.pendulum]\norder = 1.5\ndistance_mm = 40.0\n")
@@ -347,7 +350,7 @@ def test_films_are_those_that_bearing_finds_in_the_series(
     for row, at_speed in zip(swept[2:], found["factors"], strict=True):
         for key in ("greatest_main_N", "mean_main_N", "friction_mean_N_m", "least_film_mm"):
             assert row[key] == pytest.approx(at_speed[key], rel=1e-3)
-    crank = ab.read_crank(CRANK, unit="mm", crankpin_in_file=False)
+    crank = ab.read_crank(job.parent / "crank.stl", unit="mm", crankpin_in_file=False)
     main_2 = crank.main_journals[1]
     bearing = {
         "kind": "hydrodynamic",
@@ -508,7 +511,7 @@ def test_what_cannot_be_is_refused_in_one_line(
 
 
 def test_one_main_bearing_carries_no_crank(job: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    crank = ab.read_crank(CRANK, unit="mm", crankpin_in_file=False)
+    crank = ab.read_crank(job.parent / "crank.stl", unit="mm", crankpin_in_file=False)
     x, y, z = crank.measured.anatomy.rotor_to_file[:3] @ [*crank.main_journals[0].centre_mm, 1.0]
     one = f"main_journals = [{{ centre_mm = [{x}, {y}, {z}] }}]\n[engine]"
     job.write_text(JOB.replace("[engine]", one), "utf-8")

@@ -36,6 +36,7 @@ from autobalance.solid.csg.solid import Solid
 from autobalance.solid.formats.read import read
 from autobalance.solid.formats.write import encode
 from autobalance.studies.workers import Done, Work
+from tests.coarse import roughen
 from tests.cranks import Shape, make_crank
 
 DESIGN = """
@@ -80,8 +81,25 @@ CIRCLE = CIRCLE[: CIRCLE.index("[envelope]")] + (
 
 @pytest.fixture(scope="module")
 def crank() -> bytes:
-    solid, _ = make_crank([0.0], Shape(segments=48))
+    return drawn(24)
+
+
+@pytest.fixture(scope="module")
+def rounder() -> bytes:
+    """A crank whose circles are round enough to measure."""
+    return drawn(48)
+
+
+def drawn(segments: int) -> bytes:
+    solid, _ = make_crank([0.0], Shape(segments=segments))
     return encode(solid.mesh, "stl", 1.0)
+
+
+@pytest.fixture(scope="module", autouse=True)
+def rough_plot() -> Iterator[None]:
+    with pytest.MonkeyPatch.context() as patch:
+        roughen(patch)
+        yield
 
 
 def written(folder: Path, text: str, crank: bytes) -> str:
@@ -238,10 +256,10 @@ def test_a_planted_optimum_is_found(tmp_path: Path, crank: bytes) -> None:
     assert best_of(problem).objectives[0] <= lightest + 0.01
 
 
-def test_free_metal_of_the_start_against_the_envelope_is_told(tmp_path: Path, crank: bytes) -> None:
+def test_free_metal_of_the_start_against_the_envelope_is_told(tmp_path: Path, rounder: bytes) -> None:
     """The rim of 62 mm meets a skirt that hangs to 115 − 30 − 24 = 61 mm from the axis at the bottom."""
     text = DESIGN.replace("skirt_below_pin_mm = 18.0", "skirt_below_pin_mm = 24.0")
-    start = start_values(problem_of(tmp_path, text.replace("110, 250", "120, 240"), crank))
+    start = start_values(problem_of(tmp_path, text.replace("110, 250", "120, 240"), rounder))
     assert start["feasible"] is False
     (piston,) = [each for each in start["violations"] if each["constraint"] == "clearance to piston 1"]
     assert (piston["by"], piston["unit"]) == (pytest.approx(2.0, abs=0.02), "mm")
@@ -259,13 +277,13 @@ heat_J = 900.0
 
 @pytest.mark.slow
 def test_loads_stress_and_frequency_are_those_of_the_solid(
-    tmp_path: Path, crank: bytes, monkeypatch: pytest.MonkeyPatch
+    tmp_path: Path, rounder: bytes, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     coarse = partial(bodies_of_solid, share_of_radius=0.6)
     monkeypatch.setattr(strength, "bodies_of_solid", coarse)
     text = DESIGN.replace('"mass_g", "polar_inertia_kg_mm2"', '"greatest_main_load_N", "greatest_stress_MPa"')
     text = text.replace("[search]", CYCLE + "[fem]\nsize_mm = 20.0\nmin_frequency_hz = 9e4\n[search]")
-    problem = problem_of(tmp_path, text, crank)
+    problem = problem_of(tmp_path, text, rounder)
     light, heavy = (problem.moments(np.full(4, radius))[0] for radius in (45.0, 60.0))
     loads = [problem.objectives(each, {})["greatest_main_load_N"] for each in (light, heavy)]
     assert loads[0] != pytest.approx(loads[1], rel=1e-3)
@@ -377,7 +395,7 @@ def test_a_search_that_was_stopped_goes_on_to_the_same_end(found: tuple[Path, di
     assert {**again, "seconds": 0} == {**report, "seconds": 0}
     assert (folder / "again" / "search.jsonl").read_text("utf-8").splitlines(keepends=True) == lines
     other = folder / "other.toml"
-    other.write_text(DESIGN.replace("evaluations = 36", "evaluations = 5"), "utf-8")
+    other.write_text(DESIGN.replace("evaluations = 36", "evaluations = 5\nrefine = false"), "utf-8")
     with pytest.raises(FileError, match="another design's search; needed another folder, or --fresh"):
         design(other, folder / "again")
     assert len(design(other, folder / "again", fresh=True).report["designs"]) == 1
@@ -388,7 +406,9 @@ def test_no_design_that_keeps_everything_says_what_to_release(
     tmp_path: Path, capsys: pytest.CaptureFixture[str], crank: bytes
 ) -> None:
     text = DESIGN.replace("[envelope]", "[target]\nmass_g = [1000.0, 1500.0]\n[envelope]")
-    text = text.replace("evaluations = 36", "evaluations = 12\nrefine = false")
+    text = text.replace("evaluations = 36", "evaluations = 12\nrefine = false").replace(
+        "designs = 2", "designs = 1"
+    )
     assert main(["design", written(tmp_path, text, crank), "-o", str(tmp_path / "out"), "--json", "-"]) == 4
     report = json.loads(capsys.readouterr().out)
     assert report["outcome"] == "infeasible"

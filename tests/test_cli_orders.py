@@ -396,7 +396,7 @@ def test_json_does_not_overwrite_the_record(record: Path, capsys: pytest.Capture
 
 
 @pytest.mark.slow
-def test_plots_and_page(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_plots_and_page(tmp_path: Path, capsys: pytest.CaptureFixture[str], rough_plots: None) -> None:
     pytest.importorskip("matplotlib")
     angle = ramp(T, 15.0, 30.0)
     columns = {

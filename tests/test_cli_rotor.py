@@ -74,7 +74,13 @@ HEAD = ["schema_version", "autobalance", "command", "input"]
     ],
 )
 def test_json_plots_and_text(
-    tmp_path: Path, capsys: pytest.CaptureFixture[str], command: str, text: str, keys: set[str], plots: int
+    tmp_path: Path,
+    capsys: pytest.CaptureFixture[str],
+    command: str,
+    text: str,
+    keys: set[str],
+    plots: int,
+    rough_plots: None,
 ) -> None:
     file = tmp_path / f"{command}.toml"
     file.write_text(text, encoding="utf-8")

@@ -53,6 +53,10 @@ speed_rpm = 9000
 """
 
 
+SHOULDERS = 'method = "shoulder"\nfaces = "auto"'
+"""One face of each web: planned in a moment."""
+
+
 @pytest.fixture(scope="module", autouse=True)
 def fewer_triangles() -> Iterator[None]:
     """Plan on fewer triangles: what is cut and measured here are the true surfaces."""
@@ -77,7 +81,7 @@ def crank(fewer_triangles: None, tmp_path_factory: pytest.TempPathFactory) -> Pa
 @pytest.fixture(scope="module")
 def shouldered(crank: Path) -> Path:
     """Return the folder of a crank with lowered shoulders, and of all that is written with it."""
-    jobs.balanced(job(crank.parent, 'method = "shoulder"', 0.0), crank.parent / "out")
+    jobs.balanced(job(crank.parent, SHOULDERS, 0.0), crank.parent / "out")
     return crank.parent
 
 
@@ -245,7 +249,7 @@ def test_what_is_listed_was_measured_where_edges_lie_off_faces(
     torus = re.compile(r"(TOROIDAL_SURFACE\('[^']*',#\d+,[\d.]+),2\.\)")
     (folder / "crank.step").write_text(torus.sub(r"\1,2.02)", text))
     monkeypatch.setattr(machining, "CLEAR_SHARES", (1e-3,))
-    report = jobs.computed(job(folder, 'method = "shoulder"', 0.0), folder / "out")
+    report = jobs.computed(job(folder, SHOULDERS, 0.0), folder / "out")
     assert report["input"]["repairs"][0].startswith("edges lie off their faces: 4 faces, by 0.02 mm")
     assert report["crank"]["facet_error"]["too_coarse"] is None
     gone = report["crank"]["volume_mm3"] - report["outputs"]["solid"]["volume_mm3"]
@@ -269,7 +273,7 @@ def test_a_crank_is_picked_from_an_assembly_by_number(
     (folder / "crank.step").write_bytes(both.step())
     assert jobs.run("inspect", folder / "crank.step") == 3
     assert "the file holds 2 bodies (1: 'crank', 236587 mm³" in capsys.readouterr().err
-    report = jobs.computed(job(folder, 'method = "shoulder"', 0.0, "body = 1"), folder / "out")
+    report = jobs.computed(job(folder, SHOULDERS, 0.0, "body = 1"), folder / "out")
     assert_exact(folder, report)
 
 
@@ -309,7 +313,7 @@ def test_nothing_but_the_report_reaches_standard_output(
     folder: Path, capfd: pytest.CaptureFixture[str]
 ) -> None:
     """Read at the file descriptor: the kernel writes past Python's own streams."""
-    path = job(folder, 'method = "shoulder"', 0.0)
+    path = job(folder, SHOULDERS, 0.0)
     assert main(["balance", str(path), "-o", str(folder / "out"), "--no-report", "--json", "-"]) == 0
     assert json.loads(capfd.readouterr().out)["outcome"] == "within_tolerance"
     assert main(["inspect", str(folder / "crank.step"), "--json", "-"]) == 0
@@ -353,7 +357,7 @@ def test_a_kernel_that_cuts_something_else_is_not_trusted(
         return solid, taken[:-1]
 
     monkeypatch.setattr(ExactSolid, "machined_as_taken", wrong)
-    assert jobs.run("balance", job(folder, 'method = "shoulder"', 0.0), "-o", folder / "out") == 3
+    assert jobs.run("balance", job(folder, SHOULDERS, 0.0), "-o", folder / "out") == 3
     error = capsys.readouterr().err
     assert "the CAD kernel leaves 1" in error
     assert "g were planned" in error

@@ -13,21 +13,21 @@ import pytest
 
 from autobalance.api.study import study
 from autobalance.command import main
+from tests.coarse import bundled_corners
+from tests.jobs import write_stl
 
-CRANK = Path(__file__).parents[1] / "fixtures" / "crf250r" / "straight" / "crank.stl"
-
-JOB = f"""
+JOB = """
 [crankshaft]
-file = {str(CRANK)!r}
+file = "crank.stl"
 unit = "mm"
 density_kg_m3 = 7850.0
 density_pm_kg_m3 = 3.0
 crankpin_in_file = false
 [engine.rotating_g]
-big_end = {{ g = 95.04, pm = 0.3 }}
+big_end = { g = 95.04, pm = 0.3 }
 bearing = 39.00
 [engine.reciprocating_g]
-small_end = {{ g = 34.00, pm = 0.4, distribution = "rectangular" }}
+small_end = { g = 34.00, pm = 0.4, distribution = "rectangular" }
 rest = 227.50
 [engine.crankpin_g]
 crankpin = 114.65
@@ -43,6 +43,7 @@ grade = 6.3
 speed_rpm = 15200
 [correction]
 method = "shoulder"
+faces = "auto"
 depth_tolerance_mm = 0.02
 """
 CERTAIN = JOB.replace("pm = 0.3", "pm = 0.0").replace("pm = 0.4", "pm = 0").replace("pm_g_mm = 3.0", "")
@@ -55,6 +56,7 @@ ORIGINAL = JOB.replace("factor = 0.28", 'factor = "original"') + (
 
 def written(folder: Path, text: str, name: str = "job.toml") -> str:
     (folder / name).write_text(text, "utf-8")
+    write_stl(folder / "crank.stl", bundled_corners("straight", 96))
     return str(folder / name)
 
 
@@ -115,7 +117,7 @@ def test_the_linear_model_is_checked_by_cranks_that_are_cut(report: dict[str, An
 
 @pytest.mark.slow
 def test_the_linear_model_follows_holes_journals_and_original_parts(tmp_path: Path) -> None:
-    text = ORIGINAL.replace('"shoulder"', '"drill"') + (
+    text = ORIGINAL.replace('"shoulder"\nfaces = "auto"', '"drill"') + (
         "[study]\nposition_pm_mm = 0.05\nwander_pm_deg = 0.3\njournal_pm_mm = 0.01\nmeasurement = true\n"
         'sampling = "latin_hypercube"\n[correction.drill]\nzone = "anywhere"\n'
     )
@@ -197,7 +199,7 @@ def test_key_figures_follow_each_cause(report: dict[str, Any]) -> None:
 
 
 @pytest.mark.slow
-def test_the_response_of_the_engine_is_a_key_figure(tmp_path: Path) -> None:
+def test_the_response_of_the_engine_is_a_key_figure(tmp_path: Path, rough_plots: None) -> None:
     cycle = "[cycle]\nbore_mm = 76.8\ncompression_ratio = 13.0\nheat_J = 900.0\n"
     text = JOB.replace("[engine.rotating_g]", "[engine]\nrod_length_mm = 104.0\n[engine.rotating_g]") + cycle
     text = text.replace("density_pm_kg_m3 = 3.0", "density_pm_kg_m3 = 50.0").replace("15200", "10000")

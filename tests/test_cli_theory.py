@@ -15,15 +15,15 @@ import pytest
 import autobalance as ab
 from autobalance.engine.slider_crank import harmonic
 from autobalance.report.plots import FILLS, STYLES
-from tests.jobs import main
+from tests.coarse import bundled_corners
+from tests.jobs import BUNDLED, main, write_stl
 
-CRANK = Path(__file__).parents[1] / "fixtures" / "crf250r" / "straight" / "crank.stl"
 SPEED = 15200 * 2.0 * math.pi / 60.0
 PRIMARY_N = 261.5 * 26.9 * SPEED**2 * 1e-6
 
-JOB = f"""
+JOB = """
 [crankshaft]
-file = {str(CRANK)!r}
+file = "crank.stl"
 unit = "mm"
 density_kg_m3 = 7850.0
 crankpin_in_file = false
@@ -31,10 +31,10 @@ crankpin_in_file = false
 rod_length_mm = 104.0
 stroke_mm = 53.8
 [engine.rotating_g]
-big_end = {{ g = 95.04, pm = 0.3 }}
+big_end = { g = 95.04, pm = 0.3 }
 bearing = 39.00
 [engine.reciprocating_g]
-small_end = {{ g = 34.00, pm = 0.4 }}
+small_end = { g = 34.00, pm = 0.4 }
 rest = 227.50
 [engine.crankpin_g]
 crankpin = 114.65
@@ -51,7 +51,15 @@ method = "shoulder"
 def job(tmp_path: Path) -> Path:
     path = tmp_path / "job.toml"
     path.write_text(JOB, "utf-8")
+    write_stl(tmp_path / "crank.stl", bundled_corners("straight"))
     return path
+
+
+@pytest.fixture
+def whole(job: Path) -> Path:
+    """Return the job with the bundled crank itself."""
+    shutil.copy(BUNDLED / "straight" / "crank.stl", job.parent)
+    return job
 
 
 def printed(capsys: pytest.CaptureFixture[str], *words: object) -> Any:
@@ -78,8 +86,8 @@ def more(job: Path, text: str, old: str = "", new: str = "") -> Path:
 # --- forces
 
 
-def test_forces_of_the_motocross_crank(job: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    report = printed(capsys, "forces", job)
+def test_forces_of_the_motocross_crank(whole: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    report = printed(capsys, "forces", whole)
     assert report["command"] == "forces"
     assert report["speed_rpm"] == 15200
     as_file, balanced = report["states"]
@@ -369,7 +377,7 @@ def test_parts_need_the_crank_only_for_its_original_factor(
 ) -> None:
     text = tomllib.loads(job.read_text("utf-8"))
     assert text["balance"]["factor"] == 0.28
-    more(job, "", CRANK.name, "nowhere.stl")
+    more(job, "", "crank.stl", "nowhere.stl")
     assert main(["parts", str(job), "--units", "inch"]) == 0
     out = capsys.readouterr().out
     assert "± 0.011 oz" in out
@@ -404,7 +412,7 @@ def drawn(folder: Path, names: dict[str, tuple[str, ...]]) -> dict[str, str]:
 
 
 def test_parts_are_drawn_with_their_uncertainty(
-    job: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+    job: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str], rough_plots: None
 ) -> None:
     more(job, "\n[[engine.throw]]\nnumber = 1\nrods = 2\nbank_deg = [0, 90]\n")
     labels = ("what the parts move with [-]", "mass [g]", "every throw", "throw 1", "±, every throw")
@@ -422,7 +430,9 @@ def test_parts_are_drawn_with_their_uncertainty(
 
 
 @pytest.mark.slow
-def test_a_grade_is_drawn_between_its_neighbours(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_a_grade_is_drawn_between_its_neighbours(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], rough_plots: None
+) -> None:
     rotor = ["grade", "--mass", "2700", "--speed-rpm", "15200", "--plots"]
     assert main([*rotor, str(tmp_path / "p"), "--grade", "6.3"]) == 0
     lines = ("speed [1/min]", "G 16", "G 6.3", "G 2.5", "the rotor at its speed")
@@ -497,15 +507,19 @@ def done(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """Return the folder of a balanced crank."""
     folder = tmp_path_factory.mktemp("forces")
     (folder / "job.toml").write_text(JOB, "utf-8")
+    write_stl(folder / "crank.stl", bundled_corners("straight"))
     assert main(["balance", str(folder / "job.toml"), "-o", str(folder / "out"), "--no-report"]) == 0
     return folder / "out"
 
 
 @pytest.mark.slow
 def test_a_balance_report_tells_the_forces_before_and_after(
-    done: Path, job: Path, capsys: pytest.CaptureFixture[str]
+    whole: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    forces = json.loads((done / "report.json").read_text("utf-8"))["forces"]
+    out = whole.parent / "out"
+    assert main(["balance", str(whole), "-o", str(out), "--no-report"]) == 0
+    capsys.readouterr()
+    forces = json.loads((out / "report.json").read_text("utf-8"))["forces"]
     assert forces["speed_rpm"] == 15200
     before, after = (
         {order["order"]: order for order in forces[key]["orders"]} for key in ("before", "after")
@@ -513,7 +527,7 @@ def test_a_balance_report_tells_the_forces_before_and_after(
     assert before[1.0]["force_y_n"] == pytest.approx(0.8183 * PRIMARY_N, rel=1e-3)
     assert after[1.0]["force_y_n"] == pytest.approx(0.28 * PRIMARY_N, rel=3e-3)  # U_per is worth 0.15 %
     assert before[2.0] == after[2.0]  # no counterweight changes the second order
-    ideal = printed(capsys, "forces", job)["states"][1]["force"]
+    ideal = printed(capsys, "forces", whole)["states"][1]["force"]
     assert forces["after"]["greatest_n"] == pytest.approx(ideal["greatest_n"], rel=3e-3)
 
 

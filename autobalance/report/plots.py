@@ -8,7 +8,7 @@ from __future__ import annotations
 import io
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 
@@ -32,6 +32,8 @@ FILLS = ("#004b76", "#f0e442", "#0072b2", "#e69f00")
 HATCHES = ("", "//", "..", "xx")
 SIZE_INCH = (6.4, 4.8)
 PIXELS_PER_INCH = 120
+LAYOUT: Literal["constrained"] | None = "constrained"
+"""How room is found for titles and labels."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -184,7 +186,7 @@ def _drawn(title: str, y_label: str, draw: Any) -> dict[str, bytes]:
         ) from None
     files: dict[str, bytes] = {}
     with matplotlib.rc_context({"svg.hashsalt": "autobalance", "svg.fonttype": "none"}):
-        figure = Figure(figsize=SIZE_INCH, layout="constrained")
+        figure = Figure(figsize=SIZE_INCH, layout=LAYOUT)
         axes = figure.subplots()
         draw(axes)
         axes.set_title(title)
