@@ -28,6 +28,8 @@ FILES = {
 }
 VIEW_TRIANGLES = 100_000
 """The page's view of a finer solid is decimated."""
+FINEST_VIEW = 4e-5
+"""Share of a solid's size up to which edges are merged first: a twentieth of a pixel of a wide screen."""
 PIECES_TRIANGLES = 50_000
 """The same of all removed metal; the two together keep the page below 5 MB."""
 
@@ -130,7 +132,7 @@ def view_of(solid: Solid, most: int = VIEW_TRIANGLES) -> tuple[Mesh, str | None]
     count = len(mesh.triangles)
     if count <= most:
         return mesh, None
-    step = 1e-5 * mesh.diagonal_mm
+    step = FINEST_VIEW * mesh.diagonal_mm
     coarse = solid
     while coarse.triangle_count > most and step < mesh.diagonal_mm:
         coarse = coarse.simplified(step)

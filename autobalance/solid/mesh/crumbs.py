@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from weakref import WeakKeyDictionary
+
 import numpy as np
 
 from autobalance.solid.mesh.components import numbered_components
@@ -13,9 +15,14 @@ CRUMB = 1e-12
 """Share of a file's volume that a body must bound: what coordinates of single precision leave is far less."""
 
 
+_PARTS: WeakKeyDictionary[Mesh, tuple[Indices, int]] = WeakKeyDictionary()
+"""Of meshes without crumbs: their bodies are asked for as soon as they are built."""
+
+
 def parts_at_edges(mesh: Mesh) -> tuple[Indices, int]:
     """Return the part (m,) of each triangle of a closed mesh, which may touch itself, and their number."""
-    return numbered_components(linked_triangles(mesh), len(mesh.triangles))
+    known = _PARTS.get(mesh)
+    return numbered_components(linked_triangles(mesh), len(mesh.triangles)) if known is None else known
 
 
 def without_crumbs(mesh: Mesh) -> tuple[Mesh, list[str]]:
@@ -25,8 +32,11 @@ def without_crumbs(mesh: Mesh) -> tuple[Mesh, list[str]]:
     is_crumb = volumes <= CRUMB * volumes.sum()
     number = int(is_crumb.sum())
     if number in (0, count):
+        _PARTS[mesh] = part_of, count
         return mesh, []
-    kept = mesh.part(~is_crumb.take(part_of))
+    stays = ~is_crumb.take(part_of)
+    kept = mesh.part(stays)
+    _PARTS[kept] = (np.cumsum(~is_crumb) - 1).take(part_of[stays]), count - number
     return kept, [crumbs_dropped(number, float(volumes[is_crumb].sum()))]
 
 
