@@ -20,6 +20,7 @@ from autobalance.planning.milp import least_share
 from autobalance.planning.relaxation import Attempt, Relaxation, relaxations
 from autobalance.planning.shortfall import Shortfall, explain_shortfall, factor_relaxation
 from autobalance.planning.whole_cuts import choose
+from autobalance.planning.worthwhile import worthwhile
 from autobalance.rigid_rotor.moments import Moments
 from autobalance.rigid_rotor.tolerance import Tolerance
 from autobalance.rigid_rotor.unbalance import Unbalance
@@ -202,6 +203,7 @@ def balance(
         drift = drift + (done.residual - plan.predicted)
         again = choose(initial + drift, tolerance, offer, prefer=prefer, start_mm=plan.depths_mm)
         plan = harmless(initial + drift, tolerance, offer, again)
+        plan = worthwhile(initial + drift, tolerance, offer, plan)
     assert best is not None
     does_harm = best.share > 1.0 and not is_harmless(initial, best.residual, tolerance, MEASURED_WORSE)
     if best.share >= tolerance.used_share(initial) or does_harm:

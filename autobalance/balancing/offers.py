@@ -16,6 +16,7 @@ from autobalance.planning.harmless import harmless
 from autobalance.planning.simplest import rank
 from autobalance.planning.task import Task, part_of, usual
 from autobalance.planning.whole_cuts import choose, is_enough
+from autobalance.planning.worthwhile import worthwhile
 from autobalance.rigid_rotor.tolerance import Tolerance
 from autobalance.rigid_rotor.unbalance import Unbalance
 
@@ -87,7 +88,8 @@ def best_offer(
             break
     if best is None:
         raise next(iter(errors.values()))
-    return replace(best, plan=harmless(initial, tolerance, best.offer, best.plan))
+    plan = harmless(initial, tolerance, best.offer, best.plan)
+    return replace(best, plan=worthwhile(initial, tolerance, best.offer, plan))
 
 
 def _left_out(

@@ -14,6 +14,7 @@ from autobalance.planning.depths import AIM, plan_depths
 from autobalance.planning.harmless import harmless, is_harmless
 from autobalance.planning.shortfall import Shortfall, explain_shortfall, reachable_factor
 from autobalance.planning.whole_cuts import choose
+from autobalance.planning.worthwhile import worthwhile
 from autobalance.rigid_rotor.moments import Moments
 from autobalance.rigid_rotor.tolerance import Tolerance
 from autobalance.rigid_rotor.unbalance import Unbalance
@@ -254,3 +255,18 @@ def test_one_common_depth_is_the_linear_programmes() -> None:
             assert low <= depth <= high
             costs = 0.3 * depth + planner.EXCESS * max(0.0, float((slope * depth - room).max()) / 0.995)
             assert costs == pytest.approx(answer.fun, rel=1e-9)
+
+
+def test_cuts_that_change_nothing_that_counts_are_left_out() -> None:
+    """5 g·mm of 10 are permitted in each plane; a hundredth of a gram-millimetre is nothing to set up for."""
+    cuts = (Column(10.0, 0.0, 0.0), Column(0.0, 1.0, -40.0), Column(0.0, 1.0, 40.0))
+    residual = Unbalance(np.array([50.0, 0.0]), np.zeros(2))
+    given = planner.judged_plan(residual, tolerance(), cuts, np.array([5.0, 0.004, 0.006]))
+    left = worthwhile(residual, tolerance(), Offer(cuts), given)
+    assert left.depths_mm.tolist() == [5.0, 0.0, 0.006]
+    assert left.share == pytest.approx(0.006 / 5.0)
+    assert worthwhile(residual, tolerance(), Offer(cuts, same_depth=True), given) is given
+    needed = Unbalance(np.array([50.0, 10.003]), np.zeros(2))
+    tight = planner.judged_plan(needed, tolerance("static"), cuts, np.array([5.0, 0.004, 0.0]))
+    assert tight.share < 1.0
+    assert worthwhile(needed, tolerance("static"), Offer(cuts), tight) is tight

@@ -1,0 +1,35 @@
+"""Plans without the cuts that change nothing that counts: nobody sets up a machine for them."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+
+from autobalance.correction.kind import Cut, Offer
+from autobalance.planning.depths import AIM, Plan, judged_plan
+from autobalance.rigid_rotor.tolerance import Tolerance
+from autobalance.rigid_rotor.unbalance import Unbalance
+
+IDLE = 1e-3
+"""Share of every permissible value that a cut uses at most if it is left out. A rim that is turned by less
+than its facets stand back loses the tips of their edges alone: too little to be found in the file again."""
+
+
+def worthwhile(residual: Unbalance, tolerance: Tolerance, offer: Offer, plan: Plan) -> Plan:
+    """Return a plan without the cuts that alone change nothing that counts; as it is where it needs them.
+
+    Where a job asks for one depth for all cuts, all of them stay.
+    """
+
+    def is_idle(cut: Cut, depth: float) -> bool:
+        return depth > 0.0 and tolerance.used_share(Unbalance.of(cut.effect(depth))) < IDLE
+
+    depths = plan.depths_mm.tolist()
+    idle = np.array([is_idle(*each) for each in zip(offer.cuts, depths, strict=True)], dtype=bool)
+    if offer.same_depth or not idle.any():
+        return plan
+    without = judged_plan(residual, tolerance, offer.cuts, np.where(idle, 0.0, plan.depths_mm))
+    if without.share > plan.share + AIM or without.share > 1.0 >= plan.share:
+        return plan
+    return replace(without, binding=plan.binding)
