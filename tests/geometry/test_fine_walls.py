@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from autobalance.correction.hole_surface import Axis, Surface, met
 from autobalance.correction.patches import Patch
 from autobalance.correction.shoulder import ShoulderLimits, cuts
 from autobalance.crank.faces import find_faces
@@ -24,3 +25,18 @@ def test_finer_triangles_leave_the_same_depths() -> None:
         found.append(sorted((round(float(cut.face.normal[2])), cut.max_depth_mm) for cut in made))
     assert len(found[0]) > 2
     assert found[1] == pytest.approx(np.array(found[0]), abs=0.02)
+
+
+def test_a_line_along_the_axis_meets_what_any_line_does() -> None:
+    ball = Solid.revolved(
+        10.0 * np.stack([np.sin(np.linspace(0, np.pi, 33)), -np.cos(np.linspace(0, np.pi, 33))], axis=1), 64
+    )
+    surface = Surface.of(ball.mesh, np.eye(4))
+    rng = np.random.default_rng(5)
+    for x, y in rng.uniform(-12.0, 12.0, (50, 2)):
+        axis = Axis(np.array([x, y, -30.0]), np.array([0.0, 0.0, 1.0]))
+        depth, rows = surface.hits(axis)
+        every, all_rows = met(axis.local(surface.corners))
+        np.testing.assert_array_equal(depth, every)
+        np.testing.assert_array_equal(rows, all_rows)
+        assert len(depth) == (2 if np.hypot(x, y) < 9.9 else len(depth))

@@ -179,6 +179,18 @@ def test_a_sector_takes_its_share() -> None:
     )
 
 
+def test_parts_of_a_face_are_cut_from_the_same_sections() -> None:
+    solid = block_with_boss()
+    face, crank = face_at(solid.mesh, UP, 20.0), anatomy(0.0, 20.0)
+    parts = [Patch(face, sector(angles, 60.0)) for angles in ((0.0, 180.0), (180.0, 360.0))]
+    one, other = cuts(solid, crank, parts, RHO, ShoulderLimits(), 8.0)
+    section = one.layer.section(18.0)
+    assert other.layer.section(18.0) is section
+    (whole,) = cuts(solid, crank, [Patch(face)], RHO, ShoulderLimits(), 8.0)
+    halves = one.effect(2.0) + other.effect(2.0)
+    assert halves.mass_g == pytest.approx(whole.effect(2.0).mass_g, rel=1e-9)
+
+
 def test_opposite_faces_of_a_web_share_its_metal() -> None:
     disc = Solid.prism(Region.circle(30.0, 64), 0.0, 20.0)
     top, bottom = face_at(disc.mesh, UP, 20.0, "a"), face_at(disc.mesh, -UP, 0.0, "b")

@@ -1,5 +1,7 @@
 """Each rung of the repair ladder on a mesh that needs it, with the numbers it reports."""
 
+from collections import Counter
+
 import numpy as np
 import pytest
 
@@ -8,7 +10,7 @@ from autobalance.solid.csg.solid import Solid
 from autobalance.solid.formats.read import source_of
 from autobalance.solid.mesh.bodies import bodies_of
 from autobalance.solid.mesh.mesh import Mesh, mesh_of_soup
-from autobalance.solid.mesh.repair import open_edges, solid_of, without_opposite_pairs
+from autobalance.solid.mesh.repair import open_edges, solid_of, without_crowds, without_opposite_pairs
 
 BOX = Solid.box(np.zeros(3), np.array([10.0, 10.0, 10.0])).mesh
 BALL = Solid.revolved(
@@ -100,6 +102,36 @@ def test_open_edges_of_nothing() -> None:
     assert open_edges(np.zeros((0, 3), dtype=np.int64)).shape == (0, 2)
 
 
+def test_open_edges_are_those_that_counting_one_by_one_finds() -> None:
+    rng = np.random.default_rng(3)
+    for _ in range(100):
+        triangles = np.array([rng.permutation(6)[:3] for _ in range(rng.integers(1, 12))])
+        sides = Counter((int(t[k]), int(t[k - 2])) for t in triangles for k in range(3))
+        found = {tuple(sorted(edge)) for edge in open_edges(triangles).tolist()}
+        assert found == {(min(e), max(e)) for e, n in sides.items() if n != sides[e[::-1]]}
+        closed = np.concatenate([triangles, triangles[:, ::-1]])
+        assert len(open_edges(closed)) == len(without_opposite_pairs(closed)) == 0
+
+
+def test_a_copy_is_dropped_only_where_none_is_missed_then() -> None:
+    copied = Mesh(BOX.vertices, np.concatenate([BOX.triangles, BOX.triangles[:1]]))
+    single, notes = without_crowds(copied)
+    assert len(single.triangles) == len(BOX.triangles)
+    assert notes[0].startswith("1 triangles dropped that were copies of others")
+    wall = np.array([[0, 1, 2], [2, 1, 3]])  # twice from either side: closed only with all of them
+    twice = Mesh(BOX.vertices, np.concatenate([wall, wall, wall[:1, ::-1], wall[1:, ::-1]]))
+    assert len(without_crowds(twice)[0].triangles) == 2
+
+
+def test_a_solid_of_known_parts_is_what_is_built_of_them() -> None:
+    built, known = Solid.from_mesh(BALL), Solid.of_parts(BALL)
+    assert (known.triangle_count, known.is_empty) == (built.triangle_count, False)
+    assert known.volume_mm3 == pytest.approx(built.volume_mm3, rel=1e-12)
+    np.testing.assert_array_equal(known.bounds, built.bounds)
+    half = Solid.box(np.array([0.0, -20.0, -20.0]), np.array([20.0, 20.0, 20.0]))
+    assert (known - half).volume_mm3 == pytest.approx(0.5 * built.volume_mm3, rel=1e-9)
+
+
 def test_bodies_are_told_apart_with_their_volumes_and_bounds() -> None:
     far = 2.0 * BALL.vertices + 100.0
     both = Mesh(
@@ -124,6 +156,11 @@ def test_crumbs_that_bound_nothing_are_dropped_and_said() -> None:
     bodies, notes = bodies_of(Solid.from_mesh(both))
     assert [note.partition(" dropped")[0] for note in notes] == ["1 crumb"]
     assert [body.solid.triangle_count for body in bodies] == [len(BALL.triangles)]
+    doubled = Mesh(
+        both.vertices, np.concatenate([both.triangles, BALL.triangles[:1], BALL.triangles[:1, ::-1]])
+    )
+    solid, said = solid_of(doubled)  # which was repaired: they go before it is built
+    assert [len(solid.mesh.triangles), said[-1]] == [len(BALL.triangles), notes[0]]
     source = source_of(both.corners, "mm")  # one body, of which nothing has to be chosen
     assert source.bodies == 1
     assert source.repairs[-1] == notes[0]
