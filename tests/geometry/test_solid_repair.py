@@ -118,9 +118,10 @@ def test_a_copy_is_dropped_only_where_none_is_missed_then() -> None:
     single, notes = without_crowds(copied)
     assert len(single.triangles) == len(BOX.triangles)
     assert notes[0].startswith("1 triangles dropped that were copies of others")
-    wall = np.array([[0, 1, 2], [2, 1, 3]])  # twice from either side: closed only with all of them
-    twice = Mesh(BOX.vertices, np.concatenate([wall, wall, wall[:1, ::-1], wall[1:, ::-1]]))
-    assert len(without_crowds(twice)[0].triangles) == 2
+    a, b, c = BOX.triangles[0]  # with a tetrahedron on the same triangle: closed as it is
+    tent = np.array([[a, b, c], [b, a, 8], [c, b, 8], [a, c, 8]])
+    both = Mesh(np.vstack([BOX.vertices, [5.0, 5.0, 5.0]]), np.concatenate([BOX.triangles, tent]))
+    assert without_crowds(both) == (both, [])
 
 
 def test_a_solid_of_known_parts_is_what_is_built_of_them() -> None:
