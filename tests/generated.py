@@ -3,19 +3,35 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from functools import lru_cache
 
 import numpy as np
 
 from autobalance.crank.anatomy import Anatomy
-from autobalance.crank.parametric.design import PRESETS, Design
-from autobalance.crank.parametric.generate import crank_solid
+from autobalance.crank.parametric.design import PRESETS, Design, preset
+from autobalance.crank.parametric.generate import crank_solid, exact_moments
 from autobalance.crank.parametric.true_anatomy import crank_anatomy
+from autobalance.rigid_rotor.moments import Moments
 from autobalance.solid.csg.solid import Solid
 from autobalance.solid.mesh.mesh import Array, Mesh, mesh_of_soup
 from autobalance.units import MM_PER
 
 SEGMENTS = (12, 16, 24, 37, 64, 128, 360, 1000)
 REACH_MM = 500.0
+AT_OTHER_ANGLES = ("inline-3", "inline-6", "v8-flatplane", "v12-60")
+"""Presets with the throws of others, at other angles: where it is all the same, in sweeps only."""
+
+
+@lru_cache(maxsize=48)
+def drawn(design: Design, segments: int) -> Solid:
+    """Return a crank as it is drawn, for all tests that ask for it once."""
+    return crank_solid(design, segments)
+
+
+@lru_cache(maxsize=16)
+def true_moments(name: str) -> Moments:
+    """Return the moments of a preset's true surfaces."""
+    return exact_moments(preset(name))
 
 
 @dataclass(frozen=True, eq=False)
@@ -70,7 +86,7 @@ def generated_crank(
     if placement is None:
         placement = np.eye(4) if seed is None else random_placement(np.random.default_rng(seed))
     scale = MM_PER[unit]
-    corners = crank_solid(crank).mesh.moved(placement).corners
+    corners = drawn(crank, crank.segments).mesh.moved(placement).corners
     soup = (corners / scale).astype(np.float32)
     mesh = mesh_of_soup(soup, mm_per_unit=scale)
     return GeneratedCrank(crank, crank.segments, placement, unit, soup, mesh, crank_anatomy(crank, placement))

@@ -62,7 +62,7 @@ def test_hole_in_a_block_is_a_cylinder_with_a_cone() -> None:
 def test_planned_effect_is_what_the_cut_solid_loses(
     direction: Literal["radial", "axial"], placement: Array
 ) -> None:
-    solid, anatomy = make_crank([0.0, 90.0], placement=placement)
+    solid, anatomy = make_crank([0.0, 90.0], Shape(segments=40), placement)
     limits = DrillLimits(direction=direction, diameters_mm=(8.0, 12.0))
     cuts = drill.cuts(solid, anatomy, STEEL, np.array([-1.0, 0.2]), limits)
     assert {cut.web for cut in cuts} == {1, 2, 3, 4}
@@ -83,7 +83,7 @@ def test_untouched_vertices_stay_bit_for_bit() -> None:
 
 @pytest.mark.slow
 def test_rate_is_the_derivative_of_the_effect() -> None:
-    solid, anatomy = make_crank([0.0])
+    solid, anatomy = make_crank([0.0], Shape(segments=40))
     for cut in drill.cuts(solid, anatomy, STEEL, np.array([-1.0, 0.0]), DrillLimits())[::7]:
         depth, h = 0.5 * (cut.least_depth_mm + cut.max_depth_mm), 1e-3
         slope = (cut.effect(depth + h) - cut.effect(depth - h)).scaled(0.5 / h)

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from functools import lru_cache
 from pathlib import Path
 
 import numpy as np
@@ -11,11 +10,10 @@ import pytest
 
 from autobalance.balancing import measured_crank
 from autobalance.crank.parametric.design import preset
-from autobalance.crank.parametric.generate import crank_solid, exact_moments
-from autobalance.rigid_rotor.moments import Moments
 from autobalance.solid.chordal_error.from_slices import chordal_error_from_slices
 from autobalance.solid.csg.shape import Prism, circle, polygon, tessellated
 from autobalance.solid.mesh.mesh import Mesh
+from tests.generated import drawn, true_moments
 from tests.jobs import computed, whole_job
 
 
@@ -30,11 +28,6 @@ def split_in_four(mesh: Mesh) -> Mesh:
     return Mesh(vertices, np.concatenate([np.stack(part, axis=1) for part in parts]).astype(np.int64))
 
 
-@lru_cache
-def true_moments(name: str) -> Moments:
-    return exact_moments(preset(name))
-
-
 @pytest.mark.parametrize(
     "name",
     [
@@ -47,7 +40,7 @@ def true_moments(name: str) -> Moments:
 def test_the_bar_covers_the_truth(name: str, segments: int, splits: int) -> None:
     crank = preset(name)
     density = crank.density_kg_m3 * 1e-6
-    solid = crank_solid(crank, segments)
+    solid = drawn(crank, segments)
     truth = true_moments(name) - solid.moments(density)
     mesh = solid.mesh
     for _ in range(splits):

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from functools import lru_cache
+from itertools import product
 from typing import Any
 
 import numpy as np
@@ -90,9 +91,9 @@ def test_generated_cranks(name: str, sag_mm: float) -> None:
 
 
 SEVERAL = ("v-twin-45", "parallel-twin-360", "inline-3", "v6-60", "v8-crossplane")
-SAGS_MM = [(0.01, "single"), *((sag, name) for name in SEVERAL for sag in (0.5, 0.1))]
-if SWEPT:  # these have 100 000 triangles and more
-    SAGS_MM += [(0.01, name) for name in SEVERAL]
+SAGS_MM = [(0.01, "single"), *zip((0.1, 0.5, 0.1, 0.5, 0.1), SEVERAL, strict=True)]
+if SWEPT:  # at 0.01 mm these have 100 000 triangles and more
+    SAGS_MM = [(0.01, "single"), *product((0.5, 0.1, 0.01), SEVERAL)]
 
 
 @pytest.mark.slow

@@ -1,7 +1,6 @@
 """Jobs with kinds of correction beyond the shoulder, through the program's own door."""
 
 import json
-import shutil
 from pathlib import Path
 from typing import Any
 
@@ -16,7 +15,7 @@ FIXTURE = Path(__file__).parents[2] / "fixtures" / "crf250r" / "drafted"
 
 def job(folder: Path, correction: str, balance: str = "") -> Path:
     """The bundled job with another correction, in a folder of its own."""
-    shutil.copy(FIXTURE / "crank.stl", folder)
+    write_stl(folder / "crank.stl", bundled_corners(segments=64))
     text = (FIXTURE / "factor-0.28.toml").read_text(encoding="utf-8")
     head = text[: text.index("[correction]")].replace("speed_rpm = 15200", f"speed_rpm = 15200\n{balance}")
     path = folder / "job.toml"
@@ -88,7 +87,6 @@ def test_compare_prints_a_table_and_writes_its_values(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     path = job(tmp_path, 'method = "turn"\n[correction.drill]\ndiameters_mm = [10.0]')
-    write_stl(tmp_path / "crank.stl", bundled_corners())
     target = tmp_path / "comparison.json"
     assert main(["compare", str(path), "--json", str(target)]) == 0
     values = json.loads(target.read_text(encoding="utf-8"))

@@ -21,10 +21,11 @@ from autobalance.crank.faces import find_faces
 from autobalance.errors import CorrectionError
 from autobalance.solid.csg.solid import Region, Solid
 from autobalance.solid.mesh.mesh import Array
+from tests.coarse import bundled_corners
 from tests.cranks import Shape, make_crank, tilted
 from tests.geometry.test_drill import assert_same, difference
 from tests.geometry.test_layouts import web_faces
-from tests.jobs import bundled_job
+from tests.jobs import bundled_job, write_stl
 
 STEEL = 7.85e-3
 HEAVY = np.array([-1000.0, 0.0])
@@ -67,7 +68,7 @@ def test_the_area_of_a_pocket_is_that_of_its_sector_without_its_corners() -> Non
 @pytest.mark.slow
 def test_a_pocket_in_a_disc_is_a_prism() -> None:
     R, t, wall = 60.0, 20.0, 4.0
-    solid = Solid.prism(Region.circle(R, 1000), 0.0, t)
+    solid = Solid.prism(Region.circle(R, 360), 0.0, t)
     anatomy = Anatomy(np.eye(4), (), (), (Web(1, 0.0, t, True),), 0.0)
     faces = find_faces(solid.mesh, anatomy)
     piece = Workpiece(solid, anatomy, faces, STEEL, ((0.0, HEAVY), (t, HEAVY)))
@@ -98,7 +99,7 @@ def test_a_pocket_in_a_disc_is_a_prism() -> None:
 
 @pytest.mark.parametrize("placement", [np.eye(4), tilted(0.7, [200.0, -300.0, 150.0])])
 def test_planned_effect_is_what_the_cut_solid_loses_and_the_walls_are_left(placement: Array) -> None:
-    solid, anatomy = make_crank([0.0, 180.0], Shape(web_width=24.0), placement)
+    solid, anatomy = make_crank([0.0, 180.0], Shape(web_width=24.0, segments=48), placement)
     limits = MillLimits(cutter_mm=8.0)
     cuts = offered(solid, anatomy, limits)
     assert {cut.cheek.web for cut in cuts} >= {1, 4}
@@ -117,7 +118,7 @@ def test_planned_effect_is_what_the_cut_solid_loses_and_the_walls_are_left(place
 
 def test_a_cutter_comes_along_the_axis_only_where_nothing_stands() -> None:
     """Between webs that cover each other there is no way in; beyond the first and the last there is."""
-    solid, anatomy = make_crank([0.0], Shape(web_width=24.0))
+    solid, anatomy = make_crank([0.0], Shape(web_width=24.0, segments=48))
     for cut in offered(solid, anatomy, MillLimits(cutter_mm=8.0)):
         assert (cut.cheek.web, cut.cheek.up) in ((1, -1.0), (2, 1.0))
         z, far = cut.cheek.z_mm + 0.01 * cut.cheek.up, cut.cheek.z_mm + 1e3 * cut.cheek.up
@@ -126,7 +127,7 @@ def test_a_cutter_comes_along_the_axis_only_where_nothing_stands() -> None:
 
 
 def test_pockets_keep_to_their_sectors_and_apart() -> None:
-    solid, anatomy = make_crank([0.0], Shape(web_width=24.0))
+    solid, anatomy = make_crank([0.0], Shape(web_width=24.0, segments=48))
     limits = MillLimits(cutter_mm=8.0, sectors_deg=((120.0, 200.0),))
     offer = mill.KIND.offer(work(solid, anatomy), limits, 0)
     angles = [cut.correction(1.0).details["angle_deg"] for cut in offer.cuts]
@@ -153,7 +154,7 @@ def test_pockets_keep_to_their_sectors_and_apart() -> None:
     ],
 )
 def test_impossible_limits_are_refused(limits: dict[str, Any], message: str) -> None:
-    solid, anatomy = make_crank([0.0])
+    solid, anatomy = make_crank([0.0], Shape(segments=48))
     with pytest.raises(CorrectionError, match=re.escape(message)):
         mill.KIND.offer(work(solid, anatomy), MillLimits(**limits), 0)
 
@@ -161,6 +162,7 @@ def test_impossible_limits_are_refused(limits: dict[str, Any], message: str) -> 
 @pytest.mark.slow
 def test_a_crank_is_milled_and_verified(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     job = bundled_job(tmp_path, method='["mill", "drill"]')
+    write_stl(tmp_path / "crank.stl", bundled_corners(segments=64))
     table = (
         "\n[correction.mill]\ncutter_mm = 6.0\nmin_wall_mm = 2.5\n[correction.drill]\nmax_depth_mm = 8.0\n"
     )

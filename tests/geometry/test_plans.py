@@ -2,6 +2,7 @@
 
 import math
 from collections.abc import Sequence
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -87,14 +88,15 @@ def test_slugs_that_fit_into_a_narrow_sector_fit_into_a_wide_one() -> None:
 
 def test_holes_keep_to_the_counterweights_unless_told_otherwise() -> None:
     solid, anatomy = single()
-    light = balanced(rotor(solid, anatomy, [-300.0, 0.0]), DrillLimits())
+    limits = DrillLimits(diameters_mm=(8.0,))
+    light = balanced(rotor(solid, anatomy, [-300.0, 0.0]), limits)
     assert light.outcome == "within_tolerance"
     assert len({(c.details["diameter_mm"], round(c.depth_mm, 6)) for c in light.corrections}) == 1
     assert all(c.position_mm[0] < 0.0 for c in light.corrections)
     heavy_pin = rotor(solid, anatomy, [300.0, 0.0])
-    kept = balanced(heavy_pin, DrillLimits())
+    kept = balanced(heavy_pin, limits)
     assert kept.outcome == "above_tolerance"
-    free = balanced(heavy_pin, DrillLimits(zone="anywhere"))
+    free = balanced(heavy_pin, replace(limits, zone="anywhere"))
     assert free.outcome == "within_tolerance"
     assert all(c.position_mm[0] > 0.0 for c in free.corrections)
 

@@ -15,15 +15,15 @@ from autobalance.rigid_rotor.tolerance import Judge
 from tests.cranks import Shape, make_crank
 from tests.geometry.test_layouts import at_end_webs, rotor_with, tolerance
 
-WIDE = Shape(web_width=24.0, segments=32)
+WIDE = Shape(web_width=24.0, segments=24)
 FEW_HOLES = DrillLimits(diameters_mm=(10.0,), max_holes=1, depth_step_mm=0.0)
 
 
 @cache
-def run(size: float, *methods: Limits, judge: Judge = "dynamic") -> Result:
+def run(size: float, *methods: Limits, judge: Judge = "dynamic", advise: bool = True) -> Result:
     solid, anatomy = make_crank([0.0], WIDE)
     rotor = rotor_with(solid, anatomy, at_end_webs(anatomy, [-size, 0.0], [-size, 0.0]))
-    return balance(rotor, tolerance(solid, anatomy, judge), methods)
+    return balance(rotor, tolerance(solid, anatomy, judge), methods, advise=advise)
 
 
 def number_after(name: str, text: str) -> float:

@@ -2,7 +2,6 @@
 
 import json
 import math
-from functools import cache
 from itertools import product
 from pathlib import Path
 
@@ -10,8 +9,7 @@ import numpy as np
 import pytest
 
 from autobalance.crank.parametric.design import preset
-from autobalance.crank.parametric.generate import crank_solid, exact_moments
-from autobalance.rigid_rotor.moments import Moments
+from autobalance.crank.parametric.generate import crank_solid
 from autobalance.solid.chordal_error.estimate import estimate_chordal_error
 from autobalance.solid.csg.shape import (
     Arc,
@@ -29,6 +27,7 @@ from autobalance.solid.csg.shape import (
 from autobalance.solid.csg.solid import Solid
 from autobalance.solid.formats.read import read
 from autobalance.solid.mesh.mesh import Array, Mesh, mesh_of_soup
+from tests.generated import drawn, true_moments
 from tests.sweeps import SWEPT
 
 BUNDLED = Path(__file__).parents[2] / "fixtures" / "crf250r"
@@ -108,17 +107,12 @@ def test_moments_of_an_eccentric_cylinder() -> None:
 THROWS = ("inline-4", "v6-60", "v8-crossplane")
 
 
-@cache
-def true_moments(name: str) -> Moments:
-    return exact_moments(preset(name))
-
-
 @pytest.mark.parametrize("name", ["single", "pressed-up-single", "v-twin-45", "parallel-twin-360"])
 @pytest.mark.parametrize("segments", [24, 48])
 def test_generated_cranks(name: str, segments: int) -> None:
     crank = preset(name)
     density = crank.density_kg_m3 * 1e-6
-    solid = crank_solid(crank, segments)
+    solid = drawn(crank, segments)
     raw = true_moments(name) - solid.moments(density)
     error = estimate_chordal_error(solid.mesh, density)
     left = raw - error.missing
@@ -209,12 +203,12 @@ def test_facets_that_were_split_hide_the_same(name: str) -> None:
     """Corners at the middles of facets' edges, rounded to single precision, lie on no true surface."""
     crank = preset(name)
     density = crank.density_kg_m3 * 1e-6
-    solid = crank_solid(crank, 48)
+    solid = drawn(crank, 48)
     whole = estimate_chordal_error(mesh_of_soup(solid.mesh.corners.astype(np.float32)), density)
     split = estimate_chordal_error(
         mesh_of_soup(split_in_four(solid.mesh.corners).astype(np.float32)), density
     )
-    truth = exact_moments(crank) - solid.moments(density)
+    truth = true_moments(name) - solid.moments(density)
     assert split.surfaces == whole.surfaces
     assert split.missing.mass_g == pytest.approx(whole.missing.mass_g, rel=2e-3)
     assert split.mass_bar_g == pytest.approx(whole.mass_bar_g, rel=0.02)
