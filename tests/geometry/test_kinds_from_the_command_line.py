@@ -86,7 +86,11 @@ def test_slugs_are_verified_though_the_file_does_not_hold_them(tmp_path: Path) -
 def test_compare_prints_a_table_and_writes_its_values(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    path = job(tmp_path, 'method = "turn"\n[correction.drill]\ndiameters_mm = [10.0]')
+    path = job(
+        tmp_path,
+        'method = "turn"\n[correction.drill]\ndiameters_mm = [10.0]\n[correction.slug]\n'
+        "diameters_mm = [16.0]\nlengths_mm = [8.0, 12.0]\n[correction.mill]\ncutter_mm = 10.0",
+    )
     target = tmp_path / "comparison.json"
     assert main(["compare", str(path), "--json", str(target)]) == 0
     values = json.loads(target.read_text(encoding="utf-8"))

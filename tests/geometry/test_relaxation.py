@@ -85,7 +85,7 @@ def test_turned_down_further() -> None:
 @pytest.mark.slow
 @pytest.mark.parametrize("size", [1000.0, 3000.0])
 def test_the_bound_is_not_above_what_is_reached(size: float) -> None:
-    result = run(size, FEW_HOLES)
+    result = run(size, FEW_HOLES, advise=False)
     assert result.reason is not None
     bound = float(re.search(r"leaves less than ([0-9.]+) times", result.reason)[1])  # type: ignore[index]
     solid, anatomy = make_crank([0.0], WIDE)

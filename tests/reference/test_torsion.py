@@ -179,7 +179,7 @@ def crank_job(**tables: Any) -> ab.Job:
 
 @pytest.fixture(scope="module")
 def inline_four() -> ab.Crank:
-    mesh = crank_solid(PRESETS["inline-4"]).mesh
+    mesh = crank_solid(PRESETS["inline-4"], 48).mesh
     return ab.crank_from_mesh(mesh.vertices, mesh.triangles, density_kg_m3=7850)
 
 

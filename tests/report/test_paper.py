@@ -31,7 +31,7 @@ CASES = (
     (1, "A4", "inch", plans.KINDS),
     (12, "Letter", "metric", plans.KINDS),
     (50, "A4", "metric", plans.KINDS),
-    (200, "Letter", "inch", plans.KINDS),
+    (120, "Letter", "inch", plans.KINDS),
     (50, "A4", "inch", ("drill",)),
 )
 POINTS_PER_MM = 72.0 / 25.4
@@ -40,7 +40,7 @@ TOUCH = 0.3
 """By how much the boxes that fonts state may come into each other [points]: descents of a line above."""
 
 
-WITH_KEYWAY = (12, 200)
+WITH_KEYWAY = (12, 120)
 
 
 def datums(web_z_mm: float, end_z_mm: float) -> dict[str, Any]:

@@ -54,6 +54,10 @@ def test_holes_begin_at_their_entry_and_others_are_where_their_metal_is(written:
             np.testing.assert_allclose(end, item["slug_centre_mm"], atol=1e-6)
 
 
+def test_verify_agrees_with_the_places_told(written: Path) -> None:
+    assert ab.verify(written / "report.json").holds
+
+
 @pytest.mark.parametrize("key", ["angle_deg", "entry_radius_mm", "z_mm", "inward"])
 def test_verify_refuses_a_place_that_does_not_agree(written: Path, key: str, tmp_path: Path) -> None:
     values = report_of(written)
@@ -63,4 +67,3 @@ def test_verify_refuses_a_place_that_does_not_agree(written: Path, key: str, tmp
     spoilt.write_text(json.dumps(values), encoding="utf-8")
     with pytest.raises(ab.AutobalanceError, match=r"corrections\[\d+\]"):
         ab.verify(spoilt)
-    assert ab.verify(written / "report.json").holds

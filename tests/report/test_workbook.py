@@ -28,7 +28,7 @@ ALWAYS = """<?xml version="1.0" encoding="UTF-8"?>
 @pytest.fixture(scope="module")
 def report(tmp_path_factory: pytest.TempPathFactory) -> dict[str, Any]:
     folder = tmp_path_factory.mktemp("book")
-    jobs.balanced(jobs.bundled_job(folder, "straight"), folder / "out")
+    jobs.computed(jobs.bundled_job(folder, "straight"), folder / "out")
     return jobs.report_of(folder / "out")
 
 
@@ -157,7 +157,7 @@ def test_the_verdict_counts_the_uncertainty_where_the_job_asks(tmp_path: Path) -
     job = jobs.bundled_job(tmp_path, piston="{ g = 158.0, pm = 2.0 }")  # 15 g·mm of 10.7
     text = job.read_text(encoding="utf-8").replace("[balance]\n", '[balance]\nmargin = "expanded"\n')
     job.write_text(text, encoding="utf-8")
-    jobs.balanced(job, tmp_path / "out", code=4)
+    jobs.balanced(job, tmp_path / "out", 4, "--only", "xlsx,json")
     found = lines(tmp_path / "out" / "balance.xlsx")
     report = jobs.report_of(tmp_path / "out")
     for seen, of in [(report["residual"], "the resultant"), (report["residual"]["planes"][0], "plane A")]:

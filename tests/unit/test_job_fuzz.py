@@ -20,7 +20,7 @@ from autobalance.errors import AutobalanceError
 from autobalance.job.crank_design import read_design
 from tests import jobs
 
-EXAMPLES = int(os.environ.get("AUTOBALANCE_FUZZ", "60"))
+EXAMPLES = int(os.environ.get("AUTOBALANCE_FUZZ", "30"))
 FULL = (jobs.BUNDLED / "drafted" / "factor-original.toml").read_text(encoding="utf-8")
 RAW = tomllib.loads(
     FULL[: FULL.index("faces = ")]

@@ -25,10 +25,10 @@ LIMITS = {kind.limits.__name__ for kind in KINDS.values()}
 
 def faults_in(text: str) -> Iterator[str]:
     """Yield what asks for a kind; the corrections of influence coefficients have their own words."""
-    tree, names = (
-        ast.parse(text),
-        NAMES if "correction" in text.lower() and "influence" not in text else set(),
-    )
+    names = NAMES if "correction" in text.lower() and "influence" not in text else set()
+    if not any(word in text for word in names | LIMITS | MODULES):
+        return
+    tree = ast.parse(text)
     for node in ast.walk(tree):
         if isinstance(node, ast.Constant) and node.value in names:
             yield f"line {node.lineno}: the name {node.value!r}"

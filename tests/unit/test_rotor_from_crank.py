@@ -21,7 +21,7 @@ E_MPA, G_MPA = 210e3, 80e3
 
 @pytest.fixture(scope="module")
 def single() -> ab.Crank:
-    mesh = crank_solid(PRESETS["single"]).mesh
+    mesh = crank_solid(PRESETS["single"], 48).mesh
     return ab.crank_from_mesh(mesh.vertices, mesh.triangles, density_kg_m3=7850)
 
 

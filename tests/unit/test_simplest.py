@@ -68,7 +68,7 @@ def test_a_symmetric_unbalance_takes_one_depth_throughout() -> None:
 
 
 def test_no_more_drills_than_allowed() -> None:
-    free = holes([6.0, 8.0, 10.0], [-40.0, 40.0], step_mm=0.1, places=12)
+    free = holes([6.0, 8.0, 10.0], [-40.0, 40.0], step_mm=0.1, places=8)
     sizes = sorted({setting_of(cut) for cut in free.cuts})
     groups = tuple(tuple(k for k, cut in enumerate(free.cuts) if setting_of(cut) == each) for each in sizes)
     residual, judge = at_planes(250.0 + 110.0j, 60.0 - 170.0j), tolerance(50.0)

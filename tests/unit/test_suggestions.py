@@ -15,7 +15,7 @@ from autobalance.report.json import schema
 from autobalance.solid.csg.solid import Region, Solid
 
 ENGINE = {"stroke_mm": 58.0, "rotating_g": {"rod": 250.0}, "reciprocating_g": {"piston": 262.0}}
-SINGLE = {"preset": "single", "engine": ENGINE, "segments": 64}
+SINGLE = {"preset": "single", "engine": ENGINE, "segments": 32}
 FACTOR, SHARE = 1e-3, 1e-4  # what counts as reached
 
 
@@ -57,7 +57,7 @@ def test_a_report_with_suggestions_keeps_to_its_schema(to_half: dict[str, Any]) 
 def test_the_hole_suggested_takes_from_the_solid_what_it_says() -> None:
     report = ab.generate(SINGLE, suggest={"balance_factor": 0.2}).report
     bores = of_kind(report, "hole")["bores"]
-    solid = crank_solid(PRESETS["single"], 64)
+    solid = crank_solid(PRESETS["single"], 32)
     rotor_z = report["frame"]["file_to_rotor"][2][3]
     for bore in bores:
         assert bore["depth_mm"] == pytest.approx(bore["closed_form_depth_mm"], rel=1e-3)
@@ -79,7 +79,7 @@ def test_factor_and_inertia_are_met_together() -> None:
 
 
 def test_an_inertia_alone_keeps_the_unbalance() -> None:
-    crank = ab.generate("pressed-up-single", segments=64).crank
+    crank = ab.generate("pressed-up-single", segments=32).crank
     report = ab.inspect(crank, suggest={"inertia_kg_mm2": 2500.0}).report
     whole = schema("report")
     part = {"$ref": "#/$defs/suggestions", "$defs": whole["$defs"]}

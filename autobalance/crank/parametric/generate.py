@@ -6,6 +6,8 @@ journal begins at z = 0.
 
 from __future__ import annotations
 
+from functools import lru_cache
+
 from autobalance.crank.parametric.axial_plan import axial_plan, has_free_end
 from autobalance.crank.parametric.design import Design
 from autobalance.crank.parametric.metal_taken import metal_taken
@@ -44,6 +46,7 @@ def crank_solid(crank: Design, segments: int | None = None) -> Solid:
     return tessellated(crank_shape(crank), segments or crank.segments)
 
 
+@lru_cache(maxsize=16)
 def exact_moments(crank: Design, segments: int = 128) -> Moments:
     """Return the mass moments of the true surface, without facets.
 
