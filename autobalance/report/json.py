@@ -8,6 +8,7 @@ from __future__ import annotations
 import json
 import math
 from collections.abc import Mapping
+from functools import cache
 from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
@@ -30,7 +31,6 @@ from autobalance.report.crank_values import (
     part_values,
     rows,
 )
-from autobalance.report.library_versions import library_versions
 from autobalance.report.relaxation_values import relaxation_values
 from autobalance.rigid_rotor.moments import Moments
 from autobalance.rigid_rotor.tolerance import Tolerance
@@ -42,6 +42,7 @@ if TYPE_CHECKING:
     from autobalance.report import balance_records, records
 
 SCHEMA_VERSION = 1
+LIBRARIES = ("numpy", "scipy", "trimesh", "manifold3d")
 STAGES = ("load", "measure", "plan", "cut", "write", "total")
 
 KINDS = ("plane", "cylinder", "cone", "sphere", "torus")
@@ -193,6 +194,20 @@ def solid_entry(
 ) -> Values:
     """Return the entry of a written solid in ``outputs``, with what is claimed of it (rotor frame)."""
     return {"file": file, "sha256": sha256, "triangles": triangles, **mass_properties(moments, volume_mm3)}
+
+
+@cache
+def library_versions() -> dict[str, str | None]:
+    """Return the version of each library that is installed; looking them up reads files."""
+    from importlib.metadata import PackageNotFoundError, version
+
+    found: dict[str, str | None] = {}
+    for name in LIBRARIES:
+        try:
+            found[name] = version(name)
+        except PackageNotFoundError:
+            found[name] = None
+    return found
 
 
 # --- weights and limits -------------------------------------------------------------------------------------
