@@ -20,6 +20,8 @@ from autobalance.rigid_rotor.unbalance import Unbalance
 MORE = 6
 """How many more cuts are tried."""
 HALVINGS = 4
+LOOKS = 4
+"""How often to look for metal four times deeper."""
 TRIED = 3
 """Relaxations named, at most."""
 
@@ -77,14 +79,23 @@ class Attempt:
         return bool(offer.cuts) and least_share(self.residual, self.tolerance, offer) <= 1.0
 
     def offer_with(self, *methods: Limits, coarse: bool = False) -> Offer | None:
-        """Return what other limits offer at their greatest effort (or least: ``coarse``); None: nothing."""
+        """Return what other limits offer at their greatest effort (or least: ``coarse``); None: nothing.
+
+        As in planning itself, metal is looked for ever deeper while cuts end only where it was looked.
+        """
+        last = [0 if coarse else correction.efforts(limits) - 1 for limits in methods]
+        work = self.work
         try:
-            last = [0 if coarse else correction.efforts(limits) - 1 for limits in methods]
-            return correction.joined(
-                [correction.offer(self.work, m, effort) for m, effort in zip(methods, last, strict=True)]
-            )
+            for _ in range(LOOKS):
+                offer = correction.joined(
+                    [correction.offer(work, m, effort) for m, effort in zip(methods, last, strict=True)]
+                )
+                if not any(cut.limit_is_reach for cut in offer.cuts) or self.may_do(offer):
+                    break
+                work = replace(work, look=4.0 * work.look)
         except CorrectionError:
             return None
+        return offer
 
 
 def relaxations(tried: Attempt) -> list[Relaxation]:

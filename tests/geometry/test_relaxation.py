@@ -9,8 +9,10 @@ import pytest
 from autobalance.balancing.loop import Result, balance
 from autobalance.correction import Limits
 from autobalance.correction.drill import DrillLimits
+from autobalance.correction.shoulder import ShoulderLimits
 from autobalance.correction.slug import SlugLimits
 from autobalance.correction.turn import TurnLimits
+from autobalance.crank.faces import find_faces
 from autobalance.rigid_rotor.tolerance import Judge
 from tests.cranks import Shape, make_crank
 from tests.geometry.test_layouts import at_end_webs, rotor_with, tolerance
@@ -55,6 +57,19 @@ def test_deeper() -> None:
     depth = number_after("max_depth_mm", enough)
     assert 8.0 < depth < 24.0
     assert run(420.0, replace(shallow, max_depth_mm=depth)).outcome == "within_tolerance"
+
+
+@pytest.mark.slow
+def test_a_face_lowered_further() -> None:
+    """Deeper than planning had to look, for limits that end before."""
+    solid, anatomy = make_crank([0.0], WIDE)
+    wanted = at_end_webs(anatomy, [600.0, 900.0], [-600.0, 900.0])
+    rotor = rotor_with(solid, anatomy, wanted, find_faces(solid.mesh, anatomy))
+    judge = tolerance(solid, anatomy)
+    depth = number_after("max_depth_mm", reason_of(balance(rotor, judge, [ShoulderLimits(max_depth_mm=1.0)])))
+    assert 1.0 < depth < 3.0
+    enough = balance(rotor, judge, [ShoulderLimits(max_depth_mm=depth)])
+    assert enough.outcome == "within_tolerance"
 
 
 @pytest.mark.slow
