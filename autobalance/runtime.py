@@ -17,6 +17,7 @@ from typing import TYPE_CHECKING, TypeVar
 
 if TYPE_CHECKING:
     from concurrent.futures import Future
+    from pathlib import Path
     from types import FrameType
 
 T = TypeVar("T")
@@ -132,6 +133,36 @@ def keep_freed_memory() -> bool:
         return False
     options = {MMAP_THRESHOLD: KEPT_BYTES, TRIM_THRESHOLD: KEPT_BYTES, ARENA_MAX: 1}
     return all(set_option(option, value) == 1 for option, value in options.items())
+
+
+# --- the files of a command ---------------------------------------------------------------------------------
+
+_read: set[str] | None = None
+
+
+@contextmanager
+def reading_noted() -> Iterator[None]:
+    """Remember which files are read, so that a command writes over none of them."""
+    global _read  # noqa: PLW0603
+    before, _read = _read, set()
+    try:
+        yield
+    finally:
+        _read = before
+
+
+def note_read(path: Path) -> None:
+    """Note a file as one that a command reads; nothing is noted outside of commands."""
+    if _read is not None:
+        _read.add(os.path.realpath(path))
+
+
+def was_read(path: Path) -> bool:
+    """Tell whether a command has read a file."""
+    return _read is not None and os.path.realpath(path) in _read
+
+
+# --- signals ------------------------------------------------------------------------------------------------
 
 
 class _Interruptions:

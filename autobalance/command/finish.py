@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING
 from autobalance.command.console import say, warn
 from autobalance.errors import UsageError
 from autobalance.report.files import Staging
+from autobalance.runtime import was_read
 
 if TYPE_CHECKING:
     from autobalance.api.balance import BalancedFiles
@@ -94,8 +95,9 @@ def _refuse_collisions(targets: list[Path], sources: Mapping[Path, str]) -> None
     seen: set[Path] = set()
     for target in targets:
         place = target.resolve()
-        if place in sources:
-            raise UsageError(f"{target} would overwrite {sources[place]}; choose another place")
+        if place in sources or was_read(target):
+            what = sources.get(place, "a file that is read")
+            raise UsageError(f"{target} would overwrite {what}; choose another place")
         if place in seen:
             raise UsageError(f"{target} is asked for twice; each file needs a place of its own")
         seen.add(place)

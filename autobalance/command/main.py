@@ -9,7 +9,7 @@ from importlib import import_module
 from io import TextIOWrapper
 
 from autobalance.errors import AutobalanceError
-from autobalance.runtime import interruptible, keep_freed_memory, one_thread_of_linear_algebra
+from autobalance.runtime import interruptible, keep_freed_memory, one_thread_of_linear_algebra, reading_noted
 from autobalance.version import __version__
 
 COMMANDS: dict[str, str] = {
@@ -102,7 +102,9 @@ def _run(arguments: list[str]) -> int:
     keep_freed_memory()
     from autobalance.command.terminal import drawn_tables
 
-    with drawn_tables():
+    if called == "app":  # a server, not one run: what it has read it may write again
+        return int(parsed.run(parsed))
+    with drawn_tables(), reading_noted():
         return int(parsed.run(parsed))
 
 

@@ -14,6 +14,7 @@ from autobalance.bearings.cases import History
 from autobalance.bearings.loads import Array
 from autobalance.errors import FileError, JobError
 from autobalance.job.convert import did_you_mean
+from autobalance.runtime import note_read
 
 ANGLE = "angle_deg"
 LARGEST_BYTES = 1 << 27
@@ -38,6 +39,7 @@ def read_history(path: Path, x_column: str, y_column: str, bush_speed_rad_s: flo
     try:
         if path.stat().st_size > LARGEST_BYTES:
             raise JobError(f"{path.name} is larger than {LARGEST_BYTES} bytes; is it a series?")
+        note_read(path)
         text = path.read_text("utf-8-sig")
     except (OSError, ValueError) as error:
         why = (getattr(error, "strerror", None) or str(error)).lower()

@@ -26,6 +26,7 @@ from autobalance.job.table import ANY, NOT_NEGATIVE, POSITIVE, SHARE, Table
 from autobalance.job.typed_units import in_base_units, refuse_unfilled
 from autobalance.rigid_rotor.margin import Margin
 from autobalance.rigid_rotor.tolerance import Judge
+from autobalance.runtime import note_read
 from autobalance.solid.formats.registry import FOREIGN_CAD, endings
 from autobalance.units import RAD_S_PER_RPM
 
@@ -169,6 +170,7 @@ def text_of(path: Path, what: str) -> str:
     """
     try:
         with path.open("rb") as stream:
+            note_read(path)
             data = stream.read(LARGEST_BYTES + 1)
     except (OSError, ValueError) as error:  # ValueError: a NUL in the name
         raise FileError(f"cannot read the {what} {path}: {_why(error)}") from None

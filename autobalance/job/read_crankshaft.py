@@ -15,6 +15,7 @@ from autobalance.job.model import (
     LengthUnit,
 )
 from autobalance.job.table import COUNTED, NOT_NEGATIVE, POSITIVE, Table
+from autobalance.runtime import note_read
 from autobalance.solid.formats.registry import names_bodies, needs_unit
 from autobalance.units import G_PER_MM3_PER_KG_M3
 
@@ -57,6 +58,7 @@ def crankshaft_of(root: Table, path: Path, *, crank_given: bool = False) -> Cran
     if not name:
         raise JobError("crankshaft.file is empty; must name a crank file, relative to the job")
     file = path.parent / name
+    note_read(file)  # also by what needs only the weights
     unit: LengthUnit | None = table.optional("unit", LengthUnit)
     if unit is None and needs_unit(file):
         raise JobError(

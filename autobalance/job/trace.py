@@ -12,6 +12,7 @@ import numpy as np
 
 from autobalance.errors import FileError, FormatError
 from autobalance.rigid_rotor.moments import Array
+from autobalance.runtime import note_read
 
 RAD_PER = {"angle_deg": math.pi / 180.0, "angle_rad": 1.0}
 MPA_PER = {
@@ -68,6 +69,7 @@ def read_trace(path: Path) -> tuple[Array, Array]:
 def _text(path: Path) -> str:
     try:
         with path.open("rb") as stream:
+            note_read(path)
             data = stream.read(LARGEST_BYTES + 1)
     except (OSError, ValueError) as error:
         why = (getattr(error, "strerror", None) or str(error)).lower()

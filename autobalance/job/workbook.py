@@ -13,6 +13,7 @@ from zipfile import BadZipFile
 from autobalance.errors import FileError, JobError
 from autobalance.job.settings import set_key
 from autobalance.job.toml_text import toml_value
+from autobalance.runtime import note_read
 
 SHEET = "Job"
 HEADING = ("Key", "Value", "Unit", "Meaning")
@@ -91,6 +92,7 @@ def _sheet(path: Path, *, data_only: bool) -> Any:
     from openpyxl.utils.exceptions import InvalidFileException
 
     try:
+        note_read(path)
         data = path.read_bytes()
     except OSError as error:
         raise FileError(

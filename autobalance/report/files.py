@@ -16,7 +16,7 @@ from pathlib import Path
 from types import TracebackType
 
 from autobalance.errors import FileError
-from autobalance.runtime import uninterrupted
+from autobalance.runtime import uninterrupted, was_read
 
 SHOWN = 40
 """Letters of a file's name that stand in its temporary one."""
@@ -71,8 +71,13 @@ class Staging:
         Raises
         ------
         FileError
-            If it cannot be written, or a folder has its name.
+            If it cannot be written, a folder has its name, or it is asked for twice or was read.
         """
+        place = path.resolve()
+        if was_read(path):
+            raise FileError(f"{path} would overwrite a file that is read; choose another place")
+        if any(place == other.resolve() for _, other in self._waiting):
+            raise FileError(f"{path} is asked for twice; each file needs a place of its own")
         waiting = _temporary(path)
         try:
             taken = path.is_dir()

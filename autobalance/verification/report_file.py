@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import Any, TypeVar
 
 from autobalance.errors import FileError, FormatError
+from autobalance.runtime import note_read
 
 LARGEST = 1e30
 """Size of a number at most: no report holds a larger one, and their products stay finite."""
@@ -28,6 +29,7 @@ def read_report(path: Path) -> Mapping[str, Any]:
         If it is no JSON object, has a key twice or a number that cannot be, or is of an unknown version.
     """
     try:
+        note_read(path)
         values = json.loads(
             path.read_bytes(),
             parse_float=lambda text: _limited(float(text)),

@@ -18,6 +18,7 @@ from autobalance.crank.anatomy import Anatomy
 from autobalance.errors import ClaimError, FileError, FormatError
 from autobalance.job import Job
 from autobalance.rigid_rotor.moments import Array, Moments
+from autobalance.runtime import note_read
 from autobalance.solid.chordal_error.estimate import ChordalError, estimate_chordal_error
 from autobalance.solid.formats.read import Source, read
 from autobalance.solid.formats.write import decode
@@ -317,6 +318,7 @@ def check_pages(claims: Claims, folder: Path) -> None:
             raise FormatError(f"{claims.name}: {place}.file is {name!r}; needed the name of a file beside it")
         path = folder / name
         if path.is_file():
+            note_read(path)
             claims.same(f"{place}.sha256", hashlib.sha256(path.read_bytes()).hexdigest())
             claims.hold(f"{place}.file")
         else:

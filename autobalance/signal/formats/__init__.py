@@ -6,6 +6,7 @@ from importlib import import_module
 from pathlib import Path
 
 from autobalance.errors import FileError, FormatError
+from autobalance.runtime import note_read
 from autobalance.signal.record import Record
 
 READERS = {
@@ -47,6 +48,7 @@ def read(path: str | Path, sample_rate_hz: float | None = None) -> Record:
         raise FormatError(f"{file.name} is no record that can be read; known: {', '.join(READERS)}")
     if not file.is_file():
         raise FileError(f"no such file: {file}")
+    note_read(file)
     try:
         record = import_module(f"autobalance.signal.formats.{name}").read(file, sample_rate_hz)
     except OSError as error:

@@ -5,6 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 
 from autobalance.errors import FileError
+from autobalance.runtime import note_read
 
 
 def file_bytes(path: Path) -> bytes:
@@ -20,6 +21,7 @@ def file_bytes(path: Path) -> bytes:
             raise FileError(f"{path} is a folder; needed a file")
         if path.exists() and not path.is_file():  # a device or a pipe may never end
             raise FileError(f"{path} is no regular file; needed one on disk")
+        note_read(path)
         return path.read_bytes()
     except FileError:
         raise
