@@ -3,6 +3,7 @@
 import shutil
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 import autobalance as ab
@@ -83,12 +84,24 @@ def test_a_job_that_cannot_be_is_refused(
             ),
             "rods are near 1",
         ),
+        (("engine.rotating_g={a = 0.134}",), "engine.rotating_g adds up to 0.134 g"),
         (("engine.rod={big_end_g = 180.0, small_end_g = 34.0}",), "more than all of engine.rotating_g"),
     ],
 )
 def test_what_is_odd_is_said(settings: tuple[str, ...], said: str, tmp_path: Path) -> None:
     found = ab.read_job(jobs.pin_job(tmp_path), settings)
     assert any(said in warning for warning in ab.balance(found).warnings)
+
+
+def test_a_crank_of_another_unit_is_told() -> None:
+    small = ab.crank_from_mesh(*scaled(0.1))
+    assert "odd outside 25 to 3000 mm; is its unit cm" in small.warnings[-1]
+    assert ab.crank_from_mesh(*scaled(1.0)).warnings == ()
+
+
+def scaled(by: float) -> tuple[np.ndarray, np.ndarray]:
+    crank = ab.generate("single", settings={"segments": 16}).crank
+    return crank.vertices_mm * by, crank.triangles
 
 
 def test_the_bundled_job_is_not_odd() -> None:
@@ -101,6 +114,22 @@ def test_outputs_have_places_of_their_own(tmp_path: Path, capsys: pytest.Capture
     for name in ("balanced.stl", "report.json", "sheet.pdf"):
         assert "asked for twice" in refused(capsys, 3, "balance", job, "-o", out, "--json", out / name)
     assert not out.exists()
+
+
+def test_no_file_that_is_read_is_written_over(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    """The crank of a job, needed or not; nor is one place taken twice."""
+    job = jobs.pin_job(tmp_path)
+    crank = next(tmp_path.glob("*.stl"))
+    before = jobs.folder_state(tmp_path)
+    twice = tmp_path / "twice.png"
+    for words in (
+        ("inspect", job, "--json", crank),
+        ("inspect", crank, "--unit", "mm", "--json", twice, "--picture", twice),
+        ("parts", job, "--json", crank),
+    ):
+        said = refused(capsys, 3 if words[0] == "inspect" else 2, *words)
+        assert "would overwrite a file that is read" in said or "asked for twice" in said
+    assert jobs.folder_state(tmp_path) == before
 
 
 @pytest.mark.slow

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from autobalance.balancing.chordal_correction import NOT_ASKED, FacetCorrection
-from autobalance.balancing.plausibility import refuse_density, refuse_size
+from autobalance.balancing.plausibility import odd_size, refuse_density, refuse_size
 from autobalance.correction import kind_of
 from autobalance.crank.anatomy import Anatomy, Face, Overrides
 from autobalance.crank.faces import find_faces
@@ -73,7 +73,8 @@ class Crank:
     def warnings(self, file: Path | None) -> tuple[str, ...]:
         """Return what a user should know of the file and the crank in it, one line each."""
         misaligned = misalignment_warning(self.anatomy)
-        found = [*self.source.repairs, *([] if misaligned is None else [misaligned])]
+        said = (odd_size(self.source), misaligned)
+        found = [*self.source.repairs, *(text for text in said if text is not None)]
         return tuple(text if file is None else f"{file}: {text}" for text in found)
 
 

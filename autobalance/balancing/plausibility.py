@@ -24,8 +24,12 @@ DENSITY_KG_M3 = (500.0, 23000.0)
 """Foamed plastic to osmium: no crank is of anything lighter or heavier."""
 SIZE_MM = (5.0, 5000.0)
 """Longest side of a crank: a model aircraft's to a large ship's throw."""
+ODD_MM = (25.0, 3000.0)
+"""Beyond these a crank is odd: most likely it is drawn in another unit."""
 BOB_SHARE = (1e-3, 20.0)
 """Bob-weights over the crank's own mass: nothing that runs lies outside."""
+UNLIKE = 50.0
+"""How many times all that turns with a rod may weigh what goes up and down with it, or the reverse."""
 FACTOR = (-1.0, 3.0)
 """Balance factor that a crank may have before, with parts that are meant for it."""
 INERTIA_SHARE = (0.5, 2.0)
@@ -61,17 +65,36 @@ def refuse_size(source: Source, file: object) -> None:
         That says which unit would make it one.
     """
     low, high = SIZE_MM
-    bounds = source.solid.bounds
-    longest = float((bounds[1] - bounds[0]).max())
+    longest = _longest_mm(source)
     if not low <= longest <= high:
-        own = source.mm_per_unit
-        meant = [
-            name
-            for name, mm in (("mm", 1.0), ("cm", 10.0), ("m", 1000.0), ("inch", 25.4))
-            if 50.0 <= longest / own * mm <= 2000.0 and mm != own
-        ]
-        hint = f"; is its unit {' or '.join(meant)}?" if meant else ""
-        raise JobError(f"{file}: the crank is {longest:.4g} mm long; needed {low:g} to {high:g} mm{hint}")
+        raise JobError(
+            f"{file}: the crank is {longest:.4g} mm long; needed {low:g} to {high:g} mm{_meant(source)}"
+        )
+
+
+def odd_size(source: Source) -> str | None:
+    """Return what is odd about a crank's size, if anything is."""
+    low, high = ODD_MM
+    longest = _longest_mm(source)
+    if low <= longest <= high:
+        return None
+    return f"the crank is {longest:.4g} mm long; odd outside {low:g} to {high:g} mm{_meant(source)}"
+
+
+def _longest_mm(source: Source) -> float:
+    low, high = source.solid.bounds
+    return float((high - low).max())
+
+
+def _meant(source: Source) -> str:
+    """Ask for the units that would make a solid a crank of a usual size."""
+    own, longest = source.mm_per_unit, _longest_mm(source)
+    meant = [
+        name
+        for name, mm in (("mm", 1.0), ("cm", 10.0), ("m", 1000.0), ("inch", 25.4))
+        if 50.0 <= longest / own * mm <= 2000.0 and mm != own
+    ]
+    return f"; is its unit {' or '.join(meant)}?" if meant else ""
 
 
 def oddities(job: Job, crank: Crank, factor_before: float | None) -> tuple[str, ...]:
@@ -82,7 +105,8 @@ def oddities(job: Job, crank: Crank, factor_before: float | None) -> tuple[str, 
     JobError
         For what cannot be: weights in another unit, a rod that is none, rods beyond the mains.
     """
-    return (*_bob_weights(job, crank), *_factor(job, factor_before), *_rod(job), *_pitch(job, crank.anatomy))
+    odd = (*_bob_weights(job, crank), *_unlike_weights(job))
+    return (*odd, *_factor(job, factor_before), *_rod(job), *_pitch(job, crank.anatomy))
 
 
 def _bob_weights(job: Job, crank: Crank) -> Iterator[str]:
@@ -102,6 +126,19 @@ def _bob_weights(job: Job, crank: Crank) -> Iterator[str]:
         yield (
             f"{job.path.name}: the weights of [engine], {total:.4g} g, are odd for a crank of"
             f" {crank.moments.mass_g:.4g} g"
+        )
+
+
+def _unlike_weights(job: Job) -> Iterator[str]:
+    """One table in kilograms beside another in grams."""
+    weights = job.engine.default.weights
+    rotating, reciprocating = total_g(weights.rotating), total_g(weights.reciprocating)
+    less, more = sorted((rotating, reciprocating))
+    if 0.0 < less < more / UNLIKE:
+        table = "rotating_g" if rotating < reciprocating else "reciprocating_g"
+        yield (
+            f"{job.path.name}: engine.{table} adds up to {less:.4g} g, the weights beside it to {more:.4g} g;"
+            " is one of them in another unit?"
         )
 
 
