@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import re
 from collections.abc import Iterator, Mapping
 from pathlib import Path
@@ -11,6 +12,7 @@ import autobalance as ab
 from autobalance.report.json import report as as_report
 from autobalance.verification.check import Checked, check_claims
 from autobalance.verification.claims import Claims
+from autobalance.verification.correction_claims import TOLD
 from autobalance.verification.solids import Files
 
 Report = dict[str, Any]
@@ -90,6 +92,12 @@ def accepted(report: Report, folder: Path, under: tuple[str, ...] = ()) -> list[
                 continue
             if not _is_listed(place(way), [each.key for each in result.not_checked]):
                 found.append(f"{place(way)}: {value!r} -> {other!r}")
+    for key in TOLD if report["corrections"] else ():
+        first, *others = report["corrections"]
+        left_out = {each: value for each, value in first.items() if each != key}
+        with contextlib.suppress(ab.AutobalanceError):
+            checked({**report, "corrections": [left_out, *others]}, folder, files)
+            found.append(f"corrections[].{key} left out")
     return found
 
 

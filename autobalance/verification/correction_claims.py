@@ -24,6 +24,8 @@ from autobalance.solid.formats.read import Source
 from autobalance.verification.claims import Claims, near_turn
 from autobalance.verification.solids import Files
 
+TOLD = ("face", "web", "radius_mm", "angle_deg", "z_mm")
+"""What a machinist is told of every correction, beside what is measured of it."""
 SHARE = 1e-3
 """Share by which what is read off the metal may differ from what a report says of a cut: facets, rounding."""
 LENGTH_SHARE = 2e-4
@@ -116,14 +118,15 @@ def _before(change: Change) -> Before:
 
 
 def _check_place(part: Claims) -> None:
-    """Check angle, z, radius of entry and direction of feed against the position."""
+    """Check angle, z, radius of entry and direction of feed against the position; none may be left out."""
+    for key in TOLD:
+        part.get(key, object)
     x, y, z = part.array("position_mm", (3,))
     size = max(math.hypot(x, y, z), 1.0)
-    if "angle_deg" in part.values and math.hypot(x, y) > LENGTH_MM:
+    if math.hypot(x, y) > LENGTH_MM:
         angle = near_turn(math.degrees(math.atan2(y, x)), part.get("angle_deg", float))
         part.near("angle_deg", angle, 360.0 * size / math.hypot(x, y))
-    if "z_mm" in part.values:
-        part.near("z_mm", z, size)
+    part.near("z_mm", z, size)
     if "entry_radius_mm" in part.values:
         part.near("entry_radius_mm", math.hypot(x, y), size)
     if part.values.get("inward") is not None:
