@@ -319,6 +319,14 @@ def crank_from_mesh(
         If the arrays are no triangles, or a number is not finite.
     SolidError, RecognitionError
         As for ``read_crank``.
+
+    Examples
+    --------
+    >>> import autobalance as ab
+    >>> drawn = ab.generate("single", segments=24).crank
+    >>> crank = crank_from_mesh(drawn.vertices_mm, drawn.triangles, density_kg_m3=7850.0)
+    >>> round(crank.throws[0].crank_radius_mm, 2)
+    29.0
     """
     from autobalance.solid.formats.read import source_of
 

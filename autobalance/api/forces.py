@@ -76,6 +76,20 @@ def forces(
         If a number is impossible.
     AutobalanceError
         For anything wrong with the job or the crank.
+
+    Examples
+    --------
+    First orders of an inline-four cancel, second ones add up:
+
+    >>> import autobalance as ab
+    >>> crank = ab.generate("inline-4", segments=24).crank
+    >>> job = {"engine": {"rod_length_mm": 140.0, "layout": {"bank_deg": [0.0]},
+    ...                   "rotating_g": {"big_end": 300.0}, "reciprocating_g": {"piston": 400.0}},
+    ...        "balance": {"factor": 0.5, "grade": 6.3, "speed_rpm": 6000},
+    ...        "correction": {"method": "drill"}}
+    >>> orders = forces(job, crank).report["states"][1]["force"]["orders"]
+    >>> {each["order"]: round(each["greatest_force_n"]) for each in orders if each["order"] in (1, 2)}
+    {1.0: 0, 2.0: 8548}
     """
     if not 0.0 <= transverse_weight < float("inf"):
         raise UsageError(f"--transverse-weight is {transverse_weight:g}; must be ≥ 0")

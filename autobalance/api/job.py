@@ -30,5 +30,12 @@ def read_job(path: str | Path, settings: Sequence[str] = ()) -> Job:
         If it cannot be read.
     JobError
         If it is not TOML, or a key is unknown, missing, of the wrong type or impossible.
+
+    Examples
+    --------
+    >>> from autobalance.bundled import bundled_folder
+    >>> file = bundled_folder() / "crf250r" / "drafted" / "factor-0.28.toml"
+    >>> read_job(file, ["balance.factor=0.5"]).balance.factor
+    0.5
     """
     return load(path, settings)

@@ -50,6 +50,13 @@ def parts(job: JobSource, crank: Crank | None = None, *, progress: Progress | No
     ------
     AutobalanceError
         For anything wrong with the job, or the crank where it is needed.
+
+    Examples
+    --------
+    >>> from autobalance.bundled import bundled_folder
+    >>> rolled = parts(bundled_folder() / "crf250r" / "drafted" / "factor-0.28.toml")
+    >>> round(rolled.report["throws"][0]["bob_weight_g"], 2)
+    321.91
     """
     job = jobs.given(job)
     asked = job.balance.factor

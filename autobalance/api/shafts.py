@@ -81,6 +81,20 @@ def shafts(
         If the speed is not positive.
     AutobalanceError
         For anything wrong with the job or the crank.
+
+    Examples
+    --------
+    An inline-four asks for Lanchester's pair, at twice its speed:
+
+    >>> import autobalance as ab
+    >>> crank = ab.generate("inline-4", segments=24).crank
+    >>> job = {"engine": {"rod_length_mm": 140.0, "layout": {"bank_deg": [0.0]},
+    ...                   "rotating_g": {"big_end": 300.0}, "reciprocating_g": {"piston": 400.0}},
+    ...        "balance": {"factor": 0.5, "grade": 6.3, "speed_rpm": 6000},
+    ...        "correction": {"method": "drill"}}
+    >>> asked = shafts(job, crank).report["proposals"][0]["shafts"]
+    >>> [(each["order"], each["sense"], round(each["product_g_mm"])) for each in asked]
+    [(2, 'forward', 2707), (2, 'backward', 2707)]
     """
     found = request(job, crank, speed_rpm, progress)
     anatomy, speed = found.crank.anatomy, found.speed_rad_s
