@@ -44,10 +44,10 @@ quick: $(VENV)/.installed-dev
 	@$(VENV)/bin/python -m pytest -q -n $(WORKERS) --dist worksteal -m "not slow and not timing"
 
 times: $(VENV)/.installed-dev
-	@echo "==> measuring every test; those of half a second and more go into tests/slow.txt"
+	@echo "==> measuring every test; those of a quarter of a second and more go into tests/slow.txt"
 	@rm -f .times
 	@AUTOBALANCE_TIMES=.times $(VENV)/bin/python -m pytest -q -n $(WORKERS) --dist worksteal -m "not timing"
-	@sed 's/\[.*//' .times | awk '$$1 >= 0.5 {print $$2}' | LC_ALL=C sort -u >tests/slow.txt
+	@sed 's/\[.*//' .times | awk '$$1 >= 0.25 {print $$2}' | LC_ALL=C sort -u >tests/slow.txt
 	@rm .times
 
 lint: $(VENV)/.installed-dev

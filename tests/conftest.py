@@ -9,11 +9,12 @@ from collections.abc import Generator
 from pathlib import Path
 
 import pytest
+from _pytest.doctest import DoctestModule
 
 from tests.coarse import roughen
 
 LISTED = Path(__file__).with_name("slow.txt")
-"""Functions of which a test took half a second of processor time or more."""
+"""Functions of which a test took a quarter of a second of processor time or more."""
 TIMES = os.environ.get("AUTOBALANCE_TIMES")
 """File that the seconds of each test are added to, where it is given."""
 
@@ -38,6 +39,12 @@ def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
 def rough_plots(monkeypatch: pytest.MonkeyPatch) -> None:
     """Draw in a third of the time, where no test looks at places and pixels."""
     roughen(monkeypatch)
+
+
+@pytest.hookimpl(wrapper=True)
+def pytest_collect_file(file_path: Path) -> Generator[None, list[pytest.Collector], list[pytest.Collector]]:
+    """Seek examples in the package alone: to look for them through all tests takes long."""
+    return [each for each in (yield) if not isinstance(each, DoctestModule)]
 
 
 @pytest.hookimpl(wrapper=True)

@@ -62,7 +62,7 @@ def crank(tmp_path_factory: pytest.TempPathFactory) -> Path:
     radial = Bar((-r - 9.0, 0.0, z), (-r + RADIAL[1], 0.0, z), RADIAL[0])
     axial = Bar((-45.0, 9.0, other.z_max_mm - AXIAL[1]), (-45.0, 9.0, other.z_max_mm + 5.0), AXIAL[0])
     for tool in (bore, radial, axial):
-        solid = solid - tessellated(tool, 360)
+        solid = solid - tessellated(tool, 120)
     path = tmp_path_factory.mktemp("sections") / "crank.stl"
     jobs.write_stl(path, solid.mesh.corners)
     return path

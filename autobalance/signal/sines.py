@@ -32,6 +32,8 @@ MOST_LEFT = 0.5
 """Share of a sine's power, within its main lobe, that may be left unexplained."""
 CLOSEST_BINS = 0.3
 """Two sines nearer to one another than this are one."""
+AT_ONCE = 1 << 18
+"""Values of lines that are held at a time."""
 
 
 @dataclass(frozen=True)
@@ -196,9 +198,13 @@ def _around(bins: Array, reach: int, count: int) -> Array:
 
 def _model(at: Array, length: int, name: str, fit: _Fit) -> Complex:
     """Return the transform of the fitted sines and mean at bins."""
-    total = fit.mean * line(name, length, -at)
-    for nu, c in zip(fit.bins, fit.amplitudes, strict=True):
-        total += 0.5 * (c * line(name, length, nu - at) + np.conj(c) * line(name, length, -nu - at))
+    places = np.concatenate([[0.0], fit.bins, -fit.bins])
+    sizes = np.concatenate([[fit.mean], 0.5 * fit.amplitudes, 0.5 * fit.amplitudes.conj()])
+    total = np.zeros(len(at), dtype=np.complex128)
+    together = max(1, AT_ONCE // max(1, len(at)))
+    for first in range(0, len(places), together):
+        some = slice(first, first + together)
+        total += sizes[some] @ line(name, length, places[some, None] - at)
     return total
 
 

@@ -277,7 +277,7 @@ def test_it_may_be_ended_as_soon_as_its_address_is_known(tmp_path: Path) -> None
 
 
 def test_a_report_and_its_folder_are_taken_in_as_a_run(tmp_path: Path) -> None:
-    jobs.balanced(written(), tmp_path / "out")
+    jobs.computed(written(), tmp_path / "out")
     data = (tmp_path / "out" / "report.json").read_bytes()
     (tmp_path / "project").mkdir()
     (tmp_path / "project" / ".upload-0.part").write_bytes(b"cut off")
