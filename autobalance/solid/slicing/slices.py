@@ -86,19 +86,26 @@ def thinned(outline: Array, within_mm: float) -> Array:
     Of neighbours only one goes at a time, so that the outline moves by ``within_mm`` in a round at most, and
     a curve of many short chords keeps as many as that takes. Rounds end when little more is in line.
     """
+    x, y = np.ascontiguousarray(outline.T)
     before = math.inf
-    while FEW_CORNERS < len(outline) < MOSTLY * before:
-        before = len(outline)
+    while FEW_CORNERS < len(x) < MOSTLY * before:
+        before = len(x)
         for first in (0, 1):
-            side = np.empty_like(outline)
-            np.subtract(outline[1:], outline[:-1], out=side[:-1])
-            np.subtract(outline[0], outline[-1], out=side[-1])
-            (x, y), (u, v) = side.T, np.concatenate([side[-1:], side[:-1]]).T
-            aside = (u * y - v * x) ** 2 > within_mm**2 * ((x + u) ** 2 + (y + v) ** 2)
+            along, across = _steps(x), _steps(y)
+            u, v, p, q = along[:-1], across[:-1], along[1:], across[1:]  # sides before and after each corner
+            aside = (u * q - v * p) ** 2 > within_mm**2 * ((p + u) ** 2 + (q + v) ** 2)
             aside[first::2] = True
             aside[-1] = True  # of an odd number, it and the first are of one kind
-            outline = outline[aside]
-    return outline
+            x, y = x[aside], y[aside]
+    return np.stack([x, y], axis=1)
+
+
+def _steps(places: Array) -> Array:
+    """Return what each of numbers (k,) on a closed way adds to the one before it, and the first again."""
+    steps = np.empty(len(places) + 1)
+    np.subtract(places[1:], places[:-1], out=steps[1:-1])
+    steps[0] = steps[-1] = places[0] - places[-1]
+    return steps
 
 
 def crossed_edges(corner: Indices, up: NDArray[np.bool_]) -> tuple[Indices, Indices]:
