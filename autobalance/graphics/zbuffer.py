@@ -22,6 +22,8 @@ MARGIN = 0.06
 """Space around the part, as a share of the picture."""
 CREASE = math.cos(math.radians(25.0))
 """Neighbouring samples whose surfaces meet at a sharper angle than this get a line between them."""
+SAME_DIRECTION = 2.0**19
+"""Cells to the unit in which directions are counted as the same."""
 LINE_SHADE = 0.55
 """Brightness of a line against the surface that it lies on."""
 OVERLAP = 1e-6
@@ -118,25 +120,41 @@ def render_each(
 
     In each picture's ``triangle`` those of the coat count on from the part's.
     """
-    fine_w, fine_h = width * SUPERSAMPLE, height * SUPERSAMPLE
     axes = camera.axes
-    to_fine = _placement(axes, part[0] if camera.fit is None else camera.fit, fine_w, fine_h)
-    bare = np.full(fine_w * fine_h, NOTHING, dtype=np.uint64)
-    _draw(part, to_fine, bare, fine_w, 0)
+    fit = part[0] if camera.fit is None else camera.fit
+    to_fine = _placement(axes, fit, width * SUPERSAMPLE, height * SUPERSAMPLE)
+    window = _window(to_fine, [part, *coats], width, height)
+    wide, high = ((each.stop - each.start) * SUPERSAMPLE for each in window)
+    to_window = to_fine.copy()
+    to_window[:2, 3] -= [each.start * SUPERSAMPLE for each in window]
+    bare = np.full(wide * high, NOTHING, dtype=np.uint64)
+    _draw(part, to_window, bare, wide, 0)
     looks = _looks(part, axes)
-    to_pixel = to_fine[:2] / SUPERSAMPLE
     pictures = []
     for coat in coats:
         seen = bare.copy()
-        _draw(coat, to_fine, seen, fine_w, len(part[1]))
-        which = seen.astype(np.uint32).view(np.int32).reshape(fine_h, fine_w)  # NOTHING becomes −1
+        _draw(coat, to_window, seen, wide, len(part[1]))
+        which = seen.astype(np.uint32).view(np.int32).reshape(high, wide)  # NOTHING becomes −1
         normals, lit = (np.concatenate(pair) for pair in zip(looks, _looks(coat, axes), strict=True))
         colour = _bytes(np.concatenate([lit, [background]]))[which]
         lines = _creases(which, normals)
         colour[lines] = _bytes(lit * LINE_SHADE)[which[lines]]
-        image = _halved(colour.view(np.uint8).reshape(fine_h, fine_w, 4))
-        pictures.append(Picture(image, which[::SUPERSAMPLE, ::SUPERSAMPLE].astype(np.int64), to_pixel))
+        image = np.tile(_bytes(np.array([background])).view(np.uint8)[:3], (height, width, 1))
+        image[window[::-1]] = _halved(colour.view(np.uint8).reshape(high, wide, 4))
+        triangle = np.full((height, width), -1)
+        triangle[window[::-1]] = which[::SUPERSAMPLE, ::SUPERSAMPLE]
+        pictures.append(Picture(image, triangle, to_fine[:2] / SUPERSAMPLE))
     return pictures
+
+
+def _window(to_fine: Array, surfaces: Sequence[Surface], width: int, height: int) -> tuple[slice, slice]:
+    """Return the columns and rows of the picture that surfaces may reach; nothing is drawn beside them."""
+    places = np.concatenate([vertices for vertices, _, _ in surfaces]) @ to_fine[:2, :3].T + to_fine[:2, 3]
+    within = np.zeros(2), np.array([width, height])
+    first = np.clip(np.floor(places.min(axis=0, initial=np.inf) / SUPERSAMPLE) - 1.0, *within)
+    last = np.clip(np.ceil(places.max(axis=0, initial=-np.inf) / SUPERSAMPLE) + 1.0, first, within[1])
+    columns, rows = (slice(int(low), int(high)) for low, high in zip(first, last, strict=True))
+    return columns, rows
 
 
 def _looks(surface: Surface, axes: Array) -> tuple[Array, Array]:
@@ -297,12 +315,13 @@ def _creases(which: NDArray[np.int32], normals: Array) -> NDArray[np.bool_]:
     """Return the samples whose right or lower neighbour shows another surface at an angle, or none."""
     lines = np.zeros(which.shape, dtype=bool)
     columns = np.ascontiguousarray(normals.T)
+    facing = _directions(columns)[which]
     for here, there in (
         ((slice(None), slice(None, -1)), (slice(None), slice(1, None))),
         ((slice(None, -1),), (slice(1, None),)),
     ):
         a, b = which[here], which[there]
-        place = np.flatnonzero(a != b)
+        place = np.flatnonzero(facing[here] != facing[there])
         one, other = a.reshape(-1)[place], b.reshape(-1)[place]
         sharp = sum(axis.take(one) * axis.take(other) for axis in columns) < CREASE
         sharp |= (one < 0) | (other < 0)
@@ -311,6 +330,15 @@ def _creases(which: NDArray[np.int32], normals: Array) -> NDArray[np.bool_]:
         lines[here] |= flag.reshape(a.shape) & (a >= 0)
         lines[there] |= flag.reshape(a.shape) & (a < 0)
     return lines & (which >= 0)
+
+
+def _directions(normals: Array) -> Indices:
+    """Return a number for each unit vector (3, m), the same for nearly equal ones alone, and for none last.
+
+    Most neighbouring samples show triangles of one plane: there, no angle need be looked up.
+    """
+    cells = ((normals + 1.0) * SAME_DIRECTION).astype(np.int64)
+    return np.append((cells[0] << 42) | (cells[1] << 21) | cells[2], -1)
 
 
 def png(image: Image) -> bytes:

@@ -148,7 +148,8 @@ def _summed(look: Look, surfaces: list[Revolved], surface_of: Indices, density_g
         gross_mass += found.gross_mass_g
         gross_unbalance += found.gross_unbalance_g_mm
         along += FITTED_SHARE * found.gross_at
-        sag = max(sag, float(np.abs(surface.off(corners.mean(axis=1))).max(initial=0.0)))
+        middles = (corners[:, 0] + corners[:, 1] + corners[:, 2]) / 3.0
+        sag = max(sag, float(np.abs(surface.off(middles)).max(initial=0.0)))
     loose_mass, loose_unbalance, loose_along = _loose(look, surface_of, density_g_mm3)
     bar = FITTED_SHARE * gross_unbalance + loose_unbalance
     mean, mean_square = (along + loose_along) / (bar or 1.0)

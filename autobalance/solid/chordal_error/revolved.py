@@ -57,7 +57,7 @@ def cylindrical(points: Array, point: Array, axis: Array) -> tuple[Array, Array,
     local = points - point
     h = local @ axis
     away = local - h[..., None] * axis
-    r = np.linalg.norm(away, axis=-1)
+    r = np.sqrt(np.einsum("...i,...i", away, away))
     return h, r, away / np.where(r > 0.0, r, 1.0)[..., None]
 
 
@@ -67,18 +67,20 @@ def between(
     """Return base points, directions (k, 3) and weights (3, k) of ∫ (base + t·direction)ⁿ between.
 
     Points of a triangle are moved to the surface along the direction away from the axis, or from the centre
-    of the tube; the volume they sweep is exact, whatever the size of the triangle, up to the quadrature.
+    of the tube; the volume they sweep is exact, whatever the size of the triangle, up to the quadrature. The
+    first point of every triangle comes first, then the second of every one.
     """
     points, shares = rule
-    x = np.einsum("pk,mkd->mpd", points, corners).reshape(-1, 3)
-    flow = (0.5 * shares[None, :, None] * doubled[:, None, :]).reshape(-1, 3)  # normal times area
+    x = (points @ corners.transpose(1, 0, 2).reshape(3, -1)).reshape(-1, 3)
+    flow = (0.5 * shares[:, None, None] * doubled).reshape(-1, 3)  # normal times area
     h, r, out = cylindrical(x, surface.point, surface.axis)
     r = np.maximum(r, 1e-12)
     if not surface.tube_mm:
         base = surface.point + h[:, None] * surface.axis
         through = np.einsum("ij,ij->i", flow, out)
         end = surface.r0 + surface.slope * h
-        weights = [(end ** (k + 2) - r ** (k + 2)) / ((k + 2) * r) * through for k in range(3)]
+        powers = zip(_powers(end), _powers(r), strict=True)
+        weights = [(far - near) / (k * r) * through for k, (far, near) in enumerate(powers, start=2)]
         return base, out, np.array(weights)
     across, up = r - surface.r0, h - surface.h0
     rho = np.maximum(np.hypot(across, up), 1e-12)
@@ -96,6 +98,12 @@ def between(
         for k in range(3)
     ]
     return base, direction, np.array(weights)
+
+
+def _powers(values: Array) -> tuple[Array, Array, Array]:
+    """Return the square, the third and the fourth power; numpy's own beyond the square are slow."""
+    square = values * values
+    return square, square * values, square * square
 
 
 @dataclass(frozen=True, eq=False)
@@ -127,5 +135,5 @@ def lens(
         float(np.abs(w0).sum()),
         float(size.sum()),
         np.array([size @ z, size @ z**2]),
-        np.abs(weights[0]).reshape(len(corners), -1).sum(axis=1),
+        np.abs(weights[0]).reshape(-1, len(corners)).sum(axis=0),
     )

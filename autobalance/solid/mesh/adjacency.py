@@ -106,9 +106,7 @@ def edges_of(mesh: Mesh) -> Edges:
     first = first[np.diff(first, prepend=-2) > 1]  # of four triangles at an edge, the first two
     left, right = triangle[first], triangle[first + 1]
     ends = np.stack([low[first], high[first]], axis=1)
-    normal = unit(mesh.area_vectors)
-    a, b = normal[left], normal[right]
-    angle = np.arctan2(np.linalg.norm(np.cross(a, b), axis=1), np.einsum("ij,ij->i", a, b))
+    angle = _angles(unit(mesh.area_vectors), left, right)
     known = _has_direction(mesh)
     sure = known[left] & known[right]
     flat = sure & (
@@ -117,6 +115,15 @@ def edges_of(mesh: Mesh) -> Edges:
     if not sure.all():
         flat |= _longest_of_slivers(mesh, left, right, ends, known)
     return Edges(left, right, ends, np.where(sure, angle, 0.0), flat)
+
+
+def _angles(directions: Array, left: Indices, right: Indices) -> Array:
+    """Return the angles (k,) between pairs of directions (m, 3), by their rows [rad]."""
+    columns = np.ascontiguousarray(directions.T)  # products of columns are many times as fast as of rows
+    (ax, ay, az), (bx, by, bz) = columns.take(left, axis=1), columns.take(right, axis=1)
+    across = (ay * bz - az * by) ** 2 + (az * bx - ax * bz) ** 2 + (ax * by - ay * bx) ** 2
+    angles: Array = np.arctan2(np.sqrt(across), ax * bx + ay * by + az * bz)
+    return angles
 
 
 def rounding_mm(mesh: Mesh) -> float:

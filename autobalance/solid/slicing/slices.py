@@ -102,7 +102,7 @@ def thinned(outline: Array, within_mm: float) -> Array:
 
 def _steps(places: Array) -> Array:
     """Return what each of numbers (k,) on a closed way adds to the one before it, and the first again."""
-    steps = np.empty(len(places) + 1)
+    steps = np.zeros(len(places) + 1)
     np.subtract(places[1:], places[:-1], out=steps[1:-1])
     steps[0] = steps[-1] = places[0] - places[-1]
     return steps
