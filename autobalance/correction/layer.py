@@ -87,14 +87,14 @@ class Layer:
     @cached_property
     def upward(self) -> Indices:
         """The rows of triangles that lie on planes that face the same way."""
-        return self._thick(np.flatnonzero(self.leans >= FLAT * self.areas))
+        return np.flatnonzero(self.leans >= FLAT * self.areas)
 
     @cached_property
     def backward(self) -> Indices:
         """The rows of triangles that face backward."""
-        return self._thick(np.flatnonzero(self.leans <= BACKWARD * self.areas))
+        return np.flatnonzero(self.leans <= BACKWARD * self.areas)
 
-    def _thick(self, rows: Indices) -> Indices:
+    def thick(self, rows: Indices) -> Indices:
         """Return those of some triangles that are no slivers lower than rounding, which face nowhere."""
         longest = longest_sides(self.corners(rows))
         chosen: Indices = rows[self.areas.take(rows) > self.grain_mm * longest]
@@ -207,7 +207,7 @@ class FaceLayer:
         """Return the depth at which another plane that faces the same way joins the section, if any does."""
         tops = slab.tops
         below = (tops > self.height_mm - deepest_mm) & (tops < self.height_mm - 2.0 * self.grain_mm)
-        planes = slab.upward[below.take(slab.upward)]
+        planes = slab.thick(slab.upward[below.take(slab.upward)])
         depth_of = self.height_mm - tops.take(planes)
         for depth in np.unique(np.round(depth_of / self.grain_mm)) * self.grain_mm:
             corners = slab.corners(planes[np.abs(depth_of - depth) <= self.grain_mm])[:, :, :2]
@@ -241,7 +241,7 @@ class FaceLayer:
         """Return the height of the next surface behind the cut, if there is one above ``lowest_mm``."""
         tops = slab.tops
         below = (tops > lowest_mm) & (tops < self.height_mm - 2.0 * self.grain_mm)
-        rows = slab.backward[below.take(slab.backward)]
+        rows = slab.thick(slab.backward[below.take(slab.backward)])
         rows = rows[np.argsort(-tops[rows])]
         if not len(rows):
             return None

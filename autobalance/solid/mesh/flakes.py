@@ -27,6 +27,8 @@ def without_flakes(cut: Solid, before: Solid) -> Solid:
     """
     mesh = cut.mesh
     part_of, count = _parts_at_vertices(mesh)
+    if count == 1:
+        return cut
     _, had = _parts_at_vertices(before.mesh)
     if count <= had:
         return cut
@@ -41,6 +43,8 @@ def without_flakes(cut: Solid, before: Solid) -> Solid:
 def _parts_at_vertices(mesh: Mesh) -> tuple[Indices, int]:
     """Return the part (m,) of each triangle, where what shares a vertex is one, and how many there are."""
     part_of_vertex, count = numbered_components(mesh.triangles, len(mesh.vertices))
+    if count == 1:
+        return np.zeros(len(mesh.triangles), dtype=np.int64), 1
     part_of = part_of_vertex.take(mesh.triangles[:, 0])
     used = np.bincount(part_of, minlength=count) > 0  # not the vertices of no triangle
     return (np.cumsum(used) - 1).take(part_of), int(used.sum())
