@@ -238,17 +238,35 @@ def wall_left_mm(corrections: Sequence[Correction], anatomy: Anatomy) -> float |
 def _capacity(
     rotor: Rotor, tolerance: Tolerance, chosen: Sequence[Limits], result: Result, offers: Offers
 ) -> float:
-    """Return the greatest multiple of the initial unbalance that may be corrected; 1 is just this one."""
+    """Return the greatest multiple of the initial unbalance that may be corrected; 1 is just this one.
+
+    A coarse grid of places holds nearly as many holes as a fine one, but may miss the direction of a small
+    unbalance: where that was corrected, the fine grid is asked.
+    """
     work = workpiece(rotor, tolerance, result.initial, look=MOST_CAPACITY)
-    parts = []
-    for limits in chosen:
-        has_grid = correction.kind_of(limits).has_axis  # finer grids of places hold hardly more holes
-        for effort in (0, correction.efforts(limits) - 1) if has_grid else (correction.efforts(limits) - 1,):
-            try:
-                parts.append(offers(work, limits, effort))
-                break
-            except CorrectionError:
-                continue
-    offer = correction.joined(parts)
-    multiple = greatest_multiple(result.initial, tolerance, offer, MOST_CAPACITY)
+    is_met = tolerance.used_share(result.residual) <= 1.0
+    coarse, fine = _efforts(chosen, coarse=True), _efforts(chosen, coarse=False)
+    multiple = 0.0
+    for efforts in (coarse, fine) if is_met and coarse != fine else (coarse,):
+        parts = []
+        for limits, least in zip(chosen, efforts, strict=True):
+            for effort in dict.fromkeys((least, correction.efforts(limits) - 1)):
+                try:
+                    parts.append(offers(work, limits, effort))
+                    break
+                except CorrectionError:
+                    continue
+        multiple = greatest_multiple(result.initial, tolerance, correction.joined(parts), MOST_CAPACITY)
+        if multiple >= 1.0:
+            break
+    if is_met:
+        multiple = max(multiple, 1.0)
     return math.inf if multiple >= MOST_CAPACITY else multiple
+
+
+def _efforts(chosen: Sequence[Limits], *, coarse: bool) -> list[int]:
+    """Return the effort for each kind: the greatest, or the least where places lie on a grid."""
+    return [
+        0 if coarse and correction.kind_of(limits).has_axis else correction.efforts(limits) - 1
+        for limits in chosen
+    ]

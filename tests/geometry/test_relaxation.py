@@ -6,9 +6,12 @@ from functools import cache
 
 import pytest
 
+from autobalance import correction
+from autobalance.balancing import comparison
 from autobalance.balancing.loop import Result, balance
 from autobalance.correction import Limits
 from autobalance.correction.drill import DrillLimits
+from autobalance.correction.kind import Offer, Workpiece
 from autobalance.correction.shoulder import ShoulderLimits
 from autobalance.correction.slug import SlugLimits
 from autobalance.correction.turn import TurnLimits
@@ -106,3 +109,18 @@ def test_the_bound_is_not_above_what_is_reached(size: float) -> None:
     solid, anatomy = make_crank([0.0], WIDE)
     reached = tolerance(solid, anatomy).used_share(result.residual)
     assert 0.5 * reached < bound <= 1.01 * reached
+
+
+def test_what_is_corrected_is_within_capacity() -> None:
+    """A coarse grid that misses the direction of an unbalance says nothing of the holes there are."""
+    solid, anatomy = make_crank([0.0], replace(WIDE, segments=24))
+    rotor = rotor_with(solid, anatomy, at_end_webs(anatomy, [-220.0, -34.0], [-276.0, -65.0]))
+    limits = DrillLimits(diameters_mm=(6.0,), max_holes=2, sectors_deg=((170.0, 200.0),))
+    judge = tolerance(solid, anatomy)
+    result = balance(rotor, judge, [limits], advise=False)
+    assert result.outcome == "within_tolerance"
+
+    def offers(work: Workpiece, limits: Limits, effort: int) -> Offer:
+        return correction.offer(work, limits, effort) if effort else Offer(())
+
+    assert comparison._capacity(rotor, judge, [limits], result, offers) > 1.0
