@@ -4,9 +4,8 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
 
-from autobalance.planning.relaxation import Change, Relaxation
-
 if TYPE_CHECKING:
+    from autobalance.planning.relaxation import Change, Relaxation
     from autobalance.report import balance_records
 
 UNITS = {"_kg_m3": "kg/m³", "_mm": "mm", "_deg": "°"}
