@@ -378,7 +378,7 @@ def test_little_memory_ends_in_one_line(tmp_path: Path) -> None:
     [
         "api.balance.measure_crank",
         "balancing.run.balance",
-        "balancing.measuring.through_file",
+        "balancing.measuring.soup_moments",
         "report.json.report",
     ],
 )
