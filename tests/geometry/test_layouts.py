@@ -14,12 +14,14 @@ from autobalance.balancing.rotor import Rotor
 from autobalance.correction import Limits
 from autobalance.correction.add import AddLimits
 from autobalance.correction.drill import DrillLimits
+from autobalance.correction.face_cut import part_name
 from autobalance.correction.hole_surface import Axis
 from autobalance.correction.kind import Correction, Offer, Workpiece
 from autobalance.correction.shoulder import ShoulderLimits
 from autobalance.correction.slug import SlugLimits
 from autobalance.correction.turn import TurnLimits
 from autobalance.crank.anatomy import Anatomy, Face
+from autobalance.crank.faces import find_faces
 from autobalance.crank.parametric.design import PRESETS
 from autobalance.rigid_rotor.moments import Moments
 from autobalance.rigid_rotor.tolerance import Judge, Tolerance
@@ -305,3 +307,14 @@ def inflated(c: Correction, point_deg: float, by_mm: float, below_mouth: bool) -
     outline = [(0.0, top), (a + by, top), *edge, *tip[:-1], (0.0, tip_mm + by)]
     body = Solid.revolved(np.array(outline), 96)
     return body.moved(Axis(c.position_mm, np.array(c.details["inward"])).placement)
+
+
+def test_a_face_has_one_depth_where_that_is_enough_and_its_parts_have_names() -> None:
+    solid, anatomy = make_crank([0.0], Shape(web_width=24.0, segments=32))
+    wanted = at_end_webs(anatomy, [-400.0, 0.0], [-400.0, 0.0])
+    rotor = rotor_with(solid, anatomy, wanted, find_faces(solid.mesh, anatomy))
+    result = balance(rotor, tolerance(solid, anatomy), [ShoulderLimits()])
+    assert result.outcome == "within_tolerance"
+    assert [cut.face for cut in result.corrections] == ["w1-a", "w2-b"]
+    assert {part_name(cut.details["sector_deg"]) for cut in result.corrections} == {""}
+    assert part_name([60.6, 150.6]) == ", its part from 60.6° to 150.6°"
