@@ -82,7 +82,7 @@ def main() -> None:
             splits = max(0, round(math.log(wanted / (crank.stat().st_size / BYTES_A_TRIANGLE), 4.0)))
             corners = subdivided(crank, splits)
             write_stl(crank, corners)
-            with served(place / "project") as app, browser(place / "profile") as page:
+            with served(place / "project") as app, browser(place / "profile", pixels=1.0) as page:
                 page.resize(1400, 900)
                 load(page, app)
                 chosen(page, crank)

@@ -28,7 +28,7 @@ def main() -> None:
     """Take all pictures."""
     with tempfile.TemporaryDirectory() as folder:
         place = Path(folder)
-        with served(place / "project", str(JOB)) as app, browser(place / "profile") as page:
+        with served(place / "project", str(JOB)) as app, browser(place / "profile", pixels=1.0) as page:
             page.resize(*SIZE)
             page.call("POST", "/url", {"url": app.address})
             until(page, "return document.body.dataset.ready === 'true'")

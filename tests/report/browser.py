@@ -96,8 +96,12 @@ def _request(method: str, url: str, body: Any = None) -> Any:
 
 
 @contextlib.contextmanager
-def browser(folder: Path) -> Iterator[Browser]:
-    """Start chromedriver and Chromium, and end them."""
+def browser(folder: Path, pixels: float = 0.5) -> Iterator[Browser]:
+    """Start chromedriver and Chromium, and end them.
+
+    ``pixels`` are those of the screen to each of a page: the processor draws them, and tests that look at
+    places and texts need few.
+    """
     with socket.socket() as free:
         free.bind(("127.0.0.1", 0))
         port = free.getsockname()[1]
@@ -106,7 +110,8 @@ def browser(folder: Path) -> Iterator[Browser]:
     base = f"http://127.0.0.1:{port}"
     try:
         _wait_for(base)
-        options = {"args": [*FLAGS, f"--user-data-dir={folder}"]}
+        own = [f"--user-data-dir={folder}", f"--force-device-scale-factor={pixels:g}"]
+        options = {"args": [*FLAGS, *own]}
         wanted = {
             "goog:chromeOptions": options,
             "goog:loggingPrefs": {"browser": "ALL", "performance": "ALL"},

@@ -366,7 +366,7 @@ export class View {
     set.group.add(made);
     return made;
   }
-  density() { return this.software && !this.isRough ? 2 : Math.min(window.devicePixelRatio || 1, 2); }
+  density() { return Math.min((this.software && !this.isRough ? 2 : 1) * (window.devicePixelRatio || 1), 2); }
 
   drawn() {
     const [side, up, back] = [0, 1, 2].map((column) => new T.Vector3().setFromMatrixColumn(this.camera.matrixWorld, column));
