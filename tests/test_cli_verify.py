@@ -135,6 +135,8 @@ def test_a_falsified_number_is_found(path: str, output: Path, capsys: pytest.Cap
         ("job.balance.grade", -1, "job: balance.grade is -1"),
         ("job", 3, "job is of the wrong type"),
         ("frame.file_to_rotor.0", [1, 0, 0, 0], "no rigid motion"),
+        ("steps.0.depths_mm", ["2.7"], "depths_mm is not a list of numbers"),
+        ("steps.0.depths_mm", [None], "depths_mm is not a list of numbers"),
     ],
 )
 def test_a_falsified_report_names_the_key(

@@ -268,6 +268,8 @@ def check_course(claims: Claims, ends: Ends, is_cut: bool) -> None:
     moved = sum(float(np.linalg.norm(part.array("unbalance_change_g_mm", (2,)))) for part in parts)
     for number, step in enumerate(steps, 1):
         made = step.get("depths_mm", list)
+        if [_every_number(each) for each in made] != [[each] for each in made]:
+            raise FormatError(f"{step.name}: {step.path('depths_mm')} is not a list of numbers")
         if len(made) == len(depths) and np.allclose(made, depths, rtol=ROUNDING, atol=ROUNDING):
             step.near("measured_g_mm", ends.residual.magnitude_g_mm, moved)
             step.hold("depths_mm")
