@@ -120,11 +120,10 @@ class BalanceResult(VerbResult):
         balanced = self.record.balanced
         assert balanced is not None  # a record of balance has it
         worst = balanced.tolerance.worst(balanced.result.residual)
-        where = "" if balanced.tolerance.judge == "static" else f" in {worst.name}"
         cuts = len(self.report["corrections"])
         return (
-            f"<autobalance balance: {self.outcome}, residual{where} {worst.residual_g_mm:.4g} of permitted "
-            f"{worst.permissible_g_mm:.4g} g·mm, {cuts} correction{'s' * (cuts != 1)}, "
+            f"<autobalance balance: {self.outcome}, residual{worst.where} {worst.residual_g_mm:.4g} of "
+            f"permitted {worst.permissible_g_mm:.4g} g·mm, {cuts} correction{'s' * (cuts != 1)}, "
             f"measured on {self.measured_on}>"
         )
 

@@ -57,9 +57,8 @@ class VerifyResult(VerbResult):
 
         found, chosen = self.checked, ON_SCREEN[units]
         verdict, worst = "within" if found.within else "ABOVE", found.tolerance.worst(found.residual)
-        where = "" if found.tolerance.judge == "static" else f" in {worst.name}"
         said = (
-            f"{self.report['report']}: all {found.checked} claims hold; residual{where} "
+            f"{self.report['report']}: all {found.checked} claims hold; residual{worst.where} "
             f"{chosen.of_unbalance(worst.residual_g_mm)} of permitted "
             f"{chosen.of_unbalance(worst.permissible_g_mm)}{_doubt(found, chosen)}: "
             f"{verdict} tolerance"

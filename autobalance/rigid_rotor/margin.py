@@ -48,6 +48,11 @@ class Judged:
         """Residual and doubt ÷ the permissible value; at most 1 is within tolerance."""
         return (self.residual_g_mm + self.doubt_g_mm) / self.permissible_g_mm
 
+    @property
+    def where(self) -> str:
+        """Which plane it is of, to follow "residual"; nothing for the resultant."""
+        return f" in {self.name}" if self.name.startswith("plane ") else ""
+
 
 def explain_margin(worst: Judged, causes: Mapping[str, float], ends: tuple[str, ...] = ()) -> str:
     """Say that the residual is within tolerance but not with its uncertainty, and what would fix it.

@@ -120,9 +120,8 @@ def _drop_copies(mesh: Mesh) -> tuple[Mesh, list[str]]:
     kept[np.delete(crowd, first)] = False
     single = Mesh(mesh.vertices, mesh.triangles[kept])
     was = len(open_edges(mesh.triangles))
-    left = len(
-        open_edges(single.triangles if was else mesh.triangles[~kept])
-    )  # of a closed mesh, these alone
+    looked_at = single.triangles if was else mesh.triangles[~kept]  # of a closed mesh, what went tells it
+    left = len(open_edges(looked_at))
     if left and left >= was:
         return mesh, []
     return single, [f"{copies} triangles dropped that were copies of others; {_change(mesh, single)}"]
