@@ -1,12 +1,15 @@
 """What no crank can be is refused; what is odd is said, with the unit that may be meant."""
 
 import shutil
+from collections.abc import Callable
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
 
 import autobalance as ab
+from autobalance.balancing import run
 from tests import jobs
 
 CRANK = jobs.BUNDLED / "straight" / "crank-with-pin.stl"
@@ -60,6 +63,8 @@ def test_a_tiny_mesh_is_refused() -> None:
             ("engine.rods_per_throw=2", "engine.layout.bank_deg=[0, 90]", "engine.layout.rod_pitch_mm=500"),
             "beyond the main bearings beside it",
         ),
+        (("engine.rod={big_end_g = 95.0, small_end_g = 5000.0}",), "the small end is a part of that"),
+        (("engine.rod_length_mm=10.4",), "26.9 mm; is it in cm or inch?"),
         (("crankshaft.density_kg_m3=7.85",), "7850 if that was g/cm³"),
         (("crankshaft.unit='m'",), "is its unit mm"),
     ],
@@ -86,6 +91,12 @@ def test_a_job_that_cannot_be_is_refused(
         ),
         (("engine.rotating_g={a = 0.134}",), "engine.rotating_g adds up to 0.134 g"),
         (("engine.rod={big_end_g = 180.0, small_end_g = 34.0}",), "more than all of engine.rotating_g"),
+        (
+            ("engine.throw=[{number = 1, reciprocating_g = {piston = 0.2615}}]",),
+            "engine.throw[1].reciprocating_g to",
+        ),
+        (("original.rotating_g={a = 0.134}",), "original.rotating_g to 0.134 g"),
+        (("engine.rod_length_mm=1040",), "38.7 times the crank radius"),
     ],
 )
 def test_what_is_odd_is_said(settings: tuple[str, ...], said: str, tmp_path: Path) -> None:
@@ -95,8 +106,81 @@ def test_what_is_odd_is_said(settings: tuple[str, ...], said: str, tmp_path: Pat
 
 def test_a_crank_of_another_unit_is_told() -> None:
     small = ab.crank_from_mesh(*scaled(0.1))
-    assert "odd outside 25 to 3000 mm; is its unit cm" in small.warnings[-1]
-    assert ab.crank_from_mesh(*scaled(1.0)).warnings == ()
+    assert "odd outside 18 to 3000 mm; is its unit cm" in small.warnings[-1]
+    inch = ab.crank_from_mesh(*scaled(1.0), unit="inch")
+    assert "is its unit mm or cm?" in inch.warnings[-1]
+
+
+@pytest.mark.parametrize(("by", "unit"), [(1.0, "mm"), (0.14, "mm"), (26.0, "mm"), (0.026, "m")])
+def test_cranks_of_models_and_ships_are_not_odd(by: float, unit: str) -> None:
+    """20 mm, 4 m, and 4 m drawn in metres."""
+    assert ab.crank_from_mesh(*scaled(by), unit=unit).warnings == ()
+
+
+def test_a_wrong_unit_of_the_crank_is_asked_for() -> None:
+    crank = ab.crank_from_mesh(*scaled(1.0), unit="inch")
+    with pytest.raises(ab.AutobalanceError, match="or is the crank's unit mm"):
+        ab.forces(SINGLE, crank)
+
+
+SINGLE: dict[str, Any] = {
+    "engine": {"rotating_g": {"a": 134.0}, "reciprocating_g": {"b": 261.5}, "rod_length_mm": 110.0},
+    "balance": {"factor": 0.5, "grade": 6.3, "speed_rpm": 9000},
+    "correction": {"method": "drill"},
+    "cycle": {
+        "strokes": 4,
+        "bore_mm": 76.8,
+        "compression_ratio": 13.0,
+        "heat_J": 900.0,
+        "start_deg": -15.0,
+        "duration_deg": 50.0,
+    },
+}
+
+
+def odd_job(key: str, value: float) -> dict[str, Any]:
+    """Return the job with one table of weights in kilograms."""
+    return {**SINGLE, "engine": {**SINGLE["engine"], key: {"a": value}}}
+
+
+@pytest.fixture(scope="module")
+def single() -> ab.Crank:
+    return ab.crank_from_mesh(*scaled(1.0))
+
+
+@pytest.mark.parametrize("verb", [ab.parts, ab.forces, ab.shafts, ab.cycle, ab.torsion, ab.compare])
+def test_every_verb_says_what_is_odd(
+    verb: Callable[..., Any], single: ab.Crank, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """So do commands, on standard error; a job that is not odd has no warning."""
+    monkeypatch.setattr(run, "compare", lambda *_, **__: [])
+    assert verb(SINGLE, crank=single).warnings == ()
+    said = verb(odd_job("rotating_g", 0.134), crank=single).warnings
+    assert any("is one of them in another unit?" in each for each in said)
+
+
+@pytest.mark.parametrize("verb", [ab.forces, ab.shafts, ab.cycle, ab.torsion, ab.compare])
+def test_every_verb_refuses_what_cannot_be(verb: Callable[..., Any], single: ab.Crank) -> None:
+    kilograms = {"rotating_g": {"a": 0.134}, "reciprocating_g": {"b": 0.2615}}
+    with pytest.raises(ab.AutobalanceError, match="are they in kg"):
+        verb({**SINGLE, "engine": {**SINGLE["engine"], **kilograms}}, crank=single)
+
+
+def test_commands_say_what_is_odd(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    job = jobs.pin_job(tmp_path)
+    assert jobs.run("parts", job, "--json", "-", "--set", "engine.rotating_g={a = 0.134}") == 0
+    assert "is one of them in another unit?" in capsys.readouterr().err
+    odd = ("--set", "engine.rotating_g={a = 0.134}", "--set", "engine.reciprocating_g={a = 0.2615}")
+    assert jobs.run("parts", job, *odd) == 0
+    assert "are they in kg?" in capsys.readouterr().err
+    assert jobs.run("inspect", job, "--sections", *odd[:2]) == 0
+    assert "is one of them in another unit?" in capsys.readouterr().err
+
+
+def test_a_crankpin_in_kilograms_is_odd(tmp_path: Path) -> None:
+    kilograms = ("engine.crankpin_g.crankpin=0.11465", "engine.rod_length_mm=104")
+    said = ab.forces(ab.read_job(jobs.bundled_job(tmp_path), kilograms)).warnings
+    assert any("the crankpin of throw 1 weighs 0.1147 g" in each for each in said)
 
 
 def scaled(by: float) -> tuple[np.ndarray, np.ndarray]:
@@ -153,6 +237,7 @@ def test_a_folder_of_results_may_move_and_be_checked_from_anywhere(
         (("--centre", "5"), "--planes is missing"),
         (("--centre", "nan", "--planes", "-40", "40"), "--centre is nan"),
         (("--planes", "inf", "40"), "--planes is inf"),
+        (("--speed-rpm", "1e-300"), "--speed-rpm is 1e-300; must be"),
     ],
 )
 def test_places_of_grade_are_numbers(
@@ -160,6 +245,23 @@ def test_places_of_grade_are_numbers(
 ) -> None:
     error = refused(capsys, 2, "grade", "--grade", "6.3", "--speed-rpm", "9000", "--mass", "2700", *options)
     assert said in error
+
+
+@pytest.mark.parametrize("verb", ["forces", "shafts"])
+@pytest.mark.parametrize(
+    ("option", "said"),
+    [
+        ("--reference-z=nan", "--reference-z is nan; must be a finite number [mm]"),
+        ("--reference-z=-inf", "--reference-z is -inf"),
+        ("--reference-z=1e300", "must be at most 1e+09 mm in size"),
+        ("--speed-rpm=1e300", "--speed-rpm is 1e+300; must be"),
+        ("--speed-rpm=1e-300", "--speed-rpm is 1e-300; must be"),
+    ],
+)
+def test_numbers_beside_a_job_are_such(
+    verb: str, option: str, said: str, capsys: pytest.CaptureFixture[str], tmp_path: Path
+) -> None:
+    assert said in refused(capsys, 2, verb, jobs.pin_job(tmp_path), option)
 
 
 def test_what_is_not_stated_is_not_nought(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:

@@ -89,11 +89,6 @@ class BalanceResult(VerbResult):
         return entries(self.report["steps"])
 
     @property
-    def warnings(self) -> tuple[str, ...]:
-        """What a user should know of the job and the crank."""
-        return tuple(self.report["warnings"])
-
-    @property
     def measured_on(self) -> Literal["file", "mesh", "surfaces"]:
         """What the verdict was measured on.
 

@@ -79,12 +79,14 @@ def _recognised(task: RowTask) -> Any:
     """Return the crank in the bytes of a file, not measured yet."""
     from autobalance.balancing.measured_crank import Crank as MeasuredCrank
     from autobalance.balancing.measured_crank import recognised
+    from autobalance.balancing.plausibility import refuse_density, refuse_size
     from autobalance.rigid_rotor.moments import Moments
     from autobalance.solid.formats.read import source_of_bytes
     from autobalance.solid.formats.registry import name_of_ending
 
     crankshaft = task.job.crankshaft
     assert crankshaft.file is not None
+    refuse_density(crankshaft)
     ending = crankshaft.file.suffix.lower().lstrip(".")
     try:
         source = source_of_bytes(
@@ -94,6 +96,7 @@ def _recognised(task: RowTask) -> Any:
             crankshaft.body,
             pressed_up=not crankshaft.crankpin_in_file,
         )
+        refuse_size(source, "the solid")
         anatomy = recognised(source, crankshaft.overrides)
     except AutobalanceError as error:
         raise type(error)(f"{crankshaft.file}: {error}") from None

@@ -10,7 +10,7 @@ from autobalance.api.balance import with_crank
 from autobalance.api.entry import Entry, entries
 from autobalance.api.progress import Progress, telling
 from autobalance.api.request import job_set
-from autobalance.api.result import VerbResult
+from autobalance.api.result import VerbResult, report_head
 from autobalance.balancing.run import compare_job
 from autobalance.job import JobSource
 
@@ -72,4 +72,6 @@ def compare(job: JobSource, crank: Crank | None = None, *, progress: Progress | 
     job = job if crank is None else with_crank(job, crank)
     done = compare_job(job, telling(progress), given)
     report = comparison(str(job.path), done.tolerance, done.initial_g_mm, done.rows, job.prefer)
-    return CompareResult({**report, **job_set(job)})
+    return CompareResult(
+        {**report_head("compare"), **report, "warnings": list(done.warnings), **job_set(job)}
+    )

@@ -119,6 +119,7 @@ def cycle(
     values = _values(found.job, analysis, wanted)
     values["sweep"] = sweep_values(analysis, speeds, wanted) if speeds else None
     films = _add_films(values, found, analysis, wanted, speeds)
+    values["warnings"] = list(found.warnings)
     values["speed_rpm"] = found.speed_rpm  # as it was asked, without the rounding of its conversion
     return CycleResult(values, analysis, wanted, films)
 

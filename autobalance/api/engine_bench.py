@@ -69,18 +69,21 @@ def engine_bench(
     given = read_engine_bench(source)
     cranks: dict[tuple[str, ...], Crank] = {}
     rows, curves = [], []
+    warnings: dict[str, None] = {}  # each once, in order
     for number, variant in enumerate(given.variants):
         tell(variant.name, number / len(given.variants))
-        values, curve = _variant(given, variant, cranks)
+        values, curve, odd = _variant(given, variant, cranks)
+        warnings.update(dict.fromkeys(odd))
         rows.append(values)
         curves.append(curve)
     report = {**report_head("bench"), "input": given.values, "variants": rows, "beside": _beside(rows)}
+    report["warnings"] = list(warnings)
     return EngineBenchResult(report, tuple(curves))
 
 
 def _variant(
     given: EngineBench, variant: Variant, cranks: dict[tuple[str, ...], Crank]
-) -> tuple[Values, VariantCurves]:
+) -> tuple[Values, VariantCurves, tuple[str, ...]]:
     from autobalance.balancing.engine_variants import FiringVariant, VariantCurves
     from autobalance.balancing.firing_from_job import check_cycle
 
@@ -108,7 +111,8 @@ def _variant(
     }
     even = analysis.grid.even
     angles = np.degrees(analysis.grid.even_rad)
-    return values, VariantCurves(variant.name, angles, even(last.torque_n_m), run)
+    curves = VariantCurves(variant.name, angles, even(last.torque_n_m), run)
+    return values, curves, found.warnings
 
 
 def _factor(tried: FiringVariant) -> float | None:

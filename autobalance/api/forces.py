@@ -6,6 +6,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any
 
+from autobalance.api.options import place_mm
 from autobalance.api.progress import Progress
 from autobalance.api.request import Request, job_head, request
 from autobalance.api.result import Plots, VerbResult
@@ -95,6 +96,8 @@ def forces(
         raise UsageError(f"--transverse-weight is {transverse_weight:g}; must be ≥ 0")
     if not all(0.0 <= factor <= 1.0 for factor in factors):
         raise UsageError(f"--factors is {','.join(f'{f:g}' for f in factors)!r}; each must be 0 to 1")
+    if reference_z_mm is not None:
+        place_mm("--reference-z", reference_z_mm)
     found = request(job, crank, speed_rpm, progress)
     as_file = engine_from_job.as_measured(found.job, found.crank)
     balanced = engine_from_job.balanced_to(as_file, found.job, found.crank.anatomy, found.factor)
@@ -116,6 +119,7 @@ def forces(
         "moments_about_z_mm": reference,
         "states": states,
         "factors": advice_values(advice, transverse_weight),
+        "warnings": list(found.warnings),
     }
     return ForcesResult(values, found, engines, tuple(compared))
 

@@ -9,6 +9,7 @@ from typing import Any
 
 import numpy as np
 
+from autobalance.api.options import place_mm, positive
 from autobalance.api.result import Plots, VerbResult, report_head
 from autobalance.engine.grade import GRADES, listed_grade, neighbours, specific_unbalance_mm
 from autobalance.errors import UsageError
@@ -179,10 +180,12 @@ def _check(given: _Given) -> None:
     """Refuse what is impossible or only half given."""
     numbers = {"--grade": given.grade, "--speed-rpm": given.speed_rpm, "--mass": given.mass}
     for name, value in numbers.items():
-        if value is not None and not 0.0 < value < float("inf"):
-            raise UsageError(f"{name} is {value:g}; must be > 0")
-    if given.residual is not None and not 0.0 <= given.residual < float("inf"):
-        raise UsageError(f"--residual is {given.residual:g}; must be ≥ 0")
+        if value is not None:
+            positive(name, value)
+    if given.residual is not None and given.residual != 0.0:
+        if not 0.0 < given.residual < math.inf:
+            raise UsageError(f"--residual is {given.residual:g}; must be ≥ 0")
+        positive("--residual", given.residual)
     asked = given.grade is not None or given.residual is not None
     if asked and (given.mass is None or given.speed_rpm is None):
         missing = [name for name in ("--mass", "--speed-rpm") if numbers[name] is None]
@@ -197,5 +200,5 @@ def _check(given: _Given) -> None:
         raise UsageError("--planes is missing; --centre tells where between them the mass is")
     for name, places in (("--centre", (given.centre,)), ("--planes", given.planes or ())):
         for place in places:
-            if place is not None and not math.isfinite(place):
-                raise UsageError(f"{name} is {place:g}; must be a finite number [mm]")
+            if place is not None:
+                place_mm(name, place)

@@ -34,11 +34,6 @@ class InspectResult(VerbResult):
     crank: Crank
     faces: tuple[Face, ...]
 
-    @property
-    def warnings(self) -> tuple[str, ...]:
-        """What a user should know of the file and the crank."""
-        return tuple(self.report["warnings"])
-
     def text(self, units: str = "metric") -> str:
         """Return the summary that the command prints."""
         from autobalance.report.crank_text import inspect_text

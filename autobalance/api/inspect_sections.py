@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import Any
 
 from autobalance.api.crank import Crank
+from autobalance.balancing.plausibility import oddities
 from autobalance.balancing.rotor_from_job import check_engine, default_planes_mm, target_factor
 from autobalance.balancing.section_rows import SectionTable, section_table
 from autobalance.crank.sections import Section
@@ -62,6 +63,7 @@ def table_values(
         raise JobError(f"oil_density_kg_m3 is {oil:g}; must be > 0")
     if job is not None:
         check_engine(job, measured.anatomy)
+        warnings += oddities(job, measured)
         factor = target_factor(job, measured.anatomy, measured.moments)
         _refuse_oil_twice(job, oil, len(measured.anatomy.throws))
     found = section_table(measured, parts, job, factor, oil)

@@ -10,6 +10,7 @@ from autobalance import job as jobs
 from autobalance.api.progress import Progress
 from autobalance.api.request import job_head, request
 from autobalance.api.result import Plots, VerbResult
+from autobalance.balancing import plausibility
 from autobalance.engine.conrod import ConnectingRod
 from autobalance.engine.parts import roll_up
 from autobalance.errors import JobError
@@ -60,13 +61,18 @@ def parts(job: JobSource, crank: Crank | None = None, *, progress: Progress | No
     """
     job = jobs.given(job)
     asked = job.balance.factor
-    factor = request(job, crank, progress=progress).factor if asked is None else asked
+    if asked is None:
+        found = request(job, crank, progress=progress)
+        factor, odd = found.factor, found.warnings
+    else:
+        factor, odd = asked, plausibility.odd_alone(job)
     throws = [(None, job.engine.default), *sorted(job.engine.by_throw.items())]
     return PartsResult(
         {
             **job_head("parts", job),
             "throws": [_throw(number, parts, factor) for number, parts in throws],
             "rod": _rod(job),
+            "warnings": list(odd),
         }
     )
 

@@ -2,18 +2,17 @@
 
 from __future__ import annotations
 
-import math
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 from autobalance import job as jobs
 from autobalance.api.balance import with_crank
+from autobalance.api.options import positive
 from autobalance.api.progress import Progress, telling
 from autobalance.api.result import Values, report_head
 from autobalance.balancing import plausibility, rotor_from_job
 from autobalance.balancing.measured_crank import Crank as MeasuredCrank
 from autobalance.balancing.measured_crank import measure_crank
-from autobalance.errors import UsageError
 from autobalance.job import JobSource
 from autobalance.job.model import Job
 from autobalance.runtime import Stopwatch
@@ -25,13 +24,14 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, eq=False)
 class Request:
-    """A job with its crank, the target factor and the speed."""
+    """A job with its crank, the target factor, the speed, and what is odd about it."""
 
     job: Job
     crank: MeasuredCrank
     factor: float
     speed_rad_s: float
     speed_rpm: float
+    warnings: tuple[str, ...]
 
 
 def request(
@@ -50,8 +50,8 @@ def request(
         For anything wrong with the job or the crank.
     """
     job = jobs.given(job)
-    if speed_rpm is not None and not 0.0 < speed_rpm < math.inf:
-        raise UsageError(f"--speed-rpm is {speed_rpm:g}; must be > 0")
+    if speed_rpm is not None:
+        positive("--speed-rpm", speed_rpm)
     rpm = jobs.describe(job)["balance"]["speed_rpm"] if speed_rpm is None else speed_rpm
     speed = job.balance.service_speed_rad_s if speed_rpm is None else speed_rpm * RAD_S_PER_RPM
     if crank is None:
@@ -60,9 +60,9 @@ def request(
     else:
         job, measured = with_crank(job, crank), crank.measured
     rotor_from_job.check_engine(job, measured.anatomy)
-    plausibility.oddities(job, measured, None)  # refuses what cannot be
+    odd = (*measured.warnings(job.crankshaft.file), *plausibility.oddities(job, measured))
     factor = rotor_from_job.target_factor(job, measured.anatomy, measured.moments)
-    return Request(job, measured, factor, speed, float(rpm))
+    return Request(job, measured, factor, speed, float(rpm), odd)
 
 
 def job_head(command: str, job: Job) -> Values:

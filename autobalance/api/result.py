@@ -40,6 +40,11 @@ class VerbResult:
         """Exit code of the command: 0, or 4 where something asked for was not reached."""
         return 0
 
+    @property
+    def warnings(self) -> tuple[str, ...]:
+        """What a user should know of the job and the crank, one line each; none of most verbs."""
+        return tuple(self.report.get("warnings", ()))
+
     def text(self, units: str = "metric") -> str:
         """Return the result as lines for people; ``units`` is ``metric`` or ``inch``."""
         return "\n".join(f"{key}: {value}" for key, value in scalars(self.report))

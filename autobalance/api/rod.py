@@ -29,11 +29,6 @@ class RodResult(VerbResult):
 
     measured: MeasuredRod
 
-    @property
-    def warnings(self) -> tuple[str, ...]:
-        """What a user should know of the file."""
-        return tuple(self.report["warnings"])
-
     def text(self, units: str = "metric") -> str:
         """Return the summary that the command prints."""
         from autobalance.report.display_units import ON_SCREEN

@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any
 
+from autobalance.api.options import place_mm
 from autobalance.api.progress import Progress
 from autobalance.api.request import job_head, request
 from autobalance.api.result import Plots, VerbResult
@@ -78,7 +79,7 @@ def shafts(
     Raises
     ------
     UsageError
-        If the speed is not positive.
+        If the speed is not positive, or the place no number.
     AutobalanceError
         For anything wrong with the job or the crank.
 
@@ -96,6 +97,8 @@ def shafts(
     >>> [(each["order"], each["sense"], round(each["product_g_mm"])) for each in asked]
     [(2, 'forward', 2707), (2, 'backward', 2707)]
     """
+    if reference_z_mm is not None:
+        place_mm("--reference-z", reference_z_mm)
     found = request(job, crank, speed_rpm, progress)
     anatomy, speed = found.crank.anatomy, found.speed_rad_s
     engine = engine_from_job.with_moments(found.job, anatomy, found.crank.moments)
@@ -120,6 +123,7 @@ def shafts(
             "orders": [order_values(order) for order in left],
             "greatest_roll_n_m": float(abs(roll).max()),
         },
+        "warnings": list(found.warnings),
     }
     return ShaftsResult(values, tuple(orders), tuple(left))
 

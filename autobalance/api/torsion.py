@@ -145,7 +145,8 @@ def _of_job(job: Job, crank: Crank | None, fem: bool | None, progress: Progress 
     twists = _twisted(found.crank, asked, progress) if asked.filled["torsion"]["fem"] else None
     metal = torsion_values.metal_values(made, twists)
     solved["model"]["fem_N_m_rad"] = metal.pop("springs")
-    return TorsionResult({**values, **solved, **metal, "throws": _throws(made, asked, twists)})
+    throws, warnings = _throws(made, asked, twists), list(found.warnings)
+    return TorsionResult({**values, **solved, **metal, "throws": throws, "warnings": warnings})
 
 
 def _twisted(crank: MeasuredCrank, asked: CrankTorsion, progress: Progress | None) -> tuple[ThrowTwist, ...]:

@@ -5,16 +5,16 @@ What no crank can be is refused; what is odd is said, with the unit that may be 
 
 from __future__ import annotations
 
-import itertools
 import math
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from typing import TYPE_CHECKING
 
-from autobalance.balancing.rotor_from_job import throw_loads, total_g
+from autobalance.balancing.rotor_from_job import crank_factor, hung_on, throw_loads, total_g
 from autobalance.crank.anatomy import Anatomy
+from autobalance.engine.balance_factor import factor_direction_g_mm
 from autobalance.engine.conrod import ConnectingRod
 from autobalance.errors import JobError
-from autobalance.job.model import Crankshaft, Job
+from autobalance.job.model import Crankshaft, Job, PartWeights
 from autobalance.solid.formats.read import Source
 
 if TYPE_CHECKING:
@@ -24,19 +24,32 @@ DENSITY_KG_M3 = (500.0, 23000.0)
 """Foamed plastic to osmium: no crank is of anything lighter or heavier."""
 SIZE_MM = (5.0, 5000.0)
 """Longest side of a crank: a model aircraft's to a large ship's throw."""
-ODD_MM = (25.0, 3000.0)
-"""Beyond these a crank is odd: most likely it is drawn in another unit."""
+ODD_MM = (18.0, 3000.0)
+"""Beyond these a crank is odd where another unit would make it usual: it may be drawn in that one."""
+USUAL_MM = (50.0, 2000.0)
+UNITS_MM = {"mm": 1.0, "cm": 10.0, "m": 1000.0, "inch": 25.4}
+NEVER_MIXED = {UNITS_MM["m"], UNITS_MM["inch"]}
 BOB_SHARE = (1e-3, 20.0)
 """Bob-weights over the crank's own mass: nothing that runs lies outside."""
+USUAL_BOB_SHARE = (1e-2, 5.0)
 UNLIKE = 50.0
-"""How many times all that turns with a rod may weigh what goes up and down with it, or the reverse."""
+"""How many times one table of weights may be another: what turns with a rod, what goes up and down with it,
+the same of one throw, and of the parts that were there before."""
+LEAST_G = 1.0
+"""What moves with one rod of a model aircraft's engine weighs more."""
+PIN_SHARE = 20.0
+"""How many times a crankpin's weight may be that of its bare cylinder, or the reverse."""
 FACTOR = (-1.0, 3.0)
 """Balance factor that a crank may have before, with parts that are meant for it."""
+LEAST_ALIKE = 0.01
+"""Throws that cancel each other out but for this share of their sum have no factor that tells anything."""
 INERTIA_SHARE = (0.5, 2.0)
 INERTIA_REFUSED = (0.05, 20.0)
 """A rod's inertia over m a b of two masses at its eyes: rods are near 1."""
-BIG_END = (1.2, 5.0)
-"""The rod's big end on the scale over all that turns with it: odd above, refused above."""
+END_SHARE = (1.2, 5.0)
+"""A rod's end on the scale over all that moves with it: odd above, refused above."""
+ROD_RATIO = (2.0, 15.0)
+"""A rod's length over the crank radius: engines are at 3 to 6."""
 
 
 def refuse_density(crankshaft: Crankshaft) -> None:
@@ -75,10 +88,10 @@ def refuse_size(source: Source, file: object) -> None:
 def odd_size(source: Source) -> str | None:
     """Return what is odd about a crank's size, if anything is."""
     low, high = ODD_MM
-    longest = _longest_mm(source)
-    if low <= longest <= high:
+    longest, meant = _longest_mm(source), _meant(source)
+    if low <= longest <= high or not meant:
         return None
-    return f"the crank is {longest:.4g} mm long; odd outside {low:g} to {high:g} mm{_meant(source)}"
+    return f"the crank is {longest:.4g} mm long; odd outside {low:g} to {high:g} mm{meant}"
 
 
 def _longest_mm(source: Source) -> float:
@@ -88,16 +101,21 @@ def _longest_mm(source: Source) -> float:
 
 def _meant(source: Source) -> str:
     """Ask for the units that would make a solid a crank of a usual size."""
-    own, longest = source.mm_per_unit, _longest_mm(source)
-    meant = [
-        name
-        for name, mm in (("mm", 1.0), ("cm", 10.0), ("m", 1000.0), ("inch", 25.4))
-        if 50.0 <= longest / own * mm <= 2000.0 and mm != own
-    ]
+    meant = _usual_units(source)
     return f"; is its unit {' or '.join(meant)}?" if meant else ""
 
 
-def oddities(job: Job, crank: Crank, factor_before: float | None) -> tuple[str, ...]:
+def _usual_units(source: Source) -> dict[str, float]:
+    """Return the units that would make a solid a crank of a usual size, and how much longer it would be."""
+    own, longest = source.mm_per_unit, _longest_mm(source)
+    low, high = USUAL_MM
+    if low <= longest <= high:
+        return {}
+    found = {name: mm / own for name, mm in UNITS_MM.items() if mm != own and {mm, own} != NEVER_MIXED}
+    return {name: by for name, by in found.items() if low <= longest * by <= high}
+
+
+def oddities(job: Job, crank: Crank) -> tuple[str, ...]:
     """Return what is odd about a job for its crank, one line each.
 
     Raises
@@ -105,44 +123,109 @@ def oddities(job: Job, crank: Crank, factor_before: float | None) -> tuple[str, 
     JobError
         For what cannot be: weights in another unit, a rod that is none, rods beyond the mains.
     """
-    odd = (*_bob_weights(job, crank), *_unlike_weights(job))
-    return (*odd, *_factor(job, factor_before), *_rod(job), *_pitch(job, crank.anatomy))
+    odd = (*_bob_weights(job, crank), *odd_parts(job), *_crankpins(job, crank))
+    return (*odd, *_factor(job, crank), *_rod_length(job, crank.anatomy), *_pitch(job, crank.anatomy))
+
+
+def odd_parts(job: Job) -> tuple[str, ...]:
+    """Return what is odd about a job's weights among themselves, one line each.
+
+    Raises
+    ------
+    JobError
+        For a density that nothing has, and for a rod that is none.
+    """
+    refuse_density(job.crankshaft)
+    return (*_unlike_weights(job), *_rod(job))
+
+
+def odd_alone(job: Job) -> tuple[str, ...]:
+    """Return what is odd about a job's weights where no crank is read to compare them with.
+
+    Raises
+    ------
+    JobError
+        As ``odd_parts``.
+    """
+    throws = (job.engine.default, *job.engine.by_throw.values())
+    heaviest = max(sum(_totals_g(throw.weights).values()) for throw in throws)
+    odd = odd_parts(job)
+    if 0.0 < heaviest < LEAST_G:
+        weights = "the weights of [engine.rotating_g] and [engine.reciprocating_g]"
+        odd += (f"{job.path.name}: {weights} add up to {heaviest:.4g} g; are they in kg?",)
+    return odd
 
 
 def _bob_weights(job: Job, crank: Crank) -> Iterator[str]:
     """Weights in kilograms make bob-weights of nothing; those in milligrams, ones heavier than the crank."""
     total = sum(load.parts.bob_weight_g(1.0) for load in throw_loads(crank.anatomy, job.engine))
-    if total <= 0.0:
-        return
     share = total / crank.moments.mass_g
+    if total <= 0.0 or _usual(share):
+        return
+    told = (
+        f"{job.path.name}: the weights of [engine] add up to {total:.4g} g on a crank of"
+        f" {crank.moments.mass_g:.4g} g"
+    )
+    meant = [f"are they in {unit}" for unit, by in (("kg", 1e3), ("mg", 1e-3)) if _usual(share * by)]
+    units = [name for name, by in _usual_units(crank.source).items() if _usual(share / by**3)]
+    meant += [f"is the crank's unit {' or '.join(units)}"] if units else []
+    asked = f"; {', or '.join(meant)}?" if meant else ""
     low, high = BOB_SHARE
     if not low <= share <= high:
-        meant = "kg" if share < low else "mg"
-        raise JobError(
-            f"{job.path.name}: the weights of [engine] add up to {total:.4g} g on a crank of"
-            f" {crank.moments.mass_g:.4g} g; needed {low:g} to {high:g} times that; are they in {meant}?"
-        )
-    if not 10.0 * low <= share <= 0.25 * high:
-        yield (
-            f"{job.path.name}: the weights of [engine], {total:.4g} g, are odd for a crank of"
-            f" {crank.moments.mass_g:.4g} g"
-        )
+        raise JobError(f"{told}; needed {low:g} to {high:g} times that{asked}")
+    low, high = USUAL_BOB_SHARE
+    yield f"{told}; odd outside {low:g} to {high:g} times that{asked}"
+
+
+def _usual(share: float) -> bool:
+    return USUAL_BOB_SHARE[0] <= share <= USUAL_BOB_SHARE[1]
 
 
 def _unlike_weights(job: Job) -> Iterator[str]:
     """One table in kilograms beside another in grams."""
-    weights = job.engine.default.weights
-    rotating, reciprocating = total_g(weights.rotating), total_g(weights.reciprocating)
-    less, more = sorted((rotating, reciprocating))
-    if 0.0 < less < more / UNLIKE:
-        table = "rotating_g" if rotating < reciprocating else "reciprocating_g"
-        yield (
-            f"{job.path.name}: engine.{table} adds up to {less:.4g} g, the weights beside it to {more:.4g} g;"
-            " is one of them in another unit?"
-        )
+    engine = job.engine
+    totals = {"engine": _totals_g(engine.default.weights)}
+    for number, parts in engine.by_throw.items():
+        totals[f"engine.throw[{number}]"] = _totals_g(parts.weights)
+    if job.original is not None:
+        totals["original"] = _totals_g(job.original)
+    seen = set()
+    for where, own in totals.items():
+        named = [(f"{where}.{role}", total) for role, total in own.items()]
+        default = [(f"engine.{role}", total) for role, total in totals["engine"].items()]
+        for (name, one), (other, two) in [(named[0], named[1]), *zip(default, named, strict=True)]:
+            if (one, two) not in seen and 0.0 < min(one, two) < max(one, two) / UNLIKE:
+                yield (
+                    f"{job.path.name}: {name} adds up to {one:.4g} g, {other} to {two:.4g} g;"
+                    " is one of them in another unit?"
+                )
+            seen.add((one, two))
 
 
-def _factor(job: Job, before: float | None) -> Iterator[str]:
+def _totals_g(weights: PartWeights) -> dict[str, float]:
+    return {"rotating_g": total_g(weights.rotating), "reciprocating_g": total_g(weights.reciprocating)}
+
+
+def _crankpins(job: Job, crank: Crank) -> Iterator[str]:
+    """Compare the weight of a crankpin that is not in the file with its bare cylinder's."""
+    for throw in crank.anatomy.throws:
+        weight = job.engine.of_throw(throw.number).weights.crankpin.get("crankpin")
+        pin = throw.crankpin
+        bare = 0.25 * math.pi * pin.diameter_mm**2 * pin.width_mm * crank.density_g_mm3
+        if weight is not None and not bare / PIN_SHARE <= weight.mass_g <= bare * PIN_SHARE:
+            yield (
+                f"{job.path.name}: the crankpin of throw {throw.number} weighs {weight.mass_g:.4g} g, its"
+                f" bare cylinder between the webs {bare:.4g} g at the crank's density; is it in another unit?"
+            )
+            return
+
+
+def _factor(job: Job, crank: Crank) -> Iterator[str]:
+    loads, attached = hung_on(job, crank.anatomy)
+    before = crank_factor(crank.moments, loads, attached)
+    along = sum(load.parts.reciprocating_on_throw_g * load.crank_radius_mm for load in loads)
+    if math.hypot(*factor_direction_g_mm(loads)) < LEAST_ALIKE * along:
+        return
     if before is not None and not FACTOR[0] <= before <= FACTOR[1]:
         yield (
             f"{job.path.name}: the crank's balance factor before is {before:.4g} with these weights; odd"
@@ -155,18 +238,10 @@ def _rod(job: Job) -> Iterator[str]:
     rod, engine = job.engine.rod, job.engine
     if rod is None:
         return
-    rotating = total_g(engine.default.weights.rotating)
-    if rotating > 0.0 and rod.big_end_g > BIG_END[1] * rotating:
-        raise JobError(
-            f"{job.path.name}: engine.rod.big_end_g is {rod.big_end_g:g}, all of engine.rotating_g"
-            f" {rotating:g} g; the big end is a part of that"
-        )
-    if rotating > 0.0 and rod.big_end_g > BIG_END[0] * rotating:
-        yield (
-            f"{job.path.name}: engine.rod.big_end_g is {rod.big_end_g:g}, more than all of engine.rotating_g,"
-            f" {rotating:g} g"
-        )
-    if rod.inertia_g_mm2 is None or engine.rod_length_mm is None:
+    all_g = _totals_g(engine.default.weights)
+    yield from _rod_end(job, "big_end_g", rod.big_end_g, "rotating_g", all_g)
+    yield from _rod_end(job, "small_end_g", rod.small_end_g, "reciprocating_g", all_g)
+    if rod.inertia_g_mm2 is None or engine.rod_length_mm is None or not rod.big_end_g + rod.small_end_g > 0.0:
         return
     whole = ConnectingRod.from_two_scales(rod.big_end_g, rod.small_end_g, engine.rod_length_mm)
     if not whole.two_mass_inertia_g_mm2 > 0.0:
@@ -182,17 +257,53 @@ def _rod(job: Job) -> Iterator[str]:
         yield f"{told}; rods are near 1"
 
 
+def _rod_end(job: Job, key: str, end_g: float, table: str, totals_g: Mapping[str, float]) -> Iterator[str]:
+    """Compare what a rod's end weighs on the scale with all that moves with it."""
+    all_g = totals_g[table]
+    told = f"{job.path.name}: engine.rod.{key} is {end_g:g}"
+    odd, refused = END_SHARE
+    if all_g > 0.0 and end_g > refused * all_g:
+        end = key.split("_", maxsplit=1)[0]
+        raise JobError(f"{told}, all of engine.{table} {all_g:g} g; the {end} end is a part of that")
+    if all_g > 0.0 and end_g > odd * all_g:
+        yield f"{told}, more than all of engine.{table}, {all_g:g} g"
+
+
+def _rod_length(job: Job, anatomy: Anatomy) -> Iterator[str]:
+    """Compare the rod's length with the crank radius."""
+    length = job.engine.rod_length_mm
+    if length is None:
+        return
+    radius, (low, high) = anatomy.throws[0].crank_radius_mm, ROD_RATIO
+    share = length / radius
+    meant = [name for name, mm in UNITS_MM.items() if mm > 1.0 and low <= share * mm <= high]
+    asked = f"; is it in {' or '.join(meant)}?" if meant else ""
+    told = f"{job.path.name}: engine.rod_length_mm is {length:g}"
+    least = radius + abs(job.engine.layout.offset_mm)
+    if length <= least:
+        raise JobError(
+            f"{job.path.name}: engine: rod length is {length:g} mm; must be more than crank radius and offset"
+            f" together, {least:.4g} mm{asked}"
+        )
+    if not low <= share <= high:
+        yield (
+            f"{told}, {share:.3g} times the crank radius of {radius:.4g} mm; odd outside"
+            f" {low:g} to {high:g} times{asked}"
+        )
+
+
 def _pitch(job: Job, anatomy: Anatomy) -> Iterator[str]:
     """Rods stand on their crankpin, not beyond the mains beside it."""
     pitch = abs(job.engine.layout.rod_pitch_mm)
-    mains = sorted(float(journal.centre_mm[2]) for journal in anatomy.main_journals)
+    mains = [float(journal.centre_mm[2]) for journal in anatomy.main_journals]
     for throw in anatomy.throws:
         half = 0.5 * pitch * (job.engine.of_throw(throw.number).rods - 1)
         if half == 0.0:
             continue
         z, pin = float(throw.crankpin.centre_mm[2]), throw.crankpin.width_mm
-        beside = [pair for pair in itertools.pairwise(mains) if pair[0] <= z <= pair[1]]
-        if any(z - half < low or z + half > high for low, high in beside):
+        low = max((main for main in mains if main <= z), default=-math.inf)
+        high = min((main for main in mains if main > z), default=math.inf)
+        if z - half < low or z + half > high:
             raise JobError(
                 f"{job.path.name}: engine.layout.rod_pitch_mm is {pitch:g}; on throw {throw.number} the rods"
                 f" would stand beyond the main bearings beside it; its crankpin is {pin:.4g} mm wide"

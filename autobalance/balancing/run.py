@@ -64,8 +64,7 @@ def balanced_record(job: Job, crank: Crank, watch: Stopwatch, progress: Progress
     counterweights = in_thread(lambda: counterweights_of(crank))
     with watch.stage("measure"):
         rotor_from_job.check_engine(job, crank.anatomy)
-        loads, attached = rotor_from_job.hung_on(job, crank.anatomy)
-        odd = oddities(job, crank, rotor_from_job.crank_factor(crank.moments, loads, attached))
+        odd = oddities(job, crank)
         factor = rotor_from_job.target_factor(job, crank.anatomy, crank.moments)
         tolerance = rotor_from_job.tolerance_of(job, crank.anatomy, crank.moments)
         rotor = rotor_of(job, crank, tolerance, factor)
@@ -172,6 +171,7 @@ class Compared:
     tolerance: Tolerance
     initial_g_mm: float
     rows: tuple[Row, ...]
+    warnings: tuple[str, ...]
 
 
 def compare_job(job: Job, progress: Progress, given: Crank | None = None) -> Compared:
@@ -192,12 +192,13 @@ def compare_job(job: Job, progress: Progress, given: Crank | None = None) -> Com
         found = given.source, given.anatomy, given.density_g_mm3
         crank = measured_crank.measured_source(*found, job.balance, work_on_faces(every))
     rotor_from_job.check_engine(job, crank.anatomy)
+    odd = (*crank.warnings(job.crankshaft.file), *oddities(job, crank))
     factor = rotor_from_job.target_factor(job, crank.anatomy, crank.moments)
     tolerance = rotor_from_job.tolerance_of(job, crank.anatomy, crank.moments)
     rotor = rotor_of(every, crank, tolerance, factor)
     rows = compare(rotor, tolerance, limits, job.prefer, progress=progress)
     initial = Unbalance.of(crank.moments + rotor.loads)
-    return Compared(tolerance, initial.magnitude_g_mm, tuple(rows))
+    return Compared(tolerance, initial.magnitude_g_mm, tuple(rows), odd)
 
 
 def _every_kind(job: Job) -> dict[str, Limits]:

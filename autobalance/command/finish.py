@@ -53,6 +53,8 @@ def finish(
         for path, data in to_write:
             staging.add(path, data)
         staging.commit()
+    for text in result.warnings:
+        warn(text)
     if getattr(arguments, "json", None) == "-":
         say(result.json().removesuffix("\n"))
     else:

@@ -71,7 +71,6 @@ def _add_spectrum(parser: argparse.ArgumentParser) -> None:
 def run(arguments: argparse.Namespace) -> int:
     """Analyse the record; 0 unless it or an option is bad."""
     from autobalance.api.orders import orders
-    from autobalance.command.console import warn
     from autobalance.command.finish import finish
     from autobalance.command.progress import shown
 
@@ -103,8 +102,6 @@ def run(arguments: argparse.Namespace) -> int:
             campbell=arguments.campbell,
             progress=progress,
         )
-    for text in result.report["warnings"]:
-        warn(text)
     read = (arguments.record, arguments.other, arguments.job, arguments.drive, arguments.campbell)
     return finish(arguments, result, sources=tuple(each for each in read if each is not None))
 

@@ -66,6 +66,4 @@ def run(arguments: argparse.Namespace) -> int:
             speed_rpm=arguments.speed_rpm,
             progress=progress,
         )
-    for text in result.warnings:
-        warn(text)
     return finish(arguments, result, sources=(path,))

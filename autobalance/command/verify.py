@@ -20,10 +20,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 def run(arguments: argparse.Namespace) -> int:
     """Check a report; 0 within tolerance, 4 above it; a claim that fails is an error (3)."""
     from autobalance.api.verify import verify
-    from autobalance.command.console import warn
     from autobalance.command.finish import finish
 
     result = verify(arguments.report, independent=arguments.independent)
-    for text in result.warnings:
-        warn(text)
     return finish(arguments, result, sources=(arguments.report,))

@@ -11,7 +11,6 @@ from autobalance.balancing.comparison import Row, beaten_by, ranked, why_recomme
 from autobalance.correction.kind import Prefer
 from autobalance.report.crank_values import G_MM2_PER_KG_MM2
 from autobalance.report.display_units import DisplayUnits, fixed
-from autobalance.report.json import SCHEMA_VERSION
 from autobalance.report.tables import table
 from autobalance.rigid_rotor.tolerance import Tolerance
 
@@ -35,8 +34,6 @@ def comparison(
     beaten, order = beaten_by(rows), ranked(rows, prefer)
     rank = {row.name: place for place, row in enumerate(order, 1)}
     return {
-        "schema_version": SCHEMA_VERSION,
-        "command": "compare",
         "job": job_name,
         "initial_g_mm": initial_g_mm,
         "permissible_g_mm": tolerance.permissible_g_mm,

@@ -30,7 +30,6 @@ def influence_text(report: Values, units: DisplayUnits) -> str:
         parts.insert(2, table(rows))
     if report["outcome"] is not None:
         parts.append(OUTCOMES[report["outcome"]] + (f": {report['reason']}" if report["reason"] else ""))
-    parts += [f"Warning: {each}" for each in report["warnings"]]
     return "\n\n".join(parts)
 
 

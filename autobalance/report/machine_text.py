@@ -44,7 +44,7 @@ def machine_text(report: Values, units: DisplayUnits) -> str:
         parts.append(f"Nodes: {', '.join(nodes)}")
     if report["static"] is not None:
         parts.append(_static(report["static"], units))
-    parts += [_reading(report, units), *(f"Warning: {each}" for each in report["warnings"])]
+    parts.append(_reading(report, units))
     return "\n\n".join(parts)
 
 

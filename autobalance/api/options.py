@@ -1,0 +1,39 @@
+"""Numbers that a verb is given beside its job: none that no length, mass or speed can be."""
+
+from __future__ import annotations
+
+import math
+
+from autobalance.errors import UsageError
+from autobalance.job.convert import LARGEST
+from autobalance.job.table import SMALLEST
+
+
+def positive(option: str, value: float) -> float:
+    """Return a number that must be positive.
+
+    Raises
+    ------
+    UsageError
+        If it is not, or so small or large that nothing could be computed with it.
+    """
+    if not 0.0 < value < math.inf:
+        raise UsageError(f"{option} is {value:g}; must be > 0")
+    if not SMALLEST <= value <= LARGEST:
+        raise UsageError(f"{option} is {value:g}; must be {SMALLEST:g} to {LARGEST:g}")
+    return value
+
+
+def place_mm(option: str, value: float) -> float:
+    """Return a place on the axis [mm].
+
+    Raises
+    ------
+    UsageError
+        If it is no number, or farther away than anything is.
+    """
+    if not math.isfinite(value):
+        raise UsageError(f"{option} is {value:g}; must be a finite number [mm]")
+    if abs(value) > LARGEST:
+        raise UsageError(f"{option} is {value:g}; must be at most {LARGEST:g} mm in size")
+    return value
