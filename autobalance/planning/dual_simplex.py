@@ -12,6 +12,9 @@ Array = NDArray[np.float64]
 
 NOTHING = 1e-11
 """Entries of a tableau of numbers near 1 below which nothing is left but rounding."""
+FIRM = 1e-6
+"""Entries of a row by which it is not divided while it has a greater one: two columns that differ in their
+last digits, as those of mirrored cuts do, leave such entries behind, and dividing by one spoils all others."""
 PIVOTS = 20
 """Exchanges allowed for each row and column; a programme that takes more goes in circles."""
 
@@ -86,10 +89,12 @@ def _solved(tableau: Array, basic: NDArray[np.intp], free: NDArray[np.intp]) -> 
         row = int(np.argmin(tableau[:-1, 0]))
         if tableau[row, 0] >= -nothing:
             return True
-        columns = 1 + np.flatnonzero(tableau[row, 1:] < -NOTHING)
+        columns = 1 + np.flatnonzero(tableau[row, 1:] < -FIRM)
+        if not len(columns):
+            columns = 1 + np.flatnonzero(tableau[row, 1:] < -NOTHING)
         if not len(columns):
             return False
-        ratios = tableau[-1, columns] / -tableau[row, columns]
+        ratios = np.maximum(tableau[-1, columns], 0.0) / -tableau[row, columns]
         near = columns[ratios <= ratios.min() + NOTHING]
         column = int(near[np.argmin(tableau[row, near])])  # of equals the one that rounds least
         _exchange(tableau, row, column)

@@ -35,6 +35,23 @@ def test_costs_what_highs_finds() -> None:
     assert solved > PROGRAMMES // 2
 
 
+def test_tells_nearly_equal_columns_apart_as_far_as_it_can() -> None:
+    """Cuts that mirror each other but for rounding: dividing by their difference would hide the answer."""
+    rng = np.random.default_rng(1)
+    for _ in range(50):
+        count, rows = int(rng.integers(2, 7)), int(rng.integers(4, 60))
+        half, price = rng.normal(size=(rows, count)), rng.uniform(0.0, 0.1, size=count)
+        mirrored = half + 1e-9 * rng.normal(size=half.shape)
+        matrix = np.hstack([half, mirrored, -np.ones((rows, 1))])
+        cost = np.concatenate([price, price * (1.0 + 1e-9 * rng.normal(size=count)), [10.0]])
+        most, greatest = rng.uniform(-30.0, 30.0, size=rows), np.append(np.full(2 * count, 3.0), np.inf)
+        ends = [*zip(np.zeros(2 * count + 1).tolist(), greatest.tolist(), strict=True)]
+        found = least_cost(cost, matrix, most, (np.zeros(2 * count + 1), greatest))
+        fewest = float(linprog(cost, matrix, most, bounds=ends, method="highs").fun)
+        assert found is not None
+        assert abs(cost @ found - fewest) <= 1e-8 * (1.0 + abs(fewest))
+
+
 def test_refuses_an_endless_gain() -> None:
     bounds = np.zeros(1), np.array([np.inf])
     with pytest.raises(ArithmeticError, match="without end"):
