@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from abc import ABC, abstractmethod
 from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass, field
@@ -350,6 +351,11 @@ class Kind(ABC, Generic[L]):
         """Return in which ways these limits might be widened, where they fall short."""
         del limits
         return ()
+
+    def remedy_most_g_mm(self, work: Workpiece) -> float:
+        """Return what no cut that ``remedy`` offers moves more than, told without looking for its place."""
+        del work
+        return math.inf
 
     def remedy_text(self, cut: Any) -> str:
         """Return what to propose of a cut that ``remedy`` offered."""

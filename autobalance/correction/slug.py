@@ -226,6 +226,16 @@ class Slug(Kind[SlugLimits]):
 
         return (MoreCuts("max_slugs", limits.max_slugs, say),)
 
+    def remedy_most_g_mm(self, work: Workpiece) -> float:
+        """Return what the heaviest slug moves as far out as the crank's metal reaches."""
+        limits, frame = self.remedy, work.anatomy.file_to_rotor
+        x, y = frame[:2, :3] @ work.solid.mesh.vertices.T + frame[:2, 3:]
+        radii = 0.5 * np.array(limits.diameters_mm)
+        volumes = math.pi * radii**2 * max(limits.lengths_mm)
+        out = np.maximum(float(np.hypot(x, y).max()) - radii, 0.0)
+        heavier = abs(limits.density_kg_m3 * 1e-6 - work.density_g_mm3)
+        return heavier * float((volumes * out).max())
+
     def remedy_text(self, cut: SlugCut) -> str:
         """Return which slug, and where."""
         angle = math.degrees(cut.site.angle_rad) % 360.0

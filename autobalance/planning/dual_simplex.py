@@ -13,8 +13,8 @@ Array = NDArray[np.float64]
 NOTHING = 1e-11
 """Entries of a tableau of numbers near 1 below which nothing is left but rounding."""
 FIRM = 1e-6
-"""Entries of a row by which it is not divided while it has a greater one: two columns that differ in their
-last digits, as those of mirrored cuts do, leave such entries behind, and dividing by one spoils all others."""
+"""Entries of a row by which it is not divided while it has a greater one: columns that differ in their last
+digits, as those of mirrored cuts do, leave such entries behind, and dividing by one spoils all others."""
 PIVOTS = 20
 """Exchanges allowed for each row and column; a programme that takes more goes in circles."""
 

@@ -6,12 +6,14 @@ from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, replace
 from typing import Any
 
+import numpy as np
+
 from autobalance import correction
 from autobalance.correction import Limits
 from autobalance.correction.kind import Cut, Kind, Offer, Workpiece
 from autobalance.correction.relaxing import MoreCuts, Relaxing, WiderLimits
 from autobalance.errors import CorrectionError
-from autobalance.planning.depths import Plan
+from autobalance.planning.depths import Plan, judged_rows
 from autobalance.planning.milp import least_share
 from autobalance.planning.whole_cuts import choose
 from autobalance.rigid_rotor.tolerance import Tolerance
@@ -186,7 +188,9 @@ def _remedies(tried: Attempt) -> Iterator[Relaxation]:
     """Yield single cuts of a usual size, of kinds that are not asked for, beside what is there."""
     asked = [correction.kind_of(limits) for limits in tried.methods]
     for kind in correction.KINDS.values():
-        offer = None if kind in asked or kind.remedy is None else tried.offer_with(kind.remedy, coarse=True)
+        if kind in asked or kind.remedy is None or not _may_help(tried, kind):
+            continue
+        offer = tried.offer_with(kind.remedy, coarse=True)
         if offer is None:
             continue
         first = len(tried.offer.cuts)
@@ -199,6 +203,20 @@ def _remedies(tried: Attempt) -> Iterator[Relaxation]:
         found = _if_enough(tried, both, told)
         if found is not None:
             yield found
+
+
+def _may_help(tried: Attempt, kind: Kind[Any]) -> bool:
+    """Tell whether a kind's remedy might make up what the cuts at hand leave at least.
+
+    A change of the unbalance at a height z of the crank moves each judged vector by ``rows`` · (1, z) of it.
+    """
+    frame, (low, high) = tried.work.anatomy.file_to_rotor, tried.work.solid.bounds
+    middle, half = 0.5 * (low + high), 0.5 * (high - low)
+    z, reach = float(frame[2, :3] @ middle + frame[2, 3]), float(np.abs(frame[2, :3]) @ half)
+    rows = judged_rows(tried.tolerance)
+    levers = np.abs(rows[::2, 0, None] + rows[::2, 2, None] * np.array([z - reach, z + reach]))
+    moved = kind.remedy_most_g_mm(tried.work) * float(levers.max())
+    return least_share(tried.residual, tried.tolerance, tried.offer) - moved <= 1.0
 
 
 def _remedy(tried: Attempt, kind: Kind[Any], cut: Cut) -> Told:

@@ -13,7 +13,7 @@ from autobalance.correction import Limits
 from autobalance.correction.drill import DrillLimits
 from autobalance.correction.kind import Offer, Workpiece
 from autobalance.correction.shoulder import ShoulderLimits
-from autobalance.correction.slug import SlugLimits
+from autobalance.correction.slug import Slug, SlugLimits
 from autobalance.correction.turn import TurnLimits
 from autobalance.crank.faces import find_faces
 from autobalance.rigid_rotor.tolerance import Judge
@@ -89,6 +89,15 @@ def test_a_slug_of_some_size() -> None:
     slug = SlugLimits(**told)
     assert (slug.diameters_mm, slug.lengths_mm) == ((float(size[1]),), (float(size[2]),))
     assert run(-150.0, holes, slug, judge="static").outcome == "within_tolerance"
+
+
+@pytest.mark.parametrize("judge", ["static", "dynamic"])
+def test_no_slug_is_looked_for_that_could_not_do(judge: Judge, monkeypatch: pytest.MonkeyPatch) -> None:
+    """What the remedy moves at most is told before the whole crank is searched for its places."""
+    monkeypatch.setattr(Slug, "offer", None)
+    result = run(1e5, TurnLimits(min_radius_mm=61.5), judge=judge)
+    assert result.outcome == "above_tolerance"
+    assert not result.relaxations
 
 
 @pytest.mark.slow

@@ -75,6 +75,15 @@ def test_a_deeper_bore_loses_metal_and_takes_the_slug_along(direction: Literal["
     assert_same(rate, change.scaled(0.5 / h), 1e-5)
 
 
+def test_no_slug_moves_more_than_the_remedy_is_said_to_at_most() -> None:
+    """A crank of which a slug comes as near to its rim as the wall lets it."""
+    solid = Solid.prism(Region.circle(40.0, 100), 0.0, 40.0)
+    disc = work(solid, Anatomy(np.eye(4), (), (), (Web(1, 0.0, 40.0, True),), 0.0))
+    cuts = slug.KIND.offer(disc, slug.KIND.remedy, 0).cuts
+    moved = [float(np.hypot(*cut.effect(cut.max_depth_mm).first_g_mm[:2])) for cut in cuts]
+    assert 0.7 * slug.KIND.remedy_most_g_mm(disc) < max(moved) <= slug.KIND.remedy_most_g_mm(disc)
+
+
 def test_offer_limits_the_number_and_keeps_slugs_apart() -> None:
     solid, anatomy = make_crank([0.0], Shape(web_width=24.0))
     offer = slug.KIND.offer(work(solid, anatomy), SlugLimits(diameters_mm=(14.0,), lengths_mm=(8.0, 12.0)), 0)
