@@ -59,7 +59,7 @@ def plan(count: int, kinds: tuple[str, ...] = KINDS, seed: int = 1) -> dict[str,
 def drawings_of(report: dict[str, Any]) -> Drawings:
     """Return the outlines of the crank and of the cuts as listed."""
     solid = crank()
-    return drawn(report, solid, listed_metal(report, solid))
+    return drawn(report, solid.mesh, listed_metal(report, solid))
 
 
 def _cut(number: int, kind: str, rng: np.random.Generator) -> dict[str, Any]:

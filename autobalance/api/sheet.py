@@ -133,4 +133,4 @@ def _drawn(values: Values, solid: Any, frame: Any, choice: Choice) -> dict[str, 
 
     shown = showable(values)
     left = solid.moved(frame)
-    return paper(shown, drawn(shown, left, listed_metal(shown, left)), choice)
+    return paper(shown, drawn(shown, left.mesh, listed_metal(shown, left)), choice)

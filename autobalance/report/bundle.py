@@ -6,10 +6,7 @@ from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
-from autobalance.report import kinds
-from autobalance.report.metal import Piece, pieces_of
 from autobalance.solid.csg.solid import Solid
-from autobalance.solid.mesh.mesh import Mesh
 
 if TYPE_CHECKING:
     from autobalance.report.drawing import Drawings
@@ -26,12 +23,6 @@ FILES = {
     "png_before": "crank-before.png",
     "png_after": "crank-after.png",
 }
-VIEW_TRIANGLES = 100_000
-"""The page's view of a finer solid is decimated."""
-FINEST_VIEW = 4e-5
-"""Share of a solid's size up to which edges are merged first: a twentieth of a pixel of a wide screen."""
-PIECES_TRIANGLES = 50_000
-"""The same of all removed metal; the two together keep the page below 5 MB."""
 
 
 @dataclass(frozen=True)
@@ -70,26 +61,27 @@ def bundle(
     made: dict[str, bytes] = {}
     if not wanted:
         return {}
-    fine = pieces_of(report, before, tools) if wanted & {"html", "pdf", "png", "dxf"} else []
-    pieces = coarse_pieces(report, fine, before.mesh.diagonal_mm)
+    if wanted & {"html", "pdf", "png", "dxf"}:
+        from autobalance.report.shown import Shown
+
+        shown = Shown.of(report, before, after, tools)
     if wanted & {"png", "html"}:
         from autobalance.report.picture import pictures
 
         told("drawing pictures")
-        body, note = view_of(before if after is None else after)
-        images = pictures(report, before.mesh, body, pieces)
+        images = pictures(report, before.mesh, shown.body, shown.pieces)
         if "png" in wanted:
             made["png_before"], made["png_after"] = images
     if "html" in wanted:
         from autobalance.report.html import page
 
         told("writing the page")
-        made["html"] = page(report, body, pieces, images[0], note).encode()
+        made["html"] = page(report, shown.body, shown.pieces, images[0], shown.note).encode()
     if wanted & {"pdf", "dxf"}:
         from autobalance.report.drawing import drawings
 
         told("drawing the shop sheet")
-        made |= paper(report, drawings(report, before, pieces), choice)
+        made |= paper(report, drawings(report, before, shown.pieces), choice)
     if "xlsx" in wanted:
         from autobalance.report.workbook import xlsx
 
@@ -110,33 +102,3 @@ def paper(report: Mapping[str, Any], drawn: Drawings, choice: Choice) -> dict[st
 
         made["dxf"] = dxf(report, drawn)
     return made
-
-
-def coarse_pieces(
-    report: Mapping[str, Any], pieces: Sequence[Piece], size_mm: float, most: int = PIECES_TRIANGLES
-) -> Sequence[Piece]:
-    """Return the removed metal for the page's view, simplified while it is too fine for a part of a size."""
-    step, coarse = 1e-5 * size_mm, pieces
-    while sum(len(piece.mesh.triangles) for piece in coarse) > most and step < 1e-3 * size_mm:
-        coarse = [
-            piece.simplified(step, kinds.adds_metal(report["corrections"][piece.correction]))
-            for piece in pieces
-        ]
-        step *= 4.0
-    return coarse
-
-
-def view_of(solid: Solid, most: int = VIEW_TRIANGLES) -> tuple[Mesh, str | None]:
-    """Return a mesh for the page's view, decimated if it is too fine, and what to say of that."""
-    mesh = solid.mesh
-    count = len(mesh.triangles)
-    if count <= most:
-        return mesh, None
-    step = FINEST_VIEW * mesh.diagonal_mm
-    coarse = solid
-    while coarse.triangle_count > most and step < mesh.diagonal_mm:
-        coarse = coarse.simplified(step)
-        step *= 2.0
-    shown = coarse.mesh
-    note = f"The view shows {len(shown.triangles):,} of {count:,} triangles; every number is of all of them."
-    return shown, note.replace(",", "\u202f")

@@ -12,7 +12,8 @@ import numpy as np
 from autobalance.report import kinds
 from autobalance.report.metal import Piece
 from autobalance.solid.csg.solid import Polygons, Region, Solid
-from autobalance.solid.mesh.mesh import Array
+from autobalance.solid.mesh.mesh import Array, Mesh
+from autobalance.solid.slicing.slices import cross_sections
 
 Item = Mapping[str, Any]
 NEAR_MM = 1.0
@@ -68,21 +69,21 @@ def drawings(report: Mapping[str, Any], before: Solid, pieces: Sequence[Piece]) 
         number = report["corrections"][piece.correction]["number"]
         body = piece.metal.solid.moved(frame)
         gone[number] = body if number not in gone else gone[number] + body
-    return drawn(report, before.moved(frame), gone)
+    return drawn(report, before.mesh.moved(frame), gone)
 
 
-def drawn(report: Mapping[str, Any], crank: Solid, gone: Mapping[int, Solid]) -> Drawings:
+def drawn(report: Mapping[str, Any], crank: Mesh, gone: Mapping[int, Solid]) -> Drawings:
     """Return the outlines of a crank and of metal by the corrections' numbers, all in the rotor frame."""
     items = report["corrections"]
     shadows = {number: body.shadow().polygons for number, body in gone.items()}
+    cut = {int(number) for item in items for number in webs_cut(item)}
+    shown = [web for web in report["crank"]["webs"] if web["number"] in cut]
+    outlines = _sections(crank, [0.5 * (float(web["z_min_mm"]) + float(web["z_max_mm"])) for web in shown])
     webs = []
-    for web in report["crank"]["webs"]:
+    for web, outline in zip(shown, outlines, strict=True):
         own = [item for item in items if web["number"] in webs_cut(item)]
-        if not own:
-            continue
         low, high = float(web["z_min_mm"]), float(web["z_max_mm"])
         here = {item["number"]: gone[item["number"]] for item in own if item["number"] in gone}
-        outline = crank.section(0.5 * (low + high)).polygons
         section = _section(_plane_deg(own), crank, here)
         section = _half(_between(section, low - BESIDE_MM, high + BESIDE_MM))
         cuts = {number: shadows[number] for number in here}
@@ -101,13 +102,20 @@ def _plane_deg(items: Sequence[Item]) -> float:
     return max(found)[1] if found else 0.0
 
 
-def _section(angle_deg: float, crank: Solid, gone: Mapping[int, Solid]) -> SectionDrawing:
+def _sections(crank: Mesh, heights_mm: Sequence[float]) -> list[Polygons]:
+    """Return the outlines of cross-sections, straight from the triangles that the planes cross."""
+    heights, which = np.unique(heights_mm, return_inverse=True)
+    found = cross_sections(crank.vertices, crank.triangles, heights)
+    return [Region.of(found[k]).polygons for k in which]
+
+
+def _section(angle_deg: float, crank: Mesh, gone: Mapping[int, Solid]) -> SectionDrawing:
     """Return the section of a crank, and of metal that comes within ``NEAR_MM`` of its plane."""
     turn = math.radians(angle_deg)
     c, s = math.cos(turn), math.sin(turn)
     placement = ALONG @ np.array([[c, s, 0.0, 0.0], [-s, c, 0.0, 0.0], [0, 0, 1.0, 0], [0, 0, 0, 1.0]])
     cuts = {number: _near_plane(body.moved(placement)) for number, body in gone.items()}
-    outline = crank.moved(placement).section(0.0).polygons
+    (outline,) = _sections(crank.moved(placement), [0.0])
     return SectionDrawing(angle_deg, outline, {number: found for number, found in cuts.items() if found})
 
 

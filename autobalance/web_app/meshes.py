@@ -134,22 +134,17 @@ class _Marks:
 
 def result_view(result: BalanceResult) -> bytes:
     """Return the crank as it is left and the metal that went, as the report's page shows them."""
-    from autobalance.report.bundle import coarse_pieces, view_of
     from autobalance.report.html_view import view_data
-    from autobalance.report.metal import pieces_of
+    from autobalance.report.shown import Shown
 
     before = result.before.measured.source.solid
     record = result.record.balanced
     assert record is not None
     left = record.result.solid or before
-    body, note = view_of(left)
-    tools = record.result.tools
-    fine = pieces_of(result.report, before, tools)
-    pieces = coarse_pieces(result.report, fine, before.mesh.diagonal_mm)
-    data, meshes = view_data(result.report, body, pieces)
-    head = {"view": data, "note": note, "triangles": len(left.mesh.triangles)}
-    frame = result.before.file_to_rotor
-    edges = creases(body.vertices @ frame[:3, :3].T + frame[:3, 3], body.triangles)
+    shown = Shown.of(result.report, before, record.result.solid, record.result.tools)
+    data, meshes = view_data(result.report, shown.body, shown.pieces)
+    head = {"view": data, "note": shown.note, "triangles": len(left.mesh.triangles)}
+    edges = creases(shown.body.moved(result.before.file_to_rotor).vertices, shown.body.triangles)
     return packed(head, {"meshes": np.frombuffer(meshes, dtype="u1"), "edges": edges})
 
 

@@ -232,18 +232,15 @@ def _compare(asked: Asked, place: Place, tell: Told) -> int:
 
 def _picture(result: BalanceResult) -> bytes:
     """Return the corrected crank as a card of the board shows it."""
-    from autobalance.report.bundle import coarse_pieces, view_of
     from autobalance.report.json import showable
-    from autobalance.report.metal import pieces_of
     from autobalance.report.picture import pictures
+    from autobalance.report.shown import Shown
 
     record = result.record.balanced
     assert record is not None
     report, before = showable(result.report), result.before.measured.source.solid
-    fine = pieces_of(report, before, record.result.tools)
-    pieces = coarse_pieces(report, fine, before.mesh.diagonal_mm)
-    body, _ = view_of(record.result.solid or before)
-    return pictures(report, before.mesh, body, pieces, CARD_PIXELS)[1]
+    shown = Shown.of(report, before, record.result.solid, record.result.tools)
+    return pictures(report, before.mesh, shown.body, shown.pieces, CARD_PIXELS)[1]
 
 
 def _bundled(result: BalanceResult, kind: str) -> dict[str, tuple[str, bytes]]:

@@ -13,10 +13,10 @@ import numpy as np
 import pytest
 
 from autobalance.graphics.words import at, number, signed
-from autobalance.report.bundle import coarse_pieces, view_of
 from autobalance.report.html import _notes, page
 from autobalance.report.listed_metal import listed_metal
 from autobalance.report.metal import Piece, pieces_of
+from autobalance.report.shown import Shown, coarse_pieces
 from autobalance.solid.csg.solid import Region, Solid
 from autobalance.solid.csg.sourced import Shared
 from tests import jobs, plans
@@ -243,14 +243,19 @@ def test_forces_stand_on_the_page_where_the_report_has_them(report: dict[str, An
 def test_a_fine_view_is_decimated_and_says_so_numbers_never(report: dict[str, Any]) -> None:
     angle = np.linspace(0.0, 2.0 * np.pi, 120, endpoint=False)
     ring = Solid.revolved(np.stack([30.0 + 10.0 * np.cos(angle), 10.0 * np.sin(angle)], axis=1), 100)
-    shown, note = view_of(ring, most=5000)
-    assert 500 < len(shown.triangles) <= 5000
-    assert note is not None
-    assert f"{len(ring.mesh.triangles):,}".replace(",", "\u202f") in note
-    low, high = shown.bounds
-    assert np.abs([low - ring.bounds[0], high - ring.bounds[1]]).max() < 0.5  # still the same shape
-    assert note in page(report, shown, view_note=note)
-    assert view_of(ring) == (ring.mesh, None)
+    one = {**report, "corrections": report["corrections"][:1]}
+    slice_off = Solid.box(np.array([-50.0, -50.0, 8.0]), np.array([50.0, 50.0, 12.0]))
+    left = ring - slice_off
+    shown = Shown.of(one, ring, left, [slice_off], most=5000)
+    assert 500 < len(shown.body.triangles) <= 5000
+    assert shown.note is not None
+    assert f"{len(left.mesh.triangles):,}".replace(",", "\u202f") in shown.note
+    np.testing.assert_allclose(shown.body.bounds, left.bounds, atol=0.5)  # still the same shape, cut
+    (piece,) = shown.pieces
+    assert piece.mesh.bounds[0, 2] == pytest.approx(8.0)
+    assert shown.note in page(report, shown.body, shown.pieces, view_note=shown.note)
+    as_it_is = Shown.of(one, ring, left, [slice_off])
+    assert (as_it_is.body, as_it_is.note) == (left.mesh, None)
 
 
 def test_fine_removed_metal_is_decimated_for_the_page(report: dict[str, Any]) -> None:

@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
+import html
 import io
 import re
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from functools import partial
 from typing import Any, Literal
-from xml.sax.saxutils import escape
 
 from reportlab import rl_config
 from reportlab.lib.styles import ParagraphStyle
@@ -175,7 +175,7 @@ class _Story:
             textColor=colour,
             spaceAfter=after * POINTS_PER_MM,
         )
-        return Paragraph(escape(shown), style)
+        return Paragraph(html.escape(shown, quote=False), style)
 
     def _heading(self, text: str) -> Flowable:
         return self._text(text, 10.0, bold=True, after=1.0)

@@ -50,7 +50,14 @@ def shared_with(first: Solid, tools: Sequence[Solid]) -> list[Shared]:
         return []
     bodies = [tool._body.as_original() for tool in tools]
     reach = first._body ^ m3.Manifold.batch_boolean(bodies, m3.OpType.Add)
-    return [Shared(Solid(reach ^ body), body.original_id()) for body in bodies]
+    own: dict[int, list[m3.Manifold]] = {body.original_id(): [] for body in bodies}
+    for part in reach.decompose():
+        raw = part.to_mesh64()
+        touched = own.keys() & np.asarray(raw.run_original_id)[np.diff(raw.run_index) > 0]
+        if len(touched) != 1:  # solids that touch each other share it, and each has its own share
+            return [Shared(Solid(reach ^ body), body.original_id()) for body in bodies]
+        own[touched.pop()].append(part)
+    return [Shared(Solid(m3.Manifold.compose(parts)), small) for small, parts in own.items()]
 
 
 def beyond(tool: Solid, solid: Solid) -> Shared:
