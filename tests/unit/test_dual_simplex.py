@@ -47,7 +47,7 @@ def test_tells_nearly_equal_columns_apart_as_far_as_it_can() -> None:
         most, greatest = rng.uniform(-30.0, 30.0, size=rows), np.append(np.full(2 * count, 3.0), np.inf)
         ends = [*zip(np.zeros(2 * count + 1).tolist(), greatest.tolist(), strict=True)]
         found = least_cost(cost, matrix, most, (np.zeros(2 * count + 1), greatest))
-        fewest = float(linprog(cost, matrix, most, bounds=ends, method="highs").fun)
+        fewest = float(linprog(cost, matrix, most, bounds=ends, method="highs").fun or 0.0)
         assert found is not None
         assert abs(cost @ found - fewest) <= 1e-8 * (1.0 + abs(fewest))
 
