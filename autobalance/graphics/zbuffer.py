@@ -30,6 +30,10 @@ OVERLAP = 1e-6
 """Triangles claim samples this far beyond their sides [samples]: rounding leaves no gap between two."""
 ROWS_AT_ONCE = 100_000
 """Rows of triangles that are worked on together: what they need stays in the processor's cache."""
+SAMPLES_AT_ONCE = 100_000
+"""The same of samples in these rows."""
+BAND = 64
+"""The same of rows of the picture's samples; whole pixels."""
 NOTHING = np.uint64(0xFFFFFFFFFFFFFFFF)
 Surface = tuple[Array, Indices, Array]
 """Vertices (n, 3), triangles (m, 3), and a colour for each triangle or one for all (3,)."""
@@ -131,20 +135,40 @@ def render_each(
     _draw(part, to_window, bare, wide, 0)
     looks = _looks(part, axes)
     pictures = []
-    for coat in coats:
-        seen = bare.copy()
+    for number, coat in enumerate(coats, 1):
+        seen = bare.copy() if number < len(coats) else bare
         _draw(coat, to_window, seen, wide, len(part[1]))
-        which = seen.astype(np.uint32).view(np.int32).reshape(high, wide)  # NOTHING becomes −1
         normals, lit = (np.concatenate(pair) for pair in zip(looks, _looks(coat, axes), strict=True))
-        colour = _bytes(np.concatenate([lit, [background]]))[which]
-        lines = _creases(which, normals)
-        colour[lines] = _bytes(lit * LINE_SHADE)[which[lines]]
         image = np.tile(_bytes(np.array([background])).view(np.uint8)[:3], (height, width, 1))
-        image[window[::-1]] = _halved(colour.view(np.uint8).reshape(high, wide, 4))
         triangle = np.full((height, width), -1)
-        triangle[window[::-1]] = which[::SUPERSAMPLE, ::SUPERSAMPLE]
+        inside = image[window[::-1]], triangle[window[::-1]]
+        _shade(seen.reshape(high, wide), normals, lit, background, inside)
         pictures.append(Picture(image, triangle, to_fine[:2] / SUPERSAMPLE))
     return pictures
+
+
+def _shade(
+    seen: NDArray[np.uint64],
+    normals: Array,
+    lit: Array,
+    background: tuple[float, float, float],
+    picture: tuple[Image, Indices],
+) -> None:
+    """Fill a picture and its triangles from the samples seen, a band of rows after the other."""
+    image, triangle = picture
+    bright, dark = _bytes(np.concatenate([lit, [background]])), _bytes(lit * LINE_SHADE)
+    columns = np.ascontiguousarray(normals.T)
+    directions = _directions(columns)
+    for first in range(0, len(seen), BAND):
+        above = min(first, 1)  # lines depend on the rows beside them
+        which = seen[first - above : first + BAND + 1].astype(np.uint32).view(np.int32)  # NOTHING becomes −1
+        lines = _creases(which, columns, directions)
+        colour = bright[which]
+        colour[lines] = dark[which[lines]]
+        own = slice(above, above + BAND)
+        rows = slice(first // SUPERSAMPLE, (first + BAND) // SUPERSAMPLE)
+        image[rows] = _halved(colour[own].view(np.uint8).reshape(*colour[own].shape, 4))
+        triangle[rows] = which[own][::SUPERSAMPLE, ::SUPERSAMPLE]
 
 
 def _window(to_fine: Array, surfaces: Sequence[Surface], width: int, height: int) -> tuple[slice, slice]:
@@ -234,14 +258,19 @@ def _fill(
     left, right = _spans(corners, number, row.astype(np.float64) + 0.5, width)
     meets = right >= left  # most rows of a sliver hold no sample
     number, row, left, right = number[meets], row[meets], left[meets], right[meets]
-    count = right - left + 1
     gx, gy, g0 = _depth_plane(corners)
     across = gx.take(number)
     at_zero = gy.take(number) * (row + 0.5) + g0.take(number) + 0.5 * across
-    column = np.arange(int(count.sum())) - np.repeat(np.cumsum(count) - count - left, count)
-    far = (np.repeat(across, count) * column + np.repeat(at_zero, count)).astype(np.float32)
-    triangle = np.repeat(names.astype(np.uint64).take(number), count)
-    np.minimum.at(buffer, np.repeat(row * width, count) + column, (_ordered(far) << np.uint64(32)) | triangle)
+    name = names.astype(np.uint64).take(number)
+    ends = np.cumsum(right - left + 1)
+    cuts = np.searchsorted(ends, np.arange(SAMPLES_AT_ONCE, ends[-1] if len(ends) else 0, SAMPLES_AT_ONCE))
+    for first, last in zip([0, *cuts], [*cuts, len(ends)], strict=True):
+        few = slice(first, last)
+        count = right[few] - left[few] + 1
+        column = np.arange(int(count.sum())) + np.repeat(left[few] + count - np.cumsum(count), count)
+        far = (np.repeat(across[few], count) * column + np.repeat(at_zero[few], count)).astype(np.float32)
+        sample = (_ordered(far) << np.uint64(32)) | np.repeat(name[few], count)
+        np.minimum.at(buffer, np.repeat(row[few] * width, count) + column, sample)
 
 
 def _spans(corners: Array, number: Indices, centre: Array, width: int) -> tuple[Indices, Indices]:
@@ -311,11 +340,13 @@ def _lit(colours: Array, normals: Array) -> Array:
     return shaded
 
 
-def _creases(which: NDArray[np.int32], normals: Array) -> NDArray[np.bool_]:
-    """Return the samples whose right or lower neighbour shows another surface at an angle, or none."""
+def _creases(which: NDArray[np.int32], normals: Array, directions: Indices) -> NDArray[np.bool_]:
+    """Return the samples whose right or lower neighbour shows another surface at an angle, or none.
+
+    ``normals`` are (3, m), ``directions`` those that `_directions` found of them.
+    """
     lines = np.zeros(which.shape, dtype=bool)
-    columns = np.ascontiguousarray(normals.T)
-    facing = _directions(columns)[which]
+    facing = directions[which]
     for here, there in (
         ((slice(None), slice(None, -1)), (slice(None), slice(1, None))),
         ((slice(None, -1),), (slice(1, None),)),
@@ -323,7 +354,7 @@ def _creases(which: NDArray[np.int32], normals: Array) -> NDArray[np.bool_]:
         a, b = which[here], which[there]
         place = np.flatnonzero(facing[here] != facing[there])
         one, other = a.reshape(-1)[place], b.reshape(-1)[place]
-        sharp = sum(axis.take(one) * axis.take(other) for axis in columns) < CREASE
+        sharp = sum(axis.take(one) * axis.take(other) for axis in normals) < CREASE
         sharp |= (one < 0) | (other < 0)
         flag = np.zeros(a.size, dtype=bool)
         flag[place[sharp]] = True

@@ -17,6 +17,8 @@ STEEL = (0.70, 0.73, 0.76)
 SHALLOW, DEEP = (0.97, 0.78, 0.40), (0.86, 0.33, 0.09)
 LIFT_SHARE = 2e-4
 """Coloured surfaces are drawn this much nearer to the eye than the metal they lie on, as a share of its size."""
+SEEN = 60
+"""Pixels of a coloured surface above which it is numbered."""
 
 
 def pictures(
@@ -81,13 +83,14 @@ def _joined(coat: Sequence[Surface]) -> Surface:
 
 def _marks(drawn: Picture, start: int, coats: Sequence[Surface], numbers: Sequence[int]) -> dict[int, Array]:
     """Return where (column, row) the numbers of the coloured surfaces go: on a seen part of each, if any is."""
+    coloured = drawn.triangle >= start
+    ends = start + np.cumsum([len(rows) for _, rows, _ in coats])
+    which = np.searchsorted(ends, drawn.triangle[coloured], side="right")
+    order, counts = np.argsort(which, kind="stable"), np.bincount(which, minlength=len(coats))
+    places = np.argwhere(coloured)[order, ::-1].astype(np.float64)
     marks: dict[int, Array] = {}
-    for (_, coloured, _), label in zip(coats, numbers, strict=True):
-        end = start + len(coloured)
-        rows, columns = np.nonzero((drawn.triangle >= start) & (drawn.triangle < end))
-        start = end
-        if len(rows) > 60 and label not in marks:
-            seen = np.stack([columns, rows], axis=1).astype(np.float64)
+    for label, seen in zip(numbers, np.split(places, np.cumsum(counts))[:-1], strict=True):
+        if len(seen) > SEEN and label not in marks:
             marks[label] = seen[np.argmin(((seen - seen.mean(axis=0)) ** 2).sum(axis=1))]
     return marks
 
