@@ -13,8 +13,8 @@ from autobalance.solid.csg.solid import Solid
 from autobalance.solid.formats.read import read
 from autobalance.solid.formats.write import encode
 from autobalance.solid.mesh.mesh import Array, Mesh
-from autobalance.solid.mesh.ray_field import doubled_metal, frame_along
-from autobalance.solid.mesh.validate import check_solid, refuse_overlap, refuse_overlap_exactly
+from autobalance.solid.mesh.ray_field import Doubled, doubled_metal, frame_along
+from autobalance.solid.mesh.validate import _measured, check_solid, refuse_overlap, refuse_overlap_exactly
 from tests import jobs
 from tests.cranks import make_crank
 from tests.generated import random_placement
@@ -46,6 +46,14 @@ def test_a_head_inside_a_web_is_found_however_it_is_turned(seed: int) -> None:
         refuse_overlap_exactly(solid)
 
 
+def test_doubled_metal_is_measured_whole_of_which_rays_saw_a_corner() -> None:
+    mesh, twice = with_hidden_head(plate(), -10.0, -5.0, 0.0)
+    solid = Solid.from_mesh(mesh)
+    corner = np.array([-10.0, 7.0, DEEP_MM - 0.5 * HEAD_THICKNESS])
+    share, _ = _measured(solid, [Doubled(0.1, corner, corner + 0.2, 1, 0.1)])
+    assert share * solid.volume_mm3 == pytest.approx(twice, rel=THIN_STEM)
+
+
 def test_the_head_lies_between_the_heights_that_were_looked_at() -> None:
     mesh, twice = with_hidden_head(plate(), -10.0, -5.0, 0.0)
     low, high = mesh.bounds[:, 2]
@@ -69,17 +77,26 @@ def directions() -> list[Array]:
 @pytest.mark.parametrize("axes", directions())
 def test_rays_measure_what_they_find_and_find_nothing_in_a_sound_solid(axes: Array) -> None:
     mesh, twice = with_hidden_head(plate(), -10.0, -5.0, 0.0)
-    seen = doubled_metal(mesh, 40_000, axes, (0.3, 0.6))
-    assert seen.volume_mm3 == pytest.approx(twice, rel=RAYS_ROUNDING)
-    sound = doubled_metal(make_crank([0.0, 180.0])[0].mesh, 10_000, axes, (0.3, 0.6))
-    assert sound.stretches == 0
-    assert sound.volume_mm3 < 1e-6
+    for seen in doubled_metal(mesh, 40_000, axes):
+        assert seen.volume_mm3 == pytest.approx(twice, rel=RAYS_ROUNDING)
+    for sound in doubled_metal(make_crank([0.0, 180.0])[0].mesh, 10_000, axes):
+        assert sound.stretches == 0
+        assert sound.volume_mm3 < 1e-6
 
 
 def test_rays_see_metal_that_counts_as_negative() -> None:
     box = Solid.box(np.zeros(3), np.ones(3)).mesh
-    inside_out = doubled_metal(box.flipped(), 1000, directions()[0], (0.3, 0.6))
-    assert inside_out.volume_mm3 == pytest.approx(1.0, rel=RAYS_ROUNDING)
+    for seen in doubled_metal(box.flipped(), 1000, directions()[0]):
+        assert seen.volume_mm3 == pytest.approx(1.0, rel=RAYS_ROUNDING)
+
+
+def test_rays_stand_as_dense_as_asked_for_in_both_directions() -> None:
+    """Also through a part of unequal sides, where the fields fill rectangles of unequal size."""
+    axes = directions()[1]
+    mesh = Solid.box(np.zeros(3), np.array([60.0, 20.0, 5.0])).mesh
+    size = np.ptp(mesh.vertices @ axes.T, axis=0)
+    for seen, area in zip(doubled_metal(mesh, 1000, axes), size[1] * size[[0, 2]], strict=True):
+        assert area / seen.pitch_mm**2 >= 999.9
 
 
 @pytest.mark.parametrize("fine", [1, 12])

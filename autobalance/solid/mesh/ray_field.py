@@ -1,7 +1,9 @@
 """Fields of parallel rays through a closed mesh: where along them metal counts twice, or as negative.
 
-Going up a ray, a triangle that is entered adds one to the winding number and one that is left takes one away;
-in a solid the number is 0 or 1 everywhere. All rays of a field are followed at once, without a loop.
+Going along a ray, a triangle that is entered adds one to the winding number and one that is left takes one
+away; in a solid the number is 0 or 1 everywhere. The mesh is cut by evenly spaced planes, and in each of them
+two fields of rays run square to each other: what cuts a triangle serves both. All rays of a field are
+followed at once, without a loop.
 """
 
 from __future__ import annotations
@@ -17,7 +19,10 @@ DEPTH_BITS = 32
 """Depths along a ray are told apart to so many bits of the body's length: half a nanometre in a metre."""
 LENGTH_LEAST = 1e-8
 """Shorter stretches, as a share of the diagonal, are rounding where surfaces touch."""
+SHIFT = np.array([0.3090, 0.5772, 0.4142])
+"""Where in their cells, along each axis of the frame, planes and rays stand."""
 Whole = NDArray[np.int64]
+Levels = NDArray[np.int32]
 
 
 @dataclass(frozen=True, eq=False)
@@ -43,6 +48,23 @@ class Doubled:
     pitch_mm: float
 
 
+@dataclass(frozen=True, eq=False)
+class Segments:
+    """Where planes cut triangles: (k,) segments, head to tail around metal, in pitches of the rays.
+
+    Attributes
+    ----------
+    plane : (k,) int
+        Number of the plane, which is also where it stands along the second axis.
+    first, third : (2, k) float
+        Start and end along the first and the third axis, bitwise the same where two triangles meet.
+    """
+
+    plane: Whole
+    first: Array
+    third: Array
+
+
 def frame_along(direction: Array, across: Array) -> Array:
     """Return a right-handed frame (3, 3), in rows: its last axis a direction, its first nearly ``across``."""
     along = direction / np.linalg.norm(direction)
@@ -51,129 +73,155 @@ def frame_along(direction: Array, across: Array) -> Array:
     return np.stack([np.cross(second, along), second, along])
 
 
-def doubled_metal(mesh: Mesh, rays: int, axes: Array, shift: tuple[float, float]) -> Doubled:
+def doubled_metal(mesh: Mesh, rays: int, axes: Array) -> list[Doubled]:
     """Follow parallel rays through a closed, outward mesh and add up where it is not there just once.
 
     Parameters
     ----------
     mesh : Mesh
     rays : int
-        About how many rays, over the rectangle that the mesh fills as seen along them.
+        How many rays in each field, over the rectangle that the mesh fills as seen along them, at least.
     axes : (3, 3) float
-        Two directions across the rays and that of the rays, a right-handed frame, in rows.
-    shift : (float, float)
-        Where in its cell of the field each ray stands, 0 to 1.
+        A right-handed frame, in rows: planes stand square to its second axis.
+
+    Returns
+    -------
+    list of Doubled
+        What the field along the third axis sees, and the one along the first.
     """
     places = axes @ mesh.vertices.T
     low, high = places.min(axis=1), places.max(axis=1)
     size = np.maximum(high - low, 1e-12 * mesh.diagonal_mm)
-    pitch = float(np.sqrt(size[0] * size[1] / rays))
-    columns = int(size[0] / pitch) + 2
-    step = np.array([pitch, pitch, size[2] / ((1 << DEPTH_BITS) - 1)])
-    start = low - step * np.array([*shift, 0.0])
+    pitch = float(np.sqrt(size[1] * min(size[0], size[2]) / rays))
+    start = low - pitch * SHIFT
     places -= start[:, None]
-    places /= step[:, None]
-    event = np.concatenate(_crossings(places, mesh.triangles, columns))
-    event.sort()
-    winding = np.cumsum(1 - 2 * (event & 1).astype(np.int8), dtype=np.int32)
-    wrong = np.flatnonzero((winding < 0) | (winding > 1))  # each ray ends at 0, where the next one begins
-    times = np.where(winding[wrong] > 1, winding[wrong] - 1, -winding[wrong])
-    ends = np.stack([event[wrong], event[wrong + 1]])
-    depth = (ends >> 1) & ((1 << DEPTH_BITS) - 1)
-    length = (depth[1] - depth[0]) * step[2]
+    places /= pitch
+    wide, _, long = (size / pitch).astype(np.int64) + 2
+    cut = _segments(places, mesh.triangles)
+    along_third = _stretches(cut.plane, cut.first, cut.third, wide, long)
+    # seen from the other side of the plane, first and third change places and all goes round the other way
+    times, ends = _stretches(cut.plane, cut.third[::-1], cut.first[::-1], long, wide)
+    least = LENGTH_LEAST * mesh.diagonal_mm
+    return [
+        _doubled(times, start + pitch * ends, pitch, least, axes)
+        for times, ends in (along_third, (times, ends[:, :, ::-1]))
+    ]
+
+
+def _doubled(times: Whole, ends: Array, pitch: float, least_mm: float, axes: Array) -> Doubled:
+    """Return what was seen, from stretches of rays between ends (2, k, 3), in the frame [mm]."""
+    length = np.abs(ends[1] - ends[0]).sum(axis=1)  # along one axis of the frame
     volume = float(length @ times) * pitch * pitch
-    long = length > LENGTH_LEAST * mesh.diagonal_mm
-    row, column = np.divmod(ends[:, long] >> (DEPTH_BITS + 1), columns)
-    seen = start + step * np.stack([column, row, depth[:, long]], axis=-1).reshape(-1, 3)
+    seen = ends[:, length > least_mm].reshape(-1, 3) @ axes
     if not len(seen):
-        return Doubled(volume, low, low, 0, pitch)
-    seen = seen @ axes
-    return Doubled(volume, seen.min(axis=0), seen.max(axis=0), int(long.sum()), pitch)
+        return Doubled(volume, np.zeros(3), np.zeros(3), 0, pitch)
+    return Doubled(volume, seen.min(axis=0), seen.max(axis=0), len(seen) // 2, pitch)
 
 
-def _crossings(places: Array, triangles: Indices, columns: int) -> list[Whole]:
-    """Return where rays that stand at whole numbers of u and v cross triangles (m, 3).
+def _segments(places: Array, triangles: Indices) -> Segments:
+    """Cut triangles (m, 3) by the planes at whole numbers of the second of ``places`` (3, n).
 
-    Each crossing is one number: the ray, the depth, and whether metal is left (1) or entered (0). Most
-    triangles of a fine mesh lie between the rays.
+    Segments that no ray meets are left out, which are nearly all of them where triangles are fine or thin.
     """
-    u_ceiling, v_ceiling = np.ceil(places[:2]).astype(np.int32)
-    found = []
+    level = np.ceil(places).astype(np.int32)  # a corner lies below the planes from its own on
+    met = [np.zeros((3, 0), dtype=np.int64)]
     for start in range(0, len(triangles), CHUNK):
         corners = np.ascontiguousarray(triangles[start : start + CHUNK].T)
-        first_row, end_row = _range(v_ceiling.take(corners))
-        rows = end_row - first_row
-        met = np.flatnonzero(rows)
-        first_column, end_column = _range(u_ceiling.take(corners.take(met, axis=1)))
-        met = met[end_column > first_column]
-        if len(met):
-            corners = corners.take(met, axis=1)
-            which, row = _expanded(first_row[met].astype(np.int64), rows[met])
-            which, row, column = _crossed(places[0].take(corners), places[1].take(corners), which, row)
-            found.append(_events(places.take(corners.take(which, axis=1), axis=1), row, column, columns))
-    return found or [np.zeros(0, dtype=np.int64)]
+        corners = corners.take(np.flatnonzero(_apart(level[1], corners)), axis=1)
+        rows = np.flatnonzero(_apart(level[0], corners) | _apart(level[2], corners))
+        met.append(corners.take(rows, axis=1))
+    kept = np.concatenate(met, axis=1)
+    found = [_cut(places, level[1], kept[:, k : k + CHUNK]) for k in range(0, kept.shape[1] or 1, CHUNK)]
+    return Segments(*(np.concatenate(column, axis=-1) for column in zip(*found, strict=True)))
 
 
-def _range(numbers: NDArray[np.int32]) -> tuple[NDArray[np.int32], NDArray[np.int32]]:
-    a, b, c = numbers
-    return np.minimum(np.minimum(a, b), c), np.maximum(np.maximum(a, b), c)
+def _apart(level: Levels, corners: Indices) -> NDArray[np.bool_]:
+    """Tell which triangles, corners (3, k), lie on different levels."""
+    a, b, c = level.take(corners)
+    apart: NDArray[np.bool_] = (a != b) | (b != c)
+    return apart
 
 
-def _expanded(first: Whole, count: Whole | NDArray[np.int32]) -> tuple[Indices, Whole]:
+def _cut(places: Array, level: Levels, corners: Indices) -> tuple[Whole, Array, Array]:
+    """Return plane, first and third place of the segments in which planes cut triangles, corners (3, k).
+
+    Every plane meets the edge from a triangle's lowest to its highest corner, and one of the others: places
+    on an edge are reckoned from its lower end for both of its triangles.
+    """
+    (low, middle, high), turned = _by_height(places[1], corners)
+    x, y, z = places.take(np.concatenate([low, low, middle]), axis=1)
+    u, v, w = places.take(np.concatenate([high, middle, high]), axis=1)
+    with np.errstate(divide="ignore", invalid="ignore"):  # no plane meets an edge that lies in one
+        slope_x, slope_z = (u - x) / (v - y), (w - z) / (v - y)
+    first, bend, last = level.take([low, middle, high])
+    which, plane = _expanded(first.astype(np.int64), last - first)
+    other = which + np.where(plane < bend.take(which), 1, 2) * len(first)
+    ends = []
+    for edge in (other, which):
+        up = plane - y.take(edge)
+        ends.append((x.take(edge) + up * slope_x.take(edge), z.take(edge) + up * slope_z.take(edge)))
+    (x0, z0), (x1, z1) = ends
+    met = np.flatnonzero((np.ceil(x0) != np.ceil(x1)) | (np.ceil(z0) != np.ceil(z1)))
+    swapped = turned.take(which.take(met))
+    first_and_third = (np.stack([one.take(met), other.take(met)]) for one, other in ((x0, x1), (z0, z1)))
+    across, along = (np.where(swapped, both[::-1], both) for both in first_and_third)
+    return plane.take(met), across, along
+
+
+def _by_height(height: Array, corners: Indices) -> tuple[list[Indices], NDArray[np.bool_]]:
+    """Sort the corners (3, k) of triangles by height; tell too which of these go round the other way then."""
+    numbers, heights = list(corners), list(height.take(corners))
+    turned = np.zeros(corners.shape[1], dtype=bool)
+    for one, other in ((0, 1), (1, 2), (0, 1)):
+        swap = heights[one] > heights[other]
+        turned ^= swap
+        for values in (numbers, heights):
+            a, b = values[one], values[other]
+            values[one], values[other] = np.where(swap, b, a), np.where(swap, a, b)
+    return numbers, turned
+
+
+def _expanded(first: Whole, count: Whole | Levels) -> tuple[Indices, Whole]:
     """Return for runs of whole numbers which run each number belongs to, and the numbers."""
     which = np.repeat(np.arange(len(first)), count)
     before = np.cumsum(count, dtype=np.int64) - count
     return which, np.arange(len(which)) + (first - before).take(which)
 
 
-def _crossed(u: Array, v: Array, which: Indices, row: Whole) -> tuple[Indices, Whole, Whole]:
-    """Return the rays that cross triangles, given each row that a triangle meets: triangle, row and column.
+def _stretches(plane: Whole, across: Array, along: Array, columns: int, depth: int) -> tuple[Whole, Array]:
+    """Follow rays that stand at whole numbers across, through segments with start and end (2, k).
 
-    An edge is cut at the same place for both of its triangles, so that no ray slips between them or meets
-    both.
+    Returns
+    -------
+    times : (n,) int
+        How often metal counts too much or too little on stretches of rays where it does.
+    ends : (2, n, 3) float
+        Where they begin and end: across, plane and along, in pitches.
     """
-    (u0, u1, u2), (v0, v1, v2) = _by_height(u, v)
-    upper = row >= v1.take(which)
-    low, middle, high = which, which + len(v0), which + 2 * len(v0)
-    across, height = np.concatenate([u0, u1, u2]), np.concatenate([v0, v1, v2])
-    long = _cut(across, height, low, high, row)
-    short = _cut(across, height, np.where(upper, middle, low), np.where(upper, high, middle), row)
-    begin = np.ceil(np.minimum(long, short)).astype(np.int64)
-    count = np.ceil(np.maximum(long, short)).astype(np.int64) - begin
-    hit = np.flatnonzero(count)
-    place, column = _expanded(begin[hit], count[hit])
-    place = hit.take(place)
-    return which.take(place), row.take(place), column
+    scale = ((1 << DEPTH_BITS) - 1) / depth
+    event = _crossings(plane, across, along, columns, scale)
+    event.sort()
+    winding = np.cumsum(1 - 2 * (event & 1).astype(np.int8), dtype=np.int32)
+    wrong = np.flatnonzero((winding < 0) | (winding > 1))  # each ray ends at 0, where the next one begins
+    times = np.where(winding[wrong] > 1, winding[wrong] - 1, -winding[wrong])
+    ends = np.stack([event[wrong], event[wrong + 1]])
+    row, column = np.divmod(ends >> (DEPTH_BITS + 1), columns)
+    return times, np.stack([column, row, ((ends >> 1) & ((1 << DEPTH_BITS) - 1)) / scale], axis=-1)
 
 
-def _by_height(u: Array, v: Array) -> tuple[list[Array], list[Array]]:
-    """Sort the three corners of triangles by v."""
-    us, vs = list(u), list(v)
-    for one, other in ((0, 1), (1, 2), (0, 1)):
-        turned = vs[one] > vs[other]
-        for values in (us, vs):
-            a, b = values[one], values[other]
-            values[one], values[other] = np.where(turned, b, a), np.where(turned, a, b)
-    return us, vs
+def _crossings(plane: Whole, across: Array, along: Array, columns: int, scale: float) -> Whole:
+    """Return where rays cross segments, one number each: the ray, the depth, and whether metal is left (1).
 
-
-def _cut(u: Array, v: Array, low: Indices, high: Indices, row: Whole) -> Array:
-    """Return where edges, from their lower to their higher end, meet rows."""
-    low_u, low_v = u.take(low), v.take(low)
-    place: Array = low_u + (row - low_v) / (v.take(high) - low_v) * (u.take(high) - low_u)
-    return place
-
-
-def _events(corners: Array, row: Whole, column: Whole, columns: int) -> Whole:
-    """Return the crossings of triangles, axes × corners (3, 3, k), each with one ray."""
-    u, v, w = corners
-    det = (u[1] - u[0]) * (v[2] - v[0]) - (u[2] - u[0]) * (v[1] - v[0])
-    x, y = column - u[0], row - v[0]
-    depth = (w[1] - w[0]) * (x * (v[2] - v[0]) - y * (u[2] - u[0]))
-    depth += (w[2] - w[0]) * (y * (u[1] - u[0]) - x * (v[1] - v[0]))
-    depth = w[0] + depth / np.where(det == 0.0, 1.0, det)
-    depth = np.clip(depth, w.min(axis=0), w.max(axis=0))  # a steep triangle's plane leaves it within rounding
-    event: Whole = (
-        ((row * columns + column) << (DEPTH_BITS + 1)) | (depth.astype(np.int64) << 1) | (det > 0.0)
-    )
+    Segments end where others begin, so that no ray slips between them or meets both.
+    """
+    begin, end = np.ceil(across).astype(np.int64)
+    hit = np.flatnonzero(begin != end)
+    begin, end = begin.take(hit), end.take(hit)
+    place, column = _expanded(np.minimum(begin, end), np.abs(end - begin))
+    hit = hit.take(place)
+    (x, u), (z, w) = across.take(hit, axis=1), along.take(hit, axis=1)
+    depth = z + (column - x) / (u - x) * (w - z)
+    depth = np.clip(depth, np.minimum(z, w), np.maximum(z, w))  # a steep one leaves its ends within rounding
+    ray = plane.take(hit) * columns + column
+    event: Whole = (ray << (DEPTH_BITS + 1)) | ((depth * scale).astype(np.int64) << 1) | (u < x)
     return event

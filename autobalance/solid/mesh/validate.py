@@ -28,8 +28,6 @@ MEASURED_MOST = 200_000
 """Triangles around doubled metal up to which it is measured exactly; with more, by as many rays."""
 ALONG, ACROSS = np.array([0.55, -0.09, 0.83]), np.array([0.62, 0.71, -0.33])
 """Of the rays: slantwise to whatever a part is drawn along, so that none runs within its faces."""
-SHIFT = (0.3090, 0.5772)
-"""Where in its cell of a field a ray stands."""
 NEAR_HULL = 1e-9
 """How far outside the hull rounding may put a centre of mass, as a share of the diagonal."""
 
@@ -74,8 +72,7 @@ def refuse_overlap(solid: Solid) -> None:
     """
     limit = counts_twice_most(solid)
     rays = min(max(solid.triangle_count // TRIANGLES_A_RAY, RAYS_LEAST), RAYS_MOST)
-    axes = frame_along(ALONG, ACROSS)
-    fields = [doubled_metal(solid.mesh, rays, each, SHIFT) for each in (axes, axes[[1, 2, 0]])]
+    fields = doubled_metal(solid.mesh, rays, frame_along(ALONG, ACROSS))
     seen = [field for field in fields if field.volume_mm3 > WORTH_A_LOOK * limit * solid.volume_mm3]
     if seen:
         _refuse(solid, *_measured(solid, seen), limit)
@@ -94,7 +91,8 @@ def refuse_overlap_exactly(solid: Solid) -> None:
     limit = counts_twice_most(solid)
     if solid.triangle_count > MEASURED_MOST:
         axes = frame_along(ALONG, ACROSS)[[2, 0, 1]]
-        seen = doubled_metal(solid.mesh, solid.triangle_count // 2, axes, SHIFT)
+        fields = doubled_metal(solid.mesh, solid.triangle_count // 2, axes)
+        seen = max(fields, key=lambda field: field.volume_mm3)
         _refuse(solid, seen.volume_mm3 / solid.volume_mm3, 0.5 * (seen.low_mm + seen.high_mm), limit)
         return
     found = self_overlap(solid)
@@ -120,15 +118,26 @@ def counts_twice_most(solid: Solid) -> float:
 
 
 def _measured(solid: Solid, seen: Sequence[Doubled]) -> tuple[float, Array]:
-    """Return the share of a solid that counts twice where rays saw it, and the place (3,) of most of it."""
+    """Return the share of a solid that counts twice where rays saw it, and the place (3,) of most of it.
+
+    The box in which it is measured grows until all of what hangs together with it is inside.
+    """
     low = np.min([field.low_mm - 2.0 * field.pitch_mm for field in seen], axis=0)
     high = np.max([field.high_mm + 2.0 * field.pitch_mm for field in seen], axis=0)
-    part = solid & Solid.box(low, high)
-    if part.triangle_count > MEASURED_MOST:
-        most = max(seen, key=lambda field: field.volume_mm3)
-        return most.volume_mm3 / solid.volume_mm3, 0.5 * (most.low_mm + most.high_mm)
-    found = self_overlap(part)
-    return (0.0, low) if found is None else (found.volume_mm3 / solid.volume_mm3, found.centre_mm)
+    near = NEAR_HULL * solid.mesh.diagonal_mm
+    while True:
+        part = solid & Solid.box(low, high)
+        if part.triangle_count > MEASURED_MOST:
+            most = max(seen, key=lambda field: field.volume_mm3)
+            return most.volume_mm3 / solid.volume_mm3, 0.5 * (most.low_mm + most.high_mm)
+        found = self_overlap(part)
+        if found is None:
+            return 0.0, low
+        below, above = found.bounds[0] <= low + near, found.bounds[1] >= high - near
+        if not (below | above).any():
+            return found.volume_mm3 / solid.volume_mm3, found.centre_mm
+        size = float((high - low).max())
+        low, high = np.where(below, low - size, low), np.where(above, high + size, high)
 
 
 def is_amid_corners(mesh: Mesh, point_mm: Array) -> bool:
