@@ -9,6 +9,7 @@ cone or a torus. What is smooth and neither counts in the error bar alone.
 from __future__ import annotations
 
 from dataclasses import dataclass
+from itertools import pairwise
 
 import numpy as np
 from numpy.typing import NDArray
@@ -17,10 +18,10 @@ from autobalance.rigid_rotor.moments import Moments
 from autobalance.solid.chordal_error.look import SMOOTH_RAD, Look, look_at
 from autobalance.solid.chordal_error.match import Fitted
 from autobalance.solid.chordal_error.profiles import axes_of, find_revolved
-from autobalance.solid.chordal_error.revolved import SIX_POINTS, THREE_POINTS, Revolved, lens
+from autobalance.solid.chordal_error.revolved import SIX_POINTS, THREE_POINTS, Lens, Revolved, lens
 from autobalance.solid.chordal_error.seeds import find_joined, find_leftover_cylinders
 from autobalance.solid.chordal_error.strips import find_cylinders
-from autobalance.solid.mesh.mesh import Array, Indices, Mesh
+from autobalance.solid.mesh.mesh import Array, Indices, Mesh, ranked
 
 Flags = NDArray[np.bool_]
 
@@ -124,32 +125,24 @@ def chordal_error_of(look: Look, density_g_mm3: float) -> ChordalError:
 
 def _summed(look: Look, surfaces: list[Revolved], surface_of: Indices, density_g_mm3: float) -> ChordalError:
     """Integrate what lies between the facets and their surfaces."""
+    parts = _triangles_of(look, surface_of, len(surfaces))
+    rule = SIX_POINTS if len(look.mesh.triangles) < MANY else THREE_POINTS
+    lenses = []
+    for surface, mine in zip(surfaces, parts, strict=True):
+        corners = look.mesh.vertices.take(look.mesh.triangles.take(mine, axis=0), axis=0)
+        lenses.append(lens(surface, corners, look.doubled.take(mine, axis=0), density_g_mm3, rule))
+    _drop_false(look, parts, lenses, surface_of, density_g_mm3)
     total = Moments.zero()
     gross_mass = gross_unbalance = sag = 0.0
     along = np.zeros(2)
-    used = 0
-    triangle_surface = surface_of[look.face]
-    rule = SIX_POINTS if len(look.mesh.triangles) < MANY else THREE_POINTS
-    order = np.argsort(triangle_surface, kind="stable")
-    bounds = np.searchsorted(triangle_surface[order], np.arange(len(surfaces) + 1))
-    for number, surface in enumerate(surfaces):
-        mine = order[bounds[number] : bounds[number + 1]]
-        corners = (
-            look.mesh.corners[mine] if len(mine) > MANY else look.mesh.vertices[look.mesh.triangles[mine]]
-        )
-        found = lens(surface, corners, look.doubled[mine], density_g_mm3, rule)
-        at_stake = float(look.at_stake[surface_of == number].sum())
-        thin = _is_thin(look, found.volumes, look.face[mine])
-        if not thin or found.gross_mass_g > FALSE * density_g_mm3 * at_stake:
-            surface_of[look.face[mine]] = -1
-            continue
-        used += 1
+    used = np.unique(surface_of[surface_of >= 0]).tolist()
+    for number in used:
+        found = lenses[number]
         total = total + found.moments
         gross_mass += found.gross_mass_g
         gross_unbalance += found.gross_unbalance_g_mm
         along += FITTED_SHARE * found.gross_at
-        middles = (corners[:, 0] + corners[:, 1] + corners[:, 2]) / 3.0
-        sag = max(sag, float(np.abs(surface.off(middles)).max(initial=0.0)))
+        sag = max(sag, found.sag_mm)
     loose_mass, loose_unbalance, loose_along = _loose(look, surface_of, density_g_mm3)
     bar = FITTED_SHARE * gross_unbalance + loose_unbalance
     mean, mean_square = (along + loose_along) / (bar or 1.0)
@@ -160,7 +153,7 @@ def _summed(look: Look, surfaces: list[Revolved], surface_of: Indices, density_g
         gross_mass,
         gross_unbalance,
         sag,
-        used,
+        len(used),
         (float(mean), float(mean_square)),
         _fitted(look, surfaces, surface_of, density_g_mm3),
     )
@@ -175,11 +168,35 @@ def _fitted(look: Look, surfaces: list[Revolved], surface_of: Indices, density_g
     return Fitted(tuple(surfaces), look.normal[faces], height, number, look.mesh.diagonal_mm, density_g_mm3)
 
 
-def _is_thin(look: Look, volumes: Array, faces: Indices) -> bool:
-    """Tell whether no face has more between it and its surface than a chord of its size can have."""
-    held = np.bincount(faces, volumes, look.count)
-    most = THICKEST * look.area_mm2 * look.reach_mm
-    return bool((held[faces] <= most[faces] + 1e-300).all())
+def _triangles_of(look: Look, surface_of: Indices, surfaces: int) -> list[Indices]:
+    """Return the triangles of the faces of each surface."""
+    number = surface_of.take(look.face)
+    rows = np.flatnonzero(number >= 0)
+    number, order = ranked(number.take(rows))
+    bounds = np.searchsorted(number, np.arange(surfaces + 1))
+    rows = rows.take(order)
+    return [rows[begin:end] for begin, end in pairwise(bounds)]
+
+
+def _drop_false(
+    look: Look, parts: list[Indices], lenses: list[Lens], surface_of: Indices, density_g_mm3: float
+) -> None:
+    """Take their faces from surfaces that were fitted to the wrong ones.
+
+    Some face has more between it and its surface than a chord of its size can have, or all of them together
+    have much more than their angles tell.
+    """
+    if not parts:
+        return
+    held = np.bincount(
+        look.face.take(np.concatenate(parts)), np.concatenate([one.volumes for one in lenses]), look.count
+    )
+    thick = held > THICKEST * look.area_mm2 * look.reach_mm + 1e-300
+    mine = surface_of >= 0
+    stake = np.bincount(surface_of[mine], look.at_stake[mine], len(parts))
+    false = np.array([one.gross_mass_g for one in lenses]) > FALSE * density_g_mm3 * stake
+    false[surface_of[thick & mine]] = True
+    surface_of[mine & false[surface_of]] = -1
 
 
 def _loose(look: Look, surface_of: Indices, density_g_mm3: float) -> tuple[float, float, Array]:

@@ -10,7 +10,7 @@ import numpy as np
 from autobalance.solid.chordal_error.fits import Flags, Sets
 from autobalance.solid.chordal_error.revolved import Revolved
 from autobalance.solid.mesh.adjacency import Edges, edges_of, plane_faces, unit
-from autobalance.solid.mesh.mesh import Array, Indices, Mesh
+from autobalance.solid.mesh.mesh import Array, Indices, Mesh, ranked
 
 SMOOTH_RAD = 0.8
 """Facets that meet at more have a real edge between them."""
@@ -66,6 +66,19 @@ class Look:
         """The faces on the two sides of each smooth edge."""
         return self.face[self.edges.left[self.smooth]], self.face[self.edges.right[self.smooth]]
 
+    @cached_property
+    def distinct_pairs(self) -> tuple[Indices, Indices, Indices]:
+        """The pairs of faces, once each, low · count + high (n,); the first smooth edge and the pair of each.
+
+        A long edge may fall into many: the first of each pair (n,), and for every smooth edge its pair.
+        """
+        i, j = self.pairs
+        ordered, rows = ranked(np.minimum(i, j) * self.count + np.maximum(i, j))
+        is_first = np.diff(ordered, prepend=-1) > 0
+        number = np.zeros(len(rows), dtype=np.int64)
+        number[rows] = np.cumsum(is_first) - 1
+        return ordered[is_first], rows[is_first], number
+
     @property
     def curved_count(self) -> int:
         """How many faces meet another smoothly."""
@@ -79,8 +92,7 @@ class Look:
     @cached_property
     def meetings(self) -> Meetings:
         """Where two faces meet smoothly, and about what their chords hide there."""
-        i, j = self.pairs
-        pair, number = np.unique(np.minimum(i, j) * self.count + np.maximum(i, j), return_inverse=True)
+        pair, _, number = self.distinct_pairs
         ends = self.mesh.vertices[self.edges.ends[self.smooth]]
         length = np.linalg.norm(ends[:, 1] - ends[:, 0], axis=1)
         whole = np.bincount(number, length, len(pair))
@@ -170,8 +182,8 @@ def look_at(mesh: Mesh) -> Look:
     face, count = plane_faces(mesh, edges)
     total = np.zeros((count, 3))
     for column, weights in enumerate(doubled.T):
-        total[:, column] = np.bincount(face, weights=weights, minlength=count)
-    order = np.argsort(face, kind="stable")
+        total[:, column] = np.bincount(face, weights, count)
+    order = ranked(face)[1]
     sizes = np.bincount(face, minlength=count)
     smooth = (edges.angle_rad <= SMOOTH_RAD) & (edges.angle_rad > 0.0)
     smooth &= face[edges.left] != face[edges.right]

@@ -30,7 +30,7 @@ def axes_of(look: Look, surfaces: list[Revolved], surface_of: Indices) -> list[t
     """Return the distinct axes of the cylinders found, those of most surface first."""
     face_of = surface_of[look.face]
     mine = face_of >= 0
-    area = np.bincount(face_of[mine], np.linalg.norm(look.doubled[mine], axis=1), len(surfaces))
+    area = np.bincount(face_of[mine], look.mesh.doubled_areas[mine], len(surfaces))
     axes: list[tuple[Array, Array]] = []
     whole = np.bincount(surface_of[surface_of >= 0], minlength=len(surfaces)) >= FEW
     for number in np.flatnonzero(whole)[np.argsort(-area[whole], kind="stable")]:

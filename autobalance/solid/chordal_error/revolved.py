@@ -53,64 +53,67 @@ class Revolved:
 
 
 def cylindrical(points: Array, point: Array, axis: Array) -> tuple[Array, Array, Array]:
-    """Return height along an axis, distance from it, and the unit vector (n, 3) away from it."""
-    local = points - point
-    h = local @ axis
-    away = local - h[..., None] * axis
-    r = np.sqrt(np.einsum("...i,...i", away, away))
-    return h, r, away / np.where(r > 0.0, r, 1.0)[..., None]
+    """Return height along an axis, distance from it, and the unit vector away from it, of points (n, 3)."""
+    h, r, out = _cylindrical(np.ascontiguousarray(points.T), point, axis)
+    return h, r, out.T
+
+
+def _cylindrical(places: Array, point: Array, axis: Array) -> tuple[Array, Array, Array]:
+    """Do the same with points (3, n): numpy is several times as fast along columns."""
+    local = places - point[:, None]
+    h = axis @ local
+    local -= axis[:, None] * h
+    x, y, z = local
+    r = np.sqrt(x * x + y * y + z * z)
+    local /= np.where(r > 0.0, r, 1.0)
+    return h, r, local
 
 
 def between(
     surface: Revolved, corners: Array, doubled: Array, rule: tuple[Array, Array]
 ) -> tuple[Array, Array, Array]:
-    """Return base points, directions (k, 3) and weights (3, k) of ∫ (base + t·direction)ⁿ between.
+    """Return base points, directions and weights (3, k) of ∫ (base + t·direction)ⁿ between.
 
     Points of a triangle are moved to the surface along the direction away from the axis, or from the centre
     of the tube; the volume they sweep is exact, whatever the size of the triangle, up to the quadrature. The
     first point of every triangle comes first, then the second of every one.
     """
     points, shares = rule
-    x = (points @ corners.transpose(1, 0, 2).reshape(3, -1)).reshape(-1, 3)
-    flow = (0.5 * shares[:, None, None] * doubled).reshape(-1, 3)  # normal times area
-    h, r, out = cylindrical(x, surface.point, surface.axis)
+    places = (points @ np.ascontiguousarray(corners.transpose(2, 1, 0))).reshape(3, -1)
+    flow = (0.5 * shares[:, None] * doubled.T[:, None, :]).reshape(3, -1)  # normal times area
+    h, r, out = _cylindrical(places, surface.point, surface.axis)
     r = np.maximum(r, 1e-12)
     if not surface.tube_mm:
-        base = surface.point + h[:, None] * surface.axis
-        through = np.einsum("ij,ij->i", flow, out)
+        base = surface.point[:, None] + surface.axis[:, None] * h
+        through = (flow * out).sum(axis=0)
         end = surface.r0 + surface.slope * h
-        powers = zip(_powers(end), _powers(r), strict=True)
-        weights = [(far - near) / (k * r) * through for k, (far, near) in enumerate(powers, start=2)]
+        powers = zip(range(2, 5), _powers(end), _powers(r), strict=False)
+        weights = [(far - near) / (k * r) * through for k, far, near in powers]
         return base, out, np.array(weights)
     across, up = r - surface.r0, h - surface.h0
-    rho = np.maximum(np.hypot(across, up), 1e-12)
+    rho = np.maximum(np.sqrt(across * across + up * up), 1e-12)
     cosine = across / rho
-    direction = cosine[:, None] * out + (up / rho)[:, None] * surface.axis
-    base = surface.point + surface.h0 * surface.axis + surface.r0 * out
-    through = np.einsum("ij,ij->i", flow, direction) / (r * rho)
-    tube = surface.tube_mm
-    weights = [
-        through
-        * (
-            surface.r0 * (tube ** (k + 2) - rho ** (k + 2)) / (k + 2)
-            + cosine * (tube ** (k + 3) - rho ** (k + 3)) / (k + 3)
-        )
-        for k in range(3)
-    ]
+    direction = cosine * out + surface.axis[:, None] * (up / rho)
+    base = (surface.point + surface.h0 * surface.axis)[:, None] + surface.r0 * out
+    through = (flow * direction).sum(axis=0) / (r * rho)
+    swept = [(surface.tube_mm**k - power) / k for k, power in enumerate(_powers(rho), start=2)]
+    weights = [through * (surface.r0 * swept[k] + cosine * swept[k + 1]) for k in range(3)]
     return base, direction, np.array(weights)
 
 
-def _powers(values: Array) -> tuple[Array, Array, Array]:
-    """Return the square, the third and the fourth power; numpy's own beyond the square are slow."""
+def _powers(values: Array) -> tuple[Array, Array, Array, Array]:
+    """Return the square and the powers up to the fifth; numpy's own beyond the square are slow."""
     square = values * values
-    return square, square * values, square * square
+    fourth = square * square
+    return square, square * values, fourth, fourth * values
 
 
 @dataclass(frozen=True, eq=False)
 class Lens:
     """What lies between some facets and their surface: its moments, and sums of magnitudes.
 
-    ``gross_at`` are ∫ z and ∫ z² of the gross unbalance, across and along the z axis.
+    ``gross_at`` are ∫ z and ∫ z² of the gross unbalance, across and along the z axis; ``volumes`` (m,) lie
+    over each facet, whose middles are off by ``sag_mm`` at most.
     """
 
     moments: Moments
@@ -118,6 +121,7 @@ class Lens:
     gross_unbalance_g_mm: float
     gross_at: Array
     volumes: Array
+    sag_mm: float
 
 
 def lens(
@@ -126,14 +130,14 @@ def lens(
     """Integrate between a surface and triangles (m, 3, 3); ``doubled`` (m, 3) is twice their area vectors."""
     base, out, weights = between(surface, corners, doubled, rule)
     w0, w1, w2 = density_g_mm3 * weights
-    first = w0[:, None] * base + w1[:, None] * out
-    cross = (w1[:, None] * base).T @ out
-    second = (w0[:, None] * base).T @ base + cross + cross.T + (w2[:, None] * out).T @ out
-    size, z = np.hypot(first[:, 0], first[:, 1]), base[:, 2]
+    first = w0 * base + w1 * out
+    second = first @ base.T + (w1 * base + w2 * out) @ out.T
+    size, z = np.sqrt(first[0] ** 2 + first[1] ** 2), base[2]  # hypot takes ten times as long
     return Lens(
-        Moments(float(w0.sum()), first.sum(axis=0), second),
+        Moments(float(w0.sum()), first.sum(axis=1), second),
         float(np.abs(w0).sum()),
         float(size.sum()),
         np.array([size @ z, size @ z**2]),
         np.abs(weights[0]).reshape(-1, len(corners)).sum(axis=0),
+        float(np.abs(surface.off(corners.mean(axis=1))).max(initial=0.0)),
     )

@@ -80,8 +80,7 @@ def find_cylinders(look: Look, surfaces: list[Revolved], surface_of: Indices) ->
 def _chords(look: Look) -> Chords:
     """Return the pairs of faces that may be neighbouring chords of a circle."""
     i, j = look.pairs
-    pair = np.minimum(i, j) * look.count + np.maximum(i, j)
-    once = np.unique(pair, return_index=True)[1]  # a long edge may fall into many
+    _, once, _ = look.distinct_pairs
     i, j, ends = i[once], j[once], look.mesh.vertices[look.edges.ends[look.smooth[once]]]
     axis = unit(np.cross(look.normal[i], look.normal[j]))
     along = ends[:, 1] - ends[:, 0]

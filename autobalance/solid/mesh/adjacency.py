@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from autobalance.solid.mesh.components import numbered_components
-from autobalance.solid.mesh.mesh import Array, Indices, Mesh, longest_sides
+from autobalance.solid.mesh.mesh import Array, Indices, Mesh, longest_sides, ranked
 
 Flags = NDArray[np.bool_]
 
@@ -74,22 +74,11 @@ class Sides:
 
 def sides_of(triangles: Indices) -> Sides:
     """Sort the sides of triangles (m, 3) by their edges; any number may lie on one."""
-    start, end = triangles.reshape(-1), np.roll(triangles, -1, axis=1).reshape(-1)
+    start, end = triangles.reshape(-1), triangles[:, [1, 2, 0]].reshape(-1)
     key = np.minimum(start, end) * (int(triangles.max()) + 1) + np.maximum(start, end)
-    order = _stable_order(key)
-    ordered = key.take(order)
+    ordered, order = ranked(key)
     first = np.flatnonzero(np.concatenate([[True], ordered[1:] != ordered[:-1]]))
     return Sides(start, end, order, first, np.diff(np.append(first, len(order))))
-
-
-def _stable_order(numbers: Indices) -> Indices:
-    """Return the rows of whole numbers (k,), not below zero, by size, equal ones as they come."""
-    bits = len(numbers).bit_length()
-    if int(numbers.max()) >> (63 - bits):
-        return np.argsort(numbers, kind="stable")
-    together = numbers << bits | np.arange(len(numbers))  # sorted with their rows: many times as fast
-    together.sort()
-    return together & ((1 << bits) - 1)
 
 
 def unit(vectors: Array) -> Array:
@@ -100,26 +89,29 @@ def unit(vectors: Array) -> Array:
 
 def edges_of(mesh: Mesh) -> Edges:
     """Pair the triangles of a closed mesh at their edges."""
-    low, high, triangle = _sorted_edges(mesh)
-    same = (low[1:] == low[:-1]) & (high[1:] == high[:-1])
-    first = np.flatnonzero(same)
-    first = first[np.diff(first, prepend=-2) > 1]  # of four triangles at an edge, the first two
-    left, right = triangle[first], triangle[first + 1]
-    ends = np.stack([low[first], high[first]], axis=1)
-    angle = _angles(unit(mesh.area_vectors), left, right)
+    sides = sides_of(mesh.triangles)
+    first = sides.first[sides.count > 1]  # of four triangles at an edge, the first two
+    side = sides.order.take(first)
+    left, right = side // 3, sides.order.take(first + 1) // 3
+    start, end = sides.start.take(side), sides.end.take(side)
+    ends = np.stack([np.minimum(start, end), np.maximum(start, end)], axis=1)
+    angle = _angles(mesh, left, right)
     known = _has_direction(mesh)
-    sure = known[left] & known[right]
-    flat = sure & (
-        (angle <= FLAT_RAD) | (_out_of_plane_mm(mesh, left, right, ends, angle) <= rounding_mm(mesh))
-    )
+    sure = np.ones(len(left), dtype=bool) if known.all() else known.take(left) & known.take(right)
+    flat = sure & (angle <= FLAT_RAD)
+    bent = np.flatnonzero(sure & ~flat)
+    off = _out_of_plane_mm(mesh, left.take(bent), right.take(bent), ends.take(bent, axis=0), angle.take(bent))
+    flat[bent] = off <= rounding_mm(mesh)
     if not sure.all():
         flat |= _longest_of_slivers(mesh, left, right, ends, known)
     return Edges(left, right, ends, np.where(sure, angle, 0.0), flat)
 
 
-def _angles(directions: Array, left: Indices, right: Indices) -> Array:
-    """Return the angles (k,) between pairs of directions (m, 3), by their rows [rad]."""
-    columns = np.ascontiguousarray(directions.T)  # products of columns are many times as fast as of rows
+def _angles(mesh: Mesh, left: Indices, right: Indices) -> Array:
+    """Return the angles (k,) between the directions of pairs of triangles [rad]."""
+    size = mesh.doubled_areas
+    columns = mesh.area_vectors.T / np.where(size > 0.0, size, 1.0)
+    columns = np.ascontiguousarray(columns)  # products of columns are many times as fast as of rows
     (ax, ay, az), (bx, by, bz) = columns.take(left, axis=1), columns.take(right, axis=1)
     across = (ay * bz - az * by) ** 2 + (az * bx - ax * bz) ** 2 + (ax * by - ay * bx) ** 2
     angles: Array = np.arctan2(np.sqrt(across), ax * bx + ay * by + az * bz)
@@ -155,23 +147,13 @@ def _longest_of_slivers(mesh: Mesh, left: Indices, right: Indices, ends: Indices
     return longest
 
 
-def _sorted_edges(mesh: Mesh) -> tuple[Indices, Indices, Indices]:
-    """Return every triangle's edges as (lower vertex, higher vertex, triangle), sorted."""
-    start, end = mesh.triangles.reshape(-1), mesh.triangles[:, [1, 2, 0]].reshape(-1)
-    low, high = np.minimum(start, end), np.maximum(start, end)
-    bits, more = len(mesh.vertices).bit_length(), len(mesh.triangles).bit_length()
-    triangle = np.repeat(np.arange(len(mesh.triangles), dtype=np.int64), 3)
-    if 2 * bits + more > 63:
-        order = np.lexsort((high, low))
-        return low[order], high[order], triangle[order]
-    key = (((low << bits) | high) << more) | triangle  # one number, which numpy sorts fastest
-    key.sort()
-    edge = key >> more
-    return edge >> bits, edge & ((1 << bits) - 1), key & ((1 << more) - 1)
-
-
 def _has_direction(mesh: Mesh) -> Flags:
-    known: Flags = mesh.doubled_areas > longest_sides(mesh.corners) * LEAST_HEIGHT * mesh.diagonal_mm
+    """Tell which triangles are high enough above their longest side; large ones are, whatever their shape."""
+    least = LEAST_HEIGHT * mesh.diagonal_mm
+    known: Flags = mesh.doubled_areas > 2.0 * least * mesh.diagonal_mm
+    small = np.flatnonzero(~known)
+    sides = longest_sides(mesh.vertices.take(mesh.triangles.take(small, axis=0), axis=0))
+    known[small] = mesh.doubled_areas.take(small) > sides * least
     return known
 
 

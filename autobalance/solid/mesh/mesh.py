@@ -168,6 +168,20 @@ def _sorted_with_rows(numbers: NDArray[np.uint64]) -> tuple[NDArray[np.uint64], 
     return numbers, rows
 
 
+def ranked(numbers: Indices) -> tuple[Indices, Indices]:
+    """Return whole numbers (k,), not below zero, by size, equal ones as they come, and their rows.
+
+    They are sorted together with their rows, which numpy does many times as fast as finding an order.
+    """
+    bits = len(numbers).bit_length()
+    if len(numbers) == 0 or int(numbers.max()) >> (63 - bits):
+        order = np.argsort(numbers, kind="stable")
+        return numbers.take(order), order
+    together = numbers << bits | np.arange(len(numbers))
+    together.sort()
+    return together >> bits, together & ((1 << bits) - 1)
+
+
 def hash_rows(points: Floats) -> NDArray[np.uint64]:
     """Mix each row of numbers into 64 bits (multiply and rotate, as in FNV)."""
     words = np.ascontiguousarray(points).view(np.uint32).reshape(len(points), 3 * points.itemsize // 4)

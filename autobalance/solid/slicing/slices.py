@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from autobalance.solid.mesh.mesh import Array, Indices, least_and_greatest
+from autobalance.solid.mesh.mesh import Array, Indices, least_and_greatest, ranked
 
 Numbers = NDArray[np.unsignedinteger[Any]]
 
@@ -143,21 +143,11 @@ def following_of(start: Indices, end: Indices, station: Indices, count: int) -> 
         Vertices in all.
     """
     plane = station * (count * count)
-    begins = _by_size(plane + start[:, 0] * count + start[:, 1])
-    ends = _by_size(plane + end[:, 0] * count + end[:, 1])
+    begins = ranked(plane + start[:, 0] * count + start[:, 1])[1]
+    ends = ranked(plane + end[:, 0] * count + end[:, 1])[1]
     following = np.zeros(len(start), dtype=np.int64)
     following[ends] = begins
     return following
-
-
-def _by_size(numbers: Indices) -> Indices:
-    """Return the rows of distinct whole numbers (k,), not below zero, by size."""
-    bits = len(numbers).bit_length()
-    if len(numbers) == 0 or int(numbers.max()) >> (63 - bits):
-        return np.argsort(numbers)
-    together = numbers << bits | np.arange(len(numbers))  # sorted with their rows: many times as fast
-    together.sort()
-    return together & ((1 << bits) - 1)
 
 
 def _cycles(following: Indices) -> list[Indices]:
