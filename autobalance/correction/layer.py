@@ -20,7 +20,6 @@ from autobalance.correction.kind import Array
 from autobalance.rigid_rotor.moments import Moments
 from autobalance.solid.csg.solid import Region, Solid
 from autobalance.solid.mesh.mesh import Indices, Mesh, least_and_greatest, longest_sides
-from autobalance.solid.slicing.raster import Raster
 from autobalance.solid.slicing.slices import Spans, cross_sections, thinned
 
 BACKWARD = -0.5
@@ -110,13 +109,27 @@ class Layer:
 
     @cached_property
     def summits(self) -> Array:
-        """The vertices (k, 3) that have no higher neighbour, by falling height."""
+        """The vertices (k, 3) that have no higher neighbour."""
         z = self.vertices[:, 2]
         highest = np.full(len(z), -math.inf)
         for corner in self.numbers.T:
             np.maximum.at(highest, corner, self.tops)
-        alone = self.vertices[highest <= z]
-        return alone[np.argsort(-alone[:, 2])]
+        return self.vertices[highest <= z + self.grain_mm]
+
+    @cached_property
+    def saddle_heights_mm(self) -> Array:
+        """The heights of vertices at which the surface is no simple slope: its sections join or divide there.
+
+        Around a vertex of a slope lie two triangles of which it is the middle one by height; around a summit
+        or the bottom of a hollow none, around a saddle four or more. Equal heights count in turn.
+        """
+        by_height = np.argsort(self.vertices[:, 2], kind="stable")
+        rank = np.zeros(len(by_height), dtype=np.int64)
+        rank[by_height] = np.arange(len(by_height))
+        a, b, c = rank.take(self.numbers).T
+        middle = a + b + c - np.minimum(np.minimum(a, b), c) - np.maximum(np.maximum(a, b), c)
+        heights: Array = self.vertices[by_height[np.bincount(middle, minlength=len(rank)) > 2], 2]
+        return heights
 
 
 @dataclass(eq=False)
@@ -131,8 +144,10 @@ class FaceLayer:
         Of the face.
     outline : Region
         The face itself.
+    standing : Region
+        What stands on the face: the tool keeps from under it.
     room : Region
-        Where the tool may be: not under what stands on the face.
+        Where else the tool may be.
     within : Solid or None
         The part of space to which the cut keeps, in the face's frame.
     grain_mm : float
@@ -142,6 +157,7 @@ class FaceLayer:
     section: Callable[[float], Region]
     height_mm: float
     outline: Region
+    standing: Region
     room: Region
     within: Solid | None
     grain_mm: float
@@ -201,141 +217,6 @@ class FaceLayer:
         scale = moments_scale(self.outline, self.height_mm)
         return DepthCurve(at, self.grain_mm, most_mm, scale, breaks_mm)
 
-    # --- where the depth ends -------------------------------------------------------------------------------
-
-    def step_depth_mm(self, slab: Layer, deepest_mm: float) -> float | None:
-        """Return the depth at which another plane that faces the same way joins the section, if any does."""
-        tops = slab.tops
-        below = (tops > self.height_mm - deepest_mm) & (tops < self.height_mm - 2.0 * self.grain_mm)
-        planes = slab.thick(slab.upward[below.take(slab.upward)])
-        depth_of = self.height_mm - tops.take(planes)
-        for depth in np.unique(np.round(depth_of / self.grain_mm)) * self.grain_mm:
-            corners = slab.corners(planes[np.abs(depth_of - depth) <= self.grain_mm])[:, :, :2]
-            floor_mm2 = 0.5 * float(_doubled_areas(corners).sum())
-            kept = self.kept(float(depth) + 2.0 * self.grain_mm)
-            if Cover(kept, corners).area_over(JOINED * floor_mm2) is not None:
-                return float(depth)
-        return None
-
-    def merge_depth_mm(self, slab: Layer, deepest_mm: float) -> float | None:
-        """Return the depth at which another raised part becomes one with the section, if one does.
-
-        From there on that part hangs together with the face, all of it: the removed metal would jump.
-        """
-        summits = slab.summits
-        summits = summits[self.height_mm - summits[:, 2] > 2.0 * self.grain_mm]
-
-        def joined(depth: float) -> bool:
-            apart = summits[self.height_mm - summits[:, 2] < depth - 2.0 * self.grain_mm]
-            return bool(self.kept(depth).contains(apart[:, :2]).any())
-
-        if not len(summits) or not joined(deepest_mm):
-            return None
-        free, merged = 0.0, deepest_mm
-        while merged - free > self.grain_mm:
-            middle = 0.5 * (free + merged)
-            free, merged = (free, middle) if joined(middle) else (middle, merged)
-        return free
-
-    def back_height_mm(self, slab: Layer, lowest_mm: float, deepest_mm: float) -> float | None:
-        """Return the height of the next surface behind the cut, if there is one above ``lowest_mm``."""
-        tops = slab.tops
-        below = (tops > lowest_mm) & (tops < self.height_mm - 2.0 * self.grain_mm)
-        rows = slab.thick(slab.backward[below.take(slab.backward)])
-        rows = rows[np.argsort(-tops[rows])]
-        if not len(rows):
-            return None
-        over = np.clip(self.height_mm - tops[rows] - 2.0 * self.grain_mm, self.grain_mm, deepest_mm)
-        first = np.linspace(self.grain_mm, over[0], SECTIONS_ABOVE)
-        later = over[(np.linspace(0.0, 1.0, SECTIONS_BELOW, endpoint=False) ** 2 * len(over)).astype(int)]
-        depths = np.unique(np.concatenate([first, later]))
-        group = np.searchsorted(depths, over, side="right") - 1
-        cut = Region.of([])
-        for number, depth in enumerate(depths.tolist()):
-            cut = cut + self.kept(depth)
-            some = rows[group == number]
-            count = Cover(cut, slab.corners(some)[:, ::-1, :2]).area_over(self.grain_mm**2)
-            if count is not None:
-                return float(tops[some[count - 1]])
-        return None
-
-
-SECTIONS_ABOVE, SECTIONS_BELOW = 4, 16
-"""Of the metal to be cut, over all that faces backward and beside it: together they make the shadow in which
-a surface lies behind the cut."""
-CUT_MOST = 1000
-"""Triangles on the outline of a region that are cut to it to know the area they share with it."""
-CELLS_LEAST, CELLS_MOST = 64, 1024
-"""Of the grid on which triangles are told apart: about as small as they are."""
-
-
-@dataclass(frozen=True, eq=False)
-class Cover:
-    """Triangles (k, 3, 2), counter-clockwise and side by side, over a region."""
-
-    region: Region
-    corners: Array
-
-    def area_over(self, area_mm2: float) -> int | None:
-        """Return how many of the triangles, from the first, share more than an area with the region.
-
-        Only those near its outline must be cut to it; of many small ones, corners and middle tell.
-        """
-        if self.region.is_empty or not len(self.corners):
-            return None
-        cells = min(max(int(2.0 * len(self.corners) ** 0.5), CELLS_LEAST), CELLS_MOST)
-        raster, boxes = Raster.of(self.region.polygons, cells), _boxes(self.corners)
-        met = np.flatnonzero(raster.meets(*boxes))
-        held = raster.holds(*(box[met] for box in boxes))
-        areas = 0.5 * _doubled_areas(self.corners[met])
-        enough = int(np.searchsorted(np.cumsum(np.where(held, areas, 0.0)), area_mm2, side="right")) + 1
-        edge = np.flatnonzero(~held[:enough])
-        if len(edge) <= CUT_MOST:
-            count = self._count(met, np.where(held, areas, 0.0), edge, area_mm2)
-        else:
-            share = held.astype(np.float64)
-            share[edge] = self._inside(met[edge])
-            count = int(np.searchsorted(np.cumsum(share * areas), area_mm2, side="right")) + 1
-        return int(met[count - 1]) + 1 if count <= len(met) else None
-
-    def _inside(self, rows: Indices) -> Array:
-        """Return about which share of triangles lies inside."""
-        corners = self.corners[rows]
-        points = np.concatenate([corners, corners.mean(axis=1, keepdims=True)], axis=1)
-        inside = self.region.contains(points.reshape(-1, 2)).reshape(-1, 4)
-        share: Array = inside.mean(axis=1)
-        return share
-
-    def _count(self, met: Indices, surely: Array, edge: Indices, area_mm2: float) -> int:
-        """Return how many of the triangles ``met`` share more than an area, those on the ``edge`` cut."""
-        total = np.cumsum(surely)
-
-        def over(count: int) -> bool:
-            cut = Region.of(list(self.corners[met[edge[: np.searchsorted(edge, count)]]])) & self.region
-            return float(total[count - 1]) + cut.area_mm2 > area_mm2
-
-        few, many = 0, min(int(np.searchsorted(total, area_mm2, side="right")) + 1, len(met))
-        if not many or not over(many):
-            return len(met) + 1
-        while many - few > 1:
-            middle = (few + many) // 2
-            few, many = (few, middle) if over(middle) else (middle, many)
-        return many
-
-
-def _boxes(corners: Array) -> tuple[Array, Array]:
-    """Return the least and greatest coordinates (k, 2) of triangles (k, 3, 2)."""
-    a, b, c = corners.transpose(1, 0, 2)
-    return np.minimum(np.minimum(a, b), c), np.maximum(np.maximum(a, b), c)
-
-
-def _doubled_areas(corners: Array) -> Array:
-    """Return twice the areas (k,) of plane triangles (k, 3, 2), counter-clockwise."""
-    a, b, c = corners.transpose(1, 0, 2)
-    (ux, uy), (vx, vy) = (b - a).T, (c - a).T
-    areas: Array = ux * vy - uy * vx
-    return areas
-
 
 def plane_moments(region: Region, z_mm: float) -> Moments:
     """Return ∫ (1, r, r rᵀ) dA over a region that lies at a height."""
@@ -361,7 +242,3 @@ def numbers_of(moments: Moments) -> Array:
 def moments_of(numbers: Array) -> Moments:
     """Return the moments that numbers (13,) stand for."""
     return Moments(float(numbers[0]), numbers[1:4], numbers[4:].reshape(3, 3))
-
-
-JOINED = 1e-3
-"""A plane has joined the section when more than this share of it lies inside."""

@@ -14,6 +14,7 @@ from dataclasses import dataclass
 from functools import cached_property
 
 from autobalance.correction.curve import DepthCurve
+from autobalance.correction.depth_limit import DepthLimit, depth_limit
 from autobalance.correction.face_cut import FaceCut, face_heights, part_name, patches_of
 from autobalance.correction.face_trace import FaceTrace
 from autobalance.correction.kind import (
@@ -26,14 +27,13 @@ from autobalance.correction.kind import (
     SharedDepth,
     Workpiece,
 )
-from autobalance.correction.layer import BACKWARD, FaceLayer, Layer, moments_of
+from autobalance.correction.layer import BACKWARD, FaceLayer, moments_of
 from autobalance.correction.lowering import lowering
 from autobalance.correction.patches import (
     ROUNDING_SHARE,
     FaceLimits,
     Patch,
     face_frame,
-    farthest_mm,
     half_plane_worth,
     heavy_direction,
 )
@@ -208,62 +208,45 @@ def _cut(
     height, to_face = float(face.normal @ face.centroid_mm), face_frame(face.normal)
     grain = max(ROUNDING_SHARE * mesh.diagonal_mm, 4.0 * face.spread_mm)
     wall = _wall_mm(face, anatomy, limits)
-    looked = reach_mm if limits.max_depth_mm is None else min(reach_mm, limits.max_depth_mm)
-    under = under_face(mesh, anatomy, face, to_face, height - looked - wall - grain, grain)
-    slab, size = under.slab, farthest_mm(mesh, anatomy)
+    reach = _reach(limits, reach_mm)
+    under = under_face(mesh, anatomy, face, to_face, height - reach.depth_mm - wall - grain, grain)
     layer = FaceLayer(
         under.section,
         height,
         under.outline,
-        Region.rectangle([-size, -size], [size, size]) - under.standing,
+        under.standing,
+        under.room,
         None if patch.within is None else patch.within.moved(to_face),
         grain,
     )
     if layer.kept(grain).is_empty:
         return None
-    depth, limit, is_reach = _depth_limit(layer, slab, looked, wall, limits)
-    if depth <= 2.0 * grain:
+    limit = depth_limit(layer, under.slab, reach, wall)
+    if limit.depth_mm <= 2.0 * grain:
         return None
     return ShoulderCut(
         face=face,
         to_face=to_face,
         top_mm=height + 3.0 * grain,
         layer=layer,
-        heights_mm=slab.vertices[:, 2],
+        heights_mm=under.slab.vertices[:, 2],
         within=patch.within,
         wedge=patch.wedge,
         sector_deg=patch.sector_deg,
         density_g_mm3=density_g_mm3,
-        max_depth_mm=depth,
-        limit=limit,
-        limit_is_reach=is_reach,
+        max_depth_mm=limit.depth_mm,
+        limit=limit.reason,
+        limit_is_reach=limit.is_reach,
         depth_step_mm=limits.depth_step_mm,
         clearance_mm=wall,
     )
 
 
-def _depth_limit(
-    layer: FaceLayer, slab: Layer, looked_mm: float, wall_mm: float, limits: ShoulderLimits
-) -> tuple[float, str, bool]:
-    """Return the greatest depth, what ends it, and whether that is only how far was looked."""
-    depth, limit, is_reach = looked_mm, "how far was looked", True
-    if limits.max_depth_mm is not None and limits.max_depth_mm <= looked_mm:
-        limit, is_reach = f"max_depth_mm = {limits.max_depth_mm:g}", False
-    step = layer.step_depth_mm(slab, depth)
-    if step is not None:
-        depth, limit, is_reach = (
-            step - layer.grain_mm,
-            "the height of the shoulder over the next plane",
-            False,
-        )
-    merge = layer.merge_depth_mm(slab, depth)
-    if merge is not None:
-        depth, limit, is_reach = merge - layer.grain_mm, "another raised part beside the face", False
-    back = layer.back_height_mm(slab, layer.height_mm - depth - wall_mm, depth)
-    if back is not None and layer.height_mm - back - wall_mm < depth:
-        depth = layer.height_mm - back - wall_mm
-        limit, is_reach = f"the wall of {wall_mm:.3g} mm behind it", False
-    return depth, limit, is_reach
+def _reach(limits: ShoulderLimits, reach_mm: float) -> DepthLimit:
+    """Return how deep to look: as deep as the job allows, if that is not deeper."""
+    if limits.max_depth_mm is None or limits.max_depth_mm > reach_mm:
+        return DepthLimit(reach_mm, "how far was looked", is_reach=True)
+    return DepthLimit(limits.max_depth_mm, f"max_depth_mm = {limits.max_depth_mm:g}")
 
 
 def _wall_mm(face: Face, anatomy: Anatomy, limits: ShoulderLimits) -> float:

@@ -7,7 +7,7 @@ from weakref import WeakKeyDictionary
 
 from autobalance.correction.kind import Array
 from autobalance.correction.layer import Layer
-from autobalance.correction.patches import face_region
+from autobalance.correction.patches import face_region, farthest_mm
 from autobalance.crank.anatomy import Anatomy, Face
 from autobalance.solid.csg.solid import Region
 from autobalance.solid.mesh.mesh import Mesh
@@ -30,12 +30,15 @@ class UnderFace:
     outline : Region
         The face itself.
     standing : Region
-        What stands on it, with room around.
+        Where the tool may not be: what stands on the face, with room around, and what that encloses.
+    room : Region
+        Where it may be: everywhere else.
     """
 
     slab: Layer
     outline: Region
     standing: Region
+    room: Region
     _sections: dict[float, Region] = field(default_factory=dict)
 
     @classmethod
@@ -46,12 +49,16 @@ class UnderFace:
         height = float(face.normal @ face.centroid_mm)
         frame = to_face @ anatomy.file_to_rotor
         slab = Layer.of(mesh, frame, down_to_mm, height + 2.0 * grain_mm, grain_mm)
+        outline = face_region(mesh, anatomy, face, to_face)
         standing = slab.section(height + grain_mm).grown(CLEARANCE * grain_mm)
-        return cls(
-            slab,
-            face_region(mesh, anatomy, face, to_face),
-            standing.simplified(0.5 * CLEARANCE * grain_mm),
-        )
+        standing = standing.simplified(0.5 * CLEARANCE * grain_mm)
+        size = farthest_mm(mesh, anatomy)
+        everywhere = Region.rectangle([-size, -size], [size, size])
+        rooms = (everywhere - standing).pieces()
+        if len(rooms) > 1:  # an oil hole in a journal, say, which no tool at the face gets to
+            rooms = [room for room in rooms if not (room & outline).is_empty]
+            standing = everywhere - Region.beside_each_other(rooms)
+        return cls(slab, outline, standing, Region.beside_each_other(rooms))
 
     def section(self, height_mm: float) -> Region:
         """Return the solid's cross-section at a height within the slab."""

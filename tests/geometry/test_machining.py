@@ -267,7 +267,7 @@ def test_a_face_without_surfaces_cannot_grow() -> None:
 
 def layer_of(solid: Solid, outline: Region, height: float) -> FaceLayer:
     room = Region.rectangle([-99.0, -99.0], [99.0, 99.0])
-    return FaceLayer(solid.section, height, outline, room, None, 1e-4)
+    return FaceLayer(solid.section, height, outline, Region.of([]), room, None, 1e-4)
 
 
 def test_a_shoulders_tool_is_a_box_around_what_goes() -> None:

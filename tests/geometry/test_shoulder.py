@@ -6,13 +6,16 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
+from autobalance.correction import face_depths_mm
 from autobalance.correction.kind import Workpiece
 from autobalance.correction.patches import Patch, auto_patches, chosen_patches, sector
 from autobalance.correction.shoulder import KIND, ShoulderCut, ShoulderLimits, cuts, shared_depths
 from autobalance.crank.anatomy import Anatomy, Face, MainJournal, Pin, Throw, Web
+from autobalance.crank.faces import find_faces
 from autobalance.errors import CorrectionError
 from autobalance.solid.csg.solid import Region, Solid
 from autobalance.solid.mesh.mesh import Mesh
+from tests.generated import generated_crank
 
 RHO = 7.85e-3
 HEAVY_DEG = math.degrees(math.atan2(0.6, -0.8))
@@ -129,10 +132,40 @@ def test_the_depth_ends_where_another_raised_part_begins() -> None:
     ridge = [[-40.0, 0.0], [32.0, 0.0], [32.0, 10.0], [24.0, 17.5], [16.0, 10.0], [10.0, 20.0], [-40.0, 20.0]]
     solid = Solid.prism(Region.of([np.array(ridge)]), -20.0, 20.0).moved(STANDING)
     cut = cut_of(solid, ShoulderLimits(min_wall_mm=0.0), reach=15.0)
-    assert cut.max_depth_mm == pytest.approx(10.0, abs=1e-3)  # the valley between face and ridge
+    grain = cut.layer.grain_mm
+    assert cut.max_depth_mm == pytest.approx(10.0 - grain, abs=0.01 * grain)  # the valley beside the face
     aside = solid.volume_mm3 - (solid - cut.tool(5.0)).volume_mm3
     assert aside == pytest.approx(40.0 * (50.0 + 53.0) / 2.0 * 5.0, rel=1e-6)  # the ridge is left alone
     assert "raised part" in cut.limit
+
+
+def test_equal_faces_may_be_lowered_equally_deep() -> None:
+    """All side faces of a parallel twin are alike, however its file lies and whichever way it is rounded."""
+    crank = generated_crank("parallel-twin-360", seed=539, segments=16)
+    faces = tuple(face for face in find_faces(crank.mesh, crank.truth) if face.web is not None)
+    depths = face_depths_mm(crank.solid, crank.truth, RHO, faces, ())
+    aside = [depths[face.id] for face in faces if abs(face.normal[2]) < 0.5]
+    assert len(aside) == 8
+    assert max(aside) == pytest.approx(min(aside), abs=1e-3)
+
+
+def test_what_is_enclosed_by_what_stands_on_the_face_is_left() -> None:
+    """A drilling runs down through the boss into the block: its end is no wall behind the face."""
+    drilled = block_with_boss() - Solid.prism(Region.circle(2.0, 24), 16.0, 41.0)
+    cut = cut_of(drilled, ShoulderLimits(min_wall_mm=5.0), reach=30.0)
+    assert cut.max_depth_mm == pytest.approx(15.0, abs=1e-9)
+    done = drilled - cut.tool(10.0)
+    assert done.section(16.5).area_mm2 == pytest.approx(drilled.section(30.0).area_mm2, rel=1e-3)
+
+
+def test_a_wall_is_left_before_a_cavity_beside_the_face() -> None:
+    """The block's sides lean out; under one of them, not under the face, lies a box that is hollow."""
+    sides = np.array([[-40.0, 0.0], [40.0, 0.0], [20.0, 20.0], [-20.0, 20.0]])
+    solid = Solid.prism(Region.of([sides]), -20.0, 20.0).moved(STANDING)
+    hollow = solid - Solid.box(np.array([27.0, -5.0, 2.0]), np.array([29.0, 5.0, 8.0]))
+    cut = cut_of(hollow, ShoulderLimits(min_wall_mm=2.0), reach=15.0)
+    assert cut.max_depth_mm == pytest.approx(10.0, abs=1e-9)
+    assert "wall" in cut.limit
 
 
 def test_a_wall_is_left_before_a_cavity() -> None:
