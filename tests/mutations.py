@@ -10,6 +10,7 @@ from typing import Any
 
 import autobalance as ab
 from autobalance.report.json import report as as_report
+from autobalance.report.json import schema
 from autobalance.verification.check import Checked, check_claims
 from autobalance.verification.claims import Claims
 from autobalance.verification.correction_claims import TOLD
@@ -17,11 +18,12 @@ from autobalance.verification.solids import Files
 
 Report = dict[str, Any]
 Way = tuple[str | int, ...]
+SCHEMA = schema()
 
 
-def checked(report: Report, folder: Path, files: Files) -> Checked:
+def checked(report: Report, folder: Path, files: Files | None = None) -> Checked:
     """Hold a report against its files, which are read once."""
-    return check_claims(Claims("report.json", report), folder, False, as_report, files)
+    return check_claims(Claims("report.json", report), folder, False, as_report, files, SCHEMA)
 
 
 def leaves(value: Any, way: Way = ()) -> Iterator[Way]:

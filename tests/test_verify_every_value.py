@@ -115,3 +115,22 @@ def test_a_report_that_cannot_be_read_one_way(
     path.write_text(text.replace(old, new), encoding="utf-8")
     assert jobs.run("verify", path) == 3
     assert said in capsys.readouterr().err
+
+
+def test_what_a_list_of_cuts_contradicts_itself_in(tmp_path: Path) -> None:
+    """A cut of another height could be taken for one whose metal touches another's, and went unchecked."""
+    folder = balanced(tmp_path, "single", '"shoulder"')
+    report = jobs.report_of(folder)
+    first = report["corrections"][0]
+    for key, value in (
+        ("new_height_mm", -first["new_height_mm"]),
+        ("face_height_mm", first["face_height_mm"] + 1e-3),
+        ("sector_deg", None),
+        ("sector_deg", [271.0, 90.0]),
+        ("sector_deg", [270.0, 89.0]),
+        ("angle_deg", 360.0),
+    ):
+        with pytest.raises(ab.AutobalanceError, match=f"{key}"):
+            mutations.checked(
+                {**report, "corrections": [{**first, key: value}, *report["corrections"][1:]]}, folder
+            )

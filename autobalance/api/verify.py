@@ -91,8 +91,9 @@ def verify(report: str | Path, *, independent: bool = False) -> VerifyResult:
         If a claim fails.
     """
     from autobalance.report.json import report as as_report
+    from autobalance.report.json import schema
 
-    found = check_report(Path(report), independent, as_report)
+    found = check_report(Path(report), independent, as_report, schema())
     values = {
         **report_head("verify"),
         "report": str(report),

@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from autobalance.correction.kind import Array, Item
+from autobalance.correction.kind import Array, Item, Limits
 from autobalance.correction.layer import Layer
 from autobalance.correction.patches import ROUNDING_SHARE, face_frame, face_region, farthest_mm, sector
 from autobalance.correction.trace import (
@@ -20,7 +20,6 @@ from autobalance.correction.trace import (
     slack_mm,
     stated_number,
     stated_unit,
-    surface_moments,
 )
 from autobalance.crank.anatomy import Face
 from autobalance.errors import FormatError
@@ -33,6 +32,8 @@ WHOLE_FACE = 0.98
 """Share of a face that is cut where all of it is."""
 EDGE_MM2 = 0.1
 """Area of metal cut off at an angle that shows where the angle is."""
+EDGE_DEG = 0.05
+"""By how much an edge may lie beside its listed angle."""
 
 
 def _hanging_together(
@@ -64,14 +65,30 @@ class FaceTrace:
         """Always."""
         return True
 
+    def implied(self, crank: Before, limits: Limits | None) -> Mapping[str, Any]:
+        """Return the face as it was before, and its new height: the old one less the depth."""
+        del limits
+        face = self._stated_face(crank)
+        height = stated_number(self.item, "face_height_mm")
+        return {
+            "web": face.web,
+            "normal": face.normal,
+            "face_height_mm": float(face.normal @ face.centroid_mm),
+            "new_height_mm": height - stated_number(self.item, "depth_mm"),
+        }
+
+    def _stated_face(self, crank: Before) -> Face:
+        """Return the face that it is said to be on."""
+        face = next((face for face in crank.faces if face.id == self.item.get("face")), None)
+        if face is None:
+            raise FormatError(f"face {self.item.get('face')!r} of a correction is none of the crank")
+        return face
+
     def room(self, crank: Before) -> Solid:
         """Reach over or under the face, beside it as far as walls may lean."""
         ends = sorted((stated_number(self.item, "face_height_mm"), stated_number(self.item, "new_height_mm")))
         slack, to_face = slack_mm(ends[1] - ends[0]), face_frame(stated_unit(self.item, "normal"))
-        face = next((face for face in crank.faces if face.id == self.item.get("face")), None)
-        if face is None:
-            raise FormatError(f"face {self.item.get('face')!r} of a correction is none of the crank")
-        under = face_region(crank.mesh, crank.anatomy, face, to_face)
+        under = face_region(crank.mesh, crank.anatomy, self._stated_face(crank), to_face)
         outline = under.grown(LEAN * (ends[1] - ends[0]) + BESIDE_MM)
         if not self.adds:
             outline = outline + _hanging_together(crank, to_face, under, ends[0], slack)
@@ -95,16 +112,21 @@ class FaceTrace:
             raise FormatError(f"sector_deg of a correction of kind {self.item.get('kind')!r} is not 2 angles")
         return float(value[0]), float(value[1])
 
-    def _has_edges(self, metal: Metal) -> bool:
-        """Tell whether the metal is cut off at both angles of its sector."""
-        for angle in np.radians(self._angles_deg or ()):
-            across = np.array([-math.sin(angle), math.cos(angle), 0.0])
-            along = np.array([math.cos(angle), math.sin(angle), 0.0])
-            near = np.abs(metal.corners @ across) <= 8.0 * metal.near_mm + 1e-4
-            edge = near.all(axis=1) & ((metal.corners @ along).mean(axis=1) > 0.0)
-            if surface_moments(metal.corners[edge]).mass_g < EDGE_MM2:
-                return False
-        return True
+    def _sector_deg(self, metal: Metal, is_whole: bool) -> dict[str, Any]:
+        """Return the sector as the metal shows it; nothing where the metal ends before the sector does.
+
+        Where only one of its edges shows and is another than listed, that one is told.
+        """
+        listed = self._angles_deg
+        angles = listed or (None, None)
+        edges = [_edge_deg(metal, -1.0, *angles), _edge_deg(metal, 1.0, *reversed(angles))]
+        if listed is None:
+            return {} if None in edges and not is_whole else {"sector_deg": None if is_whole else edges}
+        seen = [angle if edge is None else edge for edge, angle in zip(edges, listed, strict=True)]
+        off = max(abs((one - other + 180.0) % 360.0 - 180.0) for one, other in zip(seen, listed, strict=True))
+        if off > EDGE_DEG:
+            return {"sector_deg": seen}
+        return {} if None in edges else {"sector_deg": list(listed)}
 
     def read(self, metal: Metal) -> Mapping[str, Any]:
         """Heights, depth, the new face, and on which face it is."""
@@ -115,8 +137,6 @@ class FaceTrace:
         face = self._face(metal, normal, -up * old)
         height = float(face.normal @ face.centroid_mm)
         whole = stood_on.mass_g >= WHOLE_FACE * face.area_mm2
-        shows = whole if self._angles_deg is None else self._has_edges(metal)
-        sector_deg = {"sector_deg": self.item.get("sector_deg")} if shows else {}
         area = {"area_mm2" if self.adds else "new_face_area_mm2": cut.mass_g}
         return {
             "face": face.id,
@@ -127,7 +147,7 @@ class FaceTrace:
             "depth_mm": height - up * new,
             "position_mm": metal.moments.centre_mm,
             **area,
-            **sector_deg,
+            **self._sector_deg(metal, whole),
             **rates(cut.scaled(up * metal.density_g_mm3)),
         }
 
@@ -147,3 +167,51 @@ class FaceTrace:
                 f"normal of a correction of kind {self.item.get('kind')!r}: no face looks that way"
             )
         return best
+
+
+def _edge_deg(metal: Metal, side: float, listed_deg: float | None, other_deg: float | None) -> float | None:
+    """Return the angle at which metal was cut off along a half-plane through the crank axis, if it was.
+
+    Facets in such half-planes that the crank had before are its own, and those at the sector's other edge a
+    neighbour's, who begins there; of several angles the listed one counts, else that of the most area.
+    ``side`` is 1 where the metal ends there, counter-clockwise, -1 where it begins.
+    """
+    facets = _radial_facets(metal.corners, side, metal.near_mm)
+    if listed_deg is not None and _area_at(*facets, listed_deg) >= EDGE_MM2:
+        return listed_deg
+    found = {float(angle): _area_at(*facets, angle) for angle in facets[0]}
+    found = {
+        angle: area
+        for angle, area in found.items()
+        if area >= EDGE_MM2 and (other_deg is None or _apart_deg(angle, other_deg) > EDGE_DEG)
+    }
+    if found:
+        own = _radial_facets(metal.crank.corners, side, metal.near_mm)
+        found = {angle: area for angle, area in found.items() if _area_at(*own, angle) < EDGE_MM2}
+    return max(found, key=found.__getitem__, default=None)
+
+
+def _area_at(angles: Array, areas: Array, angle: float) -> float:
+    return float(areas[_apart_deg(angles, angle) <= EDGE_DEG].sum())
+
+
+def _apart_deg(angles: Array | float, angle: float) -> Array:
+    """Return by how much angles lie apart, around the turn [deg]."""
+    return np.asarray(np.abs((angles - angle + 180.0) % 360.0 - 180.0))
+
+
+def _radial_facets(corners: Array, side: float, near_mm: float) -> tuple[Array, Array]:
+    """Return angles [deg] of facets (k, 3, 3) in half-planes that the crank axis bounds, and their areas.
+
+    Areas are below 0 where facets look the other way: those of flaps cancel.
+    """
+    a, b, c = corners.transpose(1, 0, 2)
+    vectors = 0.5 * np.cross(b - a, c - a)
+    areas = np.linalg.norm(vectors, axis=1)
+    middle = corners.mean(axis=1)
+    angles = np.arctan2(middle[:, 1], middle[:, 0])
+    across = np.column_stack([-np.sin(angles), np.cos(angles), np.zeros(len(angles))])
+    off = np.abs((corners * across[:, None, :]).sum(axis=2)).max(axis=1)
+    along = side * (vectors * across).sum(axis=1)
+    radial = (off <= 8.0 * near_mm + 1e-4) & (np.abs(along) > ON_PLANE * areas)
+    return np.degrees(angles[radial]) % 360.0, along[radial]

@@ -11,7 +11,7 @@ import numpy as np
 
 from autobalance.correction.hole import Hole
 from autobalance.correction.hole_surface import Axis
-from autobalance.correction.kind import Array, Item
+from autobalance.correction.kind import Array, Item, Limits
 from autobalance.correction.trace import (
     SLACK_MM,
     Before,
@@ -19,10 +19,12 @@ from autobalance.correction.trace import (
     rates,
     slack_mm,
     stated_number,
+    stated_size,
     stated_unit,
     stated_vector,
     web_at,
 )
+from autobalance.errors import FormatError
 from autobalance.rigid_rotor.moments import Moments
 from autobalance.solid.csg.solid import Region, Solid, union
 from autobalance.solid.mesh.mesh import Mesh
@@ -47,9 +49,20 @@ class HoleTrace:
     def _axis(self) -> Axis:
         return Axis(stated_vector(self.item, "position_mm"), stated_unit(self.item, "inward"))
 
+    def implied(self, crank: Before, limits: Limits | None) -> Mapping[str, Any]:
+        """Return which way it goes, into which web, and what size the job has for it."""
+        axis, size = self._axis, stated_size(self.item, "diameter_mm")
+        sizes = () if not self.takes_metal else getattr(limits, "diameters_mm", None) or ()
+        return {
+            "direction": "axial" if abs(float(axis.inward[2])) > 0.5 else "radial",
+            "diameter_mm": min(sizes, key=lambda each: abs(each - size), default=size),
+            "point_angle_deg": 2.0 * math.degrees(self.half_point_rad),
+            "entry_radius_mm": math.hypot(*axis.entry_mm[:2]),
+        }
+
     def room(self, crank: Before) -> Solid:
         """All around the axis, down to the tip; its mouth may be higher than the entry."""
-        radius, depth = 0.5 * stated_number(self.item, "diameter_mm"), stated_number(self.item, "depth_mm")
+        radius, depth = 0.5 * stated_size(self.item, "diameter_mm"), stated_size(self.item, "depth_mm")
         deep = depth + radius / math.tan(self.half_point_rad)
         around = Region.circle(WIDER * radius + SLACK_MM, SIDES)
         return Solid.prism(around, -4.0 * radius - 5.0, deep + slack_mm(deep)).moved(self._axis.placement)
@@ -62,7 +75,8 @@ class HoleTrace:
         look = OVER_SHOULDER * depth
         area, first, _ = bore.section(look).area_moments()
         if not area > 0.0:
-            return {"depth_mm": math.nan}
+            kind = self.item.get("kind")
+            raise FormatError(f"depth_mm of a correction of kind {kind!r} is {depth:g}: there is no metal")
         tip = float(bore.bounds[1, 2])
         shoulder = 1.5 * (bore.above(look).volume_mm3 / area + look - tip / 3.0)
         entry = _first_met(bore.mesh, np.array([*(first / area), look]), np.array([0.0, 0.0, 1.0]))
@@ -120,19 +134,40 @@ class DrillTrace(HoleTrace):
 class SlugTrace(HoleTrace):
     """A slug in its bore, or in a hole that was there; the slug itself is in no file."""
 
+    def implied(self, crank: Before, limits: Limits | None) -> Mapping[str, Any]:
+        """Return also the slug of the job that is meant, what it weighs and where it ends up."""
+        length, dense = stated_size(self.item, "length_mm"), stated_size(self.item, "density_kg_m3")
+        lengths = getattr(limits, "lengths_mm", None) or (length,)
+        slug = self.slug()
+        return {
+            **super().implied(crank, limits),
+            "density_kg_m3": getattr(limits, "density_kg_m3", dense),
+            "length_mm": min(lengths, key=lambda each: abs(each - length)),
+            "slug_mass_g": slug.mass_g,
+            "slug_centre_mm": slug.centre_mm,
+        }
+
+    def slug(self) -> Moments:
+        """Return the moments of the slug as listed: a cylinder that ends where the bore does."""
+        length, depth = stated_size(self.item, "length_mm"), stated_number(self.item, "depth_mm")
+        radius, density = 0.5 * stated_size(self.item, "diameter_mm"), stated_size(self.item, "density_kg_m3")
+        mass = math.pi * radius**2 * length * density * G_PER_MM3_PER_KG_M3
+        along, across = length**2 / 12.0, radius**2 / 4.0
+        inward = self._axis.inward
+        centre = self._axis.entry_mm + (depth - 0.5 * length) * inward
+        spread = across * np.eye(3) + (along - across) * np.outer(inward, inward)
+        return Moments(mass, mass * centre, mass * (np.outer(centre, centre) + spread))
+
     def read(self, metal: Metal) -> Mapping[str, Any]:
         """Read the bore off the metal; the slug from its size."""
         inward, length = stated_unit(self.item, "inward"), stated_number(self.item, "length_mm")
-        dense = getattr(metal.limits, "density_kg_m3", stated_number(self.item, "density_kg_m3"))
-        lengths = getattr(metal.limits, "lengths_mm", None) or (length,)
-        length = min(lengths, key=lambda each: abs(each - length))
-        density = dense * G_PER_MM3_PER_KG_M3
-        found: dict[str, Any] = {"density_kg_m3": dense, "length_mm": length}
+        density = stated_number(self.item, "density_kg_m3") * G_PER_MM3_PER_KG_M3
+        found: dict[str, Any] = {}
         entry, depth = stated_vector(self.item, "position_mm"), stated_number(self.item, "depth_mm")
         radius = 0.5 * stated_number(self.item, "diameter_mm")
         if self.takes_metal:
             found |= super().read(metal)
-            found.pop("point_mm")
+            del found["point_mm"]
             entry, depth, radius = found["position_mm"], found["depth_mm"], 0.5 * found["diameter_mm"]
         centre = entry + (depth - 0.5 * length) * inward
         mass = math.pi * radius**2 * length * density

@@ -29,6 +29,8 @@ measured then, and found to be other than claimed."""
 SLACK_MM = 0.2
 FAR_MM = 1e4
 """Beyond any crank."""
+MOST = 1e6
+"""No length [mm] or density [kg/m³] of a correction is greater."""
 ON_PLANE = 0.999
 """Cosine between normals of facets of one plane, at least."""
 FLAP = 0.5
@@ -56,6 +58,11 @@ class Before:
     anatomy: Anatomy
     faces: tuple[Face, ...]
     patches: tuple[Array, ...]
+
+    @cached_property
+    def corners(self) -> Array:
+        """Corners (k, 3, 3) of its facets, rotor frame."""
+        return self.mesh.moved(self.anatomy.file_to_rotor).corners
 
 
 @dataclass(frozen=True, eq=False)
@@ -148,6 +155,10 @@ class Trace(Protocol):
         """Whether metal goes or comes at all."""
         ...
 
+    def implied(self, crank: Before, limits: Limits | None) -> Mapping[str, Any]:
+        """Return what of the list follows from the rest of it, the job's limits and the crank as it came."""
+        ...
+
     def room(self, crank: Before) -> Solid:
         """Return where this correction's metal lies, with some slack, rotor frame."""
         ...
@@ -188,15 +199,29 @@ def stated_number(item: Item, key: str) -> float:
     value = item.get(key)
     if isinstance(value, bool) or not isinstance(value, int | float):
         raise FormatError(f"{key} of a correction of kind {item.get('kind')!r} is no number")
+    if abs(value) > MOST:
+        raise FormatError(
+            f"{key} of a correction of kind {item.get('kind')!r} is {value:g}; at most {MOST:g}"
+        )
     return float(value)
+
+
+def stated_size(item: Item, key: str) -> float:
+    """Return a size of a listed correction, which must be above 0."""
+    value = stated_number(item, key)
+    if not value > 0.0:
+        raise FormatError(
+            f"{key} of a correction of kind {item.get('kind')!r} is {value:g}; needed more than 0"
+        )
+    return value
 
 
 def stated_vector(item: Item, key: str) -> Array:
     """Return three numbers of a listed correction."""
     value = item.get(key)
-    if not (isinstance(value, list) and len(value) == 3 and all(isinstance(v, int | float) for v in value)):
+    if not (isinstance(value, list) and len(value) == 3):
         raise FormatError(f"{key} of a correction of kind {item.get('kind')!r} is not 3 numbers")
-    return np.array(value, dtype=np.float64)
+    return np.array([stated_number({**item, key: each}, key) for each in value])
 
 
 def stated_unit(item: Item, key: str) -> Array:
@@ -235,11 +260,19 @@ class RingTrace:
         """Always."""
         return True
 
+    def implied(self, crank: Before, limits: Limits | None) -> Mapping[str, Any]:
+        """Return the new radius: the old one less the depth."""
+        del crank, limits
+        new = stated_number(self.item, "rim_radius_mm") - stated_number(self.item, "depth_mm")
+        return {"new_radius_mm": new}
+
     def room(self, crank: Before) -> Solid:
         """All beyond the new radius, along its webs."""
         inner = stated_number(self.item, "new_radius_mm")
         inner = max(inner - slack_mm(inner), 0.0)
-        listed = self.item.get("webs") or ()
+        listed = self.item.get("webs")
+        if not isinstance(listed, list):
+            raise FormatError(f"webs of a correction of kind {self.item.get('kind')!r} is no list")
         rings = [
             faceted_ring(inner, FAR_MM, web.z_min_mm - SLACK_MM, web.z_max_mm + SLACK_MM)
             for web in crank.anatomy.webs
@@ -335,9 +368,14 @@ class PocketTrace:
         """Always."""
         return True
 
+    def implied(self, crank: Before, limits: Limits | None) -> Mapping[str, Any]:
+        """Return the cutter of the job."""
+        del crank
+        return {"direction": "axial", "cutter_mm": getattr(limits, "cutter_mm", self.item.get("cutter_mm"))}
+
     def room(self, crank: Before) -> Solid:
         """All between the radii and the angles, from the cheek down."""
-        depth, z = stated_number(self.item, "depth_mm"), stated_number(self.item, "face_z_mm")
+        depth, z = stated_size(self.item, "depth_mm"), stated_number(self.item, "face_z_mm")
         inner, outer = (stated_number(self.item, f"{name}_radius_mm") for name in ("inner", "outer"))
         start, end = stated_number(self.item, "start_deg"), stated_number(self.item, "end_deg")
         slack = slack_mm(depth)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -21,10 +22,11 @@ from autobalance.rigid_rotor.tolerance import Tolerance
 from autobalance.rigid_rotor.unbalance import Unbalance
 from autobalance.rigid_rotor.uncertainty import Budget
 from autobalance.verification import budget_claims, premises, rotor_claims, solids
-from autobalance.verification.claims import ROUNDING, Claims, near_turn
+from autobalance.verification.claims import ROUNDING, Claims
 from autobalance.verification.correction_claims import Change, check_corrections
 from autobalance.verification.coverage import NotChecked, not_checked
 from autobalance.verification.report_file import read_report, refuse_version
+from autobalance.verification.shape import refuse_shape
 from autobalance.verification.solids import Files, Given, Left
 
 AsReport = Callable[[Record], Mapping[str, Any]]
@@ -45,7 +47,12 @@ class Checked:
     not_checked: tuple[NotChecked, ...] = ()
 
 
-def check_report(path: Path, independent: bool = False, as_report: AsReport | None = None) -> Checked:
+def check_report(
+    path: Path,
+    independent: bool = False,
+    as_report: AsReport | None = None,
+    schema: Mapping[str, Any] | None = None,
+) -> Checked:
     """Check every number that a report claims of its corrected solid.
 
     Parameters
@@ -56,6 +63,8 @@ def check_report(path: Path, independent: bool = False, as_report: AsReport | No
         Measure the solid a second way too, and require both to agree.
     as_report : callable or None
         Writes a record down as reports are; None: what only a record tells is not checked.
+    schema : mapping or None
+        JSON Schema of reports; None: keys that nothing else asks for may be missing.
 
     Returns
     -------
@@ -68,7 +77,8 @@ def check_report(path: Path, independent: bool = False, as_report: AsReport | No
     ClaimError
         If a claim fails.
     """
-    return check_claims(Claims(path.name, read_report(path)), path.parent, independent, as_report)
+    claims = Claims(path.name, read_report(path))
+    return check_claims(claims, path.parent, independent, as_report, schema=schema)
 
 
 def check_claims(
@@ -77,8 +87,12 @@ def check_claims(
     independent: bool = False,
     as_report: AsReport | None = None,
     files: Files | None = None,
+    schema: Mapping[str, Any] | None = None,
 ) -> Checked:
     """Check a report that was read, as ``check_report`` does; ``files`` may know its solids from before."""
+    claims.get("command", str)
+    if schema is not None:
+        refuse_shape(claims.name, claims.values, schema)
     found = Held(claims, folder, independent, as_report, files or Files())
     try:
         checked = _checked(found)
@@ -124,10 +138,16 @@ def _checked(held: Held) -> Checked:
     size = solids.size_of(left.source, crank)
     initial = Unbalance.of(crank + loads)
     rotor_claims.check_unbalance(claims, "initial", initial, tolerance, size)
+    if left.is_cut:
+        change = Change(given.source, left.source, left.moments - given.bare, given.anatomy, job, held.files)
+        check_corrections(claims, change)
+    else:
+        claims.same("corrections", [])
     after = left.moments + hidden + solids.pressed_in(claims)
     residual = Unbalance.of(after + loads)
     rotor_claims.check_unbalance(claims, "residual", residual, tolerance, size)
     rotor_claims.check_after(claims, job, anatomy, crank, after)
+    rotor_claims.check_inertia(claims, crank, after)
     rotor_claims.check_assembly(claims, job, tolerance, residual, size)
     causes = budget_claims.causes_of(claims, job, anatomy, crank, tolerance, given)
     doubts = (
@@ -138,11 +158,6 @@ def _checked(held: Held) -> Checked:
     budget = budget_claims.check_budget(claims, "residual", causes, doubts[1], size)
     ends = Ends(initial, residual, crank, after, doubts, hidden)
     _check_as_recorded(held, job, given, left, tolerance, ends)
-    if left.is_cut:
-        change = Change(given.source, left.source, left.moments - given.bare, given.anatomy, job, held.files)
-        check_corrections(claims, change)
-    else:
-        claims.same("corrections", [])
     check_course(claims, ends, left.is_cut)
     _check_overbalance(claims, job, tolerance)
     solids.check_pages(claims, held.folder)
@@ -309,5 +324,4 @@ def _check_overbalance(claims: Claims, job: Job, tolerance: Tolerance) -> None:
     size = left.magnitude_g_mm
     claims.near("overbalance.unbalance_g_mm", left.resultant_g_mm, size)
     claims.near("overbalance.magnitude_g_mm", size, size)
-    angle = near_turn(np.degrees(left.angle_rad), claims.get("overbalance.angle_deg", float))
-    claims.near("overbalance.angle_deg", angle, 360.0)
+    claims.near_angle("overbalance.angle_deg", math.degrees(left.angle_rad), 360.0 * ROUNDING)

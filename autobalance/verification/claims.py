@@ -72,8 +72,11 @@ class Claims:
                     f"{self.name}: {self.path(path)} is missing; is this a report of autobalance balance?"
                 )
             value = value[key]
-        number = isinstance(value, int | float) and not isinstance(value, bool)
-        if not (number if kind is float else isinstance(value, kind)):
+        if kind in (int, float):
+            fits = _is_number(value) and isinstance(value, int if kind is int else int | float)
+        else:
+            fits = isinstance(value, kind)
+        if not fits:
             raise FormatError(f"{self.name}: {self.path(path)} is of the wrong type; needed {kind.__name__}")
         return value
 
@@ -86,7 +89,9 @@ class Claims:
             array = np.array(value, dtype=np.float64)
         except (TypeError, ValueError):
             array = np.zeros(0)
-        if array.shape != shape:
+        if array.shape != shape or not _holds_numbers(
+            value
+        ):  # numpy reads "1.5", true and null as numbers too
             needed = " x ".join(map(str, shape)) + " numbers" if shape else "a number"
             raise FormatError(f"{self.name}: {self.path(path)} is not {needed}")
         return array
@@ -136,6 +141,13 @@ class Claims:
             )
         self.hold(path)
 
+    def near_angle(self, path: str, measured_deg: float, within_deg: float) -> None:
+        """Check an angle in [0, 360) against a measurement, around the turn."""
+        claimed = self.get(path, float)
+        if not 0.0 <= claimed < 360.0:
+            raise ClaimError(f"{self.name}: {self.path(path)} is {claimed:.9g}; needed an angle in [0, 360)")
+        self.near(path, near_turn(measured_deg, claimed), within_deg, 1.0)
+
     def alike(self, found: Mapping[str, Any], rounding: float = ROUNDING, scale: float = 0.0) -> None:
         """Check all values of an object that were not checked before; keys that are not there are faults.
 
@@ -167,7 +179,16 @@ def _numbers(value: Any) -> list[float]:
 def _is_numeric(value: Any) -> bool:
     if isinstance(value, list):
         return bool(value) and all(map(_is_numeric, value))
-    return isinstance(value, float) or (isinstance(value, int) and not isinstance(value, bool))
+    return _is_number(value)
+
+
+def _holds_numbers(value: Any) -> bool:
+    """Tell whether a value is a number, or lists of nothing else."""
+    return all(map(_holds_numbers, value)) if isinstance(value, list) else _is_number(value)
+
+
+def _is_number(value: Any) -> bool:
+    return isinstance(value, int | float) and not isinstance(value, bool)
 
 
 def _text(value: Any) -> str:

@@ -21,7 +21,7 @@ from autobalance.job import Job
 from autobalance.rigid_rotor.moments import Moments
 from autobalance.solid.csg.solid import Solid, union
 from autobalance.solid.formats.read import Source
-from autobalance.verification.claims import Claims, near_turn
+from autobalance.verification.claims import ROUNDING, Claims
 from autobalance.verification.solids import Files
 
 TOLD = ("face", "web", "radius_mm", "angle_deg", "z_mm")
@@ -124,8 +124,8 @@ def _check_place(part: Claims) -> None:
     x, y, z = part.array("position_mm", (3,))
     size = max(math.hypot(x, y, z), 1.0)
     if math.hypot(x, y) > LENGTH_MM:
-        angle = near_turn(math.degrees(math.atan2(y, x)), part.get("angle_deg", float))
-        part.near("angle_deg", angle, 360.0 * size / math.hypot(x, y))
+        within = ROUNDING * 360.0 * size / math.hypot(x, y)
+        part.near_angle("angle_deg", math.degrees(math.atan2(y, x)), within)
     part.near("z_mm", z, size)
     if "entry_radius_mm" in part.values:
         part.near("entry_radius_mm", math.hypot(x, y), size)
@@ -276,6 +276,8 @@ def _check_one(
     crank: Before,
     is_torn: bool,
 ) -> None:
+    if trace is not None:
+        _check_implied(part, trace.implied(crank, change.limits(part.get("kind", str))))
     if trace is None or mine is None:
         part.ledger.why_not[part.place] = OTHER_KIND if trace is None else TOUCHING
         return
@@ -319,6 +321,16 @@ def _check_one(
     _compare(part, found, metal)
 
 
+def _check_implied(part: Claims, found: Mapping[str, Any]) -> None:
+    """Compare what a report lists of a correction with what follows without looking at its metal."""
+    for key, value in found.items():
+        if value is None or isinstance(value, str | int):
+            part.same(key, value)
+        else:
+            size = float(np.linalg.norm(np.asarray(value, dtype=np.float64)))
+            part.near(key, value, max(size, 1.0))
+
+
 def _compare(part: Claims, found: Mapping[str, Any], metal: Metal) -> None:
     """Compare what a report lists of a correction with what was read, as exactly as its unit allows."""
     skin_mm3 = metal.area_mm2 * metal.near_mm
@@ -326,8 +338,6 @@ def _compare(part: Claims, found: Mapping[str, Any], metal: Metal) -> None:
     volume_mm3 = sum(piece.volume_mm3 for piece in metal.pieces)
     thin = min(1.0, skin_mm3 / volume_mm3) if volume_mm3 > 0.0 else 0.0  # 1: a layer of a few roundings
     for key, value in found.items():
-        if key not in part.values:
-            continue
         if isinstance(value, Reading):
             size = float(np.linalg.norm(value.value))
             part.near(key, value.value, 2.0 * SHARE * size + value.within + 1e-3, 1.0)
@@ -337,9 +347,9 @@ def _compare(part: Claims, found: Mapping[str, Any], metal: Metal) -> None:
             continue
         size = float(np.linalg.norm(np.asarray(value, dtype=np.float64)))
         if key.endswith("_deg"):
-            claimed = part.get(key, float)
-            near = float(value) + 360.0 * round((claimed - float(value)) / 360.0)
-            part.near(key, near, ANGLE_DEG + math.degrees(4.0 * metal.near_mm / max(reach, 1.0)), 1.0)
+            part.near_angle(
+                key, float(value), ANGLE_DEG + math.degrees(4.0 * metal.near_mm / max(reach, 1.0))
+            )
         elif key in ("normal", "inward"):
             part.near(key, value, SHARE, 1.0)
         elif key.endswith("_per_mm_g_mm") or key.endswith("_mm2"):

@@ -15,7 +15,7 @@ from autobalance.crank.datums import Datums, Flange, FlangeHole, Keyway, Machine
 from autobalance.errors import ClaimError, FormatError, JobError
 from autobalance.job import Job
 from autobalance.rigid_rotor.moments import Array, Moments
-from autobalance.verification.claims import Claims, near_turn
+from autobalance.verification.claims import ROUNDING, Claims
 
 RIGID = 1e-9
 """Greatest entry of RᵀR − 1 in a rotation."""
@@ -58,7 +58,7 @@ def claimed_anatomy(claims: Claims) -> Anatomy:
         x, y = pin.centre_mm[:2]
         radius, angle = math.hypot(x, y), math.atan2(y, x)
         part.near("crank_radius_mm", radius, radius)
-        part.near("angle_deg", near_turn(math.degrees(angle), part.get("angle_deg", float)), 360.0)
+        part.near_angle("angle_deg", math.degrees(angle), 360.0 * ROUNDING)
         part.same("number", number)
         throws.append(Throw(number, radius, angle, pin))
     journals = []

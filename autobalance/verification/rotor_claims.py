@@ -9,6 +9,8 @@ import numpy as np
 
 from autobalance.balancing import rotor_from_job
 from autobalance.balancing.assembly_from_job import staged_assembly
+from autobalance.correction import KINDS
+from autobalance.correction.hole_trace import SlugTrace
 from autobalance.crank.anatomy import Anatomy
 from autobalance.engine.balance_factor import bob_weight_moments
 from autobalance.job import Job
@@ -16,7 +18,7 @@ from autobalance.rigid_rotor.moments import Array, Moments
 from autobalance.rigid_rotor.tolerance import Tolerance
 from autobalance.rigid_rotor.unbalance import Unbalance
 from autobalance.units import RAD_S_PER_RPM
-from autobalance.verification.claims import Claims, near_turn
+from autobalance.verification.claims import ROUNDING, Claims
 from autobalance.verification.solids import keys_of_pressed_in
 
 MOMENT_ROUNDING = 1e-11
@@ -60,7 +62,7 @@ def check_unbalance(
     claims.near(f"{key}.magnitude_g_mm", found.magnitude_g_mm, size_g_mm, MOMENT_ROUNDING)
     claimed = claims.array(f"{key}.unbalance_g_mm", (2,))
     angle = math.degrees(math.atan2(claimed[1], claimed[0]))
-    claims.near(f"{key}.angle_deg", near_turn(angle, claims.get(f"{key}.angle_deg", float)), 360.0)
+    claims.near_angle(f"{key}.angle_deg", angle, 360.0 * ROUNDING)
     places = [plane.z_mm for plane in tolerance.planes]
     span = (max(places) - min(places)) if places else 1.0
     claims.near(f"{key}.moment_g_mm2", found.moment_g_mm2, size_g_mm * max(span, 1.0), MOMENT_ROUNDING)
@@ -72,7 +74,7 @@ def check_unbalance(
 
 
 def check_after(claims: Claims, job: Job, anatomy: Anatomy, crank: Moments, after: Moments) -> None:
-    """Check factor and inertia after correction."""
+    """Check the factor before and after correction."""
     loads = rotor_from_job.throw_loads(anatomy, job.engine)
     attached = rotor_from_job.attached_moments(job.engine.attached)
     for key, moments in (("initial", crank), ("final", after)):
@@ -81,16 +83,24 @@ def check_after(claims: Claims, job: Job, anatomy: Anatomy, crank: Moments, afte
             claims.same(f"balance_factor.{key}", None)
         else:
             claims.near(f"balance_factor.{key}", factor, 10.0)
-    check_inertia(claims, crank, after)
 
 
 def check_inertia(claims: Claims, crank: Moments, after: Moments) -> None:
-    """Check the change of polar inertia, but for the slugs' own, which the report does not have."""
-    change = (after.polar_inertia_g_mm2 - crank.polar_inertia_g_mm2) / 1000.0
-    if any(keys_of_pressed_in(part) for part in claims.entries("corrections")):
-        claims.ledger.why_not["inertia_change_kg_mm2"] = "the slugs' own inertia is not in the files"
-    else:
-        claims.near("inertia_change_kg_mm2", change, crank.polar_inertia_g_mm2 / 1000.0)
+    """Check the change of polar inertia; that of slugs about their own axes follows from their sizes."""
+    change = after.polar_inertia_g_mm2 - crank.polar_inertia_g_mm2
+    for part in claims.entries("corrections"):
+        keys = keys_of_pressed_in(part)
+        if keys is None:
+            continue
+        trace = KINDS[part.get("kind", str)].trace(part.values)
+        if not isinstance(trace, SlugTrace):
+            claims.ledger.why_not["inertia_change_kg_mm2"] = (
+                "what is pressed in has a shape that is not known"
+            )
+            return
+        point = Moments.point(part.get(keys[0], float), part.array(keys[1], (3,)))
+        change += trace.slug().polar_inertia_g_mm2 - point.polar_inertia_g_mm2
+    claims.near("inertia_change_kg_mm2", change / 1000.0, crank.polar_inertia_g_mm2 / 1000.0)
 
 
 def check_assembly(

@@ -116,7 +116,10 @@ def measured_files(claims: Claims, folder: Path, job: Job, frame: Array, files: 
         claims.same("input.sha256", source.sha256)
         claims.hold(key)
         return Left(source, source.moments(crankshaft.density_g_mm3, frame), None, False)
-    path = folder / Path(claims.get(f"{key}.file", str)).name
+    named = claims.get(f"{key}.file", str)
+    path = folder / Path(named).name
+    if path == folder:
+        raise FormatError(f"{claims.name}: {key}.file is {named!r}; needed the name of a file beside it")
     source = files.read(path, crankshaft.unit, "all", unite=False)
     claims.same(f"{key}.file", path.name)
     claims.same(f"{key}.sha256", source.sha256)
