@@ -163,7 +163,7 @@ def _correction(task: Trials, number: int, weight: complex, split: list[Values] 
         "plane": task.planes[number],
         "g_mm": abs(weight),
         "angle_deg": angle,
-        "remove_angle_deg": (angle + 180.0) % 360.0,
+        "remove_angle_deg": (angle + 180.0) % 360.0 % 360.0,
         "g": None if radius is None else abs(weight) / radius,
         "radius_mm": radius,
         "split": split,
@@ -205,5 +205,5 @@ def _reading(value: complex, task: Trials) -> list[float]:
 
 def _degrees(angle_rad: float) -> float:
     """Return an angle in [0, 360)."""
-    turned = math.degrees(angle_rad) % 360.0
+    turned = math.degrees(angle_rad) % 360.0 % 360.0
     return 0.0 if turned >= 360.0 else turned

@@ -16,6 +16,7 @@ from autobalance.engine.conrod import ConnectingRod
 from autobalance.errors import JobError
 from autobalance.job.model import Crankshaft, Job, PartWeights
 from autobalance.solid.formats.read import Source
+from autobalance.units import MM_PER
 
 if TYPE_CHECKING:
     from autobalance.balancing.measured_crank import Crank
@@ -27,8 +28,7 @@ SIZE_MM = (5.0, 5000.0)
 ODD_MM = (18.0, 3000.0)
 """Beyond these a crank is odd where another unit would make it usual: it may be drawn in that one."""
 USUAL_MM = (50.0, 2000.0)
-UNITS_MM = {"mm": 1.0, "cm": 10.0, "m": 1000.0, "inch": 25.4}
-NEVER_MIXED = {UNITS_MM["m"], UNITS_MM["inch"]}
+NEVER_MIXED = {MM_PER["m"], MM_PER["inch"]}
 BOB_SHARE = (1e-3, 20.0)
 """Bob-weights over the crank's own mass: nothing that runs lies outside."""
 USUAL_BOB_SHARE = (1e-2, 5.0)
@@ -111,7 +111,7 @@ def _usual_units(source: Source) -> dict[str, float]:
     low, high = USUAL_MM
     if low <= longest <= high:
         return {}
-    found = {name: mm / own for name, mm in UNITS_MM.items() if mm != own and {mm, own} != NEVER_MIXED}
+    found = {name: mm / own for name, mm in MM_PER.items() if mm != own and {mm, own} != NEVER_MIXED}
     return {name: by for name, by in found.items() if low <= longest * by <= high}
 
 
@@ -276,7 +276,7 @@ def _rod_length(job: Job, anatomy: Anatomy) -> Iterator[str]:
         return
     radius, (low, high) = anatomy.throws[0].crank_radius_mm, ROD_RATIO
     share = length / radius
-    meant = [name for name, mm in UNITS_MM.items() if mm > 1.0 and low <= share * mm <= high]
+    meant = [name for name, mm in MM_PER.items() if mm > 1.0 and low <= share * mm <= high]
     asked = f"; is it in {' or '.join(meant)}?" if meant else ""
     told = f"{job.path.name}: engine.rod_length_mm is {length:g}"
     least = radius + abs(job.engine.layout.offset_mm)

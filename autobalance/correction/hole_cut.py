@@ -42,7 +42,7 @@ class HoleCut(WalledCut):
     @property
     def place(self) -> str:
         """Where it is, for messages."""
-        return f"in web {self.web} at {math.degrees(self.site.angle_rad) % 360.0:.4g}°"
+        return f"in web {self.web} at {math.degrees(self.site.angle_rad) % 360.0 % 360.0:.4g}°"
 
     @property
     def room(self) -> Room:

@@ -122,7 +122,7 @@ class MillCut(WalledCut):
     @property
     def label(self) -> str:
         """Short name for messages."""
-        return f"pocket in web {self.cheek.web} at {math.degrees(self._middle_rad) % 360.0:.4g}°"
+        return f"pocket in web {self.cheek.web} at {math.degrees(self._middle_rad) % 360.0 % 360.0:.4g}°"
 
     @property
     def depth_step_mm(self) -> float:
@@ -196,9 +196,9 @@ class MillCut(WalledCut):
             corner_radius_mm=pocket.corner_mm,
             inner_radius_mm=pocket.inner_mm,
             outer_radius_mm=pocket.outer_mm,
-            start_deg=math.degrees(pocket.start_rad) % 360.0,
-            end_deg=math.degrees(pocket.end_rad) % 360.0,
-            angle_deg=math.degrees(self._middle_rad) % 360.0,
+            start_deg=math.degrees(pocket.start_rad) % 360.0 % 360.0,
+            end_deg=math.degrees(pocket.end_rad) % 360.0 % 360.0,
+            angle_deg=math.degrees(self._middle_rad) % 360.0 % 360.0,
             face_z_mm=self.cheek.z_mm,
             wall_left_mm=self._wall_left_mm(depth_mm),
             depth_left_mm=self.max_depth_mm - depth_mm,

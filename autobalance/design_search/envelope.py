@@ -160,7 +160,7 @@ def clearances_of(
 
 def of_clearance(each: Clearance, wanted_mm: float) -> Constraint:
     """Return a clearance as a constraint."""
-    margin, at_deg = each.least_mm - wanted_mm, math.degrees(each.at_rad) % 360.0
+    margin, at_deg = each.least_mm - wanted_mm, math.degrees(each.at_rad) % 360.0 % 360.0
     name = f"clearance to {each.neighbour}"
     return Constraint(name, each.least_mm, wanted_mm, "mm", margin, 1.0, each.at_mm, at_deg)
 

@@ -132,12 +132,12 @@ def couple_values(shaft: CoupleShaft, z_mm: tuple[float, float]) -> Values:
         "order": shaft.order,
         "sense": "forward" if shaft.forward else "backward",
         "couple_g_mm2": shaft.couple_g_mm2,
-        "phase_deg": math.degrees(shaft.phase_rad) % 360.0,
+        "phase_deg": math.degrees(shaft.phase_rad) % 360.0 % 360.0,
         "unbalances": [
             {
                 "z_mm": each.z_mm,
                 "product_g_mm": each.product_g_mm,
-                "phase_deg": math.degrees(each.phase_rad) % 360.0,
+                "phase_deg": math.degrees(each.phase_rad) % 360.0 % 360.0,
             }
             for each in (low, high)
         ],
@@ -150,7 +150,7 @@ def shaft_values(shaft: BalanceShaft, weights: Sequence[Mapping[str, Any]] | Non
         "order": shaft.order,
         "sense": "forward" if shaft.forward else "backward",
         "product_g_mm": shaft.product_g_mm,
-        "phase_deg": math.degrees(shaft.phase_rad) % 360.0,
+        "phase_deg": math.degrees(shaft.phase_rad) % 360.0 % 360.0,
         "place_mm": [shaft.x_mm, shaft.y_mm],
         "z_mm": shaft.z_mm,
         "weights": [dict(weight) for weight in weights or []],

@@ -61,8 +61,8 @@ class Convention:
 
     def rotor_deg(self, angle_deg: float) -> float:
         """Return the angle of the heavy side in the rotor frame."""
-        return (self.offset_deg + self.sense * angle_deg) % 360.0
+        return (self.offset_deg + self.sense * angle_deg) % 360.0 % 360.0
 
     def machine_deg(self, rotor_deg: float) -> float:
         """Return what the machine shows for a heavy side at an angle of the rotor frame."""
-        return (self.sense * (rotor_deg - self.offset_deg)) % 360.0
+        return (self.sense * (rotor_deg - self.offset_deg)) % 360.0 % 360.0

@@ -112,4 +112,4 @@ def _reading(file: Path, channel: str, asked: Values, where: str) -> tuple[float
     value = complex(found.lines.amplitudes[orders.index(order)])
     if not cmath.isfinite(value):
         raise JobError(f"{where}: {file.name} has no order {order:g}: it passes half the sample rate")
-    return abs(value), math.degrees(cmath.phase(value)) % 360.0
+    return abs(value), math.degrees(cmath.phase(value)) % 360.0 % 360.0

@@ -4,22 +4,15 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from contextlib import suppress
 from dataclasses import dataclass
 
-import numpy as np
-
 from autobalance.correction.kind import Array, Cut
-from autobalance.planning.depths import judged_rows, resultant_and_moment
-from autobalance.planning.dual_simplex import least_cost
 from autobalance.planning.relaxation import Change, Relaxation
 from autobalance.rigid_rotor.tolerance import Tolerance
 from autobalance.rigid_rotor.unbalance import Unbalance
 
-SIDES = 32
-"""Sides of the polygon that stands for the circle of a judged vector."""
-DEEPER_SHARES = (1e-3, 0.5, 1.0)
-"""Shares of the permissible value that more depth shall leave: as little as can be had."""
+ROUNDED = 0.05
+"""Share of the permissible value that rounding an angle that is told may be worth."""
 ENOUGH = 0.5
 """Share of the permissible value that metal added in one place may leave; else it is named in two."""
 
@@ -61,7 +54,7 @@ def explain_shortfall(short: Shortfall, computed: Sequence[str] = (), bound: flo
     if bound > 1.0:
         text += f"; no plan within these limits leaves less than {bound:.3g} times the permissible value"
     enough = "; enough would be: " + ", or ".join(computed) if computed else ""
-    return text + enough + "; " + ", or ".join(_fixes(short, estimate=not computed))
+    return text + enough + "; " + ", or ".join(_fixes(short))
 
 
 def _judged_values(short: Shortfall) -> list[tuple[str, float, float]]:
@@ -73,94 +66,38 @@ def _judged_values(short: Shortfall) -> list[tuple[str, float, float]]:
     return rows
 
 
-def _fixes(short: Shortfall, estimate: bool) -> list[str]:
-    fixes = []
+def _fixes(short: Shortfall) -> list[str]:
     factor = factor_relaxation(short)
-    if factor is not None:
-        fixes.append(factor.text)
-    deeper = _deeper_mm(short) if estimate and short.binding else None
-    if deeper is not None:
-        fixes.append(f"about {deeper:.3g} mm more depth where it ends")
-    fixes.append(_added(short))
-    return fixes
-
-
-def _deeper_mm(short: Shortfall) -> float | None:
-    """Return how much deeper the cuts that end must go, for all that is judged; None: not enough.
-
-    Along the slopes at their ends, the other cuts at any depths they may have: a linear programme. Twice the
-    greatest depth is as far as slopes tell anything.
-    """
-    at_end = [
-        depth >= cut.max_depth_mm - 1e-6 and cut.max_depth_mm > cut.least_depth_mm
-        for cut, depth in zip(short.cuts, short.depths_mm.tolist(), strict=True)
-    ]
-    if not any(at_end):
-        return None
-    farthest = 2.0 * float(short.depths_mm.max())
-    made = [k for k, depth in enumerate(short.depths_mm.tolist()) if depth > 0.0]
-    rows = judged_rows(short.tolerance)
-    slopes = np.array([resultant_and_moment(short.cuts[k].rate(float(short.depths_mm[k]))) for k in made])
-    matrix, now = rows @ slopes.T, rows @ short.residual.components
-    angle = np.arange(SIDES) * (2.0 * math.pi / SIDES)
-    directions = np.stack([np.cos(angle), np.sin(angle)], axis=1)
-    within = [directions @ matrix[n : n + 2] for n in range(0, len(rows), 2)]
-    most = np.concatenate([-directions @ now[n : n + 2] for n in range(0, len(rows), 2)])
-    longest = [[1.0 if k == place else 0.0 for k in made] + [-1.0] for place in made if at_end[place]]
-    bounds = [
-        (short.cuts[k].least_depth_mm - float(short.depths_mm[k]), farthest)
-        if at_end[k]
-        else (
-            short.cuts[k].least_depth_mm - float(short.depths_mm[k]),
-            short.cuts[k].max_depth_mm - float(short.depths_mm[k]),
-        )
-        for k in made
-    ]
-    rows = np.vstack([np.hstack([np.vstack(within), np.zeros((len(most), 1))]), longest])
-    for share in DEEPER_SHARES:
-        room = np.concatenate([most + share * math.cos(math.pi / SIDES), np.zeros(len(longest))])
-        deeper = _least_last(rows, room, np.array([*bounds, (0.0, farthest)]))
-        if deeper is not None:
-            return deeper
-    return None
-
-
-def _least_last(rows: Array, room: Array, bounds: Array) -> float | None:
-    """Return the least last unknown with ``rows`` · x ≤ ``room`` and x between bounds (n, 2); None: none."""
-    cost = np.append(np.zeros(len(bounds) - 1), 1.0)
-    with suppress(ArithmeticError):
-        answer = least_cost(cost, rows, room, (bounds[:, 0], bounds[:, 1]))
-        return None if answer is None else float(answer[-1])
-
-    from scipy.optimize import linprog
-
-    ends = [*zip(bounds[:, 0].tolist(), bounds[:, 1].tolist(), strict=True)]
-    found = linprog(cost, A_ub=rows, b_ub=room, bounds=ends, method="highs").x
-    return None if found is None else float(found[-1])
+    return [*([] if factor is None else [factor.text]), _added(short)]
 
 
 def _added(short: Shortfall) -> str:
     """Say what to add: in one place where that brings everything judged to nothing, else in two."""
     residual, tolerance = short.residual, short.tolerance
+    permissible = min([tolerance.permissible_g_mm, *(plane.permissible_g_mm for plane in tolerance.planes)])
     if tolerance.judge == "static":
-        return f"add {_vector(-residual.resultant_g_mm)} from throw 1"
+        return f"add {_vector(-residual.resultant_g_mm, permissible)} from throw 1"
     size = float(residual.resultant_g_mm @ residual.resultant_g_mm)
     if size > 0.0:
         z = float(residual.moment_g_mm2 @ residual.resultant_g_mm) / size
         after = residual - Unbalance(residual.resultant_g_mm, z * residual.resultant_g_mm)
         low, high = sorted(short.places_mm or (plane.z_mm for plane in tolerance.planes))
         if low <= z <= high and tolerance.used_share(after) <= ENOUGH:
-            return f"add {_vector(-residual.resultant_g_mm)} from throw 1, at z {z:.1f} mm"
+            metal = _vector(-residual.resultant_g_mm, permissible)
+            return f"add {metal} from throw 1, at z {round(z, 1) + 0.0} mm"
     a, b = short.places_mm or (tolerance.planes[0].z_mm, tolerance.planes[1].z_mm)
     first, second = residual.in_planes(a, b)
-    return (
-        f"add {_vector(-first)} at z {a:.1f} mm and {_vector(-second)} at z {b:.1f} mm, angles from throw 1"
-    )
+    one, other = _vector(-first, permissible), _vector(-second, permissible)
+    return f"add {one} at z {a:.1f} mm and {other} at z {b:.1f} mm, angles from throw 1"
 
 
-def _vector(unbalance: Array) -> str:
+def _vector(unbalance: Array, permissible_g_mm: float) -> str:
+    """Name a vector, its angle so finely that rounding it leaves next to nothing."""
+    size = math.hypot(*unbalance)
     angle = math.degrees(math.atan2(float(unbalance[1]), float(unbalance[0]))) % 360.0
-    return f"{math.hypot(*unbalance):.1f} g·mm of metal at {angle:.1f}°"
+    off = math.radians(0.5) * size / (ROUNDED * permissible_g_mm)
+    digits = min(max(math.ceil(math.log10(off)), 1), 6) if off > 0.0 else 1
+    return f"{size:.1f} g·mm of metal at {round(angle, digits) % 360.0}°"
 
 
 def factor_relaxation(short: Shortfall) -> Relaxation | None:

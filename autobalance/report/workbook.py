@@ -325,7 +325,7 @@ class _Calculation:
 
 
 def _angle(x: float, y: float) -> float:
-    return math.degrees(math.atan2(y, x)) % 360.0 if x or y else 0.0
+    return math.degrees(math.atan2(y, x)) % 360.0 % 360.0 if x or y else 0.0
 
 
 def _grams(value: Any) -> float:
