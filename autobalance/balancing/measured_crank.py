@@ -25,7 +25,6 @@ from autobalance.solid.chordal_error.from_slices import chordal_error_from_slice
 from autobalance.solid.chordal_error.look import look_at
 from autobalance.solid.csg.solid import Solid
 from autobalance.solid.formats.read import Source, read
-from autobalance.solid.mesh.components import numbered_components
 
 if TYPE_CHECKING:
     from concurrent.futures import Future
@@ -173,8 +172,7 @@ class _Recognition:
 
     def _early(self, solid: Solid) -> Anatomy | None:
         """Return the crank in a solid; None if it is of more bodies than a crank, and not asked for."""
-        many = numbered_components(solid.mesh.triangles, len(solid.mesh.vertices))[1] > BODIES_MOST
-        return None if many else recognise(solid, self._hints)
+        return None if solid.mesh.parts_at_vertices[1] > BODIES_MOST else recognise(solid, self._hints)
 
 
 def _read(crankshaft: Crankshaft, begun: Callable[[Solid], None], try_all_bodies: bool) -> Source:

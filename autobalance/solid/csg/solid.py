@@ -16,7 +16,6 @@ from numpy.typing import NDArray
 
 from autobalance.errors import SolidError
 from autobalance.rigid_rotor.moments import Moments
-from autobalance.solid.mesh.components import numbered_components
 from autobalance.solid.mesh.measure import mesh_moments, part_volumes
 from autobalance.solid.mesh.mesh import Array, Indices, Mesh
 
@@ -236,7 +235,7 @@ class Solid:
         and never become bodies.
         """
         mesh = self.mesh
-        of_vertex, count = numbered_components(mesh.triangles, len(mesh.vertices))
+        of_vertex, count = mesh.parts_at_vertices
         of_facet = of_vertex[mesh.triangles[:, 0]]
         volume = part_volumes(mesh, of_facet, count)
         area = np.bincount(of_facet, 0.5 * mesh.doubled_areas, count)

@@ -10,7 +10,6 @@ from itertools import combinations
 import numpy as np
 
 from autobalance.solid.csg.solid import Solid
-from autobalance.solid.mesh.components import numbered_components
 from autobalance.solid.mesh.crumbs import CRUMB, crumbs_dropped, parts_at_edges
 from autobalance.solid.mesh.measure import part_volumes
 from autobalance.solid.mesh.mesh import Array, Indices, Mesh
@@ -110,7 +109,7 @@ def _parts(solid: Solid) -> list[Body]:
         part_of, count = parts_at_edges(mesh)
         points, part_of_point = mesh.corners.reshape(-1, 3), np.repeat(part_of, 3)
     else:
-        part_of_point, count = numbered_components(mesh.triangles, len(mesh.vertices))
+        part_of_point, count = mesh.parts_at_vertices
         points, part_of = mesh.vertices, part_of_point.take(mesh.triangles[:, 0])
     parts = np.flatnonzero(np.bincount(part_of, minlength=count))  # vertices in no triangle are none
     if len(parts) == 1:

@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
+from typing import TYPE_CHECKING
+
 import numpy as np
 
-from autobalance.solid.mesh.mesh import Indices
+if TYPE_CHECKING:
+    from autobalance.solid.mesh.mesh import Indices
 
 
 def components(links: Indices, count: int) -> Indices:

@@ -7,7 +7,6 @@ from numpy.typing import NDArray
 
 from autobalance.errors import SolidError
 from autobalance.solid.csg.solid import Solid
-from autobalance.solid.mesh.components import numbered_components
 from autobalance.solid.mesh.measure import part_volumes
 from autobalance.solid.mesh.mesh import Array, Indices, Mesh
 
@@ -42,7 +41,7 @@ def without_flakes(cut: Solid, before: Solid) -> Solid:
 
 def _parts_at_vertices(mesh: Mesh) -> tuple[Indices, int]:
     """Return the part (m,) of each triangle, where what shares a vertex is one, and how many there are."""
-    part_of_vertex, count = numbered_components(mesh.triangles, len(mesh.vertices))
+    part_of_vertex, count = mesh.parts_at_vertices
     if count == 1:
         return np.zeros(len(mesh.triangles), dtype=np.int64), 1
     part_of = part_of_vertex.take(mesh.triangles[:, 0])

@@ -75,15 +75,35 @@ def summed(chunks: Iterable[Array]) -> Moments:
     first = np.zeros(3)
     second = np.zeros((3, 3))
     for a, b, c in chunks:
-        det = a[0] * (b[1] * c[2] - b[2] * c[1])
-        det += a[1] * (b[2] * c[0] - b[0] * c[2])
-        det += a[2] * (b[0] * c[1] - b[1] * c[0])
+        det = _six_volumes(a, b, c)
         total = a + b + c
         volume += float(det.sum())
         first += total @ det
         for corner in (total, a, b, c):
             second += (corner * det) @ corner.T
     return Moments(volume / 6.0, first / 24.0, second / 120.0)
+
+
+def _six_volumes(a: Array, b: Array, c: Array) -> Array:
+    """Return six times the signed volumes of tetrahedra between the origin and corners (3, k)."""
+    det: Array = a[0] * (b[1] * c[2] - b[2] * c[1])
+    det += a[1] * (b[2] * c[0] - b[0] * c[2])
+    det += a[2] * (b[0] * c[1] - b[1] * c[0])
+    return det
+
+
+def signed_volume_mm3(mesh: Mesh) -> float:
+    """Return the volume inside a closed mesh, negative if it is inside out."""
+    axes = np.ascontiguousarray((mesh.vertices - mesh.bounds.mean(axis=0)).T)
+    return (
+        sum(
+            float(
+                _six_volumes(*axes.take(mesh.triangles[begin : begin + CHUNK].T, axis=1).swapaxes(0, 1)).sum()
+            )
+            for begin in range(0, len(mesh.triangles), CHUNK)
+        )
+        / 6.0
+    )
 
 
 def part_volumes(mesh: Mesh, part_of: Indices, count: int) -> Array:

@@ -9,6 +9,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from autobalance.solid.mesh.components import numbered_components
+
 Array = NDArray[np.float64]
 Indices = NDArray[np.int64]
 Floats = NDArray[Any]
@@ -84,6 +86,14 @@ class Mesh:
         return vectors, sizes
 
     @cached_property
+    def parts_at_vertices(self) -> tuple[Indices, int]:
+        """The part (n,) of each vertex, where what shares a vertex is one, and how many there are.
+
+        A vertex of no triangle is a part too.
+        """
+        return numbered_components(self.triangles, len(self.vertices))
+
+    @cached_property
     def sample(self) -> tuple[Indices, Array]:
         """Rows and weights of triangles that stand for all: the largest, and every so-manieth of the rest.
 
@@ -143,7 +153,7 @@ def _first_equal(points: Floats) -> Indices:
     bits left to the hash are few enough that points may share one by chance: those are grouped again.
     """
     count = len(points)
-    key, order = _sorted_with_rows(hash_rows(points))
+    key, order = sorted_with_rows(hash_rows(points))
     starts = np.flatnonzero(np.concatenate([[True], key[1:] != key[:-1]])) if count else order
     leader = np.zeros(count, dtype=np.int64)
     leader[order] = np.repeat(order.take(starts), np.diff(starts, append=count))
@@ -154,7 +164,7 @@ def _first_equal(points: Floats) -> Indices:
     return leader
 
 
-def _sorted_with_rows(numbers: NDArray[np.uint64]) -> tuple[NDArray[np.uint64], Indices]:
+def sorted_with_rows(numbers: NDArray[np.uint64]) -> tuple[NDArray[np.uint64], Indices]:
     """Return numbers (k,) in rising order, and the row that each had.
 
     They are sorted in place, with their rows in the bits below; what of them no longer fits in 64 is lost.
@@ -223,13 +233,13 @@ def in_space_order(mesh: Mesh) -> Mesh:
     for axis, (column, least) in enumerate(zip(mesh.vertices.T, low, strict=True)):
         cell = ((column - least) / extent * (len(MORTON) - 1)).astype(np.int64)
         code |= MORTON.take(cell) << np.uint64(axis)
-    order = _sorted_with_rows(code)[1]
+    order = sorted_with_rows(code)[1]
     number = np.zeros(len(order), dtype=np.int64)
     number[order] = np.arange(len(order))
     triangles = number.take(mesh.triangles)
     a, b, c = triangles.T
     first = np.minimum(np.minimum(a, b), c).view(np.uint64)
-    return Mesh(mesh.vertices.take(order, axis=0), triangles.take(_sorted_with_rows(first)[1], axis=0))
+    return Mesh(mesh.vertices.take(order, axis=0), triangles.take(sorted_with_rows(first)[1], axis=0))
 
 
 def _every_third_bit(bits: int) -> NDArray[np.uint64]:

@@ -11,8 +11,16 @@ from autobalance.solid.csg.solid import Solid, triangulated
 from autobalance.solid.mesh.adjacency import sides_of
 from autobalance.solid.mesh.components import components
 from autobalance.solid.mesh.crumbs import without_crumbs
-from autobalance.solid.mesh.measure import mesh_moments
-from autobalance.solid.mesh.mesh import Array, Indices, Mesh, hash_numbers, without_collapsed
+from autobalance.solid.mesh.measure import signed_volume_mm3
+from autobalance.solid.mesh.mesh import (
+    CHUNK,
+    Array,
+    Indices,
+    Mesh,
+    hash_numbers,
+    sorted_with_rows,
+    without_collapsed,
+)
 
 PLACES_SHOWN = 4
 """How many open edges an error names."""
@@ -24,11 +32,6 @@ HOLE_MOST = 0.01
 """Area of a hole that may be filled, as a share of the surface."""
 
 Flags = NDArray[np.bool_]
-
-
-def signed_volume_mm3(mesh: Mesh) -> float:
-    """Return the volume inside a closed mesh, negative if it is inside out."""
-    return mesh_moments(mesh, 1.0).mass_g
 
 
 def solid_of(welded: Mesh) -> tuple[Solid, list[str]]:
@@ -46,7 +49,7 @@ def solid_of(welded: Mesh) -> tuple[Solid, list[str]]:
     """
     areas = in_thread(lambda: welded.doubled_areas)  # are asked for later, and nothing runs beside building
     mesh, notes = without_crowds(welded)
-    if notes and len(open_edges(mesh.triangles)) == 0:
+    if notes and is_closed(mesh.triangles):
         mesh, dropped = without_crumbs(mesh)
         notes += dropped
     areas.result()
@@ -55,7 +58,7 @@ def solid_of(welded: Mesh) -> tuple[Solid, list[str]]:
     except SolidError:
         pass
     for step in (_weld_near, _wind_consistently, _fill_holes):
-        if len(open_edges(mesh.triangles)) == 0:
+        if is_closed(mesh.triangles):
             break
         mesh, said = step(mesh)
         notes += said
@@ -70,11 +73,17 @@ def solid_of(welded: Mesh) -> tuple[Solid, list[str]]:
 
 def without_crowds(mesh: Mesh) -> tuple[Mesh, list[str]]:
     """Leave one triangle or none on the same corners, and say what was done."""
-    if not len(_crowded(mesh.triangles)):
+    crowd = _crowded(mesh.triangles)
+    if not len(crowd):
         return mesh, []
-    mesh, cancelled = _cancel_pairs(mesh)
-    mesh, dropped = _drop_copies(mesh)
-    return mesh, cancelled + dropped
+    kept = _unpaired(mesh.triangles, crowd)
+    pairs = (len(kept) - int(kept.sum())) // 2
+    if not pairs:
+        return _drop_copies(mesh, crowd)
+    left = Mesh(mesh.vertices, mesh.triangles[kept])
+    cancelled = f"{pairs} pairs of triangles that face each other cancelled; {_change(mesh, left)}"
+    single, dropped = _drop_copies(left, (np.cumsum(kept) - 1)[crowd[kept[crowd]]])
+    return single, [cancelled, *dropped]
 
 
 def _crowded(triangles: Indices) -> Indices:
@@ -85,31 +94,16 @@ def _crowded(triangles: Indices) -> Indices:
     if len(triangles) == 0:
         return np.zeros(0, dtype=np.int64)
     a, b, c = hash_numbers(np.arange(int(triangles.max()) + 1)).take(triangles).T
-    key = a + b + c
-    ordered = np.sort(key)
-    shared = ordered[1:][ordered[1:] == ordered[:-1]]
-    if not len(shared):
-        return np.zeros(0, dtype=np.int64)
-    place = np.searchsorted(shared, key).clip(max=len(shared) - 1)
-    return np.flatnonzero(shared.take(place) == key)
+    key, rows = sorted_with_rows(a + b + c)
+    same = np.flatnonzero(key[1:] == key[:-1])
+    return np.unique(rows.take(np.concatenate([same, same + 1])))
 
 
-def _cancel_pairs(mesh: Mesh) -> tuple[Mesh, list[str]]:
-    """Cancel triangles that face each other."""
-    kept = without_opposite_pairs(mesh.triangles)
-    pairs = (len(mesh.triangles) - len(kept)) // 2
-    if not pairs:
-        return mesh, []
-    left = Mesh(mesh.vertices, kept)
-    return left, [f"{pairs} pairs of triangles that face each other cancelled; {_change(mesh, left)}"]
-
-
-def _drop_copies(mesh: Mesh) -> tuple[Mesh, list[str]]:
-    """Drop triangles that another one is equal to and faces the same way as, where none is missed then.
+def _drop_copies(mesh: Mesh, crowd: Indices) -> tuple[Mesh, list[str]]:
+    """Drop triangles of a crowd that another one is equal to and faces the same way as, where none is missed.
 
     Such copies would make what is behind them count twice: the surface of a solid passes any place once.
     """
-    crowd = _crowded(mesh.triangles)
     some = mesh.triangles.take(crowd, axis=0)
     turned = np.take_along_axis(some, (some.argmin(axis=1)[:, None] + np.arange(3)) % 3, axis=1)
     first = np.unique(turned, axis=0, return_index=True)[1]
@@ -244,15 +238,28 @@ def volume_change(was_mm3: float, now_mm3: float) -> str:
     return f"volume {was_mm3:.9g} → {now_mm3:.9g} mm³"
 
 
+def is_closed(triangles: Indices) -> bool:
+    """Tell whether triangles (m, 3) run through each edge equally often in both directions.
+
+    Told by sums of a hash of the edges, one for each direction: no sorting, and wrong once in 2⁶⁴ times.
+    """
+    count = int(triangles.max(initial=0)) + 1
+    balance = np.zeros(1, dtype=np.uint64)
+    for begin in range(0, len(triangles), CHUNK):
+        start = np.ascontiguousarray(triangles[begin : begin + CHUNK].T)
+        end = start[[1, 2, 0]]
+        key = hash_numbers(np.minimum(start, end) * count + np.maximum(start, end))
+        balance += np.where(start < end, key, ~key + np.uint64(1)).sum()  # two's complement: less the key
+    return not balance.any()
+
+
 def open_edges(triangles: Indices) -> Indices:
     """Return the edges (k, 2) that are not run through equally often in both directions."""
-    if len(triangles) == 0:
+    if is_closed(triangles):  # as usual
         return np.zeros((0, 2), dtype=np.int64)
     start, end = triangles.reshape(-1), triangles[:, [1, 2, 0]].reshape(-1)
     key = np.minimum(start, end) * (int(triangles.max()) + 1) + np.maximum(start, end)
     upward = start < end
-    if np.array_equal(np.sort(key[upward]), np.sort(key[~upward])):  # as usual
-        return np.zeros((0, 2), dtype=np.int64)
     ordered = np.sort(2 * key + upward)  # an edge and its twins stand side by side
     edge, sense = ordered >> 1, 2 * (ordered & 1) - 1
     first = np.flatnonzero(np.diff(edge, prepend=-1))
@@ -280,8 +287,11 @@ def without_opposite_pairs(triangles: Indices) -> Indices:
     Triangles that are equal and face the same way are kept: one of them may close the mesh.
     """
     crowd = _crowded(triangles)
-    if not len(crowd):
-        return triangles
+    return triangles[_unpaired(triangles, crowd)] if len(crowd) else triangles
+
+
+def _unpaired(triangles: Indices, crowd: Indices) -> Flags:
+    """Mark the triangles (m,) that no other of the ``crowd`` faces on the same corners."""
     some = triangles.take(crowd, axis=0)
     group = np.unique(np.sort(some, axis=1), axis=0, return_inverse=True)[1].reshape(-1)
     sense = np.sign(np.roll(some, -1, axis=1) - some).sum(axis=1)  # ±1 by the parity of the order
@@ -292,4 +302,4 @@ def without_opposite_pairs(triangles: Indices) -> Indices:
         left = taken[at] != surplus[at] and sense[triangle] == np.sign(surplus[at])
         taken[at] += sense[triangle] if left else 0.0
         keep[crowd[triangle]] = left
-    return triangles[keep]
+    return keep
