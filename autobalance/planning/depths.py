@@ -248,26 +248,32 @@ def _least_cost(
 ) -> Array | None:
     """Return the answer of a linear programme whose last two unknowns are no depths; None: none is found.
 
-    A few depths are found before scipy, which solves the others, would have been loaded.
+    A few depths are found before scipy, which solves the others, would have been loaded; depths that are to
+    be the same are one.
     """
     count = len(cost) - 2
-    if not same_depth and count <= FEW_DEPTHS:
+    if same_depth and count > 1:
+        (low, high), others = (bounds[0][:count].max(), bounds[1][:count].min()), slice(count, None)
+        if low > high:
+            return None
+        answer = _least_cost(
+            np.append(cost[:count].sum(), cost[others]),
+            np.column_stack([rows[:, :count].sum(axis=1), rows[:, others]]),
+            most,
+            (np.append(low, bounds[0][others]), np.append(high, bounds[1][others])),
+            same_depth=False,
+        )
+        return None if answer is None else np.append(np.full(count, answer[0]), answer[1:])
+    if count <= FEW_DEPTHS:
         with suppress(ArithmeticError):
             return least_cost(cost, rows, most, bounds)
 
     from scipy.optimize import linprog
 
-    equal = None
-    if same_depth and count > 1:
-        equal = np.zeros((count - 1, count + 2))
-        equal[:, 0] = 1.0
-        equal[np.arange(count - 1), np.arange(1, count)] = -1.0
     found: Array | None = linprog(
         cost,
         A_ub=rows,
         b_ub=most,
-        A_eq=equal,
-        b_eq=None if equal is None else np.zeros(count - 1),
         bounds=[*zip(bounds[0].tolist(), bounds[1].tolist(), strict=True)],
         method="highs",
     ).x

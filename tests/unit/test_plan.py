@@ -136,6 +136,30 @@ def test_shared_metal_is_not_taken_twice() -> None:
     assert plan.share <= AIM
 
 
+def test_one_depth_for_all_keeps_to_the_metal_that_two_share() -> None:
+    cuts = [Column(-20.0, 0.0, 0.0), Column(-40.0, 0.0, 0.0), Column(10.0, 5.0, 0.0)]
+    free = plan_depths(
+        unbalance(-180.0), tolerance(), cuts, same_depth=True, shared=[SharedDepth(0, 1, 20.0)]
+    )
+    assert free.depths_mm == pytest.approx([3.5] * 3, abs=0.1)
+    kept = plan_depths(unbalance(-180.0), tolerance(), cuts, same_depth=True, shared=[SharedDepth(0, 1, 3.0)])
+    assert kept.depths_mm.tolist() == pytest.approx([1.5] * 3, abs=1e-9)
+
+
+def test_depths_that_are_the_same_are_one_unknown() -> None:
+    """As the programme with an equation for each of the others finds."""
+    rng = np.random.default_rng(2)
+    for count in (2, 5):
+        rows, most = rng.normal(size=(40, count + 2)), rng.uniform(0.1, 1.0, size=40)
+        cost, high = rng.normal(size=count + 2), np.full(count + 2, 3.0)
+        equal = np.hstack([np.ones((count - 1, 1)), -np.eye(count - 1), np.zeros((count - 1, 2))])
+        ends = [(0.0, 3.0)] * (count + 2)
+        expected = linprog(cost, rows, most, equal, np.zeros(count - 1), ends, "highs").x
+        found = planner._least_cost(cost, rows, most, (0.0 * high, high), same_depth=True)
+        assert found is not None
+        assert found.tolist() == pytest.approx(np.asarray(expected).tolist(), abs=1e-9)
+
+
 def test_no_cuts_leave_everything() -> None:
     plan = plan_depths(unbalance(-100.0), tolerance(), [])
     assert plan.share == pytest.approx(10.0)
