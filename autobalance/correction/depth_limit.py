@@ -18,6 +18,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from autobalance.correction.cover import Cover, doubled_areas
+from autobalance.correction.kind import Array
 from autobalance.correction.layer import FaceLayer, Layer
 from autobalance.solid.csg.solid import Region
 from autobalance.solid.mesh.mesh import Indices
@@ -25,7 +26,7 @@ from autobalance.solid.mesh.mesh import Indices
 JOINED = 1e-3
 """A plane has joined the section when more than this share of it lies inside."""
 AT_A_TIME = 512
-"""Triangles that face backward, the highest first, are held against a shadow so many at a time, then more."""
+"""Triangles are held against a shadow so many at a time, the highest first, then four times as many."""
 SECTIONS_ABOVE, SECTIONS_BELOW = 4, 16
 """Of the metal to be cut, over all that faces backward beside the face and among it: together they make the
 shadow in which a surface lies behind the cut."""
@@ -96,13 +97,8 @@ class _Search:
     def depth_straight_under_mm(self, deepest_mm: float) -> float | None:
         """Return the depth of the next surface straight under the face."""
         rows = self._backward(deepest_mm)
-        begin, some = 0, AT_A_TIME
-        while begin < len(rows):
-            found = self._first_behind(self.layer.kept(self.layer.grain_mm), rows[begin : begin + some])
-            if found is not None:
-                return found
-            begin, some = begin + some, 4 * some
-        return None
+        first = self._first_behind(self.layer.kept(self.layer.grain_mm), rows)
+        return None if first is None else self._depth_mm(rows[first])
 
     def depth_beside_mm(self, deepest_mm: float, wall_mm: float) -> float | None:
         """Return the depth of the next surface behind metal that is cut, down to a depth, beside the face.
@@ -110,8 +106,7 @@ class _Search:
         Where metal widens under the face, its sections tell, each of what lies below it.
         """
         layer = self.layer
-        rows = self.slab.thick(self._backward(deepest_mm + wall_mm))
-        rows = self._within_room(rows)
+        rows = self._within_room(self._backward(deepest_mm + wall_mm))
         if not len(rows):
             return None
         over = layer.height_mm - self.slab.tops[rows] - 2.0 * layer.grain_mm
@@ -123,9 +118,10 @@ class _Search:
         shadow = Region.of([])
         for number, depth in enumerate(depths.tolist()):
             shadow = shadow + layer.kept(depth)
-            found = self._first_behind(shadow, rows[group == number])
+            some = rows[group == number]
+            found = self._first_behind(shadow, some)
             if found is not None:
-                return found
+                return self._depth_mm(some[found])
         return None
 
     def _backward(self, deepest_mm: float) -> Indices:
@@ -136,25 +132,35 @@ class _Search:
 
     def _within_room(self, rows: Indices) -> Indices:
         """Return those of some triangles, high to low, that may reach beyond what stands on the face."""
-        corners = self.slab.corners(rows)[:, ::-1, :2]
-        held = Cover(self.layer.standing, corners).held()
-        rows, corners = rows[~held], corners[~held]
         if not len(rows):
             return rows
+        corners = self._seen(rows)
         around = Region.rectangle(corners.min(axis=(0, 1)).tolist(), corners.max(axis=(0, 1)).tolist())
-        first = self._behind(self.layer.room & around, rows)
-        return rows[:0] if first is None else rows[first:]
+        first = self._first_behind(self.layer.room & around, rows)
+        if first is None:
+            return rows[:0]
+        rows = self.slab.thick(rows[first:])
+        within: Indices = rows[~Cover(self.layer.standing, self._seen(rows)).held()]
+        return within
 
-    def _first_behind(self, shadow: Region, rows: Indices) -> float | None:
-        """Return the depth of the first of some triangles with which they lie behind a shadow."""
-        rows = self.slab.thick(rows)
-        first = self._behind(shadow, rows)
-        return None if first is None else float(self.layer.height_mm - self.slab.tops[rows[first]])
+    def _first_behind(self, shadow: Region, rows: Indices) -> int | None:
+        """Return which is the first of some triangles with which they lie behind a shadow."""
+        begin, some = 0, AT_A_TIME
+        while begin < len(rows):
+            chosen = np.arange(begin, min(begin + some, len(rows)))
+            chosen = chosen[self.slab.is_thick(rows[chosen])]
+            count = Cover(shadow, self._seen(rows[chosen])).area_over(self.layer.grain_mm**2)
+            if count is not None:
+                return int(chosen[count - 1])
+            begin, some = begin + some, 4 * some
+        return None
 
-    def _behind(self, shadow: Region, rows: Indices) -> int | None:
-        cover = Cover(shadow, self.slab.corners(rows)[:, ::-1, :2])
-        count = cover.area_over(self.layer.grain_mm**2)
-        return None if count is None else count - 1
+    def _seen(self, rows: Indices) -> Array:
+        """Return the corners (k, 3, 2) of triangles that face backward, seen from the face."""
+        return self.slab.corners(rows)[:, ::-1, :2]
+
+    def _depth_mm(self, row: int) -> float:
+        return float(self.layer.height_mm - self.slab.tops[row])
 
     # --- where the section would jump -----------------------------------------------------------------------
 

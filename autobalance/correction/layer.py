@@ -14,6 +14,7 @@ from dataclasses import dataclass, field
 from functools import cached_property
 
 import numpy as np
+from numpy.typing import NDArray
 
 from autobalance.correction.curve import DepthCurve
 from autobalance.correction.kind import Array
@@ -93,10 +94,14 @@ class Layer:
         """The rows of triangles that face backward."""
         return np.flatnonzero(self.leans <= BACKWARD * self.areas)
 
+    def is_thick(self, rows: Indices) -> NDArray[np.bool_]:
+        """Tell of some triangles which are no slivers lower than rounding, which face nowhere."""
+        thick: NDArray[np.bool_] = self.areas.take(rows) > self.grain_mm * longest_sides(self.corners(rows))
+        return thick
+
     def thick(self, rows: Indices) -> Indices:
-        """Return those of some triangles that are no slivers lower than rounding, which face nowhere."""
-        longest = longest_sides(self.corners(rows))
-        chosen: Indices = rows[self.areas.take(rows) > self.grain_mm * longest]
+        """Return those of some triangles that are no slivers."""
+        chosen: Indices = rows[self.is_thick(rows)]
         return chosen
 
     def section(self, height_mm: float) -> Region:

@@ -335,21 +335,21 @@ class Shoulder(Kind[ShoulderLimits]):
     def face_depths_mm(self, work: Workpiece, rims: Sequence[Face]) -> Mapping[str, float]:
         """Return how deep each planar face may go by itself."""
         planes = [Patch(face) for face in work.faces if face.kind == "plane"]
-        thickest = max((web.z_max_mm - web.z_min_mm for web in work.anatomy.webs), default=0.0)
+        thickness = {web.number: web.z_max_mm - web.z_min_mm for web in work.anatomy.webs}
+        thickest = max(thickness.values(), default=0.0)
         found: dict[str, float] = {}
-        for reach in (
-            NEAR_WEBS * thickest,
-            work.solid.mesh.diagonal_mm,
-        ):  # most end within a web: far less to see
-            made = cuts(work.solid, work.anatomy, planes, work.density_g_mm3, ShoulderLimits(), reach)
-            found |= {cut.face.id: cut.max_depth_mm for cut in made if not cut.limit_is_reach}
-            farther = {cut.face.id for cut in made if cut.limit_is_reach}
-            planes = [patch for patch in planes if patch.face.id in farther]
+        for patch in planes:
+            near = thickest if patch.face.web is None else thickness[patch.face.web]
+            for reach in (NEAR_WEBS * near, work.solid.mesh.diagonal_mm):
+                made = cuts(work.solid, work.anatomy, [patch], work.density_g_mm3, ShoulderLimits(), reach)
+                found |= {cut.face.id: cut.max_depth_mm for cut in made if not cut.limit_is_reach}
+                if not any(cut.limit_is_reach for cut in made):
+                    break
         return found
 
 
 NEAR_WEBS = 1.25
-"""Times the thickest web's thickness: so deep is looked first."""
+"""Times a web's thickness: most cuts end so near; there is far less to see."""
 
 
 def _thickness_left_mm(web: Web, lowered: Sequence[Correction]) -> float:
