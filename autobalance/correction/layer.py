@@ -119,7 +119,7 @@ class Layer:
         highest = np.full(len(z), -math.inf)
         for corner in self.numbers.T:
             np.maximum.at(highest, corner, self.tops)
-        return self.vertices[highest <= z + self.grain_mm]
+        return self.vertices[highest <= z]
 
     @cached_property
     def saddle_heights_mm(self) -> Array:

@@ -6,16 +6,13 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from autobalance.correction import face_depths_mm
 from autobalance.correction.kind import Workpiece
 from autobalance.correction.patches import Patch, auto_patches, chosen_patches, sector
 from autobalance.correction.shoulder import KIND, ShoulderCut, ShoulderLimits, cuts, shared_depths
 from autobalance.crank.anatomy import Anatomy, Face, MainJournal, Pin, Throw, Web
-from autobalance.crank.faces import find_faces
 from autobalance.errors import CorrectionError
 from autobalance.solid.csg.solid import Region, Solid
 from autobalance.solid.mesh.mesh import Mesh
-from tests.generated import generated_crank
 
 RHO = 7.85e-3
 HEAVY_DEG = math.degrees(math.atan2(0.6, -0.8))
@@ -139,14 +136,13 @@ def test_the_depth_ends_where_another_raised_part_begins() -> None:
     assert "raised part" in cut.limit
 
 
-def test_equal_faces_may_be_lowered_equally_deep() -> None:
-    """All side faces of a parallel twin are alike, however its file lies and whichever way it is rounded."""
-    crank = generated_crank("parallel-twin-360", seed=539, segments=16)
-    faces = tuple(face for face in find_faces(crank.mesh, crank.truth) if face.web is not None)
-    depths = face_depths_mm(crank.solid, crank.truth, RHO, faces, ())
-    aside = [depths[face.id] for face in faces if abs(face.normal[2]) < 0.5]
-    assert len(aside) == 8
-    assert max(aside) == pytest.approx(min(aside), abs=1e-3)
+def test_a_raised_part_whose_top_lies_over_a_wall_ends_the_depth() -> None:
+    """The ridge is highest at the block's side: its top lies on the outline of every section below."""
+    ridge = [[-40.0, 0.0], [32.0, 0.0], [32.0, 17.5], [16.0, 10.0], [10.0, 20.0], [-40.0, 20.0]]
+    solid = Solid.prism(Region.of([np.array(ridge)]), -20.0, 20.0).moved(STANDING)
+    cut = cut_of(solid, ShoulderLimits(min_wall_mm=0.0), reach=15.0)
+    assert cut.max_depth_mm == pytest.approx(10.0, abs=1e-3)
+    assert "raised part" in cut.limit
 
 
 def test_what_is_enclosed_by_what_stands_on_the_face_is_left() -> None:
