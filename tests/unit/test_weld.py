@@ -13,6 +13,7 @@ from autobalance.solid.mesh.mesh import (
     Mesh,
     in_space_order,
     mesh_of_soup,
+    ranked,
     weld,
     without_collapsed,
 )
@@ -39,6 +40,15 @@ def test_weld_survives_two_points_with_one_hash(monkeypatch: pytest.MonkeyPatch)
     distinct, number = weld(points)
     assert len(distinct) == 2
     np.testing.assert_array_equal(distinct[number], points)
+
+
+@pytest.mark.parametrize("most", [9, 1 << 62])
+def test_ranked_numbers_are_those_of_a_stable_sort_however_large(most: int) -> None:
+    numbers = np.random.default_rng(2).integers(0, most, 300)
+    ordered, rows = ranked(numbers)
+    np.testing.assert_array_equal(rows, np.argsort(numbers, kind="stable"))
+    np.testing.assert_array_equal(ordered, np.sort(numbers))
+    assert len(ranked(numbers[:0])[1]) == 0
 
 
 def test_weld_does_not_depend_on_the_order() -> None:

@@ -157,17 +157,20 @@ def _unbroken(long: SectionStack, chain: Sequence[_Link], here: _Link) -> bool:
     between = long.sections[last + 1 : here.place]
     centre = np.median([link.centre for link in chain], axis=0)
     radius = float(np.median([link.radius for link in chain]))
-    distinct = {section.pieces for section in between}
-    reaches = [max((piece.reach_from(centre) for piece in pieces), default=0.0) for pieces in distinct]
-    if max(reaches) > (1.0 + INSIDE) * radius or min(reaches) == 0.0:
-        return False
     circles = [p.circle for s in between for p in s.pieces if p.circle is not None]
     if any(float(np.linalg.norm(c.centre - centre)) > SAME_CENTRE * c.radius for c in circles):
         return False
+    least, most = (1.0 - SURFACE_LEFT) * radius, (1.0 + INSIDE) * radius
     if circles:
         groove = long.sections[here.place].z_mm - long.sections[last].z_mm <= GAP_SHARE * radius
-        return groove and len(chain) > 1  # two sections through fillets are no cylinder with a groove
-    return min(reaches) > (1.0 - SURFACE_LEFT) * radius
+        if not (groove and len(chain) > 1):  # two sections through fillets are no cylinder with a groove
+            return False
+        least = 0.0
+    distinct = {section.pieces for section in between}
+    return all(
+        least < max((piece.reach_from(centre) for piece in pieces), default=0.0) <= most
+        for pieces in distinct
+    )
 
 
 def _run(long: SectionStack, chain: Sequence[_Link], rounding_mm: float) -> CylinderRun | None:

@@ -169,10 +169,10 @@ class Look:
     def corners(self, faces: Indices) -> tuple[Indices, Array]:
         """Return for each of some faces its corners: (row in ``faces``, point), one after the other."""
         vertex, starts = self._corner
-        size = self.corner_counts[faces]
+        size = self.corner_counts.take(faces)
         row = np.repeat(np.arange(len(faces)), size)
-        within = np.arange(len(row)) - np.repeat(np.cumsum(size) - size, size)
-        return row, self.mesh.vertices.take(vertex[starts[faces][row] + within], axis=0)
+        shift = starts.take(faces) - (np.cumsum(size) - size)
+        return row, self.mesh.vertices.take(vertex.take(shift.take(row) + np.arange(len(row))), axis=0)
 
 
 def look_at(mesh: Mesh) -> Look:

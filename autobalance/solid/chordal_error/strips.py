@@ -166,9 +166,10 @@ def _fitted(
 
 def _far_side(look: Look, faces: Indices, axis: Array, middle: Array) -> Array:
     """Return, across the axis, the vector (k, 3) from a ruling line to the far side of a face beside it."""
-    across = np.cross(axis, look.normal[faces])
+    across = np.cross(axis, look.normal.take(faces, axis=0))
     row, point = look.corners(faces)
-    reach = np.einsum("ij,ij->i", point - middle[row], across[row])
+    point -= middle.take(row, axis=0)
+    reach = np.einsum("ij,ij->i", point, across.take(row, axis=0))
     far = np.zeros(len(faces))
     near = np.zeros(len(faces))
     np.maximum.at(far, row, reach)
