@@ -72,18 +72,18 @@ def as_file(format: str, mm_per_unit: float) -> Measure:  # noqa: A002
     def measure(rotor: Rotor, solid: Solid, made: Made) -> Measured:
         written = Written.of(solid.mesh, format, mm_per_unit)
         adds = any(cut.adds_metal for cut, _ in made)
+        measured = _on_triangles(rotor, written.soup, written.data)
         again = None
         if adds or len(written.soup) != solid.triangle_count:
-            again = _as_read_back(written)
+            again = _as_read_back(written, measured.moments.mass_g / rotor.density_g_mm3)
             if adds:
                 _refuse_lost_crank(rotor, again)
-        read_back = again if written.solid is None else written.solid
-        return replace(_on_triangles(rotor, written.soup, written.data), read_back=read_back)
+        return replace(measured, read_back=again if written.solid is None else written.solid)
 
     return measure
 
 
-def _as_read_back(written: Written) -> Solid:
+def _as_read_back(written: Written, own_mm3: float) -> Solid:
     """Return the solid that a reader makes of the triangles of a file, checked as ``verify`` checks it.
 
     As many triangles as the solid has, without flakes beside it, are read as that solid: there is nothing
@@ -99,10 +99,9 @@ def _as_read_back(written: Written) -> Solid:
         again = source_of(soup, "mm", "all", unite=False).solid
     else:  # a weld would number its vertices in another order, and build the same of them
         again = as_read(known)
-    own = soup_moments(soup, 1.0).mass_g
-    if abs(again.volume_mm3 - own) > SAME_VOLUME * own:
+    if abs(again.volume_mm3 - own_mm3) > SAME_VOLUME * own_mm3:
         raise SolidError(
-            f"the written solid has {own:.9g} mm³, but {again.volume_mm3:.9g} mm³ are read back; needed"
+            f"the written solid has {own_mm3:.9g} mm³, but {again.volume_mm3:.9g} mm³ are read back; needed"
             " cuts or added metal that can be told apart: another face, or less of it"
         )
     return again
