@@ -134,6 +134,26 @@ def test_an_off_file_of_another_form_is_refused_by_its_name(header: str, message
 
 # --- OBJ --------------------------------------------------------------------------------------------------
 
+OBJ_BOX = "\n".join(
+    [
+        *(f"v {line}" for line in PLACES.splitlines()),
+        *(f"f {' '.join(str(k + 1) for k in face)}" for face in MIXED),
+    ]
+)
+
+
+@pytest.mark.parametrize("weight", ["", " 1", " 1.0", " 0.5 0.5 0.5"])
+def test_an_obj_may_begin_with_a_byte_order_mark_and_hold_weights_of_one_or_colours(weight: str) -> None:
+    text = "\n".join(line + weight if line.startswith("v ") else line for line in OBJ_BOX.splitlines())
+    assert_is_the_box(read_obj(f"\ufeff{text}\n".encode()))
+
+
+def test_an_obj_with_weights_of_its_vertices_is_refused() -> None:
+    """Some programs divide a place by its weight, others do not: eight times the volume or once."""
+    text = "\n".join(f"{line} 2" if line.startswith("v ") else line for line in OBJ_BOX.splitlines())
+    with pytest.raises(FormatError, match=r"line 1 of the OBJ file .* the weight 2; needed 1 or none"):
+        read_obj(text.encode())
+
 
 @pytest.mark.parametrize(
     ("name", "head"), [("obj", b"v 0 0 0\nv 1 0 0\nv 0 1 0\nf"), ("off", b"OFF\n1 1 0\n0 0 0\n%d")]
@@ -245,6 +265,14 @@ def test_objects_in_other_parts_of_a_3mf_are_put_where_the_root_says() -> None:
     build = '<item objectid="1" p:path="/3D/a.model"/>'
     models["3D/3dmodel.model"] = part("", build)
     assert volume(read_3mf(package(models))) == pytest.approx(1.0 / 6.0)
+
+
+def test_supports_of_a_printed_part_are_none_of_it() -> None:
+    support = TETRAHEDRON.replace('id="1"', 'id="9" type="support"').replace('x="1"', 'x="7"')
+    built = ITEM + '<item objectid="9"/>'
+    assert volume(
+        read_3mf(package({"3D/3dmodel.model": part(TETRAHEDRON + support, built)}))
+    ) == pytest.approx(1.0 / 6.0)
 
 
 @pytest.mark.parametrize(

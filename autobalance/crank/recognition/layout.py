@@ -93,7 +93,7 @@ def crank_axis(
 def _described(long: SectionStack, line: Sequence[CylinderRun]) -> str:
     """Return a line of cylinders in words: how many, how long, a point of it in the file's coordinates."""
     middle = np.array([*mean_centre(line), 0.5 * (line[0].z_mid + line[-1].z_mid)])
-    x, y, z = long.turn[:3, :3].T @ (middle - long.turn[:3, 3])
+    x, y, z = np.round(long.turn[:3, :3].T @ (middle - long.turn[:3, 3]), 6) + 0.0
     count = f"{len(line)} cylinder{'s' * (len(line) != 1)}"
     return f"{count}, {_span(line):.4g} mm long, through ({x:.6g}, {y:.6g}, {z:.6g}) mm"
 

@@ -9,8 +9,11 @@ import numpy as np
 from autobalance.errors import FormatError
 from autobalance.solid.formats.digits import spread, step_of_text
 from autobalance.solid.formats.format import Format
-from autobalance.solid.formats.raw import Polygons, Raw, shown, soup_of, text_of
+from autobalance.solid.formats.raw import BYTE_ORDER_MARK, Polygons, Raw, shown, soup_of, text_of
 from autobalance.solid.mesh.mesh import Array, Indices
+
+WITH_WEIGHT = 5
+"""Words of a vertex with its weight; with more, a colour follows its place."""
 
 
 def read_obj(data: bytes) -> Raw:
@@ -19,12 +22,13 @@ def read_obj(data: bytes) -> Raw:
     Raises
     ------
     FormatError
-        If a line is not what it begins as, or there is no face.
+        If a line is not what it begins as, a vertex has a weight other than 1, or there is no face.
     """
     written: list[bytes] = []
     vertices = array("d")
     polygons = Polygons("OBJ")
-    lines = data.replace(b"\\\r\n", b" ").replace(b"\\\n", b" ").splitlines()
+    text = data.removeprefix(BYTE_ORDER_MARK)
+    lines = text.replace(b"\\\r\n", b" ").replace(b"\\\n", b" ").splitlines()
     for number, line in enumerate(lines, start=1):
         words = line.split()
         if not words or words[0] not in (b"v", b"f"):
@@ -33,6 +37,11 @@ def read_obj(data: bytes) -> Raw:
             if words[0] == b"v":
                 written.append(line)
                 vertices.extend((float(words[1]), float(words[2]), float(words[3])))
+                if len(words) == WITH_WEIGHT and float(words[4]) != 1.0:
+                    raise FormatError(
+                        f"line {number} of the OBJ file gives a vertex the weight {float(words[4]):g};"
+                        " needed 1 or none: programs differ in whether it divides the place"
+                    )
             else:
                 polygons.add(_obj_face(words[1:], len(vertices) // 3))
         except FormatError:

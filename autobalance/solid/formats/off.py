@@ -10,10 +10,9 @@ import numpy as np
 from autobalance.errors import FormatError
 from autobalance.solid.formats.digits import spread, step_of_text
 from autobalance.solid.formats.format import Format
-from autobalance.solid.formats.raw import Polygons, Raw, shown, soup_of, text_of
+from autobalance.solid.formats.raw import BYTE_ORDER_MARK, Polygons, Raw, shown, soup_of, text_of
 from autobalance.solid.mesh.mesh import Array, Indices
 
-BYTE_ORDER_MARK: Final = b"\xef\xbb\xbf"
 HEADER: Final = re.compile(rb"(?:ST)?C?N?(?P<w>4)?(?P<n>n)?OFF|off")
 """What may stand before OFF: what else vertices have (after their places), w, and a number of dimensions."""
 

@@ -11,6 +11,8 @@ import numpy as np
 from autobalance.errors import FormatError
 from autobalance.solid.mesh.mesh import Array, Floats, Indices
 
+BYTE_ORDER_MARK = b"\xef\xbb\xbf"
+"""What some editors begin a text with."""
 SHOWN = 40
 """Characters of a wrong line that an error shows."""
 CORNERS_MOST = 100_000

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from autobalance.errors import FormatError
 from autobalance.solid.formats.digits import step_of_text
 from autobalance.solid.formats.format import Format
-from autobalance.solid.formats.raw import Raw
+from autobalance.solid.formats.raw import BYTE_ORDER_MARK, Raw
 from autobalance.solid.mesh.mesh import CHUNK, Array, Floats, Indices
 
 HEADER_BYTES: Final = 84
@@ -98,7 +98,8 @@ def _binary(data: bytes) -> Floats:
 
 def _ascii(data: bytes) -> Floats:
     """Read facets of 21 words each; the lines ``solid`` and ``endsolid`` hold free text."""
-    words = re.sub(rb"(?m)^[ \t]*(end)?solid\b[^\r\n]*", b"", data.lower().replace(b"\r", b"\n")).split()
+    text = data.removeprefix(BYTE_ORDER_MARK).lower()
+    words = re.sub(rb"(?m)^[ \t]*(end)?solid\b[^\r\n]*", b"", text.replace(b"\r", b"\n")).split()
     count, rest = divmod(len(words), len(FACET))
     columns = [words[k :: len(FACET)] for k in range(len(FACET))]
     for column, keyword in zip(columns, FACET, strict=True):

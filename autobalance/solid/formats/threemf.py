@@ -74,6 +74,9 @@ RELATIONSHIPS: Final = (
 )
 
 
+SUPPORTS: Final = ("support", "solidsupport")
+
+
 @dataclass(frozen=True, eq=False)
 class _Use:
     """An object put somewhere: its part of the archive, its name there, and where (3, 4)."""
@@ -85,6 +88,9 @@ class _Use:
 
 @dataclass(eq=False)
 class _Object:
+    """A mesh, or components; ``support`` only holds a part up while it is printed, and is none of it."""
+
+    support: bool = False
     vertices: array[float] = field(default_factory=lambda: array("d"))
     triangles: array[int] = field(default_factory=lambda: array("q"))
     components: list[_Use] = field(default_factory=list)
@@ -124,7 +130,7 @@ class _Model:
             case "triangle":
                 self._current.triangles.extend((int(value["v1"]), int(value["v2"]), int(value["v3"])))
             case "object":
-                self._current = _Object()
+                self._current = _Object(value.get("type") in SUPPORTS)
                 self.objects[value["id"]] = self._current
             case "component":
                 self._current.components.append(self._use(value))
@@ -221,6 +227,8 @@ class _Collected:
         if use.name not in model.objects:
             raise FormatError(f"the 3MF file uses the object '{use.name[:20]}', which it does not hold")
         one, placement = model.objects[use.name], use.placement
+        if one.support:
+            return
         self._taken += 1 + len(one.triangles) // 3
         if self._taken > self._archive.unpacked:  # one of a model's own triangles takes 30 bytes
             raise FormatError("the 3MF file multiplies its components beyond reason")
