@@ -36,7 +36,7 @@ def mesh_moments(mesh: Mesh, density_g_mm3: float, frame: Array | None = None) -
     tetrahedra; second moments of a tetrahedron with a corner at the origin, det/120 (s sᵀ + Σ v vᵀ).
     """
     near = mesh.bounds.mean(axis=0)
-    return _placed(volume_moments(mesh.vertices - near, mesh.triangles), near, density_g_mm3, frame)
+    return _placed(mesh.moments_about_middle, near, density_g_mm3, frame)
 
 
 def soup_moments(soup: Floats, density_g_mm3: float, frame: Array | None = None) -> Moments:

@@ -4,12 +4,15 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from autobalance.solid.mesh.components import numbered_components
+
+if TYPE_CHECKING:
+    from autobalance.rigid_rotor.moments import Moments
 
 Array = NDArray[np.float64]
 Indices = NDArray[np.int64]
@@ -92,6 +95,13 @@ class Mesh:
         A vertex of no triangle is a part too.
         """
         return numbered_components(self.triangles, len(self.vertices))
+
+    @cached_property
+    def moments_about_middle(self) -> Moments:
+        """∫ dV, ∫ r dV and ∫ r rᵀ dV of what a closed mesh bounds, about the middle of its bounding box."""
+        from autobalance.solid.mesh.measure import volume_moments
+
+        return volume_moments(self.vertices - self.bounds.mean(axis=0), self.triangles)
 
     @cached_property
     def sample(self) -> tuple[Indices, Array]:
