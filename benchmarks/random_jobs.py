@@ -2,8 +2,9 @@
 
     python benchmarks/random_jobs.py [--jobs 300] [--first 0] [--corpus FOLDER]
 
-Cranks are generated; with ``--corpus`` every third is a crank file of that folder. An end is good where the
-exit code is 0 or 4 and ``verify --independent`` agrees, or where it is 3 with one line on standard error.
+Cranks are generated; with ``--corpus`` every third is of a crank file of that folder: half of these as the
+file is, half brought to a crank's size and turned, with weights that suit. An end is good where the exit code
+is 0 or 4 and ``verify --independent`` agrees, or where it is 3 with one line on standard error.
 """
 
 from __future__ import annotations
@@ -16,16 +17,18 @@ import tempfile
 import time
 import traceback
 from collections import Counter
+from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
 
 ROOT = Path(__file__).resolve().parent.parent
-sys.path.insert(0, str(ROOT))
+sys.path[:0] = [str(ROOT), str(ROOT / "benchmarks")]
 
 KINDS = ("shoulder", "turn", "drill", "slug", "add", "mill")
 MESHES = (".stl", ".obj", ".off", ".3mf", ".stp")
 UNITLESS = (".stl", ".obj", ".off")
+CAR_CRANK_G = 10_000.0
 PREFER = ("simple", "least_metal", "fewest_holes", "least_inertia_change")
 
 
@@ -82,37 +85,79 @@ def called(*words: str) -> tuple[int, str]:
     return code, "\n".join(line for line in error.getvalue().splitlines() if "warning" not in line)
 
 
+@dataclass(frozen=True)
+class Drawn:
+    """A crank of a job: its file, what is said of it, the share of a car's weights that hangs on it."""
+
+    file: Path
+    said: tuple[str, ...]
+    is_pressed_up: bool
+    scale: float
+    judges: tuple[str, ...] = ("dynamic", "dynamic", "static")
+
+
 def random_job(folder: Path, seed: int, files: list[Path]) -> Path:
     """Write a crank, unless it is one of some files, and a job: methods, limits and weights at random."""
+    rng = np.random.default_rng(seed)
+    if not files or seed % 3:
+        crank = _generated(folder, seed, rng)
+    elif seed % 2:
+        crank = _turned(folder, files[(seed // 6) % len(files)], rng)
+    else:
+        crank = _as_it_is(files[(seed // 6) % len(files)], rng)
+    return _job(folder, crank, rng)
+
+
+def _generated(folder: Path, seed: int, rng: np.random.Generator) -> Drawn:
     from autobalance.crank.parametric.design import PRESETS
     from tests.generated import generated_crank
     from tests.jobs import write_stl
 
-    rng = np.random.default_rng(seed)
-    if files and seed % 3 == 0:
-        file, pressed_up, scale = files[(seed // 3) % len(files)], False, float(rng.choice([0.01, 0.1, 1.0]))
-        unit = 'unit = "mm"\n' if file.suffix in UNITLESS else ""
-    else:
-        scale, name = 1.0, sorted(PRESETS)[int(rng.integers(len(PRESETS)))]
-        crank = generated_crank(name, seed=seed, segments=int(rng.choice([16, 24, 37])))
-        file, unit, pressed_up = folder / "crank.stl", 'unit = "mm"\n', not crank.design.crankpin_in_file
-        write_stl(file, crank.mesh.corners)
+    name = sorted(PRESETS)[int(rng.integers(len(PRESETS)))]
+    crank = generated_crank(name, seed=seed, segments=int(rng.choice([16, 24, 37])))
+    write_stl(folder / "crank.stl", crank.mesh.corners)
+    return Drawn(folder / "crank.stl", ('unit = "mm"',), not crank.design.crankpin_in_file, 1.0)
+
+
+def _as_it_is(file: Path, rng: np.random.Generator) -> Drawn:
+    said = ('unit = "mm"',) if file.suffix in UNITLESS else ()
+    return Drawn(file, said, False, float(rng.choice([0.01, 0.1, 1.0])))
+
+
+def _turned(folder: Path, file: Path, rng: np.random.Generator) -> Drawn:
+    """Return a file's crank at the size of a small engine's, turned any way."""
+    from real_cranks import corners_of
+    from scipy.spatial.transform import Rotation
+
+    from autobalance.solid.mesh.measure import soup_moments
+    from tests.jobs import write_stl
+
+    corners, has_pins = corners_of(file)
+    turn = Rotation.random(random_state=int(rng.integers(2**31)))
+    write_stl(folder / "crank.stl", turn.apply(corners.reshape(-1, 3)).reshape(corners.shape))
+    scale = soup_moments(corners, 7.85e-3).mass_g / CAR_CRANK_G
+    return Drawn(folder / "crank.stl", ('unit = "mm"',), not has_pins, scale, ("static",))
+
+
+def _job(folder: Path, crank: Drawn, rng: np.random.Generator) -> Path:
+    scale = crank.scale
     methods = [str(each) for each in rng.permutation(KINDS)[: int(rng.integers(1, 4))]]
     lines = [
         "[crankshaft]",
-        f'file = "{file}"',
-        f"{unit}density_kg_m3 = 7850.0",
-        *(["crankpin_in_file = false"] if pressed_up else []),
+        f'file = "{crank.file}"',
+        *crank.said,
+        "density_kg_m3 = 7850.0",
+        *(["crankpin_in_file = false"] if crank.is_pressed_up else []),
         "[engine.rotating_g]",
-        f"rod = {scale * rng.uniform(50.0, 400.0):.2f}",
+        f"rod = {scale * rng.uniform(50.0, 400.0):.3f}",
         "[engine.reciprocating_g]",
-        f"piston = {scale * rng.uniform(100.0, 600.0):.2f}",
-        *(["[engine.crankpin_g]", "crankpin = 150.0"] if pressed_up else []),
+        f"piston = {scale * rng.uniform(100.0, 600.0):.3f}",
+        *(["[engine.crankpin_g]", f"crankpin = {scale * 150.0:.3f}"] if crank.is_pressed_up else []),
         "[balance]",
         f"factor = {rng.uniform(0.0, 1.0):.2f}",
         f"grade = {float(rng.choice([2.5, 6.3, 16.0, 40.0]))}",
         f"speed_rpm = {float(rng.choice([3000.0, 6000.0, 12000.0]))}",
-        f'judge = "{rng.choice(["dynamic", "dynamic", "static"])}"',
+        f'judge = "{rng.choice(crank.judges)}"',
         "[correction]",
         f"method = {methods}",
         f'prefer = "{rng.choice(PREFER)}"',

@@ -104,7 +104,6 @@ def cranks(folder: Path | None) -> Iterator[tuple[str, np.ndarray, bool]]:
     from autobalance.crank.parametric.design import PRESETS
     from autobalance.crank.parametric.generate import crank_solid
     from autobalance.errors import AutobalanceError
-    from autobalance.solid.formats.read import read
 
     yield "bundled", subdivided(BUNDLED / "crank.stl", 0), False
     for name in DRAWN:
@@ -112,13 +111,25 @@ def cranks(folder: Path | None) -> Iterator[tuple[str, np.ndarray, bool]]:
     for file in sorted(folder.iterdir()) if folder else []:
         if file.suffix.lower() in ENDINGS:
             try:
-                unit = None if file.suffix.lower() in WITH_UNIT else "mm"
-                source = read(file, unit, "all")
-                size = SMALLEST_MM / source.solid.mesh.diagonal_mm
-                scale = 10.0 ** max(0, np.ceil(np.log10(size)))
-                yield file.name, scale * source.solid.mesh.corners, _holds_pins(source)
+                yield file.name, *corners_of(file)
             except AutobalanceError as error:
                 print(f"{file.name}: {error}")
+
+
+def corners_of(file: Path) -> tuple[np.ndarray, bool]:
+    """Return a file's corners (m, 3, 3) [mm] at the size of a crank, and whether crankpins are in it.
+
+    Raises
+    ------
+    AutobalanceError
+        If the file cannot be read.
+    """
+    from autobalance.solid.formats.read import read
+
+    unit = None if file.suffix.lower() in WITH_UNIT else "mm"
+    source = read(file, unit, "all")
+    scale = 10.0 ** max(0, np.ceil(np.log10(SMALLEST_MM / source.solid.mesh.diagonal_mm)))
+    return scale * source.solid.mesh.corners, _holds_pins(source)
 
 
 def _holds_pins(source: Source) -> bool:
