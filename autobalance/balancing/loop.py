@@ -9,11 +9,12 @@ from typing import Literal
 import numpy as np
 
 from autobalance import correction
-from autobalance.balancing.measuring import Measure, Measured, in_memory
+from autobalance.balancing.measuring import Measure, Measured, in_memory, refuse_sum
 from autobalance.balancing.offers import Offers, best_offer, why_not_used, workpiece
 from autobalance.balancing.rotor import Rotor
 from autobalance.correction import Limits
-from autobalance.correction.kind import Array, Correction, Cut, Offer, Prefer
+from autobalance.correction.kind import Array, Correction, Cut, Offer, Overlap, Prefer
+from autobalance.correction.overlap import taken_in_turn
 from autobalance.planning.depths import AIM, Plan
 from autobalance.planning.harmless import harmless, is_harmless
 from autobalance.planning.milp import least_share
@@ -208,7 +209,8 @@ def balance(
     does_harm = best.share > 1.0 and not is_harmless(initial, best.residual, tolerance, MEASURED_WORSE)
     if best.share >= tolerance.used_share(initial) or does_harm:
         return left_alone(steps)
-    made = _corrections(offer.cuts, best.depths_mm, best.measured.taken)
+    made = _in_turn(rotor, offer, best)
+    refuse_sum(rotor, best.measured, made)
     doubt = rotor.doubt(best.measured.moments, made)
     within = tolerance.is_met_by(best.residual, doubt)
     reason = None if within else tolerance.why_not(best.residual, doubt, plan.binding)
@@ -269,6 +271,22 @@ def _corrections(
         each = cut.correction(depth) if own is None else own
         made.append(each if each.rate is not None else replace(each, rate=cut.rate(depth)))
     return tuple(made)
+
+
+def _in_turn(rotor: Rotor, offer: Offer, done: Pass) -> tuple[Correction, ...]:
+    """Return the corrections of a pass, what two cuts want as the first one's."""
+    made = _corrections(offer.cuts, done.depths_mm, done.measured.taken)
+    chosen = np.flatnonzero(done.depths_mm > 0.0).tolist()
+    place = {k: n for n, k in enumerate(chosen)}
+    both = [
+        Overlap(place[pair.first], place[pair.second])
+        for pair in offer.overlaps
+        if pair.first in place and pair.second in place
+    ]
+    if not both:
+        return made
+    cuts = [(offer.cuts[k], float(done.depths_mm[k])) for k in chosen]
+    return taken_in_turn(rotor.solid, rotor.anatomy, rotor.density_g_mm3, cuts, made, both)
 
 
 def planned(

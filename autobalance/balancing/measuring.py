@@ -6,6 +6,8 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING
 
+import numpy as np
+
 from autobalance.balancing.rotor import Rotor
 from autobalance.correction.cut import as_taken
 from autobalance.correction.kind import Correction, Cut
@@ -30,6 +32,9 @@ DISAGREE = 0.02
 """Share of the metal moved by which true surfaces and triangles may differ, beyond what facets hide."""
 CONTRADICTS = 5e-3
 """Share of the metal moved by which cuts one by one may differ from all of them together."""
+
+ADD_UP = 1e-3
+"""The same where the solid has facets: the cuts are known exactly."""
 
 Made = Sequence[tuple[Cut, float]]
 """Cuts with their depths [mm]."""
@@ -180,6 +185,29 @@ def on_true_surfaces(rotor: Rotor, in_facets: Solid, made: Made) -> Measured:
     if any(own):
         _refuse_contradiction(made, own, moments - rotor.moments, density)
     return Measured(moments, None, data, again.face_kinds(), hidden, taken=own)
+
+
+def refuse_sum(rotor: Rotor, measured: Measured, corrections: Sequence[Correction]) -> None:
+    """Refuse corrections that do not add up to what is gone: as listed, they are not what was made.
+
+    Raises
+    ------
+    SolidError
+        If they do not.
+    """
+    volumes = [each.removed_volume_mm3 for each in corrections]
+    before = (
+        rotor.solid.volume_mm3 if measured.surfaces is None else rotor.moments.mass_g / rotor.density_g_mm3
+    )
+    total, gone = sum(volumes), before - measured.moments.mass_g / rotor.density_g_mm3
+    bounds = np.abs(rotor.solid.bounds)
+    rounding = rotor.solid.area_mm2 * float(np.spacing(np.float32(bounds.max())))
+    share = ADD_UP if measured.surfaces is None else CONTRADICTS
+    if abs(total - gone) > share * sum(map(abs, volumes)) + rounding:
+        raise SolidError(
+            f"the cuts take {total:.6g} mm³ one by one, but {gone:.6g} mm³ are gone; "
+            "needed cuts that keep clear of each other: other faces, or fewer of them"
+        )
 
 
 def _as_taken(rotor: Rotor, one: tuple[Cut, float], took: Taken | None) -> Correction | None:

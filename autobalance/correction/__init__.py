@@ -5,7 +5,17 @@ from dataclasses import replace
 from typing import TypeVar
 
 from autobalance.correction import add, drill, mill, shoulder, slug, turn
-from autobalance.correction.kind import Apart, Count, Cut, Limits, Offer, SharedDepth, Variety, Workpiece
+from autobalance.correction.kind import (
+    Apart,
+    Count,
+    Cut,
+    Limits,
+    Offer,
+    Overlap,
+    SharedDepth,
+    Variety,
+    Workpiece,
+)
 from autobalance.correction.registry import KINDS, face_depths_mm, finishing, kind_of, mixes, register
 from autobalance.correction.room import between_kinds
 
@@ -48,10 +58,12 @@ def joined(offers: Sequence[Offer]) -> Offer:
     apart: list[Apart] = []
     counts: list[Count] = []
     varieties: list[Variety] = []
+    overlaps: list[Overlap] = []
     for number, part in enumerate(offers):
         shift = len(cuts)
         shared += [_shifted(pair, shift) for pair in part.shared]
         apart += [_shifted(pair, shift) for pair in part.apart]
+        overlaps += [_shifted(pair, shift) for pair in part.overlaps]
         counts += [replace(rule, members=tuple(k + shift for k in rule.members)) for rule in part.counts]
         varieties += [
             replace(rule, groups=tuple(tuple(k + shift for k in group) for group in rule.groups))
@@ -62,10 +74,19 @@ def joined(offers: Sequence[Offer]) -> Offer:
     apart += between_kinds(cuts, kinds)
     same_depth = len(offers) == 1 and offers[0].same_depth
     notes = tuple(dict.fromkeys(note for part in offers for note in part.notes))
-    return Offer(tuple(cuts), tuple(shared), same_depth, tuple(apart), tuple(counts), tuple(varieties), notes)
+    return Offer(
+        tuple(cuts),
+        tuple(shared),
+        same_depth,
+        tuple(apart),
+        tuple(counts),
+        tuple(varieties),
+        notes,
+        tuple(overlaps),
+    )
 
 
-_Pair = TypeVar("_Pair", SharedDepth, Apart)
+_Pair = TypeVar("_Pair", SharedDepth, Apart, Overlap)
 
 
 def _shifted(pair: _Pair, shift: int) -> _Pair:

@@ -181,6 +181,15 @@ class Offer:
     counts: tuple[Count, ...] = ()
     varieties: tuple[Variety, ...] = ()
     notes: tuple[str, ...] = ()
+    overlaps: tuple[Overlap, ...] = ()
+
+
+@dataclass(frozen=True)
+class Overlap:
+    """Two cuts that may both be made though both want some of the same metal: the first one takes it."""
+
+    first: int
+    second: int
 
 
 @dataclass(frozen=True)

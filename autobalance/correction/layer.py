@@ -23,6 +23,8 @@ from autobalance.solid.csg.solid import Region, Solid
 from autobalance.solid.mesh.mesh import Indices, Mesh, least_and_greatest, longest_sides
 from autobalance.solid.slicing.slices import Spans, cross_sections, thinned
 
+ITS_OWN = 0.01
+"""Share of the metal just under a face and in a sector over which the face lies if it is there at all."""
 BACKWARD = -0.5
 """A surface counts as the next one behind the face if its normal has at most this component along the face's:
 side walls that lean back a little are no wall behind the face (ours)."""
@@ -169,6 +171,15 @@ class FaceLayer:
     _depths: list[float] = field(default_factory=list)
     _kept: dict[float, Region] = field(default_factory=dict)
     _spared: dict[float, Region] = field(default_factory=dict)
+
+    @property
+    def holds_its_face(self) -> bool:
+        """Whether there is metal under the face within, and not only beside it, hanging together with it."""
+        first = self.kept(self.grain_mm)
+        if first.is_empty or self.within is None:
+            return not first.is_empty
+        inside = self.outline & self.within.section(self.height_mm)
+        return inside.area_mm2 > ITS_OWN * first.area_mm2
 
     def kept(self, depth_mm: float) -> Region:
         """Return the section at a depth of the metal that hangs together with the face."""

@@ -8,6 +8,7 @@ removed cross-section changes with depth; where it would jump, the depth ends.
 
 from __future__ import annotations
 
+import itertools
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
@@ -29,6 +30,7 @@ from autobalance.correction.kind import (
 )
 from autobalance.correction.layer import BACKWARD, FaceLayer, moments_of
 from autobalance.correction.lowering import lowering
+from autobalance.correction.overlap import overlaps
 from autobalance.correction.patches import (
     ROUNDING_SHARE,
     FaceLimits,
@@ -135,6 +137,13 @@ class ShoulderCut(FaceCut):
         body = _prism(room, self.height_mm - depth_mm, self.top_mm).moved(self.to_rotor)
         return body if self.within is None else body & self.within
 
+    def taken(self, depth_mm: float) -> Solid:
+        """Return a body around the metal that goes, rotor frame: all that hangs together with the face."""
+        self.effect(depth_mm)  # has looked at sections down to here
+        low, high = self.height_mm - depth_mm, self.height_mm
+        body = Solid.prism(self.layer.taken(depth_mm), low, high).moved(self.to_rotor)
+        return body if self.within is None else body & self.within
+
     def exact_tool(self, depth_mm: float) -> Tool:
         """Return the lowering without facets; what stands on the face is the exact solid's to tell."""
         self.effect(depth_mm)  # has looked at sections down to here
@@ -219,7 +228,7 @@ def _cut(
         None if patch.within is None else patch.within.moved(to_face),
         grain,
     )
-    if layer.kept(grain).is_empty:
+    if not layer.holds_its_face:
         return None
     limit = depth_limit(layer, under.slab, reach, wall)
     if limit.depth_mm <= 2.0 * grain:
@@ -270,6 +279,18 @@ def shared_depths(cuts: Sequence[ShoulderCut], anatomy: Anatomy, limits: Shoulde
     return shared
 
 
+def _beside_each_other(cuts: Sequence[ShoulderCut]) -> list[tuple[int, int]]:
+    """Return the pairs of cuts on faces of one web of which neither looks at the other's back."""
+    return [
+        (i, j)
+        for (i, one), (j, other) in itertools.combinations(enumerate(cuts), 2)
+        if one.face.web is not None
+        and one.face.web == other.face.web
+        and one.face.id != other.face.id
+        and float(one.face.normal @ other.face.normal) > BACKWARD
+    ]
+
+
 # --- the kind -----------------------------------------------------------------------------------------------
 
 LOOK_AHEAD = 1.5
@@ -302,7 +323,9 @@ class Shoulder(Kind[ShoulderLimits]):
         reach = work.look * LOOK_AHEAD * work.need_g_mm / worth if worth > 0.0 else math.inf
         reach = min(reach, work.solid.mesh.diagonal_mm)
         found = cuts(work.solid, work.anatomy, patches, work.density_g_mm3, limits, reach)
-        return Offer(tuple(found), tuple(shared_depths(found, work.anatomy, limits)), limits.same_depth)
+        shared = tuple(shared_depths(found, work.anatomy, limits))
+        apart, both = overlaps(found, _beside_each_other(found))
+        return Offer(tuple(found), shared, limits.same_depth, apart, overlaps=both)
 
     def relaxing(self, limits: ShoulderLimits) -> Sequence[Relaxing]:
         """Return more depth, and a thinner wall behind the face."""

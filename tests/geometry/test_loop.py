@@ -1,6 +1,7 @@
 """The loop on a pressed-up single whose correction has a closed form (published case CRF-09, CRF-10)."""
 
 import math
+from copy import copy
 
 import numpy as np
 import pytest
@@ -219,6 +220,7 @@ def test_a_second_pass_takes_out_what_the_first_left() -> None:
         real = correction.offer(work, limits, effort)
         for cut in real.cuts:
             effect, rate = cut.effect, cut.rate
+            object.__setattr__(cut, "correction", copy(cut).correction)
             object.__setattr__(cut, "effect", lambda d, effect=effect: effect(d).scaled(1.01))
             object.__setattr__(cut, "rate", lambda d, rate=rate: rate(d).scaled(1.01))
         return real

@@ -1,0 +1,129 @@
+"""Cuts of which some metal lies in the way of both, as at the edge between two faces that are lowered.
+
+Where that is much of either, not both are made; where it is little, the one that is listed first takes it.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Protocol
+
+import numpy as np
+
+from autobalance.correction.cut import as_taken
+from autobalance.correction.kind import Apart, Correction, Cut, Overlap
+from autobalance.crank.anatomy import Anatomy
+from autobalance.rigid_rotor.moments import Moments
+from autobalance.solid.csg.solid import Solid, union
+
+MUCH = 0.3
+"""Share of the lesser of two cuts up to which both may want the same metal. Plans count that twice at first;
+each pass of cutting and planning again leaves about that share of the error."""
+NOTHING = 1e-6
+"""Share of it that is no metal, but the rounding of two outlines that touch."""
+STEPS = 5
+"""How often the depth that two cuts may both have is halved upon: to 3 % of the deeper one."""
+SHALLOWER = 1e-3
+"""Share of the depth by which a cut is made less deep to see what a millimetre takes."""
+
+
+class Lowered(Cut, Protocol):
+    """A cut that tells the body that it takes at most."""
+
+    def taken(self, depth_mm: float) -> Solid:
+        """Return a body around the metal that goes, rotor frame [mm]."""
+        ...
+
+
+Made = Sequence[tuple[Cut, float]]
+"""Cuts with their depths [mm]."""
+
+
+def overlaps(
+    cuts: Sequence[Lowered], pairs: Sequence[tuple[int, int]]
+) -> tuple[tuple[Apart, ...], tuple[Overlap, ...]]:
+    """Return which of some pairs of cuts want the same metal: not both so deep, and who is first.
+
+    Parameters
+    ----------
+    cuts : sequence of Lowered
+    pairs : sequence of (int, int)
+        Places in ``cuts``, the lesser first.
+    """
+    apart, both = [], []
+    for first, second in pairs:
+        one, other = cuts[first], cuts[second]
+        deepest = max(one.max_depth_mm, other.max_depth_mm)
+        share = _shared(one, other, deepest)
+        if share <= NOTHING:
+            continue
+        both.append(Overlap(first, second))
+        if share > MUCH:
+            low, high = 0.0, deepest
+            for _ in range(STEPS):
+                middle = 0.5 * (low + high)
+                low, high = (middle, high) if _shared(one, other, middle) <= MUCH else (low, middle)
+            apart.append(Apart(first, second, low if low > 0.0 else -1.0))
+    return tuple(apart), tuple(both)
+
+
+def _shared(one: Lowered, other: Lowered, depth_mm: float) -> float:
+    """Return what two cuts at a depth have in common, as a share of the lesser."""
+    depths = [min(depth_mm, cut.max_depth_mm) for cut in (one, other)]
+    bodies = [cut.taken(depth) for cut, depth in zip((one, other), depths, strict=True)]
+    low, high = (np.array([body.bounds[end] for body in bodies]) for end in (0, 1))
+    if np.any(low.max(axis=0) >= high.min(axis=0)):
+        return 0.0
+    return (bodies[0] & bodies[1]).volume_mm3 / min(body.volume_mm3 for body in bodies)
+
+
+# --- what each takes ----------------------------------------------------------------------------------------
+
+
+def taken_in_turn(
+    solid: Solid,
+    anatomy: Anatomy,
+    density_g_mm3: float,
+    made: Made,
+    corrections: Sequence[Correction],
+    overlapping: Sequence[Overlap],
+) -> tuple[Correction, ...]:
+    """Return corrections of which each is listed without the metal that an earlier one took.
+
+    Parameters
+    ----------
+    solid : Solid
+        The crank before, in file coordinates [mm].
+    anatomy : Anatomy
+    density_g_mm3 : float
+    made : sequence of (Cut, float)
+    corrections : sequence of Correction
+        What each takes of the untouched crank, in the order of ``made``.
+    overlapping : sequence of Overlap
+        Pairs of ``made``.
+    """
+    found = list(corrections)
+    for second in sorted({pair.second for pair in overlapping}):
+        cut, depth = made[second]
+        before = [made[pair.first] for pair in overlapping if pair.second == second]
+        earlier = union([each.tool(mm) for each, mm in before])
+
+        def gone(at_mm: float, cut: Cut = cut, earlier: Solid = earlier) -> Moments:
+            both = (cut.tool(at_mm) & earlier).moved(anatomy.rotor_to_file) & solid
+            return both.moments(density_g_mm3, anatomy.file_to_rotor)
+
+        step = SHALLOWER * depth
+        now = gone(depth)
+        if now.mass_g > 0.0:
+            per_mm = (now - gone(depth - step)).scaled(1.0 / step)
+            found[second] = _less(found[second], cut.rate(depth), now, per_mm, density_g_mm3)
+    return tuple(found)
+
+
+def _less(
+    correction: Correction, rate: Moments, gone: Moments, gone_per_mm: Moments, density_g_mm3: float
+) -> Correction:
+    """Return a correction without what is gone already, and without what a millimetre more takes of that."""
+    area = correction.details.get("new_face_area_mm2", 0.0) - gone_per_mm.mass_g / density_g_mm3
+    own = rate if correction.rate is None else correction.rate
+    return as_taken(correction, correction.change + gone, own + gone_per_mm, area)
