@@ -192,6 +192,38 @@ def test_what_is_no_list_is_refused(work: Path, tmp_path: Path, text: str, said:
     assert not (tmp_path / "out").exists()
 
 
+@pytest.mark.parametrize(
+    "place",
+    [
+        "o/rows/half/report.json",
+        "o/rows/x.json",
+        "o/results.csv",
+        "./o/journal.jsonl",
+        "list.csv",
+        "job.toml",
+        "crank.stl",
+    ],
+)
+def test_the_report_takes_no_place_of_a_result_or_a_row(
+    place: str,
+    work: Path,
+    tmp_path: Path,
+    capsys: pytest.CaptureFixture[str],
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """It is refused before anything is done: a balanced solid was written over, with exit code 0 or 4."""
+    for name in ("crank.stl", "job.toml", "list.csv"):
+        (tmp_path / name).write_bytes((work / name).read_bytes())
+    monkeypatch.chdir(tmp_path)
+    assert main(["batch", "list.csv", "-o", "o", "--workers", "1", "--json", place]) == 2
+    printed = capsys.readouterr().err
+    assert place in printed
+    assert printed.count("\n") == 1
+    assert not Path("o").exists()
+    for name in ("crank.stl", "job.toml", "list.csv"):
+        assert Path(name).read_bytes() == (work / name).read_bytes()
+
+
 def test_a_folder_that_is_held_is_refused(work: Path, tmp_path: Path) -> None:
     with held(tmp_path), pytest.raises(FileError, match="is held by another batch"):
         batch(work / "list.csv", tmp_path, workers=1)

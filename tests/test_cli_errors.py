@@ -453,3 +453,17 @@ def test_a_name_that_is_too_long(
     assert error.endswith("file name too long\n")
     assert error.count("\n") == 1
     assert jobs.folder_state(tmp_path) == before
+
+
+def test_a_working_folder_that_is_gone(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    gone = tmp_path / "gone"
+    gone.mkdir()
+    monkeypatch.chdir(gone)
+    gone.rmdir()
+    assert (
+        jobs.run("grade", "--grade", "6.3", "--mass", "1000", "--speed-rpm", "6000", "--json", "x.json") == 3
+    )
+    printed = capsys.readouterr().err
+    assert printed == "autobalance: error: the folder that this runs in: no such file or directory\n"

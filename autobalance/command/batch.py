@@ -31,9 +31,13 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 def run(arguments: argparse.Namespace) -> int:
     """Run the batch; 0 where every row is within tolerance, else 4."""
     from autobalance.api.batch import batch
-    from autobalance.command.finish import finish_in_place
+    from autobalance.api.batch_run import ROWS, TABLES
+    from autobalance.command.finish import finish_in_place, refuse_in_results
     from autobalance.command.progress import shown
+    from autobalance.studies.journal import JOURNAL
 
+    refuse_in_results(arguments, (f"{ROWS}/", *TABLES, JOURNAL))
+    _refuse_over_rows(arguments)
     with shown() as progress:
         result = batch(
             arguments.source,
@@ -48,3 +52,21 @@ def run(arguments: argparse.Namespace) -> int:
     folder = Path(arguments.output)
     written = ", ".join(str(folder / name) for name in ("results.csv", "results.xlsx", "summary.html"))
     return finish_in_place(arguments, result, (arguments.source,), written)
+
+
+def _refuse_over_rows(arguments: argparse.Namespace) -> None:
+    """Refuse a ``--json`` over the list, or over a job or a crank that it names, before any row is done."""
+    from contextlib import suppress
+
+    from autobalance.errors import AutobalanceError, UsageError
+    from autobalance.job.batch_list import read_batch_list
+
+    if arguments.json in (None, "-"):
+        return
+    rows = read_batch_list(Path(arguments.source), arguments.job and Path(arguments.job)).rows
+    read = {Path(arguments.source), *(row.job_file for row in rows), *(row.crank_file for row in rows)}
+    for row in {row.job_file: row for row in rows if row.crank_file is None}.values():
+        with suppress(AutobalanceError):  # a row that fails later is one of the results
+            read.add(row.read().crankshaft.file)
+    if Path(arguments.json).resolve() in {path.resolve() for path in read if path is not None}:
+        raise UsageError(f"--json {arguments.json} would overwrite a file that is read; choose another place")

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import argparse
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -67,11 +67,36 @@ def finish_in_place(
     arguments: argparse.Namespace, result: VerbResult, sources: tuple[str | Path, ...], written: str
 ) -> int:
     """Do the same for a command whose folder is written already; ``written`` says what, after the rest."""
+    refuse_in_results(arguments, [f"{result.report['command']}.json", *result.files()])
     arguments.output = None
     code = finish(arguments, result, sources)
     if arguments.json != "-":
         say(f"\nWritten: {written}")
     return code
+
+
+def refuse_in_results(arguments: argparse.Namespace, names: Iterable[str]) -> None:
+    """Refuse a ``--json`` that would take the place of a result in the folder of ``-o``.
+
+    Parameters
+    ----------
+    arguments : argparse.Namespace
+    names : iterable of str
+        Of results in that folder; one that ends with a slash stands for all below it.
+
+    Raises
+    ------
+    UsageError
+        If it would.
+    """
+    if arguments.json in (None, "-"):
+        return
+    target, folder = Path(arguments.json).resolve(), Path(arguments.output).resolve()
+    for name in names:
+        place = folder / name
+        if target == place or (name.endswith("/") and target.is_relative_to(place)):
+            where = f"a result in {arguments.output}"
+            raise UsageError(f"--json {arguments.json} would overwrite {where}; choose another place")
 
 
 def _asked_for(arguments: argparse.Namespace, result: VerbResult) -> list[tuple[Path, bytes]]:

@@ -74,10 +74,11 @@ def main(argv: Sequence[str] | None = None) -> int:
         print("autobalance: error: not enough memory for this file", file=sys.stderr)  # noqa: T201
         return AutobalanceError.exit_code
     except OSError as error:
-        if error.filename is None:  # of no file that was named
+        if error.filename is None and not isinstance(error, FileNotFoundError):  # of no file that was named
             raise
+        named = error.filename or "the folder that this runs in"  # which may be gone
         why = (error.strerror or str(error)).lower()
-        print(f"autobalance: error: {error.filename}: {why}", file=sys.stderr)  # noqa: T201
+        print(f"autobalance: error: {named}: {why}", file=sys.stderr)  # noqa: T201
         return AutobalanceError.exit_code
     except KeyboardInterrupt:
         print("autobalance: interrupted; nothing half-written was left", file=sys.stderr)  # noqa: T201
