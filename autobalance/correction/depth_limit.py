@@ -30,11 +30,9 @@ AT_A_TIME = 512
 SECTIONS_ABOVE, SECTIONS_BELOW = 4, 16
 """Of the metal to be cut, over all that faces backward beside the face and among it: together they make the
 shadow in which a surface lies behind the cut."""
-
-
 UNDER_SADDLE = 3.0
-"""Grains under a saddle at which parts that meet there are one, and one of them is still a part of its own
-height: what rises less than two over a section is none."""
+"""So many grains under a saddle the parts that meet there are one, and are seen to be: what rises less than
+two grains over a section counts for no part."""
 
 
 @dataclass(frozen=True)

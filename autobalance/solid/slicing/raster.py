@@ -90,10 +90,11 @@ def _near(start: Array, end: Array, shape: tuple[int, ...]) -> Flags:
     x, y = np.floor(start[which] + share * (end - start)[which]).astype(np.int64).T
     on = np.zeros(shape, dtype=bool)
     on[x, y] = True
-    near = on.copy()
-    for axis in (0, 1):
-        near = near | np.roll(near, 1, axis) | np.roll(near, -1, axis)
-    return near
+    for near in (on, on.T):  # the ring around the region keeps the grid's ends free
+        beside = near[1:] | near[:-1]
+        near[1:] |= beside
+        near[:-1] |= beside
+    return on
 
 
 def _filled(start: Array, end: Array, shape: tuple[int, ...]) -> Flags:
@@ -106,7 +107,7 @@ def _filled(start: Array, end: Array, shape: tuple[int, ...]) -> Flags:
     share = (row + 0.5 - y0.take(which)) / (y1 - y0).take(which)
     x = start[which, 0] + share * (end - start)[which, 0]
     column = np.clip(np.ceil(x - 0.5).astype(np.int64), 0, shape[0] - 1)
-    turns = np.zeros(shape, dtype=np.int64)
-    np.add.at(turns, (column, row), np.where(y1.take(which) > y0.take(which), -1, 1))
-    filled: Flags = turns.cumsum(axis=0) > 0
+    cell, weight = column * shape[1] + row, np.where(y1.take(which) > y0.take(which), -1.0, 1.0)
+    turns = np.bincount(cell, weight, shape[0] * shape[1]).reshape(shape)
+    filled: Flags = turns.cumsum(axis=0) > 0.0
     return filled
