@@ -103,9 +103,9 @@ def check_corrections(claims: Claims, change: Change, first_number: int | None =
     files, key = change.files, (id(change.before), id(change.after))
     gone = files.once(("gone", *key), lambda: _gone(change))
     crank = files.once(("before", *key), lambda: _before(change))
-    shared, torn = _shared_out(gone, parts, traces, crank, change.near_mm)
-    for k, (part, trace, mine) in enumerate(zip(parts, traces, shared, strict=True)):
-        _check_one(part, trace, mine, change, crank, k in torn)
+    shared = _shared_out(gone, parts, traces, crank, change.near_mm)
+    for part, trace, found in zip(parts, traces, shared, strict=True):
+        _check_one(part, trace, found, change, crank)
 
 
 def _before(change: Change) -> Before:
@@ -184,21 +184,32 @@ def _pieces(metal: Solid, near_mm: float) -> list[Solid]:
     return [] if metal.is_empty else metal.thicker_pieces(GRAINS * near_mm)
 
 
+@dataclass(frozen=True, eq=False)
+class Found:
+    """What was found of a correction: its metal piece by piece, None where it cannot be told from another's.
+
+    ``is_torn`` where it hangs together with so wide flaps of the file's rounding that all of it is as thin as
+    they; ``skin`` is what went or came there where all of that is as thin as rounding.
+    """
+
+    metal: tuple[Solid, ...] | None
+    is_torn: bool
+    skin: Solid
+
+
 def _shared_out(
     gone: tuple[Solid, Solid],
     parts: Sequence[Claims],
     traces: Sequence[Trace | None],
     crank: Before,
     near_mm: float,
-) -> tuple[list[tuple[Solid, ...] | None], set[int]]:
-    """Return the metal of each correction, None where it cannot be told from another's; and whose is torn.
-
-    Torn is what hangs together with so wide flaps of the file's rounding that all of it is as thin as they.
-    """
+) -> list[Found]:
+    """Return what was found of each correction."""
     rooms = [Solid.nothing() if trace is None else trace.room(crank) for trace in traces]
     adds = [KINDS[part.get("kind", str)].adds_metal for part in parts]
     mine: list[list[Solid]] = [[] for _ in parts]
     torn: set[int] = set()
+    skins = [Solid.nothing()] * len(parts)
     for came in (False, True):
         candidates = [k for k, each in enumerate(adds) if each == came]
         mixed = []
@@ -215,13 +226,15 @@ def _shared_out(
         for k in candidates:
             if not mine[k] and not rooms[k].is_empty:
                 others = union([piece for each in candidates for piece in mine[each]])
-                mine[k] += _pieces((gone[int(came)] & rooms[k]) - others, near_mm)
+                left = (gone[int(came)] & rooms[k]) - others
+                mine[k] += _pieces(left, near_mm)
                 torn |= {k} if mine[k] else set()
+                skins[k] = Solid.nothing() if mine[k] else left
     touched: set[int] = set()
     for i, j in itertools.combinations(range(len(mine)), 2):
         touched |= _told_apart(parts, mine, i, j, near_mm)
-    found = [None if trace is None or k in touched else tuple(mine[k]) for k, trace in enumerate(traces)]
-    return found, torn
+    metal = [None if trace is None or k in touched else tuple(mine[k]) for k, trace in enumerate(traces)]
+    return [Found(pieces, k in torn, skins[k]) for k, pieces in enumerate(metal)]
 
 
 MOST = 0.95
@@ -268,21 +281,32 @@ def _told_apart(parts: Sequence[Claims], mine: list[list[Solid]], i: int, j: int
 # --- one of them --------------------------------------------------------------------------------------------
 
 
+def _is_skin(part: Claims, skin: Solid, near_mm: float) -> bool:
+    """Tell whether a correction that is not found is as thin as rounding: its depth, or all that it took.
+
+    A rim that is turned by little more than its facets stand back loses a film between two polygons.
+    """
+    if abs(part.get("depth_mm", float)) <= 2.0 * GRAINS * near_mm:  # a layer has two sides
+        return True
+    listed = abs(part.get("removed_volume_mm3", float))
+    off = abs(listed - skin.volume_mm3)
+    return skin.volume_mm3 > 0.0 and off <= SHARE * listed + near_mm * skin.area_mm2
+
+
 def _check_one(
     part: Claims,
     trace: Trace | None,
-    mine: tuple[Solid, ...] | None,
+    seen: Found,
     change: Change,
     crank: Before,
-    is_torn: bool,
 ) -> None:
     if trace is not None:
         _check_implied(part, trace.implied(crank, change.limits(part.get("kind", str))))
+    mine, is_torn = seen.metal, seen.is_torn
     if trace is None or mine is None:
         part.ledger.why_not[part.place] = OTHER_KIND if trace is None else TOUCHING
         return
-    thin_mm = 2.0 * GRAINS * change.near_mm  # a layer has two sides
-    if trace.takes_metal and not mine and abs(part.get("depth_mm", float)) <= thin_mm:
+    if trace.takes_metal and not mine and _is_skin(part, seen.skin, change.near_mm):
         part.ledger.why_not[part.place] = THIN
         return
     if bool(mine) != trace.takes_metal:

@@ -107,11 +107,11 @@ def test_a_thin_cut_is_found_that_hangs_on_a_thick_one() -> None:
         ],
     )
     traces = cast(Any, [SimpleNamespace(room=lambda _, room=room: room) for room in rooms])
-    found, torn = _shared_out((gone, Solid.nothing()), parts, traces, cast(Any, None), 1e-6)
-    assert torn == set()
-    for pieces, size in zip(found, sizes, strict=True):
-        assert pieces is not None
-        assert sum(piece.volume_mm3 for piece in pieces) == pytest.approx(size, rel=1e-3)
+    every = _shared_out((gone, Solid.nothing()), parts, traces, cast(Any, None), 1e-6)
+    for found, size in zip(every, sizes, strict=True):
+        assert not found.is_torn
+        assert found.metal is not None
+        assert sum(piece.volume_mm3 for piece in found.metal) == pytest.approx(size, rel=1e-3)
 
 
 @pytest.mark.parametrize("lean", [0.5, 2.0, 6.0])

@@ -9,7 +9,7 @@ from autobalance.solid.csg.solid import Solid, union
 from autobalance.solid.mesh.flakes import without_flakes
 from autobalance.solid.mesh.mesh import Mesh
 from autobalance.verification.claims import Claims
-from autobalance.verification.correction_claims import _shared_out
+from autobalance.verification.correction_claims import _is_skin, _shared_out
 from tests.cranks import make_crank
 
 NEAR_MM = 1e-5
@@ -40,12 +40,28 @@ def test_slivers_on_a_flap_are_found_in_their_room() -> None:
     item = {"kind": "turn", "webs": [web.number], "new_radius_mm": 60.0, "position_mm": [0.0, 60.0, low]}
     crank = Before(solid.mesh, anatomy, (), ())
     parts = [Claims("report.json", item)]
-    found, torn = _shared_out(gone, parts, [RingTrace(item)], crank, NEAR_MM)
-    assert torn == {0}
-    assert found[0] is not None
-    assert sum(each.volume_mm3 for each in found[0]) == pytest.approx(
+    (found,) = _shared_out(gone, parts, [RingTrace(item)], crank, NEAR_MM)
+    assert found.is_torn
+    assert found.metal is not None
+    assert sum(each.volume_mm3 for each in found.metal) == pytest.approx(
         sum(t.volume_mm3 for t in tips), rel=0.01
     )
+
+
+@pytest.mark.parametrize(("share", "is_skin"), [(1.0, True), (1.1, False), (0.0, False)])
+def test_a_film_is_told_by_its_volume(share: float, is_skin: bool) -> None:
+    """A rim turned by little more than its facets stand back."""
+    solid, anatomy = make_crank([0.0])
+    web = anatomy.webs[0]
+    low, high, thick = web.z_min_mm, web.z_max_mm, 8.0 * NEAR_MM
+    film = Solid.box(np.array([-5.0, 60.0, low]), np.array([5.0, 60.0 + thick, high]))
+    volume = share * film.volume_mm3
+    item = {"kind": "turn", "webs": [web.number], "new_radius_mm": 60.0, "position_mm": [0.0, 60.0, low]}
+    part = Claims("report.json", {**item, "depth_mm": 0.03, "removed_volume_mm3": volume})
+    crank = Before(solid.mesh, anatomy, (), ())
+    (found,) = _shared_out((film, Solid.nothing()), [part], [RingTrace(part.values)], crank, NEAR_MM)
+    assert found.metal == ()
+    assert _is_skin(part, found.skin, 0.01 * NEAR_MM) == is_skin
 
 
 def test_flakes_beside_a_cut_solid_are_dropped_and_loose_pieces_refused() -> None:
