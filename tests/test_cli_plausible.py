@@ -3,15 +3,23 @@
 import shutil
 from collections.abc import Callable
 from pathlib import Path
-from typing import Any
+from types import SimpleNamespace
+from typing import Any, cast
 
 import numpy as np
 import pytest
 
 import autobalance as ab
 from autobalance.balancing import run
+from autobalance.balancing.plausibility import refuse_size
+from autobalance.solid.csg.solid import Solid
 from tests import jobs
 
+SLANTING = np.eye(4)
+SLANTING[:3, :3] = np.array([[1.0, 1.0, -2.0], [-1.0, 1.0, 0.0], [1.0, 1.0, 1.0]]).T / np.sqrt(
+    [6.0, 2.0, 3.0]
+)
+"""Turns z into a cube's diagonal."""
 CRANK = jobs.BUNDLED / "straight" / "crank-with-pin.stl"
 
 
@@ -35,6 +43,20 @@ def test_a_crank_of_no_size_or_density_is_refused(
 ) -> None:
     unit = () if "--unit" in options else ("--unit", "mm")
     assert said in refused(capsys, 3, "inspect", CRANK, *unit, *options)
+
+
+@pytest.mark.parametrize(
+    ("length_mm", "is_refused"), [(4.9, True), (5.1, False), (4990.0, False), (5010.0, True)]
+)
+def test_how_long_a_crank_is_does_not_depend_on_how_it_is_turned(length_mm: float, is_refused: bool) -> None:
+    """A small one that lies along a cube's diagonal was refused as 0.58 times as long as it is."""
+    half = 0.5 * np.array([0.1 * length_mm, 0.1 * length_mm, length_mm])
+    source = SimpleNamespace(solid=Solid.box(-half, half).moved(SLANTING), mm_per_unit=1.0)
+    if is_refused:
+        with pytest.raises(ab.AutobalanceError, match=rf"the crank is {length_mm:.4g} mm long"):
+            refuse_size(cast(Any, source), "crank.stl")
+    else:
+        refuse_size(cast(Any, source), "crank.stl")
 
 
 def test_a_tiny_mesh_is_refused() -> None:

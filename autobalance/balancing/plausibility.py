@@ -9,6 +9,8 @@ import math
 from collections.abc import Iterator, Mapping
 from typing import TYPE_CHECKING
 
+import numpy as np
+
 from autobalance.balancing.rotor_from_job import crank_factor, hung_on, throw_loads, total_g
 from autobalance.crank.anatomy import Anatomy
 from autobalance.engine.balance_factor import factor_direction_g_mm
@@ -95,8 +97,17 @@ def odd_size(source: Source) -> str | None:
 
 
 def _longest_mm(source: Source) -> float:
+    """Return how long a solid is along the file's axes, or along its own where that may count.
+
+    Seen along the file's axes, a slanting one may look 1.7 times shorter than it is.
+    """
     low, high = source.solid.bounds
-    return float((high - low).max())
+    side = float((high - low).max())
+    if USUAL_MM[0] <= side and math.sqrt(3.0) * side <= USUAL_MM[1]:
+        return side
+    away = source.solid.mesh.vertices - 0.5 * (low + high)
+    _, own = np.linalg.eigh(away.T @ away)
+    return max(side, float(np.ptp(away @ own, axis=0).max()))
 
 
 def _meant(source: Source) -> str:
