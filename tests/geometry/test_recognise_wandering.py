@@ -53,6 +53,17 @@ def test_every_journal_and_throw_is_found_and_the_misalignment_said(share: float
     assert misalignment_warning(found) is not None
 
 
+@pytest.mark.parametrize("seed", range(1, 5))
+@pytest.mark.parametrize("share", [0.08, 0.15])
+def test_what_wanders_too_far_is_refused_or_found_whole(share: float, seed: int) -> None:
+    """Never some of the throws as if they were all: the rest would be webs 100 mm thick."""
+    try:
+        found = recognise(bent_six(share, seed), Overrides(crankpin_in_file=None))
+    except RecognitionError:
+        return
+    assert (len(found.main_journals), len(found.throws), len(found.webs)) == (7, 6, 12)
+
+
 def test_a_throw_without_its_web_is_refused() -> None:
     journal, pin = (
         CylinderRun(np.zeros(2), 10.0, 0.0, 20.0),

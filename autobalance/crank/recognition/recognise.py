@@ -31,7 +31,7 @@ from autobalance.crank.recognition.layout import GapError, JournalLayout, solid_
 from autobalance.crank.recognition.pressed_up import pressed_up_layout
 from autobalance.crank.recognition.section_stack import SectionStack, lengthwise, straightened
 from autobalance.crank.recognition.views import Views
-from autobalance.crank.recognition.webs import find_webs, refuse_incomplete
+from autobalance.crank.recognition.webs import find_webs, refuse_incomplete, refuse_unexplained
 from autobalance.errors import RecognitionError
 from autobalance.solid.cad.surface import CylinderFace
 from autobalance.solid.csg.solid import Solid
@@ -308,6 +308,7 @@ def _anatomy(
     webs = tuple(_shifted(web, -first.z_mid) for web in here)
     if overrides.crankpins is None and overrides.main_journals is None:
         refuse_incomplete(layout, webs, first.z_mid)
+        refuse_unexplained(long, layout, here)
     journals = tuple(
         MainJournal(_place(local, run), 2.0 * run.radius, run.width, number)
         for number, run in enumerate(layout.journals, 1)

@@ -24,6 +24,10 @@ this share of that on the crankpin's side: a plain web's hub has less than a qua
 GIVEN = 0.25
 """Within the width that a job (or the recogniser) gives a cylinder, metal up to this share beyond its radius
 is still the cylinder: corners of coarse facets, a diameter given roundly."""
+NECK = (0.7, 1.15)
+"""What is of a journal's or crankpin's size lies between these, as shares of the least and most."""
+NECK_WIDTH = 0.1
+"""It is at least this long, as a share of the least crankpin's radius."""
 RIM_SHARE = 0.99
 """The rim is where the counterweight reaches at least this share of its greatest radius."""
 
@@ -73,6 +77,61 @@ def refuse_incomplete(layout: JournalLayout, webs: Sequence[Web], shift_mm: floa
                 f"{0.5 * (low + high):.4g} mm from crankpin 1 along the axis, where a cylinder of "
                 f"{2.0 * beside.radius:.4g} mm follows; crankpins and main_journals settle it"
             )
+
+
+def refuse_unexplained(long: SectionStack, layout: JournalLayout, webs: Sequence[Web]) -> None:
+    """Refuse a stretch of the axis that is a journal or a crankpin, and was not recognised as one.
+
+    That is a neck within a web (``webs`` are placed as the layout is), and one beside the axis where there is
+    no crankpin.
+
+    Raises
+    ------
+    RecognitionError
+        With the place, and what settles it.
+    """
+    most = NECK[1] * max(run.radius for run in (*layout.journals, *layout.pins))
+    for web in webs:
+        inside = [s for s in long.sections if web.z_min_mm < s.z_mm < web.z_max_mm]
+        stretches = [(neck, list(some)) for neck, some in groupby(inside, lambda s: _is_neck(s, most))]
+        for neck, sections in stretches[1:-1]:
+            if neck:
+                _refuse_long(layout, sections, f"a neck in web {web.number}")
+    for beside, some in groupby(long.sections, lambda s: _is_beside(s, layout)):
+        sections = list(some)
+        low, high = sections[0].z_mm, sections[-1].z_mm
+        if beside and not any(pin.z_low <= high and low <= pin.z_high for pin in layout.pins):
+            _refuse_long(layout, sections, "a cylinder beside the axis")
+
+
+def _refuse_long(layout: JournalLayout, sections: Sequence[CrossSection], what: str) -> None:
+    low, high = sections[0].z_mm, sections[-1].z_mm
+    if high - low > NECK_WIDTH * min(pin.radius for pin in layout.pins):
+        raise RecognitionError(
+            f"looked for what every stretch of the axis is, found {what}, {high - low:.3g} mm long,"
+            f" {0.5 * (low + high) - layout.pins[0].z_mid:.4g} mm from crankpin 1 along the axis: a journal"
+            " or crankpin out of line with the others; main_journals and crankpins settle it"
+        )
+
+
+def _is_neck(section: CrossSection, most_mm: float) -> bool:
+    """Whether all of a section lies within a circle of a journal's size."""
+    return len(section.pieces) == 1 and _round(section.pieces[0])[1] <= most_mm
+
+
+def _is_beside(section: CrossSection, layout: JournalLayout) -> bool:
+    """Whether all of a section is of a crankpin's size and lies beside the axis; a gap counts too."""
+    least = NECK[0] * min(pin.radius for pin in layout.pins)
+    most = NECK[1] * max(pin.radius for pin in layout.pins)
+    rounds = [_round(piece) for piece in section.pieces]
+    away = [(float(np.linalg.norm(middle - layout.axis)), reach) for middle, reach in rounds]
+    return all(least <= reach <= most and reach < distance for distance, reach in away)
+
+
+def _round(piece: SectionPiece) -> tuple[Array, float]:
+    """Return the middle of a piece of a section, and how far it reaches from there."""
+    middle = 0.5 * (piece.outline.min(axis=0) + piece.outline.max(axis=0))
+    return middle, piece.reach_from(middle)
 
 
 def _end(axis: Array, z_mm: float) -> CylinderRun:
