@@ -20,7 +20,7 @@ from autobalance.report.record_schema import (
 class JobCrankshaft(TypedDict):
     """The job's crank file and what it says of the crank."""
 
-    file: str
+    file: Annotated[str | None, "null: the crank was given in memory"]
     unit: Literal["mm", "cm", "m", "inch", None]
     density_kg_m3: Positive
     crankpin_in_file: bool
