@@ -107,7 +107,10 @@ class Metal:
         return 0.5 * np.cross(b - a, c - a)
 
     def facing(self, normal: Array) -> tuple[float, Moments]:
-        """Return the height of most of the surface that faces along ``normal``, and its (1, r, r rᵀ) dA."""
+        """Return the height of most of the surface that faces along ``normal``, and its (1, r, r rᵀ) dA.
+
+        A flap at that height has two sides, of which one is taken off again.
+        """
         along = self._areas @ normal
         flat = np.abs(along) > ON_PLANE * np.linalg.norm(self._areas, axis=1)
         corners, along = self.corners[flat], along[flat]
@@ -116,14 +119,14 @@ class Metal:
         faces = (along > 0.0) & ~_of_flaps(heights, along, thin_mm)
         if not faces.any():
             faces = along > 0.0
-        corners, size, heights = corners[faces], along[faces], heights[faces]
-        if not len(heights):
+        if not faces.any():
             return math.nan, Moments.zero()
-        order = np.argsort(heights)
-        middle = order[np.searchsorted(np.cumsum(size[order]), 0.5 * size.sum())]
-        height = float(heights[middle])
+        size, level = along[faces], heights[faces]
+        order = np.argsort(level)
+        height = float(level[order[np.searchsorted(np.cumsum(size[order]), 0.5 * size.sum())]])
         near = np.abs(corners @ normal - height).max(axis=1) <= thin_mm
-        return height, surface_moments(corners[near])
+        forth, back = surface_moments(corners[near & faces]), surface_moments(corners[near & (along < 0.0)])
+        return height, forth - back if back.mass_g < forth.mass_g else forth
 
 
 def _of_flaps(heights: Array, along: Array, thin_mm: float) -> NDArray[np.bool_]:

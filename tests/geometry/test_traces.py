@@ -36,6 +36,15 @@ def test_a_wide_flap_hides_neither_floor_nor_cheek(up: float, flap_mm: float) ->
         assert moments.mass_g == pytest.approx(100.0, rel=1e-9)
 
 
+def test_a_flap_beside_a_floor_counts_on_neither_side() -> None:
+    """Metal that is added up to the height of a face beside it, which rounding has covered in part."""
+    pad = union([block(10.0, 0.0, 4.0), block(12.0, 4.0 - 1e-5, 4.0)])
+    metal = Metal((pad,), 7.85e-3, cast(Any, None), None, 0.0, NEAR_MM)
+    height, moments = metal.facing(np.array([0.0, 0.0, 1.0]))
+    assert height == pytest.approx(4.0, abs=1e-9)
+    assert moments.mass_g == pytest.approx(100.0, rel=1e-9)
+
+
 def ring(inner_mm: float, outer_mm: float, start_deg: float, end_deg: float) -> Solid:
     """A part of a ring, 10 mm wide, of as many sides as a tool."""
     corners = [[inner_mm, 0.0], [outer_mm, 0.0], [outer_mm, 10.0], [inner_mm, 10.0]]
