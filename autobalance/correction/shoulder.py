@@ -14,6 +14,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 
+from autobalance.correction.beside_pins import clear_of_pins
 from autobalance.correction.curve import DepthCurve
 from autobalance.correction.depth_limit import DepthLimit, depth_limit
 from autobalance.correction.face_cut import FaceCut, face_heights, part_name, patches_of
@@ -230,7 +231,7 @@ def _cut(
     )
     if not layer.holds_its_face:
         return None
-    limit = depth_limit(layer, under.slab, reach, wall)
+    limit = clear_of_pins(layer, to_face, anatomy, depth_limit(layer, under.slab, reach, wall))
     if limit.depth_mm <= 2.0 * grain:
         return None
     return ShoulderCut(

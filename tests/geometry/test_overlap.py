@@ -18,7 +18,7 @@ from autobalance.correction.shoulder import ShoulderCut, ShoulderLimits, cuts
 from autobalance.crank.anatomy import Anatomy, MainJournal, Pin, Throw, Web
 from autobalance.crank.faces import find_faces
 from autobalance.errors import SolidError
-from autobalance.solid.csg.solid import Region, Solid
+from autobalance.solid.csg.solid import Region, Solid, union
 from tests.generated import generated_crank
 from tests.jobs import write_stl
 
@@ -141,3 +141,26 @@ def test_cuts_that_do_not_add_up_are_refused(job: Path, monkeypatch: pytest.Monk
         SolidError, match=r"the cuts take .* mm³ one by one, but .* mm³ are gone; needed cuts"
     ):
         ab.balance(job)
+
+
+@pytest.mark.parametrize(("name", "nearest_mm"), [("single", 4.0), ("parallel-twin-360", None)])
+def test_no_cut_of_a_side_bites_into_a_pin(name: str, nearest_mm: float | None) -> None:
+    """Beside the web a pin's top is lower than the face, and nothing of it stands out."""
+    crank = generated_crank(name, seed=2, segments=16)
+    solid, anatomy = crank.solid, crank.truth
+    pins = [*anatomy.main_journals, *(throw.crankpin for throw in anatomy.throws)]
+    bare = [
+        Solid.prism(Region.circle(0.45 * pin.diameter_mm, 24), -0.4 * pin.width_mm, 0.4 * pin.width_mm).moved(
+            np.block([[np.eye(3), pin.centre_mm[:, None]], [np.zeros((1, 3)), np.ones((1, 1))]])
+        )
+        for pin in pins
+    ]
+    sides = [
+        face for face in find_faces(crank.mesh, anatomy) if face.web is not None and abs(face.normal[2]) < 0.5
+    ]
+    made = cuts(solid, anatomy, [Patch(face) for face in sides], RHO, ShoulderLimits(), 60.0)
+    bitten = [cut.face.id for cut in made if (cut.tool(cut.max_depth_mm) & union(bare)).volume_mm3 > 1e-3]
+    assert len(made) >= 4
+    assert not bitten
+    if nearest_mm is not None:
+        assert min(cut.max_depth_mm for cut in made) == pytest.approx(nearest_mm, abs=1e-3)
