@@ -14,6 +14,8 @@ from autobalance.correction.layer import Layer
 from autobalance.correction.patches import ROUNDING_SHARE, face_frame, face_region, farthest_mm, sector
 from autobalance.correction.trace import (
     ON_PLANE,
+    THIN,
+    THIN_MM,
     Before,
     Metal,
     rates,
@@ -32,6 +34,8 @@ WHOLE_FACE = 0.98
 """Share of a face that is cut where all of it is."""
 EDGE_MM2 = 0.1
 """Area of metal cut off at an angle that shows where the angle is."""
+EDGE_MM = 0.05
+"""Depth from which edges are read: rounding leaves walls as high as those of a thinner layer."""
 EDGE_DEG = 0.05
 """By how much an edge may lie beside its listed angle."""
 
@@ -112,14 +116,22 @@ class FaceTrace:
             raise FormatError(f"sector_deg of a correction of kind {self.item.get('kind')!r} is not 2 angles")
         return float(value[0]), float(value[1])
 
-    def _sector_deg(self, metal: Metal, is_whole: bool) -> dict[str, Any]:
-        """Return the sector as the metal shows it; nothing where the metal ends before the sector does.
+    def _sector_deg(
+        self, metal: Metal, is_whole: bool, normal: Array, heights_mm: tuple[float, float]
+    ) -> dict[str, Any]:
+        """Return the sector as the metal between two heights shows it.
 
-        Where only one of its edges shows and is another than listed, that one is told.
+        Nothing where the metal ends before the sector does, or is too thin to show an edge. Where only one of
+        its edges shows and is another than listed, that one is told.
         """
+        if abs(heights_mm[0] - heights_mm[1]) < EDGE_MM:
+            return {}
         listed = self._angles_deg
         angles = listed or (None, None)
-        edges = [_edge_deg(metal, -1.0, *angles), _edge_deg(metal, 1.0, *reversed(angles))]
+        up, slack = metal.corners @ normal, THIN * metal.near_mm + THIN_MM
+        low, high = min(heights_mm) - slack, max(heights_mm) + slack
+        layer = metal.corners[((up > low) & (up < high)).all(axis=1)]  # flaps reach into what lies beside it
+        edges = [_edge_deg(metal, layer, -1.0, *angles), _edge_deg(metal, layer, 1.0, *reversed(angles))]
         if listed is None:
             return {} if None in edges and not is_whole else {"sector_deg": None if is_whole else edges}
         seen = [angle if edge is None else edge for edge, angle in zip(edges, listed, strict=True)]
@@ -147,7 +159,7 @@ class FaceTrace:
             "depth_mm": height - up * new,
             "position_mm": metal.moments.centre_mm,
             **area,
-            **self._sector_deg(metal, whole),
+            **self._sector_deg(metal, whole, normal, (up * new, -up * old)),
             **rates(cut.scaled(up * metal.density_g_mm3)),
         }
 
@@ -169,14 +181,17 @@ class FaceTrace:
         return best
 
 
-def _edge_deg(metal: Metal, side: float, listed_deg: float | None, other_deg: float | None) -> float | None:
+def _edge_deg(
+    metal: Metal, layer: Array, side: float, listed_deg: float | None, other_deg: float | None
+) -> float | None:
     """Return the angle at which metal was cut off along a half-plane through the crank axis, if it was.
 
     Facets in such half-planes that the crank had before are its own, and those at the sector's other edge a
     neighbour's, who begins there; of several angles the listed one counts, else that of the most area.
-    ``side`` is 1 where the metal ends there, counter-clockwise, -1 where it begins.
+    ``layer`` (k, 3, 3) are the facets of the metal to look at; ``side`` is 1 where the metal ends there,
+    counter-clockwise, -1 where it begins.
     """
-    facets = _radial_facets(metal.corners, side, metal.near_mm)
+    facets = _radial_facets(layer, side, metal.near_mm)
     if listed_deg is not None and _area_at(*facets, listed_deg) >= EDGE_MM2:
         return listed_deg
     found = {float(angle): _area_at(*facets, angle) for angle in facets[0]}

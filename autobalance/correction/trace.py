@@ -65,6 +65,10 @@ class Before:
         return self.mesh.moved(self.anatomy.file_to_rotor).corners
 
 
+THIN, THIN_MM = 8.0, 1e-4
+"""Times how exactly places are known, and length beside that, within which heights are one."""
+
+
 @dataclass(frozen=True, eq=False)
 class Metal:
     """Metal that went or came with one correction, and what it is read with.
@@ -115,7 +119,7 @@ class Metal:
         flat = np.abs(along) > ON_PLANE * np.linalg.norm(self._areas, axis=1)
         corners, along = self.corners[flat], along[flat]
         heights = (corners @ normal).mean(axis=1)
-        thin_mm = 8.0 * self.near_mm + 1e-4
+        thin_mm = THIN * self.near_mm + THIN_MM
         faces = (along > 0.0) & ~_of_flaps(heights, along, thin_mm)
         if not faces.any():
             faces = along > 0.0

@@ -212,8 +212,8 @@ def _shared_out(
     skins = [Solid.nothing()] * len(parts)
     for came in (False, True):
         candidates = [k for k, each in enumerate(adds) if each == came]
-        mixed = []
-        for piece in _pieces(gone[int(came)], near_mm) if candidates else []:
+        metal, mixed = gone[int(came)], []
+        for piece in _pieces(metal, near_mm) if candidates else []:
             owners = [k for k in candidates if _holds(rooms[k], piece)]
             if len(owners) == 1 and not any(
                 _hides(piece, rooms[k], parts[k]) for k in candidates if k not in owners
@@ -221,20 +221,19 @@ def _shared_out(
                 mine[owners[0]].append(piece)
             else:
                 mixed.append(piece)
-        for k in candidates if mixed else []:
-            mine[k] += _pieces(union(mixed) & rooms[k], near_mm)
+        owned = union([piece for k in candidates for piece in mine[k]])
         for k in candidates:
-            if not mine[k] and not rooms[k].is_empty:
-                others = union([piece for each in candidates for piece in mine[each]])
-                left = (gone[int(came)] & rooms[k]) - others
+            shares = any(_shared_mm3(rooms[k], piece) > 0.0 for piece in mixed)
+            if (shares or not mine[k]) and not rooms[k].is_empty:
+                left = (metal & rooms[k]) - owned  # not of pieces built anew: those fill where they are thin
                 mine[k] += _pieces(left, near_mm)
-                torn |= {k} if mine[k] else set()
+                torn |= {k} if mine[k] and not shares else set()
                 skins[k] = Solid.nothing() if mine[k] else left
     touched: set[int] = set()
     for i, j in itertools.combinations(range(len(mine)), 2):
         touched |= _told_apart(parts, mine, i, j, near_mm)
-    metal = [None if trace is None or k in touched else tuple(mine[k]) for k, trace in enumerate(traces)]
-    return [Found(pieces, k in torn, skins[k]) for k, pieces in enumerate(metal)]
+    found = [None if trace is None or k in touched else tuple(mine[k]) for k, trace in enumerate(traces)]
+    return [Found(pieces, k in torn, skins[k]) for k, pieces in enumerate(found)]
 
 
 MOST = 0.95
