@@ -43,6 +43,8 @@ EQUAL_AREA = equal_area(RING_SIDES)
 """A thin ring over a turned radius, its sides, and by how much its corners lie out for a circle's area."""
 CLEAN = 0.01
 """Share by which the area of a turned surface may differ from that of the rings without flaps on it."""
+SEEN = 0.25
+"""Share of what faces the axis that lies at a radius where flaps on the old rim may be the rest."""
 CORNERS = 1.001
 """The corners of a tool's prism stick out of the circle of its area by this factor at most."""
 
@@ -325,7 +327,13 @@ class RingTrace:
         order = np.argsort(radii)
         most = float(radii[order[np.searchsorted(np.cumsum(weight[order]), 0.5 * weight.sum())]])
         near = metal.near_mm + 1e-4
-        new = claimed_mm if claimed_mm - near <= most <= claimed_mm * CORNERS + near else most
+        low, high = (
+            claimed_mm * EQUAL_AREA * math.cos(math.pi / RING_SIDES) - near,
+            claimed_mm * CORNERS + near,
+        )
+        there = ((across[facing] >= low) & (across[facing] <= high)).all(axis=1)
+        is_seen = low <= most <= high or float(weight[there].sum()) >= SEEN * float(weight.sum())
+        new = claimed_mm if is_seen else most
         turned = facing & (np.abs(across - most).max(axis=1) <= near + (CORNERS - 1.0) * most)
         return new, surface_moments(corners[turned])
 
@@ -335,7 +343,8 @@ def _ring_rates(metal: Metal, radius_mm: float, turned: Moments) -> dict[str, An
 
     Flaps may hang on the metal where the old rim hardly stood out. So the metal in two thin rings over the
     new radius counts too: flaps have no volume. With m(δ) the moments of what lies within δ of the radius,
-    (4 m(δ) − m(2δ)) / 2δ is dm/dδ to second order; m(δ)/δ, to first, tells how far to trust it.
+    (4 m(δ) − m(2δ)) / 2δ is dm/dδ to second order; m(δ)/δ, to first, tells how far to trust it. The surface
+    is believed as far as the rings confirm it: where the rim hardly stands out, some is rounded away.
     """
     exact = rates(turned.scaled(-metal.density_g_mm3))
     if math.isnan(radius_mm):  # nothing faces the axis
@@ -353,8 +362,8 @@ def _ring_rates(metal: Metal, radius_mm: float, turned: Moments) -> dict[str, An
     told: dict[str, Any] = {}
     for key, value in found.items():
         within = float(np.linalg.norm(off[key])) + rounding * reach[key]
-        alike = clean and float(np.linalg.norm(exact[key] - value)) <= within
-        told[key] = exact[key] if alike else Reading(value, within)
+        apart = float(np.linalg.norm(exact[key] - value))
+        told[key] = Reading(exact[key], apart) if clean and apart <= within else Reading(value, within)
     return told
 
 

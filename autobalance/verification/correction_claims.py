@@ -224,16 +224,33 @@ def _shared_out(
         owned = union([piece for k in candidates for piece in mine[k]])
         for k in candidates:
             shares = any(_shared_mm3(rooms[k], piece) > 0.0 for piece in mixed)
-            if (shares or not mine[k]) and not rooms[k].is_empty:
+            if (shares or _is_short(parts[k], mine[k])) and not rooms[k].is_empty:
                 left = (metal & rooms[k]) - owned  # not of pieces built anew: those fill where they are thin
-                mine[k] += _pieces(left, near_mm)
-                torn |= {k} if mine[k] and not shares else set()
+                more = _pieces(left, near_mm)
+                if mine[k] and not more:
+                    more = [piece for piece in left.pieces() if _counts(piece, parts[k])]
+                mine[k] += more
+                torn |= {k} if more and not shares else set()
                 skins[k] = Solid.nothing() if mine[k] else left
     touched: set[int] = set()
     for i, j in itertools.combinations(range(len(mine)), 2):
         touched |= _told_apart(parts, mine, i, j, near_mm)
     found = [None if trace is None or k in touched else tuple(mine[k]) for k, trace in enumerate(traces)]
     return [Found(pieces, k in torn, skins[k]) for k, pieces in enumerate(found)]
+
+
+def _is_short(part: Claims, found: Sequence[Solid]) -> bool:
+    """Tell whether less was found of a correction than is listed, or nothing."""
+    if not found:
+        return True
+    listed: float = abs(part.get("removed_volume_mm3", float))
+    return listed - sum(piece.volume_mm3 for piece in found) > SHARE * listed
+
+
+def _counts(piece: Solid, part: Claims) -> bool:
+    """Tell whether a piece holds what would be missed of a correction, however thin its flaps make it."""
+    listed: float = abs(part.get("removed_volume_mm3", float))
+    return piece.volume_mm3 > SHARE * listed
 
 
 MOST = 0.95
