@@ -26,6 +26,7 @@ from autobalance.correction.kind import (
 )
 from autobalance.correction.patches import face_region, heavy_direction
 from autobalance.correction.pocket import Pocket, lies_in, pockets
+from autobalance.correction.pocket_trace import PocketTrace
 from autobalance.correction.refusals import (
     Sectors,
     refuse_below_zero,
@@ -34,7 +35,7 @@ from autobalance.correction.refusals import (
 )
 from autobalance.correction.relaxing import Relaxing, deeper, thinner
 from autobalance.correction.room import Room, blocks, keep_apart, sector_corners
-from autobalance.correction.trace import PocketTrace, Trace
+from autobalance.correction.trace import Trace
 from autobalance.crank.anatomy import Face
 from autobalance.errors import CorrectionError
 from autobalance.graphics.words import degrees, number

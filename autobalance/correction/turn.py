@@ -23,8 +23,9 @@ from autobalance.correction.kind import (
 )
 from autobalance.correction.refusals import refuse_below_zero, refuse_not_above_zero
 from autobalance.correction.relaxing import Relaxing, WiderLimits
+from autobalance.correction.ring_trace import RingTrace, faceted_ring
 from autobalance.correction.room import Room, blocks, sector_corners
-from autobalance.correction.trace import RingTrace, Trace, faceted_ring
+from autobalance.correction.trace import Trace
 from autobalance.crank.anatomy import Anatomy, Face, Web
 from autobalance.errors import CorrectionError
 from autobalance.graphics.words import number

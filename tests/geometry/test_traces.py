@@ -9,10 +9,11 @@ import pytest
 
 import autobalance as ab
 from autobalance.correction.face_trace import BESIDE_DEG, FaceTrace
-from autobalance.correction.trace import EQUAL_AREA, RING_SIDES, Before, Metal, Reading, RingTrace
+from autobalance.correction.ring_trace import EQUAL_AREA, RING_SIDES, RingTrace
+from autobalance.correction.trace import Before, Metal, Reading
 from autobalance.crank.anatomy import Face
 from autobalance.solid.csg.solid import Region, Solid, union
-from autobalance.verification.correction_claims import _shared_out, _told_apart
+from autobalance.verification.shared_out import _told_apart, shared_out
 
 NEAR_MM = 6e-5
 
@@ -116,7 +117,7 @@ def test_a_thin_cut_is_found_that_hangs_on_a_thick_one() -> None:
         ],
     )
     traces = cast(Any, [SimpleNamespace(room=lambda _, room=room: room) for room in rooms])
-    every = _shared_out((gone, Solid.nothing()), parts, traces, cast(Any, None), 1e-6)
+    every = shared_out((gone, Solid.nothing()), parts, traces, cast(Any, None), 1e-6)
     for found, size in zip(every, sizes, strict=True):
         assert not found.is_torn
         assert found.metal is not None

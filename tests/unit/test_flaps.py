@@ -3,13 +3,15 @@
 import numpy as np
 import pytest
 
-from autobalance.correction.trace import Before, Metal, RingTrace
+from autobalance.correction.ring_trace import RingTrace
+from autobalance.correction.trace import Before, Metal
 from autobalance.errors import SolidError
 from autobalance.solid.csg.solid import Solid, union
 from autobalance.solid.mesh.flakes import without_flakes
 from autobalance.solid.mesh.mesh import Mesh
 from autobalance.verification.claims import Claims
-from autobalance.verification.correction_claims import _is_skin, _shared_out
+from autobalance.verification.correction_claims import _is_skin
+from autobalance.verification.shared_out import shared_out
 from tests.cranks import make_crank
 
 NEAR_MM = 1e-5
@@ -40,7 +42,7 @@ def test_slivers_on_a_flap_are_found_in_their_room() -> None:
     item = {"kind": "turn", "webs": [web.number], "new_radius_mm": 60.0, "position_mm": [0.0, 60.0, low]}
     crank = Before(solid.mesh, anatomy, (), ())
     parts = [Claims("report.json", item)]
-    (found,) = _shared_out(gone, parts, [RingTrace(item)], crank, NEAR_MM)
+    (found,) = shared_out(gone, parts, [RingTrace(item)], crank, NEAR_MM)
     assert found.is_torn
     assert found.metal is not None
     assert sum(each.volume_mm3 for each in found.metal) == pytest.approx(
@@ -59,7 +61,7 @@ def test_a_film_is_told_by_its_volume(share: float, is_skin: bool) -> None:
     item = {"kind": "turn", "webs": [web.number], "new_radius_mm": 60.0, "position_mm": [0.0, 60.0, low]}
     part = Claims("report.json", {**item, "depth_mm": 0.03, "removed_volume_mm3": volume})
     crank = Before(solid.mesh, anatomy, (), ())
-    (found,) = _shared_out((film, Solid.nothing()), [part], [RingTrace(part.values)], crank, NEAR_MM)
+    (found,) = shared_out((film, Solid.nothing()), [part], [RingTrace(part.values)], crank, NEAR_MM)
     assert found.metal == ()
     assert _is_skin(part, found.skin, 0.01 * NEAR_MM) == is_skin
 

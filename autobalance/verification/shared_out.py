@@ -1,0 +1,145 @@
+"""Which of the metal that went or came is which correction's."""
+
+from __future__ import annotations
+
+import itertools
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from autobalance.correction import KINDS
+from autobalance.correction.trace import Before, Trace
+from autobalance.solid.csg.solid import Solid, union
+from autobalance.verification.claims import Claims
+
+SHARE = 1e-3
+"""Share by which what is read off the metal may differ from what a report says of a cut: facets, rounding."""
+GRAINS = 16.0
+"""Roundings of a file in which metal counts as rounding."""
+
+
+def _pieces(metal: Solid, near_mm: float) -> list[Solid]:
+    """Return metal piece by piece, without what is rounding."""
+    return [] if metal.is_empty else metal.thicker_pieces(GRAINS * near_mm)
+
+
+@dataclass(frozen=True, eq=False)
+class Found:
+    """What was found of a correction: its metal piece by piece, None where it cannot be told from another's.
+
+    ``is_torn`` where it hangs together with so wide flaps of the file's rounding that all of it is as thin as
+    they; ``skin`` is what went or came there where all of that is as thin as rounding.
+    """
+
+    metal: tuple[Solid, ...] | None
+    is_torn: bool
+    skin: Solid
+
+
+def shared_out(
+    gone: tuple[Solid, Solid],
+    parts: Sequence[Claims],
+    traces: Sequence[Trace | None],
+    crank: Before,
+    near_mm: float,
+) -> list[Found]:
+    """Return what was found of each correction.
+
+    Parameters
+    ----------
+    gone : (Solid, Solid)
+        The metal that went, and that came, rotor frame.
+    parts, traces : sequences, one a correction
+        What is listed of it, and what it must have left behind.
+    crank : Before
+    near_mm : float
+        How exactly places are known.
+    """
+    rooms = [Solid.nothing() if trace is None else trace.room(crank) for trace in traces]
+    adds = [KINDS[part.get("kind", str)].adds_metal for part in parts]
+    mine: list[list[Solid]] = [[] for _ in parts]
+    torn: set[int] = set()
+    skins = [Solid.nothing()] * len(parts)
+    for came in (False, True):
+        candidates = [k for k, each in enumerate(adds) if each == came]
+        metal, mixed = gone[int(came)], []
+        for piece in _pieces(metal, near_mm) if candidates else []:
+            owners = [k for k in candidates if _holds(rooms[k], piece)]
+            if len(owners) == 1 and not any(
+                _hides(piece, rooms[k], parts[k]) for k in candidates if k not in owners
+            ):
+                mine[owners[0]].append(piece)
+            else:
+                mixed.append(piece)
+        owned = union([piece for k in candidates for piece in mine[k]])
+        for k in candidates:
+            shares = any(_shared_mm3(rooms[k], piece) > 0.0 for piece in mixed)
+            if (shares or _is_short(parts[k], mine[k])) and not rooms[k].is_empty:
+                left = (metal & rooms[k]) - owned  # not of pieces built anew: those fill where they are thin
+                more = _pieces(left, near_mm)
+                if mine[k] and not more:
+                    more = [piece for piece in left.pieces() if _counts(piece, parts[k])]
+                mine[k] += more
+                torn |= {k} if more and not shares else set()
+                skins[k] = Solid.nothing() if mine[k] else left
+    touched: set[int] = set()
+    for i, j in itertools.combinations(range(len(mine)), 2):
+        touched |= _told_apart(parts, mine, i, j, near_mm)
+    found = [None if trace is None or k in touched else tuple(mine[k]) for k, trace in enumerate(traces)]
+    return [Found(pieces, k in torn, skins[k]) for k, pieces in enumerate(found)]
+
+
+def _is_short(part: Claims, found: Sequence[Solid]) -> bool:
+    """Tell whether less was found of a correction than is listed, or nothing."""
+    if not found:
+        return True
+    listed: float = abs(part.get("removed_volume_mm3", float))
+    return listed - sum(piece.volume_mm3 for piece in found) > SHARE * listed
+
+
+def _counts(piece: Solid, part: Claims) -> bool:
+    """Tell whether a piece holds what would be missed of a correction, however thin its flaps make it."""
+    listed: float = abs(part.get("removed_volume_mm3", float))
+    return piece.volume_mm3 > SHARE * listed
+
+
+MOST = 0.95
+"""Share of a piece in a correction's room from which all of it is that correction's."""
+
+
+def _holds(room: Solid, piece: Solid) -> bool:
+    """Tell whether a piece lies in a room but for what a boolean between near planes may lose."""
+    return _shared_mm3(room, piece) > MOST * piece.volume_mm3
+
+
+def _hides(piece: Solid, room: Solid, part: Claims) -> bool:
+    """Tell whether a piece holds so much of a correction beside it that it would be missed there."""
+    listed: float = abs(part.get("removed_volume_mm3", float))
+    return _shared_mm3(room, piece) > SHARE * listed
+
+
+def _shared_mm3(room: Solid, piece: Solid) -> float:
+    """Return the volume of a piece that lies in a room."""
+    if room.is_empty or np.any(room.bounds[0] > piece.bounds[1]) or np.any(piece.bounds[0] > room.bounds[1]):
+        return 0.0
+    return (room & piece).volume_mm3
+
+
+def _told_apart(parts: Sequence[Claims], mine: list[list[Solid]], i: int, j: int, near_mm: float) -> set[int]:
+    """Give pieces that two corrections claim to the nearer one; return both where they share a part."""
+    for one in list(mine[i]):
+        for other in list(mine[j]):
+            apart = np.any(one.bounds[0] > other.bounds[1]) or np.any(other.bounds[0] > one.bounds[1])
+            if apart:
+                continue
+            both, size = one & other, max(one.volume_mm3, other.volume_mm3)
+            if both.volume_mm3 <= SHARE * min(one.volume_mm3, other.volume_mm3) or not _pieces(both, near_mm):
+                continue  # halves of one face that meet in a sector's edge
+            if both.volume_mm3 < (1.0 - SHARE) * size:
+                return {i, j}
+            centre = both.moments(1.0).centre_mm
+            away = [float(np.linalg.norm(parts[k].array("position_mm", (3,)) - centre)) for k in (i, j)]
+            loser, piece = (j, other) if away[0] <= away[1] else (i, one)
+            mine[loser] = [each for each in mine[loser] if each is not piece]
+    return set()
