@@ -11,11 +11,11 @@ from autobalance.correction.kind import (
     Cut,
     Limits,
     Offer,
-    Overlap,
     SharedDepth,
     Variety,
     Workpiece,
 )
+from autobalance.correction.overlap import Overlap
 from autobalance.correction.registry import KINDS, face_depths_mm, finishing, kind_of, mixes, register
 from autobalance.correction.room import between_kinds
 

@@ -18,6 +18,7 @@ from autobalance.solid.csg.solid import Solid
 from autobalance.solid.csg.tool import Tool
 
 if TYPE_CHECKING:
+    from autobalance.correction.overlap import Overlap
     from autobalance.correction.room import Room
     from autobalance.correction.trace import Trace
 
@@ -30,8 +31,7 @@ depth), then fewest cuts, then least metal."""
 class Cut(Protocol):
     """One place where metal may be changed, with one depth to choose.
 
-    Everything is in the rotor frame. A cut belongs to one state of the solid: after a pass the loop sets
-    the cuts up anew on the measured solid, or asks for the same cut, deeper.
+    Everything is in the rotor frame. A cut belongs to one solid; passes ask for it in another depth.
     """
 
     @property
@@ -182,14 +182,6 @@ class Offer:
     varieties: tuple[Variety, ...] = ()
     notes: tuple[str, ...] = ()
     overlaps: tuple[Overlap, ...] = ()
-
-
-@dataclass(frozen=True)
-class Overlap:
-    """Two cuts that may both be made though both want some of the same metal: the first one takes it."""
-
-    first: int
-    second: int
 
 
 @dataclass(frozen=True)

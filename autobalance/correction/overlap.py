@@ -6,12 +6,13 @@ Where that is much of either, not both are made; where it is little, the one tha
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import dataclass
 from typing import Protocol
 
 import numpy as np
 
 from autobalance.correction.cut import as_taken
-from autobalance.correction.kind import Apart, Correction, Cut, Overlap
+from autobalance.correction.kind import Apart, Correction, Cut
 from autobalance.crank.anatomy import Anatomy
 from autobalance.rigid_rotor.moments import Moments
 from autobalance.solid.csg.solid import Solid, union
@@ -25,6 +26,14 @@ STEPS = 5
 """How often the depth that two cuts may both have is halved upon: to 3 % of the deeper one."""
 SHALLOWER = 1e-3
 """Share of the depth by which a cut is made less deep to see what a millimetre takes."""
+
+
+@dataclass(frozen=True)
+class Overlap:
+    """Two cuts that may both be made though both want some of the same metal: the first one takes it."""
+
+    first: int
+    second: int
 
 
 class Lowered(Cut, Protocol):

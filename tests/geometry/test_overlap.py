@@ -11,8 +11,7 @@ import pytest
 import autobalance as ab
 from autobalance.command import main
 from autobalance.correction import shoulder
-from autobalance.correction.kind import Overlap
-from autobalance.correction.overlap import MUCH, overlaps, taken_in_turn
+from autobalance.correction.overlap import MUCH, Overlap, overlaps, taken_in_turn
 from autobalance.correction.patches import Patch, chosen_patches
 from autobalance.correction.shoulder import ShoulderCut, ShoulderLimits, cuts
 from autobalance.crank.anatomy import Anatomy, MainJournal, Pin, Throw, Web
