@@ -9,6 +9,7 @@ from typing import Any
 
 import numpy as np
 
+from autobalance.balancing.measuring import DEVIATION_MM
 from autobalance.balancing.uncertainty_budget import spacing_mm
 from autobalance.correction import KINDS, kind_of
 from autobalance.correction.kind import Limits
@@ -30,7 +31,6 @@ LENGTH_SHARE = 2e-4
 UNIT_LENGTH = 1e-6
 LENGTH_MM = 2e-3
 ANGLE_DEG = 0.05
-DEVIATION_MM = 0.02
 OTHER_KIND = "the metal of this kind of correction cannot be told apart"
 TORN = "its metal is thin and hangs together with the file's rounding: its amount and effect were checked"
 THIN = "its metal is thinner than what the files tell of places: only the sum of all was checked"
