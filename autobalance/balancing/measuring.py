@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from autobalance.balancing.rotor import Rotor
-from autobalance.correction.cut import as_taken
+from autobalance.correction.cut import Made, as_taken
 from autobalance.correction.kind import Correction, Cut
 from autobalance.crank.anatomy import Overrides
 from autobalance.crank.recognition.recognise import recognise
@@ -32,14 +32,10 @@ DISAGREE = 0.02
 """Share of the metal moved by which true surfaces and triangles may differ, beyond what facets hide."""
 CONTRADICTS = 5e-3
 """Share of the metal moved by which cuts one by one may differ from all of them together."""
-
 ADD_UP = 1e-3
 """The same of all cuts as they are listed, beyond what files round to."""
 DEVIATION_MM = 0.02
 """How far facets lie from true surfaces."""
-
-Made = Sequence[tuple[Cut, float]]
-"""Cuts with their depths [mm]."""
 
 
 @dataclass(frozen=True, eq=False)

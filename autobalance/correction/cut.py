@@ -3,12 +3,15 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 from typing import Any, Protocol
 
-from autobalance.correction.kind import Array, Correction
+from autobalance.correction.kind import Array, Correction, Cut
 from autobalance.rigid_rotor.moments import Moments
+
+Made = Sequence[tuple[Cut, float]]
+"""Cuts with their depths [mm]."""
 
 
 class WithWall(Protocol):

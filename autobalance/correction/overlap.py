@@ -11,7 +11,7 @@ from typing import Protocol
 
 import numpy as np
 
-from autobalance.correction.cut import as_taken
+from autobalance.correction.cut import Made, as_taken
 from autobalance.correction.kind import Apart, Correction, Cut
 from autobalance.crank.anatomy import Anatomy
 from autobalance.rigid_rotor.moments import Moments
@@ -42,10 +42,6 @@ class Lowered(Cut, Protocol):
     def taken(self, depth_mm: float) -> Solid:
         """Return a body around the metal that goes, rotor frame [mm]."""
         ...
-
-
-Made = Sequence[tuple[Cut, float]]
-"""Cuts with their depths [mm]."""
 
 
 def overlaps(
@@ -117,15 +113,14 @@ def taken_in_turn(
         before = [made[pair.first] for pair in overlapping if pair.second == second]
         earlier = union([each.tool(mm) for each, mm in before])
 
-        def gone(at_mm: float, cut: Cut = cut, earlier: Solid = earlier) -> Moments:
-            both = (cut.tool(at_mm) & earlier).moved(anatomy.rotor_to_file) & solid
-            return both.moments(density_g_mm3, anatomy.file_to_rotor)
-
+        both = (cut.tool(depth) & earlier).moved(anatomy.rotor_to_file) & solid
+        if both.is_empty:
+            continue
         step = SHALLOWER * depth
-        now = gone(depth)
-        if now.mass_g > 0.0:
-            per_mm = (now - gone(depth - step)).scaled(1.0 / step)
-            found[second] = _less(found[second], cut.rate(depth), now, per_mm, density_g_mm3)
+        over = both & cut.tool(depth - step).moved(anatomy.rotor_to_file)
+        gone, sooner = (part.moments(density_g_mm3, anatomy.file_to_rotor) for part in (both, over))
+        per_mm = (gone - sooner).scaled(1.0 / step)
+        found[second] = _less(found[second], cut.rate(depth), gone, per_mm, density_g_mm3)
     return tuple(found)
 
 
