@@ -197,9 +197,8 @@ def ranked(numbers: Indices) -> tuple[Indices, Indices]:
     if len(numbers) == 0 or int(numbers.max()) >> (63 - bits):
         order = np.argsort(numbers, kind="stable")
         return numbers.take(order), order
-    together = numbers << bits | np.arange(len(numbers))
-    together.sort()
-    return together >> bits, together & ((1 << bits) - 1)
+    ordered, rows = sorted_with_rows(numbers.astype(np.uint64))
+    return ordered.view(np.int64), rows
 
 
 def hash_rows(points: Floats) -> NDArray[np.uint64]:
