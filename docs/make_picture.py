@@ -11,7 +11,7 @@ from pathlib import Path
 import numpy as np
 
 from autobalance.command import main
-from autobalance.graphics.zbuffer import Camera, png, render
+from autobalance.report.pictures.zbuffer import Camera, png, render
 from autobalance.solid.formats.read import read
 
 ROOT = Path(__file__).resolve().parents[1]

@@ -17,7 +17,7 @@ ROOT = Path(__file__).resolve().parents[1]
 sys.path.insert(0, str(ROOT))
 
 from autobalance.correction import KINDS  # noqa: E402
-from autobalance.correction.kind import Limits  # noqa: E402
+from autobalance.correction.contract import Limits  # noqa: E402
 
 PAGE = ROOT / "docs" / "job-file.md"
 BEGIN = "<!-- written by make_tables.py -->"

@@ -8,11 +8,12 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
+from autobalance.correction.contract import Count
 from autobalance.correction.drill import DrillCut, DrillLimits
-from autobalance.correction.hole import Hole, keep_apart
-from autobalance.correction.hole_surface import Axis
-from autobalance.correction.kind import Count, Offer
-from autobalance.correction.sites import Site
+from autobalance.correction.holes.hole import Hole, keep_apart
+from autobalance.correction.holes.sites import Site
+from autobalance.correction.holes.surface import Axis
+from autobalance.correction.kind import Offer
 from autobalance.rigid_rotor.moments import Moments
 from autobalance.rigid_rotor.tolerance import Judge, Tolerance
 from autobalance.rigid_rotor.unbalance import Unbalance

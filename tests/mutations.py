@@ -9,8 +9,8 @@ from pathlib import Path
 from typing import Any
 
 import autobalance as ab
-from autobalance.report.json import report as as_report
-from autobalance.report.json import schema
+from autobalance.report.balance.values import report as as_report
+from autobalance.report.balance.values import schema
 from autobalance.verification.check import Checked, check_claims
 from autobalance.verification.claims import Claims
 from autobalance.verification.correction_claims import TOLD

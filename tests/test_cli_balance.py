@@ -13,7 +13,7 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from autobalance.report.json import schema
+from autobalance.report.balance.values import schema
 from tests import jobs
 from tests.cranks import tilted
 

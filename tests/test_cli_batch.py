@@ -19,7 +19,7 @@ import pytest
 from autobalance.api.batch import batch
 from autobalance.command import main
 from autobalance.errors import FileError, JobError
-from autobalance.job.batch_list import read_batch_list
+from autobalance.job.files.batch_list import read_batch_list
 from autobalance.studies.journal import held
 from tests.cranks import Shape, make_crank
 from tests.jobs import ROOT

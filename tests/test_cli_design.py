@@ -15,7 +15,6 @@ import pytest
 
 from autobalance.api.design import design
 from autobalance.balancing.measured_crank import measure_crank
-from autobalance.balancing.solid_meshes import bodies_of_solid
 from autobalance.command import main
 from autobalance.design_search import strength
 from autobalance.design_search.build import with_profiles
@@ -26,8 +25,9 @@ from autobalance.design_search.free_metal import free_metal
 from autobalance.design_search.problem import Problem
 from autobalance.design_search.search import Generation, searched
 from autobalance.errors import FileError, JobError
-from autobalance.job.design import load_design
-from autobalance.report.design_values import search_values, start_values, step_notes
+from autobalance.job.files.design import load_design
+from autobalance.machine_models.solid_meshes import bodies_of_solid
+from autobalance.report.design.values import search_values, start_values, step_notes
 from autobalance.rigid_rotor.moments import Moments
 from autobalance.runtime import Stopwatch
 from autobalance.solid.cad.brep import ExactSolid

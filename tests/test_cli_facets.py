@@ -9,9 +9,10 @@ from typing import Any
 import numpy as np
 import pytest
 
-from autobalance.balancing.chordal_correction import COARSE, FacetCorrection, needed
+from autobalance.balancing.chordal_correction import COARSE, needed
 from autobalance.crank.parametric.design import preset
 from autobalance.crank.parametric.generate import crank_solid, exact_moments
+from autobalance.machine_models.facet_correction import FacetCorrection
 from autobalance.rigid_rotor.moments import Moments
 from autobalance.rigid_rotor.tolerance import Tolerance
 from autobalance.rigid_rotor.uncertainty import Share

@@ -10,7 +10,7 @@ import pytest
 from openpyxl import load_workbook
 
 import autobalance as ab
-from autobalance.job.toml_text import toml_text
+from autobalance.job.toml.text import toml_text
 from tests import jobs
 
 CRANK = jobs.BUNDLED / "straight" / "crank-with-pin.stl"

@@ -7,7 +7,7 @@ import jsonschema
 import numpy as np
 import pytest
 
-from autobalance.report.json import schema
+from autobalance.report.balance.values import schema
 from autobalance.solid.csg.solid import Solid
 from tests import jobs
 

@@ -14,7 +14,7 @@ import pytest
 
 import autobalance as ab
 from autobalance.errors import JobError
-from autobalance.report.json import schema
+from autobalance.report.balance.values import schema
 from tests import mutations
 from tests.coarse import bundled_corners
 from tests.jobs import main, write_stl

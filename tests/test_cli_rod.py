@@ -10,7 +10,7 @@ import pytest
 
 import autobalance as ab
 from autobalance.job.read import load
-from autobalance.report.json import schema
+from autobalance.report.balance.values import schema
 from autobalance.solid.csg.shape import tessellated
 from tests import jobs
 from tests.rods import FlatRod

@@ -11,9 +11,9 @@ import jsonschema
 import numpy as np
 import pytest
 
-from autobalance.balancing.section_rows import SectionRow, SectionTable
-from autobalance.report.json import schema
-from autobalance.report.section_values import section_table_text, section_values
+from autobalance.machine_models.section_rows import SectionRow, SectionTable
+from autobalance.report.balance.section_values import section_table_text, section_values
+from autobalance.report.balance.values import schema
 from autobalance.rigid_rotor.moments import Moments
 from autobalance.rigid_rotor.tolerance import Tolerance
 from autobalance.solid.csg.shape import Bar, tessellated

@@ -17,7 +17,7 @@ import numpy as np
 import pytest
 
 from autobalance.command import main
-from autobalance.report.json import schema
+from autobalance.report.balance.values import schema
 from autobalance.solid.cad import machining
 from autobalance.solid.cad.brep import ExactSolid
 from autobalance.solid.cad.kernel import compound, has_kernel, is_valid

@@ -11,8 +11,8 @@ import numpy as np
 import pytest
 
 from autobalance.balancing import measured_crank
+from autobalance.report.balance.text import balance_text
 from autobalance.report.display_units import ON_SCREEN
-from autobalance.report.text import balance_text
 from tests import jobs
 
 Report = dict[str, Any]

@@ -6,7 +6,7 @@ from pathlib import Path
 import jsonschema
 import pytest
 
-from autobalance.report.json import schema
+from autobalance.report.balance.values import schema
 from tests import jobs
 
 

@@ -24,11 +24,11 @@ from autobalance.api.ending import (
 from autobalance.api.entry import Entry, entries
 from autobalance.api.progress import Progress, telling
 from autobalance.api.result import VerbResult
-from autobalance.balancing.measured_crank import Crank as MeasuredCrank
 from autobalance.balancing.measured_crank import measure_crank, measured_source, work_on_faces
 from autobalance.errors import FileError, JobError
 from autobalance.job import JobSource
 from autobalance.job.model import Job
+from autobalance.machine_models.measured import Crank as MeasuredCrank
 from autobalance.report.bundle import FILES, Choice
 from autobalance.runtime import Stopwatch, load_in_thread
 
@@ -124,8 +124,8 @@ class BalanceResult(VerbResult):
 
     def text(self, units: str = "metric") -> str:
         """Return the summary that the command prints."""
+        from autobalance.report.balance.text import balance_text
         from autobalance.report.display_units import ON_SCREEN
-        from autobalance.report.text import balance_text
 
         return balance_text(self.report, ON_SCREEN[units])
 
@@ -220,7 +220,7 @@ def run(job: Job, given: Crank | None, tell: Tell, watch: Stopwatch) -> BalanceR
     """Balance a job's crank; the stopwatch may have counted what came before."""
     from autobalance.api.crank import Crank
 
-    load_in_thread("autobalance.balancing.run", "autobalance.report.json")
+    load_in_thread("autobalance.balancing.run", "autobalance.report.balance.values")
     tell("reading the crank")
     if given is None:
         measured = measure_crank(job.crankshaft, watch, job.balance, work_on_faces(job))
@@ -236,7 +236,7 @@ def run(job: Job, given: Crank | None, tell: Tell, watch: Stopwatch) -> BalanceR
     record = balanced_record(job, measured, watch, tell)
     record = replace(record, warnings=(*_warnings(job, measured), *record.warnings))
     record = with_outputs(record, job, measured, watch)
-    from autobalance.report.json import report
+    from autobalance.report.balance.values import report
 
     return BalanceResult(report(record), job, record, Crank(measured, job.crankshaft))
 

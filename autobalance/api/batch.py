@@ -22,7 +22,7 @@ class BatchResult(VerbResult):
 
     def text(self, units: str = "metric") -> str:
         """Return the counts and the reasons as lines for people."""
-        from autobalance.report.batch_files import batch_text
+        from autobalance.report.batch.files import batch_text
 
         return batch_text(self.report)
 
@@ -79,7 +79,7 @@ def batch(
     """
     from autobalance.api.batch_row import balance_row
     from autobalance.api.batch_run import BatchRun
-    from autobalance.job.batch_list import read_batch_list
+    from autobalance.job.files.batch_list import read_batch_list
     from autobalance.studies.journal import held, made_folder
     from autobalance.studies.workers import workers_of
 

@@ -20,7 +20,7 @@ from autobalance.version import __version__
 
 if TYPE_CHECKING:
     from autobalance.job import Job
-    from autobalance.job.batch_list import BatchList, BatchRow
+    from autobalance.job.files.batch_list import BatchList, BatchRow
     from autobalance.studies.workers import Done
 
 ROWS = "rows"
@@ -239,8 +239,8 @@ class BatchRun:
 
     def write(self, report: Values) -> None:
         """Write the table as CSV, workbook and page."""
-        from autobalance.report.batch_files import results_csv, results_workbook
-        from autobalance.report.batch_page import summary_page
+        from autobalance.report.batch.files import results_csv, results_workbook
+        from autobalance.report.batch.page import summary_page
 
         with Staging([self.folder]) as staging:
             staging.add(self.folder / "results.csv", results_csv(report))

@@ -21,13 +21,13 @@ class BearingResult(VerbResult):
 
     def text(self, units: str = "metric") -> str:
         """Return the result as lines for people; always metric."""
-        from autobalance.report.bearing_text import bearing_text
+        from autobalance.report.bearing.text import bearing_text
 
         return bearing_text(self.report)
 
     def plots(self) -> Plots:
         """Return the film's pressure, its orbit and the moment over the speed, as far as there are any."""
-        from autobalance.report.bearing_plots import bearing_plots
+        from autobalance.report.bearing.plots import bearing_plots
 
         return bearing_plots(self.analysis)
 
@@ -53,13 +53,13 @@ class BearingResult(VerbResult):
         JobError
             If there is no film, or it breaks at one of the speeds.
         """
-        from autobalance.report.bearing_values import rotor_bearing
+        from autobalance.report.bearing.values import rotor_bearing
 
         return rotor_bearing(self.report["rows"], self.analysis, z_mm, load_deg)
 
     def series(self) -> bytes | None:
         """Return the orbit by angle as CSV; None without a history of loads."""
-        from autobalance.report.bearing_values import orbit_series
+        from autobalance.report.bearing.values import orbit_series
 
         return orbit_series(self.analysis)
 
@@ -106,8 +106,8 @@ def bearing(
     0.024886
     """
     from autobalance.bearings.analysis import analyse
-    from autobalance.job.bearing_file import load_bearing, parse_bearing
-    from autobalance.report.bearing_values import bearing_values
+    from autobalance.job.files.bearing import load_bearing, parse_bearing
+    from autobalance.report.bearing.values import bearing_values
 
     if isinstance(bearing, Mapping):
         file = parse_bearing(bearing, history=history)

@@ -20,7 +20,7 @@ if TYPE_CHECKING:
 
     from autobalance.api.engine_bench import EngineBenchResult
     from autobalance.dynamics.speed_control import LoopMargin, Trace
-    from autobalance.job.bench import Bench, Reading
+    from autobalance.job.files.bench import Bench, Reading
 
 KG_M2_PER_G_MM2 = 1e-9
 SAME_SPEED = 1e-9
@@ -38,13 +38,13 @@ class BenchResult(VerbResult):
 
     def text(self, units: str = "metric") -> str:
         """Return the bench as lines for people; always SI."""
-        from autobalance.report.bench_text import bench_text
+        from autobalance.report.rotor.bench_text import bench_text
 
         return bench_text(self.report)
 
     def plots(self) -> Plots:
         """Return speed and torque over time."""
-        from autobalance.report.bench_plots import bench_plots
+        from autobalance.report.rotor.bench_plots import bench_plots
 
         return bench_plots(self.report, self.traces)
 
@@ -101,8 +101,8 @@ def bench(
     >>> round(found.report["runs"][0]["mean_torque_N_m"], 4)
     0.1944
     """
-    from autobalance.job.bench import read_bench
-    from autobalance.job.keys import named_in
+    from autobalance.job.files.bench import read_bench
+    from autobalance.job.toml.keys import named_in
 
     raw = bench_file if isinstance(bench_file, Mapping) else _tables(Path(bench_file))
     if "engine" in raw or "variant" in raw:
@@ -115,7 +115,7 @@ def bench(
 
 
 def _tables(path: Path) -> Mapping[str, Any]:
-    from autobalance.job.read import text_of, toml_of
+    from autobalance.job.toml.document import text_of, toml_of
 
     return toml_of(text_of(path, "bench file"), path.name)
 

@@ -32,7 +32,7 @@ def rotor_files(
     wanted_g_mm2 : float
         Inertia to compare with [g·mm²].
     """
-    from autobalance.report.rotor_drawing import rotor_drawing
+    from autobalance.report.rotor.rotor_drawing import rotor_drawing
 
     files: dict[str, bytes] = {}
     measured: list[Values] = []

@@ -36,13 +36,13 @@ class CompareResult(VerbResult):
 
     def text(self, units: str = "metric") -> str:
         """Return the table that the command prints."""
-        from autobalance.report.comparison import comparison_text
+        from autobalance.report.balance.comparison import comparison_text
         from autobalance.report.display_units import ON_SCREEN
 
         return comparison_text(self.report, ON_SCREEN[units])
 
     def _repr_html_(self) -> str:
-        from autobalance.report.comparison import comparison_html
+        from autobalance.report.balance.comparison import comparison_html
         from autobalance.report.display_units import ON_SCREEN
 
         return comparison_html(self.report, ON_SCREEN["metric"])
@@ -65,7 +65,7 @@ def compare(job: JobSource, crank: Crank | None = None, *, progress: Progress | 
     AutobalanceError
         For anything wrong with the job or the crank.
     """
-    from autobalance.report.comparison import comparison
+    from autobalance.report.balance.comparison import comparison
 
     job = jobs.given(job)
     given = None if crank is None else crank.measured

@@ -18,8 +18,8 @@ from autobalance.units import RAD_S_PER_RPM
 
 if TYPE_CHECKING:
     from autobalance.api.crank import Crank
-    from autobalance.balancing.cycle_films import CycleFilms
     from autobalance.engine.cycle.analysis import CycleAnalysis
+    from autobalance.machine_models.cycle_films import CycleFilms
 
 DEFAULT_FACTORS = (0.0, 0.28, 0.5, 0.64, 1.0)
 SERIES = "cycle.csv"
@@ -35,13 +35,13 @@ class CycleResult(VerbResult):
 
     def text(self, units: str = "metric") -> str:
         """Return the cycle as lines for people; always metric."""
-        from autobalance.report.cycle_text import cycle_text
+        from autobalance.report.engine.cycle_text import cycle_text
 
         return cycle_text(self.report)
 
     def plots(self) -> Plots:
         """Return pressure, indicator diagrams, torque, orders, polar loads and speed."""
-        from autobalance.report.cycle_plots import cycle_plots
+        from autobalance.report.engine.cycle_plots import cycle_plots
 
         return cycle_plots(self.analysis, self.factors, self.films, self.report["sweep"])
 
@@ -103,10 +103,10 @@ def cycle(
     AutobalanceError
         For anything wrong with the crank or the trace.
     """
-    from autobalance.balancing.engine_from_job import as_measured
-    from autobalance.balancing.firing_from_job import check_cycle, firing_engine
     from autobalance.engine.cycle.analysis import CycleAnalysis
     from autobalance.engine.cycle.values import sweep_values
+    from autobalance.machine_models.engine_from_job import as_measured
+    from autobalance.machine_models.firing_from_job import check_cycle, firing_engine
 
     wanted, speeds = checked_factors(factors), _checked_sweep(sweep_rpm)
     read = jobs.given(job)
@@ -174,7 +174,7 @@ def _add_films(
     sweep_rad_s: Sequence[float],
 ) -> CycleFilms | None:
     """Put the oil films into a report, where the job asks for them."""
-    from autobalance.balancing.cycle_films import cycle_films, film_values, least_films_mm
+    from autobalance.machine_models.cycle_films import cycle_films, film_values, least_films_mm
 
     assert found.job.cycle is not None  # the firing engine needs it
     film, anatomy = found.job.cycle.film, found.crank.anatomy

@@ -21,7 +21,7 @@ if TYPE_CHECKING:
     from autobalance.design_search.candidates import Candidate, Found
     from autobalance.design_search.problem import Problem
     from autobalance.design_search.written import WrittenDesign
-    from autobalance.job.design import DesignJob
+    from autobalance.job.files.design import DesignJob
 
 INFEASIBLE = 4
 
@@ -40,7 +40,7 @@ class DesignResult(VerbResult):
 
     def text(self, units: str = "metric") -> str:
         """Return the designs as lines for people; always metric."""
-        from autobalance.report.design_files import design_text
+        from autobalance.report.design.files import design_text
 
         return design_text(self.report)
 
@@ -104,7 +104,7 @@ def design(
     from autobalance.design_search.kept import KeptSearch
     from autobalance.design_search.problem import Problem
     from autobalance.design_search.search import searched
-    from autobalance.job.design import load_design, parse_design
+    from autobalance.job.files.design import load_design, parse_design
     from autobalance.runtime import Stopwatch
     from autobalance.studies.workers import workers_of
 
@@ -136,7 +136,7 @@ def _fingerprint(job: DesignJob, crank_sha256: str) -> str:
 
 def _result(found: Found, started: float, tell: Progress) -> DesignResult:
     from autobalance.design_search.chosen import chosen, with_refined
-    from autobalance.report import design_values as values
+    from autobalance.report.design import values
 
     problem = found.problem
     objectives = problem.design.search.objectives
@@ -175,7 +175,7 @@ def _files(problem: Problem, made: WrittenDesign) -> dict[str, bytes]:
     """Return a design's files by name."""
     from autobalance.design_search.exact import design_step
     from autobalance.design_search.written_job import job_toml
-    from autobalance.report.design_files import design_picture
+    from autobalance.report.design.files import design_picture
     from autobalance.solid.cad.kernel import has_kernel
 
     found = {"crank.stl": made.data}
@@ -189,7 +189,7 @@ def _files(problem: Problem, made: WrittenDesign) -> dict[str, bytes]:
 
 
 def _drawn(problem: Problem, found: Sequence[Candidate], designs: Sequence[Values]) -> Mapping[str, bytes]:
-    from autobalance.report.design_files import front_plot
+    from autobalance.report.design.files import front_plot
 
     names = tuple(name.removeprefix("-") for name in problem.design.search.objectives)
     signs = np.array([-1.0 if name.startswith("-") else 1.0 for name in problem.design.search.objectives])

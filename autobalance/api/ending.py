@@ -20,10 +20,10 @@ from autobalance.report.files import Staging
 
 if TYPE_CHECKING:
     from autobalance.api.crank import Crank
-    from autobalance.balancing.measured_crank import Crank as MeasuredCrank
     from autobalance.balancing.measuring import Measured
     from autobalance.balancing.record import Record
     from autobalance.job.model import Job
+    from autobalance.machine_models.measured import Crank as MeasuredCrank
     from autobalance.runtime import Stopwatch
 
 REPORT = "report.json"
@@ -91,7 +91,7 @@ def measured_of(record: Record) -> Measured | None:
 
 def _solid_entry(job: Job, crank: MeasuredCrank, record: Record) -> dict[str, Any] | None:
     """Return what ``outputs.solid`` says of the file as it would be written; no hash without bytes."""
-    from autobalance.report.json import solid_entry
+    from autobalance.report.balance.values import solid_entry
 
     measured = measured_of(record)
     if measured is None:
@@ -115,7 +115,7 @@ def committed(
     """Stage all files of a run, a copy of the report too where one is wanted, and put them in place."""
     values, files = ended.staged(folder, choice, tell, staging)
     if copy is not None:
-        from autobalance.report.json import dumps
+        from autobalance.report.balance.values import dumps
 
         staging.add(copy, dumps(values).encode())
         files = (*files, copy)
@@ -164,7 +164,7 @@ def staged_files(
     spent = time.perf_counter() - started
     for stage in ("write", "total"):
         seconds[stage] = seconds.get(stage, 0.0) + spent
-    from autobalance.report.json import dumps, report
+    from autobalance.report.balance.values import dumps, report
 
     values = report(replace(record, outputs=outputs, seconds=seconds))
     add(REPORT, dumps(values).encode())
@@ -210,7 +210,7 @@ def _pages(record: Record, before: Crank, choice: Choice, tell: Tell) -> dict[st
     """Return the pages, sheets and pictures of a run."""
     if not choice.kinds:
         return {}
-    from autobalance.report.json import report, showable
+    from autobalance.report.balance.values import report, showable
 
     assert record.balanced is not None
     cut = record.balanced.result

@@ -13,12 +13,12 @@ from autobalance import job as jobs
 from autobalance.api.crank import Crank
 from autobalance.api.request import request
 from autobalance.api.result import Plots, Values, VerbResult, report_head
-from autobalance.job.engine_bench import EngineBench, Variant, read_engine_bench
+from autobalance.job.files.engine_bench import EngineBench, Variant, read_engine_bench
 from autobalance.units import RAD_S_PER_RPM
 
 if TYPE_CHECKING:
-    from autobalance.balancing.engine_variants import FiringVariant, VariantCurves, VariantPoint
     from autobalance.engine.cycle.free_run import FreeRun
+    from autobalance.machine_models.engine_variants import FiringVariant, VariantCurves, VariantPoint
 
 KG_MM2_PER_G_MM2 = 1e-3
 
@@ -31,13 +31,13 @@ class EngineBenchResult(VerbResult):
 
     def text(self, units: str = "metric") -> str:
         """Return the variants as lines for people; always metric."""
-        from autobalance.report.engine_bench_text import engine_bench_text
+        from autobalance.report.engine.engine_bench_text import engine_bench_text
 
         return engine_bench_text(self.report)
 
     def plots(self) -> Plots:
         """Return torque over the cycle, bearing loads and acceleration over the speed, and the run-up."""
-        from autobalance.report.engine_bench_plots import engine_bench_plots
+        from autobalance.report.engine.engine_bench_plots import engine_bench_plots
 
         return engine_bench_plots(self.report, self.curves)
 
@@ -84,8 +84,8 @@ def engine_bench(
 def _variant(
     given: EngineBench, variant: Variant, cranks: dict[tuple[str, ...], Crank]
 ) -> tuple[Values, VariantCurves, tuple[str, ...]]:
-    from autobalance.balancing.engine_variants import FiringVariant, VariantCurves
-    from autobalance.balancing.firing_from_job import check_cycle
+    from autobalance.machine_models.engine_variants import FiringVariant, VariantCurves
+    from autobalance.machine_models.firing_from_job import check_cycle
 
     own = () if variant.crank is None else (f"crankshaft.file={str(variant.crank.resolve())!r}",)
     job = jobs.load(given.job, (*variant.settings, *own))
@@ -117,7 +117,7 @@ def _variant(
 
 def _factor(tried: FiringVariant) -> float | None:
     """Return the factor of the crank as it is, or of the ideal one."""
-    from autobalance.balancing.rotor_from_job import crank_factor, hung_on
+    from autobalance.machine_models.rotor_from_job import crank_factor, hung_on
 
     if tried.factor is not None:
         return tried.factor

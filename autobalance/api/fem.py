@@ -13,7 +13,7 @@ from autobalance.errors import UsageError
 if TYPE_CHECKING:
     from autobalance.fem_analysis.analysis import Answer, Level
     from autobalance.fem_analysis.mesher import SurfaceSolid
-    from autobalance.job.fem import FemJob
+    from autobalance.job.files.fem import FemJob
 
 EXACT = (".step", ".stp")
 """Endings of files of which the mesher takes the true surfaces."""
@@ -26,13 +26,13 @@ class FemResult(VerbResult):
 
     def text(self, units: str = "metric") -> str:
         """Return the analysis as lines for people; always metric."""
-        from autobalance.report.fem_text import fem_text
+        from autobalance.report.fem.text import fem_text
 
         return fem_text(self.report)
 
     def plots(self) -> Plots:
         """Return how the answer settles from mesh to mesh."""
-        from autobalance.report.fem_plots import fem_plots
+        from autobalance.report.fem.plots import fem_plots
 
         return fem_plots(self.report)
 
@@ -87,7 +87,7 @@ def fem(
         If the analysis is impossible: unknown keys, a box without surface, a body that can still move.
     """
     from autobalance.fem_analysis.analysis import Question, analysed
-    from autobalance.job.fem import fem_of_solid, load_fem, parse_fem
+    from autobalance.job.files.fem import fem_of_solid, load_fem, parse_fem
 
     started = time.perf_counter()
     options = {
@@ -136,8 +136,8 @@ def _read(job: FemJob) -> tuple[SurfaceSolid | Path, Values]:
 def _with_crankpins(job: FemJob) -> tuple[SurfaceSolid, Values]:
     """Return a pressed-up crank in one piece with its crankpins, in file coordinates."""
     from autobalance.api.crank import read_crank
-    from autobalance.balancing.crankpins import with_crankpins
     from autobalance.fem_analysis.mesher import SurfaceSolid
+    from autobalance.machine_models.crankpins import with_crankpins
 
     crank = read_crank(job.file, job.unit, crankpin_in_file=False, body=job.body).measured
     anatomy, source = crank.anatomy, crank.source

@@ -10,13 +10,13 @@ from autobalance.api.options import place_mm
 from autobalance.api.progress import Progress
 from autobalance.api.request import Request, job_head, request
 from autobalance.api.result import Plots, VerbResult
-from autobalance.balancing import engine_from_job, rotor_from_job
 from autobalance.engine.factor_advice import advise
 from autobalance.engine.force_summary import shaking_force, turn_loads, turn_support
 from autobalance.engine.force_values import advice_values, force_values, load_values
 from autobalance.engine.whole_engine import Engine, about
 from autobalance.errors import UsageError
 from autobalance.job import JobSource
+from autobalance.machine_models import engine_from_job, rotor_from_job
 
 if TYPE_CHECKING:
     from autobalance.api.crank import Crank
@@ -34,7 +34,7 @@ class ForcesResult(VerbResult):
 
     def text(self, units: str = "metric") -> str:
         """Return tables of forces, orders and loads."""
-        from autobalance.report.force_text import forces_text
+        from autobalance.report.engine.force_text import forces_text
 
         return forces_text(self.report)
 

@@ -12,14 +12,14 @@ from typing import TYPE_CHECKING, Any
 from autobalance.api.progress import Progress, telling
 from autobalance.api.result import VerbResult
 from autobalance.balancing.record import ChordalErrorEntry, MeasuredCrank
-from autobalance.balancing.rotor_from_job import attached_moments, crank_factor, throw_loads
-from autobalance.balancing.wanted import Aim, Wanted
+from autobalance.balancing.suggestions.wanted import Aim, Wanted
 from autobalance.crank.parametric.design import Design, preset
 from autobalance.crank.parametric.generate import crank_shape, crank_solid, exact_moments
 from autobalance.crank.parametric.true_anatomy import crank_anatomy
 from autobalance.errors import JobError, UsageError
-from autobalance.job.crank_design import design_from, read_design, table_of, with_settings
-from autobalance.job.read import text_of
+from autobalance.job.files.crank_design import design_from, read_design, table_of, with_settings
+from autobalance.job.toml.document import text_of
+from autobalance.machine_models.rotor_from_job import attached_moments, crank_factor, throw_loads
 from autobalance.solid.formats.registry import format_named
 from autobalance.solid.formats.write import through_file
 from autobalance.solid.mesh.measure import soup_moments
@@ -54,7 +54,7 @@ class GenerateResult(VerbResult):
 
     def text(self, units: str = "metric") -> str:
         """Return the summary that the command prints."""
-        from autobalance.report.crank_text import generate_text
+        from autobalance.report.balance.crank_text import generate_text
         from autobalance.report.display_units import ON_SCREEN
 
         return generate_text(self.report, ON_SCREEN[units])
@@ -124,9 +124,9 @@ def generate(
 
 def _suggestions(design: Design, engine: EngineParts | None, wanted: Wanted) -> dict[str, Any]:
     """Return what would make a drawn crank what is wanted: its sizes, and bores and weights in its webs."""
-    from autobalance.balancing.suggested_metal import suggested_metal
-    from autobalance.balancing.suggested_sizes import suggested_sizes
-    from autobalance.report.suggestion_values import suggestion_values
+    from autobalance.balancing.suggestions.metal import suggested_metal
+    from autobalance.balancing.suggestions.sizes import suggested_sizes
+    from autobalance.report.balance.suggestion_values import suggestion_values
 
     anatomy = crank_anatomy(design)
     start = exact_moments(design, EXACT_SEGMENTS).moved(anatomy.file_to_rotor)
@@ -158,7 +158,7 @@ def _generated(
     design: Design, engine: EngineParts | None, target: Path, unit: str
 ) -> tuple[bytes, dict[str, Any]]:
     """Return the bytes of the crank's file, and the report."""
-    from autobalance.report.json import generate_report
+    from autobalance.report.balance.values import generate_report
 
     data, triangles, written = _encoded(design, target, unit)
     anatomy = crank_anatomy(design)

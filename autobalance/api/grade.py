@@ -13,7 +13,7 @@ from autobalance.api.options import place_mm, positive
 from autobalance.api.result import Plots, VerbResult, report_head
 from autobalance.engine.grade import GRADES, listed_grade, neighbours, specific_unbalance_mm
 from autobalance.errors import UsageError
-from autobalance.job.typed_units import unbalance_unit
+from autobalance.job.toml.typed_units import unbalance_unit
 from autobalance.rigid_rotor.tolerance import (
     achieved_grade_mm_s,
     permissible_unbalance_g_mm,
@@ -32,7 +32,7 @@ class GradeResult(VerbResult):
     def text(self, units: str = "metric") -> str:
         """Return the table of grades."""
         from autobalance.report.display_units import ON_SCREEN
-        from autobalance.report.force_text import grade_text
+        from autobalance.report.engine.force_text import grade_text
 
         return grade_text(self.report, ON_SCREEN[units])
 

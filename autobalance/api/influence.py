@@ -14,7 +14,7 @@ from autobalance.errors import JobError
 
 if TYPE_CHECKING:
     from autobalance.dynamics.influence_coefficients import Complex
-    from autobalance.job.trials import Trials
+    from autobalance.job.files.trials import Trials
 
 LARGEST_CONDITION = 1e4
 """Above it the readings cannot tell the planes apart."""
@@ -30,7 +30,7 @@ class InfluenceResult(VerbResult):
 
     def files(self) -> Mapping[str, bytes]:
         """Return ``reading.toml`` for ``recut``, the unbalance found, if ``[reading]`` tells the planes."""
-        from autobalance.report.reading_toml import found_unbalance_toml
+        from autobalance.report.balance.reading_toml import found_unbalance_toml
 
         told = self.report["input"]["reading"] is not None
         return {"reading.toml": found_unbalance_toml(self.report).encode()} if told else {}
@@ -43,13 +43,13 @@ class InfluenceResult(VerbResult):
     def text(self, units: str = "metric") -> str:
         """Return the corrections as lines for people."""
         from autobalance.report.display_units import ON_SCREEN
-        from autobalance.report.influence_text import influence_text
+        from autobalance.report.shop.influence_text import influence_text
 
         return influence_text(self.report, ON_SCREEN[units])
 
     def plots(self) -> Plots:
         """Return a polar plot of the readings before and after."""
-        from autobalance.report.machine_plots import readings_plot
+        from autobalance.report.shop.machine_plots import readings_plot
 
         return readings_plot(self.report)
 
@@ -78,8 +78,8 @@ def influence(trials: str | Path | Mapping[str, Any]) -> InfluenceResult:
     >>> [round(result.report["corrections"][0][key], 6) for key in ("g_mm", "angle_deg")]
     [10.0, 180.0]
     """
-    from autobalance.job.keys import named_in
-    from autobalance.job.trials import read_trials
+    from autobalance.job.files.trials import read_trials
+    from autobalance.job.toml.keys import named_in
 
     task = read_trials(trials)
     with named_in(trials):

@@ -12,18 +12,18 @@ from autobalance.api.crank import Crank
 from autobalance.api.progress import Progress, telling
 from autobalance.api.result import VerbResult, report_head
 from autobalance.balancing.measured_crank import measure_crank, measured_source
-from autobalance.balancing.rotor_from_job import default_planes_mm
 from autobalance.crank.assembly_parts import AssemblyPart, assembly_parts
 from autobalance.errors import BodiesError, JobError, UsageError
 from autobalance.job.assembled import body_key, other_parts
 from autobalance.job.model import Crankshaft
 from autobalance.job.read import tables_of
 from autobalance.job.read_crankshaft import read_crankshaft
-from autobalance.job.settings import with_settings
 from autobalance.job.template import Found, OtherParts, commented_toml, job_rows
-from autobalance.job.toml_text import toml_text
-from autobalance.job.typed_units import FILL_IN, leaves
+from autobalance.job.toml.settings import with_settings
+from autobalance.job.toml.text import toml_text
+from autobalance.job.toml.typed_units import FILL_IN, leaves
 from autobalance.job.workbook import rows_of, write_workbook
+from autobalance.machine_models.rotor_from_job import default_planes_mm
 from autobalance.runtime import Stopwatch
 from autobalance.solid.formats.bodies import read_bodies
 from autobalance.solid.formats.registry import needs_unit

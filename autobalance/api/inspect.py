@@ -13,13 +13,13 @@ from autobalance.api.progress import INSPECTED_BEFORE, Progress, telling
 from autobalance.api.result import VerbResult
 from autobalance.balancing.chordal_correction import facet_entry
 from autobalance.balancing.faces import offered_faces
-from autobalance.balancing.measured_crank import Crank as MeasuredSolid
 from autobalance.balancing.measured_crank import input_file, measure_crank, surfaces_entry
 from autobalance.balancing.record import MeasuredCrank, Record
-from autobalance.balancing.rotor_from_job import default_planes_mm
 from autobalance.crank.sections import sections, web_weights
 from autobalance.job.model import Job
 from autobalance.job.read import WORKBOOKS, load, load_crankshaft
+from autobalance.machine_models.measured import Crank as MeasuredSolid
+from autobalance.machine_models.rotor_from_job import default_planes_mm
 from autobalance.rigid_rotor.unbalance import Unbalance
 from autobalance.runtime import Stopwatch
 
@@ -36,22 +36,22 @@ class InspectResult(VerbResult):
 
     def text(self, units: str = "metric") -> str:
         """Return the summary that the command prints."""
-        from autobalance.report.crank_text import inspect_text
+        from autobalance.report.balance.crank_text import inspect_text
         from autobalance.report.display_units import ON_SCREEN
 
         return inspect_text(self.report, ON_SCREEN[units])
 
     def sections_text(self) -> str:
         """Return the table of sections: with what hangs on the crank, where that was asked for."""
-        from autobalance.report.crank_text import sections_text
-        from autobalance.report.section_values import section_table_text
+        from autobalance.report.balance.crank_text import sections_text
+        from autobalance.report.balance.section_values import section_table_text
 
         found = self.report.get("section_table")
         return sections_text(self.report) if found is None else section_table_text(found)
 
     def picture(self) -> bytes:
         """Return a PNG of the crank with its axis, pins, and faces by their ids."""
-        from autobalance.report.anatomy_picture import crank_picture
+        from autobalance.report.pictures.anatomy import crank_picture
 
         measured = self.crank.measured
         return crank_picture(measured.source.solid.mesh, measured.anatomy, self.faces)
@@ -130,7 +130,7 @@ def inspect(
         warnings=measured.warnings(crank.file),
         seconds=watch.seconds,
     )
-    from autobalance.report.json import report
+    from autobalance.report.balance.values import report
 
     values = report(record)
     if settings:
@@ -156,10 +156,10 @@ def _job_of(source: Crank | Job | str | Path, settings: Sequence[str]) -> Job | 
 
 def _suggestions(measured: MeasuredSolid, job: Job | None, suggest: Mapping[str, Any]) -> dict[str, Any]:
     """Return what would make a crank what is wanted: bores, weights, turned rims."""
-    from autobalance.balancing.rotor_from_job import target_factor
-    from autobalance.balancing.suggested_metal import suggested_metal
-    from autobalance.balancing.wanted import Aim, Wanted
-    from autobalance.report.suggestion_values import suggestion_values
+    from autobalance.balancing.suggestions.metal import suggested_metal
+    from autobalance.balancing.suggestions.wanted import Aim, Wanted
+    from autobalance.machine_models.rotor_from_job import target_factor
+    from autobalance.report.balance.suggestion_values import suggestion_values
 
     if not suggest and job is not None:
         suggest = {"balance_factor": target_factor(job, measured.anatomy, measured.moments)}

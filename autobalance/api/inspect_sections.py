@@ -10,14 +10,14 @@ from typing import Any
 
 from autobalance.api.crank import Crank
 from autobalance.balancing.plausibility import oddities
-from autobalance.balancing.rotor_from_job import check_engine, default_planes_mm, target_factor
-from autobalance.balancing.section_rows import SectionTable, section_table
 from autobalance.crank.sections import Section
 from autobalance.errors import JobError
 from autobalance.job.model import Job
 from autobalance.job.read import WORKBOOKS, load, tables_of
-from autobalance.job.settings import with_settings
-from autobalance.job.typed_units import FILL_IN, leaves, length_mm
+from autobalance.job.toml.settings import with_settings
+from autobalance.job.toml.typed_units import FILL_IN, leaves, length_mm
+from autobalance.machine_models.rotor_from_job import check_engine, default_planes_mm, target_factor
+from autobalance.machine_models.section_rows import SectionTable, section_table
 
 DATUMS = ("A", "B", "front", "rear", "centre")
 NEEDED = ("engine", "balance", "correction")
@@ -55,7 +55,7 @@ def table_values(
     AutobalanceError
         If the job is wrong, the oil counts twice, or the datum is none.
     """
-    from autobalance.report.section_values import section_values
+    from autobalance.report.balance.section_values import section_values
 
     job, warnings = _whole_job(source, settings)
     measured, oil, factor = crank.measured, options.oil_density_kg_m3, 0.0

@@ -16,7 +16,7 @@ from autobalance.units import N_M_PER_G_MM2_S2, N_PER_G_MM_S2
 
 if TYPE_CHECKING:
     from autobalance.dynamics.spun_rotor import SpunRotor
-    from autobalance.job.machine import Machine
+    from autobalance.job.files.machine import Machine
     from autobalance.verification.reported_rotor import ReportedRotor
 
 UM_PER_MM = 1000.0
@@ -29,19 +29,19 @@ class MachineResult(VerbResult):
     def text(self, units: str = "metric") -> str:
         """Return the reading as lines for people."""
         from autobalance.report.display_units import ON_SCREEN
-        from autobalance.report.machine_text import machine_text
+        from autobalance.report.shop.machine_text import machine_text
 
         return machine_text(self.report, ON_SCREEN[units])
 
     def plots(self) -> Plots:
         """Return a polar plot of the readings of all runs."""
-        from autobalance.report.machine_plots import runs_plot
+        from autobalance.report.shop.machine_plots import runs_plot
 
         return runs_plot(self.report)
 
     def files(self) -> Mapping[str, bytes]:
         """Return ``reading.toml``, the first reading in the machine's own way of counting."""
-        from autobalance.report.reading_toml import reading_toml
+        from autobalance.report.balance.reading_toml import reading_toml
 
         return {"reading.toml": reading_toml(self.report).encode()}
 
@@ -71,8 +71,8 @@ def machine(machine_file: str | Path | Mapping[str, Any]) -> MachineResult:
     >>> [round(plane["g_mm"], 6) for plane in found.report["runs"][0]["planes"]]
     [0.0, 100.0]
     """
-    from autobalance.job.keys import named_in
-    from autobalance.job.machine import read_machine
+    from autobalance.job.files.machine import read_machine
+    from autobalance.job.toml.keys import named_in
 
     given = read_machine(machine_file)
     with named_in(machine_file):

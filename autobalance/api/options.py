@@ -5,8 +5,8 @@ from __future__ import annotations
 import math
 
 from autobalance.errors import UsageError
-from autobalance.job.convert import LARGEST
-from autobalance.job.table import SMALLEST
+from autobalance.job.toml.convert import LARGEST
+from autobalance.job.toml.table import SMALLEST
 
 
 def positive(option: str, value: float) -> float:

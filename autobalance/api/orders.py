@@ -36,20 +36,20 @@ class OrdersResult(VerbResult):
 
     def text(self, units: str = "metric") -> str:
         """Return the analysis as lines for people; always metric."""
-        from autobalance.report.orders_text import orders_text
+        from autobalance.report.orders.text import orders_text
 
         return orders_text(self.report)
 
     def plots(self) -> Plots:
         """Return spectrum, waterfall, order map, cuts, and the envelope and circles that were asked for."""
-        from autobalance.report.orders_plots import orders_plots
+        from autobalance.report.orders.plots import orders_plots
 
         return {} if self.analysis is None else orders_plots(self.analysis, self.report, self.predicted)
 
     def files(self) -> Mapping[str, bytes]:
         """Return ``orders.html``, a page with the record to zoom into, and ``psd.csv``."""
-        from autobalance.report.orders_page import orders_page
-        from autobalance.report.orders_values import psd_csv
+        from autobalance.report.orders.page import orders_page
+        from autobalance.report.orders.values import psd_csv
 
         if self.analysis is None:
             return {}
@@ -167,7 +167,7 @@ def orders(
     >>> [round(row["amplitude"], 9) for row in result.report["orders"][:3]]
     [0.0, 0.5, 0.0]
     """
-    from autobalance.report.orders_values import orders_values
+    from autobalance.report.orders.values import orders_values
     from autobalance.signal.analysis import Question, analyse
 
     question = Question(
@@ -306,11 +306,12 @@ def _sources(
     if job is None:
         return [shaft_source(), *known]
     progress("measuring the job's crank", 0.6)
-    from autobalance.balancing.order_sources import engine_sources
+    from autobalance.balancing.measured_crank import measure_crank
+    from autobalance.machine_models.order_sources import engine_sources
 
     turning = found.speed.turning
     speed_rpm = None if turning is None else turning.mean_rpm
-    moving = engine_sources(job, speed_rpm, question.max_order) + known
+    moving = engine_sources(job, measure_crank(job.crankshaft, Stopwatch()), speed_rpm, question.max_order) + known
     return moving + (_torque_sources(job, speed_rpm) if "cycle" in job.raw else [])
 
 

@@ -16,9 +16,9 @@ from autobalance.errors import FormatError, JobError
 from autobalance.runtime import Stopwatch
 
 if TYPE_CHECKING:
+    from autobalance.report.balance.stage_values import StageNotes
     from autobalance.report.bundle import Choice
     from autobalance.report.files import Staging
-    from autobalance.report.stage_values import StageNotes
 
 MOST_STAGES = 10
 HISTORY = "history.html"
@@ -39,14 +39,14 @@ class RecutResult(BalanceResult):
     @cached_property
     def history(self) -> str:
         """The page of all stages."""
-        from autobalance.report.history import history_page
+        from autobalance.report.balance.history import history_page
 
         return history_page(self.report)
 
     def text(self, units: str = "metric") -> str:
         """Return the summary that the command prints."""
+        from autobalance.report.balance.recut_text import recut_text
         from autobalance.report.display_units import ON_SCREEN
-        from autobalance.report.recut_text import recut_text
 
         return recut_text(self.report, ON_SCREEN[units])
 
@@ -70,9 +70,9 @@ class RecutResult(BalanceResult):
 
     def staged(self, folder: Path, choice: Choice, tell: Tell, staging: Staging) -> Staged:
         """Stage all files for a folder, the page of all stages too; other reports are named from there."""
-        from autobalance.report.history import history_page
-        from autobalance.report.json import report
-        from autobalance.report.stage_values import stage_values
+        from autobalance.report.balance.history import history_page
+        from autobalance.report.balance.stage_values import stage_values
+        from autobalance.report.balance.values import report
 
         record = self.record
         assert record.balanced is not None
@@ -122,8 +122,8 @@ def recut(
         If the report, its solid or the limits of the correction are.
     """
     from autobalance.api.recut_stage import RecutStage
-    from autobalance.job.reading import read_reading
-    from autobalance.report.json import report as values_of
+    from autobalance.job.files.reading import read_reading
+    from autobalance.report.balance.values import report as values_of
     from autobalance.verification.earlier_stage import earlier_stage
 
     tell, watch = telling(progress), Stopwatch()

@@ -12,7 +12,6 @@ import numpy as np
 from autobalance import job as jobs
 from autobalance.api.crank import Crank
 from autobalance.api.ending import Tell, with_outputs
-from autobalance.balancing import rotor_from_job
 from autobalance.balancing.loop import Result, balance, left_as_it_is
 from autobalance.balancing.machine_reading import (
     JudgedReading,
@@ -37,8 +36,9 @@ from autobalance.balancing.run import measure_of, record_of, rotor_of
 from autobalance.engine.balance_factor import balance_factor, bob_weight_moments, factor_direction_g_mm
 from autobalance.errors import CorrectionError, JobError
 from autobalance.job import Job
-from autobalance.job.reading import MachineReading, ReadPlane
-from autobalance.report.stage_values import StageNotes, stage_values
+from autobalance.job.files.reading import MachineReading, ReadPlane
+from autobalance.machine_models import rotor_from_job
+from autobalance.report.balance.stage_values import StageNotes, stage_values
 from autobalance.rigid_rotor.unbalance import Unbalance
 from autobalance.rigid_rotor.uncertainty import Share
 from autobalance.runtime import Stopwatch

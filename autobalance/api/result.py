@@ -59,7 +59,7 @@ class VerbResult:
 
     def json(self) -> str:
         """Return the report as JSON text, without NaN."""
-        from autobalance.report.json import dumps
+        from autobalance.report.balance.values import dumps
 
         return dumps(self.report)
 

@@ -32,7 +32,7 @@ class RodResult(VerbResult):
     def text(self, units: str = "metric") -> str:
         """Return the summary that the command prints."""
         from autobalance.report.display_units import ON_SCREEN
-        from autobalance.report.rod_text import rod_text
+        from autobalance.report.shop.rod_text import rod_text
 
         return rod_text(self.report, ON_SCREEN[units])
 

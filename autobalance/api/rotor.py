@@ -21,8 +21,8 @@ from autobalance.dynamics.stiffness_map import undamped_map
 from autobalance.dynamics.unbalance_response import sag, unbalance_response
 from autobalance.dynamics.whirl_modes import WhirlMode, modes_at, refined
 from autobalance.errors import JobError, UsageError
-from autobalance.job.rotor_file import RotorRequest, read_rotor
-from autobalance.report import rotor_values
+from autobalance.job.files.rotor import RotorRequest, read_rotor
+from autobalance.report.rotor import rotor_values
 from autobalance.solid.formats.registry import endings
 
 if TYPE_CHECKING:
@@ -40,13 +40,13 @@ class RotorResult(VerbResult):
 
     def text(self, units: str = "metric") -> str:
         """Return the result as lines for people."""
-        from autobalance.report.rotor_text import rotor_text
+        from autobalance.report.rotor.rotor_text import rotor_text
 
         return rotor_text(self.report)
 
     def plots(self) -> Plots:
         """Return Campbell diagram, shapes, response and, where they were asked for, map and run-up."""
-        from autobalance.report.rotor_plots import rotor_plots
+        from autobalance.report.rotor.rotor_plots import rotor_plots
 
         return rotor_plots(self.report)
 
@@ -105,7 +105,7 @@ def rotor(
 
 def _of_crank(crank: Crank, speed_rpm: float | None, bearing_n_m: float | None) -> RotorResult:
     """Compute the straight rotor in a crank's place."""
-    from autobalance.balancing.rotor_from_crank import N_M2_PER_N_MM2, WORTH, straight_rotor
+    from autobalance.machine_models.rotor_from_crank import N_M2_PER_N_MM2, WORTH, straight_rotor
 
     if bearing_n_m is not None and not 0.0 <= bearing_n_m < math.inf:
         raise UsageError(f"--bearing is {bearing_n_m:g}; must be ≥ 0")

@@ -49,17 +49,17 @@ def schema(name: str) -> Values:
 
 
 def _read(name: str) -> Values:
-    from autobalance.job.keys import json_schema
-    from autobalance.job.machine import MACHINE_KEYS
-    from autobalance.job.reading import READING_KEYS
-    from autobalance.job.trials import TRIALS_KEYS
+    from autobalance.job.files.machine import MACHINE_KEYS
+    from autobalance.job.files.reading import READING_KEYS
+    from autobalance.job.files.trials import TRIALS_KEYS
+    from autobalance.job.toml.keys import json_schema
 
     keys = {"reading": READING_KEYS, "trials": TRIALS_KEYS, "machine": MACHINE_KEYS}
     return json_schema(f"{name.upper()}.toml of autobalance", keys[name])
 
 
 def _report(name: str) -> Values:
-    from autobalance.report.json import schema as report_schema
+    from autobalance.report.balance.values import schema as report_schema
 
     whole = report_schema()
     if name == "report":

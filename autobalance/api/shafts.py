@@ -9,8 +9,6 @@ from autobalance.api.options import place_mm
 from autobalance.api.progress import Progress
 from autobalance.api.request import job_head, request
 from autobalance.api.result import Plots, VerbResult
-from autobalance.balancing import engine_from_job
-from autobalance.balancing.engine_from_job import moment_reference_mm, shaft_ends_mm
 from autobalance.engine.balance_factor import LEAST_DIRECTION
 from autobalance.engine.complete_balance import BoltOnWeight
 from autobalance.engine.force_summary import HIGHEST_ORDER
@@ -29,6 +27,8 @@ from autobalance.engine.shafts import (
 from autobalance.engine.whole_engine import Engine, Order, about
 from autobalance.job import JobSource
 from autobalance.job.model import BalanceShaftEntry
+from autobalance.machine_models import engine_from_job
+from autobalance.machine_models.engine_from_job import moment_reference_mm, shaft_ends_mm
 
 if TYPE_CHECKING:
     from autobalance.api.crank import Crank
@@ -44,7 +44,7 @@ class ShaftsResult(VerbResult):
     def text(self, units: str = "metric") -> str:
         """Return tables of orders and shafts."""
         from autobalance.report.display_units import ON_SCREEN
-        from autobalance.report.force_text import shafts_text
+        from autobalance.report.engine.force_text import shafts_text
 
         return shafts_text(self.report, ON_SCREEN[units])
 

@@ -119,17 +119,17 @@ def _choice(only: Sequence[str], paper: str, units: str, date: str | None) -> Ch
         if value not in known:
             raise FormatError(f"{name} is {value!r}; needed one of {', '.join(known)}")
     if "dxf" in only:
-        from autobalance.report.dxf import require_ezdxf
+        from autobalance.report.sheet.dxf import require_ezdxf
 
         require_ezdxf()
     return Choice(tuple(only), paper, units, datetime.date.today().isoformat() if date is None else date)
 
 
 def _drawn(values: Values, solid: Any, frame: Any, choice: Choice) -> dict[str, bytes]:
+    from autobalance.report.balance.values import showable
     from autobalance.report.bundle import paper
-    from autobalance.report.drawing import drawn
-    from autobalance.report.json import showable
-    from autobalance.report.listed_metal import listed_metal
+    from autobalance.report.sheet.drawing import drawn
+    from autobalance.report.sheet.listed_metal import listed_metal
 
     shown = showable(values)
     left = solid.moved(frame)

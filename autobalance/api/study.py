@@ -28,7 +28,7 @@ class StudyResult(VerbResult):
 
     def __init__(self, report: Values, answer: StudyAnswer, missed: bool) -> None:
         """Keep the numbers behind the report."""
-        from autobalance.report.study_values import study_series
+        from autobalance.report.study.values import study_series
 
         super().__init__(report)
         object.__setattr__(self, "_series", study_series(answer))
@@ -49,13 +49,13 @@ class StudyResult(VerbResult):
 
     def text(self, units: str = "metric") -> str:
         """Return the study as lines for people; always metric."""
-        from autobalance.report.study_text import study_text
+        from autobalance.report.study.text import study_text
 
         return study_text(self.report)
 
     def plots(self) -> Plots:
         """Return a histogram of what is used of the permissible value, and a tornado of the causes."""
-        from autobalance.report.study_plots import study_plots
+        from autobalance.report.study.plots import study_plots
 
         return study_plots(self.report, self.__dict__["_shares"])
 
@@ -114,7 +114,7 @@ def study(
         If nothing has a ±, or the job is wrong.
     """
     from autobalance.api.study_plan import studied_plan
-    from autobalance.report.study_values import ABOVE, study_values
+    from autobalance.report.study.values import ABOVE, study_values
     from autobalance.studies.monte_carlo import Sampler, study_of
     from autobalance.studies.workers import workers_of
 

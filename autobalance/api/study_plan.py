@@ -88,7 +88,7 @@ def _of_report(path: Path, tell: Tell, settings: Sequence[str]) -> StudiedPlan:
 def _claimed_job(claims: Claims, settings: Sequence[str]) -> Job:
     """Return the job of a report, with keys that are set."""
     from autobalance import job as jobs
-    from autobalance.job.settings import with_settings
+    from autobalance.job.toml.settings import with_settings
 
     described = _without_nulls(claims.get("job", dict))
     file = Path(str(described.pop("file", claims.name)))

@@ -13,7 +13,6 @@ from autobalance import job as jobs
 from autobalance.api.progress import Progress
 from autobalance.api.request import job_set, request
 from autobalance.api.result import Plots, Values, VerbResult, report_head
-from autobalance.balancing.torsion_from_job import CrankChain, crank_chain
 from autobalance.dynamics.torsion_chain import (
     TorsionChain,
     pendulum_inertia_kg_m2,
@@ -21,11 +20,7 @@ from autobalance.dynamics.torsion_chain import (
     torsion_response,
 )
 from autobalance.errors import UsageError
-from autobalance.job.keys import named_in
-from autobalance.job.model import Job
-from autobalance.job.read import tables_of
-from autobalance.job.settings import with_settings
-from autobalance.job.torsion_file import (
+from autobalance.job.files.torsion import (
     ChainFile,
     CrankTorsion,
     PendulumAbsorber,
@@ -34,13 +29,18 @@ from autobalance.job.torsion_file import (
     crank_torsion,
     read_chain,
 )
-from autobalance.report import torsion_values
+from autobalance.job.model import Job
+from autobalance.job.read import tables_of
+from autobalance.job.toml.keys import named_in
+from autobalance.job.toml.settings import with_settings
+from autobalance.machine_models.torsion_from_job import CrankChain, crank_chain
+from autobalance.report.rotor import torsion_values
 
 if TYPE_CHECKING:
     from autobalance.api.crank import Crank
-    from autobalance.balancing.cycle_torques import Complex, ThrowTorques
-    from autobalance.balancing.measured_crank import Crank as MeasuredCrank
-    from autobalance.balancing.throw_twist import ThrowTwist
+    from autobalance.machine_models.cycle_torques import Complex, ThrowTorques
+    from autobalance.machine_models.measured import Crank as MeasuredCrank
+    from autobalance.machine_models.throw_twist import ThrowTwist
 
 POISSON = 0.3
 """Of the crank's metal, where finite elements need it."""
@@ -54,13 +54,13 @@ class TorsionResult(VerbResult):
 
     def text(self, units: str = "metric") -> str:
         """Return the result as lines for people; always metric."""
-        from autobalance.report.torsion_text import torsion_text
+        from autobalance.report.rotor.torsion_text import torsion_text
 
         return torsion_text(self.report)
 
     def plots(self) -> Plots:
         """Return mode shapes and the response over the speed."""
-        from autobalance.report.torsion_plots import torsion_plots
+        from autobalance.report.rotor.torsion_plots import torsion_plots
 
         return torsion_plots(self.report)
 
@@ -150,7 +150,7 @@ def _of_job(job: Job, crank: Crank | None, fem: bool | None, progress: Progress 
 
 
 def _twisted(crank: MeasuredCrank, asked: CrankTorsion, progress: Progress | None) -> tuple[ThrowTwist, ...]:
-    from autobalance.balancing.throw_twist import throw_twists
+    from autobalance.machine_models.throw_twist import throw_twists
 
     shear = asked.shear_modulus_mpa
     youngs = 2.0 * (1.0 + POISSON) * shear
@@ -168,7 +168,7 @@ def _check_stations(question: TorsionQuestion, stations: int) -> None:
 def _cycle_torques(job: Job, crank: MeasuredCrank) -> ThrowTorques | None:
     if job.cycle is None:
         return None
-    from autobalance.balancing.cycle_torques import throw_torques
+    from autobalance.machine_models.cycle_torques import throw_torques
 
     return throw_torques(job, crank)
 

@@ -90,8 +90,8 @@ def verify(report: str | Path, *, independent: bool = False) -> VerifyResult:
     ClaimError
         If a claim fails.
     """
-    from autobalance.report.json import report as as_report
-    from autobalance.report.json import schema
+    from autobalance.report.balance.values import report as as_report
+    from autobalance.report.balance.values import schema
 
     found = check_report(Path(report), independent, as_report, schema())
     values = {

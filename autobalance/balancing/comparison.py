@@ -12,7 +12,8 @@ from autobalance.balancing.measuring import in_memory, on_true_surfaces
 from autobalance.balancing.offers import Offers, workpiece
 from autobalance.balancing.rotor import Rotor
 from autobalance.correction import Limits
-from autobalance.correction.kind import Correction, Offer, Prefer, Workpiece, setting_of
+from autobalance.correction.contract import Correction, Prefer, setting_of
+from autobalance.correction.kind import Offer, Workpiece
 from autobalance.crank.anatomy import Anatomy
 from autobalance.errors import CorrectionError
 from autobalance.planning.milp import greatest_multiple

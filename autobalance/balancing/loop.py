@@ -13,7 +13,8 @@ from autobalance.balancing.measuring import Measure, Measured, in_memory, refuse
 from autobalance.balancing.offers import Offers, best_offer, why_not_used, workpiece
 from autobalance.balancing.rotor import Rotor
 from autobalance.correction import Limits
-from autobalance.correction.kind import Array, Correction, Cut, Offer, Prefer
+from autobalance.correction.contract import Array, Correction, Cut, Prefer
+from autobalance.correction.kind import Offer
 from autobalance.correction.overlap import Overlap, taken_in_turn
 from autobalance.planning.depths import AIM, Plan
 from autobalance.planning.harmless import harmless, is_harmless

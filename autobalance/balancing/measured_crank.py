@@ -3,21 +3,20 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-import numpy as np
-
-from autobalance.balancing.chordal_correction import NOT_ASKED, FacetCorrection
-from autobalance.balancing.plausibility import odd_size, refuse_density, refuse_size
+from autobalance.balancing.plausibility import refuse_density
 from autobalance.correction import kind_of
-from autobalance.crank.anatomy import Anatomy, Face, Overrides
+from autobalance.crank.anatomy import Anatomy, Overrides
 from autobalance.crank.faces import find_faces
-from autobalance.crank.recognition.alignment import misalignment_warning
 from autobalance.crank.recognition.recognise import recognise
 from autobalance.errors import BodiesError, JobError, OverlapError, RecognitionError
 from autobalance.job import Balance, Crankshaft, Job
+from autobalance.machine_models.crank_size import refuse_size
+from autobalance.machine_models.facet_correction import NOT_ASKED, FacetCorrection
+from autobalance.machine_models.measured import Crank
 from autobalance.rigid_rotor.moments import Moments
 from autobalance.runtime import Stopwatch, in_thread
 from autobalance.solid.chordal_error.estimate import ChordalError, chordal_error_of
@@ -31,8 +30,6 @@ if TYPE_CHECKING:
 
     from autobalance.balancing.record import InputFile, TrueSurfaces
 
-FILLED = 0.05
-"""Share of the box around a crankpin that even a hollow one fills."""
 TRIANGLES_MOST = 250_000
 """Triangles up to which every facet is looked at: some 0.3 s for 100 000."""
 FACETS_MOST = 20_000
@@ -41,40 +38,6 @@ FACETS_MOST = 20_000
 
 BODIES_MOST = 40
 """Bodies that may be one pressed-up crank: halves, pins, balls, plugs. More are looked at when asked for."""
-
-
-@dataclass(frozen=True, eq=False)
-class Crank:
-    """A crank file, read, recognised and measured (moments in the rotor frame)."""
-
-    source: Source
-    anatomy: Anatomy
-    density_g_mm3: float
-    moments: Moments
-    facets: ChordalError | None
-    correction: FacetCorrection = NOT_ASKED
-    faces: tuple[Face, ...] = ()
-
-    @property
-    def volume_mm3(self) -> float:
-        """Volume [mm³], what the facets hide added where the moments have it."""
-        added = Moments.zero() if self.facets is None else self.correction.part(self.facets.missing)
-        return self.source.volume_mm3 + added.mass_g / self.density_g_mm3
-
-    @property
-    def holds_crankpins(self) -> bool:
-        """Whether the file holds the crankpins, not only bores for them: metal midway along the first."""
-        pin = self.anatomy.throws[0].crankpin
-        half = 0.5 * np.array([pin.diameter_mm, pin.diameter_mm, 0.1 * pin.width_mm])
-        place = Solid.box(pin.centre_mm - half, pin.centre_mm + half).moved(self.anatomy.rotor_to_file)
-        return (place & self.source.solid).volume_mm3 > FILLED * place.volume_mm3
-
-    def warnings(self, file: Path | None) -> tuple[str, ...]:
-        """Return what a user should know of the file and the crank in it, one line each."""
-        misaligned = misalignment_warning(self.anatomy)
-        said = (odd_size(self.source), misaligned)
-        found = [*self.source.repairs, *(text for text in said if text is not None)]
-        return tuple(text if file is None else f"{file}: {text}" for text in found)
 
 
 def measure_crank(

@@ -9,8 +9,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from autobalance.balancing.rotor import Rotor
+from autobalance.correction.contract import Correction, Cut
 from autobalance.correction.cut import Made, as_taken
-from autobalance.correction.kind import Correction, Cut
 from autobalance.crank.anatomy import Overrides
 from autobalance.crank.recognition.recognise import recognise
 from autobalance.errors import RecognitionError, SolidError

@@ -8,7 +8,8 @@ from dataclasses import dataclass, replace
 from autobalance import correction
 from autobalance.balancing.rotor import Rotor
 from autobalance.correction import Limits
-from autobalance.correction.kind import Array, Offer, Prefer, Workpiece, setting_of
+from autobalance.correction.contract import Array, Prefer, setting_of
+from autobalance.correction.kind import Offer, Workpiece
 from autobalance.crank.anatomy import Anatomy
 from autobalance.errors import CorrectionError
 from autobalance.planning.depths import AIM, Plan

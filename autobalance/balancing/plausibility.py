@@ -9,28 +9,20 @@ import math
 from collections.abc import Iterator, Mapping
 from typing import TYPE_CHECKING
 
-import numpy as np
-
-from autobalance.balancing.rotor_from_job import crank_factor, hung_on, throw_loads, total_g
 from autobalance.crank.anatomy import Anatomy
 from autobalance.engine.balance_factor import factor_direction_g_mm
 from autobalance.engine.conrod import ConnectingRod
 from autobalance.errors import JobError
 from autobalance.job.model import Crankshaft, Job, PartWeights
-from autobalance.solid.formats.read import Source
+from autobalance.machine_models.crank_size import usual_units
+from autobalance.machine_models.rotor_from_job import crank_factor, hung_on, throw_loads, total_g
 from autobalance.units import MM_PER
 
 if TYPE_CHECKING:
-    from autobalance.balancing.measured_crank import Crank
+    from autobalance.machine_models.measured import Crank
 
 DENSITY_KG_M3 = (500.0, 23000.0)
 """Foamed plastic to osmium: no crank is of anything lighter or heavier."""
-SIZE_MM = (5.0, 5000.0)
-"""Longest side of a crank: a model aircraft's to a large ship's throw."""
-ODD_MM = (18.0, 3000.0)
-"""Beyond these a crank is odd where another unit would make it usual: it may be drawn in that one."""
-USUAL_MM = (50.0, 2000.0)
-NEVER_MIXED = {MM_PER["m"], MM_PER["inch"]}
 BOB_SHARE = (1e-3, 20.0)
 """Bob-weights over the crank's own mass: nothing that runs lies outside."""
 USUAL_BOB_SHARE = (1e-2, 5.0)
@@ -69,61 +61,6 @@ def refuse_density(crankshaft: Crankshaft) -> None:
         raise JobError(
             f"crankshaft.density_kg_m3 is {density:g}; must be {low:g} to {high:g} kg/m³ for any metal{meant}"
         )
-
-
-def refuse_size(source: Source, file: object) -> None:
-    """Refuse a solid that no crank can be, by its longest side.
-
-    Raises
-    ------
-    JobError
-        That says which unit would make it one.
-    """
-    low, high = SIZE_MM
-    longest = _longest_mm(source)
-    if not low <= longest <= high:
-        raise JobError(
-            f"{file}: the crank is {longest:.4g} mm long; needed {low:g} to {high:g} mm{_meant(source)}"
-        )
-
-
-def odd_size(source: Source) -> str | None:
-    """Return what is odd about a crank's size, if anything is."""
-    low, high = ODD_MM
-    longest, meant = _longest_mm(source), _meant(source)
-    if low <= longest <= high or not meant:
-        return None
-    return f"the crank is {longest:.4g} mm long; odd outside {low:g} to {high:g} mm{meant}"
-
-
-def _longest_mm(source: Source) -> float:
-    """Return how long a solid is along the file's axes, or along its own where that may count.
-
-    Seen along the file's axes, a slanting one may look 1.7 times shorter than it is.
-    """
-    low, high = source.solid.bounds
-    side = float((high - low).max())
-    if USUAL_MM[0] <= side and math.sqrt(3.0) * side <= USUAL_MM[1]:
-        return side
-    away = source.solid.mesh.vertices - 0.5 * (low + high)
-    _, own = np.linalg.eigh(away.T @ away)
-    return max(side, float(np.ptp(away @ own, axis=0).max()))
-
-
-def _meant(source: Source) -> str:
-    """Ask for the units that would make a solid a crank of a usual size."""
-    meant = _usual_units(source)
-    return f"; is its unit {' or '.join(meant)}?" if meant else ""
-
-
-def _usual_units(source: Source) -> dict[str, float]:
-    """Return the units that would make a solid a crank of a usual size, and how much longer it would be."""
-    own, longest = source.mm_per_unit, _longest_mm(source)
-    low, high = USUAL_MM
-    if low <= longest <= high:
-        return {}
-    found = {name: mm / own for name, mm in MM_PER.items() if mm != own and {mm, own} != NEVER_MIXED}
-    return {name: by for name, by in found.items() if low <= longest * by <= high}
 
 
 def oddities(job: Job, crank: Crank) -> tuple[str, ...]:
@@ -178,7 +115,7 @@ def _bob_weights(job: Job, crank: Crank) -> Iterator[str]:
         f" {crank.moments.mass_g:.4g} g"
     )
     meant = [f"are they in {unit}" for unit, by in (("kg", 1e3), ("mg", 1e-3)) if _usual(share * by)]
-    units = [name for name, by in _usual_units(crank.source).items() if _usual(share / by**3)]
+    units = [name for name, by in usual_units(crank.source).items() if _usual(share / by**3)]
     meant += [f"is the crank's unit {' or '.join(units)}"] if units else []
     asked = f"; {', or '.join(meant)}?" if meant else ""
     low, high = BOB_SHARE

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any, Literal
 
 if TYPE_CHECKING:  # ``inspect`` needs none of the planning and balancing that these load
     from autobalance.balancing.loop import Result
-    from autobalance.correction.kind import Correction
+    from autobalance.correction.contract import Correction
     from autobalance.crank.anatomy import Anatomy, Face
     from autobalance.crank.sections import Section, WebWeight
     from autobalance.dynamics.staged_assembly import AssemblyStage

@@ -6,7 +6,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
-from autobalance.correction.kind import Correction, EarlierCut
+from autobalance.correction.contract import Correction, EarlierCut
 from autobalance.crank.anatomy import Anatomy, Face
 from autobalance.rigid_rotor.moments import Moments
 from autobalance.rigid_rotor.uncertainty import Budget

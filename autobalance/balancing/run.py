@@ -8,16 +8,10 @@ from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
 from autobalance import job as jobs
-from autobalance.balancing import (
-    chordal_correction,
-    engine_from_job,
-    measured_crank,
-    rotor_from_job,
-    uncertainty_budget,
-)
+from autobalance.balancing import chordal_correction, measured_crank, uncertainty_budget
 from autobalance.balancing.comparison import Row, compare
 from autobalance.balancing.loop import Result, balance, planned
-from autobalance.balancing.measured_crank import Crank, input_file, work_on_faces
+from autobalance.balancing.measured_crank import input_file, work_on_faces
 from autobalance.balancing.measuring import Measure, as_file, in_memory, on_true_surfaces
 from autobalance.balancing.plausibility import oddities
 from autobalance.balancing.record import (
@@ -39,6 +33,8 @@ from autobalance.engine.balance_factor import bob_weight_moments
 from autobalance.errors import AutobalanceError, CorrectionError, JobError
 from autobalance.job import Job
 from autobalance.job.limits import limits_of_every_kind
+from autobalance.machine_models import engine_from_job, rotor_from_job
+from autobalance.machine_models.measured import Crank
 from autobalance.rigid_rotor.moments import Moments
 from autobalance.rigid_rotor.tolerance import Tolerance
 from autobalance.rigid_rotor.unbalance import Unbalance
@@ -79,7 +75,7 @@ def balanced_record(job: Job, crank: Crank, watch: Stopwatch, progress: Progress
     record = with_forces(record, job, crank, result)
     if with_gas is not None and record.balanced is not None:
         after = _gas_loads(job, crank, result.solid or crank.source.solid, result.final_moments)
-        from autobalance.balancing.gas_loads import gas_load_values
+        from autobalance.machine_models.gas_loads import gas_load_values
 
         values = gas_load_values(with_gas, after)
         record = replace(record, balanced=replace(record.balanced, loads_with_gas=values))
@@ -118,7 +114,7 @@ def _before_with_gas(job: Job, crank: Crank) -> tuple[CycleAnalysis | None, tupl
 
 
 def _gas_loads(job: Job, crank: Crank, solid: Solid, moments: Moments) -> CycleAnalysis:
-    from autobalance.balancing.gas_loads import gas_loads  # only where there is gas
+    from autobalance.machine_models.gas_loads import gas_loads  # only where there is gas
 
     return gas_loads(job, crank.anatomy, solid, crank.density_g_mm3, moments)
 
@@ -270,7 +266,7 @@ def record_of(
 def _staged_assembly(job: Job, tolerance: Tolerance, residual: Unbalance) -> tuple[AssemblyStage, ...]:
     if not job.assembly:
         return ()
-    from autobalance.balancing.assembly_from_job import staged_assembly  # only where parts are put on
+    from autobalance.machine_models.assembly_from_job import staged_assembly  # only where parts are put on
 
     return staged_assembly(job, tolerance, residual)
 

@@ -8,12 +8,12 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from autobalance.balancing import rotor_from_job
-from autobalance.balancing.chordal_correction import FacetCorrection
-from autobalance.correction.kind import Correction
+from autobalance.correction.contract import Correction
 from autobalance.crank.anatomy import Anatomy
 from autobalance.engine.balance_factor import bob_weight_moments
 from autobalance.job import EngineParts, Job, PartWeights
+from autobalance.machine_models import rotor_from_job
+from autobalance.machine_models.facet_correction import FacetCorrection
 from autobalance.rigid_rotor.moments import Moments
 from autobalance.rigid_rotor.tolerance import Tolerance
 from autobalance.rigid_rotor.uncertainty import (

@@ -31,9 +31,9 @@ def run(arguments: argparse.Namespace) -> int:
     asked = job.load(arguments.job, arguments.settings)
     folder = Path(arguments.output) if arguments.output else default_folder(asked.path)
     done = balanced(asked, folder, arguments.json, choice_of(arguments), mode_of(arguments))
+    from autobalance.report.balance.text import balance_text
+    from autobalance.report.balance.values import dumps
     from autobalance.report.display_units import ON_SCREEN
-    from autobalance.report.json import dumps
-    from autobalance.report.text import balance_text
 
     if arguments.json == "-":
         say(dumps(done.report).removesuffix("\n"))

@@ -59,7 +59,7 @@ def _refuse_over_rows(arguments: argparse.Namespace) -> None:
     from contextlib import suppress
 
     from autobalance.errors import AutobalanceError, UsageError
-    from autobalance.job.batch_list import read_batch_list
+    from autobalance.job.files.batch_list import read_batch_list
 
     if arguments.json in (None, "-"):
         return

@@ -61,8 +61,8 @@ def run(arguments: argparse.Namespace) -> int:
 
 def demo_text(reports: Sequence[Mapping[str, Any]], units: Any) -> str:
     """Return one table: depth, passes and residual beside the published ones."""
+    from autobalance.report.balance.text import OUTCOMES
     from autobalance.report.tables import table
-    from autobalance.report.text import OUTCOMES
 
     rows = [("", "depth", "passes", "residual", "permitted", "")]
     for case, report in zip(CASES, reports, strict=True):

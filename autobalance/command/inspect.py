@@ -162,7 +162,7 @@ def _inspected(arguments: argparse.Namespace, progress: Progress) -> InspectResu
 def _table(arguments: argparse.Namespace) -> TableOptions | None:
     """Return how the section table is to be; None where none is asked for."""
     from autobalance.api.inspect_sections import DATUMS, TableOptions
-    from autobalance.job.typed_units import length_mm
+    from autobalance.job.toml.typed_units import length_mm
 
     datum, oil = arguments.datum, arguments.oil_density_kg_m3
     if not arguments.sections:

@@ -47,7 +47,7 @@ def add_reference(parser: argparse.ArgumentParser) -> None:
 
 def unbalance_unit(text: str) -> str:
     """Return the name of a unit of unbalance, however it is typed: ``oz-in``, ``gmm``, ``KG.MM``."""
-    from autobalance.job.typed_units import unbalance_unit as named
+    from autobalance.job.toml.typed_units import unbalance_unit as named
     from autobalance.units import G_MM_PER
 
     found = named(text)
@@ -150,7 +150,7 @@ def choice_of(arguments: argparse.Namespace) -> Choice:
     asked = () if arguments.no_report else USUAL if arguments.only is None else arguments.only
     kinds = tuple(kind for kind in KINDS if kind in asked)
     if "dxf" in kinds:
-        from autobalance.report.dxf import require_ezdxf
+        from autobalance.report.sheet.dxf import require_ezdxf
 
         require_ezdxf()
     return Choice(kinds, arguments.paper, arguments.units, today())

@@ -36,7 +36,7 @@ def run(arguments: argparse.Namespace) -> int:
     from autobalance.command.console import say, warn
     from autobalance.command.progress import shown
     from autobalance.errors import UsageError
-    from autobalance.report.json import dumps
+    from autobalance.report.balance.values import dumps
 
     copy = None if arguments.json in (None, "-") else Path(arguments.json)
     for source in (arguments.report, arguments.reading):

@@ -14,7 +14,7 @@ def run(arguments: argparse.Namespace) -> int:
     """Print a schema, or the names of all; 2 for a name that has none."""
     from autobalance.api.schema import NAMES, schema
     from autobalance.command.console import say
-    from autobalance.report.json import dumps
+    from autobalance.report.balance.values import dumps
 
     if arguments.name is None:
         say("\n".join(NAMES))

@@ -5,19 +5,11 @@ from dataclasses import replace
 from typing import TypeVar
 
 from autobalance.correction import add, drill, mill, shoulder, slug, turn
-from autobalance.correction.kind import (
-    Apart,
-    Count,
-    Cut,
-    Limits,
-    Offer,
-    SharedDepth,
-    Variety,
-    Workpiece,
-)
+from autobalance.correction.apart import between_kinds
+from autobalance.correction.contract import Apart, Count, Cut, Limits, SharedDepth, Variety
+from autobalance.correction.kind import Offer, Workpiece
 from autobalance.correction.overlap import Overlap
 from autobalance.correction.registry import KINDS, face_depths_mm, finishing, kind_of, mixes, register
-from autobalance.correction.room import between_kinds
 
 __all__ = [
     "KINDS",

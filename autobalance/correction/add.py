@@ -9,21 +9,12 @@ from functools import cached_property
 
 import numpy as np
 
-from autobalance.correction.curve import DepthCurve
-from autobalance.correction.face_cut import FaceCut, face_heights, patches_of
-from autobalance.correction.face_trace import FaceTrace
-from autobalance.correction.kind import (
-    Apart,
-    Array,
-    Correction,
-    Figures,
-    Item,
-    Kind,
-    Offer,
-    Workpiece,
-)
-from autobalance.correction.layer import moments_of, moments_scale, numbers_of, plane_moments
-from autobalance.correction.patches import (
+from autobalance.correction.apart import TOUCHING_MM, keep_apart
+from autobalance.correction.contract import Apart, Array, Correction, Figures, Item
+from autobalance.correction.faces.curve import DepthCurve
+from autobalance.correction.faces.cut import FaceCut, face_heights, patches_of
+from autobalance.correction.faces.layer import moments_of, moments_scale, numbers_of, plane_moments
+from autobalance.correction.faces.patches import (
     FaceLimits,
     Patch,
     face_frame,
@@ -31,9 +22,11 @@ from autobalance.correction.patches import (
     farthest_mm,
     strip_along,
 )
+from autobalance.correction.faces.trace import FaceTrace
+from autobalance.correction.kind import Kind, Offer, Workpiece
 from autobalance.correction.refusals import refuse_below_zero
 from autobalance.correction.relaxing import Relaxing, deeper, thinner
-from autobalance.correction.room import TOUCHING_MM, Room, drawn_out, keep_apart
+from autobalance.correction.room import Room, drawn_out
 from autobalance.correction.trace import Trace
 from autobalance.crank.anatomy import Anatomy, Face, Pin
 from autobalance.errors import CorrectionError

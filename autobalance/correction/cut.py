@@ -7,7 +7,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import replace
 from typing import Any, Protocol
 
-from autobalance.correction.kind import Array, Correction, Cut
+from autobalance.correction.contract import Array, Correction, Cut
 from autobalance.rigid_rotor.moments import Moments
 
 Made = Sequence[tuple[Cut, float]]

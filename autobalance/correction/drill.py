@@ -6,25 +6,18 @@ import math
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 
-from autobalance.correction.bores import fitting_mm, old_sites
+from autobalance.correction.contract import Correction, Count, Figures, Item, Limits, Variety
 from autobalance.correction.cut import listed, on_step
-from autobalance.correction.drill_sizes import SERIES_MM, likely_sizes_mm
-from autobalance.correction.hole import Hole, keep_apart
-from autobalance.correction.hole_cut import HoleCut, HoleSearch, Towards, direction_at
-from autobalance.correction.hole_surface import CONTINUATION_RAD
-from autobalance.correction.hole_trace import DrillTrace
-from autobalance.correction.kind import (
-    Correction,
-    Count,
-    Figures,
-    Item,
-    Kind,
-    Limits,
-    Offer,
-    Variety,
-    Workpiece,
-)
-from autobalance.correction.patches import heavy_vector
+from autobalance.correction.faces.patches import heavy_vector
+from autobalance.correction.holes.bores import fitting_mm, old_sites
+from autobalance.correction.holes.cut import HoleCut, HoleSearch, Towards, direction_at
+from autobalance.correction.holes.drill_sizes import SERIES_MM, likely_sizes_mm
+from autobalance.correction.holes.hole import Hole, keep_apart
+from autobalance.correction.holes.sites import Places, Site, Zone, in_sectors, in_zone, make_holes, reach_of
+from autobalance.correction.holes.surface import CONTINUATION_RAD
+from autobalance.correction.holes.trace import DrillTrace
+from autobalance.correction.holes.walls import HoleLimits, wall_left_mm
+from autobalance.correction.kind import Kind, Offer, Workpiece
 from autobalance.correction.refusals import (
     Direction,
     Sectors,
@@ -36,14 +29,12 @@ from autobalance.correction.refusals import (
     refuse_wide,
 )
 from autobalance.correction.relaxing import MoreCuts, Otherwise, Relaxing, deeper, thinner
-from autobalance.correction.sites import Places, Site, Zone, in_sectors, in_zone, make_holes, reach_of
 from autobalance.correction.trace import Trace, stated_number
-from autobalance.correction.walls import HoleLimits, wall_left_mm
 from autobalance.crank.anatomy import Anatomy
 from autobalance.errors import CorrectionError
-from autobalance.graphics.words import degrees, number
 from autobalance.rigid_rotor.moments import Moments
 from autobalance.solid.csg.solid import Solid
+from autobalance.wording import degrees, number
 
 
 @dataclass(frozen=True)

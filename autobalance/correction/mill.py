@@ -13,20 +13,13 @@ from functools import cached_property
 
 import numpy as np
 
+from autobalance.correction.apart import keep_apart
+from autobalance.correction.contract import Array, Correction, Figures, Item, Limits
 from autobalance.correction.cut import WalledCut, listed, on_step
-from autobalance.correction.kind import (
-    Array,
-    Correction,
-    Figures,
-    Item,
-    Kind,
-    Limits,
-    Offer,
-    Workpiece,
-)
-from autobalance.correction.patches import face_region, heavy_direction
-from autobalance.correction.pocket import Pocket, lies_in, pockets
-from autobalance.correction.pocket_trace import PocketTrace
+from autobalance.correction.faces.patches import face_region, heavy_direction
+from autobalance.correction.kind import Kind, Offer, Workpiece
+from autobalance.correction.pockets.pocket import Pocket, lies_in, pockets
+from autobalance.correction.pockets.trace import PocketTrace
 from autobalance.correction.refusals import (
     Sectors,
     refuse_below_zero,
@@ -34,14 +27,14 @@ from autobalance.correction.refusals import (
     refuse_sectors,
 )
 from autobalance.correction.relaxing import Relaxing, deeper, thinner
-from autobalance.correction.room import Room, blocks, keep_apart, sector_corners
+from autobalance.correction.room import Room, blocks, sector_corners
 from autobalance.correction.trace import Trace
 from autobalance.crank.anatomy import Face
 from autobalance.errors import CorrectionError
-from autobalance.graphics.words import degrees, number
 from autobalance.rigid_rotor.moments import Moments
 from autobalance.solid.csg.shape import Prism
 from autobalance.solid.csg.solid import Region, Solid
+from autobalance.wording import degrees, number
 
 CLEAR_MM = 1.0
 """How far over the cheek the tool starts, and how far the cutter keeps from what stands there."""

@@ -11,8 +11,8 @@ from typing import Protocol
 
 import numpy as np
 
+from autobalance.correction.contract import Apart, Correction, Cut
 from autobalance.correction.cut import Made, as_taken
-from autobalance.correction.kind import Apart, Correction, Cut
 from autobalance.crank.anatomy import Anatomy
 from autobalance.rigid_rotor.moments import Moments
 from autobalance.solid.csg.solid import Solid, union

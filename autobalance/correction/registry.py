@@ -9,7 +9,8 @@ from typing import Any
 
 import numpy as np
 
-from autobalance.correction.kind import Kind, Limits, Workpiece
+from autobalance.correction.contract import Limits
+from autobalance.correction.kind import Kind, Workpiece
 from autobalance.crank.anatomy import Anatomy, Face
 from autobalance.solid.csg.solid import Solid
 

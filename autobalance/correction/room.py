@@ -1,31 +1,19 @@
-"""The room that cuts take, and which cuts come too near to each other: by geometry, whatever their kinds.
+"""The room that cuts take.
 
 A cut's room is a set of convex pieces: hulls of a few corners, grown by a radius, each corner moving in a
 straight line with the depth. A hole is one bar, a pocket a few blocks, a lowered face the prisms under its
-triangles. Distances are found for all pairs at once, from below: too near is never called far enough.
+triangles.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
-from autobalance.correction.kind import Apart, Array, Cut
-from autobalance.correction.walls import segments_distance_mm
 from autobalance.solid.csg.solid import Region
-from autobalance.solid.mesh.mesh import Indices
+from autobalance.solid.mesh.mesh import Array
 
-TOUCHING_MM = 0.05
-"""Cuts that ask for no wall keep this much metal between them, so that what each removes is its own."""
-STEPS = 5
-"""How often the depth that two cuts may both have is halved upon: to 3 % of the deeper one."""
-BAR_STEPS = 16
-"""The same for two bars, whose distance is known exactly and soon."""
-DIRECTIONS = 60
-"""Directions tried for a plane between two pieces; what is undecided then counts as too near."""
 OUTLINE_MM = 0.1
 """By how much an outline may be simplified outwards for its room."""
 
@@ -87,194 +75,3 @@ def sector_corners(inner_mm: Array, outer_mm: Array, start_rad: Array, end_rad: 
 
 
 # --- which come too near ------------------------------------------------------------------------------------
-
-
-def between_kinds(cuts: Sequence[Cut], kinds: Sequence[int]) -> tuple[Apart, ...]:
-    """Return the pairs of cuts of different kinds that come too near, with the depth that both may have.
-
-    Between two cuts stays the greater of the walls that each asks for.
-
-    Parameters
-    ----------
-    cuts : sequence of Cut
-    kinds : sequence of int
-        Equal numbers for cuts that their own kind has looked at already.
-    """
-    if len(set(kinds)) < 2:
-        return ()
-    most = np.array([cut.max_depth_mm for cut in cuts])
-    walls = np.array([max(cut.clearance_mm, TOUCHING_MM) for cut in cuts])
-    return keep_apart([cut.room for cut in cuts], most, walls, np.asarray(kinds))
-
-
-def keep_apart(
-    rooms: Sequence[Room], most_mm: Array, wall_mm: Array, groups: NDArray[np.int_] | None = None
-) -> tuple[Apart, ...]:
-    """Return the pairs of rooms that come nearer than the greater of their walls.
-
-    Only rooms of different groups are compared, where there are ``groups``.
-    """
-    pieces = _Pieces.of(rooms, most_mm)
-    one, other = _near_rooms(pieces, len(rooms), wall_mm, groups)
-    a, b = _near_pieces(pieces, one, other, wall_mm)
-    if not len(a):
-        return ()
-    need = np.maximum(wall_mm[pieces.owner[a]], wall_mm[pieces.owner[b]])
-    bars = pieces.is_bar[a] & pieces.is_bar[b]
-    depth = np.full(len(a), np.inf)
-    for rows, far_enough, steps in ((bars, _bars_are_apart, BAR_STEPS), (~bars, _hulls_are_apart, STEPS)):
-        if rows.any():
-            depth[rows] = _clear_depths(pieces, a[rows], b[rows], need[rows], far_enough, steps)
-    pair = pieces.owner[a] * len(rooms) + pieces.owner[b]
-    found, place = np.unique(pair, return_inverse=True)
-    least = np.full(len(found), np.inf)
-    np.minimum.at(least, place, depth)
-    return tuple(
-        Apart(*divmod(int(number), len(rooms)), float(most))
-        for number, most in zip(found, least, strict=True)
-        if most < np.inf
-    )
-
-
-@dataclass(frozen=True, eq=False)
-class _Pieces:
-    """All pieces of some rooms, padded to as many corners; ``low`` and ``high`` hold at every depth."""
-
-    owner: Indices
-    start_mm: Array
-    motion: Array
-    radius_mm: Array
-    most_mm: Array
-    is_bar: NDArray[np.bool_]
-    low: Array
-    high: Array
-
-    @classmethod
-    def of(cls, rooms: Sequence[Room], most_mm: Array) -> _Pieces:
-        counts = [len(room.start_mm) for room in rooms]
-        corners = max(room.start_mm.shape[1] for room in rooms)
-        owner = np.repeat(np.arange(len(rooms)), counts)
-        start = np.concatenate([_padded(room.start_mm, corners) for room in rooms])
-        motion = np.concatenate([_padded(room.motion, corners) for room in rooms])
-        radius, most = np.concatenate([room.radius_mm for room in rooms]), most_mm[owner]
-        every = np.concatenate([start, start + most[:, None, None] * motion], axis=1)
-        is_bar = np.repeat([room.start_mm.shape[1] == BAR_CORNERS for room in rooms], counts)
-        low, high = every.min(axis=1) - radius[:, None], every.max(axis=1) + radius[:, None]
-        return cls(owner, start, motion, radius, most, is_bar, low, high)
-
-    def at(self, rows: Indices, depth_mm: Array) -> Array:
-        """Return the corners (p, k, 3) of some pieces, each at a depth or as deep as it goes."""
-        depth = np.minimum(depth_mm, self.most_mm[rows])[:, None, None]
-        corners: Array = self.start_mm[rows] + depth * self.motion[rows]
-        return corners
-
-
-BAR_CORNERS = 2
-
-
-def _padded(corners: Array, count: int) -> Array:
-    """Repeat the last corner of each piece (n, k, 3) until all have as many."""
-    return corners[:, np.minimum(np.arange(count), corners.shape[1] - 1)]
-
-
-def _near_rooms(
-    pieces: _Pieces, count: int, wall_mm: Array, groups: NDArray[np.int_] | None
-) -> tuple[Indices, Indices]:
-    """Return the pairs of rooms whose boxes are too near."""
-    low, high = np.full((count, 3), np.inf), np.full((count, 3), -np.inf)
-    np.minimum.at(low, pieces.owner, pieces.low)
-    np.maximum.at(high, pieces.owner, pieces.high)
-    i, j = np.triu_indices(count, 1)
-    if groups is not None:
-        differ = groups[i] != groups[j]
-        i, j = i[differ], j[differ]
-    for axis in (2, 0, 1):  # along the crank most are far apart
-        need = np.maximum(wall_mm[i], wall_mm[j])
-        near = (low[i, axis] - high[j, axis] < need) & (low[j, axis] - high[i, axis] < need)
-        i, j = i[near], j[near]
-    return i, j
-
-
-def _near_pieces(pieces: _Pieces, i: Indices, j: Indices, wall_mm: Array) -> tuple[Indices, Indices]:
-    """Return the pairs of pieces of pairs of rooms whose boxes are too near."""
-    first = np.searchsorted(pieces.owner, np.arange(len(wall_mm) + 1))
-    counts = np.diff(first)
-    each = counts[i] * counts[j]
-    pair = np.repeat(np.arange(len(i)), each)
-    within = np.arange(len(pair)) - np.repeat(np.cumsum(each) - each, each)
-    a = first[i[pair]] + within // counts[j[pair]]
-    b = first[j[pair]] + within % counts[j[pair]]
-    need = np.maximum(wall_mm[i], wall_mm[j])[pair][:, None]
-    near = (pieces.low[a] - pieces.high[b] < need) & (pieces.low[b] - pieces.high[a] < need)
-    rows = near.all(axis=1)
-    return a[rows], b[rows]
-
-
-AreApart = Callable[[Array, Array, Array], NDArray[np.bool_]]
-"""Takes the corners of pieces, two and two, and distances; tells which pairs are at least so far apart."""
-
-
-def _clear_depths(
-    pieces: _Pieces, a: Indices, b: Indices, need_mm: Array, are_apart: AreApart, steps: int
-) -> Array:
-    """Return the depth that both pieces of each pair may have: infinite for any, −1 for none."""
-    need = need_mm + pieces.radius_mm[a] + pieces.radius_mm[b]
-
-    def clear(rows: Indices, depth: Array) -> NDArray[np.bool_]:
-        return are_apart(pieces.at(a[rows], depth), pieces.at(b[rows], depth), need[rows])
-
-    found = np.full(len(a), np.inf)
-    every = np.arange(len(a))
-    close = every[~clear(every, found)]
-    found[close] = -1.0
-    open_ = close[clear(close, np.zeros(len(close)))]
-    low, high = np.zeros(len(open_)), np.maximum(pieces.most_mm[a[open_]], pieces.most_mm[b[open_]])
-    for _ in range(steps):
-        middle = 0.5 * (low + high)
-        is_clear = clear(open_, middle)
-        low, high = np.where(is_clear, middle, low), np.where(is_clear, high, middle)
-    found[open_] = low
-    return found
-
-
-def _bars_are_apart(a: Array, b: Array, need_mm: Array) -> NDArray[np.bool_]:
-    """Tell which straight segments are far enough apart, exactly."""
-    far: NDArray[np.bool_] = segments_distance_mm(a[:, 0], a[:, 1], b[:, 0], b[:, 1]) >= need_mm
-    return far
-
-
-def _hulls_are_apart(a: Array, b: Array, need_mm: Array) -> NDArray[np.bool_]:
-    """Tell which convex hulls have planes between them that prove them far enough apart.
-
-    The nearest point of the hulls' difference to the origin is closed in upon along its corners; each
-    direction on the way bounds the distance from below, each point from above.
-
-    References
-    ----------
-    E. G. Gilbert, "An iterative procedure for computing the minimum of a quadratic form on a convex set",
-    SIAM J. Control 4 (1966).
-    """
-    apart = np.zeros(len(a), dtype=bool)
-    rows = np.arange(len(a))
-    nearest = a.mean(axis=1) - b.mean(axis=1)
-    for _ in range(DIRECTIONS):
-        length = np.sqrt((nearest**2).sum(axis=1))
-        towards = nearest / np.maximum(length, 1e-12)[:, None]
-        corner = _farthest(a[rows], -towards) - _farthest(b[rows], towards)
-        bound = (towards * corner).sum(axis=1)
-        apart[rows[bound >= need_mm[rows]]] = True
-        still = (bound < need_mm[rows]) & (length >= need_mm[rows])
-        rows, nearest, corner = rows[still], nearest[still], corner[still]
-        if not len(rows):
-            break
-        step = corner - nearest
-        size = np.maximum((step**2).sum(axis=1), 1e-24)
-        share = np.clip(-(nearest * step).sum(axis=1) / size, 0.0, 1.0)
-        nearest = nearest + share[:, None] * step
-    return apart
-
-
-def _farthest(corners: Array, direction: Array) -> Array:
-    """Return of each piece (p, k, 3) the corner (p, 3) farthest along a direction (p, 3)."""
-    along = np.einsum("pkx,px->pk", corners, direction)
-    return np.take_along_axis(corners, along.argmax(axis=1)[:, None, None], axis=1)[:, 0]

@@ -14,25 +14,14 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 
-from autobalance.correction.beside_pins import clear_of_pins
-from autobalance.correction.curve import DepthCurve
-from autobalance.correction.depth_limit import DepthLimit, depth_limit
-from autobalance.correction.face_cut import FaceCut, face_heights, part_name, patches_of
-from autobalance.correction.face_trace import FaceTrace
-from autobalance.correction.kind import (
-    Array,
-    Correction,
-    Figures,
-    Item,
-    Kind,
-    Offer,
-    SharedDepth,
-    Workpiece,
-)
-from autobalance.correction.layer import BACKWARD, FaceLayer, moments_of
-from autobalance.correction.lowering import lowering
-from autobalance.correction.overlap import overlaps
-from autobalance.correction.patches import (
+from autobalance.correction.contract import Array, Correction, Figures, Item, SharedDepth
+from autobalance.correction.faces.beside_pins import clear_of_pins
+from autobalance.correction.faces.curve import DepthCurve
+from autobalance.correction.faces.cut import FaceCut, face_heights, part_name, patches_of
+from autobalance.correction.faces.depth_limit import DepthLimit, depth_limit
+from autobalance.correction.faces.layer import BACKWARD, FaceLayer, moments_of
+from autobalance.correction.faces.lowering import lowering
+from autobalance.correction.faces.patches import (
     ROUNDING_SHARE,
     FaceLimits,
     Patch,
@@ -40,10 +29,13 @@ from autobalance.correction.patches import (
     half_plane_worth,
     heavy_direction,
 )
+from autobalance.correction.faces.trace import FaceTrace
+from autobalance.correction.faces.under_face import under_face
+from autobalance.correction.kind import Kind, Offer, Workpiece
+from autobalance.correction.overlap import overlaps
 from autobalance.correction.relaxing import Relaxing, deeper, thinner
 from autobalance.correction.room import Room, drawn_out
 from autobalance.correction.trace import Trace
-from autobalance.correction.under_face import under_face
 from autobalance.crank.anatomy import Anatomy, Face, Web
 from autobalance.rigid_rotor.moments import Moments
 from autobalance.solid.csg.shape import Shape

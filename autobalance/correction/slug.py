@@ -9,89 +9,30 @@ from typing import Any
 
 import numpy as np
 
-from autobalance.correction.hole import Hole, keep_apart
-from autobalance.correction.hole_cut import HoleCut, HoleSearch, Towards, direction_at
-from autobalance.correction.hole_surface import Surface
-from autobalance.correction.hole_trace import SlugTrace
-from autobalance.correction.kind import (
-    Apart,
-    Correction,
-    Count,
-    Cut,
-    Figures,
-    Item,
-    Kind,
-    Limits,
-    Offer,
-    Workpiece,
-)
-from autobalance.correction.patches import heavy_vector
+from autobalance.correction.contract import Apart, Correction, Count, Cut, Figures, Item
+from autobalance.correction.faces.patches import heavy_vector
+from autobalance.correction.holes.cut import HoleCut, HoleSearch, Towards, direction_at
+from autobalance.correction.holes.hole import Hole, keep_apart
+from autobalance.correction.holes.sites import Places, Site
+from autobalance.correction.holes.slug_fill import FLAT_BOTTOM_RAD, FillCut, PressedIn, fills
+from autobalance.correction.holes.slug_limits import SlugLimits
+from autobalance.correction.holes.surface import Surface
+from autobalance.correction.holes.trace import SlugTrace
+from autobalance.correction.holes.walls import HoleLimits, wall_left_mm
+from autobalance.correction.kind import Kind, Offer, Workpiece
 from autobalance.correction.refusals import (
-    Direction,
-    Sectors,
-    refuse_below_zero,
-    refuse_direction,
-    refuse_none,
-    refuse_not_above_zero,
-    refuse_sectors,
-    refuse_sizes,
     refuse_wide,
 )
 from autobalance.correction.relaxing import MoreCuts, Relaxing
-from autobalance.correction.sites import Places, Site
-from autobalance.correction.slug_fill import FLAT_BOTTOM_RAD, FillCut, PressedIn, fills
 from autobalance.correction.trace import Trace
-from autobalance.correction.walls import HoleLimits, wall_left_mm
 from autobalance.errors import CorrectionError
-from autobalance.graphics.words import number
 from autobalance.rigid_rotor.moments import Moments
 from autobalance.solid.csg.solid import Solid
 from autobalance.solid.csg.tool import Tool
+from autobalance.wording import number
 
 SEAT_MM = 0.02
 """How far a slug lies below the lowest point of its bore's mouth, so that it stands out nowhere."""
-
-
-@dataclass(frozen=True)
-class SlugLimits(Limits):
-    """What a job asks of heavy-metal slugs. The defaults are ours: no standard gives them.
-
-    Attributes
-    ----------
-    direction : "axial" or "radial"
-    diameters_mm, lengths_mm : tuple of float
-        Slugs at hand: every diameter in every length.
-    density_kg_m3 : float
-        17 000 is that of usual tungsten alloy.
-    max_slugs : int
-        On the whole crank.
-    min_wall_mm : float
-        From the bore's surface to any surface but the one it enters; towards the rim this is the wall that
-        holds an axial slug against the centrifugal force. Between slugs too.
-    sectors_deg : tuple of (float, float)
-        Where the axes of slugs may lie, as for drilled holes.
-    fill : bool
-        Blind holes that are there, of a slug's diameter to 2 %, may be filled.
-    """
-
-    direction: Direction = "axial"
-    diameters_mm: tuple[float, ...] = (25.4,)
-    lengths_mm: tuple[float, ...] = (12.7, 25.4)
-    density_kg_m3: float = 17000.0
-    max_slugs: int = 4
-    min_wall_mm: float = 4.0
-    sectors_deg: Sectors = ((0.0, 360.0),)
-    fill: bool = False
-
-    def __post_init__(self) -> None:
-        """Refuse limits that contradict each other."""
-        refuse_direction("slug", self.direction)
-        refuse_sizes("slug", "diameters_mm", "diameter", self.diameters_mm)
-        refuse_sectors("slug", self.sectors_deg)
-        refuse_sizes("slug", "lengths_mm", "length", self.lengths_mm)
-        refuse_not_above_zero("slug", self, "density_kg_m3")
-        refuse_below_zero("slug", self, "min_wall_mm")
-        refuse_none("slug", self, "max_slugs")
 
 
 @dataclass(frozen=True, eq=False)

@@ -15,7 +15,7 @@ from typing import Any, Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-from autobalance.correction.kind import Array, Item, Limits
+from autobalance.correction.contract import Array, Item, Limits
 from autobalance.crank.anatomy import Anatomy, Face
 from autobalance.errors import FormatError
 from autobalance.rigid_rotor.moments import Moments

@@ -10,30 +10,22 @@ from functools import cached_property
 
 import numpy as np
 
+from autobalance.correction.contract import Array, Correction, Figures, Item, Limits
 from autobalance.correction.cut import EmptyPlace, listed
-from autobalance.correction.kind import (
-    Array,
-    Correction,
-    Figures,
-    Item,
-    Kind,
-    Limits,
-    Offer,
-    Workpiece,
-)
+from autobalance.correction.kind import Kind, Offer, Workpiece
 from autobalance.correction.refusals import refuse_below_zero, refuse_not_above_zero
 from autobalance.correction.relaxing import Relaxing, WiderLimits
-from autobalance.correction.ring_trace import RingTrace, faceted_ring
+from autobalance.correction.rings.trace import RingTrace, faceted_ring
 from autobalance.correction.room import Room, blocks, sector_corners
 from autobalance.correction.trace import Trace
 from autobalance.crank.anatomy import Anatomy, Face, Web
 from autobalance.errors import CorrectionError
-from autobalance.graphics.words import number
 from autobalance.rigid_rotor.moments import Moments
 from autobalance.solid.csg.shape import Joined, equal_area
 from autobalance.solid.csg.solid import Region, Solid, union
 from autobalance.solid.csg.tool import Tool, ring
 from autobalance.solid.mesh.mesh import least_and_greatest
+from autobalance.wording import number
 
 SEGMENTS = 360
 """Sides of the turned circle; a polygon of its area."""

@@ -9,7 +9,6 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from autobalance.balancing.measured_crank import Crank
 from autobalance.design_search.free_metal import FreeMetal
 from autobalance.design_search.neighbours import (
     Clearance,
@@ -21,7 +20,8 @@ from autobalance.design_search.neighbours import (
     least_clearance,
 )
 from autobalance.errors import JobError
-from autobalance.job.design import DesignJob, Envelope
+from autobalance.job.files.design import DesignJob, Envelope
+from autobalance.machine_models.measured import Crank
 
 Array = NDArray[np.float64]
 

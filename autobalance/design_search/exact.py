@@ -7,13 +7,13 @@ from functools import lru_cache
 import numpy as np
 from numpy.typing import NDArray
 
-from autobalance.balancing.measured_crank import Crank
 from autobalance.design_search.build import past
 from autobalance.design_search.envelope import Amounts
 from autobalance.design_search.free_metal import FreeMetal, FreeWeb
 from autobalance.design_search.profile import DEGREE
 from autobalance.errors import SolidError
-from autobalance.job.design import Drilling
+from autobalance.job.files.design import Drilling
+from autobalance.machine_models.measured import Crank
 from autobalance.solid.cad.brep import ExactSolid
 from autobalance.solid.cad.spline import (
     SplineBody,

@@ -9,13 +9,13 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from autobalance.balancing.measured_crank import Crank
 from autobalance.crank.anatomy import Throw, Web
 from autobalance.design_search.build import past, placed_along, prism, sector_mm
 from autobalance.design_search.profile import Profile, fitted_radii_mm, refuse_crossing
 from autobalance.design_search.sections import FreeBody, round_mm
 from autobalance.errors import JobError
-from autobalance.job.design import DesignJob, FreePart
+from autobalance.job.files.design import DesignJob, FreePart
+from autobalance.machine_models.measured import Crank
 from autobalance.rigid_rotor.moments import Moments
 from autobalance.solid.csg.solid import Region, Solid
 

@@ -8,9 +8,6 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from autobalance.balancing import rotor_from_job
-from autobalance.balancing.crankpins import with_crankpins
-from autobalance.balancing.measured_crank import Crank
 from autobalance.design_search import strength
 from autobalance.design_search.envelope import (
     ROUGH_MM,
@@ -28,7 +25,10 @@ from autobalance.design_search.profile import AreaMoments
 from autobalance.design_search.strength_model import StrengthModel
 from autobalance.engine.balance_factor import bob_weight_moments
 from autobalance.fem_analysis.mesher import need_libraries
-from autobalance.job.design import DesignJob
+from autobalance.job.files.design import DesignJob
+from autobalance.machine_models import rotor_from_job
+from autobalance.machine_models.crankpins import with_crankpins
+from autobalance.machine_models.measured import Crank
 from autobalance.rigid_rotor.moments import Moments
 from autobalance.rigid_rotor.tolerance import Tolerance
 from autobalance.rigid_rotor.unbalance import Unbalance

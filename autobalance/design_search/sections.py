@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 
 from autobalance.design_search.profile import AreaMoments, Profile
 from autobalance.errors import JobError
-from autobalance.job.design import Hole
+from autobalance.job.files.design import Hole
 from autobalance.solid.csg.solid import Region
 
 Array = NDArray[np.float64]

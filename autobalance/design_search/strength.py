@@ -7,9 +7,6 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from autobalance.balancing.engine_from_job import with_moments, with_solid
-from autobalance.balancing.firing_from_job import firing_engine
-from autobalance.balancing.solid_meshes import bodies_of_solid
 from autobalance.crank.anatomy import Anatomy, Pin
 from autobalance.engine.cycle.analysis import CycleAnalysis
 from autobalance.engine.whole_engine import Engine
@@ -18,6 +15,9 @@ from autobalance.fem_analysis.elasticity import STEEL, ElasticBody, Material
 from autobalance.fem_analysis.modes import modes_of
 from autobalance.fem_analysis.statics import facet_nodes, facet_shares, solved
 from autobalance.job import Job
+from autobalance.machine_models.engine_from_job import with_moments, with_solid
+from autobalance.machine_models.firing_from_job import firing_engine
+from autobalance.machine_models.solid_meshes import bodies_of_solid
 from autobalance.rigid_rotor.moments import Moments
 from autobalance.solid.csg.solid import Solid
 

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from autobalance.design_search.problem import Problem
-from autobalance.job.toml_text import toml_text
+from autobalance.job.toml.text import toml_text
 from autobalance.units import MM_PER
 
 

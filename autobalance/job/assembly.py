@@ -11,9 +11,9 @@ from typing import Any
 
 from autobalance.dynamics.staged_assembly import CRANK, KeyShare, ShaftKey
 from autobalance.errors import JobError
-from autobalance.job.keys import Key, Values, read
 from autobalance.job.model import LengthUnit
-from autobalance.job.table import ANY, NOT_NEGATIVE, POSITIVE, Table
+from autobalance.job.toml.keys import Key, Values, read
+from autobalance.job.toml.table import ANY, NOT_NEGATIVE, POSITIVE, Table
 from autobalance.units import G_PER_MM3_PER_KG_M3
 
 Vector = tuple[float, float]

@@ -13,7 +13,7 @@ from autobalance.engine.cycle.pendulum import Path as PendulumPath
 from autobalance.engine.cycle.pendulum import Pendulum
 from autobalance.errors import JobError
 from autobalance.job.layout import G_MM2_PER_KG_MM2
-from autobalance.job.table import ANY, COUNTED, NOT_NEGATIVE, POSITIVE, SHARE, Rule, Table
+from autobalance.job.toml.table import ANY, COUNTED, NOT_NEGATIVE, POSITIVE, SHARE, Rule, Table
 from autobalance.units import BAR_PER_MPA, N_M_PER_N_MM
 
 Model = Literal["wiebe", "trace", "motored"]

@@ -8,8 +8,8 @@ from pathlib import Path
 from typing import Any
 
 from autobalance.errors import JobError
-from autobalance.job.keys import Key, Values, read, read_document
-from autobalance.job.table import COUNTED, NOT_NEGATIVE, POSITIVE
+from autobalance.job.toml.keys import Key, Values, read, read_document
+from autobalance.job.toml.table import COUNTED, NOT_NEGATIVE, POSITIVE
 from autobalance.signal.drive_sources import Belt, Drive, DrivenShaft, Gear
 
 NAME = Key("name", str, "as it is told")

@@ -6,11 +6,11 @@ from dataclasses import fields
 from typing import Any, get_args
 
 from autobalance.correction import KINDS
-from autobalance.correction.kind import Prefer
-from autobalance.job.keys import DRAFT
+from autobalance.correction.contract import Prefer
 from autobalance.job.read import TOP_KEYS
 from autobalance.job.read_crankshaft import CRANKSHAFT_KEYS
-from autobalance.job.typed_units import WEIGHT_TABLES
+from autobalance.job.toml.keys import DRAFT
+from autobalance.job.toml.typed_units import WEIGHT_TABLES
 
 Values = dict[str, Any]
 POSITIVE: Values = {"type": "number", "exclusiveMinimum": 0}

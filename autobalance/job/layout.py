@@ -8,7 +8,7 @@ from typing import Literal
 
 from autobalance.errors import JobError
 from autobalance.job.model import BalanceShaftEntry, Bolted, CylinderLayout, RodOnScales
-from autobalance.job.table import ANY, COUNTED, NOT_NEGATIVE, POSITIVE, Table
+from autobalance.job.toml.table import ANY, COUNTED, NOT_NEGATIVE, POSITIVE, Table
 
 Sense = Literal["forward", "backward"]
 G_MM2_PER_KG_MM2 = 1000.0

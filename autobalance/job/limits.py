@@ -11,9 +11,9 @@ from dataclasses import fields
 from typing import Any, Literal, get_type_hints
 
 from autobalance.correction import KINDS, Limits
-from autobalance.correction.kind import Prefer
+from autobalance.correction.contract import Prefer
 from autobalance.errors import CorrectionError, JobError
-from autobalance.job.table import ANY, NOT_NEGATIVE, POSITIVE, Rule, Table
+from autobalance.job.toml.table import ANY, NOT_NEGATIVE, POSITIVE, Rule, Table
 
 FACE_KEYS = ("faces", "sector_deg", "max_depth_mm", "same_depth", "min_wall_mm")
 """Keys of the top level, which the kinds share whose limits have ``faces``."""

@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal
 
 from autobalance.correction import Limits
-from autobalance.correction.kind import Prefer
+from autobalance.correction.contract import Prefer
 from autobalance.crank.anatomy import Overrides
 from autobalance.rigid_rotor.margin import Margin
 from autobalance.rigid_rotor.tolerance import Judge
@@ -17,7 +17,7 @@ from autobalance.rigid_rotor.tolerance import Judge
 if TYPE_CHECKING:
     from autobalance.job.assembly import AssemblyEntry
     from autobalance.job.cycle import Cycle
-    from autobalance.job.torsion_file import CrankTorsion
+    from autobalance.job.files.torsion import CrankTorsion
     from autobalance.signal.drive_sources import Drive
 
 LengthUnit = Literal["mm", "cm", "m", "inch"]

@@ -3,12 +3,11 @@
 from __future__ import annotations
 
 import math
-import tomllib
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal, TypeAlias
 
-from autobalance.errors import FileError, JobError
+from autobalance.errors import JobError
 from autobalance.job.layout import read_shafts
 from autobalance.job.limits import read_correction, read_depth_tolerance_mm, read_prefer
 from autobalance.job.model import (
@@ -19,21 +18,21 @@ from autobalance.job.model import (
 from autobalance.job.read_crankshaft import crankshaft_of
 from autobalance.job.read_engine import read_engine, read_original
 from autobalance.job.rod_solid import with_measured_rod
-from autobalance.job.settings import with_settings
 from autobalance.job.solid_weights import with_weighed_solids
 from autobalance.job.study import read_study
-from autobalance.job.table import ANY, NOT_NEGATIVE, POSITIVE, SHARE, Table
-from autobalance.job.typed_units import in_base_units, refuse_unfilled
+from autobalance.job.toml.document import text_of, toml_of
+from autobalance.job.toml.settings import with_settings
+from autobalance.job.toml.table import ANY, NOT_NEGATIVE, POSITIVE, SHARE, Table
+from autobalance.job.toml.typed_units import in_base_units, refuse_unfilled
 from autobalance.rigid_rotor.margin import Margin
 from autobalance.rigid_rotor.tolerance import Judge
-from autobalance.runtime import note_read
 from autobalance.solid.formats.registry import FOREIGN_CAD, endings
 from autobalance.units import RAD_S_PER_RPM
 
 if TYPE_CHECKING:
     from autobalance.job.assembly import AssemblyEntry
     from autobalance.job.cycle import Cycle
-    from autobalance.job.torsion_file import CrankTorsion
+    from autobalance.job.files.torsion import CrankTorsion
     from autobalance.signal.drive_sources import Drive
 
 JobSource: TypeAlias = Job | str | Path | Mapping[str, Any]
@@ -55,11 +54,6 @@ TOP_KEYS = (
 )
 """Tables of a job."""
 WORKBOOKS = (".xlsx", ".xlsm")
-
-DEEPEST = 32
-"""Tables and lists inside each other at most: those that people write have four."""
-LARGEST_BYTES = 1 << 20
-"""Bytes of a job at most; those that people write have a few thousand."""
 
 
 def load(path: str | Path, settings: Sequence[str] = ()) -> Job:
@@ -158,69 +152,6 @@ def tables_of(path: Path) -> dict[str, Any]:
     return toml_of(text_of(path, "job"), path.name)
 
 
-def text_of(path: Path, what: str) -> str:
-    """Return the text of a small file; ``what`` it is says so in messages.
-
-    Raises
-    ------
-    FileError
-        If it cannot be read.
-    JobError
-        If it is no text, or larger than any of its kind.
-    """
-    try:
-        with path.open("rb") as stream:
-            note_read(path)
-            data = stream.read(LARGEST_BYTES + 1)
-    except (OSError, ValueError) as error:  # ValueError: a NUL in the name
-        raise FileError(f"cannot read the {what} {path}: {_why(error)}") from None
-    if len(data) > LARGEST_BYTES:
-        raise JobError(f"{path.name} is larger than {LARGEST_BYTES} bytes; is it a {what}?")
-    try:
-        return data.decode("utf-8-sig")
-    except UnicodeDecodeError as error:
-        raise JobError(
-            f"{path.name} is not UTF-8 text: byte {error.start} is {data[error.start]:#x}"
-        ) from None
-
-
-def toml_of(text: str, name: str) -> dict[str, Any]:
-    """Return the tables of a TOML text; ``name`` is its file's, for messages.
-
-    Raises
-    ------
-    JobError
-        If it is no TOML, nests too deep, or holds a number of thousands of digits.
-    """
-    try:
-        found = tomllib.loads(text)
-        if depth_of(found) > DEEPEST:
-            raise RecursionError(f"it nests deeper than {DEEPEST} tables")
-        return found
-    except tomllib.TOMLDecodeError as error:
-        raise JobError(f"{name} is not valid TOML: {_first_line(error)}") from None
-    except (ValueError, RecursionError) as error:
-        raise JobError(f"{name} is not usable TOML: {_first_line(error)}") from None
-
-
-def depth_of(values: Any) -> int:
-    """Return how deep tables and lists nest, without recursion."""
-    level, depth = [values], 0
-    while level:
-        inner = [list(item.values()) if isinstance(item, dict) else item for item in level]
-        level = [each for items in inner for each in items if isinstance(each, dict | list)]
-        depth += 1
-    return depth
-
-
-def _why(error: Exception) -> str:
-    return (getattr(error, "strerror", None) or str(error)).lower()
-
-
-def _first_line(error: Exception) -> str:
-    return (str(error).splitlines() or [""])[0]
-
-
 def parse(
     raw: Mapping[str, Any], path: Path, *, crank_given: bool = False, settings: tuple[str, ...] = ()
 ) -> Job:
@@ -289,7 +220,7 @@ def _torsion(root: Table) -> CrankTorsion | None:
     """Read the tables of ``torsion``, which other verbs pass over; None where there are none."""
     if not any(key in root for key in OF_TORSION):
         return None
-    from autobalance.job.torsion_file import crank_torsion
+    from autobalance.job.files.torsion import crank_torsion
 
     return crank_torsion(root.raw)
 

@@ -14,7 +14,7 @@ from autobalance.job.model import (
     Crankshaft,
     LengthUnit,
 )
-from autobalance.job.table import COUNTED, NOT_NEGATIVE, POSITIVE, Table
+from autobalance.job.toml.table import COUNTED, NOT_NEGATIVE, POSITIVE, Table
 from autobalance.runtime import note_read
 from autobalance.solid.formats.registry import names_bodies, needs_unit
 from autobalance.units import G_PER_MM3_PER_KG_M3

@@ -14,8 +14,8 @@ from autobalance.job.model import (
     ThrowParts,
     Weight,
 )
-from autobalance.job.table import COUNTED, NOT_NEGATIVE, POSITIVE, Table
-from autobalance.job.typed_units import WEIGHT_TABLES
+from autobalance.job.toml.table import COUNTED, NOT_NEGATIVE, POSITIVE, Table
+from autobalance.job.toml.typed_units import WEIGHT_TABLES
 
 if TYPE_CHECKING:
     pass

@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from autobalance.errors import AutobalanceError, JobError
-from autobalance.job.table import NOT_NEGATIVE, POSITIVE, Table
+from autobalance.job.toml.table import NOT_NEGATIVE, POSITIVE, Table
 from autobalance.units import G_PER_MM3_PER_KG_M3
 
 if TYPE_CHECKING:

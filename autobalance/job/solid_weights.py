@@ -8,8 +8,8 @@ from pathlib import Path
 from typing import Any
 
 from autobalance.errors import AutobalanceError, JobError
-from autobalance.job.table import NOT_NEGATIVE, POSITIVE, Table
-from autobalance.job.typed_units import WEIGHT_TABLES
+from autobalance.job.toml.table import NOT_NEGATIVE, POSITIVE, Table
+from autobalance.job.toml.typed_units import WEIGHT_TABLES
 from autobalance.units import G_PER_MM3_PER_KG_M3
 
 KEYS = ("file", "unit", "density_kg_m3", "density_pm_kg_m3", "body", "distribution")

@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import fields
 
 from autobalance.job.model import Distribution, Sampling, StudyOptions
-from autobalance.job.table import NOT_NEGATIVE, Rule, Table
+from autobalance.job.toml.table import NOT_NEGATIVE, Rule, Table
 
 WANDER = Rule(lambda x: 0.0 <= x <= 45.0, "must be 0 to 45")
 

@@ -6,8 +6,8 @@ from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
-from autobalance.job.toml_text import toml_value
-from autobalance.job.typed_units import FILL_IN
+from autobalance.job.toml.text import toml_value
+from autobalance.job.toml.typed_units import FILL_IN
 from autobalance.job.workbook import Row
 
 WIDTH = 108

@@ -11,8 +11,8 @@ from typing import Any
 from zipfile import BadZipFile
 
 from autobalance.errors import FileError, JobError
-from autobalance.job.settings import set_key
-from autobalance.job.toml_text import toml_value
+from autobalance.job.toml.settings import set_key
+from autobalance.job.toml.text import toml_value
 from autobalance.runtime import note_read
 
 SHEET = "Job"

@@ -17,7 +17,7 @@ from itertools import combinations, islice, product
 import numpy as np
 from numpy.typing import NDArray
 
-from autobalance.correction.kind import Array, setting_of
+from autobalance.correction.contract import Array, setting_of
 from autobalance.planning.common_depths import Groups, common_depths
 from autobalance.planning.depths import Plan, judged_rows, resultant_and_moment
 from autobalance.planning.task import Task

@@ -9,7 +9,7 @@ from itertools import product
 
 import numpy as np
 
-from autobalance.correction.kind import Array, setting_of
+from autobalance.correction.contract import Array, setting_of
 from autobalance.planning.depth_steps import bounds_of
 from autobalance.planning.depths import Plan, judged_plan, judged_rows, resultant_and_moment
 from autobalance.planning.task import Task

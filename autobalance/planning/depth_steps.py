@@ -8,7 +8,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from autobalance.correction.kind import Array
+from autobalance.correction.contract import Array
 from autobalance.planning.depths import Plan, judged_plan, judged_rows, plan_depths, resultant_and_moment
 from autobalance.planning.task import Task, part_of
 

@@ -15,7 +15,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from autobalance.correction.kind import Cut, SharedDepth
+from autobalance.correction.contract import Cut, SharedDepth
 from autobalance.errors import CorrectionError
 from autobalance.planning.dual_simplex import least_cost
 from autobalance.rigid_rotor.moments import Moments

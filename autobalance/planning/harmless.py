@@ -6,7 +6,8 @@ from dataclasses import replace
 
 import numpy as np
 
-from autobalance.correction.kind import Array, Offer
+from autobalance.correction.contract import Array
+from autobalance.correction.kind import Offer
 from autobalance.planning.depths import Plan, judged_plan
 from autobalance.planning.whole_cuts import choose
 from autobalance.rigid_rotor.tolerance import Tolerance

@@ -11,7 +11,8 @@ from typing import Any
 
 import numpy as np
 
-from autobalance.correction.kind import Array, Offer
+from autobalance.correction.contract import Array
+from autobalance.correction.kind import Offer
 from autobalance.planning.depths import AIM
 from autobalance.planning.dual_simplex import least_cost
 from autobalance.planning.milp_model import POINTS, SIDES, MilpModel, breakpoints, effects_at

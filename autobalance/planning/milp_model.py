@@ -14,7 +14,7 @@ from typing import Any
 
 import numpy as np
 
-from autobalance.correction.kind import Apart, Array, Cut, Variety
+from autobalance.correction.contract import Apart, Array, Cut, Variety
 from autobalance.planning.depths import independent_rows, judged_rows, resultant_and_moment
 from autobalance.planning.task import Task
 from autobalance.rigid_rotor.moments import Moments

@@ -10,7 +10,8 @@ import numpy as np
 
 from autobalance import correction
 from autobalance.correction import Limits
-from autobalance.correction.kind import Cut, Kind, Offer, Workpiece
+from autobalance.correction.contract import Cut
+from autobalance.correction.kind import Kind, Offer, Workpiece
 from autobalance.correction.relaxing import MoreCuts, Relaxing, WiderLimits
 from autobalance.errors import CorrectionError
 from autobalance.planning.depths import Plan, judged_rows

@@ -14,7 +14,8 @@ from itertools import combinations
 
 import numpy as np
 
-from autobalance.correction.kind import Array, Offer, setting_of
+from autobalance.correction.contract import Array, setting_of
+from autobalance.correction.kind import Offer
 from autobalance.planning.alike import alike_everywhere, alike_on_each_web
 from autobalance.planning.common_depths import Groups, common_depths
 from autobalance.planning.depths import Plan, plan_depths

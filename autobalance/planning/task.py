@@ -7,7 +7,8 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import TypeVar
 
-from autobalance.correction.kind import Apart, Cut, Offer, Prefer, SharedDepth
+from autobalance.correction.contract import Apart, Cut, Prefer, SharedDepth
+from autobalance.correction.kind import Offer
 from autobalance.rigid_rotor.moments import Moments
 from autobalance.rigid_rotor.tolerance import Tolerance
 from autobalance.rigid_rotor.unbalance import Unbalance

@@ -12,7 +12,8 @@ from dataclasses import replace
 
 import numpy as np
 
-from autobalance.correction.kind import Array, Offer, Prefer
+from autobalance.correction.contract import Array, Prefer
+from autobalance.correction.kind import Offer
 from autobalance.planning.common_depths import Groups, common_depths
 from autobalance.planning.depth_steps import finished, rounding_share, settled
 from autobalance.planning.depths import AIM, Plan, judged_plan, plan_depths

@@ -6,7 +6,8 @@ from dataclasses import replace
 
 import numpy as np
 
-from autobalance.correction.kind import Cut, Offer
+from autobalance.correction.contract import Cut
+from autobalance.correction.kind import Offer
 from autobalance.planning.depths import AIM, Plan, judged_plan
 from autobalance.rigid_rotor.tolerance import Tolerance
 from autobalance.rigid_rotor.unbalance import Unbalance

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 from autobalance.solid.csg.solid import Solid
 
 if TYPE_CHECKING:
-    from autobalance.report.drawing import Drawings
+    from autobalance.report.sheet.drawing import Drawings
 
 KINDS = ("html", "pdf", "xlsx", "png", "dxf")
 """What can be chosen; ``report.json`` is always written."""
@@ -62,28 +62,28 @@ def bundle(
     if not wanted:
         return {}
     if wanted & {"html", "pdf", "png", "dxf"}:
-        from autobalance.report.shown import Shown
+        from autobalance.report.page.shown import Shown
 
         shown = Shown.of(report, before, after, tools)
     if wanted & {"png", "html"}:
-        from autobalance.report.picture import pictures
+        from autobalance.report.pictures.picture import pictures
 
         told("drawing pictures")
         images = pictures(report, before.mesh, shown.body, shown.pieces)
         if "png" in wanted:
             made["png_before"], made["png_after"] = images
     if "html" in wanted:
-        from autobalance.report.html import page
+        from autobalance.report.page.html import page
 
         told("writing the page")
         made["html"] = page(report, shown.body, shown.pieces, images[0], shown.note).encode()
     if wanted & {"pdf", "dxf"}:
-        from autobalance.report.drawing import drawings
+        from autobalance.report.sheet.drawing import drawings
 
         told("drawing the shop sheet")
         made |= paper(report, drawings(report, before, shown.pieces), choice)
     if "xlsx" in wanted:
-        from autobalance.report.workbook import xlsx
+        from autobalance.report.balance.workbook import xlsx
 
         told("writing the workbook")
         made["xlsx"] = xlsx(report)
@@ -94,11 +94,11 @@ def paper(report: Mapping[str, Any], drawn: Drawings, choice: Choice) -> dict[st
     """Return the sheet and the drawing, as far as they are chosen."""
     made: dict[str, bytes] = {}
     if "pdf" in choice.kinds:
-        from autobalance.report.paper.sheet import pdf
+        from autobalance.report.sheet.sheet import pdf
 
         made["pdf"] = pdf(report, drawn, choice.paper, choice.units, choice.date)
     if "dxf" in choice.kinds:
-        from autobalance.report.dxf import dxf
+        from autobalance.report.sheet.dxf import dxf
 
         made["dxf"] = dxf(report, drawn)
     return made

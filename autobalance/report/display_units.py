@@ -6,8 +6,8 @@ from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from typing import Final, Literal
 
-from autobalance.graphics.words import number
 from autobalance.units import G_MM_PER_OZ_IN, G_PER_OZ, MM_PER
+from autobalance.wording import number
 
 UnitSystem = Literal["metric", "inch"]
 

@@ -9,12 +9,12 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from autobalance.balancing import rotor_from_job
 from autobalance.correction import KINDS
 from autobalance.engine.balance_factor import bob_weight_moments
 from autobalance.errors import JobError
 from autobalance.job import PartWeights, Weight
 from autobalance.job.model import Distribution
+from autobalance.machine_models import rotor_from_job
 from autobalance.rigid_rotor.moments import Moments
 from autobalance.studies.linear_model import Draw, axis_effect, effect_of, shift_effect, turn_effect
 from autobalance.studies.plan import Plan

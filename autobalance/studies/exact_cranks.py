@@ -10,11 +10,11 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
-from autobalance.balancing import rotor_from_job
 from autobalance.correction import KINDS
-from autobalance.correction.kind import Cut
+from autobalance.correction.contract import Cut
 from autobalance.engine.balance_factor import bob_weight_moments
 from autobalance.job import EngineParts, PartWeights
+from autobalance.machine_models import rotor_from_job
 from autobalance.rigid_rotor.moments import Moments
 from autobalance.solid.csg.solid import Solid, union
 from autobalance.studies import causes

@@ -8,9 +8,9 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from autobalance.balancing import rotor_from_job
 from autobalance.engine.balance_factor import LEAST_DIRECTION, factor_direction_g_mm
 from autobalance.job.model import Sampling
+from autobalance.machine_models import rotor_from_job
 from autobalance.studies.advice import AdviceStep, advise
 from autobalance.studies.causes import Causes, causes_of
 from autobalance.studies.draws import Z_95

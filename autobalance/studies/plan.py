@@ -5,13 +5,14 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass
 
-from autobalance.balancing import rotor_from_job
 from autobalance.balancing.loop import Result
-from autobalance.balancing.measured_crank import Crank, measure_crank, work_on_faces
+from autobalance.balancing.measured_crank import measure_crank, work_on_faces
 from autobalance.balancing.rotor import Rotor
 from autobalance.balancing.run import balanced_record, rotor_of
 from autobalance.engine.balance_factor import bob_weight_moments
 from autobalance.job import Job
+from autobalance.machine_models import rotor_from_job
+from autobalance.machine_models.measured import Crank
 from autobalance.rigid_rotor.moments import Moments
 from autobalance.rigid_rotor.tolerance import Tolerance
 from autobalance.rigid_rotor.unbalance import Unbalance

@@ -8,9 +8,9 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from autobalance.balancing.engine_from_job import with_moments
-from autobalance.balancing.firing_from_job import firing_engine
 from autobalance.engine.cycle.analysis import CycleAnalysis
+from autobalance.machine_models.engine_from_job import with_moments
+from autobalance.machine_models.firing_from_job import firing_engine
 from autobalance.studies import causes
 from autobalance.studies.exact_cranks import drawn_engine
 from autobalance.studies.linear_model import Draw, LinearModel

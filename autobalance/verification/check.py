@@ -10,13 +10,14 @@ from typing import Any
 
 import numpy as np
 
-from autobalance.balancing import rotor_from_job, run
-from autobalance.balancing.gas_loads import gas_load_values, gas_loads
+from autobalance.balancing import run
 from autobalance.balancing.loop import Result
 from autobalance.balancing.measuring import Measured
 from autobalance.balancing.record import Record
 from autobalance.errors import AutobalanceError, ClaimError, FormatError
 from autobalance.job import Job
+from autobalance.machine_models import rotor_from_job
+from autobalance.machine_models.gas_loads import gas_load_values, gas_loads
 from autobalance.rigid_rotor.moments import Moments
 from autobalance.rigid_rotor.tolerance import Tolerance
 from autobalance.rigid_rotor.unbalance import Unbalance

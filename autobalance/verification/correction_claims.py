@@ -12,7 +12,7 @@ import numpy as np
 from autobalance.balancing.measuring import DEVIATION_MM
 from autobalance.balancing.uncertainty_budget import spacing_mm
 from autobalance.correction import KINDS, kind_of
-from autobalance.correction.kind import Limits
+from autobalance.correction.contract import Limits
 from autobalance.correction.trace import Before, Metal, Reading, Trace
 from autobalance.crank.anatomy import Anatomy
 from autobalance.crank.faces import find_faces

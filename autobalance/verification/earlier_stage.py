@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from autobalance.correction.kind import EarlierCut
+from autobalance.correction.contract import EarlierCut
 from autobalance.crank.anatomy import Anatomy
 from autobalance.errors import ClaimError, FileError, FormatError
 from autobalance.job import Job

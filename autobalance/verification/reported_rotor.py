@@ -7,10 +7,10 @@ from pathlib import Path
 
 import numpy as np
 
-from autobalance.balancing import rotor_from_job
 from autobalance.dynamics.spun_rotor import RigidBody
 from autobalance.engine.balance_factor import bob_weight_moments
 from autobalance.errors import FormatError
+from autobalance.machine_models import rotor_from_job
 from autobalance.rigid_rotor.moments import Moments
 from autobalance.verification.claims import Claims
 from autobalance.verification.premises import claimed_anatomy, claimed_job

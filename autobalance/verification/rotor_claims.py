@@ -7,13 +7,13 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from autobalance.balancing import rotor_from_job
-from autobalance.balancing.assembly_from_job import staged_assembly
 from autobalance.correction import KINDS
-from autobalance.correction.hole_trace import SlugTrace
+from autobalance.correction.holes.trace import SlugTrace
 from autobalance.crank.anatomy import Anatomy
 from autobalance.engine.balance_factor import bob_weight_moments
 from autobalance.job import Job
+from autobalance.machine_models import rotor_from_job
+from autobalance.machine_models.assembly_from_job import staged_assembly
 from autobalance.rigid_rotor.moments import Array, Moments
 from autobalance.rigid_rotor.tolerance import Tolerance
 from autobalance.rigid_rotor.unbalance import Unbalance

@@ -134,8 +134,8 @@ class _Marks:
 
 def result_view(result: BalanceResult) -> bytes:
     """Return the crank as it is left and the metal that went, as the report's page shows them."""
-    from autobalance.report.html_view import view_data
-    from autobalance.report.shown import Shown
+    from autobalance.report.page.shown import Shown
+    from autobalance.report.page.view import view_data
 
     before = result.before.measured.source.solid
     record = result.record.balanced

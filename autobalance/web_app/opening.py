@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Any
 
 from autobalance.errors import FileError, FormatError
-from autobalance.job.toml_text import toml_text
+from autobalance.job.toml.text import toml_text
 from autobalance.web_app.project import JOB, Project, is_plain
 
 FILE_KEYS = ("file", "trace")

@@ -12,7 +12,7 @@ import scipy.optimize  # noqa: F401
 import autobalance.api.balance
 import autobalance.api.inspect
 import autobalance.report.bundle
-import autobalance.report.html
-import autobalance.report.picture
+import autobalance.report.page.html
+import autobalance.report.pictures.picture
 import autobalance.web_app.meshes
 import autobalance.web_app.prediction  # noqa: F401

@@ -36,10 +36,10 @@ def preview(inspected: Mapping[str, Any], tables: Mapping[str, Any], folder: Pat
     JobError
         If a key of the job is wrong or missing.
     """
-    from autobalance.balancing import rotor_from_job as from_job
     from autobalance.engine.balance_factor import bob_weight_moments
     from autobalance.job.model import Job
-    from autobalance.report.json import unbalance_values
+    from autobalance.machine_models import rotor_from_job as from_job
+    from autobalance.report.balance.values import unbalance_values
     from autobalance.rigid_rotor.unbalance import Unbalance
     from autobalance.verification.claims import Claims
     from autobalance.verification.premises import claimed_anatomy

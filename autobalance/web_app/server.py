@@ -14,7 +14,7 @@ from starlette.routing import Route
 from starlette.types import ASGIApp
 
 from autobalance.errors import AutobalanceError
-from autobalance.job.toml_text import toml_text
+from autobalance.job.toml.text import toml_text
 from autobalance.version import __version__
 from autobalance.web_app.answers import asset, body_of, drained, file_of, refused
 from autobalance.web_app.guard import COOKIE, Guard, Keys, has_cookie

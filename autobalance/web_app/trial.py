@@ -13,7 +13,7 @@ from autobalance.errors import JobError
 from autobalance.web_app.prediction import checked_cuts
 
 if TYPE_CHECKING:
-    from autobalance.correction.kind import Array, Cut
+    from autobalance.correction.contract import Array, Cut
     from autobalance.job.model import Job
     from autobalance.rigid_rotor.moments import Moments
     from autobalance.solid.csg.solid import Solid
@@ -91,7 +91,7 @@ def tried(
     """
     from autobalance.balancing.loop import cut_and_measure
     from autobalance.balancing.run import measure_of
-    from autobalance.report.json import unbalance_values
+    from autobalance.report.balance.values import unbalance_values
     from autobalance.studies.plan import planned
 
     depths, turns = checked_cuts(model, depths_mm, turns_deg)

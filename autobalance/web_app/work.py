@@ -109,7 +109,7 @@ def _read(table: Asked, place: Place, tell: Told) -> Crank:
     from autobalance.balancing.measured_crank import measure_crank
     from autobalance.errors import AutobalanceError, RecognitionError
     from autobalance.job.read_crankshaft import read_crankshaft
-    from autobalance.job.typed_units import in_base_units
+    from autobalance.job.toml.typed_units import in_base_units
     from autobalance.runtime import Stopwatch
     from autobalance.web_app.meshes import bare_mesh
 
@@ -232,9 +232,9 @@ def _compare(asked: Asked, place: Place, tell: Told) -> int:
 
 def _picture(result: BalanceResult) -> bytes:
     """Return the corrected crank as a card of the board shows it."""
-    from autobalance.report.json import showable
-    from autobalance.report.picture import pictures
-    from autobalance.report.shown import Shown
+    from autobalance.report.balance.values import showable
+    from autobalance.report.page.shown import Shown
+    from autobalance.report.pictures.picture import pictures
 
     record = result.record.balanced
     assert record is not None
@@ -245,8 +245,8 @@ def _picture(result: BalanceResult) -> bytes:
 
 def _bundled(result: BalanceResult, kind: str) -> dict[str, tuple[str, bytes]]:
     """Return the files of one kind that a report's folder may hold."""
+    from autobalance.report.balance.values import showable
     from autobalance.report.bundle import Choice, bundle
-    from autobalance.report.json import showable
 
     record = result.record.balanced
     assert record is not None

@@ -12,8 +12,8 @@ import pytest
 from autobalance.api.result import scalars
 from autobalance.command import main
 from autobalance.crank.parametric.design import PRESETS
-from autobalance.job.crank_design import read_design
-from autobalance.report.json import schema
+from autobalance.job.files.crank_design import read_design
+from autobalance.report.balance.values import schema
 from autobalance.solid.cad.kernel import has_kernel
 from autobalance.solid.formats.read import read
 

@@ -8,9 +8,9 @@ from numpy.testing import assert_allclose
 
 from autobalance.correction import drill
 from autobalance.correction.drill import DrillLimits
-from autobalance.correction.hole import Hole, drill_body, keep_apart
-from autobalance.correction.hole_surface import Axis
-from autobalance.correction.walls import HoleLimits, greatest_depth_mm, wall_left_mm
+from autobalance.correction.holes.hole import Hole, drill_body, keep_apart
+from autobalance.correction.holes.surface import Axis
+from autobalance.correction.holes.walls import HoleLimits, greatest_depth_mm, wall_left_mm
 from autobalance.crank.anatomy import Anatomy, Web
 from autobalance.rigid_rotor.moments import Moments
 from autobalance.solid.csg.solid import Solid

@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from autobalance.correction.hole_surface import Axis, Surface, met
-from autobalance.correction.patches import Patch
+from autobalance.correction.faces.patches import Patch
+from autobalance.correction.holes.surface import Axis, Surface, met
 from autobalance.correction.shoulder import ShoulderLimits, cuts
 from autobalance.crank.faces import find_faces
 from autobalance.solid.csg.solid import Solid

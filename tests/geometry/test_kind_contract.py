@@ -13,18 +13,20 @@ import numpy as np
 import pytest
 
 from autobalance.correction import KINDS, joined, offer
-from autobalance.correction.kind import Cut, Offer, Workpiece
+from autobalance.correction.apart import keep_apart
+from autobalance.correction.contract import Cut
+from autobalance.correction.kind import Offer, Workpiece
 from autobalance.correction.relaxing import Otherwise, WiderLimits
-from autobalance.correction.room import Room, keep_apart
+from autobalance.correction.room import Room
 from autobalance.crank.anatomy import Overrides
 from autobalance.crank.faces import find_faces
 from autobalance.crank.parametric.design import PRESETS
 from autobalance.crank.parametric.generate import crank_shape
 from autobalance.crank.recognition.recognise import recognise
-from autobalance.report import kinds
+from autobalance.report.balance import kinds
+from autobalance.report.balance.values import correction_entry, dumps, schema
 from autobalance.report.display_units import ON_PAPER
-from autobalance.report.json import correction_entry, dumps, schema
-from autobalance.report.paper.cuts import cut_row
+from autobalance.report.sheet.cuts import cut_row
 from autobalance.solid.cad.kernel import has_kernel
 from autobalance.solid.csg.solid import Solid
 from autobalance.solid.csg.tool import placed
@@ -211,8 +213,9 @@ def test_wider_limits_are_limits(name: str) -> None:
 
 
 def test_a_kind_that_says_too_little_is_refused() -> None:
+    from autobalance.correction.contract import Limits
     from autobalance.correction.drill import Drill, DrillLimits
-    from autobalance.correction.kind import Kind, Limits
+    from autobalance.correction.kind import Kind
     from autobalance.correction.registry import register
 
     class Nameless(Drill):

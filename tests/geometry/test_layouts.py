@@ -13,12 +13,13 @@ from autobalance.balancing.loop import Result, balance
 from autobalance.balancing.rotor import Rotor
 from autobalance.correction import Limits
 from autobalance.correction.add import AddLimits
+from autobalance.correction.contract import Correction
 from autobalance.correction.drill import DrillLimits
-from autobalance.correction.face_cut import part_name
-from autobalance.correction.hole_surface import Axis
-from autobalance.correction.kind import Correction, Offer, Workpiece
+from autobalance.correction.faces.cut import part_name
+from autobalance.correction.holes.slug_limits import SlugLimits
+from autobalance.correction.holes.surface import Axis
+from autobalance.correction.kind import Offer, Workpiece
 from autobalance.correction.shoulder import ShoulderLimits
-from autobalance.correction.slug import SlugLimits
 from autobalance.correction.turn import TurnLimits
 from autobalance.crank.anatomy import Anatomy, Face
 from autobalance.crank.faces import find_faces

@@ -5,8 +5,8 @@ import math
 import numpy as np
 import pytest
 
-from autobalance.correction.layer import FaceLayer
-from autobalance.correction.lowering import clear_of, lowering
+from autobalance.correction.faces.layer import FaceLayer
+from autobalance.correction.faces.lowering import clear_of, lowering
 from autobalance.errors import CorrectionError, SolidError
 from autobalance.solid.cad import machining
 from autobalance.solid.cad.brep import ExactSolid

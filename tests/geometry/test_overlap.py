@@ -11,8 +11,8 @@ import pytest
 import autobalance as ab
 from autobalance.command import main
 from autobalance.correction import shoulder
+from autobalance.correction.faces.patches import Patch, chosen_patches
 from autobalance.correction.overlap import MUCH, Overlap, overlaps, taken_in_turn
-from autobalance.correction.patches import Patch, chosen_patches
 from autobalance.correction.shoulder import ShoulderCut, ShoulderLimits, cuts
 from autobalance.crank.anatomy import Anatomy, MainJournal, Pin, Throw, Web
 from autobalance.crank.faces import find_faces

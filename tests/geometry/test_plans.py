@@ -12,7 +12,7 @@ from autobalance.balancing.offers import best_offer
 from autobalance.balancing.rotor import Rotor
 from autobalance.correction import Limits
 from autobalance.correction.drill import DrillLimits
-from autobalance.correction.slug import SlugLimits
+from autobalance.correction.holes.slug_limits import SlugLimits
 from autobalance.crank.anatomy import Anatomy
 from autobalance.errors import CorrectionError
 from autobalance.planning.simplest import rank

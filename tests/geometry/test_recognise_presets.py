@@ -16,7 +16,7 @@ from autobalance.crank.parametric.generate import crank_solid
 from autobalance.crank.parametric.true_anatomy import crank_anatomy
 from autobalance.crank.recognition.recognise import recognise
 from autobalance.errors import RecognitionError
-from autobalance.job.crank_design import with_settings
+from autobalance.job.files.crank_design import with_settings
 from autobalance.solid.csg.solid import Solid
 from autobalance.solid.mesh.mesh import Array, Mesh
 from tests.generated import AT_OTHER_ANGLES, SEGMENTS, differences, drawn, generated_crank

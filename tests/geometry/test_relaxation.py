@@ -11,9 +11,10 @@ from autobalance.balancing import comparison
 from autobalance.balancing.loop import Result, balance
 from autobalance.correction import Limits
 from autobalance.correction.drill import DrillLimits
+from autobalance.correction.holes.slug_limits import SlugLimits
 from autobalance.correction.kind import Offer, Workpiece
 from autobalance.correction.shoulder import ShoulderLimits
-from autobalance.correction.slug import Slug, SlugLimits
+from autobalance.correction.slug import Slug
 from autobalance.correction.turn import TurnLimits
 from autobalance.crank.faces import find_faces
 from autobalance.rigid_rotor.tolerance import Judge

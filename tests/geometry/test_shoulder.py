@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
+from autobalance.correction.faces.patches import Patch, auto_patches, chosen_patches, sector
 from autobalance.correction.kind import Workpiece
-from autobalance.correction.patches import Patch, auto_patches, chosen_patches, sector
 from autobalance.correction.shoulder import KIND, ShoulderCut, ShoulderLimits, cuts, shared_depths
 from autobalance.crank.anatomy import Anatomy, Face, MainJournal, Pin, Throw, Web
 from autobalance.errors import CorrectionError

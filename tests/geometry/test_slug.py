@@ -7,8 +7,9 @@ import pytest
 
 from autobalance.correction import drill, slug
 from autobalance.correction.drill import DrillLimits
+from autobalance.correction.holes.slug_limits import SlugLimits
 from autobalance.correction.kind import Workpiece
-from autobalance.correction.slug import SlugCut, SlugLimits
+from autobalance.correction.slug import SlugCut
 from autobalance.crank.anatomy import Anatomy, Web
 from autobalance.errors import CorrectionError
 from autobalance.solid.csg.solid import Region, Solid

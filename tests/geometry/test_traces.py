@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 
 import autobalance as ab
-from autobalance.correction.face_trace import BESIDE_DEG, FaceTrace
-from autobalance.correction.ring_trace import EQUAL_AREA, RING_SIDES, RingTrace
+from autobalance.correction.faces.trace import BESIDE_DEG, FaceTrace
+from autobalance.correction.rings.trace import EQUAL_AREA, RING_SIDES, RingTrace
 from autobalance.correction.trace import Before, Metal, Reading
 from autobalance.crank.anatomy import Face
 from autobalance.solid.csg.solid import Region, Solid, union

@@ -5,7 +5,7 @@ import math
 import numpy as np
 import pytest
 
-from autobalance.correction.hole import drill_body
+from autobalance.correction.holes.hole import drill_body
 from autobalance.rigid_rotor.moments import Moments
 from autobalance.rigid_rotor.tolerance import permissible_unbalance_g_mm
 from autobalance.solid.csg.solid import Solid

@@ -8,15 +8,15 @@ from dataclasses import replace
 import pytest
 
 import autobalance as ab
-from autobalance.balancing.crankpins import with_crankpins
-from autobalance.balancing.solid_meshes import bodies_of_solid
-from autobalance.balancing.throw_twist import throw_twists
 from autobalance.crank.parametric.design import PRESETS, Bay
 from autobalance.crank.parametric.generate import crank_solid
 from autobalance.errors import UsageError
 from autobalance.fem_analysis.analysis import COARSENING
 from autobalance.fem_analysis.elasticity import STEEL
 from autobalance.fem_analysis.twist import twist_stiffness
+from autobalance.machine_models.crankpins import with_crankpins
+from autobalance.machine_models.solid_meshes import bodies_of_solid
+from autobalance.machine_models.throw_twist import throw_twists
 from autobalance.solid.csg.solid import Region, Solid
 
 WORTH = 0.2

@@ -10,12 +10,12 @@ import numpy as np
 import pytest
 
 import autobalance as ab
-from autobalance.balancing.cycle_torques import throw_torques
 from autobalance.crank.parametric.design import PRESETS
 from autobalance.crank.parametric.generate import crank_solid
 from autobalance.dynamics.crank_torsion import ThrowShape, throw_stiffness_n_m_rad
 from autobalance.dynamics.torsion_chain import TorsionChain, holzer_table, torsion_modes
 from autobalance.errors import JobError
+from autobalance.machine_models.cycle_torques import throw_torques
 
 Values = dict[str, Any]
 

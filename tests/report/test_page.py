@@ -12,13 +12,13 @@ from typing import Any
 import numpy as np
 import pytest
 
-from autobalance.graphics.words import at, number, signed
-from autobalance.report.html import _notes, page
-from autobalance.report.listed_metal import listed_metal
-from autobalance.report.metal import Piece, pieces_of
-from autobalance.report.shown import Shown, coarse_pieces
+from autobalance.report.page.html import _notes, page
+from autobalance.report.page.metal import Piece, pieces_of
+from autobalance.report.page.shown import Shown, coarse_pieces
+from autobalance.report.sheet.listed_metal import listed_metal
 from autobalance.solid.csg.solid import Region, Solid
 from autobalance.solid.csg.sourced import Shared
+from autobalance.wording import at, number, signed
 from tests import jobs, plans
 from tests.report.browser import Browser, browser, missing
 
@@ -273,7 +273,7 @@ def test_fine_removed_metal_is_decimated_for_the_page(report: dict[str, Any]) ->
 
 
 def test_a_polar_plot_points_to_the_heavy_side() -> None:
-    from autobalance.graphics.polar import RADIUS, SIZE, figure
+    from autobalance.report.pictures.polar import RADIUS, SIZE, figure
 
     def state(x: float, y: float) -> dict[str, Any]:
         return {"unbalance_g_mm": [x, y], "magnitude_g_mm": math.hypot(x, y), "uncertainty_g_mm": None}

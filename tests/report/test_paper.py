@@ -16,12 +16,12 @@ import numpy as np
 import pytest
 from pypdf import PdfReader
 
-from autobalance.report import kinds
-from autobalance.report.paper.labels import spread, spread_between, spread_on_circle
-from autobalance.report.paper.rim_strips import LAP_MM, strips, tile_range, tiles_of
-from autobalance.report.paper.scales import SCALES, scale_for
-from autobalance.report.paper.sheet import pdf
-from autobalance.report.paper.tolerances import SHARE, USUAL, press_fit, tolerances
+from autobalance.report.balance import kinds
+from autobalance.report.sheet.labels import spread, spread_between, spread_on_circle
+from autobalance.report.sheet.rim_strips import LAP_MM, strips, tile_range, tiles_of
+from autobalance.report.sheet.scales import SCALES, scale_for
+from autobalance.report.sheet.sheet import pdf
+from autobalance.report.sheet.tolerances import SHARE, USUAL, press_fit, tolerances
 from tests import plans, worst_cuts
 
 needs_poppler = pytest.mark.skipif(

@@ -13,10 +13,10 @@ import numpy as np
 import pytest
 
 from autobalance.report.display_units import ON_PAPER
-from autobalance.report.drawing import Drawings, WebDrawing
-from autobalance.report.paper.pen import POINT_SPACING_MM
-from autobalance.report.paper.pen import thinned as _thinned
-from autobalance.report.paper.sheet import pdf
+from autobalance.report.sheet.drawing import Drawings, WebDrawing
+from autobalance.report.sheet.pen import POINT_SPACING_MM
+from autobalance.report.sheet.pen import thinned as _thinned
+from autobalance.report.sheet.sheet import pdf
 from tests import jobs
 
 needs_poppler = pytest.mark.skipif(

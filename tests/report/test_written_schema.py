@@ -6,9 +6,9 @@ from typing import Annotated, Any, Literal, NotRequired, TypedDict
 
 import pytest
 
-import autobalance.report
-from autobalance.report.record_schema import Bound, open_keys, schema_of
-from autobalance.report.written_schema import written_schema
+import autobalance.report.records
+from autobalance.report.records.schema import Bound, open_keys, schema_of
+from autobalance.report.records.written import written_schema
 
 
 class Inner(TypedDict):
@@ -29,7 +29,7 @@ class Outer(TypedDict):
 
 @pytest.mark.parametrize("name", ["report", "generate"])
 def test_the_files_are_what_the_records_say(name: Literal["report", "generate"]) -> None:
-    path = Path(autobalance.report.__file__).with_name(f"{name}.schema.json")
+    path = Path(autobalance.report.records.__file__).with_name(f"{name}.schema.json")
     assert json.loads(path.read_text(encoding="utf-8")) == written_schema(name)
 
 

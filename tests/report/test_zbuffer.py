@@ -5,7 +5,7 @@ import zlib
 import numpy as np
 import pytest
 
-from autobalance.graphics.zbuffer import Camera, png, render
+from autobalance.report.pictures.zbuffer import Camera, png, render
 from autobalance.solid.csg.solid import Solid
 
 ALONG_Z = Camera(looks=(0.0, 0.0, -1.0), up=(0.0, 1.0, 0.0))

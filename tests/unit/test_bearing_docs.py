@@ -12,7 +12,7 @@ import pytest
 import autobalance as ab
 from autobalance.bearings.reynolds import reynolds
 from autobalance.bearings.short_bearing import ocvirk
-from autobalance.job.bearing_file import HISTORY_KEYS, KEYS, OIL_KEYS, ROLLING_KEYS
+from autobalance.job.files.bearing import HISTORY_KEYS, KEYS, OIL_KEYS, ROLLING_KEYS
 
 TEXT = (Path(__file__).resolve().parents[2] / "docs" / "bearings.md").read_text(encoding="utf-8")
 BLOCKS = re.findall(r"```toml\n(.*?)```", TEXT, re.DOTALL)

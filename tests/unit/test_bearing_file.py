@@ -13,8 +13,8 @@ import pytest
 
 from autobalance.api.bearing import bearing
 from autobalance.errors import FileError, JobError
-from autobalance.job.bearing_file import parse_bearing
-from autobalance.job.history import history_of_arrays, read_history
+from autobalance.job.files.bearing import parse_bearing
+from autobalance.job.files.history import history_of_arrays, read_history
 
 DRY = {"kind": "dry", "diameter_mm": 20.0, "load_N": 25.01, "mu": 0.3}
 FILM = {

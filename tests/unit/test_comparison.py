@@ -4,11 +4,11 @@ import numpy as np
 import pytest
 
 from autobalance.balancing.comparison import Row, beaten_by, wall_left_mm
-from autobalance.correction.kind import Correction
+from autobalance.correction.contract import Correction
 from autobalance.crank.anatomy import Anatomy, Pin, Throw, Web
-from autobalance.report.comparison import comparison, comparison_html, comparison_text
+from autobalance.report.balance.comparison import comparison, comparison_html, comparison_text
+from autobalance.report.balance.values import dumps
 from autobalance.report.display_units import ON_SCREEN
-from autobalance.report.json import dumps
 from autobalance.rigid_rotor.moments import Moments
 from autobalance.rigid_rotor.tolerance import Tolerance
 

@@ -7,7 +7,7 @@ import pytest
 from autobalance.correction import drill
 from autobalance.correction.cut import on_step
 from autobalance.correction.drill import DrillLimits
-from autobalance.correction.sites import site_angles
+from autobalance.correction.holes.sites import site_angles
 from autobalance.errors import CorrectionError
 from tests.cranks import make_crank
 

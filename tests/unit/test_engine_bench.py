@@ -12,8 +12,8 @@ import autobalance as ab
 from autobalance.api.engine_bench import EngineBenchResult
 from autobalance.bundled import bundled_folder
 from autobalance.command import main
-from autobalance.job.engine_bench import ENGINE_BENCH_KEYS
-from autobalance.job.keys import json_schema
+from autobalance.job.files.engine_bench import ENGINE_BENCH_KEYS
+from autobalance.job.toml.keys import json_schema
 from autobalance.units import RAD_S_PER_RPM
 
 CRANK = bundled_folder() / "crf250r" / "straight" / "crank.stl"

@@ -8,8 +8,9 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from autobalance.correction.contract import Apart, Count
 from autobalance.correction.drill import DrillCut
-from autobalance.correction.kind import Apart, Count, Offer
+from autobalance.correction.kind import Offer
 from autobalance.planning.depths import AIM, judged_plan, plan_depths
 from autobalance.planning.enumeration import lightest_set
 from autobalance.planning.whole_cuts import choose

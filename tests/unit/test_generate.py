@@ -20,7 +20,7 @@ from autobalance.crank.parametric.design import (
 from autobalance.crank.parametric.generate import crank_solid, exact_moments
 from autobalance.crank.parametric.true_anatomy import crank_anatomy
 from autobalance.errors import JobError
-from autobalance.job.crank_design import read_design, table_of, with_settings
+from autobalance.job.files.crank_design import read_design, table_of, with_settings
 from autobalance.solid.csg.shape import Bar, tessellated
 from autobalance.solid.csg.solid import Region, Solid
 from fixtures import make

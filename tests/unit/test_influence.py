@@ -14,8 +14,8 @@ from autobalance.dynamics.influence_coefficients import Array, Complex, Trial, i
 from autobalance.dynamics.limited_weights import Goal, limited_weights
 from autobalance.dynamics.weights_with_sum import places_with_sum, weights_with_sum
 from autobalance.errors import JobError
-from autobalance.job.keys import json_schema
-from autobalance.job.trials import TRIALS_KEYS
+from autobalance.job.files.trials import TRIALS_KEYS
+from autobalance.job.toml.keys import json_schema
 
 
 def plant(seed: int, readings: int, planes: int) -> tuple[Complex, Complex, Array]:

@@ -17,7 +17,7 @@ from hypothesis import strategies as st
 
 from autobalance import job
 from autobalance.errors import AutobalanceError
-from autobalance.job.crank_design import read_design
+from autobalance.job.files.crank_design import read_design
 from tests import jobs
 
 EXAMPLES = int(os.environ.get("AUTOBALANCE_FUZZ", "30"))

@@ -16,10 +16,10 @@ from autobalance.dynamics.drilled_depth import DrillPlace, HoleDirection
 from autobalance.dynamics.spun_rotor import PlanarUnbalance, PointMass, RigidBody, axisymmetric, spun_rotor
 from autobalance.dynamics.static_stand import roll_time_s, static_stand
 from autobalance.errors import JobError
-from autobalance.job.keys import json_schema
-from autobalance.job.machine import MACHINE_KEYS
-from autobalance.job.reading_keys import Convention
-from autobalance.report.reading_toml import reading_toml
+from autobalance.job.files.machine import MACHINE_KEYS
+from autobalance.job.files.reading_keys import Convention
+from autobalance.job.toml.keys import json_schema
+from autobalance.report.balance.reading_toml import reading_toml
 
 OMEGA_600 = 600.0 * 2.0 * math.pi / 60.0
 

@@ -7,7 +7,8 @@ from typing import get_args
 import numpy as np
 import pytest
 
-from autobalance.correction.kind import Offer, Prefer
+from autobalance.correction.contract import Prefer
+from autobalance.correction.kind import Offer
 from autobalance.planning.depths import AIM
 from autobalance.planning.milp import greatest_multiple, least_share
 from autobalance.planning.whole_cuts import choose

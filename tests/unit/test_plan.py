@@ -8,7 +8,8 @@ import numpy as np
 import pytest
 from scipy.optimize import linprog
 
-from autobalance.correction.kind import Correction, Offer, SharedDepth
+from autobalance.correction.contract import Correction, SharedDepth
+from autobalance.correction.kind import Offer
 from autobalance.correction.room import Room
 from autobalance.planning import depths as planner
 from autobalance.planning.depths import AIM, plan_depths

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from autobalance.correction.cover import Cover
+from autobalance.correction.faces.cover import Cover
 from autobalance.solid.csg.solid import Region
 from autobalance.solid.slicing.raster import Raster
 

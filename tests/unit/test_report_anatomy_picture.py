@@ -8,8 +8,8 @@ import zlib
 import numpy as np
 
 from autobalance.crank.faces import find_faces
-from autobalance.graphics.lettering import draw_line, draw_text, text_dots
-from autobalance.report.anatomy_picture import crank_picture
+from autobalance.report.pictures.anatomy import crank_picture
+from autobalance.report.pictures.lettering import draw_line, draw_text, text_dots
 from tests.cranks import Shape, make_crank, tilted
 
 

@@ -6,7 +6,8 @@ import math
 import numpy as np
 import pytest
 
-from autobalance.correction.kind import Offer, Prefer, Variety, setting_of
+from autobalance.correction.contract import Prefer, Variety, setting_of
+from autobalance.correction.kind import Offer
 from autobalance.planning.depths import AIM, judged_plan
 from autobalance.planning.simplest import WHOLE_CUTS_SHARE, rank
 from autobalance.planning.task import Task, usual

@@ -11,7 +11,7 @@ import autobalance as ab
 from autobalance.command import main
 from autobalance.crank.parametric.design import PRESETS
 from autobalance.crank.parametric.generate import crank_solid
-from autobalance.report.json import schema
+from autobalance.report.balance.values import schema
 from autobalance.solid.csg.solid import Region, Solid
 
 ENGINE = {"stroke_mm": 58.0, "rotating_g": {"rod": 250.0}, "reciprocating_g": {"piston": 262.0}}

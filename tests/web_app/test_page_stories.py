@@ -9,8 +9,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from autobalance.graphics.words import at as value_at
-from autobalance.job.toml_text import toml_text
+from autobalance.job.toml.text import toml_text
+from autobalance.wording import at as value_at
 from tests import jobs
 from tests.generated import generated_crank
 from tests.report.browser import ELEMENT, Browser, missing

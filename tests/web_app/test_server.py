@@ -16,7 +16,7 @@ from typing import Any
 import pytest
 
 import autobalance as ab
-from autobalance.job.toml_text import toml_text
+from autobalance.job.toml.text import toml_text
 from tests import jobs
 from tests.web_app import small
 from tests.web_app.serving import Served, served

@@ -1,0 +1,1 @@
+"""What metal to take or add, and which sizes, for what a user asked for."""

@@ -1,0 +1,220 @@
+"""What a crank is to become, a balance factor or an inertia, and how far from it some moments are."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from autobalance.crank.anatomy import Anatomy, Web
+from autobalance.crank.sections import away_from_crankpin
+from autobalance.engine.balance_factor import factor_direction_g_mm
+from autobalance.engine.parts import ThrowLoad
+from autobalance.errors import JobError
+from autobalance.job.model import EngineParts
+from autobalance.machine_models.rotor_from_job import attached_moments, crank_factor, throw_loads
+from autobalance.rigid_rotor.moments import Array, Moments
+
+G_MM2_PER_KG_MM2 = 1000.0
+LEAST_DIRECTION = 1e-6
+"""Throws whose directions add up to less than this, each, cancel each other out."""
+ALONG = 0.5
+"""A web counts towards the factor where its crankpin's direction has this cosine with the factor's."""
+NEAR_FACTOR, NEAR_INERTIA = 1e-4, 1e-5
+"""How near trials go: of a factor, and as a share of an inertia."""
+REACHED = 10.0
+"""So much further off still counts as reached: sizes are rounded to what can be made."""
+KEYS = ("balance_factor", "inertia_kg_mm2")
+
+
+@dataclass(frozen=True)
+class Wanted:
+    """A balance factor, an inertia about the crank axis, or both; None: not asked for."""
+
+    balance_factor: float | None = None
+    inertia_g_mm2: float | None = None
+
+    @classmethod
+    def of(cls, values: Mapping[str, Any]) -> Wanted:
+        """Read ``{"balance_factor": 0.5, "inertia_kg_mm2": 2900}``, either or both.
+
+        Raises
+        ------
+        JobError
+            For other keys, none, or impossible values.
+        """
+        for key, value in values.items():
+            if key not in KEYS:
+                raise JobError(f"suggest has no {key!r}; it has {' and '.join(KEYS)}")
+            number = isinstance(value, int | float) and not isinstance(value, bool)
+            if not (number and math.isfinite(value) and value >= 0.0):
+                raise JobError(f"suggest.{key} is {value!r}; must be a number ≥ 0")
+        if not values:
+            raise JobError(f"suggest needs what is wanted: {' or '.join(KEYS)}")
+        factor, inertia = values.get("balance_factor"), values.get("inertia_kg_mm2")
+        if factor is not None and factor > 1.0:
+            raise JobError(f"suggest.balance_factor is {factor:g}; must be 0 to 1")
+        if inertia == 0.0:
+            raise JobError("suggest.inertia_kg_mm2 is 0; must be > 0")
+        return cls(
+            None if factor is None else float(factor),
+            None if inertia is None else float(inertia) * G_MM2_PER_KG_MM2,
+        )
+
+
+@dataclass(frozen=True)
+class Missing:
+    """What is to be added: to the product opposite to the throws [g·mm], to the inertia [g·mm²] or None."""
+
+    product_g_mm: float
+    inertia_g_mm2: float | None
+
+
+@dataclass(frozen=True, eq=False)
+class Aim:
+    """A crank as it is and what it is to become.
+
+    Attributes
+    ----------
+    wanted : Wanted
+    start : Moments
+        Of the crank, rotor frame.
+    anatomy : Anatomy
+    loads : tuple of ThrowLoad
+        What hangs on the throws; empty where no weights are known.
+    attached : Moments
+        Of attached rotors.
+    direction : (2,) float or None
+        Unit vector along which unbalance changes the factor; None where the throws cancel each other out.
+    per_factor_g_mm : float
+        Product that a factor of one takes; 0 where there is none.
+    """
+
+    wanted: Wanted
+    start: Moments
+    anatomy: Anatomy
+    loads: tuple[ThrowLoad, ...]
+    attached: Moments
+    direction: Array | None
+    per_factor_g_mm: float
+
+    @classmethod
+    def of(cls, wanted: Wanted, start: Moments, anatomy: Anatomy, engine: EngineParts | None) -> Aim:
+        """Return the aim for a crank with an engine's weights, if any are known.
+
+        Raises
+        ------
+        JobError
+            If a factor is wanted of a crank that has none.
+        """
+        loads = () if engine is None else throw_loads(anatomy, engine)
+        attached = Moments.zero() if engine is None else attached_moments(engine.attached)
+        factor = None if engine is None else crank_factor(start, loads, attached)
+        if wanted.balance_factor is not None and engine is None:
+            raise JobError("suggest.balance_factor needs the weights on the throws, [engine]")
+        if wanted.balance_factor is not None and factor is None:
+            raise JobError(
+                "suggest.balance_factor: the throws cancel each other out, so the crank has no balance factor"
+            )
+        if factor is not None:
+            along = factor_direction_g_mm(loads)
+        else:
+            along = sum((throw.direction for throw in anatomy.throws), np.zeros(2))
+            if float(np.linalg.norm(along)) < LEAST_DIRECTION * len(anatomy.throws):
+                return cls(wanted, start, anatomy, loads, attached, None, 0.0)
+        size = float(np.linalg.norm(along))
+        return cls(wanted, start, anatomy, loads, attached, along / size, 0.0 if factor is None else size)
+
+    def factor(self, moments: Moments) -> float | None:
+        """Return the balance factor of a crank with these moments; None where there is none."""
+        return crank_factor(moments, self.loads, self.attached) if self.loads else None
+
+    def product_g_mm(self, unbalance_g_mm: Array) -> float:
+        """Return the part of an unbalance (2,) that lies opposite to the throws."""
+        return 0.0 if self.direction is None else -float(unbalance_g_mm @ self.direction)
+
+    def along(self, units: Iterable[Array]) -> float:
+        """Return how much unit vectors (2,) have of the direction, added up."""
+        return 0.0 if self.direction is None else float(sum(unit @ self.direction for unit in units))
+
+    def missing(self, moments: Moments) -> Missing:
+        """Return what moments lack; a factor that is not wanted is kept."""
+        factor = None if self.wanted.balance_factor is None else self.factor(moments)
+        if factor is not None and self.wanted.balance_factor is not None:
+            product = (self.wanted.balance_factor - factor) * self.per_factor_g_mm
+        else:
+            product = self.product_g_mm(self.start.first_g_mm[:2] - moments.first_g_mm[:2])
+        wanted = self.wanted.inertia_g_mm2
+        return Missing(product, None if wanted is None else wanted - moments.polar_inertia_g_mm2)
+
+    def reached(self, moments: Moments, slack: float = REACHED) -> bool:
+        """Whether moments are near to what is wanted; ``slack`` 1: as near as trials go."""
+        missing = self.missing(moments)
+        scale = self.per_factor_g_mm or float(np.linalg.norm(self.start.first_g_mm[:2])) or 1.0
+        inertia = missing.inertia_g_mm2 or 0.0
+        return (
+            abs(missing.product_g_mm) <= slack * NEAR_FACTOR * scale
+            and abs(inertia) <= slack * NEAR_INERTIA * self.start.polar_inertia_g_mm2
+        )
+
+    def counterweights(self) -> list[tuple[Web, Array]]:
+        """Return the webs with counterweights, each with the unit vector (2,) to its crankpin."""
+        webs = [web for web in self.anatomy.webs if web.counterweight]
+        return [(web, -away_from_crankpin(web, self.anatomy)) for web in webs]
+
+    def webs(self) -> list[tuple[Web, Array]]:
+        """Return those of them that count towards the factor; all where there is none."""
+        found = self.counterweights()
+        if self.direction is None:
+            return found
+        return [(web, towards) for web, towards in found if float(towards @ self.direction) > ALONG]
+
+
+@dataclass(frozen=True)
+class Change:
+    """A dimension of a design: its dotted key, what it was, what the closed form gave, what was tried."""
+
+    key: str
+    before: float
+    closed_form: float
+    after: float
+
+
+@dataclass(frozen=True)
+class Bore:
+    """A flat-bottomed bore along the crank axis, from a web's face away from its crankpin on.
+
+    ``mass_g`` is what it takes away, or with heavy metal in it what it adds; ``angle_rad`` and ``radius_mm``
+    say where it stands, ``z_mm`` where it begins; ``closed_form_mm`` is the depth before it was tried.
+    """
+
+    web: int
+    diameter_mm: float
+    depth_mm: float
+    closed_form_mm: float
+    radius_mm: float
+    angle_rad: float
+    z_mm: float
+    mass_g: float
+
+
+@dataclass(frozen=True, eq=False)
+class Suggestion:
+    """What would do it, and the moments of the crank with it, measured on the solid that it makes."""
+
+    kind: str
+    text: str
+    tried: Moments
+    changes: tuple[Change, ...] = ()
+    bores: tuple[Bore, ...] = ()
+
+
+@dataclass(frozen=True)
+class Refused:
+    """What would not do it, and why."""
+
+    kind: str
+    reason: str

@@ -1,0 +1,211 @@
+"""The values that kinds of correction, planner, loop and report exchange: cuts, their rules, corrections."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from typing import Any, Literal, Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+
+from autobalance.correction.room import Room
+from autobalance.rigid_rotor.moments import Moments
+from autobalance.solid.csg.solid import Solid
+from autobalance.solid.csg.tool import Tool
+
+Array = NDArray[np.float64]
+Prefer = Literal["simple", "least_metal", "fewest_holes", "least_inertia_change", "most_inertia_removed"]
+"""What to spare, or to get rid of, among plans that reach the aim; simple: fewest different cuts (of tool and
+depth), then fewest cuts, then least metal."""
+
+
+class Cut(Protocol):
+    """One place where metal may be changed, with one depth to choose.
+
+    Everything is in the rotor frame. A cut belongs to one solid; passes ask for it in another depth.
+    """
+
+    @property
+    def label(self) -> str:
+        """Short name for messages: ``face w1-a``, ``hole 3 (⌀10)``."""
+        ...
+
+    @property
+    def least_depth_mm(self) -> float:
+        """Least depth that can be made, if any is made at all; 0 where any depth can."""
+        ...
+
+    @property
+    def max_depth_mm(self) -> float:
+        """Greatest depth that the metal and the limits allow [mm]."""
+        ...
+
+    @property
+    def depth_step_mm(self) -> float:
+        """Step in which the machine sets the depth; 0 where any depth can be set [mm]."""
+        ...
+
+    @property
+    def limit(self) -> str:
+        """What ends the depth, for messages: ``max_depth_mm = 2``, ``the shoulder's height``."""
+        ...
+
+    @property
+    def limit_is_reach(self) -> bool:
+        """Whether ``max_depth_mm`` is only how far was looked (``Workpiece.look`` widens that)."""
+        ...
+
+    @property
+    def adds_metal(self) -> bool:
+        """Whether ``tool`` is added to the crank instead of subtracted."""
+        ...
+
+    @property
+    def room(self) -> Room:
+        """What metal the cut takes, adds or replaces, at any depth; other kinds' cuts keep clear of it."""
+        ...
+
+    @property
+    def clearance_mm(self) -> float:
+        """Metal that the cut wants between its room and that of another kind's cut [mm]."""
+        ...
+
+    def effect(self, depth_mm: float) -> Moments:
+        """Return the change of the rotor's moments by a cut of this depth (negative mass: metal removed)."""
+        ...
+
+    def rate(self, depth_mm: float) -> Moments:
+        """Return the derivative of ``effect`` with the depth [per mm]."""
+        ...
+
+    def pressed_in(self, depth_mm: float) -> Moments:
+        """Return the moments of other metal that is put in and that the written solid does not hold."""
+        ...
+
+    def tool(self, depth_mm: float) -> Solid:
+        """Return the body to subtract from the crank (to add, for kinds that add metal)."""
+        ...
+
+    def exact_tool(self, depth_mm: float) -> Tool | None:
+        """Return ``tool`` without facets, for solids that keep their true surfaces; None: no metal moves."""
+        ...
+
+    def correction(self, depth_mm: float) -> Correction:
+        """Return what the machinist and the report need to know of a cut of this depth."""
+        ...
+
+
+SAME_PLACE_MM = 0.5
+"""Distance at which a cut is the one of an earlier stage, gone on with."""
+
+
+@dataclass(frozen=True, eq=False)
+class EarlierCut:
+    """A cut of an earlier stage: its kind, its web and where it enters, rotor frame (3,) [mm]."""
+
+    kind: str
+    web: int | None
+    position_mm: Array
+
+    def is_at(self, position_mm: Array) -> bool:
+        """Tell whether another cut enters where this one does."""
+        return bool(np.linalg.norm(self.position_mm - position_mm) <= SAME_PLACE_MM)
+
+
+@dataclass(frozen=True)
+class SharedDepth:
+    """Two cuts, by their places in a list, whose depths together must not exceed ``most_mm``."""
+
+    first: int
+    second: int
+    most_mm: float
+
+
+@dataclass(frozen=True)
+class Apart:
+    """Two cuts of which, where both are made, neither may be deeper than ``most_mm``; below 0: never both."""
+
+    first: int
+    second: int
+    most_mm: float
+
+
+@dataclass(frozen=True)
+class Count:
+    """Cuts of which at most ``most`` may be made; ``limit`` says so: ``max_holes = 6 in web 2``."""
+
+    members: tuple[int, ...]
+    most: int
+    limit: str
+
+
+@dataclass(frozen=True)
+class Variety:
+    """Groups of cuts of which at most ``most`` may be used: drills, for instance; ``limit`` says so."""
+
+    groups: tuple[tuple[int, ...], ...]
+    most: int
+    limit: str
+
+
+def setting_of(cut: Cut) -> str:
+    """Return what a machine is set up with for a cut, beside its depth: ``drill 8``.
+
+    Cuts of one setting and depth are alike in the workshop; where they have no ``setting``, all are of one.
+    """
+    return str(getattr(cut, "setting", type(cut).__name__))
+
+
+@dataclass(frozen=True, eq=False)
+class Correction:
+    """One finished correction, as the report lists it.
+
+    ``change`` is the exact change of the rotor's moments; ``details`` holds what the kind needs to be
+    machined, with JSON values and keys that end in their unit; ``rate`` is what one more millimetre of depth
+    would change (the loop fills it in where the kind does not).
+    """
+
+    kind: str
+    face: str | None
+    web: int | None
+    position_mm: Array
+    depth_mm: float
+    change: Moments
+    removed_volume_mm3: float
+    details: dict[str, Any] = field(default_factory=dict)
+    rate: Moments | None = None
+
+
+# --- the contract of a kind ---------------------------------------------------------------------------------
+
+
+@dataclass(frozen=True)
+class Limits:
+    """What a job asks of one kind of correction: a frozen dataclass, its fields the keys of its table."""
+
+
+class Figures(Protocol):
+    """How a sheet writes numbers, in the user's units."""
+
+    @property
+    def diameter_digits(self) -> int:
+        """Decimals of a diameter."""
+        ...
+
+    @property
+    def mass(self) -> str:
+        """Name of the unit of mass."""
+        ...
+
+    def mm(self, value: float | None, digits: int | None = None) -> str:
+        """Return a length [mm]."""
+        ...
+
+    def g(self, value: float | None) -> str:
+        """Return a mass [g]."""
+        ...
+
+
+Item = Mapping[str, Any]
+"""A correction as the report lists it: `Correction` with its details as JSON values."""

@@ -1,0 +1,1 @@
+"""What cuts of planar faces share: layers, patches, depth limits, traces."""

@@ -1,0 +1,62 @@
+"""Pins beside a face that looks across the crank: its cut ends before it bites into them."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+
+import numpy as np
+
+from autobalance.correction.contract import Array
+from autobalance.correction.faces.depth_limit import DepthLimit
+from autobalance.correction.faces.layer import FaceLayer
+from autobalance.correction.faces.patches import AXIAL
+from autobalance.crank.anatomy import Anatomy, Pin
+from autobalance.solid.csg.solid import Region
+
+BARE = 0.98
+"""Share of a pin's radius and length that is surely its own: no fillet, no web."""
+
+
+def clear_of_pins(layer: FaceLayer, to_face: Array, anatomy: Anatomy, limit: DepthLimit) -> DepthLimit:
+    """Return how deep a face may be lowered before its cut bites into a pin, if that ends it sooner.
+
+    Pins stand on faces that look along the axis, or lie behind the wall: those are left as they are. A pin
+    whose axis lies above the face stands on it too; of one that the face cuts through, nothing may be taken.
+
+    Parameters
+    ----------
+    layer : FaceLayer
+    to_face : (4, 4)
+        Turns the rotor frame to the face's.
+    anatomy : Anatomy
+    limit : DepthLimit
+        What ends the cut otherwise.
+    """
+    along = abs(float(to_face[2, 2]))
+    if along >= AXIAL:
+        return limit
+    for name, pin in _pins(anatomy):
+        axis = float(to_face[2, :3] @ pin.centre_mm)
+        top = axis + 0.5 * (pin.diameter_mm * math.sqrt(1.0 - along**2) + pin.width_mm * along)
+        sooner = limit.or_sooner(max(layer.height_mm - top, 0.0), f"the surface of {name}")
+        if layer.height_mm > axis and sooner is not limit:
+            bitten = layer.taken(limit.depth_mm) & _footprint(pin, to_face)
+            limit = limit if bitten.is_empty else sooner
+    return limit
+
+
+def _pins(anatomy: Anatomy) -> Iterator[tuple[str, Pin]]:
+    for journal in anatomy.main_journals:
+        yield f"main journal {journal.number}", journal
+    for throw in anatomy.throws:
+        yield f"crankpin {throw.number}", throw.crankpin
+
+
+def _footprint(pin: Pin, to_face: Array) -> Region:
+    """Return a pin's bare cylinder as seen from the face: a rectangle."""
+    ends = pin.centre_mm + 0.5 * BARE * pin.width_mm * np.array([[0.0, 0.0, -1.0], [0.0, 0.0, 1.0]])
+    low, high = ends @ to_face[:2, :3].T
+    ahead = (high - low) / float(np.linalg.norm(high - low))
+    aside = 0.5 * BARE * pin.diameter_mm * np.array([-ahead[1], ahead[0]])
+    return Region.of([np.array([low - aside, high - aside, high + aside, low + aside])])

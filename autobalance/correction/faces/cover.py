@@ -1,0 +1,96 @@
+"""Triangles over a plane region: from which on do they share more than an area with it."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from autobalance.correction.contract import Array
+from autobalance.solid.csg.solid import Region
+from autobalance.solid.mesh.mesh import Indices
+from autobalance.solid.slicing.raster import Raster
+
+CUT_MOST = 1000
+"""Triangles on the outline of a region that are cut to it to know the area they share with it."""
+CELLS_LEAST, CELLS_MOST = 64, 1024
+"""Of the grid on which triangles are told apart: about as small as they are."""
+
+
+@dataclass(frozen=True, eq=False)
+class Cover:
+    """Triangles (k, 3, 2), counter-clockwise and side by side, over a region."""
+
+    region: Region
+    corners: Array
+
+    def area_over(self, area_mm2: float) -> int | None:
+        """Return how many of the triangles, from the first, share more than an area with the region.
+
+        Only those near its outline must be cut to it; of many small ones, corners and middle tell.
+        """
+        if self.region.is_empty or not len(self.corners):
+            return None
+        cells = min(max(int(2.0 * len(self.corners) ** 0.5), CELLS_LEAST), CELLS_MOST)
+        raster, (low, high) = Raster.of(self.region.polygons, cells), _boxes(self.corners)
+        least, greatest = self.region.bounds
+        met = np.flatnonzero(((low < greatest) & (high > least)).all(axis=1))
+        met = met[raster.meets(low[met], high[met])]
+        held = raster.holds(low[met], high[met])
+        areas = 0.5 * doubled_areas(self.corners[met])
+        enough = int(np.searchsorted(np.cumsum(np.where(held, areas, 0.0)), area_mm2, side="right")) + 1
+        edge = np.flatnonzero(~held[:enough])
+        if len(edge) <= CUT_MOST:
+            count = self._count(met, np.where(held, areas, 0.0), edge, area_mm2)
+        else:
+            share = held.astype(np.float64)
+            share[edge] = self._inside(met[edge])
+            count = int(np.searchsorted(np.cumsum(share * areas), area_mm2, side="right")) + 1
+        return int(met[count - 1]) + 1 if count <= len(met) else None
+
+    def held(self) -> NDArray[np.bool_]:
+        """Tell of each triangle whether it lies inside for sure."""
+        if self.region.is_empty or not len(self.corners):
+            return np.zeros(len(self.corners), dtype=bool)
+        return Raster.of(self.region.polygons).holds(*_boxes(self.corners))
+
+    def _inside(self, rows: Indices) -> Array:
+        """Return about which share of triangles lies inside."""
+        corners = self.corners[rows]
+        points = np.concatenate([corners, corners.mean(axis=1, keepdims=True)], axis=1)
+        inside = self.region.contains(points.reshape(-1, 2)).reshape(-1, 4)
+        share: Array = inside.mean(axis=1)
+        return share
+
+    def _count(self, met: Indices, surely: Array, edge: Indices, area_mm2: float) -> int:
+        """Return how many of the triangles ``met`` share more than an area, those on the ``edge`` cut."""
+        total = np.cumsum(surely)
+
+        def over(count: int) -> bool:
+            cut = Region.of(list(self.corners[met[edge[: np.searchsorted(edge, count)]]])) & self.region
+            return float(total[count - 1]) + cut.area_mm2 > area_mm2
+
+        few, many = 0, min(int(np.searchsorted(total, area_mm2, side="right")) + 1, len(met))
+        if not many or not over(many):
+            return len(met) + 1
+        if many == 1 or not over(many - 1):  # mostly the first that lies inside for sure
+            return many
+        while many - few > 1:
+            middle = (few + many) // 2
+            few, many = (few, middle) if over(middle) else (middle, many)
+        return many
+
+
+def _boxes(corners: Array) -> tuple[Array, Array]:
+    """Return the least and greatest coordinates (k, 2) of triangles (k, 3, 2)."""
+    a, b, c = corners.transpose(1, 0, 2)
+    return np.minimum(np.minimum(a, b), c), np.maximum(np.maximum(a, b), c)
+
+
+def doubled_areas(corners: Array) -> Array:
+    """Return twice the areas (k,) of plane triangles (k, 3, 2), counter-clockwise."""
+    a, b, c = corners.transpose(1, 0, 2)
+    (ux, uy), (vx, vy) = (b - a).T, (c - a).T
+    areas: Array = ux * vy - uy * vx
+    return areas

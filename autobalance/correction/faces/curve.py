@@ -1,0 +1,128 @@
+"""A quantity that is sampled at some depths and known at all of them, with its integral."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.polynomial import chebyshev
+
+from autobalance.correction.contract import Array
+
+NODES = (5, 9)
+"""Samples of a piece, and how many where that is too few: every other one alone must tell those between."""
+CLOSE = 1e-5
+"""By how much these may be off, as a share of the greatest: all together are far nearer."""
+SPLITS = 3
+"""How often a piece is split where they are farther off, which happens at a kink."""
+
+
+@dataclass(frozen=True, eq=False)
+class _Rule:
+    """A number of samples at Chebyshev's places, from −1 to 1; every other one is a smaller rule's too.
+
+    ``fit`` makes coefficients of samples; ``check`` tells the samples between every other one from these.
+    """
+
+    places: Array
+    fit: Array
+    check: Array
+
+    @classmethod
+    def of(cls, nodes: int) -> _Rule:
+        places = -np.cos(np.pi * np.arange(nodes) / (nodes - 1))
+        coarse = _fitted(places[::2])
+        return cls(places, _fitted(places), chebyshev.chebvander(places[1::2], nodes // 2) @ coarse)
+
+
+def _fitted(places: Array) -> Array:
+    """Return what makes coefficients of samples at as many places."""
+    fit: Array = np.linalg.inv(chebyshev.chebvander(places, len(places) - 1)).astype(np.float64)
+    return fit
+
+
+_RULES = tuple(_Rule.of(nodes) for nodes in NODES)
+
+
+@dataclass(frozen=True, eq=False)
+class _Piece:
+    start: float
+    end: float
+    value: Array
+    """Chebyshev coefficients (k, n) over the piece."""
+    integral: Array
+    """Those of the integral from depth zero."""
+
+    def place(self, depth: float) -> float:
+        """Return where a depth lies, from −1 at the start to 1 at the end."""
+        return (2.0 * depth - self.start - self.end) / (self.end - self.start)
+
+
+class DepthCurve:
+    """A vector of numbers over the depths from 0 to a greatest one, in pieces of Chebyshev polynomials.
+
+    Parameters
+    ----------
+    sample : callable
+        Takes a depth and returns the vector (n,) there; asked from shallow to deep within a piece.
+    least, most : float
+        Depths between which to sample, 0 <= least < most; above ``least`` the first piece goes on.
+    scale : (n,) float
+        What the components' errors are measured against.
+    breaks : (k,) float
+        Depths at which the curve may have a kink.
+    """
+
+    def __init__(
+        self, sample: Callable[[float], Array], least: float, most: float, scale: Array, breaks: Array
+    ) -> None:
+        """Sample the curve as closely as it needs."""
+        self._sample, self._scale = sample, scale
+        self._breaks = breaks
+        self._pieces: list[_Piece] = []
+        self._add(least, most, SPLITS)
+
+    def _add(self, start: float, end: float, splits: int) -> None:
+        middle, half = 0.5 * (start + end), 0.5 * (end - start)
+        sampled: dict[float, Array] = {}
+        for rule in _RULES:
+            depths = [start, *(middle + half * float(place) for place in rule.places[1:-1]), end]
+            sampled |= {depth: self._sample(depth) for depth in depths if depth not in sampled}
+            found = np.stack([sampled[depth] for depth in depths])
+            off = np.abs(rule.check @ found[::2] - found[1::2])
+            if is_close := bool((off <= CLOSE * self._scale).all()):
+                break
+        if splits and not is_close:
+            inner = self._breaks[np.abs(self._breaks - middle) < 0.5 * half]
+            if len(inner):
+                middle = float(inner[np.argmin(np.abs(inner - middle))])
+            self._add(start, middle, splits - 1)
+            self._add(middle, end, splits - 1)
+            return
+        value = rule.fit @ found
+        integral: Array = half * chebyshev.chebint(value, lbnd=-1.0).astype(np.float64)
+        if self._pieces:
+            integral[0] += self._pieces[-1].integral.sum(axis=0)  # all the polynomials are 1 at 1
+        else:
+            integral[0] -= _at(-middle / half, integral)  # nothing at depth zero
+        self._pieces.append(_Piece(start, end, value, integral))
+
+    def _piece(self, depth: float) -> _Piece:
+        return next((piece for piece in self._pieces if depth <= piece.end), self._pieces[-1])
+
+    def value(self, depth: float) -> Array:
+        """Return the vector at a depth."""
+        piece = self._piece(depth)
+        return _at(piece.place(depth), piece.value)
+
+    def integral(self, depth: float) -> Array:
+        """Return the integral of the vector from zero to a depth."""
+        piece = self._piece(depth)
+        return _at(piece.place(depth), piece.integral)
+
+
+def _at(place: float, coefficients: Array) -> Array:
+    """Return the values (n,) of Chebyshev series (k, n) at a place from −1 to 1."""
+    values: Array = chebyshev.chebvander(np.array([place]), len(coefficients) - 1)[0] @ coefficients
+    return values

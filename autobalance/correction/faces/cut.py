@@ -1,0 +1,78 @@
+"""What lowered faces and metal on faces share: which faces, their frame, how they are listed."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+
+from autobalance.correction.contract import Array, Correction, Item
+from autobalance.correction.cut import EmptyPlace, listed
+from autobalance.correction.faces.patches import FaceLimits, Patch, auto_patches, chosen_patches
+from autobalance.correction.kind import Workpiece
+from autobalance.crank.anatomy import Face
+from autobalance.rigid_rotor.moments import Moments
+from autobalance.wording import degrees, number
+
+
+class FaceCut(EmptyPlace):
+    """A cut that begins at a planar face, or metal that grows on one."""
+
+    face: Face
+    to_face: Array
+    sector_deg: tuple[float, float] | None
+    density_g_mm3: float
+
+    @cached_property
+    def to_rotor(self) -> Array:
+        """The face's frame in the rotor's."""
+        back = np.eye(4)
+        back[:3, :3] = self.to_face[:3, :3].T
+        return back
+
+    def listed(
+        self, kind: str, change: Moments, depth_mm: float, heights_mm: tuple[float, float], **own: Any
+    ) -> Correction:
+        """Return the finished correction; ``heights_mm`` are those of the face as it was and as it is now."""
+        return listed(
+            kind,
+            change,
+            depth_mm,
+            self.density_g_mm3,
+            web=self.face.web,
+            face=self.face.id,
+            normal=[float(value) for value in self.face.normal],
+            face_height_mm=heights_mm[0],
+            new_height_mm=heights_mm[1],
+            **own,
+            sector_deg=None if self.sector_deg is None else list(self.sector_deg),
+        )
+
+
+def patches_of(
+    work: Workpiece, limits: FaceLimits, heavy_at: Sequence[tuple[float, Array]], effort: int
+) -> list[Patch]:
+    """Return the faces, and where on them, that a job picks, or that lie on the side given."""
+    mesh = work.solid.mesh
+    if limits.faces == "auto":
+        return auto_patches(mesh, work.anatomy, work.faces, heavy_at, limits, effort)
+    return chosen_patches(limits, mesh, work.anatomy, work.faces)
+
+
+WHOLE_SIDE_DEG = 179.0
+
+
+def part_name(sector_deg: Sequence[float] | None) -> str:
+    """Return which part of a face a cut keeps to, where that is less than the side that is too heavy."""
+    if sector_deg is None or not 0.0 < (sector_deg[1] - sector_deg[0]) % 360.0 < WHOLE_SIDE_DEG:
+        return ""
+    return f", its part from {degrees(sector_deg[0])} to {degrees(sector_deg[1])}"
+
+
+def face_heights(item: Item) -> str:
+    """Return the height of a corrected face before and after, where the report has them."""
+    if item.get("new_height_mm") is None:
+        return ""
+    return f"{number(item['face_height_mm'], 3)} → {number(item['new_height_mm'], 3)}"

@@ -1,0 +1,260 @@
+"""The metal under a planar face, seen in cross-sections parallel to it.
+
+A cross-section costs a thousandth of a boolean, and between the heights of neighbouring vertices its moments
+are polynomials in the depth. So the cut of a face is planned on sections alone, and the
+solid is cut once.
+"""
+
+from __future__ import annotations
+
+import math
+from bisect import bisect_right, insort
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import NDArray
+
+from autobalance.correction.contract import Array
+from autobalance.correction.faces.curve import DepthCurve
+from autobalance.rigid_rotor.moments import Moments
+from autobalance.solid.csg.solid import Region, Solid
+from autobalance.solid.mesh.mesh import Indices, Mesh, least_and_greatest, longest_sides
+from autobalance.solid.slicing.slices import Spans, cross_sections, thinned
+
+ITS_OWN = 0.01
+"""Share of the metal just under a face and in a sector over which the face lies if it is there at all."""
+BACKWARD = -0.5
+"""A surface counts as the next one behind the face if its normal has at most this component along the face's:
+side walls that lean back a little are no wall behind the face (ours)."""
+ABOVE_AND_BELOW = 3
+"""Of a triangle with a corner above the lower height of a slab, bit 1, and one below the upper, bit 2."""
+IN_LINE = 1.0 / 32.0
+"""Share of the grain by which a corner of a section may be out of line and be left out: a cut face's area
+changes by a millionth at most, while booleans take as long as there are corners."""
+FLAT = 1.0 - 1e-5
+"""Triangles whose normal has at least this component along the face's are planes that face the same way."""
+
+
+@dataclass(frozen=True, eq=False)
+class Layer:
+    """The triangles of a solid between two heights over a face's frame, with their directions.
+
+    Attributes
+    ----------
+    vertices : (n, 3) float
+        In the face's frame [mm].
+    numbers : (k, 3) int
+        The triangles' vertices.
+    bottoms, tops : (k,) float
+        Heights of their lowest and highest corners [mm].
+    areas, leans : (k,) float
+        Twice their areas, and the components of their doubled area vectors along the face's normal [mm²].
+    grain_mm : float
+        Lengths below it are rounding.
+    """
+
+    vertices: Array
+    numbers: Indices
+    bottoms: Array
+    tops: Array
+    areas: Array
+    leans: Array
+    grain_mm: float
+
+    @classmethod
+    def of(cls, mesh: Mesh, frame: Array, low_mm: float, high_mm: float, grain_mm: float) -> Layer:
+        """Pick the triangles that reach into low..high once ``frame`` (4, 4) has placed the mesh."""
+        z = mesh.vertices @ frame[2, :3] + frame[2, 3]
+        sides = (z > low_mm).view(np.uint8) | (z < high_mm).view(np.uint8) << 1
+        a, b, c = sides.take(mesh.triangles).T
+        picked = (a | b | c) == ABOVE_AND_BELOW
+        rows, part = np.flatnonzero(picked), mesh.part(picked).moved(frame)
+        bottoms, tops = least_and_greatest(part.vertices[:, 2], part.triangles)
+        return cls(
+            vertices=part.vertices,
+            numbers=part.triangles,
+            bottoms=bottoms,
+            tops=tops,
+            areas=mesh.doubled_areas.take(rows),
+            leans=mesh.area_vectors.take(rows, axis=0) @ frame[2, :3],
+            grain_mm=grain_mm,
+        )
+
+    def corners(self, rows: Indices) -> Array:
+        """Return the corners (j, 3, 3) of some triangles."""
+        return self.vertices.take(self.numbers.take(rows, axis=0), axis=0)
+
+    @cached_property
+    def upward(self) -> Indices:
+        """The rows of triangles that lie on planes that face the same way."""
+        return np.flatnonzero(self.leans >= FLAT * self.areas)
+
+    @cached_property
+    def backward(self) -> Indices:
+        """The rows of triangles that face backward."""
+        return np.flatnonzero(self.leans <= BACKWARD * self.areas)
+
+    def is_thick(self, rows: Indices) -> NDArray[np.bool_]:
+        """Tell of some triangles which are no slivers lower than rounding, which face nowhere."""
+        thick: NDArray[np.bool_] = self.areas.take(rows) > self.grain_mm * longest_sides(self.corners(rows))
+        return thick
+
+    def thick(self, rows: Indices) -> Indices:
+        """Return those of some triangles that are no slivers."""
+        chosen: Indices = rows[self.is_thick(rows)]
+        return chosen
+
+    def section(self, height_mm: float) -> Region:
+        """Return the solid's cross-section at a height within the slab."""
+        crossing = np.flatnonzero((self.bottoms < height_mm) & (self.tops >= height_mm))
+        met = Spans(np.zeros(len(crossing), np.uint8), np.ones(len(crossing), np.uint8))
+        numbers = self.numbers.take(crossing, axis=0)
+        outlines = cross_sections(self.vertices, numbers, np.array([height_mm]), met)[0]
+        return Region.of(thinned(outline, IN_LINE * self.grain_mm) for outline in outlines)
+
+    @cached_property
+    def summits(self) -> Array:
+        """The vertices (k, 3) that have no higher neighbour."""
+        z = self.vertices[:, 2]
+        highest = np.full(len(z), -math.inf)
+        for corner in self.numbers.T:
+            np.maximum.at(highest, corner, self.tops)
+        return self.vertices[highest <= z]
+
+    @cached_property
+    def saddle_heights_mm(self) -> Array:
+        """The heights of vertices at which the surface is no simple slope: its sections join or divide there.
+
+        Around a vertex of a slope lie two triangles of which it is the middle one by height; around a summit
+        or the bottom of a hollow none, around a saddle four or more. Equal heights count in turn.
+        """
+        by_height = np.argsort(self.vertices[:, 2], kind="stable")
+        rank = np.zeros(len(by_height), dtype=np.int64)
+        rank[by_height] = np.arange(len(by_height))
+        a, b, c = rank.take(self.numbers).T
+        middle = a + b + c - np.minimum(np.minimum(a, b), c) - np.maximum(np.maximum(a, b), c)
+        heights: Array = self.vertices[by_height[np.bincount(middle, minlength=len(rank)) > 2], 2]
+        return heights
+
+
+@dataclass(eq=False)
+class FaceLayer:
+    """What hangs together with a face, section by section.
+
+    Attributes
+    ----------
+    section : callable
+        Takes a height in the face's frame and returns the crank's cross-section there.
+    height_mm : float
+        Of the face.
+    outline : Region
+        The face itself.
+    standing : Region
+        What stands on the face: the tool keeps from under it.
+    room : Region
+        Where else the tool may be.
+    within : Solid or None
+        The part of space to which the cut keeps, in the face's frame.
+    grain_mm : float
+        Lengths below it are rounding.
+    """
+
+    section: Callable[[float], Region]
+    height_mm: float
+    outline: Region
+    standing: Region
+    room: Region
+    within: Solid | None
+    grain_mm: float
+    _depths: list[float] = field(default_factory=list)
+    _kept: dict[float, Region] = field(default_factory=dict)
+    _spared: dict[float, Region] = field(default_factory=dict)
+
+    @property
+    def holds_its_face(self) -> bool:
+        """Whether there is metal under the face within, and not only beside it, hanging together with it."""
+        first = self.kept(self.grain_mm)
+        if first.is_empty or self.within is None:
+            return not first.is_empty
+        inside = self.outline & self.within.section(self.height_mm)
+        return inside.area_mm2 > ITS_OWN * first.area_mm2
+
+    def kept(self, depth_mm: float) -> Region:
+        """Return the section at a depth of the metal that hangs together with the face."""
+        if depth_mm in self._kept:
+            return self._kept[depth_mm]
+        place = bisect_right(self._depths, depth_mm)
+        above = self._kept[self._depths[place - 1]] if place else self.outline
+        section = self.section(self.height_mm - depth_mm) & self.room
+        if self.within is not None:
+            section = section & self.within.section(self.height_mm - depth_mm)
+        kept: list[Region] = []
+        spared: list[Region] = []
+        low, high = above.bounds
+        for piece in section.pieces():
+            begin, end = piece.bounds
+            beside = above.is_empty or (begin >= high).any() or (end <= low).any()
+            hangs = not beside and (piece & above).area_mm2 > self.grain_mm**2
+            (kept if hangs else spared).append(piece)
+        insort(self._depths, depth_mm)
+        self._kept[depth_mm] = Region.beside_each_other(kept)
+        self._spared[depth_mm] = Region.beside_each_other(spared)
+        return self._kept[depth_mm]
+
+    def spared(self, depth_mm: float) -> Region:
+        """Return the shadow of other metal down to a depth: of every section looked at, and of the last."""
+        self.kept(depth_mm)
+        shadow = Region.of([])
+        for depth in self._depths:
+            if depth <= depth_mm and not self._spared[depth].is_empty:
+                shadow = shadow + self._spared[depth]
+        return shadow if shadow.is_empty else shadow.grown(self.grain_mm)
+
+    def taken(self, depth_mm: float) -> Region:
+        """Return the shadow of what hangs together with the face, in every section looked at and the last."""
+        shadow = self.outline + self.kept(depth_mm)
+        for depth in self._depths:
+            if depth <= depth_mm:
+                shadow = shadow + self._kept[depth]
+        return shadow
+
+    def section_moments(self, depth_mm: float) -> Moments:
+        """Return ∫ (1, r, r rᵀ) dA over the section at a depth, in the face's frame."""
+        return plane_moments(self.kept(depth_mm), self.height_mm - depth_mm)
+
+    def curve(self, most_mm: float, breaks_mm: Array) -> DepthCurve:
+        """Return the section's moments, as numbers (13,), over the depths down to ``most_mm``."""
+
+        def at(depth: float) -> Array:
+            return numbers_of(self.section_moments(depth))
+
+        scale = moments_scale(self.outline, self.height_mm)
+        return DepthCurve(at, self.grain_mm, most_mm, scale, breaks_mm)
+
+
+def plane_moments(region: Region, z_mm: float) -> Moments:
+    """Return ∫ (1, r, r rᵀ) dA over a region that lies at a height."""
+    area, first, second = region.area_moments()
+    second3 = np.zeros((3, 3))
+    second3[:2, :2] = second
+    second3[:2, 2] = second3[2, :2] = first * z_mm
+    second3[2, 2] = area * z_mm * z_mm
+    return Moments(area, np.array([*first, area * z_mm]), second3)
+
+
+def moments_scale(region: Region, z_mm: float) -> Array:
+    """Return the size (13,) of what the moments of a region, and of those like it, are added up from."""
+    length = max(float(np.abs(region.bounds).max()), abs(z_mm))
+    return region.area_mm2 * np.concatenate([[1.0], np.full(3, length), np.full(9, length**2)])
+
+
+def numbers_of(moments: Moments) -> Array:
+    """Return moments as numbers (13,)."""
+    return np.concatenate([[moments.mass_g], moments.first_g_mm, moments.second_g_mm2.reshape(-1)])
+
+
+def moments_of(numbers: Array) -> Moments:
+    """Return the moments that numbers (13,) stand for."""
+    return Moments(float(numbers[0]), numbers[1:4], numbers[4:].reshape(3, 3))

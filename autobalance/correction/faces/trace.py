@@ -1,0 +1,232 @@
+"""What lowered and built-up faces leave behind."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from autobalance.correction.contract import Array, Item, Limits
+from autobalance.correction.faces.layer import Layer
+from autobalance.correction.faces.patches import ROUNDING_SHARE, face_frame, face_region, farthest_mm, sector
+from autobalance.correction.trace import (
+    ON_PLANE,
+    THIN,
+    THIN_MM,
+    Before,
+    Metal,
+    rates,
+    slack_mm,
+    stated_number,
+    stated_unit,
+)
+from autobalance.crank.anatomy import Face
+from autobalance.errors import FormatError
+from autobalance.solid.csg.solid import Region, Solid
+
+LEAN = 1.0
+"""How far beside a face metal is looked for, as a share of the depth: if it went elsewhere, that is found."""
+BESIDE_MM = 0.1
+WHOLE_FACE = 0.98
+"""Share of a face that is cut where all of it is."""
+EDGE_MM2 = 0.1
+"""Area of metal cut off at an angle that shows where the angle is."""
+EDGE_MM = 0.05
+"""Depth from which edges are read: rounding leaves walls as high as those of a thinner layer."""
+EDGE_DEG = 0.05
+"""By how much an edge may lie beside its listed angle."""
+
+
+def _hanging_together(
+    crank: Before, to_face: Array, under: Region, height_mm: float, slack_mm: float
+) -> Region:
+    """Return the crank's cross-section at a new face, as far as it hangs together with the old one.
+
+    Where neighbours lean far outward, a rounded edge above all, far more goes than lies under the face.
+    """
+    frame, grain = to_face @ crank.anatomy.file_to_rotor, ROUNDING_SHARE * crank.mesh.diagonal_mm
+    layer = Layer.of(crank.mesh, frame, height_mm - slack_mm, height_mm + slack_mm, grain)
+    parts = [part for part in layer.section(height_mm + grain).pieces() if not (part & under).is_empty]
+    return sum(parts, Region.of([])).grown(BESIDE_MM)
+
+
+BESIDE_DEG = 1e-3
+"""How far a room reaches beyond its sector: walls of both in one plane would be merged into slanting ones."""
+
+
+@dataclass(frozen=True)
+class FaceTrace:
+    """A face that was lowered, or metal that stands on one (``adds``)."""
+
+    item: Item
+    adds: bool = False
+
+    @property
+    def takes_metal(self) -> bool:
+        """Always."""
+        return True
+
+    def implied(self, crank: Before, limits: Limits | None) -> Mapping[str, Any]:
+        """Return the face as it was before, and its new height: the old one less the depth."""
+        del limits
+        face = self._stated_face(crank)
+        height = stated_number(self.item, "face_height_mm")
+        return {
+            "web": face.web,
+            "normal": face.normal,
+            "face_height_mm": float(face.normal @ face.centroid_mm),
+            "new_height_mm": height - stated_number(self.item, "depth_mm"),
+        }
+
+    def _stated_face(self, crank: Before) -> Face:
+        """Return the face that it is said to be on."""
+        face = next((face for face in crank.faces if face.id == self.item.get("face")), None)
+        if face is None:
+            raise FormatError(f"face {self.item.get('face')!r} of a correction is none of the crank")
+        return face
+
+    def room(self, crank: Before) -> Solid:
+        """Reach over or under the face, beside it as far as walls may lean."""
+        ends = sorted((stated_number(self.item, "face_height_mm"), stated_number(self.item, "new_height_mm")))
+        slack, to_face = slack_mm(ends[1] - ends[0]), face_frame(stated_unit(self.item, "normal"))
+        under = face_region(crank.mesh, crank.anatomy, self._stated_face(crank), to_face)
+        outline = under.grown(LEAN * (ends[1] - ends[0]) + BESIDE_MM)
+        if not self.adds:
+            outline = outline + _hanging_together(crank, to_face, under, ends[0], slack)
+        room = Solid.prism(outline, ends[0] - slack, ends[1] + slack).moved(to_face.T)
+        if self._angles_deg is None:
+            return room
+        start, end = self._angles_deg
+        beside = BESIDE_DEG if 0.0 < (end - start) % 360.0 < 360.0 - 2.0 * BESIDE_DEG else 0.0
+        angles = start - beside, end + beside
+        return room & sector(angles, farthest_mm(crank.mesh, crank.anatomy))
+
+    @property
+    def _angles_deg(self) -> tuple[float, float] | None:
+        """The sector it keeps to, if it does."""
+        value = self.item.get("sector_deg")
+        if value is None:
+            return None
+        if not (
+            isinstance(value, list) and len(value) == 2 and all(isinstance(v, int | float) for v in value)
+        ):
+            raise FormatError(f"sector_deg of a correction of kind {self.item.get('kind')!r} is not 2 angles")
+        return float(value[0]), float(value[1])
+
+    def _sector_deg(
+        self, metal: Metal, is_whole: bool, normal: Array, heights_mm: tuple[float, float]
+    ) -> dict[str, Any]:
+        """Return the sector as the metal between two heights shows it.
+
+        Nothing where the metal ends before the sector does, or is too thin to show an edge. Where only one of
+        its edges shows and is another than listed, that one is told.
+        """
+        if abs(heights_mm[0] - heights_mm[1]) < EDGE_MM:
+            return {}
+        listed = self._angles_deg
+        angles = listed or (None, None)
+        up, slack = metal.corners @ normal, THIN * metal.near_mm + THIN_MM
+        low, high = min(heights_mm) - slack, max(heights_mm) + slack
+        layer = metal.corners[((up > low) & (up < high)).all(axis=1)]  # flaps reach into what lies beside it
+        edges = [_edge_deg(metal, layer, -1.0, *angles), _edge_deg(metal, layer, 1.0, *reversed(angles))]
+        if listed is None:
+            return {} if None in edges and not is_whole else {"sector_deg": None if is_whole else edges}
+        seen = [angle if edge is None else edge for edge, angle in zip(edges, listed, strict=True)]
+        off = max(abs((one - other + 180.0) % 360.0 - 180.0) for one, other in zip(seen, listed, strict=True))
+        if off > EDGE_DEG:
+            return {"sector_deg": seen}
+        return {} if None in edges else {"sector_deg": list(listed)}
+
+    def read(self, metal: Metal) -> Mapping[str, Any]:
+        """Heights, depth, the new face, and on which face it is."""
+        normal = stated_unit(self.item, "normal")
+        up = 1.0 if self.adds else -1.0
+        new, cut = metal.facing(up * normal)
+        old, stood_on = metal.facing(-up * normal)
+        face = self._face(metal, normal, -up * old)
+        height = float(face.normal @ face.centroid_mm)
+        whole = stood_on.mass_g >= WHOLE_FACE * face.area_mm2
+        area = {"area_mm2" if self.adds else "new_face_area_mm2": cut.mass_g}
+        return {
+            "face": face.id,
+            "web": face.web,
+            "normal": face.normal,
+            "face_height_mm": height,
+            "new_height_mm": up * new,
+            "depth_mm": height - up * new,
+            "position_mm": metal.moments.centre_mm,
+            **area,
+            **self._sector_deg(metal, whole, normal, (up * new, -up * old)),
+            **rates(cut.scaled(up * metal.density_g_mm3)),
+        }
+
+    def _face(self, metal: Metal, normal: Array, height_mm: float) -> Face:
+        """Return the face over or under which the metal lies."""
+        centre = metal.moments.centre_mm
+        centre = centre + (height_mm - float(normal @ centre)) * normal
+        best, nearest = None, math.inf
+        for face, patch in zip(metal.crank.faces, metal.crank.patches, strict=True):
+            if face.kind == "plane" and float(face.normal @ normal) > ON_PLANE:
+                away = float(np.linalg.norm(patch - centre, axis=1).min())
+                off = abs(float(face.normal @ face.centroid_mm) - height_mm)
+                if away + 10.0 * off < nearest:
+                    best, nearest = face, away + 10.0 * off
+        if best is None:
+            raise FormatError(
+                f"normal of a correction of kind {self.item.get('kind')!r}: no face looks that way"
+            )
+        return best
+
+
+def _edge_deg(
+    metal: Metal, layer: Array, side: float, listed_deg: float | None, other_deg: float | None
+) -> float | None:
+    """Return the angle at which metal was cut off along a half-plane through the crank axis, if it was.
+
+    Facets in such half-planes that the crank had before are its own, and those at the sector's other edge a
+    neighbour's, who begins there; of several angles the listed one counts, else that of the most area.
+    ``layer`` (k, 3, 3) are the facets of the metal to look at; ``side`` is 1 where the metal ends there,
+    counter-clockwise, -1 where it begins.
+    """
+    facets = _radial_facets(layer, side, metal.near_mm)
+    if listed_deg is not None and _area_at(*facets, listed_deg) >= EDGE_MM2:
+        return listed_deg
+    found = {float(angle): _area_at(*facets, angle) for angle in facets[0]}
+    found = {
+        angle: area
+        for angle, area in found.items()
+        if area >= EDGE_MM2 and (other_deg is None or _apart_deg(angle, other_deg) > EDGE_DEG)
+    }
+    if found:
+        own = _radial_facets(metal.crank.corners, side, metal.near_mm)
+        found = {angle: area for angle, area in found.items() if _area_at(*own, angle) < EDGE_MM2}
+    return max(found, key=found.__getitem__, default=None)
+
+
+def _area_at(angles: Array, areas: Array, angle: float) -> float:
+    return float(areas[_apart_deg(angles, angle) <= EDGE_DEG].sum())
+
+
+def _apart_deg(angles: Array | float, angle: float) -> Array:
+    """Return by how much angles lie apart, around the turn [deg]."""
+    return np.asarray(np.abs((angles - angle + 180.0) % 360.0 - 180.0))
+
+
+def _radial_facets(corners: Array, side: float, near_mm: float) -> tuple[Array, Array]:
+    """Return angles [deg] of facets (k, 3, 3) in half-planes that the crank axis bounds, and their areas.
+
+    Areas are below 0 where facets look the other way: those of flaps cancel.
+    """
+    a, b, c = corners.transpose(1, 0, 2)
+    vectors = 0.5 * np.cross(b - a, c - a)
+    areas = np.linalg.norm(vectors, axis=1)
+    middle = corners.mean(axis=1)
+    angles = np.arctan2(middle[:, 1], middle[:, 0])
+    across = np.column_stack([-np.sin(angles), np.cos(angles), np.zeros(len(angles))])
+    off = np.abs((corners * across[:, None, :]).sum(axis=2)).max(axis=1)
+    along = side * (vectors * across).sum(axis=1)
+    radial = (off <= 8.0 * near_mm + 1e-4) & (np.abs(along) > ON_PLANE * areas)
+    return np.degrees(angles[radial]) % 360.0, along[radial]

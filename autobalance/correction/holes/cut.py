@@ -1,0 +1,97 @@
+"""What drilled holes and bores for slugs share as cuts: a hole at a place, and how all of them are found."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from autobalance.correction.cut import WalledCut
+from autobalance.correction.holes.hole import Hole
+from autobalance.correction.holes.sites import Places, Site, find_sites, make_holes, reach_of
+from autobalance.correction.holes.surface import Surface
+from autobalance.correction.holes.walls import HoleLimits
+from autobalance.correction.room import Room
+from autobalance.crank.anatomy import Anatomy
+from autobalance.solid.csg.solid import Solid
+from autobalance.solid.csg.tool import Tool
+from autobalance.solid.mesh.mesh import Array
+
+Towards = Array | Callable[[float], Array]
+"""A direction (2,) that one of the places tried lies in, or what returns it for a z [mm]."""
+
+
+class HoleCut(WalledCut):
+    """A cut that is a hole at a place."""
+
+    hole: Hole
+    site: Site
+
+    @property
+    def web(self) -> int:
+        """Number of the web."""
+        return self.site.web
+
+    @property
+    def diameter_mm(self) -> float:
+        """Of the hole."""
+        return 2.0 * self.hole.radius_mm
+
+    @property
+    def place(self) -> str:
+        """Where it is, for messages."""
+        return f"in web {self.web} at {math.degrees(self.site.angle_rad) % 360.0 % 360.0:.4g}°"
+
+    @property
+    def room(self) -> Room:
+        """What the hole takes."""
+        return self.hole.room
+
+    def tool(self, depth_mm: float) -> Solid:
+        """Return the tool's body, rotor frame."""
+        return self.hole.body(depth_mm)
+
+    def exact_tool(self, depth_mm: float) -> Tool:
+        """Return the tool's body without facets."""
+        return self.hole.exact_body(depth_mm)
+
+
+def direction_at(wanted: Towards) -> Callable[[float], Array]:
+    """Return the direction wanted at a z, whichever way it is told."""
+    if callable(wanted):
+        return wanted
+    fixed = np.asarray(wanted, dtype=np.float64)
+    return lambda _: fixed
+
+
+@dataclass(frozen=True, eq=False)
+class HoleSearch:
+    """Where holes are looked for: a crank, its surface in the rotor frame, the places tried on it."""
+
+    solid: Solid
+    anatomy: Anatomy
+    surface: Surface
+    places: Places
+
+    @classmethod
+    def on(cls, solid: Solid, anatomy: Anatomy, places: Places) -> HoleSearch:
+        """Return the search on a solid in file coordinates."""
+        return cls(solid, anatomy, Surface.of(solid.mesh, anatomy.file_to_rotor), places)
+
+    def sites(self, margin_mm: float, least: tuple[float, HoleLimits] | None = None) -> list[Site]:
+        """Return the places where holes may start whose radius and wall are at most ``margin_mm``.
+
+        Those that are seen to be too narrow for the ``least`` hole, its radius and limits, may be left out.
+        """
+        return list(find_sites(self.surface, self.anatomy, self.places, margin_mm, least))
+
+    def holes(
+        self, sites: Sequence[Site], radii_mm: Sequence[float], room: HoleLimits
+    ) -> Iterator[tuple[Site, Hole, float]]:
+        """Yield the holes at places that keep the walls: site, hole and greatest depth."""
+        for web, metal in reach_of(self.solid, self.anatomy, sites, radii_mm[-1]).items():
+            here = [site for site in sites if site.web == web]
+            for radius in radii_mm:
+                yield from make_holes(here, metal, radius, room)

@@ -1,0 +1,313 @@
+"""Places for holes on webs: a grid of angles, where a drill can start, and how deep it may go."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass, replace
+from typing import Literal
+from weakref import WeakKeyDictionary
+
+import numpy as np
+
+from autobalance.correction.holes.hole import Hole, drill_body
+from autobalance.correction.holes.surface import CONTINUATION_RAD, Axis, Surface
+from autobalance.correction.holes.walls import HoleLimits, cross2, greatest_depth_mm
+from autobalance.correction.refusals import Direction, Sectors
+from autobalance.crank.anatomy import Anatomy, Web
+from autobalance.solid.csg.solid import Solid, union
+from autobalance.solid.mesh.mesh import Array
+
+Zone = Literal["counterweights", "anywhere"]
+GRIDS_DEG = (15.0, 5.0, 2.5, 1.25, 0.625, 0.3125, 0.078125)
+"""Steps between the places tried on a web, by effort; each grid holds the one before it."""
+LEAST_PLACES = 3
+"""Places that sectors hold at least, if need be of a finer grid."""
+ON_EDGE_DEG = 1e-9
+ON_AXIS = 1e-9
+ROUNDING_RAD = 1e-6
+CLEAR_MM = 1.0
+"""How far outside the metal a tool body starts."""
+RIM_SHARE = 0.97
+"""The rim is where the web reaches this share of its radius at that angle."""
+RAYS = 9
+
+
+@dataclass(frozen=True, eq=False)
+class Site:
+    """A place for a hole: ``others`` are the surfaces to keep clear of, in local coordinates.
+
+    ``sunk_mm`` is how far the entry, the bottom of a hole that is there, lies below that hole's mouth;
+    ``oblique_rad`` is the angle between the axis and the normal of the surface that it enters.
+    """
+
+    web: int
+    angle_rad: float
+    axis: Axis
+    others: Array
+    lift_mm: float
+    sunk_mm: float = 0.0
+    oblique_rad: float = 0.0
+
+    @property
+    def most_mm(self) -> float:
+        """Depth at which a radial hole's shoulder meets the crank axis; none for an axial one."""
+        return math.inf if abs(self.axis.inward[2]) > 0.5 else math.hypot(*self.axis.entry_mm[:2])
+
+
+def site_angles(sectors_deg: Sectors, wanted: Array, effort: int = 0) -> Array:
+    """Return the angles [rad] tried on a web: a grid about the direction wanted, in the sectors.
+
+    The grid does not depend on the sectors: a wider one has every place of a narrower one, and more. More
+    effort takes a finer grid, and so do sectors that hold next to nothing of a coarse one.
+    """
+    towards = math.degrees(math.atan2(float(wanted[1]), float(wanted[0])))
+    inside: list[float] = []
+    for step in GRIDS_DEG[effort:]:
+        grid = (towards + step * k for k in range(round(360.0 / step)))
+        inside = [angle for degrees in grid if in_sectors(angle := math.radians(degrees), sectors_deg)]
+        if len(inside) >= LEAST_PLACES:
+            break
+    return np.array(inside)
+
+
+def in_sectors(angle_rad: float, sectors_deg: Sectors) -> bool:
+    """Tell whether an angle lies in one of some sectors."""
+    degrees = math.degrees(angle_rad)
+    return any(
+        (degrees - start + ON_EDGE_DEG) % 360.0 <= ((end - start) % 360.0 or 360.0) + 2.0 * ON_EDGE_DEG
+        for start, end in sectors_deg
+    )
+
+
+def in_zone(anatomy: Anatomy, web: Web, angle_rad: float, zone: Zone) -> bool:
+    """Tell whether an angle lies on a web's counterweight: beyond the axis, away from its crankpins."""
+    if zone == "anywhere":
+        return True
+    pins = [throw.direction for throw in anatomy.throws_of(web)]
+    towards = sum(pins, np.zeros(2))
+    away = -float(math.cos(angle_rad) * towards[0] + math.sin(angle_rad) * towards[1])
+    return web.counterweight and (not pins or away > -ON_AXIS)
+
+
+@dataclass(frozen=True, eq=False)
+class Places:
+    """Where holes are looked for on a crank.
+
+    Attributes
+    ----------
+    direction : "radial" or "axial"
+    sectors_deg : tuple of (float, float)
+    wanted : callable
+        Takes z [mm] and returns the direction (2,) in which a hole would serve best there.
+    effort : int
+        How fine a grid of angles is tried.
+    zone : "counterweights" or "anywhere"
+    most_oblique_rad : float
+        Greatest angle between a hole's axis and the normal of the surface that it enters.
+    """
+
+    direction: Direction
+    sectors_deg: Sectors
+    wanted: Callable[[float], Array]
+    effort: int = 0
+    zone: Zone = "anywhere"
+    most_oblique_rad: float = CONTINUATION_RAD
+
+    def angles(self, anatomy: Anatomy, web: Web) -> list[float]:
+        """Return the angles to be tried on a web."""
+        middle = 0.5 * (web.z_min_mm + web.z_max_mm)
+        angles: list[float] = site_angles(self.sectors_deg, self.wanted(middle), self.effort).tolist()
+        return [angle for angle in angles if in_zone(anatomy, web, angle, self.zone)]
+
+
+@dataclass(frozen=True)
+class _Rim:
+    z_mm: float
+    least_radius_mm: float
+
+
+_RIMS: WeakKeyDictionary[Surface, dict[tuple[int, float], _Rim | None]] = WeakKeyDictionary()
+"""Rims of a surface by web and angle: holes of every diameter ask for them anew."""
+
+
+def find_sites(
+    surface: Surface,
+    anatomy: Anatomy,
+    places: Places,
+    margin_mm: float,
+    least: tuple[float, HoleLimits] | None = None,
+) -> Iterator[Site]:
+    """Yield the places where a hole may start, web by web, angle by angle.
+
+    ``margin_mm`` is the radius of the widest hole and its wall; ``least`` are the radius and the limits of
+    the least hole wanted: places that a glance shows to be too narrow for it are left out.
+
+    Radial: in the middle of the rim's width. Axial: as far out as the wall to the rim allows, from the side
+    from which the drill can reach the web.
+    """
+    outside = 2.0 * float(np.abs(surface.corners[:, :, :2]).max()) + 10.0
+    rims = _RIMS.setdefault(surface, {})
+    for web in anatomy.webs:
+        near = surface.within(web.z_min_mm - margin_mm, web.z_max_mm + margin_mm)
+        for angle in places.angles(anatomy, web):
+            key = (web.number, angle)
+            if key not in rims:
+                rims[key] = _rim(near, web, angle)
+            rim = rims[key]
+            if rim is None:
+                continue
+            r_hat = np.array([math.cos(angle), math.sin(angle), 0.0])
+            if places.direction == "radial":
+                start = r_hat * outside + np.array([0.0, 0.0, rim.z_mm])
+                lines = [(near, Axis(start, -r_hat))]
+            else:
+                at = r_hat * (rim.least_radius_mm - margin_mm - 1e-3)
+                low, high = np.array([0.0, 0.0, -1e4]), np.array([0.0, 0.0, 1e4])
+                lines = [(surface, Axis(at + low, -low / 1e4)), (surface, Axis(at + high, -high / 1e4))]
+            for within, line in lines:
+                site = _site(within, web, angle, line, margin_mm, least)
+                if site is not None and site.oblique_rad <= places.most_oblique_rad + ROUNDING_RAD:
+                    yield site
+
+
+def _rim(near: Surface, web: Web, angle: float) -> _Rim | None:
+    """Find the middle of the rim's width at an angle, and its least radius there."""
+    radius = _outline(near, angle)
+    thickness = web.z_max_mm - web.z_min_mm
+    z = web.z_min_mm + thickness * (np.arange(RAYS) + 0.5) / RAYS
+    radii = np.array([radius(float(v)) for v in z])
+    top = radii.max()
+    if top <= 0.0:
+        return None
+    first = last = int(np.argmax(radii))
+    while first > 0 and radii[first - 1] >= RIM_SHARE * top:
+        first -= 1
+    while last < RAYS - 1 and radii[last + 1] >= RIM_SHARE * top:
+        last += 1
+    half = 0.5 * thickness / RAYS
+    low, high = float(z[first]) - half, float(z[last]) + half
+    if first > 0:
+        low = _edge(radius, float(z[first]), float(z[first - 1]), RIM_SHARE * top)
+    if last < RAYS - 1:
+        high = _edge(radius, float(z[last]), float(z[last + 1]), RIM_SHARE * top)
+    return _Rim(0.5 * (low + high), float(radii[first : last + 1].min()))
+
+
+def _outline(near: Surface, angle: float) -> Callable[[float], float]:
+    """Return what tells how far the metal reaches out at an angle, for a z [mm]; 0 where there is none."""
+    r_hat = np.array([math.cos(angle), math.sin(angle), 0.0])
+    tangent = np.array([-r_hat[1], r_hat[0], 0.0])
+    corners = near.corners[near.beside_plane(r_hat, tangent)]
+    left = corners @ tangent >= 0.0
+    corners = corners[left.any(1) & ~left.all(1)]
+    a, b, c = (corners @ tangent >= 0.0).T
+    lone = np.where(b == c, 0, np.where(a == c, 1, 2))  # the corner that is alone on its side
+    rows = np.arange(len(corners))
+    one, *others = (corners[rows, (lone + step) % 3] for step in range(3))
+    ends = []
+    for other in others:
+        share = (one @ tangent) / ((one - other) @ tangent)
+        ends.append(one + share[:, None] * (other - one))
+    first, last = ends
+    start, rise = first[:, 2], last[:, 2] - first[:, 2]
+    sloped = np.abs(rise) > 1e-12  # a level one is met through its neighbours
+    start, rise = start[sloped], rise[sloped]
+    out, more = first[sloped] @ r_hat, (last - first)[sloped] @ r_hat
+
+    def radius(z_mm: float) -> float:
+        share = (z_mm - start) / rise
+        met = (share >= -1e-9) & (share <= 1.0 + 1e-9)
+        return float((out[met] + share[met] * more[met]).max(initial=0.0))
+
+    return radius
+
+
+def _edge(radius: Callable[[float], float], inside: float, outside: float, least: float) -> float:
+    """Return where the radius falls below ``least`` between two places."""
+    for _ in range(14):
+        middle = 0.5 * (inside + outside)
+        inside, outside = (middle, outside) if radius(middle) >= least else (inside, middle)
+    return inside
+
+
+def _site(
+    within: Surface,
+    web: Web,
+    angle: float,
+    line: Axis,
+    margin_mm: float,
+    least: tuple[float, HoleLimits] | None,
+) -> Site | None:
+    """Set up the place where a line from outside enters the web; None if something else is in the way."""
+    depth, rows = within.hits(line)
+    if not len(depth):
+        return None
+    entry = line.entry_mm + float(depth[0]) * line.inward
+    if not web.z_min_mm - 1e-3 <= entry[2] <= web.z_max_mm + 1e-3:
+        return None
+    axis = Axis(entry, line.inward)
+    if least is not None and not within.may_hold(axis, *least):
+        return None
+    beside = within.beside(line, margin_mm)
+    near, entered = within.take(beside), int(np.searchsorted(beside, rows[0]))
+    others, top = near.others(axis, entered)
+    if others is None:
+        return None
+    oblique = near.obliquity_rad(axis, entered)
+    return Site(web.number, angle, axis, others, CLEAR_MM - min(top, 0.0), oblique_rad=oblique)
+
+
+def make_holes(
+    sites: Sequence[Site], metal: Solid, radius_mm: float, room: HoleLimits
+) -> list[tuple[Site, Hole, float]]:
+    """Set up the holes of one radius that keep the walls: site, hole and greatest depth.
+
+    ``metal`` is what drills may reach, in the rotor frame.
+    """
+    holes = []
+    for site in sites:
+        most = min(room.most_mm, site.most_mm)
+        deepest = greatest_depth_mm(site.others, radius_mm, replace(room, most_mm=most))
+        if deepest < room.least_mm:
+            continue
+        bore = drill_body(radius_mm, -site.lift_mm, deepest, 0.0).moved(site.axis.placement) & metal
+        if bore.is_empty:
+            continue
+        whole = _whole_below(site.axis.local(bore.mesh.corners), radius_mm, deepest)
+        if max(room.least_mm, whole) <= deepest:
+            volume = bore.moments(1.0)
+            hole = Hole(
+                site.axis, radius_mm, room.half_point_rad, site.lift_mm, volume, deepest, max(whole, 0.0)
+            )
+            holes.append((site, hole, deepest))
+    return holes
+
+
+def _whole_below(corners: Array, radius_mm: float, bottom_mm: float) -> float:
+    """Return the depth below which a hole's cylinder lies in metal all around; inf if it never does."""
+    floor = (corners[:, :, 2] >= bottom_mm - 1e-6).all(axis=1)
+    a, b, c = (corners[floor][:, k, :2] for k in range(3))
+    area = 0.5 * float(np.abs(cross2(b - a, c - a)).sum()) if floor.any() else 0.0
+    if area < (1.0 - 1e-6) * math.pi * radius_mm**2:
+        return math.inf
+    depth = corners[:, :, 2]
+    upper = depth[depth < bottom_mm - 1e-6]
+    return float(upper.max()) if len(upper) else 0.0
+
+
+def reach_of(solid: Solid, anatomy: Anatomy, sites: Sequence[Site], radius_mm: float) -> dict[int, Solid]:
+    """Take the metal near the places out of the crank, web by web, in the rotor frame; one big boolean."""
+    bounds = solid.bounds
+    far = float(np.linalg.norm(bounds[1] - bounds[0])) + 1.0
+    boxes: dict[int, Solid] = {}
+    for web in anatomy.webs:
+        z = [site.axis.entry_mm[2] for site in sites if site.web == web.number]
+        if z:
+            low = min(web.z_min_mm, *z) - radius_mm
+            high = max(web.z_max_mm, *z) + radius_mm
+            boxes[web.number] = Solid.box(np.array([-far, -far, low]), np.array([far, far, high]))
+    if not boxes:
+        return {}
+    reach = (solid & union(list(boxes.values())).moved(anatomy.rotor_to_file)).moved(anatomy.file_to_rotor)
+    return {web: reach & box for web, box in boxes.items()}

@@ -1,0 +1,256 @@
+"""Where a hole's line meets the solid's own triangles, and which of them are its entry.
+
+The entry's continuation are the triangles around the mouth that hang together and face the drill within
+`CONTINUATION_RAD`: all others are surfaces that a hole keeps its wall from.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import NDArray
+
+from autobalance.correction.holes.walls import EQUAL_MM, HoleLimits, clear_depth_mm, cross2
+from autobalance.solid.mesh.components import components
+from autobalance.solid.mesh.mesh import Array, Indices, Mesh
+
+CONTINUATION_RAD = math.radians(40.0)
+"""A surface that turns further away from the drill than this is another surface (a 45° chamfer is)."""
+BLOCK = 256
+"""Triangles of a block: neighbours in the mesh's order, so that one box tells of all that a line misses."""
+SAMPLES = 2000
+BESIDE_MM = 1e-3
+"""A line meets no triangle that stays further away from it than this; ample for rounding."""
+
+
+@dataclass(frozen=True, eq=False)
+class Axis:
+    """Where a hole starts and which way it goes, rotor frame.
+
+    Local coordinates are (x, y, τ): τ is the depth along ``inward`` (unit) from ``entry_mm``.
+    """
+
+    entry_mm: Array
+    inward: Array
+
+    @cached_property
+    def placement(self) -> Array:
+        """Rigid motion (4, 4) from local coordinates to the rotor frame."""
+        u = self.inward
+        a, b, c = u.tolist()  # np.cross of two vectors takes as long as all the rest
+        x = np.array(((0.0, -c, b), (c, 0.0, -a), (-b, a, 0.0))[int(np.argmin(np.abs(u)))])
+        x /= math.hypot(*x)
+        d, e, f = x.tolist()
+        place = np.eye(4)
+        place[:3, 0], place[:3, 1] = x, (b * f - c * e, c * d - a * f, a * e - b * d)
+        place[:3, 2], place[:3, 3] = u, self.entry_mm
+        return place
+
+    def local(self, points_mm: Array) -> Array:
+        """Return points (..., 3) of the rotor frame in local coordinates."""
+        place = self.placement
+        flat = points_mm.reshape(-1, 3) - place[:3, 3]  # one product; numpy would do one a triangle
+        out: Array = (flat @ place[:3, :3]).reshape(points_mm.shape)
+        return out
+
+
+@dataclass(frozen=True, eq=False)
+class Surface:
+    """Triangles of the crank's boundary in the rotor frame.
+
+    ``corners`` (m, 3, 3) and ``centre`` (m, 3), ``reach`` (m,) the distance of the farthest corner from it;
+    ``vertex`` (m, 3) tells which corners are one point.
+    """
+
+    corners: Array
+    vertex: Indices
+    centre: Array
+    reach: Array
+
+    @classmethod
+    def of(cls, mesh: Mesh, file_to_rotor: Array) -> Surface:
+        """Return the whole boundary of a mesh that is given in file coordinates."""
+        corners = mesh.moved(file_to_rotor).corners
+        a, b, c = (corners[:, k] for k in range(3))
+        centre = (a + b + c) / 3.0
+        arms = ((corner - centre).T for corner in (a, b, c))
+        reach = np.sqrt(np.maximum.reduce([x * x + y * y + z * z for x, y, z in arms]))
+        return cls(corners, mesh.triangles, centre, reach)
+
+    @cached_property
+    def _blocks(self) -> tuple[Array, Array]:
+        """Centres (b, 3) of balls that hold each block of triangles, and their radii (b,)."""
+        begins = np.arange(0, len(self.reach), BLOCK)
+        low = np.minimum.reduceat(self.centre - self.reach[:, None], begins, axis=0)
+        high = np.maximum.reduceat(self.centre + self.reach[:, None], begins, axis=0)
+        return 0.5 * (low + high), 0.5 * np.linalg.norm(high - low, axis=1)
+
+    def _in_blocks(self, chosen: NDArray[np.bool_]) -> Indices:
+        """Return the rows of the triangles in the chosen ones (b,) of the blocks."""
+        first = np.flatnonzero(chosen)[:, None] * BLOCK
+        rows = (first + np.arange(BLOCK)).reshape(-1)
+        return rows[rows < len(self.reach)]
+
+    def within(self, z_low_mm: float, z_high_mm: float) -> Surface:
+        """Return the triangles that reach into a slab."""
+        a, b, c = self.corners[:, :, 2].T
+        above = np.maximum(np.maximum(a, b), c) >= z_low_mm
+        return self.take(np.flatnonzero(above & (np.minimum(np.minimum(a, b), c) <= z_high_mm)))
+
+    def beside_plane(self, out: Array, across: Array) -> Indices:
+        """Return the rows of triangles that may meet the half plane from the origin along ``out`` (3,).
+
+        ``across`` (3,) is its normal; both are unit vectors.
+        """
+        if not len(self.reach):
+            return np.zeros(0, dtype=np.int64)
+
+        def may(centre: Array, reach: Array) -> NDArray[np.bool_]:
+            meets: NDArray[np.bool_] = (np.abs(centre @ across) <= reach) & (centre @ out >= -reach)
+            return meets
+
+        centre, reach = self._blocks
+        rows = self._in_blocks(may(centre, reach * (1.0 + EQUAL_MM) + EQUAL_MM))
+        return rows[may(self.centre[rows], self.reach[rows])]
+
+    def around(self, axis: Axis, radius_mm: float) -> Surface:
+        """Return the triangles that may come within ``radius_mm`` of the line along an axis."""
+        return self.take(self.beside(axis, radius_mm))
+
+    def beside(self, axis: Axis, radius_mm: float) -> Indices:
+        """Return the rows of the triangles that may come within ``radius_mm`` of the line along an axis."""
+        if not len(self.reach):
+            return np.zeros(0, dtype=np.int64)
+        a, b, c = axis.inward.tolist()
+
+        def may(centre: Array, reach: Array) -> NDArray[np.bool_]:
+            x, y, z = (centre - axis.entry_mm).T
+            off2 = (x * x + y * y + z * z) - (a * x + b * y + c * z) ** 2
+            meets: NDArray[np.bool_] = off2 <= (radius_mm + reach) ** 2
+            return meets
+
+        centre, reach = self._blocks
+        rows = self._in_blocks(may(centre, reach + BESIDE_MM))
+        return rows[may(self.centre[rows], self.reach[rows])]
+
+    @cached_property
+    def _shadows(self) -> tuple[Array, Array, Array, Array]:
+        """Boxes around the triangles as seen along z: least and greatest x, least and greatest y (m,)."""
+        x, y = (list(self.corners[:, :, axis].T) for axis in (0, 1))
+        return np.minimum.reduce(x), np.maximum.reduce(x), np.minimum.reduce(y), np.maximum.reduce(y)
+
+    @cached_property
+    def _block_shadows(self) -> tuple[Array, Array, Array, Array]:
+        """Boxes around each block of triangles as seen along z (b,)."""
+        begins, (left, right, low, high) = np.arange(0, len(self.reach), BLOCK), self._shadows
+        return (
+            np.minimum.reduceat(left, begins),
+            np.maximum.reduceat(right, begins),
+            np.minimum.reduceat(low, begins),
+            np.maximum.reduceat(high, begins),
+        )
+
+    def _over(self, point_mm: Array) -> Indices:
+        """Return the rows of the triangles that a line along z through a point may meet.
+
+        Balls around long slivers would let fifty times as many through.
+        """
+        if not len(self.reach):
+            return np.zeros(0, dtype=np.int64)
+        x, y, _ = point_mm.tolist()
+
+        def may(left: Array, right: Array, low: Array, high: Array) -> NDArray[np.bool_]:
+            meets: NDArray[np.bool_] = (left <= x + BESIDE_MM) & (right >= x - BESIDE_MM)
+            meets &= (low <= y + BESIDE_MM) & (high >= y - BESIDE_MM)
+            return meets
+
+        rows = self._in_blocks(may(*self._block_shadows))
+        return rows[may(*(side.take(rows) for side in self._shadows))]
+
+    def take(self, rows: Indices) -> Surface:
+        """Return some of the triangles."""
+        return Surface(self.corners[rows], self.vertex[rows], self.centre[rows], self.reach[rows])
+
+    def hits(self, axis: Axis) -> tuple[Array, Indices]:
+        """Return where the line along an axis meets the triangles: τ, ascending, and the triangles' rows."""
+        straight = not axis.inward[:2].any()
+        beside = self._over(axis.entry_mm) if straight else self.beside(axis, BESIDE_MM)
+        depth, rows = met(axis.local(self.corners[beside]))
+        return depth, beside[rows]
+
+    def obliquity_rad(self, axis: Axis, entry_row: int) -> float:
+        """Return the angle between an axis and the normal of the triangle that it enters."""
+        a, b, c = self.corners[entry_row]
+        normal = np.cross(b - a, c - a)
+        return math.acos(min(max(-float(normal @ axis.inward) / float(np.linalg.norm(normal)), -1.0), 1.0))
+
+    def may_hold(self, axis: Axis, radius_mm: float, room: HoleLimits) -> bool:
+        """Tell whether a sample of the triangles leaves room for a hole of the least depth.
+
+        Those that do not face the drill, for they are no continuation of the entry.
+        """
+        corners = self.corners[:: max(1, len(self.corners) // SAMPLES)]
+        points = axis.local(corners[~_facing(corners, axis), 0])
+        s, depth = np.hypot(points[:, 0], points[:, 1]), points[:, 2]
+        return not (clear_depth_mm(s, depth, depth, radius_mm, room) < room.least_mm - EQUAL_MM).any()
+
+    def others(self, axis: Axis, entry_row: int) -> tuple[Array | None, float]:
+        """Return the triangles (k, 3, 3) that are no continuation of the entry, and the entry's least τ.
+
+        Both in local coordinates; None where the entry itself is too slanted to start a drill on.
+        """
+        facing = _facing(self.corners, axis)
+        if not facing[entry_row]:
+            return None, 0.0
+        rows = np.flatnonzero(facing)
+        same = rows[_connected(self.vertex[rows], int(np.searchsorted(rows, entry_row)))]
+        other = np.ones(len(self.corners), dtype=bool)
+        other[same] = False
+        local = axis.local(self.corners)
+        return local[other], float(local[same][:, :, 2].min())
+
+
+def _facing(corners: Array, axis: Axis) -> NDArray[np.bool_]:
+    """Tell which triangles (m, 3, 3) face a drill along an axis within `CONTINUATION_RAD`."""
+    ux, uy, uz = (corners[:, 1] - corners[:, 0]).T
+    vx, vy, vz = (corners[:, 2] - corners[:, 0]).T
+    x, y, z = uy * vz - uz * vy, uz * vx - ux * vz, ux * vy - uy * vx
+    length = np.sqrt(x * x + y * y + z * z)
+    a, b, c = axis.inward.tolist()
+    facing: NDArray[np.bool_] = -(a * x + b * y + c * z) >= math.cos(CONTINUATION_RAD) * length
+    facing &= length > 0.0
+    return facing
+
+
+def met(local: Array) -> tuple[Array, Indices]:
+    """Return where the local axis meets triangles (k, 3, 3): τ, ascending, and the triangles' rows."""
+    a, b, c = local[:, 0, :2], local[:, 1, :2], local[:, 2, :2]
+    weights = np.stack([cross2(b, c), cross2(c, a), cross2(a, b)], axis=1)
+    total = weights.sum(1)
+    across = np.abs(total) > 1e-12  # seen edge-on, a triangle is met through its neighbours
+    weights = weights[across] / total[across, None]
+    inside = (weights >= -1e-9).all(1)  # a line through an edge meets both its triangles
+    rows = np.flatnonzero(across)[inside]
+    depth = (weights[inside] * local[rows][:, :, 2]).sum(1)
+    order = np.argsort(depth, kind="stable")
+    return depth[order], rows[order]
+
+
+def edge_pairs(vertex: Indices) -> tuple[Indices, Indices]:
+    """Return the pairs of triangles (rows) that share an edge."""
+    edges = np.sort(vertex[:, [[0, 1], [1, 2], [2, 0]]].reshape(-1, 2), axis=1)
+    owner = np.repeat(np.arange(len(vertex)), 3)
+    order = np.lexsort((edges[:, 1], edges[:, 0]))
+    edges, owner = edges[order], owner[order]
+    twin = np.flatnonzero((edges[1:] == edges[:-1]).all(1))
+    return owner[twin], owner[twin + 1]
+
+
+def _connected(vertex: Indices, start: int) -> NDArray[np.bool_]:
+    """Tell which triangles hang together with triangle ``start`` through shared edges."""
+    label = components(np.stack(edge_pairs(vertex), axis=1), len(vertex))
+    same: NDArray[np.bool_] = label == label[start]
+    return same

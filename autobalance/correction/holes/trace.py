@@ -1,0 +1,183 @@
+"""What drilled holes and bores for slugs leave behind, read off the metal that went."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from autobalance.correction.contract import Array, Item, Limits
+from autobalance.correction.holes.hole import Hole
+from autobalance.correction.holes.surface import Axis
+from autobalance.correction.trace import (
+    SLACK_MM,
+    Before,
+    Metal,
+    rates,
+    slack_mm,
+    stated_number,
+    stated_size,
+    stated_unit,
+    stated_vector,
+    web_at,
+)
+from autobalance.errors import FormatError
+from autobalance.rigid_rotor.moments import Moments
+from autobalance.solid.csg.solid import Region, Solid, union
+from autobalance.solid.mesh.mesh import Mesh
+
+FLAT_RAD = 0.5 * math.pi
+G_PER_MM3_PER_KG_M3 = 1e-6
+
+
+@dataclass(frozen=True)
+class HoleTrace:
+    """A drilled hole, or a bore: round, with a point or a flat end."""
+
+    item: Item
+    half_point_rad: float = 0.5 * math.pi
+
+    @property
+    def takes_metal(self) -> bool:
+        """Whether it is bored."""
+        return not self.item.get("fills_a_hole")
+
+    @property
+    def _axis(self) -> Axis:
+        return Axis(stated_vector(self.item, "position_mm"), stated_unit(self.item, "inward"))
+
+    def implied(self, crank: Before, limits: Limits | None) -> Mapping[str, Any]:
+        """Return which way it goes, into which web, and what size the job has for it."""
+        axis, size = self._axis, stated_size(self.item, "diameter_mm")
+        sizes = () if not self.takes_metal else getattr(limits, "diameters_mm", None) or ()
+        return {
+            "direction": "axial" if abs(float(axis.inward[2])) > 0.5 else "radial",
+            "diameter_mm": min(sizes, key=lambda each: abs(each - size), default=size),
+            "point_angle_deg": 2.0 * math.degrees(self.half_point_rad),
+            "entry_radius_mm": math.hypot(*axis.entry_mm[:2]),
+        }
+
+    def room(self, crank: Before) -> Solid:
+        """All around the axis, down to the tip; its mouth may be higher than the entry."""
+        radius, depth = 0.5 * stated_size(self.item, "diameter_mm"), stated_size(self.item, "depth_mm")
+        deep = depth + radius / math.tan(self.half_point_rad)
+        around = Region.circle(WIDER * radius + SLACK_MM, SIDES)
+        return Solid.prism(around, -4.0 * radius - 5.0, deep + slack_mm(deep)).moved(self._axis.placement)
+
+    def read(self, metal: Metal) -> Mapping[str, Any]:
+        """Radius and place from a section over the shoulder, depth and point from the metal below it."""
+        axis, depth = self._axis, stated_number(self.item, "depth_mm")
+        to_local: Array = np.linalg.inv(axis.placement).astype(np.float64)
+        bore = union([piece.moved(to_local) for piece in metal.pieces])
+        look = OVER_SHOULDER * depth
+        area, first, _ = bore.section(look).area_moments()
+        if not area > 0.0:
+            kind = self.item.get("kind")
+            raise FormatError(f"depth_mm of a correction of kind {kind!r} is {depth:g}: there is no metal")
+        tip = float(bore.bounds[1, 2])
+        shoulder = 1.5 * (bore.above(look).volume_mm3 / area + look - tip / 3.0)
+        entry = _first_met(bore.mesh, np.array([*(first / area), look]), np.array([0.0, 0.0, 1.0]))
+        position = axis.placement[:3, :3] @ np.array([*(first / area), look + entry]) + axis.entry_mm
+        return {
+            "direction": "axial" if abs(float(axis.inward[2])) > 0.5 else "radial",
+            "diameter_mm": 2.0 * math.sqrt(area / math.pi),
+            "position_mm": position,
+            "depth_mm": shoulder - look - entry,
+            "inward": axis.inward,
+            "web": web_at(metal.crank.anatomy, float(position[2])),
+            "point_mm": tip - shoulder,
+        }
+
+
+WIDER = 1.1
+"""Radius, in the hole's own, within which its metal is looked at."""
+SIDES = 64
+OVER_SHOULDER = 0.97
+"""Share of the depth at which a hole lies in metal all around."""
+
+
+def _first_met(mesh: Mesh, point: Array, inward: Array) -> float:
+    """Return where a line first meets a closed surface, counted from a point on the line."""
+    a, b, c = mesh.corners.transpose(1, 0, 2)
+    ab, ac = b - a, c - a
+    across = np.cross(inward, ac)
+    size = (ab * across).sum(axis=1)
+    safe = np.where(np.abs(size) < 1e-12, np.nan, size)
+    out = point - a
+    u = (out * across).sum(axis=1) / safe
+    turned = np.cross(out, ab)
+    v = turned @ inward / safe
+    with np.errstate(invalid="ignore"):
+        met = (u >= -1e-9) & (v >= -1e-9) & (u + v <= 1.0 + 1e-9)
+    places = ((ac * turned).sum(axis=1) / safe)[met]
+    return float(places.min()) if len(places) else 0.0
+
+
+@dataclass(frozen=True)
+class DrillTrace(HoleTrace):
+    """A twist-drilled hole."""
+
+    def read(self, metal: Metal) -> Mapping[str, Any]:
+        """Also the point, and what one more millimetre takes."""
+        found = dict(super().read(metal))
+        radius, point = 0.5 * found["diameter_mm"], found["point_mm"]
+        half = math.atan2(radius, point)
+        hole = Hole(Axis(found["position_mm"], found["inward"]), radius, half, 0.0, Moments.zero(), 0.0, 0.0)
+        rate = hole.rate(found["depth_mm"]).scaled(-metal.density_g_mm3)
+        return {**found, "point_angle_deg": 2.0 * math.degrees(half), **rates(rate)}
+
+
+@dataclass(frozen=True)
+class SlugTrace(HoleTrace):
+    """A slug in its bore, or in a hole that was there; the slug itself is in no file."""
+
+    def implied(self, crank: Before, limits: Limits | None) -> Mapping[str, Any]:
+        """Return also the slug of the job that is meant, what it weighs and where it ends up."""
+        length, dense = stated_size(self.item, "length_mm"), stated_size(self.item, "density_kg_m3")
+        lengths = getattr(limits, "lengths_mm", None) or (length,)
+        slug = self.slug()
+        return {
+            **super().implied(crank, limits),
+            "density_kg_m3": getattr(limits, "density_kg_m3", dense),
+            "length_mm": min(lengths, key=lambda each: abs(each - length)),
+            "slug_mass_g": slug.mass_g,
+            "slug_centre_mm": slug.centre_mm,
+        }
+
+    def slug(self) -> Moments:
+        """Return the moments of the slug as listed: a cylinder that ends where the bore does."""
+        length, depth = stated_size(self.item, "length_mm"), stated_number(self.item, "depth_mm")
+        radius, density = 0.5 * stated_size(self.item, "diameter_mm"), stated_size(self.item, "density_kg_m3")
+        mass = math.pi * radius**2 * length * density * G_PER_MM3_PER_KG_M3
+        along, across = length**2 / 12.0, radius**2 / 4.0
+        inward = self._axis.inward
+        centre = self._axis.entry_mm + (depth - 0.5 * length) * inward
+        spread = across * np.eye(3) + (along - across) * np.outer(inward, inward)
+        return Moments(mass, mass * centre, mass * (np.outer(centre, centre) + spread))
+
+    def read(self, metal: Metal) -> Mapping[str, Any]:
+        """Read the bore off the metal; the slug from its size."""
+        inward, length = stated_unit(self.item, "inward"), stated_number(self.item, "length_mm")
+        density = stated_number(self.item, "density_kg_m3") * G_PER_MM3_PER_KG_M3
+        found: dict[str, Any] = {}
+        entry, depth = stated_vector(self.item, "position_mm"), stated_number(self.item, "depth_mm")
+        radius = 0.5 * stated_number(self.item, "diameter_mm")
+        if self.takes_metal:
+            found |= super().read(metal)
+            del found["point_mm"]
+            entry, depth, radius = found["position_mm"], found["depth_mm"], 0.5 * found["diameter_mm"]
+        centre = entry + (depth - 0.5 * length) * inward
+        mass = math.pi * radius**2 * length * density
+        found |= {"slug_mass_g": mass, "slug_centre_mm": centre}
+        found["centrifugal_load_N"] = mass * math.hypot(*centre[:2]) * 1e-6 * metal.service_speed_rad_s**2
+        found["point_angle_deg"] = 2.0 * math.degrees(FLAT_RAD)
+        if not self.takes_metal:
+            web = web_at(metal.crank.anatomy, float(centre[2]))
+            return {**found, "web": web, **rates(Moments.zero())}
+        turn = np.outer(inward, mass * centre)
+        sunk = Moments(0.0, mass * inward, turn + turn.T)
+        hole = Hole(Axis(entry, inward), radius, FLAT_RAD, 0.0, Moments.zero(), 0.0, 0.0)
+        return {**found, **rates(sunk - hole.rate(depth).scaled(metal.density_g_mm3))}

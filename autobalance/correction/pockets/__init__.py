@@ -1,0 +1,1 @@
+"""Milled pockets: outline and trace."""

@@ -1,0 +1,82 @@
+"""What milled pockets leave behind."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from autobalance.correction.contract import Item, Limits
+from autobalance.correction.rings.trace import faceted_ring
+from autobalance.correction.trace import (
+    Before,
+    Metal,
+    rates,
+    slack_mm,
+    stated_number,
+    stated_size,
+    web_at,
+)
+from autobalance.solid.csg.solid import Region, Solid
+
+
+@dataclass(frozen=True)
+class PocketTrace:
+    """A milled pocket: a sector between two radii with round corners, along the axis."""
+
+    item: Item
+
+    @property
+    def takes_metal(self) -> bool:
+        """Always."""
+        return True
+
+    def implied(self, crank: Before, limits: Limits | None) -> Mapping[str, Any]:
+        """Return the cutter of the job."""
+        del crank
+        return {"direction": "axial", "cutter_mm": getattr(limits, "cutter_mm", self.item.get("cutter_mm"))}
+
+    def room(self, crank: Before) -> Solid:
+        """All between the radii and the angles, from the cheek down."""
+        depth, z = stated_size(self.item, "depth_mm"), stated_number(self.item, "face_z_mm")
+        inner, outer = (stated_number(self.item, f"{name}_radius_mm") for name in ("inner", "outer"))
+        start, end = stated_number(self.item, "start_deg"), stated_number(self.item, "end_deg")
+        slack = slack_mm(depth)
+        around = faceted_ring(max(inner - slack, 0.0), outer + slack, z - depth - slack, z + depth + slack)
+        wide = min((end - start) % 360.0 or 360.0, 350.0)
+        more = math.degrees(slack / max(inner, 1.0))
+        angles = np.radians(np.linspace(start - more, start + wide + more, 64))
+        wedge = np.concatenate(
+            [np.zeros((1, 2)), 2.0 * outer * np.column_stack([np.cos(angles), np.sin(angles)])]
+        )
+        return around & Solid.prism(Region.of([wedge]), z - depth - slack, z + depth + slack)
+
+    def read(self, metal: Metal) -> Mapping[str, Any]:
+        """Radii and angles from the section at half depth, the floor's section for the rate."""
+        centre = metal.moments.centre_mm
+        up = np.sign(stated_number(self.item, "face_z_mm") - centre[2])
+        axis = np.array([0.0, 0.0, up])
+        floor, cut = metal.facing(-axis)
+        cheek, _ = metal.facing(axis)
+        outline = np.concatenate(
+            [np.zeros((0, 2)), *(p for each in metal.pieces for p in each.section(centre[2]).polygons)]
+        )
+        radius, middle = np.hypot(*outline.T), math.atan2(centre[1], centre[0])
+        off = np.angle(np.exp(1j * (np.arctan2(outline[:, 1], outline[:, 0]) - middle)))
+        return {
+            "direction": "axial",
+            "face": None,
+            "cutter_mm": getattr(metal.limits, "cutter_mm", None),
+            "web": web_at(metal.crank.anatomy, float(centre[2])),
+            "inner_radius_mm": float(radius.min()),
+            "outer_radius_mm": float(radius.max()),
+            "start_deg": math.degrees(middle + float(off.min())) % 360.0,
+            "end_deg": math.degrees(middle + float(off.max())) % 360.0,
+            "face_z_mm": up * cheek,
+            "depth_mm": cheek + floor,
+            "position_mm": centre,
+            **rates(cut.scaled(-metal.density_g_mm3)),
+        }

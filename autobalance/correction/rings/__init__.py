@@ -1,0 +1,1 @@
+"""Turned rims: their trace."""

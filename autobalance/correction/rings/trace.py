@@ -1,0 +1,161 @@
+"""What rims that are turned down leave behind."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from autobalance.correction.contract import Item, Limits
+from autobalance.correction.trace import (
+    FAR_MM,
+    ON_PLANE,
+    SLACK_MM,
+    Before,
+    Metal,
+    Reading,
+    rates,
+    slack_mm,
+    stated_number,
+    surface_moments,
+    web_at,
+)
+from autobalance.errors import FormatError
+from autobalance.rigid_rotor.moments import Moments
+from autobalance.solid.csg.shape import equal_area
+from autobalance.solid.csg.solid import Solid, union
+
+RING_MM = 0.05
+RING_SIDES = 360
+EQUAL_AREA = equal_area(RING_SIDES)
+"""A thin ring over a turned radius, its sides, and by how much its corners lie out for a circle's area."""
+CLEAN = 0.01
+"""Share by which the area of a turned surface may differ from that of the rings without flaps on it."""
+SEEN = 0.25
+"""Share of what faces the axis that lies at a radius where flaps on the old rim may be the rest."""
+CORNERS = 1.001
+"""The corners of a tool's prism stick out of the circle of its area by this factor at most."""
+
+
+def faceted_ring(inner_mm: float, outer_mm: float, low_mm: float, high_mm: float, sides: int = 72) -> Solid:
+    """Return a ring about the crank axis, its corners at these radii."""
+    outline = [(inner_mm, low_mm), (outer_mm, low_mm), (outer_mm, high_mm), (inner_mm, high_mm)]
+    return Solid.revolved(np.array(outline), sides)
+
+
+@dataclass(frozen=True)
+class RingTrace:
+    """Rims turned down to a radius about the crank axis."""
+
+    item: Item
+
+    @property
+    def takes_metal(self) -> bool:
+        """Always."""
+        return True
+
+    def implied(self, crank: Before, limits: Limits | None) -> Mapping[str, Any]:
+        """Return the new radius: the old one less the depth."""
+        del crank, limits
+        new = stated_number(self.item, "rim_radius_mm") - stated_number(self.item, "depth_mm")
+        return {"new_radius_mm": new}
+
+    def room(self, crank: Before) -> Solid:
+        """All beyond the new radius, along its webs."""
+        inner = stated_number(self.item, "new_radius_mm")
+        inner = max(inner - slack_mm(inner), 0.0)
+        listed = self.item.get("webs")
+        if not isinstance(listed, list):
+            raise FormatError(f"webs of a correction of kind {self.item.get('kind')!r} is no list")
+        rings = [
+            faceted_ring(inner, FAR_MM, web.z_min_mm - SLACK_MM, web.z_max_mm + SLACK_MM)
+            for web in crank.anatomy.webs
+            if web.number in listed
+        ]
+        return union(rings) if rings else Solid.nothing()
+
+    def read(self, metal: Metal) -> Mapping[str, Any]:
+        """Read the new radius off the surface towards the axis, the webs off the pieces."""
+        claimed = stated_number(self.item, "new_radius_mm")
+        new, turned = self._turned(metal, claimed)
+        rim = float(np.hypot(metal.corners[:, :, 0], metal.corners[:, :, 1]).max())
+        webs = sorted(
+            {web_at(metal.crank.anatomy, float(each.moments(1.0).centre_mm[2])) for each in metal.pieces}
+        )
+        return {
+            "webs": webs,
+            "web": webs[0] if len(webs) == 1 else None,
+            "rim_radius_mm": rim,
+            "new_radius_mm": new,
+            "depth_mm": rim - new,
+            "position_mm": metal.moments.centre_mm,
+            **_ring_rates(metal, new, turned),
+        }
+
+    def rates(self, metal: Metal, claimed_mm: float) -> dict[str, Any]:
+        """Return what one more millimetre of radius changes, values or readings."""
+        return _ring_rates(metal, *self._turned(metal, claimed_mm))
+
+    def _turned(self, metal: Metal, claimed_mm: float) -> tuple[float, Moments]:
+        """Return the new radius, and (1, r, r rᵀ) dA over the turned surface; a prism's corners stick out."""
+        corners = metal.corners
+        across = np.hypot(corners[:, :, 0], corners[:, :, 1])
+        a, b, c = corners.transpose(1, 0, 2)
+        vectors = np.cross(b - a, c - a)
+        middle = corners.mean(axis=1)
+        inward = -(vectors[:, :2] * middle[:, :2]).sum(axis=1)
+        size = np.linalg.norm(vectors, axis=1) * np.hypot(middle[:, 0], middle[:, 1])
+        facing = inward > ON_PLANE * size
+        if not facing.any():
+            return math.nan, Moments.zero()
+        radii, weight = across[facing].mean(axis=1), size[facing]
+        order = np.argsort(radii)
+        most = float(radii[order[np.searchsorted(np.cumsum(weight[order]), 0.5 * weight.sum())]])
+        near = metal.near_mm + 1e-4
+        low, high = (
+            claimed_mm * EQUAL_AREA * math.cos(math.pi / RING_SIDES) - near,
+            claimed_mm * CORNERS + near,
+        )
+        there = ((across[facing] >= low) & (across[facing] <= high)).all(axis=1)
+        is_seen = low <= most <= high or float(weight[there].sum()) >= SEEN * float(weight.sum())
+        new = claimed_mm if is_seen else most
+        turned = facing & (np.abs(across - most).max(axis=1) <= near + (CORNERS - 1.0) * most)
+        return new, surface_moments(corners[turned])
+
+
+def _ring_rates(metal: Metal, radius_mm: float, turned: Moments) -> dict[str, Any]:
+    """Return what one more millimetre of radius changes: from the turned surface, where it can be believed.
+
+    Flaps may hang on the metal where the old rim hardly stood out. So the metal in two thin rings over the
+    new radius counts too: flaps have no volume. With m(δ) the moments of what lies within δ of the radius,
+    (4 m(δ) − m(2δ)) / 2δ is dm/dδ to second order; m(δ)/δ, to first, tells how far to trust it. The surface
+    is believed as far as the rings confirm it: where the rim hardly stands out, some is rounded away.
+    """
+    exact = rates(turned.scaled(-metal.density_g_mm3))
+    if math.isnan(radius_mm):  # nothing faces the axis
+        return exact
+    low, high = (float(f(piece.bounds[k][2] for piece in metal.pieces)) for k, f in ((0, min), (1, max)))
+    thin, thick = (
+        _within(metal, radius_mm + step, low - SLACK_MM, high + SLACK_MM) for step in (RING_MM, 2.0 * RING_MM)
+    )
+    rate = (thin.scaled(4.0) - thick).scaled(0.5 / RING_MM)
+    doubt = rate - thin.scaled(1.0 / RING_MM)
+    found, off = (rates(each.scaled(-metal.density_g_mm3)) for each in (rate, doubt))
+    rounding = 4.0 * metal.near_mm / RING_MM * metal.density_g_mm3 * thin.mass_g / RING_MM * radius_mm
+    reach = {"unbalance_per_mm_g_mm": 1.0, "moment_per_mm_g_mm2": max(abs(low), abs(high))}
+    clean = abs(turned.mass_g - rate.mass_g) <= CLEAN * rate.mass_g
+    told: dict[str, Any] = {}
+    for key, value in found.items():
+        within = float(np.linalg.norm(off[key])) + rounding * reach[key]
+        apart = float(np.linalg.norm(exact[key] - value))
+        told[key] = Reading(exact[key], apart) if clean and apart <= within else Reading(value, within)
+    return told
+
+
+def _within(metal: Metal, radius_mm: float, low_mm: float, high_mm: float) -> Moments:
+    """Return volume moments (density 1) of the metal within a radius about the axis."""
+    rod = faceted_ring(0.0, radius_mm * EQUAL_AREA, low_mm, high_mm, RING_SIDES)
+    return sum(((piece & rod).moments(1.0) for piece in metal.pieces), Moments.zero())

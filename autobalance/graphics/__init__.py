@@ -1,1 +1,0 @@
-"""Pictures without a graphics library: z-buffer, lettering, polar plots."""

@@ -1,0 +1,1 @@
+"""The files beside the job: bearings, rotors, readings, trials, designs, lists."""

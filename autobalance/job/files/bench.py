@@ -1,0 +1,391 @@
+"""``BENCH.toml``: a rotor, its bearings, the speed control, the schedule and what was measured."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from itertools import pairwise
+from pathlib import Path
+from typing import Any, Literal
+
+from autobalance.bearings.cases import RollingCase
+from autobalance.bearings.film import JournalBearing
+from autobalance.dynamics.bench_rotor import (
+    M_PER_MM,
+    BenchBearings,
+    DiscOnShaft,
+    DrilledHole,
+    DryBearings,
+    PlainBearings,
+    RollingBearings,
+    disc_thickness_mm,
+)
+from autobalance.dynamics.speed_control import SpeedControl
+from autobalance.errors import JobError
+from autobalance.job.files.bearing import parse_bearing
+from autobalance.job.toml.keys import FILLED, Key, Values, names, read_document
+from autobalance.job.toml.table import COUNTED, NOT_NEGATIVE, POSITIVE
+from autobalance.units import G_PER_KG, G_PER_MM3_PER_KG_M3, RAD_S_PER_RPM
+
+GRAVITY_M_S2 = 9.80665
+G_MM2_PER_KG_MM2 = 1000.0
+MOST_RUNS = 1000
+Pair = tuple[float, float]
+
+ROTOR_KEYS = (
+    Key(
+        "inertia_kg_mm2",
+        float,
+        "about the axis; with disc_mm and no thickness_mm the disc fits it",
+        POSITIVE,
+        None,
+    ),
+    Key("mass_kg", float, "of the rotor", POSITIVE, None),
+    Key("weight_N", float, "or its weight", POSITIVE, None),
+    Key("disc_mm", float, "or its shape: diameter of the disc", POSITIVE, None),
+    Key("shaft_mm", float, "diameter of the shaft", POSITIVE, None),
+    Key("length_mm", float, "of the whole rotor", POSITIVE, None),
+    Key("thickness_mm", float, "of the disc", POSITIVE, None),
+    Key("density_kg_m3", float, "of rotor and holes", POSITIVE, 7850.0),
+)
+HOLE_KEYS = (
+    Key("diameter_mm", float, "of the hole", POSITIVE),
+    Key("depth_mm", float, "of the hole", POSITIVE),
+    Key("radius_mm", float, "of its middle", NOT_NEGATIVE),
+    Key("angle_deg", float, "where it is", default=0.0),
+)
+OIL_KEYS = (
+    Key("viscosity_mm2_s", tuple[Pair, Pair], "two pairs °C, ν"),
+    Key("density_kg_m3", float, "of the oil", POSITIVE, 860.0),
+    Key("temperature_C", float, "of the oil"),
+)
+DRY_KEYS = (
+    Key("diameter_mm", float, "dry, hydrodynamic: of the journals", POSITIVE, None),
+    Key("mu", float, "dry: coefficient of friction; hydrodynamic: where they touch", NOT_NEGATIVE, None),
+    Key("mu_by_speed", tuple[Pair, ...], "or pairs [rpm, mu], straight between them", NOT_NEGATIVE, None),
+)
+PLAIN_KEYS = (
+    Key("length_mm", float, "hydrodynamic: of each bearing", POSITIVE, None),
+    Key("radial_clearance_mm", float, "hydrodynamic: of each bearing", POSITIVE, None),
+    Key("viscosity_Pa_s", float, "hydrodynamic: dynamic, of the oil", POSITIVE, None),
+)
+CONSTANTS = ("f0", "f1", "r1", "s1", "bore_mm", "outer_mm", "mu_bl", "mu_ehl", "k_rs", "k_z")
+CATALOGUED = ("seal_N_mm", "drag_N_mm")
+ROLLING_KEYS = (
+    Key("model", Literal["palmgren", "skf"], "rolling: how friction is found", default=None),
+    Key("mean_diameter_mm", float, "rolling: (d + D)/2", POSITIVE, None),
+    Key("kinematic_viscosity_mm2_s", float, "rolling: of the oil", POSITIVE, None),
+    Key("count", int, "rolling, hydrodynamic: bearings alike that share the load", COUNTED, None),
+    *(
+        Key(name, float, "rolling: constant of the model", NOT_NEGATIVE, None)
+        for name in (*CONSTANTS, *CATALOGUED)
+    ),
+    Key("oil", says="rolling: instead of the viscosity", keys=OIL_KEYS, default=None),
+)
+BEARING_KEYS = (
+    Key("kind", Literal["dry", "rolling", "hydrodynamic"], "what the rotor runs in"),
+    *DRY_KEYS,
+    Key("small_angle", bool, "dry: μ in place of μ/√(1 + μ²)", default=False),
+    *ROLLING_KEYS,
+    *PLAIN_KEYS,
+)
+CONTROL_KEYS = (
+    Key("kp_N_m_s", float, "torque by speed error", NOT_NEGATIVE, 0.05),
+    Key("ki_N_m", float, "torque by the integral of the speed error", NOT_NEGATIVE, 0.5),
+    Key("torque_limit_N_m", float, "greatest torque", POSITIVE, 5.0),
+    Key("delay_s", float, "of the torque", NOT_NEGATIVE, 0.0),
+)
+SCHEDULE_KEYS = (
+    Key("speeds_rpm", tuple[float, ...], "each from rest", POSITIVE, (3000.0, 6000.0, 9000.0)),
+    Key("ramp_s", float, "straight up", POSITIVE, 2.0),
+    Key("hold_s", float, "then held", POSITIVE, 1.5),
+    Key("repeats", int, "of each speed", COUNTED, 1),
+)
+REDUCTION_KEYS = (
+    Key("zero_V", float, "reading without torque (0.2)", default=None),
+    Key("zero", Literal["rest"], "or: mean of the readings at 0 rpm of the case", default=None),
+    Key("N_m_per_V", float, "of the torque transducer", POSITIVE, 5.0 / 4.8),
+    Key("zero_pm_V", float, "half-width of what the zero may be", NOT_NEGATIVE, 0.0),
+    Key("N_m_per_V_pm", float, "half-width of what the scale may be", NOT_NEGATIVE, 0.0),
+    Key("temperature_C", tuple[float, float], "hold: runs outside from–to do not count", default=None),
+)
+READING_KEYS = (
+    Key("case", int | str, "name of the case"),
+    Key("speed_rpm", float, "0: at rest", NOT_NEGATIVE),
+    Key("volts", tuple[float, ...], "one a run", default=None),
+    Key("torque_N_m", float, "or the torque", default=None),
+    Key("temperature_C", tuple[float, ...], "of the bearings, one a run", default=None),
+    Key("drop", tuple[int, ...], "runs that do not count, from 1", default=()),
+    Key("simulated_N_m", float, "to compare with; default the run of that speed here", default=None),
+)
+BENCH_KEYS = (
+    Key("rotor", says="what turns", keys=ROTOR_KEYS),
+    Key("hole", says="drilled: its weight is missing", keys=HOLE_KEYS, many=True, default=None),
+    Key("bearing", says="both together", keys=BEARING_KEYS),
+    Key("control", says="of the speed", keys=CONTROL_KEYS, default=FILLED),
+    Key("schedule", says="of the runs", keys=SCHEDULE_KEYS, default=FILLED),
+    Key("reduction", says="of volts to torque", keys=REDUCTION_KEYS, default=FILLED),
+    Key("reading", says="what was measured", keys=READING_KEYS, many=True, default=None),
+)
+DEFAULT_ZERO_V = 0.2
+
+
+@dataclass(frozen=True)
+class Reading:
+    """What was measured at a speed: volts of each run, or the torque; ``dropped`` runs count from 1.
+
+    Those of ``cold`` are among them: their temperature was not held.
+    """
+
+    case: int | str
+    speed_rpm: float
+    volts: tuple[float, ...]
+    dropped: tuple[int, ...]
+    torque_N_m: float | None
+    simulated_N_m: float | None
+    cold: tuple[int, ...] = ()
+
+    @property
+    def kept(self) -> tuple[float, ...]:
+        """Volts of the runs that count."""
+        return tuple(v for run, v in enumerate(self.volts, 1) if run not in self.dropped)
+
+
+@dataclass(frozen=True, eq=False)
+class Bench:
+    """The file in mm, g, s, rad, N and V; ``zero_V`` None: the mean of the readings at rest."""
+
+    values: Values
+    mass_g: float
+    weight_N: float
+    polar_g_mm2: float
+    shape: DiscOnShaft | None
+    density_g_mm3: float
+    holes: tuple[DrilledHole, ...]
+    bearings: BenchBearings
+    control: SpeedControl
+    speeds_rpm: tuple[float, ...]
+    ramp_s: float
+    hold_s: float
+    repeats: int
+    zero_V: float | None
+    N_m_per_V: float
+    zero_pm_V: float
+    N_m_per_V_pm: float
+    readings: tuple[Reading, ...]
+
+    @property
+    def speeds_rad_s(self) -> tuple[float, ...]:
+        """Speeds of the schedule."""
+        return tuple(RAD_S_PER_RPM * each for each in self.speeds_rpm)
+
+
+def read_bench(source: str | Path | Mapping[str, Any]) -> Bench:
+    """Read a bench file, or its structure.
+
+    Raises
+    ------
+    FileError
+        If it cannot be read.
+    JobError
+        If a key is unknown, missing or impossible.
+    """
+    return read_document(source, "bench file", BENCH_KEYS, _bench)
+
+
+def _bench(values: Values) -> Bench:
+    schedule, reduction = values["schedule"], values["reduction"]
+    if not schedule["speeds_rpm"]:
+        raise JobError("schedule.speeds_rpm is an empty list; at least one speed is needed")
+    if len(schedule["speeds_rpm"]) * schedule["repeats"] > MOST_RUNS:
+        raise JobError(f"schedule has more than {MOST_RUNS} runs; fewer speeds or repeats are needed")
+    if reduction["zero_V"] is not None and reduction["zero"] is not None:
+        raise JobError("reduction.zero_V is given with zero; one of them is needed")
+    hold = reduction["temperature_C"]
+    if hold is not None and not hold[0] <= hold[1]:
+        raise JobError(f"reduction.temperature_C is [{hold[0]:g}, {hold[1]:g}]; the first must be the lower")
+    if reduction["zero_V"] is None and reduction["zero"] is None:
+        reduction["zero_V"] = DEFAULT_ZERO_V
+    if values["control"]["kp_N_m_s"] == 0.0 and values["control"]["ki_N_m"] == 0.0:
+        raise JobError("control.kp_N_m_s and control.ki_N_m are both 0; there is no control")
+    density = values["rotor"]["density_kg_m3"] * G_PER_MM3_PER_KG_M3
+    shape = _shape(values["rotor"], density)
+    _check_holes(values["hole"], values["rotor"]["disc_mm"])
+    mass, weight = _mass(values["rotor"], shape)
+    control = values["control"]
+    return Bench(
+        values,
+        mass,
+        weight,
+        _inertia(values["rotor"], shape),
+        shape,
+        density,
+        tuple(
+            DrilledHole(
+                each["diameter_mm"], each["depth_mm"], each["radius_mm"], math.radians(each["angle_deg"])
+            )
+            for each in values["hole"]
+        ),
+        _bearings(values["bearing"]),
+        SpeedControl(control["kp_N_m_s"], control["ki_N_m"], control["torque_limit_N_m"], control["delay_s"]),
+        schedule["speeds_rpm"],
+        schedule["ramp_s"],
+        schedule["hold_s"],
+        schedule["repeats"],
+        reduction["zero_V"],
+        reduction["N_m_per_V"],
+        reduction["zero_pm_V"],
+        reduction["N_m_per_V_pm"],
+        tuple(
+            _reading(each, f"reading[{number}]", reduction["temperature_C"])
+            for number, each in enumerate(values["reading"], 1)
+        ),
+    )
+
+
+def _check_holes(holes: Sequence[Values], disc_mm: float | None) -> None:
+    """Refuse holes whose middle lies outside of the disc; what is drilled from the rim may reach over it."""
+    for number, each in enumerate(holes, 1):
+        if disc_mm is not None and each["radius_mm"] > 0.5 * disc_mm:
+            raise JobError(
+                f"hole[{number}].radius_mm is {each['radius_mm']:g}; "
+                f"must lie in the disc, 0 to {0.5 * disc_mm:g}"
+            )
+
+
+def _shape(rotor: Values, density: float) -> DiscOnShaft | None:
+    """Return the disc on its shaft; None where the file does not say one."""
+    if rotor["disc_mm"] is None:
+        for key in ("shaft_mm", "length_mm", "thickness_mm"):
+            if rotor[key] is not None:
+                raise JobError(f"rotor.{key} is given without disc_mm; both make the rotor's shape")
+        return None
+    for key in ("shaft_mm", "length_mm"):
+        if rotor[key] is None:
+            raise JobError(f"rotor.{key} is missing; the rotor's shape needs it with disc_mm")
+    disc, shaft, length, thickness = (
+        rotor[key] for key in ("disc_mm", "shaft_mm", "length_mm", "thickness_mm")
+    )
+    if not disc > shaft:
+        raise JobError(f"rotor.disc_mm is {disc:g}; must be over shaft_mm, {shaft:g}")
+    if thickness is None:
+        if rotor["inertia_kg_mm2"] is None:
+            raise JobError("rotor.inertia_kg_mm2 is missing; or thickness_mm, from which it is found")
+        inertia = rotor["inertia_kg_mm2"] * G_MM2_PER_KG_MM2
+        try:
+            thickness = disc_thickness_mm(inertia, disc, shaft, length, density)
+        except ValueError as error:
+            raise JobError(f"rotor.inertia_kg_mm2 is {rotor['inertia_kg_mm2']:g}: {error}") from None
+    if thickness > length:
+        raise JobError(f"rotor.thickness_mm is {thickness:g}; must be at most length_mm, {length:g}")
+    return DiscOnShaft(disc, shaft, length, thickness, density)
+
+
+def _inertia(rotor: Values, shape: DiscOnShaft | None) -> float:
+    if rotor["inertia_kg_mm2"] is not None:
+        return float(rotor["inertia_kg_mm2"] * G_MM2_PER_KG_MM2)
+    if shape is None:
+        raise JobError("rotor.inertia_kg_mm2 is missing")
+    return shape.polar_g_mm2
+
+
+def _mass(rotor: Values, shape: DiscOnShaft | None) -> tuple[float, float]:
+    """Return mass and weight, from whichever is given."""
+    mass, weight = rotor["mass_kg"], rotor["weight_N"]
+    if mass is None and weight is None:
+        if shape is None:
+            raise JobError("rotor.mass_kg is missing; or weight_N, or disc_mm, shaft_mm, length_mm")
+        mass = shape.mass_g / G_PER_KG
+    mass = weight / GRAVITY_M_S2 if mass is None else mass
+    return mass * G_PER_KG, mass * GRAVITY_M_S2 if weight is None else weight
+
+
+def _bearings(table: Values) -> BenchBearings:
+    kind = table["kind"]
+    known = {"dry": DRY_KEYS, "rolling": ROLLING_KEYS, "hydrodynamic": PLAIN_KEYS}
+    own = set(names(known[kind])) | ({"diameter_mm", "mu", "count"} if kind == "hydrodynamic" else set())
+    for other, keys in known.items():
+        for key in names(keys):
+            if key not in own and table[key] is not None:
+                raise JobError(f'bearing.{key} is given, but kind is "{kind}"; it is a key of "{other}"')
+    if table["small_angle"] and kind != "dry":
+        raise JobError(f'bearing.small_angle is given, but kind is "{kind}"; it is a key of "dry"')
+    return _dry(table) if kind == "dry" else _rolling(table) if kind == "rolling" else _plain(table)
+
+
+def _plain(table: Values) -> PlainBearings:
+    for key in ("diameter_mm", *names(PLAIN_KEYS), "mu"):
+        if table[key] is None:
+            why = ", friction where journal and bearing touch" if key == "mu" else "; must be > 0"
+            raise JobError(f"bearing.{key} is missing{why}")
+    sizes = (table["diameter_mm"], table["length_mm"], table["radial_clearance_mm"])
+    return PlainBearings(
+        JournalBearing(*(each * M_PER_MM for each in sizes)),
+        table["count"] or 2,
+        table["viscosity_Pa_s"],
+        table["mu"],
+    )
+
+
+def _dry(table: Values) -> DryBearings:
+    if table["diameter_mm"] is None:
+        raise JobError("bearing.diameter_mm is missing; must be > 0")
+    if (table["mu"] is None) == (table["mu_by_speed"] is None):
+        found = "mu is missing" if table["mu"] is None else "mu is given with mu_by_speed"
+        raise JobError(f"bearing.{found}; either mu or mu_by_speed is needed")
+    curve = ((0.0, table["mu"]),) if table["mu_by_speed"] is None else table["mu_by_speed"]
+    speeds = [speed for speed, _ in curve]
+    if not curve or any(b <= a for a, b in pairwise(speeds)):
+        raise JobError("bearing.mu_by_speed must have at least one pair [rpm, mu], the speeds rising")
+    return DryBearings(table["diameter_mm"], curve, table["small_angle"])
+
+
+def _rolling(table: Values) -> RollingBearings:
+    raw = {key: table[key] for key in ("kind", *names(ROLLING_KEYS)) if table[key] is not None}
+    try:
+        case = parse_bearing(_lists({**raw, "load_N": 0.0})).case
+    except JobError as error:
+        raise JobError(f"bearing.{error}") from None
+    assert isinstance(case, RollingCase)
+    viscosity = case.lubricant.kinematic_mm2_s
+    assert viscosity is not None
+    return RollingBearings(case.bearing, case.count, viscosity)
+
+
+def _lists(value: Any) -> Any:
+    """Return tuples as lists, as TOML has them."""
+    if isinstance(value, dict):
+        return {key: _lists(item) for key, item in value.items()}
+    return [_lists(item) for item in value] if isinstance(value, tuple) else value
+
+
+def _off_hold(each: Values, where: str, hold: Pair | None) -> tuple[int, ...]:
+    """Return the runs, from 1, whose temperature was not held."""
+    found = each["temperature_C"]
+    if found is None:
+        return ()
+    if len(found) != len(each["volts"] or ()):
+        raise JobError(f"{where}.temperature_C has {len(found)} values for {len(each['volts'] or ())} volts")
+    if hold is None:
+        return ()
+    return tuple(run for run, value in enumerate(found, 1) if not hold[0] <= value <= hold[1])
+
+
+def _reading(each: Values, where: str, hold: Pair | None) -> Reading:
+    volts, torque = each["volts"], each["torque_N_m"]
+    if (volts is None) == (torque is None):
+        found = "volts is missing" if volts is None else "volts is given with torque_N_m"
+        raise JobError(f"{where}.{found}; either volts or torque_N_m is needed")
+    for run in each["drop"]:
+        if not 1 <= run <= len(volts or ()):
+            raise JobError(f"{where}.drop names run {run}; there are {len(volts or ())}, counted from 1")
+    cold = _off_hold(each, where, hold)
+    dropped = tuple(sorted({*each["drop"], *cold}))
+    reading = Reading(
+        each["case"], each["speed_rpm"], volts or (), dropped, torque, each["simulated_N_m"], cold
+    )
+    if volts is not None and not reading.kept:
+        key = "temperature_C" if cold else "drop"
+        raise JobError(f"{where}.{key} leaves no run; at least one must count")
+    return reading

@@ -1,0 +1,68 @@
+"""Keys that say how a balancing machine's reading counts, and angles between its sense and the rotor's."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Literal
+
+from autobalance.job.toml.keys import Key, Values
+from autobalance.job.toml.table import NOT_NEGATIVE, POSITIVE, Rule
+
+Rotation = Literal["ccw", "cw"]
+Reads = Literal["heavy", "light"]
+
+PERCENT = Rule(lambda x: 0.0 < x <= 100.0, "must be > 0 and ≤ 100")
+
+ROTATION = Key("rotation", Rotation, "sense in which angle_deg counts, seen from +z", default="ccw")
+ZERO_DEG = Key(
+    "zero_deg", float, "the machine's zero mark in the rotor frame, ccw from crankpin 1", default=0.0
+)
+READS = Key("reads", Reads, "heavy: where the mass is too much; light: opposite", default="heavy")
+URR_PERCENT = Key("urr_percent", float, "unbalance reduction ratio", PERCENT)
+UMAR_G_MM = Key(
+    "umar_g_mm", float, "minimum achievable residual unbalance of a plane's reading", NOT_NEGATIVE
+)
+SPEED_RPM = Key("speed_rpm", float, "speed of the machine", POSITIVE, None)
+AS_READ = (
+    Key("serial", str, "serial number, goes onto the sheet", default=None),
+    SPEED_RPM,
+    Key("bob_weights_g", tuple[float, ...], "clamped on, one a throw", NOT_NEGATIVE, None),
+    Key("attached_fitted", bool, "were the [[engine.attached]] parts on", default=True),
+    URR_PERCENT,
+    UMAR_G_MM,
+    ROTATION,
+    ZERO_DEG,
+)
+"""How a machine read: of a reading file, and of trials from which one is made."""
+
+
+@dataclass(frozen=True)
+class Convention:
+    """How angles of a reading count."""
+
+    rotation: Rotation = "ccw"
+    zero_deg: float = 0.0
+    reads: Reads = "heavy"
+
+    @staticmethod
+    def of(values: Values) -> Convention:
+        """Return the convention that a table's values say."""
+        return Convention(values["rotation"], values["zero_deg"], values["reads"])
+
+    @property
+    def sense(self) -> float:
+        """Return +1 where the machine counts counter-clockwise, −1 where clockwise."""
+        return 1.0 if self.rotation == "ccw" else -1.0
+
+    @property
+    def offset_deg(self) -> float:
+        """Return the rotor angle of a reading of 0°."""
+        return self.zero_deg + (180.0 if self.reads == "light" else 0.0)
+
+    def rotor_deg(self, angle_deg: float) -> float:
+        """Return the angle of the heavy side in the rotor frame."""
+        return (self.offset_deg + self.sense * angle_deg) % 360.0 % 360.0
+
+    def machine_deg(self, rotor_deg: float) -> float:
+        """Return what the machine shows for a heavy side at an angle of the rotor frame."""
+        return (self.sense * (rotor_deg - self.offset_deg)) % 360.0 % 360.0

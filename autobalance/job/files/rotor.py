@@ -1,0 +1,315 @@
+"""Read a rotor file: shaft, discs, bearings, unbalances and what is asked about them; SI units out."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from autobalance.dynamics.beam_rotor import (
+    BeamRotor,
+    BeamTheory,
+    Disc,
+    PointUnbalance,
+    ShaftSection,
+)
+from autobalance.errors import JobError
+from autobalance.job.files.rotor_bearings import BEARING, M_PER_MM, PLACE, read_bearing
+from autobalance.job.toml.convert import Large
+from autobalance.job.toml.keys import Key, Values, read_document
+from autobalance.job.toml.table import ANY, COUNTED, NOT_NEGATIVE, POSITIVE, Rule
+from autobalance.rigid_rotor.moments import Array
+from autobalance.units import RAD_S_PER_RPM
+
+PA_PER_GPA = 1e9
+KG_M2_PER_KG_MM2 = 1e-6
+KG_M_PER_G_MM = 1e-6
+Speeds = float | tuple[float, float]
+
+POISSON = Rule(lambda x: -1.0 < x <= 0.5, "must be over -1 and at most 0.5")
+POINTS = Rule(lambda x: 2 <= x <= 100000, "must be 2 to 100000")
+MODES = Rule(lambda x: 1 <= x <= 200, "must be 1 to 200")
+STEEPEST, WIDEST, SLENDEREST = 20.0, 200.0, 2000.0
+"""Ratios of diameters in a cone and in a shaft, and of length to diameter, that beams can be asked for."""
+SPEED = Rule(lambda x: 0.0 <= x <= 1e6, "must be ≥ 0 and at most 1e6")
+ELEMENTS = Rule(lambda x: 0 <= x <= 2000, "must be 0 (as many as needed) to 2000")
+
+SHAFT = (
+    Key("length_mm", float, "length of the section", POSITIVE),
+    Key("outer_mm", float, "outer diameter, at the start of a cone", POSITIVE),
+    Key("inner_mm", float, "inner diameter", NOT_NEGATIVE, 0.0),
+    Key("outer_end_mm", float, "outer diameter at the end; default: the same", POSITIVE, None),
+    Key("inner_end_mm", float, "inner diameter at the end; default: the same", NOT_NEGATIVE, None),
+    Key("e_gpa", float, "Young's modulus", POSITIVE, 210.0),
+    Key("nu", float, "Poisson's ratio; default 0.3, or what g_gpa makes it", POISSON, None),
+    Key("g_gpa", float, "shear modulus, instead of nu", POSITIVE, None),
+    Key("density_kg_m3", float, "density", POSITIVE, 7850.0),
+    Key("shear_factor", float, "Timoshenko's shear factor; 0: Cowper's", NOT_NEGATIVE, 0.0),
+    Key("elements", int, "classical elements; 0: as many as 1e-5 of a frequency needs", ELEMENTS, 0),
+)
+DISC = (
+    PLACE,
+    Key("mass_kg", float, "mass", NOT_NEGATIVE),
+    Key("polar_kg_mm2", float, "moment of inertia about the shaft", NOT_NEGATIVE, 0.0),
+    Key("diametral_kg_mm2", float, "moment of inertia about a diameter", NOT_NEGATIVE, 0.0),
+)
+UNBALANCE = (
+    PLACE,
+    Key("g_mm", float, "mass times distance from the axis"),
+    Key("angle_deg", float, "angle in the rotor frame", ANY, 0.0),
+)
+BALANCING = (
+    Key("planes_mm", tuple[float, ...], "correction planes"),
+    Key("modes", int, "how many of the lowest planar modes", COUNTED, 1),
+    Key("rigid", bool, "whether resultant and moment vanish too (N + 2)", ANY, False),
+)
+STIFFNESS_MAP = (
+    Key("k_n_m", tuple[Large, Large], "range of the stiffness of all bearings", POSITIVE),
+    Key("points", int, "stiffnesses in the range", POINTS, 31),
+)
+RUN_UP = (
+    Key("from_rpm", float, "first speed", NOT_NEGATIVE, 0.0),
+    Key("to_rpm", float, "last speed", POSITIVE),
+    Key("time_s", float, "how long it takes", POSITIVE),
+    Key("points", int, "times that are told", POINTS, 2001),
+)
+ROTOR = (
+    Key("speed_rpm", Speeds, "a speed, or the lowest and highest", SPEED, 3000.0),
+    Key("points", int, "speeds in a range", POINTS, 101),
+    Key("beam", BeamTheory, "theory of the shaft", ANY, "timoshenko"),
+    Key("gravity_m_s2", tuple[float, float], "along x and y", ANY, (0.0, 0.0)),
+    Key("max_modes", int, "modes told at each speed", MODES, 12),
+    Key("shaft", says="sections on end, from z = 0", keys=SHAFT, many=True),
+    Key("disc", says="rigid discs", keys=DISC, many=True, default=()),
+    Key("bearing", says="supports", keys=BEARING, many=True, default=()),
+    Key("unbalance", says="heavy spots", keys=UNBALANCE, many=True, default=()),
+    Key(
+        "probe",
+        says="where motion is told; default: every disc and bearing",
+        keys=(PLACE,),
+        many=True,
+        default=(),
+    ),
+    Key("balancing", says="modal balancing", keys=BALANCING, default=None),
+    Key(
+        "stiffness_map",
+        says="undamped critical speeds over bearing stiffness",
+        keys=STIFFNESS_MAP,
+        default=None,
+    ),
+    Key("run_up", says="a run through critical speeds in time", keys=RUN_UP, default=None),
+)
+"""Every key of a rotor file."""
+
+
+@dataclass(frozen=True)
+class Balancing:
+    """Where unbalance may be added, and which modes it shall leave without excitation."""
+
+    planes_m: tuple[float, ...]
+    modes: int
+    rigid: bool
+
+
+@dataclass(frozen=True)
+class StiffnessMap:
+    """Range of a bearing stiffness that all bearings shall have in turn."""
+
+    low_n_m: float
+    high_n_m: float
+    points: int
+
+
+@dataclass(frozen=True)
+class RunUp:
+    """A run from one speed to another at constant acceleration."""
+
+    start_rad_s: float
+    end_rad_s: float
+    time_s: float
+    points: int
+
+
+@dataclass(frozen=True, eq=False)
+class RotorRequest:
+    """A rotor and what is asked about it; ``filled`` is the file as read, defaults filled in."""
+
+    rotor: BeamRotor
+    speeds_rad_s: Array
+    max_modes: int
+    probes_m: tuple[float, ...]
+    balancing: Balancing | None
+    stiffness_map: StiffnessMap | None
+    run_up: RunUp | None
+    filled: dict[str, Any]
+
+
+def read_rotor(source: str | Path | Mapping[str, Any]) -> RotorRequest:
+    """Read a rotor file, or a dict of its structure.
+
+    Raises
+    ------
+    FileError
+        If it cannot be read.
+    JobError
+        If it is not TOML, or a key is unknown, missing, of the wrong type or impossible.
+    """
+    return read_document(source, "rotor", ROTOR, _request)
+
+
+def _request(filled: Values) -> RotorRequest:
+    speeds = _speeds(filled)
+    for number, values in enumerate(filled["shaft"], 1):
+        _complete_section(f"shaft[{number}]", values)
+    length_mm = sum(each["length_mm"] for each in filled["shaft"])
+    for name in ("disc", "bearing", "unbalance", "probe"):
+        for number, values in enumerate(filled[name], 1):
+            _check_place(f"{name}[{number}].z_mm", values["z_mm"], length_mm)
+    _check_proportions(filled["shaft"])
+    rotor = BeamRotor(
+        tuple(_section(each) for each in filled["shaft"]),
+        tuple(_disc(each) for each in filled["disc"]),
+        tuple(read_bearing(f"bearing[{n}]", each, speeds) for n, each in enumerate(filled["bearing"], 1)),
+        tuple(_unbalance(each) for each in filled["unbalance"]),
+        filled["beam"],
+        filled["gravity_m_s2"],
+    )
+    if not filled["probe"]:
+        places = dict.fromkeys(each["z_mm"] for each in (*filled["disc"], *filled["bearing"]))
+        filled["probe"] = [{"z_mm": z} for z in places]
+    return RotorRequest(
+        rotor,
+        speeds,
+        filled["max_modes"],
+        tuple(M_PER_MM * each["z_mm"] for each in filled["probe"]),
+        _balancing(filled["balancing"], length_mm),
+        _stiffness_map(filled),
+        _run_up(filled["run_up"]),
+        filled,
+    )
+
+
+def _check_proportions(sections: Sequence[Values]) -> None:
+    """Refuse what is no shaft: beam elements would be divided without end, or lose all digits."""
+    for number, each in enumerate(sections, 1):
+        thick, thin = (pick(each["outer_mm"], each["outer_end_mm"]) for pick in (max, min))
+        if thick > STEEPEST * thin:
+            raise JobError(
+                f"shaft[{number}] tapers from {thick:g} to {thin:g} mm; "
+                f"a cone may taper by {STEEPEST:g} at most"
+            )
+    ends = [each[f"outer{end}"] for each in sections for end in ("_mm", "_end_mm")]
+    length_mm = sum(each["length_mm"] for each in sections)
+    if max(ends) > WIDEST * min(ends):
+        raise JobError(
+            f"[[shaft]]: outer diameters are from {min(ends):g} to {max(ends):g} mm; the largest may be "
+            f"{WIDEST:g} times the smallest at most"
+        )
+    if length_mm > SLENDEREST * min(ends):
+        raise JobError(
+            f"[[shaft]]: {length_mm:g} mm long and {min(ends):g} mm thick; "
+            f"a shaft may be {SLENDEREST:g} times as long as thick at most"
+        )
+
+
+def _speeds(top: Mapping[str, Any]) -> Array:
+    speed = top["speed_rpm"]
+    if not isinstance(speed, tuple):
+        return np.array([speed * RAD_S_PER_RPM])
+    if not speed[0] < speed[1]:
+        raise JobError(f"speed_rpm is [{speed[0]:g}, {speed[1]:g}]; the first must be the lower one")
+    return np.asarray(np.linspace(speed[0], speed[1], top["points"]) * RAD_S_PER_RPM)
+
+
+def _complete_section(place: str, found: Values) -> None:
+    """Fill in what a section's other keys say, and refuse what cannot be."""
+    for name in ("outer", "inner"):
+        if found[f"{name}_end_mm"] is None:
+            found[f"{name}_end_mm"] = found[f"{name}_mm"]
+    for end in ("_mm", "_end_mm"):
+        if found["inner" + end] >= found["outer" + end]:
+            raise JobError(
+                f"{place}.inner{end} is {found['inner' + end]:g}; "
+                f"must be less than the outer diameter, {found['outer' + end]:g}"
+            )
+    if found["g_gpa"] is None:
+        found["nu"] = 0.3 if found["nu"] is None else found["nu"]
+        found["g_gpa"] = found["e_gpa"] / (2.0 * (1.0 + found["nu"]))
+    elif found["nu"] is not None:
+        raise JobError(f"{place}.nu and g_gpa are both given; one follows from the other")
+    else:
+        found["nu"] = poisson = found["e_gpa"] / (2.0 * found["g_gpa"]) - 1.0
+        if not -1.0 < poisson <= 0.5 + 1e-9:
+            raise JobError(
+                f"{place}.g_gpa is {found['g_gpa']:g}; with e_gpa {found['e_gpa']:g} Poisson's ratio "
+                f"would be {found['nu']:.3g}, must be over -1 and at most 0.5"
+            )
+
+
+def _section(values: Mapping[str, Any]) -> ShaftSection:
+    return ShaftSection(
+        values["length_mm"] * M_PER_MM,
+        values["outer_mm"] * M_PER_MM,
+        values["outer_end_mm"] * M_PER_MM,
+        values["inner_mm"] * M_PER_MM,
+        values["inner_end_mm"] * M_PER_MM,
+        values["e_gpa"] * PA_PER_GPA,
+        values["g_gpa"] * PA_PER_GPA,
+        values["density_kg_m3"],
+        values["shear_factor"],
+        values["elements"],
+    )
+
+
+def _disc(values: Mapping[str, Any]) -> Disc:
+    polar, diametral = (values[key] * KG_M2_PER_KG_MM2 for key in ("polar_kg_mm2", "diametral_kg_mm2"))
+    return Disc(values["z_mm"] * M_PER_MM, values["mass_kg"], polar, diametral)
+
+
+def _unbalance(values: Mapping[str, Any]) -> PointUnbalance:
+    return PointUnbalance(
+        values["z_mm"] * M_PER_MM, values["g_mm"] * KG_M_PER_G_MM, float(np.radians(values["angle_deg"]))
+    )
+
+
+# --- places and the other tables ----------------------------------------------------------------------------
+
+
+def _check_place(place: str, z_mm: float, length_mm: float) -> None:
+    if not -1e-9 * length_mm <= z_mm <= length_mm * (1.0 + 1e-9):
+        raise JobError(f"{place} is {z_mm:g}; must lie on the shaft, 0 to {length_mm:g}")
+
+
+def _balancing(found: Values | None, length_mm: float) -> Balancing | None:
+    if found is None:
+        return None
+    if not found["planes_mm"]:
+        raise JobError("balancing.planes_mm is an empty list; name at least one plane")
+    for z_mm in found["planes_mm"]:
+        _check_place("balancing.planes_mm", z_mm, length_mm)
+    planes = tuple(M_PER_MM * z for z in found["planes_mm"])
+    return Balancing(planes, found["modes"], found["rigid"])
+
+
+def _stiffness_map(filled: Values) -> StiffnessMap | None:
+    found = filled["stiffness_map"]
+    if found is None:
+        return None
+    low, high = found["k_n_m"]
+    if not low < high:
+        raise JobError(f"stiffness_map.k_n_m is [{low:g}, {high:g}]; the first must be the lower one")
+    if all(each["kind"] is not None for each in filled["bearing"]):
+        raise JobError("stiffness_map needs a [[bearing]] with a stiffness; none of those here gives")
+    return StiffnessMap(low, high, found["points"])
+
+
+def _run_up(found: Values | None) -> RunUp | None:
+    if found is None:
+        return None
+    start, end = (found[key] * RAD_S_PER_RPM for key in ("from_rpm", "to_rpm"))
+    if start == end:
+        raise JobError("run_up.to_rpm is the speed it starts from; must be another")
+    return RunUp(start, end, found["time_s"], found["points"])

@@ -1,0 +1,115 @@
+"""Readings of a trials file taken from recorded signals: an order's amplitude and phase at each sensor."""
+
+from __future__ import annotations
+
+import cmath
+import math
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+from autobalance.errors import AutobalanceError, JobError
+from autobalance.job.toml.keys import Key, Values, read
+from autobalance.job.toml.table import POSITIVE
+
+RECORDS_KEYS = (
+    Key("channels", tuple[str, ...], "sensors, in the order of the readings"),
+    Key("tacho", str, "channel with one pulse a turn, from which phases count"),
+    Key("threshold", float, "level that its pulses rise through (midway)", default=None),
+    Key("sample_rate", float, "where the files have none [Hz]", POSITIVE, None),
+    Key("order", float, "order of the readings", POSITIVE, 1.0),
+)
+
+
+def with_recorded_readings(values: Mapping[str, Any], folder: Path) -> dict[str, Any]:
+    """Return the tables of a trials file with its records as numbers.
+
+    ``initial`` and ``readings`` of a trial may name a record, or a list of them (one a speed): each gives a
+    reading for every channel of ``[records]``.
+
+    Parameters
+    ----------
+    values : mapping
+        As TOML is parsed.
+    folder : Path
+        The records are relative to it.
+
+    Raises
+    ------
+    JobError
+        If a record cannot be read, or has no such order; it names the key.
+    """
+    places: list[tuple[str, Any]] = [("initial", values.get("initial"))]
+    trials = values.get("trial")
+    runs = trials if isinstance(trials, list) else []
+    places += [
+        (f"trial[{number}].readings", run.get("readings"))
+        for number, run in enumerate(runs, 1)
+        if isinstance(run, Mapping)
+    ]
+    named = [where for where, given in places if _files(given)]
+    if not named:
+        return dict(values)
+    if not isinstance(values.get("records"), Mapping):
+        raise JobError(
+            f"records is missing; {named[0]} names a record: [records] tells its channels and tacho"
+        )
+    asked = read(values["records"], RECORDS_KEYS, "records")
+    if not asked["channels"]:
+        raise JobError("records.channels is an empty list; must name at least one sensor")
+    changed = dict(values)
+    if "initial" in values:
+        changed["initial"] = _taken(values["initial"], "initial", asked, folder)
+    if runs:
+        changed["trial"] = [
+            {**run, "readings": _taken(run["readings"], f"trial[{number}].readings", asked, folder)}
+            if isinstance(run, Mapping) and "readings" in run
+            else run
+            for number, run in enumerate(runs, 1)
+        ]
+    return changed
+
+
+def _files(given: Any) -> list[str]:
+    """Return the records that a value names; none where it is numbers."""
+    if isinstance(given, str):
+        return [given]
+    named = isinstance(given, list) and bool(given) and all(isinstance(each, str) for each in given)
+    return list(given) if named else []
+
+
+def _taken(given: Any, where: str, asked: Values, folder: Path) -> Any:
+    files = _files(given)
+    if not files:
+        return given
+    return [list(_reading(folder / file, name, asked, where)) for file in files for name in asked["channels"]]
+
+
+def _reading(file: Path, channel: str, asked: Values, where: str) -> tuple[float, float]:
+    """Return amplitude and phase [°] of an order at a sensor."""
+    from autobalance.signal.analysis import Question, analyse
+    from autobalance.signal.formats import read as read_record
+
+    order = asked["order"]
+    try:
+        found = analyse(
+            read_record(file, asked["sample_rate"]),
+            Question(
+                channel=channel,
+                tacho=asked["tacho"],
+                threshold=asked["threshold"],
+                max_order=max(order, 1.0),
+                peaks=0,
+            ),
+        )
+    except AutobalanceError as error:
+        raise JobError(f"{where}: {error}") from None
+    orders = () if found.lines is None else found.lines.orders.tolist()
+    if found.lines is None or order not in orders:
+        raise JobError(
+            f"{where}: {file.name} has no order {order:g}; a half or whole one of a few turns is needed"
+        )
+    value = complex(found.lines.amplitudes[orders.index(order)])
+    if not cmath.isfinite(value):
+        raise JobError(f"{where}: {file.name} has no order {order:g}: it passes half the sample rate")
+    return abs(value), math.degrees(cmath.phase(value)) % 360.0 % 360.0

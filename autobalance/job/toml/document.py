@@ -1,0 +1,78 @@
+"""A TOML file as text and as tables, with limits on its size and depth."""
+
+from __future__ import annotations
+
+import tomllib
+from pathlib import Path
+from typing import Any
+
+from autobalance.errors import FileError, JobError
+from autobalance.runtime import note_read
+
+DEEPEST = 32
+"""Tables and lists inside each other at most: those that people write have four."""
+LARGEST_BYTES = 1 << 20
+"""Bytes of a job at most; those that people write have a few thousand."""
+
+
+def text_of(path: Path, what: str) -> str:
+    """Return the text of a small file; ``what`` it is says so in messages.
+
+    Raises
+    ------
+    FileError
+        If it cannot be read.
+    JobError
+        If it is no text, or larger than any of its kind.
+    """
+    try:
+        with path.open("rb") as stream:
+            note_read(path)
+            data = stream.read(LARGEST_BYTES + 1)
+    except (OSError, ValueError) as error:  # ValueError: a NUL in the name
+        raise FileError(f"cannot read the {what} {path}: {_why(error)}") from None
+    if len(data) > LARGEST_BYTES:
+        raise JobError(f"{path.name} is larger than {LARGEST_BYTES} bytes; is it a {what}?")
+    try:
+        return data.decode("utf-8-sig")
+    except UnicodeDecodeError as error:
+        raise JobError(
+            f"{path.name} is not UTF-8 text: byte {error.start} is {data[error.start]:#x}"
+        ) from None
+
+
+def toml_of(text: str, name: str) -> dict[str, Any]:
+    """Return the tables of a TOML text; ``name`` is its file's, for messages.
+
+    Raises
+    ------
+    JobError
+        If it is no TOML, nests too deep, or holds a number of thousands of digits.
+    """
+    try:
+        found = tomllib.loads(text)
+        if depth_of(found) > DEEPEST:
+            raise RecursionError(f"it nests deeper than {DEEPEST} tables")
+        return found
+    except tomllib.TOMLDecodeError as error:
+        raise JobError(f"{name} is not valid TOML: {_first_line(error)}") from None
+    except (ValueError, RecursionError) as error:
+        raise JobError(f"{name} is not usable TOML: {_first_line(error)}") from None
+
+
+def depth_of(values: Any) -> int:
+    """Return how deep tables and lists nest, without recursion."""
+    level, depth = [values], 0
+    while level:
+        inner = [list(item.values()) if isinstance(item, dict) else item for item in level]
+        level = [each for items in inner for each in items if isinstance(each, dict | list)]
+        depth += 1
+    return depth
+
+
+def _why(error: Exception) -> str:
+    return (getattr(error, "strerror", None) or str(error)).lower()
+
+
+def _first_line(error: Exception) -> str:
+    return (str(error).splitlines() or [""])[0]

@@ -1,0 +1,97 @@
+"""One table of a TOML file, read strictly: every key is known, typed and possible, or named in an error."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+from autobalance.errors import JobError
+from autobalance.job.toml.convert import convert, did_you_mean, shown
+
+
+@dataclass(frozen=True)
+class Rule:
+    """What a number must be, beyond a number."""
+
+    holds: Callable[[float], bool]
+    text: str
+
+
+ANY = Rule(lambda _: True, "")
+POSITIVE = Rule(lambda x: x > 0.0, "must be > 0")
+NOT_NEGATIVE = Rule(lambda x: x >= 0.0, "must be ≥ 0")
+SHARE = Rule(lambda x: 0.0 <= x <= 1.0, "must be 0 to 1")
+COUNTED = Rule(lambda x: x >= 1, "must be ≥ 1")
+
+
+SMALLEST = 1e-9
+"""Least positive number where one is needed: dividing by less overflows."""
+
+
+class Table:
+    """A TOML table and its path in the file.
+
+    Raises
+    ------
+    JobError
+        On construction, if ``raw`` is no table or holds a key that is not ``known`` (None: names are free).
+    """
+
+    def __init__(self, raw: object, path: str, known: Sequence[str] | None) -> None:
+        if not isinstance(raw, dict):
+            raise JobError(f"{path} is {shown(raw)}; must be a table: [{path}]")
+        self.raw: dict[str, object] = raw
+        self.path = path
+        if known is not None:
+            for key in raw:
+                if key not in known:
+                    hint = did_you_mean(key, known) or f"; known here: {', '.join(known)}"
+                    raise JobError(f"{self.place(key)} is an unknown key{hint}")
+
+    def place(self, key: str) -> str:
+        """Return a key with its table path."""
+        return f"{self.path}.{key}" if self.path else key
+
+    def __contains__(self, key: str) -> bool:
+        return key in self.raw
+
+    def value(self, key: str, hint: Any, rule: Rule = ANY) -> Any:
+        """Return a required value as the type ``hint`` asks.
+
+        Raises
+        ------
+        JobError
+            If it is missing, of another type, or breaks the rule (each number of it, where it is a list).
+        """
+        if key not in self.raw:
+            raise JobError(f"{self.place(key)} is missing" + (f"; it {rule.text}" if rule.text else ""))
+        found = convert(self.raw[key], hint, self.place(key))
+        for number in _numbers(found):
+            if not rule.holds(number):
+                raise JobError(f"{self.place(key)} is {number:g}; {rule.text}")
+            if rule is POSITIVE and number < SMALLEST:
+                raise JobError(f"{self.place(key)} is {number:g}; must be at least {SMALLEST:g}")
+        return found
+
+    def optional(self, key: str, hint: Any, rule: Rule = ANY, default: Any = None) -> Any:
+        """Return a value as the type ``hint`` asks, or ``default`` where the key is absent."""
+        return self.value(key, hint, rule) if key in self.raw else default
+
+    def table(self, key: str, known: Sequence[str] | None) -> Table:
+        """Return a table inside this one; empty where it is absent."""
+        return Table(self.raw.get(key, {}), self.place(key), known)
+
+    def tables(self, key: str, known: Sequence[str]) -> list[Table]:
+        """Return the tables of an array of tables; none where it is absent."""
+        raw = self.raw.get(key, [])
+        if not isinstance(raw, list):
+            path = self.place(key)
+            raise JobError(f"{path} is {shown(raw)}; must be a list of tables: [[{path}]]")
+        return [Table(item, f"{self.place(key)}[{place}]", known) for place, item in enumerate(raw, 1)]
+
+
+def _numbers(value: object) -> list[float]:
+    if isinstance(value, tuple):
+        return [number for item in value for number in _numbers(item)]
+    return [value] if isinstance(value, int | float) and not isinstance(value, bool) else []

@@ -1,0 +1,172 @@
+"""Units that people type: a job's lengths, unbalances and weights with a unit become mm, g·mm and g.
+
+Keys that end in ``_mm`` take ``"3/8 in"``, those in ``_g_mm`` ``"0.5 oz-in"``, and a weight is a number of
+grams or a table with one unit of mass.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Mapping
+from fractions import Fraction
+from typing import Any
+
+from autobalance.errors import JobError
+from autobalance.job.toml.convert import shown
+from autobalance.units import G_MM_PER, G_PER
+
+WEIGHT_TABLES = ("rotating_g", "reciprocating_g", "crankpin_g")
+FILL_IN = "FILL IN"
+"""What stands in a job where only the user knows."""
+
+LENGTHS = {"mm": 1.0, "cm": 10.0, "m": 1000.0, "in": 25.4, "inch": 25.4, '"': 25.4}
+"""Millimetres in a unit as it is typed."""
+NUMBER = r"[+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?"
+LENGTH = re.compile(rf"\s*(?:({NUMBER})|(?:(\d+)\s+)?(\d+)\s*/\s*(\d+))\s*({'|'.join(LENGTHS)})\s*")
+BETWEEN = re.compile(r"[·.\-*\s]")
+UNBALANCE = re.compile(rf"\s*({NUMBER})\s*([A-Za-z·.\-*\s]+?)\s*")
+
+
+def length_mm(text: str, where: str) -> float:
+    """Return a length that is typed with its unit [mm].
+
+    Raises
+    ------
+    JobError
+        If there is no unit, or no known one.
+
+    Examples
+    --------
+    >>> length_mm("3/8 in", "x_mm"), length_mm('1 1/2"', "x_mm"), length_mm("0.95 cm", "x_mm")
+    (9.525, 38.1, 9.5)
+    """
+    found = LENGTH.fullmatch(text)
+    if found is None or found[4] == "0":
+        raise JobError(
+            f'{where} is {shown(text)}; must be a number [mm] or a text with mm, cm, m, in or inch: "3/8 in"'
+        )
+    plain, whole, above, below, unit = found.groups()
+    mm = LENGTHS[unit]
+    if plain is not None:
+        exact = Fraction(plain) * Fraction(str(mm))
+        return float(exact)
+    return float((Fraction(int(whole or 0)) + Fraction(int(above), int(below))) * Fraction(str(mm)))
+
+
+def unbalance_unit(typed: str) -> str | None:
+    """Return the name of a unit of unbalance however it is spelt; None: it is none.
+
+    Examples
+    --------
+    >>> unbalance_unit("oz-in"), unbalance_unit("gmm"), unbalance_unit("KG.MM"), unbalance_unit("lb")
+    ('oz·in', 'g·mm', 'kg·mm', None)
+    """
+    bare = BETWEEN.sub("", typed).lower()
+    return next((name for name in G_MM_PER if BETWEEN.sub("", name) == bare), None)
+
+
+def unbalance_g_mm(text: str, where: str) -> float:
+    """Return an unbalance that is typed with its unit [g·mm].
+
+    Raises
+    ------
+    JobError
+        If there is no unit, or no known one.
+
+    Examples
+    --------
+    >>> round(unbalance_g_mm("0.5 oz-in", "x_g_mm"), 3), unbalance_g_mm("36 gmm", "x_g_mm")
+    (360.039, 36.0)
+    """
+    found = UNBALANCE.fullmatch(text)
+    unit = None if found is None else unbalance_unit(found[2])
+    if found is None or unit is None:
+        known = ", ".join(G_MM_PER)
+        raise JobError(
+            f'{where} is {shown(text)}; must be a number [g·mm] or a text with one of {known}: "0.5 oz-in"'
+        )
+    return float(found[1]) * G_MM_PER[unit]
+
+
+def in_base_units(values: Mapping[str, Any], path: str = "") -> dict[str, Any]:
+    """Return the tables of a file with lengths in mm, unbalances in g·mm and weights in g.
+
+    Raises
+    ------
+    JobError
+        If a unit is missing or unknown.
+    """
+    return {key: _converted(key, value, f"{path}.{key}" if path else key) for key, value in values.items()}
+
+
+def _converted(key: str, value: Any, where: str) -> Any:
+    if key in WEIGHT_TABLES and isinstance(value, Mapping):
+        return {name: _weight(weight, f"{where}.{name}") for name, weight in value.items()}
+    if isinstance(value, Mapping):
+        return in_base_units(value, where)
+    if key == "g_mm" or key.endswith("_g_mm"):
+        return _each(value, where, unbalance_g_mm)
+    if key.endswith("_mm") and not key.endswith(("_kg_mm", "_n_mm")):
+        return _each(value, where, length_mm)
+    if isinstance(value, list):
+        return [
+            in_base_units(item, f"{where}[{place}]") if isinstance(item, Mapping) else item
+            for place, item in enumerate(value, 1)
+        ]
+    return value
+
+
+def _each(value: Any, where: str, convert: Any) -> Any:
+    if isinstance(value, str) and value != FILL_IN:
+        return convert(value, where)
+    if isinstance(value, list):
+        return [_each(item, f"{where}[{place}]", convert) for place, item in enumerate(value, 1)]
+    return in_base_units(value, where) if isinstance(value, Mapping) else value
+
+
+def _weight(value: Any, where: str) -> Any:
+    """Return a weight with one unit of mass as grams; a number, and a solid, stay as they are."""
+    if not isinstance(value, Mapping) or "file" in value:
+        return value
+    units = [unit for unit in value if unit in G_PER]
+    if len(units) != 1:
+        known = ", ".join(G_PER)
+        if not units:
+            raise JobError(f"{where}.g is missing; must have one of {known}, or file")
+        raise JobError(f"{where} has {' and '.join(units)}; must have one of {known}, or file")
+    unit = units[0]
+    scale = G_PER[unit]
+    return {
+        ("g" if key == unit else key): _scaled(item, scale) if key in (unit, "pm") else item
+        for key, item in value.items()
+    }
+
+
+def _scaled(value: Any, scale: float) -> Any:
+    number = isinstance(value, int | float) and not isinstance(value, bool)
+    return value * scale if number and scale != 1.0 else value
+
+
+def refuse_unfilled(values: Mapping[str, Any]) -> None:
+    """Refuse a job in which something is left to fill in.
+
+    Raises
+    ------
+    JobError
+        That names the first such key, and how many there are.
+    """
+    left = [path for path, value in leaves(values) if value == FILL_IN]
+    if left:
+        more = f" (and {len(left) - 1} more)" if len(left) > 1 else ""
+        raise JobError(f'{left[0]} is "{FILL_IN}"{more}; {len(left)} left to fill in: only you know')
+
+
+def leaves(values: Any, path: str = "") -> list[tuple[str, Any]]:
+    """Return every value of nested tables and lists with its dotted path, lists counted from 1."""
+    if isinstance(values, Mapping):
+        items = [(f"{path}.{key}" if path else str(key), item) for key, item in values.items()]
+    elif isinstance(values, list):
+        items = [(f"{path}[{place}]", item) for place, item in enumerate(values, 1)]
+    else:
+        return [(path, values)]
+    return [leaf for where, item in items for leaf in leaves(item, where)]

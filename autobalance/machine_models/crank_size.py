@@ -1,0 +1,73 @@
+"""Whether a solid can be a crank by its size, and which unit would make it one."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from autobalance.errors import JobError
+from autobalance.solid.formats.read import Source
+from autobalance.units import MM_PER
+
+SIZE_MM = (5.0, 5000.0)
+"""Longest side of a crank: a model aircraft's to a large ship's throw."""
+ODD_MM = (18.0, 3000.0)
+"""Beyond these a crank is odd where another unit would make it usual: it may be drawn in that one."""
+USUAL_MM = (50.0, 2000.0)
+NEVER_MIXED = {MM_PER["m"], MM_PER["inch"]}
+
+
+def refuse_size(source: Source, file: object) -> None:
+    """Refuse a solid that no crank can be, by its longest side.
+
+    Raises
+    ------
+    JobError
+        That says which unit would make it one.
+    """
+    low, high = SIZE_MM
+    longest = longest_mm(source)
+    if not low <= longest <= high:
+        raise JobError(
+            f"{file}: the crank is {longest:.4g} mm long; needed {low:g} to {high:g} mm{_meant(source)}"
+        )
+
+
+def odd_size(source: Source) -> str | None:
+    """Return what is odd about a crank's size, if anything is."""
+    low, high = ODD_MM
+    longest, meant = longest_mm(source), _meant(source)
+    if low <= longest <= high or not meant:
+        return None
+    return f"the crank is {longest:.4g} mm long; odd outside {low:g} to {high:g} mm{meant}"
+
+
+def longest_mm(source: Source) -> float:
+    """Return how long a solid is along the file's axes, or along its own where that may count.
+
+    Seen along the file's axes, a slanting one may look 1.7 times shorter than it is.
+    """
+    low, high = source.solid.bounds
+    side = float((high - low).max())
+    if USUAL_MM[0] <= side and math.sqrt(3.0) * side <= USUAL_MM[1]:
+        return side
+    away = source.solid.mesh.vertices - 0.5 * (low + high)
+    _, own = np.linalg.eigh(away.T @ away)
+    return max(side, float(np.ptp(away @ own, axis=0).max()))
+
+
+def _meant(source: Source) -> str:
+    """Ask for the units that would make a solid a crank of a usual size."""
+    meant = usual_units(source)
+    return f"; is its unit {' or '.join(meant)}?" if meant else ""
+
+
+def usual_units(source: Source) -> dict[str, float]:
+    """Return the units that would make a solid a crank of a usual size, and how much longer it would be."""
+    own, longest = source.mm_per_unit, longest_mm(source)
+    low, high = USUAL_MM
+    if low <= longest <= high:
+        return {}
+    found = {name: mm / own for name, mm in MM_PER.items() if mm != own and {mm, own} != NEVER_MIXED}
+    return {name: by for name, by in found.items() if low <= longest * by <= high}

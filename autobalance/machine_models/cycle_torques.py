@@ -1,0 +1,60 @@
+"""Torque orders of a job's cycle, throw by throw: what excites the torsion of its crank."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from autobalance.engine.cycle.analysis import HIGHEST_ORDER
+from autobalance.engine.cycle.firing_engine import FiringEngine
+from autobalance.job import Job
+from autobalance.machine_models.engine_from_job import as_measured
+from autobalance.machine_models.firing_from_job import firing_engine
+from autobalance.machine_models.measured import Crank
+from autobalance.rigid_rotor.moments import Array
+from autobalance.units import N_M_PER_N_MM
+
+Complex = NDArray[np.complex128]
+
+
+@dataclass(frozen=True, eq=False)
+class ThrowTorques:
+    """Orders (k,) of the torque that rods put on each throw, (k, throws) as T exp(iφ) [N·m].
+
+    ``inertia_n_m_s2`` is that of rods and pistons at 1 rad/s; it grows with the square of the speed.
+    """
+
+    orders: Array
+    gas_n_m: Complex
+    inertia_n_m_s2: Complex
+
+    def at_speed(self, speed_rad_s: float) -> Complex:
+        """Return all of the torque (k, throws) at a speed."""
+        return np.asarray(self.gas_n_m + speed_rad_s**2 * self.inertia_n_m_s2)
+
+
+def throw_torques(job: Job, crank: Crank) -> ThrowTorques:
+    """Return the torque orders of a job with a ``[cycle]``: ½ to 12 for four strokes, 1 to 12 for two."""
+    speed = job.balance.service_speed_rad_s
+    firing = firing_engine(job, crank.anatomy, speed, lambda: as_measured(job, crank))
+    step = 0.5 if firing.strokes == 4 else 1.0
+    orders = np.arange(step, HIGHEST_ORDER + 0.5 * step, step)
+    radii = [throw.crank_radius_mm for throw in crank.anatomy.throws]
+    gas, inertia = (
+        np.stack([firing.grid.harmonics(each, orders) for each in _torques(firing, pins, radii)], axis=1)
+        for pins in (firing.parts.gas.crankpin_n, firing.parts.rods.crankpin_n)
+    )
+    return ThrowTorques(orders, gas, inertia)
+
+
+def _torques(firing: FiringEngine, cylinder_n: Array, radii_mm: list[float]) -> list[Array]:
+    """Return the torque (n,) on each throw from the loads (cylinders, n, 2) on its crankpin [N·m]."""
+    torques = []
+    for throw, radius in zip(firing.throws, radii_mm, strict=True):
+        load = cylinder_n[list(throw.cylinders)].sum(axis=0)
+        angle = firing.grid.angle_rad + throw.angle_rad
+        torque = radius * (np.cos(angle) * load[:, 1] - np.sin(angle) * load[:, 0])
+        torques.append(torque * N_M_PER_N_MM)
+    return torques

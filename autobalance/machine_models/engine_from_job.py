@@ -1,0 +1,206 @@
+"""A job and its crank become an engine: cylinders on throws, and the crank's unbalance bay by bay."""
+
+from __future__ import annotations
+
+import itertools
+
+import numpy as np
+
+from autobalance.crank.anatomy import Anatomy, Throw
+from autobalance.engine.conrod import ConnectingRod
+from autobalance.engine.force_summary import ShakingForce, shaking_force
+from autobalance.engine.slider_crank import SliderCrank
+from autobalance.engine.whole_engine import CrankUnbalance, Cylinder, Engine
+from autobalance.errors import JobError
+from autobalance.job import Job, RodOnScales
+from autobalance.machine_models.measured import Crank
+from autobalance.machine_models.rotor_from_job import attached_moments, throw_loads, total_g
+from autobalance.rigid_rotor.moments import Moments
+from autobalance.rigid_rotor.unbalance import Unbalance
+from autobalance.solid.csg.solid import Solid
+
+ROUNDING = 1e-5
+"""Share of a crank's mass below which what its bays miss of it is rounding, or its facets."""
+LONG_ROD = 1e3
+"""Rod ÷ crank radius where the job gives no rod length; only the first order is used then, which is free
+of it."""
+
+
+def cylinders(job: Job, anatomy: Anatomy, *, rod_needed: bool = True) -> tuple[Cylinder, ...]:
+    """Return the cylinders of a job's engine.
+
+    Raises
+    ------
+    JobError
+        If the rod length or a cylinder's direction is missing, or a rod is too short.
+    """
+    if job.engine.rod_length_mm is None and rod_needed:
+        raise JobError(f"{job.path.name}: engine.rod_length_mm is missing; forces need it")
+    try:
+        return tuple(cylinder for throw in anatomy.throws for cylinder in _of_throw(job, throw))
+    except JobError:  # has named the job and the key
+        raise
+    except ValueError as error:
+        raise JobError(f"{job.path.name}: engine: {error}") from None
+
+
+def _of_throw(job: Job, throw: Throw) -> list[Cylinder]:
+    engine = job.engine
+    parts, layout = engine.of_throw(throw.number), engine.layout
+    banks = layout.banks_of(throw.number)
+    if banks is None:
+        if parts.rods > 1:
+            raise JobError(
+                f"{job.path.name}: engine.layout.bank_deg is missing; {parts.rods} rods on throw"
+                f" {throw.number} need the directions of their cylinders, one angle each"
+            )
+        banks = (0.0,)
+    if len(banks) != parts.rods:
+        raise JobError(
+            f"{job.path.name}: engine.layout.bank_deg has {len(banks)} angle{'s' * (len(banks) != 1)}"
+            f" for the {parts.rods} rod{'s' * (parts.rods != 1)} on throw {throw.number}; one each is needed"
+        )
+    length = engine.rod_length_mm or LONG_ROD * throw.crank_radius_mm
+    small_end_g, couple = _bare_rod(engine.rod, length)
+    first = float(throw.crankpin.centre_mm[2]) - 0.5 * layout.rod_pitch_mm * (parts.rods - 1)
+    return [
+        Cylinder(
+            SliderCrank(throw.crank_radius_mm, length, layout.offset_mm),
+            total_g(parts.weights.rotating),
+            total_g(parts.weights.reciprocating),
+            throw_angle_rad=throw.angle_rad,
+            bank_rad=bank,
+            z_mm=first + number * layout.rod_pitch_mm,
+            small_end_g=small_end_g,
+            couple_inertia_g_mm2=couple,
+        )
+        for number, bank in enumerate(banks)
+    ]
+
+
+def _bare_rod(rod: RodOnScales | None, length_mm: float) -> tuple[float, float]:
+    if rod is None:
+        return 0.0, 0.0
+    found = ConnectingRod.from_two_scales(rod.big_end_g, rod.small_end_g, length_mm, rod.inertia_g_mm2)
+    return found.small_end_g, found.couple_inertia_g_mm2
+
+
+def as_measured(job: Job, crank: Crank) -> Engine:
+    """Return the engine with its crank as the file has it, whose metal loads the mains of its own bay."""
+    return with_solid(job, crank.anatomy, crank.source.solid, crank.density_g_mm3, crank.moments)
+
+
+def with_solid(job: Job, anatomy: Anatomy, solid: Solid, density_g_mm3: float, crank: Moments) -> Engine:
+    """Return the engine with a solid (file coordinates) for its crank; metal loads the mains of its bay.
+
+    What the crank's moments have besides the solid (slugs pressed in) is shared by the outermost mains.
+    """
+    beside = _beside_the_rods(job, anatomy)
+    mains = mains_z_mm(anatomy)
+    if len(mains) < 2:
+        return with_moments(job, anatomy, crank)
+    solid = solid.moved(anatomy.file_to_rotor)
+    rest = crank
+    pieces: list[CrankUnbalance] = []
+    for number, (low, high) in enumerate(itertools.pairwise(mains)):
+        bay = solid if number == 0 else solid.above(low)
+        if number < len(mains) - 2:
+            bay = bay.below(high)
+        moments = bay.moments(density_g_mm3)
+        rest = rest - moments
+        for part, z in beside:
+            inside = (z > low or number == 0) and (z <= high or number == len(mains) - 2)
+            moments = moments + part if inside else moments
+        a, b = Unbalance.of(moments).in_planes(low, high)
+        pieces += [CrankUnbalance(a, low), CrankUnbalance(b, high)]
+    if abs(rest.mass_g) > ROUNDING * crank.mass_g:
+        a, b = Unbalance.of(rest).in_planes(mains[0], mains[-1])
+        pieces += [CrankUnbalance(a, mains[0]), CrankUnbalance(b, mains[-1])]
+    return Engine(cylinders(job, anatomy), tuple(pieces), _polar(job, anatomy, crank))
+
+
+def _beside_the_rods(job: Job, anatomy: Anatomy) -> list[tuple[Moments, float]]:
+    """Crankpin parts and attached rotors, each with its place on the axis."""
+    found = [(attached_moments((part,)), part.z_mm) for part in job.engine.attached]
+    for throw, load in zip(anatomy.throws, throw_loads(anatomy, job.engine), strict=True):
+        mass = load.parts.crankpin_g
+        found.append((Moments.point(mass, throw.crankpin.centre_mm), load.z_mm))
+    return found
+
+
+def with_moments(job: Job, anatomy: Anatomy, crank: Moments, *, rod_needed: bool = True) -> Engine:
+    """Return the engine with a crank of which only its moments are known, as two pieces at its ends."""
+    moments = sum((part for part, _ in _beside_the_rods(job, anatomy)), crank)
+    mains = mains_z_mm(anatomy)
+    low, high = (mains[0], mains[-1]) if len(mains) > 1 else (0.0, 1.0)
+    a, b = Unbalance.of(moments).in_planes(low, high)
+    return Engine(
+        cylinders(job, anatomy, rod_needed=rod_needed),
+        (CrankUnbalance(a, low), CrankUnbalance(b, high)),
+        _polar(job, anatomy, crank),
+    )
+
+
+def _polar(job: Job, anatomy: Anatomy, crank: Moments) -> float:
+    beside = _beside_the_rods(job, anatomy)
+    return crank.polar_inertia_g_mm2 + sum(part.polar_inertia_g_mm2 for part, _ in beside)
+
+
+def mains_z_mm(anatomy: Anatomy) -> tuple[float, ...]:
+    """Return the places of the main bearings on the axis, increasing."""
+    return tuple(sorted(float(pin.centre_mm[2]) for pin in anatomy.main_journals))
+
+
+def balanced_to(engine: Engine, job: Job, anatomy: Anatomy, factor: float) -> Engine:
+    """Return the engine with a crank balanced to a factor, each throw by itself."""
+    by_throw = [
+        CrankUnbalance(
+            -(load.parts.bob_weight_g(factor) - load.parts.crankpin_g)
+            * load.crank_radius_mm
+            * np.array([np.cos(load.angle_rad), np.sin(load.angle_rad)]),
+            load.z_mm,
+        )
+        for load in throw_loads(anatomy, job.engine)
+    ]
+    return Engine(engine.cylinders, tuple(by_throw), engine.polar_inertia_g_mm2)
+
+
+def shaking(job: Job, anatomy: Anatomy, crank: Moments) -> ShakingForce | None:
+    """Return what shakes the job's engine at its top speed with a crank of those moments.
+
+    None where several rods share a throw and the job does not say where their cylinders stand. Without a
+    rod length only the first order is right.
+
+    Raises
+    ------
+    JobError
+        If the directions given do not fit the rods, or a rod is too short.
+    """
+    numbers = [throw.number for throw in anatomy.throws]
+    if any(
+        job.engine.layout.banks_of(number) is None and job.engine.of_throw(number).rods > 1
+        for number in numbers
+    ):
+        return None
+    engine = with_moments(job, anatomy, crank, rod_needed=False)
+    return shaking_force(engine, job.balance.service_speed_rad_s)
+
+
+def moment_reference_mm(anatomy: Anatomy, chosen_mm: float | None = None) -> float:
+    """Return the place on the axis that moments are taken about: a chosen one, else the middle of the mains.
+
+    With fewer than two main journals, the middle of the crankpins.
+    """
+    if chosen_mm is not None:
+        return chosen_mm
+    low, high = shaft_ends_mm(anatomy)
+    return 0.5 * (low + high)
+
+
+def shaft_ends_mm(anatomy: Anatomy) -> tuple[float, float]:
+    """Return where the outermost main journals stand, or with fewer than two, the ends of the crankpins."""
+    mains = mains_z_mm(anatomy)
+    if len(mains) > 1:
+        return mains[0], mains[-1]
+    ends = [end for throw in anatomy.throws for end in throw.crankpin.z_range_mm]
+    return min(ends), max(ends)

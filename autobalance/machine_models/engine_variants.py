@@ -1,0 +1,99 @@
+"""Cranks in one engine, side by side: what each does to acceleration, bearing loads and output torque."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+
+from autobalance.engine.cycle.analysis import CycleAnalysis
+from autobalance.engine.cycle.factors import MainLoads
+from autobalance.engine.cycle.firing_engine import FiringEngine
+from autobalance.engine.cycle.free_run import FreeRun, free_run
+from autobalance.engine.whole_engine import Engine
+from autobalance.job import Job
+from autobalance.machine_models.engine_from_job import as_measured
+from autobalance.machine_models.firing_from_job import firing_engine
+from autobalance.machine_models.measured import Crank
+from autobalance.rigid_rotor.moments import Array
+from autobalance.units import N_M_PER_G_MM2_S2, N_M_PER_N_MM
+
+
+@dataclass(frozen=True, eq=False)
+class VariantPoint:
+    """An engine with one crank at one speed.
+
+    Attributes
+    ----------
+    speed_rad_s : float
+    greatest_mains_n, mean_mains_n : (m,) float
+        Greatest and mean magnitude of each main's load over the cycle [N].
+    torque_n_m : (n,) float
+        Gas − friction + inertia at each angle of the grid [N·m].
+    torque_mean_n_m, friction_mean_n_m : float
+    acceleration_rad_s2 : float
+        (gas − friction)/J, means, without load [rad/s²].
+    fluctuation : float or None
+        Of the speed under a constant load; None where the crank would stop.
+    """
+
+    speed_rad_s: float
+    greatest_mains_n: Array
+    mean_mains_n: Array
+    torque_n_m: Array
+    torque_mean_n_m: float
+    friction_mean_n_m: float
+    acceleration_rad_s2: float
+    fluctuation: float | None
+
+
+@dataclass(frozen=True, eq=False)
+class VariantCurves:
+    """Torque over the cycle at the last speed, and the run-up, of one variant."""
+
+    name: str
+    angle_deg: Array
+    torque_N_m: Array
+    run: FreeRun | None
+
+
+@dataclass(frozen=True, eq=False)
+class FiringVariant:
+    """A job's engine with one crank in it, of its own unbalance or an ideal one of a factor."""
+
+    job: Job
+    crank: Crank
+    factor: float | None
+
+    def firing(self, speed_rad_s: float) -> FiringEngine:
+        """Return the engine at a speed, which only heat through its walls depends on."""
+        return firing_engine(self.job, self.crank.anatomy, speed_rad_s, lambda: self._engine)
+
+    @cached_property
+    def _engine(self) -> Engine:
+        return as_measured(self.job, self.crank)
+
+    def point(self, speed_rad_s: float) -> tuple[VariantPoint, CycleAnalysis]:
+        """Return the figures at a speed, and the analysis whose torque of gas and inertia they have."""
+        analysis = CycleAnalysis(self.firing(speed_rad_s), speed_rad_s)
+        firing, grid = analysis.firing, analysis.grid
+        sizes = MainLoads.of(firing).sizes_n(self.factor, speed_rad_s)
+        lever = firing.friction.main_lever_mm(firing.main_diameters_mm)
+        friction = lever @ sizes * N_M_PER_N_MM + firing.piston_friction_n_m(speed_rad_s)
+        lost = float(grid.mean(friction))
+        uneven = analysis.uneven_speed
+        return VariantPoint(
+            speed_rad_s,
+            sizes.max(axis=1),
+            np.asarray(grid.mean(sizes)),
+            analysis.gas_n_m - friction + analysis.inertia_n_m,
+            firing.gas_mean_n_m - lost + analysis.inertia_mean_n_m,
+            lost,
+            (firing.gas_mean_n_m - lost) / (analysis.mean_inertia_g_mm2 * N_M_PER_G_MM2_S2),
+            None if uneven is None else uneven.fluctuation,
+        ), analysis
+
+    def run_up(self, start_rad_s: float, end_rad_s: float) -> FreeRun | None:
+        """Return the run from one speed to another without load."""
+        return free_run(self.firing(end_rad_s), self.factor, start_rad_s, end_rad_s)

@@ -1,0 +1,54 @@
+"""A crank as it was measured: its solid, what was recognised in it, and its moments."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from autobalance.crank.anatomy import Anatomy, Face
+from autobalance.crank.recognition.alignment import misalignment_warning
+from autobalance.machine_models.crank_size import odd_size
+from autobalance.machine_models.facet_correction import NOT_ASKED, FacetCorrection
+from autobalance.rigid_rotor.moments import Moments
+from autobalance.solid.chordal_error.estimate import ChordalError
+from autobalance.solid.csg.solid import Solid
+from autobalance.solid.formats.read import Source
+
+FILLED = 0.05
+"""Share of the box around a crankpin that even a hollow one fills."""
+
+
+@dataclass(frozen=True, eq=False)
+class Crank:
+    """A crank file, read, recognised and measured (moments in the rotor frame)."""
+
+    source: Source
+    anatomy: Anatomy
+    density_g_mm3: float
+    moments: Moments
+    facets: ChordalError | None
+    correction: FacetCorrection = NOT_ASKED
+    faces: tuple[Face, ...] = ()
+
+    @property
+    def volume_mm3(self) -> float:
+        """Volume [mm³], what the facets hide added where the moments have it."""
+        added = Moments.zero() if self.facets is None else self.correction.part(self.facets.missing)
+        return self.source.volume_mm3 + added.mass_g / self.density_g_mm3
+
+    @property
+    def holds_crankpins(self) -> bool:
+        """Whether the file holds the crankpins, not only bores for them: metal midway along the first."""
+        pin = self.anatomy.throws[0].crankpin
+        half = 0.5 * np.array([pin.diameter_mm, pin.diameter_mm, 0.1 * pin.width_mm])
+        place = Solid.box(pin.centre_mm - half, pin.centre_mm + half).moved(self.anatomy.rotor_to_file)
+        return (place & self.source.solid).volume_mm3 > FILLED * place.volume_mm3
+
+    def warnings(self, file: Path | None) -> tuple[str, ...]:
+        """Return what a user should know of the file and the crank in it, one line each."""
+        misaligned = misalignment_warning(self.anatomy)
+        said = (odd_size(self.source), misaligned)
+        found = [*self.source.repairs, *(text for text in said if text is not None)]
+        return tuple(text if file is None else f"{file}: {text}" for text in found)

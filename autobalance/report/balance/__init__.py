@@ -1,0 +1,1 @@
+"""The main report: values, text, comparison, workbook."""

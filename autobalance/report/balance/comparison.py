@@ -1,0 +1,143 @@
+"""A comparison of kinds of correction as JSON values and as a table."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from html import escape
+from typing import Any
+
+from autobalance.balancing.comparison import Row, beaten_by, ranked, why_recommended
+from autobalance.correction.contract import Prefer
+from autobalance.report.balance.crank_values import G_MM2_PER_KG_MM2
+from autobalance.report.display_units import DisplayUnits, fixed
+from autobalance.report.tables import table
+from autobalance.rigid_rotor.tolerance import Tolerance
+
+Values = dict[str, Any]
+
+VERDICTS: Mapping[str | None, str] = {
+    "within_tolerance": "within",
+    "already_within_tolerance": "already",
+    "above_tolerance": "ABOVE",
+    None: "no place",
+}
+
+
+def comparison(
+    job_name: str, tolerance: Tolerance, initial_g_mm: float, rows: Sequence[Row], prefer: Prefer = "simple"
+) -> Values:
+    """Return a comparison as JSON values: rows within tolerance are ranked, the first recommended.
+
+    ``beaten_by`` lists what is nowhere worse and somewhere better; what nothing beats has none.
+    """
+    beaten, order = beaten_by(rows), ranked(rows, prefer)
+    rank = {row.name: place for place, row in enumerate(order, 1)}
+    return {
+        "job": job_name,
+        "initial_g_mm": initial_g_mm,
+        "permissible_g_mm": tolerance.permissible_g_mm,
+        "prefer": prefer,
+        "recommended": list(order[0].methods) if order else None,
+        "why": why_recommended(order, rows, prefer),
+        "ranking": [row.name for row in order],
+        "rows": [{**_row(row), "rank": rank.get(row.name), "beaten_by": beaten[row.name]} for row in rows],
+        "unbeaten": [row.name for row in rows if row.outcome == "within_tolerance" and not beaten[row.name]],
+    }
+
+
+def _row(row: Row) -> Values:
+    inertia = row.inertia_change_g_mm2
+    plenty = row.capacity is not None and math.isinf(row.capacity)
+    return {
+        "method": list(row.methods),
+        "outcome": row.outcome,
+        "reason": row.reason,
+        "residual_share": row.share,
+        "residual_g_mm": row.residual_g_mm,
+        "mass_change_g": row.mass_change_g,
+        "metal_moved_g": row.moved_g,
+        "inertia_change_kg_mm2": None if inertia is None else inertia / G_MM2_PER_KG_MM2,
+        "cuts": row.cuts,
+        "different_cuts": row.different,
+        "depths_mm": list(row.depths_mm),
+        "wall_left_mm": row.wall_left_mm,
+        "capacity": None if plenty else row.capacity,
+        "capacity_is_plenty": plenty,
+    }
+
+
+def comparison_text(values: Mapping[str, Any], units: DisplayUnits) -> str:
+    """Return a comparison as a table that a mechanic can read, from its own values."""
+    head = (
+        "Correction",
+        "rank",
+        "verdict",
+        "residual",
+        "metal",
+        "inertia",
+        "cuts",
+        "different",
+        "deepest",
+        "wall left",
+        "capacity",
+    )
+    rows = [head] + [_cells(row, units) for row in values["rows"]]
+    lines = [
+        f"{values['job']}: {units.of_unbalance(values['initial_g_mm'])} before, "
+        f"{units.of_unbalance(values['permissible_g_mm'])} permitted",
+        "",
+        table(rows),
+        "",
+        "metal: taken, added and pressed in; capacity: how many times this unbalance could be corrected",
+    ]
+    for row in values["rows"]:
+        if row["outcome"] == "within_tolerance" and row["beaten_by"]:
+            lines.append(f"{_name(row)} is beaten by {', '.join(row['beaten_by'])}")
+        elif row["outcome"] not in ("within_tolerance", "already_within_tolerance"):
+            lines.append(f"{_name(row)}: {row['reason']}")
+    unbeaten = ", ".join(values["unbeaten"]) or "none is within tolerance"
+    best = "none" if values["recommended"] is None else "+".join(values["recommended"])
+    return "\n".join([*lines, f"Recommended: {best} ({values['why']})", f"Nothing beats: {unbeaten}"])
+
+
+def comparison_html(values: Mapping[str, Any], units: DisplayUnits) -> str:
+    """Return a comparison as a table for a notebook, ranked, the recommended one first."""
+    head = ("", "Correction", "verdict", "residual", "metal", "cuts", "different", "wall left")
+    ordered = sorted(values["rows"], key=lambda row: math.inf if row["rank"] is None else row["rank"])
+    lines = []
+    for row in ordered:
+        name, rank, verdict, residual, metal, _, cuts, different, _, wall, _ = _cells(row, units)
+        cells = (rank, name.strip(), verdict, residual, metal, cuts, different, wall)
+        lines.append("<tr>" + "".join(f"<td>{escape(cell)}</td>" for cell in cells) + "</tr>")
+    title = "".join(f"<th>{escape(word)}</th>" for word in head)
+    best = "none" if values["recommended"] is None else "+".join(values["recommended"])
+    return (
+        f"<p>Recommended: <b>{escape(best)}</b> ({escape(values['why'])})</p>"
+        f"<table><tr>{title}</tr>{''.join(lines)}</table>"
+    )
+
+
+def _name(row: Mapping[str, Any]) -> str:
+    return "+".join(row["method"])
+
+
+def _cells(row: Mapping[str, Any], units: DisplayUnits) -> tuple[str, ...]:
+    name, verdict = "  " + _name(row), VERDICTS[row["outcome"]]
+    if row["outcome"] is None:
+        return (name, "", verdict, *[""] * 8)
+    depths = row["depths_mm"]
+    capacity = "plenty" if row["capacity_is_plenty"] else f"{row['capacity']:.2f}"
+    return (
+        name,
+        "" if row["rank"] is None else f"{row['rank']}.",
+        verdict,
+        units.of_unbalance(row["residual_g_mm"]),
+        units.of_mass(row["metal_moved_g"]),
+        f"{row['inertia_change_kg_mm2']:+.2f} kg·mm²",
+        str(row["cuts"]),
+        str(row["different_cuts"]),
+        units.of_length(max(abs(depth) for depth in depths)) if depths else "",
+        "" if row["wall_left_mm"] is None else f"{fixed(row['wall_left_mm'] / units.mm_per_length, 2)}",
+        capacity,
+    )

@@ -1,0 +1,204 @@
+"""What inspect and generate say, for people."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from autobalance.report.balance.suggestion_text import suggestions_text
+from autobalance.report.balance.text import Values
+from autobalance.report.display_units import DisplayUnits, fixed
+from autobalance.report.tables import table
+from autobalance.wording import degrees
+
+MOST_FACES = 12
+
+
+def inspect_text(report: Values, units: DisplayUnits) -> str:
+    """Return the summary of a measured crank: mass, anatomy, unbalance, faces."""
+    parts = [
+        _measured(report, units),
+        _anatomy(report, units),
+        _bare(report, units),
+        _counterweights(report, units),
+        _faces(report, units),
+        suggestions_text(report.get("suggestions")),
+    ]
+    return "\n\n".join(part for part in parts if part)
+
+
+def generate_text(report: Values, units: DisplayUnits) -> str:
+    """Return the summary of a generated crank: dimensions in, mass, unbalance and balance factor out."""
+    parts = [_generated(report, units), _anatomy(report, units), _bare(report, units)]
+    return "\n\n".join([*parts, *filter(None, [suggestions_text(report.get("suggestions"))])])
+
+
+def _generated(report: Values, units: DisplayUnits) -> str:
+    design, crank, solid = report["design"], report["crank"], report["outputs"]["solid"]
+    centre = ", ".join(units.of_length(value) for value in crank["centre_of_mass_mm"])
+    surface = "exact surfaces" if solid["triangles"] is None else f"{solid['triangles']} triangles"
+    weight = design.get("counterweight")
+    lines = [
+        f"{solid['file']}: {design['name']}, {surface}",
+        f"  stroke {units.of_length(design['stroke_mm'])}",
+        f"  web {design['web']['outline']}, {units.of_length(design['web']['thickness_mm'])} thick",
+        "  no counterweights"
+        if weight is None
+        else f"  counterweight radius {units.of_length(weight['radius_mm'])}, {weight['fan_angle_deg']:g}°",
+        f"  mass {units.of_mass(crank['mass_g'])}, volume {crank['volume_mm3']:.1f} mm³",
+        f"  centre of mass {centre} (rotor frame)",
+        f"  polar inertia {crank['polar_inertia_kg_mm2']:.3f} kg·mm²",
+    ]
+    error = crank["facet_error"]
+    if error is not None:
+        unbalance = units.of_unbalance(error["unbalance_g_mm"])
+        lines.append(f"  the facets hide {units.of_mass(error['mass_g'])} and {unbalance}")
+    return "\n".join(lines + _achieved(report, units))
+
+
+def _achieved(report: Values, units: DisplayUnits) -> list[str]:
+    engine = report["engine"]
+    if engine is None:
+        return []
+    factor = engine["balance_factor"]
+    if factor is None:
+        return ["  no balance factor: the throws cancel each other out"]
+    bob = engine["bob_weights"][0]["mass_g"]
+    return [f"  balance factor {100.0 * factor:.2f} %, bob-weight {units.of_mass(bob)} on throw 1"]
+
+
+def _counterweights(report: Values, units: DisplayUnits) -> str:
+    weights = report.get("counterweights")
+    if not weights:
+        return ""
+    rows = [("Webs with counterweights", "m_cw", "r′", "m_cw·r′")]
+    for weight in weights:
+        rows.append(
+            (
+                "  all" if weight["web"] is None else f"  web {weight['web']}",
+                units.of_mass(weight["mass_g"]),
+                units.of_length(weight["radius_mm"]),
+                units.of_unbalance(weight["product_g_mm"]),
+            )
+        )
+    return table(rows)
+
+
+def sections_text(report: Values) -> str:
+    """Return the table of a crank's parts: mass, centre, and their products, in the order of the axis.
+
+    W is the mass, WX and WY its unbalance, CX and CY ∫ x z dm and ∫ y z dm, so that every column of products
+    adds up to the whole's. Metric, as the report.
+    """
+    heads = ("Section", "W [g]", "X [mm]", "Y [mm]", "Z [mm]", "WX [g·mm]", "WY", "CX [g·mm²]", "CY")
+    rows: list[tuple[str, ...]] = [heads]
+    for part in report["sections"]:
+        numbers = [part["mass_g"], *part["centre_mm"], *part["unbalance_g_mm"], *part["moment_g_mm2"]]
+        rows.append((f"  {part['kind']} {part['number']}", *_cells(numbers)))
+    crank = report["crank"]
+    sums = [
+        sum(column)
+        for column in zip(
+            *(
+                [part["mass_g"], *part["unbalance_g_mm"], *part["moment_g_mm2"]]
+                for part in report["sections"]
+            ),
+            strict=True,
+        )
+    ]
+    rows.append(("  sum", *_cells([sums[0], *crank["centre_of_mass_mm"], *sums[1:]])))
+    return table(rows)
+
+
+def _cells(numbers: Sequence[float]) -> tuple[str, ...]:
+    digits = (2, 3, 3, 3, 1, 1, 0, 0)
+    return tuple(fixed(number, places) for number, places in zip(numbers, digits, strict=True))
+
+
+def _measured(report: Values, units: DisplayUnits) -> str:
+    source, crank = report["input"], report["crank"]
+    centre = ", ".join(units.of_length(value) for value in crank["centre_of_mass_mm"])
+    bodies = "body" if source["bodies"] == 1 else "bodies"
+    lines = [
+        f"{source['file']}: {_boundary(report)}, {source['bodies']} {bodies}, closed",
+        f"  mass {units.of_mass(crank['mass_g'])}, volume {crank['volume_mm3']:.1f} mm³",
+        f"  centre of mass {centre} (rotor frame)",
+        f"  polar inertia {crank['polar_inertia_kg_mm2']:.3f} kg·mm²",
+    ]
+    return "\n".join(lines)
+
+
+def _boundary(report: Values) -> str:
+    """Say what a solid is bounded by: its true surfaces, where its file keeps them, or triangles."""
+    if "true_surfaces" not in report:
+        return f"{report['input']['triangles']} triangles"
+    faces = report["true_surfaces"]["before"]["faces"]
+    many = {"torus": "tori", "other": "others"}
+    named = {kind: kind if count == 1 else many.get(kind, kind + "s") for kind, count in faces.items()}
+    listed = [f"{count} {named[kind]}" for kind, count in faces.items() if count]
+    return f"true surfaces ({', '.join(listed)})"
+
+
+def _anatomy(report: Values, units: DisplayUnits) -> str:
+    crank = report["crank"]
+    rows = [("Part", "z", "diameter", "width", "")]
+    for pin in crank["main_journals"]:
+        rows.append((f"  main journal {pin['number']}", *_pin_cells(pin, units), ""))
+    for throw in crank["throws"]:
+        note = f"crank radius {units.of_length(throw['crank_radius_mm'])} at {degrees(throw['angle_deg'], 2)}"
+        rows.append((f"  throw {throw['number']}", *_pin_cells(throw["crankpin"], units), note))
+    for web in crank["webs"]:
+        middle = 0.5 * (web["z_min_mm"] + web["z_max_mm"])
+        width = units.of_length(web["z_max_mm"] - web["z_min_mm"])
+        note = _counterweight_note(web, units)
+        rows.append((f"  web {web['number']}", units.of_length(middle), "", width, note))
+    off = units.of_length(crank["journal_misalignment_mm"])
+    return table(rows) + f"\n  main journals within {off} of the common axis"
+
+
+def _counterweight_note(web: Values, units: DisplayUnits) -> str:
+    if not web["counterweight"]:
+        return ""
+    outline = web.get("outline")
+    if outline is None:
+        return "counterweight"
+    rim = units.of_length(outline["rim_radius_mm"])
+    return f"counterweight: rim radius {rim} over {outline['fan_angle_deg']:.1f}°"
+
+
+def _pin_cells(pin: Values, units: DisplayUnits) -> tuple[str, str, str]:
+    return (
+        units.of_length(pin["centre_mm"][2]),
+        units.of_length(pin["diameter_mm"]),
+        units.of_length(pin["width_mm"]),
+    )
+
+
+def _bare(report: Values, units: DisplayUnits) -> str:
+    initial = report["initial"]
+    lines = [
+        f"Unbalance of the bare crank: {units.of_unbalance(initial['magnitude_g_mm'])} "
+        f"at {degrees(initial['angle_deg'])}"
+    ]
+    lines += [
+        f"  plane {plane['name']}: {units.of_unbalance(plane['magnitude_g_mm'])}"
+        for plane in initial["planes"]
+    ]
+    return "\n".join(lines)
+
+
+def _faces(report: Values, units: DisplayUnits) -> str:
+    faces = report["faces"]
+    if not faces:
+        return ""
+    rows = [("Face", "web", "area", f"{units.unbalance} per {units.length}", "deepest")]
+    for face in faces[:MOST_FACES]:
+        x, y = (
+            value * units.mm_per_length / units.g_mm_per_unbalance for value in face["unbalance_per_mm_g_mm"]
+        )
+        deepest = "" if face["max_depth_mm"] is None else units.of_length(face["max_depth_mm"])
+        web = "" if face["web"] is None else str(face["web"])
+        rows.append(
+            (f"  {face['id']}", web, f"{face['area_mm2']:.0f} mm²", f"{fixed(x, 3)}, {fixed(y, 3)}", deepest)
+        )
+    more = len(faces) - MOST_FACES
+    return table(rows) + (f"\n  and {more} more (--json FILE lists all)" if more > 0 else "")

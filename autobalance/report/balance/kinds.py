@@ -1,0 +1,72 @@
+"""What people are told of corrections, by what their kinds say of themselves."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable, Mapping
+from typing import Any
+
+from autobalance.correction import KINDS
+from autobalance.correction.contract import Figures
+from autobalance.wording import degrees, place_of
+
+Item = Mapping[str, Any]
+"""A correction as the report lists it."""
+
+
+def verb(item: Item) -> str:
+    """Return what is done, as the summary says it: ``drill``."""
+    return KINDS[item["kind"]].verb
+
+
+def noun(item: Item) -> str:
+    """Return what a correction is called: ``Drilled hole``."""
+    return KINDS[item["kind"]].noun
+
+
+def adds_metal(item: Item) -> bool:
+    """Tell whether a correction puts metal on."""
+    return KINDS[item["kind"]].adds_metal
+
+
+def size(item: Item) -> str:
+    """Return what the machinist sets, besides the depth."""
+    return KINDS[item["kind"]].size(item)
+
+
+def instruction(item: Item, figures: Figures) -> str:
+    """Return what to do, in one line."""
+    return KINDS[item["kind"]].instruction(item, figures)
+
+
+def angle_deg(item: Item) -> float | None:
+    """Return the angle of a correction's place; None at the axis or all around."""
+    if KINDS[item["kind"]].is_round_the_rim:
+        return None
+    if item.get("angle_deg") is not None:
+        return float(item["angle_deg"])
+    x, y, _ = item["position_mm"]
+    return math.degrees(math.atan2(y, x)) % 360.0 % 360.0 if math.hypot(x, y) > 0.0 else None
+
+
+def place(item: Item) -> str:
+    """Return where a correction is, in a few words: ``web 2, face w2-a, 180.0°``."""
+    angle = angle_deg(item)
+    return place_of(item) if angle is None else f"{place_of(item)}, {degrees(angle)}"
+
+
+def datums(items: Iterable[Item]) -> list[str]:
+    """Return from where the depths of some corrections count, a line a kind."""
+    kinds = dict.fromkeys(item["kind"] for item in items)
+    return [f"{KINDS[kind].noun}: depth from {KINDS[kind].datum}." for kind in kinds]
+
+
+def eye(report: Mapping[str, Any]) -> tuple[float, float, float]:
+    """Return where to look from, rotor frame: from below where the rim opposite the crankpin is worked on."""
+    rim = [
+        item
+        for item in report["corrections"]
+        if KINDS[item["kind"]].is_round_the_rim or item.get("direction") == "radial"
+    ]
+    below = sum(item["position_mm"][0] for item in rim) < 0.0
+    return (-0.55, 1.15, 0.9) if below else (0.62, 1.15, 1.0)

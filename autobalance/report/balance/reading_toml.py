@@ -1,0 +1,76 @@
+"""A machine's reading, or the unbalance that trial weights found, as the TOML file that ``recut`` takes."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+from autobalance.job.files.reading_keys import Convention
+
+Values = Mapping[str, Any]
+
+
+def reading_toml(report: Values) -> str:
+    """Return the first reading of ``machine`` as TOML, in the machine's own way of counting angles."""
+    asked = report["input"]["reading"]
+    convention = Convention.of(asked)
+    lines = [
+        f"# What the {report['input']['kind']} machine reads, seed {report['input']['seed']}, first run."
+    ]
+    if report["serial"] is not None:
+        lines.append(f"serial = {_text(report['serial'])}")
+    if report["input"]["speed_rpm"] is not None:
+        lines.append(f"speed_rpm = {report['input']['speed_rpm']!r}")
+    if report["bob_weights_g"] is not None:
+        lines.append(f"bob_weights_g = [{', '.join(repr(each) for each in report['bob_weights_g'])}]")
+    for key, what in (("urr_percent", "unbalance reduction ratio"), ("umar_g_mm", "least residual")):
+        value = asked[key]
+        lines.append(f"# {key}: {what} of the machine, to fill in" if value is None else f"{key} = {value!r}")
+    lines += [
+        f"rotation = {_text(convention.rotation)}",
+        f"zero_deg = {convention.zero_deg!r}",
+        f"reads = {_text(convention.reads)}",
+    ]
+    for plane in report["runs"][0]["planes"]:
+        lines += ["", "[[plane]]"]
+        if plane["z_mm"] is not None:
+            lines.append(f"z_mm = {plane['z_mm']!r}")
+        lines += [
+            f"g_mm = {plane['g_mm']!r}",
+            f"angle_deg = {convention.machine_deg(plane['angle_deg'])!r}",
+        ]
+    return "\n".join(lines) + "\n"
+
+
+def found_unbalance_toml(report: Values) -> str:
+    """Return the unbalance that ``influence`` found as a reading, heavy where its weights come off."""
+    told = report["input"]["reading"]
+    lines = ["# The unbalance that trial weights and influence coefficients found."]
+    if told["serial"] is not None:
+        lines.append(f"serial = {_text(told['serial'])}")
+    if told["speed_rpm"] is not None:
+        lines.append(f"speed_rpm = {told['speed_rpm']!r}")
+    if told["bob_weights_g"] is not None:
+        lines.append(f"bob_weights_g = [{', '.join(repr(each) for each in told['bob_weights_g'])}]")
+    lines += [
+        f"attached_fitted = {'true' if told['attached_fitted'] else 'false'}",
+        f"urr_percent = {told['urr_percent']!r}",
+        f"umar_g_mm = {told['umar_g_mm']!r}",
+        f"rotation = {_text(told['rotation'])}",
+        f"zero_deg = {told['zero_deg']!r}",
+        'reads = "heavy"',
+    ]
+    for number, weight in enumerate(report["corrections"]):
+        lines += ["", "[[plane]]"]
+        if told["at"] is not None:
+            lines.append(f"at = {_text(told['at'][number])}")
+        if told["z_mm"] is not None:
+            lines.append(f"z_mm = {told['z_mm'][number]!r}")
+        lines += [f"g_mm = {weight['g_mm']!r}", f"angle_deg = {weight['remove_angle_deg']!r}"]
+    return "\n".join(lines) + "\n"
+
+
+def _text(value: str) -> str:
+    """Return a TOML basic string."""
+    escaped = value.replace("\\", "\\\\").replace('"', '\\"')
+    return '"' + "".join(c if c.isprintable() else f"\\u{ord(c):04x}" for c in escaped) + '"'

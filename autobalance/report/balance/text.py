@@ -1,0 +1,235 @@
+"""A report as lines that a mechanic can read, from the report's own values."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+from autobalance.report.balance.kinds import angle_deg, verb
+from autobalance.report.balance.relaxation_text import relaxation_lines
+from autobalance.report.display_units import DisplayUnits
+from autobalance.report.tables import table
+from autobalance.wording import degrees
+
+Values = Mapping[str, Any]
+
+
+OUTCOMES = {
+    "within_tolerance": "WITHIN TOLERANCE",
+    "already_within_tolerance": "WITHIN TOLERANCE ALREADY: nothing to cut",
+    "above_tolerance": "ABOVE TOLERANCE",
+}
+
+
+def balance_text(report: Values, units: DisplayUnits) -> str:
+    """Return the summary of a balancing run: the verdict, what to cut, before and after."""
+    parts = [
+        _heading(report),
+        _corrections(report, units),
+        _before_and_after(report, units),
+        _factor(report, units),
+        _forces(report),
+        _loads_with_gas(report),
+        _changes(report, units),
+        _overbalance(report, units),
+        _assembly(report, units),
+    ]
+    return "\n\n".join(part for part in parts if part)
+
+
+def _assembly(report: Values, units: DisplayUnits) -> str:
+    if not report.get("assembly"):
+        return ""
+    from autobalance.report.balance.assembly_values import assembly_text
+
+    return assembly_text(report["assembly"], units)
+
+
+def _heading(report: Values) -> str:
+    lines = [f"{report['input']['file']}: {OUTCOMES[report['outcome']]}"]
+    lines += [report["reason"]] if report["reason"] else []
+    lines += [f"  {line}" for line in relaxation_lines(report)]
+    facets = report["crank"]["facet_error"] or {}
+    lines += [facets["too_coarse"]["text"]] if facets.get("too_coarse") else []
+    if facets.get("correction") in {"applied", "mass_only"}:
+        lines.append(f"what the facets hide is added to all that was measured: {facets['mass_g']:+.3g} g")
+    lines += [facets["reason"]] if facets.get("reason") else []
+    return "\n".join(lines)
+
+
+LESS_THAN_A_SIDE_DEG = 179.0
+"""A part of a face that spans less is named."""
+
+
+def _corrections(report: Values, units: DisplayUnits) -> str:
+    if not report["corrections"]:
+        return ""
+    notes = [f"  {note}" for note in report.get("notes", ())]
+    return "\n".join(["What to cut"] + [_correction(each, units) for each in report["corrections"]] + notes)
+
+
+def _correction(correction: Values, units: DisplayUnits) -> str:
+    what = verb(correction)
+    if correction.get("diameter_mm") is not None:
+        what += f" ⌀{units.of_length(correction['diameter_mm'])}"
+    where = [f"face {correction['face']}"] if correction["face"] is not None else []
+    start, end = correction.get("sector_deg") or (0.0, 360.0)
+    if 0.0 < (end - start) % 360.0 < LESS_THAN_A_SIDE_DEG:
+        where.append(f"its part from {degrees(start)} to {degrees(end)}")
+    where += [f"web {correction['web']}"] if correction["web"] is not None else []
+    if (angle := angle_deg(correction)) is not None:
+        where.append(f"at {degrees(angle)}")
+    size = units.of_length(abs(correction["depth_mm"]))
+    off = units.of_mass(abs(correction["removed_mass_g"]))
+    return (
+        f"  {correction['number']:>2}. {what} {', '.join(where)}: {size} "
+        f"({off} {'off' if correction['removed_mass_g'] >= 0.0 else 'on'}, centre "
+        f"{units.of_length(correction['radius_mm'])} from the axis, "
+        f"z {units.of_length(correction['position_mm'][2])})"
+    )
+
+
+def _before_and_after(report: Values, units: DisplayUnits) -> str:
+    tolerance = report["tolerance"]
+    passes = len(report["steps"])
+    rows = [("Unbalance", "before", "after", "uncertain by", "permitted")]
+    judged = "" if tolerance["judge"] == "dynamic" else " (not judged)"
+    rows.append(
+        (
+            "  resultant",
+            units.of_unbalance(report["initial"]["magnitude_g_mm"]),
+            units.of_unbalance(report["residual"]["magnitude_g_mm"]),
+            _plus_minus(report["residual"], units),
+            units.of_unbalance(tolerance["permissible_g_mm"]),
+        )
+    )
+    planes = zip(report["initial"]["planes"], report["residual"]["planes"], tolerance["planes"], strict=True)
+    for before, after, plane in planes:
+        rows.append(
+            (
+                f"  plane {plane['name']} (z {units.of_length(plane['z_mm'])}){judged}",
+                units.of_unbalance(before["magnitude_g_mm"]),
+                units.of_unbalance(after["magnitude_g_mm"]),
+                _plus_minus(after, units),
+                units.of_unbalance(plane["permissible_g_mm"]),
+            )
+        )
+    heavy = report["residual"]["angle_deg"]
+    return (
+        table(rows)
+        + f"\n  heavy side left at {degrees(heavy)} from throw 1, counter-clockwise seen from +z;"
+        + f" G {tolerance['grade_mm_s']:g} at {tolerance['speed_rpm']:g} rpm,"
+        + f" rotor {units.of_mass(tolerance['rotor_mass_g'])}; {passes} pass{'' if passes == 1 else 'es'}"
+        + _uncertainty(report["residual"], units)
+        + _margin(report)
+    )
+
+
+def _plus_minus(unbalance: Values, units: DisplayUnits) -> str:
+    off = unbalance.get("uncertainty_g_mm")
+    return "unknown" if off is None else f"± {units.of_unbalance(off)}"
+
+
+def _uncertainty(residual: Values, units: DisplayUnits) -> str:
+    """Return how far the resultant may be off and by what, the largest first; nothing where unknown."""
+    if residual["uncertainty_g_mm"] is None:
+        return ""
+    shares = sorted(residual["uncertainty_shares_g_mm"].items(), key=lambda share: -share[1])
+    listed = ", ".join(f"{cause} {units.of_unbalance(share)}" for cause, share in shares if share > 0.0)
+    text = f"\n  uncertain by ± {units.of_unbalance(residual['uncertainty_g_mm'])}: {listed or 'nothing'}"
+    if silent := residual.get("uncertainty_unstated"):
+        text += f"\n  not stated in the job and not counted: {', '.join(silent)}"
+    return text
+
+
+def _margin(report: Values) -> str:
+    """Return whether the uncertainty counts in the verdict, where it does."""
+    if report["tolerance"].get("margin", "none") == "none":
+        return ""
+    return "\n  the verdict counts the uncertainty: both together must be within what is permitted"
+
+
+def _factor(report: Values, units: DisplayUnits) -> str:
+    factor, bob = report["balance_factor"], report["engine"]["bob_weights"]
+    lines = ["Balance factor: " + _arrow(factor["initial"], factor["target"], factor["final"])]
+    lines.append(
+        "  bob-weights: " + ", ".join(f"throw {b['throw']} {units.of_mass(b['mass_g'])}" for b in bob)
+    )
+    if report["counterweight"] is not None:
+        web = report["counterweight"]
+        product = web["product_g_mm"]
+        lines.append(
+            f"  counterweights {units.of_mass(web['mass_g'])} at {units.of_length(web['radius_mm'])}: "
+            f"{units.of_unbalance(product['initial'])} before, {units.of_unbalance(product['final'])} after, "
+            f"{units.of_unbalance(product['target'])} wanted"
+        )
+    return "\n".join(lines)
+
+
+def _arrow(initial: float | None, target: float, final: float | None) -> str:
+    if initial is None or final is None:
+        return f"{target:.4f} asked for; the throws cancel each other out, so the crank has none"
+    return f"{initial:.4f} before, {final:.4f} after, {target:.4f} wanted"
+
+
+def _loads_with_gas(report: Values) -> str:
+    loads = report.get("loads_with_gas")
+    if loads is None:
+        return ""
+    rows: list[Sequence[str]] = [("With gas", "before", "after", "mean after")]
+    for before, after in zip(*(loads[key]["main_journals"] for key in ("before", "after")), strict=True):
+        cells = f"{before['greatest_N']:.0f} N", f"{after['greatest_N']:.0f} N", f"{after['mean_N']:.0f} N"
+        rows.append((f"  main journal {after['number']}", *cells))
+    frictions = (f"{loads[key]['friction_mean_N_m']:.3f} N·m" for key in ("before", "after"))
+    rows.append(("  mean friction", *frictions, ""))
+    return table(rows) + f"\n  greatest load over the cycle at {loads['speed_rpm']:g} rpm"
+
+
+def _forces(report: Values) -> str:
+    forces = report.get("forces")
+    if forces is None:
+        return ""
+    before, after = (_first_order(forces[key]) for key in ("before", "after"))
+    keys = ("greatest_force_n", "forward_n", "backward_n")
+    rows: list[Sequence[str]] = [("First order", "before", "after")]
+    for key, name in zip(keys, ("greatest", "with the crank", "against it"), strict=True):
+        rows.append((f"  {name}", f"{before[key]:.0f} N", f"{after[key]:.0f} N"))
+    if forces["after"]["greatest_n"] is not None:
+        rows.append(("  all orders", *(f"{forces[key]['greatest_n']:.0f} N" for key in ("before", "after"))))
+    return table(rows) + f"\n  shaking force of inertia at {forces['speed_rpm']:g} rpm"
+
+
+def _first_order(force: Values) -> Values:
+    found: Values = next(order for order in force["orders"] if order["order"] == 1.0)
+    return found
+
+
+def _changes(report: Values, units: DisplayUnits) -> str:
+    if not report["corrections"]:
+        return ""
+    removed = sum(each["removed_mass_g"] for each in report["corrections"])
+    before = report["crank"]["polar_inertia_kg_mm2"]
+    change = report["inertia_change_kg_mm2"]
+    return (
+        f"Metal removed: {units.of_mass(removed)} of {units.of_mass(report['crank']['mass_g'])}; "
+        f"polar inertia {before:.2f} kg·mm² {change:+.2f} ({100.0 * change / before:+.2f} %)"
+    )
+
+
+def _overbalance(report: Values, units: DisplayUnits) -> str:
+    left = report.get("overbalance")
+    if left is None:
+        return ""
+    lines = [
+        f"Left for final drilling: {units.of_unbalance(left['magnitude_g_mm'])} with the heavy side at "
+        f"{degrees(left['angle_deg'])} (the table above counts from there)"
+    ]
+    lines += [_correction(each, units) for each in left["last_holes"]]
+    if left["predicted_g_mm"] is not None:
+        lines.append(f"  after these holes {units.of_unbalance(left['predicted_g_mm'])} will be left")
+    if left["reason"]:
+        lines.append(f"  {left['reason']}")
+    return "\n".join(lines)
+
+
+# --- inspect ------------------------------------------------------------------------------------------------

@@ -1,0 +1,1 @@
+"""Bearings, shown."""

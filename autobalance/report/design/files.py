@@ -1,0 +1,76 @@
+"""A design search as lines for people, a picture of each design, and its front drawn."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from autobalance.report.pictures.zbuffer import Camera, png, render
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+
+    from autobalance.solid.mesh.mesh import Mesh
+
+Values = dict[str, Any]
+
+STEEL = (0.72, 0.74, 0.77)
+
+
+def design_text(values: Values) -> str:
+    """Return a search as lines."""
+    start, search = values["start"], values["search"]
+    lines = [
+        f"{search['evaluations']} designs in {search['generations']} generations ({search['method']}), "
+        f"{100 * search['feasible_share']:.1f} % keep everything",
+        "start: " + ", ".join(f"{name} {value:.6g}" for name, value in start["objectives"].items()),
+        "",
+    ]
+    if search["finite_elements"] is not None:
+        lines[-1:] = [_finite_elements_text(search["finite_elements"]), ""]
+    for design in values["designs"]:
+        told = ", ".join(f"{name} {value:.6g}" for name, value in design["objectives"].items())
+        residual = design["residual"]
+        lines.append(
+            f"{design['id']}: {told}; residual {residual['magnitude_g_mm']:.3g} g·mm "
+            f"({100 * residual['worst_share']:.2g} % of what is permitted)"
+        )
+    if values["reason"]:
+        lines += ["", values["reason"]]
+    if values["notes"]:
+        lines += ["", *values["notes"]]
+    return "\n".join(lines)
+
+
+def _finite_elements_text(found: Values) -> str:
+    """Return how many designs were analysed, and how far the others were told wrong."""
+    count = found["analysed_in_search"] + found["analysed_when_written"]
+    off = found["errors_when_written"] or {}
+    errors = ", ".join(f"{name} {100 * share:.2g} %" for name, share in off.items())
+    said = f"; predictions of the written ones were off by at most: {errors}" if errors else ""
+    return f"finite elements of {count} designs, the others told from these{said}"
+
+
+def design_picture(mesh: Mesh) -> bytes:
+    """Return a picture of a design's solid as PNG."""
+    drawn = render(mesh.vertices, mesh.triangles, STEEL, Camera(), 900, 640)
+    return png(drawn.image)
+
+
+def front_plot(
+    names: tuple[str, ...], front: NDArray[np.float64], others: NDArray[np.float64]
+) -> dict[str, bytes]:
+    """Return the front (n, k) and what else was looked at (m, k), two objectives across and up."""
+    from autobalance.report.plots import drawn
+
+    across, up = (0, 1) if len(names) > 1 else (0, 0)
+
+    def draw(axes: Axes) -> None:
+        axes.plot(others[:, across], others[:, up], ".", color="0.75", label="looked at")
+        order = np.argsort(front[:, across])
+        axes.plot(front[order, across], front[order, up], "o-", color="black", label="not dominated")
+        axes.set_xlabel(names[across])
+
+    return drawn("Designs", names[up], draw)

@@ -1,0 +1,47 @@
+"""Plots of crank variants in one engine: torque, bearing loads, acceleration, run-up."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from autobalance.report import plots
+from autobalance.units import RAD_S_PER_RPM
+
+if TYPE_CHECKING:
+    from autobalance.machine_models.engine_variants import VariantCurves
+
+FIGURES = {
+    "engine-bearing-force": ("Greatest load of a main bearing", "greatest_main_N", "load [N]"),
+    "engine-acceleration": ("Acceleration without load", "acceleration_rad_s2", "acceleration [rad/s²]"),
+    "engine-mean-torque": ("Mean torque at the shaft", "torque_mean_N_m", "torque [N·m]"),
+}
+
+
+def engine_bench_plots(
+    report: Mapping[str, Any], curves: Sequence[VariantCurves]
+) -> dict[str, dict[str, bytes]]:
+    """Return the plots by name; those over the speed where there are several speeds."""
+    torque = [plots.Curve(each.name, each.angle_deg, each.torque_N_m) for each in curves]
+    made = {"engine-torque": plots.lines("Output torque", ("crank angle [°]", "torque [N·m]"), torque)}
+    if len(report["variants"][0]["points"]) > 1:
+        for name, (title, key, axis) in FIGURES.items():
+            lines = [
+                plots.Curve(
+                    each["name"],
+                    np.array([point["speed_rpm"] for point in each["points"]]),
+                    np.array([point[key] for point in each["points"]]),
+                )
+                for each in report["variants"]
+            ]
+            made[name] = plots.lines(title, ("speed [1/min]", axis), lines)
+    runs = [
+        plots.Curve(each.name, 1e3 * each.run.time_s, each.run.speed_rad_s / RAD_S_PER_RPM)
+        for each in curves
+        if each.run is not None
+    ]
+    if runs:
+        made["engine-run-up"] = plots.lines("Run-up without load", ("time [ms]", "speed [1/min]"), runs)
+    return made

@@ -1,0 +1,24 @@
+"""Numbers of a page, each with the place in the report that it shows."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+from autobalance.wording import at, number, signed
+
+Report = Mapping[str, Any]
+
+
+def cell(report: Report, path: str, digits: int = 2, scale: float = 1.0, tag: str = "td") -> str:
+    """Return a cell that tells which number of the JSON it shows."""
+    value = at(report, path)
+    text = number(None if value is None else scale * value, digits)
+    return f'<{tag} data-path="{path}" data-digits="{digits}">{text}</{tag}>'
+
+
+def span(report: Report, path: str, digits: int = 2, sign: bool = False) -> str:
+    """Return a number that tells where in the JSON it stands."""
+    value = at(report, path)
+    text = signed(value, digits) if sign else number(value, digits)
+    return f'<span data-path="{path}" data-digits="{digits}">{text}</span>'

@@ -1,0 +1,52 @@
+"""The metal that was removed or added, each piece with its correction: for pictures, not for numbers."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+from autobalance.report.balance import kinds
+from autobalance.solid.csg.solid import Solid
+from autobalance.solid.csg.sourced import Shared, beyond, shared_with
+from autobalance.solid.mesh.mesh import Indices, Mesh
+
+
+@dataclass(frozen=True, eq=False)
+class Piece:
+    """Metal that one correction removed or added, in file coordinates [mm].
+
+    ``skin`` (k, 3) are the triangles to colour while the metal is in place, ``floor`` (k, 3) those to colour
+    on the corrected crank, both facing outward from what is left; they use the vertices of ``mesh``.
+    ``correction`` counts from 0 in the report's list; ``metal`` is the body itself.
+    """
+
+    mesh: Mesh
+    skin: Indices
+    floor: Indices
+    correction: int
+    metal: Shared
+
+    @classmethod
+    def of(cls, metal: Shared, correction: int, adds: bool) -> Piece:
+        """Return the metal that a correction shares with the crank, or that it adds to it."""
+        mesh, by_tool = metal.surfaces
+        made = mesh.triangles[by_tool]
+        if adds:
+            return cls(mesh, made, made, correction, metal)
+        return cls(mesh, mesh.triangles[~by_tool], made[:, ::-1], correction, metal)
+
+    def simplified(self, by_mm: float, adds: bool) -> Piece:
+        """Return it with edges merged that are shorter than ``by_mm``."""
+        return Piece.of(self.metal.simplified(by_mm), self.correction, adds)
+
+
+def pieces_of(report: Mapping[str, Any], before: Solid, tools: Sequence[Solid]) -> list[Piece]:
+    """Return the metal of each correction from its tool body, file coordinates."""
+    adds = [kinds.adds_metal(item) for item in report["corrections"]]
+    removing = [k for k, added in enumerate(adds) if not added]
+    pieces = []
+    for k, metal in zip(removing, shared_with(before, [tools[k] for k in removing]), strict=True):
+        pieces.append(Piece.of(metal, k, adds=False))
+    pieces += [Piece.of(beyond(tools[k], before), k, adds=True) for k, added in enumerate(adds) if added]
+    return [piece for piece in pieces if len(piece.mesh.triangles)]

@@ -1,0 +1,96 @@
+"""The crank and the removed metal as pages and pictures show them: as fine as a screen shows, no finer."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+from autobalance.report.balance import kinds
+from autobalance.report.page.metal import Piece, pieces_of
+from autobalance.solid.csg.solid import Solid, union
+from autobalance.solid.mesh.mesh import Mesh
+
+VIEW_TRIANGLES = 100_000
+"""A crank of more is shown decimated."""
+FINEST_VIEW = 4e-5
+"""Share of a solid's size up to which edges are merged first: a twentieth of a pixel of a wide screen."""
+PIECES_TRIANGLES = 50_000
+"""The same of all removed metal; the two together keep the page below 5 MB."""
+
+
+@dataclass(frozen=True, eq=False)
+class Shown:
+    """What is shown of a run, in file coordinates [mm].
+
+    ``body`` is the crank as it is left, ``pieces`` the metal of the corrections, ``note`` what to say of a
+    view with fewer triangles than the crank has.
+    """
+
+    body: Mesh
+    pieces: Sequence[Piece]
+    note: str | None
+
+    @classmethod
+    def of(
+        cls,
+        report: Mapping[str, Any],
+        before: Solid,
+        after: Solid | None,
+        tools: Sequence[Solid],
+        most: int = VIEW_TRIANGLES,
+    ) -> Shown:
+        """Return what is shown of a crank, of what is left of it (None: all of it), and of the cuts' bodies.
+
+        A crank of more than ``most`` triangles is decimated before it is cut for the view: cutting it once
+        more as it is would take longer than balancing it.
+        """
+        crank = coarse_solid(before, most)
+        pieces = pieces_of(report, crank, tools)
+        left = before if after is None else after
+        cut = after if after is not None and crank is before else _cut(report, crank, tools)
+        body = coarse_solid(cut, most)
+        note = None
+        if body.triangle_count < left.triangle_count:
+            note = (
+                f"The view shows {body.triangle_count:,} of {left.triangle_count:,} triangles; "
+                "every number is of all of them."
+            ).replace(",", "\u202f")
+        return cls(body.mesh, coarse_pieces(report, pieces, before.mesh.diagonal_mm), note)
+
+
+def coarse_solid(solid: Solid, most: int = VIEW_TRIANGLES) -> Solid:
+    """Return a solid with no more triangles than that, decimated if it has more."""
+    step = FINEST_VIEW * solid.mesh.diagonal_mm
+    coarse = solid
+    while coarse.triangle_count > most and step < solid.mesh.diagonal_mm:
+        coarse = coarse.simplified(step)
+        step *= 2.0
+    return coarse
+
+
+def coarse_pieces(
+    report: Mapping[str, Any], pieces: Sequence[Piece], size_mm: float, most: int = PIECES_TRIANGLES
+) -> Sequence[Piece]:
+    """Return the removed metal for the page's view, simplified while it is too fine for a part of a size."""
+    step, coarse = 1e-5 * size_mm, pieces
+    while sum(len(piece.mesh.triangles) for piece in coarse) > most and step < 1e-3 * size_mm:
+        coarse = [
+            piece.simplified(step, kinds.adds_metal(report["corrections"][piece.correction]))
+            for piece in pieces
+        ]
+        step *= 4.0
+    return coarse
+
+
+def _cut(report: Mapping[str, Any], crank: Solid, tools: Sequence[Solid]) -> Solid:
+    """Return a crank with the metal of all corrections put on it and taken off."""
+    for adds in (True, False):
+        chosen = [
+            tool
+            for tool, item in zip(tools, report["corrections"], strict=True)
+            if kinds.adds_metal(item) == adds
+        ]
+        if chosen:
+            crank = crank + union(chosen) if adds else crank - union(chosen)
+    return crank

@@ -1,0 +1,153 @@
+"""What the page's view draws: meshes packed for the script, labels, planes, vectors."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable, Mapping, Sequence
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from autobalance.report.balance import kinds
+from autobalance.report.page.metal import Piece
+from autobalance.solid.mesh.mesh import Array, Indices, Mesh, compacted
+from autobalance.wording import at, number
+
+Report = Mapping[str, Any]
+
+
+def view_data(report: Report, body: Mesh, pieces: Sequence[Piece]) -> tuple[dict[str, Any], bytes]:
+    """Return what the page's script draws, and its meshes packed as 16-bit places and 32-bit corners."""
+    frame = np.asarray(report["frame"]["file_to_rotor"], dtype=np.float64)
+    turned = [body.moved(frame)] + [piece.mesh.moved(frame) for piece in pieces]
+    points = np.concatenate([mesh.vertices for mesh in turned])
+    low = points.min(axis=0)
+    step = float((points.max(axis=0) - low).max()) / 65535.0
+    pack = _Packer(low, step)
+    shape = pack.add(turned[0].vertices, turned[0].triangles)
+    depths = [abs(item["depth_mm"]) for item in report["corrections"]]
+    parts = []
+    for piece, mesh in zip(pieces, turned[1:], strict=True):
+        item = report["corrections"][piece.correction]
+        skin = pack.add(mesh.vertices, piece.skin)
+        floor = pack.add(mesh.vertices, piece.floor)
+        parts.append(
+            {
+                "number": item["number"],
+                "shade": _shade(abs(item["depth_mm"]), depths),
+                "skin": skin,
+                "floor": floor,
+            }
+        )
+    z = points[:, 2]
+    data = {
+        "low_mm": [float(v) for v in low],
+        "step_mm": step,
+        "z_mm": [float(z.min()), float(z.max())],
+        "radius_mm": float(np.hypot(points[:, 0], points[:, 1]).max()),
+        "eye": list(kinds.eye(report)),
+        "body": shape,
+        "pieces": parts,
+        "corrections": [_label(item, pieces, turned) for item in enumerate(report["corrections"])],
+        "tolerance_planes": [{"name": p["name"], "z_mm": p["z_mm"]} for p in report["tolerance"]["planes"]],
+        "correction_planes_mm": _correction_planes(report),
+        "vectors": list(_vectors(report)),
+    }
+    return data, pack.bytes()
+
+
+def _shade(depth: float, depths: Sequence[float]) -> float:
+    low, high = min(depths), max(depths)
+    return 1.0 if number(low) == number(high) else (depth - low) / (high - low)
+
+
+class _Packer:
+    """Collects meshes into one buffer; remembers where each begins."""
+
+    def __init__(self, low: Array, step: float) -> None:
+        self.low, self.step = low, step
+        self.parts: list[bytes] = []
+        self.size = 0
+
+    def add(self, vertices: Array, triangles: Indices) -> dict[str, list[int]]:
+        used, renumbered = compacted(triangles, len(vertices))
+        places = np.rint((vertices[used] - self.low) / max(self.step, 1e-12)).astype("<u2")
+        corners = renumbered.astype("<u4")
+        return {"vertices": [self._put(places), len(places)], "triangles": [self._put(corners), len(corners)]}
+
+    def _put(self, array: NDArray[Any]) -> int:
+        start, data = self.size, array.tobytes()
+        data += b"\0" * (-len(data) % 4)
+        self.parts.append(data)
+        self.size += len(data)
+        return start
+
+    def bytes(self) -> bytes:
+        return b"".join(self.parts)
+
+
+def _label(
+    numbered: tuple[int, Mapping[str, Any]], pieces: Sequence[Piece], turned: Sequence[Mesh]
+) -> dict[str, Any]:
+    """Return number, words and place of a correction's label: on its old skin, towards the outside."""
+    place, item = numbered
+    label = np.asarray(item["position_mm"], dtype=np.float64)
+    for piece, mesh in zip(pieces, turned[1:], strict=True):
+        if piece.correction == place and len(piece.skin):
+            corners = mesh.vertices[piece.skin]
+            weight = np.linalg.norm(
+                np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]), axis=1
+            )
+            label = weight @ corners.mean(axis=1) / weight.sum()
+            break
+    depth = f"{number(abs(item['depth_mm']), 2)} mm"
+    return {
+        "number": item["number"],
+        "depth_mm": item["depth_mm"],
+        "depth_text": depth,
+        "label_mm": [float(v) for v in label],
+        "towards": _towards(item),
+        "said": f"Correction {item['number']}: {kinds.noun(item)}, {kinds.place(item)}, depth {depth}",
+    }
+
+
+TILT = 0.55
+"""How far a cut is looked at from beside its own direction, so that depth and place can both be seen."""
+
+FACE = 0.5
+"""How much a face is looked at from in front; the rest from outside, past the webs beside it."""
+
+
+def _towards(item: Mapping[str, Any]) -> list[float]:
+    """Return where to look from at a correction, rotor frame: along its tool, onto its face or its rim."""
+    x, y, _ = item["position_mm"]
+    radius = math.hypot(x, y)
+    out = np.array([x / radius, y / radius, 0.0]) if radius > 0.0 else np.array([1.0, 0.0, 0.0])
+    if item.get("inward") is not None:
+        out = -np.asarray(item["inward"], dtype=np.float64)
+    elif item.get("normal") is not None:
+        out = out + FACE * np.asarray(item["normal"], dtype=np.float64)
+        return [float(v) for v in out]
+    elif item.get("face_z_mm") is not None:
+        out = np.array([0.0, 0.0, math.copysign(1.0, item["face_z_mm"] - item["position_mm"][2])])
+    beside = np.array([0.0, 0.0, 1.0]) if abs(out[2]) < 0.7 else np.array([x, y, 0.0]) / max(radius, 1e-9)
+    return [float(v) for v in out + TILT * beside]
+
+
+def _correction_planes(report: Report) -> list[float]:
+    """Return the z of the webs that are cut, their mid-planes [mm]."""
+    cut = {web for item in report["corrections"] for web in item.get("webs", [item.get("web")])}
+    return [
+        0.5 * (w["z_min_mm"] + w["z_max_mm"]) for w in at(report, "crank.webs") or [] if w["number"] in cut
+    ]
+
+
+def _vectors(report: Report) -> Iterable[dict[str, Any]]:
+    for k, plane in enumerate(report["tolerance"]["planes"]):
+        for key, when in (("initial", "before"), ("residual", "after")):
+            if report["outcome"] == "already_within_tolerance" and when == "before":
+                continue
+            vector = report[key]["planes"][k]["unbalance_g_mm"]
+            text = f"{number(math.hypot(*vector), 1)} g·mm {when}"
+            yield {"z_mm": plane["z_mm"], "vector": list(vector), "when": when, "text": text}

@@ -1,1 +1,0 @@
-"""``sheet.pdf``: what the machinist needs at the machine, on pages that flow."""

@@ -1,0 +1,140 @@
+"""``crank-before.png`` and ``crank-after.png``: one view, the removed metal coloured by its depth."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+import numpy as np
+
+from autobalance.report.balance import kinds
+from autobalance.report.page.metal import Piece
+from autobalance.report.pictures.zbuffer import Camera, Image, Picture, Surface, png, render_each
+from autobalance.solid.mesh.mesh import Array, Mesh
+from autobalance.wording import number
+
+STEEL = (0.70, 0.73, 0.76)
+SHALLOW, DEEP = (0.97, 0.78, 0.40), (0.86, 0.33, 0.09)
+LIFT_SHARE = 2e-4
+"""Coloured surfaces are drawn this much nearer to the eye than the metal they lie on, as a share of its size."""
+SEEN = 60
+"""Pixels of a coloured surface above which it is numbered."""
+
+
+def pictures(
+    report: Mapping[str, Any],
+    before: Mesh,
+    after: Mesh,
+    pieces: Sequence[Piece],
+    size: tuple[int, int] = (1120, 760),
+) -> tuple[bytes, bytes]:
+    """Return two PNG files: what will go, and what is left, in one view.
+
+    Parameters
+    ----------
+    report : mapping
+    before, after : Mesh
+        File coordinates [mm].
+    pieces : sequence of Piece
+    size : (int, int)
+        Width and height [pixels].
+    """
+    frame = np.asarray(report["frame"]["file_to_rotor"], dtype=np.float64)
+    sight = Camera(-np.array(kinds.eye(report)), (1.0, 0.0, 0.0), fit=before.moved(frame).vertices)
+    items = report["corrections"]
+    depths = [abs(item["depth_mm"]) for item in items]
+    body = after.moved(frame)
+    moved = [piece.mesh.moved(frame).vertices for piece in pieces]
+    tints = [_colour(depths[piece.correction], depths) for piece in pieces]
+    lift = sight.axes[2] * LIFT_SHARE * body.diagonal_mm
+    coats = [
+        [(place + lift, rows, tint) for place, rows, tint in zip(moved, chosen, tints, strict=True)]
+        for chosen in ([piece.skin for piece in pieces], [piece.floor for piece in pieces])
+    ]
+    steel = (body.vertices, body.triangles, np.array(STEEL))
+    laid = [_joined(coat) for coat in coats] if pieces else [_joined([])]
+    drawn = render_each(steel, laid, sight, *size)
+    drawn = drawn if pieces else [*drawn, *drawn]
+    numbers = [items[piece.correction]["number"] for piece in pieces]
+    made = [
+        _labelled(each, title, _marks(each, len(body.triangles), coat, numbers), depths)
+        for each, title, coat in zip(drawn, ("before", "after"), coats, strict=True)
+    ]
+    return made[0], made[1]
+
+
+def _colour(depth: float, depths: Sequence[float]) -> Array:
+    low, high = min(depths), max(depths)
+    share = 1.0 if high - low < 0.005 else (depth - low) / (high - low)
+    return (1.0 - share) * np.array(SHALLOW) + share * np.array(DEEP)
+
+
+def _joined(coat: Sequence[Surface]) -> Surface:
+    """Return several coloured surfaces as one."""
+    vertices, triangles, colours = [np.zeros((0, 3))], [np.zeros((0, 3), dtype=np.int64)], [np.zeros((0, 3))]
+    start = 0
+    for corners, rows, colour in coat:
+        vertices.append(corners)
+        triangles.append(start + rows)
+        colours.append(np.tile(colour, (len(rows), 1)))
+        start += len(corners)
+    return np.concatenate(vertices), np.concatenate(triangles), np.concatenate(colours)
+
+
+def _marks(drawn: Picture, start: int, coats: Sequence[Surface], numbers: Sequence[int]) -> dict[int, Array]:
+    """Return where (column, row) the numbers of the coloured surfaces go: on a seen part of each, if any is."""
+    coloured = drawn.triangle >= start
+    ends = start + np.cumsum([len(rows) for _, rows, _ in coats])
+    which = np.searchsorted(ends, drawn.triangle[coloured], side="right")
+    order, counts = np.argsort(which, kind="stable"), np.bincount(which, minlength=len(coats))
+    places = np.argwhere(coloured)[order, ::-1].astype(np.float64)
+    marks: dict[int, Array] = {}
+    for label, seen in zip(numbers, np.split(places, np.cumsum(counts))[:-1], strict=True):
+        if len(seen) > SEEN and label not in marks:
+            marks[label] = seen[np.argmin(((seen - seen.mean(axis=0)) ** 2).sum(axis=1))]
+    return marks
+
+
+def _labelled(drawn: Picture, title: str, marks: Mapping[int, Array], depths: Sequence[float]) -> bytes:
+    """Write title, numbers and the scale of depths on a picture."""
+    image = _with_text(drawn, title, marks, depths)
+    return png(image)
+
+
+def _with_text(drawn: Picture, title: str, marks: Mapping[int, Array], depths: Sequence[float]) -> Image:
+    from PIL import Image as Pillow
+    from PIL import ImageDraw, ImageFont
+
+    canvas = Pillow.fromarray(drawn.image)
+    pen = ImageDraw.Draw(canvas)
+    large, small = ImageFont.load_default(22), ImageFont.load_default(15)
+    ink, soft = (23, 25, 28), (93, 99, 107)
+    pen.text((28, 24), title.capitalize(), ink, large)
+    for label, place in marks.items():
+        x, y = (float(v) for v in place)
+        pen.ellipse((x - 13, y - 13, x + 13, y + 13), fill=ink)
+        pen.text((x, y), str(label), (255, 255, 255), small, anchor="mm")
+    if depths:
+        _scale(pen, (28, canvas.height - 40), depths, small, soft)
+    return np.asarray(canvas, dtype=np.uint8)
+
+
+def _scale(
+    pen: Any, corner: tuple[int, int], depths: Sequence[float], font: Any, ink: tuple[int, int, int]
+) -> None:
+    x, y = corner
+    one = max(depths) - min(depths) < 0.005
+    width = 24 if one else 140
+    for k in range(width):
+        colour = (
+            _colour(max(depths), depths)
+            if one
+            else (1 - k / width) * np.array(SHALLOW) + k / width * np.array(DEEP)
+        )
+        pen.line((x + k, y, x + k, y + 14), fill=tuple(int(255 * v) for v in colour))
+    text = (
+        f"depth {number(max(depths))} mm"
+        if one
+        else f"depth {number(min(depths))} to {number(max(depths))} mm"
+    )
+    pen.text((x + width + 10, y + 7), text, ink, font, anchor="lm")

@@ -1,0 +1,56 @@
+"""Unbalance as arrows in the plane across the crank axis: SVG, crankpin 1 up, counter-clockwise."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from typing import Any
+
+from autobalance.wording import angle_deg, number, whole_degrees
+
+SIZE = 200.0
+RADIUS = 74.0
+"""Of the outer ring, of ``SIZE`` in all."""
+
+
+def figure(
+    title: str, before: Mapping[str, Any], after: Mapping[str, Any], permitted: Mapping[str, Any]
+) -> str:
+    """Return a figure with two plots: before, at its own scale, and after, at that of what is permitted."""
+    limit = permitted["permissible_g_mm"]
+    start, end = before["magnitude_g_mm"], after["magnitude_g_mm"]
+    left = _plot(before, limit, max(start, limit), "was", "before")
+    right = _plot(after, limit, 1.25 * max(end, limit), "is", "after", after.get("uncertainty_g_mm"))
+    return (
+        f"<figure><figcaption><h3>{title}</h3><span class=soft>{number(start)} → {number(end)} of "
+        f"{number(limit)} g·mm</span></figcaption><div class=pair>{left}{right}</div></figure>"
+    )
+
+
+def _plot(
+    unbalance: Mapping[str, Any], limit: float, full: float, style: str, when: str, doubt: float | None = None
+) -> str:
+    """Return one polar plot whose outer ring is ``full``."""
+    per = RADIUS / full
+    x, y = unbalance["unbalance_g_mm"]
+    cx = cy = SIZE / 2.0
+    tip_x, tip_y = cx - per * y, cy - per * x  # rotor x is up, y is left
+    size, angle = unbalance["magnitude_g_mm"], angle_deg((x, y))
+    said = f"{when}: {number(size)} g·mm at {number(angle, 1)} degrees"
+    uncertain = (
+        f'<circle class=doubt cx="{tip_x:.2f}" cy="{tip_y:.2f}" r="{per * doubt:.2f}"/>' if doubt else ""
+    )
+    return f"""<svg viewBox="0 0 {SIZE:g} {SIZE + 8:g}" role="img" aria-label="{said}"><title>{said}</title>
+<circle class=grid cx="{cx}" cy="{cy}" r="{RADIUS}"/><path class=grid d="M{cx} {cy - RADIUS}V{cy + RADIUS}M{cx - RADIUS} {cy}H{cx + RADIUS}"/>
+<circle class=zone cx="{cx}" cy="{cy}" r="{max(per * limit, 0.8):.2f}"/>{_degrees(cx, cy)}
+<path class="vector {style}" d="M{cx} {cy}L{tip_x:.2f} {tip_y:.2f}"/>{uncertain}<circle class="tip {style}" cx="{tip_x:.2f}" cy="{tip_y:.2f}" r="3.6"/>
+<text class=title x="{cx}" y="{SIZE + 4:g}" text-anchor="middle">{when} · {number(size)} at {whole_degrees((x, y))}</text></svg>"""
+
+
+def _degrees(cx: float, cy: float) -> str:
+    texts = []
+    for degrees in (0, 90, 180, 270):
+        turn = math.radians(degrees)
+        x, y = cx - (RADIUS + 12.0) * math.sin(turn), cy - (RADIUS + 9.0) * math.cos(turn)
+        texts.append(f'<text x="{x:.1f}" y="{y + 4:.1f}" text-anchor="middle">{degrees}°</text>')
+    return "".join(texts)

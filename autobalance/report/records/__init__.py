@@ -1,0 +1,1 @@
+"""Typed records of the reports, and the schemas made from them."""

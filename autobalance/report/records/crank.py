@@ -1,0 +1,204 @@
+"""What a report says of the crank as measured and recognised.
+
+The JSON Schema is made from these: ``python docs/make_schema.py`` writes it.
+"""
+
+from typing import Annotated, Literal, NotRequired, TypedDict
+
+from autobalance.report.records.schema import (
+    Angle,
+    Bound,
+    NotNegative,
+    Ordinal,
+    Pair,
+    Positive,
+    Sha256,
+    Triple,
+)
+
+
+class Versions(TypedDict):
+    """The program and the libraries that made the report."""
+
+    version: str
+    numpy: str | None
+    scipy: str | None
+    trimesh: str | None
+    manifold3d: str | None
+
+
+class Input(TypedDict):
+    """The crank file."""
+
+    file: str
+    sha256: Sha256
+    format: str
+    triangles: Ordinal
+    bodies: Ordinal
+    repairs: list[str]
+
+
+class Frame(TypedDict):
+    """From file coordinates in mm to the rotor frame."""
+
+    file_to_rotor: Annotated[
+        list[Annotated[list[float], Bound("minItems", 4), Bound("maxItems", 4)]],
+        Bound("minItems", 4),
+        Bound("maxItems", 4),
+    ]
+
+
+class Journal(TypedDict):
+    """A main journal."""
+
+    number: Ordinal
+    centre_mm: Triple
+    diameter_mm: Positive
+    width_mm: NotNegative
+
+
+class Pin(TypedDict):
+    """A crankpin."""
+
+    centre_mm: Triple
+    diameter_mm: Positive
+    width_mm: NotNegative
+
+
+class Throw(TypedDict):
+    """A throw."""
+
+    number: Ordinal
+    crank_radius_mm: Positive
+    angle_deg: Angle
+    crankpin: Pin
+
+
+class WebOutline(TypedDict):
+    """What a counterweight looks like along the axis."""
+
+    rim_radius_mm: Positive
+    fan_angle_deg: Annotated[float, Bound("minimum", 0), Bound("maximum", 360)]
+    thickness_mm: Positive
+
+
+class Web(TypedDict):
+    """A web."""
+
+    number: Ordinal
+    z_min_mm: float
+    z_max_mm: float
+    counterweight: bool
+    outline: NotRequired[WebOutline | None]
+
+
+class HiddenMetal(TypedDict):
+    """Metal between facets and true surfaces."""
+
+    mass_g: float
+    unbalance_g_mm: Pair
+    moment_g_mm2: Pair
+    polar_inertia_kg_mm2: float
+
+
+class HiddenMetalAdded(TypedDict):
+    """What was added for it before and after the cut."""
+
+    before: HiddenMetal
+    after: HiddenMetal
+
+
+class TooCoarse(TypedDict):
+    """How much finer the mesh would have to be."""
+
+    finer: NotNegative
+    needed_sag_mm: NotNegative
+    text: str
+
+
+class FacetError(TypedDict):
+    """What facets miss of the true surfaces, and how well that is known."""
+
+    mass_g: float
+    unbalance_g_mm: float
+    mass_bar_g: NotNegative
+    unbalance_bar_g_mm: NotNegative
+    sag_mm: NotNegative
+    correction: Literal["applied", "mass_only", "declined", "not_needed", None]
+    reason: str | None
+    added: HiddenMetalAdded | None
+    too_coarse: TooCoarse | None
+
+
+class MassProperties(TypedDict):
+    """Mass, volume, centre and inertia of a body in the rotor frame."""
+
+    mass_g: Positive
+    volume_mm3: Positive
+    centre_of_mass_mm: Triple
+    inertia_kg_mm2: Annotated[list[Triple], Bound("minItems", 3), Bound("maxItems", 3)]
+    polar_inertia_kg_mm2: Positive
+
+
+class Keyway(TypedDict):
+    """A slot along a shaft at an end of the crank; depth from the shaft's surface above it."""
+
+    end: Literal["-z", "+z"]
+    angle_deg: Angle
+    width_mm: Positive
+    depth_mm: Positive
+    shaft_diameter_mm: Positive
+    z_min_mm: float
+    z_max_mm: float
+
+
+class FlangeHole(TypedDict):
+    """A hole of a bolt circle."""
+
+    angle_deg: Angle
+    radius_mm: Positive
+    diameter_mm: Positive
+
+
+class Flange(TypedDict):
+    """A disc at an end of the crank, its outer face (null: not plane) and its bolt circle."""
+
+    end: Literal["-z", "+z"]
+    diameter_mm: Positive
+    face_z_mm: float | None
+    holes: list[FlangeHole]
+
+
+class DatumAngle(TypedDict):
+    """What angles are told from besides crankpin 1, and where it stands."""
+
+    of: Literal["keyway", "flange_hole"]
+    angle_deg: Angle
+
+
+class DatumFace(TypedDict):
+    """A plane face square to the axis, from which z is told."""
+
+    of: Literal["flange", "web", "end"]
+    name: str
+    z_mm: float
+
+
+class Datums(TypedDict):
+    """What can be touched to set the crank up, faces the best first; null or empty where there is none."""
+
+    keyways: list[Keyway]
+    flanges: list[Flange]
+    angle: DatumAngle | None
+    faces: list[DatumFace]
+
+
+class Crank(MassProperties):
+    """The crank as measured and recognised."""
+
+    main_journals: list[Journal]
+    throws: Annotated[list[Throw], Bound("minItems", 1)]
+    webs: list[Web]
+    journal_misalignment_mm: NotNegative
+    facet_error: FacetError | None
+    datums: Datums | None

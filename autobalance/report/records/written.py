@@ -1,0 +1,74 @@
+"""The JSON Schemas of what is written, made from the typed records.
+
+``python docs/make_schema.py`` writes them into the package; a test holds the files to the records.
+"""
+
+from __future__ import annotations
+
+from typing import Any, Literal
+
+from autobalance.report.records.generate import GenerateReport
+from autobalance.report.records.report import Report
+from autobalance.report.records.schema import schema_of
+
+Values = dict[str, Any]
+
+REPORT_HEAD: Values = {
+    "$schema": "https://json-schema.org/draft/2020-12/schema",
+    "$id": "https://autobalance.invalid/report-1.schema.json",
+    "title": "Report of autobalance, schema_version 1",
+    "description": "Numbers are in the unit that a key ends with; positions and vectors in the rotor "
+    "frame unless the key begins with file_; angles counter-clockwise seen from +z.",
+}
+GENERATE_HEAD: Values = {
+    "$schema": "https://json-schema.org/draft/2020-12/schema",
+    "$id": "https://autobalance.invalid/generate-1.schema.json",
+    "title": "Report of autobalance generate, schema_version 1",
+    "description": "What `autobalance generate --json` writes: the dimensions of the crank that was "
+    "built, and its true mass properties; `crank`, `initial` and `frame` are those of "
+    "any other report.",
+}
+RULES: list[Values] = [
+    {
+        "if": {"properties": {"command": {"enum": ["balance", "recut"]}}},
+        "then": {
+            "properties": {
+                "job": {"type": "object"},
+                "engine": {"type": "object"},
+                "balance_factor": {"type": "object"},
+                "tolerance": {"type": "object"},
+                "residual": {"type": "object"},
+                "outcome": {"type": "string"},
+                "inertia_change_kg_mm2": {"type": "number"},
+                "outputs": {"required": ["solid"]},
+            }
+        },
+        "else": {"required": ["faces"], "properties": {"job": {"type": "null"}}},
+    },
+    {
+        "if": {"properties": {"outcome": {"const": "above_tolerance"}}},
+        "then": {"properties": {"reason": {"type": "string"}}},
+        "else": {"properties": {"reason": {"type": "null"}}},
+    },
+    {
+        "if": {"properties": {"command": {"const": "recut"}}},
+        "then": {
+            "required": [
+                "serial",
+                "previous",
+                "stages",
+                "machine_reading",
+                "earlier_corrections",
+                "input_is_untouched",
+            ]
+        },
+    },
+]
+"""What depends on the values themselves: a balanced crank has a job, an unreached tolerance a reason."""
+
+
+def written_schema(of: Literal["report", "generate"]) -> Values:
+    """Return the JSON Schema (draft 2020-12) of reports, or of what ``generate`` says, from the records."""
+    if of == "report":
+        return schema_of(Report, REPORT_HEAD, RULES)
+    return schema_of(GenerateReport, GENERATE_HEAD, [])

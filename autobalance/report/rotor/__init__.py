@@ -1,0 +1,1 @@
+"""Rotors, torsion and rotor benches, shown."""

@@ -1,0 +1,150 @@
+"""Outlines of the crank for sheet and drawing: cross-sections and shadows of the solid, rotor frame, mm."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from typing import Any
+
+import numpy as np
+
+from autobalance.report.balance import kinds
+from autobalance.report.page.metal import Piece
+from autobalance.solid.csg.solid import Polygons, Region, Solid
+from autobalance.solid.mesh.mesh import Array, Mesh
+from autobalance.solid.slicing.slices import cross_sections
+
+Item = Mapping[str, Any]
+NEAR_MM = 1.0
+"""Metal that comes so near to a section's plane is drawn in it."""
+BESIDE_MM = 8.0
+"""How far a section through a web reaches beyond the web."""
+BELOW = 0.1
+"""How far half a section reaches beyond the axis, as a share of its height."""
+
+
+@dataclass(frozen=True, eq=False)
+class SectionDrawing:
+    """A section along the axis, in the plane that holds the axis and an angle: (z, r) outlines."""
+
+    angle_deg: float
+    outline: Polygons
+    cuts: Mapping[int, Polygons] = field(default_factory=dict)
+
+
+@dataclass(frozen=True, eq=False)
+class WebDrawing:
+    """A web seen along the axis: outlines (k, 2) in (x, y), the shadows of the metal cut, a section."""
+
+    number: int
+    outline: Polygons
+    cuts: Mapping[int, Polygons] = field(default_factory=dict)
+    section: SectionDrawing | None = None
+
+
+@dataclass(frozen=True, eq=False)
+class Drawings:
+    """Everything the sheet draws: the webs that are cut, and a section along the axis, (z, x) outlines."""
+
+    webs: tuple[WebDrawing, ...]
+    lengthwise: Polygons
+    lengthwise_cuts: Mapping[int, Polygons] = field(default_factory=dict)
+
+
+ALONG = np.array([[0.0, 0, 1, 0], [1.0, 0, 0, 0], [0, 1.0, 0, 0], [0, 0, 0, 1.0]])
+"""Turns z into x, x into y: the plane y = 0, which holds the axis and crankpin 1, becomes z = 0."""
+
+
+def webs_cut(item: Item) -> list[int]:
+    """Return the webs that a correction cuts."""
+    return [int(web) for web in item.get("webs") or [item.get("web")] if web is not None]
+
+
+def drawings(report: Mapping[str, Any], before: Solid, pieces: Sequence[Piece]) -> Drawings:
+    """Return the outlines of the crank ``before`` correction, in file coordinates, and of what goes."""
+    frame: Array = np.asarray(report["frame"]["file_to_rotor"], dtype=np.float64)
+    gone: dict[int, Solid] = {}
+    for piece in pieces:
+        number = report["corrections"][piece.correction]["number"]
+        body = piece.metal.solid.moved(frame)
+        gone[number] = body if number not in gone else gone[number] + body
+    return drawn(report, before.mesh.moved(frame), gone)
+
+
+def drawn(report: Mapping[str, Any], crank: Mesh, gone: Mapping[int, Solid]) -> Drawings:
+    """Return the outlines of a crank and of metal by the corrections' numbers, all in the rotor frame."""
+    items = report["corrections"]
+    shadows = {number: body.shadow().polygons for number, body in gone.items()}
+    cut = {int(number) for item in items for number in webs_cut(item)}
+    shown = [web for web in report["crank"]["webs"] if web["number"] in cut]
+    outlines = _sections(crank, [0.5 * (float(web["z_min_mm"]) + float(web["z_max_mm"])) for web in shown])
+    webs = []
+    for web, outline in zip(shown, outlines, strict=True):
+        own = [item for item in items if web["number"] in webs_cut(item)]
+        low, high = float(web["z_min_mm"]), float(web["z_max_mm"])
+        here = {item["number"]: gone[item["number"]] for item in own if item["number"] in gone}
+        section = _section(_plane_deg(own), crank, here)
+        section = _half(_between(section, low - BESIDE_MM, high + BESIDE_MM))
+        cuts = {number: shadows[number] for number in here}
+        webs.append(WebDrawing(int(web["number"]), outline, cuts, section))
+    whole = _section(0.0, crank, gone)
+    return Drawings(tuple(webs), whole.outline, whole.cuts)
+
+
+def _plane_deg(items: Sequence[Item]) -> float:
+    """Return the angle of the plane for a web's section: that of the cut that moves most."""
+    found = [
+        (math.hypot(*item["unbalance_change_g_mm"]), angle)
+        for item in items
+        if (angle := kinds.angle_deg(item)) is not None
+    ]
+    return max(found)[1] if found else 0.0
+
+
+def _sections(crank: Mesh, heights_mm: Sequence[float]) -> list[Polygons]:
+    """Return the outlines of cross-sections, straight from the triangles that the planes cross."""
+    heights, which = np.unique(heights_mm, return_inverse=True)
+    found = cross_sections(crank.vertices, crank.triangles, heights)
+    return [Region.of(found[k]).polygons for k in which]
+
+
+def _section(angle_deg: float, crank: Mesh, gone: Mapping[int, Solid]) -> SectionDrawing:
+    """Return the section of a crank, and of metal that comes within ``NEAR_MM`` of its plane."""
+    turn = math.radians(angle_deg)
+    c, s = math.cos(turn), math.sin(turn)
+    placement = ALONG @ np.array([[c, s, 0.0, 0.0], [-s, c, 0.0, 0.0], [0, 0, 1.0, 0], [0, 0, 0, 1.0]])
+    cuts = {number: _near_plane(body.moved(placement)) for number, body in gone.items()}
+    (outline,) = _sections(crank.moved(placement), [0.0])
+    return SectionDrawing(angle_deg, outline, {number: found for number, found in cuts.items() if found})
+
+
+def _between(section: SectionDrawing, low_mm: float, high_mm: float) -> SectionDrawing:
+    """Return the part of a section between two heights along the axis."""
+    if not section.outline:
+        return section
+    across = 1.0 + max(float(np.abs(each[:, 1]).max()) for each in section.outline)
+    kept = Region.rectangle((low_mm, -across), (high_mm, across))
+    return replace(section, outline=(Region.of(section.outline) & kept).polygons)
+
+
+def _half(section: SectionDrawing) -> SectionDrawing:
+    """Return the half of a section from the axis to its angle, unless there are cuts beyond the axis."""
+    lowest = min((float(each[:, 1].min()) for cuts in section.cuts.values() for each in cuts), default=0.0)
+    if not section.outline or lowest < 0.0:
+        return section
+    (left, bottom), (right, top) = (
+        np.concatenate(section.outline).min(axis=0),
+        np.concatenate(section.outline).max(axis=0),
+    )
+    kept = Region.rectangle((left - 1.0, max(bottom, -BELOW * top)), (right + 1.0, top + 1.0))
+    return replace(section, outline=(Region.of(section.outline) & kept).polygons)
+
+
+def _near_plane(body: Solid) -> Polygons:
+    """Return the shadow on z = 0 of what lies within ``NEAR_MM`` of it."""
+    low, high = body.bounds[:, 2]
+    if low >= NEAR_MM or high <= -NEAR_MM:
+        return []
+    upper = body.above(-NEAR_MM) if low < -NEAR_MM else body
+    return (upper.below(NEAR_MM) if high > NEAR_MM else upper).shadow().polygons

@@ -1,0 +1,194 @@
+"""For the balancing machine: unbalance, bob-weights, what is left for the last holes, the readings."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+from reportlab.platypus import Flowable
+
+from autobalance.report.display_units import DisplayUnits
+from autobalance.report.sheet.cuts import cut_row
+from autobalance.report.sheet.tables import Column, table
+from autobalance.wording import at, degrees, weights
+
+Report = Mapping[str, Any]
+NONE = "–"
+
+
+def unbalance_table(report: Report, u: DisplayUnits, wide_mm: float) -> Flowable:
+    """List the unbalance before and after, resultant and planes, its heavy side, what is permitted."""
+    columns = [
+        Column(f"unbalance in {u.unbalance}", 46.0, "left"),
+        Column("before", 22.0),
+        Column("heavy at", 18.0),
+        Column("after", 22.0),
+        Column("heavy at", 18.0),
+        Column("uncertain by", 20.0),
+        Column("permitted", 22.0),
+    ]
+    tolerance = report["tolerance"]
+    rows = [_unbalance_row("Resultant", report["initial"], report["residual"], tolerance, u)]
+    triples = zip(report["initial"]["planes"], report["residual"]["planes"], tolerance["planes"], strict=True)
+    for before, after, plane in triples:
+        name = f"Plane {plane['name']}, z = {u.mm(plane['z_mm'])} {u.length}"
+        rows.append(_unbalance_row(name, before, after, plane, u))
+    return table(wide_mm, columns, rows, row_mm=5.4)
+
+
+def _unbalance_row(name: str, before: Report, after: Report, limit: Report, u: DisplayUnits) -> list[str]:
+    doubt = after.get("uncertainty_g_mm")
+    return [
+        name,
+        u.g_mm(before["magnitude_g_mm"]),
+        _heavy(before),
+        u.g_mm(after["magnitude_g_mm"]),
+        _heavy(after),
+        NONE if doubt is None else f"± {u.g_mm(doubt)}",
+        u.g_mm(limit["permissible_g_mm"]),
+    ]
+
+
+def _heavy(unbalance: Report) -> str:
+    x, y = unbalance["unbalance_g_mm"]
+    return degrees(math.degrees(math.atan2(y, x)))
+
+
+def judged_words(report: Report) -> str:
+    """Return what the verdict is on."""
+    judged = "the resultant and both planes" if report["tolerance"]["judge"] == "dynamic" else "the resultant"
+    grade = f"G {report['tolerance']['grade_mm_s']:g} at {report['tolerance']['speed_rpm']:g} rpm"
+    return f"Judged: {judged}, by {grade}. Angles, ccw seen from +z from crankpin 1, point to the heavy side."
+
+
+def bob_table(report: Report, u: DisplayUnits, wide_mm: float) -> Flowable:
+    """List the bob-weight of each throw: what is clamped on, its tolerance, its mass without the pin."""
+    columns = [
+        Column("throw", 20.0, "left"),
+        Column(f"clamp on (pin fitted) {u.mass}", 34.0),
+        Column(f"tolerance {u.mass}", 24.0),
+        Column(f"without the pin {u.mass}", 30.0),
+        Column("weighed", 26.0),
+        Column("by", 26.0),
+    ]
+    bare = pin_is_apart(report)
+    rows = []
+    for bob in at(report, "engine.bob_weights") or []:
+        tolerance = bob.get("tolerance_g")
+        rows.append(
+            [
+                f"throw {bob['throw']}",
+                u.g(fit_g(report, bob)),
+                NONE if tolerance is None else f"±{_fine(tolerance / u.g_per_mass, u.mass_digits)}",
+                u.g(bob["mass_g"]) if bare else NONE,
+                "",
+                "",
+            ]
+        )
+    return table(wide_mm, columns, rows, row_mm=5.4)
+
+
+def fit_g(report: Report, bob: Report) -> float:
+    """Return what is clamped on a throw; in reports of earlier versions it follows from the pin's weight."""
+    if bob.get("fit_g") is not None:
+        return float(bob["fit_g"])
+    in_file = at(report, "job.crankshaft.crankpin_in_file")
+    pin = sum(weights(report, "crankpin_g").values()) if in_file is False else 0.0
+    return float(bob["mass_g"]) - pin
+
+
+def pin_is_apart(report: Report) -> bool:
+    """Tell whether a bob-weight without the pin is another than one with it."""
+    bobs = at(report, "engine.bob_weights") or []
+    return any(abs(fit_g(report, bob) - bob["mass_g"]) > 1e-9 for bob in bobs)
+
+
+def _fine(value: float, digits: int) -> str:
+    while value > 0.0 and round(value, digits) < 0.95 * value and digits < 7:
+        digits += 1
+    return f"{value:.{digits}f}"
+
+
+def bob_words(report: Report, u: DisplayUnits) -> str:
+    """Return what the bob-weights are made of."""
+    rotating, reciprocating = (
+        sum(weights(report, f"{name}_g").values()) for name in ("rotating", "reciprocating")
+    )
+    factor = at(report, "balance_factor.target")
+    told = f"Rotating {u.g(rotating)} {u.mass}, reciprocating {u.g(reciprocating)} {u.mass} of one rod"
+    told += "" if factor is None else f"; balance factor {factor:.4f}"
+    return told + ". All bob-weights off by their tolerance at once use a tenth of what is permitted."
+
+
+def overbalance_rows(report: Report, u: DisplayUnits) -> tuple[str, Sequence[Sequence[str]]] | None:
+    """Return what is left for the last holes on the machine, in words and as lines of cuts."""
+    left = report.get("overbalance")
+    if not left:
+        return None
+    words = (
+        f"Left on purpose for the last holes on the machine: {u.g_mm(left['magnitude_g_mm'])} {u.unbalance}, "
+        f"heavy at {degrees(left['angle_deg'])}. Holes that would take it:"
+    )
+    return words, [[f"last {row[0]}", *row[1:]] for row in (cut_row(item, u) for item in left["last_holes"])]
+
+
+def readings_table(u: DisplayUnits, wide_mm: float) -> Flowable:
+    """Return lines to fill in at the machine."""
+    columns = [
+        Column("reading", 16.0, "left"),
+        Column(f"plane A {u.unbalance}", 26.0, "left"),
+        Column("angle", 16.0, "left"),
+        Column(f"plane B {u.unbalance}", 26.0, "left"),
+        Column("angle", 16.0, "left"),
+        Column(f"bob-weight {u.mass}", 24.0, "left"),
+        Column("rpm", 14.0, "left"),
+        Column("by", 16.0, "left"),
+        Column("date", 20.0, "left"),
+    ]
+    return table(wide_mm, columns, [[f"run {k}", *[""] * 8] for k in (1, 2, 3)], row_mm=8.0)
+
+
+def assembly_table(stages: Sequence[Report], u: DisplayUnits, wide_mm: float) -> Flowable:
+    """List the parts put on in order: what each brings, the sums, what is permitted, what is taken out."""
+    columns = [
+        Column("stage", 14.0, "left"),
+        Column("part", 26.0, "left"),
+        Column("shaft", 15.0, "left"),
+        Column(f"mass so far\n{u.mass}", 17.0),
+        Column(f"part x, y\n{u.unbalance}", 22.0),
+        Column(f"run-out x, y\n{u.unbalance}", 20.0),
+        Column(f"key x, y\n{u.unbalance}", 20.0),
+        Column(f"sum\n{u.unbalance}", 15.0),
+        Column("at", 11.0),
+        Column(f"permitted\n{u.unbalance}", 15.0),
+        Column("", 12.0, "left"),
+        Column(f"take out\n{u.unbalance}, angle, z", 30.0, "left"),
+        Column(f"left x, y\n{u.unbalance}", 20.0),
+    ]
+    return table(wide_mm, columns, [_stage_row(stage, u) for stage in stages])
+
+
+def _stage_row(stage: Report, u: DisplayUnits) -> list[str]:
+    def pair(values: Sequence[float]) -> str:
+        return ", ".join(u.g_mm(value) for value in values)
+
+    taken = "; ".join(
+        f"{u.g_mm(cut['g_mm'])} at {degrees(cut['angle_deg'])}, z {u.mm(cut['z_mm'])}"
+        for cut in stage["corrections"]
+    )
+    return [
+        f"stage {stage['stage']}",
+        str(stage["name"]),
+        str(stage["shaft"]),
+        u.g(stage["mass_g"]),
+        pair(stage["part_g_mm"]),
+        pair(stage["runout_g_mm"]),
+        pair(stage["key_g_mm"]),
+        u.g_mm(stage["sum"]["magnitude_g_mm"]),
+        degrees(stage["sum"]["angle_deg"]),
+        u.g_mm(stage["permissible_g_mm"]),
+        "within" if stage["within"] else "ABOVE",
+        taken or NONE,
+        pair(stage["left"]),
+    ]

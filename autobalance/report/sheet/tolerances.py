@@ -1,0 +1,192 @@
+"""Tolerances of the cuts, from what each error of a cut does to the unbalance.
+
+Usual workshop accuracies are scaled by one factor, so that all errors of all cuts, each at its limit the
+worst way round, together use at most half of what the verdict leaves (the sum of their magnitudes, in the
+resultant and in each plane that is judged). Errors that are independent of one another use less: the root of
+the sum of their squares.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from autobalance.report.balance import kinds
+from autobalance.solid.mesh.mesh import Array
+from autobalance.wording import judged_shares
+
+Item = Mapping[str, Any]
+SHARE = 0.5
+"""Of what the verdict leaves, for the errors of all cuts together."""
+USUAL = {"angle_deg": 0.25, "position_mm": 0.1, "depth_mm": 0.1, "diameter_mm": 0.05}
+"""What a workshop holds without special care (ISO 2768-1, fine); angles by an indexing head."""
+MOST = 4.0
+"""How many times the usual accuracy is given away at most."""
+CARE = 0.4
+"""Under this share of the usual accuracy a workshop holds tolerances only with special care."""
+
+
+@dataclass(frozen=True)
+class Tolerances:
+    """Tolerances ± of every cut of each kind, and what they use.
+
+    ``by_kind`` has a value for each of angle, position, depth and diameter that the kind has; ``factor`` is
+    that of the usual accuracy. ``worst`` and ``independent`` are the shares of what the verdict leaves that
+    all errors use together: each at its limit the worst way round, and as the root of the sum of squares.
+    """
+
+    by_kind: Mapping[str, Mapping[str, float]]
+    factor: float
+    worst: float
+    independent: float
+
+
+def tolerances(report: Mapping[str, Any]) -> Tolerances | None:
+    """Return the tolerances of a report's cuts; None without cuts, or where the verdict leaves nothing."""
+    items: Sequence[Item] = report["corrections"]
+    left = _left_g_mm(report)
+    if not items or min(left.values()) <= 0.0:
+        return None
+    planes = report["tolerance"]["planes"] if len(left) > 1 else []
+    room = np.array([left["resultant"], *(left[plane["name"]] for plane in planes)])
+    each = [(item["kind"], name, effect) for item in items for name, effect in _effects(item, planes).items()]
+    usual = np.array([effect for _, _, effect in each]) / room
+    factor = min(MOST, SHARE / max(float(usual.sum(axis=0).max()), 1e-12))
+    by_kind: dict[str, dict[str, float]] = {}
+    for kind, name, _ in each:
+        by_kind.setdefault(kind, {})[name] = _rounded_down(factor * USUAL[name])
+    used = usual * np.array([[by_kind[kind][name] / USUAL[name]] for kind, name, _ in each])
+    return Tolerances(
+        by_kind, factor, float(used.sum(axis=0).max()), float(np.sqrt((used**2).sum(axis=0)).max())
+    )
+
+
+def _left_g_mm(report: Mapping[str, Any]) -> dict[str, float]:
+    """Return what the verdict leaves of each permissible value that is judged."""
+    permitted = {plane["name"]: plane["permissible_g_mm"] for plane in report["tolerance"]["planes"]}
+    permitted["resultant"] = report["tolerance"]["permissible_g_mm"]
+    return {name: (1.0 - share) * permitted[name] for name, share in judged_shares(report)}
+
+
+def _effects(item: Item, planes: Sequence[Mapping[str, Any]]) -> dict[str, Array]:
+    """Return what the usual error of each quantity does to the resultant and to the planes [g·mm]."""
+    change = np.array(item["unbalance_change_g_mm"], dtype=np.float64)
+    centre_z = _centre_z_mm(item)
+    moved, mass = float(np.hypot(*change)), abs(float(item["removed_mass_g"]))
+    found = {}
+    if kinds.angle_deg(item) is not None and item.get("face") is None:
+        found["angle_deg"] = math.radians(USUAL["angle_deg"]) * _shared(moved, centre_z, planes)
+    if item.get("inward") is not None or item.get("cutter_mm") is not None:
+        found["position_mm"] = USUAL["position_mm"] * np.maximum(
+            _shared(mass, centre_z, planes), _shifted(moved, planes)
+        )
+    found["depth_mm"] = USUAL["depth_mm"] * _per_depth(item, centre_z, planes)
+    diameter = item.get("diameter_mm")
+    if diameter is not None:
+        found["diameter_mm"] = USUAL["diameter_mm"] * _shared(2.0 * moved / diameter, centre_z, planes)
+    return found
+
+
+def _centre_z_mm(item: Item) -> float:
+    """Return the z of what goes or comes: of a hole half-way down."""
+    z = float(item["position_mm"][2])
+    if item.get("inward") is None:
+        return z
+    return z + 0.5 * float(item["depth_mm"]) * float(item["inward"][2])
+
+
+def _shared(g_mm: float, z_mm: float, planes: Sequence[Mapping[str, Any]]) -> Array:
+    """Return an unbalance at one place along the axis: its resultant, and its parts in the planes."""
+    if not planes:
+        return np.array([g_mm])
+    low, high = (float(plane["z_mm"]) for plane in planes)
+    upper = (z_mm - low) / (high - low)
+    shares: Array = np.abs(np.array([g_mm, g_mm * (1.0 - upper), g_mm * upper]))
+    return shares
+
+
+def _shifted(g_mm: float, planes: Sequence[Mapping[str, Any]]) -> Array:
+    """Return what a millimetre along the axis does: nothing to the resultant, a couple to the planes."""
+    if not planes:
+        return np.zeros(1)
+    low, high = (float(plane["z_mm"]) for plane in planes)
+    couple = g_mm / abs(high - low)
+    return np.array([0.0, couple, couple])
+
+
+def _per_depth(item: Item, z_mm: float, planes: Sequence[Mapping[str, Any]]) -> Array:
+    """Return what a millimetre of depth does, as the report has it, else on average."""
+    rate, moment = item.get("unbalance_per_mm_g_mm"), item.get("moment_per_mm_g_mm2")
+    if rate is None or moment is None:
+        change = float(np.hypot(*item["unbalance_change_g_mm"]))
+        return _shared(change / max(abs(float(item["depth_mm"])), 1e-9), z_mm, planes)
+    first, second = np.array(rate, dtype=np.float64), np.array(moment, dtype=np.float64)
+    if not planes:
+        return np.array([np.hypot(*first)])
+    low, high = (float(plane["z_mm"]) for plane in planes)
+    upper = (second - low * first) / (high - low)
+    found: Array = np.array([np.hypot(*first), np.hypot(*(first - upper)), np.hypot(*upper)])
+    return found
+
+
+def _rounded_down(value: float) -> float:
+    """Return a value cut to two significant digits, never more."""
+    if value <= 0.0:
+        return 0.0
+    step = 10.0 ** (math.floor(math.log10(value)) - 1)
+    return math.floor(value / step + 1e-9) * step
+
+
+# --- slugs -------------------------------------------------------------------------------------------------
+
+FITS = (
+    (3.0, 10, 14, 20), (6.0, 12, 19, 27), (10.0, 15, 23, 32), (18.0, 18, 28, 39),
+    (30.0, 21, 35, 48), (50.0, 25, 43, 59), (80.0, 30, 53, 72), (120.0, 35, 71, 93),
+)  # fmt: skip
+"""ISO 286-2: up to a diameter [mm], the bore's H7 (0 to) and the slug's s6 (from, to) [µm]."""
+
+
+@dataclass(frozen=True)
+class Fit:
+    """A press fit: its name, limits of bore and slug [mm], interference least and most [mm]."""
+
+    name: str
+    bore_mm: tuple[float, float]
+    slug_mm: tuple[float, float]
+
+    @property
+    def interference_mm(self) -> tuple[float, float]:
+        """Least and greatest interference."""
+        return self.slug_mm[0] - self.bore_mm[1], self.slug_mm[1] - self.bore_mm[0]
+
+
+def press_fit(diameter_mm: float) -> Fit:
+    """Return the medium press fit H7/s6 of a diameter.
+
+    References
+    ----------
+    ISO 286-2:2010, tables 2 and 19 (80 to 120 mm: the lesser of its two steps).
+
+    Examples
+    --------
+    >>> fit = press_fit(20.0)
+    >>> [round(value, 3) for value in (*fit.bore_mm, *fit.slug_mm)]
+    [20.0, 20.021, 20.035, 20.048]
+    """
+    row = next((row for row in FITS if diameter_mm <= row[0]), FITS[-1])
+    bore, low, high = (value / 1000.0 for value in row[1:])
+    return Fit("H7/s6", (diameter_mm, diameter_mm + bore), (diameter_mm + low, diameter_mm + high))
+
+
+def retention(item: Item) -> str:
+    """Return how a slug is held: against what pulls on it, and what keeps it in."""
+    load = item.get("centrifugal_load_N")
+    pulled = "" if load is None else f" {load:.0f} N at service speed;"
+    if item.get("direction") == "radial":
+        hold = "" if load is None else f" prove to hold {2.0 * load:.0f} N outward,"
+        return f"press to the seat;{pulled} it pulls the slug out:{hold} weld or peen the mouth over"
+    return f"press to the seat;{pulled} the bore's wall carries it; peen the mouth at three places"

@@ -1,0 +1,1 @@
+"""Machine readings, influence trials and rods, shown."""
