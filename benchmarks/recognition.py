@@ -32,7 +32,7 @@ from autobalance.crank.recognition.recognise import recognise  # noqa: E402
 from autobalance.crank.sections import counterweight_moments  # noqa: E402
 from autobalance.solid.csg.solid import Solid  # noqa: E402
 from autobalance.solid.mesh.mesh import Mesh, mesh_of_soup  # noqa: E402
-from autobalance.solid.mesh.validate import refuse_overlap  # noqa: E402
+from autobalance.solid.soundness.validate import refuse_overlap  # noqa: E402
 
 STAGES = ("weld", "build", "overlap", "recognise", "faces", "counterweights")
 STEEL_G_MM3 = 7.85e-3

@@ -10,7 +10,7 @@ import numpy as np
 
 from autobalance.crank.anatomy import Anatomy, MainJournal, Pin, Throw, Web
 from autobalance.solid.csg.solid import Region, Solid, union
-from autobalance.solid.mesh.mesh import Array
+from autobalance.types import Array
 
 
 @dataclass(frozen=True)

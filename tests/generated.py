@@ -13,7 +13,8 @@ from autobalance.crank.parametric.generate import crank_solid, exact_moments
 from autobalance.crank.parametric.true_anatomy import crank_anatomy
 from autobalance.rigid_rotor.moments import Moments
 from autobalance.solid.csg.solid import Solid
-from autobalance.solid.mesh.mesh import Array, Mesh, mesh_of_soup
+from autobalance.solid.mesh.mesh import Mesh, mesh_of_soup
+from autobalance.types import Array
 from autobalance.units import MM_PER
 
 SEGMENTS = (12, 16, 24, 37, 64, 128, 360, 1000)

@@ -11,7 +11,8 @@ from typing import Any
 import autobalance as ab
 from autobalance.report.balance.values import report as as_report
 from autobalance.report.balance.values import schema
-from autobalance.verification.check import Checked, check_claims
+from autobalance.verification.check import check_claims
+from autobalance.verification.checked import Checked
 from autobalance.verification.claims import Claims
 from autobalance.verification.correction_claims import TOLD
 from autobalance.verification.solids import Files

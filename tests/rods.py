@@ -9,7 +9,7 @@ import numpy as np
 
 from autobalance.rigid_rotor.moments import Moments
 from autobalance.solid.csg.shape import Bar, Prism, Shape, Without, polygon
-from autobalance.solid.mesh.mesh import Array
+from autobalance.types import Array
 
 DENSITY_G_MM3 = 7.85e-3
 

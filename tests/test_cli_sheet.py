@@ -12,7 +12,7 @@ import pytest
 from pypdf import PdfReader
 
 import autobalance as ab
-from autobalance.report.page.metal import pieces_of
+from autobalance.report.metal import pieces_of
 from autobalance.report.sheet.drawing import drawings
 from autobalance.report.sheet.listed_metal import listed_metal
 from autobalance.solid.csg.solid import Region

@@ -11,7 +11,7 @@ import numpy as np
 from autobalance.report.sheet.listed_metal import listed_metal
 from autobalance.rigid_rotor.unbalance import Unbalance
 from autobalance.solid.csg.solid import Solid, union
-from autobalance.solid.mesh.mesh import Array
+from autobalance.types import Array
 from tests import plans
 
 Item = dict[str, Any]

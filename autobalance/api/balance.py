@@ -9,7 +9,10 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal
 
 from autobalance import job as jobs
-from autobalance.api.ending import (
+from autobalance.api.entry import Entry, entries
+from autobalance.api.progress import Progress, telling
+from autobalance.api.result import VerbResult
+from autobalance.api.result_files import (
     REPORT,
     Staged,
     Tell,
@@ -21,9 +24,6 @@ from autobalance.api.ending import (
     staging_for,
     with_outputs,
 )
-from autobalance.api.entry import Entry, entries
-from autobalance.api.progress import Progress, telling
-from autobalance.api.result import VerbResult
 from autobalance.balancing.measured_crank import measure_crank, measured_source, work_on_faces
 from autobalance.errors import FileError, JobError
 from autobalance.job import JobSource

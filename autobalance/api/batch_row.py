@@ -64,7 +64,7 @@ def balance_row(task: RowTask) -> RowOutcome:
 def _balanced(task: RowTask) -> tuple[Mapping[str, bytes], int, str]:
     from autobalance.api.balance import run
     from autobalance.api.crank import Crank
-    from autobalance.api.ending import choice_of
+    from autobalance.api.result_files import choice_of
     from autobalance.runtime import Stopwatch
 
     crankshaft = task.job.crankshaft

@@ -7,9 +7,9 @@ from typing import TYPE_CHECKING
 
 from autobalance import job as jobs
 from autobalance.api.balance import with_crank
+from autobalance.api.engine_case import job_set
 from autobalance.api.entry import Entry, entries
 from autobalance.api.progress import Progress, telling
-from autobalance.api.request import job_set
 from autobalance.api.result import VerbResult, report_head
 from autobalance.balancing.run import compare_job
 from autobalance.job import JobSource

@@ -8,8 +8,8 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 from autobalance import job as jobs
+from autobalance.api.engine_case import Request, job_set, request
 from autobalance.api.progress import Progress
-from autobalance.api.request import Request, job_set, request
 from autobalance.api.result import Plots, Values, VerbResult, report_head
 from autobalance.errors import UsageError
 from autobalance.job import JobSource

@@ -11,7 +11,7 @@ import numpy as np
 
 from autobalance import job as jobs
 from autobalance.api.crank import Crank
-from autobalance.api.request import request
+from autobalance.api.engine_case import request
 from autobalance.api.result import Plots, Values, VerbResult, report_head
 from autobalance.job.files.engine_bench import EngineBench, Variant, read_engine_bench
 from autobalance.units import RAD_S_PER_RPM

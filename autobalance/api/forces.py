@@ -6,9 +6,9 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any
 
+from autobalance.api.engine_case import Request, job_head, request
 from autobalance.api.options import place_mm
 from autobalance.api.progress import Progress
-from autobalance.api.request import Request, job_head, request
 from autobalance.api.result import Plots, VerbResult
 from autobalance.engine.factor_advice import advise
 from autobalance.engine.force_summary import shaking_force, turn_loads, turn_support

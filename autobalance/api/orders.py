@@ -16,10 +16,10 @@ if TYPE_CHECKING:
 
     from autobalance.job import Job
     from autobalance.signal.analysis import Analysis, Question
-    from autobalance.signal.bearing import RollingBearing
     from autobalance.signal.drive_sources import Drive
     from autobalance.signal.quantities import Quantity
     from autobalance.signal.record import Channel, Record
+    from autobalance.signal.rolling_bearing import RollingBearing
     from autobalance.signal.sources import Source
 
 Progress = Callable[[str, float], object]
@@ -271,7 +271,7 @@ def _channels(given: Mapping[str, ArrayLike], sample_rate: float | None) -> tupl
 def _bearing(given: Mapping[str, float]) -> RollingBearing:
     import math
 
-    from autobalance.signal.bearing import RollingBearing
+    from autobalance.signal.rolling_bearing import RollingBearing
 
     for key in given:
         if key not in BEARING_KEYS:
@@ -308,10 +308,12 @@ def _sources(
     progress("measuring the job's crank", 0.6)
     from autobalance.balancing.measured_crank import measure_crank
     from autobalance.machine_models.order_sources import engine_sources
+    from autobalance.runtime import Stopwatch
 
     turning = found.speed.turning
     speed_rpm = None if turning is None else turning.mean_rpm
-    moving = engine_sources(job, measure_crank(job.crankshaft, Stopwatch()), speed_rpm, question.max_order) + known
+    crank = measure_crank(job.crankshaft, Stopwatch())
+    moving = engine_sources(job, crank, speed_rpm, question.max_order) + known
     return moving + (_torque_sources(job, speed_rpm) if "cycle" in job.raw else [])
 
 

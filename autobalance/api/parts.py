@@ -7,8 +7,8 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 from autobalance import job as jobs
+from autobalance.api.engine_case import job_head, request
 from autobalance.api.progress import Progress
-from autobalance.api.request import job_head, request
 from autobalance.api.result import Plots, VerbResult
 from autobalance.balancing import plausibility
 from autobalance.engine.conrod import ConnectingRod

@@ -10,8 +10,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from autobalance.api.balance import BalanceResult
-from autobalance.api.ending import Staged, Tell, staged_files
 from autobalance.api.progress import Progress, telling
+from autobalance.api.result_files import Staged, Tell, staged_files
 from autobalance.errors import FormatError, JobError
 from autobalance.runtime import Stopwatch
 

@@ -11,7 +11,7 @@ import numpy as np
 
 from autobalance import job as jobs
 from autobalance.api.crank import Crank
-from autobalance.api.ending import Tell, with_outputs
+from autobalance.api.result_files import Tell, with_outputs
 from autobalance.balancing.loop import Result, balance, left_as_it_is
 from autobalance.balancing.machine_reading import (
     JudgedReading,

@@ -5,9 +5,9 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any
 
+from autobalance.api.engine_case import job_head, request
 from autobalance.api.options import place_mm
 from autobalance.api.progress import Progress
-from autobalance.api.request import job_head, request
 from autobalance.api.result import Plots, VerbResult
 from autobalance.engine.balance_factor import LEAST_DIRECTION
 from autobalance.engine.complete_balance import BoltOnWeight

@@ -7,8 +7,8 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from autobalance.api.engine_case import job_set
 from autobalance.api.progress import Progress, telling, untold
-from autobalance.api.request import job_set
 from autobalance.api.result import Plots, Values, VerbResult, report_head
 from autobalance.errors import JobError
 

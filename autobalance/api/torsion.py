@@ -10,8 +10,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from autobalance import job as jobs
+from autobalance.api.engine_case import job_set, request
 from autobalance.api.progress import Progress
-from autobalance.api.request import job_set, request
 from autobalance.api.result import Plots, Values, VerbResult, report_head
 from autobalance.dynamics.torsion_chain import (
     TorsionChain,

@@ -7,7 +7,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from autobalance.api.result import VerbResult, report_head
-from autobalance.verification.check import Checked, check_report
+from autobalance.verification.check import check_report
+from autobalance.verification.checked import Checked
 
 if TYPE_CHECKING:
     from autobalance.report.display_units import DisplayUnits

@@ -17,18 +17,18 @@ from autobalance.correction.contract import Array, Correction, Cut, Prefer
 from autobalance.correction.kind import Offer
 from autobalance.correction.overlap import Overlap, taken_in_turn
 from autobalance.planning.depths import AIM, Plan
-from autobalance.planning.harmless import harmless, is_harmless
+from autobalance.planning.drop_negligible_cuts import worthwhile
 from autobalance.planning.milp import least_share
+from autobalance.planning.reject_worse import harmless, is_harmless
 from autobalance.planning.relaxation import Attempt, Relaxation, relaxations
 from autobalance.planning.shortfall import Shortfall, explain_shortfall, factor_relaxation
 from autobalance.planning.whole_cuts import choose
-from autobalance.planning.worthwhile import worthwhile
 from autobalance.rigid_rotor.moments import Moments
 from autobalance.rigid_rotor.tolerance import Tolerance
 from autobalance.rigid_rotor.unbalance import Unbalance
 from autobalance.rigid_rotor.uncertainty import Budget
 from autobalance.solid.csg.solid import Solid, union
-from autobalance.solid.mesh.flakes import without_flakes
+from autobalance.solid.soundness.boolean_slivers import without_flakes
 
 Outcome = Literal["within_tolerance", "already_within_tolerance", "above_tolerance"]
 

@@ -20,8 +20,8 @@ from autobalance.solid.csg.tool import Tool, placed
 from autobalance.solid.formats.read import as_read, source_of
 from autobalance.solid.formats.write import Written
 from autobalance.solid.mesh.measure import soup_moments
-from autobalance.solid.mesh.mesh import Floats
-from autobalance.solid.mesh.repair import without_crowds
+from autobalance.solid.soundness.repair import without_crowds
+from autobalance.types import Floats
 
 if TYPE_CHECKING:
     from autobalance.solid.cad.machining import Taken

@@ -13,11 +13,11 @@ from autobalance.correction.kind import Offer, Workpiece
 from autobalance.crank.anatomy import Anatomy
 from autobalance.errors import CorrectionError
 from autobalance.planning.depths import AIM, Plan
-from autobalance.planning.harmless import harmless
-from autobalance.planning.simplest import rank
+from autobalance.planning.drop_negligible_cuts import worthwhile
+from autobalance.planning.fewest_setups import rank
+from autobalance.planning.reject_worse import harmless
 from autobalance.planning.task import Task, part_of, usual
 from autobalance.planning.whole_cuts import choose, is_enough
-from autobalance.planning.worthwhile import worthwhile
 from autobalance.rigid_rotor.tolerance import Tolerance
 from autobalance.rigid_rotor.unbalance import Unbalance
 

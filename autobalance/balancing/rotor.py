@@ -11,7 +11,7 @@ from autobalance.crank.anatomy import Anatomy, Face
 from autobalance.rigid_rotor.moments import Moments
 from autobalance.rigid_rotor.uncertainty import Budget
 from autobalance.solid.csg.solid import Solid
-from autobalance.solid.mesh.mesh import Floats
+from autobalance.types import Floats
 
 if TYPE_CHECKING:
     from autobalance.solid.cad.step import Exact

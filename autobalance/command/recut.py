@@ -30,9 +30,9 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(arguments: argparse.Namespace) -> int:
     """Cut further; 0 within tolerance, 4 above it or where the machine cannot show it."""
-    from autobalance.api.ending import committed, staging_for
     from autobalance.api.progress import telling
     from autobalance.api.recut import recut
+    from autobalance.api.result_files import committed, staging_for
     from autobalance.command.console import say, warn
     from autobalance.command.progress import shown
     from autobalance.errors import UsageError

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from autobalance.correction.contract import Apart, Array, Cut
 from autobalance.correction.holes.walls import segments_distance_mm
 from autobalance.correction.room import Room
-from autobalance.solid.mesh.mesh import Indices
+from autobalance.types import Indices
 
 TOUCHING_MM = 0.05
 """Cuts that ask for no wall keep this much metal between them, so that what each removes is its own."""

@@ -12,7 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from autobalance.solid.csg.solid import Region
-from autobalance.solid.mesh.mesh import Array
+from autobalance.types import Array
 
 OUTLINE_MM = 0.1
 """By how much an outline may be simplified outwards for its room."""

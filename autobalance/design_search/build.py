@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from autobalance.design_search.profile import Profile
+from autobalance.design_search.outlines import PAST_MM, past, sector_mm
 from autobalance.design_search.sections import round_mm
 from autobalance.solid.csg.solid import Region, Solid
 
@@ -18,37 +18,8 @@ if TYPE_CHECKING:
 Array = NDArray[np.float64]
 
 SNAP_MM = 1e-3
-PAST_MM = 1e-5
-"""How far a cut goes past the heights of the free metal: what is thinner is no metal."""
 SKIN_MM = 1e-4
 """Old metal that is left around a new outline, so that no two surfaces nearly coincide."""
-
-
-def sector_mm(profile: Profile, far_mm: float) -> Array:
-    """Return the outline of everything of a sector beyond the hold radius, in the profile's axes."""
-    arc = profile.arc_mm
-    return np.concatenate([arc * (far_mm / profile.hold_radius_mm), arc[::-1]])
-
-
-def past(z_mm: tuple[float, float]) -> tuple[float, float]:
-    """Return heights that go past both ends of a range."""
-    return z_mm[0] - PAST_MM, z_mm[1] + PAST_MM
-
-
-def prism(outline: Array, web: FreeWeb, z_mm: tuple[float, float]) -> Solid:
-    """Return an outline in a profile's axes extruded, turned to a web."""
-    return Solid.prism(Region.of([outline @ web.matrix.T]), *z_mm)
-
-
-def placed_along(start_mm: Array, along: Array) -> Array:
-    """Return the motion (4, 4) that takes the origin to a point and z to a direction."""
-    helper = np.eye(3)[int(np.abs(along).argmin())]
-    x = np.cross(helper, along)
-    x = x / np.linalg.norm(x)
-    motion = np.eye(4)
-    motion[:3, :3] = np.column_stack([x, np.cross(along, x), along])
-    motion[:3, 3] = start_mm
-    return motion
 
 
 def with_profiles(

@@ -7,9 +7,9 @@ from functools import lru_cache
 import numpy as np
 from numpy.typing import NDArray
 
-from autobalance.design_search.build import past
 from autobalance.design_search.envelope import Amounts
 from autobalance.design_search.free_metal import FreeMetal, FreeWeb
+from autobalance.design_search.outlines import past
 from autobalance.design_search.profile import DEGREE
 from autobalance.errors import SolidError
 from autobalance.job.files.design import Drilling

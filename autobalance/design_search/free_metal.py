@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from autobalance.crank.anatomy import Throw, Web
-from autobalance.design_search.build import past, placed_along, prism, sector_mm
+from autobalance.design_search.outlines import past, placed_along, prism, sector_mm
 from autobalance.design_search.profile import Profile, fitted_radii_mm, refuse_crossing
 from autobalance.design_search.sections import FreeBody, round_mm
 from autobalance.errors import JobError
@@ -139,7 +139,7 @@ def free_metal(design: DesignJob, crank: Crank) -> FreeMetal:
         webs += found
         bounds.append(_bounds(part, body, found[0], start, design.envelope.radius_mm))
         for web in found:
-            region = region + prism(sector_mm(body.profile, far), web, past(web.z_mm))
+            region = region + prism(sector_mm(body.profile, far), web.matrix, past(web.z_mm))
     held = solid - region
     _refuse_held(held, design)
     drillings = _drillings(design, solid & region)

@@ -9,7 +9,7 @@ from typing import Literal
 from autobalance.crank.anatomy import Anatomy
 from autobalance.rigid_rotor.moments import Moments
 from autobalance.solid.chordal_error.estimate import ChordalError
-from autobalance.solid.mesh.mesh import Floats
+from autobalance.types import Floats
 
 
 @dataclass(frozen=True, eq=False)

@@ -18,9 +18,9 @@ from autobalance.planning.common_depths import Groups, common_depths
 from autobalance.planning.depth_steps import finished, rounding_share, settled
 from autobalance.planning.depths import AIM, Plan, judged_plan, plan_depths
 from autobalance.planning.enumeration import lightest_set
+from autobalance.planning.fewest_setups import WHOLE_CUTS_SHARE, enough_share, has_steps, rank, simplest
 from autobalance.planning.milp import FEW, NODES, solve
 from autobalance.planning.milp_model import EXCESS_WEIGHT, add_points, breakpoints
-from autobalance.planning.simplest import WHOLE_CUTS_SHARE, enough_share, has_steps, rank, simplest
 from autobalance.planning.task import Task, is_discrete, usual
 from autobalance.rigid_rotor.tolerance import Tolerance
 from autobalance.rigid_rotor.unbalance import Unbalance

@@ -8,13 +8,14 @@ import numpy as np
 
 from autobalance.errors import FormatError
 from autobalance.signal.axes import Circles, circles
-from autobalance.signal.bearing import Defect, Envelope, RollingBearing, defects, envelope, liveliest_band
+from autobalance.signal.bearing import Defect, Envelope, defects, envelope, liveliest_band
 from autobalance.signal.checks import aliasing_note, clipped_share, filled
 from autobalance.signal.crossings import Crossing, crossings
 from autobalance.signal.long_records import LONG, sines_of, thinned
 from autobalance.signal.modes import Mode, modes_of_run_up, modes_of_sweep, modes_of_transfer
 from autobalance.signal.order_lines import OrderLines, order_lines
 from autobalance.signal.record import Array, Channel, Record
+from autobalance.signal.rolling_bearing import RollingBearing
 from autobalance.signal.sines import Sine
 from autobalance.signal.speed import speed_of_record
 from autobalance.signal.tacho import Pulses, pulses

@@ -8,18 +8,12 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING
 
 import numpy as np
 
 from autobalance.engine.whole_engine import Engine, Order
+from autobalance.signal.rolling_bearing import SLIP, RollingBearing
 
-if TYPE_CHECKING:
-    # which takes long to load, and every job names sources
-    from autobalance.signal.bearing import RollingBearing
-
-SLIP = 0.02
-"""Balls slide a little: a defect is looked for so far to each side of its kinematic order."""
 UNEXPLAINED = "unexplained"
 BEARING_NAMES = {
     "bpfo": "outer ring (BPFO)",

@@ -19,7 +19,15 @@ from autobalance.rigid_rotor.tolerance import Tolerance, permissible_unbalance_g
 from autobalance.rigid_rotor.unbalance import Unbalance
 from autobalance.rigid_rotor.uncertainty import Budget, Share
 from autobalance.verification import premises, rotor_claims, solids
-from autobalance.verification.check import Checked, Ends, Held, check_course, check_like, check_verdict, ended
+from autobalance.verification.checked import (
+    Checked,
+    Ends,
+    Held,
+    check_course,
+    check_like,
+    check_verdict,
+    ended,
+)
 from autobalance.verification.claims import Claims
 from autobalance.verification.correction_claims import Change, check_corrections
 from autobalance.verification.earlier_stage import claimed_tolerance

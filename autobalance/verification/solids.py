@@ -23,9 +23,9 @@ from autobalance.solid.chordal_error.estimate import ChordalError, estimate_chor
 from autobalance.solid.formats.read import Source, read
 from autobalance.solid.formats.write import decode
 from autobalance.solid.mesh.measure import soup_moments
-from autobalance.solid.mesh.mesh import Floats
-from autobalance.solid.mesh.validate import refuse_overlap_exactly
 from autobalance.solid.slicing.independent import agreement, slice_moments
+from autobalance.solid.soundness.validate import refuse_overlap_exactly
+from autobalance.types import Floats
 from autobalance.verification.claims import ROUNDING, Claims
 
 FACET_BARS = 3.0

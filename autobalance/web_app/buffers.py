@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from autobalance.solid.mesh.mesh import Array, Indices
+from autobalance.types import Array, Indices
 
 GRID = 1023
 """Steps of a coordinate along the curve that sorts triangles."""

@@ -9,7 +9,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from autobalance.solid.mesh.mesh import Array, Indices, Mesh
+from autobalance.solid.mesh.mesh import Mesh
+from autobalance.types import Array, Indices
 from autobalance.web_app.buffers import along_a_curve, packed
 
 if TYPE_CHECKING:

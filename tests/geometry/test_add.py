@@ -17,7 +17,8 @@ from autobalance.solid.csg.solid import Solid
 from autobalance.solid.formats.read import source_of, source_of_bytes
 from autobalance.solid.formats.write import through_file
 from autobalance.solid.mesh.measure import soup_moments
-from autobalance.solid.mesh.mesh import Array, weld
+from autobalance.solid.mesh.mesh import weld
+from autobalance.types import Array
 from tests.cranks import make_crank, tilted
 from tests.geometry.test_drill import assert_same, difference
 

@@ -14,7 +14,7 @@ from autobalance.crank.datums import Datums
 from autobalance.crank.parametric.design import PRESETS
 from autobalance.crank.recognition.recognise import recognise
 from autobalance.solid.csg.solid import Region, Solid
-from autobalance.solid.mesh.mesh import Array
+from autobalance.types import Array
 from tests.cranks import make_crank, tilted
 from tests.generated import generated_crank
 

@@ -14,7 +14,7 @@ from autobalance.correction.holes.walls import HoleLimits, greatest_depth_mm, wa
 from autobalance.crank.anatomy import Anatomy, Web
 from autobalance.rigid_rotor.moments import Moments
 from autobalance.solid.csg.solid import Solid
-from autobalance.solid.mesh.mesh import Array
+from autobalance.types import Array
 from tests.cranks import Shape, make_crank, tilted
 
 STEEL = 7.85e-3

@@ -28,7 +28,7 @@ from autobalance.rigid_rotor.moments import Moments
 from autobalance.rigid_rotor.tolerance import Judge, Tolerance
 from autobalance.rigid_rotor.unbalance import Unbalance
 from autobalance.solid.csg.solid import Solid
-from autobalance.solid.mesh.mesh import Array
+from autobalance.types import Array
 from tests.cranks import Shape, make_crank, tilted
 from tests.generated import AT_OTHER_ANGLES, generated_crank
 from tests.geometry.test_add import web_face

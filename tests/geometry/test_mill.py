@@ -20,7 +20,7 @@ from autobalance.crank.anatomy import Anatomy, Web
 from autobalance.crank.faces import find_faces
 from autobalance.errors import CorrectionError
 from autobalance.solid.csg.solid import Region, Solid
-from autobalance.solid.mesh.mesh import Array
+from autobalance.types import Array
 from tests.coarse import bundled_corners
 from tests.cranks import Shape, make_crank, tilted
 from tests.geometry.test_drill import assert_same, difference

@@ -15,7 +15,7 @@ from autobalance.correction.drill import DrillLimits
 from autobalance.correction.holes.slug_limits import SlugLimits
 from autobalance.crank.anatomy import Anatomy
 from autobalance.errors import CorrectionError
-from autobalance.planning.simplest import rank
+from autobalance.planning.fewest_setups import rank
 from autobalance.planning.task import Task, usual
 from autobalance.rigid_rotor.moments import Moments
 from autobalance.rigid_rotor.tolerance import Tolerance

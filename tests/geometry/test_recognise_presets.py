@@ -18,7 +18,8 @@ from autobalance.crank.recognition.recognise import recognise
 from autobalance.errors import RecognitionError
 from autobalance.job.files.crank_design import with_settings
 from autobalance.solid.csg.solid import Solid
-from autobalance.solid.mesh.mesh import Array, Mesh
+from autobalance.solid.mesh.mesh import Mesh
+from autobalance.types import Array
 from tests.generated import AT_OTHER_ANGLES, SEGMENTS, differences, drawn, generated_crank
 from tests.sweeps import SWEPT
 

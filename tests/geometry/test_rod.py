@@ -16,7 +16,7 @@ from autobalance.solid.cad.kernel import has_kernel
 from autobalance.solid.csg.shape import Prism, Without, circle, polygon, tessellated
 from autobalance.solid.csg.solid import Region, Solid
 from autobalance.solid.formats.read import read, source_of
-from autobalance.solid.mesh.mesh import Array
+from autobalance.types import Array
 from tests.cranks import make_crank
 from tests.generated import random_placement
 from tests.rods import DENSITY_G_MM3, FlatRod

@@ -12,9 +12,15 @@ from autobalance.solid.csg.self_overlap import self_overlap, united
 from autobalance.solid.csg.solid import Solid
 from autobalance.solid.formats.read import read
 from autobalance.solid.formats.write import encode
-from autobalance.solid.mesh.mesh import Array, Mesh
+from autobalance.solid.mesh.mesh import Mesh
 from autobalance.solid.mesh.ray_field import Doubled, doubled_metal, frame_along
-from autobalance.solid.mesh.validate import _measured, check_solid, refuse_overlap, refuse_overlap_exactly
+from autobalance.solid.soundness.validate import (
+    _measured,
+    check_solid,
+    refuse_overlap,
+    refuse_overlap_exactly,
+)
+from autobalance.types import Array
 from tests import jobs
 from tests.cranks import make_crank
 from tests.generated import random_placement

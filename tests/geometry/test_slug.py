@@ -13,7 +13,7 @@ from autobalance.correction.slug import SlugCut
 from autobalance.crank.anatomy import Anatomy, Web
 from autobalance.errors import CorrectionError
 from autobalance.solid.csg.solid import Region, Solid
-from autobalance.solid.mesh.mesh import Array
+from autobalance.types import Array
 from tests.cranks import Shape, make_crank, tilted
 from tests.geometry.test_drill import assert_same, difference
 

@@ -26,7 +26,8 @@ from autobalance.solid.csg.shape import (
 )
 from autobalance.solid.csg.solid import Solid
 from autobalance.solid.formats.read import read
-from autobalance.solid.mesh.mesh import Array, Mesh, mesh_of_soup
+from autobalance.solid.mesh.mesh import Mesh, mesh_of_soup
+from autobalance.types import Array
 from tests.generated import drawn, true_moments
 from tests.sweeps import SWEPT
 

@@ -12,9 +12,10 @@ from autobalance.errors import SolidError
 from autobalance.solid.csg.solid import Solid
 from autobalance.solid.formats.read import read
 from autobalance.solid.formats.write import encode
-from autobalance.solid.mesh.bodies import bodies_of
-from autobalance.solid.mesh.mesh import Array, Mesh, mesh_of_soup
-from autobalance.solid.mesh.repair import solid_of
+from autobalance.solid.mesh.mesh import Mesh, mesh_of_soup
+from autobalance.solid.soundness.bodies import bodies_of
+from autobalance.solid.soundness.repair import solid_of
+from autobalance.types import Array
 from tests.cranks import tilted
 
 

@@ -8,9 +8,9 @@ import pytest
 from autobalance.errors import SolidError
 from autobalance.solid.csg.solid import Solid
 from autobalance.solid.formats.read import source_of
-from autobalance.solid.mesh.bodies import bodies_of
 from autobalance.solid.mesh.mesh import Mesh, mesh_of_soup
-from autobalance.solid.mesh.repair import open_edges, solid_of, without_crowds, without_opposite_pairs
+from autobalance.solid.soundness.bodies import bodies_of
+from autobalance.solid.soundness.repair import open_edges, solid_of, without_crowds, without_opposite_pairs
 
 BOX = Solid.box(np.zeros(3), np.array([10.0, 10.0, 10.0])).mesh
 BALL = Solid.revolved(

@@ -14,7 +14,7 @@ from autobalance.solid.csg.solid import Solid
 from autobalance.solid.formats.read import read
 from autobalance.solid.formats.write import encode
 from autobalance.solid.mesh.mesh import Mesh
-from autobalance.solid.mesh.validate import check_solid, hull_distance_mm, is_amid_corners, overlap
+from autobalance.solid.soundness.validate import check_solid, hull_distance_mm, is_amid_corners, overlap
 
 
 def box(low: tuple[float, float, float], size: float) -> Mesh:

@@ -9,7 +9,7 @@ from autobalance.correction.turn import TurnLimits
 from autobalance.crank.anatomy import Anatomy, Web
 from autobalance.errors import CorrectionError
 from autobalance.solid.csg.solid import Region, Solid
-from autobalance.solid.mesh.mesh import Array
+from autobalance.types import Array
 from tests.cranks import make_crank, tilted
 from tests.geometry.test_drill import assert_same, difference
 

@@ -8,9 +8,9 @@ import numpy as np
 import pytest
 
 from autobalance.signal.analysis import uncertain_ratio
-from autobalance.signal.bearing import RollingBearing
 from autobalance.signal.crossings import crossings
 from autobalance.signal.order_lines import order_lines
+from autobalance.signal.rolling_bearing import RollingBearing
 from autobalance.signal.sines import find_sines
 from autobalance.signal.sources import UNEXPLAINED, bearing_sources, candidates
 from autobalance.signal.turning import Turning

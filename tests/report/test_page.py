@@ -12,8 +12,8 @@ from typing import Any
 import numpy as np
 import pytest
 
+from autobalance.report.metal import Piece, pieces_of
 from autobalance.report.page.html import _notes, page
-from autobalance.report.page.metal import Piece, pieces_of
 from autobalance.report.page.shown import Shown, coarse_pieces
 from autobalance.report.sheet.listed_metal import listed_metal
 from autobalance.solid.csg.solid import Region, Solid

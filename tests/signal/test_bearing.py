@@ -6,7 +6,8 @@ import numpy as np
 import pytest
 
 from autobalance.errors import FormatError
-from autobalance.signal.bearing import RollingBearing, defects, envelope, liveliest_band
+from autobalance.signal.bearing import defects, envelope, liveliest_band
+from autobalance.signal.rolling_bearing import RollingBearing
 from autobalance.signal.turning import Turning
 from tests.signals import TURN, channel, instants, ramp, turning
 

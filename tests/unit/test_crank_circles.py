@@ -9,8 +9,8 @@ import pytest
 
 from autobalance.crank.recognition.circles import corners_of, fit_circle, whole_circle
 from autobalance.solid.csg.solid import Region, Solid
-from autobalance.solid.mesh.mesh import Array
 from autobalance.solid.slicing.slices import cross_sections
+from autobalance.types import Array
 
 GRAIN_MM = 1e-5
 

@@ -7,8 +7,8 @@ from autobalance.correction.rings.trace import RingTrace
 from autobalance.correction.trace import Before, Metal
 from autobalance.errors import SolidError
 from autobalance.solid.csg.solid import Solid, union
-from autobalance.solid.mesh.flakes import without_flakes
 from autobalance.solid.mesh.mesh import Mesh
+from autobalance.solid.soundness.boolean_slivers import without_flakes
 from autobalance.verification.claims import Claims
 from autobalance.verification.correction_claims import _is_skin
 from autobalance.verification.shared_out import shared_out

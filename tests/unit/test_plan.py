@@ -13,10 +13,10 @@ from autobalance.correction.kind import Offer
 from autobalance.correction.room import Room
 from autobalance.planning import depths as planner
 from autobalance.planning.depths import AIM, plan_depths
-from autobalance.planning.harmless import harmless, is_harmless
+from autobalance.planning.drop_negligible_cuts import worthwhile
+from autobalance.planning.reject_worse import harmless, is_harmless
 from autobalance.planning.shortfall import Shortfall, explain_shortfall, reachable_factor
 from autobalance.planning.whole_cuts import choose
-from autobalance.planning.worthwhile import worthwhile
 from autobalance.rigid_rotor.moments import Moments
 from autobalance.rigid_rotor.tolerance import Tolerance
 from autobalance.rigid_rotor.unbalance import Unbalance

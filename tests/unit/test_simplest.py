@@ -9,7 +9,7 @@ import pytest
 from autobalance.correction.contract import Prefer, Variety, setting_of
 from autobalance.correction.kind import Offer
 from autobalance.planning.depths import AIM, judged_plan
-from autobalance.planning.simplest import WHOLE_CUTS_SHARE, rank
+from autobalance.planning.fewest_setups import WHOLE_CUTS_SHARE, rank
 from autobalance.planning.task import Task, usual
 from autobalance.planning.whole_cuts import choose
 from autobalance.rigid_rotor.tolerance import Tolerance

@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 
 from autobalance.solid.csg.solid import Region
-from autobalance.solid.mesh.mesh import Array
 from autobalance.solid.slicing.slices import FEW_CORNERS, thinned
+from autobalance.types import Array
 
 SQUARE = np.array([[0.0, 0.0], [30.0, 0.0], [30.0, 20.0], [0.0, 20.0]])
 

@@ -9,7 +9,6 @@ from autobalance.solid.mesh import mesh as mesh_module
 from autobalance.solid.mesh.measure import mesh_moments
 from autobalance.solid.mesh.mesh import (
     LOCAL,
-    Floats,
     Mesh,
     in_space_order,
     mesh_of_soup,
@@ -17,6 +16,7 @@ from autobalance.solid.mesh.mesh import (
     weld,
     without_collapsed,
 )
+from autobalance.types import Floats
 
 ROUNDING = 1e-12
 

@@ -9,8 +9,8 @@ from numpy.typing import NDArray
 
 from autobalance.correction.contract import Array
 from autobalance.solid.csg.solid import Region
-from autobalance.solid.mesh.mesh import Indices
 from autobalance.solid.slicing.raster import Raster
+from autobalance.types import Indices
 
 CUT_MOST = 1000
 """Triangles on the outline of a region that are cut to it to know the area they share with it."""

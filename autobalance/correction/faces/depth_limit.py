@@ -21,7 +21,7 @@ from autobalance.correction.contract import Array
 from autobalance.correction.faces.cover import Cover, doubled_areas
 from autobalance.correction.faces.layer import FaceLayer, Layer
 from autobalance.solid.csg.solid import Region
-from autobalance.solid.mesh.mesh import Indices
+from autobalance.types import Indices
 
 JOINED = 1e-3
 """A plane has joined the section when more than this share of it lies inside."""

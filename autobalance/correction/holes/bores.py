@@ -13,7 +13,7 @@ from autobalance.correction.holes.surface import Axis, Surface, edge_pairs
 from autobalance.correction.refusals import Direction
 from autobalance.crank.anatomy import Web
 from autobalance.solid.mesh.components import components
-from autobalance.solid.mesh.mesh import Array, Indices
+from autobalance.types import Array, Indices
 
 SMOOTH_RAD = math.radians(40.0)
 """Neighbours that turn by less belong to one round surface: down to ten facets around."""

@@ -17,7 +17,7 @@ from autobalance.correction.room import Room
 from autobalance.crank.anatomy import Anatomy
 from autobalance.solid.csg.solid import Solid
 from autobalance.solid.csg.tool import Tool
-from autobalance.solid.mesh.mesh import Array
+from autobalance.types import Array
 
 Towards = Array | Callable[[float], Array]
 """A direction (2,) that one of the places tried lies in, or what returns it for a z [mm]."""

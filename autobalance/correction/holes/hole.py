@@ -18,7 +18,7 @@ from autobalance.rigid_rotor.moments import Moments
 from autobalance.solid.csg.shape import equal_area
 from autobalance.solid.csg.solid import Solid
 from autobalance.solid.csg.tool import Drilling
-from autobalance.solid.mesh.mesh import Array
+from autobalance.types import Array
 
 SEGMENTS = 64
 """Sides of a tool's prism; its area is the circle's, its corners stick out by 0.08 % of the radius."""

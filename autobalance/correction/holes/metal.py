@@ -12,7 +12,7 @@ from autobalance.correction.holes.surface import Surface, edge_pairs
 from autobalance.rigid_rotor.moments import Moments
 from autobalance.solid.mesh.components import components
 from autobalance.solid.mesh.measure import soup_moments
-from autobalance.solid.mesh.mesh import Array, Indices
+from autobalance.types import Array, Indices
 
 MOUTHS = 2
 """A bore's wall has two ends: both are mouths of a through hole, one of a blind one."""

@@ -16,7 +16,7 @@ from autobalance.correction.holes.walls import HoleLimits, cross2, greatest_dept
 from autobalance.correction.refusals import Direction, Sectors
 from autobalance.crank.anatomy import Anatomy, Web
 from autobalance.solid.csg.solid import Solid, union
-from autobalance.solid.mesh.mesh import Array
+from autobalance.types import Array
 
 Zone = Literal["counterweights", "anywhere"]
 GRIDS_DEG = (15.0, 5.0, 2.5, 1.25, 0.625, 0.3125, 0.078125)

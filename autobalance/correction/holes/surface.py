@@ -15,7 +15,8 @@ from numpy.typing import NDArray
 
 from autobalance.correction.holes.walls import EQUAL_MM, HoleLimits, clear_depth_mm, cross2
 from autobalance.solid.mesh.components import components
-from autobalance.solid.mesh.mesh import Array, Indices, Mesh
+from autobalance.solid.mesh.mesh import Mesh
+from autobalance.types import Array, Indices
 
 CONTINUATION_RAD = math.radians(40.0)
 """A surface that turns further away from the drill than this is another surface (a 45° chamfer is)."""

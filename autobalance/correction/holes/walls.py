@@ -11,7 +11,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from autobalance.solid.mesh.mesh import Array
+from autobalance.types import Array
 
 DEPTH_TOLERANCE_MM = 1e-3
 """Depths found here are short of the exact limit by at most this, never beyond it."""

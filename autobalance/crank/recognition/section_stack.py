@@ -10,7 +10,8 @@ import numpy as np
 
 from autobalance.crank.anatomy import Array, Indices
 from autobalance.crank.recognition.circles import Circle, distances, following, whole_circle
-from autobalance.solid.mesh.mesh import CHUNK, Mesh, least_and_greatest
+from autobalance.solid.mesh.mesh import Mesh, least_and_greatest
+from autobalance.solid.mesh.tetrahedra import CHUNK
 from autobalance.solid.slicing.slices import Spans, cross_sections
 
 SQUARE = 1.0 - 1e-4

@@ -12,10 +12,10 @@ from typing import Any
 
 from autobalance.report.balance import kinds
 from autobalance.report.balance.relaxation_text import relaxation_lines
+from autobalance.report.metal import Piece
 from autobalance.report.page.cells import cell, span
 from autobalance.report.page.forces import forces, loads_with_gas
 from autobalance.report.page.inputs import inputs
-from autobalance.report.page.metal import Piece
 from autobalance.report.page.view import view_data
 from autobalance.report.pictures import polar
 from autobalance.solid.mesh.mesh import Mesh

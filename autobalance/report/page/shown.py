@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from autobalance.report.balance import kinds
-from autobalance.report.page.metal import Piece, pieces_of
+from autobalance.report.metal import Piece, pieces_of
 from autobalance.solid.csg.solid import Solid, union
 from autobalance.solid.mesh.mesh import Mesh
 

@@ -10,8 +10,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from autobalance.report.balance import kinds
-from autobalance.report.page.metal import Piece
-from autobalance.solid.mesh.mesh import Array, Indices, Mesh, compacted
+from autobalance.report.metal import Piece
+from autobalance.solid.mesh.mesh import Mesh, compacted
+from autobalance.types import Array, Indices
 from autobalance.wording import at, number
 
 Report = Mapping[str, Any]

@@ -11,7 +11,8 @@ from numpy.typing import NDArray
 from autobalance.crank.anatomy import Anatomy, Array, Face, Pin
 from autobalance.report.pictures.lettering import draw_line, draw_text
 from autobalance.report.pictures.zbuffer import Camera, Image, Picture, png, render
-from autobalance.solid.mesh.mesh import Indices, Mesh
+from autobalance.solid.mesh.mesh import Mesh
+from autobalance.types import Indices
 
 VIEWS = ((-0.30, -0.62, -0.72), (-0.30, -0.62, 0.72))
 """Directions of sight in the rotor frame: faces that look along +z are seen in the first, the others in the

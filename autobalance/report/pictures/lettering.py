@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from autobalance.report.pictures.zbuffer import Image
-from autobalance.solid.mesh.mesh import Array
+from autobalance.types import Array
 
 GLYPHS = {
     " ": "0000000000", "-": "0808080808", ".": "0060600000",

@@ -8,9 +8,10 @@ from typing import Any
 import numpy as np
 
 from autobalance.report.balance import kinds
-from autobalance.report.page.metal import Piece
+from autobalance.report.metal import Piece
 from autobalance.report.pictures.zbuffer import Camera, Image, Picture, Surface, png, render_each
-from autobalance.solid.mesh.mesh import Array, Mesh
+from autobalance.solid.mesh.mesh import Mesh
+from autobalance.types import Array
 from autobalance.wording import number
 
 STEEL = (0.70, 0.73, 0.76)

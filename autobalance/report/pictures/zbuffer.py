@@ -11,7 +11,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from autobalance.solid.mesh.mesh import Array, Indices
+from autobalance.types import Array, Indices
 
 Image = NDArray[np.uint8]
 """Rows from the top, pixels from the left, red green blue (h, w, 3)."""

@@ -10,10 +10,11 @@ from typing import Any
 import numpy as np
 
 from autobalance.report.balance import kinds
-from autobalance.report.page.metal import Piece
+from autobalance.report.metal import Piece
 from autobalance.solid.csg.solid import Polygons, Region, Solid
-from autobalance.solid.mesh.mesh import Array, Mesh
+from autobalance.solid.mesh.mesh import Mesh
 from autobalance.solid.slicing.slices import cross_sections
+from autobalance.types import Array
 
 Item = Mapping[str, Any]
 NEAR_MM = 1.0

@@ -7,7 +7,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from autobalance.solid.mesh.mesh import Array
+from autobalance.types import Array
 
 Box = tuple[float, float, float, float]
 """Left, top, right, bottom [mm]."""

@@ -12,7 +12,7 @@ from autobalance.correction.holes.hole import drill_body
 from autobalance.correction.holes.surface import Axis
 from autobalance.report.sheet.drawing import webs_cut
 from autobalance.solid.csg.solid import Region, Solid
-from autobalance.solid.mesh.mesh import Array
+from autobalance.types import Array
 
 Item = Mapping[str, Any]
 FLAT = 1e-4

@@ -16,7 +16,7 @@ from autobalance.report.sheet.labels import spread_between
 from autobalance.report.sheet.lettering import POINTS_PER_MM
 from autobalance.report.sheet.pen import ACCENT, CENTRE_LINE, INK, METAL, SOFT, Pen
 from autobalance.report.sheet.scales import scale_for
-from autobalance.solid.mesh.mesh import Array
+from autobalance.types import Array
 
 HEAD_MM = 6.0
 BADGES_MM = 5.4

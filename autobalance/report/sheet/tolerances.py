@@ -16,7 +16,7 @@ from typing import Any
 import numpy as np
 
 from autobalance.report.balance import kinds
-from autobalance.solid.mesh.mesh import Array
+from autobalance.types import Array
 from autobalance.wording import judged_shares
 
 Item = Mapping[str, Any]

@@ -16,7 +16,7 @@ from autobalance.report.sheet.labels import Occupied, directions, rings_for, spr
 from autobalance.report.sheet.lettering import POINTS_PER_MM, width_mm
 from autobalance.report.sheet.pen import ACCENT, BADGE_MM, CENTRE_LINE, GONE, INK, METAL, RULE, SOFT, Pen
 from autobalance.report.sheet.scales import scale_bar, scale_for
-from autobalance.solid.mesh.mesh import Array
+from autobalance.types import Array
 from autobalance.wording import at, degrees
 
 Item = Mapping[str, Any]

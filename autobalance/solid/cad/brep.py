@@ -26,7 +26,7 @@ from autobalance.solid.cad.surface import Surface
 from autobalance.solid.cad.tessellation import Facets, bounds_mm, facets, surface_kind, surfaces
 from autobalance.solid.csg.shape import Shape
 from autobalance.solid.csg.tool import Tool
-from autobalance.solid.mesh.mesh import Array
+from autobalance.types import Array
 
 
 class ExactSolid:

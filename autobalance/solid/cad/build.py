@@ -24,7 +24,7 @@ from autobalance.solid.csg.shape import (
     Without,
     wedges,
 )
-from autobalance.solid.mesh.mesh import Array
+from autobalance.types import Array
 
 ONE_POINT_MM = 1e-6
 """Ends of edges nearer than this are one corner: closed forms of one point round differently."""

@@ -11,7 +11,7 @@ import numpy as np
 from autobalance.rigid_rotor.moments import Moments
 from autobalance.solid.cad.soundness import Gap
 from autobalance.solid.chordal_error.estimate import ChordalError
-from autobalance.solid.mesh.mesh import Array
+from autobalance.types import Array
 
 
 def doubt_of(gaps: Sequence[Gap], density_g_mm3: float, frame: Array) -> ChordalError:

@@ -25,7 +25,7 @@ from autobalance.solid.cad.surface import CylinderFace, PlaneFace
 from autobalance.solid.cad.tessellation import bounds_mm, surfaces
 from autobalance.solid.csg.shape import Prism
 from autobalance.solid.csg.tool import Drilling, Lowering, Raising, Tool
-from autobalance.solid.mesh.mesh import Array
+from autobalance.types import Array
 
 CLEAR_SHARES = (1e-7, 1e-6, 1e-5, 1e-4)
 """How high over a face it is looked what stands on it, as shares of the part's diagonal: higher where the

@@ -11,8 +11,8 @@ import numpy as np
 from autobalance.errors import SolidError
 from autobalance.solid.cad.kernel import explored, is_valid, properties
 from autobalance.solid.cad.tessellation import area_mm2, bounds_mm, surface_kind
-from autobalance.solid.mesh.mesh import Array
-from autobalance.solid.mesh.repair import volume_change
+from autobalance.solid.soundness.repair import volume_change
+from autobalance.types import Array
 
 CONTRADICTS: Final = 1e-3
 """Distance of an edge from its face, as a share of the diagonal, from which on a file contradicts itself."""

@@ -24,7 +24,8 @@ from autobalance.solid.cad.kernel import (
     unified,
 )
 from autobalance.solid.cad.step_file import write_step
-from autobalance.solid.mesh.mesh import Array, Mesh
+from autobalance.solid.mesh.mesh import Mesh
+from autobalance.types import Array
 
 SAME_MM = 1e-9
 

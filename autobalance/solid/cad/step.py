@@ -16,7 +16,7 @@ from autobalance.solid.cad.surface import Surfaces
 from autobalance.solid.csg.solid import Solid
 from autobalance.solid.mesh.body_list import few, listed
 from autobalance.solid.mesh.mesh import Mesh, weld
-from autobalance.solid.mesh.repair import solid_of, volume_change
+from autobalance.solid.soundness.repair import solid_of, volume_change
 
 FACETS_MOST = 1e-2
 """Share of the volume that the triangles may miss: fine ones miss less than a thousandth of this."""

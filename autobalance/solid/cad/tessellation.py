@@ -9,7 +9,7 @@ import numpy as np
 
 from autobalance.solid.cad.kernel import explored
 from autobalance.solid.cad.surface import CylinderFace, PlaneFace, Surface
-from autobalance.solid.mesh.mesh import Array, Indices
+from autobalance.types import Array, Indices
 
 SAG_SHARE: Final = 2e-5
 """Greatest distance of a triangle from the true surface, as a share of the diagonal."""

@@ -21,7 +21,8 @@ from autobalance.solid.chordal_error.profiles import axes_of, find_revolved
 from autobalance.solid.chordal_error.revolved import SIX_POINTS, THREE_POINTS, Lens, Revolved, lens
 from autobalance.solid.chordal_error.seeds import find_joined, find_leftover_cylinders
 from autobalance.solid.chordal_error.strips import find_cylinders
-from autobalance.solid.mesh.mesh import Array, Indices, Mesh, ranked
+from autobalance.solid.mesh.mesh import Mesh, ranked
+from autobalance.types import Array, Indices
 
 Flags = NDArray[np.bool_]
 

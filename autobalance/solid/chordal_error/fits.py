@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from autobalance.solid.mesh.adjacency import unit
-from autobalance.solid.mesh.mesh import Array, Indices
+from autobalance.types import Array, Indices
 
 Flags = NDArray[np.bool_]
 

@@ -9,7 +9,7 @@ import numpy as np
 from autobalance.rigid_rotor.moments import Moments
 from autobalance.solid.chordal_error.revolved import SIX_POINTS, Revolved, lens
 from autobalance.solid.mesh.adjacency import unit
-from autobalance.solid.mesh.mesh import Array, Floats, Indices
+from autobalance.types import Array, Floats, Indices
 
 SAME_PLANE = 4e-6
 """How far corners may lie off a facet's plane, as a share of the part's reach: roundings of float32."""

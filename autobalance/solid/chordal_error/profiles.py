@@ -12,7 +12,7 @@ from autobalance.solid.chordal_error.look import ON_SURFACE, Look, lies_on
 from autobalance.solid.chordal_error.revolved import Revolved, cylindrical
 from autobalance.solid.chordal_error.strips import FEW
 from autobalance.solid.mesh.components import numbered_components
-from autobalance.solid.mesh.mesh import Array, Indices
+from autobalance.types import Array, Indices
 
 ON_TUBE = 3e-4
 """The same for the arc of a torus: any few points lie roughly on some arc."""

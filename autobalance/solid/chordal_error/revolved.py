@@ -8,7 +8,7 @@ import numpy as np
 
 from autobalance.rigid_rotor.moments import Moments
 from autobalance.solid.mesh.adjacency import unit
-from autobalance.solid.mesh.mesh import Array
+from autobalance.types import Array
 
 THREE_POINTS = np.array([[0.5, 0.5, 0.0], [0.0, 0.5, 0.5], [0.5, 0.0, 0.5]]), np.full(3, 1.0 / 3.0)
 """Quadrature of degree 2 on a triangle: barycentric points and weights."""

@@ -15,7 +15,7 @@ from autobalance.solid.chordal_error.look import ON_SURFACE, Look, lies_on, tigh
 from autobalance.solid.chordal_error.profiles import IDLE_AXES, Around, cone, torus
 from autobalance.solid.chordal_error.revolved import Revolved, cylindrical
 from autobalance.solid.mesh.components import numbered_components
-from autobalance.solid.mesh.mesh import Array, Indices
+from autobalance.types import Array, Indices
 
 LEAST = 6
 """Facets of a piece that is looked at."""

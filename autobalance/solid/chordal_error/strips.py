@@ -12,7 +12,7 @@ from autobalance.solid.chordal_error.look import ON_SURFACE, Look, lies_on, tigh
 from autobalance.solid.chordal_error.revolved import Revolved
 from autobalance.solid.mesh.adjacency import unit
 from autobalance.solid.mesh.components import numbered_components
-from autobalance.solid.mesh.mesh import Array, Indices
+from autobalance.types import Array, Indices
 
 CROWD = 16
 """Faces of a strip from which on its circle is no accident, even if a few ends lie off it."""

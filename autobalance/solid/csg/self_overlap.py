@@ -13,7 +13,7 @@ import numpy as np
 from autobalance.errors import OverlapError
 from autobalance.solid.csg.solid import Solid, union
 from autobalance.solid.mesh.measure import mesh_moments
-from autobalance.solid.mesh.mesh import Array
+from autobalance.types import Array
 
 NOTHING = 1e-7
 """Share of a solid that may be left to count twice when it was united: rounding of coordinates."""

@@ -14,7 +14,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from autobalance.solid.csg.solid import Region, Solid, triangulated, union
-from autobalance.solid.mesh.mesh import Array, Indices, Mesh, without_collapsed
+from autobalance.solid.mesh.mesh import Mesh, without_collapsed
+from autobalance.types import Array, Indices
 
 Point = tuple[float, float]
 

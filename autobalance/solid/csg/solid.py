@@ -17,7 +17,8 @@ from numpy.typing import NDArray
 from autobalance.errors import SolidError
 from autobalance.rigid_rotor.moments import Moments
 from autobalance.solid.mesh.measure import mesh_moments, part_volumes
-from autobalance.solid.mesh.mesh import Array, Indices, Mesh
+from autobalance.solid.mesh.mesh import Mesh
+from autobalance.types import Array, Indices
 
 SAME_VOLUME = 1e-6
 """Share by which the volume of a body made anew of its triangles may differ: manifold3d takes long slivers

@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from autobalance.solid.csg.shape import Outline, Placed, Point, Prism, Revolved, Shape, polygon
-from autobalance.solid.mesh.mesh import Array
+from autobalance.types import Array
 
 
 @dataclass(frozen=True, eq=False)

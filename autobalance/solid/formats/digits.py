@@ -7,7 +7,7 @@ from typing import Final, TypeVar
 
 import numpy as np
 
-from autobalance.solid.mesh.mesh import Indices
+from autobalance.types import Indices
 
 SAMPLE: Final = 4_000
 """Vertices that stand for all of a file's."""

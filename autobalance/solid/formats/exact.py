@@ -10,7 +10,7 @@ import numpy as np
 from autobalance.errors import FormatError
 from autobalance.solid.formats.format import Format
 from autobalance.solid.formats.raw import Raw
-from autobalance.solid.mesh.mesh import Floats, Indices
+from autobalance.types import Floats, Indices
 
 if TYPE_CHECKING:
     from autobalance.solid.cad.cad_file import CadFile

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from autobalance.solid.formats.raw import Raw
-from autobalance.solid.mesh.mesh import Floats, Indices
+from autobalance.types import Floats, Indices
 
 if TYPE_CHECKING:
     from autobalance.solid.cad.cad_file import CadFile

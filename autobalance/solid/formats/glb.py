@@ -12,7 +12,7 @@ import numpy as np
 from autobalance.errors import FormatError
 from autobalance.solid.formats.format import Format
 from autobalance.solid.formats.raw import Raw, soup_of
-from autobalance.solid.mesh.mesh import Array, Floats, Indices
+from autobalance.types import Array, Floats, Indices
 
 MAGIC: Final = 0x46546C67
 JSON_CHUNK: Final = 0x4E4F534A

@@ -10,7 +10,7 @@ from autobalance.errors import FormatError
 from autobalance.solid.formats.digits import spread, step_of_text
 from autobalance.solid.formats.format import Format
 from autobalance.solid.formats.raw import BYTE_ORDER_MARK, Polygons, Raw, shown, soup_of, text_of
-from autobalance.solid.mesh.mesh import Array, Indices
+from autobalance.types import Array, Indices
 
 WITH_WEIGHT = 5
 """Words of a vertex with its weight; with more, a colour follows its place."""

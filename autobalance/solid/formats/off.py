@@ -11,7 +11,7 @@ from autobalance.errors import FormatError
 from autobalance.solid.formats.digits import spread, step_of_text
 from autobalance.solid.formats.format import Format
 from autobalance.solid.formats.raw import BYTE_ORDER_MARK, Polygons, Raw, shown, soup_of, text_of
-from autobalance.solid.mesh.mesh import Array, Indices
+from autobalance.types import Array, Indices
 
 HEADER: Final = re.compile(rb"(?:ST)?C?N?(?P<w>4)?(?P<n>n)?OFF|off")
 """What may stand before OFF: what else vertices have (after their places), w, and a number of dimensions."""

@@ -13,7 +13,7 @@ from autobalance.errors import FormatError
 from autobalance.solid.formats.digits import spread, step_of_text
 from autobalance.solid.formats.format import Format
 from autobalance.solid.formats.raw import CORNERS_MOST, Polygons, Raw, fans, shown, soup_of
-from autobalance.solid.mesh.mesh import Array, Floats, Indices
+from autobalance.types import Array, Floats, Indices
 
 FACE = np.dtype([("count", "u1"), ("corners", "<i4", (3,))])
 TYPES: Final = {

@@ -9,7 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from autobalance.errors import FormatError
-from autobalance.solid.mesh.mesh import Array, Floats, Indices
+from autobalance.types import Array, Floats, Indices
 
 BYTE_ORDER_MARK = b"\xef\xbb\xbf"
 """What some editors begin a text with."""

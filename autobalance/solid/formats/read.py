@@ -20,11 +20,12 @@ from autobalance.solid.formats.format import Format
 from autobalance.solid.formats.on_disk import file_bytes
 from autobalance.solid.formats.raw import Raw
 from autobalance.solid.formats.registry import FOREIGN_CAD, FORMATS, format_of, kind_of
-from autobalance.solid.mesh.bodies import Body, are_apart, bodies_of
 from autobalance.solid.mesh.body_list import listed
-from autobalance.solid.mesh.mesh import Array, Floats, Mesh, in_space_order, weld, without_collapsed
-from autobalance.solid.mesh.repair import solid_of, volume_change
-from autobalance.solid.mesh.validate import check_solid
+from autobalance.solid.mesh.mesh import Mesh, in_space_order, weld, without_collapsed
+from autobalance.solid.soundness.bodies import Body, are_apart, bodies_of
+from autobalance.solid.soundness.repair import solid_of, volume_change
+from autobalance.solid.soundness.validate import check_solid
+from autobalance.types import Array, Floats
 from autobalance.units import MM_PER
 
 if TYPE_CHECKING:

@@ -15,7 +15,8 @@ from autobalance.errors import FormatError
 from autobalance.solid.formats.digits import step_of_text
 from autobalance.solid.formats.format import Format
 from autobalance.solid.formats.raw import BYTE_ORDER_MARK, Raw
-from autobalance.solid.mesh.mesh import CHUNK, Array, Floats, Indices
+from autobalance.solid.mesh.tetrahedra import CHUNK
+from autobalance.types import Array, Floats, Indices
 
 HEADER_BYTES: Final = 84
 """80 bytes of text and the number of triangles."""

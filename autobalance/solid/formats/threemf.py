@@ -20,7 +20,7 @@ from autobalance.errors import FormatError
 from autobalance.solid.formats.digits import SAMPLE, step_of_text
 from autobalance.solid.formats.format import Format
 from autobalance.solid.formats.raw import Raw, soup_of
-from autobalance.solid.mesh.mesh import Array, Indices
+from autobalance.types import Array, Indices
 
 UNITS: Final = {
     "micron": 0.001,

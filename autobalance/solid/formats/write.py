@@ -10,8 +10,9 @@ from autobalance.errors import SolidError
 from autobalance.solid.csg.solid import Solid
 from autobalance.solid.formats.registry import format_named
 from autobalance.solid.mesh.measure import signed_volume_mm3
-from autobalance.solid.mesh.mesh import Array, Floats, Indices, Mesh, hash_rows, weld, without_collapsed
-from autobalance.solid.mesh.repair import without_opposite_pairs
+from autobalance.solid.mesh.mesh import Mesh, hash_rows, weld, without_collapsed
+from autobalance.solid.soundness.repair import without_opposite_pairs
+from autobalance.types import Array, Floats, Indices
 
 Number = type[np.float32] | type[np.float64]
 

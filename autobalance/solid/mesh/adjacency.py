@@ -8,7 +8,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from autobalance.solid.mesh.components import numbered_components
-from autobalance.solid.mesh.mesh import Array, Indices, Mesh, longest_sides, ranked
+from autobalance.solid.mesh.mesh import Mesh, longest_sides, ranked
+from autobalance.types import Array, Indices
 
 Flags = NDArray[np.bool_]
 

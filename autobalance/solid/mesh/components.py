@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 if TYPE_CHECKING:
-    from autobalance.solid.mesh.mesh import Indices
+    from autobalance.types import Indices
 
 
 def components(links: Indices, count: int) -> Indices:

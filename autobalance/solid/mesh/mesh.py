@@ -4,25 +4,14 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import cached_property
-from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from autobalance.rigid_rotor.moments import Moments
 from autobalance.solid.mesh.components import numbered_components
-
-if TYPE_CHECKING:
-    from autobalance.rigid_rotor.moments import Moments
-
-Array = NDArray[np.float64]
-Indices = NDArray[np.int64]
-Floats = NDArray[Any]
-"""float32 or float64."""
-Numbers = NDArray[Any]
-"""Of one type, integer or not."""
-
-CHUNK = 1 << 13
-"""Triangles at a time: their corners stay in the processor's cache."""
+from autobalance.solid.mesh.tetrahedra import CHUNK
+from autobalance.types import Array, Floats, Indices, Numbers
 
 LOCAL = 10_000
 """Vertices that stay in the processor's cache: the numbers of a triangle's corners should span no more."""
@@ -99,7 +88,7 @@ class Mesh:
     @cached_property
     def moments_about_middle(self) -> Moments:
         """∫ dV, ∫ r dV and ∫ r rᵀ dV of what a closed mesh bounds, about the middle of its bounding box."""
-        from autobalance.solid.mesh.measure import volume_moments
+        from autobalance.solid.mesh.tetrahedra import volume_moments
 
         return volume_moments(self.vertices - self.bounds.mean(axis=0), self.triangles)
 

@@ -13,7 +13,9 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from autobalance.solid.mesh.mesh import CHUNK, Array, Indices, Mesh
+from autobalance.solid.mesh.mesh import Mesh
+from autobalance.solid.mesh.tetrahedra import CHUNK
+from autobalance.types import Array, Indices
 
 DEPTH_BITS = 32
 """Depths along a ray are told apart to so many bits of the body's length: half a nanometre in a metre."""

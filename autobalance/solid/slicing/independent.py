@@ -5,7 +5,8 @@ from __future__ import annotations
 import numpy as np
 
 from autobalance.rigid_rotor.moments import Moments
-from autobalance.solid.mesh.mesh import Array, Mesh
+from autobalance.solid.mesh.mesh import Mesh
+from autobalance.types import Array
 
 GAUSS = np.polynomial.legendre.leggauss(3)
 """Exact up to degree 5; between two corners of a triangle the moments of its slices are of degree 4."""

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from autobalance.solid.csg.solid import Polygons
-from autobalance.solid.mesh.mesh import Array, Indices
+from autobalance.types import Array, Indices
 
 CELLS = 256
 """Of the grid, along the longer side of the region."""

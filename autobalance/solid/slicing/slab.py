@@ -14,8 +14,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from autobalance.rigid_rotor.moments import Moments
-from autobalance.solid.mesh.measure import summed
-from autobalance.solid.mesh.mesh import CHUNK, Array, Indices, least_and_greatest
+from autobalance.solid.mesh.mesh import least_and_greatest
+from autobalance.solid.mesh.tetrahedra import CHUNK, summed
+from autobalance.types import Array, Indices
 
 
 @dataclass(frozen=True, eq=False)

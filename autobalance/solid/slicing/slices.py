@@ -9,7 +9,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from autobalance.solid.mesh.mesh import Array, Indices, least_and_greatest, ranked
+from autobalance.solid.mesh.mesh import least_and_greatest, ranked
+from autobalance.types import Array, Indices
 
 Numbers = NDArray[np.unsignedinteger[Any]]
 

@@ -8,7 +8,8 @@ from numpy.typing import NDArray
 from autobalance.errors import SolidError
 from autobalance.solid.csg.solid import Solid
 from autobalance.solid.mesh.measure import part_volumes
-from autobalance.solid.mesh.mesh import Array, Indices, Mesh
+from autobalance.solid.mesh.mesh import Mesh
+from autobalance.types import Array, Indices
 
 FLAKE_SHARE = 1e-7
 """Share of a solid's volume up to which what does not hang together with it is rounding."""

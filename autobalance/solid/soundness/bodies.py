@@ -10,10 +10,11 @@ from itertools import combinations
 import numpy as np
 
 from autobalance.solid.csg.solid import Solid
-from autobalance.solid.mesh.crumbs import CRUMB, crumbs_dropped, parts_at_edges
 from autobalance.solid.mesh.measure import part_volumes
-from autobalance.solid.mesh.mesh import Array, Indices, Mesh
-from autobalance.solid.mesh.repair import volume_change
+from autobalance.solid.mesh.mesh import Mesh
+from autobalance.solid.mesh.zero_volume_parts import CRUMB, crumbs_dropped, parts_at_edges
+from autobalance.solid.soundness.repair import volume_change
+from autobalance.types import Array, Indices
 
 
 @dataclass(frozen=True, eq=False)

@@ -16,9 +16,9 @@ import numpy as np
 
 from autobalance.correction.contract import Array, setting_of
 from autobalance.correction.kind import Offer
-from autobalance.planning.alike import alike_everywhere, alike_on_each_web
 from autobalance.planning.common_depths import Groups, common_depths
 from autobalance.planning.depths import Plan, plan_depths
+from autobalance.planning.equal_cut_search import alike_everywhere, alike_on_each_web
 from autobalance.planning.task import Task, is_discrete
 
 WHOLE_CUTS_SHARE = 0.25

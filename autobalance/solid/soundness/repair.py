@@ -10,17 +10,11 @@ from autobalance.runtime import in_thread
 from autobalance.solid.csg.solid import Solid, triangulated
 from autobalance.solid.mesh.adjacency import sides_of
 from autobalance.solid.mesh.components import components
-from autobalance.solid.mesh.crumbs import without_crumbs
 from autobalance.solid.mesh.measure import signed_volume_mm3
-from autobalance.solid.mesh.mesh import (
-    CHUNK,
-    Array,
-    Indices,
-    Mesh,
-    hash_numbers,
-    sorted_with_rows,
-    without_collapsed,
-)
+from autobalance.solid.mesh.mesh import Mesh, hash_numbers, sorted_with_rows, without_collapsed
+from autobalance.solid.mesh.tetrahedra import CHUNK
+from autobalance.solid.mesh.zero_volume_parts import without_crumbs
+from autobalance.types import Array, Indices
 
 PLACES_SHOWN = 4
 """How many open edges an error names."""

@@ -11,8 +11,9 @@ from autobalance.errors import OverlapError, SolidError
 from autobalance.solid.csg.self_overlap import self_overlap
 from autobalance.solid.csg.solid import Solid
 from autobalance.solid.mesh.measure import mesh_moments
-from autobalance.solid.mesh.mesh import Array, Mesh
+from autobalance.solid.mesh.mesh import Mesh
 from autobalance.solid.mesh.ray_field import Doubled, doubled_metal, frame_along
+from autobalance.types import Array
 
 COUNTS_TWICE_MOST = 1e-4
 """Share of a solid's mass that may count twice."""

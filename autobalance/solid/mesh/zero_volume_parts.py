@@ -8,8 +8,9 @@ import numpy as np
 
 from autobalance.solid.mesh.components import numbered_components
 from autobalance.solid.mesh.measure import part_volumes
-from autobalance.solid.mesh.mesh import Indices, Mesh
-from autobalance.solid.mesh.pinched import linked_triangles
+from autobalance.solid.mesh.mesh import Mesh
+from autobalance.solid.mesh.non_manifold_edges import linked_triangles
+from autobalance.types import Indices
 
 CRUMB = 1e-12
 """Share of a file's volume that a body must bound: what coordinates of single precision leave is far less."""

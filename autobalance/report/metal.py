@@ -9,7 +9,8 @@ from typing import Any
 from autobalance.report.balance import kinds
 from autobalance.solid.csg.solid import Solid
 from autobalance.solid.csg.sourced import Shared, beyond, shared_with
-from autobalance.solid.mesh.mesh import Indices, Mesh
+from autobalance.solid.mesh.mesh import Mesh
+from autobalance.types import Indices
 
 
 @dataclass(frozen=True, eq=False)

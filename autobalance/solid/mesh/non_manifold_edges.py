@@ -6,7 +6,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from autobalance.solid.mesh.adjacency import sides_of
-from autobalance.solid.mesh.mesh import Array, Indices, Mesh
+from autobalance.solid.mesh.mesh import Mesh
+from autobalance.types import Array, Indices
 
 Flags = NDArray[np.bool_]
 

@@ -1,0 +1,1 @@
+"""Whether a solid can be trusted: bodies, overlaps, slivers of booleans, and what is repaired."""

@@ -1,0 +1,166 @@
+"""What all checks of a report share: the report and its files, the run's ends, its course and verdict."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from autobalance.balancing.loop import Result
+from autobalance.balancing.measuring import Measured
+from autobalance.balancing.record import Record
+from autobalance.errors import ClaimError, FormatError
+from autobalance.rigid_rotor.moments import Moments
+from autobalance.rigid_rotor.tolerance import Tolerance
+from autobalance.rigid_rotor.unbalance import Unbalance
+from autobalance.rigid_rotor.uncertainty import Budget
+from autobalance.verification.claims import ROUNDING, Claims
+from autobalance.verification.coverage import NotChecked
+from autobalance.verification.solids import Files, Left
+
+AsReport = Callable[[Record], Mapping[str, Any]]
+"""How a record is written down; what was found must be what a report has."""
+
+
+@dataclass(frozen=True, eq=False)
+class Checked:
+    """A report all of whose claims hold, and what of it was not checked."""
+
+    checked: int
+    within: bool
+    residual: Unbalance
+    tolerance: Tolerance
+    warnings: tuple[str, ...]
+    agreement: float | None = None
+    budget: Budget | None = None
+    not_checked: tuple[NotChecked, ...] = ()
+
+
+@dataclass(frozen=True, eq=False)
+class Held:
+    """A report that is held against its files."""
+
+    claims: Claims
+    folder: Path
+    independent: bool
+    as_report: AsReport | None
+    files: Files
+
+
+@dataclass(frozen=True, eq=False)
+class Ends:
+    """What a run began and ended with; ``doubts`` are both budgets, ``hidden`` what facets hide after."""
+
+    initial: Unbalance
+    residual: Unbalance
+    before: Moments
+    after: Moments
+    doubts: tuple[Budget | None, Budget | None]
+    hidden: Moments
+
+
+AS_RECORDED: Mapping[str, float] = {
+    "frame": 1e-9,
+    "crank": 1e-9,
+    "counterweight": 1e-7,
+    "engine": 1e-9,
+    "forces": 1e-9,
+    "loads_with_gas": 1e-5,
+    "assembly": 1e-9,
+}
+"""Keys that are compared with a record made anew, and the share by which numbers may differ: the metal
+between two mains is cut out before the solid is written, or after."""
+
+
+def ended(claims: Claims, ends: Ends, left: Left | None) -> Result:
+    """Return the end of a run as it was found again; ``left`` is None where nothing was cut."""
+    return Result(
+        outcome=claims.get("outcome", str),
+        reason=None,
+        initial=ends.initial,
+        residual=ends.residual,
+        initial_moments=ends.before,
+        final_moments=ends.after,
+        corrections=(),
+        steps=(),
+        solid=None if left is None else left.source.solid,
+        measured=None if left is None else Measured(left.moments, left.triangles, added=ends.hidden),
+        initial_doubt=ends.doubts[0],
+        doubt=ends.doubts[1],
+    )
+
+
+def check_like(held: Held, record: Record) -> None:
+    """Check what follows from job and files against a record that was made of them anew."""
+    if held.as_report is None:
+        return
+    claims, found = held.claims, held.as_report(record)
+    for key, rounding in AS_RECORDED.items():
+        if key in found and key not in claims.ledger.why_not:
+            scale = max((abs(each) for each in _every_number(found[key])), default=0.0)
+            claims.alike({key: found[key]}, rounding, scale if key == "forces" else 0.0)
+
+
+def _every_number(value: Any) -> list[float]:
+    if isinstance(value, Mapping):
+        return [number for each in value.values() for number in _every_number(each)]
+    if isinstance(value, list):
+        return [number for each in value for number in _every_number(each)]
+    return [float(value)] if isinstance(value, int | float) and not isinstance(value, bool) else []
+
+
+# --- how it went --------------------------------------------------------------------------------------------
+
+
+def check_course(claims: Claims, ends: Ends, is_cut: bool) -> None:
+    """Check that a pass made the corrections that are listed, and left what is left."""
+    steps = claims.entries("steps")
+    for number, step in enumerate(steps, 1):
+        step.same("step", number)
+        if step.get("predicted_g_mm", float) < 0.0 or step.get("measured_g_mm", float) < 0.0:
+            raise ClaimError(f"{step.name}: {step.place} has a magnitude below 0")
+    if not steps:
+        if is_cut:
+            raise ClaimError(f"{claims.name}: steps is empty, but the crank was cut")
+        claims.hold("steps")
+    parts = claims.entries("corrections")
+    if not parts or not is_cut:
+        return
+    depths = [abs(float(part.get("depth_mm", float))) for part in parts]
+    moved = sum(float(np.linalg.norm(part.array("unbalance_change_g_mm", (2,)))) for part in parts)
+    for number, step in enumerate(steps, 1):
+        made = step.get("depths_mm", list)
+        if [_every_number(each) for each in made] != [[each] for each in made]:
+            raise FormatError(f"{step.name}: {step.path('depths_mm')} is not a list of numbers")
+        if len(made) == len(depths) and np.allclose(made, depths, rtol=ROUNDING, atol=ROUNDING):
+            step.near("measured_g_mm", ends.residual.magnitude_g_mm, moved)
+            step.hold("depths_mm")
+            if number == 1:
+                change = sum((part.array("unbalance_change_g_mm", (2,)) for part in parts), np.zeros(2))
+                predicted = float(np.linalg.norm(ends.initial.resultant_g_mm + change))
+                step.near("predicted_g_mm", predicted, moved + ends.initial.magnitude_g_mm)
+            return
+    raise ClaimError(f"{claims.name}: none of the steps has the depths of the corrections")
+
+
+def check_verdict(claims: Claims, within: bool, is_cut: bool) -> bool:
+    """Check outcome and reason."""
+    outcome = claims.get("outcome", str)
+    known = ("within_tolerance" if is_cut else "already_within_tolerance") if within else "above_tolerance"
+    if outcome != known:
+        raise ClaimError(
+            f"{claims.name}: outcome is {outcome!r}, but the residual measured is "
+            f"{'within' if within else 'above'} tolerance{'' if is_cut else ' and nothing was cut'}"
+        )
+    claims.hold("outcome")
+    reason = claims.get("reason", object)
+    if within:
+        claims.same("reason", None)
+        if "relaxations" in claims.values:
+            claims.same("relaxations", [])
+    elif not (isinstance(reason, str) and reason.strip()):
+        raise ClaimError(f"{claims.name}: reason is {reason!r}, but the residual is above tolerance")
+    return within
