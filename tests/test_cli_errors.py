@@ -379,7 +379,7 @@ def test_little_memory_ends_in_one_line(tmp_path: Path) -> None:
         "api.balance.measure_crank",
         "balancing.run.balance",
         "balancing.measuring.soup_moments",
-        "report.json.report",
+        "report.balance.values.report",
     ],
 )
 def test_an_interrupted_run_leaves_nothing(
