@@ -17,7 +17,7 @@ WRITE_JOBS = {
     "api/init.py",
     "command/init.py",
     "design_search/written_job.py",
-    "job/design.py",
+    "job/files/design.py",
 }
 """Files that write jobs, in which one method has to be named."""
 LIMITS = {kind.limits.__name__ for kind in KINDS.values()}

@@ -169,10 +169,19 @@ def hull_distance_mm(mesh: Mesh, point_mm: Array) -> float:
     """Return how far a point (3,) lies outside the convex hull of a mesh, at least; negative inside.
 
     By qhull: manifold3d's hull may hold triangles that face inward.
-    """
-    from scipy.spatial import ConvexHull
 
-    planes = ConvexHull(mesh.vertices).equations
+    Raises
+    ------
+    SolidError
+        If the corners lie in one plane, or on one line, within rounding.
+    """
+    from scipy.spatial import ConvexHull, QhullError
+
+    try:
+        planes = ConvexHull(mesh.vertices).equations
+    except QhullError:  # a needle of 1000 mm by 1e-8 mm, closed and of positive volume
+        sides = " × ".join(f"{side:.3g}" for side in mesh.bounds[1] - mesh.bounds[0])
+        raise SolidError(f"the solid is {sides} mm, flat but for rounding; expected a body") from None
     return float((planes[:, :3] @ point_mm + planes[:, 3]).max())
 
 
