@@ -22,6 +22,15 @@ if TYPE_CHECKING:
 
 T = TypeVar("T")
 
+Progress = Callable[[str, float], object]
+"""Called with what runs now and the share of the whole that is done, 0 to 1; raise from it to cancel."""
+Notify = Callable[[str], object]
+"""Called with what runs now; raise from it to cancel."""
+
+
+def no_progress(_text: str, _share: float) -> None:
+    """Show nothing: where no progress is asked for."""
+
 
 _alone = False
 

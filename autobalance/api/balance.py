@@ -10,12 +10,11 @@ from typing import TYPE_CHECKING, Any, Literal
 
 from autobalance import job as jobs
 from autobalance.api.entry import Entry, entries
-from autobalance.api.progress import Progress, telling
+from autobalance.api.progress import telling
 from autobalance.api.result import VerbResult
 from autobalance.api.result_files import (
     REPORT,
     Staged,
-    Tell,
     choice_of,
     committed,
     measured_of,
@@ -30,7 +29,7 @@ from autobalance.job import JobSource
 from autobalance.job.model import Job
 from autobalance.machine_models.measured import Crank as MeasuredCrank
 from autobalance.report.bundle import FILES, Choice
-from autobalance.runtime import Stopwatch, load_in_thread
+from autobalance.runtime import Notify, Progress, Stopwatch, load_in_thread
 
 if TYPE_CHECKING:
     from autobalance.api.crank import Crank
@@ -172,7 +171,7 @@ class BalanceResult(VerbResult):
         with staging_for(folder) as staging:
             return committed(self, folder, choice, telling(progress), staging)[1]
 
-    def staged(self, folder: Path, choice: Choice, tell: Tell, staging: Staging) -> Staged:
+    def staged(self, folder: Path, choice: Choice, tell: Notify, staging: Staging) -> Staged:
         """Stage the solid, the pages and the report for a folder."""
         return staged_files(self.record, self.before, folder, choice, tell, staging)
 
@@ -216,7 +215,7 @@ def balance(job: JobSource, crank: Crank | None = None, *, progress: Progress | 
     return run(read, crank, telling(progress), watch)
 
 
-def run(job: Job, given: Crank | None, tell: Tell, watch: Stopwatch) -> BalanceResult:
+def run(job: Job, given: Crank | None, tell: Notify, watch: Stopwatch) -> BalanceResult:
     """Balance a job's crank; the stopwatch may have counted what came before."""
     from autobalance.api.crank import Crank
 
@@ -306,7 +305,7 @@ class BalancedFiles:
 
 
 def balance_to_files(
-    job: Job, folder: Path, json_file: str | None, tell: Tell, choice: Choice | None = None
+    job: Job, folder: Path, json_file: str | None, tell: Notify, choice: Choice | None = None
 ) -> BalancedFiles:
     """Balance the crank of a job and write its files to ``folder``, all of them or none.
 

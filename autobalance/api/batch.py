@@ -6,8 +6,8 @@ import time
 from collections.abc import Sequence
 from pathlib import Path
 
-from autobalance.api.progress import Progress
 from autobalance.api.result import VerbResult
+from autobalance.runtime import Progress
 
 NOT_ALL_WITHIN = 4
 

@@ -11,10 +11,10 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, overload
 
 from autobalance.api.batch_row import FAILED, RowOutcome, RowTask, now
-from autobalance.api.progress import Progress
 from autobalance.api.result import Values, report_head
 from autobalance.errors import AutobalanceError
 from autobalance.report.files import Staging
+from autobalance.runtime import Progress
 from autobalance.studies.journal import JOURNAL, append_line, read_journal, rewrite_journal
 from autobalance.version import __version__
 

@@ -10,9 +10,9 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from autobalance.api.progress import Progress
 from autobalance.api.result import Plots, Values, VerbResult, report_head
 from autobalance.errors import JobError
+from autobalance.runtime import Progress
 from autobalance.units import G_PER_KG, RAD_S_PER_RPM
 
 if TYPE_CHECKING:

@@ -9,10 +9,11 @@ from autobalance import job as jobs
 from autobalance.api.balance import with_crank
 from autobalance.api.engine_case import job_set
 from autobalance.api.entry import Entry, entries
-from autobalance.api.progress import Progress, telling
+from autobalance.api.progress import telling
 from autobalance.api.result import VerbResult, report_head
 from autobalance.balancing.run import compare_job
 from autobalance.job import JobSource
+from autobalance.runtime import Progress
 
 if TYPE_CHECKING:
     from autobalance.api.crank import Crank

@@ -9,11 +9,11 @@ from typing import TYPE_CHECKING, Any
 
 from autobalance import job as jobs
 from autobalance.api.engine_case import Request, job_set, request
-from autobalance.api.progress import Progress
 from autobalance.api.result import Plots, Values, VerbResult, report_head
 from autobalance.errors import UsageError
 from autobalance.job import JobSource
 from autobalance.job.model import Job
+from autobalance.runtime import Progress
 from autobalance.units import RAD_S_PER_RPM
 
 if TYPE_CHECKING:

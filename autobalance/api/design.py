@@ -12,9 +12,9 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from autobalance.api.progress import Progress, untold
 from autobalance.api.result import Plots, Values, VerbResult, report_head
 from autobalance.report.files import Staging
+from autobalance.runtime import Progress, no_progress
 from autobalance.version import __version__
 
 if TYPE_CHECKING:
@@ -109,7 +109,7 @@ def design(
     from autobalance.studies.workers import workers_of
 
     started = time.perf_counter()
-    tell = progress or untold
+    tell = progress or no_progress
     job = parse_design(source, Path("design.toml")) if isinstance(source, dict) else load_design(Path(source))
     with workers_of(workers, cluster, cluster_timeout_s) as pool:
         tell("reading the crank", 0.0)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -14,6 +14,7 @@ from autobalance.api.crank import Crank
 from autobalance.api.engine_case import request
 from autobalance.api.result import Plots, Values, VerbResult, report_head
 from autobalance.job.files.engine_bench import EngineBench, Variant, read_engine_bench
+from autobalance.runtime import Progress, no_progress
 from autobalance.units import RAD_S_PER_RPM
 
 if TYPE_CHECKING:
@@ -55,7 +56,7 @@ class EngineBenchResult(VerbResult):
 
 def engine_bench(
     source: str | Path | Mapping[str, Any],
-    tell: Callable[[str, float], object] = lambda _words, _share: None,
+    tell: Progress = no_progress,
 ) -> EngineBenchResult:
     """Put crank variants into the engine of a job and set what they do side by side.
 

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 from autobalance import job as jobs
 from autobalance.api.balance import with_crank
 from autobalance.api.options import positive
-from autobalance.api.progress import Progress, telling
+from autobalance.api.progress import telling
 from autobalance.api.result import Values, report_head
 from autobalance.balancing import plausibility
 from autobalance.balancing.measured_crank import measure_crank
@@ -16,7 +16,7 @@ from autobalance.job import JobSource
 from autobalance.job.model import Job
 from autobalance.machine_models import rotor_from_job
 from autobalance.machine_models.measured import Crank as MeasuredCrank
-from autobalance.runtime import Stopwatch
+from autobalance.runtime import Progress, Stopwatch
 from autobalance.units import RAD_S_PER_RPM
 
 if TYPE_CHECKING:

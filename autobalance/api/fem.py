@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Callable
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from autobalance.api.result import Plots, Values, VerbResult, report_head
 from autobalance.errors import UsageError
+from autobalance.runtime import Progress, no_progress
 
 if TYPE_CHECKING:
     from autobalance.fem_analysis.analysis import Answer, Level
@@ -48,7 +48,7 @@ def fem(
     modes: int | None = None,
     size_mm: float | None = None,
     crankpin_in_file: bool | None = None,
-    progress: Callable[[str, float], object] = lambda _words, _share: None,
+    progress: Progress | None = None,
 ) -> FemResult:
     """Find the natural modes of a free body, or what an analysis file asks for.
 
@@ -101,6 +101,7 @@ def fem(
         job = parse_fem(solid, Path()) if isinstance(solid, dict) else load_fem(Path(solid))
     else:
         job = fem_of_solid(Path(solid), **given)  # type: ignore[arg-type]
+    progress = progress or no_progress
     progress("reading the solid", 0.0)
     surface, read = _read(job)
     question = Question(surface, job.material, job.kind, job.modes, job.size_mm, job.holds, job.loads)

@@ -8,7 +8,6 @@ from typing import TYPE_CHECKING, Any
 
 from autobalance.api.engine_case import Request, job_head, request
 from autobalance.api.options import place_mm
-from autobalance.api.progress import Progress
 from autobalance.api.result import Plots, VerbResult
 from autobalance.engine.factor_advice import advise
 from autobalance.engine.force_summary import shaking_force, turn_loads, turn_support
@@ -17,6 +16,7 @@ from autobalance.engine.whole_engine import Engine, about
 from autobalance.errors import UsageError
 from autobalance.job import JobSource
 from autobalance.machine_models import engine_from_job, rotor_from_job
+from autobalance.runtime import Progress
 
 if TYPE_CHECKING:
     from autobalance.api.crank import Crank

@@ -9,7 +9,7 @@ from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from autobalance.api.progress import Progress, telling
+from autobalance.api.progress import telling
 from autobalance.api.result import VerbResult
 from autobalance.balancing.record import ChordalErrorEntry, MeasuredCrank
 from autobalance.balancing.suggestions.wanted import Aim, Wanted
@@ -20,6 +20,7 @@ from autobalance.errors import JobError, UsageError
 from autobalance.job.files.crank_design import design_from, read_design, table_of, with_settings
 from autobalance.job.toml.document import text_of
 from autobalance.machine_models.rotor_from_job import attached_moments, crank_factor, throw_loads
+from autobalance.runtime import Progress
 from autobalance.solid.formats.registry import format_named
 from autobalance.solid.formats.write import through_file
 from autobalance.solid.mesh.measure import soup_moments

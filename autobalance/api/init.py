@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import Any
 
 from autobalance.api.crank import Crank
-from autobalance.api.progress import Progress, telling
+from autobalance.api.progress import telling
 from autobalance.api.result import VerbResult, report_head
 from autobalance.balancing.measured_crank import measure_crank, measured_source
 from autobalance.crank.assembly_parts import AssemblyPart, assembly_parts
@@ -24,7 +24,7 @@ from autobalance.job.toml.text import toml_text
 from autobalance.job.toml.typed_units import FILL_IN, leaves
 from autobalance.job.workbook import rows_of, write_workbook
 from autobalance.machine_models.rotor_from_job import default_planes_mm
-from autobalance.runtime import Stopwatch
+from autobalance.runtime import Progress, Stopwatch
 from autobalance.solid.formats.bodies import read_bodies
 from autobalance.solid.formats.registry import needs_unit
 

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 from autobalance.api.crank import Crank, read_crank
 from autobalance.api.inspect_sections import TableOptions, table_values
-from autobalance.api.progress import INSPECTED_BEFORE, Progress, telling
+from autobalance.api.progress import INSPECTED_BEFORE, telling
 from autobalance.api.result import VerbResult
 from autobalance.balancing.chordal_correction import facet_entry
 from autobalance.balancing.faces import offered_faces
@@ -21,7 +21,7 @@ from autobalance.job.read import WORKBOOKS, load, load_crankshaft
 from autobalance.machine_models.measured import Crank as MeasuredSolid
 from autobalance.machine_models.rotor_from_job import default_planes_mm
 from autobalance.rigid_rotor.unbalance import Unbalance
-from autobalance.runtime import Stopwatch
+from autobalance.runtime import Progress, Stopwatch
 
 if TYPE_CHECKING:
     from autobalance.crank.anatomy import Face

@@ -2,19 +2,21 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from autobalance.api.result import Plots, Values, VerbResult, report_head
 from autobalance.errors import FileError, FormatError
+from autobalance.runtime import no_progress
 from autobalance.units import RAD_S_PER_RPM
 
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike
 
     from autobalance.job import Job
+    from autobalance.runtime import Progress
     from autobalance.signal.analysis import Analysis, Question
     from autobalance.signal.drive_sources import Drive
     from autobalance.signal.quantities import Quantity
@@ -22,7 +24,6 @@ if TYPE_CHECKING:
     from autobalance.signal.rolling_bearing import RollingBearing
     from autobalance.signal.sources import Source
 
-Progress = Callable[[str, float], object]
 BEARING_KEYS = ("balls", "ball", "pitch", "contact", "speed")
 
 
@@ -104,7 +105,7 @@ def orders(
     settings: Sequence[str] = (),
     drive: str | Path | Mapping[str, Any] | None = None,
     campbell: str | Path | Mapping[str, Any] | None = None,
-    progress: Progress = lambda _words, _share: None,
+    progress: Progress | None = None,
 ) -> OrdersResult:
     """Find what a recorded signal holds, and what may cause it.
 
@@ -176,6 +177,7 @@ def orders(
         frequencies_hz=None if frequencies is None else tuple(map(float, frequencies)),
         bearing=None if bearing is None else _bearing(bearing), band_hz=band, axes=axes,
     )  # fmt: skip
+    progress = progress or no_progress
     progress("reading the record", 0.0)
     first = _record(record, sample_rate, calibration, quantity, tacho)
     second = None if other is None else _record(other, sample_rate, calibration, quantity, tacho)

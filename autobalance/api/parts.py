@@ -8,7 +8,6 @@ from typing import TYPE_CHECKING, Any
 
 from autobalance import job as jobs
 from autobalance.api.engine_case import job_head, request
-from autobalance.api.progress import Progress
 from autobalance.api.result import Plots, VerbResult
 from autobalance.balancing import plausibility
 from autobalance.engine.conrod import ConnectingRod
@@ -16,6 +15,7 @@ from autobalance.engine.parts import roll_up
 from autobalance.errors import JobError
 from autobalance.job import JobSource
 from autobalance.job.model import Job, ThrowParts, Weight
+from autobalance.runtime import Progress
 
 if TYPE_CHECKING:
     from autobalance.api.crank import Crank

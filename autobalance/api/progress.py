@@ -2,15 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 
-Progress = Callable[[str, float], None]
-"""Told what runs, in a few words, and what share of the whole is done (0 to 1); may raise to stop."""
-
-
-def untold(_words: str, _share: float) -> None:
-    """Tell nobody."""
-
+from autobalance.runtime import Notify, Progress
 
 BALANCED_BEFORE = (
     ("reading", 0.0),
@@ -28,9 +22,7 @@ INSPECTED_BEFORE = (("reading", 0.0), ("looking for faces", 0.50), ("weighing", 
 """The same of ``inspect``."""
 
 
-def telling(
-    progress: Progress | None, done_before: Sequence[tuple[str, float]] = BALANCED_BEFORE
-) -> Callable[[str], None]:
+def telling(progress: Progress | None, done_before: Sequence[tuple[str, float]] = BALANCED_BEFORE) -> Notify:
     """Return a function that takes the words of a step and tells them with a share that never falls."""
     told = 0.0
 

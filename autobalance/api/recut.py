@@ -10,10 +10,10 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from autobalance.api.balance import BalanceResult
-from autobalance.api.progress import Progress, telling
-from autobalance.api.result_files import Staged, Tell, staged_files
+from autobalance.api.progress import telling
+from autobalance.api.result_files import Staged, staged_files
 from autobalance.errors import FormatError, JobError
-from autobalance.runtime import Stopwatch
+from autobalance.runtime import Notify, Progress, Stopwatch
 
 if TYPE_CHECKING:
     from autobalance.report.balance.stage_values import StageNotes
@@ -68,7 +68,7 @@ class RecutResult(BalanceResult):
         target = self.folder if folder is None else folder
         return super().write(target, only, paper=paper, units=units, date=date, progress=progress)
 
-    def staged(self, folder: Path, choice: Choice, tell: Tell, staging: Staging) -> Staged:
+    def staged(self, folder: Path, choice: Choice, tell: Notify, staging: Staging) -> Staged:
         """Stage all files for a folder, the page of all stages too; other reports are named from there."""
         from autobalance.report.balance.history import history_page
         from autobalance.report.balance.stage_values import stage_values

@@ -11,7 +11,7 @@ import numpy as np
 
 from autobalance import job as jobs
 from autobalance.api.crank import Crank
-from autobalance.api.result_files import Tell, with_outputs
+from autobalance.api.result_files import with_outputs
 from autobalance.balancing.loop import Result, balance, left_as_it_is
 from autobalance.balancing.machine_reading import (
     JudgedReading,
@@ -41,7 +41,7 @@ from autobalance.machine_models import rotor_from_job
 from autobalance.report.balance.stage_values import StageNotes, stage_values
 from autobalance.rigid_rotor.unbalance import Unbalance
 from autobalance.rigid_rotor.uncertainty import Share
-from autobalance.runtime import Stopwatch
+from autobalance.runtime import Notify, Stopwatch
 from autobalance.verification.earlier_stage import EarlierStage, unbalance_moments
 
 Made = tuple[Job, Record, Crank, StageNotes]
@@ -51,7 +51,7 @@ class RecutStage:
     """One stage: the reading as judged, its likely mistakes, the cuts."""
 
     def __init__(
-        self, earlier: EarlierStage, reading: MachineReading, trust: bool, tell: Tell, watch: Stopwatch
+        self, earlier: EarlierStage, reading: MachineReading, trust: bool, tell: Notify, watch: Stopwatch
     ) -> None:
 
         self.earlier, self.reading, self.trust = earlier, reading, trust

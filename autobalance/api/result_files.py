@@ -9,7 +9,6 @@ import datetime
 import hashlib
 import os
 import time
-from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Protocol
@@ -17,6 +16,7 @@ from typing import TYPE_CHECKING, Any, Protocol
 from autobalance.errors import FormatError
 from autobalance.report.bundle import KINDS, USUAL, Choice, bundle
 from autobalance.report.files import Staging
+from autobalance.runtime import Notify
 
 if TYPE_CHECKING:
     from autobalance.api.crank import Crank
@@ -31,7 +31,6 @@ SOLID = "balanced"
 IN_MEMORY_FORMAT = "ply"
 """What a crank of no file is written as: double precision, so that what was measured is what is written."""
 
-Tell = Callable[[str], None]
 Staged = tuple[dict[str, Any], tuple[Path, ...]]
 """The report as it is written, and the files."""
 
@@ -39,7 +38,7 @@ Staged = tuple[dict[str, Any], tuple[Path, ...]]
 class Ended(Protocol):
     """The end of a run that can be staged."""
 
-    def staged(self, folder: Path, choice: Choice, tell: Tell, staging: Staging) -> Staged:
+    def staged(self, folder: Path, choice: Choice, tell: Notify, staging: Staging) -> Staged:
         """Stage all files for a folder."""
         ...
 
@@ -110,7 +109,7 @@ def staging_for(folder: Path, copy: Path | None = None) -> Staging:
 
 
 def committed(
-    ended: Ended, folder: Path, choice: Choice, tell: Tell, staging: Staging, copy: Path | None = None
+    ended: Ended, folder: Path, choice: Choice, tell: Notify, staging: Staging, copy: Path | None = None
 ) -> Staged:
     """Stage all files of a run, a copy of the report too where one is wanted, and put them in place."""
     values, files = ended.staged(folder, choice, tell, staging)
@@ -124,7 +123,7 @@ def committed(
 
 
 def staged_files(
-    record: Record, before: Crank, folder: Path, choice: Choice, tell: Tell, staging: Staging
+    record: Record, before: Crank, folder: Path, choice: Choice, tell: Notify, staging: Staging
 ) -> Staged:
     """Stage the solid, the pages and the report; return the report and the files.
 
@@ -206,7 +205,7 @@ def _with_input_file(record: Record, before: Crank) -> tuple[Record, bytes]:
     return replace(record, input=found), data
 
 
-def _pages(record: Record, before: Crank, choice: Choice, tell: Tell) -> dict[str, tuple[str, bytes]]:
+def _pages(record: Record, before: Crank, choice: Choice, tell: Notify) -> dict[str, tuple[str, bytes]]:
     """Return the pages, sheets and pictures of a run."""
     if not choice.kinds:
         return {}

@@ -9,12 +9,13 @@ from typing import Any
 
 import numpy as np
 
-from autobalance.api.progress import Progress, telling
+from autobalance.api.progress import telling
 from autobalance.api.result import VerbResult, report_head
 from autobalance.crank.connecting_rod import MeasuredRod, measure_rod
 from autobalance.crank.recognition.rod_eyes import Eye, RodEyes
 from autobalance.engine.slider_crank import SliderCrank
 from autobalance.errors import JobError, RecognitionError
+from autobalance.runtime import Progress
 from autobalance.solid.formats.read import read
 from autobalance.units import G_PER_MM3_PER_KG_M3, RAD_S_PER_RPM
 

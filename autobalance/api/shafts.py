@@ -7,7 +7,6 @@ from typing import TYPE_CHECKING, Any
 
 from autobalance.api.engine_case import job_head, request
 from autobalance.api.options import place_mm
-from autobalance.api.progress import Progress
 from autobalance.api.result import Plots, VerbResult
 from autobalance.engine.balance_factor import LEAST_DIRECTION
 from autobalance.engine.complete_balance import BoltOnWeight
@@ -29,6 +28,7 @@ from autobalance.job import JobSource
 from autobalance.job.model import BalanceShaftEntry
 from autobalance.machine_models import engine_from_job
 from autobalance.machine_models.engine_from_job import moment_reference_mm, shaft_ends_mm
+from autobalance.runtime import Progress
 
 if TYPE_CHECKING:
     from autobalance.api.crank import Crank

@@ -8,9 +8,10 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from autobalance.api.engine_case import job_set
-from autobalance.api.progress import Progress, telling, untold
+from autobalance.api.progress import telling
 from autobalance.api.result import Plots, Values, VerbResult, report_head
 from autobalance.errors import JobError
+from autobalance.runtime import Progress, no_progress
 
 if TYPE_CHECKING:
     from autobalance.api.crank import Crank
@@ -124,7 +125,7 @@ def study(
         studied = studied_plan(job, crank, telling(progress), settings)
         plan = studied.plan
         sampler = Sampler(samples, seed, plan.job.study.sampling, exact)
-        answer = study_of(plan, sampler, target, pool, progress or untold)
+        answer = study_of(plan, sampler, target, pool, progress or no_progress)
     values = study_values(answer, seed, studied.report_sha256)
     missed = plan.result.outcome == ABOVE or (target is not None and answer.probability < target)
     told = job_set(plan.job)

@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from hashlib import sha256
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from autobalance.errors import ClaimError, FileError, FormatError
+from autobalance.runtime import Notify
 
 if TYPE_CHECKING:
     from autobalance.api.crank import Crank
@@ -16,7 +17,6 @@ if TYPE_CHECKING:
     from autobalance.studies.plan import Plan
     from autobalance.verification.claims import Claims
 
-Tell = Callable[[str], None]
 SAME_MM, SAME_SHARE = 1e-6, 1e-6
 """How far the depths [mm] and the residual (as a share of the permissible value) of a report may be off those
 that its job gives again."""
@@ -33,7 +33,7 @@ class StudiedPlan:
 def studied_plan(
     job: JobSource,
     crank: Crank | None,
-    tell: Tell,
+    tell: Notify,
     settings: Sequence[str] = (),
 ) -> StudiedPlan:
     """Return the plan of a job (``crank`` in place of its file), or of a report of ``balance`` or ``recut``.
@@ -54,7 +54,7 @@ def studied_plan(
     return StudiedPlan(_of_job(jobs.given(job, settings), crank, tell))
 
 
-def _of_job(job: Job, crank: Crank | None, tell: Tell) -> Plan:
+def _of_job(job: Job, crank: Crank | None, tell: Notify) -> Plan:
     from autobalance.studies.plan import planned
 
     if crank is None:
@@ -68,7 +68,7 @@ def _of_job(job: Job, crank: Crank | None, tell: Tell) -> Plan:
     return planned(job, tell, measured)
 
 
-def _of_report(path: Path, tell: Tell, settings: Sequence[str]) -> StudiedPlan:
+def _of_report(path: Path, tell: Notify, settings: Sequence[str]) -> StudiedPlan:
     """Make a report's plan again from what it says, and see that it is the same."""
     from autobalance.verification.claims import Claims
     from autobalance.verification.report_file import read_report
@@ -107,7 +107,7 @@ def _check_solid(path: Path, claims: Claims) -> None:
         raise ClaimError(f"{path.name}: {solid} is not the solid of this report: its sha256 differs")
 
 
-def _balanced_again(path: Path, claims: Claims, job: Job, tell: Tell) -> Plan:
+def _balanced_again(path: Path, claims: Claims, job: Job, tell: Notify) -> Plan:
     from autobalance.studies.plan import planned
     from autobalance.verification.solids import input_path
 

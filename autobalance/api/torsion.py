@@ -11,7 +11,6 @@ import numpy as np
 
 from autobalance import job as jobs
 from autobalance.api.engine_case import job_set, request
-from autobalance.api.progress import Progress
 from autobalance.api.result import Plots, Values, VerbResult, report_head
 from autobalance.dynamics.torsion_chain import (
     TorsionChain,
@@ -35,6 +34,7 @@ from autobalance.job.toml.keys import named_in
 from autobalance.job.toml.settings import with_settings
 from autobalance.machine_models.torsion_from_job import CrankChain, crank_chain
 from autobalance.report.rotor import torsion_values
+from autobalance.runtime import Progress
 
 if TYPE_CHECKING:
     from autobalance.api.crank import Crank

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 from autobalance import correction
@@ -18,6 +18,7 @@ from autobalance.crank.anatomy import Anatomy
 from autobalance.errors import CorrectionError
 from autobalance.planning.milp import greatest_multiple
 from autobalance.rigid_rotor.tolerance import Tolerance
+from autobalance.runtime import Notify
 
 MOST_CAPACITY = 64.0
 """Multiples of the initial unbalance beyond which capacity is plenty."""
@@ -100,7 +101,7 @@ def compare(
     limits: Mapping[str, Limits],
     prefer: Prefer = "simple",
     mixes: Sequence[tuple[str, ...]] | None = None,
-    progress: Callable[[str], None] = lambda _: None,
+    progress: Notify = lambda _: None,
 ) -> list[Row]:
     """Balance one crank by each kind and mix in turn.
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import Literal
 
@@ -27,6 +27,7 @@ from autobalance.rigid_rotor.moments import Moments
 from autobalance.rigid_rotor.tolerance import Tolerance
 from autobalance.rigid_rotor.unbalance import Unbalance
 from autobalance.rigid_rotor.uncertainty import Budget
+from autobalance.runtime import Notify
 from autobalance.solid.csg.solid import Solid, union
 from autobalance.solid.soundness.boolean_slivers import without_flakes
 
@@ -112,7 +113,7 @@ def balance(
     tolerance: Tolerance,
     methods: Sequence[Limits],
     measure: Measure = in_memory,
-    progress: Callable[[str], None] = lambda _: None,
+    progress: Notify = lambda _: None,
     prefer: Prefer = "simple",
     advise: bool = True,
     offers: Offers = correction.offer,

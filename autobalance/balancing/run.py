@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Callable
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
@@ -38,7 +37,7 @@ from autobalance.machine_models.measured import Crank
 from autobalance.rigid_rotor.moments import Moments
 from autobalance.rigid_rotor.tolerance import Tolerance
 from autobalance.rigid_rotor.unbalance import Unbalance
-from autobalance.runtime import Stopwatch, in_thread
+from autobalance.runtime import Notify, Stopwatch, in_thread
 from autobalance.solid.csg.solid import Solid
 from autobalance.solid.formats.read import Source
 
@@ -46,10 +45,8 @@ if TYPE_CHECKING:
     from autobalance.dynamics.staged_assembly import AssemblyStage
     from autobalance.engine.cycle.analysis import CycleAnalysis
 
-Progress = Callable[[str], None]
 
-
-def balanced_record(job: Job, crank: Crank, watch: Stopwatch, progress: Progress) -> Record:
+def balanced_record(job: Job, crank: Crank, watch: Stopwatch, progress: Notify) -> Record:
     """Balance a measured crank; return what the report needs.
 
     Raises
@@ -140,7 +137,7 @@ def _overbalance(job: Job, rotor: Rotor, tolerance: Tolerance, result: Result) -
 class _Stages:
     """Tell the user what the loop says, and count its time for planning or cutting."""
 
-    def __init__(self, watch: Stopwatch, progress: Progress) -> None:
+    def __init__(self, watch: Stopwatch, progress: Notify) -> None:
         self._watch, self._progress = watch, progress
         self._stage, self._since = "plan", time.perf_counter()
 
@@ -170,7 +167,7 @@ class Compared:
     warnings: tuple[str, ...]
 
 
-def compare_job(job: Job, progress: Progress, given: Crank | None = None) -> Compared:
+def compare_job(job: Job, progress: Notify, given: Crank | None = None) -> Compared:
     """Try every kind of correction and the useful mixes on a job's crank, or on the one ``given``.
 
     Raises

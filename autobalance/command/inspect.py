@@ -22,7 +22,7 @@ from autobalance.errors import JobError, UsageError
 if TYPE_CHECKING:
     from autobalance.api.inspect import InspectResult
     from autobalance.api.inspect_sections import TableOptions
-    from autobalance.api.progress import Progress
+    from autobalance.runtime import Progress
 
 STEEL_KG_M3 = 7850.0
 CRANKPIN_IN_FILE = {"yes": True, "no": False, None: None}

@@ -10,7 +10,7 @@ from contextlib import contextmanager
 from typing import Literal, TextIO
 
 from autobalance.api.progress import BALANCED_BEFORE
-from autobalance.api.progress import Progress as Told
+from autobalance.runtime import Progress
 
 Mode = Literal["quiet", "usual", "verbose"]
 
@@ -29,7 +29,7 @@ def mode_of(arguments: argparse.Namespace) -> Mode:
     return "quiet" if arguments.quiet else "verbose" if arguments.verbose else "usual"
 
 
-class Progress:
+class ProgressLine:
     """A progress line on standard error; ``done`` takes it away.
 
     Usual: one line on a terminal, nothing elsewhere. Verbose: a kept line for each step, anywhere.
@@ -70,13 +70,13 @@ class Progress:
 
 
 @contextmanager
-def shown(mode: Mode = "usual") -> Iterator[Told]:
+def shown(mode: Mode = "usual") -> Iterator[Progress]:
     """Show progress while the block runs; yields what a public function takes as ``progress``."""
-    progress = Progress(mode)
+    line = ProgressLine(mode)
     try:
-        yield progress
+        yield line
     finally:
-        progress.done()
+        line.done()
 
 
 def _share(text: str, done_before: Sequence[tuple[str, float]]) -> float:

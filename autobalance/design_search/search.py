@@ -19,6 +19,7 @@ from autobalance.design_search.problem import Problem
 from autobalance.design_search.strength_model import Analysed
 from autobalance.design_search.tasks import each_done, problem_of
 from autobalance.errors import FileError
+from autobalance.runtime import Progress, no_progress
 from autobalance.studies.workers import InThisProcess, Workers
 
 Array = NDArray[np.float64]
@@ -67,7 +68,7 @@ def searched(
     known: Sequence[Generation],
     keep: Callable[[Generation], None],
     workers: Workers | None = None,
-    progress: Callable[[str, float], object] = lambda _words, _share: None,
+    progress: Progress = no_progress,
 ) -> Found:
     """Return every design that was looked at.
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Literal
@@ -20,9 +20,9 @@ from autobalance.fem_analysis.mesher import (
 )
 from autobalance.fem_analysis.modes import Kind, modes_of
 from autobalance.fem_analysis.statics import Hold, Load, StaticResult, held_dofs, static_analysis
+from autobalance.runtime import Progress, no_progress
 
 Array = NDArray[np.float64]
-Progress = Callable[[str, float], object]
 
 SHARE_OF_RADIUS_FOR_STRESS = 0.12
 """Stress concentrates where a surface is curved: 52 elements a turn, at a fillet 13."""
@@ -97,7 +97,7 @@ class Answer:
     stress: Stress | None = None
 
 
-def analysed(question: Question, progress: Progress = lambda _words, _share: None) -> Answer:
+def analysed(question: Question, progress: Progress = no_progress) -> Answer:
     """Analyse a solid on three meshes.
 
     Raises

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
@@ -17,6 +16,7 @@ from autobalance.fem_analysis.twist import TwistStiffness, twist_stiffness
 from autobalance.machine_models.crankpins import with_crankpins
 from autobalance.machine_models.measured import Crank
 from autobalance.machine_models.solid_meshes import bodies_of_solid
+from autobalance.runtime import Progress, no_progress
 from autobalance.solid.csg.solid import Solid
 
 COARSER = 1.5
@@ -26,7 +26,6 @@ SHARES_OF_RADIUS = (0.4, 0.3)
 SAME = 1e-5
 """Throws whose volume, first and second moments agree to this share are alike."""
 Array = NDArray[np.float64]
-Progress = Callable[[str, float], object]
 
 
 @dataclass(frozen=True)
@@ -42,7 +41,7 @@ def throw_twists(
     youngs_mpa: float,
     shear_mpa: float,
     size_mm: float | None,
-    progress: Progress = lambda _words, _share: None,
+    progress: Progress = no_progress,
 ) -> list[ThrowTwist]:
     """Return the torsional stiffness of every throw by quadratic tetrahedra on three meshes.
 

@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Collection, Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
+from autobalance.runtime import Notify
 from autobalance.solid.csg.solid import Solid
 
 if TYPE_CHECKING:
@@ -41,7 +42,7 @@ def bundle(
     after: Solid | None,
     tools: Sequence[Solid],
     choice: Choice,
-    told: Callable[[str], None] = lambda _: None,
+    told: Notify = lambda _: None,
 ) -> dict[str, tuple[str, bytes]]:
     """Return the chosen files: key in ``outputs`` → name and bytes.
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from autobalance.engine.balance_factor import LEAST_DIRECTION, factor_direction_g_mm
 from autobalance.job.model import Sampling
 from autobalance.machine_models import rotor_from_job
+from autobalance.runtime import Progress, no_progress
 from autobalance.studies.advice import AdviceStep, advise
 from autobalance.studies.causes import Causes, causes_of
 from autobalance.studies.draws import Z_95
@@ -108,7 +109,7 @@ def study_of(
     sampler: Sampler,
     target: float | None,
     workers: Workers | None = None,
-    progress: Callable[[str, float], object] = lambda _words, _share: None,
+    progress: Progress = no_progress,
 ) -> StudyAnswer:
     """Draw cranks to a plan and judge them.
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass
 
 from autobalance.balancing.loop import Result
@@ -16,7 +15,7 @@ from autobalance.machine_models.measured import Crank
 from autobalance.rigid_rotor.moments import Moments
 from autobalance.rigid_rotor.tolerance import Tolerance
 from autobalance.rigid_rotor.unbalance import Unbalance
-from autobalance.runtime import Stopwatch
+from autobalance.runtime import Notify, Stopwatch
 
 
 @dataclass(frozen=True, eq=False)
@@ -50,7 +49,7 @@ class Plan:
         return self.result.final_moments
 
 
-def planned(job: Job, progress: Callable[[str], None], crank: Crank | None = None) -> Plan:
+def planned(job: Job, progress: Notify, crank: Crank | None = None) -> Plan:
     """Balance a job's crank; ``crank`` is in the place of its file.
 
     Raises

@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, cast
 
 import numpy as np
 
 from autobalance.errors import JobError
+from autobalance.runtime import Notify
 from autobalance.web_app.prediction import checked_cuts
 
 if TYPE_CHECKING:
@@ -63,7 +64,7 @@ def tried(
     model: Mapping[str, Any],
     depths_mm: Sequence[Any],
     turns_deg: Sequence[Any],
-    tell: Callable[[str], None],
+    tell: Notify,
 ) -> Trial:
     """Cut a job's crank to these depths and turns, and measure what its file holds.
 

@@ -18,6 +18,7 @@ if TYPE_CHECKING:
     from autobalance.api.crank import Crank
     from autobalance.api.result import VerbResult
     from autobalance.job.model import Crankshaft
+    from autobalance.runtime import Progress
     from autobalance.solid.csg.solid import Solid
 
 MESH = "mesh.bin"
@@ -31,7 +32,6 @@ CARD_PIXELS = (560, 380)
 SEEN = 0.2
 """The share of ``inspect`` at which its solid can be looked at."""
 
-Told = Callable[[str, float], None]
 Asked = dict[str, Any]
 
 
@@ -90,7 +90,7 @@ def _limit_memory(memory_mb: int) -> None:
 # --- verbs --------------------------------------------------------------------------------------------------
 
 
-def _inspect(asked: Asked, place: Place, tell: Told) -> int:
+def _inspect(asked: Asked, place: Place, tell: Progress) -> int:
     import autobalance as ab
     from autobalance.web_app.meshes import recognised_mesh
 
@@ -103,7 +103,7 @@ def _inspect(asked: Asked, place: Place, tell: Told) -> int:
     return 0
 
 
-def _read(table: Asked, place: Place, tell: Told) -> Crank:
+def _read(table: Asked, place: Place, tell: Progress) -> Crank:
     """Read and measure the crank of a job; its solid is there to be looked at before it is recognised."""
     from autobalance.api.crank import Crank
     from autobalance.balancing.measured_crank import measure_crank
@@ -145,14 +145,14 @@ def _unrecognised(crankshaft: Crankshaft) -> bytes:
     return bare_mesh(mesh, cylinder_candidates(mesh))
 
 
-def _balance(asked: Asked, place: Place, tell: Told) -> int:
+def _balance(asked: Asked, place: Place, tell: Progress) -> int:
     import autobalance as ab
 
     result = ab.balance(ab.Job.from_dict(asked["job"], folder=place.project), progress=tell)
     return _written(result, place, tell)
 
 
-def _recut(asked: Asked, place: Place, tell: Told) -> int:
+def _recut(asked: Asked, place: Place, tell: Progress) -> int:
     import autobalance as ab
 
     report = place.results.parent / asked["run"] / REPORT
@@ -161,7 +161,7 @@ def _recut(asked: Asked, place: Place, tell: Told) -> int:
     return _written(result, place, tell)
 
 
-def _written(result: BalanceResult, place: Place, tell: Told) -> int:
+def _written(result: BalanceResult, place: Place, tell: Progress) -> int:
     """Write what the command writes, and what the page shows of it."""
     from autobalance.web_app.meshes import result_view
     from autobalance.web_app.prediction import linear_model
@@ -186,7 +186,7 @@ def _drawing(result: BalanceResult) -> bytes | None:
         return None
 
 
-def _cut(asked: Asked, place: Place, tell: Told) -> int:
+def _cut(asked: Asked, place: Place, tell: Progress) -> int:
     """Make the cuts of a result as they were dragged on the page, and measure them."""
     import autobalance as ab
     from autobalance.web_app.trial import tried
@@ -204,7 +204,7 @@ def _cut(asked: Asked, place: Place, tell: Told) -> int:
     return 0
 
 
-def _compare(asked: Asked, place: Place, tell: Told) -> int:
+def _compare(asked: Asked, place: Place, tell: Progress) -> int:
     """Compare the kinds; those that come within tolerance are drawn."""
     import autobalance as ab
     from autobalance.api.crank import Crank
@@ -254,13 +254,13 @@ def _bundled(result: BalanceResult, kind: str) -> dict[str, tuple[str, bytes]]:
     return bundle(showable(result.report), before, ended.solid, ended.tools, Choice((kind,)))
 
 
-def _forces(asked: Asked, place: Place, tell: Told) -> int:
+def _forces(asked: Asked, place: Place, tell: Progress) -> int:
     import autobalance as ab
 
     return _plotted(ab.forces(ab.Job.from_dict(asked["job"], folder=place.project), progress=tell), place)
 
 
-def _cycle(asked: Asked, place: Place, tell: Told) -> int:
+def _cycle(asked: Asked, place: Place, tell: Progress) -> int:
     import autobalance as ab
 
     return _plotted(ab.cycle(ab.Job.from_dict(asked["job"], folder=place.project), progress=tell), place)
@@ -285,7 +285,7 @@ def _report(place: Place, result: VerbResult) -> None:
     (place.results / REPORT).write_text(result.json(), encoding="utf-8")
 
 
-VERBS: dict[str, Callable[[Asked, Place, Told], int]] = {
+VERBS: dict[str, Callable[[Asked, Place, Progress], int]] = {
     "inspect": _inspect,
     "balance": _balance,
     "recut": _recut,

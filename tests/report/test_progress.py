@@ -5,7 +5,7 @@ from pathlib import Path
 
 import pytest
 
-from autobalance.command.progress import Progress
+from autobalance.command.progress import ProgressLine
 from tests import jobs
 
 
@@ -16,7 +16,7 @@ class Terminal(io.StringIO):
 
 def told(mode: str, stream: io.StringIO) -> str:
     times = iter([0.0, 0.1, 2.0, 6.0, 7.0])
-    progress = Progress(mode, stream, lambda: next(times))  # type: ignore[arg-type]
+    progress = ProgressLine(mode, stream, lambda: next(times))  # type: ignore[arg-type]
     for text in ("reading the crank", "cutting, pass 1", "writing"):
         progress(text)
     progress.done()
