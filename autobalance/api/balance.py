@@ -15,7 +15,6 @@ from autobalance.api.result import VerbResult
 from autobalance.api.result_files import (
     REPORT,
     Staged,
-    choice_of,
     committed,
     measured_of,
     solid_name,
@@ -28,7 +27,9 @@ from autobalance.errors import FileError, JobError
 from autobalance.job import JobSource
 from autobalance.job.model import Job
 from autobalance.machine_models.measured import Crank as MeasuredCrank
-from autobalance.report.bundle import FILES, Choice
+from autobalance.report.bundle import choice_of
+from autobalance.report.material import Choice
+from autobalance.report.output_kinds import page_names
 from autobalance.runtime import Notify, Progress, Stopwatch, load_in_thread
 
 if TYPE_CHECKING:
@@ -145,8 +146,8 @@ class BalanceResult(VerbResult):
         folder : path
             Made where it is missing.
         only : tuple of str or None
-            Pages wanted beside solid and report: ``html``, ``pdf``, ``xlsx``, ``png``, ``dxf``; ``json``
-            alone is none of them; None: all but ``dxf``.
+            Kinds of file wanted beside the solid: ``html``, ``pdf``, ``xlsx``, ``png``, ``dxf``. ``json``,
+            the report, is always written. None: all but ``dxf``.
         paper : str
             ``A4`` or ``Letter``, for ``sheet.pdf``.
         units : str
@@ -330,7 +331,7 @@ def balance_to_files(
     """
     copy = None if json_file in (None, "-") else Path(str(json_file))
     choice = choice or Choice(kinds=())
-    pages = [folder / name for name in FILES.values()]
+    pages = [folder / name for name in page_names()]
     solid_path = folder / solid_name(job)
     targets = [folder / REPORT, solid_path, *pages] + ([copy] if copy else [])
     _refuse_overwriting(targets, [job.path, *([job.crankshaft.file] if job.crankshaft.file else [])])

@@ -64,12 +64,12 @@ def balance_row(task: RowTask) -> RowOutcome:
 def _balanced(task: RowTask) -> tuple[Mapping[str, bytes], int, str]:
     from autobalance.api.balance import run
     from autobalance.api.crank import Crank
-    from autobalance.api.result_files import choice_of
+    from autobalance.report.bundle import choice_of
     from autobalance.runtime import Stopwatch
 
     crankshaft = task.job.crankshaft
     result = run(task.job, Crank(_recognised(task), crankshaft), lambda _words: None, Stopwatch())
-    choice = choice_of(task.only, "A4", "metric", None)
+    choice = choice_of(task.only, "A4", "metric")
     kept = _InMemory()
     result.staged(Path(), choice, lambda _words: None, kept)
     return kept.kept, result.exit_code, one_line(result.reason or "")

@@ -74,9 +74,9 @@ class BatchRun:
     def __init__(
         self, folder: Path, listed: BatchList, only: tuple[str, ...], progress: Progress | None
     ) -> None:
-        from autobalance.api.result_files import choice_of
+        from autobalance.report.bundle import choice_of
 
-        choice_of(only, "A4", "metric", None)  # refuses unknown kinds before anything is run
+        choice_of(only, "A4", "metric")  # refuses unknown kinds before anything is run
         self.folder, self.listed, self.only, self._progress = folder, listed, only, progress
         self.lines: dict[str, Values] = {}
         self.taken_over = 0

@@ -17,8 +17,8 @@ from autobalance.runtime import Notify, Progress, Stopwatch
 
 if TYPE_CHECKING:
     from autobalance.report.balance.stage_values import StageNotes
-    from autobalance.report.bundle import Choice
     from autobalance.report.files import Staging
+    from autobalance.report.material import Choice
 
 MOST_STAGES = 10
 HISTORY = "history.html"

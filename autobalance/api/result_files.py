@@ -5,7 +5,6 @@
 
 from __future__ import annotations
 
-import datetime
 import hashlib
 import os
 import time
@@ -13,9 +12,9 @@ from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Protocol
 
-from autobalance.errors import FormatError
-from autobalance.report.bundle import KINDS, USUAL, Choice, bundle
+from autobalance.report.bundle import bundle
 from autobalance.report.files import Staging
+from autobalance.report.material import Choice, Material
 from autobalance.runtime import Notify
 
 if TYPE_CHECKING:
@@ -41,26 +40,6 @@ class Ended(Protocol):
     def staged(self, folder: Path, choice: Choice, tell: Notify, staging: Staging) -> Staged:
         """Stage all files for a folder."""
         ...
-
-
-def choice_of(only: tuple[str, ...] | None, paper: str, units: str, date: str | None) -> Choice:
-    """Return which pages are wanted.
-
-    Raises
-    ------
-    FormatError
-        If a kind, the paper or the units are not known.
-    """
-    known = ("json", *KINDS)
-    for kind in only or ():
-        if kind not in known:
-            raise FormatError(f"only names {kind!r}; known are {', '.join(known)}")
-    if paper not in ("A4", "Letter"):
-        raise FormatError(f"paper is {paper!r}; needed A4 or Letter")
-    if units not in ("metric", "inch"):
-        raise FormatError(f"units are {units!r}; needed metric or inch")
-    kinds = tuple(kind for kind in KINDS if kind in (USUAL if only is None else only))
-    return Choice(kinds, paper, units, datetime.date.today().isoformat() if date is None else date)
 
 
 # --- as it would be written ---------------------------------------------------------------------------------
@@ -214,4 +193,4 @@ def _pages(record: Record, before: Crank, choice: Choice, tell: Notify) -> dict[
     assert record.balanced is not None
     cut = record.balanced.result
     values = showable(report(record))
-    return bundle(values, before.measured.source.solid, cut.to_show, cut.tools, choice, tell)
+    return bundle(Material(values, choice, before.measured.source.solid, cut.to_show, cut.tools, tell))

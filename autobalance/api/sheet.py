@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import datetime
 import hashlib
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
@@ -12,13 +11,14 @@ from typing import TYPE_CHECKING, Any
 from autobalance.api.result import Values, VerbResult, report_head
 from autobalance.errors import FormatError
 from autobalance.report.files import Staging
+from autobalance.report.output_kinds import KINDS
 
 if TYPE_CHECKING:
-    from autobalance.report.bundle import Choice
+    from autobalance.report.material import Choice
+    from autobalance.solid.csg.solid import Solid
 
-SHEETS = {"pdf": "sheet.pdf", "dxf": "drawing.dxf"}
-PAPERS = ("A4", "Letter")
-UNIT_SYSTEMS = ("metric", "inch")
+SHEETS = {name: KINDS[name].files[name] for name in ("pdf", "dxf")}
+"""The kinds that a report and its solid are enough for → their files."""
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -109,28 +109,23 @@ def sheet(
 
 
 def _choice(only: Sequence[str], paper: str, units: str, date: str | None) -> Choice:
-    from autobalance.report.bundle import Choice
+    from autobalance.report.bundle import choice_of
 
-    for name, value, known in (
-        *(("only", kind, tuple(SHEETS)) for kind in only),
-        ("paper", paper, PAPERS),
-        ("units", units, UNIT_SYSTEMS),
-    ):
-        if value not in known:
-            raise FormatError(f"{name} is {value!r}; needed one of {', '.join(known)}")
-    if "dxf" in only:
-        from autobalance.report.sheet.dxf import require_ezdxf
-
-        require_ezdxf()
-    return Choice(tuple(only), paper, units, datetime.date.today().isoformat() if date is None else date)
+    for kind in only:
+        if kind not in SHEETS:
+            raise FormatError(f"only is {kind!r}; expected one of {', '.join(SHEETS)}")
+    return choice_of(only, paper, units, date)
 
 
-def _drawn(values: Values, solid: Any, frame: Any, choice: Choice) -> dict[str, bytes]:
+def _drawn(values: Values, solid: Solid, frame: Any, choice: Choice) -> dict[str, bytes]:
     from autobalance.report.balance.values import showable
-    from autobalance.report.bundle import paper
+    from autobalance.report.bundle import bundle
+    from autobalance.report.material import Material
     from autobalance.report.sheet.drawing import drawn
     from autobalance.report.sheet.listed_metal import listed_metal
 
     shown = showable(values)
     left = solid.moved(frame)
-    return paper(shown, drawn(shown, left.mesh, listed_metal(shown, left)), choice)
+    outlines = drawn(shown, left.mesh, listed_metal(shown, left))
+    made = bundle(Material(shown, choice, left, None, (), lambda _: None, outlines))
+    return {kind: data for kind, (_, data) in made.items()}

@@ -5,7 +5,7 @@ from __future__ import annotations
 import argparse
 from pathlib import Path
 
-from autobalance.command.options import add_json, add_pages, add_set, add_units, choice_of
+from autobalance.command.options import add_json, add_pages, add_set, add_units, chosen_pages
 from autobalance.command.progress import add_progress, mode_of
 
 
@@ -30,7 +30,7 @@ def run(arguments: argparse.Namespace) -> int:
 
     asked = job.load(arguments.job, arguments.settings)
     folder = Path(arguments.output) if arguments.output else default_folder(asked.path)
-    done = balanced(asked, folder, arguments.json, choice_of(arguments), mode_of(arguments))
+    done = balanced(asked, folder, arguments.json, chosen_pages(arguments), mode_of(arguments))
     from autobalance.report.balance.text import balance_text
     from autobalance.report.balance.values import dumps
     from autobalance.report.display_units import ON_SCREEN

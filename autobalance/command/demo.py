@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from autobalance.command.options import add_units, today
+from autobalance.command.options import add_units
 
 
 @dataclass(frozen=True)
@@ -43,11 +43,11 @@ def run(arguments: argparse.Namespace) -> int:
     from autobalance.bundled import bundled_folder
     from autobalance.command.console import called_as, say
     from autobalance.command.finish import balanced
-    from autobalance.report.bundle import Choice
+    from autobalance.report.bundle import choice_of
     from autobalance.report.display_units import ON_SCREEN
 
     output = Path(arguments.output)
-    choice = Choice(units=arguments.units, date=today())
+    choice = choice_of(None, "A4", arguments.units)
     jobs = bundled_folder() / "crf250r" / "drafted"
     done = []
     for case in CASES:

@@ -17,7 +17,7 @@ if TYPE_CHECKING:
     from autobalance.api.result import VerbResult
     from autobalance.command.progress import Mode
     from autobalance.job import Job
-    from autobalance.report.bundle import Choice
+    from autobalance.report.material import Choice
 
 
 def finish(

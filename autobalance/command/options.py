@@ -6,9 +6,10 @@ import argparse
 from typing import TYPE_CHECKING, Any
 
 from autobalance.errors import UsageError
+from autobalance.report.output_kinds import KINDS, choices
 
 if TYPE_CHECKING:
-    from autobalance.report.bundle import Choice
+    from autobalance.report.material import Choice
 
 
 def add_json(parser: argparse.ArgumentParser) -> None:
@@ -111,56 +112,43 @@ def add_plots(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--plots", metavar="DIR", help="write plots to DIR, each as SVG and PNG")
 
 
-PAGE_KINDS = ("json", "html", "pdf", "xlsx", "png", "dxf")
-
-
 def add_pages(parser: argparse.ArgumentParser) -> None:
-    """Add the options that choose the files for people."""
+    """Offer ``--only``, ``--no-report`` and ``--paper``, which choose the files for people."""
+    left_out = [name for name, kind in KINDS.items() if not kind.is_usual]
     which = parser.add_mutually_exclusive_group()
     which.add_argument(
         "--only",
         metavar="LIST",
         type=kinds_of,
-        help="write only these beside the solid: json, html, pdf, xlsx, png, dxf "
-        "(default: all but dxf; json always)",
+        help=f"write only these kinds of file beside the solid, of {', '.join(choices())} "
+        f"(default: all but {', '.join(left_out)}; json is always written)",
     )
     which.add_argument(
         "--no-report",
         action="store_true",
         help="write the solid and report.json only: no page, sheet or picture",
     )
-    parser.add_argument("--paper", choices=("A4", "Letter"), default="A4", help="paper of sheet.pdf (A4)")
+    parser.add_argument(
+        "--paper", choices=("A4", "Letter"), default="A4", help="paper of sheet.pdf (default A4)"
+    )
 
 
 def kinds_of(text: str) -> tuple[str, ...]:
-    """Return the kinds of pages that a list with commas names."""
+    """Return the kinds of output that a list with commas names."""
     kinds = tuple(word.strip() for word in text.split(",") if word.strip())
     for kind in kinds:
-        if kind not in PAGE_KINDS:
-            raise argparse.ArgumentTypeError(f"{kind!r} is none of {', '.join(PAGE_KINDS)}")
+        if kind not in choices():
+            raise argparse.ArgumentTypeError(f"{kind!r} is none of {', '.join(choices())}")
     if not kinds:
-        raise argparse.ArgumentTypeError(f"name at least one of {', '.join(PAGE_KINDS)}")
+        raise argparse.ArgumentTypeError(f"name at least one of {', '.join(choices())}")
     return kinds
 
 
-def choice_of(arguments: argparse.Namespace) -> Choice:
+def chosen_pages(arguments: argparse.Namespace) -> Choice:
     """Return which files the arguments ask for."""
-    from autobalance.report.bundle import KINDS, USUAL, Choice
+    from autobalance.report.bundle import choice_of
 
-    asked = () if arguments.no_report else USUAL if arguments.only is None else arguments.only
-    kinds = tuple(kind for kind in KINDS if kind in asked)
-    if "dxf" in kinds:
-        from autobalance.report.sheet.dxf import require_ezdxf
-
-        require_ezdxf()
-    return Choice(kinds, arguments.paper, arguments.units, today())
-
-
-def today() -> str:
-    """Return the date for printed sheets."""
-    import datetime
-
-    return datetime.date.today().isoformat()
+    return choice_of(() if arguments.no_report else arguments.only, arguments.paper, arguments.units)
 
 
 def add_suggest(parser: argparse.ArgumentParser, says: str) -> None:

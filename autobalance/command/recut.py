@@ -5,7 +5,7 @@ from __future__ import annotations
 import argparse
 from pathlib import Path
 
-from autobalance.command.options import add_json, add_pages, add_units, choice_of
+from autobalance.command.options import add_json, add_pages, add_units, chosen_pages
 from autobalance.command.progress import add_progress, mode_of
 
 
@@ -54,7 +54,7 @@ def run(arguments: argparse.Namespace) -> int:
         if (folder / "report.json").resolve() == Path(arguments.report).resolve():
             raise UsageError(f"{folder} holds the report that is read; choose another folder with -o")
         with staging_for(folder, copy) as staging:
-            choice, tell = choice_of(arguments), telling(progress)
+            choice, tell = chosen_pages(arguments), telling(progress)
             values, files = committed(result, folder, choice, tell, staging, copy)
     for text in result.warnings:
         warn(text)

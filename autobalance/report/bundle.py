@@ -2,104 +2,41 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Mapping, Sequence
-from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+import datetime
+from collections.abc import Collection
 
-from autobalance.runtime import Notify
-from autobalance.solid.csg.solid import Solid
+from autobalance.errors import FormatError
+from autobalance.report.material import Choice, Material
+from autobalance.report.output_kinds import KINDS, choices, usual
 
-if TYPE_CHECKING:
-    from autobalance.report.sheet.drawing import Drawings
-
-KINDS = ("html", "pdf", "xlsx", "png", "dxf")
-"""What can be chosen; ``report.json`` is always written."""
-USUAL = ("html", "pdf", "xlsx", "png")
-"""What is written where nothing is chosen; drawings for CAD need an extra."""
-FILES = {
-    "html": "report.html",
-    "pdf": "sheet.pdf",
-    "xlsx": "balance.xlsx",
-    "dxf": "drawing.dxf",
-    "png_before": "crank-before.png",
-    "png_after": "crank-after.png",
-}
+PAPERS = ("A4", "Letter")
+UNIT_SYSTEMS = ("metric", "inch")
 
 
-@dataclass(frozen=True)
-class Choice:
-    """Which files, on what paper, in which units, with which date on them."""
+def choice_of(only: Collection[str] | None, paper: str, units: str, date: str | None = None) -> Choice:
+    """Return the choice that a caller names: None for the usual kinds, and for today.
 
-    kinds: Collection[str] = USUAL
-    paper: Any = "A4"
-    units: Any = "metric"
-    date: str = ""
-
-
-def bundle(
-    report: Mapping[str, Any],
-    before: Solid,
-    after: Solid | None,
-    tools: Sequence[Solid],
-    choice: Choice,
-    told: Notify = lambda _: None,
-) -> dict[str, tuple[str, bytes]]:
-    """Return the chosen files: key in ``outputs`` → name and bytes.
-
-    Parameters
-    ----------
-    report : mapping
-        As written to JSON.
-    before, after : Solid
-        File coordinates [mm]; ``after`` None where nothing was cut.
-    tools : sequence of Solid
-        The tool body of each correction, file coordinates.
-    choice : Choice
-    told : callable
-        Told in a few words what runs.
+    Raises
+    ------
+    FormatError
+        If a kind, the paper or the units are not known, or a kind's extra is not installed.
     """
-    wanted = set(choice.kinds)
-    made: dict[str, bytes] = {}
-    if not wanted:
-        return {}
-    if wanted & {"html", "pdf", "png", "dxf"}:
-        from autobalance.report.page.shown import Shown
-
-        shown = Shown.of(report, before, after, tools)
-    if wanted & {"png", "html"}:
-        from autobalance.report.pictures.picture import pictures
-
-        told("drawing pictures")
-        images = pictures(report, before.mesh, shown.body, shown.pieces)
-        if "png" in wanted:
-            made["png_before"], made["png_after"] = images
-    if "html" in wanted:
-        from autobalance.report.page.html import page
-
-        told("writing the page")
-        made["html"] = page(report, shown.body, shown.pieces, images[0], shown.note).encode()
-    if wanted & {"pdf", "dxf"}:
-        from autobalance.report.sheet.drawing import drawings
-
-        told("drawing the shop sheet")
-        made |= paper(report, drawings(report, before, shown.pieces), choice)
-    if "xlsx" in wanted:
-        from autobalance.report.balance.workbook import xlsx
-
-        told("writing the workbook")
-        made["xlsx"] = xlsx(report)
-    return {key: (name, made[key]) for key, name in FILES.items() if key in made}
+    asked = [("only names", kind, choices()) for kind in only or ()]
+    asked += [("paper is", paper, PAPERS), ("units is", units, UNIT_SYSTEMS)]
+    for words, value, known in asked:
+        if value not in known:
+            raise FormatError(f"{words} {value!r}; expected one of {', '.join(known)}")
+    kinds = tuple(kind for kind in KINDS if kind in (usual() if only is None else only))
+    for kind in kinds:
+        KINDS[kind].require()
+    return Choice(kinds, paper, units, datetime.date.today().isoformat() if date is None else date)
 
 
-def paper(report: Mapping[str, Any], drawn: Drawings, choice: Choice) -> dict[str, bytes]:
-    """Return the sheet and the drawing, as far as they are chosen."""
-    made: dict[str, bytes] = {}
-    if "pdf" in choice.kinds:
-        from autobalance.report.sheet.sheet import pdf
-
-        made["pdf"] = pdf(report, drawn, choice.paper, choice.units, choice.date)
-    if "dxf" in choice.kinds:
-        from autobalance.report.sheet.dxf import dxf
-
-        made["dxf"] = dxf(report, drawn)
+def bundle(material: Material) -> dict[str, tuple[str, bytes]]:
+    """Return the chosen files: key in ``outputs`` → name and bytes."""
+    made: dict[str, tuple[str, bytes]] = {}
+    for name, kind in KINDS.items():
+        if name in material.choice.kinds:
+            data = kind.make(material)
+            made |= {key: (file, data[key]) for key, file in kind.files.items()}
     return made

@@ -246,12 +246,14 @@ def _picture(result: BalanceResult) -> bytes:
 def _bundled(result: BalanceResult, kind: str) -> dict[str, tuple[str, bytes]]:
     """Return the files of one kind that a report's folder may hold."""
     from autobalance.report.balance.values import showable
-    from autobalance.report.bundle import Choice, bundle
+    from autobalance.report.bundle import bundle
+    from autobalance.report.material import Choice, Material
 
     record = result.record.balanced
     assert record is not None
     ended, before = record.result, result.before.measured.source.solid
-    return bundle(showable(result.report), before, ended.solid, ended.tools, Choice((kind,)))
+    report = showable(result.report)
+    return bundle(Material(report, Choice((kind,)), before, ended.solid, ended.tools, lambda _: None))
 
 
 def _forces(asked: Asked, place: Place, tell: Progress) -> int:

@@ -155,11 +155,25 @@ class Solid(MassProperties):
     triangles: Annotated[Ordinal | None, "null where the file keeps true surfaces"]
 
 
+class Page(TypedDict):
+    """A written file for people."""
+
+    file: str
+    sha256: Sha256
+
+
 @open_keys
 class Outputs(TypedDict):
     """Written files by kind."""
 
     solid: NotRequired[Solid | None]
+    html: NotRequired[Page]
+    pdf: NotRequired[Page]
+    xlsx: NotRequired[Page]
+    png_before: NotRequired[Page]
+    png_after: NotRequired[Page]
+    dxf: NotRequired[Page]
+    history: NotRequired[Annotated[Page, "of all stages: recut"]]
 
 
 class Overbalance(TypedDict):

@@ -1,0 +1,80 @@
+"""What the files for people are made of, and which of them are wanted."""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Mapping, Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from typing import TYPE_CHECKING, Any
+
+from autobalance.runtime import Notify
+
+if TYPE_CHECKING:
+    from autobalance.report.page.shown import Shown
+    from autobalance.report.sheet.drawing import Drawings
+    from autobalance.solid.csg.solid import Solid
+
+
+@dataclass(frozen=True)
+class Choice:
+    """Which files, on what paper, in which units, with which date on them."""
+
+    kinds: Collection[str]
+    paper: Any = "A4"
+    units: Any = "metric"
+    date: str = ""
+
+
+@dataclass(frozen=True, eq=False)
+class Material:
+    """What the files are made of; what several of them need is made once.
+
+    Attributes
+    ----------
+    report : mapping
+        As written to JSON.
+    choice : Choice
+    before, after : Solid or None
+        File coordinates [mm]; ``after`` None where nothing was cut.
+    tools : sequence of Solid
+        The tool body of each correction, file coordinates.
+    notify : callable
+        Called with what runs, in a few words.
+    drawn : Drawings or None
+        The outlines, where they are there already.
+    """
+
+    report: Mapping[str, Any]
+    choice: Choice
+    before: Solid
+    after: Solid | None
+    tools: Sequence[Solid]
+    notify: Notify
+    drawn: Drawings | None = None
+
+    @cached_property
+    def shown(self) -> Shown:
+        """The crank in pieces: what stays and what each correction takes."""
+        from autobalance.report.page.shown import Shown
+
+        return Shown.of(self.report, self.before, self.after, self.tools)
+
+    @cached_property
+    def pictures(self) -> tuple[bytes, bytes]:
+        """The crank before and after, as PNG."""
+        from autobalance.report.pictures.picture import pictures
+
+        shown = self.shown
+        self.notify("drawing pictures")
+        return pictures(self.report, self.before.mesh, shown.body, shown.pieces)
+
+    @cached_property
+    def drawings(self) -> Drawings:
+        """The outlines of the crank and of what goes."""
+        from autobalance.report.sheet.drawing import drawings
+
+        if self.drawn is not None:
+            return self.drawn
+        pieces = self.shown.pieces
+        self.notify("drawing the shop sheet")
+        return drawings(self.report, self.before, pieces)

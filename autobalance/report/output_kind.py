@@ -1,0 +1,33 @@
+"""One kind of file for people that a balancing run can write, and what it is made of."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from typing import TYPE_CHECKING, NamedTuple
+
+if TYPE_CHECKING:
+    from autobalance.report.material import Material
+
+
+class OutputKind(NamedTuple):
+    """A kind of file beside the solid and ``report.json``.
+
+    Attributes
+    ----------
+    name : str
+        As ``--only`` and ``write(only=...)`` take it.
+    files : mapping
+        Key in ``outputs`` of the report → name of the file.
+    make : callable
+        Material of a run → bytes by the same keys.
+    is_usual : bool
+        Whether it is written where nothing is chosen.
+    require : callable
+        Raises ``FormatError`` where the extra that it needs is not installed.
+    """
+
+    name: str
+    files: Mapping[str, str]
+    make: Callable[[Material], Mapping[str, bytes]]
+    is_usual: bool = True
+    require: Callable[[], None] = lambda: None

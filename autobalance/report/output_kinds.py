@@ -1,0 +1,95 @@
+"""The kinds of files for people that there are, each entered by one line; the table itself loads nothing."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from types import MappingProxyType
+from typing import TYPE_CHECKING
+
+from autobalance.report.output_kind import OutputKind
+
+if TYPE_CHECKING:
+    from autobalance.report.material import Material
+
+_KINDS: dict[str, OutputKind] = {}
+KINDS: Mapping[str, OutputKind] = MappingProxyType(_KINDS)
+"""By name, in the order in which they are made."""
+
+
+def register(kind: OutputKind) -> None:
+    """Enter a kind of file.
+
+    Raises
+    ------
+    ValueError
+        If its name, or the name or key of one of its files, is taken.
+    """
+    taken = {*page_names(), *(key for each in _KINDS.values() for key in each.files)}
+    for name in (*kind.files, *kind.files.values()):
+        if name in taken:
+            raise ValueError(f"an output of the name {name!r} is there already")
+    if kind.name in _KINDS:
+        raise ValueError(f"the output kind {kind.name!r} is there already")
+    _KINDS[kind.name] = kind
+
+
+def usual() -> tuple[str, ...]:
+    """Return the names of the kinds that are written where nothing is chosen."""
+    return tuple(name for name, kind in _KINDS.items() if kind.is_usual)
+
+
+def choices() -> tuple[str, ...]:
+    """Return what can be chosen: ``json``, which is always written, and the kinds."""
+    return ("json", *_KINDS)
+
+
+def page_names() -> tuple[str, ...]:
+    """Return the names of all files that the kinds may write."""
+    return tuple(name for kind in _KINDS.values() for name in kind.files.values())
+
+
+def _page(made: Material) -> dict[str, bytes]:
+    from autobalance.report.page.html import page
+
+    picture = made.pictures[0]
+    made.notify("writing the page")
+    shown = made.shown
+    return {"html": page(made.report, shown.body, shown.pieces, picture, shown.note).encode()}
+
+
+def _sheet(made: Material) -> dict[str, bytes]:
+    from autobalance.report.sheet.sheet import pdf
+
+    choice = made.choice
+    return {"pdf": pdf(made.report, made.drawings, choice.paper, choice.units, choice.date)}
+
+
+def _workbook(made: Material) -> dict[str, bytes]:
+    from autobalance.report.balance.workbook import xlsx
+
+    made.notify("writing the workbook")
+    return {"xlsx": xlsx(made.report)}
+
+
+def _pictures(made: Material) -> dict[str, bytes]:
+    before, after = made.pictures
+    return {"png_before": before, "png_after": after}
+
+
+def _require_ezdxf() -> None:
+    from autobalance.report.sheet.dxf import require_ezdxf
+
+    require_ezdxf()
+
+
+def _drawing(made: Material) -> dict[str, bytes]:
+    from autobalance.report.sheet.dxf import dxf
+
+    return {"dxf": dxf(made.report, made.drawings)}
+
+
+register(OutputKind("html", {"html": "report.html"}, _page))
+register(OutputKind("pdf", {"pdf": "sheet.pdf"}, _sheet))
+register(OutputKind("xlsx", {"xlsx": "balance.xlsx"}, _workbook))
+register(OutputKind("png", {"png_before": "crank-before.png", "png_after": "crank-after.png"}, _pictures))
+register(OutputKind("dxf", {"dxf": "drawing.dxf"}, _drawing, is_usual=False, require=_require_ezdxf))
