@@ -15,7 +15,7 @@ PUBLIC = {
     "AutobalanceError": "errors",
     "BalanceResult": "api.balance",
     "Crank": "api.crank",
-    "Job": "job.model",
+    "Job": "job.read",
     "app": "web_app.serving",
     "balance": "api.balance",
     "batch": "api.batch",
@@ -85,7 +85,7 @@ if TYPE_CHECKING:
     from autobalance.api.torsion import torsion as torsion
     from autobalance.api.verify import verify as verify
     from autobalance.errors import AutobalanceError as AutobalanceError
-    from autobalance.job.model import Job as Job
+    from autobalance.job.read import Job as Job
     from autobalance.web_app.serving import app as app
 
 

@@ -19,6 +19,8 @@ G_PER: Final = {"g": 1.0, "kg": G_PER_KG, "oz": G_PER_OZ, "lb": 16.0 * G_PER_OZ}
 G_MM_PER: Final = {"g·mm": 1.0, "kg·mm": G_PER_KG, "g·cm": 10.0, "g·in": 25.4, "oz·in": G_MM_PER_OZ_IN}
 """Gram-millimetres in one unit of unbalance."""
 
+G_MM2_PER_KG_MM2: Final = 1000.0
+"""g·mm² in one kg·mm²."""
 N_PER_G_MM_S2: Final = 1e-6
 """Newtons in one g·mm/s²."""
 N_M_PER_G_MM2_S2: Final = 1e-9

@@ -24,8 +24,7 @@ from autobalance.api.result_files import (
 )
 from autobalance.balancing.measured_crank import measure_crank, measured_source, work_on_faces
 from autobalance.errors import FileError, JobError
-from autobalance.job import JobSource
-from autobalance.job.model import Job
+from autobalance.job import Job, JobSource
 from autobalance.machine_models.measured import Crank as MeasuredCrank
 from autobalance.report.bundle import choice_of
 from autobalance.report.material import Choice

@@ -11,8 +11,7 @@ from autobalance import job as jobs
 from autobalance.api.engine_case import Request, job_set, request
 from autobalance.api.result import Plots, Values, VerbResult, report_head
 from autobalance.errors import UsageError
-from autobalance.job import JobSource
-from autobalance.job.model import Job
+from autobalance.job import Job, JobSource
 from autobalance.runtime import Progress
 from autobalance.units import RAD_S_PER_RPM
 

@@ -12,8 +12,7 @@ from autobalance.api.progress import telling
 from autobalance.api.result import Values, report_head
 from autobalance.balancing import plausibility
 from autobalance.balancing.measured_crank import measure_crank
-from autobalance.job import JobSource
-from autobalance.job.model import Job
+from autobalance.job import Job, JobSource
 from autobalance.machine_models import rotor_from_job
 from autobalance.machine_models.measured import Crank as MeasuredCrank
 from autobalance.runtime import Progress, Stopwatch

@@ -16,7 +16,7 @@ from autobalance.balancing.faces import offered_faces
 from autobalance.balancing.measured_crank import input_file, measure_crank, surfaces_entry
 from autobalance.balancing.record import MeasuredCrank, Record
 from autobalance.crank.sections import sections, web_weights
-from autobalance.job.model import Job
+from autobalance.job import Job
 from autobalance.job.read import WORKBOOKS, load, load_crankshaft
 from autobalance.machine_models.measured import Crank as MeasuredSolid
 from autobalance.machine_models.rotor_from_job import default_planes_mm

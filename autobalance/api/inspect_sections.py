@@ -12,7 +12,7 @@ from autobalance.api.crank import Crank
 from autobalance.balancing.plausibility import oddities
 from autobalance.crank.sections import Section
 from autobalance.errors import JobError
-from autobalance.job.model import Job
+from autobalance.job import Job
 from autobalance.job.read import WORKBOOKS, load, tables_of
 from autobalance.job.toml.settings import with_settings
 from autobalance.job.toml.typed_units import FILL_IN, leaves, length_mm

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from pathlib import Path
 
-from autobalance.job.model import Job
+from autobalance.job import Job
 from autobalance.job.read import load
 
 

@@ -13,8 +13,8 @@ from autobalance.balancing import plausibility
 from autobalance.engine.conrod import ConnectingRod
 from autobalance.engine.parts import roll_up
 from autobalance.errors import JobError
-from autobalance.job import JobSource
-from autobalance.job.model import Job, ThrowParts, Weight
+from autobalance.job import Job, JobSource
+from autobalance.job.model import ThrowParts, Weight
 from autobalance.runtime import Progress
 
 if TYPE_CHECKING:

@@ -21,7 +21,7 @@ if TYPE_CHECKING:
     from autobalance.api.crank import Crank
     from autobalance.balancing.measuring import Measured
     from autobalance.balancing.record import Record
-    from autobalance.job.model import Job
+    from autobalance.job import Job
     from autobalance.machine_models.measured import Crank as MeasuredCrank
     from autobalance.runtime import Stopwatch
 

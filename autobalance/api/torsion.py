@@ -19,19 +19,13 @@ from autobalance.dynamics.torsion_chain import (
     torsion_response,
 )
 from autobalance.errors import UsageError
-from autobalance.job.files.torsion import (
-    ChainFile,
-    CrankTorsion,
-    PendulumAbsorber,
-    TorsionQuestion,
-    check_station,
-    crank_torsion,
-    read_chain,
-)
-from autobalance.job.model import Job
+from autobalance.job import Job
+from autobalance.job.files.torsion import ChainFile, read_chain
+from autobalance.job.model.torsion import CrankTorsion, PendulumAbsorber, TorsionQuestion
 from autobalance.job.read import tables_of
 from autobalance.job.toml.keys import named_in
 from autobalance.job.toml.settings import with_settings
+from autobalance.job.torsion import check_station, crank_torsion
 from autobalance.machine_models.torsion_from_job import CrankChain, crank_chain
 from autobalance.report.rotor import torsion_values
 from autobalance.runtime import Progress

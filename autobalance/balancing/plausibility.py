@@ -13,7 +13,8 @@ from autobalance.crank.anatomy import Anatomy
 from autobalance.engine.balance_factor import factor_direction_g_mm
 from autobalance.engine.conrod import ConnectingRod
 from autobalance.errors import JobError
-from autobalance.job.model import Crankshaft, Job, PartWeights
+from autobalance.job import Job
+from autobalance.job.model import Crankshaft, PartWeights
 from autobalance.machine_models.crank_size import usual_units
 from autobalance.machine_models.rotor_from_job import crank_factor, hung_on, throw_loads, total_g
 from autobalance.units import MM_PER

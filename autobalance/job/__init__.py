@@ -9,13 +9,12 @@ from autobalance.job.model import (
     Crankshaft,
     CylinderLayout,
     EngineParts,
-    Job,
     PartWeights,
     RodOnScales,
     ThrowParts,
     Weight,
 )
-from autobalance.job.read import JobSource, given, load, parse
+from autobalance.job.read import Job, JobSource, given, load, parse
 
 __all__ = [
     "Attached",

@@ -4,14 +4,13 @@ from __future__ import annotations
 
 import cmath
 import math
-from collections.abc import Mapping
-from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
 from autobalance.dynamics.staged_assembly import CRANK, KeyShare, ShaftKey
 from autobalance.errors import JobError
-from autobalance.job.model import LengthUnit
+from autobalance.job.model.assembly import AssemblyEntry, PartSolid
+from autobalance.job.model.engine import LengthUnit
 from autobalance.job.toml.keys import Key, Values, read
 from autobalance.job.toml.table import ANY, NOT_NEGATIVE, POSITIVE, Table
 from autobalance.units import G_PER_MM3_PER_KG_M3
@@ -45,34 +44,6 @@ ASSEMBLY_KEYS = (
 ASSEMBLY = Key(
     "assembly", says="parts put on in the order listed", keys=ASSEMBLY_KEYS, many=True, default=None
 )
-
-
-@dataclass(frozen=True)
-class PartSolid:
-    """The solid of a part."""
-
-    file: Path
-    unit: LengthUnit | None
-    density_g_mm3: float
-    turn_rad: float
-
-
-@dataclass(frozen=True, eq=False)
-class AssemblyEntry:
-    """A part of the assembly; its own mass and unbalance, or its ``solid`` to measure them on."""
-
-    name: str
-    shaft: str
-    z_mm: float
-    mass_g: float | None
-    unbalance_g_mm: complex
-    solid: PartSolid | None
-    runout_mm: complex
-    key: ShaftKey | None
-    correct_mm: tuple[float, ...]
-    permissible_g_mm: float | None
-    speed_ratio: float
-    values: Mapping[str, Any] = field(default_factory=dict)
 
 
 def read_assembly(root: Table, folder: Path) -> tuple[AssemblyEntry, ...]:

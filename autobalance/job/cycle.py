@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass, field
 from typing import Any, Literal
 
 from autobalance.engine.cycle.cylinder import Strokes
@@ -12,12 +11,10 @@ from autobalance.engine.cycle.friction import NO_FRICTION, Friction
 from autobalance.engine.cycle.pendulum import Path as PendulumPath
 from autobalance.engine.cycle.pendulum import Pendulum
 from autobalance.errors import JobError
-from autobalance.job.layout import G_MM2_PER_KG_MM2
+from autobalance.job.model.cycle import Absorber, Cycle, CylinderGas, Film, Model, Peg, TraceFile
 from autobalance.job.toml.table import ANY, COUNTED, NOT_NEGATIVE, POSITIVE, SHARE, Rule, Table
-from autobalance.units import BAR_PER_MPA, N_M_PER_N_MM
+from autobalance.units import BAR_PER_MPA, G_MM2_PER_KG_MM2, N_M_PER_N_MM
 
-Model = Literal["wiebe", "trace", "motored"]
-Peg = Literal["none", "intake"]
 WallHeat = Literal["none", "woschni"]
 
 BORE = Rule(lambda x: x >= 1.0, "must be ≥ 1")
@@ -72,87 +69,6 @@ FILM_KEYS = (
     "crankpin_length_mm",
 )
 ChenFlynn = tuple[float, float, float, float]
-
-
-@dataclass(frozen=True)
-class CylinderGas:
-    """What happens in one cylinder; pressures in MPa, heat in N·mm, angles after firing top dead centre."""
-
-    bore_mm: float
-    compression_ratio: float | None
-    model: Model
-    start_rad: float
-    duration_rad: float
-    wiebe_a: float
-    wiebe_n: float
-    heat_n_mm: float | None
-    gamma: float
-    gamma_per_k: float
-    intake_mpa: float
-    intake_k: float
-    exhaust_mpa: float
-    crankcase_mpa: float
-    crankcase_mm3: float | None
-    intake_closes_rad: float | None
-    exhaust_opens_rad: float | None
-
-
-@dataclass(frozen=True)
-class TraceFile:
-    """A measured pressure: its file as the job names it, and what is done to it."""
-
-    file: str
-    shift_rad: float
-    peg: Peg
-    smooth_rad: float
-
-
-@dataclass(frozen=True)
-class Absorber:
-    """A pendulum, how far it may swing, and the share of its order's torque that it is to take."""
-
-    pendulum: Pendulum
-    swing_rad: float
-    reduction: float
-
-
-@dataclass(frozen=True)
-class Film:
-    """Oil films: viscosity [Pa·s], radial clearances and lengths [mm]; None: as long as the pins are wide."""
-
-    viscosity_pa_s: float
-    main_clearance_mm: float
-    main_length_mm: float | None
-    crankpin_clearance_mm: float | None
-    crankpin_length_mm: float | None
-
-
-@dataclass(frozen=True, eq=False)
-class Cycle:
-    """The ``[cycle]`` table of a job, checked; ``values`` are its keys with the defaults filled in."""
-
-    strokes: Strokes
-    default: CylinderGas
-    by_cylinder: Mapping[int, CylinderGas]
-    trace: TraceFile
-    firing_order: tuple[int, ...] | None
-    firing_rad: tuple[float, ...] | None
-    flywheel_g_mm2: float
-    fluctuation_wanted: float | None
-    woschni_wall_k: float | None
-    friction: Friction
-    absorber: Absorber | None = None
-    film: Film | None = None
-    values: Mapping[str, Any] = field(default_factory=dict)
-
-    @property
-    def measured(self) -> bool:
-        """Whether a cylinder takes its pressure from a trace."""
-        return any(gas.model == "trace" for gas in (self.default, *self.by_cylinder.values()))
-
-    def of_cylinder(self, number: int) -> CylinderGas:
-        """Return what happens in a cylinder, from 1."""
-        return self.by_cylinder.get(number, self.default)
 
 
 def read_cycle(root: Table) -> Cycle | None:

@@ -8,17 +8,16 @@ from dataclasses import asdict
 from typing import TYPE_CHECKING, Any
 
 from autobalance.crank.anatomy import PinHint
-from autobalance.job.layout import G_MM2_PER_KG_MM2
 from autobalance.job.model import (
     BalanceShaftEntry,
     CylinderLayout,
-    Job,
     PartWeights,
     RodOnScales,
     ThrowParts,
     Weight,
 )
-from autobalance.units import G_PER_MM3_PER_KG_M3, RAD_S_PER_RPM
+from autobalance.job.read import Job
+from autobalance.units import G_MM2_PER_KG_MM2, G_PER_MM3_PER_KG_M3, RAD_S_PER_RPM
 
 if TYPE_CHECKING:
     from autobalance.signal.drive_sources import Drive

@@ -9,9 +9,9 @@ from typing import Literal
 from autobalance.errors import JobError
 from autobalance.job.model import BalanceShaftEntry, Bolted, CylinderLayout, RodOnScales
 from autobalance.job.toml.table import ANY, COUNTED, NOT_NEGATIVE, POSITIVE, Table
+from autobalance.units import G_MM2_PER_KG_MM2
 
 Sense = Literal["forward", "backward"]
-G_MM2_PER_KG_MM2 = 1000.0
 
 
 def read_layout(engine: Table, throws: Sequence[Table]) -> CylinderLayout:

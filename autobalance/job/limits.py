@@ -108,14 +108,15 @@ def _limits(table: Table, name: str) -> Limits:
 def _values(table: Table, kind: type[Limits]) -> dict[str, Any]:
     hints = get_type_hints(kind)
     values = {key: table.value(key, hints[key], RULES.get(key, ANY)) for key in table.raw}
-    _refuse_sector(table, values.get("sector_deg"))
+    if isinstance(sector := values.get("sector_deg"), tuple):  # a kind may call one angle so
+        _refuse_empty_sector(table, sector)
     if values.get("faces") == ():
         raise JobError(f'{table.place("faces")} is an empty list; must be "auto" or name at least one face')
     return values
 
 
-def _refuse_sector(table: Table, sector: tuple[float, float] | None) -> None:
-    if sector is not None and sector[0] == sector[1]:
+def _refuse_empty_sector(table: Table, sector: tuple[float, float]) -> None:
+    if sector[0] == sector[1]:
         raise JobError(
             f"{table.place('sector_deg')} is [{sector[0]:g}, {sector[1]:g}]; its two angles must differ"
         )

@@ -4,16 +4,22 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal, TypeAlias
 
+from autobalance.correction import Limits
+from autobalance.correction.contract import Prefer
 from autobalance.errors import JobError
 from autobalance.job.layout import read_shafts
 from autobalance.job.limits import read_correction, read_depth_tolerance_mm, read_prefer
 from autobalance.job.model import (
     Balance,
+    BalanceShaftEntry,
     Crankshaft,
-    Job,
+    EngineParts,
+    PartWeights,
+    StudyOptions,
 )
 from autobalance.job.read_crankshaft import crankshaft_of
 from autobalance.job.read_engine import read_engine, read_original
@@ -30,13 +36,10 @@ from autobalance.solid.formats.registry import FOREIGN_CAD, endings
 from autobalance.units import RAD_S_PER_RPM
 
 if TYPE_CHECKING:
-    from autobalance.job.assembly import AssemblyEntry
-    from autobalance.job.cycle import Cycle
-    from autobalance.job.files.torsion import CrankTorsion
+    from autobalance.job.model.assembly import AssemblyEntry
+    from autobalance.job.model.cycle import Cycle
+    from autobalance.job.model.torsion import CrankTorsion
     from autobalance.signal.drive_sources import Drive
-
-JobSource: TypeAlias = Job | str | Path | Mapping[str, Any]
-"""What verbs take for a job: one that was read, its file, or a dict as the TOML has it."""
 
 OF_TORSION = ("torsion", "excitation", "pendulum", "speed_rpm", "points")
 TOP_KEYS = (
@@ -54,6 +57,72 @@ TOP_KEYS = (
 )
 """Tables of a job."""
 WORKBOOKS = (".xlsx", ".xlsm")
+
+
+@dataclass(frozen=True, eq=False)
+class Job:
+    """A job file as read and checked.
+
+    ``original`` are the parts the crank was balanced for, or None. ``methods`` are the kinds of correction,
+    in the job's order; ``prefer`` is what their plan spares. ``raw`` is the TOML as read, for the report.
+    ``depth_tolerance_mm`` is by how much the depth of a cut may be off, None where the job does not say.
+    ``settings`` are the keys that were set from outside, as given.
+    ``study`` is what only ``study`` reads, ``torsion`` what only ``torsion`` does, ``drive`` only ``orders``.
+    """
+
+    path: Path
+    crankshaft: Crankshaft
+    engine: EngineParts
+    original: PartWeights | None
+    balance: Balance
+    methods: tuple[Limits, ...]
+    method_names: tuple[str, ...]
+    raw: Mapping[str, Any]
+    prefer: Prefer = "simple"
+    shafts: tuple[BalanceShaftEntry, ...] = ()
+    depth_tolerance_mm: float | None = None
+    cycle: Cycle | None = None
+    settings: tuple[str, ...] = ()
+    study: StudyOptions = field(default_factory=StudyOptions)
+    torsion: CrankTorsion | None = None
+    assembly: tuple[AssemblyEntry, ...] = ()
+    drive: Drive | None = None
+
+    @classmethod
+    def from_dict(cls, values: Mapping[str, Any], folder: str | Path = ".") -> Job:
+        """Return the job that a mapping says, with the structure of the TOML file.
+
+        Parameters
+        ----------
+        values : mapping
+            Tables and keys as in a job file; ``crankshaft.file`` may be missing where a crank is given with
+            the job.
+        folder : path
+            Files are relative to it.
+
+        Raises
+        ------
+        JobError
+            If a key is unknown, missing, of the wrong type or impossible.
+
+        Examples
+        --------
+        >>> job = Job.from_dict({"engine": {"rotating_g": {"big_end": 134.0}},
+        ...                      "balance": {"factor": 0.5, "grade": 6.3, "speed_rpm": 12000},
+        ...                      "correction": {"method": "drill"}})
+        >>> job.balance.factor
+        0.5
+        """
+        return parse(dict(values), Path(folder) / "job.toml", crank_given=True)
+
+    @property
+    def name(self) -> str:
+        """The job file's name without its ending."""
+        return self.path.stem
+
+
+JobSource: TypeAlias = Job | str | Path | Mapping[str, Any]
+"""What verbs take for a job: one that was read, its file, or a dict as the TOML has it."""
 
 
 def load(path: str | Path, settings: Sequence[str] = ()) -> Job:
@@ -220,18 +289,9 @@ def _torsion(root: Table) -> CrankTorsion | None:
     """Read the tables of ``torsion``, which other verbs pass over; None where there are none."""
     if not any(key in root for key in OF_TORSION):
         return None
-    from autobalance.job.files.torsion import crank_torsion
+    from autobalance.job.torsion import crank_torsion
 
     return crank_torsion(root.raw)
-
-
-# --- [crankshaft] -------------------------------------------------------------------------------------------
-
-
-# --- [engine] and [original] --------------------------------------------------------------------------------
-
-
-# --- [balance] ----------------------------------------------------------------------------------------------
 
 
 OVERBALANCE = ("overbalance_g_mm", "overbalance_deg")

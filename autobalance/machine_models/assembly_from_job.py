@@ -7,7 +7,7 @@ import cmath
 from autobalance.dynamics.staged_assembly import AssemblyStage, Part, ShaftState, assemble
 from autobalance.errors import JobError
 from autobalance.job import Job
-from autobalance.job.assembly import AssemblyEntry
+from autobalance.job.model.assembly import AssemblyEntry
 from autobalance.rigid_rotor.tolerance import Tolerance
 from autobalance.rigid_rotor.unbalance import Unbalance
 from autobalance.solid.formats.read import read

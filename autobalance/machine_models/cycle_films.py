@@ -14,7 +14,7 @@ from autobalance.engine.cycle.analysis import CycleAnalysis
 from autobalance.engine.cycle.factors import MainLoads
 from autobalance.engine.cycle.firing_engine import FiringEngine
 from autobalance.engine.slider_crank import Complex
-from autobalance.job.cycle import Film
+from autobalance.job.model.cycle import Film
 from autobalance.rigid_rotor.moments import Array
 
 if TYPE_CHECKING:

@@ -17,7 +17,7 @@ from autobalance.engine.slider_crank import SliderCrank
 from autobalance.engine.whole_engine import Cylinder, Engine
 from autobalance.errors import JobError
 from autobalance.job import Job
-from autobalance.job.cycle import Cycle, CylinderGas
+from autobalance.job.model.cycle import Cycle, CylinderGas
 from autobalance.job.trace import read_trace
 
 

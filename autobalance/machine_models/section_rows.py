@@ -11,7 +11,7 @@ from autobalance.correction.holes.metal import HoleMetal, holes_of
 from autobalance.correction.holes.surface import Surface
 from autobalance.crank.anatomy import Throw, Web
 from autobalance.crank.sections import Kind, Section, away_from_crankpin
-from autobalance.job.model import Job
+from autobalance.job import Job
 from autobalance.machine_models.measured import Crank
 from autobalance.machine_models.rotor_from_job import attached_moments, throw_loads, tolerance_of
 from autobalance.rigid_rotor.moments import Array, Moments

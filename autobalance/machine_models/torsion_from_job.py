@@ -14,7 +14,7 @@ from autobalance.dynamics.crank_torsion import ThrowShape, springs_between, thro
 from autobalance.dynamics.torsion_chain import TorsionChain
 from autobalance.errors import JobError
 from autobalance.job import Job
-from autobalance.job.files.torsion import CrankTorsion
+from autobalance.job.model.torsion import CrankTorsion
 from autobalance.machine_models.measured import Crank
 from autobalance.machine_models.rotor_from_job import total_g
 from autobalance.rigid_rotor.moments import Array

@@ -37,7 +37,7 @@ def preview(inspected: Mapping[str, Any], tables: Mapping[str, Any], folder: Pat
         If a key of the job is wrong or missing.
     """
     from autobalance.engine.balance_factor import bob_weight_moments
-    from autobalance.job.model import Job
+    from autobalance.job import Job
     from autobalance.machine_models import rotor_from_job as from_job
     from autobalance.report.balance.values import unbalance_values
     from autobalance.rigid_rotor.unbalance import Unbalance

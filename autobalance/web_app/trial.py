@@ -15,7 +15,7 @@ from autobalance.web_app.prediction import checked_cuts
 
 if TYPE_CHECKING:
     from autobalance.correction.contract import Array, Cut
-    from autobalance.job.model import Job
+    from autobalance.job import Job
     from autobalance.rigid_rotor.moments import Moments
     from autobalance.solid.csg.solid import Solid
     from autobalance.solid.csg.tool import Tool

@@ -4,7 +4,9 @@ import copy
 import json
 import math
 from collections.abc import Callable
+from dataclasses import dataclass
 from pathlib import Path
+from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
@@ -13,11 +15,14 @@ import pytest
 from autobalance import job
 from autobalance.correction import KINDS
 from autobalance.correction.add import AddLimits
+from autobalance.correction.contract import Limits
 from autobalance.correction.drill import DrillLimits
 from autobalance.correction.shoulder import ShoulderLimits
 from autobalance.correction.turn import TurnLimits
 from autobalance.errors import FileError, JobError
 from autobalance.job import limits
+from autobalance.report.balance.text import _correction
+from autobalance.report.display_units import ON_SCREEN
 
 Raw = dict[str, Any]
 Edit = Callable[[Raw], None]
@@ -389,6 +394,37 @@ def test_a_method_that_is_not_there_says_so(monkeypatch: pytest.MonkeyPatch) -> 
     monkeypatch.setattr(limits, "KINDS", {"shoulder": KINDS["shoulder"]})
     with pytest.raises(JobError, match="'drill'; must be 'shoulder'"):
         parsed(put("correction.method", ["shoulder", "drill"]))
+
+
+@dataclass(frozen=True)
+class OneAngleLimits(Limits):
+    """Limits of a kind that calls one angle what others call two."""
+
+    sector_deg: float = 60.0
+
+
+def test_a_kind_may_have_one_angle_for_a_sector(monkeypatch: pytest.MonkeyPatch) -> None:
+    kind = SimpleNamespace(limits=OneAngleLimits)
+    monkeypatch.setattr(limits, "KINDS", {**KINDS, "groove": kind})
+    found = parsed(both(put("correction.method", "groove"), put("correction.groove.sector_deg", 60.0)))
+    assert found.methods == (OneAngleLimits(60.0),)
+    with pytest.raises(JobError, match=r"groove.sector_deg is a list; must be a number"):
+        parsed(put("correction.groove.sector_deg", [0.0, 60.0]))
+
+
+def test_the_summary_takes_one_angle_for_a_sector() -> None:
+    cut = {
+        "kind": "turn",
+        "number": 1,
+        "face": None,
+        "web": 2,
+        "sector_deg": 60.0,
+        "depth_mm": 3.0,
+        "removed_mass_g": 5.0,
+        "radius_mm": 50.0,
+        "position_mm": [50.0, 0.0, 1.0],
+    }
+    assert "web 2" in _correction(cut, ON_SCREEN["metric"])
 
 
 def test_a_format_that_carries_its_unit_needs_none() -> None:

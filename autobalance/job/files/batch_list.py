@@ -11,8 +11,7 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 
 from autobalance.errors import AutobalanceError, FileError, JobError
-from autobalance.job.model import Job
-from autobalance.job.read import TOP_KEYS, WORKBOOKS, load
+from autobalance.job.read import TOP_KEYS, WORKBOOKS, Job, load
 from autobalance.job.toml.document import text_of
 from autobalance.solid.formats import registry
 

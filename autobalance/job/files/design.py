@@ -9,8 +9,7 @@ from pathlib import Path
 from typing import Any, Literal
 
 from autobalance.errors import JobError
-from autobalance.job.model import Job
-from autobalance.job.read import TOP_KEYS, parse, tables_of
+from autobalance.job.read import TOP_KEYS, Job, parse, tables_of
 from autobalance.job.toml.table import ANY, COUNTED, NOT_NEGATIVE, POSITIVE, Rule, Table
 
 Pair = tuple[float, float]

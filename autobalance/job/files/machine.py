@@ -24,12 +24,11 @@ from autobalance.job.files.reading_keys import (
 )
 from autobalance.job.toml.keys import FILLED, Key, Values, read_document
 from autobalance.job.toml.table import NOT_NEGATIVE, POSITIVE, Rule
-from autobalance.units import G_PER_MM3_PER_KG_M3, RAD_S_PER_RPM
+from autobalance.units import G_MM2_PER_KG_MM2, G_PER_MM3_PER_KG_M3, RAD_S_PER_RPM
 
 MachineKind = Literal["hard", "soft", "cradle", "nodal", "static"]
 Pair = tuple[float, float]
 
-G_MM2_PER_KG_MM2 = 1000.0
 G_S2_PER_N_MM = 1e6
 """1 N/mm in g/s², the stiffness of mm, g, s."""
 MOST_RUNS = 100_000

@@ -73,7 +73,8 @@ def _correction(correction: Values, units: DisplayUnits) -> str:
     if correction.get("diameter_mm") is not None:
         what += f" ⌀{units.of_length(correction['diameter_mm'])}"
     where = [f"face {correction['face']}"] if correction["face"] is not None else []
-    start, end = correction.get("sector_deg") or (0.0, 360.0)
+    sector = correction.get("sector_deg")
+    start, end = sector if isinstance(sector, list | tuple) else (0.0, 360.0)  # a kind may call one angle so
     if 0.0 < (end - start) % 360.0 < LESS_THAN_A_SIDE_DEG:
         where.append(f"its part from {degrees(start)} to {degrees(end)}")
     where += [f"web {correction['web']}"] if correction["web"] is not None else []

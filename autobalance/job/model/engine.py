@@ -1,4 +1,4 @@
-"""What a job says, in mm, g, s and rad."""
+"""The crank, what hangs on it and what is asked of it: tables of a job in mm, g, s and rad."""
 
 from __future__ import annotations
 
@@ -6,19 +6,11 @@ import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Literal
+from typing import Any, Literal
 
-from autobalance.correction import Limits
-from autobalance.correction.contract import Prefer
 from autobalance.crank.anatomy import Overrides
 from autobalance.rigid_rotor.margin import Margin
 from autobalance.rigid_rotor.tolerance import Judge
-
-if TYPE_CHECKING:
-    from autobalance.job.assembly import AssemblyEntry
-    from autobalance.job.cycle import Cycle
-    from autobalance.job.files.torsion import CrankTorsion
-    from autobalance.signal.drive_sources import Drive
 
 LengthUnit = Literal["mm", "cm", "m", "inch"]
 Distribution = Literal["normal", "rectangular"]
@@ -207,67 +199,3 @@ class Balance:
     overbalance_rad: float = math.pi
     margin: Margin = "none"
     facet_correction: bool = False
-
-
-@dataclass(frozen=True, eq=False)
-class Job:
-    """A job file as read and checked.
-
-    ``original`` are the parts the crank was balanced for, or None. ``methods`` are the kinds of correction,
-    in the job's order; ``prefer`` is what their plan spares. ``raw`` is the TOML as read, for the report.
-    ``depth_tolerance_mm`` is by how much the depth of a cut may be off, None where the job does not say.
-    ``settings`` are the keys that were set from outside, as given.
-    ``study`` is what only ``study`` reads, ``torsion`` what only ``torsion`` does, ``drive`` only ``orders``.
-    """
-
-    path: Path
-    crankshaft: Crankshaft
-    engine: EngineParts
-    original: PartWeights | None
-    balance: Balance
-    methods: tuple[Limits, ...]
-    method_names: tuple[str, ...]
-    raw: Mapping[str, Any]
-    prefer: Prefer = "simple"
-    shafts: tuple[BalanceShaftEntry, ...] = ()
-    depth_tolerance_mm: float | None = None
-    cycle: Cycle | None = None
-    settings: tuple[str, ...] = ()
-    study: StudyOptions = StudyOptions()
-    torsion: CrankTorsion | None = None
-    assembly: tuple[AssemblyEntry, ...] = ()
-    drive: Drive | None = None
-
-    @classmethod
-    def from_dict(cls, values: Mapping[str, Any], folder: str | Path = ".") -> Job:
-        """Return the job that a mapping says, with the structure of the TOML file.
-
-        Parameters
-        ----------
-        values : mapping
-            Tables and keys as in a job file; ``crankshaft.file`` may be missing where a crank is given with
-            the job.
-        folder : path
-            Files are relative to it.
-
-        Raises
-        ------
-        JobError
-            If a key is unknown, missing, of the wrong type or impossible.
-
-        Examples
-        --------
-        >>> job = Job.from_dict({"engine": {"rotating_g": {"big_end": 134.0}},
-        ...                      "balance": {"factor": 0.5, "grade": 6.3, "speed_rpm": 12000},
-        ...                      "correction": {"method": "drill"}})
-        >>> job.balance.factor
-        0.5
-        """
-        from autobalance.job.read import parse
-
-        return parse(dict(values), Path(folder) / "job.toml", crank_given=True)
-
-    @property
-    def name(self) -> str:
-        """The job file's name without its ending."""
-        return self.path.stem
