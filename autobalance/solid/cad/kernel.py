@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from typing import Any
+import math
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
+from typing import Any, Final
 
 import numpy as np
 
@@ -11,6 +13,12 @@ from autobalance.errors import FormatError, SolidError
 from autobalance.rigid_rotor.moments import Moments
 
 INSTALL = "pip install 'autobalance[step]'"
+GENERATION: Final = "8"
+"""Of the CAD kernel: the first number of its version; its packages of another have other names inside."""
+PACKAGES: Final = ("cadquery-ocp-novtk", "cadquery-ocp")
+"""The packages that bring the kernel, under one name of import."""
+MOST_MM: Final = 1e7
+"""Farther from the origin than 10 km no crankshaft lies: the kernel computes such files without end."""
 PROPERTIES = 1e-10
 """Relative error of each face's share of the volume; in its default order the kernel is off by 1e-5
 of a hole that enters a round rim."""
@@ -29,10 +37,16 @@ def require_kernel(what: str = "STEP") -> None:
     Raises
     ------
     FormatError
-        If it is not installed, or cannot be loaded.
+        If it is not installed, is of another generation, or cannot be loaded.
     """
     if not has_kernel():
         raise FormatError(f"{what} needs the CAD kernel, which is not installed: {INSTALL}")
+    found = installed_version()
+    if found.split(".", maxsplit=1)[0] not in ("", GENERATION):
+        raise FormatError(
+            f"{what} needs the CAD kernel OCP {GENERATION}; found OCP {found}; in an environment without the "
+            f"package that brings it: {INSTALL}"
+        )
     try:
         silence()
     except ImportError as error:
@@ -40,6 +54,66 @@ def require_kernel(what: str = "STEP") -> None:
         raise FormatError(
             f"{what} needs the CAD kernel, which cannot be loaded ({reason}): {INSTALL}"
         ) from None
+
+
+def installed_version() -> str:
+    """Return the version of the kernel that is installed; empty where no package says it."""
+    from importlib.metadata import PackageNotFoundError, version
+
+    for package in PACKAGES:
+        try:
+            return version(package)
+        except PackageNotFoundError:
+            continue
+    return ""
+
+
+@contextmanager
+def kernel_failures(what: str) -> Iterator[None]:
+    """Turn what the kernel throws, of numbers it cannot compute with, into one line.
+
+    Raises
+    ------
+    SolidError
+        In place of the kernel's own exceptions.
+    """
+    from OCP import Standard, StdFail
+
+    # in C++ they share a base, in Python they do not
+    kinds = [kind for module in (Standard, StdFail) for kind in vars(module).values()]
+    failures = tuple(kind for kind in kinds if isinstance(kind, type) and issubclass(kind, Exception))
+    try:
+        yield
+    except failures as failure:
+        reason = str(failure).splitlines()[0] if str(failure) else type(failure).__name__
+        raise SolidError(
+            f"the CAD kernel cannot compute {what} ({reason[:80]}); expected sound surfaces: "
+            "export the file anew"
+        ) from None
+
+
+def refuse_odd_shape(body: Any) -> None:
+    """Refuse a shape that the kernel would compute without end, or in the air.
+
+    Raises
+    ------
+    SolidError
+        If it has no finite bounds, or reaches farther than ``MOST_MM``.
+    """
+    from OCP.Bnd import Bnd_Box
+    from OCP.BRepBndLib import BRepBndLib
+
+    box = Bnd_Box()
+    BRepBndLib.AddClose_s(body, box)
+    reach = math.nan
+    if not (box.IsVoid() or box.IsOpen()):
+        low, high = box.CornerMin(), box.CornerMax()
+        reach = max(abs(value) for point in (low, high) for value in (point.X(), point.Y(), point.Z()))
+    if not reach <= MOST_MM:
+        raise SolidError(
+            f"the solid reaches {reach:.3g} mm from the origin; expected a crankshaft within {MOST_MM:g} mm "
+            "(a damaged number, or another unit)"
+        )
 
 
 def silence() -> None:

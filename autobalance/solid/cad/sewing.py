@@ -9,7 +9,7 @@ import numpy as np
 
 from autobalance.errors import FormatError, SolidError
 from autobalance.solid.cad.cad_file import NamedBody
-from autobalance.solid.cad.kernel import cut, explored
+from autobalance.solid.cad.kernel import cut, explored, refuse_odd_shape
 from autobalance.solid.cad.tessellation import bounds_mm
 
 REACHES: Final = (1e-6, 1e-5, 1e-4, 3e-4)
@@ -26,8 +26,9 @@ def bodies_of(shape: Any, what: str) -> tuple[tuple[NamedBody, ...], tuple[str, 
     FormatError
         If it has no face.
     SolidError
-        If its faces do not close.
+        If its faces do not close, or lie where no crankshaft does.
     """
+    refuse_odd_shape(shape)
     solids = explored(shape, "SOLID")
     if solids:
         return tuple(NamedBody("", solid) for solid in solids), ()

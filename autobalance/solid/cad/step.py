@@ -10,6 +10,7 @@ import numpy as np
 from autobalance.errors import BodiesError, SolidError
 from autobalance.solid.cad.brep import ExactSolid, are_apart, joined_solids
 from autobalance.solid.cad.cad_file import CadFile, NamedBody
+from autobalance.solid.cad.kernel import kernel_failures
 from autobalance.solid.cad.soundness import Gap, sound
 from autobalance.solid.cad.step_file import read_step_file
 from autobalance.solid.cad.surface import Surfaces
@@ -58,6 +59,11 @@ def exact_of(file: CadFile, body: int | str | None, pressed_up: bool) -> Exact:
     SolidError
         If none or several fit, the kernel finds fault with the solid, or its triangles are not closed.
     """
+    with kernel_failures("the solid"):
+        return _exact_of(file, body, pressed_up)
+
+
+def _exact_of(file: CadFile, body: int | str | None, pressed_up: bool) -> Exact:
     parts = [_part(one) for one in file.bodies]
     parts.sort(key=lambda part: -part.solid.volume_mm3)
     taken = _chosen(parts, body, pressed_up)

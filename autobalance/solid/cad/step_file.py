@@ -10,7 +10,7 @@ from typing import Any, Final
 
 from autobalance.errors import FormatError, SolidError
 from autobalance.solid.cad.cad_file import CadFile, NamedBody
-from autobalance.solid.cad.kernel import compound, explored, require_kernel
+from autobalance.solid.cad.kernel import compound, explored, refuse_odd_shape, require_kernel
 from autobalance.solid.cad.sewing import bodies_of
 
 UNITS: Final = {"millimetre": "mm", "centimetre": "cm", "metre": "m", "inch": "inch"}
@@ -29,7 +29,7 @@ def read_step_file(data: bytes) -> CadFile:
         If the CAD kernel is not installed, or the file is no STEP file or holds neither solids nor
         surfaces.
     SolidError
-        If its surfaces do not close.
+        If its surfaces do not close, or lie where no crankshaft does.
     """
     require_kernel("STEP")
     if b"ISO-10303-21" not in data[:256]:
@@ -49,6 +49,8 @@ def read_step_file(data: bytes) -> CadFile:
             raise FormatError("the STEP file cannot be read")
         reader.Transfer(document)
     parts = _parts(document)
+    for part in parts:
+        refuse_odd_shape(part.body)
     bodies = tuple(replace(part, body=solid) for part in parts for solid in explored(part.body, "SOLID"))
     repairs: tuple[str, ...] = ()
     if not bodies:

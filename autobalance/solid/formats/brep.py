@@ -11,9 +11,9 @@ if TYPE_CHECKING:
 
 
 def _read(data: bytes) -> CadFile:
-    from autobalance.solid.cad.brep_file import read_brep_file
+    from autobalance.solid.cad.foreign_files import read_foreign_file
 
-    return read_brep_file(data)
+    return read_foreign_file("brep", data)
 
 
 BREP = exact_format("brep", ("brep",), _read, carries_unit=False)

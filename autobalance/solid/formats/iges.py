@@ -11,9 +11,9 @@ if TYPE_CHECKING:
 
 
 def _read(data: bytes) -> CadFile:
-    from autobalance.solid.cad.iges_file import read_iges_file
+    from autobalance.solid.cad.foreign_files import read_foreign_file
 
-    return read_iges_file(data)
+    return read_foreign_file("iges", data)
 
 
 IGES = exact_format("iges", ("iges", "igs"), _read)

@@ -11,9 +11,9 @@ if TYPE_CHECKING:
 
 
 def _read(data: bytes) -> CadFile:
-    from autobalance.solid.cad.step_file import read_step_file
+    from autobalance.solid.cad.foreign_files import read_foreign_file
 
-    return read_step_file(data)
+    return read_foreign_file("step", data)
 
 
 STEP = exact_format("step", ("step", "stp"), _read, names_bodies=True)

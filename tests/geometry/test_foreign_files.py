@@ -1,0 +1,118 @@
+"""What a damaged CAD file does to the CAD kernel stays in a process of its own, and is one line."""
+
+from __future__ import annotations
+
+import math
+import re
+import signal
+from pathlib import Path
+
+import pytest
+
+from autobalance.errors import FormatError, SolidError
+from autobalance.solid.cad import foreign_files, kernel
+from autobalance.solid.cad.brep import ExactSolid
+from autobalance.solid.cad.foreign_files import read_foreign_file
+from autobalance.solid.cad.kernel import has_kernel, properties
+from autobalance.solid.cad.tessellation import bounds_mm
+from autobalance.solid.csg.shape import Bar, Prism, Without, circle
+from autobalance.solid.formats.read import read
+
+pytestmark = pytest.mark.skipif(not has_kernel(), reason="the CAD kernel is not installed")
+
+RING = Without(Prism(circle(20.0), 0.0, 30.0), (Bar((5.0, 0.0, -1.0), (5.0, 0.0, 31.0), 10.0),))
+
+
+@pytest.fixture(scope="module")
+def ring() -> ExactSolid:
+    return ExactSolid(RING)
+
+
+@pytest.fixture(scope="module")
+def step(ring: ExactSolid) -> bytes:
+    return ring.step("mm", "ring")
+
+
+def without(step: bytes, name: str) -> bytes:
+    """The file without the lines of one kind: the numbers that name them stay."""
+    return re.sub(rb"#\d+ = %s\(.*?;\n" % name.encode(), b"", step, flags=re.DOTALL)
+
+
+def test_a_solid_comes_back_from_the_other_process_to_the_bit(ring: ExactSolid, step: bytes) -> None:
+    file = read_foreign_file("step", step)
+    (one,) = file.bodies
+    assert (one.name, file.unit, file.repairs) == ("ring", "mm", ())
+    assert properties(one.body).mass_g == pytest.approx(math.pi * (400.0 - 25.0) * 30.0, rel=1e-12)
+    here = kernel.properties(foreign_files._shape(foreign_files._bytes(one.body)))
+    assert here.mass_g == properties(one.body).mass_g
+
+
+@pytest.mark.parametrize("name", ["VECTOR", "EDGE_LOOP", "CARTESIAN_POINT"])
+def test_lines_that_are_gone_are_one_line(step: bytes, name: str, tmp_path: Path) -> None:
+    path = tmp_path / "ring.step"
+    path.write_bytes(without(step, name))
+    with pytest.raises((FormatError, SolidError)) as caught:
+        read(path, None)
+    assert "\n" not in str(caught.value)
+    path.write_bytes(step)
+    assert read(path, None).bodies == 1  # and the next file is read
+
+
+def test_a_file_that_brings_the_kernel_down_says_so(step: bytes) -> None:
+    with pytest.raises(FormatError, match=r"STEP file brings the CAD kernel down \(SIG[A-Z]+\);"):
+        read_foreign_file("step", without(step, "VECTOR"))
+
+
+def test_a_reader_that_is_killed_is_one_line(step: bytes, monkeypatch: pytest.MonkeyPatch) -> None:
+    read_foreign_file("step", step)
+    child = foreign_files._child
+    assert child is not None
+    monkeypatch.setattr(child, "send", lambda _message: child.process.send_signal(signal.SIGKILL))
+    with pytest.raises(FormatError, match="SIGKILL"):
+        read_foreign_file("step", step)
+    assert read_foreign_file("step", step).unit == "mm"
+
+
+def test_who_is_interrupted_leaves_no_reader_behind(step: bytes, monkeypatch: pytest.MonkeyPatch) -> None:
+    read_foreign_file("step", step)
+    child = foreign_files._child
+    assert child is not None
+
+    def interrupted() -> None:
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr(child, "receive", interrupted)
+    with pytest.raises(KeyboardInterrupt):
+        read_foreign_file("step", step)
+    assert child.process.poll() is not None
+
+
+@pytest.mark.parametrize("number", ["4294967296.", "1.E+30"])
+def test_a_point_far_away_is_refused(step: bytes, number: str, tmp_path: Path) -> None:
+    path = tmp_path / "far.step"
+    path.write_bytes(step.replace(b"20.,", number.encode() + b",", 1))
+    assert path.read_bytes() != step
+    with pytest.raises((FormatError, SolidError)) as caught:
+        read(path, None)
+    assert "\n" not in str(caught.value)
+
+
+def test_a_kernel_of_another_generation_is_named(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(kernel, "installed_version", lambda: "7.9.3.1")
+    with pytest.raises(FormatError, match=r"kernel OCP 8; found OCP 7\.9\.3\.1; .*pip install"):
+        kernel.require_kernel("STEP")
+
+
+def test_what_the_kernel_throws_is_one_line() -> None:
+    from OCP.BRep import BRep_Builder
+    from OCP.TopoDS import TopoDS_Compound
+
+    empty = TopoDS_Compound()
+    BRep_Builder().MakeCompound(empty)
+    with (
+        pytest.raises(SolidError, match=r"cannot compute the solid \(Bnd_Box is void\); expected"),
+        kernel.kernel_failures("the solid"),
+    ):
+        bounds_mm(empty)
+    with pytest.raises(SolidError, match="reaches nan mm from the origin; expected a crankshaft within"):
+        kernel.refuse_odd_shape(empty)
