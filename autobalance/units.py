@@ -13,6 +13,9 @@ G_MM_PER_OZ_IN: Final = G_PER_OZ * 25.4
 RAD_S_PER_RPM: Final = 2.0 * 3.141592653589793 / 60.0
 G_PER_MM3_PER_KG_M3: Final = 1e-6
 """1 kg/m³ in g/mm³."""
+M_PER_MM: Final = 1e-3
+STEEL_KG_M3: Final = 7850.0
+"""Density taken where none is stated."""
 
 G_PER: Final = {"g": 1.0, "kg": G_PER_KG, "oz": G_PER_OZ, "lb": 16.0 * G_PER_OZ}
 """Grams in one unit of mass."""

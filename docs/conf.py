@@ -76,12 +76,12 @@ def write_functions() -> None:
 
 
 def write_theory() -> None:
-    """Write the reference of ``autobalance.theory``, a section for each of its modules."""
+    """Write the reference of ``autobalance.theory``, a section for each module that has a formula."""
     lines = ["Formulas: ab.theory", "===================", ""]
     lines += ["``autobalance calc NAME key=value ...`` calls any of them from the command line.", ""]
     modules = sorted({getattr(theory, name).__module__ for name in theory.__all__})
     for module in modules:
-        title = module.rsplit(".", 1)[1].capitalize()
+        title = module.rsplit(".", 1)[1].replace("_", " ").capitalize()
         lines += [title, "-" * len(title), ""]
         names = [name for name in theory.__all__ if getattr(theory, name).__module__ == module]
         for name in names:

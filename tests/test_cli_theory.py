@@ -13,7 +13,7 @@ from typing import Any
 import pytest
 
 import autobalance as ab
-from autobalance.engine.slider_crank import harmonic
+from autobalance.engine.slider_crank import harmonic_coefficient
 from autobalance.report.plots import FILLS, STYLES
 from tests.coarse import bundled_corners
 from tests.jobs import BUNDLED, main, write_stl
@@ -96,7 +96,9 @@ def test_forces_of_the_motocross_crank(whole: Path, capsys: pytest.CaptureFixtur
     assert orders[1.0]["force_x_n"] == pytest.approx(0.72 * PRIMARY_N, rel=1e-4)
     assert orders[1.0]["force_y_n"] == pytest.approx(0.28 * PRIMARY_N, rel=1e-4)
     assert orders[1.0]["backward_n"] == pytest.approx(0.5 * PRIMARY_N, rel=1e-4)
-    assert orders[2.0]["greatest_force_n"] == pytest.approx(harmonic(2, 26.9 / 104.0) * PRIMARY_N, rel=1e-4)
+    assert orders[2.0]["greatest_force_n"] == pytest.approx(
+        harmonic_coefficient(2, 26.9 / 104.0) * PRIMARY_N, rel=1e-4
+    )
     assert orders[0.5]["greatest_force_n"] == 0.0
     assert report["factors"]["least_first_order"] == pytest.approx(0.5)
     mains = balanced["loads"]["main_bearings"]
@@ -271,7 +273,7 @@ def test_shafts_that_are_proposed_cancel_what_is_left(job: Path, capsys: pytest.
     report = printed(capsys, "shafts", job)
     offers = {offer["what"]: offer["shafts"] for offer in report["proposals"]}
     second = offers["all of the second order"]
-    needed = harmonic(2, 26.9 / 104.0) * 261.5 * 26.9
+    needed = harmonic_coefficient(2, 26.9 / 104.0) * 261.5 * 26.9
     assert [shaft["product_g_mm"] for shaft in second] == pytest.approx([needed / 8, needed / 8], rel=1e-4)
     forward, backward = offers["all of the first order"]
     assert forward["product_g_mm"] == pytest.approx(0.22 * 261.5 * 26.9, rel=1e-4)

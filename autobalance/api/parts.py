@@ -11,7 +11,7 @@ from autobalance.api.engine_case import job_head, request
 from autobalance.api.result import Plots, VerbResult
 from autobalance.balancing import plausibility
 from autobalance.engine.conrod import ConnectingRod
-from autobalance.engine.parts import roll_up
+from autobalance.engine.parts import sum_of_parts
 from autobalance.errors import JobError
 from autobalance.job import Job, JobSource
 from autobalance.job.model import ThrowParts, Weight
@@ -104,8 +104,9 @@ def _throw(number: int | None, parts: ThrowParts, factor: float) -> dict[str, An
         (parts.rods, weights.rotating),
         (factor * parts.rods, weights.reciprocating),
     ]
-    bob, off = roll_up(
-        (share * weight.mass_g, share * weight.pm_g) for share, named in shares for weight in named.values()
+    scaled = [(share, weight) for share, named in shares for weight in named.values()]
+    bob = sum_of_parts(
+        [share * weight.mass_g for share, weight in scaled], [share * weight.pm_g for share, weight in scaled]
     )
     pin = weights.crankpin.get("crankpin")
     return {
@@ -115,17 +116,17 @@ def _throw(number: int | None, parts: ThrowParts, factor: float) -> dict[str, An
         "reciprocating": _rolled_up(weights.reciprocating),
         "crankpin": _rolled_up(weights.crankpin),
         "balance_factor": factor,
-        "bob_weight_g": bob,
-        "bob_weight_pm_g": off,
-        "bob_weight_pin_fitted_g": bob - (pin.mass_g if pin is not None else 0.0),
+        "bob_weight_g": bob.mass_g,
+        "bob_weight_pm_g": bob.pm_g,
+        "bob_weight_pin_fitted_g": bob.mass_g - (pin.mass_g if pin is not None else 0.0),
     }
 
 
 def _rolled_up(named: Mapping[str, Weight]) -> dict[str, Any]:
-    mass, off = roll_up((weight.mass_g, weight.pm_g) for weight in named.values())
+    total = sum_of_parts([each.mass_g for each in named.values()], [each.pm_g for each in named.values()])
     return {
-        "mass_g": mass,
-        "pm_g": off,
+        "mass_g": total.mass_g,
+        "pm_g": total.pm_g,
         "parts": [
             {"name": name, "mass_g": weight.mass_g, "pm_g": weight.pm_g} for name, weight in named.items()
         ],

@@ -13,6 +13,7 @@ from autobalance.api.progress import telling
 from autobalance.api.result import VerbResult, report_head
 from autobalance.crank.connecting_rod import MeasuredRod, measure_rod
 from autobalance.crank.recognition.rod_eyes import Eye, RodEyes
+from autobalance.engine.conrod import cut_at_centre_of_mass
 from autobalance.engine.slider_crank import SliderCrank
 from autobalance.errors import JobError, RecognitionError
 from autobalance.runtime import Progress
@@ -187,10 +188,11 @@ def _couple(measured: MeasuredRod, stroke_mm: float | None, speed_rpm: float | N
 
 
 def _cut(measured: MeasuredRod) -> dict[str, Any]:
-    cut = measured.cut_at_centre
+    big, small = measured.cut_halves_g
+    cut = cut_at_centre_of_mass(measured.rod, big, small)
     return {
-        "big_half_g": cut.big_half_g,
-        "small_half_g": cut.small_half_g,
+        "big_half_g": big,
+        "small_half_g": small,
         "moved_g": cut.moved_g,
         "says": cut.warning,
     }

@@ -9,7 +9,7 @@ from functools import cached_property
 import numpy as np
 
 from autobalance.crank.recognition.rod_eyes import RodEyes, find_eyes
-from autobalance.engine.conrod import ConnectingRod, CutRod, cut_at_centre_of_mass
+from autobalance.engine.conrod import ConnectingRod
 from autobalance.errors import RecognitionError
 from autobalance.rigid_rotor.moments import Moments
 from autobalance.solid.chordal_error.estimate import ChordalError, estimate_chordal_error
@@ -84,8 +84,8 @@ class MeasuredRod:
         )
 
     @cached_property
-    def cut_at_centre(self) -> CutRod:
-        """The two pieces of the rod cut at its centre of mass, which the lever rule is better than."""
+    def cut_halves_g(self) -> tuple[float, float]:
+        """Big and small piece of the rod cut at its centre of mass; the lever rule is better [g]."""
         placed = self.source.solid.mesh.moved(ALONG @ self.eyes.file_to_rod)
         slab = Slab(placed.vertices, placed.triangles, ROUNDING * placed.diagonal_mm)
         low, high = float(placed.bounds[0, 2]), float(placed.bounds[1, 2])
@@ -93,7 +93,7 @@ class MeasuredRod:
         big, small = (slab.moments(part, 1.0).mass_g for part in ((low - 1.0, cut), (cut, high + 1.0)))
         share = small / (big + small)
         mass = self.rod.mass_g
-        return cut_at_centre_of_mass(self.rod, (1.0 - share) * mass, share * mass)
+        return (1.0 - share) * mass, share * mass
 
 
 def measure_rod(source: Source, density_g_mm3: float, density_pm_g_mm3: float = 0.0) -> MeasuredRod:

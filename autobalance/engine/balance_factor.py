@@ -7,7 +7,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from autobalance.engine.parts import Parts, ThrowLoad
+from autobalance.engine.parts import ThrowLoad, bob_weight_g
 from autobalance.rigid_rotor.moments import Array, Moments
 
 LEAST_DIRECTION = 1e-6
@@ -71,6 +71,7 @@ def balance_factor(unbalance_without_reciprocating_g_mm: Array, throws: Sequence
 
     Examples
     --------
+    >>> from autobalance.engine.parts import Parts
     >>> throw = ThrowLoad(Parts(134.04, 242.7, 114.65), 26.9, 0.0, 0.0)
     >>> crank = np.array([-2020.40 * 6.16, 0.0])
     >>> rotating = np.array([248.69 * 26.9, 0.0])
@@ -85,10 +86,21 @@ def balance_factor(unbalance_without_reciprocating_g_mm: Array, throws: Sequence
     return -float(unbalance_without_reciprocating_g_mm @ direction) / length**2
 
 
-def counterweight_product_target_g_mm(parts: Parts, factor: float, crank_radius_mm: float) -> float:
-    """Return the product m_cw r′ that one throw's counterweights need [g·mm].
+def counterweight_product_g_mm(
+    rotating_g: float, reciprocating_g: float, factor: float, crank_radius_mm: float, crankpin_g: float = 0.0
+) -> float:
+    """Return the product m_cw r′ = (m_rot + f m_rec) r that a throw's counterweights need [g·mm].
 
-    m_cw r′ = (m_rot + f m_rec) r, with the crankpin in m_rot since it is left out of m_cw.
+    The crankpin counts in m_rot, since it is left out of m_cw.
+
+    Parameters
+    ----------
+    rotating_g, reciprocating_g, crankpin_g : float
+        [g]
+    factor : float
+        Balance factor, 0 to 1.
+    crank_radius_mm : float
+        [mm]
 
     References
     ----------
@@ -96,19 +108,23 @@ def counterweight_product_target_g_mm(parts: Parts, factor: float, crank_radius_
 
     Examples
     --------
-    >>> round(counterweight_product_target_g_mm(Parts(134.04, 261.5, 114.65), 0.28, 26.9), 1)
+    >>> round(counterweight_product_g_mm(134.04, 261.5, 0.28, 26.9, crankpin_g=114.65), 1)
     8659.4
     """
-    return parts.bob_weight_g(factor) * crank_radius_mm
+    return bob_weight_g(rotating_g, reciprocating_g, factor, crankpin_g) * crank_radius_mm
 
 
 def correction_mass_g(unbalance_g_mm: float, radius_mm: float) -> float:
-    """Return the mass that takes away an unbalance at a radius; shared by the counterweights [g].
+    """Return the mass that takes away an unbalance at a radius, U/r; shared by the counterweights [g].
+
+    Parameters
+    ----------
+    unbalance_g_mm, radius_mm : float
+        [g·mm, mm]
 
     References
     ----------
-    Hoem & Røsholm 2016, Eq. 6.4; positive is removed from the counterweights. Its Eq. 6.5 subtracts the
-    original product for the residual where the new target is meant.
+    Hoem & Røsholm 2016, Eq. 6.4; Eq. 6.5 subtracts the original product where the new target is meant.
 
     Examples
     --------

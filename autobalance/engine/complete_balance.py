@@ -2,12 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
-
-import numpy as np
-
-from autobalance.rigid_rotor.moments import Array
-from autobalance.units import N_M_PER_G_MM2_S2
 
 
 @dataclass(frozen=True)
@@ -37,52 +33,59 @@ class BoltOnWeight:
 
 @dataclass(frozen=True)
 class BoltedPair:
-    """Two like shafts with bolt-on weights, set against what they are to cancel.
+    """Shafts with bolt-on weights against what they are to cancel.
 
-    ``needed_g_mm`` is the amplitude over ω² of the force of order ``order``.
+    Attributes
+    ----------
+    product_g_mm : float
+        Unbalance of both shafts together [g·mm].
+    force_over_w2_g_mm : float
+        Amplitude of the pair's force over ω², with ω the crank's speed: order² times its unbalance [g·mm].
+    residual_g_mm : float
+        Amplitude over ω² that is left [g·mm].
+    """
+
+    product_g_mm: float
+    force_over_w2_g_mm: float
+    residual_g_mm: float
+
+
+def bolted_pair(
+    order: int, needed_g_mm: float, mass_g: Sequence[float], eccentricity_mm: Sequence[float]
+) -> BoltedPair:
+    """Return what two shafts with bolt-on weights cancel, and what they leave.
+
+    Parameters
+    ----------
+    order : int
+        Speed of the shafts over the crank's.
+    needed_g_mm : float
+        Amplitude over ω² of the force to cancel [g·mm].
+    mass_g, eccentricity_mm : list of float
+        The weights of one shaft; negative eccentricity: on the other side [g, mm].
+
+    References
+    ----------
+    Ruckle 2014, Table 3 (residuals of different orders do not add).
 
     Examples
     --------
-    >>> weights = (BoltOnWeight("counterweight", 18.7, 5751.6), BoltOnWeight("bolts", 17.7, 230.9),
-    ...            BoltOnWeight("top counterweight", -24.7, 3516.9))
-    >>> pair = BoltedPair(1, weights, needed_g_mm=49822.3)
+    >>> pair = bolted_pair(1, 49822.3, [5751.6, 230.9, 3516.9], [18.7, 17.7, -24.7])
     >>> round(pair.product_g_mm, 2)
     49548.84
     """
-
-    order: int
-    weights: tuple[BoltOnWeight, ...]
-    needed_g_mm: float
-
-    @property
-    def product_g_mm(self) -> float:
-        """Unbalance of both shafts together [g·mm]."""
-        return 2.0 * sum(weight.product_g_mm for weight in self.weights)
-
-    @property
-    def force_g_mm(self) -> float:
-        """Amplitude of the pair's force over ω², with ω the crank's speed: order² times its unbalance."""
-        return self.order**2 * self.product_g_mm
-
-    @property
-    def residual_g_mm(self) -> float:
-        """Amplitude over ω² that is left; residuals of different orders do not add [g·mm]."""
-        return self.needed_g_mm - self.force_g_mm
-
-    def without(self, name: str) -> BoltedPair:
-        """Return the pair with the weight of that name taken off."""
-        kept = tuple(weight for weight in self.weights if weight.name != name)
-        if len(kept) == len(self.weights):
-            names = ", ".join(weight.name for weight in self.weights)
-            raise ValueError(f"no bolt-on weight is called '{name}'; there are: {names}")
-        return BoltedPair(self.order, kept, self.needed_g_mm)
+    if len(mass_g) != len(eccentricity_mm):
+        raise ValueError("mass_g and eccentricity_mm must be of one length")
+    product = 2.0 * sum(float(m) * float(e) for m, e in zip(mass_g, eccentricity_mm, strict=True))
+    force = order**2 * product
+    return BoltedPair(product, force, needed_g_mm - force)
 
 
 @dataclass(frozen=True)
 class CompleteBalance:
-    """Rod and crank counterweights that keep the centre of mass of crank, rod and piston at rest.
+    """Counterweights on rod and crank that leave no force at any order.
 
-    Every harmonic of the force vanishes; the moment about the crank axis does not.
+    They keep the centre of mass of crank, rod and piston at rest; the moment about the crank axis stays.
 
     Attributes
     ----------
@@ -90,26 +93,16 @@ class CompleteBalance:
         m_a2, beyond the crankpin on the rod's line.
     crank_counterweight_g : float
         m_a1, opposite the crankpin.
-
-    Examples
-    --------
-    >>> balance = complete_balance(crank_g_mm=240.0, crank_radius_mm=1.0, rod_g=350.0, rod_length_mm=5.0,
-    ...     rod_centre_mm=2.0, piston_g=180.0, rod_counterweight_mm=2.0, crank_counterweight_mm=0.8)
-    >>> balance.rod_counterweight_g, balance.crank_counterweight_g, balance.added_g
-    (800.0, 1962.5, 2762.5)
+    added_g : float
+        What both weigh together.
     """
 
     rod_counterweight_g: float
     crank_counterweight_g: float
-
-    @property
-    def added_g(self) -> float:
-        """What both weigh together [g]."""
-        return self.rod_counterweight_g + self.crank_counterweight_g
+    added_g: float
 
 
 def complete_balance(
-    *,
     crank_g_mm: float,
     crank_radius_mm: float,
     rod_g: float,
@@ -128,40 +121,26 @@ def complete_balance(
     ----------
     crank_g_mm : float
         m₁ l_S1, unbalance of the crank alone, towards the crankpin [g·mm].
-    crank_radius_mm, rod_length_mm : float
-        l₁ and l₂ [mm].
-    rod_g, rod_centre_mm : float
-        m₂ and l_S2, its centre of mass from the big end [g, mm].
-    piston_g : float
-        m₃, with the wrist pin [g].
+    crank_radius_mm, rod_length_mm, rod_centre_mm : float
+        l₁, l₂ and l_S2, the last from the big end [mm].
+    rod_g, piston_g : float
+        m₂, and m₃ with the wrist pin [g].
     rod_counterweight_mm, crank_counterweight_mm : float
-        l_a2 beyond the crankpin and l_a1 from the crank axis [mm].
+        Levers: l_a2 beyond the crankpin and l_a1 from the crank axis [mm].
 
     References
     ----------
-    Task 5, Eq. 5.30 to 5.33.
+    Task 5, Eq. 5.30 to 5.33. Every force vanishes, the moment does not.
+
+    Examples
+    --------
+    >>> complete_balance(240.0, 1.0, 350.0, 5.0, 2.0, 180.0, 2.0, 0.8).added_g
+    2762.5
     """
     for name, lever in (("rod", rod_counterweight_mm), ("crank", crank_counterweight_mm)):
         if not lever > 0.0:
             raise ValueError(f"lever of the {name}'s counterweight is {lever:g} mm; must be > 0")
     rod_weight = (rod_g * rod_centre_mm + piston_g * rod_length_mm) / rod_counterweight_mm
     on_pin = rod_weight + rod_g + piston_g
-    return CompleteBalance(rod_weight, (crank_g_mm + on_pin * crank_radius_mm) / crank_counterweight_mm)
-
-
-def remaining_moment_n_m(angular_momentum_g_mm2: Array, angle_rad: Array, speed_rad_s: float) -> Array:
-    """Return the moment −dL/dt that a mechanism's angular momentum leaves on its frame [N·m].
-
-    Parameters
-    ----------
-    angular_momentum_g_mm2 : (n,) float
-        L/ω about the crank axis at n equal crank angles of a turn [g·mm²].
-    angle_rad : (n,) float
-        Those angles, for the number of them only.
-    speed_rad_s : float
-        Crank speed, constant [rad/s].
-    """
-    spectrum = np.fft.rfft(angular_momentum_g_mm2)
-    slope = np.fft.irfft(1j * np.arange(spectrum.size) * spectrum, n=np.size(angle_rad))
-    result: Array = -slope * speed_rad_s**2 * N_M_PER_G_MM2_S2
-    return result
+    crank_weight = (crank_g_mm + on_pin * crank_radius_mm) / crank_counterweight_mm
+    return CompleteBalance(rod_weight, crank_weight, rod_weight + crank_weight)

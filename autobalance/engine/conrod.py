@@ -124,40 +124,47 @@ class ConnectingRod:
 
 @dataclass(frozen=True)
 class CutRod:
-    """A rod cut at its centre of mass, set beside the lever rule, for comparison only.
+    """A rod cut at its centre of mass: what the cut puts at the wrong end.
 
     Each half weighs what it weighs, but its centre is not at the eye: the sum is right and the centre of
     mass is not.
 
     Attributes
     ----------
-    big_half_g, small_half_g : float
-        What the two pieces weigh [g].
     moved_g : float
         Mass that the cut puts at the small end instead of the big end [g].
+    small_end_share : float
+        Small piece ÷ whole rod; the lever rule gives the centre's distance from the big end ÷ length.
+    warning : str
+        One line that says what the cut gets wrong.
     """
 
-    big_half_g: float
-    small_half_g: float
     moved_g: float
-
-    @property
-    def small_end_share(self) -> float:
-        """Small piece ÷ whole rod; the lever rule gives the centre's distance from the big end ÷ length."""
-        return self.small_half_g / (self.big_half_g + self.small_half_g)
-
-    @property
-    def warning(self) -> str:
-        """One line that says what the cut gets wrong."""
-        side = "small" if self.moved_g >= 0.0 else "big"
-        return (
-            f"a rod cut at its centre of mass puts {abs(self.moved_g):.1f} g at the {side} end that is not"
-            " there; use the lever rule (two scales)"
-        )
+    small_end_share: float
+    warning: str
 
 
 def cut_at_centre_of_mass(rod: ConnectingRod, big_half_g: float, small_half_g: float) -> CutRod:
-    """Compare a rod cut at its centre of mass with the lever rule.
+    """Compare a rod cut at its centre of mass, two pieces [g], with the lever rule."""
+    moved = small_half_g - rod.small_end_g
+    side = "small" if moved >= 0.0 else "big"
+    return CutRod(
+        moved,
+        small_half_g / (big_half_g + small_half_g),
+        f"a rod cut at its centre of mass puts {abs(moved):.1f} g at the {side} end that is not"
+        " there; use the lever rule (two scales)",
+    )
+
+
+def conrod_cut_in_two(big_end_g: float, small_end_g: float, big_half_g: float, small_half_g: float) -> CutRod:
+    """Compare a rod cut at its centre of mass with the lever rule; for comparison only.
+
+    Parameters
+    ----------
+    big_end_g, small_end_g : float
+        On two scales [g].
+    big_half_g, small_half_g : float
+        What the two pieces of the cut rod weigh [g].
 
     References
     ----------
@@ -165,8 +172,8 @@ def cut_at_centre_of_mass(rod: ConnectingRod, big_half_g: float, small_half_g: f
 
     Examples
     --------
-    >>> rod = ConnectingRod.from_two_scales(1262.4, 411.4, 152.0)
-    >>> round(cut_at_centre_of_mass(rod, 1015.9, 657.5).moved_g, 1)
+    >>> round(conrod_cut_in_two(1262.4, 411.4, 1015.9, 657.5).moved_g, 1)
     246.1
     """
-    return CutRod(big_half_g, small_half_g, small_half_g - rod.small_end_g)
+    rod = ConnectingRod.from_two_scales(big_end_g, small_end_g, 1.0)
+    return cut_at_centre_of_mass(rod, big_half_g, small_half_g)

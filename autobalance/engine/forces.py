@@ -12,7 +12,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from autobalance.engine.slider_crank import harmonic, harmonic_series
+from autobalance.engine.slider_crank import harmonic_coefficient, harmonic_series
 from autobalance.rigid_rotor.moments import Array
 from autobalance.units import N_PER_G_MM_S2
 
@@ -68,11 +68,6 @@ class FirstOrder:
         result: Array = -self.factor * self.amplitude_n * np.sin(angle_rad)
         return result
 
-    def resultant_n(self, angle_rad: Array) -> Array:
-        """Return the magnitude of the force [N]."""
-        result: Array = np.hypot(self.inline_n(angle_rad), self.transverse_n(angle_rad))
-        return result
-
     @property
     def forward_n(self) -> float:
         """Circle that turns with the crank, (½ − f) m_rec r ω²: all that a counterweight can change [N]."""
@@ -108,45 +103,39 @@ class FirstOrder:
 
 
 @dataclass(frozen=True)
-class OrderCoefficient:
-    """One order of the reciprocating force over ω²: signed, with the leading term of its series beside it."""
+class OrderRow:
+    """A row of the order table: leading term and exact coefficient, signed, times m r."""
 
     order: int
-    exact_g_mm: float
     leading_g_mm: float
+    exact_g_mm: float
 
 
-def order_table(reciprocating_g: float, crank_radius_mm: float, ratio: float) -> list[OrderCoefficient]:
-    """Return the reciprocating force over ω² by order, 1, 2, 4, 6 and 8, with its signs.
+def order_table(reciprocating_g: float, crank_radius_mm: float, rod_length_mm: float) -> tuple[OrderRow, ...]:
+    """Return the reciprocating force by order over ω², leading terms and exact coefficients.
 
-    F/ω² = m r (cos θ + A₂ cos 2θ − A₄ cos 4θ + A₆ cos 6θ − A₈ cos 8θ …).
+    m r {1, λ, −λ³/4, 9λ⁵/128, …}, or with the exact A of ``harmonic_coefficient``; orders 1, 2, 4, 6, 8.
 
     Parameters
     ----------
-    reciprocating_g : float
-        Reciprocating mass [g].
-    crank_radius_mm : float
-        [mm].
-    ratio : float
-        λ = r/l.
+    reciprocating_g, crank_radius_mm, rod_length_mm : float
+        [g, mm, mm]
 
     References
     ----------
-    Ruckle 2014, Table 1, leading terms, truncated; order 4 is negative, and Eq. 4 and 10 lose the sign that
-    makes orders 1 and 2 add at top dead centre.
+    Ruckle 2014, Table 1: digits cut off, order 4 is negative, and no division by g; Eq. 4 and 10 lose the
+    sign that makes orders 1 and 2 add at top dead centre.
 
     Examples
     --------
-    >>> [(row.order, round(row.leading_g_mm, 2)) for row in order_table(1216.0, 44.9, 44.9 / 152.0)][:3]
+    >>> [(row.order, round(row.leading_g_mm, 2)) for row in order_table(1216.0, 44.9, 152.0)][:3]
     [(1, 54598.4), (2, 16128.08), (4, -351.83)]
     """
-    product = reciprocating_g * crank_radius_mm
-    rows = [OrderCoefficient(1, product, product)]
+    product, ratio = reciprocating_g * crank_radius_mm, crank_radius_mm / rod_length_mm
+    rows = [OrderRow(1, product, product)]
     for order in (2, 4, 6, 8):
-        sign = -1.0 if order % 4 == 0 else 1.0
-        ((power, coefficient),) = harmonic_series(order, 1).items()
-        leading = float(coefficient) * ratio**power
-        rows.append(
-            OrderCoefficient(order, sign * product * harmonic(order, ratio), sign * product * leading)
-        )
-    return rows
+        signed = -product if order % 4 == 0 else product
+        (term,) = harmonic_series(order, 1)
+        leading = term.coefficient * ratio**term.power
+        rows.append(OrderRow(order, signed * leading, signed * harmonic_coefficient(order, ratio)))
+    return tuple(rows)

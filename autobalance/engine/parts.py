@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 
@@ -36,18 +36,7 @@ class Parts:
             raise ValueError(f"rods is {self.rods}; at least one connecting rod on a crankpin is needed")
 
     def bob_weight_g(self, factor: float) -> float:
-        """Return the bob-weight for a balance factor [g]: crankpin + rods (rotating + factor reciprocating).
-
-        References
-        ----------
-        Hoem & Røsholm 2016, Sec. 6.3.2 (m_bw).
-
-        Examples
-        --------
-        >>> motocross = Parts(rotating_g=134.04, reciprocating_g=261.5, crankpin_g=114.65)
-        >>> round(motocross.bob_weight_g(0.28), 3)
-        321.91
-        """
+        """Return the bob-weight for a balance factor [g], as the function ``bob_weight_g`` does."""
         return self.crankpin_g + self.rods * (self.rotating_g + factor * self.reciprocating_g)
 
     @property
@@ -74,16 +63,65 @@ class ThrowLoad:
     z_mm: float
 
 
-def roll_up(weights: Iterable[tuple[float, float]]) -> tuple[float, float]:
-    """Return the sum of weights and by how much it may be off, both from pairs (weight, may be off by) [g].
+def bob_weight_g(
+    rotating_g: float, reciprocating_g: float, factor: float, crankpin_g: float = 0.0, rods: int = 1
+) -> float:
+    """Return the bob-weight of one throw: crankpin parts + rods · (m_rot + f m_rec) [g].
 
-    The single errors are independent, so their squares add.
+    Parameters
+    ----------
+    rotating_g, reciprocating_g : float
+        Of one connecting rod [g].
+    factor : float
+        Balance factor, 0 to 1.
+    crankpin_g : float
+        What sits on or in the crankpin; without the pin itself where it is fitted on the machine [g].
+    rods : int
+        Connecting rods on the crankpin.
+
+    References
+    ----------
+    Hoem & Røsholm 2016, Sec. 6.3.2 (Eq. 6.1 there has m_rec for m_rot; 6.4 is right).
 
     Examples
     --------
-    >>> mass, off = roll_up([(158.0, 0.3), (27.0, 0.4)])
-    >>> mass, round(off, 9)
-    (185.0, 0.5)
+    >>> round(bob_weight_g(134.04, 261.5, 0.28, crankpin_g=114.65), 2)
+    321.91
     """
-    pairs = list(weights)
-    return sum(mass for mass, _ in pairs), math.hypot(*(off for _, off in pairs))
+    return Parts(rotating_g, reciprocating_g, crankpin_g, rods).bob_weight_g(factor)
+
+
+@dataclass(frozen=True)
+class Sum:
+    """A mass with its uncertainty."""
+
+    mass_g: float
+    pm_g: float
+
+
+def sum_of_parts(g: Sequence[float], pm_g: Sequence[float] = ()) -> Sum:
+    """Return the sum of named parts; single errors are independent, so their squares add.
+
+    Parameters
+    ----------
+    g, pm_g : list of float
+        Weights, and by how much each may be off (none: 0) [g].
+
+    Raises
+    ------
+    ValueError
+        If the lists differ in length.
+
+    References
+    ----------
+    Hoem & Røsholm 2016, Tables 4.1 and 6.1; the latter's 282.96 g add up to 282.69 g.
+
+    Examples
+    --------
+    >>> sum_of_parts([95.0, 39.0, 114.5], [0.3, 0.4, 0.0])
+    Sum(mass_g=248.5, pm_g=0.5)
+    """
+    off = list(pm_g) or [0.0] * len(g)
+    if len(off) != len(g):
+        raise ValueError(f"g has {len(g)} entries, pm_g {len(off)}; must be as many")
+    return Sum(sum(g), math.hypot(*off))

@@ -1,4 +1,4 @@
-"""A crank as a table of sections: its sums, and the two counterweights that would balance it."""
+"""A crank as a table of sections: its sums, the two counterweights that would balance it, and its holes."""
 
 from __future__ import annotations
 
@@ -8,73 +8,68 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from autobalance.rigid_rotor.moments import Array, Moments
+from autobalance.rigid_rotor.moments import Moments
 from autobalance.rigid_rotor.unbalance import Unbalance
-from autobalance.units import G_PER_MM3_PER_KG_M3
+from autobalance.units import G_PER_MM3_PER_KG_M3, STEEL_KG_M3
 
 
 @dataclass(frozen=True)
-class TableSection:
-    """A piece of the crank: what it weighs and where its centre of mass is."""
+class SectionSums:
+    """Static and dynamic sums of a section table."""
 
-    name: str
     mass_g: float
-    x_mm: float
-    y_mm: float
-    z_mm: float
-
-    @property
-    def product_g_mm(self) -> tuple[float, float]:
-        """Static products W X and W Y [g·mm]."""
-        return self.mass_g * self.x_mm, self.mass_g * self.y_mm
-
-    @property
-    def couple_g_mm2(self) -> tuple[float, float]:
-        """Dynamic products W X Z and W Y Z [g·mm²]."""
-        wx, wy = self.product_g_mm
-        return wx * self.z_mm, wy * self.z_mm
-
-    @property
-    def moments(self) -> Moments:
-        """Mass moments of the section, taken for a point."""
-        return Moments.point(self.mass_g, np.array([self.x_mm, self.y_mm, self.z_mm]))
+    static_g_mm: tuple[float, float]
+    dynamic_g_mm2: tuple[float, float]
 
 
-def section_sums(sections: Sequence[TableSection]) -> Unbalance:
-    """Return the static sums (resultant) and the dynamic sums (moment about z = 0) of a section table.
+@dataclass(frozen=True)
+class TwoProducts:
+    """Static products W (X, Y) of two counterweights that leave no force and no couple."""
 
-    References
-    ----------
-    Ruckle 2014, Eq. 5 to 8 and Table 2; its sums are not printed, and its dynamic sum is not zero.
-
-    Examples
-    --------
-    >>> table = [TableSection("cheek", 2.0, 0.0, 5.0, 10.0)]
-    >>> table += [TableSection("counterweight", 1.0, 0.0, -10.0, 30.0)]
-    >>> sums = section_sums(table)
-    >>> sums.resultant_g_mm.tolist(), sums.moment_g_mm2.tolist()
-    ([0.0, 0.0], [0.0, -200.0])
-    """
-    total = Moments.zero()
-    for section in sections:
-        total = total + section.moments
-    return Unbalance.of(total)
+    first_g_mm: tuple[float, float]
+    second_g_mm: tuple[float, float]
 
 
-def balancing_products_g_mm(sections: Sequence[TableSection], first: str, second: str) -> tuple[Array, Array]:
-    """Return the static products (2,) that two sections must have for no force and no couple.
+def section_sums(
+    mass_g: Sequence[float], x_mm: Sequence[float], y_mm: Sequence[float], z_mm: Sequence[float]
+) -> SectionSums:
+    """Return static sums Σ W (X, Y) and dynamic sums Σ W (X, Y) Z of a section table.
 
     Parameters
     ----------
-    sections : sequence of Section
-        The whole crank with bob-weights.
-    first, second : str
-        Names of the two counterweights that may change; they stay where they are on the axis.
+    mass_g, x_mm, y_mm, z_mm : list of float
+        One entry a section, its centre of mass [g, mm].
 
-    Returns
-    -------
-    ((2,) float, (2,) float)
-        W (X, Y) of either [g·mm].
+    References
+    ----------
+    Ruckle 2014, Eq. 5 to 8; Table 2 prints no sums: its dynamic one is +1354 kg·mm².
+
+    Examples
+    --------
+    >>> section_sums([2.0, 1.0], [0.0, 0.0], [5.0, -10.0], [10.0, 30.0]).dynamic_g_mm2
+    (0.0, -200.0)
+    """
+    total = _unbalance(mass_g, x_mm, y_mm, z_mm)
+    (static_x, static_y), (dynamic_x, dynamic_y) = total.resultant_g_mm.tolist(), total.moment_g_mm2.tolist()
+    return SectionSums(math.fsum(mass_g), (static_x, static_y), (dynamic_x, dynamic_y))
+
+
+def balancing_counterweights(
+    mass_g: Sequence[float],
+    x_mm: Sequence[float],
+    y_mm: Sequence[float],
+    z_mm: Sequence[float],
+    first: int,
+    second: int,
+) -> TwoProducts:
+    """Return the static products that two sections must have for no force and no couple.
+
+    Parameters
+    ----------
+    mass_g, x_mm, y_mm, z_mm : list of float
+        The whole crank with bob-weights, one entry a section [g, mm].
+    first, second : int
+        Places of the two counterweights in the lists, from 1; they stay where they are on the axis.
 
     References
     ----------
@@ -83,28 +78,47 @@ def balancing_products_g_mm(sections: Sequence[TableSection], first: str, second
 
     Examples
     --------
-    >>> table = [TableSection("pin", 1.0, 30.0, 0.0, 15.0)]
-    >>> table += [TableSection("A", 1.0, 0.0, 0.0, 5.0), TableSection("B", 1.0, 0.0, 0.0, 25.0)]
-    >>> [float(product[0]) for product in balancing_products_g_mm(table, "A", "B")]
-    [-15.0, -15.0]
+    >>> balancing_counterweights([1, 1, 1], [30, 0, 0], [0, 0, 0], [15, 5, 25], 2, 3).first_g_mm
+    (-15.0, 0.0)
     """
-    named = {section.name: section for section in sections}
-    for name in (first, second):
-        if name not in named:
-            raise ValueError(f"no section is called '{name}'; there are: {', '.join(named)}")
-    rest = section_sums([section for section in sections if section.name not in (first, second)])
-    one, other = rest.scaled(-1.0).in_planes(named[first].z_mm, named[second].z_mm)
-    return one, other
+    for name, place in (("first", first), ("second", second)):
+        if not 1 <= place <= len(mass_g):
+            raise ValueError(f"{name} is {place}; the table has sections 1 to {len(mass_g)}")
+    other_g = [0.0 if place in (first, second) else mass for place, mass in enumerate(mass_g, 1)]
+    rest = _unbalance(other_g, x_mm, y_mm, z_mm)
+    one, other = rest.scaled(-1.0).in_planes(z_mm[first - 1], z_mm[second - 1])
+    return TwoProducts((float(one[0]), float(one[1]) + 0.0), (float(other[0]), float(other[1]) + 0.0))
 
 
-def cylinder_mass_g(diameter_mm: float, length_mm: float, density_kg_m3: float) -> float:
-    """Return the mass of a plain cylinder: a drilled hole, the oil in a crankpin, a slug [g].
+def _unbalance(
+    mass_g: Sequence[float], x_mm: Sequence[float], y_mm: Sequence[float], z_mm: Sequence[float]
+) -> Unbalance:
+    """Return the unbalance of point masses."""
+    if len({len(mass_g), len(x_mm), len(y_mm), len(z_mm)}) != 1:
+        raise ValueError("mass_g, x_mm, y_mm and z_mm must be of one length, an entry each section")
+    total = Moments.zero()
+    for mass, *centre in zip(mass_g, x_mm, y_mm, z_mm, strict=True):
+        total = total + Moments.point(float(mass), np.array(centre, dtype=np.float64))
+    return Unbalance.of(total)
 
-    For a slug of heavy metal in its bore take the difference of the densities.
+
+def cylinder_mass_g(diameter_mm: float, length_mm: float, density_kg_m3: float = STEEL_KG_M3) -> float:
+    """Return the mass of a plain cylinder, ρ π/4 d² t: a hole, a slug, the oil in a pin [g].
+
+    Parameters
+    ----------
+    diameter_mm, length_mm : float
+        [mm]
+    density_kg_m3 : float
+        For a slug in its bore: the difference of the densities; oil 870.
+
+    References
+    ----------
+    Hoem & Røsholm 2016, Table 5.2; Ruckle 2014, Sec. 3.1.1.
 
     Examples
     --------
-    >>> round(cylinder_mass_g(8.0, 37.0, 7850.0), 1)  # Hoem & Røsholm 2016, Table 5.2, Case 2
+    >>> round(cylinder_mass_g(8.0, 37.0), 1)
     14.6
     """
     if not (diameter_mm > 0.0 and length_mm >= 0.0):
@@ -114,38 +128,30 @@ def cylinder_mass_g(diameter_mm: float, length_mm: float, density_kg_m3: float) 
     return math.pi / 4.0 * diameter_mm**2 * length_mm * density_kg_m3 * G_PER_MM3_PER_KG_M3
 
 
-def oil_section(
-    name: str, diameter_mm: float, length_mm: float, centre_mm: Array, density_kg_m3: float = 870.0
-) -> TableSection:
-    """Return the oil that fills a drilled pin, as a row of the section table.
-
-    ``centre_mm`` (3,) is the middle of the drilling; 870 kg/m³ is engine oil at room temperature.
-
-    Examples
-    --------
-    >>> round(oil_section("oil", 10.0, 40.0, np.array([30.0, 0.0, 15.0])).mass_g, 3)
-    2.733
-    """
-    x, y, z = (float(value) for value in centre_mm)
-    return TableSection(name, cylinder_mass_g(diameter_mm, length_mm, density_kg_m3), x, y, z)
-
-
 def final_hole_depth_mm(
-    overbalance_g_mm: float, diameter_mm: float, rim_radius_mm: float, density_kg_m3: float
+    overbalance_g_mm: float, diameter_mm: float, rim_radius_mm: float, density_kg_m3: float = STEEL_KG_M3
 ) -> float:
     """Return the depth of a radial hole from the rim that takes off an overbalance [mm].
 
-    ρ π/4 d² (R t − t²/2) = U; without a point. A crank is left overbalanced by 1.5 to 2 kg·mm so that the
-    last step takes metal off (Ruckle 2014, Sec. 3.1.1).
+    ρ π/4 d² (R t − t²/2) = U, without a point.
+
+    Parameters
+    ----------
+    overbalance_g_mm, diameter_mm, rim_radius_mm, density_kg_m3 : float
+        [g·mm, mm, mm, kg/m³]
 
     Raises
     ------
     ValueError
         If a hole to the crank axis would not be enough.
 
+    References
+    ----------
+    Ruckle 2014, Sec. 3.1.1: 1.5 to 2 kg·mm are left on purpose, so that the last step takes metal off.
+
     Examples
     --------
-    >>> round(final_hole_depth_mm(1500.0, 20.0, 60.0, 7850.0), 2)
+    >>> round(final_hole_depth_mm(1500.0, 20.0, 60.0), 2)
     11.18
     """
     area_density = cylinder_mass_g(diameter_mm, 1.0, density_kg_m3)

@@ -14,7 +14,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from autobalance.engine.slider_crank import Complex, harmonic
+from autobalance.engine.slider_crank import Complex, harmonic_coefficient
 from autobalance.engine.whole_engine import Order
 from autobalance.rigid_rotor.moments import Array
 from autobalance.units import N_M_PER_G_MM2_S2, N_PER_G_MM_S2
@@ -65,14 +65,6 @@ class BalanceShaft:
         return np.stack([size * np.cos(turned), size * np.sin(turned)], axis=-1)
 
 
-def shaft_force_n(shafts: Sequence[BalanceShaft], angle_rad: Array, speed_rad_s: float) -> Array:
-    """Return the force (..., 2) of all shafts over the crank angle [N]."""
-    total = np.zeros((*np.shape(angle_rad), 2))
-    for shaft in shafts:
-        total += shaft.force_n(angle_rad, speed_rad_s)
-    return total
-
-
 def roll_moment_n_m(shafts: Sequence[BalanceShaft], angle_rad: Array, speed_rad_s: float) -> Array:
     """Return the moment (...,) of the shafts' forces about the crank axis [N·m].
 
@@ -86,61 +78,82 @@ def roll_moment_n_m(shafts: Sequence[BalanceShaft], angle_rad: Array, speed_rad_
     return total * 1e-3
 
 
-def shaft_pair(
-    order: int,
-    amplitude_g_mm: float,
-    bank_rad: float = 0.0,
-    half_distance_mm: float = 0.0,
-    height_mm: float = 0.0,
-) -> tuple[BalanceShaft, BalanceShaft]:
-    """Return two shafts, one each way, that cancel amplitude ω² cos(order θ) along a cylinder.
+@dataclass(frozen=True)
+class ShaftPair:
+    """Two like shafts, one each way, at ``order`` times crank speed."""
+
+    order: int
+    product_each_g_mm: float
+    phase_deg: float
+
+
+def shaft_pair(order: int, amplitude_g_mm: float) -> ShaftPair:
+    """Return the pair of shafts that cancels amplitude · ω² cos(order θ) along a cylinder.
+
+    Each has amplitude/(2 order²).
 
     Parameters
     ----------
     order : int
         Of the force, and of the shafts' speed.
     amplitude_g_mm : float
-        Of the force over ω², positive towards the cylinder's head: Q₃ l₁ for order 1, A₂ m r for order 2
-        [g·mm].
-    bank_rad : float
-        Direction of the cylinder [rad].
-    half_distance_mm, height_mm : float
-        Places of the two axes: across the cylinder, one each side, and along it [mm].
+        Of the force over ω², positive towards the head: Q₃ l₁ for order 1, A₂ m r for order 2 [g·mm].
 
     References
     ----------
-    Task 5, Eq. 5.27 (order 1: half on each shaft) and 5.28 (order 2: an eighth); Ruckle 2014, Table 3,
-    lacks the factor four of order 2.
+    Task 5, Eq. 5.27 and 5.28; Ruckle 2014, Table 3, lacks the factor four of order 2.
 
     Examples
     --------
-    >>> forward, backward = shaft_pair(2, amplitude_g_mm=15001.4)
-    >>> forward.product_g_mm
+    >>> shaft_pair(2, 15001.4).product_each_g_mm
     1875.175
     """
     if order < 1:
         raise ValueError(f"order of the balance shafts is {order}; must be at least 1")
-    product = abs(amplitude_g_mm) / (2.0 * order**2)
-    phase = bank_rad + (math.pi if amplitude_g_mm >= 0.0 else 0.0)
-    along, across = cmath.rect(height_mm, bank_rad), cmath.rect(half_distance_mm, bank_rad + 0.5 * math.pi)
-    first, second = along + across, along - across
-    return (
-        BalanceShaft(order, True, product, phase, first.real, first.imag),
-        BalanceShaft(order, False, product, phase, second.real, second.imag),
-    )
+    return ShaftPair(order, abs(amplitude_g_mm) / (2.0 * order**2), 180.0 if amplitude_g_mm >= 0.0 else 0.0)
 
 
-def second_order_pair(
-    reciprocating_g: float, crank_radius_mm: float, ratio: float
-) -> tuple[BalanceShaft, BalanceShaft]:
-    """Return the two shafts at double speed that cancel the second order A₂ m r ω² cos 2θ of a cylinder.
+def second_order_pair(reciprocating_g: float, crank_radius_mm: float, rod_length_mm: float) -> ShaftPair:
+    """Return the double-speed pair against the second order of one cylinder, with the exact A₂.
+
+    Parameters
+    ----------
+    reciprocating_g, crank_radius_mm, rod_length_mm : float
+        [g, mm, mm]
+
+    References
+    ----------
+    Task 5, Eq. 5.28.
 
     Examples
     --------
-    >>> round(second_order_pair(320.0, 1.0, 0.25)[0].product_g_mm, 4)  # Task 5, Eq. 5.28, λ = ¼
+    >>> round(second_order_pair(320.0, 1.0, 4.0).product_each_g_mm, 4)
     10.161
     """
-    return shaft_pair(2, harmonic(2, ratio) * reciprocating_g * crank_radius_mm)
+    ratio = crank_radius_mm / rod_length_mm
+    return shaft_pair(2, harmonic_coefficient(2, ratio) * reciprocating_g * crank_radius_mm)
+
+
+def counter_rotating_shaft_g_mm(reciprocating_g: float, crank_radius_mm: float) -> float:
+    """Return the product of one shaft against the crank, which takes the backward circle: ½ m_rec r [g·mm].
+
+    With the crank balanced to factor ½ the first order is then nought.
+
+    Parameters
+    ----------
+    reciprocating_g, crank_radius_mm : float
+        [g, mm]
+
+    References
+    ----------
+    Task 5, Eq. 5.29.
+
+    Examples
+    --------
+    >>> counter_rotating_shaft_g_mm(320.0, 1.0)
+    160.0
+    """
+    return 0.5 * reciprocating_g * crank_radius_mm
 
 
 def counter_rotating_shaft(force: Order, speed_rad_s: float) -> BalanceShaft:

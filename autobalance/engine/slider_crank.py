@@ -177,7 +177,7 @@ class SliderCrank:
             found = np.zeros(highest + 1, dtype=np.complex128)
             found[1:2] = 1.0
             for order in orders[2::2]:
-                found[order] = (-1.0) ** (order // 2 + 1) * harmonic(int(order), self.ratio)
+                found[order] = (-1.0) ** (order // 2 + 1) * harmonic_coefficient(int(order), self.ratio)
             return found
         samples = max(SAMPLES, 4 * highest)
         position = self.position_mm(2.0 * math.pi * np.arange(samples) / samples)
@@ -205,60 +205,80 @@ class Motion:
     crank_sine: Array
 
 
-def harmonic_series(order: int, terms: int) -> dict[int, Fraction]:
-    """Return the exact coefficients of A_order as a power series in λ = r/l.
+@dataclass(frozen=True)
+class SeriesTerm:
+    """A term of a harmonic's power series in λ = r/l: an exact fraction."""
 
-    A_2j = 8 j² Σ_{k ≥ j} |C(½, k)| 4⁻ᵏ C(2k, k − j) λ^(2k−1), all positive.
+    power: int
+    numerator: int
+    denominator: int
+
+    @property
+    def coefficient(self) -> float:
+        """The fraction, rounded once."""
+        return self.numerator / self.denominator
+
+
+def harmonic_series(order: int, terms: int = 4) -> tuple[SeriesTerm, ...]:
+    """Return the power series of an even order's coefficient in λ, as exact fractions.
+
+    ``A₂ⱼ = 8 j² Σ |C(½, k)| 4⁻ᵏ C(2k, k − j) λ^(2k−1)``, k from j; all are positive.
 
     Parameters
     ----------
     order : int
-        Even, at least 2.
+        Even, from 2.
     terms : int
-        How many powers of λ.
-
-    Returns
-    -------
-    dict of int to Fraction
-        Power of λ → coefficient.
+        How many.
 
     References
     ----------
-    Hoem & Røsholm 2016, Sec. 4.1.1, prints 9 λ⁵/28 for the first term of A₆; it is 9 λ⁵/128.
+    Hoem & Røsholm 2016, Sec. 4.1.1 (9/128, printed 9/28).
 
     Examples
     --------
-    >>> {power: str(share) for power, share in harmonic_series(6, 2).items()}
-    {5: '9/128', 7: '45/512'}
+    >>> [(each.power, each.numerator, each.denominator) for each in harmonic_series(6, 2)]
+    [(5, 9, 128), (7, 45, 512)]
     """
     _check_order(order)
     j = order // 2
-    series: dict[int, Fraction] = {}
+    series = []
     half = Fraction(1)  # |C(½, k)|
     for k in range(1, j + terms):
         half *= abs(Fraction(1, 2) - (k - 1)) / k
         if k >= j:
-            series[2 * k - 1] = 8 * j * j * half * Fraction(math.comb(2 * k, k - j), 4**k)
-    return series
+            share = 8 * j * j * half * Fraction(math.comb(2 * k, k - j), 4**k)
+            series.append(SeriesTerm(2 * k - 1, share.numerator, share.denominator))
+    return tuple(series)
 
 
-def harmonic(order: int, ratio: float) -> float:
-    """Return A_order(λ), the even harmonic of the piston's acceleration over r ω², without its sign.
+def harmonic_coefficient(order: int, ratio: float) -> float:
+    """Return A_k(λ), the even harmonic of the piston's acceleration over r ω², without its sign.
 
-    −ẍ/(r ω²) = cos θ + A₂ cos 2θ − A₄ cos 4θ + A₆ cos 6θ − … The series is summed to the last digit.
+    −ẍ/(r ω²) = cos θ + A₂ cos 2θ − A₄ cos 4θ + A₆ cos 6θ − …; A₂ = λ + λ³/4 + …, summed to the last digit.
+
+    Parameters
+    ----------
+    order : int
+        Even, from 2.
+    ratio : float
+        λ, crank radius over rod length.
+
+    References
+    ----------
+    Hoem & Røsholm 2016, Sec. 4.1.1; A₆ begins with 9 λ⁵/128, printed 9 λ⁵/28.
 
     Examples
     --------
-    >>> round(harmonic(2, 0.3), 9), round(harmonic(4, 0.3), 9)
+    >>> round(harmonic_coefficient(2, 0.3), 9), round(harmonic_coefficient(4, 0.3), 9)
     (0.307050659, 0.007237695)
     """
     _check_order(order)
     if not 0.0 <= ratio < 1.0:
         raise ValueError(f"λ = r/l is {ratio:g}; must be at least 0 and below 1")
     j = order // 2
-    first = harmonic_series(order, 1)
-    ((power, coefficient),) = first.items()
-    term = float(coefficient) * ratio**power
+    (first,) = harmonic_series(order, 1)
+    term = first.coefficient * ratio**first.power
     total, k = term, j
     while term > 1e-17 * total:
         term *= (k - 0.5) / (k + 1) / 4.0 * (2 * k + 2) * (2 * k + 1) / ((k + 1 - j) * (k + 1 + j)) * ratio**2
@@ -273,7 +293,16 @@ def _check_order(order: int) -> None:
 
 
 def swept_volume_cm3(bore_mm: float, stroke_mm: float) -> float:
-    """Return the swept volume of one cylinder [cm³].
+    """Return the displacement of one cylinder, π/4 d² s [cm³].
+
+    Parameters
+    ----------
+    bore_mm, stroke_mm : float
+        [mm]
+
+    References
+    ----------
+    Hoem & Røsholm 2016, Sec. 6.1.
 
     Examples
     --------

@@ -1,4 +1,4 @@
-"""Offset grinding of the crankpin: a longer stroke from the same crank; and crankpin overlap."""
+"""Stroke of a crank: crankpin overlap, offset grinding of the crankpin, stroke for a displacement."""
 
 from __future__ import annotations
 
@@ -8,12 +8,18 @@ from dataclasses import dataclass
 from autobalance.engine.parts import Parts
 from autobalance.engine.section_table import cylinder_mass_g
 from autobalance.engine.slider_crank import swept_volume_cm3
+from autobalance.units import STEEL_KG_M3
 
 
 def crankpin_overlap_mm(main_journal_mm: float, crankpin_mm: float, stroke_mm: float) -> float:
-    """Return how far main journal and crankpin overlap seen along the axis; negative: they do not [mm].
+    """Return how far main journal and crankpin overlap seen along the axis, (d_main + d_pin − s)/2 [mm].
 
-    (d_main + d_pin − stroke)/2. More overlap makes a stiffer crank.
+    More overlap makes a stiffer crank.
+
+    Parameters
+    ----------
+    main_journal_mm, crankpin_mm, stroke_mm : float
+        Diameters and stroke [mm]; a negative result: they do not overlap.
 
     References
     ----------
@@ -57,50 +63,41 @@ class Stroked:
     factor: float
 
 
-def stroked(
-    *,
+def stroked_crank(
     stroke_mm: float,
     bore_mm: float,
     crankpin_mm: float,
     ground_crankpin_mm: float,
     crankpin_width_mm: float,
     main_journal_mm: float,
-    density_kg_m3: float,
-    parts: Parts,
+    rotating_g: float,
+    reciprocating_g: float,
+    crankpin_g: float,
     factor: float,
+    density_kg_m3: float = STEEL_KG_M3,
 ) -> Stroked:
-    """Return what offset grinding a crankpin does to a crank.
+    """Return a crank after offset grinding of its crankpin: stroke s + d₀ − d₁.
 
-    The pin keeps its outermost line: ground from d₀ to d₁ its centre moves out by (d₀ − d₁)/2, so that
-    the stroke grows by d₀ − d₁.
+    The pin keeps its outermost line: ground from d₀ to d₁ its centre moves out by (d₀ − d₁)/2.
 
     Parameters
     ----------
-    stroke_mm, bore_mm : float
-        Old stroke; bore [mm].
-    crankpin_mm, ground_crankpin_mm : float
-        Diameter before and after [mm].
-    crankpin_width_mm : float
-        Ground length of the pin [mm].
-    main_journal_mm : float
-        Diameter [mm].
-    density_kg_m3 : float
-    parts : Parts
-        With the old crankpin as a part of ``crankpin_g``, all of it at the old crank radius.
+    stroke_mm, bore_mm, crankpin_mm, ground_crankpin_mm, crankpin_width_mm, main_journal_mm : float
+        Old stroke; diameter of the crankpin before and after; its ground length [mm].
+    rotating_g, reciprocating_g, crankpin_g : float
+        Parts of the throw, the old crankpin in ``crankpin_g``, all of it at the old crank radius [g].
     factor : float
         Balance factor before.
+    density_kg_m3 : float
 
     References
     ----------
-    Hoem & Røsholm 2016, App. C.
+    Hoem & Røsholm 2016, App. C, Fig. 7.3.
 
     Examples
     --------
-    >>> parts = Parts(rotating_g=134.04, reciprocating_g=261.5, crankpin_g=120.0)
-    >>> new = stroked(stroke_mm=53.8, bore_mm=76.8, crankpin_mm=28.0, ground_crankpin_mm=26.0,
-    ...               crankpin_width_mm=20.0, main_journal_mm=28.0, density_kg_m3=7850.0,
-    ...               parts=parts, factor=0.28)
-    >>> new.stroke_mm, round(new.displacement_cm3, 1), round(new.overlap_mm, 3)
+    >>> crank = stroked_crank(53.8, 76.8, 28.0, 26.0, 20.0, 28.0, 134.04, 261.5, 120.0, 0.28)
+    >>> crank.stroke_mm, round(crank.displacement_cm3, 1), round(crank.overlap_mm, 3)
     (55.8, 258.5, -0.9)
     """
     if not 0.0 < ground_crankpin_mm <= crankpin_mm:
@@ -108,19 +105,20 @@ def stroked(
             f"crankpin ground from {crankpin_mm:g} to {ground_crankpin_mm:g} mm;"
             " the new diameter must be > 0 and no larger than the old"
         )
+    parts = Parts(rotating_g, reciprocating_g, crankpin_g)
     new_stroke = stroke_mm + crankpin_mm - ground_crankpin_mm
     old_radius, new_radius = 0.5 * stroke_mm, 0.5 * new_stroke
     old_pin = cylinder_mass_g(crankpin_mm, crankpin_width_mm, density_kg_m3)
     new_pin = cylinder_mass_g(ground_crankpin_mm, crankpin_width_mm, density_kg_m3)
-    if parts.crankpin_g < old_pin:
+    if crankpin_g < old_pin:
         raise ValueError(
-            f"crankpin parts weigh {parts.crankpin_g:g} g; must hold the pin before grinding, {old_pin:.1f} g"
+            f"crankpin parts weigh {crankpin_g:g} g; must hold the pin before grinding, {old_pin:.1f} g"
         )
     product = parts.bob_weight_g(factor) * old_radius
     # What else is on the pin stays where it was; the pin and the rods move out.
-    moved = (parts.crankpin_g - old_pin) * old_radius
-    moved += (new_pin + parts.rods * parts.rotating_g) * new_radius
-    reciprocating = parts.reciprocating_on_throw_g * new_radius
+    moved = (crankpin_g - old_pin) * old_radius
+    moved += (new_pin + rotating_g) * new_radius
+    reciprocating = reciprocating_g * new_radius
     return Stroked(
         new_radius,
         new_stroke,
@@ -134,6 +132,15 @@ def stroked(
 
 def stroke_for_displacement_mm(displacement_cm3: float, bore_mm: float) -> float:
     """Return the stroke that gives a cylinder a displacement [mm].
+
+    Parameters
+    ----------
+    displacement_cm3, bore_mm : float
+        [cm³, mm]
+
+    References
+    ----------
+    Hoem & Røsholm 2016, App. C.
 
     Examples
     --------

@@ -1,9 +1,26 @@
 """The documented formulas of crankshaft balancing, each with its source and its misprints.
 
 Plain numbers in, with the unit at the end of each name; numbers or small records out. ``autobalance calc``
-calls any of them.
+calls any of them. Those that only the room's own modules define convert degrees, revolutions a minute or
+millimetres for a formula of another room; all others are that room's own function.
 """
 
+from autobalance.engine.balance_factor import correction_mass_g, counterweight_product_g_mm
+from autobalance.engine.complete_balance import bolted_pair, complete_balance
+from autobalance.engine.conrod import conrod_cut_in_two
+from autobalance.engine.counterweight import fan_counterweight, fan_counterweight_for
+from autobalance.engine.forces import order_table
+from autobalance.engine.parts import bob_weight_g, sum_of_parts
+from autobalance.engine.section_table import (
+    balancing_counterweights,
+    cylinder_mass_g,
+    final_hole_depth_mm,
+    section_sums,
+)
+from autobalance.engine.shafts import counter_rotating_shaft_g_mm, second_order_pair, shaft_pair
+from autobalance.engine.slider_crank import harmonic_coefficient, harmonic_series, swept_volume_cm3
+from autobalance.engine.stroking import crankpin_overlap_mm, stroke_for_displacement_mm, stroked_crank
+from autobalance.engine.substitute_rotor import disc_rotor, substitute_rotor
 from autobalance.theory.bearings import (
     dry_friction,
     friction_coefficient,
@@ -14,35 +31,7 @@ from autobalance.theory.bearings import (
     short_bearing,
     squeeze_film,
 )
-from autobalance.theory.kinematics import (
-    dead_centres,
-    greatest_piston_speed,
-    harmonic_coefficient,
-    harmonic_series,
-    piston_harmonics,
-    piston_motion,
-    swept_volume_cm3,
-)
-from autobalance.theory.sections import (
-    balancing_counterweights,
-    cylinder_mass_g,
-    disc_rotor,
-    drilled_hole,
-    fan_counterweight,
-    fan_counterweight_for,
-    final_hole_depth_mm,
-    section_sums,
-    substitute_rotor,
-)
-from autobalance.theory.shafts import (
-    bolted_pair,
-    complete_balance,
-    counter_rotating_shaft_g_mm,
-    second_order_pair,
-    shaft_pair,
-    shaft_roll_moment_n_m,
-)
-from autobalance.theory.stroke import crankpin_overlap_mm, stroke_for_displacement_mm, stroked_crank
+from autobalance.theory.kinematics import dead_centres, greatest_piston_speed, piston_harmonics, piston_motion
 from autobalance.theory.tolerance import (
     achieved_grade,
     convert_unbalance,
@@ -52,16 +41,12 @@ from autobalance.theory.tolerance import (
 )
 from autobalance.theory.weights import (
     balance_factor,
-    bob_weight_g,
     centrifugal_force_n,
     conrod,
-    conrod_cut_in_two,
     conrod_on_scales,
-    correction_mass_g,
-    counterweight_product_g_mm,
+    drilled_hole,
     first_order_force,
-    order_table,
-    sum_of_parts,
+    shaft_roll_moment_n_m,
 )
 
 __all__ = [

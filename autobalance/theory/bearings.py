@@ -9,9 +9,7 @@ from autobalance.bearings import dry, film, loads, rolling
 from autobalance.bearings import squeeze_film as plates
 from autobalance.bearings.oil import Oil
 from autobalance.bearings.short_bearing import ocvirk
-from autobalance.units import RAD_S_PER_RPM
-
-M_PER_MM = 1e-3
+from autobalance.units import M_PER_MM, RAD_S_PER_RPM
 
 
 @dataclass(frozen=True)

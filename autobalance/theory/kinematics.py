@@ -51,15 +51,6 @@ class Harmonic:
     phase_deg: float
 
 
-@dataclass(frozen=True)
-class SeriesTerm:
-    """A term of a harmonic's power series in λ = r/l: an exact fraction."""
-
-    power: int
-    numerator: int
-    denominator: int
-
-
 def piston_motion(
     crank_radius_mm: float,
     rod_length_mm: float,
@@ -185,70 +176,3 @@ def piston_harmonics(
         Harmonic(order, abs(complex(each)), math.degrees(math.atan2(each.imag, each.real)))
         for order, each in enumerate(found[1:], start=1)
     )
-
-
-def harmonic_coefficient(order: int, ratio: float) -> float:
-    """Return A_k of −ẍ/(r ω²), signed: A₂ = λ + λ³/4 + …, −A₄ of the fourth order.
-
-    Parameters
-    ----------
-    order : int
-        1, or an even order.
-    ratio : float
-        λ, crank radius over rod length.
-
-    References
-    ----------
-    Hoem & Røsholm 2016, Sec. 4.1.1; A₆ begins with 9 λ⁵/128, printed 9 λ⁵/28.
-
-    Examples
-    --------
-    >>> round(harmonic_coefficient(2, 0.3), 6)
-    0.307051
-    """
-    return exact.harmonic(order, ratio)
-
-
-def harmonic_series(order: int, terms: int = 4) -> tuple[SeriesTerm, ...]:
-    """Return the power series of an even order's coefficient in λ, as exact fractions.
-
-    ``A₂ⱼ = 8 j² Σ |C(½, k)| 4⁻ᵏ C(2k, k − j) λ^(2k−1)``, k from j.
-
-    Parameters
-    ----------
-    order : int
-        Even, from 2.
-    terms : int
-        How many.
-
-    References
-    ----------
-    Hoem & Røsholm 2016, Sec. 4.1.1 (9/128, printed 9/28).
-
-    Examples
-    --------
-    >>> [(each.power, each.numerator, each.denominator) for each in harmonic_series(6, 1)]
-    [(5, 9, 128)]
-    """
-    found = exact.harmonic_series(order, terms)
-    return tuple(SeriesTerm(power, each.numerator, each.denominator) for power, each in found.items())
-
-
-def swept_volume_cm3(bore_mm: float, stroke_mm: float) -> float:
-    """Return the displacement of one cylinder, π/4 d² s [cm³].
-
-    Parameters
-    ----------
-    bore_mm, stroke_mm : float
-        [mm]
-
-    References
-    ----------
-    Hoem & Røsholm 2016, Sec. 6.1.
-
-    Examples
-    --------
-    >>> round(swept_volume_cm3(76.8, 53.8), 1)
-    249.2
-    """
-    return exact.swept_volume_cm3(bore_mm, stroke_mm)

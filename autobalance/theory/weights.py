@@ -1,30 +1,28 @@
-"""Weights: parts rolled up, connecting rods as two masses, bob-weights, balance factors, corrections."""
+"""Connecting rods as two masses, balance factors, forces of one throw, holes and shafts at a speed."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+import math
 from dataclasses import dataclass
 
 import numpy as np
 
 from autobalance.engine import balance_factor as factors
-from autobalance.engine import conrod as conrods
-from autobalance.engine.forces import FirstOrder
-from autobalance.engine.forces import centrifugal_force_n as _centrifugal_force_n
-from autobalance.engine.forces import order_table as _order_table
+from autobalance.engine import forces
+from autobalance.engine.conrod import ConnectingRod
 from autobalance.engine.parts import Parts, ThrowLoad
-from autobalance.engine.parts import roll_up as _roll_up
-from autobalance.units import RAD_S_PER_RPM
-
-KG_MM2 = 1000.0
+from autobalance.engine.section_table import cylinder_mass_g
+from autobalance.engine.shafts import BalanceShaft, roll_moment_n_m
+from autobalance.units import G_MM2_PER_KG_MM2, RAD_S_PER_RPM, STEEL_KG_M3
 
 
 @dataclass(frozen=True)
-class Sum:
-    """A mass with its uncertainty."""
+class Hole:
+    """A drilled hole: what it lacks, where, and how it pulls."""
 
     mass_g: float
-    pm_g: float
+    unbalance_g_mm: float
+    force_N: float | None
 
 
 @dataclass(frozen=True)
@@ -40,15 +38,6 @@ class RodMasses:
 
 
 @dataclass(frozen=True)
-class CutRod:
-    """A rod cut at its centre of mass: what the cut puts at the wrong end."""
-
-    moved_g: float
-    small_end_share: float
-    warning: str
-
-
-@dataclass(frozen=True)
 class FirstOrderForce:
     """Inertia force of order 1 of a single at a balance factor: circles and their sums."""
 
@@ -60,44 +49,6 @@ class FirstOrderForce:
     rms_N: float
     inline_N: float
     transverse_N: float
-
-
-@dataclass(frozen=True)
-class OrderRow:
-    """A row of the order table: leading term and exact coefficient, times m r."""
-
-    order: int
-    leading_g_mm: float
-    exact_g_mm: float
-
-
-def sum_of_parts(g: Sequence[float], pm_g: Sequence[float] = ()) -> Sum:
-    """Return the sum of named parts; single errors are independent, so their squares add.
-
-    Parameters
-    ----------
-    g, pm_g : list of float
-        Weights, and by how much each may be off (none: 0) [g].
-
-    Raises
-    ------
-    ValueError
-        If the lists differ in length.
-
-    References
-    ----------
-    Hoem & Røsholm 2016, Tables 4.1 and 6.1; the latter's 282.96 g add up to 282.69 g.
-
-    Examples
-    --------
-    >>> sum_of_parts([95.0, 39.0, 114.5], [0.3, 0.4, 0.0])
-    Sum(mass_g=248.5, pm_g=0.5)
-    """
-    off = list(pm_g) or [0.0] * len(g)
-    if len(off) != len(g):
-        raise ValueError(f"g has {len(g)} entries, pm_g {len(off)}; must be as many")
-    mass, pm = _roll_up(zip(g, off, strict=True))
-    return Sum(mass, pm)
 
 
 def conrod(
@@ -122,8 +73,8 @@ def conrod(
     >>> round(rod.big_end_g, 1), round(rod.small_end_g, 1)
     (1262.1, 411.3)
     """
-    inertia = None if inertia_kg_mm2 is None else inertia_kg_mm2 * KG_MM2
-    return _masses(conrods.ConnectingRod(mass_g, length_mm, centre_from_big_end_mm, inertia))
+    inertia = None if inertia_kg_mm2 is None else inertia_kg_mm2 * G_MM2_PER_KG_MM2
+    return _masses(ConnectingRod(mass_g, length_mm, centre_from_big_end_mm, inertia))
 
 
 def conrod_on_scales(
@@ -149,87 +100,8 @@ def conrod_on_scales(
     >>> round(conrod_on_scales(1262.4, 411.4, 152.0).centre_from_big_end_mm, 2)
     37.36
     """
-    inertia = None if inertia_kg_mm2 is None else inertia_kg_mm2 * KG_MM2
-    return _masses(conrods.ConnectingRod.from_two_scales(big_end_g, small_end_g, length_mm, inertia))
-
-
-def conrod_cut_in_two(big_end_g: float, small_end_g: float, big_half_g: float, small_half_g: float) -> CutRod:
-    """Compare a rod cut at its centre of mass with the lever rule; for comparison only.
-
-    Parameters
-    ----------
-    big_end_g, small_end_g : float
-        On two scales [g].
-    big_half_g, small_half_g : float
-        What the two pieces of the cut rod weigh [g].
-
-    References
-    ----------
-    Ruckle 2014, Sec. 3.1.3: the sum is right and the centre of mass is not.
-
-    Examples
-    --------
-    >>> round(conrod_cut_in_two(1262.4, 411.4, 1015.9, 657.5).moved_g, 1)
-    246.1
-    """
-    rod = conrods.ConnectingRod.from_two_scales(big_end_g, small_end_g, 1.0)
-    cut = conrods.cut_at_centre_of_mass(rod, big_half_g, small_half_g)
-    return CutRod(cut.moved_g, cut.small_end_share, cut.warning)
-
-
-def bob_weight_g(
-    rotating_g: float, reciprocating_g: float, factor: float, crankpin_g: float = 0.0, rods: int = 1
-) -> float:
-    """Return the bob-weight of one throw: crankpin parts + rods · (m_rot + f m_rec) [g].
-
-    Parameters
-    ----------
-    rotating_g, reciprocating_g : float
-        Of one connecting rod [g].
-    factor : float
-        Balance factor, 0 to 1.
-    crankpin_g : float
-        What sits on or in the crankpin; without the pin itself where it is fitted on the machine [g].
-    rods : int
-        Connecting rods on the crankpin.
-
-    References
-    ----------
-    Hoem & Røsholm 2016, Sec. 6.3.2 (Eq. 6.1 there has m_rec for m_rot; 6.4 is right).
-
-    Examples
-    --------
-    >>> round(bob_weight_g(134.04, 261.5, 0.28, crankpin_g=114.65), 2)
-    321.91
-    """
-    return Parts(rotating_g, reciprocating_g, crankpin_g, rods).bob_weight_g(factor)
-
-
-def counterweight_product_g_mm(
-    rotating_g: float, reciprocating_g: float, factor: float, crank_radius_mm: float, crankpin_g: float = 0.0
-) -> float:
-    """Return the product m_cw r′ = (m_rot + f m_rec) r that a throw's counterweights need [g·mm].
-
-    Parameters
-    ----------
-    rotating_g, reciprocating_g, crankpin_g : float
-        [g]
-    factor : float
-        Balance factor, 0 to 1.
-    crank_radius_mm : float
-        [mm]
-
-    References
-    ----------
-    Hoem & Røsholm 2016, Eq. 6.1; Sec. 6.3.2 prints m_rec for the first m_rot.
-
-    Examples
-    --------
-    >>> round(counterweight_product_g_mm(134.04, 261.5, 0.28, 26.9, crankpin_g=114.65), 1)
-    8659.4
-    """
-    parts = Parts(rotating_g, reciprocating_g, crankpin_g)
-    return factors.counterweight_product_target_g_mm(parts, factor, crank_radius_mm)
+    inertia = None if inertia_kg_mm2 is None else inertia_kg_mm2 * G_MM2_PER_KG_MM2
+    return _masses(ConnectingRod.from_two_scales(big_end_g, small_end_g, length_mm, inertia))
 
 
 def balance_factor(
@@ -274,26 +146,6 @@ def balance_factor(
     return found
 
 
-def correction_mass_g(unbalance_g_mm: float, radius_mm: float) -> float:
-    """Return the mass that takes away an unbalance at a radius, U/r [g].
-
-    Parameters
-    ----------
-    unbalance_g_mm, radius_mm : float
-        [g·mm, mm]
-
-    References
-    ----------
-    Hoem & Røsholm 2016, Eq. 6.4; Eq. 6.5 subtracts the original product where the new target is meant.
-
-    Examples
-    --------
-    >>> round(correction_mass_g(3786.285, 24.0), 2)
-    157.76
-    """
-    return factors.correction_mass_g(unbalance_g_mm, radius_mm)
-
-
 def centrifugal_force_n(unbalance_g_mm: float, speed_rpm: float) -> float:
     """Return the force of an unbalance, U Ω² [N].
 
@@ -311,7 +163,7 @@ def centrifugal_force_n(unbalance_g_mm: float, speed_rpm: float) -> float:
     >>> round(centrifugal_force_n(720.078, 1000.0), 4)
     7.8965
     """
-    return _centrifugal_force_n(unbalance_g_mm, speed_rpm * RAD_S_PER_RPM)
+    return forces.centrifugal_force_n(unbalance_g_mm, speed_rpm * RAD_S_PER_RPM)
 
 
 def first_order_force(
@@ -341,7 +193,7 @@ def first_order_force(
     (2398.314, 0.0)
     """
     amplitude = centrifugal_force_n(reciprocating_g * crank_radius_mm, speed_rpm)
-    force = FirstOrder(amplitude, factor)
+    force = forces.FirstOrder(amplitude, factor)
     return FirstOrderForce(
         force.forward_n,
         force.backward_n,
@@ -354,36 +206,78 @@ def first_order_force(
     )
 
 
-def order_table(reciprocating_g: float, crank_radius_mm: float, rod_length_mm: float) -> tuple[OrderRow, ...]:
-    """Return the reciprocating force by order over ω², leading terms and exact coefficients.
-
-    m r {1, λ, −λ³/4, 9λ⁵/128}, or with the exact A of ``harmonic_coefficient``.
+def drilled_hole(
+    diameter_mm: float,
+    depth_mm: float,
+    radius_mm: float,
+    speed_rpm: float | None = None,
+    density_kg_m3: float = STEEL_KG_M3,
+) -> Hole:
+    """Return the unbalance of a flat-bottomed hole at a radius, and its force at a speed.
 
     Parameters
     ----------
-    reciprocating_g, crank_radius_mm, rod_length_mm : float
-        [g, mm, mm]
+    diameter_mm, depth_mm, radius_mm : float
+        Of the hole; radius of its centre of mass [mm].
+    speed_rpm : float or None
+        [1/min]
+    density_kg_m3 : float
+        Of what is missing.
 
     References
     ----------
-    Ruckle 2014, Table 1: digits cut off, order 4 is negative, and no division by g.
+    Hoem & Røsholm 2016, Table 5.2, which calculates with r 29.3, t 37 mm and prints 29.6, 36.704.
 
     Examples
     --------
-    >>> [round(row.exact_g_mm, 2) for row in order_table(1216.0, 44.9, 152.0)][:2]
-    [54598.4, 16495.07]
+    >>> hole = drilled_hole(8.0, 37.0, 29.3, 9000.0)
+    >>> round(hole.mass_g, 1), round(hole.force_N, 2)
+    (14.6, 379.97)
     """
-    rows = _order_table(reciprocating_g, crank_radius_mm, crank_radius_mm / rod_length_mm)
-    return tuple(OrderRow(row.order, row.leading_g_mm, row.exact_g_mm) for row in rows)
+    mass = cylinder_mass_g(diameter_mm, depth_mm, density_kg_m3)
+    unbalance = mass * radius_mm
+    return Hole(mass, unbalance, None if speed_rpm is None else centrifugal_force_n(unbalance, speed_rpm))
 
 
-def _masses(rod: conrods.ConnectingRod) -> RodMasses:
+def shaft_roll_moment_n_m(
+    order: int, product_g_mm: float, x_mm: float, y_mm: float, angle_deg: float, speed_rpm: float
+) -> float:
+    """Return the moment about the crank axis of a forward shaft at a place beside it, x F_y − y F_x [N·m].
+
+    Parameters
+    ----------
+    order : int
+        Speed of the shaft over the crank's.
+    product_g_mm : float
+        Its unbalance [g·mm].
+    x_mm, y_mm : float
+        Its axis from the crank's [mm].
+    angle_deg : float
+        Crank angle; the shaft's unbalance points along x at 0.
+    speed_rpm : float
+        Of the crank [1/min].
+
+    References
+    ----------
+    Ruckle 2014, Sec. 3.1.2, Fig. 14.
+
+    Examples
+    --------
+    >>> round(shaft_roll_moment_n_m(1, 1000.0, 100.0, 0.0, 90.0, 3000.0), 4)
+    9.8696
+    """
+    shaft = BalanceShaft(order, True, product_g_mm, 0.0, x_mm, y_mm)
+    angle = np.array([math.radians(angle_deg)])
+    return float(roll_moment_n_m([shaft], angle, speed_rpm * RAD_S_PER_RPM)[0])
+
+
+def _masses(rod: ConnectingRod) -> RodMasses:
     known = rod.inertia_g_mm2 is not None
     return RodMasses(
         rod.mass_g,
         rod.big_end_g,
         rod.small_end_g,
         rod.centre_from_big_end_mm,
-        rod.two_mass_inertia_g_mm2 / KG_MM2,
-        rod.couple_inertia_g_mm2 / KG_MM2 if known else None,
+        rod.two_mass_inertia_g_mm2 / G_MM2_PER_KG_MM2,
+        rod.couple_inertia_g_mm2 / G_MM2_PER_KG_MM2 if known else None,
     )

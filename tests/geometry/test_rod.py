@@ -10,6 +10,7 @@ import pytest
 
 from autobalance.crank.connecting_rod import MeasuredRod, measure_rod
 from autobalance.crank.recognition.rod_eyes import find_eyes
+from autobalance.engine.conrod import cut_at_centre_of_mass
 from autobalance.errors import RecognitionError
 from autobalance.solid.cad.brep import ExactSolid
 from autobalance.solid.cad.kernel import has_kernel
@@ -92,12 +93,12 @@ def test_the_frame_lies_in_the_big_end_and_points_to_the_small_one() -> None:
 
 def test_cut_at_its_centre_of_mass_each_piece_weighs_its_closed_form() -> None:
     found = measured(360)
-    cut, centre = found.cut_at_centre, ROD.moments.centre_mm[0]
+    (big, small), centre = found.cut_halves_g, ROD.moments.centre_mm[0]
     assert ROD.big_radius < centre < ROD.light_at - ROD.light_radius
     width = 2.0 * ROD.half_width * (ROD.beyond_big + centre) - math.pi * ROD.big_radius**2
-    assert cut.big_half_g == pytest.approx(width * ROD.thickness * DENSITY_G_MM3, rel=2e-3)
-    assert cut.big_half_g + cut.small_half_g == pytest.approx(found.rod.mass_g, rel=1e-12)
-    assert "two scales" in cut.warning
+    assert big == pytest.approx(width * ROD.thickness * DENSITY_G_MM3, rel=2e-3)
+    assert big + small == pytest.approx(found.rod.mass_g, rel=1e-12)
+    assert "two scales" in cut_at_centre_of_mass(found.rod, big, small).warning
 
 
 def test_slices_along_the_rod_add_up_to_the_rigid_body() -> None:

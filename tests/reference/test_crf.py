@@ -11,11 +11,11 @@ from autobalance.engine.balance_factor import (
     balance_factor,
     bob_weight_moments,
     correction_mass_g,
-    counterweight_product_target_g_mm,
+    counterweight_product_g_mm,
 )
 from autobalance.engine.forces import FirstOrder, centrifugal_force_n
 from autobalance.engine.parts import Parts, ThrowLoad
-from autobalance.engine.stroking import stroke_for_displacement_mm, stroked
+from autobalance.engine.stroking import stroke_for_displacement_mm, stroked_crank
 from autobalance.units import RAD_S_PER_RPM
 from fixtures import make
 from tests.reference.published import check, inputs
@@ -55,8 +55,8 @@ def test_crf_03() -> None:
     product = given["m_cw"] * given["rp"]
 
     def radius(rotating_g: float) -> float:
-        parts = Parts(rotating_g - CRANKPIN_G, given["m_rec"], CRANKPIN_G)
-        return counterweight_product_target_g_mm(parts, 0.6375, CRANK_RADIUS_MM) / given["m_cw"]
+        weights = rotating_g - CRANKPIN_G, given["m_rec"]
+        return counterweight_product_g_mm(*weights, 0.6375, CRANK_RADIUS_MM, CRANKPIN_G) / given["m_cw"]
 
     check(
         "CRF-03",
@@ -108,8 +108,8 @@ COUNTERWEIGHTS = 2
 @pytest.mark.parametrize(("case", "residual_g_mm"), [("CRF-06-0.6375", 8.01), ("CRF-06-0.28", 7.39)])
 def test_crf_06(case: str, residual_g_mm: float) -> None:
     given = inputs(case)
-    parts = Parts(given["m_rot"] - CRANKPIN_G, given["m_rec"], CRANKPIN_G)
-    target = counterweight_product_target_g_mm(parts, given["fb"], given["r"])
+    weights = given["m_rot"] - CRANKPIN_G, given["m_rec"]
+    target = counterweight_product_g_mm(*weights, given["fb"], given["r"], CRANKPIN_G)
     unbalance = given["old"] - target
     mass = correction_mass_g(unbalance, given["r_corr"])
 
@@ -197,11 +197,11 @@ def test_crf_09() -> None:
 
 def test_crf_10() -> None:
     given = inputs("CRF-10")
-    parts = Parts(given["m_rot"] - CRANKPIN_G, given["m_rec"], CRANKPIN_G)
+    weights = given["m_rot"] - CRANKPIN_G, given["m_rec"]
     per_mm = COUNTERWEIGHTS * DENSITY_KG_M3 * 1e-6 * given["Q"]
 
     def target(factor: float) -> float:
-        return counterweight_product_target_g_mm(parts, factor, given["r"])
+        return counterweight_product_g_mm(*weights, factor, given["r"], CRANKPIN_G)
 
     check(
         "CRF-10",
@@ -229,7 +229,7 @@ def test_crf_11() -> None:
 def test_crf_12() -> None:
     given = inputs("CRF-12")
     width_mm = 16.0
-    crank = stroked(
+    crank = stroked_crank(
         stroke_mm=given["S"],
         bore_mm=given["bore"],
         crankpin_mm=given["d0"],
@@ -237,7 +237,9 @@ def test_crf_12() -> None:
         crankpin_width_mm=width_mm,
         main_journal_mm=28.0,
         density_kg_m3=DENSITY_KG_M3,
-        parts=Parts(134.04, 261.5, CRANKPIN_G),
+        rotating_g=134.04,
+        reciprocating_g=261.5,
+        crankpin_g=CRANKPIN_G,
         factor=0.28,
     )
     check(

@@ -7,24 +7,19 @@ import math
 import numpy as np
 import pytest
 
-from autobalance.engine.balance_factor import counterweight_product_target_g_mm
-from autobalance.engine.complete_balance import BoltedPair, BoltOnWeight, complete_balance
+from autobalance.engine.balance_factor import counterweight_product_g_mm
+from autobalance.engine.complete_balance import BoltedPair, bolted_pair, complete_balance
 from autobalance.engine.conrod import ConnectingRod, cut_at_centre_of_mass
-from autobalance.engine.counterweight import FanCounterweight
+from autobalance.engine.counterweight import fan_counterweight
 from autobalance.engine.forces import FirstOrder, centrifugal_force_n, order_table
-from autobalance.engine.parts import Parts
-from autobalance.engine.section_table import (
-    TableSection,
-    balancing_products_g_mm,
-    cylinder_mass_g,
-    section_sums,
-)
-from autobalance.engine.shafts import counter_rotating_shaft, second_order_pair, shaft_force_n, shaft_pair
-from autobalance.engine.slider_crank import SliderCrank, harmonic
+from autobalance.engine.section_table import balancing_counterweights, cylinder_mass_g, section_sums
+from autobalance.engine.shafts import counter_rotating_shaft, second_order_pair, shaft_pair
+from autobalance.engine.slider_crank import SliderCrank, harmonic_coefficient
 from autobalance.engine.whole_engine import Cylinder, Engine
 from autobalance.rigid_rotor.unbalance import Unbalance
 from autobalance.units import RAD_S_PER_RPM
 from tests.reference.published import CASES, TABLE_2, check, inputs
+from tests.shafts import force_n, placed
 
 TURN = 2.0 * math.pi * np.arange(360) / 360
 
@@ -45,12 +40,11 @@ def test_t5_01() -> None:
 
 def test_t5_02() -> None:
     given = inputs("T5-02")
-    parts = Parts(given["Q1"], given["Q3"], 0.0)
     variants = {"a": 1.0, "b": 0.0, "c": 0.5}
     check(
         "T5-02",
         {
-            name: counterweight_product_target_g_mm(parts, factor, given["k"])
+            name: counterweight_product_g_mm(given["Q1"], given["Q3"], factor, given["k"])
             for name, factor in variants.items()
         },
     )
@@ -98,9 +92,9 @@ def test_t5_03(crank_radius: float, rod_length: float) -> None:
 
 def test_t5_04() -> None:
     given = inputs("T5-04")
-    pair = shaft_pair(1, given["Q3"])
-    left = given["Q3"] * np.cos(TURN) * 1e-6 + shaft_force_n(pair, TURN, 1.0)[:, 0]
-    np.testing.assert_allclose(shaft_force_n(pair, TURN, 1.0)[:, 1], 0.0, atol=1e-18)
+    pair = placed(shaft_pair(1, given["Q3"]))
+    left = given["Q3"] * np.cos(TURN) * 1e-6 + force_n(pair, TURN, 1.0)[:, 0]
+    np.testing.assert_allclose(force_n(pair, TURN, 1.0)[:, 1], 0.0, atol=1e-18)
     check(
         "T5-04",
         {"m_z1_lz1_over_l1": pair[0].product_g_mm, "check_2mz1": round(float(np.abs(left).max()) * 1e6, 12)},
@@ -109,9 +103,9 @@ def test_t5_04() -> None:
 
 def test_t5_05() -> None:
     given = inputs("T5-05")
-    pair = second_order_pair(given["Q3"], 1.0, given["lam"])
-    amplitude = given["Q3"] * harmonic(2, given["lam"])
-    left = amplitude * np.cos(2 * TURN) * 1e-6 + shaft_force_n(pair, TURN, 1.0)[:, 0]
+    pair = placed(second_order_pair(given["Q3"], 1.0, 1.0 / given["lam"]))
+    amplitude = given["Q3"] * harmonic_coefficient(2, given["lam"])
+    left = amplitude * np.cos(2 * TURN) * 1e-6 + force_n(pair, TURN, 1.0)[:, 0]
     check(
         "T5-05",
         {"m_z2_lz2_over_l1": pair[0].product_g_mm, "check": round(float(np.abs(left).max()) * 1e6, 12)},
@@ -141,7 +135,7 @@ def test_t5_06() -> None:
 @pytest.mark.parametrize("case", ["RU-01-standard", "RU-01-optical"])
 def test_ru_01(case: str) -> None:
     given = inputs(case)
-    table = {row.order: row for row in order_table(given["m"], given["r"], given["r"] / given["l"])}
+    table = {row.order: row for row in order_table(given["m"], given["r"], given["l"])}
     assert table[4].exact_g_mm < 0.0 < table[6].exact_g_mm  # the signs that print leaves out
     computed = {f"o{order}": abs(table[order].leading_g_mm) for order in (1, 2, 4, 6)}
     computed |= {f"o{order}_exact": abs(table[order].exact_g_mm) for order in (2, 4, 6)}
@@ -149,94 +143,89 @@ def test_ru_01(case: str) -> None:
 
 
 def test_ru_02() -> None:
-    ratio = 44.9 / 152.0
-    optical, standard = order_table(4304.0, 44.9, ratio)[1], order_table(1216.0, 44.9, ratio)[0]
+    optical, standard = order_table(4304.0, 44.9, 152.0)[1], order_table(1216.0, 44.9, 152.0)[0]
     given = inputs("RU-02")
     assert optical.leading_g_mm == pytest.approx(given["a"], abs=0.1)
     assert standard.leading_g_mm == pytest.approx(given["b"], abs=0.1)
     check("RU-02", {"ratio": given["a"] / given["b"]})
 
 
-def printed_sections() -> list[TableSection]:
-    """Sections whose products are the printed ones (the table's inputs are rounded)."""
-    return [
-        TableSection(name, max(mass, 1e-9), wx / max(mass, 1e-9), wy / max(mass, 1e-9), z)
-        for name, mass, _, _, z, wx, wy, _, _ in TABLE_2
-    ]
+def printed_sections() -> tuple[list[float], list[float], list[float], list[float]]:
+    """Masses and places whose products are the printed ones (the table's inputs are rounded)."""
+    masses = [max(row[1], 1e-9) for row in TABLE_2]
+    x_mm = [row[5] / mass for row, mass in zip(TABLE_2, masses, strict=True)]
+    y_mm = [row[6] / mass for row, mass in zip(TABLE_2, masses, strict=True)]
+    return masses, x_mm, y_mm, [row[4] for row in TABLE_2]
 
 
 def test_ru_03() -> None:
     static, dynamic = [], []
-    for name, mass, x, y, z, wx, wy, cx, cy in TABLE_2:
-        product = TableSection(name, mass, x, y, z).product_g_mm
+    for _, mass, x, y, z, wx, wy, cx, cy in TABLE_2:
+        product = section_sums([mass], [x], [y], [z]).static_g_mm
         static += [abs(product[0] - wx), abs(product[1] - wy)]
-        row = TableSection(name, 1.0, wx, wy, z).couple_g_mm2
+        row = section_sums([1.0], [wx], [wy], [z]).dynamic_g_mm2
         dynamic += [abs(row[0] - cx), abs(row[1] - cy)]
-    sums = section_sums(printed_sections())
-    printed_dynamic = Unbalance(
-        sums.resultant_g_mm, np.array([sum(row[7] for row in TABLE_2), sum(row[8] for row in TABLE_2)])
-    )
-    np.testing.assert_allclose(sums.moment_g_mm2, printed_dynamic.moment_g_mm2, atol=0.02)
+    sums = section_sums(*printed_sections())
+    printed_dynamic = np.array([sum(row[7] for row in TABLE_2), sum(row[8] for row in TABLE_2)])
+    np.testing.assert_allclose(sums.dynamic_g_mm2, printed_dynamic, atol=0.02)
     near, far = TABLE_2[1][4], TABLE_2[6][4]
-    couple = Unbalance(np.zeros(2), printed_dynamic.moment_g_mm2).in_planes(near, far)
+    couple = Unbalance(np.zeros(2), printed_dynamic).in_planes(near, far)
     check(
         "RU-03",
         {
             "max_static_error": max(static),
             "max_dynamic_error": max(dynamic),
-            "sum_WX": float(sums.resultant_g_mm[0]),
-            "sum_WY": float(sums.resultant_g_mm[1]),
-            "sum_CX": float(printed_dynamic.moment_g_mm2[0]),
-            "sum_CY": float(printed_dynamic.moment_g_mm2[1]),
+            "sum_WX": sums.static_g_mm[0],
+            "sum_WY": sums.static_g_mm[1],
+            "sum_CX": float(printed_dynamic[0]),
+            "sum_CY": float(printed_dynamic[1]),
             "couple_as_plane_unbalance": float(couple[1, 1]),
         },
     )
 
 
 def test_ru_04() -> None:
-    first, second = balancing_products_g_mm(printed_sections(), "Counterweight 1", "Counterweight 2")
+    assert [TABLE_2[place][0] for place in (1, 6)] == ["Counterweight 1", "Counterweight 2"]
+    products = balancing_counterweights(*printed_sections(), 2, 7)
+    first, second = products.first_g_mm, products.second_g_mm
     check(
         "RU-04",
         {
-            "WY1": float(first[1]),
-            "WY2": float(second[1]),
-            "dWY1": float(first[1]) - TABLE_2[1][6],
-            "dWY2": float(second[1]) - TABLE_2[6][6],
+            "WY1": first[1],
+            "WY2": second[1],
+            "dWY1": first[1] - TABLE_2[1][6],
+            "dWY2": second[1] - TABLE_2[6][6],
         },
     )
 
 
-def first_order_pair() -> BoltedPair:
-    given = inputs("RU-05")
-    weights = [
-        BoltOnWeight("counterweight", given["e1"], given["m1"]),
-        BoltOnWeight("bolts", given["e2"], given["m2"]),
-        BoltOnWeight("top counterweight", given["e3"], given["m3"]),
-    ]
-    return BoltedPair(1, tuple(weights), needed_g_mm=49822.3)
+NEEDED_G_MM = 49822.3
+
+
+def first_order_pair(weights: int) -> BoltedPair:
+    """Return the pair with its first weights: counterweight, bolts, top counterweight."""
+    given, numbers = inputs("RU-05"), range(1, weights + 1)
+    return bolted_pair(1, NEEDED_G_MM, [given[f"m{n}"] for n in numbers], [given[f"e{n}"] for n in numbers])
 
 
 def test_ru_05() -> None:
-    pair = first_order_pair()
-    as_printed = BoltedPair(1, (BoltOnWeight("all", 1.0, 49814.8 / 2),), pair.needed_g_mm)
-    check("RU-05", {"pair": pair.product_g_mm, "difference_printed": as_printed.residual_g_mm})
+    as_printed = bolted_pair(1, NEEDED_G_MM, [49814.8 / 2], [1.0])
+    check("RU-05", {"pair": first_order_pair(3).product_g_mm, "difference_printed": as_printed.residual_g_mm})
 
 
 def test_ru_06() -> None:
     given = inputs("RU-06")
-    weights = tuple(
-        BoltOnWeight(str(number), given[f"e{number}"], given[f"m{number}"]) for number in (1, 2, 3)
-    )
-    as_printed = BoltedPair(2, (BoltOnWeight("all", 1.0, 14993.8 / 2),), given["need"])
-    right = shaft_pair(2, given["need"])
+    masses, places = ([given[f"{letter}{number}"] for number in (1, 2, 3)] for letter in "me")
+    as_printed = bolted_pair(2, given["need"], [14993.8 / 2], [1.0])
+    each = shaft_pair(2, given["need"]).product_each_g_mm
     check(
         "RU-06",
         {
-            "pair": BoltedPair(2, weights, given["need"]).product_g_mm,
+            "pair": bolted_pair(2, given["need"], masses, places).product_g_mm,
             "difference_printed": given["need"] - as_printed.product_g_mm,
-            "pair_force_in_w2_units": as_printed.force_g_mm,
-            "correct_pair": 2.0 * right[0].product_g_mm,
-            "correct_per_shaft": right[0].product_g_mm,
+            "pair_force_in_w2_units": as_printed.force_over_w2_g_mm,
+            "correct_pair": 2.0 * each,
+            "correct_per_shaft": each,
             "residual_as_documented": as_printed.residual_g_mm,
         },
     )
@@ -246,7 +235,7 @@ def test_ru_07() -> None:
     given = inputs("RU-07")
     ratio = given["b"] / given["a"]
     for radius in (44.9, 47.3):
-        first, second = order_table(given["a"] / radius, radius, ratio)[:2]
+        first, second = order_table(given["a"] / radius, radius, radius / ratio)[:2]
         assert first.leading_g_mm == pytest.approx(given["a"])
         assert second.leading_g_mm == pytest.approx(given["b"])
     check(
@@ -262,7 +251,7 @@ def test_ru_07() -> None:
 
 
 def test_ru_08() -> None:
-    check("RU-08", {"pair": first_order_pair().without("top counterweight").product_g_mm})
+    check("RU-08", {"pair": first_order_pair(2).product_g_mm})
 
 
 def test_ru_09() -> None:
@@ -273,10 +262,10 @@ def test_ru_09() -> None:
     check(
         "RU-09",
         {
-            "cad_total": cut.big_half_g + cut.small_half_g,
+            "cad_total": given["cad_b"] + given["cad_s"],
             "scale_total": rod.mass_g,
             "d_scale_whole": rod.mass_g - given["whole"],
-            "d_cad_whole": cut.big_half_g + cut.small_half_g - given["whole"],
+            "d_cad_whole": given["cad_b"] + given["cad_s"] - given["whole"],
             "cg_fraction": rod.centre_from_big_end_mm / rod.length_mm,
             "section_fraction": cut.small_end_share,
             "mass_moved": cut.moved_g,
@@ -287,22 +276,22 @@ def test_ru_09() -> None:
 
 def test_ru_15() -> None:
     ratio = inputs("RU-15")["lam"]
-    first, second = (row.leading_g_mm for row in order_table(1.0, 1.0, ratio)[:2])
+    first, second = (row.leading_g_mm for row in order_table(1.0, 1.0, 1.0 / ratio)[:2])
     check("RU-15", {"sum_TDC": first + second, "wrong_sign_TDC": abs(first - second)})
 
 
 def test_ru_16() -> None:
     given = inputs("RU-16")
-    fan = FanCounterweight(given["R"], given["ri"], math.radians(given["al"]), given["T"], 7850.0)
+    fan = fan_counterweight(given["R"], given["ri"], given["al"], given["T"])
     check(
         "RU-16",
         {
             "mass": fan.mass_g * 1e-3,
             "centroid": fan.centre_mm,
             "U": fan.product_g_mm * 1e-3,
-            "elasticity_R": fan.sensitivities["outer_radius_mm"],
-            "elasticity_T": fan.sensitivities["thickness_mm"],
-            "elasticity_A": fan.sensitivities["fan_angle_rad"],
+            "elasticity_R": fan.sensitivity_radius,
+            "elasticity_T": fan.sensitivity_thickness,
+            "elasticity_A": fan.sensitivity_angle,
         },
     )
 

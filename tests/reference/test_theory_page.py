@@ -46,12 +46,12 @@ def test_every_case_has_a_test_of_its_name() -> None:
 @pytest.mark.parametrize(
     "name",
     [
-        "stroked",
+        "stroked_crank",
         "crankpin_overlap_mm",
-        "SubstituteRotor.of_inertia",
+        "substitute_rotor",
         "section_sums",
-        "balancing_products_g_mm",
-        "FanCounterweight",
+        "balancing_counterweights",
+        "fan_counterweight_for",
         "final_hole_depth_mm",
         "complete_balance",
         "ConnectingRod.from_solid",

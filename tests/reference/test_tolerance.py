@@ -9,7 +9,7 @@ from autobalance.engine.forces import centrifugal_force_n
 from autobalance.engine.grade import specific_unbalance_mm
 from autobalance.engine.section_table import cylinder_mass_g
 from autobalance.engine.stroking import crankpin_overlap_mm
-from autobalance.engine.substitute_rotor import SubstituteRotor
+from autobalance.engine.substitute_rotor import Rotor, disc_rotor, substitute_rotor
 from autobalance.rigid_rotor.tolerance import (
     achieved_grade_mm_s,
     permissible_unbalance_g_mm,
@@ -87,37 +87,37 @@ def test_cpo_01() -> None:
 def test_rot_01() -> None:
     given = inputs("ROT-01")
 
-    def rotor(disc_mm: float) -> SubstituteRotor:
-        return SubstituteRotor.of_inertia(given["I"] * 1e3, disc_mm, given["d2"], given["L1"], DENSITY_KG_M3)
+    def rotor(disc_mm: float) -> Rotor:
+        return substitute_rotor(given["I"], disc_mm, given["d2"], given["L1"], DENSITY_KG_M3)
 
-    printed = SubstituteRotor(98.0, given["d2"], given["L1"], 36.704, DENSITY_KG_M3)
+    printed = disc_rotor(98.0, given["d2"], given["L1"], 36.704, DENSITY_KG_M3)
     check(
         "ROT-01",
         {
             "t_98": rotor(98.0).thickness_mm,
             "t_100": rotor(100.0).thickness_mm,
-            "L2_from_printed_t": printed.shaft_end_mm,
-            "L2_98": rotor(98.0).shaft_end_mm,
+            "L2_from_printed_t": printed.shaft_each_side_mm,
+            "L2_98": rotor(98.0).shaft_each_side_mm,
         },
     )
 
 
 def test_rot_02() -> None:
     given = inputs("ROT-02")
-    wanted = 2847.335e3
-    built = SubstituteRotor(given["d1"], given["d2"], given["L1"], given["t"], DENSITY_KG_M3)
-    larger = SubstituteRotor(100.0, given["d2"], given["L1"], given["t"], DENSITY_KG_M3)
-    right = SubstituteRotor.of_inertia(wanted, given["d1"], given["d2"], given["L1"], DENSITY_KG_M3)
+    wanted = 2847.335
+    built = disc_rotor(given["d1"], given["d2"], given["L1"], given["t"], DENSITY_KG_M3)
+    larger = disc_rotor(100.0, given["d2"], given["L1"], given["t"], DENSITY_KG_M3)
+    right = substitute_rotor(wanted, given["d1"], given["d2"], given["L1"], DENSITY_KG_M3)
     check(
         "ROT-02",
         {
-            "I": built.polar_inertia_g_mm2 * 1e-3,
-            "I_deficit_pct": 100.0 * (built.polar_inertia_g_mm2 / wanted - 1.0),
+            "I": built.polar_inertia_kg_mm2,
+            "I_deficit_pct": 100.0 * (built.polar_inertia_kg_mm2 / wanted - 1.0),
             "mass": built.mass_g * 1e-3,
             "weight_9.81": built.mass_g * 1e-3 * 9.81,
-            "I_100": larger.polar_inertia_g_mm2 * 1e-3,
+            "I_100": larger.polar_inertia_kg_mm2,
             "mass_100": larger.mass_g * 1e-3,
-            "I_98_right_t": right.polar_inertia_g_mm2 * 1e-3,
+            "I_98_right_t": right.polar_inertia_kg_mm2,
             "mass_98_right_t": right.mass_g * 1e-3,
         },
     )

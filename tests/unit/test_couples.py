@@ -19,6 +19,7 @@ from autobalance.engine.shafts import (
 )
 from autobalance.engine.slider_crank import SliderCrank
 from autobalance.engine.whole_engine import Engine, Order, about, inline, vee
+from tests.shafts import placed
 
 SPEED = 600.0
 CRANK, PARTS = SliderCrank(45.0, 144.0), Parts(500.0, 480.0, 0.0)
@@ -73,7 +74,7 @@ def test_the_moment_over_the_turn_is_its_orders() -> None:
 def test_an_exact_lanchester_pair_leaves_no_force_and_no_moment(by_mm: float) -> None:
     """Task 5, Eq. 5.28, for four cylinders: an eighth of the second order on each shaft, at their middle."""
     four = shifted(inline([0.0, math.pi, math.pi, 0.0], 90.0, CRANK, PARTS), by_mm)
-    pair = second_order_pair(4.0 * PARTS.reciprocating_g, CRANK.crank_radius_mm, CRANK.ratio)
+    pair = placed(second_order_pair(4.0 * PARTS.reciprocating_g, CRANK.crank_radius_mm, CRANK.rod_length_mm))
     before = order_of(four, 2.0)
     assert place_of_least_moment_mm(before) == pytest.approx(by_mm, abs=1e-9)
     (left,) = orders_with_shafts([before], [replace(shaft, z_mm=by_mm) for shaft in pair], SPEED)

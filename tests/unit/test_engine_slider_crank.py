@@ -7,7 +7,7 @@ import math
 import numpy as np
 import pytest
 
-from autobalance.engine.slider_crank import SliderCrank, harmonic, harmonic_series
+from autobalance.engine.slider_crank import SliderCrank, harmonic_coefficient, harmonic_series
 from autobalance.rigid_rotor.moments import Array
 
 STEP = 1e-5
@@ -101,4 +101,4 @@ def test_odd_orders_have_no_series(order: int) -> None:
 @pytest.mark.parametrize("ratio", [1.0, -0.1, math.nan])
 def test_ratio_is_crank_radius_over_rod_length(ratio: float) -> None:
     with pytest.raises(ValueError, match="below 1"):
-        harmonic(2, ratio)
+        harmonic_coefficient(2, ratio)

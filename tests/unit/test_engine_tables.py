@@ -8,34 +8,28 @@ import numpy as np
 import pytest
 
 from autobalance.engine.balance_factor import correction_mass_g
-from autobalance.engine.complete_balance import (
-    BoltedPair,
-    BoltOnWeight,
-    complete_balance,
-    remaining_moment_n_m,
-)
+from autobalance.engine.complete_balance import BoltOnWeight, bolted_pair, complete_balance
 from autobalance.engine.conrod import ConnectingRod, cut_at_centre_of_mass
-from autobalance.engine.counterweight import FanCounterweight, Size
+from autobalance.engine.counterweight import Fan, fan_counterweight, fan_counterweight_for
 from autobalance.engine.grade import GRADES, listed_grade, specific_unbalance_mm
 from autobalance.engine.loads import whole_turn
 from autobalance.engine.parts import Parts
 from autobalance.engine.section_table import (
-    TableSection,
-    balancing_products_g_mm,
+    balancing_counterweights,
     cylinder_mass_g,
     final_hole_depth_mm,
-    oil_section,
     section_sums,
 )
-from autobalance.engine.shafts import counter_rotating_shaft, roll_moment_n_m, shaft_force_n, shaft_pair
+from autobalance.engine.shafts import counter_rotating_shaft, roll_moment_n_m, shaft_pair
 from autobalance.engine.slider_crank import SliderCrank
-from autobalance.engine.stroking import stroked
-from autobalance.engine.substitute_rotor import SubstituteRotor
+from autobalance.engine.stroking import stroked_crank
+from autobalance.engine.substitute_rotor import substitute_rotor
 from autobalance.engine.whole_engine import Cylinder, Engine, vee
 from autobalance.rigid_rotor.moments import Moments
+from tests.shafts import force_n, placed
 
 TURN = whole_turn(72)
-FAN = FanCounterweight(60.0, 25.0, math.radians(120.0), 20.0, 7850.0)
+FAN = fan_counterweight(60.0, 25.0, 120.0, 20.0)
 
 
 # --- rods
@@ -91,9 +85,9 @@ def test_a_pair_cancels_a_force_along_its_cylinder(order: int, bank: float) -> N
     along = np.array([math.cos(bank), math.sin(bank)])
     for amplitude in (1000.0, -300.0):
         wanted = amplitude * 200.0**2 * 1e-6 * np.cos(order * (TURN - bank))[:, None] * along
-        pair = shaft_pair(order, amplitude, bank)
+        pair = placed(shaft_pair(order, amplitude), bank)
         # At crank angle = bank the piston stands at top dead centre; the pair is set at θ = 0.
-        force = shaft_force_n(pair, TURN - bank, 200.0)
+        force = force_n(pair, TURN - bank, 200.0)
         np.testing.assert_allclose(force, -wanted, atol=1e-9)
 
 
@@ -107,38 +101,40 @@ def test_a_counter_rotating_shaft_takes_the_backward_part_of_a_vee() -> None:
 
 def test_shafts_roll_the_engine_unless_mirrored() -> None:
     for bank in (0.0, 0.8):
-        mirrored = shaft_pair(1, 1000.0, bank, half_distance_mm=50.0)
+        mirrored = placed(shaft_pair(1, 1000.0), bank, half_distance_mm=50.0)
         np.testing.assert_allclose(roll_moment_n_m(mirrored, TURN - bank, 300.0)[[0]], 0.0, atol=1e-12)
-    pair = shaft_pair(1, 1000.0, half_distance_mm=50.0, height_mm=10.0)
+    pair = placed(shaft_pair(1, 1000.0), half_distance_mm=50.0, height_mm=10.0)
     moment = roll_moment_n_m(pair, TURN, 300.0)
     # Each carries half; their levers are 50 mm to either side, so the moments across cancel in pairs.
     one_side = roll_moment_n_m(pair[:1], TURN, 300.0)
     assert np.abs(moment).max() < np.abs(one_side).max()
-    shifted = tuple(shaft_pair(1, 1000.0))
+    shifted = placed(shaft_pair(1, 1000.0))
     np.testing.assert_allclose(roll_moment_n_m(shifted, TURN, 300.0), 0.0, atol=1e-12)
 
 
 def test_a_pair_at_one_height_beside_the_cylinder_rolls_by_its_distance() -> None:
-    first, second = shaft_pair(1, 1000.0)
+    first, second = placed(shaft_pair(1, 1000.0))
     moved = [
         type(shaft)(shaft.order, shaft.forward, shaft.product_g_mm, shaft.phase_rad, 0.0, 30.0)
         for shaft in (first, second)
     ]
-    expected = -30.0 * shaft_force_n(moved, TURN, 300.0)[:, 0] * 1e-3
+    expected = -30.0 * force_n(moved, TURN, 300.0)[:, 0] * 1e-3
     np.testing.assert_allclose(roll_moment_n_m(moved, TURN, 300.0), expected, atol=1e-12)
     assert np.abs(expected).max() == pytest.approx(1000.0 * 300.0**2 * 1e-6 * 0.030)
 
 
 def test_bolt_on_weights_are_weighed_where_they_can_be() -> None:
     weights = (BoltOnWeight("main", 20.0, 100.0, 101.0), BoltOnWeight("screws", 10.0, 8.0))
-    pair = BoltedPair(1, weights, 5000.0)
+    masses, places = [101.0, 8.0], [20.0, 10.0]
+    pair = bolted_pair(1, 5000.0, masses, places)
+    assert [weight.product_g_mm for weight in weights] == [2020.0, 80.0]
     assert weights[0].cad_product_g_mm == 2000.0
     assert weights[0].deviation == pytest.approx(0.01)
     assert weights[1].deviation is None
     assert pair.residual_g_mm == pytest.approx(5000.0 - 2.0 * (2020.0 + 80.0))
-    assert pair.without("screws").product_g_mm == 4040.0
-    with pytest.raises(ValueError, match="no bolt-on weight is called 'screw'; there are: main, screws"):
-        pair.without("screw")
+    assert bolted_pair(1, 5000.0, masses[:1], places[:1]).product_g_mm == 4040.0
+    with pytest.raises(ValueError, match="must be of one length"):
+        bolted_pair(1, 5000.0, masses, places[:1])
 
 
 def test_impossible_shafts_are_refused() -> None:
@@ -157,47 +153,27 @@ def test_impossible_shafts_are_refused() -> None:
         )
 
 
-def test_complete_balance_leaves_a_moment() -> None:
-    motion = SliderCrank(40.0, 150.0).motion(TURN)
-    swing = 2.0e6 * motion.dtilt  # a rod of that inertia about the crankpin
-    left = remaining_moment_n_m(swing, TURN, 300.0)
-    np.testing.assert_allclose(left, -2.0e6 * motion.ddtilt * 300.0**2 * 1e-9, atol=1e-9)
-    assert np.abs(left).max() > 10.0
-
-
 # --- tables
 
 
 def test_counterweights_that_a_table_asks_for_balance_it() -> None:
-    rows = [TableSection("cheek", 700.0, 3.0, 8.0, 20.0), TableSection("pin", 900.0, 1.0, 45.0, 60.0)]
-    table = [
-        *rows,
-        TableSection("one", 500.0, 0.0, -30.0, 15.0),
-        TableSection("two", 500.0, 0.0, -30.0, 95.0),
-    ]
-    one, two = balancing_products_g_mm(table, "one", "two")
-    balanced = [
-        *rows,
-        TableSection("one", 1.0, float(one[0]), float(one[1]), 15.0),
-        TableSection("two", 1.0, float(two[0]), float(two[1]), 95.0),
-    ]
-    sums = section_sums(balanced)
-    np.testing.assert_allclose(sums.resultant_g_mm, 0.0, atol=1e-9)
-    np.testing.assert_allclose(sums.moment_g_mm2, 0.0, atol=1e-7)
+    x_mm, y_mm, z_mm = [3.0, 1.0, 0.0, 0.0], [8.0, 45.0, -30.0, -30.0], [20.0, 60.0, 15.0, 95.0]
+    products = balancing_counterweights([700.0, 900.0, 500.0, 500.0], x_mm, y_mm, z_mm, 3, 4)
+    (x_3, y_3), (x_4, y_4) = products.first_g_mm, products.second_g_mm
     for shift in (0.0, 100.0):  # and not only about this datum
-        np.testing.assert_allclose(sums.moment_about_g_mm2(shift), 0.0, atol=1e-7)
+        sums = section_sums(
+            [700.0, 900.0, 1.0, 1.0],
+            [3.0, 1.0, x_3, x_4],
+            [8.0, 45.0, y_3, y_4],
+            [z - shift for z in z_mm],
+        )
+        np.testing.assert_allclose(sums.static_g_mm, 0.0, atol=1e-9)
+        np.testing.assert_allclose(sums.dynamic_g_mm2, 0.0, atol=1e-7)
 
 
 def test_a_counterweight_that_is_not_in_the_table_is_named() -> None:
-    table = [TableSection("cheek", 1.0, 0.0, 1.0, 0.0), TableSection("one", 1.0, 0.0, 1.0, 5.0)]
-    with pytest.raises(ValueError, match="no section is called 'tow'; there are: cheek, one"):
-        balancing_products_g_mm(table, "one", "tow")
-
-
-def test_oil_is_a_row_of_the_table() -> None:
-    row = oil_section("oil", 12.0, 150.0, np.array([1.0, 28.0, 70.0]))
-    assert row.mass_g == pytest.approx(math.pi / 4 * 144.0 * 150.0 * 870e-6)
-    assert row.couple_g_mm2[1] == pytest.approx(row.mass_g * 28.0 * 70.0)
+    with pytest.raises(ValueError, match="second is 3; the table has sections 1 to 2"):
+        balancing_counterweights([1.0, 1.0], [0.0, 0.0], [1.0, 1.0], [0.0, 5.0], 2, 3)
 
 
 def test_final_holes_take_off_what_they_are_asked_to() -> None:
@@ -213,34 +189,47 @@ def test_a_hole_past_the_axis_is_refused(overbalance: float) -> None:
         final_hole_depth_mm(overbalance, 20.0, 60.0, 7850.0)
 
 
-@pytest.mark.parametrize("size", ["outer_radius_mm", "thickness_mm", "fan_angle_rad"])
-def test_a_size_solved_for_gives_the_product(size: Size) -> None:
-    assert FAN.solved_for(size, 1.1 * FAN.product_g_mm).product_g_mm == pytest.approx(1.1 * FAN.product_g_mm)
+SIZES = ["outer_radius", "thickness", "fan_angle"]
 
 
-@pytest.mark.parametrize("size", ["outer_radius_mm", "thickness_mm", "fan_angle_rad"])
-def test_sensitivities_are_relative_derivatives(size: Size) -> None:
-    changed = FAN.solved_for(size, FAN.product_g_mm * (1.0 + 1e-6))
-    growth = math.log(getattr(changed, size) / getattr(FAN, size))
-    assert 1e-6 / growth == pytest.approx(FAN.sensitivities[size], rel=1e-5)
+def changed(product_g_mm: float, size: str, fan: Fan = FAN) -> Fan:
+    """Return a fan with a size changed for a product."""
+    sizes = fan.outer_radius_mm, fan.inner_radius_mm, fan.fan_angle_deg, fan.thickness_mm
+    return fan_counterweight_for(product_g_mm, size, *sizes)
+
+
+@pytest.mark.parametrize("size", SIZES)
+def test_a_size_solved_for_gives_the_product(size: str) -> None:
+    assert changed(1.1 * FAN.product_g_mm, size).product_g_mm == pytest.approx(1.1 * FAN.product_g_mm)
+
+
+@pytest.mark.parametrize("size", SIZES)
+def test_sensitivities_are_relative_derivatives(size: str) -> None:
+    key = f"{size}_deg" if size == "fan_angle" else f"{size}_mm"
+    sensitivity = f"sensitivity_{size.removeprefix('outer_').removeprefix('fan_')}"
+    wider = changed(FAN.product_g_mm * (1.0 + 1e-6), size)
+    growth = math.log(getattr(wider, key) / getattr(FAN, key))
+    assert 1e-6 / growth == pytest.approx(getattr(FAN, sensitivity), rel=1e-5)
 
 
 def test_a_half_turn_fan_gains_nothing_from_a_wider_angle() -> None:
-    half = FanCounterweight(60.0, 25.0, math.pi, 20.0, 7850.0)
-    assert half.sensitivities["fan_angle_rad"] == pytest.approx(0.0, abs=1e-12)
+    half = fan_counterweight(60.0, 25.0, 180.0, 20.0)
+    assert half.sensitivity_angle == pytest.approx(0.0, abs=1e-12)
     with pytest.raises(ValueError, match="a fan of 180° has the most"):
-        half.solved_for("fan_angle_rad", 1.01 * half.product_g_mm)
+        changed(1.01 * half.product_g_mm, "fan_angle", half)
 
 
 def test_impossible_counterweights_are_refused() -> None:
     with pytest.raises(ValueError, match="the inner must be ≥ 0 and less than the outer"):
-        FanCounterweight(25.0, 25.0, 1.0, 20.0, 7850.0)
+        fan_counterweight(25.0, 25.0, 60.0, 20.0)
     with pytest.raises(ValueError, match="must be above 0 and at most 360°"):
-        FanCounterweight(60.0, 25.0, 7.0, 20.0, 7850.0)
+        fan_counterweight(60.0, 25.0, 361.0, 20.0)
     with pytest.raises(ValueError, match="both must be > 0"):
-        FanCounterweight(60.0, 25.0, 1.0, 0.0, 7850.0)
+        fan_counterweight(60.0, 25.0, 60.0, 0.0)
     with pytest.raises(ValueError, match="product of the counterweight is 0"):
-        FAN.solved_for("thickness_mm", 0.0)
+        changed(0.0, "thickness")
+    with pytest.raises(ValueError, match="must be one of outer_radius, thickness, fan_angle"):
+        changed(1.0, "colour")
 
 
 def test_impossible_cylinders_and_radii_are_refused() -> None:
@@ -258,14 +247,15 @@ STROKING = {
     "crankpin_mm": 30.0,
     "crankpin_width_mm": 20.0,
     "main_journal_mm": 28.0,
-    "density_kg_m3": 7850.0,
+    "rotating_g": 134.0,
+    "reciprocating_g": 260.0,
+    "factor": 0.5,
 }
 
 
 @pytest.mark.parametrize(("rotating_g", "lowers"), [(134.0, False), (500.0, True)])
 def test_stroking_moves_the_rods_out_and_grinds_the_pin_away(rotating_g: float, *, lowers: bool) -> None:
-    parts = Parts(rotating_g, 260.0, 120.0)
-    crank = stroked(**STROKING, ground_crankpin_mm=28.0, parts=parts, factor=0.5)
+    crank = stroked_crank(**{**STROKING, "rotating_g": rotating_g}, ground_crankpin_mm=28.0, crankpin_g=120.0)
     assert crank.stroke_mm == pytest.approx(55.8)
     assert crank.crank_radius_mm == pytest.approx(27.9)
     assert crank.overlap_mm == pytest.approx(0.5 * (28.0 + 28.0 - 55.8))
@@ -274,23 +264,23 @@ def test_stroking_moves_the_rods_out_and_grinds_the_pin_away(rotating_g: float, 
 
 
 def test_stroking_by_nothing_changes_nothing() -> None:
-    crank = stroked(**STROKING, ground_crankpin_mm=30.0, parts=Parts(134.0, 260.0, 120.0), factor=0.5)
+    crank = stroked_crank(**STROKING, ground_crankpin_mm=30.0, crankpin_g=120.0)
     assert crank.factor == pytest.approx(0.5)
     assert crank.product_change_g_mm == pytest.approx(0.0, abs=1e-9)
 
 
 def test_impossible_grinding_is_refused() -> None:
     with pytest.raises(ValueError, match="no larger than the old"):
-        stroked(**STROKING, ground_crankpin_mm=31.0, parts=Parts(134.0, 260.0, 120.0), factor=0.5)
+        stroked_crank(**STROKING, ground_crankpin_mm=31.0, crankpin_g=120.0)
     with pytest.raises(ValueError, match="must hold the pin before grinding"):
-        stroked(**STROKING, ground_crankpin_mm=28.0, parts=Parts(134.0, 260.0, 10.0), factor=0.5)
+        stroked_crank(**STROKING, ground_crankpin_mm=28.0, crankpin_g=10.0)
 
 
 def test_impossible_rotors_are_refused() -> None:
     with pytest.raises(ValueError, match="the disc must be the larger"):
-        SubstituteRotor.of_inertia(1e6, 20.0, 20.0, 188.0, 7850.0)
+        substitute_rotor(1e3, 20.0, 20.0, 188.0, 7850.0)
     with pytest.raises(ValueError, match=r"the disc would have to be .* at most the length"):
-        SubstituteRotor.of_inertia(1e9, 98.0, 20.0, 188.0, 7850.0)
+        substitute_rotor(1e6, 98.0, 20.0, 188.0, 7850.0)
 
 
 def test_grades_fall_and_the_listed_one_is_met() -> None:
