@@ -61,7 +61,7 @@ ROTOR_KEYS = {
     "campbell",
     "response", "static", "balancing",
 }  # fmt: skip
-TORSION_KEYS = {"model", "natural_frequencies_hz", "modes", "critical", "response", "pendulum"}
+TORSION_KEYS = {"model", "damping", "natural_frequencies_hz", "modes", "critical", "response", "pendulum"}
 HEAD = ["schema_version", "autobalance", "command", "input"]
 
 

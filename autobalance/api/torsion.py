@@ -7,32 +7,27 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-import numpy as np
-
 from autobalance import job as jobs
 from autobalance.api.engine_case import job_set, request
 from autobalance.api.result import Plots, Values, VerbResult, report_head
-from autobalance.dynamics.torsion_chain import (
-    TorsionChain,
-    pendulum_inertia_kg_m2,
-    torsion_modes,
-    torsion_response,
-)
+from autobalance.dynamics.torsion_chain import TorsionChain
 from autobalance.errors import UsageError
 from autobalance.job import Job
 from autobalance.job.files.torsion import ChainFile, read_chain
-from autobalance.job.model.torsion import CrankTorsion, PendulumAbsorber, TorsionQuestion
+from autobalance.job.model.torsion import CrankTorsion, TorsionQuestion
 from autobalance.job.read import tables_of
 from autobalance.job.toml.keys import named_in
 from autobalance.job.toml.settings import with_settings
 from autobalance.job.torsion import check_station, crank_torsion
+from autobalance.machine_models.torsion_excited import ExcitedTrain
 from autobalance.machine_models.torsion_from_job import CrankChain, crank_chain
+from autobalance.machine_models.torsion_trains import named_train
 from autobalance.report.rotor import torsion_values
 from autobalance.runtime import Progress
 
 if TYPE_CHECKING:
     from autobalance.api.crank import Crank
-    from autobalance.machine_models.cycle_torques import Complex, ThrowTorques
+    from autobalance.machine_models.cycle_torques import ThrowTorques
     from autobalance.machine_models.measured import Crank as MeasuredCrank
     from autobalance.machine_models.throw_twist import ThrowTwist
 
@@ -57,16 +52,6 @@ class TorsionResult(VerbResult):
         from autobalance.report.rotor.torsion_plots import torsion_plots
 
         return torsion_plots(self.report)
-
-
-@dataclass(frozen=True, eq=False)
-class _Model:
-    """A chain with its stations' names, the diameters along its springs, and the orders to look at."""
-
-    chain: TorsionChain
-    names: tuple[str, ...]
-    diameters_m: tuple[float | None, ...]
-    orders: tuple[float, ...]
 
 
 def torsion(
@@ -117,30 +102,49 @@ def torsion(
 
 def _of_chain(file: ChainFile, settings: Sequence[str] = ()) -> TorsionResult:
     orders = tuple(sorted({each.order for each in file.question.excitations}))
-    model = _Model(file.chain, file.names, file.diameters_m, orders)
+    named = named_train(file.chain, file.names, file.diameters_m, file.question.parts)
+    model = ExcitedTrain(named, file.chain if file.question.parts.plain else None, file.question, orders)
+    file.filled["torsion"]["damping_ratio"] = model.damping_ratio
     head = {**report_head("torsion"), **({"job_set": list(settings)} if settings else {})}
     values = {**head, "input": file.filled}
-    return TorsionResult({**values, **_solved(model, file.question, None)})
+    return TorsionResult({**values, **_solved(model)})
 
 
 def _of_job(job: Job, crank: Crank | None, fem: bool | None, progress: Progress | None) -> TorsionResult:
     found = request(job, crank, None, progress)
-    asked = found.job.torsion or crank_torsion({})
+    asked = found.job.torsion or crank_torsion(found.job.raw)
     asked.filled["torsion"]["fem"] = asked.fem if fem is None else fem
     made = crank_chain(found.job, found.crank, asked)
-    _check_stations(asked.question, len(made.names))
     torques = _cycle_torques(found.job, found.crank)
-    orders = {each.order for each in asked.question.excitations}
-    orders |= set(USUAL_ORDERS) if torques is None else {float(each) for each in torques.orders}
-    model = _Model(made.chain, made.names, made.diameters_m, tuple(sorted(orders)))
+    model = _excited(made, asked.question, torques)
+    _check_stations(asked.question, len(model.named.names))
+    asked.filled["torsion"]["damping_ratio"] = model.damping_ratio
     told = {**jobs.describe(found.job), **asked.filled}
     values = {**report_head("torsion"), **job_set(found.job), "input": told}
-    solved = _solved(model, asked.question, torques, made)
+    solved = _solved(model, made)
     twists = _twisted(found.crank, asked, progress) if asked.filled["torsion"]["fem"] else None
-    metal = torsion_values.metal_values(made, twists)
+    metal = torsion_values.metal_values(
+        made, twists, lambda chain: _excited(made, asked.question, None, chain)
+    )
     solved["model"]["fem_N_m_rad"] = metal.pop("springs")
     throws, warnings = _throws(made, asked, twists), list(found.warnings)
     return TorsionResult({**values, **solved, **metal, "throws": throws, "warnings": warnings})
+
+
+def _excited(
+    made: CrankChain,
+    question: TorsionQuestion,
+    torques: ThrowTorques | None,
+    chain: TorsionChain | None = None,
+) -> ExcitedTrain:
+    """Return a crank's chain, or another in its place, as the train that the job makes of it."""
+    chain = made.chain if chain is None else chain
+    behind = None if torques is None else (made.throw_stations[-1], torques.mean_n_m)
+    named = named_train(chain, made.names, made.diameters_m, question.parts, behind)
+    orders = {each.order for each in question.excitations}
+    orders |= set(USUAL_ORDERS) if torques is None else {float(each) for each in torques.orders}
+    plain = chain if question.parts.plain else None
+    return ExcitedTrain(named, plain, question, tuple(sorted(orders)), torques, made.throw_stations)
 
 
 def _twisted(crank: MeasuredCrank, asked: CrankTorsion, progress: Progress | None) -> tuple[ThrowTwist, ...]:
@@ -189,52 +193,23 @@ def _throws(made: CrankChain, asked: CrankTorsion, twists: Sequence[ThrowTwist] 
     ]
 
 
-def _solved(
-    model: _Model, question: TorsionQuestion, torques: ThrowTorques | None, made: CrankChain | None = None
-) -> Values:
-    modes = torsion_modes(model.chain)
+def _solved(model: ExcitedTrain, made: CrankChain | None = None) -> Values:
+    modes = model.modes()
     formulas = () if made is None else (made.ker_wilson_n_m_rad, made.carter_n_m_rad)
-    stations = made.throw_stations if made else ()
-    excited = [(order, _torques_at(model, question, order, torques, stations)) for order in model.orders]
+    speeds = model.question.speeds_rad_s
     return {
-        "model": torsion_values.model_values(model.chain, model.names, *formulas),
+        "model": {
+            **torsion_values.model_values(model.named.train, model.named.names, *formulas),
+            **torsion_values.train_values(model.named),
+        },
+        "damping": torsion_values.damping_values(model),
         "natural_frequencies_hz": [mode.frequency_rad_s / torsion_values.TWO_PI for mode in modes],
-        "modes": torsion_values.mode_values(model.chain, modes),
-        "critical": torsion_values.critical_values(modes, model.orders, question.speeds_rad_s),
-        "response": [_response(model, question, order, torque) for order, torque in excited if torque.any()],
-        "pendulum": _pendulum(question.pendulum),
+        "modes": torsion_values.mode_values(model, modes),
+        "critical": torsion_values.critical_values(model, modes),
+        "response": [
+            torsion_values.response_values(order, speeds, model.response(order, speeds), model.named)
+            for order in model.orders
+            if model.torque_at(order, speeds).any()
+        ],
+        "pendulum": torsion_values.pendulum_values(model.question.pendulum),
     }
-
-
-def _torques_at(
-    model: _Model,
-    question: TorsionQuestion,
-    order: float,
-    torques: ThrowTorques | None,
-    stations: tuple[int, ...],
-) -> Complex:
-    """Return an order's torques (speeds, stations) as T exp(iφ)."""
-    total = np.zeros((len(question.speeds_rad_s), len(model.names)), dtype=complex)
-    for each in question.excitations:
-        if each.order == order:
-            total[:, each.station] += each.torque_n_m
-    if torques is not None and order in torques.orders:
-        row = int(np.flatnonzero(torques.orders == order)[0])
-        square = question.speeds_rad_s[:, None] ** 2
-        total[:, list(stations)] += torques.gas_n_m[row] + square * torques.inertia_n_m_s2[row]
-    return total
-
-
-def _response(model: _Model, question: TorsionQuestion, order: float, torque: Complex) -> Values:
-    absorber, added = question.pendulum, []
-    if absorber is not None and absorber.station is not None:
-        own = pendulum_inertia_kg_m2(absorber.mass_kg, absorber.distance_m, absorber.order, order)
-        added = [(absorber.station, own)]
-    found = torsion_response(model.chain, order * question.speeds_rad_s, torque, added)
-    return torsion_values.response_values(order, question.speeds_rad_s, found, model.diameters_m)
-
-
-def _pendulum(found: PendulumAbsorber | None) -> Values | None:
-    if found is None:
-        return None
-    return {"length_mm": 1e3 * found.length_m, "inertia_kg_mm2": 1e6 * found.inertia_kg_m2}

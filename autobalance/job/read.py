@@ -41,7 +41,10 @@ if TYPE_CHECKING:
     from autobalance.job.model.torsion import CrankTorsion
     from autobalance.signal.drive_sources import Drive
 
-OF_TORSION = ("torsion", "excitation", "pendulum", "speed_rpm", "points")
+OF_TORSION = (
+    *("torsion", "excitation", "pendulum", "speed_rpm", "points"),
+    *("gear", "branch", "coupling", "damper"),
+)
 TOP_KEYS = (
     "crankshaft",
     "engine",

@@ -19,6 +19,7 @@ from autobalance.job.model.torsion import (
 from autobalance.job.toml.convert import Large
 from autobalance.job.toml.keys import FILLED, Key, Values, read
 from autobalance.job.toml.table import ANY, COUNTED, NOT_NEGATIVE, POSITIVE, Rule
+from autobalance.job.torsion_train import TRAIN, train_parts
 from autobalance.types import Array
 from autobalance.units import RAD_S_PER_RPM
 
@@ -54,8 +55,16 @@ SHARED = (
     *SPEEDS,
     Key("excitation", says="torques at stations", keys=EXCITATION, many=True, default=()),
     Key("pendulum", says="an absorber in place", keys=PENDULUM, default=None),
+    *TRAIN,
 )
 """Keys of a chain's file and of a job alike."""
+DAMPING_RATIO = Key(
+    "damping_ratio",
+    float,
+    "share of critical damping in every mode; default 0.01, and 0 where a damper is given",
+    Rule(lambda x: 0.0 <= x < 1.0, "must be 0 or more and below 1"),
+    None,
+)
 DRIVEN = (
     Key("name", str, "what it is", ANY, ""),
     Key("kg_mm2", float, "polar moment of inertia", POSITIVE),
@@ -67,9 +76,10 @@ DRIVEN = (
 CRANK = (
     Key("stiffness", Formula, "which formula the results use", ANY, "ker_wilson"),
     Key("shear_modulus_gpa", float, "shear modulus", POSITIVE, 80.0),
-    Key("flywheel_kg_mm2", float, "inertia at the last main", NOT_NEGATIVE, 0.0),
+    Key("flywheel_kg_mm2", float, "inertia at the last main; default that of [cycle]", NOT_NEGATIVE, 0.0),
     Key("damper_kg_mm2", float, "inertia at the first main", NOT_NEGATIVE, 0.0),
     Key("cylinder_damping_N_m_s_rad", float, "viscous, to ground, of each cylinder", NOT_NEGATIVE, 0.0),
+    DAMPING_RATIO,
     Key("front", says="before the first main, outwards: a damper's ring", keys=DRIVEN, many=True, default=()),
     Key("train", says="behind the last main, outwards: a driven train", keys=DRIVEN, many=True, default=()),
     Key("fem", bool, "each throw's own metal by finite elements too", default=False),
@@ -91,6 +101,7 @@ def crank_torsion(raw: Mapping[str, Any]) -> CrankTorsion:
     """
     filled = read({key.name: raw[key.name] for key in OF_A_JOB if key.name in raw}, OF_A_JOB)
     asked = filled["torsion"]
+    asked["flywheel_kg_mm2"] = _flywheel_kg_mm2(raw, asked["flywheel_kg_mm2"])
     return CrankTorsion(
         question_of(filled, None),
         asked["stiffness"],
@@ -104,6 +115,21 @@ def crank_torsion(raw: Mapping[str, Any]) -> CrankTorsion:
         asked["fem_size_mm"],
         filled,
     )
+
+
+def _flywheel_kg_mm2(raw: Mapping[str, Any], own: float) -> float:
+    """Return the one flywheel of ``[torsion]`` and ``[cycle]``."""
+    given = [
+        float(raw[table]["flywheel_kg_mm2"])
+        for table in ("torsion", "cycle")
+        if "flywheel_kg_mm2" in raw.get(table, {})
+    ]
+    if len(given) == 2 and given[0] != given[1]:
+        raise JobError(
+            f"torsion.flywheel_kg_mm2 is {given[0]:g} and cycle.flywheel_kg_mm2 {given[1]:g}; expected one"
+            " flywheel: leave one of them out"
+        )
+    return given[0] if given else own
 
 
 def _driven(found: list[Values], name: str) -> tuple[Driven, ...]:
@@ -127,7 +153,13 @@ def question_of(filled: Values, stations: int | None) -> TorsionQuestion:
         check_station(f"excitation[{number}].station", each["station"], stations)
         torque = each["N_m"] * np.exp(1j * np.radians(each["phase_deg"]))
         excitations.append(Excitation(each["station"] - 1, each["order"], complex(torque)))
-    return TorsionQuestion(_speeds(filled), tuple(excitations), _pendulum(filled["pendulum"], stations))
+    return TorsionQuestion(
+        _speeds(filled),
+        tuple(excitations),
+        _pendulum(filled["pendulum"], stations),
+        train_parts(filled),
+        filled["torsion"]["damping_ratio"],
+    )
 
 
 def check_station(place: str, station: int, stations: int | None) -> None:

@@ -24,11 +24,16 @@ class ThrowTorques:
     """Orders (k,) of the torque that rods put on each throw, (k, throws) as T exp(iφ) [N·m].
 
     ``inertia_n_m_s2`` is that of rods and pistons at 1 rad/s; it grows with the square of the speed.
+    ``firing_rad`` (cylinders,) are the crank angles at which cylinders fire, ``cylinder_throws`` their throws
+    from 0, ``mean_n_m`` the mean torque of gas less friction at the job's speed.
     """
 
     orders: Array
     gas_n_m: Complex
     inertia_n_m_s2: Complex
+    firing_rad: Array
+    cylinder_throws: tuple[int, ...]
+    mean_n_m: float
 
     def at_speed(self, speed_rad_s: float) -> Complex:
         """Return all of the torque (k, throws) at a speed."""
@@ -46,7 +51,10 @@ def throw_torques(job: Job, crank: Crank) -> ThrowTorques:
         np.stack([firing.grid.harmonics(each, orders) for each in _torques(firing, pins, radii)], axis=1)
         for pins in (firing.parts.gas.crankpin_n, firing.parts.rods.crankpin_n)
     )
-    return ThrowTorques(orders, gas, inertia)
+    throws = sorted((c, number) for number, each in enumerate(firing.throws) for c in each.cylinders)
+    mean = firing.gas_mean_n_m - firing.piston_friction_n_m(speed)
+    by_cylinder = tuple(number for _, number in throws)
+    return ThrowTorques(orders, gas, inertia, np.array(firing.firing_rad), by_cylinder, mean)
 
 
 def _torques(firing: FiringEngine, cylinder_n: Array, radii_mm: list[float]) -> list[Array]:

@@ -287,7 +287,7 @@ TWO: Values = {"inertia": [{"kg_mm2": 1}, {"kg_mm2": 2}], "spring": [{"N_m_rad":
         ({"pendulum": {"order": 2, "distance_mm": 5, "mass_g": 1, "station": 9}}, "pendulum.station is 9"),
         ({"speed_rpm": [6000, 500]}, "the first must be the lower one"),
         ({"speed_rpm": 0}, "speed_rpm is 0; must be > 0"),
-        ({"damper": 1}, "unknown key"),
+        ({"dampers": 1}, "unknown key"),
     ],
 )
 def test_bad_input_is_one_line(file: Values, words: str) -> None:

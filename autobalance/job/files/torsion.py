@@ -12,25 +12,15 @@ import numpy as np
 from autobalance.dynamics.torsion_chain import TorsionChain
 from autobalance.errors import JobError
 from autobalance.job.model.torsion import TorsionQuestion
-from autobalance.job.toml.convert import Large
-from autobalance.job.toml.keys import Key, Values, read_document
-from autobalance.job.toml.table import ANY, NOT_NEGATIVE, POSITIVE
-from autobalance.job.torsion import KG_M2_PER_KG_MM2, M_PER_MM, SHARED, question_of
+from autobalance.job.toml.keys import FILLED, Key, Values, read_document
+from autobalance.job.torsion import DAMPING_RATIO, KG_M2_PER_KG_MM2, M_PER_MM, SHARED, question_of
+from autobalance.job.torsion_train import INERTIA, SPRING
 
-INERTIA = (
-    Key("name", str, "what it is", ANY, ""),
-    Key("kg_mm2", float, "polar moment of inertia", POSITIVE),
-    Key("damping_N_m_s_rad", float, "viscous, to ground", NOT_NEGATIVE, 0.0),
-)
-SPRING = (
-    Key("N_m_rad", Large, "stiffness; 0 parts the chain", NOT_NEGATIVE),
-    Key("damping_N_m_s_rad", float, "viscous, beside the spring", NOT_NEGATIVE, 0.0),
-    Key("diameter_mm", float, "of a round shaft, for its stress", POSITIVE, None),
-)
 CHAIN = (
     *SHARED,
     Key("inertia", says="stations in order", keys=INERTIA, many=True),
     Key("spring", says="between one station and the next", keys=SPRING, many=True, default=()),
+    Key("torsion", says="how it is computed", keys=(DAMPING_RATIO,), default=FILLED),
 )
 """Every key of a chain's file."""
 
@@ -73,4 +63,5 @@ def _chain(filled: Values) -> ChainFile:
     )
     diameters = tuple(None if d is None else M_PER_MM * d for d in (s["diameter_mm"] for s in springs))
     names = tuple(each["name"] or f"station {n}" for n, each in enumerate(inertias, 1))
-    return ChainFile(question_of(filled, len(inertias)), chain, names, diameters, filled)
+    branched = sum(len(each["inertia"]) for each in filled["branch"])
+    return ChainFile(question_of(filled, len(inertias) + branched), chain, names, diameters, filled)

@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Any, Literal
 
+from autobalance.job.model.torsion_train import TrainParts
 from autobalance.types import Array
 
 Formula = Literal["ker_wilson", "carter"]
@@ -41,11 +42,13 @@ class PendulumAbsorber:
 
 @dataclass(frozen=True, eq=False)
 class TorsionQuestion:
-    """Speeds, torques and absorber."""
+    """Speeds, torques, absorber, what makes the chain a train; ``damping_ratio`` None: as usual."""
 
     speeds_rad_s: Array
     excitations: tuple[Excitation, ...]
     pendulum: PendulumAbsorber | None
+    parts: TrainParts = field(default_factory=TrainParts)
+    damping_ratio: float | None = None
 
 
 @dataclass(frozen=True)

@@ -3,14 +3,19 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from autobalance.report.plots import Curve, lines
+from autobalance.report.plots import Curve, drawn, lines
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
 
 Values = Mapping[str, Any]
 SHOWN = 5
+MARKED = 30
+"""Critical speeds drawn, those of the greatest torque first."""
 
 
 def torsion_plots(report: Values) -> dict[str, dict[str, bytes]]:
@@ -25,11 +30,42 @@ def torsion_plots(report: Values) -> dict[str, dict[str, bytes]]:
         labels = ("station [-]", "angle, greatest 1 [-]")
         made["torsion-modes"] = lines("Torsional modes", labels, curves)
     if report["response"]:
-        made["torsion-torque"] = _torques(report["response"])
+        made["torsion-torque"] = _torques(report["response"], report["damping"])
+    if report["critical"]:
+        made["torsion-critical"] = _critical_map(report)
     return made
 
 
-def _torques(response: list[Values]) -> dict[str, bytes]:
+def _critical_map(report: Values) -> dict[str, bytes]:
+    """Draw natural frequencies over the speed with the orders' rays; a dot's area grows with the torque."""
+    critical = report["critical"]
+    input_speeds = report["input"]["speed_rpm"]
+    low, high = (float(each) for each in input_speeds)
+    most = max((each["torque_N_m"] or 0.0 for each in critical), default=0.0)
+    shown = sorted(critical, key=lambda each: -(each["torque_N_m"] or 0.0))[:MARKED]
+    orders = sorted({each["order"] for each in shown})
+    frequencies = sorted({each["frequency_hz"] for each in critical})
+    top = 1.15 * max(frequencies)
+
+    def draw(axes: Axes) -> None:
+        for frequency in frequencies:
+            axes.plot([low, high], [frequency] * 2, color="black", linewidth=1.4)
+        for order in orders:
+            end = min(high, 60.0 * 0.97 * top / order)
+            axes.plot([low, end], [order * low / 60.0, order * end / 60.0], color="0.6", linewidth=0.8)
+            axes.annotate(f" {order:g}", (end, order * end / 60.0), fontsize="small", color="0.35")
+        for each in shown:
+            share = (each["torque_N_m"] or 0.0) / most if most else 0.0
+            axes.scatter(each["speed_rpm"], each["frequency_hz"], s=12.0 + 160.0 * share, color="#d55e00")
+        axes.set_xlim(low, high + 0.05 * (high - low))
+        axes.set_ylim(0.0, top)
+        axes.set_xlabel("speed [1/min]")
+
+    area = "; dots grow with the torque" if most else ""
+    return drawn(f"Critical speeds by order{area}", "natural frequency [Hz]", draw)
+
+
+def _torques(response: list[Values], damping: Values) -> dict[str, bytes]:
     """Draw the greatest torque along the chain for the strongest orders."""
     curves = []
     for each in response:
@@ -40,4 +76,6 @@ def _torques(response: list[Values]) -> dict[str, bytes]:
         curves.append(Curve(f"order {each['order']:g}", speeds, np.array(torques)))
     curves.sort(key=lambda curve: -float(curve.y.max()))
     labels = ("speed [1/min]", "greatest torque [N·m]")
-    return lines("Torsional response", labels, curves[:SHOWN])
+    undamped = damping["ratio"] == 0.0 and not damping["dampers"]
+    title = "Torsional response, undamped: peaks have no limit" if undamped else "Torsional response"
+    return lines(title, labels, curves[:SHOWN])

@@ -16,7 +16,9 @@ def torsion_text(report: Values) -> str:
     parts = [
         _model(report["model"]),
         _throws(report.get("throws", [])),
+        _train(report["model"]),
         _modes(report),
+        _damping(report["damping"]),
         _critical(report["critical"]),
         _response(report),
         _pendulum(report["pendulum"]),
@@ -27,6 +29,8 @@ def torsion_text(report: Values) -> str:
 def _model(model: Values) -> str:
     rows: list[Sequence[str]] = [("Station", "inertia", "stiffness to the next")]
     both = model["ker_wilson_N_m_rad"] is not None
+    if model["links"] != [[at, at + 1] for at in range(1, len(model["stations"]))]:
+        return _branched(model)
     if both:
         rows = [("Station", "inertia", "Ker Wilson", "Carter")]
     for at, (name, inertia) in enumerate(zip(model["stations"], model["inertias_kg_mm2"], strict=True)):
@@ -34,6 +38,46 @@ def _model(model: Values) -> str:
         cells = [f"{model[key][at]:.4g} N·m/rad" if at < len(model[key]) else "" for key in springs]
         rows.append((name, f"{inertia:.5g} kg·mm²", *cells))
     return table(rows)
+
+
+def _branched(model: Values) -> str:
+    """Return stations with their speeds, and the shafts between them."""
+    stations: list[Sequence[str]] = [("Station", "", "inertia", "speed over station 1")]
+    stations += [
+        (f"{number}", name, f"{inertia:.5g} kg·mm²", f"{ratio:g}")
+        for number, (name, inertia, ratio) in enumerate(
+            zip(model["stations"], model["inertias_kg_mm2"], model["ratios"], strict=True), 1
+        )
+    ]
+    shafts: list[Sequence[str]] = [("Shaft", "stiffness")]
+    shafts += [
+        (f"{a} to {b}", f"{stiffness:.4g} N·m/rad")
+        for (a, b), stiffness in zip(model["links"], model["stiffness_N_m_rad"], strict=True)
+    ]
+    return "\n\n".join([table(stations), table(shafts)])
+
+
+def _train(model: Values) -> str:
+    """Return gears and couplings, with the speed of each station, where there are any."""
+    rows = [
+        f"Gear {gear['stations'][0]} to {gear['stations'][1]}: ratio {gear['ratio']:g}, "
+        + ("rigid teeth" if gear["mesh_N_m_rad"] is None else f"teeth {gear['mesh_N_m_rad']:.4g} N·m/rad")
+        for gear in model["gears"]
+    ]
+    rows += [
+        f"Coupling behind station {each['station']}: {each['N_m_rad']:.4g} N·m/rad"
+        f" at {each['mean_N_m']:.4g} N·m"
+        for each in model["couplings"]
+    ]
+    return "\n".join(rows)
+
+
+def _damping(damping: Values) -> str:
+    if damping["ratio"] == 0.0 and not damping["dampers"]:
+        return "Damping: none; peaks of the response have no limit and are not results"
+    given = "the dampers given" if damping["dampers"] else ""
+    modal = f"{100.0 * damping['ratio']:g} % of critical in every mode" if damping["ratio"] else ""
+    return "Damping: " + ", ".join(each for each in (given, modal) if each)
 
 
 def _throws(throws: Sequence[Values]) -> str:
@@ -68,9 +112,16 @@ def _modes(report: Values) -> str:
 def _critical(critical: Sequence[Values]) -> str:
     if not critical:
         return "No order meets a natural frequency in the range of speeds"
-    rows: list[Sequence[str]] = [("Critical", "order", "frequency")]
+    rows: list[Sequence[str]] = [("Critical", "order", "frequency", "torque", "stress", "phase sum")]
     rows += [
-        (f"{each['speed_rpm']:.0f} rpm", f"{each['order']:g}", f"{each['frequency_hz']:.1f} Hz")
+        (
+            f"{each['speed_rpm']:.0f} rpm",
+            f"{each['order']:g}",
+            f"{each['frequency_hz']:.1f} Hz",
+            "" if each["torque_N_m"] is None else f"{each['torque_N_m']:.4g} N·m",
+            "" if each["stress_MPa"] is None else f"{each['stress_MPa']:.4g} MPa",
+            "" if each["phase_sum"] is None else f"{each['phase_sum']:.3g}",
+        )
         for each in critical[:SHOWN]
     ]
     more = len(critical) - SHOWN
@@ -88,7 +139,7 @@ def _response(report: Values) -> str:
         rows.append(
             (
                 f"{each['order']:g}",
-                f"{max(point['angle_mrad']):.4g} mrad",
+                f"{max(point['twist_mrad']):.4g} mrad",
                 f"{max(point['torque_N_m']):.4g} N·m",
                 f"{max(stress):.4g} MPa" if stress else "",
                 f"{point['speed_rpm']:.0f} rpm",

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -14,14 +14,17 @@ from autobalance.dynamics.torsion_chain import (
     TorsionResponse,
     holzer_table,
     shear_stress_pa,
-    torsion_modes,
 )
+from autobalance.dynamics.torsion_train import TorsionTrain
 from autobalance.rigid_rotor.moments import Array
 from autobalance.units import RAD_S_PER_RPM
 
 if TYPE_CHECKING:
+    from autobalance.job.model.torsion import PendulumAbsorber
     from autobalance.machine_models.throw_twist import ThrowTwist
+    from autobalance.machine_models.torsion_excited import ExcitedTrain
     from autobalance.machine_models.torsion_from_job import CrankChain
+    from autobalance.machine_models.torsion_trains import NamedTrain
 
 Values = dict[str, Any]
 KG_MM2_PER_KG_M2 = 1e6
@@ -31,7 +34,7 @@ TWO_PI = 2.0 * np.pi
 
 
 def model_values(
-    chain: TorsionChain, names: Sequence[str], ker_wilson: Array | None = None, carter: Array | None = None
+    chain: TorsionTrain, names: Sequence[str], ker_wilson: Array | None = None, carter: Array | None = None
 ) -> Values:
     """Return the chain; the formulas are those of a crank, None for a chain of its own."""
     return {
@@ -44,7 +47,42 @@ def model_values(
     }
 
 
-def metal_values(made: CrankChain, twists: Sequence[ThrowTwist] | None) -> Values:
+def train_values(named: NamedTrain) -> Values:
+    """Return which stations the links join, speeds and values referred to station 1, gears and couplings."""
+    train = named.train
+    return {
+        "links": [[int(a) + 1, int(b) + 1] for a, b in train.links],
+        "ratios": [float(each) for each in train.ratios],
+        "referred_inertias_kg_mm2": [
+            float(each) for each in KG_MM2_PER_KG_M2 * train.referred_inertias_kg_m2
+        ],
+        "referred_stiffness_N_m_rad": [float(each) for each in train.referred_springs_n_m_rad],
+        "gears": [
+            {"stations": [g.first + 1, g.second + 1], "ratio": g.ratio, "mesh_N_m_rad": g.mesh_n_m_rad}
+            for g in train.gears
+        ],
+        "couplings": [
+            {"station": each.station + 1, "mean_N_m": each.mean_n_m, "N_m_rad": each.n_m_rad}
+            for each in named.couplings
+        ],
+    }
+
+
+def damping_values(model: ExcitedTrain) -> Values:
+    """Return the damping ratio of every mode, and whether the file gives dampers."""
+    return {"ratio": model.damping_ratio, "dampers": model.damped}
+
+
+def pendulum_values(found: PendulumAbsorber | None) -> Values | None:
+    """Return an absorber's length and inertia."""
+    if found is None:
+        return None
+    return {"length_mm": 1e3 * found.length_m, "inertia_kg_mm2": 1e6 * found.inertia_kg_m2}
+
+
+def metal_values(
+    made: CrankChain, twists: Sequence[ThrowTwist] | None, train: Callable[[TorsionChain], ExcitedTrain]
+) -> Values:
     """Return the springs and frequencies that the throws' own metal gives; None where it is not known."""
     known = [each.stiffness for each in twists or () if each.stiffness is not None]
     if twists is None or len(known) < len(twists):
@@ -52,7 +90,7 @@ def metal_values(made: CrankChain, twists: Sequence[ThrowTwist] | None) -> Value
     chain = made.with_throws([each.n_m_rad for each in known])
     return {
         "springs": [float(each) for each in chain.springs_n_m_rad],
-        "fem_natural_frequencies_hz": [mode.frequency_rad_s / TWO_PI for mode in torsion_modes(chain)],
+        "fem_natural_frequencies_hz": [mode.frequency_rad_s / TWO_PI for mode in train(chain).modes()],
     }
 
 
@@ -68,15 +106,20 @@ def twist_values(twist: ThrowTwist | None) -> Values:
     }
 
 
-def mode_values(chain: TorsionChain, modes: Iterable[TorsionMode]) -> list[Values]:
-    """Return modes with Holzer's table at each, where the chain hangs together."""
-    whole = chain.rigid_modes == 1
+def mode_values(model: ExcitedTrain, modes: Iterable[TorsionMode]) -> list[Values]:
+    """Return modes with Holzer's table at each, where the stations are a chain that hangs together.
+
+    ``twist_mrad`` is the difference along each link for 1 mrad where the amplitude is greatest.
+    """
+    chain = model.chain if model.chain is not None and model.chain.rigid_modes == 1 else None
     return [
         {
             "frequency_hz": mode.frequency_rad_s / TWO_PI,
+            "name": list(model.named.names),
             "shape": [float(each) for each in mode.shape],
+            "twist_mrad": [float(each) for each in model.named.train.twists(mode.shape)],
             "nodes": mode.nodes,
-            "holzer": _holzer(chain, mode.frequency_rad_s) if whole else None,
+            "holzer": None if chain is None else _holzer(chain, mode.frequency_rad_s),
         }
         for mode in modes
     ]
@@ -100,26 +143,48 @@ def _finite(value: float | None) -> float | None:
     return value if value is not None and math.isfinite(value) else None
 
 
-def critical_values(
-    modes: Iterable[TorsionMode], orders: Iterable[float], speeds_rad_s: Array
-) -> list[Values]:
-    """Return the speeds in range at which an order meets a natural frequency, ascending."""
-    low, high = float(speeds_rad_s[0]), float(speeds_rad_s[-1])
-    frequencies = [mode.frequency_rad_s for mode in modes]
-    met = [(w / order, order, w) for order in orders for w in frequencies if low <= w / order <= high]
+def critical_values(model: ExcitedTrain, modes: Sequence[TorsionMode]) -> list[Values]:
+    """Return the speeds in range at which an order meets a natural frequency, with the response."""
+    speeds = model.question.speeds_rad_s
+    low, high = float(speeds[0]), float(speeds[-1])
+    met = [
+        (mode.frequency_rad_s / order, order, number)
+        for order in model.orders
+        for number, mode in enumerate(modes)
+        if low <= mode.frequency_rad_s / order <= high
+    ]
     return [
-        {"order": float(order), "frequency_hz": w / TWO_PI, "speed_rpm": speed / RAD_S_PER_RPM}
-        for speed, order, w in sorted(met)
+        {
+            "order": float(order),
+            "frequency_hz": modes[number].frequency_rad_s / TWO_PI,
+            "speed_rpm": speed / RAD_S_PER_RPM,
+            "mode": number + 1,
+            **_strains(model, order, speed),
+            "phase_sum": model.phase_sum(order, modes[number].shape),
+        }
+        for speed, order, number in sorted(met)
     ]
 
 
-def response_values(
-    order: float, speeds_rad_s: Array, found: TorsionResponse, diameters_m: Sequence[float | None]
-) -> Values:
+def _strains(model: ExcitedTrain, order: float, speed_rad_s: float) -> Values:
+    """Return the greatest torque and stress at a speed; None where nothing excites the order or damps it."""
+    at = np.array([speed_rad_s])
+    none: Values = {"torque_N_m": None, "stress_MPa": None}
+    if not model.torque_at(order, at).any() or (model.damping_ratio == 0.0 and not model.damped):
+        return none
+    torques = np.abs(model.response(order, at).torques_n_m[0])
+    if not torques.size or not np.isfinite(torques).all():
+        return none
+    stress = [each for each in _stress(torques, model.named.diameters_m) if each is not None]
+    return {"torque_N_m": float(torques.max()), "stress_MPa": max(stress, default=None)}
+
+
+def response_values(order: float, speeds_rad_s: Array, found: TorsionResponse, named: NamedTrain) -> Values:
     """Return the response to one order over the speeds; None where a speed has no steady response."""
     angles = MRAD_PER_RAD * np.abs(found.angles_rad)
     torques = np.abs(found.torques_n_m)
-    twists = MRAD_PER_RAD * np.abs(np.diff(found.angles_rad, axis=1))
+    first, last = named.train.links.T
+    twists = MRAD_PER_RAD * np.abs(found.angles_rad[:, last] - found.angles_rad[:, first])
     return {
         "order": float(order),
         "points": [
@@ -128,7 +193,7 @@ def response_values(
                 "angle_mrad": _known(angle),
                 "torque_N_m": _known(torque),
                 "twist_mrad": _known(twist),
-                "stress_MPa": _stress(torque, diameters_m),
+                "stress_MPa": _stress(torque, named.diameters_m),
             }
             for speed, angle, torque, twist in zip(speeds_rad_s, angles, torques, twists, strict=True)
         ],

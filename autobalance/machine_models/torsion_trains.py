@@ -1,0 +1,138 @@
+"""A chain with gears, branches, couplings and dampers becomes one train."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from autobalance.dynamics.torsion_chain import TorsionChain
+from autobalance.dynamics.torsion_train import TorsionTrain
+from autobalance.errors import JobError
+from autobalance.job.model.torsion_train import Branch, Coupling, Damper, TrainParts
+
+
+@dataclass(frozen=True)
+class CouplingState:
+    """The mean torque that a coupling (at ``station``, from 0) carries, and its stiffness there."""
+
+    station: int
+    mean_n_m: float
+    n_m_rad: float
+
+
+@dataclass(frozen=True, eq=False)
+class NamedTrain:
+    """A train with the names of its stations and the diameters along its links."""
+
+    train: TorsionTrain
+    names: tuple[str, ...]
+    diameters_m: tuple[float | None, ...]
+    couplings: tuple[CouplingState, ...] = ()
+
+
+def named_train(
+    chain: TorsionChain,
+    names: tuple[str, ...],
+    diameters_m: tuple[float | None, ...],
+    parts: TrainParts,
+    mean_behind: tuple[int, float] | None = None,
+) -> NamedTrain:
+    """Return a chain with everything that makes it a train; branches' stations follow the chain's.
+
+    Parameters
+    ----------
+    chain, names, diameters_m
+        The chain that stations are counted on.
+    parts : TrainParts
+    mean_behind : (station from 0, torque) or None
+        Mean torque that an engine gives from that station on [N·m]; it changes with the speed by gears.
+
+    Raises
+    ------
+    JobError
+        If a station is not there, a shaft that is a coupling is missing, gears disagree.
+    """
+    found = NamedTrain(TorsionTrain.of_chain(chain), names, diameters_m)
+    for number, branch in enumerate(parts.branches, 1):
+        found = _with_branch(found, number, branch, parts)
+    count = len(found.names)
+    for number, gear in enumerate(parts.gears, 1):
+        for station in (gear.first, gear.second):
+            if station >= count:
+                raise JobError(f"gear[{number}].stations has {station + 1}; there are {count} stations")
+    found = replace(found, train=replace(found.train, gears=parts.gears))
+    try:
+        ratios = found.train.ratios
+    except ValueError as error:
+        raise JobError(f"gear: {error}") from None
+    for number, coupling in enumerate(parts.couplings, 1):
+        mean = coupling.mean_n_m
+        if mean is None:
+            behind = mean_behind is not None and mean_behind[0] <= coupling.station < len(names)
+            ratio = abs(float(ratios[min(coupling.station, count - 1)]))
+            mean = mean_behind[1] / ratio if mean_behind is not None and behind else 0.0
+        found = _with_coupling(found, number, coupling, mean)
+    for number, damper in enumerate(parts.dampers, 1):
+        if damper.station >= count:
+            raise JobError(f"damper[{number}].station is {damper.station + 1}; there are {count} stations")
+        if damper.n_m_s_rad is not None:
+            found = with_damper(found, number, damper, damper.n_m_rad or 0.0, damper.n_m_s_rad)
+    return found
+
+
+def _with_branch(found: NamedTrain, number: int, branch: Branch, parts: TrainParts) -> NamedTrain:
+    train, first = found.train, len(found.names)
+    if branch.station >= first:
+        raise JobError(f"branch[{number}].from is {branch.station + 1}; there are {first} stations before it")
+    stations = list(range(first, first + len(branch.names)))
+    driven = any(gear.first in stations or gear.second in stations for gear in parts.gears)
+    hanging = len(branch.springs_n_m_rad) == len(stations)
+    if not hanging and not driven:
+        raise JobError(
+            f"branch[{number}] has no spring from station {branch.station + 1}, and no [[gear]] drives its"
+            f" station {first + 1}: give one of both"
+        )
+    line = [branch.station, *stations] if hanging else stations
+    links = np.array([line[:-1], line[1:]], dtype=np.int64).T.reshape(-1, 2)
+    return NamedTrain(
+        TorsionTrain(
+            np.concatenate([train.inertias_kg_m2, branch.inertias_kg_m2]),
+            np.concatenate([train.links, links]),
+            np.concatenate([train.springs_n_m_rad, branch.springs_n_m_rad]),
+            np.concatenate([train.to_ground_n_m_s, branch.to_ground_n_m_s]),
+            np.concatenate([train.across_n_m_s, branch.across_n_m_s]),
+        ),
+        (*found.names, *branch.names),
+        (*found.diameters_m, *branch.diameters_m),
+    )
+
+
+def _with_coupling(found: NamedTrain, number: int, coupling: Coupling, mean_n_m: float) -> NamedTrain:
+    train = found.train
+    at = np.flatnonzero(train.links[:, 0] == coupling.station)
+    if not at.size:
+        raise JobError(
+            f"coupling[{number}].station is {coupling.station + 1}; no shaft leads from it to a next station"
+        )
+    springs = train.springs_n_m_rad.copy()
+    springs[at[0]] = coupling.stiffness_n_m_rad(mean_n_m)
+    state = CouplingState(coupling.station, mean_n_m, float(springs[at[0]]))
+    return replace(found, train=replace(train, springs_n_m_rad=springs), couplings=(*found.couplings, state))
+
+
+def with_damper(
+    found: NamedTrain, number: int, damper: Damper, n_m_rad: float, n_m_s_rad: float
+) -> NamedTrain:
+    """Return a train with a ring on one of its stations: spring and viscous damper between both."""
+    train, ring = found.train, len(found.names)
+    grown = TorsionTrain(
+        np.append(train.inertias_kg_m2, damper.inertia_kg_m2),
+        np.concatenate([train.links, np.array([[damper.station, ring]], dtype=np.int64)]),
+        np.append(train.springs_n_m_rad, n_m_rad),
+        np.append(train.to_ground_n_m_s, 0.0),
+        np.append(train.across_n_m_s, n_m_s_rad),
+        train.gears,
+    )
+    name = f"damper {number}" if damper.kind == "ring" else f"viscous damper {number}"
+    return replace(found, train=grown, names=(*found.names, name), diameters_m=(*found.diameters_m, None))
