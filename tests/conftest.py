@@ -5,18 +5,21 @@ from __future__ import annotations
 import os
 import signal
 import threading
-from collections.abc import Generator
+from collections.abc import Generator, Iterator
 from pathlib import Path
 
 import pytest
 from _pytest.doctest import DoctestModule
 
 from tests.coarse import roughen
+from tests.shaken import shaken
 
 LISTED = Path(__file__).with_name("slow.txt")
 """Functions of which a test took a quarter of a second of processor time or more."""
 TIMES = os.environ.get("AUTOBALANCE_TIMES")
 """File that the seconds of each test are added to, where it is given."""
+SHAKEN = os.environ.get("AUTOBALANCE_SHAKEN")
+"""Seed of the last digits of every plan, where it is given (see tests/shaken.py)."""
 
 
 def pytest_configure() -> None:
@@ -39,6 +42,13 @@ def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
 def rough_plots(monkeypatch: pytest.MonkeyPatch) -> None:
     """Draw in a third of the time, where no test looks at places and pixels."""
     roughen(monkeypatch)
+
+
+@pytest.fixture(scope="session", autouse=SHAKEN is not None)
+def all_shaken() -> Iterator[None]:
+    """Make every plan with other last digits."""
+    with shaken(int(SHAKEN or 0)):
+        yield
 
 
 @pytest.hookimpl(wrapper=True)

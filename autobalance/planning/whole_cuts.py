@@ -21,6 +21,7 @@ from autobalance.planning.enumeration import lightest_set
 from autobalance.planning.fewest_setups import WHOLE_CUTS_SHARE, enough_share, has_steps, rank, simplest
 from autobalance.planning.milp import FEW, NODES, solve
 from autobalance.planning.milp_model import EXCESS_WEIGHT, add_points, breakpoints
+from autobalance.planning.nominal_depths import nominal_plan
 from autobalance.planning.task import Task, is_discrete, usual
 from autobalance.rigid_rotor.tolerance import Tolerance
 from autobalance.rigid_rotor.unbalance import Unbalance
@@ -69,7 +70,22 @@ def choose(
     Returns
     -------
     Plan
+        With nominal depths: each the limit, step or common value that it stands for.
     """
+    return nominal_plan(
+        residual, tolerance, offer, _chosen_plan(residual, tolerance, offer, prefer, start_mm, aim)
+    )
+
+
+def _chosen_plan(
+    residual: Unbalance,
+    tolerance: Tolerance,
+    offer: Offer,
+    prefer: Prefer,
+    start_mm: Array | None,
+    aim: float,
+) -> Plan:
+    """Return what ``choose`` does, with depths as the solvers leave them."""
     if prefer == "simple" and offer.cuts:
         return _simplest(Task(residual, tolerance, offer, prefer, aim, *usual(offer)), start_mm)
     if not offer.cuts or (not is_discrete(offer) and prefer == "least_metal"):

@@ -1,0 +1,84 @@
+"""Planned depths are the limit, step or common value that they stand for, to the last digit.
+
+Solvers end a depth at a limit give or take some roundings, which differ from processor to processor. A cut
+at 0.9999999999999991 mm beside one at 1 mm is another solid, whose faces no longer lie in one plane.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from autobalance.correction.contract import Array, Cut
+from autobalance.correction.kind import Offer
+from autobalance.planning.depths import Plan, judged_plan
+from autobalance.rigid_rotor.tolerance import Tolerance
+from autobalance.rigid_rotor.unbalance import Unbalance
+
+SAME_MM = 1e-9
+"""Depths nearer than that to each other, or to what they may stand for, are that."""
+
+
+def nominal_plan(residual: Unbalance, tolerance: Tolerance, offer: Offer, plan: Plan) -> Plan:
+    """Return a plan with nominal depths, and what these leave; itself where it has them already."""
+    depths = nominal_depths(offer, plan.depths_mm)
+    if np.array_equal(depths, plan.depths_mm):
+        return plan
+    return replace(judged_plan(residual, tolerance, offer.cuts, depths), binding=plan.binding)
+
+
+def nominal_depths(offer: Offer, depths_mm: Array) -> Array:
+    """Return depths (n,) each of which is the limit, step or common value that it is within `SAME_MM` of.
+
+    Depths of one value are one, the least of the limits that they stand for, so that none is exceeded; two
+    that share the metal between them end where that does.
+    """
+    depths = np.where(depths_mm <= SAME_MM, 0.0, depths_mm)
+    made = np.flatnonzero(depths).tolist()
+    ends = _neighbours_ends(offer, made)
+    marks = {k: _marks(offer.cuts[k], float(depths[k]), ends.get(k, ())) for k in made}
+    for group in _of_one_value(depths, made):
+        stood_for = [mark for k in group for mark in marks[k]]
+        depths[group] = min(stood_for, default=float(depths[group[0]]))
+    for pair in offer.shared:
+        both = float(depths[pair.first] + depths[pair.second])
+        if both != pair.most_mm and abs(both - pair.most_mm) <= SAME_MM and depths[pair.first] > 0.0:
+            kept, other = (pair.second, pair.first) if marks.get(pair.second) else (pair.first, pair.second)
+            if depths[other] > 0.0 and not marks[other]:
+                depths[other] = pair.most_mm - depths[kept]
+    return depths
+
+
+def _neighbours_ends(offer: Offer, made: Sequence[int]) -> dict[int, list[float]]:
+    """Return at which depths cuts that are made end each other."""
+    ends: dict[int, list[float]] = {}
+    chosen = frozenset(made)
+    for pair in offer.apart:
+        if pair.first in chosen and pair.second in chosen:
+            ends.setdefault(pair.first, []).append(pair.most_mm)
+            ends.setdefault(pair.second, []).append(pair.most_mm)
+    return ends
+
+
+def _marks(cut: Cut, depth_mm: float, ends: Sequence[float]) -> list[float]:
+    """Return the limits and the step that a depth may stand for."""
+    known = [cut.least_depth_mm, cut.max_depth_mm, *ends]
+    if cut.depth_step_mm > 0.0:
+        known.append(round(depth_mm / cut.depth_step_mm) * cut.depth_step_mm)
+    return [mark for mark in known if abs(mark - depth_mm) <= SAME_MM]
+
+
+def _of_one_value(depths: Array, made: Sequence[int]) -> Iterator[list[int]]:
+    """Yield the cuts whose depths follow each other by no more than `SAME_MM`, each group by its places."""
+    if not made:
+        return
+    by_depth = sorted(made, key=lambda k: (depths[k], k))
+    group = [by_depth[0]]
+    for k in by_depth[1:]:
+        if depths[k] - depths[group[-1]] > SAME_MM:
+            yield sorted(group)
+            group = []
+        group.append(k)
+    yield sorted(group)

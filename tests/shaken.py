@@ -1,0 +1,73 @@
+"""Plans whose last digits are off at random, as another processor's linear algebra leaves them.
+
+``AUTOBALANCE_SHAKEN=7 pytest ...`` runs any tests on such plans, of seed 7; `shaken` does so for one test.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from dataclasses import replace
+from typing import Any
+from zlib import crc32
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+
+from autobalance.correction.contract import Array
+from autobalance.planning import (
+    common_depths,
+    cut_curves,
+    depth_steps,
+    depths,
+    enumeration,
+    equal_cut_search,
+    milp_model,
+    whole_cuts,
+)
+from autobalance.planning.depths import Plan
+
+ULPS = 4
+"""By how many of its last digits a number is off, at most."""
+LEFT_OVER_MM = 1e-17
+"""What a solver may leave of a cut that it does not make."""
+
+
+@contextmanager
+def shaken(seed: int) -> Iterator[None]:
+    """Shake what plans are made of (the cuts' effects), every step of the depths, and the plans."""
+    effect, step, plan = depths.resultant_and_moment, depths._tangent_step, whole_cuts._chosen_plan
+
+    def by(values: Array, low: int, high: int) -> NDArray[np.int64]:
+        """Return whole numbers that equal values get again: a processor errs in the same way each time."""
+        return np.random.default_rng([seed, crc32(values.tobytes())]).integers(low, high + 1, values.shape)
+
+    def off(values: Array) -> Array:
+        return np.asarray(values + by(values, -ULPS, ULPS) * np.spacing(values))
+
+    def off_effect(*args: Any) -> Array:
+        return off(effect(*args))
+
+    def off_step(here: Plan, tolerance: Any, cuts: Any, bounds: tuple[Array, Array], *rest: Any) -> Array:
+        wanted = off(step(here, tolerance, cuts, bounds, *rest))
+        if rest[0]:  # one depth for all
+            wanted = np.full(len(wanted), wanted[0])
+        return np.clip(wanted, *bounds)
+
+    def off_plan(*args: Any) -> Plan:
+        found = plan(*args)
+        left = LEFT_OVER_MM * by(found.depths_mm, 0, 1)
+        return replace(found, depths_mm=np.where(found.depths_mm == 0.0, left, off(found.depths_mm)))
+
+    changed: list[tuple[Any, str, Callable[..., Any]]] = [
+        (depths, "_tangent_step", off_step),
+        (whole_cuts, "_chosen_plan", off_plan),
+    ]
+    for room in (depths, common_depths, cut_curves, depth_steps, enumeration, equal_cut_search, milp_model):
+        if "resultant_and_moment" in vars(room):
+            changed.append((room, "resultant_and_moment", off_effect))
+    with pytest.MonkeyPatch.context() as patch:
+        for place, name, instead in changed:
+            patch.setattr(place, name, instead)
+        yield
