@@ -1,4 +1,4 @@
-"""What concerns the process and not the crank: threads, the memory of large arrays, clocks.
+"""What concerns the process and not the crank: the memory of large arrays, clocks.
 
 Nothing of the process is changed on import; ``keep_freed_memory``, ``one_thread_of_linear_algebra`` and
 ``interruptible`` are for the command line, whose process is its own.
@@ -16,7 +16,6 @@ from contextlib import contextmanager
 from typing import TYPE_CHECKING, TypeVar
 
 if TYPE_CHECKING:
-    from concurrent.futures import Future
     from pathlib import Path
     from types import FrameType
 
@@ -30,57 +29,6 @@ Notify = Callable[[str], object]
 
 def no_progress(_text: str, _share: float) -> None:
     """Show nothing: where no progress is asked for."""
-
-
-_alone = False
-
-
-def keep_to_one_core() -> None:
-    """Let ``in_thread`` start no threads: in one of many processes they only take turns."""
-    global _alone  # noqa: PLW0603
-    _alone = True
-
-
-def in_thread(work: Callable[[], T]) -> Future[T]:
-    """Start ``work`` in a thread of its own; its result, or what it raised, is the future's.
-
-    Where there is no memory for a thread, it is done when it is asked for.
-    """
-    if _alone:
-        return _when_asked(work)
-    from concurrent.futures import ThreadPoolExecutor
-
-    threads = ThreadPoolExecutor(max_workers=1)
-    try:
-        future = threads.submit(work)
-    except RuntimeError:
-        return _when_asked(work)
-    threads.shutdown(wait=False)  # the thread ends with its work
-    return future
-
-
-def _when_asked(work: Callable[[], T]) -> Future[T]:
-    """Return a future that does its work when its result is asked for, in the thread that asks."""
-    from concurrent.futures import Future
-
-    class WhenAsked(Future[T]):
-        def result(self, timeout: float | None = None) -> T:
-            if not self.done():
-                self.set_result(work())
-            return super().result(timeout)
-
-    return WhenAsked()
-
-
-def load_in_thread(*modules: str) -> None:
-    """Begin to load modules that will be needed soon, while other work goes on."""
-    from importlib import import_module
-
-    def load() -> None:
-        for module in modules:
-            import_module(module)
-
-    in_thread(load)
 
 
 class Stopwatch:

@@ -29,7 +29,7 @@ from autobalance.machine_models.measured import Crank as MeasuredCrank
 from autobalance.report.bundle import choice_of
 from autobalance.report.material import Choice
 from autobalance.report.output_kinds import page_names
-from autobalance.runtime import Notify, Progress, Stopwatch, load_in_thread
+from autobalance.runtime import Notify, Progress, Stopwatch
 
 if TYPE_CHECKING:
     from autobalance.api.crank import Crank
@@ -219,7 +219,6 @@ def run(job: Job, given: Crank | None, tell: Notify, watch: Stopwatch) -> Balanc
     """Balance a job's crank; the stopwatch may have counted what came before."""
     from autobalance.api.crank import Crank
 
-    load_in_thread("autobalance.balancing.run", "autobalance.report.balance.values")
     tell("reading the crank")
     if given is None:
         measured = measure_crank(job.crankshaft, watch, job.balance, work_on_faces(job))
@@ -230,7 +229,7 @@ def run(job: Job, given: Crank | None, tell: Notify, watch: Stopwatch) -> Balanc
             measured = measured_source(
                 found.source, found.anatomy, found.density_g_mm3, job.balance, work_on_faces(job)
             )
-    from autobalance.balancing.run import balanced_record  # not before: it loads while the crank is read
+    from autobalance.balancing.run import balanced_record
 
     record = balanced_record(job, measured, watch, tell)
     record = replace(record, warnings=(*_warnings(job, measured), *record.warnings))

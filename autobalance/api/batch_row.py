@@ -78,8 +78,7 @@ def _balanced(task: RowTask) -> tuple[Mapping[str, bytes], int, str]:
 def _recognised(task: RowTask) -> Any:
     """Return the crank in the bytes of a file, not measured yet."""
     from autobalance.balancing.measured_crank import recognised
-    from autobalance.balancing.plausibility import refuse_density
-    from autobalance.machine_models.crank_size import refuse_size
+    from autobalance.machine_models.crank_size import refuse_density, refuse_size
     from autobalance.machine_models.measured import Crank as MeasuredCrank
     from autobalance.rigid_rotor.moments import Moments
     from autobalance.solid.formats.read import source_of_bytes

@@ -12,12 +12,11 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from autobalance.balancing.measured_crank import measure_crank, measured_source, recognised
-from autobalance.balancing.plausibility import refuse_density
 from autobalance.crank.faces import find_faces
 from autobalance.errors import FormatError
 from autobalance.job.model import Crankshaft
 from autobalance.job.read_crankshaft import read_crankshaft
-from autobalance.machine_models.crank_size import refuse_size
+from autobalance.machine_models.crank_size import refuse_density, refuse_size
 from autobalance.machine_models.measured import Crank as MeasuredCrank
 from autobalance.rigid_rotor.unbalance import Unbalance
 from autobalance.runtime import Stopwatch

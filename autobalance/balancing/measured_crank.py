@@ -2,32 +2,27 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from autobalance.balancing.plausibility import refuse_density
 from autobalance.correction import kind_of
 from autobalance.crank.anatomy import Anatomy, Overrides
 from autobalance.crank.faces import find_faces
 from autobalance.crank.recognition.recognise import recognise
 from autobalance.errors import BodiesError, JobError, OverlapError, RecognitionError
 from autobalance.job import Balance, Crankshaft, Job
-from autobalance.machine_models.crank_size import refuse_size
+from autobalance.machine_models.crank_size import refuse_density, refuse_size
 from autobalance.machine_models.facet_correction import NOT_ASKED, FacetCorrection
 from autobalance.machine_models.measured import Crank
 from autobalance.rigid_rotor.moments import Moments
-from autobalance.runtime import Stopwatch, in_thread
+from autobalance.runtime import Stopwatch
 from autobalance.solid.chordal_error.estimate import ChordalError, chordal_error_of
 from autobalance.solid.chordal_error.from_slices import chordal_error_from_slices
 from autobalance.solid.chordal_error.look import look_at
-from autobalance.solid.csg.solid import Solid
 from autobalance.solid.formats.read import Source, read
 
 if TYPE_CHECKING:
-    from concurrent.futures import Future
-
     from autobalance.balancing.record import InputFile, TrueSurfaces
 
 TRIANGLES_MOST = 250_000
@@ -46,33 +41,37 @@ def measure_crank(
     asked: Balance | None = None,
     with_faces: bool = False,
     try_all_bodies: bool = True,
-    seen: Callable[[Solid], None] = lambda _: None,
 ) -> Crank:
     """Read a crank file, recognise the crank in it and measure it, as exactly as ``asked``.
 
-    Its planar faces are looked for only ``with_faces``; of several bodies it is told whether all of them are
-    one crank, unless not to ``try_all_bodies``. ``seen`` is told the solid as soon as it is built, checked
-    or not; not of true surfaces.
+    Its planar faces are looked for only ``with_faces``; of several bodies the error says whether all of them
+    are one crank, unless not to ``try_all_bodies``.
     """
-    refuse_density(crankshaft)
-    recognition = _Recognition(crankshaft.overrides)
-
-    def begin(solid: Solid) -> None:
-        recognition.begin(solid)
-        seen(solid)
-
     with watch.stage("load"):
-        source = _read(crankshaft, begin, try_all_bodies)
-        refuse_size(source, crankshaft.file)
+        source = read_crank(crankshaft, try_all_bodies)
     with watch.stage("measure"):
-        in_file = source.moments(crankshaft.density_g_mm3)  # while the crank is still being recognised
-        try:
-            anatomy = recognition.anatomy(source)
-        except RecognitionError as error:
-            raise RecognitionError(f"{crankshaft.file}: {error}") from None
-        return measured_source(
-            source, anatomy, crankshaft.density_g_mm3, asked, with_faces, in_file.moved(anatomy.file_to_rotor)
-        )
+        return recognise_and_measure(crankshaft, source, asked, with_faces)
+
+
+def read_crank(crankshaft: Crankshaft, try_all_bodies: bool = True) -> Source:
+    """Read a crank file; refuse what can be no crank by its density or size."""
+    refuse_density(crankshaft)
+    source = _read(crankshaft, try_all_bodies)
+    refuse_size(source, crankshaft.file)
+    return source
+
+
+def recognise_and_measure(
+    crankshaft: Crankshaft, source: Source, asked: Balance | None = None, with_faces: bool = False
+) -> Crank:
+    """Recognise the crank in a file that was read, and measure it, as ``measure_crank`` does."""
+    try:
+        anatomy = recognised(source, crankshaft.overrides)
+    except RecognitionError as error:
+        raise RecognitionError(f"{crankshaft.file}: {error}") from None
+    density = crankshaft.density_g_mm3
+    moments = source.moments(density).moved(anatomy.file_to_rotor)
+    return measured_source(source, anatomy, density, asked, with_faces, moments)
 
 
 def measured_source(
@@ -87,14 +86,14 @@ def measured_source(
 
     ``moments`` (rotor frame) are the solid's where they are known already.
     """
-    looking = in_thread(lambda: find_faces(source.solid.mesh, anatomy, source.surfaces) if with_faces else ())
+    faces = find_faces(source.solid.mesh, anatomy, source.surfaces) if with_faces else ()
     found = source.moments(density_g_mm3, anatomy.file_to_rotor) if moments is None else moments
     facets = facets_of(source, density_g_mm3, anatomy, asked)
     correction = NOT_ASKED
     if facets is not None and asked is not None:
         correction = FacetCorrection.of(facets, asked.facet_correction)
         found = found + correction.part(facets.missing)
-    return Crank(source, anatomy, density_g_mm3, found, facets, correction, looking.result())
+    return Crank(source, anatomy, density_g_mm3, found, facets, correction, faces)
 
 
 def recognised(source: Source, hints: Overrides) -> Anatomy:
@@ -114,36 +113,12 @@ def work_on_faces(job: Job) -> bool:
     return any(kind_of(limits).needs_faces for limits in job.methods)
 
 
-class _Recognition:
-    """Looks for the crank in a solid while that is still being checked."""
-
-    def __init__(self, hints: Overrides) -> None:
-        self._hints = hints
-        self._begun: tuple[Solid, Future[Anatomy | None]] | None = None
-
-    def begin(self, solid: Solid) -> None:
-        """Start with a solid that will most likely stay as it is."""
-        self._begun = solid, in_thread(lambda: self._early(solid))
-
-    def anatomy(self, source: Source) -> Anatomy:
-        """Return the crank in a file's solid, once it is checked."""
-        if self._begun is not None and source.solid is self._begun[0]:
-            found = self._begun[1].result()
-            if found is not None:
-                return found
-        return recognised(source, self._hints)
-
-    def _early(self, solid: Solid) -> Anatomy | None:
-        """Return the crank in a solid; None if it is of more bodies than a crank, and not asked for."""
-        return None if solid.mesh.parts_at_vertices[1] > BODIES_MOST else recognise(solid, self._hints)
-
-
-def _read(crankshaft: Crankshaft, begun: Callable[[Solid], None], try_all_bodies: bool) -> Source:
+def _read(crankshaft: Crankshaft, try_all_bodies: bool) -> Source:
     if crankshaft.file is None:
         raise JobError("crankshaft.file is missing; needed a crank file, or a crank given with the job")
     pressed_up = not crankshaft.crankpin_in_file
     try:
-        return read(crankshaft.file, crankshaft.unit, crankshaft.body, pressed_up=pressed_up, begun=begun)
+        return read(crankshaft.file, crankshaft.unit, crankshaft.body, pressed_up=pressed_up)
     except OverlapError as error:
         mass = error.volume_mm3 * crankshaft.density_g_mm3
         raise OverlapError(f"{error}; {mass:.4g} g of its mass are in doubt", error.volume_mm3) from None

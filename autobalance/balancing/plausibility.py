@@ -14,16 +14,14 @@ from autobalance.engine.balance_factor import factor_direction_g_mm
 from autobalance.engine.conrod import ConnectingRod
 from autobalance.errors import JobError
 from autobalance.job import Job
-from autobalance.job.model import Crankshaft, PartWeights
-from autobalance.machine_models.crank_size import usual_units
+from autobalance.job.model import PartWeights
+from autobalance.machine_models.crank_size import refuse_density, usual_units
 from autobalance.machine_models.rotor_from_job import crank_factor, hung_on, throw_loads, total_g
 from autobalance.units import MM_PER
 
 if TYPE_CHECKING:
     from autobalance.machine_models.measured import Crank
 
-DENSITY_KG_M3 = (500.0, 23000.0)
-"""Foamed plastic to osmium: no crank is of anything lighter or heavier."""
 BOB_SHARE = (1e-3, 20.0)
 """Bob-weights over the crank's own mass: nothing that runs lies outside."""
 USUAL_BOB_SHARE = (1e-2, 5.0)
@@ -45,23 +43,6 @@ END_SHARE = (1.2, 5.0)
 """A rod's end on the scale over all that moves with it: odd above, refused above."""
 ROD_RATIO = (2.0, 15.0)
 """A rod's length over the crank radius: engines are at 3 to 6."""
-
-
-def refuse_density(crankshaft: Crankshaft) -> None:
-    """Refuse a density that nothing has.
-
-    Raises
-    ------
-    JobError
-        That says which unit may be meant.
-    """
-    low, high = DENSITY_KG_M3
-    density = crankshaft.density_g_mm3 * 1e6
-    if not low <= density <= high and density > 0.0:
-        meant = f"; {density * 1e3:g} if that was g/cm³" if low <= density * 1e3 <= high else ""
-        raise JobError(
-            f"crankshaft.density_kg_m3 is {density:g}; must be {low:g} to {high:g} kg/m³ for any metal{meant}"
-        )
 
 
 def oddities(job: Job, crank: Crank) -> tuple[str, ...]:

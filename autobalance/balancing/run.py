@@ -37,7 +37,7 @@ from autobalance.machine_models.measured import Crank
 from autobalance.rigid_rotor.moments import Moments
 from autobalance.rigid_rotor.tolerance import Tolerance
 from autobalance.rigid_rotor.unbalance import Unbalance
-from autobalance.runtime import Notify, Stopwatch, in_thread
+from autobalance.runtime import Notify, Stopwatch
 from autobalance.solid.csg.solid import Solid
 from autobalance.solid.formats.read import Source
 
@@ -54,7 +54,6 @@ def balanced_record(job: Job, crank: Crank, watch: Stopwatch, progress: Notify) 
     JobError
         If the job does not fit the crank.
     """
-    counterweights = in_thread(lambda: counterweights_of(crank))
     with watch.stage("measure"):
         rotor_from_job.check_engine(job, crank.anatomy)
         odd = oddities(job, crank)
@@ -67,7 +66,7 @@ def balanced_record(job: Job, crank: Crank, watch: Stopwatch, progress: Notify) 
             result = balance(rotor, tolerance, job.methods, measure_of(crank.source), told, prefer=job.prefer)
         except CorrectionError as error:
             raise JobError(f"{job.path.name}: {error}") from None
-    record = record_of(job, crank, factor, tolerance, result, counterweights.result())
+    record = record_of(job, crank, factor, tolerance, result, counterweights_of(crank))
     record = replace(record, warnings=(*odd, *missing))
     record = with_forces(record, job, crank, result)
     if with_gas is not None and record.balanced is not None:

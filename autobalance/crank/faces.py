@@ -9,13 +9,11 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from functools import partial
 
 import numpy as np
 
 from autobalance.crank.anatomy import Anatomy, Array, Face, Indices
 from autobalance.crank.recognition.section_stack import plane_levels
-from autobalance.runtime import in_thread
 from autobalance.solid.cad.surface import PlaneFace, Surfaces
 from autobalance.solid.mesh.components import numbered_components
 from autobalance.solid.mesh.mesh import Mesh, compacted, least_and_greatest
@@ -212,9 +210,7 @@ def _faces_along(look: _Look, normal: Array, least_mm2: float) -> list[Face]:
     lowest, highest = least_and_greatest(_nearest_level(height, levels, slack), mesh.triangles)
     members = np.flatnonzero((lowest == highest) & (lowest >= 0))
     lean = lean.take(members)
-    faces_on = [partial(_faces_on_side, look, members, sign * lean, least_mm2) for sign in (1.0, -1.0)]
-    others = in_thread(faces_on[1])
-    return faces_on[0]() + others.result()
+    return [face for sign in (1.0, -1.0) for face in _faces_on_side(look, members, sign * lean, least_mm2)]
 
 
 def _faces_on_side(look: _Look, members: Indices, lean: Array, least_mm2: float) -> list[Face]:

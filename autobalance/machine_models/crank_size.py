@@ -1,4 +1,4 @@
-"""Whether a solid can be a crank by its size, and which unit would make it one."""
+"""Whether a solid can be a crank by its density and size, and which unit would make it one."""
 
 from __future__ import annotations
 
@@ -7,15 +7,35 @@ import math
 import numpy as np
 
 from autobalance.errors import JobError
+from autobalance.job.model import Crankshaft
 from autobalance.solid.formats.read import Source
 from autobalance.units import MM_PER
 
+DENSITY_KG_M3 = (500.0, 23000.0)
+"""Foamed plastic to osmium: no crank is of anything lighter or heavier."""
 SIZE_MM = (5.0, 5000.0)
 """Longest side of a crank: a model aircraft's to a large ship's throw."""
 ODD_MM = (18.0, 3000.0)
 """Beyond these a crank is odd where another unit would make it usual: it may be drawn in that one."""
 USUAL_MM = (50.0, 2000.0)
 NEVER_MIXED = {MM_PER["m"], MM_PER["inch"]}
+
+
+def refuse_density(crankshaft: Crankshaft) -> None:
+    """Refuse a density that nothing has.
+
+    Raises
+    ------
+    JobError
+        That says which unit may be meant.
+    """
+    low, high = DENSITY_KG_M3
+    density = crankshaft.density_g_mm3 * 1e6
+    if not low <= density <= high and density > 0.0:
+        meant = f"; {density * 1e3:g} if that was g/cm³" if low <= density * 1e3 <= high else ""
+        raise JobError(
+            f"crankshaft.density_kg_m3 is {density:g}; must be {low:g} to {high:g} kg/m³ for any metal{meant}"
+        )
 
 
 def refuse_size(source: Source, file: object) -> None:

@@ -20,7 +20,7 @@ from multiprocessing.connection import wait as wait_for_end
 from typing import Any, Protocol
 
 from autobalance.errors import FileError, JobError
-from autobalance.runtime import hear_signals, keep_to_one_core, one_thread_of_linear_algebra, starting_process
+from autobalance.runtime import hear_signals, one_thread_of_linear_algebra, starting_process
 from autobalance.solid.csg.threads import booleans_in_one_thread
 from autobalance.version import __version__
 
@@ -124,7 +124,6 @@ class InThisProcess:
 def _begin_worker() -> None:
     """Leave Ctrl-C to the parent, keep to one core, and end when the parent is gone, however it went."""
     one_thread_of_linear_algebra()
-    keep_to_one_core()
     booleans_in_one_thread()
     hear_signals()
     parent = parent_process()

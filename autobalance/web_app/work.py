@@ -17,9 +17,7 @@ if TYPE_CHECKING:
     from autobalance.api.balance import BalanceResult
     from autobalance.api.crank import Crank
     from autobalance.api.result import VerbResult
-    from autobalance.job.model import Crankshaft
     from autobalance.runtime import Progress
-    from autobalance.solid.csg.solid import Solid
 
 MESH = "mesh.bin"
 VIEW = "view.bin"
@@ -106,43 +104,27 @@ def _inspect(asked: Asked, place: Place, tell: Progress) -> int:
 def _read(table: Asked, place: Place, tell: Progress) -> Crank:
     """Read and measure the crank of a job; its solid is there to be looked at before it is recognised."""
     from autobalance.api.crank import Crank
-    from autobalance.balancing.measured_crank import measure_crank
-    from autobalance.errors import AutobalanceError, RecognitionError
+    from autobalance.balancing.measured_crank import read_crank, recognise_and_measure
+    from autobalance.errors import RecognitionError
     from autobalance.job.read_crankshaft import read_crankshaft
     from autobalance.job.toml.typed_units import in_base_units
-    from autobalance.runtime import Stopwatch
     from autobalance.web_app.meshes import bare_mesh
 
     crankshaft = read_crankshaft(in_base_units({"crankshaft": table})["crankshaft"], place.project)
     if "crankpin_in_file" not in table:
         crankshaft = replace(crankshaft, overrides=replace(crankshaft.overrides, crankpin_in_file=None))
 
-    def seen(solid: Solid) -> None:
-        place.keep(MESH, bare_mesh(solid.mesh, ()))
-        tell("recognising", SEEN)
-
-    try:
-        return Crank(measure_crank(crankshaft, Stopwatch(), seen=seen), crankshaft)
-    except RecognitionError:
-        place.keep(MESH, _unrecognised(crankshaft))
-        raise
-    except AutobalanceError:  # what was seen is no solid to be trusted
-        (place.own / MESH).unlink(missing_ok=True)
-        raise
-
-
-def _unrecognised(crankshaft: Crankshaft) -> bytes:
-    """Return the solid of a file in which no crank was found, for a user to say what is what."""
-    from autobalance.crank.recognition.candidates import cylinder_candidates
-    from autobalance.solid.formats.read import read
-    from autobalance.web_app.meshes import bare_mesh
-
-    assert crankshaft.file is not None
-    source = read(
-        crankshaft.file, crankshaft.unit, crankshaft.body, pressed_up=not crankshaft.crankpin_in_file
-    )
+    source = read_crank(crankshaft)
     mesh = source.solid.mesh
-    return bare_mesh(mesh, cylinder_candidates(mesh))
+    place.keep(MESH, bare_mesh(mesh, ()))
+    tell("recognising", SEEN)
+    try:
+        return Crank(recognise_and_measure(crankshaft, source), crankshaft)
+    except RecognitionError:  # for a user to say what is what
+        from autobalance.crank.recognition.candidates import cylinder_candidates
+
+        place.keep(MESH, bare_mesh(mesh, cylinder_candidates(mesh)))
+        raise
 
 
 def _balance(asked: Asked, place: Place, tell: Progress) -> int:

@@ -3,9 +3,7 @@
 from __future__ import annotations
 
 import hashlib
-from collections.abc import Callable
 from dataclasses import dataclass, replace
-from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -13,7 +11,6 @@ import numpy as np
 
 from autobalance.errors import BodiesError, FormatError, OverlapError, SolidError
 from autobalance.rigid_rotor.moments import Moments
-from autobalance.runtime import in_thread
 from autobalance.solid.csg.self_overlap import united
 from autobalance.solid.csg.solid import Solid, union
 from autobalance.solid.formats.format import Format
@@ -95,7 +92,6 @@ def read(
     unit: str | None,
     body: int | str | None = None,
     pressed_up: bool = False,
-    begun: Callable[[Solid], None] = lambda _: None,
     unite: bool | None = None,
 ) -> Source:
     """Read a solid from a file, check it, and say what had to be repaired.
@@ -111,9 +107,6 @@ def read(
         them, overlaps counting once.
     pressed_up : bool
         Whether the file may hold one body for each half of a crank; all are taken.
-    begun : callable
-        Told the solid as it is before the last look at it, after which it is refused, or another one is
-        returned, or it: so that work on it can begin meanwhile. Not told of true surfaces.
     unite : bool, optional
         Whether metal that counts twice is to count once instead of being refused; unless told, with
         ``body`` "all".
@@ -129,7 +122,7 @@ def read(
     """
     name, _ = _format(path)
     try:
-        return source_of_bytes(file_bytes(path), name, unit, body, pressed_up, begun, unite)
+        return source_of_bytes(file_bytes(path), name, unit, body, pressed_up, unite)
     except (FormatError, SolidError) as error:
         raise _named(path, error) from None
 
@@ -140,29 +133,27 @@ def source_of_bytes(
     unit: str | None,
     body: int | str | None = None,
     pressed_up: bool = False,
-    begun: Callable[[Solid], None] = lambda _: None,
     unite: bool | None = None,
 ) -> Source:
     """Check the solid that the bytes of a file of the format ``name`` hold; the rest is as for ``read``."""
     kind = FORMATS[name]
-    digest = in_thread(partial(_sha256, data))
+    digest = _sha256(data)
     if kind.exact:
-        return _read_exact(data, digest.result(), name, unit, body, pressed_up)
+        return _read_exact(data, digest, name, unit, body, pressed_up)
     with np.errstate(all="ignore"):  # numbers that overflow are refused with those that are not finite
         raw = kind.read(data)
     mm_per_unit = _mm_per_unit(raw.unit, raw.mm_per_unit, unit, name)
     triangles, written_as, step_mm = len(raw.soup), kind_of(name, data), mm_per_unit * _step(raw)
     mesh, notes = _welded(raw, mm_per_unit)
-    sha256 = digest.result()
     del data, raw  # the solid takes many times their memory: not at the same time
-    solid, bodies, repairs = _solid(mesh, body, pressed_up, begun, unite is not False)
+    solid, bodies, repairs = _solid(mesh, body, pressed_up, unite is not False)
     asked = body == "all" if unite is None else unite
     solid, changed = _checked(solid, bool(repairs) or bodies > 1, asked)
     return Source(
         solid=solid,
         format=written_as,
         mm_per_unit=mm_per_unit,
-        sha256=sha256,
+        sha256=digest,
         triangles=triangles,
         bodies=bodies,
         repairs=(*notes, *repairs, *changed),
@@ -218,7 +209,7 @@ def source_of(
     raw = Raw(soup)
     mm_per_unit = _mm_per_unit(raw.unit, raw.mm_per_unit, unit, "mesh")
     mesh, notes = _welded(raw, mm_per_unit)
-    solid, bodies, repairs = _solid(mesh, body, pressed_up, lambda _: None, unite is not False)
+    solid, bodies, repairs = _solid(mesh, body, pressed_up, unite is not False)
     asked = body == "all" if unite is None else unite
     solid, changed = _checked(solid, bool(repairs) or bodies > 1, asked)
     return Source(
@@ -342,12 +333,9 @@ def _welded(raw: Raw, mm_per_unit: float) -> tuple[Mesh, list[str]]:
     return in_space_order(mesh), notes
 
 
-def _solid(
-    mesh: Mesh, body: int | str | None, pressed_up: bool, begun: Callable[[Solid], None], unite: bool
-) -> tuple[Solid, int, list[str]]:
+def _solid(mesh: Mesh, body: int | str | None, pressed_up: bool, unite: bool) -> tuple[Solid, int, list[str]]:
     """Return the solid wanted, the number of bodies in the mesh, and the repairs."""
     solid, notes = solid_of(mesh)
-    begun(solid)
     wanted, bodies, said = _bodies_of(solid, body, pressed_up, unite)
     return wanted, bodies, notes + said
 

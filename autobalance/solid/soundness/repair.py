@@ -6,7 +6,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from autobalance.errors import SolidError
-from autobalance.runtime import in_thread
 from autobalance.solid.csg.solid import Solid, triangulated
 from autobalance.solid.mesh.adjacency import sides_of
 from autobalance.solid.mesh.components import components
@@ -41,12 +40,10 @@ def solid_of(welded: Mesh) -> tuple[Solid, list[str]]:
     SolidError
         If the mesh stays open, bounds nothing or contradicts itself.
     """
-    areas = in_thread(lambda: welded.doubled_areas)  # are asked for later, and nothing runs beside building
     mesh, notes = without_crowds(welded)
     if notes and is_closed(mesh.triangles):
         mesh, dropped = without_crumbs(mesh)
         notes += dropped
-    areas.result()
     try:
         return Solid.from_mesh(mesh), notes
     except SolidError:
