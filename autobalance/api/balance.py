@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal
 
 from autobalance import job as jobs
+from autobalance.api.common_parameters import documented
 from autobalance.api.entry import Entry, entries
 from autobalance.api.progress import telling
 from autobalance.api.result import VerbResult
@@ -176,6 +177,7 @@ class BalanceResult(VerbResult):
         return staged_files(self.record, self.before, folder, choice, tell, staging)
 
 
+@documented
 def balance(job: JobSource, crank: Crank | None = None, *, progress: Progress | None = None) -> BalanceResult:
     """Cut a crank until its residual unbalance is within tolerance, or as near as the metal allows.
 
@@ -184,11 +186,8 @@ def balance(job: JobSource, crank: Crank | None = None, *, progress: Progress | 
     Parameters
     ----------
     job : Job, path or dict
-        As ``read_job`` reads it, or ``Job.from_dict`` makes it; a dict's crank file is looked for here.
-    crank : Crank or None
-        In place of the job's crank file.
-    progress : callable or None
-        Told words and the share done; may raise to stop.
+        Job file: crank file, weights, tolerance and correction. A dict's crank file is looked for in the
+        working folder.
 
     Returns
     -------

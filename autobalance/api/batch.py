@@ -6,6 +6,7 @@ import time
 from collections.abc import Sequence
 from pathlib import Path
 
+from autobalance.api.common_parameters import documented
 from autobalance.api.result import VerbResult
 from autobalance.runtime import Progress
 
@@ -27,6 +28,7 @@ class BatchResult(VerbResult):
         return batch_text(self.report)
 
 
+@documented
 def batch(
     source: str | Path,
     output: str | Path,
@@ -45,25 +47,16 @@ def batch(
     Parameters
     ----------
     source : path
-        A list (CSV, workbook), a folder of jobs, or with ``job`` a folder of cranks.
+        List of jobs (CSV or workbook), folder of jobs, or with a job given a folder of cranks.
     output : path
         Folder of the results, made where it is missing.
     job : path or None
-        The job of all rows that name none.
-    settings : sequence of str
-        Keys to set in every job, ``["balance.factor=0.5"]``; a column of the list goes before them.
+        Job of all rows that name none; None: each row names its own.
     only : sequence of str
-        Pages wanted beside each solid, as for ``BalanceResult.write``.
+        Kinds of file to write beside each solid, with commas between: json, html, pdf, xlsx, png. As for
+        ``BalanceResult.write``.
     fresh : bool
-        Forget what the folder holds of an earlier batch.
-    workers : int or None
-        Processes here; None: as many as there are cores.
-    cluster : str or None
-        Address of a Dask scheduler, whose workers are taken instead.
-    cluster_timeout_s : float
-        How long it may take to answer [s].
-    progress : callable or None
-        Told words and the share done; may raise to stop.
+        Discard what the folder holds of an earlier batch.
 
     Returns
     -------

@@ -81,7 +81,8 @@ def bearing(
     Parameters
     ----------
     bearing : path or dict
-        A BEARING.toml, or its tables; files are relative to it, or to the working folder.
+        Bearing file: its kind and dimensions, and its loads by angle if any. Or its tables; files are
+        relative to it, or to the working folder.
     history : path or dict, optional
         Forces of the journal on the bush through a cycle, for the film's orbit: a CSV file whose columns
         ``[history]`` names (``x_N`` and ``y_N`` where it does not), in place of its ``file``; or arrays

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from autobalance.api.common_parameters import documented
 from autobalance.api.result import Plots, Values, VerbResult, report_head
 from autobalance.errors import JobError
 from autobalance.runtime import Progress
@@ -69,6 +70,7 @@ class BenchResult(VerbResult):
         return {"bench.csv": self.series(), **self.solids}
 
 
+@documented
 def bench(
     bench_file: str | Path | Mapping[str, Any], *, solids: bool = False, progress: Progress | None = None
 ) -> BenchResult | EngineBenchResult:
@@ -77,12 +79,10 @@ def bench(
     Parameters
     ----------
     bench_file : path or dict
-        A ``BENCH.toml`` or its structure: rotor, bearings, control, schedule, readings; or ``[engine]`` with
-        ``[[variant]]``, a whole engine on the stand.
+        Bench file: rotor, bearings, control, schedule, readings; or an engine and its crank variants. Or the
+        file's structure.
     solids : bool
-        Whether to make the rotor as STL, STEP (with the extra) and drawing, and measure what was written.
-    progress : callable or None
-        Told words and the share done; may raise to stop.
+        Make the rotor as STL, STEP (with the extra) and drawing, and measure what was written.
 
     Returns
     -------

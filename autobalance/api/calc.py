@@ -28,6 +28,13 @@ class CalcResult(VerbResult):
 def calc(name: str, values: Mapping[str, str]) -> CalcResult:
     """Return the result of a function of ``autobalance.theory`` for values typed as text.
 
+    Parameters
+    ----------
+    name : str
+        Name of the formula.
+    values : mapping of str
+        Its values by their keys, each as text.
+
     Raises
     ------
     UsageError

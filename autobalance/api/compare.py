@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 
 from autobalance import job as jobs
 from autobalance.api.balance import with_crank
+from autobalance.api.common_parameters import documented
 from autobalance.api.engine_case import job_set
 from autobalance.api.entry import Entry, entries
 from autobalance.api.progress import telling
@@ -49,17 +50,15 @@ class CompareResult(VerbResult):
         return comparison_html(self.report, ON_SCREEN["metric"])
 
 
+@documented
 def compare(job: JobSource, crank: Crank | None = None, *, progress: Progress | None = None) -> CompareResult:
     """Balance one crank by every kind of correction and the useful mixes in turn; nothing is written.
 
     Parameters
     ----------
     job : Job, path or dict
-        Its ``[correction]`` tables set the limits; ``method`` is not looked at.
-    crank : Crank or None
-        In place of the job's crank file.
-    progress : callable or None
-        Told words and the share done.
+        Job file; each kind takes its limits from its own table there, or its defaults. ``method`` is not
+        looked at.
 
     Raises
     ------

@@ -237,16 +237,26 @@ def read_crank(
     Parameters
     ----------
     path : path
-        .stl, .obj, .ply, .off, .3mf, .glb; .step, .iges, .brep with the extra ``step``.
-    unit : str or None
-        mm, cm, m or inch; needed where the format carries none.
+        Crank file, in any format that docs/job-file.md lists.
+    unit : {"mm", "cm", "m", "inch"} or None
+        Unit of length of the crank file, where its format carries none; None: the format's, required where it
+        has none.
     density_kg_m3 : float
         Density [kg/m³].
     crankpin_in_file : bool or None
-        False for a pressed-up crank modelled without its crankpins; None: crankpins are looked for first,
-        then bores for them.
-    body, axis_point_mm, axis_direction, crankpins, main_journals, density_pm_kg_m3
+        Whether the file holds the crankpins, no for a pressed-up crank modelled without them; None: both are
+        tried. Crankpins are looked for first, then bores for them.
+    body : int or str or None
+        Body to measure where the file holds several: its number, its name, or all.
+    axis_point_mm : sequence of float or None
+        Point of the crank axis, in the file's coordinates [mm], where it is not found or found wrong; None:
+        as recognised.
+    axis_direction : sequence of float or None
+        Direction of the crank axis, in the file's coordinates; None: as recognised.
+    crankpins, main_journals
         As the keys of ``[crankshaft]`` in a job.
+    density_pm_kg_m3 : float or None
+        Uncertainty of the density, ± [kg/m³].
 
     Returns
     -------

@@ -8,6 +8,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 from autobalance import job as jobs
+from autobalance.api.common_parameters import documented
 from autobalance.api.engine_case import Request, job_set, request
 from autobalance.api.result import Plots, Values, VerbResult, report_head
 from autobalance.errors import UsageError
@@ -61,6 +62,7 @@ class CycleResult(VerbResult):
         return series_csv(self.series())
 
 
+@documented
 def cycle(
     job: JobSource,
     speed_rpm: float | None = None,
@@ -75,19 +77,15 @@ def cycle(
     Parameters
     ----------
     job : Job, path or mapping
-        With ``[cycle]`` and ``engine.rod_length_mm``; the files that a mapping names are relative to the
-        working folder.
+        Job file; its [cycle] and engine.rod_length_mm are required. Files that a mapping names are
+        relative to the working folder.
     speed_rpm : float or None
-        Crank speed [1/min]; None: the job's top speed.
+        Crank speed [rpm]; None: the job's balance.speed_rpm.
     factors : sequence of float or None
-        Balance factors to compare, 0 to 1; None: 0, 0.28, 0.5, 0.64, 1.
+        Balance factors to compare, each 0 to 1; None: 0,0.28,0.5,0.64,1.
     sweep_rpm : sequence of float or None
-        Speeds at which every factor's loads, friction, torque and film are told too, at the pressures of
-        ``speed_rpm`` [1/min].
-    crank : Crank or None
-        In place of the job's crank file.
-    progress : callable or None
-        Told words and the share done; may raise to stop.
+        Lowest and highest speed [rpm] and how many between, at which every factor is evaluated too, at the
+        pressures of the one speed. In Python: the speeds themselves.
 
     Returns
     -------

@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from autobalance.api.common_parameters import documented
 from autobalance.api.result import Plots, Values, VerbResult, report_head
 from autobalance.report.files import Staging
 from autobalance.runtime import Progress, no_progress
@@ -58,6 +59,7 @@ class DesignResult(VerbResult):
         return {**found, **{f"front.{ending}": data for ending, data in self.drawn.items()}}
 
 
+@documented
 def design(
     source: str | Path | dict[str, Any],
     output: str | Path | None = None,
@@ -73,19 +75,12 @@ def design(
     Parameters
     ----------
     source : path or dict
-        A DESIGN.toml, or its tables (files are relative to the working folder then).
+        Design file: the start, what is free and what must be kept. Or its tables; files are relative to the
+        working folder then.
     output : path or None
-        Folder of the results, from which a search that was stopped goes on; None: nothing is written.
+        Folder of the designs, from which a search that was stopped goes on. None: nothing is written.
     fresh : bool
-        Forget what the folder holds.
-    workers : int or None
-        Processes here; None: as many as there are cores.
-    cluster : str or None
-        Address of a Dask scheduler, whose workers are taken instead.
-    cluster_timeout_s : float
-        How long it may take to answer [s].
-    progress : callable or None
-        Told words and the share done; may raise to stop.
+        Discard what the folder holds of another search.
 
     Returns
     -------

@@ -6,6 +6,7 @@ import time
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from autobalance.api.common_parameters import documented
 from autobalance.api.result import Plots, Values, VerbResult, report_head
 from autobalance.errors import UsageError
 from autobalance.runtime import Progress, no_progress
@@ -37,6 +38,7 @@ class FemResult(VerbResult):
         return fem_plots(self.report)
 
 
+@documented
 def fem(
     solid: str | Path | dict[str, Any],
     *,
@@ -55,23 +57,26 @@ def fem(
     Parameters
     ----------
     solid : path or dict
-        A solid's file; or a FEM.toml, or its tables (files are relative to the working folder then): the
-        other parameters must stand in there.
+        Solid, free in space, or an analysis (FEM.toml). Or the tables of one (files are relative to the
+        working folder then); the other parameters must stand in there.
     unit : str or None
-        mm, cm, m or inch, where the solid's format carries none.
+        Unit of length of the solid's file, mm, cm, m or inch, where its format carries none; None: the
+        format's.
     body : int, str or None
         Which solid, where the file holds several.
-    density_kg_m3, e_gpa, nu : float or None
-        Material, by default 7850 kg/m³, 210 GPa, 0.3.
+    density_kg_m3 : float or None
+        Density [kg/m³]; None: 7850.
+    e_gpa : float or None
+        Modulus of elasticity [GPa]; None: 210.
+    nu : float or None
+        Poisson's ratio; None: 0.3.
     modes : int or None
-        Number of elastic modes, by default 6.
+        Number of elastic modes to find; None: 6.
     size_mm : float or None
-        Greatest edge of the last mesh; by default some thousand elements.
+        Greatest edge of the last mesh [mm]; None: by the solid, for some thousand elements.
     crankpin_in_file : bool or None
-        False for a pressed-up crank that is modelled without its crankpins: they are put in, of its own
-        metal, one piece with the webs.
-    progress : callable
-        Told words and the share done; may raise to stop.
+        Put crankpins into a pressed-up crank that is modelled without them. False: of the crank's own metal,
+        one piece with the webs.
 
     Returns
     -------

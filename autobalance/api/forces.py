@@ -6,6 +6,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any
 
+from autobalance.api.common_parameters import documented
 from autobalance.api.engine_case import Request, job_head, request
 from autobalance.api.options import place_mm
 from autobalance.api.result import Plots, VerbResult
@@ -20,8 +21,6 @@ from autobalance.runtime import Progress
 
 if TYPE_CHECKING:
     from autobalance.api.crank import Crank
-
-DEFAULT_FACTORS = (0.0, 0.25, 0.5, 0.75, 1.0)
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -43,12 +42,13 @@ class ForcesResult(VerbResult):
         return _plots(self.found, self.engines, self.engines["as the file is"], list(self.factors))
 
 
+@documented
 def forces(
     job: JobSource,
     crank: Crank | None = None,
     *,
     speed_rpm: float | None = None,
-    factors: Sequence[float] = DEFAULT_FACTORS,
+    factors: Sequence[float] = (0.0, 0.25, 0.5, 0.75, 1.0),
     transverse_weight: float = 1.0,
     reference_z_mm: float | None = None,
     progress: Progress | None = None,
@@ -58,18 +58,16 @@ def forces(
     Parameters
     ----------
     job : Job, path or dict
-        ``engine.rod_length_mm`` is needed.
-    crank : Crank or None
-        In place of the job's crank file.
+        Job file; engine.rod_length_mm is required.
     speed_rpm : float or None
-        Crank speed [1/min]; None: the job's top speed.
+        Crank speed [rpm]; None: the job's balance.speed_rpm.
     factors : sequence of float
-        Balance factors to compare, 0 to 1.
+        Balance factors to compare, each 0 to 1.
     transverse_weight : float
-        How badly the mount takes force across cylinder 1, over force along it.
+        Weight of force across cylinder 1 against force along it, by how much worse the mount takes it.
     reference_z_mm : float or None
-        Place on the axis that moments are taken about, rotor frame [mm]; None: the middle of the outermost
-        main journals.
+        Place on the axis that moments are taken about, z in the rotor frame [mm]; None: the middle of the
+        outermost main journals.
 
     Raises
     ------

@@ -9,6 +9,7 @@ from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from autobalance.api.common_parameters import documented
 from autobalance.api.progress import telling
 from autobalance.api.result import VerbResult
 from autobalance.balancing.record import ChordalErrorEntry, MeasuredCrank
@@ -65,6 +66,7 @@ class GenerateResult(VerbResult):
         return {self.file.name: self.data}
 
 
+@documented
 def generate(
     design: str | Path | Mapping[str, Any],
     *,
@@ -80,20 +82,19 @@ def generate(
     Parameters
     ----------
     design : str, path or mapping
-        A preset (``single``, ``inline-4``, ...), a TOML description, or what one says.
+        Preset, or a TOML description of the crank. Or what one says.
     file : path or None
-        Name that the crank's file will have, whose ending tells the format; None: the design's name, STL.
-    unit : str
-        Of a mesh file: mm, cm, m or inch; glTF is in metres always.
+        File of the crank, whose ending chooses the format; None: NAME.stl.
+    unit : {"mm", "cm", "m", "inch"}
+        Unit of length of a mesh file; glTF is in metres always.
     segments : int or None
-        Corners of a full circle; None: the design's.
+        Corners of a full circle; None: the description's, 128 in a preset.
     settings : mapping or None
-        Dimensions to change, by dotted key: ``{"counterweight.radius_mm": 60.0}``.
+        Dimension to change by its key, for example counterweight.radius_mm=60. Dotted key → value.
     suggest : mapping or None
-        What is wanted, ``balance_factor``, ``inertia_kg_mm2`` or both: ``report["suggestions"]`` then says
-        which sizes, bores or weights would do it, each one tried.
-    progress : callable or None
-        Told words and the share done; may raise to stop.
+        Wanted balance_factor or inertia_kg_mm2, for example balance_factor=0.5, for which changes are
+        suggested. ``report["suggestions"]`` then says which sizes, bores or weights would do it, each one
+        tried.
 
     Raises
     ------

@@ -71,17 +71,21 @@ def grade(
     Parameters
     ----------
     grade : float or None
-        Balance quality grade, 6.3 for G 6.3 [mm/s].
+        Balance quality grade [mm/s], 6.3 for G 6.3; None: the list of grades is printed.
     speed_rpm : float or None
-        Highest service speed [1/min].
+        Highest service speed [rpm].
     mass : float or None
-        Rotor mass, in ``mass_unit`` (g, kg, oz or lb).
+        Rotor mass, in the unit of --mass-unit. In ``mass_unit``.
+    mass_unit : str
+        Unit of the rotor mass.
     residual : float or None
-        Residual unbalance, in ``residual_unit`` (g·mm, kg·mm, g·cm, g·in or oz·in, however spelt).
+        Residual unbalance whose grade is computed, in the unit of --residual-unit. In ``residual_unit``.
+    residual_unit : str
+        Unit of the residual unbalance, also typed as oz-in, gmm, kg.mm.
     planes : (float, float) or None
-        Tolerance planes to share it between [mm].
+        Tolerance planes that the permissible unbalance is shared between, z of each [mm].
     centre : float or None
-        Place of the centre of mass; midway between the planes unless told [mm].
+        Place of the centre of mass, z [mm]; None: midway between the planes.
 
     Raises
     ------

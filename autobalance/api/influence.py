@@ -60,7 +60,7 @@ def influence(trials: str | Path | Mapping[str, Any]) -> InfluenceResult:
     Parameters
     ----------
     trials : path or dict
-        A ``TRIALS.toml`` or its structure: readings without and with trial weights.
+        Readings without and with trial weights, a TRIALS.toml. Or its structure.
 
     Returns
     -------

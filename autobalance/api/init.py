@@ -8,6 +8,7 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
+from autobalance.api.common_parameters import documented
 from autobalance.api.crank import Crank
 from autobalance.api.progress import telling
 from autobalance.api.result import VerbResult, report_head
@@ -51,6 +52,7 @@ class InitResult(VerbResult):
         return {self.file.name: self.data}
 
 
+@documented
 def init(
     source: str | Path,
     *,
@@ -68,17 +70,18 @@ def init(
     Parameters
     ----------
     source : path
-        A crank file, whose journals and throws are recognised; or a job, TOML or workbook.
+        Crank file, whose journals and throws are recognised, or a job (.toml, .xlsx) to convert.
     file : path or None
-        The job's file, ``.toml`` or ``.xlsx``; None: the source's name with ``.toml`` here.
-    unit : str or None
-        mm, cm, m or inch; needed where the crank's format carries none.
+        Job file to write, .toml or .xlsx; None: the source's name with .toml, in the working folder.
+    unit : {"mm", "cm", "m", "inch"} or None
+        Unit of length of the crank file, where its format carries none; None: the format's.
     density_kg_m3 : float or None
-        Density; None: left to fill in.
+        Density [kg/m³]; None: left to fill in.
     method : str
         Kind of correction to begin with.
     settings : sequence of str
-        ``crankshaft.crankpin_in_file=false`` and the like: what recognition must be told.
+        Key of the job to set before the crank is recognised, for example crankshaft.crankpin_in_file=false.
+        Each as text.
 
     Raises
     ------

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from autobalance.api.common_parameters import documented
 from autobalance.api.crank import Crank, read_crank
 from autobalance.api.inspect_sections import TableOptions, table_values
 from autobalance.api.progress import INSPECTED_BEFORE, telling
@@ -57,6 +58,7 @@ class InspectResult(VerbResult):
         return crank_picture(measured.source.solid.mesh, measured.anatomy, self.faces)
 
 
+@documented
 def inspect(
     crank: Crank | Job | str | Path,
     *,
@@ -71,18 +73,16 @@ def inspect(
     Parameters
     ----------
     crank : Crank, Job or path
-        A crank, or its file; or a job, of which ``[crankshaft]`` alone is needed.
+        Crank file, or a job, of which only its [crankshaft] is required. Or a crank or a job as an object.
     settings : sequence of str
-        Keys of the job's file to set before: ``["crankshaft.body=1"]``.
+        Key of the job to set before it is checked, for example crankshaft.body=1. Each as text.
     table : TableOptions or None
         Given, the report has ``section_table``: the crank's metal with its holes filled, the holes, and with
         a job its bob-weights, what sits on the crankpins and attached parts, with sums and a verdict.
     suggest : mapping or None
-        What is wanted, ``balance_factor`` (of a job, whose weights count), ``inertia_kg_mm2`` or both:
-        ``report["suggestions"]`` then says which bores, weights or turned rims would do it, each one tried.
-        Empty: the factor that the job asks for.
-    progress : callable or None
-        Told words and the share done.
+        Wanted inertia_kg_mm2, or balance_factor of a job, for example inertia_kg_mm2=2900, for which changes
+        are suggested; alone: the job's factor. ``report["suggestions"]`` then says which bores, weights or
+        turned rims would do it, each one tried. Empty: the factor that the job asks for.
     **keywords
         Those of ``read_crank``, where ``crank`` is a path.
 

@@ -52,7 +52,7 @@ def machine(machine_file: str | Path | Mapping[str, Any]) -> MachineResult:
     Parameters
     ----------
     machine_file : path or dict
-        A ``MACHINE.toml`` or its structure: the kind of machine, the rotor, its unbalance, the noise.
+        Machine file: the kind of machine, the rotor, its unbalance, the noise. Or its structure.
 
     Returns
     -------

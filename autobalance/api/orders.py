@@ -7,6 +7,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from autobalance.api.common_parameters import documented
 from autobalance.api.result import Plots, Values, VerbResult, report_head
 from autobalance.errors import FileError, FormatError
 from autobalance.runtime import no_progress
@@ -80,6 +81,7 @@ class OrdersResult(VerbResult):
         raise FormatError(f"order {order:g} is none of the record's")
 
 
+@documented
 def orders(
     record: str | Path | Mapping[str, ArrayLike],
     other: str | Path | Mapping[str, ArrayLike] | None = None,
@@ -111,45 +113,58 @@ def orders(
 
     Parameters
     ----------
-    record, other : path or mapping
-        A CSV, WAV, MATLAB, TDMS or UFF58 file; or header → samples, with ``sample_rate``. A second one is
-        compared with the first.
+    record : path or mapping
+        Recorded signal: a CSV, WAV, MATLAB, TDMS (extra) or UFF58 (extra) file. Or header → samples, with
+        ``sample_rate``.
+    other : path, mapping or None
+        Second record, compared with the first order by order.
     channel : str or None
-        Which; needed where there are several that are no tacho.
+        Name of the channel to analyse; None: the only one that is no tacho.
     sample_rate : float or None
-        Where the record has none [Hz].
-    calibration : mapping
-        Channel → factor, or its sensitivity as text: ``"100 mV/g"`` of a channel in V.
-    quantity : str or None
-        ``acceleration`` [m/s²], ``velocity`` [mm/s] or ``displacement`` [µm]: channels of motion are
-        integrated to it, from 2 Hz on.
-    speed_rpm, tacho, pulses_per_rev, threshold
-        A constant speed, or the channel with pulses, how many a turn, and the level that they rise through.
-        Neither: the speed that the record's own orders tell.
-    window : str
-        hann, hamming, blackman, flattop or rect.
-    max_order, peaks
-        Highest order; how many peaks of the spectrum.
-    natural, excitation
-        Natural frequencies from a run-up or sweep; from the transfer function where the force was recorded.
+        Sample rate of a record that does not state its own [Hz]; None: the record's.
+    calibration : mapping or None
+        Factor that a channel is multiplied by, or its sensitivity, for example accel=100mV/g. Channel →
+        factor, or sensitivity as text.
+    quantity : {"acceleration", "velocity", "displacement"} or None
+        Quantity that channels of motion are integrated to from 2 Hz on, in m/s², mm/s or µm; None: as
+        recorded.
+    speed_rpm : float or None
+        Constant speed of the crank [rpm]; None: by the tacho, else by the orders that the record shows.
+    tacho : str or None
+        Name of the channel that holds the tacho's pulses.
+    pulses_per_rev : int
+        Number of the tacho's pulses in a turn.
+    threshold : float or None
+        Level that the tacho's pulses rise through, in the channel's unit; None: midway between its extremes.
+    window : {"hann", "hamming", "blackman", "flattop", "rect"}
+        Window of the spectrum.
+    max_order : float
+        Highest order to analyse.
+    peaks : int
+        Number of the spectrum's peaks to list.
+    natural : bool
+        Find natural frequencies in a run-up or a sweep.
+    excitation : str or None
+        Name of the channel that holds the exciting force, with natural frequencies: they are found in the
+        transfer function then.
     frequencies : sequence of float or None
-        Whose crossings with orders are wanted [Hz]; default: the natural ones found.
+        Frequencies whose crossings with the orders are listed [Hz]; None: the natural ones found.
     bearing : mapping or None
-        ``balls``, ``ball`` and ``pitch`` diameters, ``contact`` [°], ``speed`` of its shaft over the crank's.
+        Geometry of a rolling bearing whose defect orders are listed, for example
+        balls=9,ball=7.94,pitch=39.04,contact=0,speed=1. Diameters ``ball`` and ``pitch`` in one unit,
+        ``contact`` angle [°], ``speed`` of its shaft over the crank's.
     band : pair or None
-        Of the envelope [Hz]; default the one with the most peaked envelope.
+        Lowest and highest frequency of the envelope's band [Hz]; None: the band with the most peaked
+        envelope.
     axes : pair of str or None
-        X and Y: forward and backward circles of order 1.
-    drive : path, mapping or None
-        Gears, belts and shafts that the crank drives, besides those of the job's ``[drive]``.
-    settings : sequence of str
-        Keys of the job to set before anything is checked: ``["balance.factor=0.5"]``.
+        Names of two channels at right angles, X and Y, from which rotating and reciprocating unbalance are
+        told apart. Forward and backward circles of order 1.
     job : path, Job or None
-        The engine that was recorded, for the sources.
+        Job of the engine that was recorded, for the sources of its orders.
+    drive : path, mapping or None
+        File of the gears, belts and shafts that the crank drives, besides those of the job's ``[drive]``.
     campbell : path, mapping or None
-        A report of ``rotor`` or ``torsion``, whose natural frequencies are drawn over the waterfall.
-    progress : callable
-        Told words and the share done; may raise to stop.
+        Report of rotor or torsion whose natural frequencies are drawn over the waterfall.
 
     Returns
     -------

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 from autobalance import job as jobs
+from autobalance.api.common_parameters import documented
 from autobalance.api.engine_case import job_head, request
 from autobalance.api.result import Plots, VerbResult
 from autobalance.balancing import plausibility
@@ -37,15 +38,14 @@ class PartsResult(VerbResult):
         return _plots(self.report["throws"])
 
 
+@documented
 def parts(job: JobSource, crank: Crank | None = None, *, progress: Progress | None = None) -> PartsResult:
     """Roll up the weights of a job: rotating, reciprocating, bob-weights, with their uncertainty.
 
     Parameters
     ----------
     job : Job, path or dict
-        Its crank is read for ``factor = "original"`` only.
-    crank : Crank or None
-        In place of the job's crank file.
+        Job file; its crank is read only for factor = "original".
 
     Raises
     ------

@@ -10,6 +10,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from autobalance.api.balance import BalanceResult
+from autobalance.api.common_parameters import documented
 from autobalance.api.progress import telling
 from autobalance.api.result_files import Staged, staged_files
 from autobalance.errors import FormatError, JobError
@@ -85,6 +86,7 @@ class RecutResult(BalanceResult):
         return values, (*files, folder / HISTORY)
 
 
+@documented
 def recut(
     report: str | Path,
     reading: str | Path | Mapping[str, Any],
@@ -100,15 +102,13 @@ def recut(
     Parameters
     ----------
     report : path
-        Of ``balance`` or of an earlier ``recut``, its solid beside it.
+        Report of balance or recut, its solid beside it.
     reading : path or dict
-        A ``READING.toml`` or its structure.
+        Reading of the balancing machine, a READING.toml. Or its structure.
     folder : path or None
-        Where the result will be written; None: ``stage-N`` in the folder of the first stage's report.
+        Folder of the results; None: stage-N beside the first stage's report.
     trust_reading : bool
-        Go on where a mistake would explain the reading better than the crank does.
-    progress : callable or None
-        Told words and the share done.
+        Continue even if the reading looks like a known set-up error.
 
     Returns
     -------

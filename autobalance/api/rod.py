@@ -9,6 +9,7 @@ from typing import Any
 
 import numpy as np
 
+from autobalance.api.common_parameters import documented
 from autobalance.api.progress import telling
 from autobalance.api.result import VerbResult, report_head
 from autobalance.crank.connecting_rod import MeasuredRod, measure_rod
@@ -39,6 +40,7 @@ class RodResult(VerbResult):
         return rod_text(self.report, ON_SCREEN[units])
 
 
+@documented
 def rod(
     file: str | Path,
     unit: str | None = None,
@@ -57,17 +59,21 @@ def rod(
     Parameters
     ----------
     file : path
-        .stl, .obj, .ply, .off, .3mf, .glb; .step, .iges, .brep with the extra ``step``.
-    unit : str or None
-        mm, cm, m or inch; needed where the format carries none.
-    density_kg_m3, density_pm_kg_m3 : float
-        Density, and by how much it may be off [kg/m³].
+        Connecting rod's solid.
+    unit : {"mm", "cm", "m", "inch"} or None
+        Unit of length of the file, where its format carries none; None: the format's, required where it has
+        none.
+    density_kg_m3 : float
+        Density [kg/m³].
+    density_pm_kg_m3 : float
+        Uncertainty of the density, ± [kg/m³].
     body : int or str or None
-        Which body of several, as in ``[crankshaft]`` of a job; "all" for a rod with its cap and bolts.
-    stroke_mm, speed_rpm : float or None
-        Stroke and crank speed; with both, the greatest couple that two masses miss is told.
-    progress : callable or None
-        Told words and the share done.
+        Body to measure where the file holds several: its number, its name, or all. As in ``[crankshaft]`` of
+        a job; "all" for a rod with its cap and bolts.
+    stroke_mm : float or None
+        Stroke [mm]; with the speed, the greatest couple that two masses miss is computed.
+    speed_rpm : float or None
+        Crank speed [rpm], with the stroke.
 
     Raises
     ------

@@ -64,16 +64,18 @@ def rotor(
     Parameters
     ----------
     source : path, dict or Crank
-        A rotor file, or a dict of its structure; or a crank (object or file), of which the equivalent
-        straight rotor is made. The other parameters are for cranks.
+        Rotor file (shaft, discs, bearings, unbalances), or a crank's solid, of which the equivalent straight
+        rotor is made. Or a dict of its structure, or a crank as an object. The other parameters are for
+        cranks.
     unit : str or None
-        mm, cm, m or inch, where the crank's format carries none.
+        Unit of length of a crank's file, mm, cm, m or inch, where its format carries none; None: the
+        format's.
     density_kg_m3 : float or None
-        Of the crank file (7850).
+        Density of a crank [kg/m³]; None: 7850.
     speed_rpm : float or None
-        Speed of the crank (3000).
+        Highest speed of a crank [rpm]; None: 3000.
     bearing_n_m : float or None
-        Stiffness of each main bearing [N/m]; 0: free in space; None: the mains are pinned.
+        Stiffness of each main bearing of a crank [N/m], 0 for a crank free in space; None: pinned mains.
 
     Returns
     -------

@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any
 
+from autobalance.api.common_parameters import documented
 from autobalance.api.engine_case import job_head, request
 from autobalance.api.options import place_mm
 from autobalance.api.result import Plots, VerbResult
@@ -54,6 +55,7 @@ class ShaftsResult(VerbResult):
         return _plots(list(self.orders), list(self.left), rpm, has_shafts=shafts)
 
 
+@documented
 def shafts(
     job: JobSource,
     crank: Crank | None = None,
@@ -67,14 +69,12 @@ def shafts(
     Parameters
     ----------
     job : Job, path or dict
-        ``engine.rod_length_mm`` is needed.
-    crank : Crank or None
-        In place of the job's crank file.
+        Job file; engine.rod_length_mm is required.
     speed_rpm : float or None
-        Crank speed [1/min]; None: the job's top speed.
+        Crank speed [rpm]; None: the job's balance.speed_rpm.
     reference_z_mm : float or None
-        Place on the axis that moments are taken about, rotor frame [mm]; None: the middle of the outermost
-        main journals.
+        Place on the axis that moments are taken about, z in the rotor frame [mm]; None: the middle of the
+        outermost main journals.
 
     Raises
     ------

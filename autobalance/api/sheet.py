@@ -63,15 +63,15 @@ def sheet(
     Parameters
     ----------
     report : path
-        Of ``balance`` or ``recut``, its solid beside it.
+        Report of balance or recut, its solid beside it.
     only : sequence of str
-        ``pdf``, ``dxf`` or both; ``dxf`` needs the extra of its name.
-    paper : str
-        ``A4`` or ``Letter``.
-    units : str
-        ``metric`` or ``inch``; the DXF is in mm.
+        Kinds of file to draw, pdf or dxf or both with a comma between. ``dxf`` needs the extra of its name.
+    paper : {"A4", "Letter"}
+        Paper of sheet.pdf.
+    units : {"metric", "inch"}
+        Units of sheet.pdf; the DXF is in mm.
     date : str or None
-        Printed on the sheet; None: today.
+        Date printed on the sheet; None: today.
 
     Returns
     -------

@@ -7,6 +7,7 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from autobalance.api.common_parameters import documented
 from autobalance.api.engine_case import job_set
 from autobalance.api.progress import telling
 from autobalance.api.result import Plots, Values, VerbResult, report_head
@@ -65,6 +66,7 @@ class StudyResult(VerbResult):
         return {"series.csv": self.series}
 
 
+@documented
 def study(
     job: str | Path | Job | Mapping[str, Any],
     crank: Crank | None = None,
@@ -84,26 +86,17 @@ def study(
     Parameters
     ----------
     job : path, Job or mapping
-        A job, which is balanced first (files that a mapping names are relative to the working folder); or
-        the report of a balanced one.
-    crank : Crank or None
-        In place of the job's crank file.
-    settings : sequence of str
-        Keys of the job to set before anything is checked: ``["balance.factor=0.5"]``.
-    samples, seed : int
-        How many cranks, and which.
+        Job, which is balanced first, or the report of a balanced one. Files that a mapping names are relative
+        to the working folder.
+    samples : int
+        Number of cranks to draw.
+    seed : int
+        Seed of the random numbers: the same seed draws the same cranks.
     target : float or None
-        Share of cranks to be within; the advice is for 0.95 unless told.
+        Least share of cranks within tolerance, above 0 to 1; below it the exit code is 4; None: none is
+        required, and advice is given for 0.95.
     exact : int
-        How many of the cranks are cut and measured too, to check the linear model.
-    workers : int or None
-        Processes here; None: as many as there are cores.
-    cluster : str or None
-        Address of a Dask scheduler, whose workers are taken instead.
-    cluster_timeout_s : float
-        How long it may take to answer [s].
-    progress : callable or None
-        Told words and the share done; may raise to stop.
+        Number of cranks that are also cut and measured, which checks the linear model.
 
     Returns
     -------

@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from autobalance import job as jobs
+from autobalance.api.common_parameters import documented
 from autobalance.api.engine_case import job_set, request
 from autobalance.api.result import Plots, Values, VerbResult, report_head
 from autobalance.dynamics.torsion_chain import TorsionChain
@@ -54,6 +55,7 @@ class TorsionResult(VerbResult):
         return torsion_plots(self.report)
 
 
+@documented
 def torsion(
     source: Job | str | Path | Mapping[str, Any],
     *,
@@ -67,17 +69,11 @@ def torsion(
     Parameters
     ----------
     source : Job, path or dict
-        A job (whose crank's own metal and dimensions make the chain, and whose ``[cycle]`` excites it), or
-        a file with ``[[inertia]]`` and ``[[spring]]``; or a dict of either.
-    crank : Crank or None
-        In place of the job's crank file.
-    settings : sequence of str
-        Keys of the file to set before anything is checked: ``["balance.factor=0.5"]``.
+        Job, or a chain of [[inertia]] and [[spring]]. The crank's own metal and dimensions make a job's
+        chain, and its ``[cycle]`` excites it; or a dict of either.
     fem : bool or None
-        Whether each throw's own metal is twisted by finite elements, too (extra ``fem``); None: as the job
-        says, ``torsion.fem``.
-    progress : callable or None
-        Told words and the share done; may raise to stop.
+        Twist each throw's own metal by finite elements too (extra fem). None: as the job says,
+        ``torsion.fem``.
 
     Raises
     ------

@@ -80,7 +80,7 @@ def verify(report: str | Path, *, independent: bool = False) -> VerifyResult:
     Parameters
     ----------
     report : path
-        What ``balance`` wrote, beside its solid.
+        Report that balance or recut wrote, beside its solid.
     independent : bool
         Measure the solid a second way too, from its slices, and require both to agree.
 

@@ -5,30 +5,33 @@ from __future__ import annotations
 import argparse
 from pathlib import Path
 
-from autobalance.command.options import add_json, add_pages, add_set, add_units, chosen_pages
+from autobalance.command.options import add_json, add_output, add_pages, add_units, chosen_pages
 from autobalance.command.progress import add_progress, mode_of
+from autobalance.command.verb import Option, Verb
 
-
-def add_arguments(parser: argparse.ArgumentParser) -> None:
-    """Describe the command line."""
-    parser.add_argument("job", metavar="JOB.toml", help="the job: crank file, weights, tolerance, correction")
-    parser.add_argument(
-        "-o", "--output", metavar="DIR", help="folder of the results (default: NAME-balanced beside the job)"
-    )
-    add_set(parser)
-    add_json(parser)
-    add_units(parser)
-    add_pages(parser)
-    add_progress(parser)
+VERB = Verb(
+    "api.balance:balance",
+    examples=(
+        "autobalance balance job.toml",
+        "autobalance balance job.toml --set balance.factor=0.5 -o half --only html,pdf",
+    ),
+    options={"job": Option(metavar="JOB.toml")},
+    writes=(
+        add_output("the results", "NAME-balanced beside the job"),
+        add_json,
+        add_units,
+        add_pages,
+        add_progress,
+    ),
+)
 
 
 def run(arguments: argparse.Namespace) -> int:
     """Balance a crank; 0 within tolerance, 4 above it."""
-    from autobalance import job
     from autobalance.command.console import say
     from autobalance.command.finish import balanced
 
-    asked = job.load(arguments.job, arguments.settings)
+    asked = VERB.keywords(arguments)["job"]
     folder = Path(arguments.output) if arguments.output else default_folder(asked.path)
     done = balanced(asked, folder, arguments.json, chosen_pages(arguments), mode_of(arguments))
     from autobalance.report.balance.text import balance_text

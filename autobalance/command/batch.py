@@ -5,27 +5,22 @@ from __future__ import annotations
 import argparse
 from pathlib import Path
 
-from autobalance.command.options import add_json, add_set, add_workers, kinds_of, workers_given
+from autobalance.command.options import kinds_of
+from autobalance.command.verb import Option, Verb
 
-
-def add_arguments(parser: argparse.ArgumentParser) -> None:
-    """Describe the command line."""
-    parser.add_argument("source", metavar="LIST|FOLDER", help="a list (CSV, workbook) or a folder of jobs")
-    parser.add_argument("-o", "--output", metavar="DIR", required=True, help="folder of the results")
-    parser.add_argument(
-        "--job", metavar="JOB.toml", help="the job of rows that name none; a folder holds cranks then"
-    )
-    parser.add_argument(
-        "--only",
-        metavar="LIST",
-        type=kinds_of,
-        default=("json",),
-        help="files beside each solid: json, html, pdf, xlsx, png (default: json)",
-    )
-    parser.add_argument("--fresh", action="store_true", help="forget what DIR holds of an earlier batch")
-    add_set(parser)
-    add_workers(parser)
-    add_json(parser)
+VERB = Verb(
+    "api.batch:batch",
+    examples=(
+        "autobalance batch jobs/ -o results",
+        "autobalance batch list.csv -o results --job job.toml --workers 4",
+    ),
+    options={
+        "source": Option(metavar="LIST|FOLDER"),
+        "output": Option(("-o", "--output"), metavar="DIR"),
+        "job": Option(metavar="JOB.toml"),
+        "only": Option(metavar="LIST", normal=kinds_of),
+    },
+)
 
 
 def run(arguments: argparse.Namespace) -> int:
@@ -39,16 +34,7 @@ def run(arguments: argparse.Namespace) -> int:
     refuse_in_results(arguments, (f"{ROWS}/", *TABLES, JOURNAL))
     _refuse_over_rows(arguments)
     with shown() as progress:
-        result = batch(
-            arguments.source,
-            arguments.output,
-            job=arguments.job,
-            settings=arguments.settings,
-            only=arguments.only,
-            fresh=arguments.fresh,
-            progress=progress,
-            **workers_given(arguments),
-        )
+        result = batch(**VERB.keywords(arguments), progress=progress)
     folder = Path(arguments.output)
     written = ", ".join(str(folder / name) for name in ("results.csv", "results.xlsx", "summary.html"))
     return finish_in_place(arguments, result, (arguments.source,), written)

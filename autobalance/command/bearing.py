@@ -2,33 +2,27 @@
 
 from __future__ import annotations
 
-import argparse
-from pathlib import Path
+from typing import TYPE_CHECKING
 
-from autobalance.command.options import add_json, add_plots
+from autobalance.command.options import add_json, add_plots, add_series
+from autobalance.command.verb import NOT_TYPED, Option, Verb
 from autobalance.errors import UsageError
 
-
-def add_arguments(parser: argparse.ArgumentParser) -> None:
-    """Describe the command line."""
-    parser.add_argument("bearing", metavar="BEARING.toml", help="the bearing, and its loads by angle if any")
-    parser.add_argument(
-        "--series", metavar="FILE.csv", help="write the journal's orbit by angle; needs [history]"
-    )
-    add_json(parser)
-    add_plots(parser)
+if TYPE_CHECKING:
+    from autobalance.api.bearing import BearingResult
 
 
-def run(arguments: argparse.Namespace) -> int:
-    """Find friction and film; 0 unless something is wrong with the bearing."""
-    from autobalance.api.bearing import bearing
-    from autobalance.command.finish import finish
+def _orbit(result: BearingResult) -> bytes:
+    series = result.series()
+    if series is None:
+        raise UsageError("--series needs a [history] of loads: without one there is no orbit")
+    return series
 
-    result = bearing(arguments.bearing)
-    files: dict[Path, bytes] = {}
-    if arguments.series is not None:
-        series = result.series()
-        if series is None:
-            raise UsageError("--series needs a [history] of loads: without one there is no orbit")
-        files[Path(arguments.series)] = series
-    return finish(arguments, result, (arguments.bearing,), files)
+
+VERB = Verb(
+    "api.bearing:bearing",
+    examples=("autobalance bearing bearing.toml --series orbit.csv",),
+    options={"bearing": Option(metavar="BEARING.toml"), "history": NOT_TYPED},
+    writes=(add_series("the journal's orbit by angle, with [history]"), add_json, add_plots),
+    series=_orbit,
+)

@@ -3,33 +3,24 @@
 from __future__ import annotations
 
 import argparse
-from pathlib import Path
 
-from autobalance.command.options import add_json, add_plots
-
-
-def add_arguments(parser: argparse.ArgumentParser) -> None:
-    """Describe the command line."""
-    parser.add_argument(
-        "bench",
-        metavar="BENCH.toml",
-        help="rotor, bearings, control, schedule, readings; or an engine and its crank variants",
-    )
-    parser.add_argument(
-        "--series", metavar="FILE.csv", help="write speed and torque over time, or torque by angle"
-    )
-    parser.add_argument(
-        "-o", "--output", metavar="DIR", help="write report, series and the rotor as STL, STEP and drawing"
-    )
-    add_json(parser)
-    add_plots(parser)
+from autobalance.command.options import add_json, add_output, add_plots, add_series
+from autobalance.command.verb import NOT_TYPED, Keywords, Option, Verb
 
 
-def run(arguments: argparse.Namespace) -> int:
-    """Print runs and comparison; 0 unless something is wrong with the file."""
-    from autobalance.api.bench import bench
-    from autobalance.command.finish import finish
+def _with_solids(given: Keywords, arguments: argparse.Namespace) -> None:
+    given["solids"] = arguments.output is not None
 
-    result = bench(arguments.bench, solids=arguments.output is not None)
-    series = {} if arguments.series is None else {Path(arguments.series): result.series()}
-    return finish(arguments, result, (arguments.bench,), series)
+
+VERB = Verb(
+    "api.bench:bench",
+    examples=("autobalance bench bench.toml --series runs.csv -o bench",),
+    options={"bench_file": Option(metavar="BENCH.toml"), "solids": NOT_TYPED},
+    writes=(
+        add_series("speed and torque over time, or torque by angle"),
+        add_output("the report, the series and the rotor as STL, STEP and drawing"),
+        add_json, add_plots,
+    ),
+    adjust=_with_solids,
+    series=lambda result: result.series(),
+)  # fmt: skip

@@ -16,8 +16,12 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "  autobalance calc substitute_rotor --help\n"
         "  autobalance calc crankpin_overlap_mm main_journal_mm=28 crankpin_mm=28 stroke_mm=53.8"
     )
-    parser.add_argument("name", nargs="?", metavar="NAME", help="the formula; see --list")
-    parser.add_argument("values", nargs="*", metavar="key=value", help="its values, unit in the key")
+    parser.add_argument(
+        "name", nargs="?", metavar="NAME", help="name of the formula; --list lists all (default: none)"
+    )
+    parser.add_argument(
+        "values", nargs="*", metavar="key=value", help="values of the formula, the unit is in the key"
+    )
     parser.add_argument("--list", action="store_true", help="list every formula")
     add_json(parser)
 

@@ -9,8 +9,12 @@ SHELLS = ("bash", "zsh", "fish")
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Describe the command line."""
-    parser.epilog = 'bash: eval "$(autobalance completion bash)" in ~/.bashrc'
-    parser.add_argument("shell", choices=SHELLS, help="whose script")
+    parser.epilog = (
+        "examples:\n"
+        '  eval "$(autobalance completion bash)"                        in ~/.bashrc\n'
+        "  autobalance completion fish > ~/.config/fish/completions/autobalance.fish"
+    )
+    parser.add_argument("shell", choices=SHELLS, help="shell that the script is for")
 
 
 def run(arguments: argparse.Namespace) -> int:

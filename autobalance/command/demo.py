@@ -31,8 +31,13 @@ CASES = (
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Describe the command line."""
+    parser.epilog = "examples:\n  autobalance demo -o demo-output"
     parser.add_argument(
-        "-o", "--output", metavar="DIR", default="demo-output", help="folder of the results (demo-output)"
+        "-o",
+        "--output",
+        metavar="DIR",
+        default="demo-output",
+        help="folder for the results (default: demo-output)",
     )
     add_units(parser)
 

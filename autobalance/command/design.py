@@ -5,16 +5,16 @@ from __future__ import annotations
 import argparse
 from pathlib import Path
 
-from autobalance.command.options import add_json, add_workers, workers_given
+from autobalance.command.verb import Option, Verb
 
-
-def add_arguments(parser: argparse.ArgumentParser) -> None:
-    """Describe the command line."""
-    parser.add_argument("design", metavar="DESIGN.toml", help="the start, what is free, what must be kept")
-    parser.add_argument("-o", "--output", metavar="DIR", required=True, help="folder of the designs")
-    parser.add_argument("--fresh", action="store_true", help="forget what DIR holds of another search")
-    add_workers(parser)
-    add_json(parser)
+VERB = Verb(
+    "api.design:design",
+    examples=("autobalance design design.toml -o designs --workers 4",),
+    options={
+        "source": Option(metavar="DESIGN.toml"),
+        "output": Option(("-o", "--output"), metavar="DIR", required=True),
+    },
+)
 
 
 def run(arguments: argparse.Namespace) -> int:
@@ -24,13 +24,7 @@ def run(arguments: argparse.Namespace) -> int:
     from autobalance.command.progress import shown
 
     with shown() as progress:
-        result = design(
-            arguments.design,
-            arguments.output,
-            fresh=arguments.fresh,
-            progress=progress,
-            **workers_given(arguments),
-        )
+        result = design(**VERB.keywords(arguments), progress=progress)
     folder = Path(arguments.output)
     written = f"{folder / 'design.json'} and {len(result.files())} more in {folder}"
     return finish_in_place(arguments, result, (arguments.design,), written)

@@ -3,20 +3,13 @@
 from __future__ import annotations
 
 import argparse
-import re
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
-from autobalance.command.options import (
-    add_json,
-    add_set,
-    add_suggest,
-    add_units,
-    body_of,
-    length_unit,
-    suggest_of,
-)
+from autobalance.command.options import add_json, add_units
 from autobalance.command.progress import add_progress, mode_of, shown
+from autobalance.command.readers import body_of, unit_or_mm
+from autobalance.command.verb import NOT_TYPED, SUGGEST, UNIT, Keywords, Option, Verb
 from autobalance.errors import JobError, UsageError
 
 if TYPE_CHECKING:
@@ -25,52 +18,20 @@ if TYPE_CHECKING:
     from autobalance.runtime import Progress
 
 STEEL_KG_M3 = 7850.0
-CRANKPIN_IN_FILE = {"yes": True, "no": False, None: None}
+CRANKPIN_IN_FILE = {"yes": True, "no": False}
 
 
-def add_arguments(parser: argparse.ArgumentParser) -> None:
-    """Describe the command line."""
-    parser.add_argument(
-        "crank",
-        metavar="CRANK|JOB",
-        help="a crank file: .stl .obj .ply .off .3mf .glb .step .iges .brep; or a job",
-    )
-    parser.add_argument(
-        "--unit",
-        type=length_unit,
-        choices=("mm", "cm", "m", "inch"),
-        help="the file's unit, where its format carries none (mm)",
-    )
-    parser.add_argument(
-        "--density-kg-m3", type=float, metavar="RHO", help="default: 7850, steel; a job says its own"
-    )
-    parser.add_argument("--body", metavar="N", help="which body of several, or its name; or all")
+def _add_no_crankpin(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--no-crankpin",
         dest="crankpin_in_file",
         action="store_const",
         const="no",
-        help="a pressed-up crank modelled without its crankpins; as --crankpin-in-file no",
+        help="the crank is a pressed-up one modelled without its crankpins; same as --crankpin-in-file no",
     )
-    parser.add_argument(
-        "--crankpin-in-file",
-        dest="crankpin_in_file",
-        choices=("yes", "no"),
-        help="whether the file holds the crankpins; default: both are tried",
-    )
-    # argparse takes -3e-7 for an option otherwise, before Python 3.14
-    parser._negative_number_matcher = re.compile(r"^-(\d+\.?\d*|\.\d+)([eE][-+]?\d+)?$")
-    for option, what in (
-        ("--axis-point", "a point of the crank axis"),
-        ("--axis-direction", "its direction"),
-    ):
-        parser.add_argument(
-            option,
-            nargs=3,
-            type=float,
-            metavar=("X", "Y", "Z"),
-            help=f"{what}, in the file's coordinates in mm, where it is not found or found wrong",
-        )
+
+
+def _add_sections(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--sections",
         action="store_true",
@@ -79,22 +40,47 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--datum",
         metavar="Z",
-        help="with --sections: couples about this z [mm], or A, B, front, rear, centre (0: crankpin 1)",
+        help="with --sections: z that couples are taken about [mm], or A, B, front, rear, centre "
+        "(default: 0, crankpin 1)",
     )
     parser.add_argument(
-        "--oil-density-kg-m3", type=float, metavar="RHO", help="with --sections: oil in the crankpins' bores"
+        "--oil-density-kg-m3",
+        type=float,
+        metavar="KG/M3",
+        help="with --sections: density of the oil in the crankpins' bores [kg/m³] (default: no oil)",
     )
     parser.add_argument(
-        "--picture", metavar="FILE.png", help="draw the crank with its axis, pins, and faces by their ids"
+        "--picture",
+        metavar="FILE.png",
+        help="file for a picture of the crank with its axis, pins, and faces by their ids "
+        "(default: not written)",
     )
-    add_suggest(
-        parser,
-        "say what would give inertia_kg_mm2=2900, or a job's balance_factor=0.5; alone: the job's factor",
-    )
-    add_set(parser)
-    add_json(parser)
-    add_units(parser)
-    add_progress(parser)
+
+
+VERB = Verb(
+    "api.inspect:inspect",
+    also="api.crank:read_crank",
+    examples=(
+        "autobalance inspect crank.stl --unit mm",
+        "autobalance inspect crank.step --body 2 --picture crank.png",
+        "autobalance inspect job.toml --sections --datum A",
+    ),
+    options={
+        "crank": Option(metavar="CRANK|JOB"),
+        "path": NOT_TYPED,
+        "unit": UNIT._replace(usual="the format's, or mm"),
+        "density_kg_m3": Option(usual="7850, steel; a job has its own", unset=True),
+        "body": Option(metavar="N"),
+        "crankpin_in_file": Option(choices=tuple(CRANKPIN_IN_FILE)),
+        "axis_point_mm": Option(("--axis-point",), nargs=3, metavar=("X", "Y", "Z")),
+        "axis_direction": Option(nargs=3, metavar=("X", "Y", "Z")),
+        "crankpins": NOT_TYPED,
+        "main_journals": NOT_TYPED,
+        "density_pm_kg_m3": NOT_TYPED,
+        "suggest": SUGGEST,
+    },
+    writes=(_add_no_crankpin, _add_sections, add_json, add_units, add_progress),
+)
 
 
 def run(arguments: argparse.Namespace) -> int:
@@ -138,25 +124,20 @@ def _inspected(arguments: argparse.Namespace, progress: Progress) -> InspectResu
     from autobalance.api.inspect import inspect
     from autobalance.job.read import WORKBOOKS
 
-    path, suggest = Path(arguments.crank), suggest_of(arguments.suggest)
+    given = VERB.keywords(arguments)
+    path, suggest, settings = Path(given.pop("crank")), given.pop("suggest"), given.pop("settings")
     table = _table(arguments)
     if path.suffix.lower() not in (".toml", *WORKBOOKS):
-        if arguments.settings:
+        if settings:
             raise UsageError("--set goes with a job; a crank file has no keys")
         if arguments.datum is None and arguments.oil_density_kg_m3 is None:
             table = None  # the crank's own sections are enough
-        return inspect(path, progress=progress, suggest=suggest, table=table, **_keywords(arguments))
-    given = {
-        "--unit": arguments.unit,
-        "--density-kg-m3": arguments.density_kg_m3,
-        "--body": arguments.body,
-        "--axis-point": arguments.axis_point,
-        "--axis-direction": arguments.axis_direction,
-    }
-    for option, value in given.items():
-        if value is not None:
+        return inspect(path, progress=progress, suggest=suggest, table=table, **_of_a_file(path, given))
+    for name, value in given.items():
+        if value is not None and name != "crankpin_in_file":
+            option = VERB.flag(name)
             raise UsageError(f"{option} beside a job: it says its own; --set crankshaft.... changes it")
-    return inspect(path, progress=progress, settings=arguments.settings, suggest=suggest, table=table)
+    return inspect(path, progress=progress, settings=settings, suggest=suggest, table=table)
 
 
 def _table(arguments: argparse.Namespace) -> TableOptions | None:
@@ -181,23 +162,17 @@ def _table(arguments: argparse.Namespace) -> TableOptions | None:
         raise UsageError(f"{error}; or one of {', '.join(DATUMS)}") from None
 
 
-def _keywords(arguments: argparse.Namespace) -> dict[str, Any]:
+def _of_a_file(path: Path, given: Keywords) -> Keywords:
     """Return the options as ``read_crank`` takes them."""
-    from autobalance.command.console import warn
-    from autobalance.solid.formats.registry import names_bodies, needs_unit
+    from autobalance.solid.formats.registry import names_bodies
 
-    path, unit = Path(arguments.crank), arguments.unit
-    density = STEEL_KG_M3 if arguments.density_kg_m3 is None else arguments.density_kg_m3
+    density = STEEL_KG_M3 if given["density_kg_m3"] is None else given["density_kg_m3"]
     if not 0.0 < density < float("inf"):
         raise UsageError(f"--density-kg-m3 is {density:g}; must be > 0")
-    if unit is None and needs_unit(path) and path.is_file():
-        warn(f"{path.suffix.upper()[1:]} carries no unit: taken as mm; --unit says otherwise")
-        unit = "mm"
     return {
-        "unit": unit,
+        **given,
+        "unit": unit_or_mm(given["unit"], path),
         "density_kg_m3": density,
-        "crankpin_in_file": CRANKPIN_IN_FILE[arguments.crankpin_in_file],
-        "body": body_of(arguments.body, names_bodies(path)),
-        "axis_point_mm": arguments.axis_point,
-        "axis_direction": arguments.axis_direction,
+        "crankpin_in_file": CRANKPIN_IN_FILE.get(given["crankpin_in_file"]),
+        "body": body_of(given["body"], names_bodies(path)),
     }

@@ -2,23 +2,12 @@
 
 from __future__ import annotations
 
-import argparse
+from autobalance.command.options import add_json, add_output, add_plots, add_units
+from autobalance.command.verb import Option, Verb
 
-from autobalance.command.options import add_json, add_plots, add_units
-
-
-def add_arguments(parser: argparse.ArgumentParser) -> None:
-    """Describe the command line."""
-    parser.add_argument("machine", metavar="MACHINE.toml", help="machine, rotor, its unbalance, noise")
-    parser.add_argument("-o", dest="output", metavar="DIR", help="write reading.toml, for `recut`, to DIR")
-    add_json(parser)
-    add_units(parser)
-    add_plots(parser)
-
-
-def run(arguments: argparse.Namespace) -> int:
-    """Print the reading; 0 unless something is wrong with the file."""
-    from autobalance.api.machine import machine
-    from autobalance.command.finish import finish
-
-    return finish(arguments, machine(arguments.machine), (arguments.machine,))
+VERB = Verb(
+    "api.machine:machine",
+    examples=("autobalance machine machine.toml -o readings",),
+    options={"machine_file": Option(metavar="MACHINE.toml")},
+    writes=(add_output("the report and reading.toml, for recut"), add_json, add_units, add_plots),
+)

@@ -132,6 +132,7 @@ def _parser(listed: Iterable[str], wanted: Callable[[str], bool]) -> argparse.Ar
         )
         if wanted(name):
             module = import_module(f"autobalance.command.{name}")
-            module.add_arguments(subparser)
-            subparser.set_defaults(run=module.run)
+            verb = getattr(module, "VERB", module)
+            verb.add_arguments(subparser)
+            subparser.set_defaults(run=getattr(module, "run", verb.run))
     return parser

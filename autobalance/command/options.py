@@ -1,21 +1,25 @@
-"""Options that several commands share."""
+"""Options that name files and units of results: what a public function does not know of."""
 
 from __future__ import annotations
 
 import argparse
-from typing import TYPE_CHECKING, Any
+from collections.abc import Callable
+from typing import TYPE_CHECKING
 
-from autobalance.errors import UsageError
 from autobalance.report.output_kinds import KINDS, choices
 
 if TYPE_CHECKING:
     from autobalance.report.material import Choice
 
+Adder = Callable[[argparse.ArgumentParser], None]
+
 
 def add_json(parser: argparse.ArgumentParser) -> None:
     """Offer ``--json FILE``."""
     parser.add_argument(
-        "--json", metavar="FILE", help="write the report to FILE too; - prints it, and nothing else"
+        "--json",
+        metavar="FILE",
+        help="file for the report as JSON; - prints it and nothing else (default: not written)",
     )
 
 
@@ -25,91 +29,33 @@ def add_units(parser: argparse.ArgumentParser) -> None:
         "--units",
         choices=("metric", "inch"),
         default="metric",
-        help="units of the summary (inch: in, oz, oz·in); files stay metric",
+        help="units of the printed summary; inch is in, oz and oz·in; files stay metric (default: metric)",
     )
 
 
-def add_speed(parser: argparse.ArgumentParser) -> None:
-    """Offer ``--speed-rpm``."""
-    parser.add_argument(
-        "--speed-rpm", type=float, metavar="N", help="crank speed (default: balance.speed_rpm of the job)"
-    )
+def add_output(what: str, usual: str = "not written") -> Adder:
+    """Return what offers ``-o DIR``; ``what`` says which files are written there."""
+
+    def add(parser: argparse.ArgumentParser) -> None:
+        parser.add_argument("-o", "--output", metavar="DIR", help=f"folder for {what} (default: {usual})")
+
+    return add
 
 
-def add_reference(parser: argparse.ArgumentParser) -> None:
-    """Offer ``--reference-z``."""
-    parser.add_argument(
-        "--reference-z",
-        type=float,
-        metavar="MM",
-        help="z that moments are taken about, rotor frame (default: the middle of the outermost mains)",
-    )
+def add_series(what: str) -> Adder:
+    """Return what offers ``--series FILE.csv``; ``what`` says what its rows are."""
 
+    def add(parser: argparse.ArgumentParser) -> None:
+        parser.add_argument("--series", metavar="FILE.csv", help=f"file for {what} (default: not written)")
 
-def unbalance_unit(text: str) -> str:
-    """Return the name of a unit of unbalance, however it is typed: ``oz-in``, ``gmm``, ``KG.MM``."""
-    from autobalance.job.toml.typed_units import unbalance_unit as named
-    from autobalance.units import G_MM_PER
-
-    found = named(text)
-    if found is None:
-        raise argparse.ArgumentTypeError(f"{text!r} is none of {', '.join(G_MM_PER)} (oz-in, gmm, ...)")
-    return found
-
-
-def mass_unit(text: str) -> str:
-    """Return the name of a unit of mass in any case."""
-    from autobalance.units import G_PER
-
-    if text.lower() not in G_PER:
-        raise argparse.ArgumentTypeError(f"{text!r} is none of {', '.join(G_PER)}")
-    return text.lower()
-
-
-def length_unit(text: str) -> str:
-    """Return the name of a unit of length in any case; inches are ``inch``, ``in`` or a double quote."""
-    from autobalance.units import MM_PER
-
-    found = {"in": "inch", '"': "inch"}.get(text.lower(), text.lower())
-    if found not in MM_PER:
-        raise argparse.ArgumentTypeError(f"{text!r} is none of {', '.join(MM_PER)}")
-    return found
-
-
-def add_set(parser: argparse.ArgumentParser) -> None:
-    """Offer ``--set``."""
-    parser.add_argument(
-        "--set",
-        dest="settings",
-        action="append",
-        default=[],
-        metavar="KEY=VALUE",
-        help="set a key of the job first, balance.factor=0.5 say; may be given several times",
-    )
-
-
-def add_workers(parser: argparse.ArgumentParser) -> None:
-    """Offer ``--workers``, ``--cluster`` and ``--cluster-timeout``."""
-    where = parser.add_mutually_exclusive_group()
-    where.add_argument("--workers", type=int, metavar="N", help="processes here (default: one a core)")
-    where.add_argument("--cluster", metavar="tcp://HOST:PORT", help="the workers of a Dask cluster instead")
-    parser.add_argument(
-        "--cluster-timeout", type=float, default=10.0, metavar="S", help="how long it may take to answer (10)"
-    )
-
-
-def workers_given(arguments: argparse.Namespace) -> dict[str, Any]:
-    """Return what ``add_workers`` has read, as public functions take it."""
-    return {
-        "workers": arguments.workers,
-        "cluster": arguments.cluster,
-        "cluster_timeout_s": arguments.cluster_timeout,
-    }
+    return add
 
 
 def add_plots(parser: argparse.ArgumentParser) -> None:
     """Offer ``--plots``."""
-    parser.add_argument("--plots", metavar="DIR", help="write plots to DIR, each as SVG and PNG")
+    parser.add_argument(
+        "--plots", metavar="DIR", help="folder for plots, each as SVG and PNG (default: not written)"
+    )
 
 
 def add_pages(parser: argparse.ArgumentParser) -> None:
@@ -120,8 +66,8 @@ def add_pages(parser: argparse.ArgumentParser) -> None:
         "--only",
         metavar="LIST",
         type=kinds_of,
-        help=f"write only these kinds of file beside the solid, of {', '.join(choices())} "
-        f"(default: all but {', '.join(left_out)}; json is always written)",
+        help=f"kinds of file to write beside the solid and report.json, with commas between: "
+        f"{', '.join(choices())} (default: all but {', '.join(left_out)})",
     )
     which.add_argument(
         "--no-report",
@@ -129,7 +75,7 @@ def add_pages(parser: argparse.ArgumentParser) -> None:
         help="write the solid and report.json only: no page, sheet or picture",
     )
     parser.add_argument(
-        "--paper", choices=("A4", "Letter"), default="A4", help="paper of sheet.pdf (default A4)"
+        "--paper", choices=("A4", "Letter"), default="A4", help="paper of sheet.pdf (default: A4)"
     )
 
 
@@ -149,41 +95,3 @@ def chosen_pages(arguments: argparse.Namespace) -> Choice:
     from autobalance.report.bundle import choice_of
 
     return choice_of(() if arguments.no_report else arguments.only, arguments.paper, arguments.units)
-
-
-def add_suggest(parser: argparse.ArgumentParser, says: str) -> None:
-    """Add ``--suggest KEY=VALUE``."""
-    parser.add_argument("--suggest", action="append", nargs="?", const="", metavar="KEY=VALUE", help=says)
-
-
-def suggest_of(given: list[str] | None) -> dict[str, float] | None:
-    """Return what ``--suggest`` asks for; None without it.
-
-    Raises
-    ------
-    UsageError
-        If a value is no number.
-    """
-    if given is None:
-        return None
-    wanted = {}
-    for text in filter(None, given):
-        key, equals, value = text.partition("=")
-        try:
-            wanted[key.strip()] = float(value if equals else "none")
-        except ValueError:
-            raise UsageError(
-                f"--suggest {text!r}; must be balance_factor=NUMBER or inertia_kg_mm2=NUMBER"
-            ) from None
-    return wanted
-
-
-def body_of(text: str | None, named: bool) -> Any:
-    """Return what ``--body`` names: a number, a name where the format has names, or all."""
-    if text in (None, "all"):
-        return text
-    if str(text).isdecimal() and int(str(text)) >= 1:
-        return int(str(text))
-    if text and named:
-        return text
-    raise UsageError(f"--body is {text!r}; must be a number from 1, or all")

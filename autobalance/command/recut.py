@@ -7,25 +7,18 @@ from pathlib import Path
 
 from autobalance.command.options import add_json, add_pages, add_units, chosen_pages
 from autobalance.command.progress import add_progress, mode_of
+from autobalance.command.verb import Option, Verb
 
-
-def add_arguments(parser: argparse.ArgumentParser) -> None:
-    """Describe the command line."""
-    parser.add_argument("report", metavar="REPORT.json", help="of `balance` or `recut`, its solid beside it")
-    parser.add_argument("reading", metavar="READING.toml", help="what the balancing machine read")
-    parser.add_argument(
-        "-o",
-        "--output",
-        metavar="DIR",
-        help="folder of the results (default: stage-N beside stage 1's report)",
-    )
-    parser.add_argument(
-        "--trust-reading", action="store_true", help="go on though a usual mistake would explain the reading"
-    )
-    add_json(parser)
-    add_units(parser)
-    add_pages(parser)
-    add_progress(parser)
+VERB = Verb(
+    "api.recut:recut",
+    examples=("autobalance recut job-balanced/report.json reading.toml",),
+    options={
+        "report": Option(metavar="REPORT.json"),
+        "reading": Option(metavar="READING.toml"),
+        "folder": Option(("-o", "--output"), metavar="DIR"),
+    },
+    writes=(add_json, add_units, add_pages, add_progress),
+)
 
 
 def run(arguments: argparse.Namespace) -> int:
@@ -43,13 +36,7 @@ def run(arguments: argparse.Namespace) -> int:
         if copy is not None and copy.resolve() == Path(source).resolve():
             raise UsageError(f"--json {copy} would overwrite a file that is read; choose another place")
     with shown(mode_of(arguments)) as progress:
-        result = recut(
-            arguments.report,
-            arguments.reading,
-            folder=arguments.output,
-            trust_reading=arguments.trust_reading,
-            progress=progress,
-        )
+        result = recut(**VERB.keywords(arguments), progress=progress)
         folder = result.folder
         if (folder / "report.json").resolve() == Path(arguments.report).resolve():
             raise UsageError(f"{folder} holds the report that is read; choose another folder with -o")

@@ -7,7 +7,10 @@ import argparse
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Describe the command line."""
-    parser.add_argument("name", metavar="NAME", nargs="?", help="kind of file; none: list the names")
+    parser.epilog = "examples:\n  autobalance schema\n  autobalance schema job > job.schema.json"
+    parser.add_argument(
+        "name", metavar="NAME", nargs="?", help="name of the kind of file (default: the names are listed)"
+    )
 
 
 def run(arguments: argparse.Namespace) -> int:

@@ -5,25 +5,10 @@ from __future__ import annotations
 import argparse
 from pathlib import Path
 
+from autobalance.command.options import add_output
+from autobalance.command.verb import NOT_TYPED, Option, Verb
+
 KINDS = ("pdf", "dxf")
-
-
-def add_arguments(parser: argparse.ArgumentParser) -> None:
-    """Describe the command line."""
-    parser.add_argument("report", metavar="REPORT.json", help="of `balance` or `recut`, its solid beside it")
-    parser.add_argument(
-        "-o", "--output", metavar="DIR", help="folder of the files (default: the report's folder)"
-    )
-    parser.add_argument(
-        "--only",
-        metavar="LIST",
-        type=_kinds_of,
-        help="pdf, dxf (default: pdf, and dxf where the extra of its name is installed)",
-    )
-    parser.add_argument("--paper", choices=("A4", "Letter"), default="A4", help="paper of sheet.pdf (A4)")
-    parser.add_argument(
-        "--units", choices=("metric", "inch"), default="metric", help="units of sheet.pdf (the DXF is in mm)"
-    )
 
 
 def _kinds_of(text: str) -> tuple[str, ...]:
@@ -33,6 +18,20 @@ def _kinds_of(text: str) -> tuple[str, ...]:
     return kinds
 
 
+VERB = Verb(
+    "api.sheet:sheet",
+    examples=("autobalance sheet job-balanced/report.json --paper Letter --units inch -o letter",),
+    options={
+        "report": Option(metavar="REPORT.json"),
+        "only": Option(
+            metavar="LIST", normal=_kinds_of, unset=True, usual="pdf, and dxf where its extra is installed"
+        ),
+        "date": NOT_TYPED,
+    },
+    writes=(add_output("the files", "the report's folder"),),
+)
+
+
 def run(arguments: argparse.Namespace) -> int:
     """Draw what a report lists; nothing is measured."""
     from importlib.util import find_spec
@@ -40,10 +39,9 @@ def run(arguments: argparse.Namespace) -> int:
     from autobalance.api.sheet import sheet
     from autobalance.command.console import say
 
-    usual = KINDS if find_spec("ezdxf") is not None else ("pdf",)
-    result = sheet(
-        arguments.report, only=arguments.only or usual, paper=arguments.paper, units=arguments.units
-    )
+    given = VERB.keywords(arguments)
+    given["only"] = given["only"] or (KINDS if find_spec("ezdxf") is not None else ("pdf",))
+    result = sheet(**given)
     folder = Path(arguments.output) if arguments.output else Path(arguments.report).parent
     written = result.write(folder)
     say(f"{result.text()}\n\nWritten: {', '.join(map(str, written))}")

@@ -16,8 +16,6 @@ if TYPE_CHECKING:
     from autobalance.api.balance import BalanceResult
     from autobalance.api.crank import Crank
 
-DEFAULT_PROJECT = "autobalance-project"
-
 
 @overload
 def app(source: Crank | BalanceResult) -> Any: ...
@@ -29,7 +27,7 @@ def app(
     *,
     port: int = 0,
     browser: bool = True,
-    project: str | Path = DEFAULT_PROJECT,
+    project: str | Path = "autobalance-project",
     max_upload_mb: int = 512,
     memory_mb: int = 4096,
     told: Callable[[str], None] | None = None,
@@ -41,7 +39,7 @@ def app(
     *,
     port: int = 0,
     browser: bool = True,
-    project: str | Path = DEFAULT_PROJECT,
+    project: str | Path = "autobalance-project",
     max_upload_mb: int = 512,
     memory_mb: int = 4096,
     told: Callable[[str], None] | None = None,
@@ -53,19 +51,20 @@ def app(
     Parameters
     ----------
     source : path, Crank, BalanceResult or None
-        A crank, a job, a report or its folder: copied into the project. An object: shown in a notebook.
+        Crank, job, report or its folder that is copied into the project; None: an empty project. An object:
+        shown in a notebook.
     port : int
-        0: any that is free.
+        Port on 127.0.0.1; 0 is any that is free.
     browser : bool
-        Open the address.
+        Print the address without opening it. True: open it.
     project : path
-        Folder of the project, made where it is missing; taken up where it was left.
+        Folder of the project, made where it is missing, taken up where it was left.
     max_upload_mb : int
-        Largest file that is taken in [MB].
+        Largest file that may be uploaded [MB].
     memory_mb : int
-        What one run may use [MB].
+        Memory of one run [MB].
     told : callable or None
-        Told the address.
+        Called with the address.
 
     Returns
     -------

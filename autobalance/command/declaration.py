@@ -1,0 +1,101 @@
+"""What a public function declares: the name, type, default and meaning of each of its parameters.
+
+Its signature and docstring are taken from the source without importing the module, whose numpy and scipy
+would make ``--help`` ten times as slow.
+"""
+
+from __future__ import annotations
+import __future__
+
+import re
+from collections.abc import Callable, Mapping
+from functools import cache
+from pathlib import Path
+from typing import Any, NamedTuple
+
+from autobalance.api.common_parameters import COMMON
+
+PACKAGE = Path(__file__).parents[1]
+REQUIRED = object()
+"""Default of a parameter that has none."""
+
+
+class Parameter(NamedTuple):
+    """A parameter as its function declares it.
+
+    Attributes
+    ----------
+    name : str
+    type : str
+        As annotated, without ``| None``.
+    default : object
+        ``REQUIRED`` where there is none.
+    choices : tuple of str
+        Where the docstring's type is a set, ``{"mm", "inch"}``; else empty.
+    meaning : str
+        The first sentence of its description in the docstring.
+    """
+
+    name: str
+    type: str
+    default: Any
+    choices: tuple[str, ...]
+    meaning: str
+
+
+@cache
+def parameters_of(function: str) -> Mapping[str, Parameter]:
+    """Return the parameters of a function, named as ``"api.orders:orders"``, in their order."""
+    stub = _stub(function)
+    described = _described(stub.__doc__ or "")
+    code = stub.__code__
+    positional = code.co_varnames[: code.co_argcount]
+    keyword = code.co_varnames[code.co_argcount : code.co_argcount + code.co_kwonlyargcount]
+    given = stub.__defaults__ or ()
+    defaults = {
+        **dict(zip(positional[len(positional) - len(given) :], given, strict=True)),
+        **(stub.__kwdefaults__ or {}),
+    }
+    found = {}
+    for name in (*positional, *keyword):
+        kind, meaning = described.get(name) or COMMON.get(name, ("", ""))
+        found[name] = Parameter(
+            name,
+            stub.__annotations__[name].removesuffix(" | None"),
+            defaults.get(name, REQUIRED),
+            tuple(re.findall(r'"([^"]+)"', kind)) if kind.startswith("{") else (),
+            _first_sentence(meaning),
+        )
+    return found
+
+
+def _stub(function: str) -> Callable[..., object]:
+    """Return the function without its body: signature and docstring, annotations as text."""
+    module, name = function.split(":")
+    source = PACKAGE.joinpath(*module.split(".")).with_suffix(".py").read_text(encoding="utf-8")
+    start = source.rindex(f"\ndef {name}(")
+    doc = source.index('"""', start) + 3
+    text = source[start : source.index('"""', doc) + 3]
+    scope: dict[str, Any] = {}
+    flags = __future__.annotations.compiler_flag
+    exec(compile(text, function, "exec", flags=flags, dont_inherit=True), scope)  # the program's own source
+    found: Callable[..., object] = scope[name]
+    return found
+
+
+def _described(doc: str) -> Mapping[str, tuple[str, str]]:
+    """Return type and description of each parameter in a numpy docstring."""
+    _, _, rest = doc.partition("Parameters\n    ----------\n")
+    section = re.split(r"\n\n", rest, maxsplit=1)[0].rstrip()
+    found: dict[str, tuple[str, str]] = {}
+    for entry in re.split(r"\n(?=    \S)", f"\n{section}")[1:]:
+        head, _, body = entry.strip().partition("\n")
+        names, _, kind = head.partition(" : ")
+        for name in names.split(", "):
+            found[name.strip("*")] = (kind, " ".join(body.split()))
+    return found
+
+
+def _first_sentence(text: str) -> str:
+    flat = " ".join(text.split()).replace("``", "")
+    return re.split(r"\.(?= [A-Z0-9(]|$)", flat, maxsplit=1)[0]

@@ -1,0 +1,154 @@
+"""Text of the command line as values of Python: numbers, pairs, tables, units."""
+
+from __future__ import annotations
+
+import argparse
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+
+from autobalance.errors import UsageError
+
+
+def numbers(option: str, text: str) -> tuple[float, ...]:
+    """Return numbers with commas between."""
+    try:
+        return tuple(float(word) for word in text.split(","))
+    except ValueError:
+        raise UsageError(
+            f"{option} is {text!r}; must be numbers with commas between, for example 0,0.5,1"
+        ) from None
+
+
+def number_pair(option: str, text: str) -> tuple[float, float]:
+    """Return two numbers."""
+    low, high = _two(option, numbers(option, text))
+    return low, high
+
+
+def word_pair(option: str, text: str) -> tuple[str, str]:
+    """Return two words."""
+    first, second = _two(option, text.split(","))
+    return first, second
+
+
+def _two(option: str, values: Sequence[Any]) -> Sequence[Any]:
+    if len(values) != 2:
+        raise UsageError(f"{option} has {len(values)} values; two are needed, with a comma between")
+    return values
+
+
+def number_table(option: str, text: str) -> dict[str, float]:
+    """Return ``KEY=NUMBER,KEY=NUMBER`` as a mapping."""
+    found = {}
+    for item in text.split(","):
+        key, sign, value = item.partition("=")
+        try:
+            found[key.strip()] = float(value)
+        except ValueError:
+            sign = ""
+        if not sign:
+            raise UsageError(f"{option} has {item!r}; must be KEY=NUMBER,KEY=NUMBER")
+    return found
+
+
+def factors_by_name(option: str, texts: Sequence[str]) -> dict[str, float | str]:
+    """Return texts ``NAME=FACTOR`` as a mapping; a factor may be a sensitivity, as text."""
+    found: dict[str, float | str] = {}
+    for item in texts:
+        name, sign, factor = item.partition("=")
+        if not sign or not name or not factor:
+            raise UsageError(f"{option} is {item!r}; must be NAME=FACTOR")
+        found[name] = factor
+    return found
+
+
+def settings(option: str, texts: Sequence[str]) -> list[str]:
+    """Return texts ``KEY=VALUE`` as they are."""
+    for text in texts:
+        key, sign, _ = text.partition("=")
+        if not sign or not key.strip():
+            raise UsageError(f"{option} {text!r} is no KEY=VALUE; expected for example balance.factor=0.5")
+    return list(texts)
+
+
+def dimensions(option: str, texts: Sequence[str]) -> dict[str, Any]:
+    """Return texts ``KEY=VALUE`` as a mapping, each value as TOML or, where it is none, as text."""
+    import tomllib
+
+    found: dict[str, Any] = {}
+    for text in texts:
+        key, equals, value = (each.strip() for each in text.partition("="))
+        if not (key and equals):
+            raise UsageError(f"{option} {text!r} is no KEY=VALUE; expected for example stroke_mm=58")
+        try:
+            found[key] = tomllib.loads(f"value = {value}")["value"]
+        except (ValueError, RecursionError):  # TOMLDecodeError is a ValueError
+            found[key] = value
+    return found
+
+
+def wanted(option: str, texts: Sequence[str]) -> dict[str, float]:
+    """Return texts ``KEY=NUMBER`` as a mapping, ``--suggest`` alone as an empty one."""
+    found = {}
+    for text in filter(None, texts):
+        key, equals, value = text.partition("=")
+        try:
+            found[key.strip()] = float(value if equals else "none")
+        except ValueError:
+            raise UsageError(
+                f"{option} {text!r}; must be balance_factor=NUMBER or inertia_kg_mm2=NUMBER"
+            ) from None
+    return found
+
+
+def body_of(text: str | None, named: bool) -> Any:
+    """Return which body ``--body`` asks for: a number, a name where the format has names, or all."""
+    if text in (None, "all"):
+        return text
+    if str(text).isdecimal() and int(str(text)) >= 1:
+        return int(str(text))
+    if text and named:
+        return text
+    raise UsageError(f"--body is {text!r}; must be a number from 1, or all")
+
+
+def unit_or_mm(unit: str | None, path: Path) -> str | None:
+    """Return the unit of a file: mm, with a warning, where neither the option nor the format says one."""
+    from autobalance.command.console import warn
+    from autobalance.solid.formats.registry import needs_unit
+
+    if unit is not None or not needs_unit(path) or not path.is_file():
+        return unit
+    warn(f"{path.suffix.upper()[1:]} carries no unit: taken as mm; --unit says otherwise")
+    return "mm"
+
+
+def unbalance_unit(text: str) -> str:
+    """Return the name of a unit of unbalance, however it is typed: ``oz-in``, ``gmm``, ``KG.MM``."""
+    from autobalance.job.toml.typed_units import unbalance_unit as named
+    from autobalance.units import G_MM_PER
+
+    found = named(text)
+    if found is None:
+        raise argparse.ArgumentTypeError(f"{text!r} is none of {', '.join(G_MM_PER)} (oz-in, gmm, ...)")
+    return found
+
+
+def mass_unit(text: str) -> str:
+    """Return the name of a unit of mass in any case."""
+    from autobalance.units import G_PER
+
+    if text.lower() not in G_PER:
+        raise argparse.ArgumentTypeError(f"{text!r} is none of {', '.join(G_PER)}")
+    return text.lower()
+
+
+def length_unit(text: str) -> str:
+    """Return the name of a unit of length in any case; inches are ``inch``, ``in`` or a double quote."""
+    from autobalance.units import MM_PER
+
+    found = {"in": "inch", '"': "inch"}.get(text.lower(), text.lower())
+    if found not in MM_PER:
+        raise argparse.ArgumentTypeError(f"{text!r} is none of {', '.join(MM_PER)}")
+    return found

@@ -1,0 +1,301 @@
+"""Commands that follow from a public function: its parameters become arguments and options.
+
+What a signature and a docstring cannot say (another spelling, a metavar, how text becomes a value) stands in
+``Option``; everything else is declared once, by the function.
+"""
+
+from __future__ import annotations
+
+import argparse
+import re
+from collections.abc import Callable, Mapping, Sequence
+from pathlib import Path
+from typing import Any, NamedTuple
+
+from autobalance.command import readers
+from autobalance.command.declaration import REQUIRED, Parameter, parameters_of
+from autobalance.command.options import add_json
+
+Keywords = dict[str, Any]
+
+
+NEGATIVE = re.compile(r"^-(\d+\.?\d*|\.\d+)([eE][-+]?\d+)?$")
+"""Before Python 3.14 argparse takes -3e-7 for an option."""
+
+
+class Option(NamedTuple):
+    """How a parameter is typed, where that does not follow from its declaration.
+
+    Attributes
+    ----------
+    flags : tuple of str
+        Spellings; empty: ``--`` and the parameter's name.
+    metavar : str, tuple of str or None
+    positional : bool
+        An argument without a dash, though it has a default.
+    normal : callable or None
+        Text → the value or the choice that is meant.
+    nargs : int or str or None
+        Number of words.
+    read : callable or None
+        (option as typed, text or texts) → value of the parameter.
+    repeated : bool
+        Whether the option may be given several times.
+    choices : tuple of str
+        What may be typed, where the program has a table of it.
+    value : bool or None
+        Value of an option without words, where it is not the opposite of its default.
+    required : bool
+        An option that must be given, though the parameter has a default.
+    usual : str
+        The default in words, where the command has its own.
+    alone : str or None
+        What the option stands for without a value; None: it needs one.
+    unset : bool
+        Leave the option None where it is not typed, in place of the parameter's default.
+    """
+
+    flags: tuple[str, ...] = ()
+    metavar: str | tuple[str, ...] | None = None
+    positional: bool = False
+    normal: Callable[[str], object] | None = None
+    nargs: int | str | None = None
+    read: Callable[[str, Any], Any] | None = None
+    repeated: bool = False
+    choices: tuple[str, ...] = ()
+    value: bool | None = None
+    required: bool = False
+    usual: str = ""
+    alone: str | None = None
+    unset: bool = False
+
+
+UNIT = Option(normal=readers.length_unit)
+COMMON: Mapping[str, Option] = {
+    "cluster": Option(metavar="tcp://HOST:PORT"),
+    "cluster_timeout_s": Option(("--cluster-timeout",), metavar="S"),
+    "reference_z_mm": Option(("--reference-z",), metavar="MM"),
+    "settings": Option(("--set",), metavar="KEY=VALUE", read=readers.settings, repeated=True),
+    "unit": UNIT,
+}
+"""Parameters that are typed alike wherever they are."""
+SUGGEST = Option(metavar="KEY=VALUE", read=readers.wanted, repeated=True, alone="")
+EXCLUSIVE = (("workers", "cluster"),)
+READERS: Mapping[str, Callable[[str, Any], Any]] = {
+    "Sequence[float]": readers.numbers,
+    "tuple[float, float]": readers.number_pair,
+    "tuple[str, str]": readers.word_pair,
+    "Mapping[str, float]": readers.number_table,
+}
+"""Type of a parameter → how its text is read."""
+NUMBERS: Mapping[str, type] = {"int": int, "float": float}
+UNITS = {"rpm": "RPM", "mm": "MM", "kg_m3": "KG/M3", "gpa": "GPA", "s": "S", "mb": "MB"}
+"""End of a parameter's name → what stands for its value in the help."""
+NAMES = ("Poisson", "Dask")
+"""Words that keep their capital."""
+OF_PYTHON = ("Crank", "Progress", "Callable[", "TableOptions")
+"""Parameters of these types are objects of Python, which nobody can type."""
+NOT_TYPED = Option()
+"""Stands for a parameter that is for Python alone, though it could be typed."""
+
+
+class Verb(NamedTuple):
+    """A command that calls one public function and prints its result.
+
+    Attributes
+    ----------
+    function : str
+        As ``"api.orders:orders"``.
+    examples : tuple of str
+        Lines at the end of ``--help``.
+    options : mapping
+        By parameter.
+    writes : tuple of callable
+        Options for results: each is called with the parser.
+    adjust : callable or None
+        Called with the keywords of the function and the arguments before the function is called: refuses what
+        does not go together, and adds what follows from the rest.
+    series : callable or None
+        Result → bytes of the file that ``--series`` asks for.
+    outputs : tuple of str
+        Parameters that are paths of files to write: they are not among those read.
+    notes : callable or None
+        Last lines of ``--help``.
+    also : str
+        Another function, whose parameters this one takes as ``**keywords``.
+    """
+
+    function: str
+    examples: tuple[str, ...] = ()
+    options: Mapping[str, Option] = {}
+    writes: tuple[Callable[[argparse.ArgumentParser], None], ...] = (add_json,)
+    adjust: Callable[[Keywords, argparse.Namespace], None] | None = None
+    series: Callable[[Any], bytes] | None = None
+    outputs: tuple[str, ...] = ()
+    notes: Callable[[], str] | None = None
+    also: str = ""
+
+    def add_arguments(self, parser: argparse.ArgumentParser) -> None:
+        """Describe the command line."""
+        lines = ["examples:", *(f"  {line}" for line in self.examples)] if self.examples else []
+        parser.epilog = "\n".join(lines + ([] if self.notes is None else [self.notes()]))
+        declared = self._typed()
+        groups = {}
+        for together in EXCLUSIVE:
+            if all(name in declared for name in together):
+                groups.update(dict.fromkeys(together, parser.add_mutually_exclusive_group()))
+        for parameter, option in declared.values():
+            add_option(groups.get(parameter.name, parser), parameter, option)
+        for add in self.writes:
+            add(parser)
+
+    def run(self, arguments: argparse.Namespace) -> int:
+        """Call the function, write and print its result; return the exit code."""
+        from importlib import import_module
+
+        from autobalance.command.finish import finish
+        from autobalance.command.progress import shown
+
+        keywords = self.keywords(arguments)
+        module, name = self.function.split(":")
+        function = getattr(import_module(f"autobalance.{module}"), name)
+        takes_progress = "progress" in parameters_of(self.function)
+        with shown() as progress:
+            result = function(**keywords, **({"progress": progress} if takes_progress else {}))
+        files = {}
+        if self.series is not None and arguments.series is not None:
+            files[Path(arguments.series)] = self.series(result)
+        return finish(arguments, result, self.sources(arguments), files)
+
+    def keywords(self, arguments: argparse.Namespace) -> Keywords:
+        """Return the function's keywords as they were typed."""
+        found: Keywords = {}
+        for name, (parameter, option) in self._typed().items():
+            value = getattr(arguments, name)
+            read = option.read or READERS.get(parameter.type)
+            if read is not None and option.nargs is None and isinstance(value, str | list):
+                value = read(flag_of(parameter, option), value)
+            found[name] = value
+        if self.adjust is not None:
+            self.adjust(found, arguments)
+        if self._reads_a_job():
+            from autobalance.api.job import read_job
+
+            found["job"] = read_job(found["job"], found.pop("settings"))
+        return found
+
+    def flag(self, name: str) -> str:
+        """Return how a parameter is typed."""
+        return flag_of(*self._typed()[name])
+
+    def sources(self, arguments: argparse.Namespace) -> tuple[str, ...]:
+        """Return the paths that are read."""
+        typed = {name: parameter for name, (parameter, _) in self._typed().items()}
+        paths = [name for name, each in typed.items() if "Path" in each.type or each.type == "JobSource"]
+        given = [getattr(arguments, name) for name in paths if name not in self.outputs]
+        return tuple(path for path in given if path is not None)
+
+    def _typed(self) -> dict[str, tuple[Parameter, Option]]:
+        """Return the parameters that can be typed, with how."""
+        declared = dict(parameters_of(self.function))
+        if self.also:
+            declared = {**parameters_of(self.also), **declared}
+        if self._reads_a_job():
+            declared["settings"] = SETTINGS
+        return {
+            name: (each, self.options.get(name) or COMMON.get(name) or Option())
+            for name, each in declared.items()
+            if self.options.get(name) is not NOT_TYPED
+            and (each.default is REQUIRED or not each.type.startswith(OF_PYTHON))
+        }
+
+    def _reads_a_job(self) -> bool:
+        found = parameters_of(self.function).get("job")
+        return found is not None and found.type == "JobSource"
+
+
+def _settings() -> Parameter:
+    from autobalance.api.common_parameters import COMMON as MEANINGS
+
+    return Parameter("settings", "Sequence[str]", (), (), MEANINGS["settings"][1].partition(". ")[0])
+
+
+SETTINGS = _settings()
+
+
+def flag_of(parameter: Parameter, option: Option) -> str:
+    """Return an option as it is typed."""
+    if option.flags:
+        return option.flags[0]
+    no = "no-" if parameter.type == "bool" and parameter.default is True else ""
+    return f"--{no}{parameter.name.replace('_', '-')}"
+
+
+def add_option(parser: argparse._ActionsContainer, parameter: Parameter, option: Option) -> None:
+    """Add the argument or option of a parameter."""
+    positional = option.positional or (parameter.default is REQUIRED and not option.flags)
+    keywords: Keywords = {"help": help_of(parameter, option)}
+    if parameter.type == "bool" and not option.choices:
+        value = parameter.default is not True if option.value is None else option.value
+        parser.add_argument(
+            *(option.flags or (flag_of(parameter, option),)),
+            dest=parameter.name, action="store_const", const=value, default=parameter.default, **keywords,
+        )  # fmt: skip
+        return
+    choices = option.choices or parameter.choices
+    keywords["metavar"] = option.metavar or (None if choices else _metavar(parameter, positional))
+    keywords["type"] = option.normal or NUMBERS.get(parameter.type)
+    if option.nargs is not None and option.read is None:
+        keywords.update(nargs=option.nargs, type=float)
+        parser._negative_number_matcher = NEGATIVE
+    if option.repeated:
+        keywords.update(action="append", default=None if parameter.default is None else [])
+        if option.alone is not None:
+            keywords.update(nargs="?", const=option.alone)
+    elif parameter.default is not REQUIRED and not option.unset:
+        keywords["default"] = parameter.default
+    if choices:
+        keywords["choices"] = choices
+    if positional:
+        if parameter.default is not REQUIRED:
+            keywords["nargs"] = "?"
+        parser.add_argument(parameter.name, **keywords)
+        return
+    flags = option.flags or (flag_of(parameter, option),)
+    required = option.required or parameter.default is REQUIRED
+    parser.add_argument(*flags, dest=parameter.name, required=required, **keywords)
+
+
+def _metavar(parameter: Parameter, positional: bool) -> str:
+    if positional:
+        return parameter.name.upper()
+    for unit, shown in UNITS.items():
+        if parameter.name.endswith(f"_{unit}"):
+            return shown
+    if "Path" in parameter.type:
+        return "FILE"
+    return {"int": "N", "float": "X", "Sequence[float]": "X,X,..."}.get(parameter.type, "NAME")
+
+
+def help_of(parameter: Parameter, option: Option) -> str:
+    """Return the help of an option: what it sets, and its default.
+
+    The meaning is the first sentence of the parameter's description; what follows ``None:`` is the default.
+    """
+    words, _, absent = parameter.meaning.partition("; None: ")
+    if words[1:2].islower() and not words.startswith(NAMES):
+        words = words[0].lower() + words[1:]
+    if (parameter.type == "bool" and not option.choices) or option.required or parameter.default is REQUIRED:
+        shown = ""
+    elif option.usual or parameter.default is None:
+        shown = option.usual or absent or "none"
+    elif isinstance(parameter.default, str):
+        shown = parameter.default
+    elif isinstance(parameter.default, Sequence):
+        shown = ",".join(f"{each:g}" if isinstance(each, float) else str(each) for each in parameter.default)
+    else:
+        shown = f"{parameter.default:g}"
+    if option.repeated:
+        words += "; may be repeated"
+        shown = shown or "none"
+    return (words + (f" (default: {shown})" if shown else "")).replace("%", "%%")

@@ -1,0 +1,79 @@
+"""Options follow from the signature and the docstring of the function that a command calls."""
+
+import inspect
+import subprocess
+import sys
+from importlib import import_module
+from typing import Any, get_args
+
+import pytest
+
+import autobalance
+from autobalance.command.declaration import REQUIRED, parameters_of
+from autobalance.command.main import COMMANDS, full_parser
+from autobalance.command.verb import Verb
+
+VERBS: dict[str, Verb] = {
+    name: module.VERB
+    for name in COMMANDS
+    if hasattr(module := import_module(f"autobalance.command.{name}"), "VERB")
+}
+FUNCTIONS = [name for name in autobalance.PUBLIC if name[0].islower()]
+
+
+@pytest.mark.parametrize("name", VERBS)
+def test_what_is_read_from_the_source_is_the_functions_signature(name: str) -> None:
+    module, function = VERBS[name].function.split(":")
+    found = getattr(import_module(f"autobalance.{module}"), function)
+    real = {
+        each.name: (
+            each.annotation.removesuffix(" | None"),
+            REQUIRED if each.default is inspect.Parameter.empty else each.default,
+        )
+        for each in inspect.signature(found).parameters.values()
+        if each.kind is not inspect.Parameter.VAR_KEYWORD
+    }
+    declared = parameters_of(VERBS[name].function)
+    assert {each.name: (each.type, each.default) for each in declared.values()} == real
+
+
+@pytest.mark.parametrize("name", FUNCTIONS)
+def test_every_parameter_of_a_public_function_is_documented_in_its_order(name: str) -> None:
+    function = getattr(autobalance, name)
+    doc = inspect.getdoc(function) or ""
+    section = doc.partition("Parameters\n----------\n")[2].partition("\n\n")[0]
+    heads = [line.partition(" : ")[0] for line in section.splitlines() if line[:1] not in ("", " ")]
+    documented = [each.strip("*") for head in heads for each in head.split(", ")]
+    assert documented == list(inspect.signature(function).parameters)
+
+
+def test_choices_are_those_of_the_program() -> None:
+    from autobalance.signal.quantities import Quantity
+    from autobalance.signal.windows import COSINES
+    from autobalance.units import MM_PER
+
+    orders = parameters_of("api.orders:orders")
+    assert set(orders["window"].choices) == set(COSINES)
+    assert set(orders["quantity"].choices) == set(get_args(Quantity))
+    for verb in VERBS.values():
+        choices = parameters_of(verb.function).get("unit")
+        assert choices is None or not choices.choices or choices.choices == tuple(MM_PER)
+
+
+def test_the_help_of_all_commands_loads_no_numpy() -> None:
+    code = "import sys; from autobalance.command.main import full_parser; full_parser().format_help()"
+    code += "; raise SystemExit(any(name in sys.modules for name in ('numpy', 'scipy')))"
+    assert subprocess.run([sys.executable, "-c", code], check=False).returncode == 0
+
+
+@pytest.mark.parametrize("name", COMMANDS)
+def test_every_option_says_what_it_sets_and_its_default(name: str) -> None:
+    commands: Any = next(each.choices for each in full_parser()._actions if each.dest == "command")
+    assert f"autobalance {name}" in commands[name].epilog.partition("examples:\n")[2]
+    for action in commands[name]._actions:
+        words = action.help
+        assert words, action.dest
+        assert words[0] not in "(-", words
+        if action.option_strings and action.nargs != 0 and not action.required:
+            assert words.endswith(")"), words
+            assert "(default: " in words, words
