@@ -10,7 +10,7 @@ import numpy as np
 
 from autobalance import correction
 from autobalance.balancing.measuring import Measure, Measured, in_memory, refuse_sum
-from autobalance.balancing.offers import Offers, best_offer, why_not_used, workpiece
+from autobalance.balancing.offers import BestOffer, Offers, best_offer, why_not_used, workpiece
 from autobalance.balancing.rotor import Rotor
 from autobalance.correction import Limits
 from autobalance.correction.contract import Array, Correction, Cut, Prefer
@@ -151,94 +151,122 @@ def balance(
     CorrectionError
         If a correction cannot be set up as the job asks.
     """
-    initial_moments = rotor.moments
-    initial = Unbalance.of(initial_moments + rotor.loads)
-    initial_doubt = rotor.doubt(initial_moments)
-
-    def untouched(outcome: Outcome, reason: str | None, steps: Sequence[Step] = ()) -> Result:
-        return left_as_it_is(rotor, outcome, reason, steps)
-
-    if not cut_anyway and tolerance.is_met_by(initial, initial_doubt):
-        return untouched("already_within_tolerance", None)
+    initial = Unbalance.of(rotor.moments + rotor.loads)
+    doubt = rotor.doubt(rotor.moments)
+    if not cut_anyway and tolerance.is_met_by(initial, doubt):
+        return left_as_it_is(rotor, "already_within_tolerance", None)
     progress("planning the correction")
-    found = best_offer(rotor, tolerance, methods, initial, prefer, offers)
-    offer, plan = found.offer, found.plan
-
-    def fixes() -> list[Relaxation]:
-        if not advise:
-            return []
-        progress("looking for what would suffice")
-        work = workpiece(rotor, tolerance, initial, 1.0)
-        return relaxations(Attempt(work, found.methods, tuple(methods), offer, initial, tolerance))
-
-    def why(residual: Unbalance) -> tuple[str, tuple[Relaxation, ...]]:
-        computed, bound = fixes(), least_share(initial, tolerance, offer)
-        return _why(_shortfall(rotor, tolerance, offer, plan, residual), computed, bound)
-
-    def left_alone(steps: Sequence[Step] = ()) -> Result:
-        if tolerance.is_met_by(initial, initial_doubt):
-            return untouched("already_within_tolerance", None, steps)
-        uncertain = tolerance.why_not(initial, initial_doubt, plan.binding)
-        reason, relaxed = (uncertain, ()) if uncertain else why(initial)
-        return replace(untouched("above_tolerance", reason, steps), notes=found.notes, relaxations=relaxed)
-
-    if not plan.depths_mm.any():
-        return left_alone()
+    chosen = best_offer(rotor, tolerance, methods, initial, prefer, offers)
+    run = _Run(rotor, tolerance, tuple(methods), prefer, advise, progress, initial, doubt, chosen)
+    if not chosen.plan.depths_mm.any():
+        return run.left_alone(chosen.plan)
 
     steps: list[Step] = []
-    best: Pass | None = None
+    plan, best = chosen.plan, None
     drift = Unbalance(np.zeros(2), np.zeros(2))
     for number in range(1, PASSES + 1):
         progress(f"cutting, pass {number}")
-        done = cut_and_measure(rotor, tolerance, offer.cuts, plan.depths_mm, measure)
-        steps.append(
-            Step(
-                number,
-                tuple(float(depth) for depth in plan.depths_mm if depth > 0.0),
-                plan.predicted.magnitude_g_mm,
-                done.residual.magnitude_g_mm,
-            )
-        )
+        done = cut_and_measure(rotor, tolerance, chosen.offer.cuts, plan.depths_mm, measure)
+        steps.append(_step(number, plan, done))
         better = best is None or done.share < best.share
         best = done if best is None or better else best
         if done.share <= max(AIM, plan.share * (1.0 + AIM)) or not better:
             break
         drift = drift + (done.residual - plan.predicted)
-        again = choose(initial + drift, tolerance, offer, prefer=prefer, start_mm=plan.depths_mm)
-        plan = harmless(initial + drift, tolerance, offer, again)
-        plan = worthwhile(initial + drift, tolerance, offer, plan)
+        again = choose(initial + drift, tolerance, chosen.offer, prefer=prefer, start_mm=plan.depths_mm)
+        plan = harmless(initial + drift, tolerance, chosen.offer, again)
+        plan = worthwhile(initial + drift, tolerance, chosen.offer, plan)
     assert best is not None
     does_harm = best.share > 1.0 and not is_harmless(initial, best.residual, tolerance, MEASURED_WORSE)
     if best.share >= tolerance.used_share(initial) or does_harm:
-        return left_alone(steps)
-    made = _in_turn(rotor, offer, best)
-    refuse_sum(rotor, best.measured, made)
-    doubt = rotor.doubt(best.measured.moments, made)
-    within = tolerance.is_met_by(best.residual, doubt)
-    reason = None if within else tolerance.why_not(best.residual, doubt, plan.binding)
-    relaxed: tuple[Relaxation, ...] = ()
-    if not within and reason is None:
-        reason, relaxed = why(best.residual)
-    return Result(
-        outcome="within_tolerance" if within else "above_tolerance",
-        reason=reason,
-        initial=initial,
-        residual=best.residual,
-        initial_moments=initial_moments,
-        final_moments=best.moments,
-        corrections=made,
-        steps=tuple(steps),
-        solid=best.solid,
-        measured=best.measured,
-        tools=tuple(tool.moved(rotor.anatomy.rotor_to_file) for tool in best.tools),
-        initial_doubt=initial_doubt,
-        doubt=doubt,
-        made=tuple(
-            (cut, float(depth)) for cut, depth in zip(offer.cuts, best.depths_mm, strict=True) if depth > 0.0
-        ),
-        notes=found.notes + (why_not_used(offer, plan, initial, tolerance, prefer) if advise else ()),
-        relaxations=relaxed,
-    )
+        return run.left_alone(plan, steps)
+    return run.corrected(plan, best, steps)
+
+
+@dataclass(frozen=True, eq=False)
+class _Run:
+    """What is balanced, as it was asked for, and the cuts to choose from: what either end of a run tells."""
+
+    rotor: Rotor
+    tolerance: Tolerance
+    methods: tuple[Limits, ...]
+    prefer: Prefer
+    advise: bool
+    progress: Notify
+    initial: Unbalance
+    initial_doubt: Budget | None
+    chosen: BestOffer
+
+    def left_alone(self, plan: Plan, steps: Sequence[Step] = ()) -> Result:
+        """Return the end of a run whose cuts would do nothing for the crank."""
+        if self.tolerance.is_met_by(self.initial, self.initial_doubt):
+            return left_as_it_is(self.rotor, "already_within_tolerance", None, steps)
+        reason = self.tolerance.why_not(self.initial, self.initial_doubt, plan.binding)
+        remedies: tuple[Relaxation, ...] = ()
+        if reason is None:
+            reason, remedies = self._why(plan, self.initial)
+        untouched = left_as_it_is(self.rotor, "above_tolerance", reason, steps)
+        return replace(untouched, notes=self.chosen.notes, relaxations=remedies)
+
+    def corrected(self, plan: Plan, best: Pass, steps: Sequence[Step]) -> Result:
+        """Return the end of a run that cut the crank."""
+        rotor, offer = self.rotor, self.chosen.offer
+        corrections = _in_turn(rotor, offer, best)
+        refuse_sum(rotor, best.measured, corrections)
+        doubt = rotor.doubt(best.measured.moments, corrections)
+        within = self.tolerance.is_met_by(best.residual, doubt)
+        reason = None if within else self.tolerance.why_not(best.residual, doubt, plan.binding)
+        remedies: tuple[Relaxation, ...] = ()
+        if not within and reason is None:
+            reason, remedies = self._why(plan, best.residual)
+        unused = why_not_used(offer, plan, self.initial, self.tolerance, self.prefer) if self.advise else ()
+        return Result(
+            outcome="within_tolerance" if within else "above_tolerance",
+            reason=reason,
+            initial=self.initial,
+            residual=best.residual,
+            initial_moments=rotor.moments,
+            final_moments=best.moments,
+            corrections=corrections,
+            steps=tuple(steps),
+            solid=best.solid,
+            measured=best.measured,
+            tools=tuple(tool.moved(rotor.anatomy.rotor_to_file) for tool in best.tools),
+            initial_doubt=self.initial_doubt,
+            doubt=doubt,
+            made=_made(offer.cuts, best.depths_mm),
+            notes=self.chosen.notes + unused,
+            relaxations=remedies,
+        )
+
+    def _why(self, plan: Plan, residual: Unbalance) -> tuple[str, tuple[Relaxation, ...]]:
+        """Return why the tolerance is not reached, and all that would do it."""
+        rotor, offer = self.rotor, self.chosen.offer
+        remedies: list[Relaxation] = []
+        if self.advise:
+            self.progress("looking for what would suffice")
+            work = workpiece(rotor, self.tolerance, self.initial)
+            attempt = Attempt(work, self.chosen.methods, self.methods, offer, self.initial, self.tolerance)
+            remedies = relaxations(attempt)
+        bound = least_share(self.initial, self.tolerance, offer)
+        shortfall = Shortfall(
+            residual,
+            self.tolerance,
+            Unbalance.of(rotor.loads_per_factor),
+            rotor.factor,
+            offer.cuts,
+            plan.depths_mm,
+            plan.binding,
+            _web_places_mm(rotor),
+        )
+        factor = factor_relaxation(shortfall)
+        every = (*remedies, *(() if factor is None else (factor,)))
+        return explain_shortfall(shortfall, [each.text for each in remedies], bound), every
+
+
+def _step(number: int, plan: Plan, done: Pass) -> Step:
+    depths = tuple(float(depth) for depth in plan.depths_mm if depth > 0.0)
+    return Step(number, depths, plan.predicted.magnitude_g_mm, done.residual.magnitude_g_mm)
 
 
 def left_as_it_is(rotor: Rotor, outcome: Outcome, reason: str | None, steps: Sequence[Step] = ()) -> Result:
@@ -267,7 +295,7 @@ def _corrections(
 
     ``taken`` has those that were measured by themselves, None for the others; nothing where none was.
     """
-    chosen = [(cut, float(depth)) for cut, depth in zip(cuts, depths_mm, strict=True) if depth > 0.0]
+    chosen = _made(cuts, depths_mm)
     made = []
     for (cut, depth), own in zip(chosen, taken or [None] * len(chosen), strict=True):
         each = cut.correction(depth) if own is None else own
@@ -320,7 +348,7 @@ def cut_and_measure(
     SolidError
         If the cut cannot be made, or what is measured is no crank any more.
     """
-    made = [(cut, float(depth)) for cut, depth in zip(cuts, depths_mm, strict=True) if depth > 0.0]
+    made = _made(cuts, depths_mm)
     tools = tuple(cut.tool(depth) for cut, depth in made)
     solid, pressed_in = rotor.solid, Moments.zero()
     for adds in (True, False):
@@ -337,28 +365,9 @@ def cut_and_measure(
     return Pass(depths_mm, tools, solid, measured, moments, residual, tolerance.used_share(residual))
 
 
-def _shortfall(
-    rotor: Rotor, tolerance: Tolerance, offer: Offer, plan: Plan, residual: Unbalance
-) -> Shortfall:
-    return Shortfall(
-        residual,
-        tolerance,
-        Unbalance.of(rotor.loads_per_factor),
-        rotor.factor,
-        offer.cuts,
-        plan.depths_mm,
-        plan.binding,
-        _web_places_mm(rotor),
-    )
-
-
-def _why(
-    short: Shortfall, computed: Sequence[Relaxation], bound: float
-) -> tuple[str, tuple[Relaxation, ...]]:
-    """Return why the tolerance is not reached, and all that would do it."""
-    factor = factor_relaxation(short)
-    every = (*computed, *(() if factor is None else (factor,)))
-    return explain_shortfall(short, [each.text for each in computed], bound), every
+def _made(cuts: Sequence[Cut], depths_mm: Array) -> tuple[tuple[Cut, float], ...]:
+    """Return the cuts that are made, each with its depth."""
+    return tuple((cut, float(depth)) for cut, depth in zip(cuts, depths_mm, strict=True) if depth > 0.0)
 
 
 def _web_places_mm(rotor: Rotor) -> tuple[float, float] | None:
