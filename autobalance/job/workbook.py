@@ -4,16 +4,16 @@ from __future__ import annotations
 
 import io
 import tomllib
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
+from itertools import zip_longest
 from pathlib import Path
 from typing import Any
-from zipfile import BadZipFile
 
-from autobalance.errors import FileError, JobError
+from autobalance.errors import JobError
 from autobalance.job.toml.settings import set_key
+from autobalance.job.toml.spreadsheet import sheet_cells
 from autobalance.job.toml.text import toml_value
-from autobalance.runtime import note_read
 
 SHEET = "Job"
 HEADING = ("Key", "Value", "Unit", "Meaning")
@@ -49,19 +49,19 @@ def read_workbook(path: Path) -> dict[str, Any]:
 
 def cells_of(path: Path) -> dict[str, tuple[str, Any]]:
     """Return each key with its cell and its value, in the order of the sheet; empty values are left out."""
-    shown, formulas = _sheet(path, data_only=True), _sheet(path, data_only=False)
-    if [str(cell or "").strip() for cell in next(shown, ())][: len(HEADING)] != list(HEADING):
+    shown, formulas = (sheet_cells(path, SHEET, formulas=formulas) for formulas in (False, True))
+    heading = shown[0] if shown else ()
+    if [str(cell or "").strip() for cell in heading][: len(HEADING)] != list(HEADING):
         raise JobError(f"{path.name}: {SHEET}!A1 to D1 must be {' | '.join(HEADING)}")
-    next(formulas)
     found: dict[str, tuple[str, Any]] = {}
-    for number, (row, raw) in enumerate(zip(shown, formulas, strict=True), 2):
-        key, value = str(row[0] or "").strip(), (row[1] if len(row) > 1 else None)
+    for number, (row, raw) in enumerate(zip_longest(shown[1:], formulas[1:], fillvalue=()), 2):
+        key, value = str(_at(row, 0) or "").strip(), _at(row, 1)
         if not key:
             continue
         cell = f"{SHEET}!B{number}"
         if key in found:
             raise JobError(f"{path.name}: {SHEET}!A{number}: {key} stands in {found[key][0]} already")
-        written = raw[1] if len(raw) > 1 else None
+        written = _at(raw, 1)
         if value is None and isinstance(written, str) and written.startswith("="):
             raise JobError(f"{path.name}: {cell}: {key} is a formula without a stored value")
         found[key] = (cell, value)
@@ -87,27 +87,8 @@ def cell_of(cells: Mapping[str, tuple[str, Any]], message: str) -> str | None:
     return cells[max(named, key=len)][0] if named else None
 
 
-def _sheet(path: Path, *, data_only: bool) -> Any:
-    from openpyxl import load_workbook
-    from openpyxl.utils.exceptions import InvalidFileException
-
-    try:
-        note_read(path)
-        data = path.read_bytes()
-    except OSError as error:
-        raise FileError(
-            f"cannot read the workbook {path}: {(error.strerror or str(error)).lower()}"
-        ) from None
-    try:
-        book = load_workbook(io.BytesIO(data), data_only=data_only)
-    except (InvalidFileException, BadZipFile, KeyError, ValueError, OSError) as error:
-        raise JobError(f"{path.name} is no workbook: {str(error).splitlines()[0]}") from None
-    if SHEET not in book.sheetnames:
-        sheets = ", ".join(book.sheetnames)
-        raise JobError(
-            f"{path.name} has no sheet {SHEET!r} (there are: {sheets}); `autobalance init` writes one"
-        )
-    return book[SHEET].iter_rows(values_only=True)
+def _at(row: Sequence[Any], column: int) -> Any:
+    return row[column] if column < len(row) else None
 
 
 def _plain(value: Any) -> Any:

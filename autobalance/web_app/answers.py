@@ -26,9 +26,11 @@ async def body_of(request: Request) -> Any:
         if len(data) > LARGEST_JSON:
             return None
     try:
-        return json.loads(data)
+        values = json.loads(data)
+        json.dumps(values, ensure_ascii=False).encode()  # half a surrogate pair is no text
     except (ValueError, RecursionError):
         return None
+    return values
 
 
 async def drained(body: AsyncIterator[bytes]) -> None:

@@ -15,6 +15,8 @@ FILE_KEYS = ("file", "trace")
 """Keys of a job that name a file."""
 REPORT = "report.json"
 JOBS = (".toml", ".xlsx")
+WORKBOOK_MB = 1024
+"""Memory in which a workbook that was uploaded must be read."""
 
 
 def open_in(source: Path, project: Project) -> None:
@@ -93,10 +95,31 @@ def open_own_job(name: str, project: Project) -> None:
     AutobalanceError
         If it cannot be read.
     """
+    tables = _named(
+        _tables_apart(project.folder / name), lambda file: file.replace("\\", "/").rpartition("/")[2]
+    )
+    project.write_job(toml_text(tables))
+
+
+def _tables_apart(path: Path) -> dict[str, Any]:
+    """Return an uploaded job's tables; a workbook is read in a process with a limit to its memory."""
     from autobalance.job.read import tables_of
 
-    tables = _named(tables_of(project.folder / name), lambda file: file.replace("\\", "/").rpartition("/")[2])
-    project.write_job(toml_text(tables))
+    if path.suffix.lower() == ".toml":
+        return tables_of(path)
+    from concurrent.futures import ProcessPoolExecutor
+    from concurrent.futures.process import BrokenProcessPool
+    from multiprocessing import get_context
+
+    from autobalance.web_app.work import limit_memory
+
+    with ProcessPoolExecutor(1, get_context("spawn"), limit_memory, (WORKBOOK_MB,)) as pool:
+        try:
+            return pool.submit(tables_of, path).result()
+        except (BrokenProcessPool, MemoryError):
+            raise FormatError(
+                f"{path.name}: found a workbook that takes more than {WORKBOOK_MB} MB to read; expected a job"
+            ) from None
 
 
 def _named(values: Any, name: Callable[[str], str]) -> Any:

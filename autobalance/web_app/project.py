@@ -90,7 +90,8 @@ class Project:
     def write_job(self, text: str) -> None:
         """Keep the text of the job; whole, and never through a link."""
         waiting = self.folder / f"{WAITING}{secrets.token_hex(6)}.part"
-        waiting.write_text(text, encoding="utf-8")
+        data = text.encode()  # before there is a file that an error would leave behind
+        waiting.write_bytes(data)
         waiting.replace(self.folder / JOB)
 
     async def keep(

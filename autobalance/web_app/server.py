@@ -125,7 +125,10 @@ class Pages:
         values = await body_of(request)
         if not isinstance(values, dict):
             return refused("the body is no JSON object", 400)
-        text = toml_text(values)
+        try:
+            text = toml_text(values)
+        except AutobalanceError as error:
+            return refused(str(error), 400)
         self._project.write_job(text)
         return JSONResponse({"job_text": text})
 
@@ -193,7 +196,7 @@ class Pages:
         if not isinstance(values, dict):
             return refused('the body must be {"verb": ..., "job": {...}}', 400)
         verb = values.pop("verb", None)
-        if verb not in VERBS:
+        if not isinstance(verb, str) or verb not in VERBS:
             return refused(f"verb must be one of {', '.join(VERBS)}", 400)
         if verb == "cut":
             values, wrong = self._dragged(values)

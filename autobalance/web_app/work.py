@@ -53,7 +53,7 @@ def work(verb: str, asked: Asked, folders: tuple[str, ...], memory_mb: int, pipe
     signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C is the server's to deal with
     os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
     os.environ.setdefault("MPLBACKEND", "agg")
-    _limit_memory(memory_mb)
+    limit_memory(memory_mb)
     from autobalance.errors import AutobalanceError
 
     def tell(words: str, share: float) -> None:
@@ -76,7 +76,7 @@ def nothing() -> None:
     """Do nothing: the first process of all loads what the others need."""
 
 
-def _limit_memory(memory_mb: int) -> None:
+def limit_memory(memory_mb: int) -> None:
     """Keep a file that unpacks without end from taking the machine's memory."""
     if sys.platform == "win32":
         return

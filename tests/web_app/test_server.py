@@ -234,6 +234,33 @@ def test_a_job_may_be_a_workbook(app: Served, tmp_path: Path) -> None:
         assert found[table] == job()[table]
 
 
+@pytest.mark.parametrize(
+    "job", [b'{"crankshaft": {"file": "\\ud800.stl"}}', b'{"crankshaft": null}', b'{"a": [{"b": null}]}']
+)
+def test_a_job_that_toml_cannot_hold_is_refused_and_leaves_nothing(app: Served, job: bytes) -> None:
+    before = sorted(path.name for path in app.project.iterdir())
+    kept = app.ask("/api/job", job, method="PUT")
+    assert kept.status == 400, kept.body
+    assert sorted(path.name for path in app.project.iterdir()) == before
+
+
+@pytest.mark.parametrize("verb", [["balance"], {"a": 1}, None, 3])
+def test_a_verb_that_is_no_text_is_refused(app: Served, verb: Any) -> None:
+    told = app.ask("/api/runs", {"verb": verb, "job": job()})
+    assert (told.status, told.json["error"][:20]) == (400, "verb must be one of ")
+
+
+def test_a_workbook_without_end_does_not_reach_the_server(app: Served, tmp_path: Path) -> None:
+    import zipfile
+
+    with zipfile.ZipFile(tmp_path / "bomb.xlsx", "w", zipfile.ZIP_DEFLATED) as archive:
+        for name in ("[Content_Types].xml", "xl/workbook.xml", "xl/worksheets/sheet1.xml"):
+            archive.writestr(name, " " * (30 << 20))
+    assert app.ask("/api/files?name=bomb.xlsx", (tmp_path / "bomb.xlsx").read_bytes()).status == 201
+    opened = app.ask("/api/open", {"file": "bomb.xlsx"})
+    assert (opened.status, "90 MB unpacked; expected at most 64 MB" in opened.json["error"]) == (400, True)
+
+
 def test_the_job_is_kept_as_the_command_line_takes_it(app: Served) -> None:
     text = app.ask("/api/job", job(), "PUT").json["job_text"]
     assert tomllib.loads(text) == job()

@@ -10,9 +10,10 @@ from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 
-from autobalance.errors import AutobalanceError, FileError, JobError
+from autobalance.errors import AutobalanceError, JobError
 from autobalance.job.read import TOP_KEYS, WORKBOOKS, Job, load
 from autobalance.job.toml.document import text_of
+from autobalance.job.toml.spreadsheet import sheet_cells
 from autobalance.solid.formats import registry
 
 OWN_COLUMNS = ("job", "crank", "name")
@@ -144,20 +145,7 @@ def _csv(path: Path) -> list[list[str]]:
 
 
 def _workbook(path: Path) -> list[list[str]]:
-    from zipfile import BadZipFile
-
-    from openpyxl import load_workbook
-    from openpyxl.utils.exceptions import InvalidFileException
-
-    try:
-        sheet = load_workbook(path, read_only=True, data_only=True).worksheets[0]
-        rows = [
-            ["" if cell is None else str(cell) for cell in row] for row in sheet.iter_rows(values_only=True)
-        ]
-    except OSError as error:
-        raise FileError(f"cannot read the list {path}: {(error.strerror or str(error)).lower()}") from None
-    except (BadZipFile, InvalidFileException, KeyError, ValueError):
-        raise JobError(f"{path.name} is no workbook") from None
+    rows = [["" if cell is None else str(cell) for cell in row] for row in sheet_cells(path, None)]
     return [row for row in rows if any(cell.strip() for cell in row)]
 
 

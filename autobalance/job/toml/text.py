@@ -7,6 +7,8 @@ import re
 from collections.abc import Mapping, Sequence
 from typing import Any
 
+from autobalance.errors import JobError
+
 UNITS_OF_MASS = {"g", "kg", "oz", "lb"}
 BARE_KEY = re.compile(r"[A-Za-z0-9_-]+")
 
@@ -14,11 +16,18 @@ BARE_KEY = re.compile(r"[A-Za-z0-9_-]+")
 def toml_value(value: Any) -> str:
     r"""Return a value as TOML, tables inline.
 
+    Raises
+    ------
+    JobError
+        If it is, or holds, None: TOML has no word for it.
+
     Examples
     --------
     >>> toml_value([8.0, {"g": 158.0, "pm": 0.5}]), toml_value(True), toml_value('3/8"')
     ('[8.0, { g = 158.0, pm = 0.5 }]', 'true', '"3/8\\""')
     """
+    if value is None:
+        raise JobError("found null where a job has a value; expected a number, a text, a list or a table")
     if isinstance(value, bool):
         return "true" if value else "false"
     if isinstance(value, str):
