@@ -14,6 +14,25 @@ OUTCOMES = {
 }
 
 
+NOT_PROVEN = ", not proven"
+
+
+def outcome_words(report: Mapping[str, Any]) -> str:
+    """Return the outcome of a report, and whether its uncertainty leaves it unproven.
+
+    Examples
+    --------
+    >>> outcome_words({"outcome": "within_tolerance", "proven": False})
+    'Within tolerance, not proven'
+    """
+    return OUTCOMES[report["outcome"]] + (NOT_PROVEN if is_unproven(report) else "")
+
+
+def is_unproven(report: Mapping[str, Any]) -> bool:
+    """Tell whether a residual that is within tolerance may, with its uncertainty, be above it."""
+    return report["outcome"] != "above_tolerance" and report.get("proven") is False
+
+
 def escape(text: object) -> str:
     """Return text that HTML shows as it is, whatever it holds."""
     return html.escape(str(text), quote=True)
@@ -109,6 +128,7 @@ def verdict(report: Mapping[str, Any]) -> str:
         f"{number(tolerance['permissible_g_mm'])} g·mm is permitted by G {tolerance['grade_mm_s']:g} at "
         f"{number(tolerance['speed_rpm'], 0)} rpm. "
         f"{what} uses {number(100.0 * share, 1)} % of what is permitted{where}."
+        + (" With its uncertainty it exceeds that: not proven." if is_unproven(report) else "")
     )
 
 

@@ -147,6 +147,38 @@ def test_original_weights_count_by_the_factor_they_give(tmp_path: Path) -> None:
     assert shares(found["heavier"])["weights"] == 0.0
 
 
+# --- proven -------------------------------------------------------------------------------------------------
+
+
+def test_what_its_uncertainty_leaves_open_is_within_tolerance_but_not_proven(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """Off by a twentieth of the density, the same cut leaves more than ten times what is permitted."""
+    job = added(jobs.bundled_job(tmp_path), crankshaft="density_pm_kg_m3 = 40")
+    out = tmp_path / "out"
+    assert jobs.run("balance", str(job), "-o", str(out), "--only", "html,pdf") == 0
+    shown = capsys.readouterr().out
+    assert ": WITHIN TOLERANCE, NOT PROVEN\n" in shown
+    assert "with its uncertainty the residual exceeds what is permitted" in shown
+    report = json.loads((out / "report.json").read_text(encoding="utf-8"))
+    assert (report["outcome"], report["proven"]) == ("within_tolerance", False)
+    page = (out / "report.html").read_text(encoding="utf-8")
+    assert page.count("Within tolerance, not proven") == 2  # its title and its headline
+    assert "With its uncertainty it exceeds that: not proven." in page
+    assert jobs.run("verify", str(out / "report.json")) == 0
+    assert "within tolerance, not proven" in capsys.readouterr().out
+    assert jobs.run("balance", str(job), "-o", str(out), "--only", "json", "--strict") == 4
+    (out / "report.json").write_text(json.dumps({**report, "proven": True}), encoding="utf-8")
+    assert jobs.run("verify", str(out / "report.json")) == 3
+
+
+def test_what_is_proven_ends_well_when_strict(stated: tuple[Path, Report], tmp_path: Path) -> None:
+    job = jobs.bundled_job(tmp_path, grade="100")
+    assert jobs.run("balance", str(job), "-o", str(tmp_path / "out"), "--only", "json", "--strict") == 0
+    assert json.loads((tmp_path / "out" / "report.json").read_text(encoding="utf-8"))["proven"] is True
+    assert stated[1]["proven"] is (stated[1]["residual"]["uncertainty_g_mm"] <= 10.0)
+
+
 # --- margin -------------------------------------------------------------------------------------------------
 
 

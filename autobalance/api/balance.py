@@ -58,6 +58,11 @@ class BalanceResult(VerbResult):
         return str(self.report["outcome"])
 
     @property
+    def proven(self) -> bool:
+        """Whether the residual and its uncertainty together are within what is permitted."""
+        return bool(self.report["proven"])
+
+    @property
     def reason(self) -> str | None:
         """Why above tolerance and what would fix it."""
         reason: str | None = self.report["reason"]

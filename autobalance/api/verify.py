@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 from autobalance.api.result import VerbResult, report_head
 from autobalance.verification.check import check_report
 from autobalance.verification.checked import Checked
+from autobalance.wording import NOT_PROVEN
 
 if TYPE_CHECKING:
     from autobalance.report.display_units import DisplayUnits
@@ -57,12 +58,13 @@ class VerifyResult(VerbResult):
         from autobalance.report.display_units import ON_SCREEN
 
         found, chosen = self.checked, ON_SCREEN[units]
+        proven = found.tolerance.is_proven_by(found.residual, found.budget)
         verdict, worst = "within" if found.within else "ABOVE", found.tolerance.worst(found.residual)
         said = (
             f"{self.report['report']}: all {found.checked} claims hold; residual{worst.where} "
             f"{chosen.of_unbalance(worst.residual_g_mm)} of permitted "
             f"{chosen.of_unbalance(worst.permissible_g_mm)}{_doubt(found, chosen)}: "
-            f"{verdict} tolerance"
+            f"{verdict} tolerance{'' if proven or not found.within else NOT_PROVEN}"
         )
         lines = [said]
         if found.agreement is not None:

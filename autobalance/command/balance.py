@@ -5,7 +5,7 @@ from __future__ import annotations
 import argparse
 from pathlib import Path
 
-from autobalance.command.options import add_json, add_output, add_pages, add_units, chosen_pages
+from autobalance.command.options import add_json, add_output, add_pages, add_strict, add_units, chosen_pages
 from autobalance.command.progress import add_progress, mode_of
 from autobalance.command.verb import Option, Verb
 
@@ -21,6 +21,7 @@ VERB = Verb(
         add_json,
         add_units,
         add_pages,
+        add_strict,
         add_progress,
     ),
 )
@@ -28,6 +29,7 @@ VERB = Verb(
 
 def run(arguments: argparse.Namespace) -> int:
     """Balance a crank; 0 within tolerance, 4 above it."""
+    from autobalance.api.balance import ABOVE_TOLERANCE
     from autobalance.command.console import say
     from autobalance.command.finish import balanced
 
@@ -43,7 +45,7 @@ def run(arguments: argparse.Namespace) -> int:
     else:
         say(balance_text(done.report, ON_SCREEN[arguments.units]))
         say("\nWritten: " + ", ".join(str(path) for path in done.files))
-    return done.result.exit_code
+    return ABOVE_TOLERANCE if arguments.strict and not done.result.proven else done.result.exit_code
 
 
 def default_folder(job_path: Path) -> Path:

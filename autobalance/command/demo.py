@@ -66,7 +66,7 @@ def run(arguments: argparse.Namespace) -> int:
 
 def demo_text(reports: Sequence[Mapping[str, Any]], units: Any) -> str:
     """Return one table: depth, passes and residual beside the published ones."""
-    from autobalance.report.balance.text import OUTCOMES
+    from autobalance.report.balance.text import OUTCOMES, unproven
     from autobalance.report.tables import table
 
     rows = [("", "depth", "passes", "residual", "permitted", "")]
@@ -79,7 +79,7 @@ def demo_text(reports: Sequence[Mapping[str, Any]], units: Any) -> str:
                 str(len(report["steps"])),
                 units.of_unbalance(report["residual"]["magnitude_g_mm"]),
                 units.of_unbalance(report["tolerance"]["permissible_g_mm"]),
-                OUTCOMES[report["outcome"]].lower(),
+                (OUTCOMES[report["outcome"]] + unproven(report)).lower(),
             )
         )
         rows.append(

@@ -33,6 +33,16 @@ def add_units(parser: argparse.ArgumentParser) -> None:
     )
 
 
+def add_strict(parser: argparse.ArgumentParser) -> None:
+    """Offer ``--strict``."""
+    parser.add_argument(
+        "--strict",
+        action="store_true",
+        help="end with exit code 4 also where the residual is within tolerance but not proven: with its "
+        "uncertainty it exceeds what is permitted (default: only the residual decides)",
+    )
+
+
 def add_output(what: str, usual: str = "not written") -> Adder:
     """Return what offers ``-o DIR``; ``what`` says which files are written there."""
 

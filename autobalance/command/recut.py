@@ -5,7 +5,7 @@ from __future__ import annotations
 import argparse
 from pathlib import Path
 
-from autobalance.command.options import add_json, add_pages, add_units, chosen_pages
+from autobalance.command.options import add_json, add_pages, add_strict, add_units, chosen_pages
 from autobalance.command.progress import add_progress, mode_of
 from autobalance.command.verb import Option, Verb
 
@@ -17,12 +17,13 @@ VERB = Verb(
         "reading": Option(metavar="READING.toml"),
         "folder": Option(("-o", "--output"), metavar="DIR"),
     },
-    writes=(add_json, add_units, add_pages, add_progress),
+    writes=(add_json, add_units, add_pages, add_strict, add_progress),
 )
 
 
 def run(arguments: argparse.Namespace) -> int:
     """Cut further; 0 within tolerance, 4 above it or where the machine cannot show it."""
+    from autobalance.api.balance import ABOVE_TOLERANCE
     from autobalance.api.progress import telling
     from autobalance.api.recut import recut
     from autobalance.api.result_files import committed, staging_for
@@ -50,4 +51,4 @@ def run(arguments: argparse.Namespace) -> int:
     else:
         say(result.text(arguments.units))
         say("\nWritten: " + ", ".join(str(path) for path in files))
-    return result.exit_code
+    return ABOVE_TOLERANCE if arguments.strict and not result.proven else result.exit_code

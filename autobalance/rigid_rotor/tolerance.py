@@ -218,6 +218,13 @@ class Tolerance:
         """
         return all(row.share <= 1.0 for row in self.judged(residual, self._doubt(budget)))
 
+    def is_proven_by(self, residual: Unbalance, budget: Budget | None) -> bool:
+        """Tell whether a residual and its uncertainty together are within the permissible value.
+
+        Without a known uncertainty nothing is proven.
+        """
+        return budget is not None and all(row.share <= 1.0 for row in self.judged(residual, budget.total))
+
     def why_not(self, residual: Unbalance, budget: Budget | None, ends: tuple[str, ...] = ()) -> str | None:
         """Say why a residual that is within tolerance itself is not with its uncertainty; else None.
 

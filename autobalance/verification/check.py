@@ -138,7 +138,8 @@ def _checked(held: Held) -> Checked:
     check_course(claims, ends, left.is_cut)
     _check_overbalance(claims, job, tolerance)
     solids.check_pages(claims, held.folder)
-    within = check_verdict(claims, tolerance.is_met_by(residual, budget), left.is_cut)
+    proven = tolerance.is_proven_by(residual, budget)
+    within = check_verdict(claims, tolerance.is_met_by(residual, budget), proven, left.is_cut)
     return Checked(0, within, residual, tolerance, (), again, budget)
 
 

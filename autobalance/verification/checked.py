@@ -146,8 +146,8 @@ def check_course(claims: Claims, ends: Ends, is_cut: bool) -> None:
     raise ClaimError(f"{claims.name}: none of the steps has the depths of the corrections")
 
 
-def check_verdict(claims: Claims, within: bool, is_cut: bool) -> bool:
-    """Check outcome and reason."""
+def check_verdict(claims: Claims, within: bool, proven: bool, is_cut: bool) -> bool:
+    """Check outcome, whether it is proven, and reason."""
     outcome = claims.get("outcome", str)
     known = ("within_tolerance" if is_cut else "already_within_tolerance") if within else "above_tolerance"
     if outcome != known:
@@ -156,6 +156,7 @@ def check_verdict(claims: Claims, within: bool, is_cut: bool) -> bool:
             f"{'within' if within else 'above'} tolerance{'' if is_cut else ' and nothing was cut'}"
         )
     claims.hold("outcome")
+    claims.same("proven", proven)
     reason = claims.get("reason", object)
     if within:
         claims.same("reason", None)

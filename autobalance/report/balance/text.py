@@ -9,7 +9,7 @@ from autobalance.report.balance.kinds import angle_deg, verb
 from autobalance.report.balance.relaxation_text import relaxation_lines
 from autobalance.report.display_units import DisplayUnits
 from autobalance.report.tables import table
-from autobalance.wording import degrees
+from autobalance.wording import NOT_PROVEN, degrees, is_unproven
 
 Values = Mapping[str, Any]
 
@@ -19,6 +19,11 @@ OUTCOMES = {
     "already_within_tolerance": "WITHIN TOLERANCE ALREADY: nothing to cut",
     "above_tolerance": "ABOVE TOLERANCE",
 }
+
+
+def unproven(report: Values) -> str:
+    """Return what follows the verdict where the uncertainty leaves it open; nothing where it does not."""
+    return NOT_PROVEN.upper() if is_unproven(report) else ""
 
 
 def balance_text(report: Values, units: DisplayUnits) -> str:
@@ -46,7 +51,7 @@ def _assembly(report: Values, units: DisplayUnits) -> str:
 
 
 def _heading(report: Values) -> str:
-    lines = [f"{report['input']['file']}: {OUTCOMES[report['outcome']]}"]
+    lines = [f"{report['input']['file']}: {OUTCOMES[report['outcome']]}{unproven(report)}"]
     lines += [report["reason"]] if report["reason"] else []
     lines += [f"  {line}" for line in relaxation_lines(report)]
     facets = report["crank"]["facet_error"] or {}
@@ -144,7 +149,9 @@ def _uncertainty(residual: Values, units: DisplayUnits) -> str:
 
 
 def _margin(report: Values) -> str:
-    """Return whether the uncertainty counts in the verdict, where it does."""
+    """Return whether the uncertainty counts in the verdict, where it does, or would change it."""
+    if is_unproven(report):
+        return "\n  not proven: with its uncertainty the residual exceeds what is permitted (--strict: 4)"
     if report["tolerance"].get("margin", "none") == "none":
         return ""
     return "\n  the verdict counts the uncertainty: both together must be within what is permitted"

@@ -20,13 +20,13 @@ from autobalance.report.page.view import view_data
 from autobalance.report.pictures import polar
 from autobalance.solid.mesh.mesh import Mesh
 from autobalance.wording import (
-    OUTCOMES,
     at,
     counts_uncertainty,
     escape,
     file_name,
     judged_shares,
     number,
+    outcome_words,
     verdict,
     whole_degrees,
 )
@@ -97,7 +97,7 @@ def page(
 <meta charset="utf-8">
 <meta name="viewport" content="width=device-width, initial-scale=1">
 <meta http-equiv="Content-Security-Policy" content="{SOURCE}">
-<title>{OUTCOMES[report["outcome"]]} – {name}</title>
+<title>{outcome_words(report)} – {name}</title>
 <style>{_asset("page.css")}</style>
 </head>
 <body>
@@ -105,7 +105,7 @@ def page(
 <header class="top">
 <p class="kicker"><b>Balance report</b><span>{name}</span>{_job_name(report)}</p>
 <div class="verdict {"good" if good else "bad"}">
-<h1>{MARKS[good]}<span data-path="outcome">{OUTCOMES[report["outcome"]]}</span></h1>
+<h1>{MARKS[good]}<span data-path="outcome">{outcome_words(report)}</span></h1>
 <p>{escape(verdict(report))}</p>
 {_reason(report)}
 {_notes(report)}

@@ -242,6 +242,7 @@ class Report(TypedDict):
     steps: list[Step]
     inertia_change_kg_mm2: float | None
     outcome: Literal["within_tolerance", "already_within_tolerance", "above_tolerance", None]
+    proven: Annotated[bool | None, "whether the residual plus its uncertainty is within what is permitted"]
     reason: str | None
     relaxations: NotRequired[
         Annotated[

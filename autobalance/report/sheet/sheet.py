@@ -54,7 +54,7 @@ from autobalance.report.sheet.title_block import (
 )
 from autobalance.report.sheet.tolerances import Tolerances, tolerances
 from autobalance.report.sheet.web_view import WebView
-from autobalance.wording import OUTCOMES, at, file_name
+from autobalance.wording import at, file_name, outcome_words
 
 Report = Mapping[str, Any]
 Paper = Literal["A4", "Letter"]
@@ -188,7 +188,7 @@ class _Story:
     def _first_page(self) -> None:
         report, u = self.report, self.u
         self.parts += [self._text("Shop sheet: balance the crankshaft", 15.0, bold=True, after=2.0)]
-        self.parts.append(self._text(OUTCOMES[report["outcome"]], 11.0, bold=True))
+        self.parts.append(self._text(outcome_words(report), 11.0, bold=True))
         told = f"Lengths in {u.length}, masses in {u.mass}, unbalance in {u.unbalance}. "
         self.parts.append(self._text(told + machine_page.judged_words(report), 8.0, SOFT))
         if report.get("reason"):

@@ -11,7 +11,7 @@ from reportlab.pdfgen.canvas import Canvas
 from autobalance.report.display_units import DisplayUnits, plain
 from autobalance.report.sheet.lettering import POINTS_PER_MM, fitted, safe, shortened, width_mm
 from autobalance.report.sheet.pen import INK, RULE, SOFT, Pen
-from autobalance.wording import OUTCOMES, at, file_name
+from autobalance.wording import at, file_name, outcome_words
 
 FRAME_MM = 8.0
 MARGIN_MM = 12.0
@@ -128,7 +128,7 @@ def _rows(sheet: Sheet) -> Sequence[Sequence[tuple[str, str]]]:
             (f"LEFT, {u.unbalance}", u.g_mm(report["residual"]["magnitude_g_mm"])),
         ),
         (
-            ("VERDICT", OUTCOMES[report["outcome"]]),
+            ("VERDICT", outcome_words(report)),
             ("UNITS", f"{u.length}, {u.mass}, {u.unbalance}"),
             ("PROJECTION, SCALES", "first angle; as noted"),
             ("DATE", safe(sheet.date) or "-"),

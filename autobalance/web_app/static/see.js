@@ -47,7 +47,9 @@ export async function show(told) {
   drag.grips();
   emit("result", state.result);
   $("reason").textContent = report.reason || "";
-  $("verdict").textContent = OUTCOMES[report.outcome];
+  const unproven = report.outcome !== "above_tolerance" && report.proven === false;
+  $("verdict").textContent = OUTCOMES[report.outcome] + (unproven ? ", not proven" : "");
+  $("verdict").title = unproven ? "Residual and uncertainty together exceed what is permitted." : "";
   $("verdict").dataset.outcome = report.outcome;
 }
 
