@@ -2,6 +2,8 @@
 
 LONGEST = 1500
 """Characters of a message; a file may hold a name as long as itself."""
+MOST_LINES = 20
+"""Further faults of one file that are told; more are counted."""
 
 
 def one_line(text: str) -> str:
@@ -26,6 +28,11 @@ class AutobalanceError(Exception):
 
     def __str__(self) -> str:
         return one_line(super().__str__())
+
+    @property
+    def lines(self) -> tuple[str, ...]:
+        """All that it has to say, each on one line."""
+        return (str(self),)
 
 
 class UsageError(AutobalanceError):
@@ -65,7 +72,26 @@ class OverlapError(SolidError):
 
 
 class JobError(AutobalanceError, ValueError):
-    """A job file says something impossible, unknown or contradictory."""
+    """A job file says something impossible, unknown or contradictory.
+
+    Its text is what was found first; ``lines`` has all that was found wrong, a line a key.
+    """
+
+    def __init__(self, message: str, *others: str) -> None:
+        """Take what was found first, and what else."""
+        super().__init__(message)
+        self.others = others
+
+    @property
+    def lines(self) -> tuple[str, ...]:
+        """Everything that is wrong, each on one line; of very many the first."""
+        more = len(self.others) - MOST_LINES
+        told = [one_line(each) for each in self.others[:MOST_LINES]]
+        return (str(self), *told, *([f"and {more} more"] if more > 0 else []))
+
+    def within(self, place: str) -> "JobError":
+        """Return the error with the place, such as a file's name, before each of its lines."""
+        return JobError(*(f"{place}: {line}" for line in self.lines))
 
 
 class RecognitionError(AutobalanceError, ValueError):

@@ -6,7 +6,7 @@ import math
 
 from autobalance.errors import UsageError
 from autobalance.job.toml.convert import LARGEST
-from autobalance.job.toml.table import SMALLEST
+from autobalance.ranges import SMALLEST
 
 
 def positive(option: str, value: float) -> float:

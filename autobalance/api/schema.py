@@ -69,7 +69,7 @@ def _report(name: str) -> Values:
 
 
 def _job() -> Values:
-    from autobalance.job.job_schema import job_schema
+    from autobalance.job.tables import job_schema
 
     return job_schema()
 

@@ -66,7 +66,8 @@ def main(argv: Sequence[str] | None = None) -> int:
         with interruptible():
             return _run(arguments)
     except AutobalanceError as error:
-        print(f"autobalance: error: {error}", file=sys.stderr)  # noqa: T201
+        for line in error.lines:
+            print(f"autobalance: error: {line}", file=sys.stderr)  # noqa: T201
         return error.exit_code
     except (MemoryError, ImportError, RuntimeError) as error:
         if not isinstance(error, MemoryError) and not any(words in str(error) for words in NO_MEMORY):

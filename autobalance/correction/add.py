@@ -6,6 +6,7 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
+from typing import Annotated
 
 import numpy as np
 
@@ -24,12 +25,13 @@ from autobalance.correction.faces.patches import (
 )
 from autobalance.correction.faces.trace import FaceTrace
 from autobalance.correction.kind import Kind, Offer, Workpiece
-from autobalance.correction.refusals import refuse_below_zero
+from autobalance.correction.refusals import refuse_out_of_range
 from autobalance.correction.relaxing import Relaxing, deeper, thinner
 from autobalance.correction.room import Room, drawn_out
 from autobalance.correction.trace import Trace
 from autobalance.crank.anatomy import Anatomy, Face, Pin
 from autobalance.errors import CorrectionError
+from autobalance.ranges import NOT_NEGATIVE, POSITIVE
 from autobalance.rigid_rotor.moments import Moments
 from autobalance.solid.csg.shape import Shape
 from autobalance.solid.csg.solid import Region, Solid
@@ -73,13 +75,12 @@ class AddLimits(FaceLimits):
         Length of each main journal, from the web on, that is clear of the crankcase; likewise.
     """
 
-    crankcase_radius_mm: float | None = None
-    crankcase_gap_mm: float | None = None
+    crankcase_radius_mm: Annotated[float | None, POSITIVE] = None
+    crankcase_gap_mm: Annotated[float | None, NOT_NEGATIVE] = None
 
     def __post_init__(self) -> None:
         """Refuse limits that are no lengths."""
-        lengths = ("max_depth_mm", "min_wall_mm", "depth_step_mm", "crankcase_radius_mm", "crankcase_gap_mm")
-        refuse_below_zero("add", self, *lengths)
+        refuse_out_of_range("add", self)
         if self.sector_deg is not None and self.sector_deg[0] == self.sector_deg[1]:
             raise CorrectionError("add.sector_deg excludes every angle; all around is [0, 360]")
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
+from typing import Annotated
 
 from autobalance.correction.contract import Correction, Count, Figures, Item, Limits, Variety
 from autobalance.correction.cut import listed, on_step
@@ -19,11 +20,11 @@ from autobalance.correction.holes.trace import DrillTrace
 from autobalance.correction.holes.walls import HoleLimits, wall_left_mm
 from autobalance.correction.kind import Kind, Offer, Workpiece
 from autobalance.correction.refusals import (
+    STEP,
     Direction,
     Sectors,
-    refuse_below_zero,
     refuse_direction,
-    refuse_none,
+    refuse_out_of_range,
     refuse_sectors,
     refuse_sizes,
     refuse_wide,
@@ -32,9 +33,14 @@ from autobalance.correction.relaxing import MoreCuts, Otherwise, Relaxing, deepe
 from autobalance.correction.trace import Trace, stated_number
 from autobalance.crank.anatomy import Anatomy
 from autobalance.errors import CorrectionError
+from autobalance.ranges import COUNTED, NOT_NEGATIVE, POSITIVE, Rule
 from autobalance.rigid_rotor.moments import Moments
 from autobalance.solid.csg.solid import Solid
 from autobalance.wording import degrees, number
+
+POINT = Rule("must be 30 to 180", least=30.0, most=180.0)
+MOST_OBLIQUITY_DEG = math.degrees(CONTINUATION_RAD)
+OBLIQUITY = Rule(f"must be 0 to {MOST_OBLIQUITY_DEG:g}", least=0.0, most=MOST_OBLIQUITY_DEG)
 
 
 @dataclass(frozen=True)
@@ -73,18 +79,18 @@ class DrillLimits(Limits):
     """
 
     direction: Direction = "radial"
-    diameters_mm: tuple[float, ...] | None = None
-    max_drills: int = 2
-    point_angle_deg: float = 118.0
-    min_depth_mm: float = 2.0
-    max_depth_mm: float = 25.0
-    depth_step_mm: float = 0.1
-    max_holes: int = 6
-    min_wall_mm: float = 3.0
-    min_spacing_mm: float = 3.0
+    diameters_mm: Annotated[tuple[float, ...] | None, POSITIVE] = None
+    max_drills: Annotated[int, COUNTED] = 2
+    point_angle_deg: Annotated[float, POINT] = 118.0
+    min_depth_mm: Annotated[float, NOT_NEGATIVE] = 2.0
+    max_depth_mm: Annotated[float, POSITIVE] = 25.0
+    depth_step_mm: Annotated[float, STEP] = 0.1
+    max_holes: Annotated[int, COUNTED] = 6
+    min_wall_mm: Annotated[float, NOT_NEGATIVE] = 3.0
+    min_spacing_mm: Annotated[float, NOT_NEGATIVE] = 3.0
     sectors_deg: Sectors = ((0.0, 360.0),)
     zone: Zone = "counterweights"
-    max_obliquity_deg: float = 15.0
+    max_obliquity_deg: Annotated[float, OBLIQUITY] = 15.0
     deepen: bool = False
 
     def __post_init__(self) -> None:
@@ -94,16 +100,8 @@ class DrillLimits(Limits):
             raise CorrectionError(f"drill.zone is {self.zone!r}; must be 'counterweights' or 'anywhere'")
         if self.diameters_mm is not None:
             refuse_sizes("drill", "diameters_mm", "diameter", self.diameters_mm)
-        refuse_none("drill", self, "max_drills")
-        most = math.degrees(CONTINUATION_RAD)
-        if not 0.0 <= self.max_obliquity_deg <= most:
-            raise CorrectionError(
-                f"drill.max_obliquity_deg is {self.max_obliquity_deg:g}; must be 0 to {most:g}"
-            )
         refuse_sectors("drill", self.sectors_deg)
-        if not 30.0 <= self.point_angle_deg <= 180.0:
-            raise CorrectionError(f"drill.point_angle_deg is {self.point_angle_deg:g}; must be 30 to 180")
-        refuse_below_zero("drill", self, "depth_step_mm", "min_wall_mm", "min_spacing_mm", "min_depth_mm")
+        refuse_out_of_range("drill", self)
         if not self.min_depth_mm <= self.max_depth_mm < math.inf:
             raise CorrectionError(
                 f"drill.min_depth_mm = {self.min_depth_mm:g} is above max_depth_mm = {self.max_depth_mm:g}"
@@ -116,7 +114,6 @@ class DrillLimits(Limits):
                 f"drill.depth_step_mm = {step:g} leaves no depth between min_depth_mm = "
                 f"{self.min_depth_mm:g} and max_depth_mm = {self.max_depth_mm:g}"
             )
-        refuse_none("drill", self, "max_holes")
 
 
 @dataclass(frozen=True, eq=False)

@@ -10,6 +10,7 @@ import math
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from functools import cached_property
+from typing import Annotated
 
 import numpy as np
 
@@ -21,9 +22,9 @@ from autobalance.correction.kind import Kind, Offer, Workpiece
 from autobalance.correction.pockets.pocket import Pocket, lies_in, pockets
 from autobalance.correction.pockets.trace import PocketTrace
 from autobalance.correction.refusals import (
+    STEP,
     Sectors,
-    refuse_below_zero,
-    refuse_not_above_zero,
+    refuse_out_of_range,
     refuse_sectors,
 )
 from autobalance.correction.relaxing import Relaxing, deeper, thinner
@@ -31,6 +32,7 @@ from autobalance.correction.room import Room, blocks, sector_corners
 from autobalance.correction.trace import Trace
 from autobalance.crank.anatomy import Face
 from autobalance.errors import CorrectionError
+from autobalance.ranges import NOT_NEGATIVE, POSITIVE
 from autobalance.rigid_rotor.moments import Moments
 from autobalance.solid.csg.shape import Prism
 from autobalance.solid.csg.solid import Region, Solid
@@ -65,18 +67,17 @@ class MillLimits(Limits):
         the second; (0, 360) is all around.
     """
 
-    cutter_mm: float = 10.0
-    min_wall_mm: float = 3.0
-    min_depth_mm: float = 0.5
-    max_depth_mm: float = 15.0
-    depth_step_mm: float = 0.1
+    cutter_mm: Annotated[float, POSITIVE] = 10.0
+    min_wall_mm: Annotated[float, NOT_NEGATIVE] = 3.0
+    min_depth_mm: Annotated[float, POSITIVE] = 0.5
+    max_depth_mm: Annotated[float, POSITIVE] = 15.0
+    depth_step_mm: Annotated[float, STEP] = 0.1
     sectors_deg: Sectors = ((0.0, 360.0),)
 
     def __post_init__(self) -> None:
         """Refuse limits that contradict each other."""
-        refuse_not_above_zero("mill", self, "cutter_mm")
-        refuse_below_zero("mill", self, "min_wall_mm", "depth_step_mm")
-        if not 0.0 < self.min_depth_mm <= self.max_depth_mm < math.inf:
+        refuse_out_of_range("mill", self)
+        if not self.min_depth_mm <= self.max_depth_mm:
             raise CorrectionError(
                 f"mill.min_depth_mm is {self.min_depth_mm:g}; must be > 0 and at most "
                 f"max_depth_mm = {self.max_depth_mm:g}"

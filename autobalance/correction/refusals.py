@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
-from typing import Any, Literal
+from collections.abc import Mapping, Sequence
+from typing import Any, Literal, get_type_hints
 
 from autobalance.crank.anatomy import Anatomy
 from autobalance.errors import CorrectionError
+from autobalance.ranges import Rule
 
 Direction = Literal["radial", "axial"]
 Sectors = tuple[tuple[float, float], ...]
@@ -19,36 +20,42 @@ def refuse_direction(kind: str, direction: str) -> None:
         raise CorrectionError(f"{kind}.direction is {direction!r}; must be 'radial' or 'axial'")
 
 
-def refuse_below_zero(kind: str, limits: Any, *names: str) -> None:
-    """Refuse lengths below zero or without end; None is none."""
-    for name in names:
+FINEST_STEP_MM = 1e-6
+"""Of a machine; with a finer one the number of steps is no number any more."""
+STEP = Rule(f"must be 0 or ≥ {FINEST_STEP_MM:g}", least=FINEST_STEP_MM, besides=(0.0,))
+"""Range of a machine's step; 0: any depth."""
+
+
+def refuse_out_of_range(kind: str, limits: Any) -> None:
+    """Refuse numbers outside of what their fields declare in ``Annotated``, or without end; None is none."""
+    for name, rule in ranges_of(type(limits)).items():
         value = getattr(limits, name)
-        if value is not None and not 0.0 <= value < math.inf:
-            raise CorrectionError(f"{kind}.{name} is {value:g}; must be ≥ 0")
+        for number in value if isinstance(value, tuple) else (value,):
+            if number is not None and not (rule.holds(number) and math.isfinite(number)):
+                verb = "holds" if isinstance(value, tuple) else "is"
+                raise CorrectionError(f"{kind}.{name} {verb} {number:g}; {rule.text}")
 
 
-def refuse_not_above_zero(kind: str, limits: Any, *names: str) -> None:
-    """Refuse values that are not above zero or have no end; None is none."""
-    for name in names:
-        value = getattr(limits, name)
-        if value is not None and not 0.0 < value < math.inf:
-            raise CorrectionError(f"{kind}.{name} is {value:g}; must be > 0")
+def ranges_of(limits: type[Any]) -> Mapping[str, Rule]:
+    """Return the range of each field of a class of limits that declares one."""
+    if limits not in _RANGES:
+        hints = get_type_hints(limits, include_extras=True)
+        _RANGES[limits] = {
+            name: mark
+            for name, hint in hints.items()
+            for mark in getattr(hint, "__metadata__", ())
+            if isinstance(mark, Rule)
+        }
+    return _RANGES[limits]
 
 
-def refuse_none(kind: str, limits: Any, *names: str) -> None:
-    """Refuse counts below one."""
-    for name in names:
-        if getattr(limits, name) < 1:
-            raise CorrectionError(f"{kind}.{name} is {getattr(limits, name)}; must be ≥ 1")
+_RANGES: dict[type[Any], Mapping[str, Rule]] = {}
 
 
 def refuse_sizes(kind: str, key: str, one: str, sizes_mm: Sequence[float]) -> None:
-    """Refuse a list of sizes that is empty or not positive; ``one`` is what at least one is needed of."""
+    """Refuse a list of sizes that is empty; ``one`` is what at least one is needed of."""
     if not sizes_mm:
         raise CorrectionError(f"{kind}.{key} is empty; at least one {one} is needed")
-    for size in sizes_mm:
-        if not 0.0 < size < math.inf:
-            raise CorrectionError(f"{kind}.{key} holds {size:g}; must be > 0")
 
 
 def refuse_sectors(kind: str, sectors_deg: Sectors) -> None:

@@ -7,19 +7,21 @@ import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
+from typing import Annotated
 
 import numpy as np
 
 from autobalance.correction.contract import Array, Correction, Figures, Item, Limits
 from autobalance.correction.cut import EmptyPlace, listed
 from autobalance.correction.kind import Kind, Offer, Workpiece
-from autobalance.correction.refusals import refuse_below_zero, refuse_not_above_zero
+from autobalance.correction.refusals import STEP, refuse_out_of_range
 from autobalance.correction.relaxing import Relaxing, WiderLimits
 from autobalance.correction.rings.trace import RingTrace, faceted_ring
 from autobalance.correction.room import Room, blocks, sector_corners
 from autobalance.correction.trace import Trace
 from autobalance.crank.anatomy import Anatomy, Face, Web
 from autobalance.errors import CorrectionError
+from autobalance.ranges import POSITIVE
 from autobalance.rigid_rotor.moments import Moments
 from autobalance.solid.csg.shape import Joined, equal_area
 from autobalance.solid.csg.solid import Region, Solid, union
@@ -54,14 +56,13 @@ class TurnLimits(Limits):
         Step in which the machine sets the depth; 0: any depth [mm].
     """
 
-    min_radius_mm: float | None = None
+    min_radius_mm: Annotated[float | None, POSITIVE] = None
     per_web: bool = True
-    depth_step_mm: float = 0.0
+    depth_step_mm: Annotated[float, STEP] = 0.0
 
     def __post_init__(self) -> None:
         """Refuse limits that are no lengths."""
-        refuse_not_above_zero("turn", self, "min_radius_mm")
-        refuse_below_zero("turn", self, "depth_step_mm")
+        refuse_out_of_range("turn", self)
 
 
 @dataclass(frozen=True, eq=False)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import cmath
 import math
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
@@ -11,8 +12,8 @@ from autobalance.dynamics.staged_assembly import CRANK, KeyShare, ShaftKey
 from autobalance.errors import JobError
 from autobalance.job.model.assembly import AssemblyEntry, PartSolid
 from autobalance.job.model.engine import LengthUnit
-from autobalance.job.toml.keys import Key, Values, read
-from autobalance.job.toml.table import ANY, NOT_NEGATIVE, POSITIVE, Table
+from autobalance.job.toml.keys import Key, Values
+from autobalance.ranges import ANY, NOT_NEGATIVE, POSITIVE
 from autobalance.units import G_PER_MM3_PER_KG_M3
 
 Vector = tuple[float, float]
@@ -42,14 +43,23 @@ ASSEMBLY_KEYS = (
     Key("speed_ratio", float, "of another shaft to the crank", POSITIVE, 1.0),
 )
 ASSEMBLY = Key(
-    "assembly", says="parts put on in the order listed", keys=ASSEMBLY_KEYS, many=True, default=None
+    "assembly",
+    says="parts put on, in the order listed: see [rotors.md](rotors.md)",
+    keys=ASSEMBLY_KEYS,
+    many=True,
+    default=(),
+    verbs="balance, recut",
 )
 
 
-def read_assembly(root: Table, folder: Path) -> tuple[AssemblyEntry, ...]:
-    """Read the parts of a job; files are relative to its folder."""
-    raw = {"assembly": root.raw["assembly"]} if "assembly" in root else {}
-    found = read(raw, (ASSEMBLY,))["assembly"]
+def assembly_of(found: Sequence[Values], folder: Path) -> tuple[AssemblyEntry, ...]:
+    """Return the parts that ``[[assembly]]`` says; files are relative to the job's folder.
+
+    Raises
+    ------
+    JobError
+        If they are impossible.
+    """
     ratios: dict[str, float] = {}
     entries = []
     for number, each in enumerate(found, 1):

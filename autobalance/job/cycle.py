@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
+from dataclasses import replace
 from typing import Any, Literal
 
 from autobalance.engine.cycle.cylinder import Strokes
@@ -12,136 +13,210 @@ from autobalance.engine.cycle.pendulum import Path as PendulumPath
 from autobalance.engine.cycle.pendulum import Pendulum
 from autobalance.errors import JobError
 from autobalance.job.model.cycle import Absorber, Cycle, CylinderGas, Film, Model, Peg, TraceFile
-from autobalance.job.toml.table import ANY, COUNTED, NOT_NEGATIVE, POSITIVE, SHARE, Rule, Table
+from autobalance.job.toml.keys import Key, Values, plain
+from autobalance.ranges import ANY, COUNTED, NOT_NEGATIVE, POSITIVE, SHARE, Rule
 from autobalance.units import BAR_PER_MPA, G_MM2_PER_KG_MM2, N_M_PER_N_MM
 
 WallHeat = Literal["none", "woschni"]
-
-BORE = Rule(lambda x: x >= 1.0, "must be ≥ 1")
-EXPONENT = Rule(lambda x: 0.0 < x <= 50.0, "must be > 0 and at most 50")
-GAMMA = Rule(lambda x: 1.0 < x <= 3.0, "must be > 1 and at most 3")
-GAMMA_SLOPE = Rule(lambda x: abs(x) <= 1e-3, "must be −0.001 to 0.001")
-RATIO = Rule(lambda x: x > 1.0, "must be > 1")
-ABSOLUTE = Rule(lambda x: x >= 0.0, "must be absolute, ≥ 0 (gauge?)")
-ABSOLUTE_ABOVE_0 = Rule(lambda x: x >= 1e-3, "must be absolute, ≥ 0.001 (gauge?)")
-LARGEST_SWING_DEG = 90.0
-MM3_PER_CM3 = 1e3
-
-CYLINDER_KEYS: Mapping[str, tuple[Any, Rule, Any]] = {
-    "bore_mm": (float, BORE, None),
-    "compression_ratio": (float, RATIO, None),
-    "model": (Model, ANY, "wiebe"),
-    "start_deg": (float, ANY, -15.0),
-    "duration_deg": (float, POSITIVE, 50.0),
-    "wiebe_a": (float, POSITIVE, 5.0),
-    "wiebe_n": (float, EXPONENT, 3.0),
-    "heat_J": (float, NOT_NEGATIVE, None),
-    "gamma": (float, GAMMA, 1.35),
-    "gamma_per_K": (float, GAMMA_SLOPE, 0.0),
-    "intake_pressure_bar": (float, ABSOLUTE_ABOVE_0, 1.0),
-    "intake_temperature_K": (float, POSITIVE, 330.0),
-    "exhaust_pressure_bar": (float, ABSOLUTE, 1.1),
-    "crankcase_pressure_bar": (float, ABSOLUTE, 1.0),
-    "crankcase_volume_cm3": (float, POSITIVE, None),
-    "intake_closes_deg": (float, ANY, None),
-    "exhaust_opens_deg": (float, ANY, None),
-}
-"""Keys that may differ from cylinder to cylinder: type, rule, default."""
-ENGINE_KEYS: Mapping[str, tuple[Any, Rule, Any]] = {
-    "trace": (str, ANY, "pressure.csv"),
-    "trace_shift_deg": (float, ANY, 0.0),
-    "trace_peg": (Peg, ANY, "none"),
-    "trace_smooth_deg": (float, NOT_NEGATIVE, 0.0),
-    "firing_order": (tuple[int, ...], COUNTED, None),
-    "firing_deg": (tuple[float, ...], ANY, None),
-    "flywheel_kg_mm2": (float, NOT_NEGATIVE, 0.0),
-    "fluctuation_wanted": (float, POSITIVE, None),
-    "wall_heat": (WallHeat, ANY, "none"),
-    "wall_temperature_K": (float, POSITIVE, 450.0),
-}
-FRICTION_KEYS = ("main_mu", "chen_flynn")
-PENDULUM_KEYS = ("order", "distance_mm", "path", "swing_deg", "reduction")
-FILM_KEYS = (
-    "viscosity_Pa_s",
-    "main_clearance_mm",
-    "main_length_mm",
-    "crankpin_clearance_mm",
-    "crankpin_length_mm",
-)
 ChenFlynn = tuple[float, float, float, float]
 
+BORE = Rule("must be ≥ 1", least=1.0)
+EXPONENT = Rule("must be > 0 and at most 50", above=0.0, most=50.0)
+GAMMA = Rule("must be > 1 and at most 3", above=1.0, most=3.0)
+GAMMA_SLOPE = Rule("must be −0.001 to 0.001", least=-1e-3, most=1e-3)
+RATIO = Rule("must be > 1", above=1.0)
+ABSOLUTE = Rule("must be absolute, ≥ 0 (gauge?)", least=0.0)
+ABSOLUTE_ABOVE_0 = Rule("must be absolute, ≥ 0.001 (gauge?)", least=1e-3)
+STROKES = Rule("must be 2 or 4", one_of=(2, 4))
+MM3_PER_CM3 = 1e3
+DEAD_CENTRE = "the bottom dead centre beside firing"
 
-def read_cycle(root: Table) -> Cycle | None:
-    """Read ``[cycle]``; None where it is absent.
+CYLINDER = (
+    Key("bore_mm", float, "of the cylinder", BORE),
+    Key(
+        "compression_ratio",
+        float,
+        "greatest over least volume; may be missing for a trace, whose volumes then count from top dead "
+        "centre",
+        RATIO,
+        None,
+        usual="required",
+    ),
+    Key("model", Model, '`"motored"`: without heat; `"trace"`: measured', default="wiebe"),
+    Key(
+        "start_deg",
+        float,
+        "heat release x = 1 − exp(−a ((θ − start)/duration)ⁿ) after firing top dead centre",
+        ANY,
+        -15.0,
+    ),
+    Key("duration_deg", float, "of it; it goes on past the duration", POSITIVE, 50.0),
+    Key("wiebe_a", float, "a of it", POSITIVE, 5.0),
+    Key("wiebe_n", float, "n of it", EXPONENT, 3.0),
+    Key("heat_J", float, "per cylinder and cycle", NOT_NEGATIVE, None, usual='required for `"wiebe"`'),
+    Key("gamma", float, "ratio of specific heats at the intake temperature", GAMMA, 1.35),
+    Key("gamma_per_K", float, "how it changes with temperature (−6e-5 for air)", GAMMA_SLOPE, 0.0),
+    Key("intake_pressure_bar", float, "when the intake closes; absolute", ABSOLUTE_ABOVE_0, 1.0),
+    Key("intake_temperature_K", float, "when the intake closes", POSITIVE, 330.0),
+    Key("exhaust_pressure_bar", float, "absolute; four strokes", ABSOLUTE, 1.1),
+    Key("crankcase_pressure_bar", float, "below the piston, at top dead centre; absolute", ABSOLUTE, 1.0),
+    Key(
+        "crankcase_volume_cm3",
+        float,
+        "volume below the piston at top dead centre, whose gas is pressed together without loss",
+        POSITIVE,
+        None,
+        usual="constant pressure",
+    ),
+    Key("intake_closes_deg", float, "after firing top dead centre, below 0", ANY, None, usual=DEAD_CENTRE),
+    Key("exhaust_opens_deg", float, "after firing top dead centre", ANY, None, usual=DEAD_CENTRE),
+)
+"""Keys that may differ from cylinder to cylinder."""
+OF_A_CYLINDER = (
+    Key("number", int, "which cylinder: by throw, then by place in `bank_deg`", COUNTED),
+    *(replace(key, default=None, usual="as `[cycle]`") for key in CYLINDER),
+)
+OF_THE_ENGINE = (
+    Key(
+        "trace",
+        str,
+        "relative to the job: `angle_deg` or `angle_rad`, `pressure_bar`, `_kPa`, `_MPa`, `_Pa` or `_psi`; "
+        "whole "
+        "cycles on end, or −180° to 180° of a four-stroke",
+        default="pressure.csv",
+    ),
+    Key("trace_shift_deg", float, "added to its angles", ANY, 0.0),
+    Key("trace_peg", Peg, '`"intake"` sets its level from −185° to −175°', default="none"),
+    Key("trace_smooth_deg", float, "width over which cubics are fitted", NOT_NEGATIVE, 0.0),
+    Key(
+        "firing_order",
+        tuple[int, ...],
+        "the order alone: of all firing angles that keep it, those with the least sum of squared intervals",
+        COUNTED,
+        None,
+        usual="for one cylinder",
+    ),
+    Key(
+        "firing_deg",
+        tuple[float, ...],
+        "instead: the crank angle of each cylinder's firing top dead centre",
+        default=None,
+    ),
+    Key("flywheel_kg_mm2", float, "inertia besides the crank's own", NOT_NEGATIVE, 0.0),
+    Key("fluctuation_wanted", float, "what a flywheel is looked for", POSITIVE, None),
+    Key("wall_heat", WallHeat, '`"woschni"`: heat through the walls', default="none"),
+    Key("wall_temperature_K", float, "of the walls", POSITIVE, 450.0),
+)
+FRICTION = (
+    Key("main_mu", float, "Coulomb at the main journals, |F| d/2 μ/√(1 + μ²)", NOT_NEGATIVE, 0.0),
+    Key(
+        "chen_flynn",
+        ChenFlynn,
+        "A + B p_max + C c_m + D c_m² in bar, for rings, skirts and auxiliaries",
+        default=NO_FRICTION.chen_flynn,
+    ),
+)
+PENDULUM = (
+    Key("order", float, "that it is tuned to", POSITIVE),
+    Key("distance_mm", float, "from the crank axis to its pivot", POSITIVE),
+    Key("path", PendulumPath, "of its mass", default="circular"),
+    Key("swing_deg", float, "how far it may swing", POSITIVE, 20.0),
+    Key("reduction", float, "share of the order's torque that it is to take", SHARE, 1.0),
+)
+FILM = (
+    Key("viscosity_Pa_s", float, "of the oil", POSITIVE),
+    Key("main_clearance_mm", float, "radial, of the main journals", POSITIVE),
+    Key("main_length_mm", float, "of their bearings", POSITIVE, None, usual="the journal's width"),
+    Key("crankpin_clearance_mm", float, "radial, of the big ends", POSITIVE, None),
+    Key("crankpin_length_mm", float, "of their bearings", POSITIVE, None, usual="the crankpin's width"),
+)
+CYCLE = Key(
+    "cycle",
+    says="what burns in the cylinders: see [cycle.md](cycle.md)",
+    default=None,
+    verbs="cycle, orders, torsion, bench",
+    keys=(
+        Key("strokes", int, "of a cycle", STROKES, 4),
+        *CYLINDER,
+        *OF_THE_ENGINE,
+        Key("cylinder", says="a cylinder that differs", keys=OF_A_CYLINDER, many=True, default=()),
+        Key("friction", says="what friction takes", keys=FRICTION, default=None),
+        Key("pendulum", says="a pendulum absorber", keys=PENDULUM, default=None),
+        Key("film", says="the journals' orbits in their oil", keys=FILM, default=None),
+    ),
+    shape={
+        "allOf": [
+            {
+                "if": {"not": {"properties": {"model": {"const": "trace"}}, "required": ["model"]}},
+                "then": {"required": ["compression_ratio"]},
+            },
+            {
+                "if": {"properties": {"model": {"const": "wiebe"}}},
+                "then": {"required": ["heat_J"]},
+            },
+        ]
+    },
+)
+
+
+def cycle_of(values: Values, raw: Mapping[str, Any]) -> Cycle:
+    """Return what the values of ``[cycle]`` say; ``raw`` is the table, for what its cylinders leave open.
 
     Raises
     ------
     JobError
-        If a key is unknown, missing, of the wrong type or impossible.
+        If they contradict each other.
     """
-    if "cycle" not in root:
-        return None
-    known = ("strokes", *CYLINDER_KEYS, *ENGINE_KEYS, "cylinder", "friction", "pendulum", "film")
-    table = root.table("cycle", known)
-    strokes = _strokes(table)
-    shared = {key: table.raw[key] for key in CYLINDER_KEYS if key in table}
-    own = {key: table.optional(key, *each) for key, each in ENGINE_KEYS.items()}
-    default = _gas(Table(shared, table.path, None), strokes, own["wall_heat"])
+    strokes: Strokes = 2 if values["strokes"] == 2 else 4
+    default = _gas(values, strokes, values["wall_heat"], "cycle")
     by_cylinder: dict[int, CylinderGas] = {}
-    for item in table.tables("cylinder", ("number", *CYLINDER_KEYS)):
-        number = item.value("number", int, COUNTED)
+    for place, each in enumerate(values["cylinder"], 1):
+        where, number = f"cycle.cylinder[{place}]", each["number"]
         if number in by_cylinder:
-            raise JobError(f"{item.place('number')} is {number} again; each cylinder may stand once")
-        merged = {**shared, **{key: value for key, value in item.raw.items() if key != "number"}}
-        by_cylinder[number] = _gas(Table(merged, item.path, None), strokes, own["wall_heat"])
-    if own["firing_order"] is not None and own["firing_deg"] is not None:
+            raise JobError(f"{where}.number is {number} again; each cylinder may stand once")
+        own = {key: value for key, value in each.items() if key in raw["cylinder"][place - 1]}
+        by_cylinder[number] = _gas({**values, **own}, strokes, values["wall_heat"], where)
+    order, angles = values["firing_order"], values["firing_deg"]
+    if order is not None and angles is not None:
         raise JobError("cycle.firing_deg is given beside cycle.firing_order; must be one or the other")
-    given = own["firing_deg"]
     return Cycle(
         strokes,
         default,
         by_cylinder,
         TraceFile(
-            own["trace"],
-            math.radians(own["trace_shift_deg"]),
-            own["trace_peg"],
-            math.radians(own["trace_smooth_deg"]),
+            values["trace"],
+            math.radians(values["trace_shift_deg"]),
+            values["trace_peg"],
+            math.radians(values["trace_smooth_deg"]),
         ),
-        own["firing_order"],
-        None if given is None else tuple(math.radians(angle) for angle in given),
-        own["flywheel_kg_mm2"] * G_MM2_PER_KG_MM2,
-        own["fluctuation_wanted"],
-        own["wall_temperature_K"] if own["wall_heat"] == "woschni" else None,
-        _friction(table),
-        _absorber(table),
-        _film(table),
-        _filled_in(table, strokes, own),
+        order,
+        None if angles is None else tuple(math.radians(angle) for angle in angles),
+        values["flywheel_kg_mm2"] * G_MM2_PER_KG_MM2,
+        values["fluctuation_wanted"],
+        values["wall_temperature_K"] if values["wall_heat"] == "woschni" else None,
+        NO_FRICTION if values["friction"] is None else Friction(**values["friction"]),
+        _absorber(values["pendulum"]),
+        None if values["film"] is None else Film(*values["film"].values()),
+        _filled_in(values, raw),
     )
 
 
-def _strokes(table: Table) -> Strokes:
-    strokes = table.optional("strokes", int, default=4)
-    if strokes not in (2, 4):
-        raise JobError(f"{table.place('strokes')} is {strokes}; must be 2 or 4")
-    return 2 if strokes == 2 else 4
-
-
-def _gas(table: Table, strokes: Strokes, wall_heat: WallHeat) -> CylinderGas:
-    values = {key: table.optional(key, *each) for key, each in CYLINDER_KEYS.items()}
-    bore = table.value("bore_mm", float, BORE)
+def _gas(values: Values, strokes: Strokes, wall_heat: WallHeat, where: str) -> CylinderGas:
     model: Model = values["model"]
-    if model != "trace":
-        table.value("compression_ratio", float, RATIO)
-    if model == "wiebe":
-        table.value("heat_J", float, NOT_NEGATIVE)
+    for key, rule, needed in (
+        ("compression_ratio", RATIO, model != "trace"),
+        ("heat_J", NOT_NEGATIVE, model == "wiebe"),
+    ):
+        if needed and values[key] is None:
+            raise JobError(f"{where}.{key} is missing; it {rule.text}")
     if wall_heat == "woschni" and values["wiebe_n"] < 1.0:
-        raise JobError(f"{table.place('wiebe_n')} is {values['wiebe_n']:g}; must be ≥ 1 with wall heat")
+        raise JobError(f"{where}.wiebe_n is {values['wiebe_n']:g}; must be ≥ 1 with wall heat")
     half = 90.0 * strokes
-    _check_between(table, "intake_closes_deg", -half, 0.0)
-    _check_between(table, "exhaust_opens_deg", 0.0, half)
+    _check_between(values, where, "intake_closes_deg", -half, 0.0)
+    _check_between(values, where, "exhaust_opens_deg", 0.0, half)
     heat, case = values["heat_J"], values["crankcase_volume_cm3"]
     return CylinderGas(
-        bore,
+        values["bore_mm"],
         values["compression_ratio"],
         model,
         math.radians(values["start_deg"]),
@@ -161,65 +236,31 @@ def _gas(table: Table, strokes: Strokes, wall_heat: WallHeat) -> CylinderGas:
     )
 
 
-def _check_between(table: Table, key: str, low: float, high: float) -> None:
+def _check_between(values: Values, where: str, key: str, low: float, high: float) -> None:
     """Refuse a valve angle that is not on its side of firing top dead centre."""
-    value = table.optional(key, float)
+    value = values[key]
     if value is not None and not (low <= value <= high and value != 0.0):
-        raise JobError(f"{table.place(key)} is {value:g}; must be {low:g} to {high:g}, and not 0")
+        raise JobError(f"{where}.{key} is {value:g}; must be {low:g} to {high:g}, and not 0")
 
 
 def _radians(degrees: float | None) -> float | None:
     return None if degrees is None else math.radians(degrees)
 
 
-def _friction(cycle: Table) -> Friction:
-    if "friction" not in cycle:
-        return NO_FRICTION
-    table = cycle.table("friction", FRICTION_KEYS)
-    return Friction(
-        table.optional("main_mu", float, NOT_NEGATIVE, default=0.0),
-        table.optional("chen_flynn", ChenFlynn, default=NO_FRICTION.chen_flynn),
-    )
-
-
-def _absorber(cycle: Table) -> Absorber | None:
-    if "pendulum" not in cycle:
+def _absorber(values: Values | None) -> Absorber | None:
+    if values is None:
         return None
-    table = cycle.table("pendulum", PENDULUM_KEYS)
-    path: PendulumPath = table.optional("path", PendulumPath, default="circular")
-    pendulum = Pendulum(
-        table.value("order", float, POSITIVE), table.value("distance_mm", float, POSITIVE), path
-    )
-    swing = table.optional("swing_deg", float, POSITIVE, default=20.0)
-    most = math.degrees(pendulum.widest_swing_rad)
+    pendulum = Pendulum(values["order"], values["distance_mm"], values["path"])
+    swing, most = values["swing_deg"], math.degrees(pendulum.widest_swing_rad)
     if swing > most:
-        raise JobError(f"{table.place('swing_deg')} is {swing:g}; this path ends at {most:.4g}")
-    return Absorber(pendulum, math.radians(swing), table.optional("reduction", float, SHARE, default=1.0))
+        raise JobError(f"cycle.pendulum.swing_deg is {swing:g}; this path ends at {most:.4g}")
+    return Absorber(pendulum, math.radians(swing), values["reduction"])
 
 
-def _film(cycle: Table) -> Film | None:
-    if "film" not in cycle:
-        return None
-    table = cycle.table("film", FILM_KEYS)
-    return Film(
-        table.value("viscosity_Pa_s", float, POSITIVE),
-        table.value("main_clearance_mm", float, POSITIVE),
-        table.optional("main_length_mm", float, POSITIVE),
-        table.optional("crankpin_clearance_mm", float, POSITIVE),
-        table.optional("crankpin_length_mm", float, POSITIVE),
-    )
-
-
-def _filled_in(table: Table, strokes: Strokes, own: Mapping[str, Any]) -> dict[str, Any]:
-    """Return the table as it was read, in its own units, with every default."""
-    friction = table.table("friction", FRICTION_KEYS).raw
-    values = {
-        "strokes": strokes,
-        **{key: table.optional(key, *each) for key, each in CYLINDER_KEYS.items()},
-        **{key: list(value) if isinstance(value, tuple) else value for key, value in own.items()},
-        "friction": {"main_mu": 0.0, "chen_flynn": [0.0, 0.0, 0.0, 0.0], **friction},
-    }
-    for key in ("cylinder", "pendulum", "film"):
-        if key in table:
-            values[key] = table.raw[key]
-    return values
+def _filled_in(values: Values, raw: Mapping[str, Any]) -> dict[str, Any]:
+    """Return the table as it was read, in its own units, with every default; tables inside as they stand."""
+    friction = {key.name: plain(key.default) for key in FRICTION} | dict(raw.get("friction", {}))
+    own = {key: raw[key] for key in ("cylinder", "pendulum", "film") if key in raw}
+    tables = ("cylinder", "friction", "pendulum", "film")
+    plainly = {key: plain(value) for key, value in values.items() if key not in tables}
+    return {**plainly, "friction": friction, **own}

@@ -8,8 +8,8 @@ from pathlib import Path
 from typing import Any
 
 from autobalance.errors import JobError
-from autobalance.job.toml.keys import Key, Values, read, read_document
-from autobalance.job.toml.table import COUNTED, NOT_NEGATIVE, POSITIVE
+from autobalance.job.toml.keys import Key, Values, read_document
+from autobalance.ranges import COUNTED, NOT_NEGATIVE, POSITIVE
 from autobalance.signal.drive_sources import Belt, Drive, DrivenShaft, Gear
 
 NAME = Key("name", str, "as it is told")
@@ -41,6 +41,14 @@ DRIVE_KEYS = (
     Key("belt", says="belts and chains", keys=BELT_KEYS, many=True, default=()),
     Key("shaft", says="shafts and accessories", keys=SHAFT_KEYS, many=True, default=()),
 )
+DRIVE = Key(
+    "drive",
+    says="gears, belts and shafts that the crank drives: see [signals.md](signals.md)",
+    keys=DRIVE_KEYS,
+    default=None,
+    verbs="orders",
+    shape={"minProperties": 1},
+)
 
 
 def read_drive(source: str | Path | Mapping[str, Any]) -> Drive:
@@ -56,13 +64,15 @@ def read_drive(source: str | Path | Mapping[str, Any]) -> Drive:
     return read_document(source, "drive file", DRIVE_KEYS, _drive)
 
 
-def drive_of_job(raw: Mapping[str, Any]) -> Drive | None:
-    """Return the ``[drive]`` of a job's tables; None where it has none."""
-    if "drive" not in raw:
-        return None
-    if not isinstance(raw["drive"], Mapping):
-        raise JobError("drive is no table; must be [[drive.gear]], [[drive.belt]], [[drive.shaft]]")
-    return _drive(read(raw["drive"], DRIVE_KEYS, "drive"), "drive.")
+def drive_of(values: Values) -> Drive:
+    """Return what the values of a job's ``[drive]`` say.
+
+    Raises
+    ------
+    JobError
+        If there is nothing in it, or it is impossible.
+    """
+    return _drive(values, "drive.")
 
 
 def _drive(values: Values, path: str = "") -> Drive:

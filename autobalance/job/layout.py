@@ -8,75 +8,128 @@ from typing import Literal
 
 from autobalance.errors import JobError
 from autobalance.job.model import BalanceShaftEntry, Bolted, CylinderLayout, RodOnScales
-from autobalance.job.toml.table import ANY, COUNTED, NOT_NEGATIVE, POSITIVE, Table
+from autobalance.job.solid_weights import SOLID_ROD
+from autobalance.job.toml.keys import FILLED, Key, Values, plain
+from autobalance.ranges import ANY, COUNTED, NOT_NEGATIVE, POSITIVE
 from autobalance.units import G_MM2_PER_KG_MM2
 
 Sense = Literal["forward", "backward"]
+VERBS = "forces, shafts, cycle, orders"
+
+BANK_DEG = Key(
+    "bank_deg",
+    float | tuple[float, ...],
+    "direction of the cylinder, from the rotor's x axis at crank angle 0, or a list of one for each rod",
+    ANY,
+    None,
+    not_empty="must hold one angle for each rod",
+    verbs=VERBS,
+)
+LAYOUT = Key(
+    "layout",
+    says="where the cylinders stand",
+    default=FILLED,
+    verbs=VERBS,
+    keys=(
+        BANK_DEG,
+        Key("rod_pitch_mm", float, "between the rods of a throw, along the axis", ANY, 0.0),
+        Key("offset_mm", float, "of the cylinder's axis beside the crank axis", ANY, 0.0),
+    ),
+)
+ON_SCALES = (
+    Key("big_end_g", float, "on the scale under the big end", NOT_NEGATIVE),
+    Key("small_end_g", float, "on the scale under the small end", NOT_NEGATIVE),
+    Key("inertia_kg_mm2", float, "about its centre of mass", POSITIVE, None),
+    Key("solid", dict, "of which file it was measured, in a job that a report holds", default=FILLED),
+)
+ROD = Key(
+    "rod",
+    says="the bare connecting rod",
+    keys=ON_SCALES,
+    forms=(Key("", says="on two scales", keys=ON_SCALES), SOLID_ROD),
+    default=None,
+    verbs="forces, shafts, parts, cycle",
+)
+BOLTED = (
+    Key("name", str, "what it is"),
+    Key("eccentricity_mm", float, "of its centre of mass"),
+    Key("cad_g", float, "as drawn", NOT_NEGATIVE),
+    Key("weighed_g", float, "as weighed", NOT_NEGATIVE, None),
+)
+SHAFTS = Key(
+    "shafts",
+    says="balance shafts",
+    many=True,
+    default=(),
+    verbs="forces, shafts, parts, orders",
+    keys=(
+        Key("order", int, "its speed over the crank's", COUNTED),
+        Key("sense", Sense, "with the crank or against it"),
+        Key("product_g_mm", float, "its unbalance; or the sum of `weight`", default=None),
+        Key("phase_deg", float, "of its unbalance at crank angle 0", ANY, 180.0),
+        Key("place_mm", tuple[float, float], "of its axis, rotor frame", ANY, (0.0, 0.0)),
+        Key("z_mm", float, "of its unbalance, rotor frame", ANY, None, usual="at the reference of moments"),
+        Key("weight", says="weights bolted on", keys=BOLTED, many=True, default=()),
+    ),
+)
 
 
-def read_layout(engine: Table, throws: Sequence[Table]) -> CylinderLayout:
-    """Read ``[engine.layout]`` and the bank angles of the throws that differ."""
-    table = engine.table("layout", ("bank_deg", "rod_pitch_mm", "offset_mm"))
-    by_throw = {}
-    for throw in throws:
-        banks = _banks(throw)
-        if banks is not None:
-            by_throw[throw.value("number", int, COUNTED)] = banks
+def layout_of(values: Values, throws: Sequence[Values]) -> CylinderLayout:
+    """Return ``[engine.layout]`` with the bank angles of the throws that differ."""
+    by_throw = {each["number"]: _radians(each["bank_deg"]) for each in throws}
     return CylinderLayout(
-        _banks(table),
-        by_throw,
-        table.optional("rod_pitch_mm", float, ANY, default=0.0),
-        table.optional("offset_mm", float, ANY, default=0.0),
+        _radians(values["bank_deg"]),
+        {number: banks for number, banks in by_throw.items() if banks is not None},
+        values["rod_pitch_mm"],
+        values["offset_mm"],
     )
 
 
-def _banks(table: Table) -> tuple[float, ...] | None:
-    given = table.optional("bank_deg", float | tuple[float, ...])
+def _radians(given: float | tuple[float, ...] | None) -> tuple[float, ...] | None:
     if given is None:
         return None
-    angles = given if isinstance(given, tuple) else (given,)
-    if not angles:
-        raise JobError(f"{table.place('bank_deg')} is an empty list; must hold one angle for each rod")
-    return tuple(math.radians(angle) for angle in angles)
+    return tuple(math.radians(angle) for angle in (given if isinstance(given, tuple) else (given,)))
 
 
-def read_rod(engine: Table) -> RodOnScales | None:
-    """Read ``[engine.rod]``; None where it is absent."""
-    if "rod" not in engine:
+def rod_of(values: Values | None) -> RodOnScales | None:
+    """Return ``[engine.rod]``; None where it is absent."""
+    if values is None:
         return None
-    table = engine.table("rod", ("big_end_g", "small_end_g", "inertia_kg_mm2", "solid"))
-    inertia = table.optional("inertia_kg_mm2", float, POSITIVE)
+    inertia = values["inertia_kg_mm2"]
     return RodOnScales(
-        table.value("big_end_g", float, NOT_NEGATIVE),
-        table.value("small_end_g", float, NOT_NEGATIVE),
+        values["big_end_g"],
+        values["small_end_g"],
         None if inertia is None else inertia * G_MM2_PER_KG_MM2,
-        table.table("solid", None).raw,
+        dict(values["solid"]),
     )
 
 
-SHAFT_KEYS = ("order", "sense", "product_g_mm", "phase_deg", "place_mm", "z_mm", "weight")
-WEIGHT_KEYS = ("name", "eccentricity_mm", "cad_g", "weighed_g")
+def shafts_of(found: Sequence[Values]) -> tuple[BalanceShaftEntry, ...]:
+    """Return ``[[shafts]]``.
+
+    Raises
+    ------
+    JobError
+        If one has its product and weights, or neither.
+    """
+    return tuple(_shaft(values, f"shafts[{place}]") for place, values in enumerate(found, 1))
 
 
-def read_shafts(root: Table) -> tuple[BalanceShaftEntry, ...]:
-    """Read ``[[shafts]]``."""
-    return tuple(_shaft(table) for table in root.tables("shafts", SHAFT_KEYS))
-
-
-def _shaft(table: Table) -> BalanceShaftEntry:
-    weights = tuple(_bolted(item) for item in table.tables("weight", WEIGHT_KEYS))
-    if weights and "product_g_mm" in table:
-        raise JobError(f"{table.place('product_g_mm')} is given beside weights; must be one or the other")
-    product = sum(_weight_g(item) * item.eccentricity_mm for item in weights)
-    sense: Sense = table.value("sense", Sense)
+def _shaft(values: Values, where: str) -> BalanceShaftEntry:
+    weights = tuple(Bolted(**each) for each in values["weight"])
+    product = values["product_g_mm"]
+    if weights and product is not None:
+        raise JobError(f"{where}.product_g_mm is given beside weights; must be one or the other")
+    if not weights and product is None:
+        raise JobError(f"{where}.product_g_mm is missing")
     return BalanceShaftEntry(
-        table.value("order", int, COUNTED),
-        sense == "forward",
-        product if weights else table.value("product_g_mm", float),
-        math.radians(table.optional("phase_deg", float, default=180.0)),
-        table.optional("place_mm", tuple[float, float], default=(0.0, 0.0)),
+        values["order"],
+        values["sense"] == "forward",
+        sum(_weight_g(item) * item.eccentricity_mm for item in weights) if weights else product,
+        math.radians(values["phase_deg"]),
+        values["place_mm"],
         weights,
-        table.optional("z_mm", float),
+        values["z_mm"],
     )
 
 
@@ -84,10 +137,7 @@ def _weight_g(item: Bolted) -> float:
     return item.cad_g if item.weighed_g is None else item.weighed_g
 
 
-def _bolted(table: Table) -> Bolted:
-    return Bolted(
-        table.value("name", str),
-        table.value("eccentricity_mm", float),
-        table.value("cad_g", float, NOT_NEGATIVE),
-        table.optional("weighed_g", float, NOT_NEGATIVE),
-    )
+def shaft_values(values: Values) -> Values:
+    """Return a balance shaft as the report has it: its product, or its weights."""
+    other = "product_g_mm" if values["weight"] else "weight"
+    return {key: plain(value) for key, value in values.items() if key != other}

@@ -1,69 +1,154 @@
 """The ``[correction]`` table becomes the limits of each kind of correction.
 
-The limits of a kind are a frozen dataclass whose fields are named and typed as the keys of its table; the
-kinds are those entered in ``autobalance.correction``.
+The limits of a kind are a frozen dataclass whose fields are named and typed as the keys of its table, their
+ranges in ``Annotated``, their meanings in its docstring; the kinds are those entered in
+``autobalance.correction``.
 """
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from dataclasses import fields
-from typing import Any, Literal, get_type_hints
+import inspect
+import re
+from collections.abc import Iterator, Mapping
+from dataclasses import MISSING, Field, fields
+from typing import Any, Literal, get_args, get_origin, get_type_hints
 
 from autobalance.correction import KINDS, Limits
 from autobalance.correction.contract import Prefer
+from autobalance.correction.faces.patches import FaceLimits
 from autobalance.errors import CorrectionError, JobError
-from autobalance.job.toml.table import ANY, NOT_NEGATIVE, POSITIVE, Rule, Table
+from autobalance.job.toml.keys import Key, Values, names, read
+from autobalance.ranges import ANY, NOT_NEGATIVE, Rule
 
 FACE_KEYS = ("faces", "sector_deg", "max_depth_mm", "same_depth", "min_wall_mm")
 """Keys of the top level, which the kinds share whose limits have ``faces``."""
-
-FINEST_STEP_MM = 1e-6
-"""Of a machine; with a finer one the number of steps is no number any more."""
-RULES: Mapping[str, Rule] = {
-    "max_depth_mm": POSITIVE,
-    "min_wall_mm": NOT_NEGATIVE,
-    "crankcase_radius_mm": POSITIVE,
-    "crankcase_gap_mm": NOT_NEGATIVE,
-    "depth_step_mm": Rule(lambda x: x == 0.0 or x >= FINEST_STEP_MM, f"must be 0 or ≥ {FINEST_STEP_MM:g}"),
+OF_FACES = {
+    "faces": "or a list of ids from `inspect`, or of points in file coordinates in mm, one on each face",
+    "sector_deg": "only this part of each face: two angles about the axis, in the rotor frame",
+    "max_depth_mm": "greatest depth",
+    "same_depth": "one depth for all faces",
+    "min_wall_mm": "metal to leave behind the new face",
+}
+USUAL = {
+    "sector_deg": "all around",
+    "max_depth_mm": "what the metal allows",
+    "min_wall_mm": "a quarter of the web",
 }
 
+PREFER = (
+    'what to spare among plans that reach the aim: `"simple"` (fewest different cuts of tool and depth, then '
+    "fewest cuts, then least metal; cuts of holes, slugs and machine steps may leave a quarter of the "
+    "permissible value for it)"
+)
 
-def correction_keys() -> tuple[str, ...]:
-    """Return the keys of the ``[correction]`` table."""
-    return (*FACE_KEYS, "method", "prefer", "depth_tolerance_mm", *KINDS)
+
+_KEYS: dict[type[Limits], tuple[Key, ...]] = {}
 
 
-def read_correction(root: Table) -> tuple[tuple[str, ...], tuple[Limits, ...]]:
-    """Return the methods that a job names and the limits of each.
+def correction_key() -> Key:
+    """Return ``[correction]`` with a table for each kind that is entered."""
+    method: Any = Literal[tuple(KINDS)]
+    hints = get_type_hints(FaceLimits, include_extras=True)
+    shared = [
+        _key(each, hints, OF_FACES[each.name], USUAL.get(each.name, ""))
+        for each in fields(FaceLimits)
+        if each.name in FACE_KEYS
+    ]
+    return Key(
+        "correction",
+        says="how metal may be taken off or added",
+        missing=f"it needs at least method: one of {', '.join(KINDS)}",
+        verbs="balance, compare, recut, study, batch, design",
+        keys=(
+            Key(
+                "method",
+                method | tuple[method, ...],
+                "the kind of correction, or a list of them to mix",
+                not_empty="must name at least one method",
+            ),
+            Key("prefer", Prefer, PREFER, default="simple"),
+            Key(
+                "depth_tolerance_mm",
+                float,
+                "by how much the depth of each cut may be off",
+                NOT_NEGATIVE,
+                None,
+                usual="not stated",
+            ),
+            *shared,
+            *(_table_of(name) for name in KINDS),
+        ),
+    )
+
+
+def _table_of(name: str) -> Key:
+    kind = KINDS[name]
+    return Key(
+        name,
+        says=f"{kind.noun.lower()}; depths count from {kind.datum}",
+        keys=_keys_of(kind.limits),
+        default=None,
+    )
+
+
+def _keys_of(limits: type[Limits]) -> tuple[Key, ...]:
+    """Return the keys of a kind's table, from its limits."""
+    if limits in _KEYS:
+        return _KEYS[limits]
+    hints = get_type_hints(limits, include_extras=True)
+    meanings = dict(_attributes(inspect.cleandoc(limits.__doc__ or "")))
+    found = tuple(_key(each, hints, meanings.get(each.name, ""), "") for each in fields(limits))
+    return _KEYS.setdefault(limits, found)
+
+
+def _key(each: Field[Any], hints: Mapping[str, Any], says: str, usual: str) -> Key:
+    hint = hints[each.name]
+    marks = [mark for mark in getattr(hint, "__metadata__", ()) if isinstance(mark, Rule)]
+    hint = getattr(hint, "__origin__", hint) if hasattr(hint, "__metadata__") else hint
+    lists = any(get_origin(arm) is tuple and Ellipsis in get_args(arm) for arm in (hint, *get_args(hint)))
+    auto = 'must be "auto" or name at least one face' if each.name == "faces" else "leave it out, or name one"
+    return Key(
+        each.name,
+        hint,
+        says,
+        marks[0] if marks else ANY,
+        None if each.default is MISSING else each.default,
+        usual=usual,
+        not_empty=auto if lists else "",
+    )
+
+
+def _attributes(text: str) -> Iterator[tuple[str, str]]:
+    """Yield names and descriptions of a docstring's Attributes section."""
+    section = text.partition("Attributes\n----------\n")[2]
+    for head, body in re.findall(r"^(\S.*)\n?((?:[ ]{4}.*\n?)*)", section, re.MULTILINE):
+        heads, _, kind = head.partition(" : ")
+        said = " ".join(body.split()).replace("``", "`").rstrip(".")
+        if re.fullmatch(r'"\w+" or "\w+"', kind):
+            said = f"{kind}; {said}".rstrip("; ")
+        for name in heads.split(", "):
+            yield name, said
+
+
+def correction_of(values: Values, raw: Mapping[str, Any]) -> tuple[tuple[str, ...], tuple[Limits, ...]]:
+    """Return the methods that the values of ``[correction]`` name and the limits of each.
+
+    ``raw`` is the table: what a kind's own table does not say, the top level does.
 
     Raises
     ------
     JobError
-        If a key or value of ``[correction]`` is wrong.
+        If they contradict each other.
     """
-    if "correction" not in root:
-        raise JobError(f"[correction] is missing; it needs at least method: one of {', '.join(KINDS)}")
-    table = root.table("correction", correction_keys())
-    names = _methods(table)
+    method = values["method"]
+    methods = method if isinstance(method, tuple) else (method,)
+    for place, name in enumerate(methods):
+        if name in methods[:place]:
+            raise JobError(f"correction.method names {name!r} twice")
     for name in KINDS:  # a table of another method than the one asked for is checked all the same
-        if name in table and name not in names:
-            _limits(table, name)
-    return names, tuple(_limits(table, name) for name in names)
-
-
-def read_prefer(root: Table) -> Prefer:
-    """Return what a job wants spared."""
-    prefer: Prefer = root.table("correction", correction_keys()).optional("prefer", Prefer, default="simple")
-    return prefer
-
-
-def read_depth_tolerance_mm(root: Table) -> float | None:
-    """Return by how much the depth of a cut may be off, None where a job does not say."""
-    most: float | None = root.table("correction", correction_keys()).optional(
-        "depth_tolerance_mm", float, NOT_NEGATIVE
-    )
-    return most
+        if name in raw and name not in methods:
+            _limits(values, raw, name)
+    return methods, tuple(_limits(values, raw, name) for name in methods)
 
 
 def limits_of_every_kind(raw: Mapping[str, Any]) -> dict[str, Limits]:
@@ -74,49 +159,25 @@ def limits_of_every_kind(raw: Mapping[str, Any]) -> dict[str, Limits]:
     JobError
         If a value of a table is wrong.
     """
-    table = Table(dict(raw.get("correction", {})), "correction", correction_keys())
-    return {name: _limits(table, name) for name in KINDS}
+    table = raw.get("correction", {})
+    values = read({"correction": table}, (correction_key(),))["correction"]
+    return {name: _limits(values, table, name) for name in KINDS}
 
 
-def _methods(table: Table) -> tuple[str, ...]:
-    method: Any = Literal[tuple(KINDS)]
-    listed = isinstance(table.raw.get("method"), list)
-    names: tuple[str, ...]
-    names = table.value("method", tuple[method, ...]) if listed else (table.value("method", method),)
-    if not names:
-        raise JobError("correction.method is an empty list; must name at least one method")
-    for place, name in enumerate(names):
-        if name in names[:place]:
-            raise JobError(f"correction.method names {name!r} twice")
-    return names
-
-
-def _limits(table: Table, name: str) -> Limits:
+def _limits(values: Values, raw: Mapping[str, Any], name: str) -> Limits:
     """Return the limits of a method: its own table, over the top level's keys where it works on faces."""
     kind = KINDS[name].limits
-    keys = tuple(field.name for field in fields(kind))
-    own = table.table(name, keys)
-    shared = {key: table.raw[key] for key in FACE_KEYS if key in table} if "faces" in keys else {}
-    values = _values(Table(shared, table.path, None), kind) | _values(own, kind)
+    own = {key: values[name][key] for key in raw.get(name, {})}
+    of_faces = "faces" in names(_keys_of(kind))
+    shared = {key: values[key] for key in FACE_KEYS if key in raw} if of_faces else {}
+    _refuse_empty_sector("correction.sector_deg", shared.get("sector_deg"))
+    _refuse_empty_sector(f"correction.{name}.sector_deg", own.get("sector_deg"))
     try:
-        limits = kind(**values)
+        return kind(**{**shared, **own})
     except CorrectionError as error:
         raise JobError(f"correction.{error}") from None
-    return limits
 
 
-def _values(table: Table, kind: type[Limits]) -> dict[str, Any]:
-    hints = get_type_hints(kind)
-    values = {key: table.value(key, hints[key], RULES.get(key, ANY)) for key in table.raw}
-    if isinstance(sector := values.get("sector_deg"), tuple):  # a kind may call one angle so
-        _refuse_empty_sector(table, sector)
-    if values.get("faces") == ():
-        raise JobError(f'{table.place("faces")} is an empty list; must be "auto" or name at least one face')
-    return values
-
-
-def _refuse_empty_sector(table: Table, sector: tuple[float, float]) -> None:
-    if sector[0] == sector[1]:
-        raise JobError(
-            f"{table.place('sector_deg')} is [{sector[0]:g}, {sector[1]:g}]; its two angles must differ"
-        )
+def _refuse_empty_sector(where: str, sector: object) -> None:
+    if isinstance(sector, tuple) and sector[0] == sector[1]:  # a kind may call one angle so
+        raise JobError(f"{where} is [{sector[0]:g}, {sector[1]:g}]; its two angles must differ")

@@ -2,17 +2,17 @@
 
 from __future__ import annotations
 
-import math
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import asdict, dataclass, field, replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Literal, TypeAlias
+from typing import TYPE_CHECKING, Any, TypeAlias
 
 from autobalance.correction import Limits
 from autobalance.correction.contract import Prefer
 from autobalance.errors import JobError
-from autobalance.job.layout import read_shafts
-from autobalance.job.limits import read_correction, read_depth_tolerance_mm, read_prefer
+from autobalance.job.balance import balance_of
+from autobalance.job.layout import shaft_values, shafts_of
+from autobalance.job.limits import correction_of
 from autobalance.job.model import (
     Balance,
     BalanceShaftEntry,
@@ -21,19 +21,18 @@ from autobalance.job.model import (
     PartWeights,
     StudyOptions,
 )
-from autobalance.job.read_crankshaft import crankshaft_of
-from autobalance.job.read_engine import read_engine, read_original
+from autobalance.job.read_crankshaft import CRANKSHAFT, crankshaft_of, of_no_file
+from autobalance.job.read_engine import engine_of, engine_values, original_of, weight_values
 from autobalance.job.rod_solid import with_measured_rod
 from autobalance.job.solid_weights import with_weighed_solids
-from autobalance.job.study import read_study
+from autobalance.job.tables import OF_TORSION, TOP_KEYS, job_tables
 from autobalance.job.toml.document import text_of, toml_of
+from autobalance.job.toml.faults import Faults
+from autobalance.job.toml.keys import Values, plain, read
 from autobalance.job.toml.settings import with_settings
-from autobalance.job.toml.table import ANY, NOT_NEGATIVE, POSITIVE, SHARE, Table
+from autobalance.job.toml.table import Table, unknown_keys
 from autobalance.job.toml.typed_units import in_base_units, refuse_unfilled
-from autobalance.rigid_rotor.margin import Margin
-from autobalance.rigid_rotor.tolerance import Judge
 from autobalance.solid.formats.registry import FOREIGN_CAD, endings
-from autobalance.units import RAD_S_PER_RPM
 
 if TYPE_CHECKING:
     from autobalance.job.model.assembly import AssemblyEntry
@@ -41,24 +40,6 @@ if TYPE_CHECKING:
     from autobalance.job.model.torsion import CrankTorsion
     from autobalance.signal.drive_sources import Drive
 
-OF_TORSION = (
-    *("torsion", "excitation", "pendulum", "speed_rpm", "points"),
-    *("gear", "branch", "coupling", "damper"),
-)
-TOP_KEYS = (
-    "crankshaft",
-    "engine",
-    "original",
-    "balance",
-    "correction",
-    "shafts",
-    "cycle",
-    "study",
-    "assembly",
-    "drive",
-    *OF_TORSION,
-)
-"""Tables of a job."""
 WORKBOOKS = (".xlsx", ".xlsm")
 
 
@@ -70,6 +51,7 @@ class Job:
     in the job's order; ``prefer`` is what their plan spares. ``raw`` is the TOML as read, for the report.
     ``depth_tolerance_mm`` is by how much the depth of a cut may be off, None where the job does not say.
     ``settings`` are the keys that were set from outside, as given.
+    ``filled`` are the tables as the report has them, defaults filled in.
     ``study`` is what only ``study`` reads, ``torsion`` what only ``torsion`` does, ``drive`` only ``orders``.
     """
 
@@ -90,6 +72,7 @@ class Job:
     torsion: CrankTorsion | None = None
     assembly: tuple[AssemblyEntry, ...] = ()
     drive: Drive | None = None
+    filled: Mapping[str, Any] = field(default_factory=dict)
 
     @classmethod
     def from_dict(cls, values: Mapping[str, Any], folder: str | Path = ".") -> Job:
@@ -154,7 +137,8 @@ def load(path: str | Path, settings: Sequence[str] = ()) -> Job:
     try:
         return parse(with_settings(raw, settings), path, settings=tuple(settings))
     except JobError as error:
-        raise JobError(f"{path.name}: {_cell(path, str(error))}{error}") from None
+        lines = [f"{path.name}: {_cell(path, line)}{line}" for line in error.lines]
+        raise JobError(*lines) from None
 
 
 def given(job: JobSource, settings: Sequence[str] = ()) -> Job:
@@ -197,9 +181,9 @@ def load_crankshaft(path: str | Path, settings: Sequence[str] = ()) -> Crankshaf
     try:
         values = in_base_units({"crankshaft": with_settings(raw, settings).get("crankshaft", {})})
         refuse_unfilled(values)
-        return crankshaft_of(Table(values, "", ("crankshaft",)), path)
+        return crankshaft_of(read(values, (CRANKSHAFT,))["crankshaft"], path.parent)
     except JobError as error:
-        raise JobError(f"{path.name}: {error}") from None
+        raise error.within(path.name) from None
 
 
 def tables_of(path: Path) -> dict[str, Any]:
@@ -230,106 +214,118 @@ def parse(
     """Return the job that a TOML document says; ``path`` is its file (see ``load``).
 
     ``crankshaft.file`` and its density may be missing with ``crank_given``: the crank is an object then.
-    ``settings`` are told in the report; they are in ``raw`` already.
+    ``settings`` are listed in the report; they are in ``raw`` already.
     """
     refuse_unfilled(raw)
     raw = with_measured_rod(with_weighed_solids(in_base_units(raw), path.parent), path.parent)
-    root = Table(dict(raw), "", TOP_KEYS)
-    crankshaft = crankshaft_of(root, path, crank_given=crank_given)
-    engine = read_engine(root, crankshaft.crankpin_in_file)
-    balance = _balance(root)
-    original = read_original(root, crankshaft.crankpin_in_file, needed=balance.factor is None)
-    names, methods = read_correction(root)
-    return Job(
+    free = crank_given and "file" not in _table(raw, "crankshaft")
+    tables = tuple(of_no_file(key) if free and key is CRANKSHAFT else key for key in job_tables(raw))
+    faults = Faults(*unknown_keys(Table(raw, "", None), TOP_KEYS))
+    with faults.gathered():
+        values = read({key: value for key, value in raw.items() if key in TOP_KEYS}, tables)
+    faults.refuse()
+    return _job(raw, values, path, settings)
+
+
+def _table(raw: Mapping[str, Any], key: str) -> Mapping[str, Any]:
+    found = raw.get(key)
+    return found if isinstance(found, Mapping) else {}
+
+
+def _job(raw: Mapping[str, Any], values: Values, path: Path, settings: tuple[str, ...]) -> Job:
+    """Return the job of values that are right each by itself.
+
+    Raises
+    ------
+    JobError
+        With everything that contradicts itself.
+    """
+    faults, found = Faults(), Values()
+    in_file = values["crankshaft"]["crankpin_in_file"]
+    original = values["balance"]["factor"] == "original"
+    makers: Mapping[str, Callable[[], Any]] = {
+        "crankshaft": lambda: crankshaft_of(values["crankshaft"], path.parent),
+        "engine": lambda: engine_of(values["engine"], in_file),
+        "balance": lambda: balance_of(values["balance"]),
+        "original": lambda: original_of(values["original"], in_file, needed=original),
+        "correction": lambda: correction_of(values["correction"], raw["correction"]),
+        "shafts": lambda: shafts_of(values["shafts"]),
+        "cycle": lambda: _cycle(values, raw),
+        "torsion": lambda: _torsion(values, raw),
+        "assembly": lambda: _assembly(values, path.parent),
+        "drive": lambda: _drive(values),
+    }
+    for name, maker in makers.items():
+        with faults.gathered():
+            found[name] = maker()
+    faults.refuse()
+    method_names, methods = found.pop("correction")
+    job = Job(
         path,
-        crankshaft,
-        engine,
-        original,
-        balance,
-        methods,
-        names,
-        raw,
-        prefer=read_prefer(root),
-        shafts=read_shafts(root),
-        depth_tolerance_mm=read_depth_tolerance_mm(root),
-        cycle=_cycle(root),
+        methods=methods,
+        method_names=method_names,
+        raw=raw,
+        prefer=values["correction"]["prefer"],
+        depth_tolerance_mm=values["correction"]["depth_tolerance_mm"],
         settings=settings,
-        study=read_study(root),
-        torsion=_torsion(root),
-        assembly=_assembly(root, path.parent),
-        drive=_drive(root),
+        study=StudyOptions(**values["study"]),
+        **found,
     )
+    return replace(job, filled=_filled(job, values))
 
 
-def _drive(root: Table) -> Drive | None:
-    """Read ``[drive]``, which only ``orders`` looks at; None where there is none."""
-    if "drive" not in root:
+def _cycle(values: Values, raw: Mapping[str, Any]) -> Cycle | None:
+    if values.get("cycle") is None:
         return None
-    from autobalance.job.drive import drive_of_job
+    from autobalance.job.cycle import cycle_of
 
-    return drive_of_job(root.raw)
+    return cycle_of(values["cycle"], raw["cycle"])
 
 
-def _cycle(root: Table) -> Cycle | None:
-    """Read the working cycle; None where the job has none."""
-    if "cycle" not in root:
+def _torsion(values: Values, raw: Mapping[str, Any]) -> CrankTorsion | None:
+    """Return what ``torsion`` asks and other verbs pass over; None: the job has none of its tables."""
+    if not any(key in raw for key in OF_TORSION):
         return None
-    from autobalance.job.cycle import read_cycle
+    from autobalance.job.torsion import OF_A_JOB, torsion_of
 
-    return read_cycle(root)
+    return torsion_of({key.name: values[key.name] for key in OF_A_JOB}, raw)
 
 
-def _assembly(root: Table, folder: Path) -> tuple[AssemblyEntry, ...]:
-    """Read the parts that are put on; none where the job has none."""
-    if "assembly" not in root:
+def _assembly(values: Values, folder: Path) -> tuple[AssemblyEntry, ...]:
+    if not values.get("assembly"):
         return ()
-    from autobalance.job.assembly import read_assembly
+    from autobalance.job.assembly import assembly_of
 
-    return read_assembly(root, folder)
+    return assembly_of(values["assembly"], folder)
 
 
-def _torsion(root: Table) -> CrankTorsion | None:
-    """Read the tables of ``torsion``, which other verbs pass over; None where there are none."""
-    if not any(key in root for key in OF_TORSION):
+def _drive(values: Values) -> Drive | None:
+    if values.get("drive") is None:
         return None
-    from autobalance.job.torsion import crank_torsion
+    from autobalance.job.drive import drive_of
 
-    return crank_torsion(root.raw)
-
-
-OVERBALANCE = ("overbalance_g_mm", "overbalance_deg")
-COUNTERWEIGHT_DEG = 180.0
-"""Where overbalance is left unless told: opposite to crankpin 1."""
+    return drive_of(values["drive"])
 
 
-def _balance(root: Table) -> Balance:
-    known = (
-        "factor",
-        "grade",
-        "speed_rpm",
-        "judge",
-        "margin",
-        "facet_correction",
-        "rotor_mass_g",
-        "tolerance_planes_mm",
-        *OVERBALANCE,
-    )
-    table = root.table("balance", known)
-    factor = table.value("factor", float | Literal["original"], SHARE)
-    planes = table.optional("tolerance_planes_mm", tuple[float, float], ANY)
-    if planes is not None and not planes[0] < planes[1]:
-        raise JobError(
-            f"balance.tolerance_planes_mm is [{planes[0]:g}, {planes[1]:g}]; the first must be the lower one"
-        )
-    return Balance(
-        None if factor == "original" else factor,
-        table.value("grade", float, POSITIVE),
-        table.value("speed_rpm", float, POSITIVE) * RAD_S_PER_RPM,
-        table.optional("judge", Judge, default="dynamic"),
-        table.optional("rotor_mass_g", float, POSITIVE),
-        planes,
-        table.optional("overbalance_g_mm", float, NOT_NEGATIVE, default=0.0),
-        math.radians(table.optional("overbalance_deg", float, ANY, default=COUNTERWEIGHT_DEG)),
-        table.optional("margin", Margin, default="none"),
-        table.optional("facet_correction", bool, default=False),
-    )
+def _filled(job: Job, values: Values) -> Values:
+    """Return the tables as the report has them: in the job file's own words, defaults filled in."""
+    return {
+        "engine": engine_values(job.engine, values["engine"]),
+        "original": None if job.original is None else weight_values(job.original),
+        "balance": plain(values["balance"]),
+        **({} if job.cycle is None else {"cycle": dict(job.cycle.values)}),
+        **({"shafts": [shaft_values(each) for each in values["shafts"]]} if job.shafts else {}),
+        **({} if job.torsion is None else job.torsion.filled),
+        **({"study": plain(values["study"])} if "study" in job.raw else {}),
+        **({} if job.drive is None else {"drive": plain(values["drive"])}),
+        **({"assembly": [dict(each.values) for each in job.assembly]} if job.assembly else {}),
+        "correction": {
+            "method": list(job.method_names),
+            "prefer": job.prefer,
+            "depth_tolerance_mm": job.depth_tolerance_mm,
+            **{
+                name: plain(asdict(limits))
+                for name, limits in zip(job.method_names, job.methods, strict=True)
+            },
+        },
+    }

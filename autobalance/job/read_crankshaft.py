@@ -3,39 +3,110 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from dataclasses import replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Literal
+from typing import Any, Literal
 
 import numpy as np
 
 from autobalance.crank.anatomy import Overrides, PinHint
 from autobalance.errors import JobError
-from autobalance.job.model import (
-    Crankshaft,
-    LengthUnit,
-)
-from autobalance.job.toml.table import COUNTED, NOT_NEGATIVE, POSITIVE, Table
+from autobalance.job.model import Crankshaft, LengthUnit
+from autobalance.job.toml.convert import convert
+from autobalance.job.toml.keys import FILLED, Key, Values, read
+from autobalance.ranges import COUNTED, NOT_NEGATIVE, POSITIVE
 from autobalance.runtime import note_read
 from autobalance.solid.formats.registry import names_bodies, needs_unit
 from autobalance.units import G_PER_MM3_PER_KG_M3
 
-if TYPE_CHECKING:
-    pass
-
-
 Vector = tuple[float, float, float]
-CRANKSHAFT_KEYS = (
-    "file",
-    "unit",
-    "density_kg_m3",
-    "density_pm_kg_m3",
-    "crankpin_in_file",
-    "axis_point_mm",
-    "axis_direction",
-    "crankpins",
-    "main_journals",
-    "body",
+
+PIN = (
+    Key("centre_mm", Vector, "its centre, in the file's axes"),
+    Key("diameter_mm", float, "its diameter", POSITIVE, None),
+    Key("width_mm", float, "of the bare cylinder, between webs or fillets", POSITIVE, None),
 )
+LEAVE_OUT = "leave it out, or name at least one"
+CRANKSHAFT = Key(
+    "crankshaft",
+    says="the crank's file and what must be known to read it; places and directions in the file's own axes",
+    default=FILLED,
+    verbs="all",
+    keys=(
+        Key(
+            "file",
+            str,
+            "crank file, relative to the job file: `.stl .obj .ply .off .3mf .glb`, and `.step .iges .brep` "
+            "with "
+            "the extra: see [step.md](step.md)",
+            not_empty="must name a crank file, relative to the job",
+        ),
+        Key(
+            "unit",
+            LengthUnit,
+            "required where the format carries none (STL, OBJ, PLY, OFF); where it carries one, another is "
+            "an "
+            "error",
+            default=None,
+        ),
+        Key("density_kg_m3", float, "of the crank", POSITIVE),
+        Key(
+            "density_pm_kg_m3",
+            float,
+            "by how much the density may be off",
+            NOT_NEGATIVE,
+            None,
+            usual="not stated",
+        ),
+        Key(
+            "crankpin_in_file",
+            bool,
+            "`false`: a pressed-up crank without its crankpins, one body for each half",
+            default=True,
+        ),
+        Key("axis_point_mm", Vector, "a point on the crank axis", default=None, usual="recognised"),
+        Key("axis_direction", Vector, "where the crank axis points", default=None, usual="recognised"),
+        Key(
+            "crankpins",
+            None,
+            "the crankpins",
+            default=None,
+            keys=PIN,
+            many=True,
+            not_empty=LEAVE_OUT,
+            usual="recognised",
+        ),
+        Key(
+            "main_journals",
+            None,
+            "the main journals",
+            default=None,
+            keys=PIN,
+            many=True,
+            not_empty=LEAVE_OUT,
+            usual="recognised",
+        ),
+        Key(
+            "body",
+            int | str,
+            "which solid, from 1, where the file holds several, or the name of a part in a STEP file; "
+            '`"all"` '
+            "unites them. A single mesh that overlaps itself is refused with the place and the mass in "
+            "doubt; "
+            '`"all"` unites it, so that all of its metal counts once',
+            COUNTED,
+            None,
+            not_empty='must be a number, the name of a part, or "all"',
+        ),
+    ),
+)
+
+
+def of_no_file(key: Key) -> Key:
+    """Return ``[crankshaft]`` for a crank that is given as an object: file and density may be missing."""
+    free = {"file": None, "density_kg_m3": 0.0}
+    keys = tuple(replace(each, default=free[each.name]) if each.name in free else each for each in key.keys)
+    return replace(key, keys=keys)
 
 
 def read_crankshaft(values: Mapping[str, Any], folder: Path) -> Crankshaft:
@@ -46,84 +117,58 @@ def read_crankshaft(values: Mapping[str, Any], folder: Path) -> Crankshaft:
     JobError
         If a key is unknown, missing, of the wrong type or impossible.
     """
-    return crankshaft_of(Table({"crankshaft": dict(values)}, "", ("crankshaft",)), folder / "job.toml")
+    return crankshaft_of(read({"crankshaft": dict(values)}, (CRANKSHAFT,))["crankshaft"], folder)
 
 
-def crankshaft_of(root: Table, path: Path, *, crank_given: bool = False) -> Crankshaft:
-    """Read the table; without a file only where a crank is given instead."""
-    table = root.table("crankshaft", CRANKSHAFT_KEYS)
-    if crank_given and "file" not in table:
-        return _of_no_file(table)
-    name = table.value("file", str)
-    if not name:
-        raise JobError("crankshaft.file is empty; must name a crank file, relative to the job")
-    file = path.parent / name
-    note_read(file)  # also by what needs only the weights
-    unit: LengthUnit | None = table.optional("unit", LengthUnit)
-    if unit is None and needs_unit(file):
-        raise JobError(
-            f"crankshaft.unit is missing; {file.suffix.upper()[1:]} carries no unit: one of mm, cm, m, inch"
-        )
-    density = table.value("density_kg_m3", float, POSITIVE)
-    off = table.optional("density_pm_kg_m3", float, NOT_NEGATIVE)
-    if off is not None and off >= density:
+def crankshaft_of(values: Values, folder: Path) -> Crankshaft:
+    """Return the crank that the values of the table say; without a file the crank is given as an object.
+
+    Raises
+    ------
+    JobError
+        If they contradict each other.
+    """
+    file = None if values["file"] is None else folder / values["file"]
+    if file is not None:
+        note_read(file)  # also by what needs only the weights
+        if values["unit"] is None and needs_unit(file):
+            raise JobError(
+                f"crankshaft.unit is missing; {file.suffix.upper()[1:]} carries no unit: "
+                "one of mm, cm, m, inch"
+            )
+    density, off = values["density_kg_m3"], values["density_pm_kg_m3"]
+    if file is not None and off is not None and off >= density:
         raise JobError(f"crankshaft.density_pm_kg_m3 is {off:g}; must be < density_kg_m3, {density:g}")
     return Crankshaft(
         file,
-        unit,
+        values["unit"],
         density * G_PER_MM3_PER_KG_M3,
-        _overrides(table),
-        _body(table, file),
+        _overrides(values),
+        None if file is None else _body(values["body"], file),
         None if off is None else off * G_PER_MM3_PER_KG_M3,
     )
 
 
-def _of_no_file(table: Table) -> Crankshaft:
-    density = table.optional("density_kg_m3", float, POSITIVE, default=0.0)
-    off = table.optional("density_pm_kg_m3", float, NOT_NEGATIVE)
-    return Crankshaft(
-        None,
-        table.optional("unit", LengthUnit),
-        density * G_PER_MM3_PER_KG_M3,
-        _overrides(table),
-        None,
-        None if off is None else off * G_PER_MM3_PER_KG_M3,
-    )
-
-
-def _body(table: Table, file: Path) -> int | str | None:
-    names = str if names_bodies(file) else Literal["all"]
-    body: int | str | None = table.optional("body", int | names, COUNTED)
-    if body == "":
-        raise JobError('crankshaft.body is empty; must be a number, the name of a part, or "all"')
+def _body(body: int | str | None, file: Path) -> int | str | None:
+    if isinstance(body, str) and not names_bodies(file):
+        convert(body, int | Literal["all"], "crankshaft.body")
     return body
 
 
-def _overrides(table: Table) -> Overrides:
-    direction = table.optional("axis_direction", Vector)
+def _overrides(values: Values) -> Overrides:
+    direction, point = values["axis_direction"], values["axis_point_mm"]
     if direction is not None and not any(direction):
         raise JobError("crankshaft.axis_direction is [0, 0, 0]; must point along the crank axis")
-    point = table.optional("axis_point_mm", Vector)
     return Overrides(
         axis_point_mm=None if point is None else np.array(point),
         axis_direction=None if direction is None else np.array(direction),
-        crankpins=_pins(table, "crankpins"),
-        main_journals=_pins(table, "main_journals"),
-        crankpin_in_file=table.optional("crankpin_in_file", bool, default=True),
+        crankpins=_pins(values["crankpins"]),
+        main_journals=_pins(values["main_journals"]),
+        crankpin_in_file=values["crankpin_in_file"],
     )
 
 
-def _pins(table: Table, key: str) -> tuple[PinHint, ...] | None:
-    if key not in table:
+def _pins(pins: list[Values] | None) -> tuple[PinHint, ...] | None:
+    if pins is None:
         return None
-    pins = table.tables(key, ("centre_mm", "diameter_mm", "width_mm"))
-    if not pins:
-        raise JobError(f"{table.place(key)} is an empty list; leave it out, or name at least one")
-    return tuple(
-        PinHint(
-            np.array(pin.value("centre_mm", Vector)),
-            pin.optional("diameter_mm", float, POSITIVE),
-            pin.optional("width_mm", float, POSITIVE),
-        )
-        for pin in pins
-    )
+    return tuple(PinHint(np.array(pin["centre_mm"]), pin["diameter_mm"], pin["width_mm"]) for pin in pins)

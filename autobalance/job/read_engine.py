@@ -2,113 +2,186 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from collections.abc import Mapping, Sequence
+from typing import Any
 
 from autobalance.errors import JobError
-from autobalance.job.layout import read_layout, read_rod
+from autobalance.job.layout import BANK_DEG, LAYOUT, ROD, layout_of, rod_of
 from autobalance.job.model import (
     Attached,
+    CylinderLayout,
     Distribution,
     EngineParts,
     PartWeights,
     ThrowParts,
     Weight,
 )
-from autobalance.job.toml.table import COUNTED, NOT_NEGATIVE, POSITIVE, Table
+from autobalance.job.solid_weights import SOLID
+from autobalance.job.toml.keys import FILLED, Key, Values, plain
 from autobalance.job.toml.typed_units import WEIGHT_TABLES
-
-if TYPE_CHECKING:
-    pass
-
+from autobalance.ranges import COUNTED, NOT_NEGATIVE, POSITIVE
+from autobalance.units import G_PER
 
 CRANKPIN = "crankpin"
 """The part in ``crankpin_g`` that is the pin itself."""
 
+PM = Key("pm", float, "by how much it may be off, in the weight's unit", NOT_NEGATIVE, 0.0)
+DISTRIBUTION = Key(
+    "distribution", Distribution, "how `study` reads that ±", default=None, usual="`[study]`", verbs="study"
+)
+WEIGHED = Key(
+    "",
+    says="on the scale",
+    keys=(
+        *(Key(unit, float, f"the weight [{unit}]", NOT_NEGATIVE, None) for unit in G_PER),
+        PM,
+        DISTRIBUTION,
+    ),
+    shape={"oneOf": [{"required": [unit]} for unit in G_PER]},
+)
+WEIGHT = Key(
+    "",
+    float,
+    "a weight [g]",
+    NOT_NEGATIVE,
+    keys=(Key("g", float, "the weight", NOT_NEGATIVE), PM, DISTRIBUTION),
+    forms=(WEIGHED, SOLID),
+)
+OF_A_ROD = "named weights of **one** connecting rod with its piston"
+MEANINGS = {
+    "rotating_g": f"what turns with the crankpin: {OF_A_ROD}",
+    "reciprocating_g": f"what goes to and fro: {OF_A_ROD}",
+    "crankpin_g": "named weights of one throw, however many rods: what sits on or in the crankpin and is "
+    "not in "
+    "the file. `crankpin` is the pin itself: required with `crankpin_in_file = false`, an error with `true`",
+}
+WEIGHTS = tuple(
+    Key(name, says=MEANINGS[name], named=WEIGHT, default=FILLED, usual="none") for name in WEIGHT_TABLES
+)
+THROW = (
+    Key("number", int, "which throw, from 1 along the rotor's z", COUNTED),
+    Key("rods", int, "connecting rods on its crankpin", COUNTED, None, usual="`rods_per_throw`"),
+    BANK_DEG,
+    *WEIGHTS,
+)
+ATTACHED = (
+    Key("name", str, "what it is"),
+    Key("mass_g", float, "its mass", NOT_NEGATIVE),
+    Key("unbalance_g_mm", tuple[float, float], "its unbalance [x, y], rotor frame"),
+    Key("z_mm", float, "where it is, rotor frame"),
+    Key("pm_g_mm", float, "by how much its unbalance may be off", NOT_NEGATIVE, 0.0),
+)
+ENGINE = Key(
+    "engine",
+    says="what hangs on the crank",
+    default=FILLED,
+    verbs="all",
+    keys=(
+        Key(
+            "rod_length_mm", float, "eye to eye", POSITIVE, None, verbs="forces, cycle, orders, shafts, bench"
+        ),
+        Key("stroke_mm", float, "checked against the geometry, to 0.1 mm or 0.5 %", POSITIVE, None),
+        Key("rods_per_throw", int, "connecting rods on each crankpin", COUNTED, 1),
+        *WEIGHTS,
+        Key(
+            "throw",
+            says="a throw that differs; a part named there takes the place of the part of the same name",
+            keys=THROW,
+            many=True,
+            default=(),
+        ),
+        Key(
+            "attached",
+            says="a flywheel, damper, sprocket or alternator that turns with the crank and is out of balance",
+            keys=ATTACHED,
+            many=True,
+            default=(),
+        ),
+        LAYOUT,
+        ROD,
+    ),
+)
+ORIGINAL = Key(
+    "original",
+    says='the parts that the crank was balanced for; needed for `factor = "original"`',
+    keys=WEIGHTS,
+    default=None,
+    verbs="all",
+)
 
-ATTACHED_KEYS = ("name", "mass_g", "unbalance_g_mm", "z_mm", "pm_g_mm")
 
+def engine_of(values: Values, pin_in_file: bool) -> EngineParts:
+    """Return what the values of ``[engine]`` say; they must hold the crankpin where the file does not.
 
-def read_engine(root: Table, pin_in_file: bool) -> EngineParts:
-    """Read ``[engine]``, whose weights must hold the crankpin where the file does not."""
-    known = (
-        "rod_length_mm",
-        "stroke_mm",
-        "rods_per_throw",
-        *WEIGHT_TABLES,
-        "throw",
-        "attached",
-        "layout",
-        "rod",
-    )
-    table = root.table("engine", known)
-    default = ThrowParts(table.optional("rods_per_throw", int, COUNTED, default=1), _weights(table))
+    Raises
+    ------
+    JobError
+        If they contradict each other.
+    """
+    default = ThrowParts(values["rods_per_throw"], weights_of(values))
     by_throw: dict[int, ThrowParts] = {}
-    throws = table.tables("throw", ("number", "rods", "bank_deg", *WEIGHT_TABLES))
-    for throw in throws:
-        number = throw.value("number", int, COUNTED)
+    for place, throw in enumerate(values["throw"], 1):
+        number = throw["number"]
         if number in by_throw:
-            raise JobError(f"{throw.place('number')} is {number} again; each throw may stand once")
-        rods = throw.optional("rods", int, COUNTED, default=default.rods)
-        by_throw[number] = ThrowParts(rods, default.weights.merged(_weights(throw)))
-    _check_crankpin(table, default.weights, pin_in_file)
-    for throw in throws:
-        if pin_in_file:
-            _check_crankpin(throw, _weights(throw), pin_in_file)
+            raise JobError(f"engine.throw[{place}].number is {number} again; each throw may stand once")
+        rods = default.rods if throw["rods"] is None else throw["rods"]
+        by_throw[number] = ThrowParts(rods, default.weights.merged(weights_of(throw)))
+    _check_crankpin("engine", default.weights, pin_in_file)
+    if pin_in_file:
+        for place, throw in enumerate(values["throw"], 1):
+            _check_crankpin(f"engine.throw[{place}]", weights_of(throw), pin_in_file)
     return EngineParts(
         default,
         by_throw,
-        tuple(_attached(item) for item in table.tables("attached", ATTACHED_KEYS)),
-        rod_length_mm=table.optional("rod_length_mm", float, POSITIVE),
-        stroke_mm=table.optional("stroke_mm", float, POSITIVE),
-        layout=read_layout(table, throws),
-        rod=read_rod(table),
+        tuple(Attached(**each) for each in values["attached"]),
+        rod_length_mm=values["rod_length_mm"],
+        stroke_mm=values["stroke_mm"],
+        layout=layout_of(values["layout"], values["throw"]),
+        rod=rod_of(values["rod"]),
     )
 
 
-def read_original(root: Table, pin_in_file: bool, needed: bool) -> PartWeights | None:
-    """Read the parts that the crank was balanced for; None where they are neither there nor needed."""
-    if "original" not in root:
+def original_of(values: Values | None, pin_in_file: bool, needed: bool) -> PartWeights | None:
+    """Return the parts that the crank was balanced for; None where they are neither there nor needed.
+
+    Raises
+    ------
+    JobError
+        If they are needed and missing.
+    """
+    if values is None:
         if needed:
             raise JobError(
                 '[original] is missing; balance.factor = "original" needs the weights that the crank was '
                 "balanced for: original.rotating_g, original.reciprocating_g, original.crankpin_g"
             )
         return None
-    table = root.table("original", WEIGHT_TABLES)
-    weights = _weights(table)
+    weights = weights_of(values)
     if needed and not weights.reciprocating:
         raise JobError(
             'original.reciprocating_g is missing; balance.factor = "original" needs the weights that the '
             "crank was balanced for"
         )
-    _check_crankpin(table, weights, pin_in_file)
+    _check_crankpin("original", weights, pin_in_file)
     return weights
 
 
-def _weights(table: Table) -> PartWeights:
-    rotating, reciprocating, crankpin = (_weight_table(table, key) for key in WEIGHT_TABLES)
-    return PartWeights(rotating, reciprocating, crankpin)
-
-
-def _weight_table(table: Table, key: str) -> dict[str, Weight]:
-    weights = table.table(key, known=None)
-    return {name: _weight(weights, name) for name in weights.raw}
-
-
-def _weight(table: Table, name: str) -> Weight:
-    if not isinstance(table.raw[name], dict):
-        return Weight(table.value(name, float, NOT_NEGATIVE))
-    weight = table.table(name, ("g", "pm", "distribution"))
-    return Weight(
-        weight.value("g", float, NOT_NEGATIVE),
-        weight.optional("pm", float, NOT_NEGATIVE, default=0.0),
-        weight.optional("distribution", Distribution),
+def weights_of(values: Values) -> PartWeights:
+    """Return the three tables of weights of a table that has them."""
+    return PartWeights(
+        *({name: _weight(each) for name, each in values[key].items()} for key in WEIGHT_TABLES)
     )
 
 
-def _check_crankpin(table: Table, weights: PartWeights, pin_in_file: bool) -> None:
+def _weight(value: float | Values) -> Weight:
+    return (
+        Weight(value["g"], value["pm"], value["distribution"]) if isinstance(value, dict) else Weight(value)
+    )
+
+
+def _check_crankpin(path: str, weights: PartWeights, pin_in_file: bool) -> None:
     """Refuse a crankpin that would count twice, or not at all."""
-    key = f"{table.path}.crankpin_g.{CRANKPIN}"
+    key = f"{path}.crankpin_g.{CRANKPIN}"
     if pin_in_file and CRANKPIN in weights.crankpin:
         raise JobError(
             f"{key} is given, but crankshaft.crankpin_in_file is true: the crankpin would count twice; "
@@ -120,11 +193,61 @@ def _check_crankpin(table: Table, weights: PartWeights, pin_in_file: bool) -> No
         )
 
 
-def _attached(table: Table) -> Attached:
-    return Attached(
-        table.value("name", str),
-        table.value("mass_g", float, NOT_NEGATIVE),
-        table.value("unbalance_g_mm", tuple[float, float]),
-        table.value("z_mm", float),
-        table.optional("pm_g_mm", float, NOT_NEGATIVE, default=0.0),
-    )
+# --- as the report has them ---------------------------------------------------------------------------------
+
+
+def engine_values(engine: EngineParts, values: Values) -> Values:
+    """Return ``[engine]`` with its defaults; throws with all parts that hang on them."""
+    own: Mapping[int, Sequence[float] | float | None] = {
+        each["number"]: each["bank_deg"] for each in values["throw"]
+    }
+    layout = {"layout": plain(values["layout"])} if engine.layout != CylinderLayout() else {}
+    if layout and values["layout"]["bank_deg"] is not None:
+        layout["layout"]["bank_deg"] = _listed(values["layout"]["bank_deg"])
+    throws = [
+        {
+            "number": number,
+            "rods": parts.rods,
+            **({} if own[number] is None else {"bank_deg": _listed(own[number])}),
+            **weight_values(parts.weights),
+        }
+        for number, parts in sorted(engine.by_throw.items())
+    ]
+    attached = [
+        {key: plain(value) for key, value in each.items() if key != "pm_g_mm" or value}
+        for each in values["attached"]
+    ]
+    rod = values["rod"]
+    return {
+        "rod_length_mm": engine.rod_length_mm,
+        "stroke_mm": engine.stroke_mm,
+        **layout,
+        **(
+            {}
+            if rod is None
+            else {"rod": {key: value for key, value in rod.items() if key != "solid" or value}}
+        ),
+        "rods_per_throw": engine.default.rods,
+        **weight_values(engine.default.weights),
+        "throw": throws,
+        "attached": attached,
+    }
+
+
+def weight_values(weights: PartWeights) -> dict[str, Any]:
+    """Return the three tables of weights as a job has them."""
+    tables = (weights.rotating, weights.reciprocating, weights.crankpin)
+    return {
+        key: {name: _weight_value(each) for name, each in table.items()}
+        for key, table in zip(WEIGHT_TABLES, tables, strict=True)
+    }
+
+
+def _weight_value(weight: Weight) -> float | dict[str, float | str]:
+    if weight.distribution is not None:
+        return {"g": weight.mass_g, "pm": weight.pm_g, "distribution": weight.distribution}
+    return {"g": weight.mass_g, "pm": weight.pm_g} if weight.pm_g else weight.mass_g
+
+
+def _listed(angles: Sequence[float] | float | None) -> list[float]:
+    return list(angles) if isinstance(angles, Sequence) else [] if angles is None else [angles]

@@ -7,13 +7,13 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from autobalance.errors import AutobalanceError, JobError
-from autobalance.job.toml.table import NOT_NEGATIVE, POSITIVE, Table
+from autobalance.job.solid_weights import SOLID_ROD
+from autobalance.job.toml.keys import Values, read
 from autobalance.units import G_PER_MM3_PER_KG_M3
 
 if TYPE_CHECKING:
     from autobalance.crank.connecting_rod import MeasuredRod
 
-SOLID_KEYS = ("file", "unit", "density_kg_m3", "density_pm_kg_m3", "body")
 SCALE_KEYS = ("big_end_g", "small_end_g", "inertia_kg_mm2")
 PLACES = {"rotating_g": "connecting_rod_big_end", "reciprocating_g": "connecting_rod_small_end"}
 """Table of weights → the name that a rod's end has in it."""
@@ -46,8 +46,7 @@ def with_measured_rod(values: Mapping[str, Any], folder: Path) -> dict[str, Any]
     if not isinstance(engine, Mapping) or not isinstance(rod, Mapping) or "file" not in rod:
         return dict(values)
     _refuse_both(engine, rod)
-    table = Table(dict(rod), "engine.rod", SOLID_KEYS)
-    measured = _measured(table, folder)
+    measured = _measured(read(rod, SOLID_ROD.keys, "engine.rod"), folder)
     found, off = measured.rod, measured.uncertainty
     _check_length(engine, rod, found.length_mm)
     ends = {
@@ -91,17 +90,16 @@ def _refuse_both(engine: Mapping[str, Any], rod: Mapping[str, Any]) -> None:
                 )
 
 
-def _measured(table: Table, folder: Path) -> MeasuredRod:
+def _measured(rod: Values, folder: Path) -> MeasuredRod:
     from autobalance.crank.connecting_rod import measure_rod
-    from autobalance.solid.formats.read import read
+    from autobalance.solid.formats.read import read as read_solid
 
-    density = table.value("density_kg_m3", float, POSITIVE)
-    off = table.optional("density_pm_kg_m3", float, NOT_NEGATIVE, default=0.0)
+    density, off = rod["density_kg_m3"], rod["density_pm_kg_m3"]
     if off >= density:
         raise JobError(f"engine.rod.density_pm_kg_m3 is {off:g}; must be < density_kg_m3, {density:g}")
-    file = folder / table.value("file", str)
+    file = folder / rod["file"]
     try:
-        source = read(file, table.optional("unit", str), table.optional("body", int | str))
+        source = read_solid(file, rod["unit"], rod["body"])
         return measure_rod(source, density * G_PER_MM3_PER_KG_M3, off * G_PER_MM3_PER_KG_M3)
     except AutobalanceError as error:
         text = str(error)

@@ -8,11 +8,29 @@ from pathlib import Path
 from typing import Any
 
 from autobalance.errors import AutobalanceError, JobError
-from autobalance.job.toml.table import NOT_NEGATIVE, POSITIVE, Table
+from autobalance.job.model import Distribution, LengthUnit
+from autobalance.job.toml.keys import Key, Values, read
 from autobalance.job.toml.typed_units import WEIGHT_TABLES
+from autobalance.ranges import NOT_NEGATIVE, POSITIVE
 from autobalance.units import G_PER_MM3_PER_KG_M3
 
-KEYS = ("file", "unit", "density_kg_m3", "density_pm_kg_m3", "body", "distribution")
+BODY = (
+    Key("file", str, "its solid, relative to the job file"),
+    Key("unit", LengthUnit, "of the file, where its format carries none", default=None),
+    Key("density_kg_m3", float, "of the part", POSITIVE),
+    Key("density_pm_kg_m3", float, "by how much that may be off", NOT_NEGATIVE, 0.0),
+    Key("body", int | str, "which of several bodies, by number or name", default=None),
+)
+"""Where a part's solid is, and what it weighs."""
+SOLID = Key(
+    "",
+    says="of a solid",
+    keys=(
+        *BODY,
+        Key("distribution", Distribution, "how `study` reads the ±", default=None, verbs="study"),
+    ),
+)
+SOLID_ROD = Key("", says="of its solid: end weights, length and inertia are measured", keys=BODY)
 
 
 def with_weighed_solids(values: Mapping[str, Any], folder: Path, path: str = "") -> dict[str, Any]:
@@ -52,26 +70,24 @@ def with_weighed_solids(values: Mapping[str, Any], folder: Path, path: str = "")
 def _weighed(value: Any, folder: Path, where: str) -> Any:
     if not isinstance(value, Mapping) or "file" not in value:
         return value
-    table = Table(dict(value), where, KEYS)
-    density = table.value("density_kg_m3", float, POSITIVE)
-    off = table.optional("density_pm_kg_m3", float, NOT_NEGATIVE, default=0.0)
-    mass, unsure = _mass_g(table, folder, density)
-    pm = math.hypot(unsure, mass * off / density)
-    more = {"distribution": value["distribution"]} if "distribution" in value else {}
+    part = read(value, SOLID.keys, where)
+    density = part["density_kg_m3"]
+    mass, unsure = _mass_g(part, folder, density, where)
+    pm = math.hypot(unsure, mass * part["density_pm_kg_m3"] / density)
+    more = {} if part["distribution"] is None else {"distribution": part["distribution"]}
     return {"g": mass, "pm": pm, **more}
 
 
-def _mass_g(table: Table, folder: Path, density_kg_m3: float) -> tuple[float, float]:
+def _mass_g(part: Values, folder: Path, density_kg_m3: float, where: str) -> tuple[float, float]:
     """Return the mass of a solid, what its facets hide added, and how far that may be off [g]."""
     from autobalance.solid.chordal_error.estimate import estimate_chordal_error
-    from autobalance.solid.formats.read import read
+    from autobalance.solid.formats.read import read as read_solid
 
     density = density_kg_m3 * G_PER_MM3_PER_KG_M3
-    file = folder / table.value("file", str)
     try:
-        source = read(file, table.optional("unit", str), table.optional("body", int | str))
+        source = read_solid(folder / part["file"], part["unit"], part["body"])
     except AutobalanceError as error:
-        raise JobError(f"{table.path}: {error}") from None
+        raise JobError(f"{where}: {error}") from None
     mass = source.volume_mm3 * density
     if source.exact is not None:
         return mass, 0.0

@@ -1,23 +1,31 @@
-"""Read ``[study]``: how a ± is drawn, and what else is uncertain about a crank that is made."""
+"""``[study]`` of a job: how a ± is drawn, and what else is uncertain about a crank that is made."""
 
 from __future__ import annotations
 
-from dataclasses import fields
+from autobalance.job.model import Distribution, Sampling
+from autobalance.job.toml.keys import FILLED, Key
+from autobalance.ranges import NOT_NEGATIVE, Rule
 
-from autobalance.job.model import Distribution, Sampling, StudyOptions
-from autobalance.job.toml.table import NOT_NEGATIVE, Rule, Table
-
-WANDER = Rule(lambda x: 0.0 <= x <= 45.0, "must be 0 to 45")
-
-
-def read_study(root: Table) -> StudyOptions:
-    """Return the table ``[study]`` of a job, defaults where it says nothing."""
-    table = root.table("study", [field.name for field in fields(StudyOptions)])
-    return StudyOptions(
-        distribution=table.optional("distribution", Distribution, default="normal"),
-        sampling=table.optional("sampling", Sampling, default="random"),
-        position_pm_mm=table.optional("position_pm_mm", float, NOT_NEGATIVE, default=0.0),
-        wander_pm_deg=table.optional("wander_pm_deg", float, WANDER, default=0.0),
-        journal_pm_mm=table.optional("journal_pm_mm", float, NOT_NEGATIVE, default=0.0),
-        measurement=table.optional("measurement", bool, default=False),
-    )
+WANDER = Rule("must be 0 to 45", least=0.0, most=45.0)
+STUDY = Key(
+    "study",
+    says="how a ± is drawn, and what else is uncertain about a crank that is made: see "
+    "[studies.md](studies.md)",
+    default=FILLED,
+    verbs="study",
+    keys=(
+        Key(
+            "distribution",
+            Distribution,
+            'how a ± is read: `"normal"`: 95 % lie within; `"rectangular"`: all, evenly',
+            default="normal",
+        ),
+        Key("sampling", Sampling, "how values are drawn", default="random"),
+        Key("position_pm_mm", float, "each hole or slug beside its place", NOT_NEGATIVE, 0.0),
+        Key("wander_pm_deg", float, "each hole's axis turned about its entry", WANDER, 0.0),
+        Key(
+            "journal_pm_mm", float, "each of the two outermost main journals off the axis", NOT_NEGATIVE, 0.0
+        ),
+        Key("measurement", bool, "facets, rounding and axis of the error budget too", default=False),
+    ),
+)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -18,8 +19,8 @@ from autobalance.job.model.torsion import (
 )
 from autobalance.job.toml.convert import Large
 from autobalance.job.toml.keys import FILLED, Key, Values, read
-from autobalance.job.toml.table import ANY, COUNTED, NOT_NEGATIVE, POSITIVE, Rule
 from autobalance.job.torsion_train import TRAIN, train_parts
+from autobalance.ranges import ANY, COUNTED, NOT_NEGATIVE, POSITIVE, Rule
 from autobalance.types import Array
 from autobalance.units import RAD_S_PER_RPM
 
@@ -28,7 +29,7 @@ M_PER_MM = 1e-3
 KG_PER_G = 1e-3
 MPA_PER_GPA = 1e3
 
-POINTS = Rule(lambda x: 2 <= x <= 100000, "must be 2 to 100000")
+POINTS = Rule("must be 2 to 100000", least=2, most=100000)
 SPEEDS = (
     Key(
         "speed_rpm",
@@ -62,7 +63,7 @@ DAMPING_RATIO = Key(
     "damping_ratio",
     float,
     "share of critical damping in every mode; default 0.01, and 0 where a damper is given",
-    Rule(lambda x: 0.0 <= x < 1.0, "must be 0 or more and below 1"),
+    Rule("must be 0 or more and below 1", least=0.0, below=1.0),
     None,
 )
 DRIVEN = (
@@ -87,7 +88,10 @@ CRANK = (
         "fem_size_mm", float, "greatest edge of its last mesh; default some thousand elements", POSITIVE, None
     ),
 )
-OF_A_JOB = (*SHARED, Key("torsion", says="the crank's own model", keys=CRANK, default=FILLED))
+OF_A_JOB = tuple(
+    replace(key, verbs="torsion")
+    for key in (*SHARED, Key("torsion", says="the crank's own model", keys=CRANK, default=FILLED))
+)
 """Every key that a job adds."""
 
 
@@ -99,7 +103,17 @@ def crank_torsion(raw: Mapping[str, Any]) -> CrankTorsion:
     JobError
         If a key is unknown, missing, of the wrong type or impossible.
     """
-    filled = read({key.name: raw[key.name] for key in OF_A_JOB if key.name in raw}, OF_A_JOB)
+    return torsion_of(read({key.name: raw[key.name] for key in OF_A_JOB if key.name in raw}, OF_A_JOB), raw)
+
+
+def torsion_of(filled: Values, raw: Mapping[str, Any]) -> CrankTorsion:
+    """Return what the values of a job's tables say for ``torsion``; ``raw`` has its other flywheel.
+
+    Raises
+    ------
+    JobError
+        If they are impossible.
+    """
     asked = filled["torsion"]
     asked["flywheel_kg_mm2"] = _flywheel_kg_mm2(raw, asked["flywheel_kg_mm2"])
     return CrankTorsion(

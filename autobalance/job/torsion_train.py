@@ -11,11 +11,11 @@ from autobalance.errors import JobError
 from autobalance.job.model.torsion_train import Branch, Coupling, Damper, DamperKind, TrainParts
 from autobalance.job.toml.convert import Large
 from autobalance.job.toml.keys import Key, Values
-from autobalance.job.toml.table import ANY, COUNTED, NOT_NEGATIVE, POSITIVE, Rule
+from autobalance.ranges import ANY, COUNTED, NOT_NEGATIVE, POSITIVE, Rule
 
 KG_M2_PER_KG_MM2 = 1e-6
 M_PER_MM = 1e-3
-NOT_ZERO = Rule(lambda x: abs(x) > 1e-6, "must not be 0")
+NOT_ZERO = Rule("must not be 0", apart=1e-6)
 
 INERTIA = (
     Key("name", str, "name of the station", ANY, ""),

@@ -10,6 +10,7 @@ import pytest
 
 from autobalance import job
 from autobalance.command.main import COMMANDS, full_parser
+from autobalance.job.tables import job_tables
 
 ROOT = Path(__file__).resolve().parents[2]
 DOCUMENTS = [
@@ -81,8 +82,6 @@ def test_the_tables_of_kinds_are_what_the_kinds_say() -> None:
 
 def test_every_key_of_the_job_is_documented() -> None:
     text = (ROOT / "docs" / "job-file.md").read_text(encoding="utf-8")
-    from autobalance.job.limits import correction_keys
-    from autobalance.job.read_crankshaft import CRANKSHAFT_KEYS
-
-    keys = {*CRANKSHAFT_KEYS, *correction_keys()}
+    tables = [table for table in job_tables() if table.name in ("crankshaft", "correction")]
+    keys = {key.name for table in tables for key in table.keys}
     assert {key for key in keys if not re.search(rf"`(\[correction\.)?{key}\b", text)} == set()

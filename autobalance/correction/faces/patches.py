@@ -5,13 +5,15 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Literal
+from typing import Annotated, Literal
 
 import numpy as np
 
 from autobalance.correction.contract import Array, Limits
+from autobalance.correction.refusals import STEP
 from autobalance.crank.anatomy import Anatomy, Face
 from autobalance.errors import CorrectionError
+from autobalance.ranges import NOT_NEGATIVE, POSITIVE
 from autobalance.solid.csg.shape import Shape
 from autobalance.solid.csg.solid import Region, Solid
 from autobalance.solid.csg.tool import wedge
@@ -31,10 +33,10 @@ class FaceLimits(Limits):
 
     faces: Literal["auto"] | tuple[str | FacePoint, ...] = "auto"
     sector_deg: tuple[float, float] | None = None
-    max_depth_mm: float | None = None
+    max_depth_mm: Annotated[float | None, POSITIVE] = None
     same_depth: bool = False
-    min_wall_mm: float | None = None
-    depth_step_mm: float = 0.0
+    min_wall_mm: Annotated[float | None, NOT_NEGATIVE] = None
+    depth_step_mm: Annotated[float, STEP] = 0.0
 
 
 @dataclass(frozen=True, eq=False)

@@ -3,18 +3,18 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Annotated
 
 from autobalance.correction.contract import Limits
 from autobalance.correction.refusals import (
     Direction,
     Sectors,
-    refuse_below_zero,
     refuse_direction,
-    refuse_none,
-    refuse_not_above_zero,
+    refuse_out_of_range,
     refuse_sectors,
     refuse_sizes,
 )
+from autobalance.ranges import COUNTED, NOT_NEGATIVE, POSITIVE
 
 
 @dataclass(frozen=True)
@@ -40,11 +40,11 @@ class SlugLimits(Limits):
     """
 
     direction: Direction = "axial"
-    diameters_mm: tuple[float, ...] = (25.4,)
-    lengths_mm: tuple[float, ...] = (12.7, 25.4)
-    density_kg_m3: float = 17000.0
-    max_slugs: int = 4
-    min_wall_mm: float = 4.0
+    diameters_mm: Annotated[tuple[float, ...], POSITIVE] = (25.4,)
+    lengths_mm: Annotated[tuple[float, ...], POSITIVE] = (12.7, 25.4)
+    density_kg_m3: Annotated[float, POSITIVE] = 17000.0
+    max_slugs: Annotated[int, COUNTED] = 4
+    min_wall_mm: Annotated[float, NOT_NEGATIVE] = 4.0
     sectors_deg: Sectors = ((0.0, 360.0),)
     fill: bool = False
 
@@ -54,6 +54,4 @@ class SlugLimits(Limits):
         refuse_sizes("slug", "diameters_mm", "diameter", self.diameters_mm)
         refuse_sectors("slug", self.sectors_deg)
         refuse_sizes("slug", "lengths_mm", "length", self.lengths_mm)
-        refuse_not_above_zero("slug", self, "density_kg_m3")
-        refuse_below_zero("slug", self, "min_wall_mm")
-        refuse_none("slug", self, "max_slugs")
+        refuse_out_of_range("slug", self)

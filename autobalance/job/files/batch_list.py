@@ -11,7 +11,8 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 
 from autobalance.errors import AutobalanceError, JobError
-from autobalance.job.read import TOP_KEYS, WORKBOOKS, Job, load
+from autobalance.job.read import WORKBOOKS, Job, load
+from autobalance.job.tables import TOP_KEYS
 from autobalance.job.toml.document import text_of
 from autobalance.job.toml.spreadsheet import sheet_cells
 from autobalance.solid.formats import registry

@@ -26,7 +26,8 @@ from autobalance.bearings.rolling import FourSources, Palmgren, RollingBearing
 from autobalance.errors import JobError
 from autobalance.job.files.history import history_of_arrays, read_history
 from autobalance.job.toml.document import text_of, toml_of
-from autobalance.job.toml.table import ANY, COUNTED, NOT_NEGATIVE, POSITIVE, Rule, Table
+from autobalance.job.toml.table import Table
+from autobalance.ranges import ANY, COUNTED, NOT_NEGATIVE, POSITIVE, Rule
 from autobalance.units import RAD_S_PER_RPM
 
 Kind = Literal["dry", "hydrodynamic", "rolling", "squeeze_film"]
@@ -69,8 +70,8 @@ OIL_POINTS = ((40.0, 100.0), (100.0, 11.0))
 SERIES = {"file": "series.csv", "x": "main_1_x_N", "y": "main_1_y_N"}
 """File and columns of a history that names none."""
 
-UP_TO_ONE = Rule(lambda x: 0.0 <= x <= 1.0, "must be 0 to 1: the journal touches its bush at 1")
-ABOVE_ZERO_KELVIN = Rule(lambda x: x > -273.15, "must be above -273.15")
+UP_TO_ONE = Rule("must be 0 to 1: the journal touches its bush at 1", least=0.0, most=1.0)
+ABOVE_ZERO_KELVIN = Rule("must be above -273.15", above=-273.15)
 
 
 @dataclass(frozen=True, eq=False)

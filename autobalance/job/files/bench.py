@@ -25,7 +25,7 @@ from autobalance.dynamics.speed_control import SpeedControl
 from autobalance.errors import JobError
 from autobalance.job.files.bearing import parse_bearing
 from autobalance.job.toml.keys import FILLED, Key, Values, names, read_document
-from autobalance.job.toml.table import COUNTED, NOT_NEGATIVE, POSITIVE
+from autobalance.ranges import COUNTED, NOT_NEGATIVE, POSITIVE
 from autobalance.units import G_MM2_PER_KG_MM2, G_PER_KG, G_PER_MM3_PER_KG_M3, RAD_S_PER_RPM
 
 GRAVITY_M_S2 = 9.80665

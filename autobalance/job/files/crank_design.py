@@ -10,8 +10,9 @@ from typing import Any, Union, get_args, get_origin, get_type_hints
 from autobalance.crank.parametric.design import Design, preset
 from autobalance.errors import JobError
 from autobalance.job.model import EngineParts
-from autobalance.job.read_engine import read_engine
+from autobalance.job.read_engine import ENGINE, engine_of
 from autobalance.job.toml.document import toml_of
+from autobalance.job.toml.keys import read
 from autobalance.job.toml.table import Table
 
 
@@ -54,7 +55,10 @@ def _design_and_engine(raw: dict[str, Any], name: str) -> tuple[Design, EnginePa
     base = table_of(preset(root.value("preset", str))) if "preset" in root else {}
     described = {key: value for key, value in raw.items() if key not in ("preset", "engine")}
     design = _design({"name": name, **_merged(base, described)})
-    return design, read_engine(root, design.crankpin_in_file) if "engine" in root else None
+    if "engine" not in root:
+        return design, None
+    engine = read({"engine": root.raw["engine"]}, (ENGINE,))["engine"]
+    return design, engine_of(engine, design.crankpin_in_file)
 
 
 def with_settings(design: Design, settings: Mapping[str, Any]) -> Design:

@@ -9,8 +9,10 @@ from pathlib import Path
 from typing import Any, Literal
 
 from autobalance.errors import JobError
-from autobalance.job.read import TOP_KEYS, Job, parse, tables_of
-from autobalance.job.toml.table import ANY, COUNTED, NOT_NEGATIVE, POSITIVE, Rule, Table
+from autobalance.job.read import Job, parse, tables_of
+from autobalance.job.tables import TOP_KEYS
+from autobalance.job.toml.table import Table
+from autobalance.ranges import ANY, COUNTED, NOT_NEGATIVE, POSITIVE, Rule
 
 Pair = tuple[float, float]
 Point = tuple[float, float, float]
@@ -20,8 +22,8 @@ OBJECTIVES = ("mass_g", "polar_inertia_kg_mm2")
 ALL_OBJECTIVES = (*OBJECTIVES, "greatest_main_load_N", "greatest_stress_MPa")
 DEFAULT_ANALYSES = 40
 LEAST_POINTS = 4
-ENOUGH_POINTS = Rule(lambda x: x >= LEAST_POINTS, f"must be ≥ {LEAST_POINTS}: the spline is cubic")
-DRAFT = Rule(lambda x: 0.0 <= x <= 30.0, "must be 0 to 30")
+ENOUGH_POINTS = Rule(f"must be ≥ {LEAST_POINTS}: the spline is cubic", least=LEAST_POINTS)
+DRAFT = Rule("must be 0 to 30", least=0.0, most=30.0)
 OWN_TABLES = ("counterweight", "drilling", "target", "envelope", "fem", "search")
 START_TABLES = ("crankshaft", "engine", "original", "balance", "cycle")
 
@@ -330,7 +332,7 @@ def _fem(root: Table) -> FemLimits | None:
         table.optional("min_frequency_hz", float, POSITIVE),
         table.optional("max_stress_MPa", float, POSITIVE),
         table.optional("size_mm", float, POSITIVE),
-        table.optional("analyses", int, Rule(lambda x: x >= 4, "must be ≥ 4"), DEFAULT_ANALYSES),
+        table.optional("analyses", int, Rule("must be ≥ 4", least=4), DEFAULT_ANALYSES),
     )
 
 
@@ -351,7 +353,7 @@ def _search(root: Table) -> SearchOptions:
         table.optional("evaluations", int, COUNTED, 3000),
         method,
         table.optional("seed", int, NOT_NEGATIVE, 1),
-        table.optional("population", int, Rule(lambda x: x >= 4, "must be ≥ 4"), 40),
+        table.optional("population", int, Rule("must be ≥ 4", least=4), 40),
         table.optional("refine", bool, default=True),
         table.optional("designs", int, COUNTED, 10),
     )

@@ -9,7 +9,7 @@ from typing import Any
 
 from autobalance.errors import JobError
 from autobalance.job.toml.keys import Key, Values, read_document
-from autobalance.job.toml.table import POSITIVE, SHARE
+from autobalance.ranges import POSITIVE, SHARE
 
 ENGINE = (
     Key("job", str, "job of the engine, with [cycle]; relative to this file"),

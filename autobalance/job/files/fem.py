@@ -10,13 +10,14 @@ from autobalance.errors import JobError
 from autobalance.fem_analysis.elasticity import Material
 from autobalance.fem_analysis.statics import Box, Hold, Load
 from autobalance.job.toml.document import text_of, toml_of
-from autobalance.job.toml.table import POSITIVE, Rule, Table
+from autobalance.job.toml.table import Table
+from autobalance.ranges import POSITIVE, Rule
 
 T_MM3_PER_KG_M3 = 1e-12
 MPA_PER_GPA = 1e3
-POISSON = Rule(lambda x: 0.0 <= x < 0.5, "must be 0 ≤ nu < 0.5")
+POISSON = Rule("must be 0 ≤ nu < 0.5", least=0.0, below=0.5)
 MODES_MOST = 100
-SOME_MODES = Rule(lambda x: 1 <= x <= MODES_MOST, f"must be 1 to {MODES_MOST}")
+SOME_MODES = Rule(f"must be 1 to {MODES_MOST}", least=1, most=MODES_MOST)
 
 Vector = tuple[float, float, float]
 

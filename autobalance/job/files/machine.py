@@ -23,7 +23,7 @@ from autobalance.job.files.reading_keys import (
     Convention,
 )
 from autobalance.job.toml.keys import FILLED, Key, Values, read_document
-from autobalance.job.toml.table import NOT_NEGATIVE, POSITIVE, Rule
+from autobalance.ranges import NOT_NEGATIVE, POSITIVE, Rule
 from autobalance.units import G_MM2_PER_KG_MM2, G_PER_MM3_PER_KG_M3, RAD_S_PER_RPM
 
 MachineKind = Literal["hard", "soft", "cradle", "nodal", "static"]
@@ -32,8 +32,8 @@ Pair = tuple[float, float]
 G_S2_PER_N_MM = 1e6
 """1 N/mm in g/s², the stiffness of mm, g, s."""
 MOST_RUNS = 100_000
-POINT = Rule(lambda x: 0.0 < x <= 180.0, "must be > 0 and ≤ 180")
-RUNS = Rule(lambda x: 1 <= x <= MOST_RUNS, f"must be 1 to {MOST_RUNS}")
+POINT = Rule("must be > 0 and ≤ 180", above=0.0, most=180.0)
+RUNS = Rule(f"must be 1 to {MOST_RUNS}", least=1, most=MOST_RUNS)
 
 ROTOR_KEYS = (
     Key("report", str, "report of balance or recut: its solid and its bob-weights", default=None),

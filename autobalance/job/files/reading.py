@@ -12,7 +12,7 @@ from typing import Any, Literal
 from autobalance.errors import JobError
 from autobalance.job.files.reading_keys import AS_READ, READS, Convention
 from autobalance.job.toml.keys import Key, Values, read_document
-from autobalance.job.toml.table import NOT_NEGATIVE, POSITIVE
+from autobalance.ranges import NOT_NEGATIVE, POSITIVE
 from autobalance.units import G_MM_PER_OZ_IN
 
 PLANE_KEYS = (

@@ -6,12 +6,12 @@ from dataclasses import dataclass
 from typing import Literal
 
 from autobalance.job.toml.keys import Key, Values
-from autobalance.job.toml.table import NOT_NEGATIVE, POSITIVE, Rule
+from autobalance.ranges import NOT_NEGATIVE, POSITIVE, Rule
 
 Rotation = Literal["ccw", "cw"]
 Reads = Literal["heavy", "light"]
 
-PERCENT = Rule(lambda x: 0.0 < x <= 100.0, "must be > 0 and ≤ 100")
+PERCENT = Rule("must be > 0 and ≤ 100", above=0.0, most=100.0)
 
 ROTATION = Key("rotation", Rotation, "sense in which angle_deg counts, seen from +z", default="ccw")
 ZERO_DEG = Key(

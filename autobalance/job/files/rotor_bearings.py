@@ -15,7 +15,7 @@ from autobalance.errors import JobError
 from autobalance.job.files.film_bearing import film_bearing
 from autobalance.job.toml.convert import Large
 from autobalance.job.toml.keys import Key, Values
-from autobalance.job.toml.table import ANY, NOT_NEGATIVE, POSITIVE
+from autobalance.ranges import ANY, NOT_NEGATIVE, POSITIVE
 from autobalance.rigid_rotor.moments import Array
 from autobalance.units import RAD_S_PER_RPM
 

@@ -10,7 +10,7 @@ from typing import Any
 
 from autobalance.errors import AutobalanceError, JobError
 from autobalance.job.toml.keys import Key, Values, read
-from autobalance.job.toml.table import POSITIVE
+from autobalance.ranges import POSITIVE
 
 RECORDS_KEYS = (
     Key("channels", tuple[str, ...], "sensors, in the order of the readings"),

@@ -18,7 +18,7 @@ from autobalance.job.files.reading_keys import AS_READ
 from autobalance.job.files.trial_records import RECORDS_KEYS, with_recorded_readings
 from autobalance.job.toml.document import text_of, toml_of
 from autobalance.job.toml.keys import Key, Values, named_in, read_document
-from autobalance.job.toml.table import COUNTED, NOT_NEGATIVE, POSITIVE
+from autobalance.ranges import COUNTED, NOT_NEGATIVE, POSITIVE
 
 Reading = tuple[float, float]
 PlaneName = int | str

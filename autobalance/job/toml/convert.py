@@ -95,7 +95,11 @@ def _either(value: object, hints: Sequence[Any], where: str) -> Any:
             return convert(value, hint, where)
     words = [word for hint in hints if get_origin(hint) is Literal for word in get_args(hint)]
     close = did_you_mean(value, words) if isinstance(value, str) else ""
-    raise JobError(f"{where} is {shown(value)}; must be {' or '.join(needed(each) for each in hints)}{close}")
+    ways = [
+        "a list of them" if get_origin(each) is tuple and get_args(each)[0] in hints[:place] else needed(each)
+        for place, each in enumerate(hints)
+    ]
+    raise JobError(f"{where} is {shown(value)}; must be {' or '.join(ways)}{close}")
 
 
 def _fits(value: object, hint: Any) -> bool:

@@ -1,23 +1,25 @@
-"""Tables of keys: what a TOML file may hold, said once, read strictly from it and turned into a JSON Schema.
+"""Tables of keys: what a TOML file may hold, said once.
 
-A file's reader lists its keys; reading with defaults, the echo of the input in a report, and the schema for
-editors all come from that one list.
+A file's reader lists its keys. Reading with defaults, the echo of the input in a report, the JSON Schema for
+editors (``schema``), the job that ``init`` writes and the tables of the documentation come from that list.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
-from dataclasses import dataclass
+from dataclasses import dataclass, field, replace
 from pathlib import Path
-from types import UnionType
-from typing import Any, Literal, TypeVar, Union, get_args, get_origin
+from typing import Any, Literal, TypeVar, get_args, get_origin
 
 from autobalance.errors import JobError
-from autobalance.job.toml.convert import Large
+from autobalance.job.toml.convert import LARGEST, LARGEST_OF_ALL, Large, shown
 from autobalance.job.toml.document import text_of, toml_of
-from autobalance.job.toml.table import ANY, COUNTED, NOT_NEGATIVE, POSITIVE, SHARE, Rule, Table
+from autobalance.job.toml.faults import Faults
+from autobalance.job.toml.table import Table, unknown_keys
 from autobalance.job.toml.typed_units import in_base_units
+from autobalance.job.toml.typed_values import TYPED, unit_of_name
+from autobalance.ranges import ANY, POSITIVE, SMALLEST, Rule
 
 Values = dict[str, Any]
 T = TypeVar("T")
@@ -38,8 +40,16 @@ FILLED: Any = ()
 class Key:
     """One key of a table: its name, type, rule and default, and what it means.
 
-    ``keys`` makes it a table of its own; with ``many``, an array of tables. A table that may be missing has
-    the default None, or ``FILLED``: then it is there with the defaults of its keys.
+    ``keys`` makes it a table of its own; with ``many``, an array of tables; with ``hint`` beside them, a
+    plain value or a table. ``named`` makes it a table whose keys are free names, and says what each is. A
+    table that may be missing has the default None, or ``FILLED``: then it is there with the defaults of its
+    keys. ``forms`` are the tables that a file may hold in its place, where what is read was brought to one
+    form before; ``instead`` is the key that may stand in its place, and then only one of both.
+
+    ``typed`` is the unit of a number that may be typed with it, where the name does not end in one.
+    ``not_empty`` says what to do instead of leaving a list or text empty, ``missing`` what more to say where
+    a key is not there, ``usual`` what a default is that is no value, ``verbs`` which verbs read it, ``shape``
+    what JSON Schema has to say beyond all that.
     """
 
     name: str
@@ -49,11 +59,35 @@ class Key:
     default: Any = REQUIRED
     keys: tuple[Key, ...] = ()
     many: bool = False
+    named: Key | None = None
+    forms: tuple[Key, ...] = ()
+    instead: str = ""
+    typed: str = ""
+    not_empty: str = ""
+    missing: str = ""
+    usual: str = ""
+    verbs: str = ""
+    shape: Mapping[str, Any] = field(default_factory=dict)
+
+    @property
+    def unit(self) -> str:
+        """Unit of its numbers, by its name unless said otherwise; empty where they have none."""
+        return self.typed or unit_of_name(self.name)
+
+    @property
+    def is_table(self) -> bool:
+        """Whether its value is a table, or a list of them."""
+        return bool(self.keys) or self.named is not None
 
 
 def names(keys: tuple[Key, ...]) -> tuple[str, ...]:
     """Return the names of keys, in their order."""
     return tuple(key.name for key in keys)
+
+
+def optional(keys: tuple[Key, ...]) -> tuple[Key, ...]:
+    """Return keys of which none is required: where other keys stand in for them, or they overrule."""
+    return tuple(replace(key, default=None) if key.default is REQUIRED else key for key in keys)
 
 
 def read_document(
@@ -96,7 +130,7 @@ def named_in(source: str | Path | Mapping[str, Any]) -> Iterator[None]:
     except JobError as error:
         if isinstance(source, Mapping):
             raise
-        raise JobError(f"{Path(source).name}: {error}") from None
+        raise error.within(Path(source).name) from None
 
 
 def read(raw: Mapping[str, Any], keys: tuple[Key, ...], path: str = "") -> Values:
@@ -105,43 +139,119 @@ def read(raw: Mapping[str, Any], keys: tuple[Key, ...], path: str = "") -> Value
     Raises
     ------
     JobError
-        If a key is unknown, missing, of another type or impossible; the message names it.
+        If keys are unknown, missing, of another type or impossible; it names each, a line a key.
     """
-    return _values(Table(dict(raw), path, names(keys)), keys)
+    return _values(dict(raw), keys, path)
 
 
-def _values(table: Table, keys: tuple[Key, ...]) -> Values:
-    return {key.name: _value(table, key) for key in keys}
+def _values(raw: object, keys: tuple[Key, ...], path: str) -> Values:
+    """Return the values of a table; of one that is not there, its first missing key is named alone."""
+    table = Table(raw, path, None)
+    faults = Faults()
+    faults.lines += unknown_keys(table, names(keys))
+    misspelt, alone = bool(faults.lines), not table.raw and bool(path)
+    found: Values = {}
+    for key in keys:
+        before = len(faults.lines)
+        with faults.gathered():
+            found[key.name] = value_of(table, key)
+        absent = key.name not in table
+        if absent and len(faults.lines) > before and (misspelt or (alone and before)):
+            del faults.lines[before:]  # the misspelt key is most likely the missing one
+    faults.refuse()
+    return found
 
 
-def _value(table: Table, key: Key) -> Any:
-    if key.keys and key.many:
-        found = table.tables(key.name, names(key.keys))
-        if key.default is REQUIRED and not found:
-            raise JobError(f"[[{table.place(key.name)}]] is missing; at least one is needed")
-        return [_values(each, key.keys) for each in found]
-    if key.keys:
-        if key.name not in table and key.default is REQUIRED:
-            raise JobError(f"[{table.place(key.name)}] is missing")
-        if key.name not in table and key.default is None:
-            return None
-        return _values(table.table(key.name, names(key.keys)), key.keys)
-    if key.hint is dict:
-        return dict(table.table(key.name, None).raw) if key.name in table else key.default
-    if key.default is REQUIRED:
+def value_of(table: Table, key: Key) -> Any:
+    """Return the value of one key of a table, its default where it is not there.
+
+    Raises
+    ------
+    JobError
+        If it is missing, of another type or impossible.
+    """
+    where, there = table.place(key.name), key.name in table
+    if key.many:
+        return _many(table, key)
+    if not there and key.default is REQUIRED and (key.is_table or key.missing):
+        bracketed = f"[{where}]" if key.is_table and key.hint is None else where
+        raise JobError(f"{bracketed} is missing" + (f"; {key.missing}" if key.missing else ""))
+    raw = table.raw.get(key.name)
+    if key.is_table and (key.hint is None or isinstance(raw, dict)):
+        return _table_value(raw if there else {}, key, where) if there or key.default is not None else None
+    if not there and key.default is not REQUIRED:
+        return key.default
+    if key.hint is dict and there:
+        return dict(Table(raw, where, None).raw)
+    found = _typed(table, key) if isinstance(raw, str) else table.value(key.name, key.hint, key.rule)
+    if key.not_empty and found in ("", ()):
+        empty = "empty" if found == "" else "an empty list"
+        raise JobError(f"{where} is {empty}; {key.not_empty}")
+    return found
+
+
+def _table_value(raw: object, key: Key, where: str) -> Values:
+    return _values(raw, key.keys, where) if key.named is None else _named(Table(raw, where, None), key.named)
+
+
+def _typed(table: Table, key: Key) -> Any:
+    """Return a value that is a text: one that it may be, or a number with its unit."""
+    unit, text = TYPED.get(key.unit), table.raw[key.name]
+    if unit is None:
         return table.value(key.name, key.hint, key.rule)
-    return table.optional(key.name, key.hint, key.rule, key.default)
+    if unit.fits(str(text)):
+        number = unit.number(str(text), table.place(key.name))
+        return Table({key.name: number}, table.path, None).value(key.name, key.hint, key.rule)
+    try:
+        return table.value(key.name, key.hint, key.rule)
+    except JobError as error:
+        text = str(error)
+        raise JobError(
+            text if text.endswith("?") else f'{text}, or with its unit: "{unit.example}"'
+        ) from None
+
+
+def _many(table: Table, key: Key) -> Any:
+    where = table.place(key.name)
+    if key.name not in table and key.default is not REQUIRED:
+        return None if key.default is None and key.not_empty else []
+    raw = table.raw.get(key.name, [])
+    if not isinstance(raw, list):
+        raise JobError(f"{where} is {shown(raw)}; must be a list of tables: [[{where}]]")
+    if not raw and key.default is REQUIRED:
+        raise JobError(f"[[{where}]] is missing; at least one is needed")
+    if not raw and key.not_empty:
+        raise JobError(f"{where} is an empty list; {key.not_empty}")
+    faults = Faults()
+    found = []
+    for place, item in enumerate(raw, 1):
+        with faults.gathered():
+            found.append(_values(item, key.keys, f"{where}[{place}]"))
+    faults.refuse()
+    return found
+
+
+def _named(table: Table, each: Key) -> Values:
+    """Return the values of a table whose keys are free names."""
+    faults = Faults()
+    found: Values = {}
+    for name in table.raw:
+        with faults.gathered():
+            found[name] = value_of(table, replace(each, name=name, default=REQUIRED))
+    faults.refuse()
+    return found
+
+
+def plain(value: Any) -> Any:
+    """Return tuples as lists, as JSON and TOML have them."""
+    if isinstance(value, Mapping):
+        return {key: plain(item) for key, item in value.items()}
+    return [plain(each) for each in value] if isinstance(value, tuple | list) else value
 
 
 # --- JSON Schema --------------------------------------------------------------------------------------------
 
 DRAFT = "https://json-schema.org/draft/2020-12/schema"
-LIMITS: Mapping[str, Mapping[str, float]] = {
-    POSITIVE.text: {"exclusiveMinimum": 0},
-    NOT_NEGATIVE.text: {"minimum": 0},
-    SHARE.text: {"minimum": 0, "maximum": 1},
-    COUNTED.text: {"minimum": 1},
-}
 SIMPLE = {
     float: "number",
     Large: "number",
@@ -152,9 +262,12 @@ SIMPLE = {
 }
 
 
-def json_schema(title: str, keys: tuple[Key, ...]) -> Values:
-    """Return the JSON Schema (draft 2020-12) of a file whose top level holds these keys."""
-    return {"$schema": DRAFT, "title": title, **_table_schema(keys)}
+def json_schema(title: str, keys: tuple[Key, ...], shape: Mapping[str, Any] | None = None) -> Values:
+    """Return the JSON Schema (draft 2020-12) of a file whose top level holds these keys.
+
+    ``shape`` is what it has to say beyond what the keys say.
+    """
+    return {"$schema": DRAFT, "title": title, **_table_schema(keys), **(shape or {})}
 
 
 def _table_schema(keys: tuple[Key, ...]) -> Values:
@@ -163,53 +276,92 @@ def _table_schema(keys: tuple[Key, ...]) -> Values:
         "additionalProperties": False,
         "properties": {key.name: _key_schema(key) for key in keys},
     }
-    required = [key.name for key in keys if key.default is REQUIRED]
-    return {**schema, "required": required} if required else schema
+    if required := [key.name for key in keys if _is_needed(key) and not key.instead]:
+        schema["required"] = required
+    either = [
+        {"oneOf": [{"required": [key.name]}, {"required": [key.instead]}]}
+        if _is_needed(key)
+        else {"not": {"required": [key.name, key.instead]}}
+        for key in keys
+        if key.instead
+    ]
+    return {**schema, "allOf": either} if either else schema
+
+
+def _is_needed(key: Key) -> bool:
+    """Tell whether a table must hold a key: one without a default, or a table with such a key."""
+    if key.default is REQUIRED:
+        return True
+    return key.default is FILLED and not key.many and any(_is_needed(each) for each in key.keys)
 
 
 def _key_schema(key: Key) -> Values:
     says = {"description": key.says} if key.says else {}
-    if key.keys:
-        table = _table_schema(key.keys)
-        many: Values = {"type": "array", "items": table}
-        if key.default is REQUIRED:
-            many["minItems"] = 1
-        return {**says, **(many if key.many else table)}
-    default = {} if key.default is REQUIRED or key.default is None else {"default": _plain(key.default)}
-    found = _hint_schema(key.hint, key.rule)
-    typed = key.name.endswith("_mm") and not key.name.endswith("_n_mm")
-    return {**says, **(_or_text(found) if typed else found), **default}
+    default = {"default": plain(key.default)} if not key.is_table and _has_default(key) else {}
+    return {**says, **_value_schema(key), **default, **key.shape}
 
 
-def _or_text(schema: Values) -> Values:
-    """Return a schema in which numbers may be texts with their unit too."""
-    return {
-        key: ["number", "string"] if key == "type" and value == "number" else _or_text_in(value)
-        for key, value in schema.items()
-    }
+def _has_default(key: Key) -> bool:
+    return key.default is not REQUIRED and key.default is not None
 
 
-def _or_text_in(value: Any) -> Any:
-    if isinstance(value, list):
-        return [_or_text_in(each) for each in value]
-    return _or_text(value) if isinstance(value, dict) else value
+def _value_schema(key: Key) -> Values:
+    if key.many:
+        least = 1 if key.default is REQUIRED or key.not_empty else 0
+        many: Values = {"type": "array", "items": _table_schema(key.keys)}
+        return {**many, "minItems": least} if least else many
+    if key.named is not None:
+        return {"type": "object", "additionalProperties": _key_schema(key.named)}
+    if not key.keys:
+        return _filled(_hint_schema(key.hint, key.rule, key.unit), key)
+    tables = [_key_schema(form) for form in key.forms] or [_table_schema(key.keys)]
+    arms = tables if key.hint is None else [_hint_schema(key.hint, key.rule, key.unit), *tables]
+    return arms[0] if len(arms) == 1 else {"anyOf": arms}
 
 
-def _hint_schema(hint: Any, rule: Rule) -> Values:
+def _filled(schema: Values, key: Key) -> Values:
+    """Return a schema that refuses an empty list or text where one may not be empty."""
+    if not key.not_empty:
+        return schema
+    arms = [
+        {**arm, **{"array": {"minItems": 1}, "string": {"minLength": 1}}.get(str(arm.get("type")), {})}
+        for arm in schema.get("anyOf", [schema])
+    ]
+    return {"anyOf": arms} if "anyOf" in schema else arms[0]
+
+
+def _hint_schema(hint: Any, rule: Rule, unit: str = "") -> Values:
     origin, inner = get_origin(hint), get_args(hint)
     if origin is Literal:
         return {"enum": list(inner)}
-    if origin in (Union, UnionType):
-        return {"anyOf": [_hint_schema(each, rule) for each in inner if each is not type(None)]}
+    if origin is None:
+        return _number_schema(hint, rule, unit) if hint in (float, int, Large) else {"type": SIMPLE[hint]}
+    arms = [_hint_schema(each, rule, unit) for each in inner if each not in (type(None), Ellipsis)]
     if origin is tuple and inner[-1] is Ellipsis:
-        return {"type": "array", "items": _hint_schema(inner[0], rule)}
+        return {"type": "array", "items": arms[0]}
     if origin is tuple:
-        items = [_hint_schema(each, rule) for each in inner]
-        return {"type": "array", "prefixItems": items, "minItems": len(items), "maxItems": len(items)}
-    limits = LIMITS.get(rule.text, {}) if hint in (float, int) else {}
-    return {"type": SIMPLE[hint], **limits}
+        return {"type": "array", "prefixItems": arms, "minItems": len(arms), "maxItems": len(arms)}
+    every = [one for arm in arms for one in arm.get("anyOf", [arm])]
+    return every[0] if len(every) == 1 else {"anyOf": every}
 
 
-def _plain(value: Any) -> Any:
-    """Return tuples as lists, as JSON has them."""
-    return [_plain(each) for each in value] if isinstance(value, tuple | list) else value
+def _number_schema(hint: Any, rule: Rule, unit: str) -> Values:
+    number = {"type": SIMPLE[hint], **_range_schema(hint, rule)}
+    typed = TYPED.get(unit) if hint is float else None
+    if typed is None:
+        return number
+    sign = r"(?!\s*-)" if rule.least == 0.0 or rule.above == 0.0 else ""
+    return {"anyOf": [number, {"type": "string", "pattern": f"^{sign}{typed.pattern}$"}]}
+
+
+def _range_schema(hint: Any, rule: Rule) -> Values:
+    """Return what a number must be, with the size that no number of a file may be beyond."""
+    if rule.one_of:
+        return rule.schema()
+    most = LARGEST_OF_ALL if hint is Large else LARGEST
+    limits = {"minimum": SMALLEST if rule is POSITIVE else -most, "maximum": most, **rule.schema()}
+    if "exclusiveMinimum" in limits and rule is not POSITIVE:
+        del limits["minimum"]
+    if "exclusiveMaximum" in limits:
+        del limits["maximum"]
+    return limits

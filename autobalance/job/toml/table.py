@@ -2,31 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from collections.abc import Sequence
 from typing import Any
 
 from autobalance.errors import JobError
 from autobalance.job.toml.convert import convert, did_you_mean, shown
-
-
-@dataclass(frozen=True)
-class Rule:
-    """What a number must be, beyond a number."""
-
-    holds: Callable[[float], bool]
-    text: str
-
-
-ANY = Rule(lambda _: True, "")
-POSITIVE = Rule(lambda x: x > 0.0, "must be > 0")
-NOT_NEGATIVE = Rule(lambda x: x >= 0.0, "must be ≥ 0")
-SHARE = Rule(lambda x: 0.0 <= x <= 1.0, "must be 0 to 1")
-COUNTED = Rule(lambda x: x >= 1, "must be ≥ 1")
-
-
-SMALLEST = 1e-9
-"""Least positive number where one is needed: dividing by less overflows."""
+from autobalance.ranges import ANY, POSITIVE, SMALLEST, Rule
 
 
 class Table:
@@ -43,11 +24,8 @@ class Table:
             raise JobError(f"{path} is {shown(raw)}; must be a table: [{path}]")
         self.raw: dict[str, object] = raw
         self.path = path
-        if known is not None:
-            for key in raw:
-                if key not in known:
-                    hint = did_you_mean(key, known) or f"; known here: {', '.join(known)}"
-                    raise JobError(f"{self.place(key)} is an unknown key{hint}")
+        if known is not None and (unknown := unknown_keys(self, known)):
+            raise JobError(*unknown)
 
     def place(self, key: str) -> str:
         """Return a key with its table path."""
@@ -89,6 +67,17 @@ class Table:
             path = self.place(key)
             raise JobError(f"{path} is {shown(raw)}; must be a list of tables: [[{path}]]")
         return [Table(item, f"{self.place(key)}[{place}]", known) for place, item in enumerate(raw, 1)]
+
+
+def unknown_keys(table: Table, known: Sequence[str]) -> list[str]:
+    """Return what to say of each key of a table that is not known there; the first lists those that are."""
+    lines, listed = [], f"; known here: {', '.join(known)}"
+    for key in table.raw:
+        if key not in known:
+            close = did_you_mean(key, known)
+            lines.append(f"{table.place(key)} is an unknown key{close or listed}")
+            listed = listed if close else ""
+    return lines
 
 
 def _numbers(value: object) -> list[float]:

@@ -13,6 +13,7 @@ from typing import Any
 
 from autobalance.errors import JobError
 from autobalance.job.toml.convert import shown
+from autobalance.job.toml.faults import Faults
 from autobalance.units import G_MM_PER, G_PER
 
 WEIGHT_TABLES = ("rotating_g", "reciprocating_g", "crankpin_g")
@@ -96,7 +97,12 @@ def in_base_units(values: Mapping[str, Any], path: str = "") -> dict[str, Any]:
     JobError
         If a unit is missing or unknown.
     """
-    return {key: _converted(key, value, f"{path}.{key}" if path else key) for key, value in values.items()}
+    faults, found = Faults(), {}
+    for key, value in values.items():
+        with faults.gathered():
+            found[key] = _converted(key, value, f"{path}.{key}" if path else key)
+    faults.refuse()
+    return found
 
 
 def _converted(key: str, value: Any, where: str) -> Any:

@@ -1,0 +1,114 @@
+"""The table [balance] of a job: what is asked of the balanced crank."""
+
+from __future__ import annotations
+
+import math
+from typing import Literal
+
+from autobalance.errors import JobError
+from autobalance.job.model import Balance
+from autobalance.job.toml.keys import FILLED, Key, Values
+from autobalance.ranges import ANY, NOT_NEGATIVE, POSITIVE, SHARE
+from autobalance.rigid_rotor.margin import Margin
+from autobalance.rigid_rotor.tolerance import Judge
+from autobalance.units import RAD_S_PER_RPM
+
+COUNTERWEIGHT_DEG = 180.0
+"""Where overbalance is left unless said: opposite to crankpin 1."""
+BALANCE = Key(
+    "balance",
+    says="what is asked of the balanced crank",
+    default=FILLED,
+    verbs="all",
+    keys=(
+        Key(
+            "factor",
+            float | Literal["original"],
+            'share of the reciprocating mass to balance, 0 to 1, or `"original"`',
+            SHARE,
+            typed="share",
+        ),
+        Key(
+            "grade",
+            float,
+            "balance quality grade G; crank drives of single-cylinder engines are listed at G 250 to G 630, "
+            "racing "
+            "practice uses G 6.3 on the crankshaft itself",
+            POSITIVE,
+            typed="mm/s",
+        ),
+        Key("speed_rpm", float, "highest service speed", POSITIVE),
+        Key(
+            "judge",
+            Judge,
+            '`"dynamic"`: the resultant and each tolerance plane; `"static"`: the resultant alone',
+            default="dynamic",
+        ),
+        Key(
+            "margin",
+            Margin,
+            '`"expanded"`: the verdict needs the residual and its uncertainty together within what is '
+            "permitted",
+            default="none",
+        ),
+        Key(
+            "facet_correction",
+            bool,
+            "`true`: what the facets of the mesh hide against the smooth surface is estimated and added to "
+            "what is "
+            "measured; declined, with the reason, where that is not sure to come nearer to the truth",
+            default=False,
+        ),
+        Key(
+            "rotor_mass_g",
+            float,
+            "the crank before correction and all crankpins not in the file, without bob-weights",
+            POSITIVE,
+            None,
+            usual="measured",
+        ),
+        Key(
+            "tolerance_planes_mm",
+            tuple[float, float],
+            "two places on the rotor's z, the lower one first",
+            ANY,
+            None,
+            usual="mid-planes of the outermost main journals",
+        ),
+        Key(
+            "overbalance_g_mm",
+            float,
+            "unbalance left on purpose for the last holes on the machine",
+            NOT_NEGATIVE,
+            0.0,
+        ),
+        Key("overbalance_deg", float, "where that is left", ANY, COUNTERWEIGHT_DEG),
+    ),
+)
+
+
+def balance_of(values: Values) -> Balance:
+    """Return what the values of ``[balance]`` say.
+
+    Raises
+    ------
+    JobError
+        If they contradict each other.
+    """
+    planes = values["tolerance_planes_mm"]
+    if planes is not None and not planes[0] < planes[1]:
+        raise JobError(
+            f"balance.tolerance_planes_mm is [{planes[0]:g}, {planes[1]:g}]; the first must be the lower one"
+        )
+    return Balance(
+        None if values["factor"] == "original" else values["factor"],
+        values["grade"],
+        values["speed_rpm"] * RAD_S_PER_RPM,
+        values["judge"],
+        values["rotor_mass_g"],
+        planes,
+        values["overbalance_g_mm"],
+        math.radians(values["overbalance_deg"]),
+        values["margin"],
+        values["facet_correction"],
+    )

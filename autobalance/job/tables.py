@@ -1,0 +1,54 @@
+"""Every table of a job, declared in the module that makes something of it."""
+
+from __future__ import annotations
+
+from collections.abc import Collection
+from typing import Any
+
+from autobalance.job.balance import BALANCE
+from autobalance.job.layout import SHAFTS
+from autobalance.job.limits import correction_key
+from autobalance.job.read_crankshaft import CRANKSHAFT
+from autobalance.job.read_engine import ENGINE, ORIGINAL
+from autobalance.job.study import STUDY
+from autobalance.job.toml.keys import Key, json_schema
+
+OF_TORSION = (
+    *("torsion", "excitation", "pendulum", "speed_rpm", "points"),
+    *("gear", "branch", "coupling", "damper"),
+)
+OF_FEW = ("cycle", "assembly", "drive", *OF_TORSION)
+"""Tables that few jobs hold; their declarations load what they are about."""
+TOP_KEYS = ("crankshaft", "engine", "original", "balance", "correction", "shafts", "study", *OF_FEW)
+"""What may stand at the top level of a job."""
+
+
+def job_tables(held: Collection[str] = TOP_KEYS) -> tuple[Key, ...]:
+    """Return the declarations of a job's tables; of those that few jobs hold, only those among ``held``."""
+    return (CRANKSHAFT, ENGINE, ORIGINAL, BALANCE, correction_key(), SHAFTS, STUDY, *_of_few(held))
+
+
+def _of_few(held: Collection[str]) -> tuple[Key, ...]:
+    found: list[Key] = []
+    if "cycle" in held:
+        from autobalance.job.cycle import CYCLE
+
+        found.append(CYCLE)
+    if "assembly" in held:
+        from autobalance.job.assembly import ASSEMBLY
+
+        found.append(ASSEMBLY)
+    if "drive" in held:
+        from autobalance.job.drive import DRIVE
+
+        found.append(DRIVE)
+    if any(key in held for key in OF_TORSION):
+        from autobalance.job.torsion import OF_A_JOB
+
+        found += OF_A_JOB
+    return tuple(found)
+
+
+def job_schema() -> dict[str, Any]:
+    """Return the JSON Schema of a job as TOML is parsed."""
+    return json_schema("job", job_tables())

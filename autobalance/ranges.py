@@ -1,0 +1,65 @@
+"""Ranges of numbers: said once, and from there what readers refuse, schemas say and messages tell."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+SMALLEST = 1e-9
+"""Least positive number where one is needed: dividing by less overflows."""
+
+
+@dataclass(frozen=True)
+class Rule:
+    """What a number must be, beyond a number.
+
+    ``text`` says it in a message; ``least`` and ``most`` may be reached, ``above`` and ``below`` may not;
+    ``apart`` is what its size must be above; ``besides`` are numbers that may be all the same, and
+    ``one_of`` all that may be, where there are few.
+    """
+
+    text: str = ""
+    least: float | None = None
+    most: float | None = None
+    above: float | None = None
+    below: float | None = None
+    apart: float | None = None
+    besides: tuple[float, ...] = ()
+    one_of: tuple[float, ...] = ()
+
+    def holds(self, number: float) -> bool:
+        """Tell whether a number is within."""
+        if self.one_of:
+            return number in self.one_of
+        within = (
+            (self.least is None or number >= self.least)
+            and (self.most is None or number <= self.most)
+            and (self.above is None or number > self.above)
+            and (self.below is None or number < self.below)
+            and (self.apart is None or abs(number) > self.apart)
+        )
+        return within or number in self.besides
+
+    def schema(self) -> dict[str, Any]:
+        """Return it as keywords of JSON Schema."""
+        if self.one_of:
+            return {"enum": list(self.one_of)}
+        named = {
+            "minimum": self.least,
+            "maximum": self.most,
+            "exclusiveMinimum": self.above,
+            "exclusiveMaximum": self.below,
+        }
+        limits: dict[str, Any] = {word: value for word, value in named.items() if value is not None}
+        if self.apart is not None:
+            limits["anyOf"] = [{"exclusiveMinimum": self.apart}, {"exclusiveMaximum": -self.apart}]
+        if not self.besides:
+            return limits
+        return {"anyOf": [limits, {"enum": list(self.besides)}]}
+
+
+ANY = Rule()
+POSITIVE = Rule("must be > 0", above=0.0)
+NOT_NEGATIVE = Rule("must be ≥ 0", least=0.0)
+SHARE = Rule("must be 0 to 1", least=0.0, most=1.0)
+COUNTED = Rule("must be ≥ 1", least=1)
