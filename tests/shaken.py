@@ -16,6 +16,8 @@ import pytest
 from numpy.typing import NDArray
 
 from autobalance.correction.contract import Array
+from autobalance.crank.anatomy import Anatomy
+from autobalance.crank.recognition import recognise
 from autobalance.planning import (
     common_depths,
     cut_curves,
@@ -30,13 +32,16 @@ from autobalance.planning.depths import Plan
 
 ULPS = 4
 """By how many of its last digits a number is off, at most."""
+TURN_ULP = 2.0**-55
+"""Last digit of a turn's small entries: what sums of numbers near 1 leave where nothing should be left."""
 LEFT_OVER_MM = 1e-17
 """What a solver may leave of a cut that it does not make."""
 
 
 @contextmanager
 def shaken(seed: int) -> Iterator[None]:
-    """Shake what plans are made of (the cuts' effects), every step of the depths, and the plans."""
+    """Shake the frame, the cuts' effects as planners see them, every step of the depths, and the plans."""
+    recognised = recognise._in_any_direction
     effect, step, plan = depths.resultant_and_moment, depths._tangent_step, whole_cuts._chosen_plan
 
     def by(values: Array, low: int, high: int) -> NDArray[np.int64]:
@@ -60,7 +65,15 @@ def shaken(seed: int) -> Iterator[None]:
         left = LEFT_OVER_MM * by(found.depths_mm, 0, 1)
         return replace(found, depths_mm=np.where(found.depths_mm == 0.0, left, off(found.depths_mm)))
 
+    def off_frame(*args: Any) -> Anatomy:
+        found = recognised(*args)
+        frame, size = found.file_to_rotor.copy(), np.array([1.0, 1.0, 1.0, 1.0])
+        size[3] = max(1.0, float(np.abs(frame[:3, 3]).max()))
+        frame[:3] += by(frame[:3], -ULPS, ULPS) * TURN_ULP * size
+        return replace(found, file_to_rotor=frame)
+
     changed: list[tuple[Any, str, Callable[..., Any]]] = [
+        (recognise, "_in_any_direction", off_frame),
         (depths, "_tangent_step", off_step),
         (whole_cuts, "_chosen_plan", off_plan),
     ]

@@ -19,6 +19,7 @@ from autobalance.crank.faces import find_faces
 from autobalance.errors import ClaimError
 from autobalance.job import Job
 from autobalance.rigid_rotor.moments import Moments
+from autobalance.solid.csg.difference import differences
 from autobalance.solid.csg.solid import Solid
 from autobalance.solid.formats.read import Source
 from autobalance.verification.claims import ROUNDING, Claims
@@ -170,9 +171,9 @@ def _vector(moments: Moments) -> str:
 
 def _gone(change: Change) -> tuple[Solid, Solid]:
     """Return the metal that went, and that came, rotor frame."""
-    before, after = change.before.solid, change.after.solid
+    went, came = differences(change.before.solid, change.after.solid)
     frame = change.anatomy.file_to_rotor
-    return (before - after).moved(frame), (after - before).moved(frame)
+    return went.moved(frame), came.moved(frame)
 
 
 # --- one of them --------------------------------------------------------------------------------------------
