@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from autobalance import job as jobs
 from autobalance.api.balance import with_crank
 from autobalance.api.options import positive
 from autobalance.api.progress import telling
-from autobalance.api.result import Values, report_head
+from autobalance.api.result import Values
 from autobalance.balancing import plausibility
 from autobalance.balancing.measured_crank import measure_crank
 from autobalance.job import Job, JobSource
@@ -65,10 +65,9 @@ def request(
     return Request(job, measured, factor, speed, float(rpm), odd)
 
 
-def job_head(command: str, job: Job) -> Values:
-    """Return the keys that the report of a verb on a job begins with."""
-    described: dict[str, Any] = jobs.describe(job)
-    return {**report_head(command), "job": described, **job_set(job)}
+def job_keys(job: Job) -> Values:
+    """Return the fields of ``JobReport``: the job as read, and what was set from outside."""
+    return {"job": jobs.describe(job), **job_set(job)}
 
 
 def job_set(job: Job) -> Values:

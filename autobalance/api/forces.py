@@ -4,19 +4,25 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from autobalance.api.common_parameters import documented
-from autobalance.api.engine_case import Request, job_head, request
+from autobalance.api.engine_case import Request, job_keys, request
 from autobalance.api.options import place_mm
 from autobalance.api.result import Plots, VerbResult
 from autobalance.engine.factor_advice import advise
 from autobalance.engine.force_summary import shaking_force, turn_loads, turn_support
-from autobalance.engine.force_values import advice_values, force_values, load_values
 from autobalance.engine.whole_engine import Engine, about
 from autobalance.errors import UsageError
 from autobalance.job import JobSource
 from autobalance.machine_models import engine_from_job, rotor_from_job
+from autobalance.report.records.forces import (
+    EngineState,
+    Factors,
+    ForcesReport,
+    InertiaLoads,
+    ShakingForce,
+)
 from autobalance.runtime import Progress
 
 if TYPE_CHECKING:
@@ -111,38 +117,38 @@ def forces(
     ]
     compared = sorted({*factors, found.factor})
     advice = advise(as_file, found.speed_rad_s, compared, transverse_weight, ends, reference)
-    values = {
-        **job_head("forces", found.job),
-        "speed_rpm": found.speed_rpm,
-        "moments_about_z_mm": reference,
-        "states": states,
-        "factors": advice_values(advice, transverse_weight),
-        "warnings": list(found.warnings),
-    }
-    return ForcesResult(values, found, engines, tuple(compared))
+    report = ForcesReport(
+        **job_keys(found.job),
+        speed_rpm=found.speed_rpm,
+        moments_about_z_mm=reference,
+        states=states,
+        factors=Factors.of(advice, transverse_weight),
+        warnings=found.warnings,
+    )
+    return ForcesResult(report, found, engines, tuple(compared))
 
 
 def _state(
     name: str, engine: Engine, factor: float | None, found: Request, reference_mm: float
-) -> dict[str, Any]:
+) -> EngineState:
     force = shaking_force(engine, found.speed_rad_s)
-    return {
-        "name": name,
-        "balance_factor": factor,
-        "force": force_values(replace(force, orders=tuple(about(force.orders, reference_mm)))),
-        "loads": _loads(engine, engine_from_job.mains_z_mm(found.crank.anatomy), found, reference_mm),
-    }
+    return EngineState(
+        name=name,
+        balance_factor=factor,
+        force=ShakingForce.of(replace(force, orders=tuple(about(force.orders, reference_mm)))),
+        loads=_loads(engine, engine_from_job.mains_z_mm(found.crank.anatomy), found, reference_mm),
+    )
 
 
 def _loads(
     engine: Engine, mains_z_mm: tuple[float, ...], found: Request, reference_mm: float
-) -> dict[str, Any]:
+) -> InertiaLoads:
     """Return the loads over a turn; with fewer than two mains what statics tells at one place."""
     if len(mains_z_mm) > 1:
-        return load_values(engine, turn_loads(engine, mains_z_mm, found.speed_rad_s), mains_z_mm)
+        return InertiaLoads.of(engine, turn_loads(engine, mains_z_mm, found.speed_rad_s), mains_z_mm)
     place = mains_z_mm[0] if mains_z_mm else reference_mm
     support, loads = turn_support(engine, place, found.speed_rad_s)
-    return load_values(engine, loads, mains_z_mm, support)
+    return InertiaLoads.of(engine, loads, mains_z_mm, support)
 
 
 def _plots(found: Request, engines: dict[str, Engine], engine: Engine, factors: list[float]) -> Plots:

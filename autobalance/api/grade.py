@@ -10,11 +10,13 @@ from typing import Any
 import numpy as np
 
 from autobalance.api.options import place_mm, positive
-from autobalance.api.result import Plots, VerbResult, report_head
+from autobalance.api.result import Plots, VerbResult
 from autobalance.engine.grade import GRADES, listed_grade, neighbours, specific_unbalance_mm
 from autobalance.errors import UsageError
 from autobalance.job.toml.typed_units import unbalance_unit
+from autobalance.report.records.grade import GradeReport
 from autobalance.rigid_rotor.tolerance import (
+    TolerancePlane,
     achieved_grade_mm_s,
     permissible_unbalance_g_mm,
     share_between_planes,
@@ -103,7 +105,7 @@ def grade(
         raise UsageError(f"the unit {unit!r} is not known; needed one of {', '.join(units)}")
     given = _Given(grade, speed_rpm, mass, mass_unit.lower(), residual, known, planes, centre)
     try:
-        return GradeResult(_values(given))
+        return GradeResult(_report(given))
     except ValueError as error:
         raise UsageError(str(error)) from None
 
@@ -141,43 +143,40 @@ def _plots(values: dict[str, Any]) -> Plots:
     return made
 
 
-def _values(given: _Given) -> dict[str, Any]:
+def _report(given: _Given) -> GradeReport:
     _check(given)
-    values: dict[str, Any] = {
-        **report_head("grade"),
-        "grade_mm_s": given.grade,
-        "speed_rpm": given.speed_rpm,
-        "rotor_mass_g": None if given.mass is None else given.mass * G_PER[given.mass_unit],
-        "permissible_g_mm": None,
-        "specific_unbalance_um": None,
-        "planes": [],
-        "residual_g_mm": None if given.residual is None else given.residual * G_MM_PER[given.residual_unit],
-        "achieved_grade_mm_s": None,
-        "listed_grade_mm_s": None,
-        "grades": [{"grade_mm_s": grade.grade_mm_s, "what": grade.what} for grade in GRADES],
-    }
-    if given.mass is None:
-        return values
-    assert given.speed_rpm is not None  # ``_check`` has looked
-    speed, mass = given.speed_rpm * RAD_S_PER_RPM, values["rotor_mass_g"]
-    if given.grade is not None:
+    mass = None if given.mass is None else given.mass * G_PER[given.mass_unit]
+    residual = None if given.residual is None else given.residual * G_MM_PER[given.residual_unit]
+    speed = None if given.speed_rpm is None else given.speed_rpm * RAD_S_PER_RPM
+    permissible = specific = achieved = listed = None
+    if mass is not None and speed is not None and given.grade is not None:
         permissible = permissible_unbalance_g_mm(mass, given.grade, speed)
-        values["permissible_g_mm"] = permissible
-        values["specific_unbalance_um"] = 1e3 * specific_unbalance_mm(given.grade, speed)
-        if given.planes is not None:
-            low, high = given.planes
-            centre = 0.5 * (low + high) if given.centre is None else given.centre
-            shares = share_between_planes(permissible, centre, low, high)
-            values["planes"] = [
-                {"name": name, "z_mm": z, "permissible_g_mm": share}
-                for name, z, share in zip("AB", given.planes, shares, strict=True)
-            ]
-    if given.residual is not None:
-        achieved = achieved_grade_mm_s(values["residual_g_mm"], mass, speed)
+        specific = 1e3 * specific_unbalance_mm(given.grade, speed)
+    if mass is not None and speed is not None and residual is not None:
+        achieved = achieved_grade_mm_s(residual, mass, speed)
         listed = listed_grade(achieved)
-        values["achieved_grade_mm_s"] = achieved
-        values["listed_grade_mm_s"] = None if listed is None else listed.grade_mm_s
-    return values
+    return GradeReport(
+        grade_mm_s=given.grade,
+        speed_rpm=given.speed_rpm,
+        rotor_mass_g=mass,
+        permissible_g_mm=permissible,
+        specific_unbalance_um=specific,
+        planes=() if permissible is None else _planes(given, permissible),
+        residual_g_mm=residual,
+        achieved_grade_mm_s=achieved,
+        listed_grade_mm_s=None if listed is None else listed.grade_mm_s,
+        grades=GRADES,
+    )
+
+
+def _planes(given: _Given, permissible_g_mm: float) -> tuple[TolerancePlane, ...]:
+    """Return the shares of the tolerance planes that were given."""
+    if given.planes is None:
+        return ()
+    low, high = given.planes
+    centre = 0.5 * (low + high) if given.centre is None else given.centre
+    share_a, share_b = share_between_planes(permissible_g_mm, centre, low, high)
+    return TolerancePlane("A", low, share_a), TolerancePlane("B", high, share_b)
 
 
 def _check(given: _Given) -> None:

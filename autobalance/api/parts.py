@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 from autobalance import job as jobs
 from autobalance.api.common_parameters import documented
-from autobalance.api.engine_case import job_head, request
+from autobalance.api.engine_case import job_keys, request
 from autobalance.api.result import Plots, VerbResult
 from autobalance.balancing import plausibility
 from autobalance.engine.conrod import ConnectingRod
@@ -16,6 +16,7 @@ from autobalance.engine.parts import sum_of_parts
 from autobalance.errors import JobError
 from autobalance.job import Job, JobSource
 from autobalance.job.model import ThrowParts, Weight
+from autobalance.report.records.forces import PartsReport, PartWeight, RodEnds, RolledUp, ThrowWeights
 from autobalance.runtime import Progress
 
 if TYPE_CHECKING:
@@ -68,12 +69,12 @@ def parts(job: JobSource, crank: Crank | None = None, *, progress: Progress | No
         factor, odd = asked, plausibility.odd_alone(job)
     throws = [(None, job.engine.default), *sorted(job.engine.by_throw.items())]
     return PartsResult(
-        {
-            **job_head("parts", job),
-            "throws": [_throw(number, parts, factor) for number, parts in throws],
-            "rod": _rod(job),
-            "warnings": list(odd),
-        }
+        PartsReport(
+            **job_keys(job),
+            throws=[_throw(number, parts, factor) for number, parts in throws],
+            rod=_rod(job),
+            warnings=odd,
+        )
     )
 
 
@@ -97,7 +98,7 @@ def _plots(throws: list[dict[str, Any]]) -> Plots:
     }
 
 
-def _throw(number: int | None, parts: ThrowParts, factor: float) -> dict[str, Any]:
+def _throw(number: int | None, parts: ThrowParts, factor: float) -> ThrowWeights:
     weights = parts.weights
     shares = [
         (1.0, weights.crankpin),
@@ -109,31 +110,26 @@ def _throw(number: int | None, parts: ThrowParts, factor: float) -> dict[str, An
         [share * weight.mass_g for share, weight in scaled], [share * weight.pm_g for share, weight in scaled]
     )
     pin = weights.crankpin.get("crankpin")
-    return {
-        "number": number,
-        "rods": parts.rods,
-        "rotating": _rolled_up(weights.rotating),
-        "reciprocating": _rolled_up(weights.reciprocating),
-        "crankpin": _rolled_up(weights.crankpin),
-        "balance_factor": factor,
-        "bob_weight_g": bob.mass_g,
-        "bob_weight_pm_g": bob.pm_g,
-        "bob_weight_pin_fitted_g": bob.mass_g - (pin.mass_g if pin is not None else 0.0),
-    }
+    return ThrowWeights(
+        number=number,
+        rods=parts.rods,
+        rotating=_rolled_up(weights.rotating),
+        reciprocating=_rolled_up(weights.reciprocating),
+        crankpin=_rolled_up(weights.crankpin),
+        balance_factor=factor,
+        bob_weight_g=bob.mass_g,
+        bob_weight_pm_g=bob.pm_g,
+        bob_weight_pin_fitted_g=bob.mass_g - (pin.mass_g if pin is not None else 0.0),
+    )
 
 
-def _rolled_up(named: Mapping[str, Weight]) -> dict[str, Any]:
+def _rolled_up(named: Mapping[str, Weight]) -> RolledUp:
     total = sum_of_parts([each.mass_g for each in named.values()], [each.pm_g for each in named.values()])
-    return {
-        "mass_g": total.mass_g,
-        "pm_g": total.pm_g,
-        "parts": [
-            {"name": name, "mass_g": weight.mass_g, "pm_g": weight.pm_g} for name, weight in named.items()
-        ],
-    }
+    parts = [PartWeight(name=name, mass_g=each.mass_g, pm_g=each.pm_g) for name, each in named.items()]
+    return RolledUp(mass_g=total.mass_g, pm_g=total.pm_g, parts=parts)
 
 
-def _rod(job: Job) -> dict[str, Any] | None:
+def _rod(job: Job) -> RodEnds | None:
     given, length = job.engine.rod, job.engine.rod_length_mm
     if given is None:
         return None
@@ -145,10 +141,10 @@ def _rod(job: Job) -> dict[str, Any] | None:
         raise JobError(f"{job.path.name}: engine.rod: {error}") from None
     known = length is not None
     couple = known and given.inertia_g_mm2 is not None
-    return {
-        "mass_g": rod.mass_g,
-        "big_end_g": rod.big_end_g,
-        "small_end_g": rod.small_end_g,
-        "centre_from_big_end_mm": rod.centre_from_big_end_mm if known else None,
-        "couple_inertia_kg_mm2": rod.couple_inertia_g_mm2 * 1e-3 if couple else None,
-    }
+    return RodEnds(
+        mass_g=rod.mass_g,
+        big_end_g=rod.big_end_g,
+        small_end_g=rod.small_end_g,
+        centre_from_big_end_mm=rod.centre_from_big_end_mm if known else None,
+        couple_inertia_kg_mm2=rod.couple_inertia_g_mm2 * 1e-3 if couple else None,
+    )

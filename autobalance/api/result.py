@@ -5,10 +5,12 @@ from __future__ import annotations
 import html
 from collections.abc import Mapping
 from dataclasses import dataclass
+from functools import cached_property
 from pathlib import Path
 from typing import Any
 
 from autobalance.errors import FileError, FormatError
+from autobalance.report.encoding import encoded
 from autobalance.report.files import Staging
 from autobalance.version import __version__
 
@@ -30,10 +32,17 @@ def report_head(command: str) -> Values:
 class VerbResult:
     """What a verb found; ``report`` is what the command of its name writes with ``--json``.
 
-    A verb's own result overrides ``text``, ``plots`` and ``files`` where it has any. Results pickle.
+    ``content`` is the record of it. A verb's own result overrides ``text``, ``plots`` and ``files`` where it
+    has any. Results pickle.
     """
 
-    report: Values
+    content: Any
+
+    @cached_property
+    def report(self) -> Values:
+        """What the command writes with ``--json``, as JSON values."""
+        found: Values = encoded(self.content)
+        return found
 
     @property
     def exit_code(self) -> int:

@@ -3,13 +3,24 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from importlib import import_module
 from typing import Any
 
 from autobalance.errors import UsageError
 
 Values = dict[str, Any]
 
-NAMES = ("job", "reading", "trials", "machine", "report", "inspect", "recut", "influence", "machine-report")
+WRITTEN: Mapping[str, str] = {
+    "forces": "forces.ForcesReport",
+    "grade": "grade.GradeReport",
+    "parts": "forces.PartsReport",
+    "shafts": "forces.ShaftsReport",
+}
+"""Name → module of ``report.records`` and record of what a verb writes with ``--json``."""
+NAMES = (
+    *("job", "reading", "trials", "machine", "report", "inspect", "recut", "influence", "machine-report"),
+    *WRITTEN,
+)
 """Files that have a schema: what is read first, then what is written."""
 DRAFT = "https://json-schema.org/draft/2020-12/schema"
 
@@ -43,6 +54,8 @@ def schema(name: str) -> Values:
         return _job()
     if name in ("reading", "trials", "machine"):
         return _read(name)
+    if name in WRITTEN:
+        return _of_record(*WRITTEN[name].split("."))
     if name in ("report", "inspect", "recut"):
         return _report(name)
     return _written("influence", INFLUENCE) if name == "influence" else _written("machine", MACHINE)
@@ -66,6 +79,14 @@ def _report(name: str) -> Values:
         return whole
     properties = {**whole["properties"], "command": {"const": name}}
     return {**whole, "title": f"Report of autobalance {name}", "properties": properties}
+
+
+def _of_record(module: str, name: str) -> Values:
+    from autobalance.report.records.schema import schema_of
+
+    record = getattr(import_module(f"autobalance.report.records.{module}"), name)
+    head = {"$schema": DRAFT, "title": f"Report of autobalance {record.command}"}
+    return schema_of(record, head, [])
 
 
 def _job() -> Values:

@@ -3,16 +3,15 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from autobalance.api.common_parameters import documented
-from autobalance.api.engine_case import job_head, request
+from autobalance.api.engine_case import job_keys, request
 from autobalance.api.options import place_mm
 from autobalance.api.result import Plots, VerbResult
 from autobalance.engine.balance_factor import LEAST_DIRECTION
 from autobalance.engine.complete_balance import BoltOnWeight
 from autobalance.engine.force_summary import HIGHEST_ORDER
-from autobalance.engine.force_values import couple_values, order_values, shaft_values
 from autobalance.engine.forces import centrifugal_force_n
 from autobalance.engine.loads import whole_turn
 from autobalance.engine.shafts import (
@@ -29,6 +28,15 @@ from autobalance.job import JobSource
 from autobalance.job.model import BalanceShaftEntry
 from autobalance.machine_models import engine_from_job
 from autobalance.machine_models.engine_from_job import moment_reference_mm, shaft_ends_mm
+from autobalance.report.records.forces import (
+    CoupleOfShaft,
+    ForceOrder,
+    OrdersWith,
+    OrdersWithout,
+    Proposal,
+    Shaft,
+    ShaftsReport,
+)
 from autobalance.runtime import Progress
 
 if TYPE_CHECKING:
@@ -109,23 +117,20 @@ def shafts(
     orders = about(bare, reference)
     left = about(orders_with_shafts(bare, own, speed), reference)
     roll = roll_moment_n_m(own, whole_turn(360), speed)
-    values: dict[str, Any] = {
-        **job_head("shafts", found.job),
-        "speed_rpm": found.speed_rpm,
-        "balance_factor": found.factor,
-        "moments_about_z_mm": reference,
-        "without": {"orders": [order_values(order) for order in orders]},
-        "proposals": _proposals(bare, engine, speed, shaft_ends_mm(anatomy)),
-        "shafts": [
-            shaft_values(shaft, _weights(given)) for shaft, given in zip(own, found.job.shafts, strict=True)
-        ],
-        "with": {
-            "orders": [order_values(order) for order in left],
-            "greatest_roll_n_m": float(abs(roll).max()),
-        },
-        "warnings": list(found.warnings),
-    }
-    return ShaftsResult(values, tuple(orders), tuple(left))
+    report = ShaftsReport(
+        **job_keys(found.job),
+        speed_rpm=found.speed_rpm,
+        balance_factor=found.factor,
+        moments_about_z_mm=reference,
+        without=OrdersWithout(orders=[ForceOrder.of(order) for order in orders]),
+        proposals=_proposals(bare, engine, speed, shaft_ends_mm(anatomy)),
+        shafts=[Shaft.of(shaft, _weights(given)) for shaft, given in zip(own, found.job.shafts, strict=True)],
+        with_=OrdersWith(
+            orders=[ForceOrder.of(order) for order in left], greatest_roll_n_m=float(abs(roll).max())
+        ),
+        warnings=found.warnings,
+    )
+    return ShaftsResult(report, tuple(orders), tuple(left))
 
 
 def _shaft(shaft: BalanceShaftEntry, reference_mm: float) -> BalanceShaft:
@@ -134,27 +139,15 @@ def _shaft(shaft: BalanceShaftEntry, reference_mm: float) -> BalanceShaft:
     return BalanceShaft(shaft.order, shaft.forward, shaft.product_g_mm, shaft.phase_rad, x, y, z)
 
 
-def _weights(shaft: BalanceShaftEntry) -> list[dict[str, Any]]:
-    found = []
-    for item in shaft.weights:
-        bolted = BoltOnWeight(item.name, item.eccentricity_mm, item.cad_g, item.weighed_g)
-        found.append(
-            {
-                "name": item.name,
-                "eccentricity_mm": item.eccentricity_mm,
-                "cad_g": item.cad_g,
-                "weighed_g": item.weighed_g,
-                "deviation": bolted.deviation,
-                "cad_product_g_mm": bolted.cad_product_g_mm,
-                "product_g_mm": bolted.product_g_mm,
-            }
-        )
-    return found
+def _weights(shaft: BalanceShaftEntry) -> list[BoltOnWeight]:
+    return [
+        BoltOnWeight(item.name, item.eccentricity_mm, item.cad_g, item.weighed_g) for item in shaft.weights
+    ]
 
 
 def _proposals(
     orders: list[Order], engine: Engine, speed: float, ends_mm: tuple[float, float]
-) -> list[dict[str, Any]]:
+) -> list[Proposal]:
     """Return shafts for what is left of orders 1 and 2, force and couple, where more than rounding is.
 
     Shafts against a force stand where they leave least of its moment; what is left then is a couple.
@@ -163,7 +156,7 @@ def _proposals(
     least = LEAST_DIRECTION * centrifugal_force_n(sum(products), speed)
     lever = max(ends_mm[1] - ends_mm[0], *(abs(each.z_mm) for each in engine.cylinders), 1.0)
     by_order = {order.order: order for order in orders}
-    found: list[dict[str, Any]] = []
+    found: list[Proposal] = []
     for number, name in ((1.0, "first order"), (2.0, "second order")):
         order = by_order[number]
         if order.greatest_force_n > least:
@@ -175,13 +168,13 @@ def _proposals(
                 found.append(_proposal("its backward part alone", [one]))
             (order,) = orders_with_shafts([order], shafts, speed)
         if order.greatest_moment_n_m > least * lever * 1e-3:
-            couples = [couple_values(shaft, ends_mm) for shaft in couple_shafts(order, speed)]
-            found.append({**_proposal(f"couple of the {name}", []), "couple_shafts": couples})
+            couples = [CoupleOfShaft.of(shaft, ends_mm) for shaft in couple_shafts(order, speed)]
+            found.append(Proposal(what=f"couple of the {name}", shafts=(), couple_shafts=couples))
     return found
 
 
-def _proposal(what: str, shafts: list[BalanceShaft]) -> dict[str, Any]:
-    return {"what": what, "shafts": [shaft_values(shaft) for shaft in shafts], "couple_shafts": []}
+def _proposal(what: str, shafts: list[BalanceShaft]) -> Proposal:
+    return Proposal(what=what, shafts=[Shaft.of(each) for each in shafts])
 
 
 def _plots(orders: list[Order], left: list[Order], rpm: float, *, has_shafts: bool) -> Plots:

@@ -9,6 +9,7 @@ import numpy as np
 
 from autobalance.engine.loads import Loads, Support, loads, support_of, whole_turn
 from autobalance.engine.whole_engine import Engine, Order
+from autobalance.records import NotNegative
 from autobalance.rigid_rotor.moments import Array
 
 HIGHEST_ORDER = 8
@@ -82,8 +83,8 @@ def shaking_force(engine: Engine, speed_rad_s: float) -> ShakingForce:
 class LoadRow:
     """Greatest and mean magnitude of a load over a turn [N]."""
 
-    greatest_n: float
-    mean_n: float
+    greatest_n: NotNegative
+    mean_n: NotNegative
 
 
 def load_row(load_n: Array) -> LoadRow:

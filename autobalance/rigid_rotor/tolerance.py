@@ -6,6 +6,7 @@ import math
 from dataclasses import dataclass
 from typing import Literal
 
+from autobalance.records import Positive
 from autobalance.rigid_rotor.margin import Judged, Margin, explain_margin
 from autobalance.rigid_rotor.unbalance import Unbalance
 from autobalance.rigid_rotor.uncertainty import Budget, Share
@@ -131,7 +132,7 @@ class TolerancePlane:
 
     name: Literal["A", "B"]
     z_mm: float
-    permissible_g_mm: float
+    permissible_g_mm: Positive
 
 
 @dataclass(frozen=True)

@@ -7,7 +7,8 @@ from typing import Annotated, Any, Literal, NotRequired, TypedDict
 import pytest
 
 import autobalance.report.records
-from autobalance.report.records.schema import Bound, open_keys, schema_of
+from autobalance.records import Bound
+from autobalance.report.records.schema import open_keys, schema_of
 from autobalance.report.records.written import written_schema
 
 

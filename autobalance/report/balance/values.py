@@ -32,6 +32,7 @@ from autobalance.report.balance.crank_values import (
     rows,
 )
 from autobalance.report.balance.relaxation_values import relaxation_values
+from autobalance.report.encoding import encoded
 from autobalance.rigid_rotor.moments import Moments
 from autobalance.rigid_rotor.tolerance import Tolerance
 from autobalance.rigid_rotor.unbalance import Unbalance
@@ -281,12 +282,12 @@ def _forces(balanced: Balanced) -> Values | None:
     forces = balanced.forces
     if forces is None:
         return None
-    from autobalance.engine.force_values import force_values
+    from autobalance.report.records.forces import ShakingForce
 
     return {
         "speed_rpm": balanced.job["balance"]["speed_rpm"],
-        "before": force_values(forces.before, all_orders=forces.all_orders),
-        "after": force_values(forces.after, all_orders=forces.all_orders),
+        "before": encoded(ShakingForce.of(forces.before, all_orders=forces.all_orders)),
+        "after": encoded(ShakingForce.of(forces.after, all_orders=forces.all_orders)),
     }
 
 

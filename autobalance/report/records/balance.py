@@ -5,19 +5,9 @@ The JSON Schema is made from these: ``python docs/make_schema.py`` writes it.
 
 from typing import Annotated, Any, Literal, NotRequired, TypedDict
 
+from autobalance.records import Angle, Bound, NotNegative, Ordinal, Pair, Positive, Sha256, Share, Triple
 from autobalance.report.records.crank import MassProperties
-from autobalance.report.records.schema import (
-    Angle,
-    Bound,
-    NotNegative,
-    Ordinal,
-    Pair,
-    Positive,
-    Sha256,
-    Share,
-    Triple,
-    open_keys,
-)
+from autobalance.report.records.schema import open_keys
 
 
 class CounterweightProduct(TypedDict):

@@ -5,16 +5,7 @@ The JSON Schema is made from these: ``python docs/make_schema.py`` writes it.
 
 from typing import Annotated, Literal, NotRequired, TypedDict
 
-from autobalance.report.records.schema import (
-    Angle,
-    Bound,
-    NotNegative,
-    Ordinal,
-    Pair,
-    Positive,
-    Sha256,
-    Triple,
-)
+from autobalance.records import Angle, Bound, Matrix3, NotNegative, Ordinal, Pair, Positive, Sha256, Triple
 
 
 class Versions(TypedDict):
@@ -30,9 +21,9 @@ class Versions(TypedDict):
 class Input(TypedDict):
     """The crank file."""
 
-    file: str
+    file: Annotated[str | None, "null: made in memory"]
     sha256: Sha256
-    format: str
+    format: str | None
     triangles: Ordinal
     bodies: Ordinal
     repairs: list[str]
@@ -136,7 +127,7 @@ class MassProperties(TypedDict):
     mass_g: Positive
     volume_mm3: Positive
     centre_of_mass_mm: Triple
-    inertia_kg_mm2: Annotated[list[Triple], Bound("minItems", 3), Bound("maxItems", 3)]
+    inertia_kg_mm2: Matrix3
     polar_inertia_kg_mm2: Positive
 
 

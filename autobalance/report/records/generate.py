@@ -5,9 +5,9 @@ The JSON Schema is made from these: ``python docs/make_schema.py`` writes it.
 
 from typing import Annotated, Literal, NotRequired, TypedDict
 
+from autobalance.records import Bound, Count, NotNegative, Ordinal, Positive, Sha256
 from autobalance.report.records.balance import Unbalance
 from autobalance.report.records.crank import Crank, Frame, Versions
-from autobalance.report.records.schema import Bound, Count, NotNegative, Ordinal, Positive, Sha256
 from autobalance.report.records.stage import Suggestions
 
 

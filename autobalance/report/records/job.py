@@ -5,16 +5,8 @@ The JSON Schema is made from these: ``python docs/make_schema.py`` writes it.
 
 from typing import Annotated, Any, Literal, NotRequired, TypedDict
 
-from autobalance.report.records.schema import (
-    Bound,
-    NotNegative,
-    Ordinal,
-    Pair,
-    Positive,
-    Share,
-    Triple,
-    open_keys,
-)
+from autobalance.records import Bound, NotNegative, Ordinal, Pair, Positive, Share, Triple
+from autobalance.report.records.schema import open_keys
 
 
 class JobCrankshaft(TypedDict):

@@ -5,6 +5,7 @@ The JSON Schema is made from these: ``python docs/make_schema.py`` writes it.
 
 from typing import Annotated, Any, Literal, NotRequired, TypedDict
 
+from autobalance.records import Bound, Count, NotNegative, Ordinal, Pair, Positive, Triple
 from autobalance.report.records.balance import (
     BalanceFactor,
     Correction,
@@ -18,8 +19,8 @@ from autobalance.report.records.balance import (
     Unbalance,
 )
 from autobalance.report.records.crank import Crank, Frame, Input, Versions
+from autobalance.report.records.forces import ShakingForce
 from autobalance.report.records.job import Job
-from autobalance.report.records.schema import Bound, Count, NotNegative, Ordinal, Pair, Positive, Triple
 from autobalance.report.records.stage import AssemblyStage, Previous, Stage, Suggestions
 
 
@@ -130,29 +131,6 @@ class Face(TypedDict):
     file_centroid_mm: Triple
     unbalance_per_mm_g_mm: Pair
     max_depth_mm: NotNegative | None
-
-
-class ForceOrder(TypedDict):
-    """An order of the shaking force."""
-
-    order: NotNegative
-    force_x_n: NotNegative
-    force_y_n: NotNegative
-    greatest_force_n: NotNegative
-    forward_n: NotNegative
-    backward_n: NotNegative
-    moment_x_n_m: NotNegative
-    moment_y_n_m: NotNegative
-    greatest_moment_n_m: NotNegative
-
-
-class ShakingForce(TypedDict):
-    """Inertia forces of the engine."""
-
-    greatest_n: NotNegative | None
-    greatest_inline_n: NotNegative | None
-    greatest_transverse_n: NotNegative | None
-    orders: list[ForceOrder]
 
 
 class Forces(TypedDict):

@@ -1,16 +1,17 @@
-"""From the typed records of a report to its JSON Schema: one place says what a report holds.
+"""From typed records to JSON Schema: one place says what a report holds.
 
-A record is a ``TypedDict``; a bound, a pattern or a sentence of explanation stands in ``Annotated``. Every
-record becomes an entry of ``$defs``, named in snake case, and allows no other keys unless it is marked
-``open_keys``.
+A record is a frozen dataclass (``autobalance.records``), or a ``TypedDict`` for what a report repeats of a
+file; a bound, a unit or a sentence of explanation stands in ``Annotated``. Every record becomes an entry of
+``$defs``, named in snake case, and allows no other keys unless it is marked ``open_keys`` or holds a table
+among its own keys.
 """
 
 from __future__ import annotations
 
+import dataclasses
 import re
 import types
-from collections.abc import Mapping
-from dataclasses import dataclass
+from collections.abc import Mapping, Sequence
 from typing import (
     Annotated,
     Any,
@@ -23,6 +24,10 @@ from typing import (
     is_typeddict,
 )
 
+import numpy as np
+
+from autobalance.records import Absent, Bound, Field, Like, fields_of
+
 Values = dict[str, Any]
 
 NAMES: Mapping[Any, str] = {
@@ -34,23 +39,25 @@ NAMES: Mapping[Any, str] = {
 }
 
 
-@dataclass(frozen=True)
-class Bound:
-    """A keyword of JSON Schema and its value: ``Bound("minimum", 0)``."""
+class Definitions(dict[str, Values]):
+    """The schema of each record by its name, and whose name it is."""
 
-    keyword: str
-    value: Any
+    def __init__(self) -> None:
+        super().__init__()
+        self.records: dict[str, type] = {}
 
+    def name_of(self, record: type) -> str:
+        """Return the name of a record in a schema.
 
-NotNegative = Annotated[float, Bound("minimum", 0)]
-Positive = Annotated[float, Bound("exclusiveMinimum", 0)]
-Count = Annotated[int, Bound("minimum", 0)]
-Ordinal = Annotated[int, Bound("minimum", 1)]
-Angle = Annotated[float, Bound("minimum", 0), Bound("exclusiveMaximum", 360)]
-Share = Annotated[float, Bound("minimum", 0), Bound("maximum", 1)]
-Pair = Annotated[list[float], Bound("minItems", 2), Bound("maxItems", 2)]
-Triple = Annotated[list[float], Bound("minItems", 3), Bound("maxItems", 3)]
-Sha256 = Annotated[str, Bound("pattern", "^[0-9a-f]{64}$")]
+        Raises
+        ------
+        TypeError
+            If another record of this report has that name.
+        """
+        name = re.sub(r"(?<!^)(?=[A-Z])", "_", record.__name__).lower()
+        if self.records.setdefault(name, record) is not record:
+            raise TypeError(f"two records of a report are called {name}; rename one")
+        return name
 
 
 def open_keys(record: type) -> type:
@@ -71,45 +78,90 @@ def schema_of(record: type, head: Mapping[str, Any], rules: list[Values]) -> Val
     rules : list of dict
         What depends on the values themselves: the schema's ``allOf``.
     """
-    found: dict[str, Values] = {}
+    found = Definitions()
     whole = _object(record, found)
     return {**head, **whole, **({"allOf": rules} if rules else {}), "$defs": dict(sorted(found.items()))}
 
 
-def _object(record: type, found: dict[str, Values]) -> Values:
-    hints = get_type_hints(record, include_extras=True)
-    properties = {name: _schema(hint, found) for name, hint in hints.items()}
-    required = [name for name in hints if name in record.__required_keys__]  # type: ignore[attr-defined]
+def _object(record: type, found: Definitions) -> Values:
+    if is_typeddict(record):
+        hints = get_type_hints(record, include_extras=True)
+        properties = {name: _schema(hint, found) for name, hint in hints.items()}
+        required = [name for name in hints if name in record.__required_keys__]  # type: ignore[attr-defined]
+        opened = getattr(record, "open_keys", False)
+    else:
+        properties, required, opened = _fields(fields_of(record), found)
     return {
         "type": "object",
         "properties": properties,
         "required": required,
-        "additionalProperties": getattr(record, "open_keys", False),
+        "additionalProperties": opened or getattr(record, "open_keys", False),
     }
 
 
-def _schema(hint: Any, found: dict[str, Values]) -> Values:  # noqa: PLR0911 - one return a form
+def _fields(fields: Sequence[Field], found: Definitions) -> tuple[Values, list[str], bool]:
+    """Return the properties of a dataclass, those required, and whether there may be others."""
+    properties: Values = {}
+    required: list[str] = []
+    opened = False
+    for each in fields:
+        if not each.inline:
+            properties[each.key] = _schema(each.hint, found)
+            required += [each.key] if each.required else []
+            continue
+        record = _record_in(each.hint)
+        inner, needed, open_inside = ({}, [], True) if record is None else _fields(fields_of(record), found)
+        properties |= inner
+        required += needed
+        opened |= open_inside
+    return properties, required, opened
+
+
+def _record_in(hint: Any) -> type | None:
+    if get_origin(hint) is Annotated:
+        return _record_in(get_args(hint)[0])
+    return hint if dataclasses.is_dataclass(hint) and isinstance(hint, type) else None
+
+
+def _schema(hint: Any, found: Definitions) -> Values:  # noqa: PLR0911 - one return a form
     origin, arguments = get_origin(hint), get_args(hint)
     if origin is NotRequired:
         return _schema(arguments[0], found)
     if origin is Annotated:
-        return _schema(arguments[0], found) | _extras(arguments[1:])
+        like = next((each.record for each in arguments[1:] if isinstance(each, Like)), arguments[0])
+        return _schema(like, found) | _extras(arguments[1:])
     if origin in (Union, types.UnionType):
-        return _one_of([_schema(each, found) for each in arguments])
+        return _one_of(_branches(arguments, found))
     if origin is Literal:
         return {"const": arguments[0]} if len(arguments) == 1 else {"enum": list(arguments)}
-    if origin is list:
+    if origin is tuple and arguments[-1] is not Ellipsis:
+        return {"type": "array", "prefixItems": [_schema(each, found) for each in arguments], "items": False}
+    if origin in ITERABLE:
         return {"type": "array", "items": _schema(arguments[0], found)}
-    if origin is dict:
+    if origin is np.ndarray:
+        return {"type": "array", "items": {"type": "number"}}
+    if origin in MAPPINGS:
         items = _schema(arguments[1], found)
         return {"type": "object", **({"additionalProperties": items} if items else {})}
-    if is_typeddict(hint):
-        name = re.sub(r"(?<!^)(?=[A-Z])", "_", hint.__name__).lower()
+    if is_typeddict(hint) or dataclasses.is_dataclass(hint):
+        name = found.name_of(hint)
         if name not in found:
             found[name] = {}  # a record may hold its own kind
             found[name] = _object(hint, found)
         return {"$ref": f"#/$defs/{name}"}
     return {} if hint is Any or hint is object else {"type": NAMES[hint]}
+
+
+ITERABLE = (list, tuple, Sequence)
+MAPPINGS = (dict, Mapping)
+
+
+def _branches(arguments: Sequence[Any], found: Definitions) -> list[Values]:
+    """Return the schemas of a union: an array is a way to hold the sequence beside it, or a plain one."""
+    wanted = [each for each in arguments if each is not Absent]
+    sequences = [each for each in wanted if get_origin(each) in ITERABLE]
+    wanted = [each for each in wanted if not (sequences and get_origin(each) is np.ndarray)]
+    return [_schema(each, found) for each in wanted]
 
 
 def _extras(extras: tuple[Any, ...]) -> Values:
@@ -120,6 +172,8 @@ def _extras(extras: tuple[Any, ...]) -> Values:
 
 def _one_of(found: list[Values]) -> Values:
     """Return what allows any of these; a value or null keeps its bounds beside a list of types."""
+    if len(found) == 1:
+        return found[0]
     null = {"type": "null"}
     others = [each for each in found if each != null]
     if len(others) == 1 and null in found:

@@ -5,8 +5,9 @@ The JSON Schema is made from these: ``python docs/make_schema.py`` writes it.
 
 from typing import Annotated, Any, Literal, TypedDict
 
+from autobalance.records import Angle, Bound, Count, NotNegative, Ordinal, Pair
 from autobalance.report.records.balance import Unbalance
-from autobalance.report.records.schema import Angle, Bound, Count, NotNegative, Ordinal, Pair, open_keys
+from autobalance.report.records.schema import open_keys
 
 
 class Previous(TypedDict):

@@ -1,0 +1,180 @@
+"""Records: frozen dataclasses whose fields say themselves how they are written and what they may hold.
+
+A field's name ends in its unit, and is the key that a report has for it. ``typing.Annotated`` says the rest:
+bounds of a number, a sentence of explanation, another unit outside (``Degrees``: ``angle_rad`` is written as
+``angle_deg``). Whatever writes, describes or checks results reads this and nothing else, so that a new key is
+one new field.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+import math
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from enum import Enum
+from functools import cache
+from types import UnionType
+from typing import (
+    Annotated,
+    Any,
+    Final,
+    NamedTuple,
+    TypeVar,
+    Union,
+    dataclass_transform,
+    get_args,
+    get_origin,
+    get_type_hints,
+)
+
+from autobalance.types import Array
+from autobalance.units import BAR_PER_MPA, N_M_PER_N_MM, RAD_S_PER_RPM
+
+T = TypeVar("T")
+G_MM2_PER_KG_MM2 = 1e3
+
+
+class Absent(Enum):
+    """Of a key that a report does not have this time; ``None`` is a key that says null."""
+
+    ABSENT = "absent"
+
+
+ABSENT: Final = Absent.ABSENT
+
+
+@dataclass_transform(kw_only_default=True, frozen_default=True)
+def record(of: type[T]) -> type[T]:
+    """Make a class a record: frozen, its fields by keyword; compared by identity, for it may hold arrays."""
+    return dataclass(frozen=True, eq=False, kw_only=True)(of)
+
+
+@dataclass(frozen=True)
+class Bound:
+    """What a value must keep to: a keyword of JSON Schema and its value, ``Bound("minimum", 0)``."""
+
+    keyword: str
+    value: Any
+
+
+@dataclass(frozen=True)
+class Written:
+    """Another unit outside: the end of a field's name, that of its key, and what makes one of the other."""
+
+    unit: str
+    key_unit: str
+    convert: Callable[[float], float]
+
+    def key(self, name: str) -> str:
+        """Return the key of a field."""
+        if not name.endswith(self.unit):
+            raise TypeError(f"{name}: a field that is written in {self.key_unit} must end in {self.unit}")
+        return name.removesuffix(self.unit) + self.key_unit
+
+
+@dataclass(frozen=True)
+class Key:
+    """The key of a field whose name Python keeps for itself: ``from``, ``with``."""
+
+    name: str
+
+
+@dataclass(frozen=True)
+class Like:
+    """Of a table that was made elsewhere, of a file's keys say: the record whose keys it has."""
+
+    record: Any
+
+
+@dataclass(frozen=True)
+class _Marker:
+    name: str
+
+
+INLINE: Final = _Marker("inline")
+"""Of a record or a mapping in a record: its keys stand among the others."""
+INSIDE: Final = _Marker("inside")
+"""Of a field that stays in the program: arrays for plots, say."""
+
+NotNegative = Annotated[float, Bound("minimum", 0)]
+Positive = Annotated[float, Bound("exclusiveMinimum", 0)]
+Count = Annotated[int, Bound("minimum", 0)]
+Ordinal = Annotated[int, Bound("minimum", 1)]
+Angle = Annotated[float, Bound("minimum", 0), Bound("exclusiveMaximum", 360)]
+Share = Annotated[float, Bound("minimum", 0), Bound("maximum", 1)]
+Floats = Sequence[float] | Array
+Pair = Annotated[Floats, Bound("minItems", 2), Bound("maxItems", 2)]
+Triple = Annotated[Floats, Bound("minItems", 3), Bound("maxItems", 3)]
+Matrix2 = Annotated[Sequence[Pair] | Array, Bound("minItems", 2), Bound("maxItems", 2)]
+Matrix3 = Annotated[Sequence[Triple] | Array, Bound("minItems", 3), Bound("maxItems", 3)]
+Sha256 = Annotated[str, Bound("pattern", "^[0-9a-f]{64}$")]
+
+DEGREES: Final = Written("_rad", "_deg", math.degrees)
+RPM: Final = Written("_rad_s", "_rpm", lambda speed: speed / RAD_S_PER_RPM)
+KG_MM2: Final = Written("_g_mm2", "_kg_mm2", lambda inertia: inertia / G_MM2_PER_KG_MM2)
+BAR: Final = Written("_mpa", "_bar", lambda pressure: pressure * BAR_PER_MPA)
+JOULES: Final = Written("_n_mm", "_J", lambda work: work * N_M_PER_N_MM)
+NEWTONS: Final = Written("_n", "_N", float)
+NEWTON_METRES: Final = Written("_n_m", "_N_m", float)
+
+Degrees = Annotated[float, DEGREES]
+Rpm = Annotated[float, RPM]
+KgMm2 = Annotated[float, KG_MM2]
+Bar = Annotated[float, BAR]
+Joules = Annotated[float, JOULES]
+Newtons = Annotated[float, NEWTONS]
+NewtonMetres = Annotated[float, NEWTON_METRES]
+
+_SEVERAL = (Union, UnionType, list, tuple, Sequence)
+
+
+class Field(NamedTuple):
+    """A field as it is written."""
+
+    name: str
+    key: str
+    hint: Any
+    convert: Callable[[float], float] | None
+    inline: bool
+    required: bool
+
+
+@cache
+def fields_of(of: type) -> tuple[Field, ...]:
+    """Return the fields of a record that are written, in their order."""
+    hints = get_type_hints(of, include_extras=True)
+    found = [_field(each, hints[each.name]) for each in dataclasses.fields(of)]
+    return tuple(each for each in found if each is not None)
+
+
+def _field(field: dataclasses.Field[Any], hint: Any) -> Field | None:
+    marks = list(_marks(hint))
+    if INSIDE in marks:
+        return None
+    units = [each for each in marks if isinstance(each, Written)]
+    keys = [each.name for each in marks if isinstance(each, Key)]
+    key = units[0].key(field.name) if units else field.name
+    convert = units[0].convert if units else None
+    return Field(
+        field.name,
+        keys[0] if keys else key,
+        hint,
+        convert,
+        INLINE in marks,
+        Absent not in get_args(_bare(hint)),
+    )
+
+
+def _bare(hint: Any) -> Any:
+    return get_args(hint)[0] if get_origin(hint) is Annotated else hint
+
+
+def _marks(hint: Any) -> list[Any]:
+    """Return what ``Annotated`` says of a field, inside of unions and sequences too."""
+    if get_origin(hint) is Annotated:
+        inner, *marks = get_args(hint)
+        return [*marks, *_marks(inner)]
+    if get_origin(hint) in _SEVERAL:
+        return [mark for each in get_args(hint) for mark in _marks(each)]
+    return []

@@ -1,0 +1,38 @@
+"""What every report begins with."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import Annotated, Any, Literal
+
+from autobalance.records import ABSENT, Absent, Like, record
+from autobalance.report.records.job import Job
+from autobalance.version import __version__
+
+JobEcho = Annotated[Mapping[str, Any], Like(Job)]
+"""A job as it was read, defaults filled in."""
+SCHEMA_VERSION: Literal[1] = 1
+
+
+@record
+class Program:
+    """The program that made the report."""
+
+    version: str = __version__
+
+
+@record
+class Head:
+    """The keys that every report begins with."""
+
+    schema_version: Literal[1] = SCHEMA_VERSION
+    autobalance: Program = Program()
+    command: str
+
+
+@record
+class JobReport(Head):
+    """The head of a report on a job, with the keys of the job that were set from outside."""
+
+    job: JobEcho
+    job_set: Sequence[str] | Absent = ABSENT

@@ -1,0 +1,168 @@
+"""Every report's schema: what its record encodes to fits, and whatever is edited in it does not."""
+
+from __future__ import annotations
+
+import dataclasses
+import math
+import types
+from collections.abc import Iterator, Mapping, Sequence
+from importlib import import_module
+from typing import Annotated, Any, Literal, NotRequired, Union, get_args, get_origin, get_type_hints
+
+import numpy as np
+import pytest
+from jsonschema import Draft202012Validator
+
+import autobalance as ab
+from autobalance.api.schema import WRITTEN
+from autobalance.records import (
+    ABSENT,
+    INLINE,
+    Absent,
+    Bound,
+    Degrees,
+    Key,
+    KgMm2,
+    Like,
+    Pair,
+    Rpm,
+    fields_of,
+    record,
+)
+from autobalance.report.encoding import encoded
+from autobalance.report.records.schema import schema_of
+
+BOUNDS = {"minimum": 0.5, "exclusiveMinimum": 0.5}
+
+
+@record
+class Inner:
+    """A record in a record."""
+
+    speed_rad_s: Rpm
+
+
+@record
+class Outer:
+    """One of every way to write a field."""
+
+    angle_rad: Degrees | None
+    inertias_g_mm2: Sequence[KgMm2]
+    unbalance_g_mm: Pair
+    inner: Annotated[Inner, INLINE]
+    more: Annotated[Mapping[str, float], INLINE]
+    from_: Annotated[int, Key("from")]
+    left_out: str | Absent = ABSENT
+
+
+def outer() -> Outer:
+    return Outer(
+        angle_rad=math.pi,
+        inertias_g_mm2=(np.float64(2.0e3), 3.0e3),
+        unbalance_g_mm=np.array([1.0, 2.0]),
+        inner=Inner(speed_rad_s=2.0 * math.pi),
+        more={"kind_mm": 4.0},
+        from_=7,
+    )
+
+
+def test_a_record_is_written_in_the_units_of_its_keys() -> None:
+    assert encoded(outer()) == {
+        "angle_deg": 180.0,
+        "inertias_kg_mm2": [2.0, 3.0],
+        "unbalance_g_mm": [1.0, 2.0],
+        "speed_rpm": pytest.approx(60.0, rel=1e-15),
+        "kind_mm": 4.0,
+        "from": 7,
+    }
+    made = schema_of(Outer, {}, [])
+    assert made["required"] == ["angle_deg", "inertias_kg_mm2", "unbalance_g_mm", "speed_rpm", "from"]
+    assert made["additionalProperties"] is True  # what stands inline has any keys
+    Draft202012Validator(made).validate(encoded(outer()))
+
+
+def test_a_unit_that_the_name_does_not_end_in_is_refused() -> None:
+    @dataclasses.dataclass
+    class Wrong:
+        angle_deg: Degrees
+
+    Wrong.__annotations__["angle_deg"] = Degrees
+    with pytest.raises(TypeError, match="must end in _rad"):
+        fields_of(Wrong)
+
+
+# --- every report -------------------------------------------------------------------------------------------
+
+
+def example(hint: Any, bounds: Mapping[str, Any] = types.MappingProxyType({})) -> Any:
+    """Return a JSON value that a type allows, the fullest: no null, no key left out."""
+    origin, inner = get_origin(hint), get_args(hint)
+    if origin is NotRequired:
+        return example(inner[0], bounds)
+    if origin is Annotated:
+        like = [each.record for each in inner[1:] if isinstance(each, Like)]
+        own = {each.keyword: each.value for each in inner[1:] if isinstance(each, Bound)}
+        return example(like[0] if like else inner[0], {**bounds, **own})
+    if origin in (Union, types.UnionType):
+        return example(next(each for each in inner if each not in (type(None), Absent)), bounds)
+    if origin is Literal:
+        return inner[0]
+    if origin is tuple and inner[-1] is not Ellipsis:
+        return [example(each) for each in inner]
+    if origin in (list, tuple, Sequence, np.ndarray):
+        item = inner[0] if origin is not np.ndarray else float
+        return [example(item)] * max(bounds.get("minItems", 1), 1)
+    if origin in (dict, Mapping):
+        return {"any": example(inner[1])}
+    if dataclasses.is_dataclass(hint) and isinstance(hint, type):
+        return dict(_pairs(hint))
+    if hasattr(hint, "__required_keys__"):
+        return {key: example(each) for key, each in get_type_hints(hint, include_extras=True).items()}
+    if hint is str:
+        return "a" * 64 if "pattern" in bounds else "text"
+    simple = {float: bounds.get("minimum", 0.5) or 0.5, int: 1, bool: True, Any: 1.5, object: 1.5}
+    return max(simple[hint], bounds.get("minimum", simple[hint])) if hint is int else simple[hint]
+
+
+def _pairs(of: type) -> Iterator[tuple[str, Any]]:
+    for each in fields_of(of):
+        if each.inline:
+            yield from example(each.hint).items()
+        else:
+            yield each.key, example(each.hint)
+
+
+def edits(value: Any, schema: Mapping[str, Any], whole: Mapping[str, Any]) -> Iterator[tuple[str, Any]]:
+    """Yield what a value may be edited to: another type, a key misspelt or missing, at every place."""
+    if "$ref" in schema:
+        schema = whole["$defs"][schema["$ref"].rsplit("/", 1)[1]]
+    if not schema or "anyOf" in schema:
+        branches = [each for each in schema.get("anyOf", ()) if each != {"type": "null"}]
+        if len(branches) == 1:
+            yield from edits(value, branches[0], whole)
+        return
+    yield "type", (["not", {"this": None}] if isinstance(value, str | int | float) else 1.25)
+    if isinstance(value, dict) and "properties" in schema:
+        for key, inner in value.items():
+            without = {name: each for name, each in value.items() if name != key}
+            if key in schema["required"]:
+                yield f"{key} missing", without
+                if not schema["additionalProperties"]:
+                    yield f"{key} misspelt", {**value, key + "x": inner}
+            for what, edited in edits(inner, schema["properties"].get(key, {}), whole):
+                yield f"{key}.{what}", {**value, key: edited}
+    if isinstance(value, list) and isinstance(schema.get("items"), dict):
+        for what, edited in edits(value[0], schema["items"], whole):
+            yield f"[0].{what}", [edited, *value[1:]]
+
+
+@pytest.mark.parametrize("name", WRITTEN)
+def test_whatever_is_edited_in_a_report_is_refused(name: str) -> None:
+    module, of = WRITTEN[name].split(".")
+    report = example(getattr(import_module(f"autobalance.report.records.{module}"), of))
+    schema = ab.schema(name)
+    validator = Draft202012Validator(schema)
+    assert [each.message for each in validator.iter_errors(report)] == []
+    found = list(edits(report, schema, schema))
+    assert len(found) > len(schema["properties"])
+    assert [what for what, edited in found if validator.is_valid(edited)] == []
