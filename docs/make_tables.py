@@ -1,91 +1,173 @@
-"""Write the tables of the kinds of correction into ``job-file.md``, from what the kinds say of themselves.
+"""Write the tables of keys into the documentation, from what the program declares of each.
 
 python docs/make_tables.py
+
+A page has ``<!-- keys of NAME -->`` and ``<!-- end -->``; what stands between them is written here.
 """
 
 from __future__ import annotations
 
-import inspect
 import re
 import sys
 from collections.abc import Iterator
-from dataclasses import fields
 from pathlib import Path
-from typing import Any
+from types import UnionType
+from typing import Any, Literal, Union, get_args, get_origin
 
 ROOT = Path(__file__).resolve().parents[1]
 sys.path.insert(0, str(ROOT))
 
-from autobalance.correction import KINDS  # noqa: E402
-from autobalance.correction.contract import Limits  # noqa: E402
+from autobalance.job.drive import DRIVE_KEYS  # noqa: E402
+from autobalance.job.files.bench import BENCH_KEYS  # noqa: E402
+from autobalance.job.files.engine_bench import ENGINE_BENCH_KEYS  # noqa: E402
+from autobalance.job.files.machine import MACHINE_KEYS  # noqa: E402
+from autobalance.job.files.reading import READING_KEYS  # noqa: E402
+from autobalance.job.files.rotor import ROTOR  # noqa: E402
+from autobalance.job.files.torsion import CHAIN  # noqa: E402
+from autobalance.job.files.trials import TRIALS_KEYS  # noqa: E402
+from autobalance.job.read_engine import WEIGHTS  # noqa: E402
+from autobalance.job.tables import OF_TORSION, job_tables  # noqa: E402
+from autobalance.job.toml.keys import FILLED, REQUIRED, Key  # noqa: E402
+from autobalance.job.toml.text import toml_value  # noqa: E402
 
-PAGE = ROOT / "docs" / "job-file.md"
-BEGIN = "<!-- written by make_tables.py -->"
-END = "<!-- end -->"
+DOCS = ROOT / "docs"
+PAGES = (DOCS / "job-file.md", DOCS / "cycle.md", DOCS / "other-files.md")
+BLOCK = re.compile(r"<!-- keys of ([a-z ]+) -->\n.*?<!-- end -->", re.DOTALL)
+OTHER_FILES = {
+    "reading": READING_KEYS,
+    "trials": TRIALS_KEYS,
+    "machine": MACHINE_KEYS,
+    "rotor": ROTOR,
+    "chain": CHAIN,
+    "drive file": DRIVE_KEYS,
+    "engine bench": ENGINE_BENCH_KEYS,
+    "bench": BENCH_KEYS,
+}
+OF_WORDS = ("share",)
+"""Units that are words of the meaning."""
+HEAD = "| key | value | default | meaning |\n|---|---|---|---|"
 
 
-def tables() -> str:
-    """Return a table a kind: its keys, their defaults and meanings."""
-    return "\n\n".join(
-        "\n".join(
-            [
-                f"`[correction.{name}]`: {kind.noun.lower()}; depths count from {kind.datum}.",
-                "",
-                "| key | default | meaning |",
-                "|---|---|---|",
-                *rows(kind.limits),
-            ]
-        )
-        for name, kind in KINDS.items()
+def blocks() -> dict[str, str]:
+    """Return what stands in each block, by the name in its first line."""
+    tables = {key.name: key for key in job_tables()}
+    found = {name: of_tables((key,)) for name, key in tables.items() if name not in OF_TORSION}
+    found["torsion"] = of_tables(tuple(tables[name] for name in OF_TORSION))
+    found["a weight"] = "\n\n".join(
+        f"`{{ ... }}` {form.says}:\n\n{HEAD}\n" + "\n".join(rows(form.keys))
+        for named in WEIGHTS[:1]
+        if named.named is not None
+        for form in named.named.forms
     )
+    return found | {name: of_tables(keys) for name, keys in OTHER_FILES.items()}
 
 
-def rows(limits: type[Limits]) -> Iterator[str]:
+def of_tables(keys: tuple[Key, ...]) -> str:
+    """Return the tables of keys, those inside them after them; plain keys of a file first."""
+    plain = tuple(key for key in keys if not inner(key))
+    parts = [f"{HEAD}\n" + "\n".join(rows(plain))] if plain else []
+    for key in keys:
+        if inner(key):
+            parts += of_table(key, "")
+    return "\n\n".join(parts)
+
+
+def inner(key: Key) -> bool:
+    """Tell whether a key gets a table of its own."""
+    return bool(key.keys) and key.hint is None
+
+
+def of_table(key: Key, path: str) -> Iterator[str]:
+    """Yield the table of a key, and of those inside it."""
+    place = f"{path}.{key.name}" if path else key.name
+    brackets = f"`[[{place}]]`" if key.many else f"`[{place}]`"
+    verbs = f" Read by {verbs_of(key)}." if key.verbs else ""
+    says = key.says[:1].upper() + key.says[1:]
+    yield f"{brackets}: {key.says}.{verbs}" if says else f"{brackets}.{verbs}"
+    within = tuple(each for each in key.keys if not inner(each))
+    yield f"{HEAD}\n" + "\n".join(rows(within))
+    for each in key.keys:
+        if inner(each) and not each.forms:
+            yield from of_table(each, place)
+        for form in each.forms:
+            yield f"`[{place}.{each.name}]` {form.says}:\n\n{HEAD}\n" + "\n".join(rows(form.keys))
+
+
+def verbs_of(key: Key) -> str:
+    """Return which verbs read a key."""
+    if key.verbs == "all":
+        return "every verb that takes a job"
+    return ", ".join(f"`{verb}`" for verb in key.verbs.split(", "))
+
+
+def rows(keys: tuple[Key, ...]) -> Iterator[str]:
     """Yield a row a key."""
-    meanings = dict(attributes(inspect.cleandoc(limits.__doc__ or "")))
-    for each in fields(limits):
-        yield f"| `{each.name}` | {shown(each.default)} | {meanings.get(each.name, '')} |"
+    for key in keys:
+        own = f" ({verbs_of(key)} only)" if key.verbs else ""
+        yield f"| `{key.name}` | {value_of(key)} | {default_of(key)} | {key.says}{own} |"
 
 
-def attributes(text: str) -> Iterator[tuple[str, str]]:
-    """Yield names and descriptions of a docstring's Attributes section."""
-    section = text.partition("Attributes\n----------\n")[2]
-    for head, body in re.findall(r"^(\S.*)\n?((?:[ ]{4}.*\n?)*)", section, re.MULTILINE):
-        names, _, kind = head.partition(" : ")
-        said = " ".join(body.split()).replace("``", "`").rstrip(".")
-        if re.fullmatch(r'"\w+" or "\w+"', kind):
-            said = f"{kind}; {said}".rstrip("; ")
-        for name in names.split(", "):
-            yield name, said
+def value_of(key: Key) -> str:
+    """Return what a key's value may be."""
+    if key.named is not None:
+        return "named weights"
+    words = words_of(key.hint)
+    rule = (
+        key.rule.text.removeprefix("must ").removeprefix("be ").replace("not be", "not").replace("|", "\\|")
+    )
+    numbers = any(each in words for each in ("number", "numbers"))
+    unit = f"[{key.unit}]" if key.unit and key.unit not in OF_WORDS else ""
+    return " ".join(each for each in (words, rule, unit) if each) if numbers else words
 
 
-def shown(default: Any) -> str:
-    """Return a default as the job file has it."""
-    if default is None:
-        return "not set"
-    if isinstance(default, bool):
-        return "`true`" if default else "`false`"
-    if isinstance(default, str):
-        return f'`"{default}"`'
-    if isinstance(default, tuple):
-        return f"`{plain(default)}`"
-    return f"`{default:g}`"
+def words_of(hint: Any) -> str:
+    """Return a type in words."""
+    origin, parts = get_origin(hint), [each for each in get_args(hint) if each not in (type(None), Ellipsis)]
+    if origin is Literal:
+        return ", ".join(f'`"{each}"`' for each in parts)
+    if origin in (Union, UnionType):
+        lists = {each: get_args(each)[0] for each in parts if get_origin(each) is tuple}
+        alike = [each for each, item in lists.items() if item in parts]
+        words = dict.fromkeys("list of them" if each in alike else words_of(each) for each in parts)
+        return " or ".join(words)
+    if origin is tuple:
+        item = words_of(parts[0])
+        many = item if item.endswith("text") or get_origin(parts[0]) is not None else f"{item}s"
+        return f"list of {many}" if Ellipsis in get_args(hint) else f"list of {len(parts)} {many}"
+    names = {int: "whole number", bool: "`true` or `false`", str: "text", dict: "table"}
+    return names.get(hint, "number")
 
 
-def plain(value: Any) -> str:
-    """Return a list of numbers as TOML has it."""
-    return f"[{', '.join(plain(each) for each in value)}]" if isinstance(value, tuple) else f"{value:g}"
+def default_of(key: Key) -> str:
+    """Return a default as the job file has it, or in words."""
+    if key.default is REQUIRED:
+        return "required"
+    if key.usual:
+        return key.usual
+    if key.default is None or (key.default is FILLED and key.is_table):
+        return "none"
+    if key.default == ():
+        return "none"
+    return f"`{toml_value(shortest(key.default))}`"
+
+
+def shortest(value: Any) -> Any:
+    """Return whole numbers without their point."""
+    if isinstance(value, tuple):
+        return [shortest(each) for each in value]
+    return int(value) if isinstance(value, float) and value.is_integer() else value
 
 
 def page(text: str) -> str:
-    """Return the page with its tables, and its list of methods, as they are now."""
-    before, _, rest = text.partition(BEGIN)
-    _, _, after = rest.partition(END)
-    names = ", ".join(f'`"{name}"`' for name in KINDS)
-    method = f"| `method` | required | {names}, or a list of them to mix |"
-    before = re.sub(r"^\| `method` \|.*$", method, before, flags=re.MULTILINE)
-    return f"{before}{BEGIN}\n\n{tables()}\n\n{END}{after}"
+    """Return a page with its tables as they are now."""
+    made = blocks()
+
+    def written(found: re.Match[str]) -> str:
+        return f"<!-- keys of {found[1]} -->\n\n{made[found[1]]}\n\n<!-- end -->"
+
+    return BLOCK.sub(written, text)
 
 
 if __name__ == "__main__":
-    PAGE.write_text(page(PAGE.read_text(encoding="utf-8")), encoding="utf-8")
+    for each in PAGES:
+        each.write_text(page(each.read_text(encoding="utf-8")), encoding="utf-8")

@@ -5,6 +5,7 @@ import re
 import shlex
 import tomllib
 from pathlib import Path
+from types import ModuleType
 
 import pytest
 
@@ -68,20 +69,28 @@ def test_the_readmes_commands_work_as_printed() -> None:
         there |= {written} if written else set()
 
 
-def test_the_tables_of_kinds_are_what_the_kinds_say() -> None:
-    """``python docs/make_tables.py`` writes them anew."""
-    path = ROOT / "docs" / "make_tables.py"
-    made = importlib.util.spec_from_file_location("make_tables", path)
+def tables() -> ModuleType:
+    """Return ``docs/make_tables.py`` as a module."""
+    made = importlib.util.spec_from_file_location("make_tables", ROOT / "docs" / "make_tables.py")
     assert made is not None
     assert made.loader is not None
     module = importlib.util.module_from_spec(made)
     made.loader.exec_module(module)
-    text = (ROOT / "docs" / "job-file.md").read_text(encoding="utf-8")
-    assert module.page(text) == text
+    return module
+
+
+def test_the_tables_of_keys_are_what_the_program_declares() -> None:
+    """``python docs/make_tables.py`` writes them anew."""
+    module = tables()
+    for path in module.PAGES:
+        text = path.read_text(encoding="utf-8")
+        assert module.page(text) == text, path.name
 
 
 def test_every_key_of_the_job_is_documented() -> None:
-    text = (ROOT / "docs" / "job-file.md").read_text(encoding="utf-8")
-    tables = [table for table in job_tables() if table.name in ("crankshaft", "correction")]
-    keys = {key.name for table in tables for key in table.keys}
-    assert {key for key in keys if not re.search(rf"`(\[correction\.)?{key}\b", text)} == set()
+    """Every declared table has its block on a page."""
+    module = tables()
+    text = "".join(path.read_text(encoding="utf-8") for path in module.PAGES)
+    assert set(module.BLOCK.findall(text)) == set(module.blocks())
+    keys = {key.name for table in job_tables() for key in (table, *table.keys)}
+    assert {key for key in keys if not re.search(rf"`\[*([a-z]+\.)?{key}\b", text)} == set()
