@@ -48,7 +48,7 @@ class Ended(Protocol):
 def with_outputs(record: Record, job: Job, crank: MeasuredCrank, watch: Stopwatch) -> Record:
     """Return a record that says what its solid's file would be, and how long all took."""
     started = time.perf_counter()
-    outputs = {"solid": _solid_entry(job, crank, record)}
+    outputs = {"solid": _solid_entry(job, crank, record), **_without_slugs(record)}
     watch.add("write", time.perf_counter() - started)
     return replace(record, outputs=outputs, seconds=watch.seconds)
 
@@ -65,6 +65,15 @@ def measured_of(record: Record) -> Measured | None:
     """Return what was measured of the corrected solid; None where nothing was cut."""
     assert record.balanced is not None
     return record.balanced.result.measured
+
+
+def _without_slugs(record: Record) -> dict[str, bool]:
+    """Say that slugs are not in the written solid, where there are any."""
+    from autobalance.correction import KINDS
+
+    assert record.balanced is not None
+    made = record.balanced.result.corrections
+    return {"solid_holds_slugs": False} if any(KINDS[each.kind].pressed_in for each in made) else {}
 
 
 def _solid_entry(job: Job, crank: MeasuredCrank, record: Record) -> dict[str, Any] | None:

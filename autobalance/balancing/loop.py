@@ -313,7 +313,7 @@ def _in_turn(rotor: Rotor, offer: Offer, done: Pass) -> tuple[Correction, ...]:
         for pair in offer.overlaps
         if pair.first in place and pair.second in place
     ]
-    if not both:
+    if not both or all(done.measured.taken):  # those were measured in turn already
         return made
     cuts = [(offer.cuts[k], float(done.depths_mm[k])) for k in chosen]
     return taken_in_turn(rotor.solid, rotor.anatomy, rotor.density_g_mm3, cuts, made, both)

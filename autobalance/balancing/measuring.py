@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from autobalance.balancing.rotor import Rotor
+from autobalance.balancing.taken import one_by_one
 from autobalance.correction.contract import Correction, Cut
 from autobalance.correction.cut import Made, as_taken
 from autobalance.crank.anatomy import Overrides
@@ -165,6 +166,7 @@ def on_true_surfaces(rotor: Rotor, in_facets: Solid, made: Made) -> Measured:
             removes += [] if cut.adds_metal else [number]
     machined, took = exact.solid.machined_as_taken(removed, added)
     taken = dict(zip(removes, took, strict=True))
+    each = exact.solid.each_taken(removed, added, machined)
     data, read_back = written_and_read(exact, machined)
     again = read_back.solid
     if added:
@@ -179,7 +181,10 @@ def on_true_surfaces(rotor: Rotor, in_facets: Solid, made: Made) -> Measured:
             f"the CAD kernel leaves {moments.mass_g:.6g} g where {faceted.mass_g:.6g} g were planned; "
             "needed the same cut in both; a mesh of the part can be balanced instead"
         )
-    own = tuple(_as_taken(rotor, one, taken.get(number)) for number, one in enumerate(made))
+    if each is None:
+        own = tuple(_as_taken(rotor, one, taken.get(number)) for number, one in enumerate(made))
+    else:
+        own = one_by_one(rotor, made, *each)
     if any(own):
         _refuse_contradiction(made, own, moments - rotor.moments, density)
     return Measured(moments, None, data, again.face_kinds(), hidden, taken=own)

@@ -141,7 +141,8 @@ class Forces:
 class Balanced:
     """What only a balancing run knows.
 
-    ``forces`` are None where the job lacks a cylinder's direction, ``loads_with_gas`` where it has no cycle;
+    ``faces`` are those that corrections name; ``forces`` are None where the job lacks a cylinder's direction,
+    ``loads_with_gas`` where it has no cycle;
     ``job_set`` are the keys of the job that were set from outside, as given.
     """
 
@@ -156,6 +157,7 @@ class Balanced:
     loads_with_gas: Mapping[str, Any] | None = None
     job_set: tuple[str, ...] = ()
     assembly: tuple[AssemblyStage, ...] = ()
+    faces: tuple[Face, ...] = ()
 
 
 @dataclass(frozen=True, eq=False)

@@ -26,7 +26,8 @@ from autobalance.balancing.record import (
 )
 from autobalance.balancing.rotor import Rotor
 from autobalance.correction import Limits, finishing
-from autobalance.crank.anatomy import Anatomy
+from autobalance.correction.faces.cut import FaceCut
+from autobalance.crank.anatomy import Anatomy, Face
 from autobalance.crank.sections import counterweight_moments
 from autobalance.engine.balance_factor import bob_weight_moments
 from autobalance.errors import AutobalanceError, CorrectionError, JobError
@@ -255,8 +256,15 @@ def record_of(
             result=result,
             job_set=job.settings,
             assembly=_staged_assembly(job, tolerance, result.residual),
+            faces=_named_faces(result),
         ),
     )
+
+
+def _named_faces(result: Result) -> tuple[Face, ...]:
+    """Return the faces that corrections begin at, each once."""
+    faces = (cut.face for cut, _ in result.made if isinstance(cut, FaceCut))
+    return tuple({face.id: face for face in faces}.values())
 
 
 def _staged_assembly(job: Job, tolerance: Tolerance, residual: Unbalance) -> tuple[AssemblyStage, ...]:

@@ -158,8 +158,14 @@ class AddCut(FaceCut):
     def correction(self, depth_mm: float) -> Correction:
         """Return what the designer needs to know."""
         heights = self.height_mm, self.height_mm + depth_mm
+        region = self._section(depth_mm)
         return self.listed(
-            "add", self.effect(depth_mm), -depth_mm, heights, area_mm2=self._section(depth_mm).area_mm2
+            "add",
+            self.effect(depth_mm),
+            -depth_mm,
+            heights,
+            region,
+            area_mm2=region.area_mm2,
         )
 
 

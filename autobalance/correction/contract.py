@@ -163,7 +163,9 @@ class Correction:
 
     ``change`` is the exact change of the rotor's moments; ``details`` holds what the kind needs to be
     machined, with JSON values and keys that end in their unit; ``rate`` is what one more millimetre of depth
-    would change (the loop fills it in where the kind does not).
+    would change (the loop fills it in where the kind does not). ``axis`` (3,) is the tool's direction, rotor
+    frame: into the metal for holes, pockets and lowered faces, +z for rims, outward for added metal;
+    ``tool_volume_mm3`` is the volume of the tool's body, air included.
     """
 
     kind: str
@@ -175,6 +177,8 @@ class Correction:
     removed_volume_mm3: float
     details: dict[str, Any] = field(default_factory=dict)
     rate: Moments | None = None
+    axis: Array | None = None
+    tool_volume_mm3: float = 0.0
 
 
 # --- the contract of a kind ---------------------------------------------------------------------------------

@@ -7,6 +7,8 @@ from collections.abc import Callable, Sequence
 from dataclasses import replace
 from typing import Any, Protocol
 
+import numpy as np
+
 from autobalance.correction.contract import Array, Correction, Cut
 from autobalance.rigid_rotor.moments import Moments
 
@@ -53,6 +55,8 @@ def listed(
     density_g_mm3: float,
     *,
     web: int | None,
+    axis: Array | None = None,
+    tool_volume_mm3: float = 0.0,
     face: str | None = None,
     position_mm: Array | None = None,
     **details: Any,
@@ -67,10 +71,19 @@ def listed(
         change=change,
         removed_volume_mm3=-change.mass_g / density_g_mm3,
         details=details,
+        axis=axis,
+        tool_volume_mm3=tool_volume_mm3,
     )
 
 
-def as_taken(correction: Correction, change: Moments, rate: Moments, new_area_mm2: float) -> Correction:
+def as_taken(
+    correction: Correction,
+    change: Moments,
+    rate: Moments | None,
+    new_area_mm2: float,
+    removed_volume_mm3: float | None = None,
+    **details: Any,
+) -> Correction:
     """Return a correction as it was measured on the metal that its tool really took.
 
     Parameters
@@ -78,18 +91,24 @@ def as_taken(correction: Correction, change: Moments, rate: Moments, new_area_mm
     correction : Correction
         As planned.
     change, rate : Moments
-        Of the crank, rotor frame, and the change by one more millimetre of depth.
+        Of the crank, rotor frame, and the change by one more millimetre of depth; None: as planned.
     new_area_mm2 : float
         Of the new face.
+    removed_volume_mm3 : float or None
+        None: in proportion to the masses; not so where other metal is pressed in.
+    **details
+        What else is listed in place of what was planned.
     """
-    key = "new_face_area_mm2"
+    key, at_centre = "new_face_area_mm2", np.array_equal(correction.position_mm, correction.change.centre_mm)
+    if removed_volume_mm3 is None:
+        removed_volume_mm3 = correction.removed_volume_mm3 * change.mass_g / correction.change.mass_g
     return replace(
         correction,
-        position_mm=change.centre_mm,
+        position_mm=change.centre_mm if at_centre else correction.position_mm,
         change=change,
-        removed_volume_mm3=correction.removed_volume_mm3 * change.mass_g / correction.change.mass_g,
-        details=correction.details | ({key: new_area_mm2} if key in correction.details else {}),
-        rate=rate,
+        removed_volume_mm3=removed_volume_mm3,
+        details=correction.details | ({key: new_area_mm2} if key in correction.details else {}) | details,
+        rate=correction.rate if rate is None else rate,
     )
 
 

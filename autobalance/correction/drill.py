@@ -157,6 +157,10 @@ class DrillCut(HoleCut):
             self.density_g_mm3,
             web=self.web,
             position_mm=entry,
+            axis=hole.axis.inward,
+            tool_volume_mm3=hole.tool_volume_mm3(depth_mm),
+            entry_mm=self._first_entry_mm(),
+            entry_lift_mm=hole.lift_mm,
             direction=self.limits.direction,
             diameter_mm=self.diameter_mm,
             point_angle_deg=self.limits.point_angle_deg,
@@ -168,6 +172,11 @@ class DrillCut(HoleCut):
             wall_left_mm=wall_left_mm(self.site.others, hole.radius_mm, depth_mm, hole.half_point_rad),
             depth_left_mm=self.max_depth_mm - depth_mm,
         )
+
+    def _first_entry_mm(self) -> list[float] | None:
+        """Return where a hole that is deepened was entered at first."""
+        axis, sunk = self.hole.axis, self.site.sunk_mm
+        return [float(v) for v in axis.entry_mm - sunk * axis.inward] if sunk else None
 
 
 class Drill(Kind[DrillLimits]):
@@ -231,6 +240,10 @@ class Drill(Kind[DrillLimits]):
         if limits.zone == "anywhere":
             return ways
         return *ways, Otherwise({"zone": "anywhere"}, 'holes outside the counterweights (zone = "anywhere")')
+
+    def label(self, item: Item) -> str:
+        """Return the tool in short."""
+        return f"drill ⌀{item['diameter_mm']:g}"
 
     def instruction(self, item: Item, figures: Figures) -> str:
         """Return what to drill, where."""

@@ -186,6 +186,11 @@ class Kind(ABC, Generic[L]):
     def instruction(self, item: Item, figures: Figures) -> str:
         """Return what the machinist is to do, in one line."""
 
+    def label(self, item: Item) -> str:
+        """Return a short name of the cut for lists and trees: ``drill ⌀12``."""
+        face = "" if item.get("face") is None else f" {item['face']}"
+        return f"{self.verb}{face}"
+
     @abstractmethod
     def size(self, item: Item) -> str:
         """Return what the machinist sets besides the depth, in mm; nothing where the depth is all."""

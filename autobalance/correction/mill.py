@@ -19,7 +19,7 @@ from autobalance.correction.contract import Array, Correction, Figures, Item, Li
 from autobalance.correction.cut import WalledCut, listed, on_step
 from autobalance.correction.faces.patches import face_region, heavy_direction
 from autobalance.correction.kind import Kind, Offer, Workpiece
-from autobalance.correction.pockets.pocket import Pocket, lies_in, pockets
+from autobalance.correction.pockets.pocket import CLEAR_MM, Pocket, lies_in, pockets
 from autobalance.correction.pockets.trace import PocketTrace
 from autobalance.correction.refusals import (
     STEP,
@@ -34,12 +34,10 @@ from autobalance.crank.anatomy import Face
 from autobalance.errors import CorrectionError
 from autobalance.ranges import NOT_NEGATIVE, POSITIVE
 from autobalance.rigid_rotor.moments import Moments
-from autobalance.solid.csg.shape import Prism
+from autobalance.solid.csg.shape import Prism, outline_area_mm2
 from autobalance.solid.csg.solid import Region, Solid
 from autobalance.wording import degrees, number
 
-CLEAR_MM = 1.0
-"""How far over the cheek the tool starts, and how far the cutter keeps from what stands there."""
 SKIN_MM = 1e-3
 """Metal over or under a cheek that is its own roughness."""
 UPRIGHT = 1.0 - 1e-6
@@ -186,7 +184,10 @@ class MillCut(WalledCut):
             depth_mm,
             self.density_g_mm3,
             web=self.cheek.web,
+            axis=np.array([0.0, 0.0, -self.cheek.up]),
+            tool_volume_mm3=outline_area_mm2(pocket.outline) * (depth_mm + CLEAR_MM),
             direction="axial",
+            side=round(self.cheek.up),
             cutter_mm=self.limits.cutter_mm,
             corner_radius_mm=pocket.corner_mm,
             inner_radius_mm=pocket.inner_mm,
@@ -305,6 +306,10 @@ class Mill(Kind[MillLimits]):
     def relaxing(self, limits: MillLimits) -> Sequence[Relaxing]:
         """Return deeper pockets, and thinner walls."""
         return *deeper(limits.max_depth_mm), *thinner(limits.min_wall_mm)
+
+    def label(self, item: Item) -> str:
+        """Return the tool in short."""
+        return f"mill ⌀{item['cutter_mm']:g}"
 
     def instruction(self, item: Item, figures: Figures) -> str:
         """Return which pocket to mill."""

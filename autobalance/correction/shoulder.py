@@ -144,8 +144,15 @@ class ShoulderCut(FaceCut):
 
     def correction(self, depth_mm: float) -> Correction:
         """Return what the report lists."""
-        heights, area = (self.height_mm, self.height_mm - depth_mm), self.layer.kept(depth_mm).area_mm2
-        return self.listed("shoulder", self.effect(depth_mm), depth_mm, heights, new_face_area_mm2=area)
+        heights, left = (self.height_mm, self.height_mm - depth_mm), self.layer.kept(depth_mm)
+        return self.listed(
+            "shoulder",
+            self.effect(depth_mm),
+            depth_mm,
+            heights,
+            left,
+            new_face_area_mm2=left.area_mm2,
+        )
 
 
 NEAR_HOLES = 0.05

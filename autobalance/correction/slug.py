@@ -99,9 +99,13 @@ class SlugCut(PressedIn, HoleCut):
             details=self.details(
                 self.diameter_mm,
                 hole.axis,
+                entry_lift_mm=hole.lift_mm,
+                point_mm=0.0,
                 wall_left_mm=wall_left_mm(self.site.others, hole.radius_mm, depth, FLAT_BOTTOM_RAD),
             ),
             rate=self._deeper(),
+            axis=hole.axis.inward,
+            tool_volume_mm3=hole.tool_volume_mm3(depth),
         )
 
     def _deeper(self) -> Moments:
@@ -194,6 +198,10 @@ class Slug(Kind[SlugLimits]):
             "density_kg_m3": cut.limits.density_kg_m3,
             "max_slugs": 1,
         }
+
+    def label(self, item: Item) -> str:
+        """Return the tool in short."""
+        return f"slug ⌀{item['diameter_mm']:g} × {item['length_mm']:g}"
 
     def instruction(self, item: Item, figures: Figures) -> str:
         """Return what to bore and what to press in."""

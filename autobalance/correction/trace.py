@@ -190,6 +190,11 @@ def rates(change: Moments) -> dict[str, Any]:
     }
 
 
+def where_listed(item: Item, values: Mapping[str, Any]) -> dict[str, Any]:
+    """Return those of some values that a correction lists: reports of earlier versions have fewer."""
+    return {key: value for key, value in values.items() if key in item}
+
+
 def stated_number(item: Item, key: str) -> float:
     """Return a number of a listed correction."""
     value = item.get(key)

@@ -16,10 +16,10 @@ from autobalance.correction.cut import EmptyPlace, listed
 from autobalance.correction.kind import Kind, Offer, Workpiece
 from autobalance.correction.refusals import STEP, refuse_out_of_range
 from autobalance.correction.relaxing import Relaxing, WiderLimits
-from autobalance.correction.rings.trace import RingTrace, faceted_ring
+from autobalance.correction.rings.trace import RingTrace, faceted_ring, far_mm, slab_of, tool_volume_mm3
 from autobalance.correction.room import Room, blocks, sector_corners
 from autobalance.correction.trace import Trace
-from autobalance.crank.anatomy import Anatomy, Face, Web
+from autobalance.crank.anatomy import Anatomy, Face
 from autobalance.errors import CorrectionError
 from autobalance.ranges import POSITIVE
 from autobalance.rigid_rotor.moments import Moments
@@ -32,8 +32,6 @@ from autobalance.wording import number
 SEGMENTS = 360
 """Sides of the turned circle; a polygon of its area."""
 EQUAL_AREA = equal_area(SEGMENTS)
-BESIDE_MM = 0.25
-"""How far the tool reaches beyond a web's faces, so that no skin is left; never over a quarter of the gap."""
 PIN_WALL_MM = 2.0
 """Metal that a default ``min_radius_mm`` leaves outside of the crankpins (ours)."""
 ROOM_SECTORS = 36
@@ -135,7 +133,13 @@ class TurnCut(EmptyPlace):
             depth_mm,
             self.density_g_mm3,
             web=self.webs[0] if len(self.webs) == 1 else None,
+            axis=np.array([0.0, 0.0, 1.0]),
+            tool_volume_mm3=tool_volume_mm3(self.rim_mm - depth_mm, self.far_mm, self.slabs),
             webs=list(self.webs),
+            z_from_mm=min(low for low, _ in self.slabs),
+            z_to_mm=max(high for _, high in self.slabs),
+            outer_radius_mm=self.far_mm,
+            sector_deg=None,
             rim_radius_mm=self.rim_mm,
             new_radius_mm=self.rim_mm - depth_mm,
             depth_left_mm=self.max_depth_mm - depth_mm,
@@ -184,8 +188,8 @@ def cuts(solid: Solid, anatomy: Anatomy, density_g_mm3: float, limits: TurnLimit
         if limits.min_radius_mm is None
         else f"min_radius_mm = {least:g}"
     )
-    far = 1.1 * float(np.hypot(*_rotor_xy(solid, anatomy).T).max()) + 1.0
-    slabs = {web.number: _slab(web, anatomy.webs) for web in anatomy.webs}
+    far = far_mm(solid.mesh, anatomy)
+    slabs = {web.number: slab_of(web, anatomy.webs) for web in anatomy.webs}
     if not slabs or least >= far:
         raise CorrectionError(f"turn: no web reaches beyond {text}")
     rings = {web: faceted_ring(least * EQUAL_AREA, far, *slab, SEGMENTS) for web, slab in slabs.items()}
@@ -218,26 +222,10 @@ THIN_MM = 1e-2
 """A rim thinner than this is rounding and facets, not metal to turn."""
 
 
-def _rotor_xy(solid: Solid, anatomy: Anatomy) -> Array:
-    frame = anatomy.file_to_rotor
-    xy: Array = (solid.mesh.vertices @ frame[:3, :3].T + frame[:3, 3])[:, :2]
-    return xy
-
-
 def _least_radius_mm(anatomy: Anatomy) -> float:
     pins = [throw.crank_radius_mm + 0.5 * throw.crankpin.diameter_mm for throw in anatomy.throws]
     journals = [0.5 * journal.diameter_mm for journal in anatomy.main_journals]
     return max([*pins, *journals], default=0.0) + PIN_WALL_MM
-
-
-def _slab(web: Web, webs: Sequence[Web]) -> tuple[float, float]:
-    """Return the tool's extent along the axis: a little more than the web's thickness."""
-    below = [web.z_min_mm - other.z_max_mm for other in webs if other.z_max_mm <= web.z_min_mm]
-    above = [other.z_min_mm - web.z_max_mm for other in webs if other.z_min_mm >= web.z_max_mm]
-    return (
-        web.z_min_mm - min([BESIDE_MM, *(0.25 * gap for gap in below)]),
-        web.z_max_mm + min([BESIDE_MM, *(0.25 * gap for gap in above)]),
-    )
 
 
 class Turn(Kind[TurnLimits]):
@@ -268,6 +256,10 @@ class Turn(Kind[TurnLimits]):
             return f"turned down further (min_radius_mm = {to['min_radius_mm']:.4g})"
 
         return (WiderLimits(changed, say),)
+
+    def label(self, item: Item) -> str:
+        """Return the tool in short."""
+        return "turn rim of web " + ", ".join(str(web) for web in item.get("webs", ()))
 
     def instruction(self, item: Item, figures: Figures) -> str:
         """Return to which radius to turn."""
@@ -311,7 +303,7 @@ def _reaches_mm(solid: Solid, anatomy: Anatomy) -> dict[int, float]:
     bottoms, tops = least_and_greatest(z, mesh.triangles)
     found = {}
     for web in anatomy.webs:
-        low, high = _slab(web, anatomy.webs)
+        low, high = slab_of(web, anatomy.webs)
         reached = [square[(z >= low) & (z <= high)].max(initial=0.0)]
         for height in (low, high):
             corners = mesh.triangles.take(np.flatnonzero((bottoms < height) & (tops > height)), axis=0)

@@ -121,6 +121,7 @@ def _checked(held: Held) -> Checked:
     else:
         claims.same("corrections", [])
     after = left.moments + hidden + solids.pressed_in(claims)
+    solids.check_with_slugs(claims, after)
     residual = Unbalance.of(after + loads)
     rotor_claims.check_unbalance(claims, "residual", residual, tolerance, size)
     rotor_claims.check_after(claims, job, anatomy, crank, after)

@@ -141,7 +141,8 @@ def check_course(claims: Claims, ends: Ends, is_cut: bool) -> None:
             if number == 1:
                 change = sum((part.array("unbalance_change_g_mm", (2,)) for part in parts), np.zeros(2))
                 predicted = float(np.linalg.norm(ends.initial.resultant_g_mm + change))
-                step.near("predicted_g_mm", predicted, moved + ends.initial.magnitude_g_mm)
+                if "true_surfaces" not in claims.values:  # those are listed as cut, predicted on facets
+                    step.near("predicted_g_mm", predicted, moved + ends.initial.magnitude_g_mm)
             return
     raise ClaimError(f"{claims.name}: none of the steps has the depths of the corrections")
 

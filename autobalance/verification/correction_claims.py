@@ -16,12 +16,13 @@ from autobalance.correction.contract import Limits
 from autobalance.correction.trace import Before, Metal, Reading, Trace
 from autobalance.crank.anatomy import Anatomy
 from autobalance.crank.faces import find_faces
-from autobalance.errors import ClaimError
+from autobalance.errors import ClaimError, FormatError
 from autobalance.job import Job
 from autobalance.rigid_rotor.moments import Moments
 from autobalance.solid.csg.difference import differences
 from autobalance.solid.csg.solid import Solid
 from autobalance.solid.formats.read import Source
+from autobalance.types import Array
 from autobalance.verification.claims import ROUNDING, Claims
 from autobalance.verification.shared_out import GRAINS, SHARE, Found, shared_out
 from autobalance.verification.solids import Files
@@ -82,6 +83,8 @@ def check_corrections(claims: Claims, change: Change, first_number: int | None =
     if not parts:
         _check_sum(claims, parts, change)
         claims.hold("corrections")
+        if "faces" in claims.values:
+            claims.same("faces", [])
         return
     traces = []
     first = int(parts[0].get("number", int)) if first_number is None else first_number
@@ -95,14 +98,27 @@ def check_corrections(claims: Claims, change: Change, first_number: int | None =
         part.hold("kind")
         part.same("number", number)
         _check_place(part)
+        _check_file_place(part, change.anatomy.rotor_to_file)
         traces.append(KINDS[name].trace(part.values))
     _check_sum(claims, parts, change)
     files, key = change.files, (id(change.before), id(change.after))
     gone = files.once(("gone", *key), lambda: _gone(change))
     crank = files.once(("before", *key), lambda: _before(change))
+    _check_faces(claims, crank)
     shared = shared_out(gone, parts, traces, crank, change.near_mm)
     for part, trace, found in zip(parts, traces, shared, strict=True):
         _check_one(part, trace, found, change, crank)
+        _check_label(part)
+
+
+def _check_label(part: Claims) -> None:
+    if "label" not in part.values:
+        return
+    try:
+        label = KINDS[part.get("kind", str)].label(part.values)
+    except (LookupError, TypeError, ValueError):
+        raise FormatError(f"{part.name}: {part.place} lacks what its label is made of") from None
+    part.same("label", f"cut {part.get('number', int)}: {label}")
 
 
 def _before(change: Change) -> Before:
@@ -130,6 +146,49 @@ def _check_place(part: Claims) -> None:
         length = float(np.linalg.norm(part.array("inward", (3,))))
         if not abs(length - 1.0) <= UNIT_LENGTH:
             raise ClaimError(f"{part.name}: {part.path('inward')} is {length:.9g} long; needed a unit vector")
+
+
+def _check_file_place(part: Claims, rotor_to_file: Array) -> None:
+    """Check place and direction in the file's own coordinates against those in the rotor frame."""
+    if "file_position_mm" in part.values:
+        place = rotor_to_file[:3, :3] @ part.array("position_mm", (3,)) + rotor_to_file[:3, 3]
+        part.near("file_position_mm", place, max(float(np.linalg.norm(place)), 1.0))
+    if part.values.get("file_axis") is None:
+        return
+    axis = next((part.values[key] for key in ("inward", "normal") if part.values.get(key) is not None), None)
+    if axis is None:
+        axis = [0.0, 0.0, -part.get("side", float)] if "side" in part.values else [0.0, 0.0, 1.0]
+    elif "inward" not in part.values and not KINDS[part.get("kind", str)].adds_metal:
+        axis = [-each for each in axis]
+    part.near("file_axis", rotor_to_file[:3, :3] @ np.asarray(axis, dtype=np.float64), 1.0)
+
+
+def _check_faces(claims: Claims, crank: Before) -> None:
+    """Check the faces that are listed against those of the crank."""
+    if "faces" not in claims.values:
+        return
+    faces, back = {face.id: face for face in crank.faces}, crank.anatomy.rotor_to_file
+    named = {part.values.get("face") for part in claims.entries("corrections")} - {None}
+    listed = {part.get("id", str) for part in claims.entries("faces")}
+    if listed != named:
+        raise ClaimError(f"{claims.name}: faces lists {sorted(listed)}; expected {sorted(map(str, named))}")
+    if not listed:
+        claims.hold("faces")
+    for part in claims.entries("faces"):
+        face = faces.get(part.get("id", str))
+        if face is None:
+            raise ClaimError(f"{part.name}: {part.path('id')} is {part.values['id']!r}, which is no face")
+        centre = face.centroid_mm
+        part.hold("id")
+        part.same("kind", face.kind)
+        part.same("web", face.web)
+        for key, value in {
+            "area_mm2": float(face.area_mm2),
+            "normal": face.normal,
+            "centroid_mm": centre,
+            "file_centroid_mm": back[:3, :3] @ centre + back[:3, 3],
+        }.items():
+            part.near(key, value, max(float(np.linalg.norm(np.asarray(value))), 1.0))
 
 
 def _check_sum(claims: Claims, parts: Sequence[Claims], change: Change) -> None:
@@ -246,7 +305,7 @@ def _check_one(
 def _check_implied(part: Claims, found: Mapping[str, Any]) -> None:
     """Compare what a report lists of a correction with what follows without looking at its metal."""
     for key, value in found.items():
-        if value is None or isinstance(value, str | int):
+        if value is None or isinstance(value, str | int) or key == "outline":
             part.same(key, value)
         else:
             size = float(np.linalg.norm(np.asarray(value, dtype=np.float64)))

@@ -65,6 +65,7 @@ def check_recut(held: Held) -> Checked:
         claims.hold("outputs.solid")
         claims.same("corrections", [])
     new = new + solids.pressed_in(claims)
+    solids.check_with_slugs(claims, new)
     reading = _read(claims)
     rotor_claims.check_unbalance(claims, "initial", reading, tolerance, size)
     residual = reading + Unbalance.of(new - old)

@@ -208,6 +208,14 @@ def pressed_in(claims: Claims) -> Moments:
     return total
 
 
+def check_with_slugs(claims: Claims, after: Moments) -> None:
+    """Check mass and centre with the slugs, where a report has them."""
+    if "final_with_slugs" in claims.values:
+        reach = float(np.sqrt(np.trace(after.second_g_mm2) / after.mass_g))
+        claims.near("final_with_slugs.mass_g", after.mass_g, after.mass_g)
+        claims.near("final_with_slugs.centre_of_mass_mm", after.centre_mm, reach)
+
+
 def keys_of_pressed_in(correction: Claims) -> tuple[str, str] | None:
     """Return the keys of mass and centre of what a correction presses in, if it does."""
     kind = KINDS.get(correction.get("kind", str))
@@ -314,6 +322,9 @@ def check_pages(claims: Claims, folder: Path) -> None:
     """Check the sha256 of every other file that the report names, where it is still there."""
     for key, entry in claims.get("outputs", dict).items():
         if key == "solid":
+            continue
+        if key == "solid_holds_slugs":
+            claims.same(f"outputs.{key}", False)
             continue
         place = f"outputs.{key}"
         name = claims.get(f"{place}.file", str)

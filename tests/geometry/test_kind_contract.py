@@ -177,7 +177,7 @@ def test_what_is_told_is_complete_and_valid(bench: Bench, name: str) -> None:
     whole = schema("report")
     validator = jsonschema.Draft202012Validator({"$defs": whole["$defs"], "$ref": "#/$defs/correction"})
     for cut in bench.samples(name):
-        item = json.loads(dumps(correction_entry(1, cut.correction(depths_of(cut)[0]))))
+        item = json.loads(dumps(correction_entry(1, cut.correction(depths_of(cut)[0]), bench.work.anatomy)))
         validator.validate(item)
         assert item["kind"] == name
         for units in ON_PAPER.values():

@@ -10,10 +10,12 @@ import numpy as np
 
 from autobalance.correction.contract import Array, Correction, Item
 from autobalance.correction.cut import EmptyPlace, listed
+from autobalance.correction.faces.outline import loops_area_mm2, region_outline
 from autobalance.correction.faces.patches import FaceLimits, Patch, auto_patches, chosen_patches
 from autobalance.correction.kind import Workpiece
 from autobalance.crank.anatomy import Face
 from autobalance.rigid_rotor.moments import Moments
+from autobalance.solid.csg.solid import Region
 from autobalance.wording import degrees, number
 
 
@@ -33,20 +35,34 @@ class FaceCut(EmptyPlace):
         return back
 
     def listed(
-        self, kind: str, change: Moments, depth_mm: float, heights_mm: tuple[float, float], **own: Any
+        self,
+        kind: str,
+        change: Moments,
+        depth_mm: float,
+        heights_mm: tuple[float, float],
+        region: Region,
+        **own: Any,
     ) -> Correction:
-        """Return the finished correction; ``heights_mm`` are those of the face as it was and as it is now."""
+        """Return the finished correction.
+
+        ``heights_mm`` are those of the face as it was and as it is now, ``region`` is the face as it is now,
+        in its own axes.
+        """
+        outline = region_outline(region, self.to_rotor)
         return listed(
             kind,
             change,
             depth_mm,
             self.density_g_mm3,
             web=self.face.web,
+            axis=self.face.normal if self.adds_metal else -self.face.normal,
+            tool_volume_mm3=abs(depth_mm) * loops_area_mm2(outline["outline"]),
             face=self.face.id,
             normal=[float(value) for value in self.face.normal],
             face_height_mm=heights_mm[0],
             new_height_mm=heights_mm[1],
             **own,
+            **outline,
             sector_deg=None if self.sector_deg is None else list(self.sector_deg),
         )
 

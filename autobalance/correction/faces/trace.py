@@ -11,6 +11,7 @@ import numpy as np
 
 from autobalance.correction.contract import Array, Item, Limits
 from autobalance.correction.faces.layer import Layer
+from autobalance.correction.faces.outline import loops_area_mm2, side_of
 from autobalance.correction.faces.patches import ROUNDING_SHARE, face_frame, face_region, farthest_mm, sector
 from autobalance.correction.trace import (
     ON_PLANE,
@@ -22,6 +23,7 @@ from autobalance.correction.trace import (
     slack_mm,
     stated_number,
     stated_unit,
+    where_listed,
 )
 from autobalance.crank.anatomy import Face
 from autobalance.errors import FormatError
@@ -32,6 +34,8 @@ LEAN = 1.0
 BESIDE_MM = 0.1
 WHOLE_FACE = 0.98
 """Share of a face that is cut where all of it is."""
+DRAWN = 1e-3
+"""Share by which the area inside an outline may differ from that of the face: its corners are thinned."""
 EDGE_MM2 = 0.1
 """Area of metal cut off at an angle that shows where the angle is."""
 EDGE_MM = 0.05
@@ -75,11 +79,27 @@ class FaceTrace:
         face = self._stated_face(crank)
         height = stated_number(self.item, "face_height_mm")
         return {
+            **where_listed(self.item, self._tool(face)),
             "web": face.web,
             "normal": face.normal,
             "face_height_mm": float(face.normal @ face.centroid_mm),
             "new_height_mm": height - stated_number(self.item, "depth_mm"),
         }
+
+    def _tool(self, face: Face) -> dict[str, Any]:
+        """Return what follows of the body that the outline draws, and the area that it must have."""
+        loops = self.item.get("outline")
+        if not isinstance(loops, list):
+            return {}
+        area = stated_number(self.item, "area_mm2" if self.adds else "new_face_area_mm2")
+        try:
+            drawn = loops_area_mm2(loops)
+        except (LookupError, TypeError, ValueError):
+            raise FormatError("outline of a correction is no list of loops of lines and arcs") from None
+        if not abs(drawn - area) <= DRAWN * area + EDGE_MM2:
+            raise FormatError(f"outline of a correction holds {drawn:.6g} mm²; its face has {area:.6g} mm²")
+        depth = abs(stated_number(self.item, "depth_mm"))
+        return {"side": side_of(face.normal), "tool_volume_mm3": depth * drawn, "outline": loops}
 
     def _stated_face(self, crank: Before) -> Face:
         """Return the face that it is said to be on."""

@@ -67,6 +67,11 @@ class Hole:
         turn = np.outer(u, point.first_g_mm)
         return disc + Moments(0.0, point.mass_g * u, turn + turn.T)
 
+    def tool_volume_mm3(self, depth_mm: float) -> float:
+        """Return the volume of the tool body, its lift over the entry included."""
+        cylinder, point = self._cylinder(-self.lift_mm, depth_mm), self._point(depth_mm)
+        return cylinder[0] + point[0]
+
     def body(self, depth_mm: float) -> Solid:
         """Return the tool body, rotor frame; it starts outside the metal."""
         shape = drill_body(self.radius_mm, -self.lift_mm, depth_mm, self.point_mm)

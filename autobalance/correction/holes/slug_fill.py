@@ -143,7 +143,10 @@ class FillCut(PressedIn):
             change=self.slug,
             removed_volume_mm3=0.0,
             rate=Moments.zero(),  # nothing is cut
-            details=self.details(2.0 * self.radius_mm, self.hole.axis, fills_a_hole=True),
+            details=self.details(
+                2.0 * self.radius_mm, self.hole.axis, fills_a_hole=True, entry_lift_mm=0.0, point_mm=0.0
+            ),
+            axis=self.hole.axis.inward,
         )
 
 

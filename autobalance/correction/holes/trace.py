@@ -23,6 +23,7 @@ from autobalance.correction.trace import (
     stated_unit,
     stated_vector,
     web_at,
+    where_listed,
 )
 from autobalance.errors import FormatError
 from autobalance.rigid_rotor.moments import Moments
@@ -58,7 +59,22 @@ class HoleTrace:
             "diameter_mm": min(sizes, key=lambda each: abs(each - size), default=size),
             "point_angle_deg": 2.0 * math.degrees(self.half_point_rad),
             "entry_radius_mm": math.hypot(*axis.entry_mm[:2]),
+            **where_listed(self.item, self._tool(axis)),
         }
+
+    def _tool(self, axis: Axis) -> dict[str, Any]:
+        """Return what follows of the tool's body: its volume, and where a deepened hole was entered first."""
+        found: dict[str, Any] = {"entry_mm": None}
+        if self.item.get("deepened_from_mm") is not None:
+            found["entry_mm"] = axis.entry_mm - stated_number(self.item, "deepened_from_mm") * axis.inward
+        if not self.takes_metal:
+            return found | {"entry_lift_mm": 0.0, "tool_volume_mm3": 0.0}
+        if "entry_lift_mm" not in self.item:
+            return found
+        radius, depth = 0.5 * stated_size(self.item, "diameter_mm"), stated_size(self.item, "depth_mm")
+        lift = stated_number(self.item, "entry_lift_mm")
+        point = radius * math.cos(self.half_point_rad) / math.sin(self.half_point_rad)
+        return found | {"tool_volume_mm3": math.pi * radius**2 * (depth + lift + point / 3.0)}
 
     def room(self, crank: Before) -> Solid:
         """All around the axis, down to the tip; its mouth may be higher than the entry."""
@@ -81,7 +97,10 @@ class HoleTrace:
         shoulder = 1.5 * (bore.above(look).volume_mm3 / area + look - tip / 3.0)
         entry = _first_met(bore.mesh, np.array([*(first / area), look]), np.array([0.0, 0.0, 1.0]))
         position = axis.placement[:3, :3] @ np.array([*(first / area), look + entry]) + axis.entry_mm
+        lift = self.item.get("entry_lift_mm")
+        outermost = max(0.0, -float(bore.bounds[0, 2]))
         return {
+            **({} if lift is None else {"entry_lift_mm": max(float(lift), outermost)}),
             "direction": "axial" if abs(float(axis.inward[2])) > 0.5 else "radial",
             "diameter_mm": 2.0 * math.sqrt(area / math.pi),
             "position_mm": position,
@@ -145,6 +164,7 @@ class SlugTrace(HoleTrace):
             "length_mm": min(lengths, key=lambda each: abs(each - length)),
             "slug_mass_g": slug.mass_g,
             "slug_centre_mm": slug.centre_mm,
+            **where_listed(self.item, {"point_mm": 0.0}),
         }
 
     def slug(self) -> Moments:

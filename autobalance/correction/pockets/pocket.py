@@ -14,6 +14,8 @@ from autobalance.correction.refusals import Sectors
 from autobalance.solid.csg.shape import Arc, Line, Outline, outline_points
 from autobalance.solid.csg.solid import Region
 
+CLEAR_MM = 1.0
+"""How far over the cheek the tool starts, and how far the cutter keeps from what stands there."""
 SEGMENTS = 360
 """Parts of a full circle in the tool's outline: what they miss is 5e-5 of a pocket."""
 PLACES = 24

@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 
 from autobalance.correction.contract import Item, Limits
+from autobalance.correction.pockets.pocket import CLEAR_MM, Pocket
 from autobalance.correction.rings.trace import faceted_ring
 from autobalance.correction.trace import (
     Before,
@@ -19,7 +20,10 @@ from autobalance.correction.trace import (
     stated_number,
     stated_size,
     web_at,
+    where_listed,
 )
+from autobalance.errors import FormatError
+from autobalance.solid.csg.shape import outline_area_mm2
 from autobalance.solid.csg.solid import Region, Solid
 
 
@@ -37,7 +41,18 @@ class PocketTrace:
     def implied(self, crank: Before, limits: Limits | None) -> Mapping[str, Any]:
         """Return the cutter of the job."""
         del crank
-        return {"direction": "axial", "cutter_mm": getattr(limits, "cutter_mm", self.item.get("cutter_mm"))}
+        found = {"direction": "axial", "cutter_mm": getattr(limits, "cutter_mm", self.item.get("cutter_mm"))}
+        return found | where_listed(self.item, {"tool_volume_mm3": self._tool_volume_mm3()})
+
+    def _tool_volume_mm3(self) -> float:
+        """Return the volume of the pocket as listed, with the tool's start over the cheek."""
+        inner, outer = (stated_number(self.item, f"{name}_radius_mm") for name in ("inner", "outer"))
+        start, end = (math.radians(stated_number(self.item, f"{name}_deg")) for name in ("start", "end"))
+        end = start + (end - start) % (2.0 * math.pi)
+        pocket = Pocket(inner, outer, start, end, stated_number(self.item, "corner_radius_mm"))
+        if not pocket.has_room:
+            raise FormatError("corner_radius_mm of a correction of kind 'mill' is too large for its pocket")
+        return outline_area_mm2(pocket.outline) * (stated_number(self.item, "depth_mm") + CLEAR_MM)
 
     def room(self, crank: Before) -> Solid:
         """All between the radii and the angles, from the cheek down."""
@@ -75,6 +90,7 @@ class PocketTrace:
             "outer_radius_mm": float(radius.max()),
             "start_deg": math.degrees(middle + float(off.min())) % 360.0,
             "end_deg": math.degrees(middle + float(off.max())) % 360.0,
+            **({"side": round(up)} if "side" in self.item else {}),
             "face_z_mm": up * cheek,
             "depth_mm": cheek + floor,
             "position_mm": centre,

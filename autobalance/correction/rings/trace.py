@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -22,12 +22,17 @@ from autobalance.correction.trace import (
     stated_number,
     surface_moments,
     web_at,
+    where_listed,
 )
+from autobalance.crank.anatomy import Anatomy, Web
 from autobalance.errors import FormatError
 from autobalance.rigid_rotor.moments import Moments
 from autobalance.solid.csg.shape import equal_area
 from autobalance.solid.csg.solid import Solid, union
+from autobalance.solid.mesh.mesh import Mesh
 
+BESIDE_MM = 0.25
+"""How far the tool reaches beyond a web's faces, so that no skin is left; never over a quarter of the gap."""
 RING_MM = 0.05
 RING_SIDES = 360
 EQUAL_AREA = equal_area(RING_SIDES)
@@ -46,6 +51,28 @@ def faceted_ring(inner_mm: float, outer_mm: float, low_mm: float, high_mm: float
     return Solid.revolved(np.array(outline), sides)
 
 
+def slab_of(web: Web, webs: Sequence[Web]) -> tuple[float, float]:
+    """Return the tool's extent along the axis: a little more than the web's thickness."""
+    below = [web.z_min_mm - other.z_max_mm for other in webs if other.z_max_mm <= web.z_min_mm]
+    above = [other.z_min_mm - web.z_max_mm for other in webs if other.z_min_mm >= web.z_max_mm]
+    return (
+        web.z_min_mm - min([BESIDE_MM, *(0.25 * gap for gap in below)]),
+        web.z_max_mm + min([BESIDE_MM, *(0.25 * gap for gap in above)]),
+    )
+
+
+def far_mm(mesh: Mesh, anatomy: Anatomy) -> float:
+    """Return a radius about the crank axis beyond all metal."""
+    frame = anatomy.file_to_rotor
+    xy = (mesh.vertices @ frame[:3, :3].T + frame[:3, 3])[:, :2]
+    return 1.1 * float(np.hypot(*xy.T).max()) + 1.0
+
+
+def tool_volume_mm3(radius_mm: float, far_mm: float, slabs: Sequence[tuple[float, float]]) -> float:
+    """Return the volume of the rings between two radii along stretches of the axis."""
+    return math.pi * (far_mm**2 - radius_mm**2) * sum(high - low for low, high in slabs)
+
+
 @dataclass(frozen=True)
 class RingTrace:
     """Rims turned down to a radius about the crank axis."""
@@ -59,9 +86,21 @@ class RingTrace:
 
     def implied(self, crank: Before, limits: Limits | None) -> Mapping[str, Any]:
         """Return the new radius: the old one less the depth."""
-        del crank, limits
+        del limits
         new = stated_number(self.item, "rim_radius_mm") - stated_number(self.item, "depth_mm")
-        return {"new_radius_mm": new}
+        webs, listed = crank.anatomy.webs, self.item.get("webs")
+        slabs = [slab_of(web, webs) for web in webs if isinstance(listed, list) and web.number in listed]
+        if not slabs:
+            return {"new_radius_mm": new}
+        far = far_mm(crank.mesh, crank.anatomy)
+        tool = {
+            "z_from_mm": min(low for low, _ in slabs),
+            "z_to_mm": max(high for _, high in slabs),
+            "outer_radius_mm": far,
+            "tool_volume_mm3": tool_volume_mm3(new, far, slabs),
+            "sector_deg": None,
+        }
+        return {"new_radius_mm": new, **where_listed(self.item, tool)}
 
     def room(self, crank: Before) -> Solid:
         """All beyond the new radius, along its webs."""

@@ -11,7 +11,7 @@ from autobalance.balancing.record import (
     FaceOffer,
     MeasuredCrank,
 )
-from autobalance.crank.anatomy import Anatomy, Pin, Throw, Web
+from autobalance.crank.anatomy import Anatomy, Face, Pin, Throw, Web
 from autobalance.crank.sections import Section
 from autobalance.report.balance.datum_values import datum_values
 from autobalance.rigid_rotor.moments import Array, Moments
@@ -140,7 +140,16 @@ def _throw(throw: Throw) -> crank_records.Throw:
 
 def face_values(offer: FaceOffer, anatomy: Anatomy) -> records.Face:
     """Return a face that a correction can use."""
-    face, back = offer.face, anatomy.rotor_to_file
+    return {
+        **named_face_values(offer.face, anatomy),
+        "unbalance_per_mm_g_mm": numbers(offer.unbalance_per_mm_g_mm),
+        "max_depth_mm": offer.max_depth_mm,
+    }
+
+
+def named_face_values(face: Face, anatomy: Anatomy) -> records.NamedFace:
+    """Return a face of the crank."""
+    back = anatomy.rotor_to_file
     return {
         "id": face.id,
         "kind": face.kind,
@@ -149,6 +158,4 @@ def face_values(offer: FaceOffer, anatomy: Anatomy) -> records.Face:
         "normal": numbers(face.normal),
         "centroid_mm": numbers(face.centroid_mm),
         "file_centroid_mm": numbers(back[:3, :3] @ face.centroid_mm + back[:3, 3]),
-        "unbalance_per_mm_g_mm": numbers(offer.unbalance_per_mm_g_mm),
-        "max_depth_mm": offer.max_depth_mm,
     }

@@ -21,12 +21,14 @@ from autobalance.balancing.record import (
     TrueSurfaces,
 )
 from autobalance.correction.contract import Correction
+from autobalance.crank.anatomy import Anatomy
 from autobalance.report.balance.crank_values import (
     G_MM2_PER_KG_MM2,
     crank_values,
     degrees,
     face_values,
     mass_properties,
+    named_face_values,
     numbers,
     part_values,
     rows,
@@ -40,6 +42,7 @@ from autobalance.rigid_rotor.uncertainty import Budget
 from autobalance.version import __version__
 
 if TYPE_CHECKING:
+    from autobalance.balancing.loop import Result
     from autobalance.report.records import balance as balance_records
     from autobalance.report.records import report as records
 
@@ -50,6 +53,7 @@ STAGES = ("load", "measure", "plan", "cut", "write", "total")
 KINDS = ("plane", "cylinder", "cone", "sphere", "torus")
 
 Values = dict[str, Any]
+KINDS_OF_CUT = correction.KINDS
 
 
 def report(record: Record) -> Values:
@@ -331,9 +335,10 @@ def _result(balanced: Balanced, record: Record) -> Values:
     return {
         "residual": unbalance_values(result.residual, record.planes_z_mm, result.doubt),
         "corrections": [
-            correction_entry(number, each)
+            correction_entry(number, each, record.crank.anatomy)
             for number, each in enumerate(result.corrections, record.cuts_before + 1)
         ],
+        "faces": [named_face_values(face, record.crank.anatomy) for face in balanced.faces],
         "steps": [
             {
                 "step": step.step,
@@ -349,11 +354,22 @@ def _result(balanced: Balanced, record: Record) -> Values:
         "reason": result.reason,
         "relaxations": [relaxation_values(each) for each in result.relaxations],
         "notes": list(result.notes),
-        "overbalance": _overbalance(balanced),
+        "overbalance": _overbalance(balanced, record.crank.anatomy),
+        **_with_slugs(result),
     }
 
 
-def _overbalance(balanced: Balanced) -> Values | None:
+def _with_slugs(result: Result) -> Values:
+    """Return mass and centre with what is pressed in, where anything is: the written solid lacks it."""
+    if result.measured is None or not any(
+        correction.KINDS[each.kind].pressed_in for each in result.corrections
+    ):
+        return {}
+    final = result.final_moments
+    return {"final_with_slugs": {"mass_g": final.mass_g, "centre_of_mass_mm": numbers(final.centre_mm)}}
+
+
+def _overbalance(balanced: Balanced, anatomy: Anatomy) -> Values | None:
     left = balanced.overbalance
     if left is None:
         return None
@@ -361,18 +377,21 @@ def _overbalance(balanced: Balanced) -> Values | None:
         "unbalance_g_mm": numbers(left.unbalance.resultant_g_mm),
         "magnitude_g_mm": left.unbalance.magnitude_g_mm,
         "angle_deg": degrees(left.unbalance.angle_rad),
-        "last_holes": [correction_entry(number, each) for number, each in enumerate(left.holes, 1)],
+        "last_holes": [correction_entry(number, each, anatomy) for number, each in enumerate(left.holes, 1)],
         "predicted_g_mm": None if left.predicted is None else left.predicted.magnitude_g_mm,
         "reason": left.reason,
     }
 
 
-def correction_entry(number: int, correction: Correction) -> Values:
+def correction_entry(number: int, correction: Correction, anatomy: Anatomy) -> Values:
     """Return what the report lists of a correction: what all have, the kind's own details, its place."""
-    rate = correction.rate
+    rate, back = correction.rate, anatomy.rotor_to_file
+    axis = None if correction.axis is None else numbers(back[:3, :3] @ correction.axis)
+    item = {"face": correction.face, **correction.details}
     return {
         "kind": correction.kind,
         "number": number,
+        "label": f"cut {number}: {KINDS_OF_CUT[correction.kind].label(item)}",
         "face": correction.face,
         "web": correction.web,
         "position_mm": numbers(correction.position_mm),
@@ -383,6 +402,9 @@ def correction_entry(number: int, correction: Correction) -> Values:
         "unbalance_change_g_mm": numbers(correction.change.first_g_mm[:2]),
         "unbalance_per_mm_g_mm": None if rate is None else numbers(rate.first_g_mm[:2]),
         "moment_per_mm_g_mm2": None if rate is None else numbers(rate.second_g_mm2[:2, 2]),
+        "tool_volume_mm3": float(correction.tool_volume_mm3),
+        "file_position_mm": numbers(back[:3, :3] @ correction.position_mm + back[:3, 3]),
+        "file_axis": axis,
         **correction.details,
         "angle_deg": degrees(math.atan2(correction.position_mm[1], correction.position_mm[0])),
         "z_mm": float(correction.position_mm[2]),

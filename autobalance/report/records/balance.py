@@ -105,6 +105,16 @@ class Correction(TypedDict):
 
     kind: str
     number: Ordinal
+    label: NotRequired[Annotated[str, "short name of the cut, for lists and trees"]]
+    tool_volume_mm3: NotRequired[Annotated[NotNegative, "of the tool's body, air included"]]
+    file_position_mm: NotRequired[Annotated[Triple, "position_mm in file coordinates"]]
+    file_axis: NotRequired[
+        Annotated[
+            Triple | None,
+            "unit vector in file coordinates: into the metal for holes, pockets and lowered faces, "
+            "+z of the rotor for rims, outward for added metal",
+        ]
+    ]
     face: str | None
     web: Ordinal | None
     position_mm: Annotated[
@@ -126,6 +136,28 @@ class Correction(TypedDict):
     diameter_mm: NotRequired[Positive]
     point_angle_deg: NotRequired[Annotated[float, "180: flat"]]
     face_z_mm: NotRequired[Annotated[float, "where the depth of a milled pocket begins"]]
+    entry_lift_mm: NotRequired[
+        Annotated[NotNegative, "how far outside the entry the tool begins: drill, slug"]
+    ]
+    entry_mm: NotRequired[Annotated[Triple | None, "entry of the first stage of a hole that is deepened"]]
+    point_mm: NotRequired[Annotated[NotNegative, "length of the point: drill and slug"]]
+    side: NotRequired[
+        Annotated[Literal[1, -1, None], "the side that the cutter comes from, +z or -z: mill, shoulder, add"]
+    ]
+    z_from_mm: NotRequired[Annotated[float, "ends of the turned stretch, beyond the web's faces: turn"]]
+    z_to_mm: NotRequired[float]
+    outline: NotRequired[
+        Annotated[
+            list[list[dict[str, Any]]],
+            "of the area at the new height, x and y of the rotor frame: loops of line [[x, y], [x, y]] and "
+            "arc {centre, radius_mm, from_deg, to_deg}, each outer one before its islands: shoulder, add",
+        ]
+    ]
+    outline_to_rotor: NotRequired[
+        Annotated[
+            list[list[float]], "4x4: from the axes of an outline on a face that is not square to the axis"
+        ]
+    ]
 
 
 class Step(TypedDict):
@@ -157,6 +189,7 @@ class Outputs(TypedDict):
     """Written files by kind."""
 
     solid: NotRequired[Solid | None]
+    solid_holds_slugs: NotRequired[Annotated[bool, "false: there are slugs, and the solid lacks them"]]
     html: NotRequired[Page]
     pdf: NotRequired[Page]
     xlsx: NotRequired[Page]

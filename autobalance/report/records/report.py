@@ -119,8 +119,8 @@ class WebWeight(TypedDict):
     product_g_mm: float
 
 
-class Face(TypedDict):
-    """A face that a correction may use."""
+class NamedFace(TypedDict):
+    """A face that a correction names."""
 
     id: str
     kind: Literal["plane", "cylinder"]
@@ -129,8 +129,20 @@ class Face(TypedDict):
     normal: Triple
     centroid_mm: Triple
     file_centroid_mm: Triple
+
+
+class Face(NamedFace):
+    """A face that a correction may use."""
+
     unbalance_per_mm_g_mm: Pair
     max_depth_mm: NotNegative | None
+
+
+class WithSlugs(TypedDict):
+    """The corrected crank with its slugs, rotor frame."""
+
+    mass_g: Positive
+    centre_of_mass_mm: Triple
 
 
 class Forces(TypedDict):
@@ -240,7 +252,12 @@ class Report(TypedDict):
     sections: NotRequired[list[Section]]
     section_table: NotRequired[SectionTable]
     counterweights: NotRequired[list[WebWeight]]
-    faces: NotRequired[list[Face]]
+    faces: NotRequired[
+        Annotated[
+            list[NamedFace | Face], "what a correction can use (inspect), or those that one names (balance)"
+        ]
+    ]
+    final_with_slugs: NotRequired[WithSlugs]
     overbalance: Overbalance | None
     forces: NotRequired[Forces | None]
     loads_with_gas: NotRequired[

@@ -23,6 +23,7 @@ from autobalance.solid.cad.kernel import (
 )
 from autobalance.solid.cad.machining import Taken, machined
 from autobalance.solid.cad.surface import Surface
+from autobalance.solid.cad.taken import EachTaken, each_taken
 from autobalance.solid.cad.tessellation import Facets, bounds_mm, facets, surface_kind, surfaces
 from autobalance.solid.csg.shape import Shape
 from autobalance.solid.csg.tool import Tool
@@ -131,6 +132,12 @@ class ExactSolid:
         """
         done = machined(self._body, removed, added)
         return ExactSolid.of(done.body), done.taken
+
+    def each_taken(
+        self, removed: Sequence[Tool], added: Sequence[Tool], machined: ExactSolid
+    ) -> tuple[tuple[EachTaken, ...], tuple[EachTaken, ...]] | None:
+        """Return what each tool took, or added, of what ``machined`` has less or more; see ``taken``."""
+        return each_taken(self._body, removed, added, machined.volume_mm3 - self.volume_mm3)
 
     def step(self, unit: str = "mm", name: str = "crank") -> bytes:
         """Return a STEP file of the solid, in a unit."""

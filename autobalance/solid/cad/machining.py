@@ -79,8 +79,8 @@ def machined(body: Any, removed: Sequence[Tool], added: Sequence[Tool]) -> Machi
     bodies = len(explored(body, "SOLID"))
     found = 0
     for share in CLEAR_SHARES:
-        grown = [_tool(tool, body, share * size) for tool in added]
-        gone = [_tool(tool, body, share * size) for tool in removed]
+        grown = [tool_shape(tool, body, share * size) for tool in added]
+        gone = [tool_shape(tool, body, share * size) for tool in removed]
         whole = fused([body, *grown])
         result = cut(whole, gone)
         found = len(explored(result, "SOLID"))
@@ -126,17 +126,18 @@ def _seamless(result: Any, before: Any) -> Any:
     return merged if sound else result
 
 
-def _tool(tool: Tool, body: Any, clear_mm: float) -> Any:
+def tool_shape(tool: Tool, body: Any, clear_mm: float) -> Any:
+    """Return the kernel's body of a tool; ``clear_mm`` over a face it is looked what stands on it."""
     if isinstance(tool, Lowering):
         return _lowering(tool, body, clear_mm)
     if isinstance(tool, Raising):
         return _raising(tool, body)
     if isinstance(tool, Drilling):
-        return built(_along_old_hole(tool, body).shape)
+        return built(along_old_hole(tool, body).shape)
     return built(tool)
 
 
-def _along_old_hole(tool: Drilling, body: Any) -> Drilling:
+def along_old_hole(tool: Drilling, body: Any) -> Drilling:
     """Return a drill in the hole of its size that it continues, if there is one: on one axis, not nearly."""
     for face in surfaces(body):
         if isinstance(face, CylinderFace) and face.hollow:

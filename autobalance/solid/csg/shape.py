@@ -107,6 +107,18 @@ def outline_points(outline: Outline, segments: int, times: int = 1) -> Array:
     return rounded
 
 
+def outline_area_mm2(outline: Outline) -> float:
+    """Return the area inside an outline, its arcs as they are: ½ ∮ (x dy − y dx)."""
+    total = 0.0
+    for edge in outline:
+        (x0, y0), (x1, y1) = edge.start, edge.end
+        total += x0 * y1 - x1 * y0
+        if isinstance(edge, Arc):  # between the arc and its chord
+            swept = edge.end_rad - edge.start_rad
+            total += edge.radius**2 * (swept - math.sin(swept))
+    return 0.5 * total
+
+
 def rotated(outline: Outline, angle_rad: float) -> Outline:
     """Return an outline turned about the origin."""
     c, s = math.cos(angle_rad), math.sin(angle_rad)

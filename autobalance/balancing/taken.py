@@ -1,0 +1,76 @@
+"""Corrections as they were measured on true surfaces, tool by tool, instead of as the facets have them."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from autobalance.balancing.rotor import Rotor
+from autobalance.correction.contract import Correction
+from autobalance.correction.cut import Made, as_taken
+from autobalance.correction.faces.outline import listed_outline, loops_area_mm2, side_of
+from autobalance.correction.faces.patches import face_frame
+from autobalance.types import Array
+
+if TYPE_CHECKING:
+    from autobalance.solid.cad.taken import EachTaken
+
+
+def one_by_one(
+    rotor: Rotor, made: Made, removed: Sequence[EachTaken], added: Sequence[EachTaken]
+) -> tuple[Correction | None, ...]:
+    """Return the corrections of cuts as measured, one a cut; None where no metal went or came.
+
+    ``removed`` and ``added`` are what the tools of the cuts took and added, each in the order of the cuts.
+    """
+    takes, adds = iter(removed), iter(added)
+    found: list[Correction | None] = []
+    for cut, depth in made:
+        if cut.exact_tool(depth) is None:
+            found.append(None)
+            continue
+        took = next(adds if cut.adds_metal else takes)
+        found.append(_measured(rotor, cut.correction(depth), cut.pressed_in(depth), took, cut.adds_metal))
+    return tuple(found)
+
+
+def _measured(rotor: Rotor, planned: Correction, pressed_in: Any, took: EachTaken, adds: bool) -> Correction:
+    frame, sign = rotor.anatomy.file_to_rotor, 1.0 if adds else -1.0
+    density = sign * rotor.density_g_mm3
+    change = took.volume.moved(frame).scaled(density) + pressed_in
+    rate = None
+    details: dict[str, Any] = {}
+    area = 0.0
+    if took.floor is not None and took.floor.mass_g > 0.0 and planned.axis is not None:
+        rate, area = took.floor.moved(frame).scaled(density), took.floor.mass_g
+        details = _outline(took, sign * planned.axis, frame)
+        details |= {"area_mm2": area} if "area_mm2" in planned.details else {}
+    correction = as_taken(planned, change, rate, area, -sign * took.volume.mass_g, **details)
+    if "outline" in details:
+        volume = abs(correction.depth_mm) * loops_area_mm2(details["outline"])
+        correction = replace(correction, tool_volume_mm3=volume)
+    return correction if took.hole is None else _in_old_hole(correction, frame @ took.hole)
+
+
+def _outline(took: EachTaken, normal: Array, frame: Array) -> dict[str, Any]:
+    """Return the outline of the new face in the rotor frame, or in axes of its own where it is askew."""
+    from autobalance.solid.cad.taken import flat_loops
+
+    to_face = face_frame(normal)
+    to_rotor = np.eye(4)
+    to_rotor[:3, :3] = to_face[:3, :3].T
+    plane = frame if side_of(normal) is not None else to_face @ frame
+    return listed_outline(flat_loops(took.loops, plane), to_rotor)
+
+
+def _in_old_hole(correction: Correction, placement: Array) -> Correction:
+    """Return the correction of a drill that ran along a hole that was there."""
+    inward, entry = placement[:3, 2], placement[:3, 3]
+    details = dict(correction.details) | {"inward": [float(v) for v in inward]}
+    if details.get("entry_mm") is not None:
+        sunk = float(details["deepened_from_mm"])
+        details["entry_mm"] = [float(v) for v in entry - sunk * inward]
+    return replace(correction, position_mm=entry, axis=inward, details=details)

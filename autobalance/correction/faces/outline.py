@@ -1,0 +1,89 @@
+"""The outline of a face as a cut leaves it, so that any CAD program can draw the cut again."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable, Sequence
+from typing import Any
+
+import numpy as np
+
+from autobalance.solid.csg.shape import Arc, Line, Outline, outline_area_mm2
+from autobalance.solid.csg.solid import Region
+from autobalance.types import Array
+
+UPRIGHT = 1.0 - 1e-9
+"""A face whose normal has this component along the crank axis is drawn in x and y of the rotor frame."""
+STRAIGHT_MM = 1e-4
+"""By how much corners of a mesh's outline may be out of line and be left out."""
+
+
+def side_of(normal: Array) -> int | None:
+    """Return from which side a cutter comes to a face: 1 from +z, −1 from −z, None across the axis."""
+    return (1 if normal[2] > 0.0 else -1) if abs(float(normal[2])) >= UPRIGHT else None
+
+
+def region_outline(region: Region, to_rotor: Array) -> dict[str, Any]:
+    """Return the outline of a region that is drawn in a face's own axes, as the report lists it.
+
+    ``to_rotor`` (4, 4) leads from these axes, z outward, to the rotor frame.
+    """
+    normal = to_rotor[:3, 2]
+    loops: list[Outline] = []
+    for piece in region.simplified(STRAIGHT_MM).pieces():
+        polygons = sorted(piece.polygons, key=lambda each: -abs(_area_mm2(each)))
+        for polygon in polygons:
+            points = polygon
+            if side_of(normal) is not None:
+                points = (polygon @ to_rotor[:2, :2].T)[:: side_of(normal)] + to_rotor[:2, 3]
+            corners = [(float(x), float(y)) for x, y in points]
+            following = zip(corners, [*corners[1:], corners[0]], strict=True)
+            loops.append(tuple(Line(start, end) for start, end in following))
+    return listed_outline(loops, to_rotor)
+
+
+def listed_outline(loops: Iterable[Outline], to_rotor: Array) -> dict[str, Any]:
+    """Return loops, outer ones first, with the side that the cutter comes from; see ``region_outline``."""
+    side = side_of(to_rotor[:3, 2])
+    found = {"outline": [[_segment(edge) for edge in loop] for loop in loops], "side": side}
+    return (
+        found if side is not None else {**found, "outline_to_rotor": [list(map(float, r)) for r in to_rotor]}
+    )
+
+
+def _segment(edge: Line | Arc) -> dict[str, Any]:
+    if isinstance(edge, Line):
+        return {"line": [list(edge.start), list(edge.end)]}
+    return {
+        "arc": {
+            "centre": list(edge.centre),
+            "radius_mm": edge.radius,
+            "from_deg": math.degrees(edge.start_rad),
+            "to_deg": math.degrees(edge.end_rad),
+        }
+    }
+
+
+def outline_of(loop: Sequence[dict[str, Any]]) -> Outline:
+    """Return a loop of a report's ``outline`` as edges."""
+    edges: list[Line | Arc] = []
+    for segment in loop:
+        if "line" in segment:
+            (x0, y0), (x1, y1) = segment["line"]
+            edges.append(Line((x0, y0), (x1, y1)))
+        else:
+            arc = segment["arc"]
+            x, y = arc["centre"]
+            turn = math.radians(arc["from_deg"]), math.radians(arc["to_deg"])
+            edges.append(Arc((x, y), arc["radius_mm"], *turn))
+    return tuple(edges)
+
+
+def loops_area_mm2(loops: Sequence[Sequence[dict[str, Any]]]) -> float:
+    """Return the area inside a report's ``outline``: islands run the other way round and count less."""
+    return sum(outline_area_mm2(outline_of(loop)) for loop in loops)
+
+
+def _area_mm2(polygon: Array) -> float:
+    following = np.roll(polygon, -1, axis=0)
+    return 0.5 * float((polygon[:, 0] * following[:, 1] - polygon[:, 1] * following[:, 0]).sum())
