@@ -3,10 +3,8 @@
 from __future__ import annotations
 
 import math
-import os
-import sys
-from collections.abc import Iterator, Sequence
-from contextlib import contextmanager, suppress
+from collections.abc import Sequence
+from contextlib import suppress
 from typing import Any
 
 import numpy as np
@@ -209,14 +207,13 @@ def _solve_few(
     from scipy.optimize import Bounds, LinearConstraint, milp
 
     rules = MilpModel(task, tables, effects, least_count)
-    with _silenced():
-        answer = milp(
-            rules.cost,
-            integrality=rules.integrality,
-            bounds=Bounds(rules.lower, rules.upper),
-            constraints=LinearConstraint(rules.matrix, rules.lower_rows, rules.upper_rows),
-            options={"mip_rel_gap": slack, "node_limit": nodes, "presolve": False},
-        )
+    answer = milp(
+        rules.cost,
+        integrality=rules.integrality,
+        bounds=Bounds(rules.lower, rules.upper),
+        constraints=LinearConstraint(rules.matrix, rules.lower_rows, rules.upper_rows),
+        options={"mip_rel_gap": slack, "node_limit": nodes, "presolve": False, "disp": False},
+    )
     depths = np.zeros(len(task.cuts))
     if answer.x is None:
         return depths, math.inf
@@ -225,33 +222,3 @@ def _solve_few(
             depth = float(answer.x[rules.first[k] : rules.first[k + 1]] @ tables[k])
             depths[k] = min(max(depth, cut.least_depth_mm), cut.max_depth_mm)
     return depths, float(answer.fun)
-
-
-@contextmanager
-def _silenced() -> Iterator[None]:
-    """Keep the solver's own output away: HiGHS prints some lines past every option, on file descriptor 1."""
-    try:
-        sys.stdout.flush()
-        kept = os.dup(1)
-    except (OSError, ValueError):  # no standard output at all
-        yield
-        return
-    sink = os.open(os.devnull, os.O_WRONLY)
-    try:
-        os.dup2(sink, 1)
-        yield
-    finally:
-        _flush_c()
-        os.dup2(kept, 1)
-        os.close(kept)
-        os.close(sink)
-
-
-def _flush_c() -> None:
-    """Empty the C library's output buffers."""
-    import ctypes
-
-    try:
-        ctypes.CDLL(None).fflush(None)
-    except (OSError, TypeError, AttributeError):  # Windows: the solver's C library is its own
-        return

@@ -1,7 +1,9 @@
 """The integer planner on holes whose effect is a formula."""
 
 import math
+import os
 import time
+from concurrent.futures import ThreadPoolExecutor
 from typing import get_args
 
 import numpy as np
@@ -58,6 +60,23 @@ def test_fewest_holes_drills_deep_instead_of_often() -> None:
     assert np.count_nonzero(few.depths_mm) == 2
     assert np.count_nonzero(light.depths_mm) > 2
     assert mass_g(offer, light.depths_mm) < mass_g(offer, few.depths_mm)
+
+
+def test_four_threads_plan_alike_and_leave_standard_output_alone(capfd: pytest.CaptureFixture[str]) -> None:
+    offer, residual = holes([10.0], [-40.0, 40.0], places=8), at_planes(500.0 + 0.0j, 300.0 + 200.0j)
+
+    def planned(_: int) -> list[float]:
+        depths: list[float] = choose(
+            residual, tolerance(100.0), offer, prefer="fewest_holes"
+        ).depths_mm.tolist()
+        return depths
+
+    with ThreadPoolExecutor(4) as threads:
+        first, *others = threads.map(planned, range(4))
+    assert any(first)
+    assert others == [first] * 3
+    os.write(1, b"still here")
+    assert capfd.readouterr().out == "still here"
 
 
 def inertia(offer: Offer, depths_mm: Array) -> float:
