@@ -217,3 +217,13 @@ def test_what_is_no_job_says_what_to_do(
 ) -> None:
     Path(name).touch()
     assert said in refused(capsys, 3, "balance", name)
+
+
+def test_a_job_for_the_halves_of_a_pressed_up_crank(crank: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    halves = Path(shutil.copy(jobs.BUNDLED / "drafted" / "crank.stl", crank.parent / "halves.stl"))
+    Path("halves.toml").write_text("", "utf-8")
+    assert jobs.run("init", halves, "--unit", "mm", "--force", "--density-kg-m3", "7800") == 0
+    assert "engine.crankpin_g.crankpin" in capsys.readouterr().out
+    text = Path("halves.toml").read_text("utf-8")
+    assert "crankpin_in_file = false" in text
+    assert "density_kg_m3 = 7800.0" in text

@@ -7,9 +7,11 @@ import jsonschema
 import numpy as np
 import pytest
 
+import autobalance as ab
 from autobalance.report.balance.values import schema
 from autobalance.solid.csg.solid import Solid
 from tests import jobs
+from tests.generated import generated_crank
 
 WITH_PIN = jobs.BUNDLED / "straight" / "crank-with-pin.stl"
 HALVES = jobs.BUNDLED / "drafted" / "crank.stl"
@@ -65,10 +67,39 @@ def test_a_unit_that_is_not_said_is_told(capsys: pytest.CaptureFixture[str]) -> 
 
 
 def test_several_bodies_are_listed(capsys: pytest.CaptureFixture[str]) -> None:
-    assert jobs.run("inspect", HALVES, "--unit", "mm") == 3
+    assert jobs.run("inspect", HALVES, "--unit", "mm", "--crankpin-in-file", "yes") == 3
     error = capsys.readouterr().err
     assert "holds 2 bodies" in error
     assert "no crank" not in error
+    assert "--body N, --body all, or --no-crankpin" in error
+
+
+def test_the_halves_of_a_pressed_up_crank_are_found_out(capsys: pytest.CaptureFixture[str]) -> None:
+    """Told or not told that the crankpins are missing, the same crank; and it is said."""
+    reports = []
+    for option in ([], ["--no-crankpin"]):
+        assert jobs.run("inspect", HALVES, "--unit", "mm", *option, "--json", "-") == 0
+        printed = capsys.readouterr()
+        reports.append(json.loads(printed.out))
+        assert ("2 bodies taken together: the pieces of a pressed-up crank" in printed.err) is not bool(
+            option
+        )
+    assert reports[0]["crank"] == reports[1]["crank"]
+    assert reports[0]["input"]["repairs"][-1].startswith("2 bodies taken together")
+    alone = ab.read_crank(HALVES, unit="mm")
+    assert alone.mass_g == reports[0]["crank"]["mass_g"]
+
+
+def test_two_cranks_side_by_side_are_one_short_line(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    crank = generated_crank("single").solid.mesh.corners
+    jobs.write_stl(tmp_path / "two.stl", np.concatenate([crank, crank + np.array([200.0, 0.0, 0.0])]))
+    assert jobs.run("inspect", tmp_path / "two.stl", "--unit", "mm") == 3
+    error = capsys.readouterr().err.replace(str(tmp_path), "")
+    assert "holds 2 bodies" in error
+    assert "together they are no crank" in error
+    assert len(error) <= 500
 
 
 def test_several_bodies_that_are_no_crank_are_told_so(

@@ -66,8 +66,8 @@ class BenchResult(VerbResult):
         return ("\n".join(lines) + "\n").encode()
 
     def files(self) -> Mapping[str, bytes]:
-        """Return the series as ``bench.csv``, and the rotor's solids and drawing where asked for."""
-        return {"bench.csv": self.series(), **self.solids}
+        """Return the runs as ``bench.csv``, and the rotor's solids and drawing where asked for."""
+        return {**({"bench.csv": self.series()} if self.traces else {}), **self.solids}
 
 
 @documented
@@ -101,7 +101,7 @@ def bench(
     >>> round(found.report["runs"][0]["mean_torque_N_m"], 4)
     0.1944
     """
-    from autobalance.job.files.bench import read_bench
+    from autobalance.job.files.bench import read_bench, refuse_runs_without_bearings
     from autobalance.job.toml.keys import named_in
 
     raw = bench_file if isinstance(bench_file, Mapping) else _tables(Path(bench_file))
@@ -111,6 +111,7 @@ def bench(
         return engine_bench(bench_file, *([] if progress is None else [progress]))
     given = read_bench(bench_file)
     with named_in(bench_file):
+        refuse_runs_without_bearings(raw)
         return _result(given, solids)
 
 
@@ -127,15 +128,14 @@ def _result(given: Bench, solids: bool) -> BenchResult:
     inertia = given.polar_g_mm2 * KG_M2_PER_G_MM2
     margin = _stable(loop_margin(given.control, inertia))
     unbalance = missing_unbalance_g_mm(given.holes, given.density_g_mm3)
-    friction = bench_friction(given.bearings, given.weight_N, unbalance)
-    traces = tuple(
-        ramp_and_hold(inertia, friction, given.control, speed, given.ramp_s, given.hold_s)
-        for speed in given.speeds_rad_s
-    )
-    runs = [
-        _run(given, speed_rpm, trace, unbalance, friction)
-        for speed_rpm, trace in zip(given.speeds_rpm, traces, strict=True)
-    ]
+    traces: list[Trace] = []
+    runs: list[Values] = []
+    if given.bearings is not None:
+        friction = bench_friction(given.bearings, given.weight_N, unbalance)
+        for speed_rpm, speed in zip(given.speeds_rpm, given.speeds_rad_s, strict=True):
+            trace = ramp_and_hold(inertia, friction, given.control, speed, given.ramp_s, given.hold_s)
+            traces.append(trace)
+            runs.append(_run(given, speed_rpm, trace, unbalance, friction))
     readings = [_reading(given, each) for each in given.readings]
     report: Values = {
         **report_head("bench"),
@@ -155,7 +155,7 @@ def _result(given: Bench, solids: bool) -> BenchResult:
         from autobalance.api.bench_files import rotor_files
 
         files, report["rotor"]["written"] = rotor_files(given.shape, given.holes, given.polar_g_mm2)
-    return BenchResult(report, traces, files)
+    return BenchResult(report, tuple(traces), files)
 
 
 def _stable(margin: LoopMargin) -> LoopMargin:

@@ -24,6 +24,7 @@ from autobalance.job.toml.settings import with_settings
 from autobalance.job.toml.text import toml_text
 from autobalance.job.toml.typed_units import FILL_IN, leaves
 from autobalance.job.workbook import rows_of, write_workbook
+from autobalance.machine_models.measured import Crank as MeasuredCrank
 from autobalance.machine_models.rotor_from_job import default_planes_mm
 from autobalance.runtime import Progress, Stopwatch
 from autobalance.solid.formats.bodies import read_bodies
@@ -166,6 +167,8 @@ def _read(
     except BodiesError as several:
         parts = assembly_parts(read_bodies(source, unit))
         found = _crank_among(parts, several)
+        if found is None:
+            return Crank(_of_pieces(crankshaft, several), crankshaft), None, OtherParts()
         body, crankshaft = body_key(found), _crankshaft({**given, "body": body_key(found)})
         assert found.anatomy is not None
         measured = measured_source(found.body.source, found.anatomy, crankshaft.density_g_mm3)
@@ -184,13 +187,21 @@ def _crankshaft(given: Mapping[str, Any]) -> Crankshaft:
     return replace(found, overrides=either)
 
 
-def _crank_among(parts: Sequence[AssemblyPart], several: BodiesError) -> AssemblyPart:
-    """Return the one body that is a crank."""
+def _of_pieces(crankshaft: Crankshaft, several: BodiesError) -> MeasuredCrank:
+    """Return the pressed-up crank that the bodies are the pieces of."""
+    try:
+        return measure_crank(crankshaft, Stopwatch())
+    except BodiesError:
+        raise BodiesError(f"{several}; none of them alone is a crank, nor are they together") from None
+
+
+def _crank_among(parts: Sequence[AssemblyPart], several: BodiesError) -> AssemblyPart | None:
+    """Return the one body that is a crank; None where there is none."""
     cranks = [part for part in parts if part.role == "crank"]
+    if not cranks:
+        return None
     if len(cranks) == 1:
         return cranks[0]
-    if not cranks:
-        raise BodiesError(f"{several}; none of them alone is a crank") from None
     named = " and ".join(str(part.body.number) for part in cranks)
     raise BodiesError(
         f"{several}; bodies {named} may each be the crank: --set crankshaft.body=N says which"

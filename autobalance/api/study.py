@@ -11,7 +11,7 @@ from autobalance.api.common_parameters import documented
 from autobalance.api.engine_case import job_set
 from autobalance.api.progress import telling
 from autobalance.api.result import Plots, Values, VerbResult, report_head
-from autobalance.errors import JobError
+from autobalance.errors import UsageError
 from autobalance.runtime import Progress, no_progress
 
 if TYPE_CHECKING:
@@ -104,6 +104,8 @@ def study(
 
     Raises
     ------
+    UsageError
+        If a count or the target is out of range.
     JobError
         If nothing has a ±, or the job is wrong.
     """
@@ -129,6 +131,6 @@ def study(
 def _refuse(samples: int, seed: int, target: float | None, exact: int) -> None:
     for name, value, least in (("samples", samples, 1), ("seed", seed, 0), ("exact", exact, 0)):
         if value < least:
-            raise JobError(f"{name} is {value}; must be ≥ {least}")
+            raise UsageError(f"{name} is {value}; must be ≥ {least}")
     if target is not None and not 0.0 < target <= 1.0:
-        raise JobError(f"target is {target:g}; must be above 0 and at most 1")
+        raise UsageError(f"target is {target:g}; must be above 0 and at most 1")

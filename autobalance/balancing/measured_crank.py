@@ -14,7 +14,7 @@ from autobalance.errors import BodiesError, JobError, OverlapError, RecognitionE
 from autobalance.job import Balance, Crankshaft, Job
 from autobalance.machine_models.crank_size import refuse_density, refuse_size
 from autobalance.machine_models.facet_correction import NOT_ASKED, FacetCorrection
-from autobalance.machine_models.measured import Crank
+from autobalance.machine_models.measured import Crank, holds_crankpins
 from autobalance.rigid_rotor.moments import Moments
 from autobalance.runtime import Stopwatch
 from autobalance.solid.chordal_error.estimate import ChordalError, chordal_error_of
@@ -125,13 +125,34 @@ def _read(crankshaft: Crankshaft, try_all_bodies: bool) -> Source:
     except BodiesError as several:
         if not try_all_bodies or several.bodies > BODIES_MOST:
             raise
-        solid = read(crankshaft.file, crankshaft.unit, "all").solid
-        try:
-            recognise(solid, replace(crankshaft.overrides, crankpin_in_file=None))
-        except RecognitionError as reason:
-            text = f"{several}; together they are no crank: {reason}"
-            raise BodiesError(text, several.bodies) from None
-        raise
+        together = _all_bodies(crankshaft, several)
+        if together is None:
+            raise
+        return together
+
+
+def _all_bodies(crankshaft: Crankshaft, several: BodiesError) -> Source | None:
+    """Return all bodies of a file where they are the pieces of a pressed-up crank, one more than its throws.
+
+    Only where nothing is said of its crankpins; None where they are a crank of another kind.
+
+    Raises
+    ------
+    BodiesError
+        If they are no crank.
+    """
+    assert crankshaft.file is not None
+    source = read(crankshaft.file, crankshaft.unit, "all")
+    try:
+        found = recognise(source.solid, replace(crankshaft.overrides, crankpin_in_file=None))
+    except RecognitionError as reason:
+        shortly = str(reason).partition(": ")[0]  # without the list of what was found
+        raise BodiesError(f"{several}; together they are no crank: {shortly}", several.bodies) from None
+    asked = crankshaft.overrides.crankpin_in_file
+    if asked is not None or holds_crankpins(found, source.solid) or several.bodies != len(found.throws) + 1:
+        return None
+    note = f"{several.bodies} bodies taken together: the pieces of a pressed-up crank without its crankpins"
+    return replace(source, repairs=(*source.repairs, note))
 
 
 def facets_of(

@@ -3,9 +3,21 @@
 from __future__ import annotations
 
 import argparse
+from typing import TYPE_CHECKING
 
 from autobalance.command.options import add_json, add_output, add_plots, add_series
 from autobalance.command.verb import NOT_TYPED, Keywords, Option, Verb
+from autobalance.errors import UsageError
+
+if TYPE_CHECKING:
+    from autobalance.api.bench import BenchResult
+    from autobalance.api.engine_bench import EngineBenchResult
+
+
+def _series(result: BenchResult | EngineBenchResult) -> bytes:
+    if not result.report.get("runs", True):
+        raise UsageError("--series needs runs, and a [bearing] in the file for them")
+    return result.series()
 
 
 def _with_solids(given: Keywords, arguments: argparse.Namespace) -> None:
@@ -22,5 +34,5 @@ VERB = Verb(
         add_json, add_plots,
     ),
     adjust=_with_solids,
-    series=lambda result: result.series(),
+    series=_series,
 )  # fmt: skip

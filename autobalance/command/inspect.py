@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 from autobalance.command.options import add_json, add_units
 from autobalance.command.progress import add_progress, mode_of, shown
-from autobalance.command.readers import body_of, unit_or_mm
+from autobalance.command.readers import bodies_named, body_of, unit_or_mm
 from autobalance.command.verb import NOT_TYPED, SUGGEST, UNIT, Keywords, Option, Verb
 from autobalance.errors import JobError, UsageError
 
@@ -132,7 +132,9 @@ def _inspected(arguments: argparse.Namespace, progress: Progress) -> InspectResu
             raise UsageError("--set goes with a job; a crank file has no keys")
         if arguments.datum is None and arguments.oil_density_kg_m3 is None:
             table = None  # the crank's own sections are enough
-        return inspect(path, progress=progress, suggest=suggest, table=table, **_of_a_file(path, given))
+        keywords = _of_a_file(path, given)
+        with bodies_named("--body N", "--body all", "or --no-crankpin for a pressed-up crank in pieces"):
+            return inspect(path, progress=progress, suggest=suggest, table=table, **keywords)
     for name, value in given.items():
         if value is not None and name != "crankpin_in_file":
             option = VERB.flag(name)

@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 import argparse
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
-from autobalance.errors import UsageError
+from autobalance.errors import BodiesError, UsageError
 
 
 def numbers(option: str, text: str) -> tuple[float, ...]:
@@ -111,6 +112,15 @@ def body_of(text: str | None, named: bool) -> Any:
     if text and named:
         return text
     raise UsageError(f"--body is {text!r}; must be a number from 1, or all")
+
+
+@contextmanager
+def bodies_named(*flags: str) -> Iterator[None]:
+    """Name the options that choose among bodies where an error asks for one."""
+    try:
+        yield
+    except BodiesError as error:
+        raise BodiesError(f"{error} ({', '.join(flags)})", error.bodies) from None
 
 
 def unit_or_mm(unit: str | None, path: Path) -> str | None:

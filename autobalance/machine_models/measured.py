@@ -41,10 +41,7 @@ class Crank:
     @property
     def holds_crankpins(self) -> bool:
         """Whether the file holds the crankpins, not only bores for them: metal midway along the first."""
-        pin = self.anatomy.throws[0].crankpin
-        half = 0.5 * np.array([pin.diameter_mm, pin.diameter_mm, 0.1 * pin.width_mm])
-        place = Solid.box(pin.centre_mm - half, pin.centre_mm + half).moved(self.anatomy.rotor_to_file)
-        return (place & self.source.solid).volume_mm3 > FILLED * place.volume_mm3
+        return holds_crankpins(self.anatomy, self.source.solid)
 
     def warnings(self, file: Path | None) -> tuple[str, ...]:
         """Return what a user should know of the file and the crank in it, one line each."""
@@ -52,3 +49,11 @@ class Crank:
         said = (odd_size(self.source), misaligned)
         found = [*self.source.repairs, *(text for text in said if text is not None)]
         return tuple(text if file is None else f"{file}: {text}" for text in found)
+
+
+def holds_crankpins(anatomy: Anatomy, solid: Solid) -> bool:
+    """Tell whether a solid (file coordinates) has metal midway along its first crankpin."""
+    pin = anatomy.throws[0].crankpin
+    half = 0.5 * np.array([pin.diameter_mm, pin.diameter_mm, 0.1 * pin.width_mm])
+    place = Solid.box(pin.centre_mm - half, pin.centre_mm + half).moved(anatomy.rotor_to_file)
+    return (place & solid).volume_mm3 > FILLED * place.volume_mm3

@@ -19,7 +19,7 @@ from multiprocessing import get_context, parent_process
 from multiprocessing.connection import wait as wait_for_end
 from typing import Any, Protocol
 
-from autobalance.errors import FileError, JobError
+from autobalance.errors import FileError, UsageError
 from autobalance.runtime import hear_signals, one_thread_of_linear_algebra, starting_process
 from autobalance.solid.csg.threads import booleans_in_one_thread
 from autobalance.version import __version__
@@ -87,7 +87,7 @@ def workers_of(
 
     Raises
     ------
-    JobError
+    UsageError
         If the count is not positive.
     FileError
         If the cluster does not answer, has no workers, or has another version of this package.
@@ -98,7 +98,7 @@ def workers_of(
         return
     wanted = available_cores() if count is None else count
     if wanted < 1:
-        raise JobError(f"workers is {wanted}; must be ≥ 1")
+        raise UsageError(f"workers is {wanted}; must be ≥ 1")
     if wanted == 1 and alone:
         yield InThisProcess()
         return

@@ -4,6 +4,7 @@ import inspect
 import subprocess
 import sys
 from importlib import import_module
+from pathlib import Path
 from typing import Any, get_args
 
 import pytest
@@ -12,6 +13,7 @@ import autobalance
 from autobalance.command.declaration import REQUIRED, parameters_of
 from autobalance.command.main import COMMANDS, full_parser
 from autobalance.command.verb import Verb
+from tests import jobs
 
 VERBS: dict[str, Verb] = {
     name: module.VERB
@@ -77,3 +79,26 @@ def test_every_option_says_what_it_sets_and_its_default(name: str) -> None:
         if action.option_strings and action.nargs != 0 and not action.required:
             assert words.endswith(")"), words
             assert "(default: " in words, words
+
+
+@pytest.mark.parametrize(
+    ("arguments", "words"),
+    [
+        (("study", "JOB", "--samples", "0"), "samples is 0; must be ≥ 1"),
+        (("study", "JOB", "--exact", "-1"), "exact is -1"),
+        (("study", "JOB", "--workers", "0"), "workers is 0; must be ≥ 1"),
+        (("batch", "JOB", "-o", "out", "--workers", "0"), "workers is 0; must be ≥ 1"),
+        (("parts", "JOB", "--set", "balance.factor"), "--set 'balance.factor' is no KEY=VALUE"),
+        (("inspect", "JOB", "--set", "=3"), "--set '=3' is no KEY=VALUE"),
+    ],
+)
+def test_options_out_of_range_are_wrong_use(
+    arguments: tuple[str, ...], words: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    job = jobs.pin_job(tmp_path)
+    if arguments[0] == "batch":
+        job = tmp_path
+    assert jobs.run(*(job if word == "JOB" else word for word in arguments)) == 2
+    error = capsys.readouterr().err
+    assert words in error
+    assert error.count("\n") == 1

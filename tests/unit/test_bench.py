@@ -353,3 +353,20 @@ def test_runs_whose_temperature_was_not_held_do_not_count() -> None:
 def test_films_and_holds_that_cannot_be_are_named(more: dict[str, Any], message: str) -> None:
     with pytest.raises(JobError, match=message):
         bench({**FILE, **more})
+
+
+def test_readings_are_reduced_and_compared_without_a_bearing() -> None:
+    """Nothing is run, and the rest is as with one."""
+    reading = {"case": "3", "speed_rpm": 3000.0, "volts": [0.41, 0.39, 0.40], "simulated_N_m": 0.1988}
+    hole = {"diameter_mm": 16.0, "depth_mm": 37.0, "radius_mm": 29.3}
+    tables = {"rotor": FILE["rotor"], "hole": [hole], "reading": [reading]}
+    alone, run = bench(tables), bench({**tables, "bearing": FILE["bearing"]})
+    for key in ("rotor", "loop", "readings", "comparison"):
+        assert alone.report[key] == run.report[key]
+    assert alone.report["comparison"][0]["difference_percent"] is not None
+    assert alone.report["runs"] == []
+    assert alone.plots() == {}
+    assert alone.files() == {}
+    assert "Nothing was run: there is no [bearing]" in alone.text()
+    with pytest.raises(JobError, match=r"\[bearing\] is missing; the runs of \[schedule\] need its friction"):
+        bench({**tables, "schedule": {"speeds_rpm": [3000.0]}})

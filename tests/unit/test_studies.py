@@ -17,7 +17,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from autobalance.errors import FileError, JobError
+from autobalance.errors import FileError, UsageError
 from autobalance.rigid_rotor.moments import Moments
 from autobalance.rigid_rotor.tolerance import Tolerance
 from autobalance.runtime import interruptible
@@ -196,7 +196,7 @@ def test_a_worker_works_in_one_thread() -> None:
 
 
 def test_no_worker_is_not_enough() -> None:
-    with pytest.raises(JobError, match="workers is 0"), workers.workers_of(0):
+    with pytest.raises(UsageError, match="workers is 0"), workers.workers_of(0):
         pass
 
 

@@ -121,7 +121,7 @@ READING_KEYS = (
 BENCH_KEYS = (
     Key("rotor", says="what turns", keys=ROTOR_KEYS),
     Key("hole", says="drilled: its weight is missing", keys=HOLE_KEYS, many=True, default=None),
-    Key("bearing", says="both together", keys=BEARING_KEYS),
+    Key("bearing", says="both together; without it nothing is run", keys=BEARING_KEYS, default=None),
     Key("control", says="of the speed", keys=CONTROL_KEYS, default=FILLED),
     Key("schedule", says="of the runs", keys=SCHEDULE_KEYS, default=FILLED),
     Key("reduction", says="of volts to torque", keys=REDUCTION_KEYS, default=FILLED),
@@ -153,7 +153,10 @@ class Reading:
 
 @dataclass(frozen=True, eq=False)
 class Bench:
-    """The file in mm, g, s, rad, N and V; ``zero_V`` None: the mean of the readings at rest."""
+    """The file in mm, g, s, rad, N and V.
+
+    ``zero_V`` None: the mean of the readings at rest; ``bearings`` None: nothing is run.
+    """
 
     values: Values
     mass_g: float
@@ -162,7 +165,7 @@ class Bench:
     shape: DiscOnShaft | None
     density_g_mm3: float
     holes: tuple[DrilledHole, ...]
-    bearings: BenchBearings
+    bearings: BenchBearings | None
     control: SpeedControl
     speeds_rpm: tuple[float, ...]
     ramp_s: float
@@ -191,6 +194,18 @@ def read_bench(source: str | Path | Mapping[str, Any]) -> Bench:
         If a key is unknown, missing or impossible.
     """
     return read_document(source, "bench file", BENCH_KEYS, _bench)
+
+
+def refuse_runs_without_bearings(tables: Mapping[str, Any]) -> None:
+    """Refuse a schedule where nothing can be run.
+
+    Raises
+    ------
+    JobError
+        If a file has ``[schedule]`` and no ``[bearing]``.
+    """
+    if "schedule" in tables and "bearing" not in tables:
+        raise JobError("[bearing] is missing; the runs of [schedule] need its friction")
 
 
 def _bench(values: Values) -> Bench:
@@ -226,7 +241,7 @@ def _bench(values: Values) -> Bench:
             )
             for each in values["hole"]
         ),
-        _bearings(values["bearing"]),
+        None if values["bearing"] is None else _bearings(values["bearing"]),
         SpeedControl(control["kp_N_m_s"], control["ki_N_m"], control["torque_limit_N_m"], control["delay_s"]),
         schedule["speeds_rpm"],
         schedule["ramp_s"],

@@ -13,7 +13,9 @@ if TYPE_CHECKING:
 
 
 def bench_plots(report: Mapping[str, Any], traces: Sequence[Trace]) -> dict[str, dict[str, bytes]]:
-    """Return speed and torque of each run over time."""
+    """Return speed and torque of each run over time; nothing where nothing was run."""
+    if not traces:
+        return {}
     names = [f"{speed:g} rpm" for speed in report["input"]["schedule"]["speeds_rpm"]]
     pairs = list(zip(names, traces, strict=True))
     speeds = [plots.Curve(name, trace.time_s, trace.speed / RAD_S_PER_RPM) for name, trace in pairs]

@@ -24,7 +24,7 @@ def bench_text(report: Values) -> str:
     parts = [
         head,
         f"Speed loop: phase margin {loop['phase_margin_deg']:.1f}° at {loop['crossover_rad_s']:.3g} rad/s",
-        _runs(report["runs"]),
+        _runs(report["runs"]) if report["runs"] else "Nothing was run: there is no [bearing].",
     ]
     if rotor["written"]:
         parts.insert(1, _written(rotor["written"]))
