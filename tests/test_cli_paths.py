@@ -12,6 +12,7 @@ from pathlib import Path
 import pytest
 
 from autobalance.errors import FileError
+from autobalance.report import files
 from autobalance.report.files import Staging
 from autobalance.solid.formats.write import encode
 from tests import jobs
@@ -93,7 +94,7 @@ def test_a_link_under_a_temporary_name_is_refused(tmp_path: Path, monkeypatch: p
     victim = tmp_path / "victim"
     out = tmp_path / "out"
     out.mkdir()
-    (out / ".report.json.1-00000000.part").symlink_to(victim)
+    (out / f".report.json.{files._machine()}-1-00000000.part").symlink_to(victim)
     with Staging([out]) as staging, pytest.raises(FileError, match="cannot write"):
         staging.add(out / "report.json", b"{}")
     assert not victim.exists()
@@ -142,6 +143,26 @@ def test_what_a_killed_run_has_left_is_taken_away(tmp_path: Path) -> None:
         staging.commit()
     kept = {"report.json", names["young"], names["alive"], names["another's"]}
     assert {path.name for path in tmp_path.iterdir()} == kept
+
+
+def test_what_a_run_killed_just_now_has_left_is_taken_away_by_the_next(tmp_path: Path) -> None:
+    """Of this machine: whether its process lives can be known, however young the file is."""
+    code = (
+        "import os, signal, sys; from pathlib import Path; from autobalance.report.files import Staging\n"
+        "folder = Path(sys.argv[1])\n"
+        "with Staging([folder]) as staging:\n"
+        "    staging.add(folder / 'balanced.stl', b'half'); os.kill(os.getpid(), signal.SIGKILL)"
+    )
+    subprocess.run([sys.executable, "-c", code, str(tmp_path)], check=False)
+    (left,) = tmp_path.iterdir()
+    assert left.name.startswith(".balanced.stl.")
+    with Staging([tmp_path]) as staging:
+        waiting = tmp_path / "report.json"
+        staging.add(waiting, b"{}")
+        with Staging([tmp_path]):
+            pass  # another run takes nothing away that is on its way
+        staging.commit()
+    assert [path.name for path in tmp_path.iterdir()] == ["report.json"]
 
 
 @pytest.mark.parametrize("name", ["../evil", "/tmp/evil", "a/b", "a\\\\b", "", "two\\nlines"])

@@ -12,6 +12,7 @@ import re
 import secrets
 import time
 from collections.abc import Sequence
+from functools import cache
 from pathlib import Path
 from types import TracebackType
 
@@ -20,10 +21,12 @@ from autobalance.runtime import uninterrupted, was_read
 
 SHOWN = 40
 """Letters of a file's name that stand in its temporary one."""
-LEFT_OVER = re.compile(r"\..{1,40}\.(?P<process>\d{1,10})-[0-9a-f]{8}\.part", re.DOTALL)
+LEFT_OVER = re.compile(
+    r"\..{1,40}\.(?:(?P<machine>[0-9a-f]{8})-)?(?P<process>\d{1,10})-[0-9a-f]{8}\.part", re.DOTALL
+)
 """Temporary names, for those that a killed run has left."""
 OLD_S = 600.0
-"""Age from which on they are taken away; from writing to renaming takes seconds."""
+"""Age from which on those of other machines are taken away; from writing to renaming takes seconds."""
 
 
 class Staging:
@@ -134,17 +137,30 @@ def _temporary(path: Path) -> Path:
 
     It is no longer than the name itself may be, and says whose it is: see ``_sweep``.
     """
-    return path.with_name(f".{path.name[:SHOWN]}.{os.getpid()}-{secrets.token_hex(4)}.part")
+    return path.with_name(f".{path.name[:SHOWN]}.{_machine()}-{os.getpid()}-{secrets.token_hex(4)}.part")
+
+
+@cache
+def _machine() -> str:
+    """Return eight letters that stand for this machine: a folder may be shared by several."""
+    import platform
+    import zlib
+
+    return f"{zlib.crc32(platform.node().encode()):08x}"
 
 
 def _sweep(folder: Path) -> None:
-    """Take away what runs that were killed have left in a folder: old, and of no process that lives."""
+    """Take away what runs that were killed have left in a folder: those of no process that lives.
+
+    A process of another machine cannot be asked for: what it has left goes when it is old.
+    """
     with contextlib.suppress(OSError):
         for path in folder.iterdir():
             left = LEFT_OVER.fullmatch(path.name)
             if left and not _lives(int(left["process"])):
                 with contextlib.suppress(OSError):
-                    if time.time() - path.lstat().st_mtime > OLD_S:  # not one of another machine's at work
+                    ours = left["machine"] == _machine()
+                    if ours or time.time() - path.lstat().st_mtime > OLD_S:
                         path.unlink()
 
 

@@ -62,6 +62,32 @@ def recognise(solid: Solid, overrides: Overrides, cylinders: Sequence[CylinderFa
     RecognitionError
         If something is not found; the message names the job key that settles it.
     """
+    try:
+        return _recognised(solid, overrides, cylinders)
+    except RecognitionError as error:
+        raise RecognitionError(_without_what_is_given(str(error), overrides)) from None
+
+
+def _without_what_is_given(text: str, overrides: Overrides) -> str:
+    """Return a refusal that asks for what is missing beside ``main_journals`` or ``crankpins``.
+
+    Nothing is looked for only where both are given; the one that is there is not asked for again.
+    """
+    given = {name: getattr(overrides, name) for name in ("main_journals", "crankpins")}
+    found, _, advice = text.rpartition("; ")
+    (there, hints), *more = [(name, hints) for name, hints in given.items() if hints is not None] or [
+        ("", ())
+    ]
+    if more or not there or there not in advice:
+        return text
+    missing = [name for name in given if name != there]
+    if there == "main_journals" and len(hints) < 2 and overrides.axis_direction is None:
+        missing.append("axis_direction")
+    is_or_are = "is" if len(missing) == 1 else "are"
+    return f"{found}; {' and '.join(missing)} {is_or_are} missing beside {there}: together they settle it"
+
+
+def _recognised(solid: Solid, overrides: Overrides, cylinders: Sequence[CylinderFace]) -> Anatomy:
     mesh = solid.mesh
     given = _given_axis(overrides)
     if given is not None and overrides.crankpins is not None and overrides.main_journals is not None:

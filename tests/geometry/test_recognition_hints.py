@@ -1,0 +1,45 @@
+"""What a job says of journals and crankpins itself, and what is missing beside it."""
+
+from typing import Any
+
+import numpy as np
+import pytest
+
+import autobalance as ab
+from autobalance.errors import RecognitionError
+
+MAINS = [{"centre_mm": [0.0, 0.0, z], "diameter_mm": 32.0, "width_mm": 40.0} for z in (-46.0, 46.0)]
+PINS = [{"centre_mm": [29.0, 0.0, 0.0], "diameter_mm": 30.0, "width_mm": 20.0}]
+
+
+@pytest.fixture(scope="module")
+def rough() -> ab.Crank:
+    return ab.generate("single", segments=24).crank
+
+
+@pytest.mark.parametrize(
+    ("hints", "words"),
+    [
+        ({}, "main_journals settles it"),
+        ({"main_journals": MAINS}, "crankpins is missing beside main_journals"),
+        ({"main_journals": MAINS[:1]}, "crankpins and axis_direction are missing beside main_journals"),
+        ({"crankpins": PINS}, "main_journals settles it"),
+    ],
+    ids=["neither", "main journals", "one main journal", "crankpins"],
+)
+def test_what_is_there_is_not_asked_for(rough: ab.Crank, hints: dict[str, Any], words: str) -> None:
+    """A surface too rough for any cylinder: the one list of pins alone does not help, both do."""
+    corners = rough.vertices_mm + np.random.default_rng(1).normal(0.0, 0.02, rough.vertices_mm.shape)
+    with pytest.raises(RecognitionError) as refused:
+        ab.crank_from_mesh(corners, rough.triangles, density_kg_m3=7850.0, **hints)
+    assert words in str(refused.value)
+    assert ("main_journals settles it" in str(refused.value)) is ("main_journals" not in hints)
+
+
+def test_both_settle_it(rough: ab.Crank) -> None:
+    corners = rough.vertices_mm + np.random.default_rng(1).normal(0.0, 0.02, rough.vertices_mm.shape)
+    found = ab.crank_from_mesh(
+        corners, rough.triangles, density_kg_m3=7850.0, main_journals=MAINS, crankpins=PINS
+    )
+    assert len(found.throws) == 1
+    assert found.mass_g == pytest.approx(rough.mass_g, rel=1e-3)
