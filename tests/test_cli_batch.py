@@ -277,3 +277,29 @@ def test_a_cluster_that_loses_a_worker_gives_the_same_bits(work: Path, whole: Pa
     assert re.search(r"worker tcp://.* has autobalance .*; needed 0\.0\.other", said["version"])
     assert (work / "cluster" / "results.csv").read_bytes() == (whole / "results.csv").read_bytes()
     assert sorted(line["row"] for line in journal(work / "cluster")) == [1, 2, 3, 4, 5]
+
+
+def test_reports_name_their_files_from_where_they_lie_wherever_the_worker_was(
+    work: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """A worker with another working folder writes the same; crank and job are found from the report."""
+    from autobalance.api import batch_row
+    from autobalance.api.batch_run import _Tasks, _Todo
+    from autobalance.job.files.batch_list import read_batch_list
+
+    monkeypatch.chdir(work)
+    row = read_batch_list(Path("list.csv"), None).rows[0]
+    job = row.read()
+    assert job.crankshaft.file is not None
+    tasks = _Tasks([_Todo(row, job, job.crankshaft.file, "")], ("json",), Path("out"))
+    task = tasks[0]
+    here = json.loads(batch_row.balance_row(task).files["report.json"])
+    monkeypatch.chdir(tmp_path)
+    there = json.loads(batch_row.balance_row(task).files["report.json"])
+    for report in (here, there):
+        del report["seconds"]
+    assert there == here
+    place = work / "out" / "rows" / row.name
+    assert (place / here["input"]["file"]).resolve() == (work / job.crankshaft.file).resolve()
+    assert (place / here["job"]["file"]).resolve() == (work / row.job_file).resolve()
+    assert not Path(here["job"]["file"]).is_absolute()

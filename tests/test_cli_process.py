@@ -2,6 +2,7 @@
 
 import json
 import os
+import shlex
 import signal
 import subprocess
 import sys
@@ -164,3 +165,33 @@ def test_progress_shows_on_a_terminal_only(tmp_path: Path) -> None:
     os.close(ours)
     assert b"cutting, pass 1" in shown
     assert shown.endswith(b"\x1b[K")  # and is taken away again
+
+
+@pytest.mark.skipif(os.name == "nt", reason="shells of POSIX close descriptors")
+@pytest.mark.parametrize(
+    ("command", "streams", "code", "error"),
+    [
+        ("schema job", ">&-", 0, ""),
+        ("schema job", ">/dev/full", 3, "cannot write to standard output: no space left on device"),
+        ("inspect --help", ">/dev/full", 3, "cannot write to standard output: no space left on device"),
+        ("inspect nope.stl", ">&-", 3, "carries no unit"),
+        ("inspect nope.stl", "2>&-", 3, ""),
+        ("inspect nope.stl", "2>/dev/full", 3, ""),
+        ("schema nope", ">&- 2>&-", 2, ""),
+        ("nonsense", "2>&-", 2, ""),
+    ],
+)
+def test_streams_that_are_closed_or_full(
+    command: str, streams: str, code: int, error: str, tmp_path: Path
+) -> None:
+    """The exit code is that of the work, or of a result that cannot be printed; never a traceback."""
+    if "/dev/full" in streams and not Path("/dev/full").exists():
+        pytest.skip("no /dev/full here")
+    called = " ".join(map(shlex.quote, CLI)) + f" {command} {streams}"
+    ran = subprocess.run(
+        called, shell=True, check=False, capture_output=True, text=True, env=environment(), cwd=tmp_path
+    )
+    assert ran.returncode == code
+    assert error in ran.stderr
+    assert "Traceback" not in ran.stderr
+    assert list(tmp_path.iterdir()) == []

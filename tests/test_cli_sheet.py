@@ -109,3 +109,23 @@ def test_what_is_no_report_or_has_lost_its_solid_is_one_line(
         assert path.name in said
     assert not (tmp_path / "paper").exists()
     assert jobs.run("sheet", out / "report.json", "--only", "png") == 2
+
+
+@pytest.mark.parametrize("emptied", ["keyways", "flanges"])
+def test_a_report_whose_datums_were_emptied_is_one_line(
+    out: Path, tmp_path: Path, emptied: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """Its angles count from a keyway or a flange's hole that it no longer has."""
+    report = jobs.report_of(out)
+    datums: dict[str, object] = {"keyways": [], "flanges": [], "faces": []}
+    datums["angle"] = {"of": emptied.removesuffix("s"), "angle_deg": 100.25}
+    report["crank"]["datums"] = datums
+    spoilt = tmp_path / "report.json"
+    spoilt.write_text(json.dumps(report), encoding="utf-8")
+    solid = report["outputs"]["solid"]["file"]
+    (tmp_path / solid).write_bytes((out / solid).read_bytes())
+    assert jobs.run("sheet", spoilt, "-o", tmp_path / "again", "--only", "pdf") == 3
+    error = capsys.readouterr().err
+    assert f"crank.datums.{emptied}, which lacks that of 100.25°" in error
+    assert error.count("\n") == 1
+    assert not (tmp_path / "again").exists()

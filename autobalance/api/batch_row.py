@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from datetime import UTC, datetime
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -12,6 +12,7 @@ from autobalance.errors import AutobalanceError, one_line
 from autobalance.report.files import Staging
 
 if TYPE_CHECKING:
+    from autobalance.api.balance import BalanceResult
     from autobalance.job import Job
 
 FAILED = 3
@@ -19,11 +20,17 @@ FAILED = 3
 
 @dataclass(frozen=True, eq=False)
 class RowTask:
-    """What a worker needs for a row: the job, the bytes of its crank's file, and the pages wanted."""
+    """What a worker needs for a row: the job, the bytes of its crank's file, and the pages wanted.
+
+    ``file`` is where the crank came from and ``folder`` where the results will be, both absolute on the
+    machine that asks: a worker may have another working folder.
+    """
 
     job: Job
     crank: bytes
     only: tuple[str, ...]
+    file: Path
+    folder: Path
 
 
 @dataclass(frozen=True, eq=False)
@@ -67,12 +74,23 @@ def _balanced(task: RowTask) -> tuple[Mapping[str, bytes], int, str]:
     from autobalance.report.bundle import choice_of
     from autobalance.runtime import Stopwatch
 
-    crankshaft = task.job.crankshaft
+    crankshaft = replace(task.job.crankshaft, file=task.file)
     result = run(task.job, Crank(_recognised(task), crankshaft), lambda _words: None, Stopwatch())
+    result = _with_job_named(result, task.folder)
     choice = choice_of(task.only, "A4", "metric")
     kept = _InMemory()
-    result.staged(Path(), choice, lambda _words: None, kept)
+    result.staged(task.folder, choice, lambda _words: None, kept)
     return kept.kept, result.exit_code, one_line(result.reason or "")
+
+
+def _with_job_named(result: BalanceResult, folder: Path) -> BalanceResult:
+    """Return the result with its job named from the report's folder, the same whichever worker did it."""
+    from autobalance.api.result_files import seen_from
+
+    balanced = result.record.balanced
+    assert balanced is not None
+    job = {**balanced.job, "file": seen_from(folder, Path(balanced.job["file"]))}
+    return replace(result, record=replace(result.record, balanced=replace(balanced, job=job)))
 
 
 def _recognised(task: RowTask) -> Any:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 import shutil
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from hashlib import sha256
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, overload
@@ -45,8 +45,8 @@ class _Todo:
 class _Tasks(Sequence[RowTask]):
     """The tasks of rows; each crank is read when its task is wanted, not before."""
 
-    def __init__(self, rows: Sequence[_Todo], only: tuple[str, ...]) -> None:
-        self.rows, self._only = rows, only
+    def __init__(self, rows: Sequence[_Todo], only: tuple[str, ...], folder: Path) -> None:
+        self.rows, self._only, self._folder = rows, only, folder.resolve() / ROWS
 
     def __len__(self) -> int:
         return len(self.rows)
@@ -65,7 +65,8 @@ class _Tasks(Sequence[RowTask]):
             data = row.crank.read_bytes()
         except OSError:
             data = b""  # it was there a moment ago; the row will say that it is empty
-        return RowTask(row.job, data, self._only)
+        job = replace(row.job, path=row.job.path.resolve())
+        return RowTask(job, data, self._only, row.crank.resolve(), self._folder / row.row.name)
 
 
 class BatchRun:
@@ -109,7 +110,7 @@ class BatchRun:
 
     def tasks(self) -> _Tasks:
         """Return what workers are to do."""
-        return _Tasks(self._todo, self.only)
+        return _Tasks(self._todo, self.only, self.folder)
 
     def finish(self, todo: _Todo, done: Done) -> None:
         """Put a row's files in place and write its line."""

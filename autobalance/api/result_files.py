@@ -166,11 +166,15 @@ def _named_from(record: Record, file: Path | None, folder: Path) -> Record:
     """Return the record with its crank file named from the report's folder, where that can be."""
     if file is None:
         return record
+    return replace(record, input=replace(record.input, file=seen_from(folder, file)))
+
+
+def seen_from(folder: Path, file: Path) -> str:
+    """Return a file's path relative to a folder, or absolute on another drive."""
     try:
-        name = Path(os.path.relpath(file.resolve(), folder.resolve())).as_posix()
-    except ValueError:  # another drive
-        name = str(file.resolve())
-    return replace(record, input=replace(record.input, file=name))
+        return Path(os.path.relpath(file.resolve(), folder.resolve())).as_posix()
+    except ValueError:
+        return str(file.resolve())
 
 
 def _in_memory_bytes(record: Record, before: Crank) -> bytes:

@@ -6,39 +6,75 @@ import os
 import shlex
 import shutil
 import sys
+from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
 
-from autobalance.errors import one_line
+from autobalance.errors import FileError, one_line
+
+
+def open_closed_streams() -> None:
+    """Give standard output and error a place where they were closed before the program began: nowhere.
+
+    Else the next file that is opened takes their number, and whatever a library prints ends up in it.
+    """
+    for name in ("stdout", "stderr"):
+        if getattr(sys, name) is None:
+            _to_nowhere(name)
+
+
+def _to_nowhere(name: str) -> None:
+    setattr(sys, name, open(os.devnull, "w", encoding="utf-8"))  # noqa: SIM115
 
 
 def say(text: str) -> None:
-    """Print a result, on a terminal in colour; a reader that has gone away (``| head``) is no error."""
+    """Print a result, on a terminal in colour; a reader that has gone away (``| head``) is no error.
+
+    Raises
+    ------
+    FileError
+        If it cannot be written.
+    """
     from autobalance.command import terminal
 
-    try:
+    with written():
         if terminal.is_terminal() and not text.startswith("{"):
             terminal.show(text)
         else:
             print(text, flush=True)  # noqa: T201
+
+
+@contextmanager
+def written() -> Iterator[None]:
+    """Write to standard output inside the block; that it takes nothing more is an error of one line.
+
+    Raises
+    ------
+    FileError
+        If the disk behind it is full, for example.
+    """
+    try:
+        yield
+        sys.stdout.flush()
     except BrokenPipeError:
-        sys.stdout = open(os.devnull, "w", encoding="utf-8")  # noqa: SIM115
+        _to_nowhere("stdout")  # which is flushed once more at the very end
+    except OSError as error:
+        _to_nowhere("stdout")
+        why = (error.strerror or str(error)).lower()
+        raise FileError(f"cannot write to standard output: {why}") from None
+
+
+def complain(text: str) -> None:
+    """Print a line on standard error, or nowhere if that takes nothing."""
+    try:
+        print(text, file=sys.stderr, flush=True)  # noqa: T201
+    except OSError:
+        _to_nowhere("stderr")
 
 
 def warn(text: str) -> None:
     """Print a warning."""
-    print(f"autobalance: warning: {one_line(text)}", file=sys.stderr)  # noqa: T201
-
-
-def progress(text: str) -> None:
-    """Say what runs, on a terminal only, each line over the one before."""
-    if sys.stderr.isatty():
-        print(f"\r\x1b[K{text} ...", end="", file=sys.stderr, flush=True)  # noqa: T201
-
-
-def progress_done() -> None:
-    """Take the line of ``progress`` away."""
-    if sys.stderr.isatty():
-        print("\r\x1b[K", end="", file=sys.stderr, flush=True)  # noqa: T201
+    complain(f"autobalance: warning: {one_line(text)}")
 
 
 def called_as() -> str:

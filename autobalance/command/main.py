@@ -7,7 +7,9 @@ import sys
 from collections.abc import Callable, Iterable, Sequence
 from importlib import import_module
 from io import TextIOWrapper
+from typing import Any
 
+from autobalance.command.console import complain, open_closed_streams, written
 from autobalance.errors import AutobalanceError
 from autobalance.runtime import interruptible, keep_freed_memory, one_thread_of_linear_algebra, reading_noted
 from autobalance.version import __version__
@@ -58,6 +60,7 @@ NO_MEMORY = ("failed to map segment", "can't start new thread", "pthread_create 
 def main(argv: Sequence[str] | None = None) -> int:
     """Run the command line and return its exit code; never raises for anything a user can cause."""
     arguments = sys.argv[1:] if argv is None else list(argv)
+    open_closed_streams()
     one_thread_of_linear_algebra()
     for stream in (sys.stdout, sys.stderr):
         if isinstance(stream, TextIOWrapper):  # a terminal that knows no "·" or "²" shows "?"
@@ -67,25 +70,23 @@ def main(argv: Sequence[str] | None = None) -> int:
             return _run(arguments)
     except AutobalanceError as error:
         for line in error.lines:
-            print(f"autobalance: error: {line}", file=sys.stderr)  # noqa: T201
+            complain(f"autobalance: error: {line}")
         return error.exit_code
     except (MemoryError, ImportError, RuntimeError) as error:
         if not isinstance(error, MemoryError) and not any(words in str(error) for words in NO_MEMORY):
             raise
-        print("autobalance: error: not enough memory for this file", file=sys.stderr)  # noqa: T201
+        complain("autobalance: error: not enough memory for this file")
         return AutobalanceError.exit_code
     except OSError as error:
         if error.filename is None and not isinstance(error, FileNotFoundError):  # of no file that was named
             raise
         named = error.filename or "the folder that this runs in"  # which may be gone
         why = (error.strerror or str(error)).lower()
-        print(f"autobalance: error: {named}: {why}", file=sys.stderr)  # noqa: T201
+        complain(f"autobalance: error: {named}: {why}")
         return AutobalanceError.exit_code
     except KeyboardInterrupt:
-        print("autobalance: interrupted; nothing half-written was left", file=sys.stderr)  # noqa: T201
+        complain("autobalance: interrupted; nothing half-written was left")
         return INTERRUPTED
-    except SystemExit as stop:  # argparse: 0 for --help and --version, 2 for wrong use
-        return stop.code if isinstance(stop.code, int) else 2
 
 
 def _run(arguments: list[str]) -> int:
@@ -100,7 +101,10 @@ def _run(arguments: list[str]) -> int:
     called = next((word for word in arguments if not word.startswith("-")), None)
     alone = called in COMMANDS and arguments[0] == called  # options before a command may ask for all of them
     listed = [name for name in COMMANDS if name == called or not alone]
-    parsed = _parser(listed, lambda name: name == called).parse_args(arguments)
+    try:
+        parsed = _parser(listed, lambda name: name == called).parse_args(arguments)
+    except SystemExit as stop:  # 0 for --help and --version, 2 for wrong use
+        return stop.code if isinstance(stop.code, int) else 2
     keep_freed_memory()
     from autobalance.command.terminal import drawn_tables
 
@@ -110,6 +114,17 @@ def _run(arguments: list[str]) -> int:
         return int(parsed.run(parsed))
 
 
+class Parser(argparse.ArgumentParser):
+    """A parser whose help and errors go where everything else that is printed goes."""
+
+    def _print_message(self, message: str, file: Any = None) -> None:
+        if file is sys.stdout:
+            with written():
+                file.write(message)
+        else:
+            complain(message.removesuffix("\n"))
+
+
 def full_parser() -> argparse.ArgumentParser:
     """Return the parser with the options of every command."""
     return _parser(COMMANDS, lambda _: True)
@@ -117,7 +132,7 @@ def full_parser() -> argparse.ArgumentParser:
 
 def _parser(listed: Iterable[str], wanted: Callable[[str], bool]) -> argparse.ArgumentParser:
     """Return the parser of some commands; only the ``wanted`` ones are loaded for their options."""
-    parser = argparse.ArgumentParser(
+    parser = Parser(
         prog="autobalance",
         description="Balances crankshafts from their solid models: measures, cuts, measures again.",
         epilog="autobalance COMMAND --help tells more about each.",

@@ -6,7 +6,7 @@ import argparse
 import sys
 import time
 from collections.abc import Callable, Iterator, Sequence
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from typing import Literal, TextIO
 
 from autobalance.api.progress import BALANCED_BEFORE
@@ -54,19 +54,23 @@ class ProgressLine:
         spent = self._clock() - self._start
         self._share = max(self._share, _share(text, self._done_before) if share is None else share)
         if self._mode == "verbose":
-            print(f"{spent:7.2f} s  {text}", file=self._stream, flush=True)
+            self._print(f"{spent:7.2f} s  {text}\n")
         elif self._live:
             full = round(BAR * self._share)
             bar = "#" * full + "-" * (BAR - full)
             line = f"[{bar}] {100 * self._share:3.0f} %  {text}{_left(spent, self._share)}"
-            print(f"\r\x1b[K{line}", end="", file=self._stream, flush=True)
+            self._print(f"\r\x1b[K{line}")
 
     def done(self) -> None:
         """Take the line away; when verbose, say how long it took."""
         if self._live:
-            print("\r\x1b[K", end="", file=self._stream, flush=True)
+            self._print("\r\x1b[K")
         elif self._mode == "verbose":
-            print(f"{self._clock() - self._start:7.2f} s  done", file=self._stream, flush=True)
+            self._print(f"{self._clock() - self._start:7.2f} s  done\n")
+
+    def _print(self, text: str) -> None:
+        with suppress(OSError):  # a full disk behind standard error stops no run
+            print(text, end="", file=self._stream, flush=True)
 
 
 @contextmanager

@@ -232,7 +232,7 @@ def input_path(claims: Claims, folder: Path) -> Path:
     crank = (job.get("crankshaft") or {}).get("file")
     places = [folder / name, name]
     if isinstance(crank, str) and isinstance(job.get("file"), str) and not name.is_absolute():
-        places.append(Path(job["file"]).parent / crank)
+        places.append((folder / job["file"]).parent / crank)
     return next((place for place in places if place.is_file()), places[0])
 
 

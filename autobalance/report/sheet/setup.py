@@ -66,12 +66,12 @@ def _touched(report: Report, u: DisplayUnits) -> str:
     angles = "Below each web its cuts are told from there too."
     found = report["crank"]["datums"]
     if datum["of"] == "keyway":
-        key = next(key for key in found["keyways"] if key["angle_deg"] == ccw)
+        key = _the_one(found["keyways"], ccw, "keyways")
         size = f"{u.mm(key['width_mm'], u.diameter_digits)} {u.length} wide, at the {key['end']} end"
         return f"Keyway K ({size}): {place}. {angles}"
-    flange, hole = next(
-        (flange, hole) for flange in found["flanges"] for hole in flange["holes"] if hole["angle_deg"] == ccw
-    )
+    holes = [{**hole, "flange": flange} for flange in found["flanges"] for hole in flange["holes"]]
+    hole = _the_one(holes, ccw, "flanges")
+    flange = hole["flange"]
     size = (
         f"⌀{u.mm(hole['diameter_mm'], u.diameter_digits)} on radius {u.mm(hole['radius_mm'])} {u.length}, "
         f"at the {flange['end']} end"
@@ -79,6 +79,13 @@ def _touched(report: Report, u: DisplayUnits) -> str:
     alike = [h for h in flange["holes"] if abs(h["diameter_mm"] - hole["diameter_mm"]) < ALIKE_MM]
     among = f", of {len(alike)} alike the nearest to crankpin 1" if len(alike) > 1 else ""
     return f"Flange's hole H ({size}{among}): {place}. {angles}"
+
+
+def _the_one(datums: Sequence[Report], angle_deg: float, name: str) -> Report:
+    for datum in datums:
+        if datum["angle_deg"] == angle_deg:
+            return datum
+    raise KeyError(f"crank.datums.{name}, which lacks that of {angle_deg:g}°")
 
 
 def _datums(report: Report, u: DisplayUnits) -> str:
