@@ -10,6 +10,7 @@ from typing import Any
 
 from autobalance.dynamics.staged_assembly import CRANK, KeyShare, ShaftKey
 from autobalance.errors import JobError
+from autobalance.job.density import density_keys
 from autobalance.job.model.assembly import AssemblyEntry, PartSolid
 from autobalance.job.model.engine import LengthUnit
 from autobalance.job.toml.keys import Key, Values
@@ -33,7 +34,7 @@ ASSEMBLY_KEYS = (
     Key("unbalance_g_mm", Vector, "of the part alone about its bore, as fitted", ANY, None),
     Key("file", str, "or its solid, the bore along the z axis of the file", default=None),
     Key("unit", LengthUnit, "of the file, where its format carries none", default=None),
-    Key("density_kg_m3", float, "of the solid", POSITIVE, None),
+    *density_keys("the solid", None),
     Key("turn_deg", float, "turns the solid about the axis as it is fitted", default=0.0),
     Key("runout_mm", Vector, "centre of the bore off the axis", default=(0.0, 0.0)),
     Key("key", says="between shaft and part, ISO 21940-32", keys=KEY_KEYS, default=None),

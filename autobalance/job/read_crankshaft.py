@@ -11,6 +11,7 @@ import numpy as np
 
 from autobalance.crank.anatomy import Overrides, PinHint
 from autobalance.errors import JobError
+from autobalance.job.density import density_keys
 from autobalance.job.model import Crankshaft, LengthUnit
 from autobalance.job.toml.convert import convert
 from autobalance.job.toml.keys import FILLED, Key, Values, read
@@ -49,7 +50,7 @@ CRANKSHAFT = Key(
             "error",
             default=None,
         ),
-        Key("density_kg_m3", float, "of the crank", POSITIVE),
+        *density_keys("the crank"),
         Key(
             "density_pm_kg_m3",
             float,

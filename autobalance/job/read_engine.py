@@ -35,6 +35,7 @@ WEIGHED = Key(
     keys=(
         *(Key(unit, float, f"the weight [{unit}]", NOT_NEGATIVE, None) for unit in G_PER),
         PM,
+        Key("pieces", int, "how many there are; weight and ± are of one", COUNTED, 1),
         DISTRIBUTION,
     ),
     shape={"oneOf": [{"required": [unit]} for unit in G_PER]},

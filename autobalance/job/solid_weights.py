@@ -8,16 +8,17 @@ from pathlib import Path
 from typing import Any
 
 from autobalance.errors import AutobalanceError, JobError
+from autobalance.job.density import density_keys
 from autobalance.job.model import Distribution, LengthUnit
 from autobalance.job.toml.keys import Key, Values, read
 from autobalance.job.toml.typed_units import WEIGHT_TABLES
-from autobalance.ranges import NOT_NEGATIVE, POSITIVE
+from autobalance.ranges import COUNTED, NOT_NEGATIVE
 from autobalance.units import G_PER_MM3_PER_KG_M3
 
 BODY = (
     Key("file", str, "its solid, relative to the job file"),
     Key("unit", LengthUnit, "of the file, where its format carries none", default=None),
-    Key("density_kg_m3", float, "of the part", POSITIVE),
+    *density_keys("the part"),
     Key("density_pm_kg_m3", float, "by how much that may be off", NOT_NEGATIVE, 0.0),
     Key("body", int | str, "which of several bodies, by number or name", default=None),
 )
@@ -27,6 +28,7 @@ SOLID = Key(
     says="of a solid",
     keys=(
         *BODY,
+        Key("pieces", int, "how many there are", COUNTED, 1),
         Key("distribution", Distribution, "how `study` reads the ±", default=None, verbs="study"),
     ),
 )
@@ -72,7 +74,7 @@ def _weighed(value: Any, folder: Path, where: str) -> Any:
         return value
     part = read(value, SOLID.keys, where)
     density = part["density_kg_m3"]
-    mass, unsure = _mass_g(part, folder, density, where)
+    mass, unsure = (part["pieces"] * each for each in _mass_g(part, folder, density, where))
     pm = math.hypot(unsure, mass * part["density_pm_kg_m3"] / density)
     more = {} if part["distribution"] is None else {"distribution": part["distribution"]}
     return {"g": mass, "pm": pm, **more}

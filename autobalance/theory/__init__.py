@@ -10,6 +10,7 @@ from autobalance.engine.complete_balance import bolted_pair, complete_balance
 from autobalance.engine.conrod import conrod_cut_in_two
 from autobalance.engine.counterweight import fan_counterweight, fan_counterweight_for
 from autobalance.engine.forces import order_table
+from autobalance.engine.materials import density
 from autobalance.engine.parts import bob_weight_g, sum_of_parts
 from autobalance.engine.section_table import (
     balancing_counterweights,
@@ -67,6 +68,7 @@ __all__ = [
     "crankpin_overlap_mm",
     "cylinder_mass_g",
     "dead_centres",
+    "density",
     "disc_rotor",
     "drilled_hole",
     "dry_friction",

@@ -140,6 +140,41 @@ def test_weights_may_carry_what_they_may_be_off() -> None:
     assert weights.default.weights.rotating == {"rod": job.Weight(95.04, 0.5), "oil": job.Weight(1.0)}
 
 
+def test_a_weight_may_be_several_pieces() -> None:
+    bolts = {"g": 20, "pm": 0.1, "pieces": 2}
+    found = parsed(put("engine.rotating_g", {"bolts": bolts, "nuts": {"oz": 1.0, "pieces": 4}})).engine
+    assert found.default.weights.rotating["bolts"] == job.Weight(40.0, 0.2)
+    assert found.default.weights.rotating["nuts"].mass_g == pytest.approx(4.0 * 28.349523125, rel=1e-15)
+    with pytest.raises(JobError, match=r"rotating_g.bolts.pieces is 0; must be ≥ 1"):
+        parsed(put("engine.rotating_g", {"bolts": {"g": 20, "pieces": 0}}))
+
+
+def test_a_material_stands_for_its_density() -> None:
+    by_name = both(drop("crankshaft.density_kg_m3"), put("crankshaft.density", "ductile iron"))
+    found = parsed(by_name)
+    assert found.crankshaft.density_g_mm3 == pytest.approx(7.1e-3, rel=1e-15)
+    assert job.describe(found)["crankshaft"]["density_kg_m3"] == 7100.0
+    with pytest.raises(JobError, match=r"crankshaft.density is 'stel'; .* did you mean 'steel'\?"):
+        parsed(both(drop("crankshaft.density_kg_m3"), put("crankshaft.density", "stel")))
+    with pytest.raises(JobError, match=r"crankshaft.density is given beside density_kg_m3"):
+        parsed(put("crankshaft.density", "steel"))
+
+
+def test_numbers_may_be_typed_with_their_unit() -> None:
+    found = parsed(
+        both(
+            put("balance.factor", "28 %"),
+            put("balance.grade", "G 6.3"),
+            put("balance.speed_rpm", "15200 rpm"),
+        )
+    )
+    assert found.balance == parsed().balance
+    assert job.describe(found)["balance"] == job.describe(parsed())["balance"]
+    for key, text in (("factor", "128 %"), ("speed_rpm", "-9 rpm"), ("speed_rpm", "9 rpx"), ("grade", "G")):
+        with pytest.raises(JobError, match=rf"balance.{key} is "):
+            parsed(put(f"balance.{key}", text))
+
+
 def test_attached_parts() -> None:
     part = {"name": "flywheel", "mass_g": 1200, "unbalance_g_mm": [250, 0.0], "z_mm": 80}
     assert parsed(put("engine.attached", [part])).engine.attached == (

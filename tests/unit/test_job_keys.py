@@ -70,6 +70,7 @@ CONTRADICT = {
     "assembly.file",  # beside mass_g
     "assembly.unit",
     "assembly.density_kg_m3",
+    "assembly.density",
     "assembly.speed_ratio",
     "cycle.firing_deg",
     "damper.tune",
@@ -228,7 +229,8 @@ def test_what_the_reader_refuses_the_schema_refuses(name: str) -> None:
     for key, path, held in every_key(tables, BASE):
         where = told(path)
         of_a_weight = key.name in G_PER and not needed(key)
-        raw = with_value(held, (*path[:-1], "g"), None) if of_a_weight else held
+        other = "g" if of_a_weight else "density_kg_m3" if key.name == "density" else None
+        raw = with_value(held, (*path[:-1], other), None) if other else held
         good = sample(key, dotted(path))
         fits = with_value(raw, path, good)
         in_a_solid = "file" in (at(raw, path[:-1]) or {}) and path[0] != "crankshaft"

@@ -1,7 +1,7 @@
 """Units that people type: a job's lengths, unbalances and weights with a unit become mm, g·mm and g.
 
-Keys that end in ``_mm`` take ``"3/8 in"``, those in ``_g_mm`` ``"0.5 oz-in"``, and a weight is a number of
-grams or a table with one unit of mass.
+Keys that end in ``_mm`` take ``"3/8 in"``, those in ``_g_mm`` ``"0.5 oz-in"``, a weight is a number of grams
+or a table with one unit of mass, of one piece or of several, and ``density`` names a material.
 """
 
 from __future__ import annotations
@@ -11,9 +11,12 @@ from collections.abc import Mapping
 from fractions import Fraction
 from typing import Any
 
+from autobalance.engine.materials import MATERIALS
 from autobalance.errors import JobError
-from autobalance.job.toml.convert import shown
+from autobalance.job.toml.convert import did_you_mean, shown
 from autobalance.job.toml.faults import Faults
+from autobalance.job.toml.table import Table
+from autobalance.ranges import COUNTED
 from autobalance.units import G_MM_PER, G_PER
 
 WEIGHT_TABLES = ("rotating_g", "reciprocating_g", "crankpin_g")
@@ -98,11 +101,30 @@ def in_base_units(values: Mapping[str, Any], path: str = "") -> dict[str, Any]:
         If a unit is missing or unknown.
     """
     faults, found = Faults(), {}
+    with faults.gathered():
+        values = _with_density(values, path)
     for key, value in values.items():
         with faults.gathered():
             found[key] = _converted(key, value, f"{path}.{key}" if path else key)
     faults.refuse()
     return found
+
+
+def _with_density(values: Mapping[str, Any], path: str) -> Mapping[str, Any]:
+    """Return a table with the density of the material that it names."""
+    name = values.get("density")
+    if name is None:
+        return values
+    where = f"{path}.density" if path else "density"
+    if "density_kg_m3" in values:
+        raise JobError(f"{where} is given beside density_kg_m3; must be one or the other")
+    if name == FILL_IN:
+        return values
+    if not isinstance(name, str) or name not in MATERIALS:
+        close = did_you_mean(name, tuple(MATERIALS)) or f": {', '.join(MATERIALS)}"
+        raise JobError(f"{where} is {shown(name)}; must be the name of a material{close}")
+    rest = {key: value for key, value in values.items() if key != "density"}
+    return {**rest, "density_kg_m3": MATERIALS[name].density_kg_m3}
 
 
 def _converted(key: str, value: Any, where: str) -> Any:
@@ -140,11 +162,14 @@ def _weight(value: Any, where: str) -> Any:
         if not units:
             raise JobError(f"{where}.g is missing; must have one of {known}, or file")
         raise JobError(f"{where} has {' and '.join(units)}; must have one of {known}, or file")
-    unit = units[0]
-    scale = G_PER[unit]
+    unit, pieces = units[0], 1
+    if "pieces" in value:
+        pieces = Table(value, where, None).value("pieces", int, COUNTED)
+    scale = G_PER[unit] * pieces
     return {
         ("g" if key == unit else key): _scaled(item, scale) if key in (unit, "pm") else item
         for key, item in value.items()
+        if key != "pieces"
     }
 
 

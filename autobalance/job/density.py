@@ -1,0 +1,24 @@
+"""The density of what is made of one material: a number, or the material's name."""
+
+from __future__ import annotations
+
+from typing import Any, Literal
+
+from autobalance.engine.materials import MATERIALS
+from autobalance.job.toml.keys import REQUIRED, Key
+from autobalance.ranges import POSITIVE
+
+Material: Any = Literal[tuple(MATERIALS)]
+
+
+def density_keys(of: str, default: Any = REQUIRED) -> tuple[Key, Key]:
+    """Return the two keys; what is read has the number alone (``typed_units``)."""
+    return (
+        Key("density_kg_m3", float, f"of {of}", POSITIVE, default, instead="density"),
+        Key(
+            "density",
+            Material,
+            f"instead: what {of} is made of; `autobalance calc density` has the sources",
+            default=None,
+        ),
+    )
