@@ -23,7 +23,8 @@ PUBLIC = {
     "bench": "api.bench",
     "calc": "api.calc",
     "compare": "api.compare",
-    "crank_from_mesh": "api.crank",
+    "crank_from_mesh": "api.crank_in_memory",
+    "crank_from_shape": "api.crank_in_memory",
     "cycle": "api.cycle",
     "design": "api.design",
     "fem": "api.fem",
@@ -60,8 +61,9 @@ if TYPE_CHECKING:
     from autobalance.api.calc import calc as calc
     from autobalance.api.compare import compare as compare
     from autobalance.api.crank import Crank as Crank
-    from autobalance.api.crank import crank_from_mesh as crank_from_mesh
     from autobalance.api.crank import read_crank as read_crank
+    from autobalance.api.crank_in_memory import crank_from_mesh as crank_from_mesh
+    from autobalance.api.crank_in_memory import crank_from_shape as crank_from_shape
     from autobalance.api.cycle import cycle as cycle
     from autobalance.api.design import design as design
     from autobalance.api.fem import fem as fem

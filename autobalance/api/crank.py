@@ -9,14 +9,13 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import NDArray
 
-from autobalance.balancing.measured_crank import measure_crank, measured_source, recognised
+from autobalance.balancing.measured_crank import measure_crank
 from autobalance.crank.faces import find_faces
 from autobalance.errors import FormatError
 from autobalance.job.model import Crankshaft
 from autobalance.job.read_crankshaft import read_crankshaft
-from autobalance.machine_models.crank_size import refuse_density, refuse_size
 from autobalance.machine_models.measured import Crank as MeasuredCrank
 from autobalance.rigid_rotor.unbalance import Unbalance
 from autobalance.runtime import Stopwatch
@@ -161,6 +160,24 @@ class Crank:
 
         return to_trimesh(self.measured.source.solid.mesh)
 
+    def to_shape(self) -> Any:
+        """Return the crank as a ``TopoDS_Shape`` of OCP, in the unit and the coordinates that it came in.
+
+        Raises
+        ------
+        FormatError
+            If it came in triangles: they have no true surfaces.
+        """
+        source = self.measured.source
+        if source.exact is None:
+            raise FormatError(
+                "to_shape: found a crank of triangles; expected one of a STEP, BREP or IGES file or of "
+                "crank_from_shape; to_trimesh gives the triangles"
+            )
+        from autobalance.solid.cad.kernel import scaled
+
+        return scaled(source.exact.solid.body, 1.0 / source.mm_per_unit)
+
     def write(self, path: str | Path, unit: str | None = None) -> Path:
         """Write the crank to a file, whose ending tells the format.
 
@@ -297,95 +314,18 @@ def read_crank(
     return Crank(measure_crank(crankshaft, Stopwatch()), crankshaft)
 
 
-def crank_from_mesh(
-    vertices: ArrayLike | Any,
-    triangles: ArrayLike | None = None,
-    density_kg_m3: float = 7850.0,
-    *,
-    unit: str = "mm",
-    crankpin_in_file: bool | None = None,
-    **overrides: Any,
-) -> Crank:
-    """Recognise and measure the crank in a mesh; no file is needed.
-
-    Parameters
-    ----------
-    vertices : (n, 3) float, or a mesh with ``vertices`` and ``faces``
-        Corners in ``unit``; a ``trimesh.Trimesh`` may stand for both.
-    triangles : (m, 3) int or None
-        Rows of ``vertices``, counter-clockwise seen from outside.
-    density_kg_m3 : float
-        Density [kg/m³].
-    unit : str
-        mm, cm, m or inch.
-    crankpin_in_file : bool or None
-        As for ``read_crank``.
-    **overrides
-        ``body``, ``axis_point_mm``, ``axis_direction``, ``crankpins``, ``main_journals``: see ``read_crank``.
-
-    Raises
-    ------
-    FormatError
-        If the arrays are no triangles, or a number is not finite.
-    SolidError, RecognitionError
-        As for ``read_crank``.
-
-    Examples
-    --------
-    >>> import autobalance as ab
-    >>> drawn = ab.generate("single", segments=24).crank
-    >>> crank = crank_from_mesh(drawn.vertices_mm, drawn.triangles, density_kg_m3=7850.0)
-    >>> round(crank.throws[0].crank_radius_mm, 2)
-    29.0
-    """
-    from autobalance.solid.formats.read import source_of
-
-    if triangles is None:
-        if not (hasattr(vertices, "vertices") and hasattr(vertices, "faces")):
-            raise FormatError("triangles is missing; needed (m, 3) rows of vertices, or a mesh for both")
-        vertices, triangles = vertices.vertices, vertices.faces
-    soup = _soup(vertices, triangles)
-    given = {
-        "file": "mesh.ply",
-        "unit": unit,
-        "density_kg_m3": density_kg_m3,
-        **({} if crankpin_in_file is None else {"crankpin_in_file": crankpin_in_file}),
-        **{key: _plain(value) for key, value in overrides.items() if value is not None},
-    }
-    crankshaft = replace(read_crankshaft(given, Path()), file=None)
-    if crankpin_in_file is None:
-        crankshaft = replace(crankshaft, overrides=replace(crankshaft.overrides, crankpin_in_file=None))
-    source = source_of(soup, unit, crankshaft.body, pressed_up=crankpin_in_file is False)
-    refuse_density(crankshaft)
-    refuse_size(source, "the mesh")
-    anatomy = recognised(source, crankshaft.overrides)
-    return Crank(measured_source(source, anatomy, crankshaft.density_g_mm3), crankshaft)
-
-
-def _soup(vertices: ArrayLike, triangles: ArrayLike) -> Array:
-    from autobalance.solid.formats.raw import soup_of
-
-    points, rows = np.asarray(vertices), np.asarray(triangles)
-    if points.ndim != 2 or points.shape[1] != 3 or points.dtype.kind not in "fiu":
-        raise FormatError(f"vertices are {points.shape} of {points.dtype}; needed (n, 3) numbers")
-    if rows.ndim != 2 or rows.shape[1] != 3 or rows.dtype.kind not in "iu":
-        raise FormatError(f"triangles are {rows.shape} of {rows.dtype}; needed (m, 3) whole numbers")
-    soup: Array = soup_of(points.astype(np.float64), rows.astype(np.int64), "mesh")
-    return soup
-
-
 def _listed(values: Sequence[float] | None) -> list[float] | None:
     return None if values is None else [float(value) for value in values]
 
 
 def _pins(pins: Sequence[Mapping[str, Any]] | None) -> list[dict[str, Any]] | None:
-    return None if pins is None else [{key: _plain(value) for key, value in pin.items()} for pin in pins]
+    return None if pins is None else [{key: plain(value) for key, value in pin.items()} for pin in pins]
 
 
-def _plain(value: Any) -> Any:
+def plain(value: Any) -> Any:
     """Return a value as a job file would hold it: lists for arrays and tuples."""
     if isinstance(value, np.ndarray | np.generic):
         return value.tolist()
     if isinstance(value, tuple | list):
-        return [_plain(item) for item in value]
-    return {key: _plain(item) for key, item in value.items()} if isinstance(value, Mapping) else value
+        return [plain(item) for item in value]
+    return {key: plain(item) for key, item in value.items()} if isinstance(value, Mapping) else value

@@ -49,7 +49,7 @@ class GenerateResult(VerbResult):
     @cached_property
     def crank(self) -> Crank:
         """The crank as it is read from its triangles, recognised and measured."""
-        from autobalance.api.crank import crank_from_mesh
+        from autobalance.api.crank_in_memory import crank_from_mesh
 
         mesh = crank_solid(self.design).mesh
         return crank_from_mesh(mesh.vertices, mesh.triangles, self.design.density_kg_m3)

@@ -53,12 +53,15 @@ def with_outputs(record: Record, job: Job, crank: MeasuredCrank, watch: Stopwatc
     return replace(record, outputs=outputs, seconds=watch.seconds)
 
 
-def solid_name(job: Job) -> str:
-    """Return the name of the corrected solid's file: it ends as the crank's, where that can be written."""
+def solid_name(job: Job, held_as: str = IN_MEMORY_FORMAT) -> str:
+    """Return the name of the corrected solid's file: it ends as the crank's, where that can be written.
+
+    ``held_as`` is the format of a crank of no file.
+    """
     from autobalance.solid.formats.registry import written_ending
 
     file = job.crankshaft.file
-    return SOLID + (f".{IN_MEMORY_FORMAT}" if file is None else written_ending(file))
+    return SOLID + written_ending(Path(f"crank.{held_as}") if file is None else file)
 
 
 def measured_of(record: Record) -> Measured | None:
@@ -85,7 +88,8 @@ def _solid_entry(job: Job, crank: MeasuredCrank, record: Record) -> dict[str, An
         return None
     digest = None if measured.data is None else _sha256(measured.data)
     volume = measured.moments.mass_g / crank.density_g_mm3
-    return solid_entry(solid_name(job), digest, measured.triangles, measured.moments, volume)
+    held_as = IN_MEMORY_FORMAT if crank.source.exact is None else str(crank.source.format)
+    return solid_entry(solid_name(job, held_as), digest, measured.triangles, measured.moments, volume)
 
 
 # --- files --------------------------------------------------------------------------------------------------
@@ -136,7 +140,12 @@ def staged_files(
         staging.add(folder / name, data)
         files.append(folder / name)
 
-    if before.measured.source.format is None:
+    source = before.measured.source
+    if source.in_memory_file is not None:
+        name = f"input.{source.format}"
+        record = replace(record, input=replace(record.input, file=name))
+        add(name, source.in_memory_file)
+    elif source.format is None:
         record, data = _with_input_file(record, before)
         add(str(record.input.file), data)
     if written is not None:

@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 from typing import Any
 
+from autobalance.solid.cad.kernel import scaled
 from autobalance.units import MM_PER
 
 
@@ -33,12 +34,5 @@ def in_unit(file: CadFile, unit: str) -> CadFile:
     """Return a file that carries no unit, with its numbers taken in a unit."""
     if MM_PER[unit] == 1.0:
         return replace(file, unit=unit)
-    from OCP.BRepBuilderAPI import BRepBuilderAPI_Transform
-    from OCP.gp import gp_Trsf
-
-    larger = gp_Trsf()
-    larger.SetScaleFactor(MM_PER[unit])
-    bodies = (
-        replace(one, body=BRepBuilderAPI_Transform(one.body, larger, True).Shape()) for one in file.bodies
-    )
+    bodies = (replace(one, body=scaled(one.body, MM_PER[unit])) for one in file.bodies)
     return replace(file, bodies=tuple(bodies), unit=unit)

@@ -252,3 +252,15 @@ def _is_drawn_out(face: Any) -> bool:
 
     kind = BRepAdaptor_Surface(TopoDS.Face(face), False).GetType()
     return bool(kind == GeomAbs_SurfaceType.GeomAbs_SurfaceOfExtrusion)
+
+
+def scaled(shape: Any, factor: float) -> Any:
+    """Return a shape enlarged about the origin."""
+    if factor == 1.0:
+        return shape
+    from OCP.BRepBuilderAPI import BRepBuilderAPI_Transform
+    from OCP.gp import gp_Trsf
+
+    larger = gp_Trsf()
+    larger.SetScaleFactor(factor)
+    return BRepBuilderAPI_Transform(shape, larger, True).Shape()

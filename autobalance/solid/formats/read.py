@@ -56,6 +56,8 @@ class Source:
         What had to be done to the mesh, one line each.
     exact : Exact or None
         The solid with its true surfaces, where the format keeps them; ``solid`` is only tessellated then.
+    in_memory_file : bytes or None
+        The file that a shape in memory could have come in; None where there is one, or for a mesh.
     step_mm : float
         Between two coordinates that the file can tell apart at its far end, by its digits or its numbers;
         0 where it is no more than what ``format`` says of itself.
@@ -70,6 +72,7 @@ class Source:
     repairs: tuple[str, ...]
     exact: Exact | None = None
     step_mm: float = 0.0
+    in_memory_file: bytes | None = None
 
     @property
     def surfaces(self) -> Surfaces | None:
