@@ -31,7 +31,6 @@ from autobalance.verification.claims import ROUNDING, Claims
 from autobalance.verification.correction_claims import Change, check_corrections
 from autobalance.verification.coverage import not_checked
 from autobalance.verification.report_file import read_report, refuse_version
-from autobalance.verification.shape import refuse_shape
 from autobalance.verification.solids import Files, Given, Left
 
 
@@ -80,7 +79,9 @@ def check_claims(
     """Check a report that was read, as ``check_report`` does; ``files`` may know its solids from before."""
     claims.get("command", str)
     if schema is not None:
-        refuse_shape(claims.name, claims.values, schema)
+        from autobalance.verification.by_schema import refuse_by_schema
+
+        refuse_by_schema(claims.name, claims.values, schema)
     found = Held(claims, folder, independent, as_report, files or Files())
     try:
         checked = _checked(found)

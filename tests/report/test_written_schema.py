@@ -1,15 +1,9 @@
-"""The JSON Schemas in the package are those of the typed records, and may be written anew from them."""
+"""JSON Schemas are made from typed records."""
 
-import json
-from pathlib import Path
 from typing import Annotated, Any, Literal, NotRequired, TypedDict
 
-import pytest
-
-import autobalance.report.records
 from autobalance.records import Bound
 from autobalance.report.records.schema import open_keys, schema_of
-from autobalance.report.records.written import written_schema
 
 
 class Inner(TypedDict):
@@ -26,12 +20,6 @@ class Outer(TypedDict):
     inner: NotRequired[Inner | None]
     counts: list[int] | None
     free: dict[str, Any]
-
-
-@pytest.mark.parametrize("name", ["report", "generate"])
-def test_the_files_are_what_the_records_say(name: Literal["report", "generate"]) -> None:
-    path = Path(autobalance.report.records.__file__).with_name(f"{name}.schema.json")
-    assert json.loads(path.read_text(encoding="utf-8")) == written_schema(name)
 
 
 def test_a_record_becomes_a_schema() -> None:

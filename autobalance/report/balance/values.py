@@ -181,19 +181,10 @@ def showable(values: Values) -> Values:
 
 
 def schema(of: Literal["report", "generate"] = "report") -> Values:
-    """Return the JSON Schema (draft 2020-12) of reports, or of what ``generate`` says.
+    """Return the JSON Schema (draft 2020-12) of reports, or of what ``generate`` says."""
+    from autobalance.report.records.written import written_schema
 
-    The kinds of correction in it are those that are there.
-    """
-    from importlib.resources import files
-
-    text = files("autobalance.report.records").joinpath(f"{of}.schema.json").read_text(encoding="utf-8")
-    found: Values = json.loads(text)
-    if of == "report":
-        method = found["$defs"]["job_correction"]["properties"]["method"]
-        method["items"]["enum"] = list(correction.KINDS)
-        found["$defs"]["correction"]["properties"]["kind"]["enum"] = list(correction.KINDS)
-    return found
+    return written_schema(of)
 
 
 def solid_entry(

@@ -1,7 +1,4 @@
-"""What a report says of unbalance, tolerance, cuts and written solids.
-
-The JSON Schema is made from these: ``python docs/make_schema.py`` writes it.
-"""
+"""What a report says of unbalance, tolerance, cuts and written solids."""
 
 from typing import Annotated, Any, Literal, NotRequired, TypedDict
 

@@ -1,7 +1,4 @@
-"""What a report says of the crank as measured and recognised.
-
-The JSON Schema is made from these: ``python docs/make_schema.py`` writes it.
-"""
+"""What a report says of the crank as measured and recognised."""
 
 from typing import Annotated, Literal, NotRequired, TypedDict
 

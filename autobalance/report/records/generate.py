@@ -1,7 +1,4 @@
-"""The report of `generate`.
-
-The JSON Schema is made from these: ``python docs/make_schema.py`` writes it.
-"""
+"""The report of `generate`."""
 
 from typing import Annotated, Literal, NotRequired, TypedDict
 

@@ -1,7 +1,4 @@
-"""What a report says of the job, a record each table.
-
-The JSON Schema is made from these: ``python docs/make_schema.py`` writes it.
-"""
+"""What a report says of the job, a record each table."""
 
 from typing import Annotated, Any, Literal, NotRequired, TypedDict
 

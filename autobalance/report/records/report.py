@@ -1,7 +1,4 @@
-"""The whole report of `balance`, `recut` and `inspect`.
-
-The JSON Schema is made from these: ``python docs/make_schema.py`` writes it.
-"""
+"""The whole report of `balance`, `recut` and `inspect`."""
 
 from typing import Annotated, Any, Literal, NotRequired, TypedDict
 

@@ -1,7 +1,4 @@
-"""What a report says of stages, assemblies and suggestions.
-
-The JSON Schema is made from these: ``python docs/make_schema.py`` writes it.
-"""
+"""What a report says of stages, assemblies and suggestions."""
 
 from typing import Annotated, Any, Literal, TypedDict
 

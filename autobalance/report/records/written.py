@@ -1,12 +1,10 @@
-"""The JSON Schemas of what is written, made from the typed records.
-
-``python docs/make_schema.py`` writes them into the package; a test holds the files to the records.
-"""
+"""The JSON Schemas of what is written, made from the typed records."""
 
 from __future__ import annotations
 
 from typing import Any, Literal
 
+from autobalance.correction import KINDS
 from autobalance.report.records.generate import GenerateReport
 from autobalance.report.records.report import Report
 from autobalance.report.records.schema import schema_of
@@ -68,7 +66,14 @@ RULES: list[Values] = [
 
 
 def written_schema(of: Literal["report", "generate"]) -> Values:
-    """Return the JSON Schema (draft 2020-12) of reports, or of what ``generate`` says, from the records."""
-    if of == "report":
-        return schema_of(Report, REPORT_HEAD, RULES)
-    return schema_of(GenerateReport, GENERATE_HEAD, [])
+    """Return the JSON Schema (draft 2020-12) of reports, or of what ``generate`` says, from the records.
+
+    The kinds of correction in it are those that are there.
+    """
+    if of == "generate":
+        return schema_of(GenerateReport, GENERATE_HEAD, [])
+    found = schema_of(Report, REPORT_HEAD, RULES)
+    method = found["$defs"]["job_correction"]["properties"]["method"]
+    method["items"]["enum"] = list(KINDS)
+    found["$defs"]["correction"]["properties"]["kind"]["enum"] = list(KINDS)
+    return found
