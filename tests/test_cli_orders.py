@@ -182,6 +182,21 @@ def test_two_records_are_compared(tmp_path: Path, capsys: pytest.CaptureFixture[
     assert rows[2.0]["a"] == pytest.approx(0.3, rel=1e-2)
 
 
+def test_an_order_that_a_record_lacks_has_no_ratio(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    noise = 1e-3 * np.random.default_rng(2).standard_normal((2, len(T)))
+    values = np.cos(ANGLE + 0.3)
+    first = _turning(tmp_path, "a.csv", values + 0.3 * np.cos(2.0 * ANGLE) + noise[0], smooth_tacho(ANGLE))
+    second = _turning(tmp_path, "b.csv", values + noise[1], smooth_tacho(ANGLE))
+    report = run(capsys, first, second, "--tacho", "tacho", "--max-order", 3)
+    rows = {row["order"]: row for row in report["comparison"]}
+    assert rows[1.0]["absent"] == []
+    assert rows[2.0]["absent"] == ["b"]
+    assert rows[2.0]["ratio"] is None
+    assert rows[2.5]["ratio"] is None
+
+
 def test_calibration_and_bands(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     t = instants(8.0, 4000.0)
     path = write_csv(tmp_path / "r.csv", {"time_s": t, "accel_V": 0.1 * np.cos(TURN * 80.0 * t)})

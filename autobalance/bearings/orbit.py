@@ -25,6 +25,11 @@ HOPELESS = 1e6
 """Force in units of η Ω R L³/c² that breaks any film within half a degree: what follows is not worked out."""
 ACCURACY = 1e-6
 """Of the eccentricity ratio in one step of the integration."""
+FINER = 0.05
+"""Of that, where a path is closed by Newton's method."""
+CLOSING_STEPS = 12
+TRIED = 1e-4
+"""Step of the eccentricity ratio for the derivative of a cycle's end by its start."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -41,6 +46,8 @@ class Orbits:
     moment_N_m: Array
     """Friction on the journal by angle (n, k)."""
     turns_to_settle: npt.NDArray[np.int64]
+    off: Array | None = None
+    """Change of the eccentricity ratio over the last cycle (k,)."""
 
     def case(self, number: int) -> Orbits:
         """Return one case alone."""
@@ -51,6 +58,7 @@ class Orbits:
             self.clearance_m[one],
             self.moment_N_m[:, one],
             self.turns_to_settle[one],
+            None if self.off is None else self.off[one],
         )
 
     @property
@@ -128,12 +136,12 @@ def film_orbits(
     radius = 0.5 * diameter
     unit = viscosity * speed * radius * length**3 / clearance**2
     motion = _Motion(angle, force / unit[:, None], 0.5 * (1.0 + bush / speed))
-    path, turns = _periodic(motion)
+    path, turns, off = _periodic(motion)
     petroff = 2.0 * np.pi * viscosity * (speed - bush) * radius**3 * length / clearance
     pull = path[..., 1] * force[..., 0] - path[..., 0] * force[..., 1]
     ratio = np.minimum(np.hypot(path[..., 0], path[..., 1]), NEAREST)
     moment = petroff / np.sqrt(1.0 - ratio**2) + 0.5 * clearance * pull
-    return Orbits(angle, path, clearance, moment, turns)
+    return Orbits(angle, path, clearance, moment, turns, off)
 
 
 @dataclass(frozen=True, eq=False)
@@ -185,14 +193,14 @@ def _turned(vector: Polar, by: Polar) -> Polar:
     return vector[0] * by[0] - vector[1] * by[1], vector[0] * by[1] + vector[1] * by[0]
 
 
-def _periodic(motion: _Motion) -> tuple[Array, npt.NDArray[np.int64]]:
-    """Go round until every path repeats; return the paths (n, k, 2) and the turns each took."""
+def _periodic(motion: _Motion) -> tuple[Array, npt.NDArray[np.int64], Array]:
+    """Go round until every path repeats; return paths (n, k, 2), turns each took, last changes (k,)."""
     count, cases = motion.force.shape[:2]
     size = np.hypot(motion.force[..., 0], motion.force[..., 1])
     hopeless = size.max(axis=0) > HOPELESS
     touching = motion.force / np.where(size > 0.0, size, 1.0)[..., None]
     path = np.where(hopeless[:, None], touching, 0.0)
-    turns = np.zeros(cases, dtype=np.int64)
+    turns, off = np.zeros(cases, dtype=np.int64), np.zeros(cases)
     start = np.zeros((2, cases))
     left = np.nonzero(~hopeless)[0]
     each = max(round(count * motion.step / (2.0 * np.pi)), 1)
@@ -203,16 +211,53 @@ def _periodic(motion: _Motion) -> tuple[Array, npt.NDArray[np.int64]]:
         path[:, left] = passed
         change = np.hypot(*(end - start[:, left]))
         start[:, left] = end
+        off[left] = change
         turns[left[change < SETTLED]] = done
         left = left[change >= SETTLED]
-    return path, turns
+    if len(left):
+        closed, taken, change = _closed(motion.of(left), start[:, left], each)
+        done_now = taken > 0
+        path[:, left[done_now]] = closed[:, done_now]
+        turns[left], off[left[done_now]] = taken, change[done_now]
+    return path, turns, off
 
 
-def _cycle(motion: _Motion, start: Array) -> tuple[Array, Array]:
+def _closed(motion: _Motion, start: Array, each: int) -> tuple[Array, npt.NDArray[np.int64], Array]:
+    """Close paths that do not settle by themselves: Newton's method on the start (2, k) of a cycle.
+
+    A path counts as found where neighbours tend to it; one that repels them no journal follows.
+    """
+    cases = start.shape[1]
+    turns = np.zeros(cases, dtype=np.int64)
+    most = 0.999 * CONTACT
+    for step in range(1, CLOSING_STEPS + 1):
+        tried = np.concatenate(
+            [start, start + np.array([[TRIED], [0.0]]), start + np.array([[0.0], [TRIED]])], axis=1
+        )
+        paths, ends = _cycle(motion.of(np.tile(np.arange(cases), 3)), tried, FINER * ACCURACY)
+        middle = ends[:, :cases]
+        slopes = (
+            np.stack([ends[:, cases : 2 * cases] - middle, ends[:, 2 * cases :] - middle], axis=1) / TRIED
+        )
+        slopes = np.moveaxis(slopes, -1, 0)
+        change = middle - start
+        off = np.hypot(*change)
+        attracts = np.abs(np.linalg.eigvals(slopes)).max(axis=1) < 1.0
+        turns[:] = np.where((off < SETTLED) & attracts, MOST_TURNS + 3 * each * step, 0)
+        if (off < SETTLED).all() or step == CLOSING_STEPS:
+            break
+        moved = np.linalg.solve(np.eye(2) - slopes, change.T[..., None])[..., 0].T
+        start = start + moved
+        ratio = np.hypot(*start)
+        start = start * np.minimum(1.0, most / np.where(ratio > 0.0, ratio, 1.0))
+    return paths[:, :cases], turns, off
+
+
+def _cycle(motion: _Motion, start: Array, accuracy: float = ACCURACY) -> tuple[Array, Array]:
     """Return one cycle's path (n, k, 2) and its end (2, k)."""
     count, cases = motion.force.shape[:2]
     end = count * motion.step
-    accuracy = ACCURACY / np.sqrt(2.0 * cases)  # the solver's measure is a mean over all cases
+    accuracy /= np.sqrt(2.0 * cases)  # the solver's measure is a mean over all cases
     found = solve_ivp(
         _rate(motion),
         (0.0, end),

@@ -26,8 +26,8 @@ from autobalance.rigid_rotor.moments import Array
 
 SCANNED = 120
 """Speeds at which frequencies are compared with the speed, where no direct solution exists."""
-SAME = 1e-9
-"""Relative distance of two critical speeds, both of motion in a plane, that are told as one."""
+SAME = 1e-8
+"""Relative distance of two critical speeds that are told as one."""
 SECANT_STEPS = 4
 
 
@@ -55,10 +55,19 @@ def critical_speeds(prepared: PreparedRotor, upper_rad_s: float) -> list[Critica
     else:
         found = _searched(reduced, upper_rad_s)
     found.sort(key=lambda each: each.speed_rad_s)
+    return _pairs_as_one(found)
+
+
+def _pairs_as_one(found: list[CriticalSpeed]) -> list[CriticalSpeed]:
+    """Return critical speeds of which two at one speed are told once: motion in any plane, whirl None.
+
+    How each of the two whirls is chance, where forward and backward whirl have one frequency.
+    """
     kept: list[CriticalSpeed] = []
     for each in found:
-        twin = kept and each.whirl is None and kept[-1].whirl is None
-        if not (twin and each.speed_rad_s - kept[-1].speed_rad_s <= SAME * each.speed_rad_s):
+        if kept and each.speed_rad_s - kept[-1].speed_rad_s <= SAME * each.speed_rad_s:
+            kept[-1] = CriticalSpeed(kept[-1].speed_rad_s, None, kept[-1].log_decrement)
+        else:
             kept.append(each)
     return kept
 

@@ -12,12 +12,15 @@ from autobalance.dynamics.rotor_matrices import RotorMatrices, rotor_matrices
 from autobalance.dynamics.rotor_mesh import REFINED, mesh_of, wave_number_per_m
 from autobalance.dynamics.rotor_reduction import ReducedRotor, planar_modes, reduced_rotor
 from autobalance.dynamics.whirl_modes import modes_at, refined
+from autobalance.errors import JobError
 from autobalance.rigid_rotor.moments import Array
 
 MESH_ERROR = 5e-6
 """Of a frequency, left by the number of elements that is found: half of what is promised."""
 REDUCTION_ERROR = 1e-5
 """Of a frequency in Campbell diagrams; single modes and critical speeds are refined to less."""
+MOST_STIFF = 1e13
+"""Times the stiffness of a bearing up to which rounding of the shaft's leaves three digits of it."""
 KEPT = 4.0
 """Modes kept in a reduction: up to so many times the highest frequency asked for."""
 SPARE_MODES = 2
@@ -57,9 +60,15 @@ def prepared(
         How many modes are asked for at each speed; planar pairs are two.
     stations_m : iterable of float
         Places that must be nodes, besides discs, bearings and unbalances [m].
+
+    Raises
+    ------
+    JobError
+        If a bearing is lost in the rounding of the shaft's stiffness.
     """
     stations = _stations(rotor, stations_m)
     matrices, top = _divided(rotor, stations, top_speed_rad_s, modes)
+    _check_rounding(matrices)
     keep = KEPT * top
     for _ in range(TRIES):
         reduced = reduced_rotor(matrices, keep, least=2 * modes // 2 + SPARE_MODES)
@@ -72,6 +81,25 @@ def prepared(
             break
         keep *= 1.5
     return PreparedRotor(matrices, reduced, top)
+
+
+def _check_rounding(matrices: RotorMatrices) -> None:
+    """Refuse bearings whose stiffness is lost in the rounding of the shaft's.
+
+    Raises
+    ------
+    JobError
+        If one is.
+    """
+    shaft = float(matrices.stiffness_1.diagonal().max(initial=0.0))
+    for number, bearing in enumerate(matrices.rotor.bearings, 1):
+        direct = np.diagonal(bearing.stiffness_n_m, axis1=1, axis2=2)
+        least = float(direct[direct > 0.0].min(initial=np.inf))
+        if shaft > MOST_STIFF * least:
+            raise JobError(
+                f"the shaft's elements are {shaft / least:.0e} times as stiff as bearing[{number}];"
+                f" expected at most {MOST_STIFF:.0e} times: take a rigid rotor, or fewer and softer sections"
+            )
 
 
 def _stations(rotor: BeamRotor, more_m: Iterable[float]) -> Array:

@@ -18,6 +18,8 @@ from scipy.linalg import eigh, null_space
 from autobalance.dynamics.rotor_matrices import TURN, RotorMatrices
 from autobalance.rigid_rotor.moments import Array
 
+ROUNDING = 1e-12
+"""Share of the greatest 1/ω² below which a planar mode is rounding."""
 MORE = 1e-9
 """Share of a static shape's energy beyond the kept modes from which it is kept too."""
 
@@ -107,7 +109,8 @@ def planar_modes(matrices: RotorMatrices) -> tuple[Array, Array, Array]:
     # The inverse problem has the lowest modes to full accuracy, the other way round the highest would.
     inverse, vectors = eigh(mass, shifted)
     inverse, vectors = inverse[::-1], vectors[:, ::-1]
-    real = inverse > 0.0
+    # Beyond, the mass matrix of a nearly massless shaft is rounding, and so are the modes that it gives.
+    real = inverse > ROUNDING * inverse[0]
     square = 1.0 / inverse[real] - shift
     return np.sqrt(np.maximum(square, 0.0)), vectors[:, real] / np.sqrt(inverse[real]), shifted
 

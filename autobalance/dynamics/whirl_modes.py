@@ -24,6 +24,10 @@ PLANAR = 1e-6
 """Swept area over the square of the greatest amplitude below which motion is in a plane."""
 UNSTRAINED = 1e-3
 """Share of its kinetic energy up to which a mode may differ from a rigid-body motion and count as one."""
+ONE_VALUE = 1e-8
+"""Relative distance of two eigenvalues below which rounding chooses how their modes whirl."""
+ONE_VECTOR = 1e-6
+"""Share of a second vector beside the first below which both are one mode."""
 NEWTON_STEPS = 3
 CLOSE = 1e-12
 
@@ -74,7 +78,36 @@ def reduced_modes(reduced: ReducedRotor, speed_rad_s: float) -> tuple[Complex, C
     values, vectors = _all(reduced, speed_rad_s)
     kept = np.flatnonzero(_vibrates(values) & ~_rigid(reduced, vectors))
     kept = kept[np.argsort(values[kept].imag, kind="stable")]
-    return values[kept], vectors[:, kept]
+    values, vectors = values[kept], vectors[:, kept]
+    return values, vectors if speed_rad_s == 0.0 else with_circular_pairs(values, vectors)
+
+
+def with_circular_pairs(values: Complex, vectors: Complex) -> Complex:
+    """Return vectors (2 m, k) in which two of one eigenvalue are a backward and a forward circle.
+
+    Any two of their mixtures are modes as well; which of them a solver finds is chance.
+
+    Parameters
+    ----------
+    values : (k,) complex
+        Ascending in their imaginary part.
+    vectors : (2 m, k) complex
+        x and y alternating.
+    """
+    made = vectors.copy()
+    first = 0
+    while first < len(values) - 1:
+        pair = vectors[:, first : first + 2]
+        if abs(values[first + 1] - values[first]) > ONE_VALUE * abs(values[first]):
+            first += 1
+            continue
+        orthonormal, triangle = np.linalg.qr(pair)
+        if abs(triangle[1, 1]) > ONE_VECTOR * abs(triangle[0, 0]):
+            x, y = orthonormal[0::2], orthonormal[1::2]
+            area = 0.5j * (x.conj().T @ y - y.conj().T @ x)  # −Im(x* y) of a mixture
+            made[:, first : first + 2] = orthonormal @ np.linalg.eigh(area)[1]
+        first += 2
+    return made
 
 
 def frequencies_with_zeros(reduced: ReducedRotor, speed_rad_s: float) -> tuple[Array, Array]:
@@ -179,7 +212,17 @@ def refined(reduced: ReducedRotor, speed_rad_s: float, modes: Sequence[WhirlMode
         if conservative:
             value = 1j * value.imag
         done.append(WhirlMode(value, vector, whirl_of(matrices, vector, speed_rad_s)))
-    return sorted(done, key=lambda each: each.frequency_rad_s)
+    done.sort(key=lambda each: each.frequency_rad_s)
+    # At the very value of a pair any mixture of both solves: their circles are kept as they were.
+    for at in range(len(done) - 1 if speed_rad_s else 0):
+        pair = done[at : at + 2]
+        if abs(pair[1].eigenvalue - pair[0].eigenvalue) <= ONE_VALUE * abs(pair[0].eigenvalue):
+            near = sorted(modes, key=lambda each: abs(each.eigenvalue - pair[0].eigenvalue))[:2]
+            near.sort(key=lambda each: each.whirl == "forward")
+            done[at : at + 2] = [
+                WhirlMode(new.eigenvalue, old.vector, old.whirl) for new, old in zip(pair, near, strict=True)
+            ]
+    return done
 
 
 def _newton(

@@ -174,7 +174,7 @@ def _stress(levels: Sequence[Level], static: StaticResult) -> Stress:
         greatest_von_mises_MPa=float(mises[worst]),
         greatest_principal_MPa=levels[-1].values[0],
         at_mm=(x, y, z),
-        error_MPa=max(_errors(levels)),
+        error_MPa=max(*_errors(levels), float(static.apart_MPa[worst])),
         greatest_displacement_mm=float(moved.max()),
         reactions_N=(rx, ry, rz),
     )

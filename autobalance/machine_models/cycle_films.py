@@ -158,4 +158,12 @@ def _row(number: int, orbit: Orbits) -> Values:
         "mean_friction_N_m": float(orbit.mean_moment_N_m[0]) if told else None,
         "turns_to_settle": turns if told else None,
         "limit": limit,
+        **_off(orbit, limit),
     }
+
+
+def _off(orbit: Orbits, limit: str | None) -> Values:
+    """Return how far a path that does not repeat is from doing so."""
+    if limit != "not periodic" or orbit.off is None:
+        return {}
+    return {"change_of_eccentricity": float(orbit.off[0])}

@@ -189,3 +189,18 @@ def test_a_load_too_great_is_contact() -> None:
     path = orbits(TURN, force)
     assert path.contact[0]
     assert np.isfinite(path.eccentricity).all()
+
+
+def test_a_path_that_settles_too_slowly_is_closed_by_newton() -> None:
+    """A light film turns at nearly half the speed for hundreds of cycles; its end is the periodic orbit."""
+    angle = np.arange(120) * np.pi / 30.0
+    light = np.stack([1.0 + 0.5 * np.cos(0.5 * angle), 0.5 * np.sin(angle)], axis=-1)
+    path = orbits(angle, light)
+    assert path.turns_to_settle[0] > orbit.MOST_TURNS
+    # one more cycle from any of its places, by a finer integration, comes back there
+    unit = VISCOSITY_PA_S * SPEED_RAD_S * 0.025 * 0.02**3 / 25e-6**2
+    motion = orbit._Motion(angle, light[:, None] / unit, np.full((len(angle), 1), 0.5))
+    start = path.eccentricity[0].T
+    passed, end = orbit._cycle(motion, start, 1e-9)
+    np.testing.assert_allclose(end, start, atol=orbit.SETTLED)
+    np.testing.assert_allclose(path.eccentricity, passed, atol=1e-4)

@@ -131,6 +131,8 @@ def _comparison(rows: list[Values] | None) -> list[str]:
     lines = ["order            a            b        a/b"]
     for row in rows:
         ratio = "" if row["ratio"] is None else f"{row['ratio']:10.4f}"
+        if row["absent"]:
+            ratio = f"absent in {' and '.join(row['absent'])}"
         doubt = "" if row["uncertainty"] is None else f" ± {row['uncertainty']:.2g}"
         lines.append(f"{row['order']:5g} {row['a']:12.5g} {row['b']:12.5g} {ratio}{doubt}")
     return lines

@@ -16,6 +16,8 @@ from autobalance.signal.spectra import BANDS_HZ, band_rms, quantity, welch
 from autobalance.signal.windows import gain, noise_bandwidth_bins
 
 Values = dict[str, Any]
+ABSENT = 3.0
+"""Standard errors below which an order's amplitude is noise."""
 QUANTITIES = ("displacement", "velocity", "acceleration")
 UNITS = {"displacement": ("µm", 1e6), "velocity": ("mm/s", 1e3), "acceleration": ("m/s²", 1.0)}
 
@@ -217,6 +219,9 @@ def _comparison(first: Analysis, second: Analysis) -> list[Values]:
     )  # fmt: skip
     for order, a, b, error_a, error_b in pairs:
         ratio, doubt = uncertain_ratio(complex(a), complex(b), float(error_a), float(error_b))
+        absent = _absent(abs(a), float(error_a)), _absent(abs(b), float(error_b))
+        if any(absent):  # a ratio of noise is none
+            ratio = doubt = None
         rows.append(
             {
                 "order": float(order),
@@ -224,9 +229,15 @@ def _comparison(first: Analysis, second: Analysis) -> list[Values]:
                 "b": abs(b),
                 "ratio": finite(ratio),
                 "uncertainty": finite(doubt),
+                "absent": [name for name, none in zip("ab", absent, strict=True) if none],
             }
         )
     return rows
+
+
+def _absent(amplitude: float, standard_error: float) -> bool:
+    """Return whether an order is below the noise of its record."""
+    return bool(np.isfinite(standard_error)) and amplitude < ABSENT * standard_error
 
 
 def psd_csv(found: Analysis) -> bytes:
