@@ -161,9 +161,10 @@ def _plots(found: Request, engines: dict[str, Engine], engine: Engine, factors: 
     curves = {}
     for name, force in shaking.items():
         curves[f"along cylinder 1, {name}"] = force.force_n[:, 0]
-        curves[f"across, {name}"] = force.force_n[:, 1]
+        curves[f"across, {name}"] = engine.shown(force.force_n)[:, 1]
     by_factor = {
-        factor: shaking_force(engine.with_counterweights(factor), speed).force_n for factor in factors
+        factor: engine.shown(shaking_force(engine.with_counterweights(factor), speed).force_n)
+        for factor in factors
     }
     labels = ("force along cylinder 1 [N]", "force across [N]")
     whole = [order.order for order in shaking["balanced"].orders if order.order % 1.0 == 0.0]
@@ -191,18 +192,18 @@ def _plots(found: Request, engines: dict[str, Engine], engine: Engine, factors: 
     made["main-bearings-polar"] = plots.polar(
         f"Main bearings, engine's frame, {at}",
         axes,
-        [plots.Curve(f"main {n}", load[:, 0], load[:, 1]) for n, load in enumerate(loads.main_n, 1)],
+        [plots.Curve(f"main {n}", *engine.shown(load).T) for n, load in enumerate(loads.main_n, 1)],
     )
     made["wrist-pins-polar"] = plots.polar(
         f"Wrist pins, engine's frame, {at}",
         axes,
-        [plots.Curve(f"cylinder {n}", load[:, 0], load[:, 1]) for n, load in enumerate(loads.wrist_pin_n, 1)],
+        [plots.Curve(f"cylinder {n}", *engine.shown(load).T) for n, load in enumerate(loads.wrist_pin_n, 1)],
     )
     made["crankpins-polar"] = plots.polar(
         f"Crankpins, crank's frame, {at}",
         axes,
         [
-            plots.Curve(f"cylinder {n}", load[:, 0], load[:, 1])
+            plots.Curve(f"cylinder {n}", *engine.shown(load).T)
             for n, load in enumerate(loads.crankpin_in_crank_frame_n(), 1)
         ],
     )

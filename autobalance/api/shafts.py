@@ -115,8 +115,9 @@ def shafts(
     bare = engine.orders(speed, HIGHEST_ORDER)
     own = [_shaft(shaft, reference) for shaft in found.job.shafts]
     orders = about(bare, reference)
-    left = about(orders_with_shafts(bare, own, speed), reference)
-    roll = roll_moment_n_m(own, whole_turn(360), speed)
+    turned = [each.mirrored() for each in own] if engine.clockwise else own
+    left = about(orders_with_shafts(bare, turned, speed), reference)
+    roll = roll_moment_n_m(turned, whole_turn(360), speed)
     report = ShaftsReport(
         **job_keys(found.job),
         speed_rpm=found.speed_rpm,
@@ -162,18 +163,22 @@ def _proposals(
         if order.greatest_force_n > least:
             z = place_of_least_moment_mm(order)
             shafts = [replace(shaft, z_mm=z) for shaft in cancelling_shafts(order, speed)]
-            found.append(_proposal(f"all of the {name}", shafts))
+            found.append(_proposal(f"all of the {name}", shafts, clockwise=engine.clockwise))
             if number == 1.0 and order.circles_n[1] > least:
                 one = replace(counter_rotating_shaft(order, speed), z_mm=z)
-                found.append(_proposal("its backward part alone", [one]))
+                found.append(_proposal("its backward part alone", [one], clockwise=engine.clockwise))
             (order,) = orders_with_shafts([order], shafts, speed)
         if order.greatest_moment_n_m > least * lever * 1e-3:
-            couples = [CoupleOfShaft.of(shaft, ends_mm) for shaft in couple_shafts(order, speed)]
+            pair = couple_shafts(order, speed)
+            pair = tuple(each.mirrored() for each in pair) if engine.clockwise else pair
+            couples = [CoupleOfShaft.of(shaft, ends_mm) for shaft in pair]
             found.append(Proposal(what=f"couple of the {name}", shafts=(), couple_shafts=couples))
     return found
 
 
-def _proposal(what: str, shafts: list[BalanceShaft]) -> Proposal:
+def _proposal(what: str, shafts: list[BalanceShaft], *, clockwise: bool = False) -> Proposal:
+    """Return a proposal; shafts of a clockwise engine are its mirror image's."""
+    shafts = [each.mirrored() for each in shafts] if clockwise else shafts
     return Proposal(what=what, shafts=[Shaft.of(each) for each in shafts])
 
 

@@ -51,6 +51,10 @@ class BalanceShaft:
     y_mm: float = 0.0
     z_mm: float = 0.0
 
+    def mirrored(self) -> BalanceShaft:
+        """Return the shaft as a mirror in the x–z plane shows it, beside a crank that is mirrored too."""
+        return replace(self, phase_rad=0.0 - self.phase_rad, y_mm=0.0 - self.y_mm)
+
     @property
     def amplitude_g_mm(self) -> Complex:
         """Force over ω² as amplitudes (2,) along x and y of exp(i order θ)."""
@@ -239,6 +243,10 @@ class CoupleShaft:
     forward: bool
     couple_g_mm2: float
     phase_rad: float
+
+    def mirrored(self) -> CoupleShaft:
+        """Return the shaft as a mirror in the x–z plane shows it."""
+        return replace(self, phase_rad=0.0 - self.phase_rad)
 
     def between(self, z_low_mm: float, z_high_mm: float) -> tuple[BalanceShaft, BalanceShaft]:
         """Return its two unbalances at two places along the axis."""

@@ -21,6 +21,8 @@ from autobalance.rigid_rotor.unbalance import Unbalance
 from autobalance.units import N_M_PER_G_MM2_S2, N_PER_G_MM_S2
 
 N_M_PER_N_MM = 1e-3
+MIRROR = np.array([1.0, -1.0])
+"""Of a vector (x, y) in the x–z plane."""
 
 
 @dataclass(frozen=True)
@@ -139,11 +141,36 @@ class Engine:
         All that turns with the crank, rods left out: counterweights, crankpins, what is bolted on.
     polar_inertia_g_mm2 : float
         Of all that turns with the crank, rods left out, about the crank axis [g·mm²].
+    clockwise : bool
+        Whether this is the mirror image of an engine that turns clockwise, seen from +z.
     """
 
     cylinders: tuple[Cylinder, ...]
     crank: tuple[CrankUnbalance, ...] = ()
     polar_inertia_g_mm2: float = 0.0
+    clockwise: bool = False
+
+    def mirrored(self) -> Engine:
+        """Return the engine as a mirror in its x–z plane shows it, in which it turns the other way.
+
+        Everything here turns counter-clockwise; an engine that turns clockwise is computed as its mirror
+        image, and y components are turned back where they are shown (``shown``).
+        """
+        cylinders = tuple(
+            replace(
+                each,
+                slider_crank=replace(each.slider_crank, offset_mm=0.0 - each.slider_crank.offset_mm),
+                throw_angle_rad=0.0 - each.throw_angle_rad,
+                bank_rad=0.0 - each.bank_rad,
+            )
+            for each in self.cylinders
+        )
+        crank = tuple(replace(each, unbalance_g_mm=each.unbalance_g_mm * MIRROR) for each in self.crank)
+        return Engine(cylinders, crank, self.polar_inertia_g_mm2, not self.clockwise)
+
+    def shown(self, vectors: Array) -> Array:
+        """Return vectors (..., 2) of this engine's computation in the engine's own frame."""
+        return vectors * MIRROR if self.clockwise else vectors
 
     @property
     def rotating(self) -> Unbalance:
@@ -166,7 +193,7 @@ class Engine:
             )
             for cylinder in self.cylinders
         )
-        return Engine(self.cylinders, crank, self.polar_inertia_g_mm2)
+        return replace(self, crank=crank)
 
     def orders(self, speed_rad_s: float, highest: int = 8) -> list[Order]:
         """Return force and moment of the orders ½, 1, 1½ … ``highest``.

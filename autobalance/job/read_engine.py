@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from typing import Any
+from typing import Any, Literal
 
 from autobalance.errors import JobError
 from autobalance.job.layout import BANK_DEG, LAYOUT, ROD, layout_of, rod_of
@@ -19,9 +19,10 @@ from autobalance.job.model import (
 from autobalance.job.solid_weights import SOLID
 from autobalance.job.toml.keys import FILLED, Key, Values, plain
 from autobalance.job.toml.typed_units import WEIGHT_TABLES
-from autobalance.ranges import COUNTED, NOT_NEGATIVE, POSITIVE
+from autobalance.ranges import ANY, COUNTED, NOT_NEGATIVE, POSITIVE
 from autobalance.units import G_PER
 
+Turns = Literal["ccw", "cw"]
 CRANKPIN = "crankpin"
 """The part in ``crankpin_g`` that is the pin itself."""
 
@@ -83,6 +84,13 @@ ENGINE = Key(
         ),
         Key("stroke_mm", float, "checked against the geometry, to 0.1 mm or 0.5 %", POSITIVE, None),
         Key("rods_per_throw", int, "connecting rods on each crankpin", COUNTED, 1),
+        Key(
+            "turns",
+            Turns,
+            "sense of turning seen from +z; angles on the crank stay counter-clockwise",
+            ANY,
+            "ccw",
+        ),
         *WEIGHTS,
         Key(
             "throw",
@@ -139,6 +147,7 @@ def engine_of(values: Values, pin_in_file: bool) -> EngineParts:
         stroke_mm=values["stroke_mm"],
         layout=layout_of(values["layout"], values["throw"]),
         rod=rod_of(values["rod"]),
+        clockwise=values["turns"] == "cw",
     )
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import itertools
+from dataclasses import replace
 
 import numpy as np
 
@@ -85,6 +86,11 @@ def _bare_rod(rod: RodOnScales | None, length_mm: float) -> tuple[float, float]:
     return found.small_end_g, found.couple_inertia_g_mm2
 
 
+def in_its_sense(job: Job, engine: Engine) -> Engine:
+    """Return an engine drawn in the rotor's frame as it is computed: clockwise ones as their mirror image."""
+    return engine.mirrored() if job.engine.clockwise else engine
+
+
 def as_measured(job: Job, crank: Crank) -> Engine:
     """Return the engine with its crank as the file has it, whose metal loads the mains of its own bay."""
     return with_solid(job, crank.anatomy, crank.source.solid, crank.density_g_mm3, crank.moments)
@@ -116,7 +122,8 @@ def with_solid(job: Job, anatomy: Anatomy, solid: Solid, density_g_mm3: float, c
     if abs(rest.mass_g) > ROUNDING * crank.mass_g:
         a, b = Unbalance.of(rest).in_planes(mains[0], mains[-1])
         pieces += [CrankUnbalance(a, mains[0]), CrankUnbalance(b, mains[-1])]
-    return Engine(cylinders(job, anatomy), tuple(pieces), _polar(job, anatomy, crank))
+    engine = Engine(cylinders(job, anatomy), tuple(pieces), _polar(job, anatomy, crank))
+    return in_its_sense(job, engine)
 
 
 def _beside_the_rods(job: Job, anatomy: Anatomy) -> list[tuple[Moments, float]]:
@@ -134,11 +141,12 @@ def with_moments(job: Job, anatomy: Anatomy, crank: Moments, *, rod_needed: bool
     mains = mains_z_mm(anatomy)
     low, high = (mains[0], mains[-1]) if len(mains) > 1 else (0.0, 1.0)
     a, b = Unbalance.of(moments).in_planes(low, high)
-    return Engine(
+    engine = Engine(
         cylinders(job, anatomy, rod_needed=rod_needed),
         (CrankUnbalance(a, low), CrankUnbalance(b, high)),
         _polar(job, anatomy, crank),
     )
+    return in_its_sense(job, engine)
 
 
 def _polar(job: Job, anatomy: Anatomy, crank: Moments) -> float:
@@ -157,12 +165,12 @@ def balanced_to(engine: Engine, job: Job, anatomy: Anatomy, factor: float) -> En
         CrankUnbalance(
             -(load.parts.bob_weight_g(factor) - load.parts.crankpin_g)
             * load.crank_radius_mm
-            * np.array([np.cos(load.angle_rad), np.sin(load.angle_rad)]),
+            * engine.shown(np.array([np.cos(load.angle_rad), np.sin(load.angle_rad)])),
             load.z_mm,
         )
         for load in throw_loads(anatomy, job.engine)
     ]
-    return Engine(engine.cylinders, tuple(by_throw), engine.polar_inertia_g_mm2)
+    return replace(engine, crank=tuple(by_throw))
 
 
 def shaking(job: Job, anatomy: Anatomy, crank: Moments) -> ShakingForce | None:

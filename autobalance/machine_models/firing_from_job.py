@@ -57,7 +57,7 @@ def firing_engine(
             tuple(float(pin.centre_mm[2]) for pin in mains),
             tuple(pin.diameter_mm for pin in mains),
             _cycles(job, table, mover, speed_rad_s),
-            tuple(_firing_rad(table, mover.cylinders)),
+            tuple(_firing_rad(table, mover.cylinders, job.engine.clockwise)),
             table.flywheel_g_mm2,
             table.friction,
         )
@@ -88,12 +88,13 @@ def _throws(job: Job, anatomy: Anatomy) -> tuple[ThrowPlace, ...]:
     for throw in anatomy.throws:
         rods = job.engine.of_throw(throw.number).rods
         numbers = tuple(range(first, first + rods))
-        places.append(ThrowPlace(throw.angle_rad, float(throw.crankpin.centre_mm[2]), numbers))
+        angle = 0.0 - throw.angle_rad if job.engine.clockwise else throw.angle_rad
+        places.append(ThrowPlace(angle, float(throw.crankpin.centre_mm[2]), numbers))
         first += rods
     return tuple(places)
 
 
-def _firing_rad(cycle: Cycle, cylinders: tuple[Cylinder, ...]) -> list[float]:
+def _firing_rad(cycle: Cycle, cylinders: tuple[Cylinder, ...], clockwise: bool) -> list[float]:
     tops, span = dead_centres_rad(cylinders), span_rad(cycle.strokes)
     if cycle.firing_rad is not None:
         with_key = "cycle.firing_deg"
@@ -110,7 +111,29 @@ def _firing_rad(cycle: Cycle, cylinders: tuple[Cylinder, ...]) -> list[float]:
     try:
         return firing_in_order(tops, cycle.firing_order, span)
     except ValueError as error:
-        raise ValueError(f"cycle.firing_order {error}") from None
+        raise ValueError(f"cycle.firing_order {error}{_other_sense(cycle, cylinders, clockwise)}") from None
+
+
+def _other_sense(cycle: Cycle, cylinders: tuple[Cylinder, ...], clockwise: bool) -> str:
+    """Return what would make an order fit that fits an engine which turns the other way; else nothing.
+
+    Backwards, the same order fits an engine that turns backwards.
+    """
+    assert cycle.firing_order is not None
+    span = span_rad(cycle.strokes)
+    turned = dead_centres_rad(Engine(cylinders).mirrored().cylinders)
+    first, *rest = cycle.firing_order
+    backwards = (first, *reversed(rest))
+    try:
+        firing_in_order(turned, cycle.firing_order, span)
+        firing_in_order(dead_centres_rad(cylinders), backwards, span)
+    except ValueError:
+        return ""
+    now, other = ("cw", "ccw") if clockwise else ("ccw", "cw")
+    return (
+        f'; this order fits engine.turns = "{other}" (the crank turns "{now}" now, seen from +z), and'
+        f' {list(backwards)} fits "{now}"'
+    )
 
 
 def _cycles(job: Job, cycle: Cycle, engine: Engine, speed_rad_s: float) -> tuple[CylinderCycle, ...]:

@@ -31,6 +31,7 @@ def engine_sources(job: Job, crank: Crank, speed_rpm: float | None, max_order: f
         BalanceShaft(each.order, each.forward, each.product_g_mm, each.phase_rad, *each.place_mm)
         for each in job.shafts
     ]
+    shafts = [each.mirrored() for each in shafts] if engine.clockwise else shafts
     highest = max(1, int(max_order))
     with_shafts = orders_with_shafts(engine.orders(speed, highest), shafts, speed) if shafts else []
     found = mass_sources(engine, speed, max_order, with_shafts, first_only=first_only)

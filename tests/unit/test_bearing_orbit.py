@@ -193,7 +193,7 @@ def test_a_load_too_great_is_contact() -> None:
 
 def test_a_path_that_settles_too_slowly_is_closed_by_newton() -> None:
     """A light film turns at nearly half the speed for hundreds of cycles; its end is the periodic orbit."""
-    angle = np.arange(120) * np.pi / 30.0
+    angle = np.asarray(np.arange(120.0) * (np.pi / 30.0), dtype=np.float64)
     light = np.stack([1.0 + 0.5 * np.cos(0.5 * angle), 0.5 * np.sin(angle)], axis=-1)
     path = orbits(angle, light)
     assert path.turns_to_settle[0] > orbit.MOST_TURNS

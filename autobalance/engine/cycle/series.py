@@ -26,18 +26,19 @@ def series_columns(found: CycleAnalysis) -> dict[str, Array]:
 
 
 def _columns(found: CycleAnalysis) -> Iterator[tuple[str, Array]]:
-    state, loads = found.firing.parts.gas_state, found.loads
+    state, loads, shown = found.firing.parts.gas_state, found.loads, found.firing.engine.shown
+    wall = -1.0 if found.firing.engine.clockwise else 1.0
     for number in range(len(found.firing.cycles)):
         name = f"c{number + 1}"
         yield f"{name}_volume_cm3", state.volume_mm3[number] * 1e-3
         yield f"{name}_pressure_bar", state.pressure_mpa[number] * BAR_PER_MPA
-        yield from _force(f"{name}_wrist_pin", loads.wrist_pin_n[number])
-        yield f"{name}_wall_N", loads.wall_n[number]
-        yield from _force(f"{name}_big_end", loads.crankpin_n[number])
+        yield from _force(f"{name}_wrist_pin", shown(loads.wrist_pin_n[number]))
+        yield f"{name}_wall_N", wall * loads.wall_n[number]
+        yield from _force(f"{name}_big_end", shown(loads.crankpin_n[number]))
     for number, load in enumerate(found.crankpins_n, 1):
-        yield from _force(f"crankpin_{number}", load)
+        yield from _force(f"crankpin_{number}", shown(load))
     for number, load in enumerate(loads.main_n, 1):
-        yield from _force(f"main_{number}", load)
+        yield from _force(f"main_{number}", shown(load))
     yield "gas_N_m", found.gas_n_m
     yield "inertia_N_m", found.inertia_n_m
     yield "friction_N_m", found.friction_n_m

@@ -166,7 +166,10 @@ class BalanceShaftEntry:
 
 @dataclass(frozen=True)
 class EngineParts:
-    """Weights on the throws: those of every throw, and of the throws that differ, by their number."""
+    """Weights on the throws: those of every throw, and of the throws that differ, by their number.
+
+    ``clockwise``: the crank turns so, seen from +z.
+    """
 
     default: ThrowParts
     by_throw: Mapping[int, ThrowParts] = field(default_factory=dict)
@@ -175,6 +178,7 @@ class EngineParts:
     stroke_mm: float | None = None
     layout: CylinderLayout = field(default_factory=CylinderLayout)
     rod: RodOnScales | None = None
+    clockwise: bool = False
 
     def of_throw(self, number: int) -> ThrowParts:
         """Return what hangs on a throw."""

@@ -93,6 +93,7 @@ def _polar(found: CycleAnalysis, at: str) -> Plots:
         for number, load in enumerate(loads_n, 1):
             both = found.grid.even(load[:, 0]) + 1j * found.grid.even(load[:, 1])
             both = both * turned if in_crank else both
+            both = both.conj() if found.firing.engine.clockwise else both
             curves.append(plots.Curve(f"{name} {number}", both.real, both.imag))
         return curves
 

@@ -158,7 +158,7 @@ class InertiaLoads:
             cylinders=[
                 CylinderLoads(
                     number=number,
-                    bank_deg=math.degrees(cylinder.bank_rad),
+                    bank_deg=math.degrees(-cylinder.bank_rad if engine.clockwise else cylinder.bank_rad),
                     crankpin=load_row(crankpin),
                     wrist_pin=load_row(wrist),
                     wall=LoadRow(float(wall.max()), float(wall.mean())),

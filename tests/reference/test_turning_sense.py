@@ -1,0 +1,154 @@
+"""An engine and its mirror image that turns the other way: equal magnitudes, y components negated."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import pytest
+
+import autobalance as ab
+from autobalance.crank.parametric.design import PRESETS
+from autobalance.crank.parametric.generate import crank_solid
+from autobalance.errors import JobError
+
+Values = dict[str, Any]
+TWO_STROKE: Values = {"strokes": 2, "bore_mm": 89, "compression_ratio": 9, "heat_J": 1000}
+
+
+def crank(mirrored: bool, preset: str = "v-twin-45") -> ab.Crank:
+    mesh = crank_solid(PRESETS[preset], 32).mesh
+    vertices = np.array(mesh.vertices) + np.zeros(3)
+    # a hole's worth of unbalance beside the throws' plane
+    vertices[:, 1] += np.where(vertices[:, 1] > 20.0, 3.0, 0.0)
+    if mirrored:
+        return ab.crank_from_mesh(vertices * [1, -1, 1], mesh.triangles[:, ::-1], density_kg_m3=7850)
+    return ab.crank_from_mesh(vertices, mesh.triangles, density_kg_m3=7850)
+
+
+def job(mirrored: bool, **tables: Any) -> ab.Job:
+    sign = -1.0 if mirrored else 1.0
+    return ab.Job.from_dict(
+        {
+            "engine": {
+                "rods_per_throw": 2,
+                "rod_length_mm": 160,
+                "rotating_g": {"big_end": 300.0},
+                "reciprocating_g": {"piston": 500.0},
+                "layout": {
+                    "bank_deg": [sign * 10.0, sign * 55.0],
+                    "rod_pitch_mm": 20,
+                    "offset_mm": sign * 2.0,
+                },
+                **({"turns": "cw"} if mirrored else {}),
+            },
+            "balance": {"factor": 0.5, "grade": 6.3, "speed_rpm": 5000},
+            "correction": {"method": "drill"},
+            "cycle": {"bore_mm": 90, "compression_ratio": 9, "heat_J": 1200, "firing_order": [1, 2]},
+            "shafts": [
+                {
+                    "order": 1,
+                    "sense": "backward",
+                    "product_g_mm": 4000,
+                    "phase_deg": sign * 120.0,
+                    "place_mm": [30, sign * 60],
+                }
+            ],
+            **tables,
+        }
+    )
+
+
+def same(one: object, other: object, place: str = "") -> None:
+    """Assert equal values of two reports, angles of the drawing left out."""
+    if isinstance(one, dict):
+        assert isinstance(other, dict)
+        assert one.keys() == other.keys()
+        for key, value in one.items():
+            if key not in ("input", "job", "bank_deg", "phase_deg", "place_mm"):
+                same(value, other[key], f"{place}.{key}")
+    elif isinstance(one, list):
+        assert isinstance(other, list)
+        assert len(one) == len(other), place
+        for number, (a, b) in enumerate(zip(one, other, strict=True)):
+            same(a, b, f"{place}[{number}]")
+    elif isinstance(one, float):
+        assert other == pytest.approx(one, rel=1e-6, abs=1e-5), place
+    else:
+        assert one == other, place
+
+
+@pytest.fixture(scope="module")
+def pair() -> list[tuple[ab.Job, ab.Crank]]:
+    return [(job(each), crank(each)) for each in (False, True)]
+
+
+def test_a_mirrored_cycle_is_the_same_with_y_negated(pair: list[tuple[ab.Job, ab.Crank]]) -> None:
+    one, other = (ab.cycle(each, crank=metal) for each, metal in pair)
+    same(one.report, other.report)
+    series, mirrored = one.series(), other.series()
+    assert series.keys() == mirrored.keys()
+    for name, values in series.items():
+        sign = -1.0 if name.endswith(("_y_N", "_wall_N")) else 1.0
+        np.testing.assert_allclose(mirrored[name], sign * values, rtol=1e-6, atol=1e-4, err_msg=name)
+    # the other way the same drawing is another engine
+    raw = {**pair[0][0].raw, "engine": {**pair[0][0].raw["engine"], "turns": "cw"}}
+    turned = ab.cycle(ab.Job.from_dict(raw), crank=pair[0][1])
+    assert turned.report["firing_deg"] != one.report["firing_deg"]
+
+
+def test_mirrored_forces_shafts_and_torsion(pair: list[tuple[ab.Job, ab.Crank]]) -> None:
+    for verb in (ab.forces, ab.shafts, ab.torsion):
+        one, other = (verb(each, crank=metal).report for each, metal in pair)
+        same(one, other)
+    shafts, mirrored = (ab.shafts(each, crank=metal).report for each, metal in pair)
+    assert mirrored["shafts"][0]["phase_deg"] == pytest.approx(240.0)
+    assert mirrored["shafts"][0]["place_mm"] == [30.0, -60.0]
+    for a, b in zip(shafts["proposals"], mirrored["proposals"], strict=True):
+        for one, other in zip(a["shafts"], b["shafts"], strict=True):
+            assert (one["phase_deg"] + other["phase_deg"]) % 360.0 == pytest.approx(0.0, abs=1e-6) or (
+                one["phase_deg"] + other["phase_deg"]
+            ) % 360.0 == pytest.approx(360.0, abs=1e-6)
+
+
+def two_stroke_three(order: list[int], turns: str) -> ab.Job:
+    """Return a two-stroke triple, which fires every 120° in one order only."""
+    return ab.Job.from_dict(
+        {
+            "engine": {
+                "rods_per_throw": 1,
+                "rod_length_mm": 150,
+                "rotating_g": {"big_end": 300.0},
+                "reciprocating_g": {"piston": 400.0},
+                "layout": {"bank_deg": 0.0},
+                "turns": turns,
+            },
+            "balance": {"factor": 0.5, "grade": 6.3, "speed_rpm": 5000},
+            "correction": {"method": "drill"},
+            "cycle": {
+                "strokes": 2,
+                "bore_mm": 89,
+                "compression_ratio": 9,
+                "heat_J": 1000,
+                "firing_order": order,
+            },
+        }
+    )
+
+
+def test_an_order_that_fits_the_other_sense_says_so() -> None:
+    """Two strokes and three crankpins 120° apart fire 1 3 2 one way and 1 2 3 the other."""
+    mesh = crank_solid(PRESETS["inline-3"], 32).mesh
+    three = ab.crank_from_mesh(mesh.vertices, mesh.triangles, density_kg_m3=7850)
+    senses = {"ccw": "cw", "cw": "ccw"}
+    fits = {}
+    for turns, opposite in senses.items():
+        for order in ([1, 2, 3], [1, 3, 2]):
+            try:
+                ab.cycle(two_stroke_three(order, turns), crank=three)
+                fits[turns] = order
+            except JobError as refused:
+                said = str(refused)
+        assert f'fits engine.turns = "{opposite}"' in said
+        assert f'{fits[turns]} fits "{turns}"' in said
+    assert fits["ccw"] != fits["cw"]
