@@ -10,6 +10,7 @@ from autobalance.api.common_parameters import documented
 from autobalance.api.engine_case import Request, job_keys, request
 from autobalance.api.options import place_mm
 from autobalance.api.result import Plots, VerbResult
+from autobalance.engine.dead_centres import dead_centres, first_order_counterweight
 from autobalance.engine.factor_advice import advise
 from autobalance.engine.force_summary import shaking_force, turn_loads, turn_support
 from autobalance.engine.whole_engine import Engine, about
@@ -121,6 +122,8 @@ def forces(
         **job_keys(found.job),
         speed_rpm=found.speed_rpm,
         moments_about_z_mm=reference,
+        cylinders=dead_centres(as_file),
+        first_order_counterweight=first_order_counterweight(as_file),
         states=states,
         factors=Factors.of(advice, transverse_weight),
         warnings=found.warnings,

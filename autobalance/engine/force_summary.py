@@ -13,6 +13,7 @@ from autobalance.records import NotNegative
 from autobalance.rigid_rotor.moments import Array
 
 HIGHEST_ORDER = 8
+HIGHEST_OF_LINKS = 12
 ANGLES = 720
 
 
@@ -27,7 +28,7 @@ class ShakingForce:
     force_n : (n, 2) float
         All orders, along and across the first cylinder [N].
     orders : tuple of Order
-        ½ to 8, in the engine's frame.
+        ½ to 8, with link rods to 12, in the engine's frame.
     """
 
     angle_rad: Array
@@ -48,6 +49,11 @@ class ShakingForce:
     def greatest_transverse_n(self) -> float:
         """Greatest force across the first cylinder [N]."""
         return float(np.abs(self.force_n[:, 1]).max())
+
+
+def highest_order(engine: Engine) -> int:
+    """Return the highest order told: link rods give high ones that plain rods do not."""
+    return HIGHEST_OF_LINKS if any(each.master is not None for each in engine.cylinders) else HIGHEST_ORDER
 
 
 def shaking_force(engine: Engine, speed_rad_s: float) -> ShakingForce:
@@ -75,7 +81,7 @@ def shaking_force(engine: Engine, speed_rad_s: float) -> ShakingForce:
     return ShakingForce(
         angle,
         np.stack([force @ along, force @ across], axis=-1),
-        tuple(engine.orders(speed_rad_s, HIGHEST_ORDER)),
+        tuple(engine.orders(speed_rad_s, highest_order(engine))),
     )
 
 

@@ -37,7 +37,7 @@ class Loads:
     wall_n : (c, n) float
         Of each piston on its cylinder wall, along the cylinder's direction turned by +90° [N].
     crankpin_n : (c, n, 2) float
-        Of each rod on its crankpin [N].
+        Of each rod on its crankpin; of a link rod on its knuckle pin, and of its master less that [N].
     main_n : (m, n, 2) float
         Of the crank on each main bearing [N].
     torque_n_m : (n,) float
@@ -176,11 +176,15 @@ def loads(
     wrist, crankpin = np.zeros((count, angle.size, 2)), np.zeros((count, angle.size, 2))
     wall, torque, gas_torque = np.zeros((count, angle.size)), np.zeros(angle.size), np.zeros(angle.size)
     main = np.zeros((len(mains_z_mm), angle.size, 2))
-    for number, cylinder in enumerate(engine.cylinders):
+    on_master = np.zeros((count, angle.size))
+    # links first: their masters carry what they pull
+    for number, cylinder in sorted(enumerate(engine.cylinders), key=lambda each: each[1].master is None):
         motion = cylinder.slider_crank.motion(angle + (cylinder.throw_angle_rad - cylinder.bank_rad))
         gas = np.zeros(1) if gas_n is None else gas_n[number] / N_PER_G_MM_S2
-        ends = _rod_ends(cylinder, motion, square, acceleration_rad_s2, gas)
+        ends = _rod_ends(cylinder, motion, square, acceleration_rad_s2, gas, on_master[number])
         wrist[number], wall[number], crankpin[number] = ends
+        if cylinder.master is not None:
+            on_master[cylinder.master] += _about_crankpin(cylinder, motion, crankpin[number])
         torque += _torque(cylinder, motion, square, acceleration_rad_s2)
         gas_torque -= gas * motion.dx_mm
         main += _at_mains(crankpin[number], cylinder.z_mm, mains_z_mm)
@@ -198,8 +202,18 @@ def _at_mains(load_n: Array, z_mm: float, mains_z_mm: Sequence[float]) -> Array:
     return result
 
 
+def _about_crankpin(cylinder: Cylinder, motion: Motion, load_n: Array) -> Array:
+    """Return the moment about the crankpin of a link's load (n, 2) on its knuckle pin (n,) [N·mm]."""
+    assert motion.knuckle is not None  # a link's
+    radius = cylinder.slider_crank.crank_radius_mm
+    arm = motion.knuckle.place - radius * (motion.crank_cosine + 1j * motion.crank_sine)
+    arm = arm * complex(*cylinder.direction)
+    result: Array = arm.real * load_n[:, 1] - arm.imag * load_n[:, 0]
+    return result
+
+
 def _rod_ends(
-    cylinder: Cylinder, motion: Motion, square: float, acceleration: float, gas: Array
+    cylinder: Cylinder, motion: Motion, square: float, acceleration: float, gas: Array, links_n_mm: Array
 ) -> tuple[Array, Array, Array]:
     """Wrist-pin load, wall force, crankpin load [N] of a cylinder, (n, 2), (n,), (n, 2); gas in g·mm/s²."""
     crank = cylinder.slider_crank
@@ -207,10 +221,16 @@ def _rod_ends(
     tilt = motion.ddtilt * square + motion.dtilt * acceleration
     couple = cylinder.couple_inertia_g_mm2 * tilt / crank.rod_length_mm
     inertia = cylinder.reciprocating_g * along + gas
+    if links_n_mm.any():  # what link rods turn the master about its crankpin by
+        couple = couple - links_n_mm / (N_PER_G_MM_S2 * crank.rod_length_mm)
     side = (couple - motion.rod_sine * inertia) / motion.rod_cosine  # N of the wall on the piston
-    radius = crank.crank_radius_mm * cylinder.rotating_g
-    pin_x = -radius * (motion.crank_cosine * square + motion.crank_sine * acceleration)
-    pin_y = -radius * (motion.crank_sine * square - motion.crank_cosine * acceleration)
+    if motion.knuckle is None:
+        radius = crank.crank_radius_mm * cylinder.rotating_g
+        pin_x = -radius * (motion.crank_cosine * square + motion.crank_sine * acceleration)
+        pin_y = -radius * (motion.crank_sine * square - motion.crank_cosine * acceleration)
+    else:
+        pin = cylinder.rotating_g * (motion.knuckle.second * square + motion.knuckle.first * acceleration)
+        pin_x, pin_y = pin.real, pin.imag
     cosine, sine = cylinder.direction * N_PER_G_MM_S2
 
     def in_engine(x: Array, y: Array) -> Array:
@@ -224,6 +244,8 @@ def _torque(cylinder: Cylinder, motion: Motion, square: float, acceleration: flo
     """J θ̈ + ½ J′ θ̇² of one cylinder's moving parts (n,) [g·mm²/s²]."""
     slope = cylinder.reciprocating_g * motion.dx_mm * motion.ddx_mm
     slope = slope + cylinder.couple_inertia_g_mm2 * motion.dtilt * motion.ddtilt
+    if motion.knuckle is not None:
+        slope = slope + cylinder.rotating_g * (motion.knuckle.first.conj() * motion.knuckle.second).real
     result: Array = slope * square
     if acceleration:
         result = result + variable_inertia_g_mm2(cylinder, motion) * acceleration
@@ -246,8 +268,9 @@ def variable_inertia_g_mm2(cylinder: Cylinder, motion: Motion) -> Array:
     Hoem & Røsholm 2016, Sec. 2.3, gives T = I dω/dt, true for a constant inertia only.
     """
     r = cylinder.slider_crank.crank_radius_mm
+    turning = r * r if motion.knuckle is None else np.abs(motion.knuckle.first) ** 2
     result: Array = (
-        cylinder.rotating_g * r * r
+        cylinder.rotating_g * turning
         + cylinder.reciprocating_g * motion.dx_mm**2
         + cylinder.couple_inertia_g_mm2 * motion.dtilt**2
     )

@@ -128,6 +128,15 @@ class SliderCrank:
         return math.asin(e / (length + r)), math.pi + math.asin(e / (length - r))
 
     @property
+    def farthest_mm(self) -> float:
+        """Distance of the wrist pin from the crank axis at top dead centre [mm]."""
+        return math.sqrt((self.rod_length_mm + self.crank_radius_mm) ** 2 - self.offset_mm**2)
+
+    def mirrored(self) -> SliderCrank:
+        """Return the train as a mirror along its cylinder shows it."""
+        return SliderCrank(self.crank_radius_mm, self.rod_length_mm, 0.0 - self.offset_mm)
+
+    @property
     def stroke_mm(self) -> float:
         """Travel between the dead centres; more than 2 r with an offset [mm]."""
         r, length, e = self.crank_radius_mm, self.rod_length_mm, self.offset_mm
@@ -203,6 +212,16 @@ class Motion:
     ddtilt: Array
     crank_cosine: Array
     crank_sine: Array
+    knuckle: KnuckleMotion | None = None
+
+
+@dataclass(frozen=True, eq=False)
+class KnuckleMotion:
+    """The pin of a link rod's big end x + iy in its cylinder's axes, with derivatives by the angle [mm]."""
+
+    place: Complex
+    first: Complex
+    second: Complex
 
 
 @dataclass(frozen=True)

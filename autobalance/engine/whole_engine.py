@@ -11,16 +11,19 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from typing import TypeVar
 
 import numpy as np
 
+from autobalance.engine.articulated import LinkCrank
 from autobalance.engine.parts import Parts
-from autobalance.engine.slider_crank import Complex, SliderCrank
+from autobalance.engine.slider_crank import Complex, Motion, SliderCrank
 from autobalance.rigid_rotor.moments import Array
 from autobalance.rigid_rotor.unbalance import Unbalance
 from autobalance.units import N_M_PER_G_MM2_S2, N_PER_G_MM_S2
 
 N_M_PER_N_MM = 1e-3
+Generic = TypeVar("Generic", Array, Complex)
 MIRROR = np.array([1.0, -1.0])
 """Of a vector (x, y) in the x–z plane."""
 
@@ -44,6 +47,8 @@ class Cylinder:
         Share of ``reciprocating_g`` that belongs to the rod, so that the wrist pin does not carry it [g].
     couple_inertia_g_mm2 : float
         Inertia of the rod that its two masses miss, I − m a b [g·mm²].
+    master : int or None
+        Number from 0 of the cylinder whose rod carries this one's on a knuckle pin.
     """
 
     slider_crank: SliderCrank
@@ -54,6 +59,7 @@ class Cylinder:
     z_mm: float = 0.0
     small_end_g: float = 0.0
     couple_inertia_g_mm2: float = 0.0
+    master: int | None = None
 
     def __post_init__(self) -> None:
         Parts(self.rotating_g, self.reciprocating_g, 0.0)  # refuses negative masses
@@ -72,6 +78,12 @@ class Cylinder:
     def direction(self) -> Array:
         """Unit vector (2,) along the cylinder, away from the crank, in the engine's frame."""
         return np.array([math.cos(self.bank_rad), math.sin(self.bank_rad)])
+
+    def in_engine(self, vectors: Generic) -> Generic:
+        """Return vectors (..., 2) of the cylinder's axes in the engine's frame."""
+        cosine, sine = self.direction
+        x, y = vectors[..., 0], vectors[..., 1]
+        return np.stack([cosine * x - sine * y, sine * x + cosine * y], axis=-1)
 
     def bob_weight_product_g_mm(self, factor: float) -> float:
         """Return (m_rot + f m_rec) r of this cylinder alone [g·mm]."""
@@ -159,7 +171,7 @@ class Engine:
         cylinders = tuple(
             replace(
                 each,
-                slider_crank=replace(each.slider_crank, offset_mm=0.0 - each.slider_crank.offset_mm),
+                slider_crank=each.slider_crank.mirrored(),
                 throw_angle_rad=0.0 - each.throw_angle_rad,
                 bank_rad=0.0 - each.bank_rad,
             )
@@ -224,8 +236,12 @@ class Engine:
             product = cylinder.reciprocating_g * cylinder.slider_crank.crank_radius_mm
             phase = np.exp(1j * order * (cylinder.throw_angle_rad - cylinder.bank_rad))
             share = product * cylinder.slider_crank.harmonics(highest) * phase
-            force += share[:, None] * cylinder.direction
-            moment += cylinder.z_mm * share[:, None] * cylinder.direction
+            share = share[:, None] * cylinder.direction
+            if isinstance(cylinder.slider_crank, LinkCrank):
+                beside = cylinder.slider_crank.knuckle_harmonics_mm(highest) * phase[:, None]
+                share = share + cylinder.rotating_g * cylinder.in_engine(beside)
+            force += share
+            moment += cylinder.z_mm * share
         rotating = self.rotating
         force[1] += _turning(rotating.resultant_g_mm)
         moment[1] += _turning(rotating.moment_g_mm2)
@@ -238,7 +254,7 @@ class Engine:
         for cylinder in self.cylinders:
             motion = cylinder.slider_crank.motion(angle + cylinder.throw_angle_rad - cylinder.bank_rad)
             force = (cylinder.reciprocating_g * motion.ddx_mm)[..., None] * cylinder.direction
-            total -= (cylinder.z_mm - z_mm) * force
+            total -= (cylinder.z_mm - z_mm) * (force + _beside_the_crankpin(cylinder, motion))
         result: Array = total * speed_rad_s**2 * N_M_PER_G_MM2_S2
         return result
 
@@ -249,8 +265,18 @@ class Engine:
         for cylinder in self.cylinders:
             motion = cylinder.slider_crank.motion(angle + cylinder.throw_angle_rad - cylinder.bank_rad)
             total -= (cylinder.reciprocating_g * motion.ddx_mm)[..., None] * cylinder.direction
+            total -= _beside_the_crankpin(cylinder, motion)
         result: Array = total * speed_rad_s**2 * N_PER_G_MM_S2
         return result
+
+
+def _beside_the_crankpin(cylinder: Cylinder, motion: Motion) -> Array | float:
+    """Return m_rot (k″ − c″) of a link's big end (..., 2), which is off the crankpin's circle; else 0."""
+    if motion.knuckle is None:
+        return 0.0
+    radius = cylinder.slider_crank.crank_radius_mm
+    off = motion.knuckle.second + radius * (motion.crank_cosine + 1j * motion.crank_sine)
+    return cylinder.rotating_g * cylinder.in_engine(np.stack([off.real, off.imag], axis=-1))
 
 
 def _summed(points: Sequence[tuple[Array, float]]) -> Unbalance:

@@ -7,13 +7,14 @@ from collections.abc import Sequence
 from typing import Literal
 
 from autobalance.errors import JobError
-from autobalance.job.model import BalanceShaftEntry, Bolted, CylinderLayout, RodOnScales
+from autobalance.job.model import BalanceShaftEntry, Bolted, CylinderLayout, LinkRod, RodOnScales
 from autobalance.job.solid_weights import SOLID_ROD
 from autobalance.job.toml.keys import FILLED, Key, Values, plain
 from autobalance.ranges import ANY, COUNTED, NOT_NEGATIVE, POSITIVE
 from autobalance.units import G_MM2_PER_KG_MM2
 
 Sense = Literal["forward", "backward"]
+Kind = Literal["plain", "articulated"]
 VERBS = "forces, shafts, cycle, orders"
 
 BANK_DEG = Key(
@@ -32,8 +33,31 @@ LAYOUT = Key(
     verbs=VERBS,
     keys=(
         BANK_DEG,
+        Key(
+            "kind",
+            Kind,
+            "how rods share a crankpin: side by side, or as links on a master (`[[engine.throw.link]]`)",
+            ANY,
+            "plain",
+        ),
         Key("rod_pitch_mm", float, "between the rods of a throw, along the axis", ANY, 0.0),
         Key("offset_mm", float, "of the cylinder's axis beside the crank axis", ANY, 0.0),
+    ),
+)
+LINK = Key(
+    "link",
+    says="link rods on this throw's master rod, in an articulated engine",
+    many=True,
+    default=(),
+    verbs=VERBS,
+    keys=(
+        Key("cylinder", int, "its cylinder's number in the engine", COUNTED),
+        Key("bank_deg", float, "direction of its cylinder"),
+        Key("rod_length_mm", float, "from knuckle pin to wrist pin", POSITIVE),
+        Key("knuckle_radius_mm", float, "from the crankpin to the knuckle pin", POSITIVE),
+        Key("knuckle_angle_deg", float, "about the crankpin, from the master rod's axis"),
+        Key("rotating_g", float, "mass at its knuckle pin", NOT_NEGATIVE, None, usual="the throw's"),
+        Key("reciprocating_g", float, "mass at its wrist pin", NOT_NEGATIVE, None, usual="the throw's"),
     ),
 )
 ON_SCALES = (
@@ -82,6 +106,32 @@ def layout_of(values: Values, throws: Sequence[Values]) -> CylinderLayout:
         {number: banks for number, banks in by_throw.items() if banks is not None},
         values["rod_pitch_mm"],
         values["offset_mm"],
+    )
+
+
+def links_of(place: str, values: Sequence[Values]) -> tuple[LinkRod, ...]:
+    """Return the link rods of a throw.
+
+    Raises
+    ------
+    JobError
+        If two have one cylinder.
+    """
+    numbers = [each["cylinder"] for each in values]
+    for number in numbers:
+        if numbers.count(number) > 1:
+            raise JobError(f"{place}.link has cylinder {number} twice; each link has a cylinder of its own")
+    return tuple(
+        LinkRod(
+            each["cylinder"],
+            math.radians(each["bank_deg"]),
+            each["rod_length_mm"],
+            each["knuckle_radius_mm"],
+            math.radians(each["knuckle_angle_deg"]),
+            each["rotating_g"],
+            each["reciprocating_g"],
+        )
+        for each in values
     )
 
 

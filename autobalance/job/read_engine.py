@@ -6,12 +6,13 @@ from collections.abc import Mapping, Sequence
 from typing import Any, Literal
 
 from autobalance.errors import JobError
-from autobalance.job.layout import BANK_DEG, LAYOUT, ROD, layout_of, rod_of
+from autobalance.job.layout import BANK_DEG, LAYOUT, LINK, ROD, layout_of, links_of, rod_of
 from autobalance.job.model import (
     Attached,
     CylinderLayout,
     Distribution,
     EngineParts,
+    LinkRod,
     PartWeights,
     ThrowParts,
     Weight,
@@ -65,6 +66,7 @@ THROW = (
     Key("rods", int, "connecting rods on its crankpin", COUNTED, None, usual="`rods_per_throw`"),
     BANK_DEG,
     *WEIGHTS,
+    LINK,
 )
 ATTACHED = (
     Key("name", str, "what it is"),
@@ -133,8 +135,14 @@ def engine_of(values: Values, pin_in_file: bool) -> EngineParts:
         number = throw["number"]
         if number in by_throw:
             raise JobError(f"engine.throw[{place}].number is {number} again; each throw may stand once")
-        rods = default.rods if throw["rods"] is None else throw["rods"]
-        by_throw[number] = ThrowParts(rods, default.weights.merged(weights_of(throw)))
+        links = _links(f"engine.throw[{place}]", throw, values["layout"]["kind"])
+        usual = 1 + len(links) if links else default.rods
+        rods = usual if throw["rods"] is None else throw["rods"]
+        if links and rods != usual:
+            raise JobError(
+                f"engine.throw[{place}].rods is {rods}; expected {usual}, a master and {len(links)} links"
+            )
+        by_throw[number] = ThrowParts(rods, default.weights.merged(weights_of(throw)), links)
     _check_crankpin("engine", default.weights, pin_in_file)
     if pin_in_file:
         for place, throw in enumerate(values["throw"], 1):
@@ -149,6 +157,12 @@ def engine_of(values: Values, pin_in_file: bool) -> EngineParts:
         rod=rod_of(values["rod"]),
         clockwise=values["turns"] == "cw",
     )
+
+
+def _links(place: str, throw: Values, kind: str) -> tuple[LinkRod, ...]:
+    if throw["link"] and kind != "articulated":
+        raise JobError(f'{place}.link is given; expected engine.layout.kind = "articulated" beside it')
+    return links_of(place, throw["link"])
 
 
 def original_of(values: Values | None, pin_in_file: bool, needed: bool) -> PartWeights | None:

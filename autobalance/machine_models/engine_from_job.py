@@ -8,12 +8,12 @@ from dataclasses import replace
 import numpy as np
 
 from autobalance.crank.anatomy import Anatomy, Throw
-from autobalance.engine.conrod import ConnectingRod
 from autobalance.engine.force_summary import ShakingForce, shaking_force
 from autobalance.engine.slider_crank import SliderCrank
 from autobalance.engine.whole_engine import CrankUnbalance, Cylinder, Engine
 from autobalance.errors import JobError
-from autobalance.job import Job, RodOnScales
+from autobalance.job import Job
+from autobalance.machine_models.linked_rods import LONG_ROD, articulated, bare_rod
 from autobalance.machine_models.measured import Crank
 from autobalance.machine_models.rotor_from_job import attached_moments, throw_loads, total_g
 from autobalance.rigid_rotor.moments import Moments
@@ -22,9 +22,6 @@ from autobalance.solid.csg.solid import Solid
 
 ROUNDING = 1e-5
 """Share of a crank's mass below which what its bays miss of it is rounding, or its facets."""
-LONG_ROD = 1e3
-"""Rod ÷ crank radius where the job gives no rod length; only the first order is used then, which is free
-of it."""
 
 
 def cylinders(job: Job, anatomy: Anatomy, *, rod_needed: bool = True) -> tuple[Cylinder, ...]:
@@ -38,7 +35,10 @@ def cylinders(job: Job, anatomy: Anatomy, *, rod_needed: bool = True) -> tuple[C
     if job.engine.rod_length_mm is None and rod_needed:
         raise JobError(f"{job.path.name}: engine.rod_length_mm is missing; forces need it")
     try:
-        return tuple(cylinder for throw in anatomy.throws for cylinder in _of_throw(job, throw))
+        found: list[Cylinder] = []
+        for throw in anatomy.throws:
+            found += articulated(job, throw, len(found)) or _of_throw(job, throw)
+        return tuple(found)
     except JobError:  # has named the job and the key
         raise
     except ValueError as error:
@@ -62,7 +62,7 @@ def _of_throw(job: Job, throw: Throw) -> list[Cylinder]:
             f" for the {parts.rods} rod{'s' * (parts.rods != 1)} on throw {throw.number}; one each is needed"
         )
     length = engine.rod_length_mm or LONG_ROD * throw.crank_radius_mm
-    small_end_g, couple = _bare_rod(engine.rod, length)
+    small_end_g, couple = bare_rod(engine.rod, length)
     first = float(throw.crankpin.centre_mm[2]) - 0.5 * layout.rod_pitch_mm * (parts.rods - 1)
     return [
         Cylinder(
@@ -77,13 +77,6 @@ def _of_throw(job: Job, throw: Throw) -> list[Cylinder]:
         )
         for number, bank in enumerate(banks)
     ]
-
-
-def _bare_rod(rod: RodOnScales | None, length_mm: float) -> tuple[float, float]:
-    if rod is None:
-        return 0.0, 0.0
-    found = ConnectingRod.from_two_scales(rod.big_end_g, rod.small_end_g, length_mm, rod.inertia_g_mm2)
-    return found.small_end_g, found.couple_inertia_g_mm2
 
 
 def in_its_sense(job: Job, engine: Engine) -> Engine:
@@ -186,7 +179,9 @@ def shaking(job: Job, anatomy: Anatomy, crank: Moments) -> ShakingForce | None:
     """
     numbers = [throw.number for throw in anatomy.throws]
     if any(
-        job.engine.layout.banks_of(number) is None and job.engine.of_throw(number).rods > 1
+        job.engine.layout.banks_of(number) is None
+        and job.engine.of_throw(number).rods > 1
+        and not job.engine.of_throw(number).links
         for number in numbers
     ):
         return None

@@ -12,6 +12,7 @@ from autobalance.engine.balance_factor import balance_factor, bob_weight_moments
 from autobalance.engine.parts import Parts, ThrowLoad
 from autobalance.errors import JobError
 from autobalance.job import Attached, EngineParts, Job, PartWeights, Weight
+from autobalance.job.model import LinkRod, ThrowParts
 from autobalance.rigid_rotor.moments import Moments
 from autobalance.rigid_rotor.tolerance import Tolerance
 from autobalance.rigid_rotor.unbalance import Unbalance
@@ -29,7 +30,7 @@ def throw_loads(
     """Return what hangs on each throw; ``weights`` take the place of the job's parts on all of them."""
     return tuple(
         ThrowLoad(
-            _parts(weights or engine.of_throw(throw.number).weights, engine.of_throw(throw.number).rods),
+            _parts(weights or engine.of_throw(throw.number).weights, engine.of_throw(throw.number)),
             throw.crank_radius_mm,
             throw.angle_rad,
             float(throw.crankpin.centre_mm[2]),
@@ -56,12 +57,23 @@ def fitted_bob_weights_g(job: Job, anatomy: Anatomy, factor: float) -> tuple[flo
     )
 
 
-def _parts(weights: PartWeights, rods: int) -> Parts:
-    return Parts(
-        rotating_g=total_g(weights.rotating),
-        reciprocating_g=total_g(weights.reciprocating),
-        crankpin_g=total_g(weights.crankpin),
-        rods=rods,
+def _parts(weights: PartWeights, throw: ThrowParts) -> Parts:
+    """Return what hangs on a throw; rods of different weights count with their mean."""
+    rotating, reciprocating = total_g(weights.rotating), total_g(weights.reciprocating)
+    if throw.links:
+        master = throw.rods - len(throw.links)
+        others = [rod_weights_g(each, rotating, reciprocating) for each in throw.links]
+        turning, moving = (sum(each[n] for each in others) for n in (0, 1))
+        rotating = (master * rotating + turning) / throw.rods
+        reciprocating = (master * reciprocating + moving) / throw.rods
+    return Parts(rotating, reciprocating, total_g(weights.crankpin), throw.rods)
+
+
+def rod_weights_g(link: LinkRod, rotating_g: float, reciprocating_g: float) -> tuple[float, float]:
+    """Return what turns and what reciprocates of a link rod; the throw's where the job does not say."""
+    return (
+        rotating_g if link.rotating_g is None else link.rotating_g,
+        reciprocating_g if link.reciprocating_g is None else link.reciprocating_g,
     )
 
 

@@ -65,7 +65,7 @@ def same(one: object, other: object, place: str = "") -> None:
         assert isinstance(other, dict)
         assert one.keys() == other.keys()
         for key, value in one.items():
-            if key not in ("input", "job", "bank_deg", "phase_deg", "place_mm"):
+            if key not in ("input", "job", "bank_deg", "phase_deg", "angle_deg", "place_mm"):
                 same(value, other[key], f"{place}.{key}")
     elif isinstance(one, list):
         assert isinstance(other, list)

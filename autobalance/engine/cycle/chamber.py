@@ -78,8 +78,7 @@ class Chamber:
 
     @property
     def _farthest_mm(self) -> float:
-        crank = self.slider_crank
-        return math.sqrt((crank.rod_length_mm + crank.crank_radius_mm) ** 2 - crank.offset_mm**2)
+        return self.slider_crank.farthest_mm
 
     def surface_mm2(self, volume_mm3: Array) -> Array:
         """Return the wall that the gas touches: head, piston crown and liner, all flat [mm²]."""

@@ -10,6 +10,7 @@ from typing import Literal
 
 import numpy as np
 
+from autobalance.engine.articulated import LinkCrank
 from autobalance.engine.cycle.chamber import Chamber
 from autobalance.engine.cycle.closed_part import AdiabaticPart, Charge, ClosedPart
 from autobalance.engine.cycle.heat_release import Wiebe
@@ -245,10 +246,15 @@ class CylinderCycle:
         angle = panels.nodes_rad
         volume = self.chamber.volume_mm3(angle)
         force = (self.pressure_mpa(angle, volume) - self.below_mpa(volume)) * self.chamber.piston_area_mm2
-        motion = self.chamber.slider_crank.motion(angle + self.chamber.top_rad)
+        crank = self.chamber.slider_crank
+        if isinstance(crank, LinkCrank):
+            return float(
+                np.sum(force * crank.lever_mm(angle + crank.dead_centres_rad[0]) * panels.weights_rad)
+            )
+        motion = crank.motion(angle + self.chamber.top_rad)
         # The rod's force on the crankpin is (−G, −G tan β); its moment about the axis is r × F.
         along, across = -force, -force * motion.rod_sine / motion.rod_cosine
-        radius = self.chamber.slider_crank.crank_radius_mm
+        radius = crank.crank_radius_mm
         torque = radius * (motion.crank_cosine * across - motion.crank_sine * along)
         return float(np.sum(torque * panels.weights_rad))
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
+from dataclasses import asdict
 from typing import Any
 
 import numpy as np
@@ -22,6 +23,7 @@ from autobalance.engine.cycle.factors import (
 from autobalance.engine.cycle.firing_engine import as_complex
 from autobalance.engine.cycle.pendulum import Pendulum
 from autobalance.engine.cycle.speed import run_up_s
+from autobalance.engine.dead_centres import dead_centres
 from autobalance.units import BAR_PER_MPA, N_M_PER_N_MM, RAD_S_PER_RPM
 
 Values = dict[str, Any]
@@ -35,13 +37,16 @@ RUN_UP_FROM = 0.2
 def cycle_values(found: CycleAnalysis, factors: Sequence[float], wanted: float | None) -> Values:
     """Return everything that a cycle tells at its speed; ``wanted`` is the fluctuation asked for."""
     firing = found.firing
-    cylinders = [cylinder_values(cycle) for cycle in firing.cycles]
+    numbered = [
+        {**asdict(places), **cylinder_values(cycle)}
+        for places, cycle in zip(dead_centres(firing.engine), firing.cycles, strict=True)
+    ]
     return {
         "speed_rpm": found.speed_rad_s / RAD_S_PER_RPM,
         "strokes": firing.strokes,
         "firing_deg": [math.degrees(angle) for angle in firing.firing_rad],
-        "cylinder": cylinders[0],
-        "cylinders": [{"number": number, **each} for number, each in enumerate(cylinders, 1)],
+        "cylinder": {key: value for key, value in numbered[0].items() if key != "number"},
+        "cylinders": numbered,
         "torque": _torque(found),
         "power_W": found.mean_n_m * found.speed_rad_s,
         "speed": _speed(found, wanted),

@@ -86,11 +86,29 @@ class PartWeights:
 
 
 @dataclass(frozen=True)
+class LinkRod:
+    """A rod that hangs on the master rod of its throw, on a knuckle pin.
+
+    ``cylinder`` counts through the engine, from 1; ``knuckle_rad`` is about the crankpin from the master
+    rod's axis; masses None: those of the throw's other rods.
+    """
+
+    cylinder: int
+    bank_rad: float
+    rod_length_mm: float
+    knuckle_radius_mm: float
+    knuckle_rad: float
+    rotating_g: float | None = None
+    reciprocating_g: float | None = None
+
+
+@dataclass(frozen=True)
 class ThrowParts:
-    """What hangs on one throw."""
+    """What hangs on one throw; with ``links``, one of its rods is their master."""
 
     rods: int
     weights: PartWeights
+    links: tuple[LinkRod, ...] = ()
 
 
 @dataclass(frozen=True)

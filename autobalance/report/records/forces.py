@@ -9,6 +9,7 @@ from typing import Annotated, Literal, Self
 import numpy as np
 
 from autobalance.engine.complete_balance import BoltOnWeight
+from autobalance.engine.dead_centres import DeadCentres, FirstOrderCounterweight
 from autobalance.engine.factor_advice import FactorAdvice, FactorRow
 from autobalance.engine.force_summary import LoadRow, load_row
 from autobalance.engine.force_summary import ShakingForce as EngineForce
@@ -212,6 +213,8 @@ class ForcesReport(JobReport):
     command: Literal["forces"] = "forces"
     speed_rpm: Positive
     moments_about_z_mm: float
+    cylinders: Sequence[DeadCentres]
+    first_order_counterweight: FirstOrderCounterweight
     states: Sequence[EngineState]
     factors: Factors
     warnings: Sequence[str]

@@ -1,0 +1,60 @@
+"""Strokes and dead centres of an engine's cylinders, and the counterweight that its first order asks for."""
+
+from __future__ import annotations
+
+import math
+
+from autobalance.engine.whole_engine import Engine
+from autobalance.records import Angle, NotNegative, Ordinal, Positive, record
+from autobalance.units import N_PER_G_MM_S2
+
+
+@record
+class DeadCentres:
+    """Stroke of a cylinder and where its piston turns; crank angles count in the sense of turning."""
+
+    number: Ordinal
+    stroke_mm: Positive
+    top_dead_centre_deg: Angle
+    bottom_dead_centre_deg: Angle
+
+
+@record
+class FirstOrderCounterweight:
+    """Unbalance that the crank needs against the forward first order, and what stays backward.
+
+    Of rods and pistons alone; the angle is that of the counterweight on the crank.
+    """
+
+    product_g_mm: NotNegative
+    angle_deg: Angle
+    backward_g_mm: NotNegative
+
+
+def dead_centres(engine: Engine) -> list[DeadCentres]:
+    """Return stroke and dead centres of each cylinder."""
+    found = []
+    for number, each in enumerate(engine.cylinders, 1):
+        lead = each.bank_rad - each.throw_angle_rad
+        top, bottom = (math.degrees(at + lead) % 360.0 % 360.0 for at in each.slider_crank.dead_centres_rad)
+        found.append(
+            DeadCentres(
+                number=number,
+                stroke_mm=each.slider_crank.stroke_mm,
+                top_dead_centre_deg=top,
+                bottom_dead_centre_deg=bottom,
+            )
+        )
+    return found
+
+
+def first_order_counterweight(engine: Engine) -> FirstOrderCounterweight:
+    """Return what would cancel the forward first order of an engine's rods and pistons."""
+    order = Engine(engine.cylinders).orders(1.0, 1)[-1].force_n / N_PER_G_MM_S2
+    forward, backward = 0.5 * (order[0] + 1j * order[1]), 0.5 * (order[0] - 1j * order[1])
+    angle = math.degrees(math.atan2(forward.imag, forward.real))
+    return FirstOrderCounterweight(
+        product_g_mm=float(abs(forward)),
+        angle_deg=(180.0 + (-angle if engine.clockwise else angle)) % 360.0 % 360.0,
+        backward_g_mm=float(abs(backward)),
+    )
