@@ -16,10 +16,12 @@ from autobalance.balancing.measured_crank import measure_crank, measured_source
 from autobalance.crank.assembly_parts import AssemblyPart, assembly_parts
 from autobalance.errors import BodiesError, JobError, UsageError
 from autobalance.job.assembled import body_key, other_parts
+from autobalance.job.header import SHOP
 from autobalance.job.model import Crankshaft
 from autobalance.job.read import tables_of
 from autobalance.job.read_crankshaft import read_crankshaft
-from autobalance.job.template import Found, OtherParts, commented_toml, job_rows
+from autobalance.job.shop import NAME, user_folder
+from autobalance.job.template import Found, OtherParts, commented_toml, job_rows, table_rows
 from autobalance.job.toml.settings import with_settings
 from autobalance.job.toml.text import toml_text
 from autobalance.job.toml.typed_units import FILL_IN, leaves
@@ -35,13 +37,16 @@ JOB_ENDINGS = (".toml", ".xlsx")
 
 @dataclass(frozen=True, eq=False, repr=False)
 class InitResult(VerbResult):
-    """A job that was written for a crank, as the bytes of its file."""
+    """A job that was written for a crank, or a shop's own file, as the bytes of its file."""
 
     file: Path
     data: bytes
 
     def text(self, units: str = "metric") -> str:
         """Return where the job went and what is left to fill in."""
+        if "shop" in self.report:
+            places = f"beside a job as {NAME}, or as {user_folder() / NAME} for all jobs"
+            return f"{self.file}: the shop's own file; uncomment what it has. It is read {places}"
         left = self.report["fill_in"]
         if not left:
             return f"{self.file}: the same job, nothing left to fill in"
@@ -55,25 +60,26 @@ class InitResult(VerbResult):
 
 @documented
 def init(
-    source: str | Path,
+    source: str | Path | None = None,
     *,
     file: str | Path | None = None,
     unit: str | None = None,
     density_kg_m3: float | None = None,
     method: str = "drill",
     settings: Sequence[str] = (),
+    shop: bool = False,
     progress: Progress | None = None,
 ) -> InitResult:
-    """Make a commented job for a crank, or put a job into its other form.
+    """Make a commented job for a crank, put a job into its other form, or begin a shop's own file.
 
     Nothing is written until asked.
 
     Parameters
     ----------
-    source : path
+    source : path or None
         Crank file, whose journals and throws are recognised, or a job (.toml, .xlsx) to convert.
     file : path or None
-        Job file to write, .toml or .xlsx; None: the source's name with .toml, in the working folder.
+        File to write, .toml or .xlsx; None: the source's name with .toml, in the working folder.
     unit : {"mm", "cm", "m", "inch"} or None
         Unit of length of the crank file, where its format carries none; None: the format's.
     density_kg_m3 : float or None
@@ -83,12 +89,19 @@ def init(
     settings : sequence of str
         Key of the job to set before the crank is recognised, for example crankshaft.crankpin_in_file=false.
         Each as text.
+    shop : bool
+        Write shop.toml, the shop's own file: its name, tools and machine, read with every job beside it. In
+        the user's configuration folder it is read with all jobs.
 
     Raises
     ------
     AutobalanceError
         If the crank or the job cannot be read.
     """
+    if shop:
+        return _shop(source, file)
+    if source is None:
+        raise UsageError("init needs a CRANK or a JOB; or --shop for the shop's own file")
     source = Path(source)
     target = Path(file) if file is not None else Path(f"{source.stem}.toml")
     if target.suffix.lower() not in JOB_ENDINGS:
@@ -103,6 +116,16 @@ def init(
         key for row in rows if row.active for key, value in leaves(row.value, row.key) if value == FILL_IN
     ]
     return InitResult(_report(target, str(source), left), target, data)
+
+
+def _shop(source: str | Path | None, file: str | Path | None) -> InitResult:
+    target = Path(NAME if file is None else file)
+    if source is not None:
+        raise UsageError(f"--shop beside {source}; the shop's own file is for every crank: leave it out")
+    if target.suffix.lower() != ".toml":
+        raise UsageError(f"-o {target}: the shop's own file ends in .toml")
+    report = {**report_head("init"), "crank": None, "job": None, "shop": str(target), "fill_in": []}
+    return InitResult(report, target, commented_toml(table_rows(SHOP)).encode())
 
 
 def _is_workbook(target: Path) -> bool:

@@ -19,9 +19,10 @@ VERB = Verb(
         "autobalance init crank.stl --unit mm -o crank.xlsx   the same as a workbook",
         "autobalance init crank.toml -o crank.xlsx            a job in the other form, and back",
         "autobalance init halves.stl --unit mm --set crankshaft.crankpin_in_file=false",
+        "autobalance init --shop                              the shop's own file, shop.toml",
     ),
     options={
-        "source": Option(metavar="CRANK|JOB"),
+        "source": Option(metavar="CRANK|JOB", positional=True),
         "file": Option(("-o", "--output"), metavar="FILE"),
         "method": Option(metavar="KIND"),
     },

@@ -24,6 +24,7 @@ from autobalance.job.model import (
 from autobalance.job.read_crankshaft import CRANKSHAFT, crankshaft_of, of_no_file
 from autobalance.job.read_engine import engine_of, engine_values, original_of, weight_values
 from autobalance.job.rod_solid import with_measured_rod
+from autobalance.job.shop import with_shop
 from autobalance.job.solid_weights import with_weighed_solids
 from autobalance.job.tables import OF_TORSION, TOP_KEYS, job_tables
 from autobalance.job.toml.document import text_of, toml_of
@@ -117,7 +118,8 @@ def load(path: str | Path, settings: Sequence[str] = ()) -> Job:
     Parameters
     ----------
     path : path
-        A TOML file, or a workbook as ``init`` writes it; the crank file it names is relative to it.
+        A TOML file, or a workbook as ``init`` writes it; the crank file it names is relative to it. The
+        shop's own file, beside it or in the user's configuration folder, is read with it.
     settings : sequence of str
         Keys to set before anything is checked: ``balance.factor=0.5``.
 
@@ -133,7 +135,7 @@ def load(path: str | Path, settings: Sequence[str] = ()) -> Job:
         If it is not TOML, or a key is unknown, missing, of the wrong type or impossible.
     """
     path = Path(path)
-    raw = tables_of(path)
+    raw = with_shop(tables_of(path), path.parent)
     try:
         return parse(with_settings(raw, settings), path, settings=tuple(settings))
     except JobError as error:
@@ -318,6 +320,7 @@ def _filled(job: Job, values: Values) -> Values:
         **({} if job.torsion is None else job.torsion.filled),
         **({"study": plain(values["study"])} if "study" in job.raw else {}),
         **({} if job.drive is None else {"drive": plain(values["drive"])}),
+        **{key: plain(values[key]) for key in ("job", "shop") if key in job.raw},
         **({"assembly": [dict(each.values) for each in job.assembly]} if job.assembly else {}),
         "correction": {
             "method": list(job.method_names),

@@ -6,6 +6,7 @@ from collections.abc import Collection
 from typing import Any
 
 from autobalance.job.balance import BALANCE
+from autobalance.job.header import JOB, SHOP
 from autobalance.job.layout import SHAFTS
 from autobalance.job.limits import correction_key
 from autobalance.job.read_crankshaft import CRANKSHAFT
@@ -19,13 +20,16 @@ OF_TORSION = (
 )
 OF_FEW = ("cycle", "assembly", "drive", *OF_TORSION)
 """Tables that few jobs hold; their declarations load what they are about."""
-TOP_KEYS = ("crankshaft", "engine", "original", "balance", "correction", "shafts", "study", *OF_FEW)
+TOP_KEYS = (
+    *("crankshaft", "engine", "original", "balance", "correction", "shafts", "study", "job", "shop"),
+    *OF_FEW,
+)
 """What may stand at the top level of a job."""
 
 
 def job_tables(held: Collection[str] = TOP_KEYS) -> tuple[Key, ...]:
     """Return the declarations of a job's tables; of those that few jobs hold, only those among ``held``."""
-    return (CRANKSHAFT, ENGINE, ORIGINAL, BALANCE, correction_key(), SHAFTS, STUDY, *_of_few(held))
+    return (CRANKSHAFT, ENGINE, ORIGINAL, BALANCE, correction_key(), SHAFTS, STUDY, JOB, SHOP, *_of_few(held))
 
 
 def _of_few(held: Collection[str]) -> tuple[Key, ...]:

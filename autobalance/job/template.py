@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
+from autobalance.job.toml.keys import Key, plain
 from autobalance.job.toml.text import toml_value
 from autobalance.job.toml.typed_units import FILL_IN
 from autobalance.job.workbook import Row
@@ -219,6 +221,26 @@ def _correction(found: Found) -> list[Row]:
         Row("correction.drill.zone", "counterweights", "", "or anywhere", active=False),
         Row("correction.drill.max_holes", 6, "", "on each counterweight", active=False),
     ]
+
+
+def table_rows(key: Key) -> list[Row]:
+    """Return a table with all of its keys as hints, as they are declared."""
+    rows = [_heading(key.says[:1].upper() + key.says[1:])]
+    for each in key.keys:
+        value = each.example if each.default in (None, ()) else plain(each.default)
+        rows.append(Row(f"{key.name}.{each.name}", value, each.unit, in_plain_text(each.says), active=False))
+    return rows
+
+
+def in_plain_text(says: str) -> str:
+    """Return a key's meaning without the marks of the documentation.
+
+    Examples
+    --------
+    >>> in_plain_text("a list, `[8.0]`: see [step.md](step.md)")
+    'a list, [8.0]: see step.md'
+    """
+    return re.sub(r"\[([^]]+)\]\([^)]+\)", r"\1", says).replace("`", "").replace("**", "")
 
 
 def commented_toml(rows: Iterable[Row]) -> str:

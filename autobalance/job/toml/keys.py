@@ -18,7 +18,7 @@ from autobalance.job.toml.document import text_of, toml_of
 from autobalance.job.toml.faults import Faults
 from autobalance.job.toml.table import Table, unknown_keys
 from autobalance.job.toml.typed_units import in_base_units
-from autobalance.job.toml.typed_values import TYPED, unit_of_name
+from autobalance.job.toml.typed_values import TYPED, TypedUnit, unit_of_name
 from autobalance.ranges import ANY, POSITIVE, SMALLEST, Rule
 
 Values = dict[str, Any]
@@ -48,8 +48,9 @@ class Key:
 
     ``typed`` is the unit of a number that may be typed with it, where the name does not end in one.
     ``not_empty`` says what to do instead of leaving a list or text empty, ``missing`` what more to say where
-    a key is not there, ``usual`` what a default is that is no value, ``verbs`` which verbs read it, ``shape``
-    what JSON Schema has to say beyond all that.
+    a key is not there, ``usual`` what a default is that is no value, ``verbs`` which verbs read it,
+    ``example`` what a template shows of it where it has no default, ``shape`` what JSON Schema has to say
+    beyond all that.
     """
 
     name: str
@@ -67,6 +68,7 @@ class Key:
     missing: str = ""
     usual: str = ""
     verbs: str = ""
+    example: Any = None
     shape: Mapping[str, Any] = field(default_factory=dict)
 
     @property
@@ -183,7 +185,7 @@ def value_of(table: Table, key: Key) -> Any:
         return key.default
     if key.hint is dict and there:
         return dict(Table(raw, where, None).raw)
-    found = _typed(table, key) if isinstance(raw, str) else table.value(key.name, key.hint, key.rule)
+    found = _typed(table, key) if isinstance(raw, str | list) else table.value(key.name, key.hint, key.rule)
     if key.not_empty and found in ("", ()):
         empty = "empty" if found == "" else "an empty list"
         raise JobError(f"{where} is {empty}; {key.not_empty}")
@@ -195,20 +197,24 @@ def _table_value(raw: object, key: Key, where: str) -> Values:
 
 
 def _typed(table: Table, key: Key) -> Any:
-    """Return a value that is a text: one that it may be, or a number with its unit."""
-    unit, text = TYPED.get(key.unit), table.raw[key.name]
+    """Return a value whose numbers may be texts with their unit."""
+    unit, raw = TYPED.get(key.unit), table.raw[key.name]
     if unit is None:
         return table.value(key.name, key.hint, key.rule)
-    if unit.fits(str(text)):
-        number = unit.number(str(text), table.place(key.name))
-        return Table({key.name: number}, table.path, None).value(key.name, key.hint, key.rule)
+    number = _as_number(raw, unit, table.place(key.name))
     try:
-        return table.value(key.name, key.hint, key.rule)
+        return Table({key.name: number}, table.path, None).value(key.name, key.hint, key.rule)
     except JobError as error:
-        text = str(error)
-        raise JobError(
-            text if text.endswith("?") else f'{text}, or with its unit: "{unit.example}"'
-        ) from None
+        said = str(error)
+        if number is not raw or not isinstance(raw, str) or said.endswith("?"):
+            raise
+        raise JobError(f'{said}, or with its unit: "{unit.example}"') from None
+
+
+def _as_number(raw: object, unit: TypedUnit, where: str) -> object:
+    if isinstance(raw, list):
+        return [_as_number(item, unit, f"{where}[{place}]") for place, item in enumerate(raw, 1)]
+    return unit.number(raw, where) if isinstance(raw, str) and unit.fits(raw) else raw
 
 
 def _many(table: Table, key: Key) -> Any:

@@ -1,0 +1,73 @@
+"""The tables [job] and [shop]: whose work this is, and what the shop has; kept in the report."""
+
+from __future__ import annotations
+
+from typing import Literal
+
+from autobalance.job.toml.keys import Key
+from autobalance.ranges import POSITIVE
+
+DrillSeries = Literal["mm", "inch", "letter", "number"]
+
+JOB = Key(
+    "job",
+    says="whose work this is; kept in the report",
+    default=None,
+    verbs="all",
+    keys=(
+        Key("customer", str, "for whom", default=None, example="A. Customer"),
+        Key("engine", str, "what the crank is of", default=None, example="CRF 250 R"),
+        Key("serial", str, "serial number of the crank", default=None, example="C-0417"),
+        Key("operator", str, "who balances it", default=None, example="B. Turner"),
+        Key("note", str, "anything else", default=None, example="second set of pistons"),
+    ),
+)
+SLUG = (
+    Key("diameter_mm", float, "of the slug", POSITIVE),
+    Key("length_mm", float, "of the slug", POSITIVE),
+    Key("density_kg_m3", float, "of its metal", POSITIVE, 17000.0),
+)
+SHOP = Key(
+    "shop",
+    says="the shop and what it has; kept in the report",
+    default=None,
+    verbs="all",
+    keys=(
+        Key("name", str, "of the shop", default=None, example="Turner & Daughters, crankshafts"),
+        Key("logo", str, "picture, relative to the file that names it", default=None, example="logo.png"),
+        Key("units", Literal["metric", "inch"], "in which it works", default=None, example="metric"),
+        Key(
+            "drills",
+            DrillSeries | tuple[float, ...],
+            'drills at hand: a series, or a list of diameters such as `[8.0, "1/2 in"]`',
+            POSITIVE,
+            None,
+            typed="mm",
+            not_empty="leave it out, or name one",
+            example=[8.0, 10.0, "1/2 in"],
+        ),
+        Key(
+            "slugs",
+            says="heavy-metal slugs at hand",
+            keys=SLUG,
+            many=True,
+            default=(),
+            example=[{"diameter_mm": 25.4, "length_mm": 12.7, "density_kg_m3": 17000.0}],
+        ),
+        Key(
+            "washers_g",
+            tuple[float, ...],
+            "washers that bob-weights are stacked from",
+            POSITIVE,
+            None,
+            example=[1.0, 2.0, 5.0, 10.0],
+        ),
+        Key(
+            "machine",
+            str,
+            "its balancing machine's file, for `autobalance machine`, relative to the file that names it",
+            default=None,
+            example="MACHINE.toml",
+        ),
+    ),
+)

@@ -1,0 +1,59 @@
+"""A shop's own file, ``shop.toml``: found beside a job, or else in the user's configuration folder."""
+
+from __future__ import annotations
+
+import os
+import sys
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+from autobalance.errors import JobError
+from autobalance.job.header import SHOP
+from autobalance.job.toml.document import text_of, toml_of
+from autobalance.job.toml.keys import read
+from autobalance.job.toml.typed_units import in_base_units
+
+NAME = "shop.toml"
+FILES = ("logo", "machine")
+"""Keys that are paths, relative to the file that they stand in."""
+
+
+def user_folder() -> Path:
+    """Return the user's configuration folder of the program, whether it is there or not."""
+    home = Path(os.path.expanduser("~"))
+    if sys.platform == "win32":
+        base = Path(os.environ.get("APPDATA") or home / "AppData" / "Roaming")
+    elif sys.platform == "darwin":
+        base = home / "Library" / "Application Support"
+    else:
+        base = Path(os.environ.get("XDG_CONFIG_HOME") or home / ".config")
+    return base / "autobalance"
+
+
+def shop_file(folder: Path) -> Path | None:
+    """Return the shop's file for a job in a folder; None where there is none."""
+    return next((each for each in (folder / NAME, user_folder() / NAME) if each.is_file()), None)
+
+
+def with_shop(raw: Mapping[str, Any], folder: Path) -> Mapping[str, Any]:
+    """Return the tables of a job with what the shop's file says; the job's own ``[shop]`` goes first.
+
+    Raises
+    ------
+    FileError, JobError
+        If the shop's file cannot be read, or is wrong; the message begins with its path.
+    """
+    path, own = shop_file(folder), raw.get("shop", {})
+    if path is None or not isinstance(own, Mapping):
+        return raw
+    try:
+        found = in_base_units(toml_of(text_of(path, "shop's file"), path.name))
+        read(found, (SHOP,))
+    except JobError as error:
+        raise error.within(str(path)) from None
+    shop = dict(found.get("shop", {}))
+    for key in FILES:
+        if key in shop:
+            shop[key] = (path.parent / shop[key]).resolve().as_posix()
+    return {**raw, "shop": {**shop, **own}}
