@@ -20,6 +20,7 @@ from autobalance.job.read import tables_of
 from autobalance.job.toml.keys import named_in
 from autobalance.job.toml.settings import with_settings
 from autobalance.job.torsion import check_station, crank_torsion
+from autobalance.machine_models.torsion_dampers import FittedDamper, with_dampers
 from autobalance.machine_models.torsion_excited import ExcitedTrain
 from autobalance.machine_models.torsion_from_job import CrankChain, crank_chain
 from autobalance.machine_models.torsion_trains import named_train
@@ -100,10 +101,11 @@ def _of_chain(file: ChainFile, settings: Sequence[str] = ()) -> TorsionResult:
     orders = tuple(sorted({each.order for each in file.question.excitations}))
     named = named_train(file.chain, file.names, file.diameters_m, file.question.parts)
     model = ExcitedTrain(named, file.chain if file.question.parts.plain else None, file.question, orders)
+    model, dampers = with_dampers(model)
     file.filled["torsion"]["damping_ratio"] = model.damping_ratio
     head = {**report_head("torsion"), **({"job_set": list(settings)} if settings else {})}
     values = {**head, "input": file.filled}
-    return TorsionResult({**values, **_solved(model)})
+    return TorsionResult({**values, **_solved(model, dampers)})
 
 
 def _of_job(job: Job, crank: Crank | None, fem: bool | None, progress: Progress | None) -> TorsionResult:
@@ -114,10 +116,11 @@ def _of_job(job: Job, crank: Crank | None, fem: bool | None, progress: Progress 
     torques = _cycle_torques(found.job, found.crank)
     model = _excited(made, asked.question, torques)
     _check_stations(asked.question, len(model.named.names))
+    model, dampers = with_dampers(model)
     asked.filled["torsion"]["damping_ratio"] = model.damping_ratio
     told = {**jobs.describe(found.job), **asked.filled}
     values = {**report_head("torsion"), **job_set(found.job), "input": told}
-    solved = _solved(model, made)
+    solved = _solved(model, dampers, made)
     twists = _twisted(found.crank, asked, progress) if asked.filled["torsion"]["fem"] else None
     metal = torsion_values.metal_values(
         made, twists, lambda chain: _excited(made, asked.question, None, chain)
@@ -189,7 +192,7 @@ def _throws(made: CrankChain, asked: CrankTorsion, twists: Sequence[ThrowTwist] 
     ]
 
 
-def _solved(model: ExcitedTrain, made: CrankChain | None = None) -> Values:
+def _solved(model: ExcitedTrain, dampers: Sequence[FittedDamper], made: CrankChain | None = None) -> Values:
     modes = model.modes()
     formulas = () if made is None else (made.ker_wilson_n_m_rad, made.carter_n_m_rad)
     speeds = model.question.speeds_rad_s
@@ -208,4 +211,5 @@ def _solved(model: ExcitedTrain, made: CrankChain | None = None) -> Values:
             if model.torque_at(order, speeds).any()
         ],
         "pendulum": torsion_values.pendulum_values(model.question.pendulum),
+        "dampers": [torsion_values.damper_values(model, each) for each in dampers],
     }

@@ -38,7 +38,7 @@ def named_train(
     parts: TrainParts,
     mean_behind: tuple[int, float] | None = None,
 ) -> NamedTrain:
-    """Return a chain with everything that makes it a train; branches' stations follow the chain's.
+    """Return a chain with everything that makes it a train but dampers; branches' stations follow its own.
 
     Parameters
     ----------
@@ -76,8 +76,6 @@ def named_train(
     for number, damper in enumerate(parts.dampers, 1):
         if damper.station >= count:
             raise JobError(f"damper[{number}].station is {damper.station + 1}; there are {count} stations")
-        if damper.n_m_s_rad is not None:
-            found = with_damper(found, number, damper, damper.n_m_rad or 0.0, damper.n_m_s_rad)
     return found
 
 

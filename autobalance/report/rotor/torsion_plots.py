@@ -31,9 +31,20 @@ def torsion_plots(report: Values) -> dict[str, dict[str, bytes]]:
         made["torsion-modes"] = lines("Torsional modes", labels, curves)
     if report["response"]:
         made["torsion-torque"] = _torques(report["response"], report["damping"])
+    if any(each["heat_W"] for each in report["dampers"]) and len(report["dampers"][0]["heat_W"]) > 1:
+        made["torsion-damper-heat"] = _heat(report["dampers"])
     if report["critical"]:
         made["torsion-critical"] = _critical_map(report)
     return made
+
+
+def _heat(dampers: list[Values]) -> dict[str, bytes]:
+    curves = []
+    for number, each in enumerate(dampers, 1):
+        speeds = np.array([one["speed_rpm"] for one in each["heat_W"]])
+        heat = np.array([np.nan if one["heat_W"] is None else one["heat_W"] for one in each["heat_W"]])
+        curves.append(Curve(f"damper {number}, {each['kind']}", speeds, heat))
+    return lines("Heat of the dampers", ("speed [1/min]", "heat [W]"), curves)
 
 
 def _critical_map(report: Values) -> dict[str, bytes]:

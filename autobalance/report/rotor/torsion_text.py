@@ -21,6 +21,7 @@ def torsion_text(report: Values) -> str:
         _damping(report["damping"]),
         _critical(report["critical"]),
         _response(report),
+        _dampers(report["dampers"]),
         _pendulum(report["pendulum"]),
     ]
     return "\n\n".join(part for part in parts if part)
@@ -143,6 +144,30 @@ def _response(report: Values) -> str:
                 f"{max(point['torque_N_m']):.4g} N·m",
                 f"{max(stress):.4g} MPa" if stress else "",
                 f"{point['speed_rpm']:.0f} rpm",
+            )
+        )
+    return table(rows) if len(rows) > 1 else ""
+
+
+def _dampers(dampers: Sequence[Values]) -> str:
+    """Return dampers with what the rules for one inertia on one spring would give."""
+    rows: list[Sequence[str]] = [
+        ("Damper", "at", "stiffness", "damping", "by the rule", "twist", "heat at most")
+    ]
+    for each in dampers:
+        rule = each["rule"]
+        heat = max((one["heat_W"] for one in each["heat_W"] if one["heat_W"] is not None), default=0.0)
+        usual = [] if rule["N_m_rad"] is None else [f"{rule['N_m_rad']:.4g} N·m/rad"]
+        twist, without = each["greatest_twist_mrad"], each["greatest_twist_without_mrad"]
+        rows.append(
+            (
+                each["kind"] + (", tuned" if each["tuned"] else ""),
+                f"{each['station']}",
+                "" if each["N_m_rad"] is None else f"{each['N_m_rad']:.4g} N·m/rad",
+                f"{each['N_m_s_rad']:.4g} N·m·s/rad",
+                ", ".join([*usual, f"{rule['N_m_s_rad']:.4g} N·m·s/rad"]),
+                "" if twist is None else f"{twist:.4g} mrad for {without:.4g}",
+                f"{heat:.3g} W",
             )
         )
     return table(rows) if len(rows) > 1 else ""

@@ -22,6 +22,7 @@ from autobalance.units import RAD_S_PER_RPM
 if TYPE_CHECKING:
     from autobalance.job.model.torsion import PendulumAbsorber
     from autobalance.machine_models.throw_twist import ThrowTwist
+    from autobalance.machine_models.torsion_dampers import FittedDamper
     from autobalance.machine_models.torsion_excited import ExcitedTrain
     from autobalance.machine_models.torsion_from_job import CrankChain
     from autobalance.machine_models.torsion_trains import NamedTrain
@@ -78,6 +79,41 @@ def pendulum_values(found: PendulumAbsorber | None) -> Values | None:
     if found is None:
         return None
     return {"length_mm": 1e3 * found.length_m, "inertia_kg_mm2": 1e6 * found.inertia_kg_m2}
+
+
+def damper_values(model: ExcitedTrain, fitted: FittedDamper) -> Values:
+    """Return a damper as fitted, the rule for one inertia on one spring beside it, and its heat."""
+    from autobalance.machine_models.torsion_dampers import heat_w
+
+    damper, rule = fitted.damper, fitted.rule
+    inertia, frequency = damper.inertia_kg_m2, fitted.frequency_rad_s
+    return {
+        "station": damper.station + 1,
+        "kind": damper.kind,
+        "inertia_kg_mm2": KG_MM2_PER_KG_M2 * inertia,
+        "tuned": fitted.tuned,
+        "N_m_rad": damper.n_m_rad,
+        "N_m_s_rad": damper.n_m_s_rad,
+        "greatest_twist_mrad": _mrad(fitted.with_rad),
+        "greatest_twist_without_mrad": _mrad(fitted.without_rad),
+        "rule": {
+            "mass_ratio": rule.mass_ratio,
+            "mode_hz": frequency / TWO_PI,
+            "frequency_ratio": rule.frequency_ratio or None,
+            "damping_ratio": rule.damping_ratio,
+            "peak": rule.peak,
+            "N_m_rad": rule.n_m_rad(inertia, frequency) or None,
+            "N_m_s_rad": rule.n_m_s_rad(inertia, frequency),
+        },
+        "heat_W": [
+            {"speed_rpm": float(speed) / RAD_S_PER_RPM, "heat_W": _finite(float(heat))}
+            for speed, heat in zip(model.question.speeds_rad_s, heat_w(model, fitted), strict=True)
+        ],
+    }
+
+
+def _mrad(value_rad: float | None) -> float | None:
+    return None if value_rad is None else MRAD_PER_RAD * value_rad
 
 
 def metal_values(
