@@ -373,11 +373,12 @@ def test_films_are_those_that_bearing_finds_in_the_series(
 @pytest.mark.parametrize(("ratio", "turns", "limit"), [(0.995, 3, "contact"), (0.5, 0, "not periodic")])
 def test_a_film_that_breaks_or_does_not_repeat_has_a_limit(ratio: float, turns: int, limit: str) -> None:
     from autobalance.bearings.orbit import Orbits
-    from autobalance.machine_models.cycle_films import CycleFilms, film_values
+    from autobalance.machine_models.cycle_films import CycleFilms, film_table
+    from autobalance.report.encoding import encoded
 
     path = np.tile([[ratio, 0.0]], (8, 1, 1))
     orbits = Orbits(np.arange(8.0), path, np.array([2e-5]), np.ones((8, 1)), np.array([turns]))
-    row = film_values(CycleFilms(orbits, None))["main_journals"][0]
+    row = encoded(film_table(CycleFilms(orbits, None)))["main_journals"][0]
     assert row == {
         "number": 1,
         "least_film_mm": None,

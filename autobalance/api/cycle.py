@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 from autobalance import job as jobs
 from autobalance.api.common_parameters import documented
 from autobalance.api.engine_case import Request, job_set, request
-from autobalance.api.result import Plots, Values, VerbResult, report_head
+from autobalance.api.result import Plots, Values, VerbResult
 from autobalance.errors import UsageError
 from autobalance.job import Job, JobSource
 from autobalance.runtime import Progress
@@ -101,9 +101,11 @@ def cycle(
         For anything wrong with the crank or the trace.
     """
     from autobalance.engine.cycle.analysis import CycleAnalysis
-    from autobalance.engine.cycle.values import sweep_values
+    from autobalance.engine.cycle.summary import cycle_summary, pendulum_figures, sweep_rows
+    from autobalance.machine_models.cycle_films import film_table
     from autobalance.machine_models.engine_from_job import as_measured
     from autobalance.machine_models.firing_from_job import check_cycle, firing_engine
+    from autobalance.report.records.cycle import CycleReport
 
     wanted, speeds = checked_factors(factors), _checked_sweep(sweep_rpm)
     read = jobs.given(job)
@@ -113,12 +115,22 @@ def cycle(
         found.job, found.crank.anatomy, found.speed_rad_s, lambda: as_measured(found.job, found.crank)
     )
     analysis = CycleAnalysis(firing, found.speed_rad_s)
-    values = _values(found.job, analysis, wanted)
-    values["sweep"] = sweep_values(analysis, speeds, wanted) if speeds else None
-    films = _add_films(values, found, analysis, wanted, speeds)
-    values["warnings"] = list(found.warnings)
-    values["speed_rpm"] = found.speed_rpm  # as it was asked, without the rounding of its conversion
-    return CycleResult(values, analysis, wanted, films)
+    assert found.job.cycle is not None  # the firing engine needs it
+    films, of_factors, of_sweep = _films(found, analysis, wanted, speeds)
+    absorber = found.job.cycle.absorber
+    report = CycleReport(
+        **job_set(found.job),
+        input=_input(found.job, analysis),
+        speed_rpm=found.speed_rpm,  # as it was asked, without the rounding of its conversion
+        summary=cycle_summary(analysis, wanted, found.job.cycle.fluctuation_wanted, of_factors),
+        pendulum=None
+        if absorber is None
+        else pendulum_figures(analysis, absorber.pendulum, absorber.swing_rad, absorber.reduction),
+        sweep=sweep_rows(analysis, speeds, wanted, of_sweep) if speeds else None,
+        films=None if films is None else film_table(films),
+        warnings=found.warnings,
+    )
+    return CycleResult(report, analysis, wanted, films)
 
 
 def checked_factors(factors: Sequence[float] | None) -> tuple[float, ...]:
@@ -147,59 +159,30 @@ def _checked_sweep(speeds_rpm: Sequence[float] | None) -> list[float]:
     return [float(speed) * RAD_S_PER_RPM for speed in speeds_rpm]
 
 
-def _values(job: Job, found: CycleAnalysis, factors: Sequence[float]) -> Values:
-    from autobalance.engine.cycle.values import cycle_values, pendulum_values
-
-    assert job.cycle is not None  # the firing engine needs it
-    absorber = job.cycle.absorber
-    return {
-        **report_head("cycle"),
-        **job_set(job),
-        "input": _input(job, found),
-        **cycle_values(found, factors, job.cycle.fluctuation_wanted),
-        "pendulum": None
-        if absorber is None
-        else pendulum_values(found, absorber.pendulum, absorber.swing_rad, absorber.reduction),
-    }
-
-
-def _add_films(
-    values: Values,
-    found: Request,
-    analysis: CycleAnalysis,
-    factors: Sequence[float],
-    sweep_rad_s: Sequence[float],
-) -> CycleFilms | None:
-    """Put the oil films into a report, where the job asks for them."""
-    from autobalance.machine_models.cycle_films import cycle_films, film_values, least_films_mm
+def _films(
+    found: Request, analysis: CycleAnalysis, factors: Sequence[float], sweep_rad_s: Sequence[float]
+) -> tuple[CycleFilms | None, list[float | None] | None, list[list[float | None]] | None]:
+    """Return the oil films, where the job asks for them, and the least of the mains by factor and sweep."""
+    from autobalance.machine_models.cycle_films import cycle_films, least_films_mm
 
     assert found.job.cycle is not None  # the firing engine needs it
     film, anatomy = found.job.cycle.film, found.crank.anatomy
     if film is None:
-        values["films"] = None
-        return None
-    films = cycle_films(analysis, anatomy, film)
-    values["films"] = film_values(films)
-    firing = analysis.firing
-    least = least_films_mm(firing, anatomy, film, [analysis.speed_rad_s], factors)
-    rows, films_mm = values["factors"], least[0]
-    if sweep_rad_s:
-        by_speed = least_films_mm(firing, anatomy, film, sweep_rad_s, factors)
-        rows, films_mm = rows + values["sweep"], films_mm + [each for row in by_speed for each in row]
-    for row, film_mm in zip(rows, films_mm, strict=True):
-        row["least_film_mm"] = film_mm
-    return films
+        return None, None, None
+    films, firing = cycle_films(analysis, anatomy, film), analysis.firing
+    (of_factors,) = least_films_mm(firing, anatomy, film, [analysis.speed_rad_s], factors)
+    of_sweep = least_films_mm(firing, anatomy, film, sweep_rad_s, factors) if sweep_rad_s else None
+    return films, of_factors, of_sweep
 
 
 def _input(job: Job, found: CycleAnalysis) -> Values:
     """Return the job as read; what the engine decides is filled in with cylinder 1's."""
-    values: Values = jobs.describe(job)
-    cycle = values["cycle"]
+    described: Values = jobs.describe(job)
+    cycle = described["cycle"]
     first = found.firing.cycles[0]
     low, high = first.exchange.closed_ends_rad(first.chamber)
-    for key, angle in (("intake_closes_deg", low), ("exhaust_opens_deg", high)):
-        if cycle[key] is None:
-            cycle[key] = math.degrees(angle)
-    if cycle["firing_order"] is None and len(found.firing.cycles) == 1:
-        cycle["firing_order"] = [1]
-    return values
+    decided: Values = {"intake_closes_deg": math.degrees(low), "exhaust_opens_deg": math.degrees(high)}
+    if len(found.firing.cycles) == 1:
+        decided["firing_order"] = [1]
+    filled = {key: decided.get(key) if value is None else value for key, value in cycle.items()}
+    return {**described, "cycle": filled}

@@ -339,8 +339,8 @@ def _torque_sources(job: Job, speed_rpm: float | None) -> list[Source]:
     from autobalance.api.cycle import cycle
     from autobalance.signal.sources import torque_sources
 
-    rows = cycle(job, speed_rpm).report["torque"]["orders"]
-    return torque_sources([(row["order"], row["gas_N_m"], row["inertia_N_m"]) for row in rows])
+    rows = cycle(job, speed_rpm).analysis.orders
+    return torque_sources([(row.order, row.gas_n_m, row.inertia_n_m) for row in rows])
 
 
 def _job(given: str | Path | Job, settings: Sequence[str]) -> Job:

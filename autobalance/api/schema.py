@@ -11,6 +11,7 @@ from autobalance.errors import UsageError
 Values = dict[str, Any]
 
 WRITTEN: Mapping[str, str] = {
+    "cycle": "cycle.CycleReport",
     "forces": "forces.ForcesReport",
     "grade": "grade.GradeReport",
     "parts": "forces.PartsReport",

@@ -13,6 +13,7 @@ if TYPE_CHECKING:  # ``inspect`` needs none of the planning and balancing that t
     from autobalance.crank.sections import Section, WebWeight
     from autobalance.dynamics.staged_assembly import AssemblyStage
     from autobalance.engine.force_summary import ShakingForce
+    from autobalance.machine_models.gas_loads import LoadsWithGas
     from autobalance.rigid_rotor.moments import Array, Moments
     from autobalance.rigid_rotor.tolerance import Tolerance
     from autobalance.rigid_rotor.unbalance import Unbalance
@@ -154,7 +155,7 @@ class Balanced:
     result: Result
     overbalance: Overbalance | None = None
     forces: Forces | None = None
-    loads_with_gas: Mapping[str, Any] | None = None
+    loads_with_gas: LoadsWithGas | None = None
     job_set: tuple[str, ...] = ()
     assembly: tuple[AssemblyStage, ...] = ()
     faces: tuple[Face, ...] = ()

@@ -72,10 +72,10 @@ def balanced_record(job: Job, crank: Crank, watch: Stopwatch, progress: Notify) 
     record = with_forces(record, job, crank, result)
     if with_gas is not None and record.balanced is not None:
         after = _gas_loads(job, crank, result.solid or crank.source.solid, result.final_moments)
-        from autobalance.machine_models.gas_loads import gas_load_values
+        from autobalance.machine_models.gas_loads import LoadsWithGas
 
-        values = gas_load_values(with_gas, after)
-        record = replace(record, balanced=replace(record.balanced, loads_with_gas=values))
+        loads = LoadsWithGas.of(with_gas, after)
+        record = replace(record, balanced=replace(record.balanced, loads_with_gas=loads))
     if job.balance.overbalance_g_mm > 0.0 and record.balanced is not None:
         progress("placing the last holes")
         left = _overbalance(job, rotor, tolerance, result)

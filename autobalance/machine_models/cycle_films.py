@@ -2,10 +2,9 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Annotated, Literal, Self
 
 import numpy as np
 
@@ -15,12 +14,12 @@ from autobalance.engine.cycle.factors import MainLoads
 from autobalance.engine.cycle.firing_engine import FiringEngine
 from autobalance.engine.slider_crank import Complex
 from autobalance.job.model.cycle import Film
+from autobalance.records import ABSENT, Absent, Count, Degrees, NotNegative, Ordinal, record
 from autobalance.rigid_rotor.moments import Array
 
 if TYPE_CHECKING:
     from autobalance.bearings.orbit import Orbits
 
-Values = dict[str, Any]
 EVERY = 2
 """Angles of the grid from one force to the next: a degree, and two where there are many bearings."""
 FEW = 100
@@ -132,38 +131,52 @@ def _orbits(
     )
 
 
-def film_values(films: CycleFilms) -> Values:
-    """Return films as JSON values."""
+@record
+class FilmFigures:
+    """The film of one bearing; a broken one has no numbers but its limit."""
+
+    number: Ordinal
+    least_film_mm: NotNegative | None
+    at_rad: Degrees | None
+    greatest_eccentricity_ratio: NotNegative | None
+    mean_friction_N_m: float | None
+    turns_to_settle: Count | None
+    limit: Literal["contact", "not periodic"] | None
+    change_of_eccentricity: Annotated[
+        NotNegative | Absent, "how far a path that does not repeat is from doing so"
+    ] = ABSENT
+
+    @classmethod
+    def of(cls, number: int, orbit: Orbits) -> Self:
+        """Return that of an orbit."""
+        broken, turns = bool(orbit.contact[0]), int(orbit.turns_to_settle[0])
+        told = turns > 0 and not broken
+        return cls(
+            number=number,
+            least_film_mm=float(orbit.least_film_m[0]) / M_PER_MM if told else None,
+            at_rad=float(orbit.least_at_rad[0]) if told else None,
+            greatest_eccentricity_ratio=float(orbit.ratio.max()) if told else None,
+            mean_friction_N_m=float(orbit.mean_moment_N_m[0]) if told else None,
+            turns_to_settle=turns if told else None,
+            limit="contact" if broken else None if turns else "not periodic",
+            change_of_eccentricity=ABSENT if broken or turns or orbit.off is None else float(orbit.off[0]),
+        )
+
+
+@record
+class FilmTable:
+    """Films of main bearings and big ends."""
+
+    main_journals: Sequence[FilmFigures]
+    big_ends: Sequence[FilmFigures] | None
+
+
+def film_table(films: CycleFilms) -> FilmTable:
+    """Return what films come to."""
     ends = films.big_ends
-    return {
-        "main_journals": _rows(films.mains),
-        "big_ends": None if ends is None else _rows(ends),
-    }
+    return FilmTable(main_journals=_rows(films.mains), big_ends=None if ends is None else _rows(ends))
 
 
-def _rows(orbits: Orbits) -> list[Values]:
-    return [_row(number, orbits.case(number - 1)) for number in range(1, orbits.eccentricity.shape[1] + 1)]
-
-
-def _row(number: int, orbit: Orbits) -> Values:
-    """Return one bearing's film; a broken one has no numbers but its limit."""
-    broken, turns = bool(orbit.contact[0]), int(orbit.turns_to_settle[0])
-    limit = "contact" if broken else None if turns else "not periodic"
-    told = limit is None
-    return {
-        "number": number,
-        "least_film_mm": float(orbit.least_film_m[0]) / M_PER_MM if told else None,
-        "at_deg": math.degrees(float(orbit.least_at_rad[0])) if told else None,
-        "greatest_eccentricity_ratio": float(orbit.ratio.max()) if told else None,
-        "mean_friction_N_m": float(orbit.mean_moment_N_m[0]) if told else None,
-        "turns_to_settle": turns if told else None,
-        "limit": limit,
-        **_off(orbit, limit),
-    }
-
-
-def _off(orbit: Orbits, limit: str | None) -> Values:
-    """Return how far a path that does not repeat is from doing so."""
-    if limit != "not periodic" or orbit.off is None:
-        return {}
-    return {"change_of_eccentricity": float(orbit.off[0])}
+def _rows(orbits: Orbits) -> list[FilmFigures]:
+    count = orbits.eccentricity.shape[1]
+    return [FilmFigures.of(number, orbits.case(number - 1)) for number in range(1, count + 1)]

@@ -2,19 +2,18 @@
 
 from __future__ import annotations
 
-from typing import Any
+from collections.abc import Sequence
+from typing import Self
 
 from autobalance.crank.anatomy import Anatomy
 from autobalance.engine.cycle.analysis import CycleAnalysis
-from autobalance.engine.cycle.values import load_rows
+from autobalance.engine.cycle.summary import NumberedLoad, numbered_loads
 from autobalance.job import Job
 from autobalance.machine_models.engine_from_job import with_solid
 from autobalance.machine_models.firing_from_job import firing_engine
+from autobalance.records import NewtonMetres, Rpm, record
 from autobalance.rigid_rotor.moments import Moments
 from autobalance.solid.csg.solid import Solid
-from autobalance.units import RAD_S_PER_RPM
-
-Values = dict[str, Any]
 
 
 def gas_loads(
@@ -32,20 +31,39 @@ def gas_loads(
     return CycleAnalysis(firing, speed)
 
 
-def crank_values(found: CycleAnalysis) -> Values:
-    """Return what a crank's balance changes: loads of the mains, friction."""
-    return {
-        "main_journals": load_rows(found.peaks(found.loads.main_n)),
-        "friction_mean_N_m": found.friction_mean_n_m,
-    }
+@record
+class MainLoads:
+    """What a crank's balance changes: loads of the mains, friction."""
+
+    main_journals: Sequence[NumberedLoad]
+    friction_mean_n_m: NewtonMetres
+
+    @classmethod
+    def of(cls, found: CycleAnalysis) -> Self:
+        """Return those of a cycle."""
+        return cls(
+            main_journals=numbered_loads(found.peaks(found.loads.main_n)),
+            friction_mean_n_m=found.friction_mean_n_m,
+        )
 
 
-def gas_load_values(before: CycleAnalysis, after: CycleAnalysis) -> Values:
-    """Return the loads with gas before and after, and those that balancing leaves as they are."""
-    return {
-        "speed_rpm": before.speed_rad_s / RAD_S_PER_RPM,
-        "before": crank_values(before),
-        "after": crank_values(after),
-        "crankpins": load_rows(after.peaks(after.crankpins_n)),
-        "torque_mean_N_m": after.mean_n_m,
-    }
+@record
+class LoadsWithGas:
+    """Loads with gas before and after, and those that balancing leaves as they are."""
+
+    speed_rad_s: Rpm
+    before: MainLoads
+    after: MainLoads
+    crankpins: Sequence[NumberedLoad]
+    torque_mean_n_m: NewtonMetres
+
+    @classmethod
+    def of(cls, before: CycleAnalysis, after: CycleAnalysis) -> Self:
+        """Return those of the cycles of two cranks."""
+        return cls(
+            speed_rad_s=before.speed_rad_s,
+            before=MainLoads.of(before),
+            after=MainLoads.of(after),
+            crankpins=numbered_loads(after.peaks(after.crankpins_n)),
+            torque_mean_n_m=after.mean_n_m,
+        )

@@ -13,7 +13,7 @@ from autobalance.balancing.record import Record
 from autobalance.errors import AutobalanceError, FormatError
 from autobalance.job import Job
 from autobalance.machine_models import rotor_from_job
-from autobalance.machine_models.gas_loads import gas_load_values, gas_loads
+from autobalance.machine_models.gas_loads import LoadsWithGas, gas_loads
 from autobalance.rigid_rotor.tolerance import Tolerance
 from autobalance.rigid_rotor.unbalance import Unbalance
 from autobalance.verification import budget_claims, premises, rotor_claims, solids
@@ -177,7 +177,7 @@ def _with_gas_loads(record: Record, job: Job, given: Given, left: Left, ends: En
     except AutobalanceError:
         return record
     after = gas_loads(job, given.anatomy, left.source.solid, density, ends.after)
-    return replace(record, balanced=replace(record.balanced, loads_with_gas=gas_load_values(before, after)))
+    return replace(record, balanced=replace(record.balanced, loads_with_gas=LoadsWithGas.of(before, after)))
 
 
 def _check_overbalance(claims: Claims, job: Job, tolerance: Tolerance) -> None:

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
+from typing import Annotated
 
 import numpy as np
 
@@ -16,6 +17,7 @@ from autobalance.engine.cycle.speed import (
     periodic_speed,
 )
 from autobalance.engine.loads import Loads
+from autobalance.records import Bound, Degrees, NewtonMetres, Newtons
 from autobalance.rigid_rotor.moments import Array
 from autobalance.units import N_M_PER_G_MM2_S2, N_M_PER_N_MM
 
@@ -26,9 +28,9 @@ HIGHEST_ORDER = 12
 class LoadPeak:
     """Greatest magnitude of a load, the crank angle where it is, and its mean magnitude over a cycle."""
 
-    greatest_n: float
-    at_rad: float
-    mean_n: float
+    greatest_n: Annotated[Newtons, Bound("minimum", 0)]
+    at_rad: Degrees
+    mean_n: Annotated[Newtons, Bound("minimum", 0)]
 
 
 @dataclass(frozen=True)
@@ -36,10 +38,10 @@ class TorqueOrder:
     """One order of the torque: amplitudes of gas, inertia and all, and the phase of all, A cos(kθ + φ)."""
 
     order: float
-    gas_n_m: float
-    inertia_n_m: float
-    total_n_m: float
-    phase_rad: float
+    gas_n_m: NewtonMetres
+    inertia_n_m: NewtonMetres
+    total_n_m: NewtonMetres
+    phase_rad: Degrees
 
 
 @dataclass(frozen=True, eq=False)

@@ -14,6 +14,7 @@ import numpy as np
 from autobalance.engine.cycle.firing_engine import FiringEngine, LoadParts, pulls_at_mains_n
 from autobalance.engine.slider_crank import Complex
 from autobalance.engine.whole_engine import CrankUnbalance
+from autobalance.records import NewtonMetres, Rpm
 from autobalance.rigid_rotor.moments import Array
 from autobalance.units import N_M_PER_G_MM2_S2, N_M_PER_N_MM
 
@@ -123,8 +124,8 @@ class KeyFigures:
     """
 
     acceleration_rad_s2: float
-    greatest_speed_rad_s: float | None
-    greatest_torque_n_m: float
+    greatest_speed_rad_s: Rpm | None
+    greatest_torque_n_m: NewtonMetres
 
 
 def key_figures(firing: FiringEngine, speed_rad_s: float, factor: float | None = None) -> KeyFigures:

@@ -98,7 +98,7 @@ def report(record: Record) -> Values:
     if balanced is not None:
         values |= _result(balanced, record)
     if balanced is not None and balanced.loads_with_gas is not None:
-        values["loads_with_gas"] = dict(balanced.loads_with_gas)
+        values["loads_with_gas"] = encoded(balanced.loads_with_gas)
     if balanced is not None and balanced.assembly:
         from autobalance.report.balance.assembly_values import assembly_values
 

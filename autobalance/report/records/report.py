@@ -2,6 +2,7 @@
 
 from typing import Annotated, Any, Literal, NotRequired, TypedDict
 
+from autobalance.machine_models.gas_loads import LoadsWithGas
 from autobalance.records import Bound, Count, NotNegative, Ordinal, Pair, Positive, Triple
 from autobalance.report.records.balance import (
     BalanceFactor,
@@ -148,32 +149,6 @@ class Forces(TypedDict):
     speed_rpm: NotNegative
     before: ShakingForce
     after: ShakingForce
-
-
-class LoadRow(TypedDict):
-    """A bearing's or pin's load through the cycle."""
-
-    number: Ordinal
-    greatest_N: NotNegative
-    at_deg: float
-    mean_N: NotNegative
-
-
-class MainLoads(TypedDict):
-    """Loads of the main journals."""
-
-    main_journals: list[LoadRow]
-    friction_mean_N_m: float
-
-
-class LoadsWithGas(TypedDict):
-    """Loads over the cycle at top speed."""
-
-    speed_rpm: Positive
-    before: MainLoads
-    after: MainLoads
-    crankpins: list[LoadRow]
-    torque_mean_N_m: float
 
 
 class FacesByKind(TypedDict):

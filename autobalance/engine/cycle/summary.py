@@ -1,0 +1,455 @@
+"""A cycle in numbers: what its curves come to, for a table."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from typing import Annotated, Self
+
+import numpy as np
+
+from autobalance.engine.cycle.analysis import CycleAnalysis, LoadPeak, TorqueOrder
+from autobalance.engine.cycle.counterweight_search import best_counterweight, best_counterweight_at
+from autobalance.engine.cycle.cylinder import CylinderCycle
+from autobalance.engine.cycle.factors import (
+    FactorRow,
+    KeyFigures,
+    MainLoads,
+    factor_rows,
+    key_figures,
+    with_inertia,
+    with_reciprocating,
+)
+from autobalance.engine.cycle.firing_engine import as_complex
+from autobalance.engine.cycle.pendulum import Path, Pendulum
+from autobalance.engine.cycle.speed import run_up_s
+from autobalance.engine.dead_centres import DeadCentres, dead_centres
+from autobalance.records import (
+    ABSENT,
+    INLINE,
+    NEWTONS,
+    Absent,
+    Angle,
+    Bar,
+    Degrees,
+    Floats,
+    Joules,
+    KgMm2,
+    NewtonMetres,
+    Newtons,
+    NotNegative,
+    Ordinal,
+    Positive,
+    Rpm,
+    record,
+)
+
+SHARES = (0.9, 1.0, 1.1)
+"""Of inertia and of reciprocating mass, for what they do to the key figures."""
+RUN_UP_FROM = 0.2
+"""Share of the speed at which the run-up's clock starts."""
+
+
+@record
+class CylinderFigures:
+    """Pressure, work and heat of one cylinder."""
+
+    work_n_mm: Joules
+    closed_work_n_mm: Joules
+    pumping_work_n_mm: Joules
+    imep_mpa: Bar
+    peak_pressure_mpa: Bar
+    peak_angle_rad: Degrees
+    thermal_efficiency: float | None
+    swept_cm3: Positive
+    peak_temperature_K: float | None
+    imep_scatter_mpa: Bar | None
+    wall_heat_n_mm: Joules | None
+
+    @classmethod
+    def of(cls, cycle: CylinderCycle) -> Self:
+        """Return those of a cylinder."""
+        peak, at = cycle.peak
+        work, closed, heat = cycle.work_n_mm, cycle.closed_work_n_mm, cycle.heat_n_mm
+        return cls(
+            work_n_mm=work,
+            closed_work_n_mm=closed,
+            pumping_work_n_mm=cycle.pumping_work_n_mm,
+            imep_mpa=cycle.mean_pressure_mpa(),
+            peak_pressure_mpa=peak,
+            peak_angle_rad=at,
+            thermal_efficiency=work / heat if heat else None,
+            swept_cm3=cycle.chamber.swept_mm3 * 1e-3,
+            peak_temperature_K=cycle.peak_temperature_k,
+            imep_scatter_mpa=cycle.scatter_mpa(),
+            wall_heat_n_mm=None if cycle.part is None else cycle.part.wall_heat_n_mm,
+        )
+
+
+@record
+class FirstCylinder:
+    """The first cylinder: stroke, dead centres, pressure, work and heat."""
+
+    stroke_mm: Positive
+    top_dead_centre_deg: Angle
+    bottom_dead_centre_deg: Angle
+    figures: Annotated[CylinderFigures, INLINE]
+
+
+@record
+class NumberedCylinder:
+    """A cylinder with its number, stroke and dead centres."""
+
+    places: Annotated[DeadCentres, INLINE]
+    figures: Annotated[CylinderFigures, INLINE]
+
+
+@record
+class CycleTorque:
+    """Torque at the shaft over a cycle, and its orders."""
+
+    mean_n_m: NewtonMetres
+    greatest_n_m: NewtonMetres
+    least_n_m: NewtonMetres
+    gas_mean_n_m: NewtonMetres
+    inertia_mean_n_m: NewtonMetres
+    friction_mean_n_m: NewtonMetres
+    orders: Sequence[TorqueOrder]
+
+
+@record
+class RunUpPoint:
+    """When the unloaded engine passes a speed."""
+
+    speed_rad_s: Rpm
+    time_s: float
+
+
+@record
+class CycleSpeed:
+    """How unevenly the engine turns, and how it speeds up; None where friction holds it."""
+
+    mean_rad_s: Rpm | None
+    fluctuation: float | None
+    greatest_rad_s: Rpm | None
+    least_rad_s: Rpm | None
+    inertia_mean_g_mm2: KgMm2
+    acceleration_rad_s2: float
+    flywheel_needed_g_mm2: KgMm2 | None
+    run_up: Sequence[RunUpPoint] | None
+
+
+@record
+class NumberedLoad:
+    """A bearing's or pin's load through the cycle."""
+
+    number: Ordinal
+    load: Annotated[LoadPeak, INLINE]
+
+
+@record
+class CycleLoads:
+    """Greatest and mean loads of pins and bearings."""
+
+    crankpins: Sequence[NumberedLoad]
+    big_ends: Sequence[NumberedLoad]
+    wrist_pins: Sequence[NumberedLoad]
+    piston_walls: Sequence[NumberedLoad]
+    main_journals: Sequence[NumberedLoad]
+
+
+@record
+class FactorLoads:
+    """Main-bearing loads and friction of an ideal crank of a balance factor."""
+
+    factor: float
+    greatest_main_n: Newtons
+    mean_main_n: Newtons
+    greatest_mains_n: Annotated[Floats, NEWTONS]
+    friction_mean_n_m: NewtonMetres
+    least_film_mm: float | Absent | None = ABSENT
+
+
+@record
+class SweepRow:
+    """Loads, friction and torque of an ideal crank of a balance factor at a speed."""
+
+    speed_rad_s: Rpm
+    factor: float
+    greatest_main_n: Newtons
+    mean_main_n: Newtons
+    friction_mean_n_m: NewtonMetres
+    torque_mean_n_m: NewtonMetres
+    least_film_mm: float | None
+
+
+@record
+class ThrowCounterweight:
+    """The counterweight of a throw that leaves the least reaction to its rods."""
+
+    throw: Ordinal
+    unbalance_g_mm: float
+    angle_rad: Degrees
+    greatest_n: Newtons
+    opposite_g_mm: float
+    opposite_greatest_n: Newtons
+    opposite_factor: float | None
+
+
+@record
+class FactorFigures:
+    """Key figures of a balance factor."""
+
+    factor: float
+    figures: Annotated[KeyFigures, INLINE]
+
+
+@record
+class ShareFigures:
+    """Key figures of a share of what the engine has."""
+
+    share: float
+    figures: Annotated[KeyFigures, INLINE]
+
+
+@record
+class KeyFigureTable:
+    """What factor, inertia and reciprocating mass do to the key figures."""
+
+    factor: Sequence[FactorFigures]
+    inertia: Sequence[ShareFigures]
+    reciprocating_mass: Sequence[ShareFigures]
+
+
+@record
+class CycleSummary:
+    """What a cycle comes to at its speed."""
+
+    strokes: int
+    firing_rad: Sequence[Degrees]
+    cylinder: FirstCylinder
+    cylinders: Sequence[NumberedCylinder]
+    torque: CycleTorque
+    power_W: float
+    speed: CycleSpeed
+    loads: CycleLoads
+    factors: Sequence[FactorLoads]
+    counterweights: Sequence[ThrowCounterweight]
+    key_figures: KeyFigureTable
+    energy_error: float | None
+
+
+@record
+class PendulumFigures:
+    """A pendulum absorber for a share of the torque of its order; no mass where that is not known."""
+
+    order: Positive
+    path: Path
+    distance_mm: Positive
+    length_mm: Positive
+    swing_rad: Degrees
+    order_at_swing: float
+    torque_n_m: NewtonMetres | None
+    reduction: NotNegative
+    mass_g: float | None
+    inertia_g_mm2: KgMm2 | None
+
+
+def cycle_summary(
+    found: CycleAnalysis,
+    factors: Sequence[float],
+    wanted: float | None,
+    least_film_mm: Sequence[float | None] | None = None,
+) -> CycleSummary:
+    """Return what a cycle comes to.
+
+    Parameters
+    ----------
+    found : CycleAnalysis
+    factors : sequence of float
+        Balance factors to compare.
+    wanted : float or None
+        Fluctuation of the speed that is asked for.
+    least_film_mm : sequence of float or None
+        Least film of the mains by factor, where there are films [mm].
+    """
+    firing = found.firing
+    cylinders = [
+        NumberedCylinder(places=places, figures=CylinderFigures.of(cycle))
+        for places, cycle in zip(dead_centres(firing.engine), firing.cycles, strict=True)
+    ]
+    films = [ABSENT] * len(factors) if least_film_mm is None else least_film_mm
+    rows = factor_rows(firing, factors, found.speed_rad_s)
+    return CycleSummary(
+        strokes=firing.strokes,
+        firing_rad=firing.firing_rad,
+        cylinder=_first(cylinders[0]),
+        cylinders=cylinders,
+        torque=_torque(found),
+        power_W=found.mean_n_m * found.speed_rad_s,
+        speed=_speed(found, wanted),
+        loads=_loads(found),
+        factors=[_factor_loads(row, film) for row, film in zip(rows, films, strict=True)],
+        counterweights=_counterweights(found),
+        key_figures=_key_figures(found, factors),
+        energy_error=firing.energy_error,
+    )
+
+
+def _first(cylinder: NumberedCylinder) -> FirstCylinder:
+    places = cylinder.places
+    return FirstCylinder(
+        stroke_mm=places.stroke_mm,
+        top_dead_centre_deg=places.top_dead_centre_deg,
+        bottom_dead_centre_deg=places.bottom_dead_centre_deg,
+        figures=cylinder.figures,
+    )
+
+
+def _torque(found: CycleAnalysis) -> CycleTorque:
+    return CycleTorque(
+        mean_n_m=found.mean_n_m,
+        greatest_n_m=float(found.total_n_m.max()),
+        least_n_m=float(found.total_n_m.min()),
+        gas_mean_n_m=found.firing.gas_mean_n_m,
+        inertia_mean_n_m=found.inertia_mean_n_m,
+        friction_mean_n_m=found.friction_mean_n_m,
+        orders=found.orders,
+    )
+
+
+def _speed(found: CycleAnalysis, wanted: float | None) -> CycleSpeed:
+    uneven = found.uneven_speed
+    return CycleSpeed(
+        mean_rad_s=None if uneven is None else uneven.mean_rad_s,
+        fluctuation=None if uneven is None else uneven.fluctuation,
+        greatest_rad_s=None if uneven is None else uneven.greatest_rad_s,
+        least_rad_s=None if uneven is None else uneven.least_rad_s,
+        inertia_mean_g_mm2=found.mean_inertia_g_mm2,
+        acceleration_rad_s2=found.acceleration_rad_s2,
+        flywheel_needed_g_mm2=None if wanted is None else found.flywheel_needed_g_mm2(wanted),
+        run_up=_run_up(found),
+    )
+
+
+def _run_up(found: CycleAnalysis) -> list[RunUpPoint] | None:
+    """Return when the unloaded engine passes each fifth of its speed; None where friction holds it."""
+    speeds = np.linspace(RUN_UP_FROM, 1.0, 5) * found.speed_rad_s
+    mains = MainLoads.of(found.firing)
+    times = run_up_s(lambda speed: mains.surplus_n_m(None, speed), found.mean_inertia_g_mm2, speeds)
+    if times is None:
+        return None
+    return [
+        RunUpPoint(speed_rad_s=float(speed), time_s=float(time))
+        for speed, time in zip(speeds, times, strict=True)
+    ]
+
+
+def _loads(found: CycleAnalysis) -> CycleLoads:
+    loads = found.loads
+    return CycleLoads(
+        crankpins=numbered_loads(found.peaks(found.crankpins_n)),
+        big_ends=numbered_loads(found.peaks(loads.crankpin_n)),
+        wrist_pins=numbered_loads(found.peaks(loads.wrist_pin_n)),
+        piston_walls=numbered_loads(found.peaks(loads.wall_n)),
+        main_journals=numbered_loads(found.peaks(loads.main_n)),
+    )
+
+
+def numbered_loads(peaks: Sequence[LoadPeak]) -> list[NumberedLoad]:
+    """Return greatest and mean loads, numbered from 1."""
+    return [NumberedLoad(number=number, load=peak) for number, peak in enumerate(peaks, 1)]
+
+
+def _factor_loads(row: FactorRow, least_film_mm: float | Absent | None) -> FactorLoads:
+    return FactorLoads(
+        factor=row.factor,
+        greatest_main_n=row.greatest_main_n,
+        mean_main_n=row.mean_main_n,
+        greatest_mains_n=row.greatest_mains_n,
+        friction_mean_n_m=row.friction_mean_n_m,
+        least_film_mm=least_film_mm,
+    )
+
+
+def sweep_rows(
+    found: CycleAnalysis,
+    speeds_rad_s: Sequence[float],
+    factors: Sequence[float],
+    least_film_mm: Sequence[Sequence[float | None]] | None = None,
+) -> list[SweepRow]:
+    """Return loads, friction and torque of ideal cranks by speed, then factor, at unchanged pressures."""
+    mains, gas = MainLoads.of(found.firing), found.firing.gas_mean_n_m
+    films = [[None] * len(factors)] * len(speeds_rad_s) if least_film_mm is None else least_film_mm
+    rows = [
+        (speed, mains.row(factor, speed), film)
+        for speed, of_speed in zip(speeds_rad_s, films, strict=True)
+        for factor, film in zip(factors, of_speed, strict=True)
+    ]
+    return [
+        SweepRow(
+            speed_rad_s=speed,
+            factor=row.factor,
+            greatest_main_n=row.greatest_main_n,
+            mean_main_n=row.mean_main_n,
+            friction_mean_n_m=row.friction_mean_n_m,
+            torque_mean_n_m=gas - row.friction_mean_n_m,
+            least_film_mm=film,
+        )
+        for speed, row, film in rows
+    ]
+
+
+def _counterweights(found: CycleAnalysis) -> list[ThrowCounterweight]:
+    """Return the counterweight of each throw that leaves the least reaction to its rods."""
+    rows = []
+    for number, (throw, load) in enumerate(zip(found.firing.throws, found.crankpins_n, strict=True), 1):
+        case = as_complex(load), found.grid.angle_rad, found.speed_rad_s
+        best = best_counterweight(*case)
+        facing = best_counterweight_at(*case, throw.angle_rad + math.pi)
+        rods = [found.firing.engine.cylinders[each] for each in throw.cylinders]
+        rotating = sum(rod.bob_weight_product_g_mm(0.0) for rod in rods)
+        reciprocating = sum(rod.bob_weight_product_g_mm(1.0) for rod in rods) - rotating
+        rows.append(
+            ThrowCounterweight(
+                throw=number,
+                unbalance_g_mm=best.product_g_mm,
+                angle_rad=best.angle_rad,
+                greatest_n=best.greatest_n,
+                opposite_g_mm=facing.product_g_mm,
+                opposite_greatest_n=facing.greatest_n,
+                opposite_factor=(facing.product_g_mm - rotating) / reciprocating if reciprocating else None,
+            )
+        )
+    return rows
+
+
+def _key_figures(found: CycleAnalysis, factors: Sequence[float]) -> KeyFigureTable:
+    firing, speed = found.firing, found.speed_rad_s
+    return KeyFigureTable(
+        factor=[FactorFigures(factor=f, figures=key_figures(firing, speed, f)) for f in factors],
+        inertia=[ShareFigures(share=s, figures=key_figures(with_inertia(firing, s), speed)) for s in SHARES],
+        reciprocating_mass=[
+            ShareFigures(share=s, figures=key_figures(with_reciprocating(firing, s), speed)) for s in SHARES
+        ],
+    )
+
+
+def pendulum_figures(
+    found: CycleAnalysis, pendulum: Pendulum, swing_rad: float, reduction: float
+) -> PendulumFigures:
+    """Return a pendulum absorber for a share of the torque of its order."""
+    torque = next((each.total_n_m for each in found.orders if each.order == pendulum.order), None)
+    mass = None if torque is None else pendulum.mass_g(reduction * torque, swing_rad, found.speed_rad_s)
+    return PendulumFigures(
+        order=pendulum.order,
+        path=pendulum.path,
+        distance_mm=pendulum.distance_mm,
+        length_mm=pendulum.length_mm,
+        swing_rad=swing_rad,
+        order_at_swing=pendulum.order_at(swing_rad),
+        torque_n_m=torque,
+        reduction=reduction,
+        mass_g=mass,
+        inertia_g_mm2=None if mass is None else pendulum.inertia_g_mm2(mass),
+    )
