@@ -10,6 +10,7 @@ import pytest
 from openpyxl import load_workbook
 
 import autobalance as ab
+from autobalance.job.tables import key_at
 from autobalance.job.toml.text import toml_text
 from tests import jobs
 
@@ -227,3 +228,17 @@ def test_a_job_for_the_halves_of_a_pressed_up_crank(crank: Path, capsys: pytest.
     text = Path("halves.toml").read_text("utf-8")
     assert "crankpin_in_file = false" in text
     assert "density_kg_m3 = 7800.0" in text
+
+
+def test_the_template_says_what_the_keys_are_declared_with(
+    crank: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """Every key is there, each hint can be uncommented, and what was not filled in is the default."""
+    assert jobs.run("init", crank, "--unit", "mm", "--method", "turn") == 0
+    text = crank.with_suffix(".toml").read_text("utf-8")
+    for key in (*key_at("balance").keys, *key_at("correction.turn").keys):
+        assert re.search(rf"^(# )?{key.name} = .*  # .*\S", text, re.MULTILINE), key.name
+    whole = re.sub(r"^# (?=\w+ = (?!\.\.\.)|\[)", "", text, flags=re.MULTILINE)
+    Path("whole.toml").write_text(whole, "utf-8")
+    assert ab.read_job("whole.toml", [f"{key}={value}" for key, value in FILLED.items()]).methods
+    assert "--method is 'trun'; must be one of" in refused(capsys, 2, "init", crank, "--method", "trun")

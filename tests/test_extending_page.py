@@ -47,3 +47,23 @@ def test_three_files_and_three_lines_are_enough(tmp_path: Path) -> None:
     report = (tmp_path / "out" / "report.json").read_text(encoding="utf-8")
     assert '"kind": "notch"' in report
     assert '"format": "tri"' in report
+
+
+def test_a_job_key_is_one_line(tmp_path: Path) -> None:
+    """The page's declaration is put into a copy of the package; reader, schema, template and echo have it."""
+    package = Path(autobalance.__file__).parent
+    shutil.copytree(package, tmp_path / "autobalance", ignore=shutil.ignore_patterns("__pycache__"))
+    section = PAGE.read_text(encoding="utf-8").partition("## A key of the job")[2].partition("\n## ")[0]
+    declaration, example = re.findall(r"```python\n(.*?)```", section, re.DOTALL)
+    table = tmp_path / "autobalance" / "job" / "balance.py"
+    head, tail = table.read_text(encoding="utf-8").split("    ),\n)\n", 1)
+    table.write_text(f"{head}        {declaration.strip()},\n    ),\n)\n{tail}", encoding="utf-8")
+    done = subprocess.run(
+        [sys.executable, "-c", example],
+        cwd=tmp_path,
+        env={**os.environ, "PYTHONPATH": str(tmp_path)},
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+    assert done.returncode == 0, done.stderr

@@ -13,6 +13,7 @@ from autobalance.api.crank import Crank
 from autobalance.api.progress import telling
 from autobalance.api.result import VerbResult, report_head
 from autobalance.balancing.measured_crank import measure_crank, measured_source
+from autobalance.correction import KINDS
 from autobalance.crank.assembly_parts import AssemblyPart, assembly_parts
 from autobalance.errors import BodiesError, JobError, UsageError
 from autobalance.job.assembled import body_key, other_parts
@@ -108,6 +109,8 @@ def init(
         raise UsageError(f"-o {target}: a job ends in .toml or .xlsx")
     if source.suffix.lower() in JOB_ENDINGS:
         return _converted(source, target, settings)
+    if method not in KINDS:
+        raise UsageError(f"--method is {method!r}; must be one of {', '.join(KINDS)}")
     telling(progress)("reading the crank")
     found = _found(source, target, unit, density_kg_m3, method, settings)
     rows = job_rows(found)
@@ -125,7 +128,7 @@ def _shop(source: str | Path | None, file: str | Path | None) -> InitResult:
     if target.suffix.lower() != ".toml":
         raise UsageError(f"-o {target}: the shop's own file ends in .toml")
     report = {**report_head("init"), "crank": None, "job": None, "shop": str(target), "fill_in": []}
-    return InitResult(report, target, commented_toml(table_rows(SHOP)).encode())
+    return InitResult(report, target, commented_toml(table_rows(SHOP), kept=("shop",)).encode())
 
 
 def _is_workbook(target: Path) -> bool:

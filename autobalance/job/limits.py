@@ -123,7 +123,8 @@ def _attributes(text: str) -> Iterator[tuple[str, str]]:
     section = text.partition("Attributes\n----------\n")[2]
     for head, body in re.findall(r"^(\S.*)\n?((?:[ ]{4}.*\n?)*)", section, re.MULTILINE):
         heads, _, kind = head.partition(" : ")
-        said = " ".join(body.split()).replace("``", "`").rstrip(".")
+        said = " ".join(body.split()).replace("``", "`").replace("None:", "not set:").rstrip(".")
+        said = said[:1].lower() + said[1:] if said[1:2].islower() else said
         if re.fullmatch(r'"\w+" or "\w+"', kind):
             said = f"{kind}; {said}".rstrip("; ")
         for name in heads.split(", "):

@@ -53,6 +53,27 @@ def _of_few(held: Collection[str]) -> tuple[Key, ...]:
     return tuple(found)
 
 
+def key_at(path: str) -> Key:
+    """Return the declaration of a job's key, by its dotted path; of a free name, what all such names are.
+
+    Raises
+    ------
+    KeyError
+        If there is none.
+    """
+    keys: tuple[Key, ...] = job_tables()
+    found = None
+    for step in path.split("."):
+        name = step.partition("[")[0]
+        named = found.named if found is not None else None
+        found = named or next((key for key in keys if key.name == name), None)
+        if found is None:
+            raise KeyError(path)
+        keys = (*found.keys, *(key for form in found.forms for key in form.keys))
+    assert found is not None
+    return found
+
+
 def job_schema() -> dict[str, Any]:
     """Return the JSON Schema of a job as TOML is parsed."""
     return json_schema("job", job_tables())

@@ -3,16 +3,24 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Collection, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
-from typing import Any
+from typing import Any, Literal, get_args, get_origin
 
-from autobalance.job.toml.keys import Key, plain
+from autobalance.job.balance import BALANCE
+from autobalance.job.header import JOB
+from autobalance.job.limits import correction_key
+from autobalance.job.read_crankshaft import CRANKSHAFT
+from autobalance.job.read_engine import ENGINE
+from autobalance.job.tables import key_at
+from autobalance.job.toml.keys import REQUIRED, Key, plain
 from autobalance.job.toml.text import toml_value
 from autobalance.job.toml.typed_units import FILL_IN
 from autobalance.job.workbook import Row
 
 WIDTH = 108
+WORDS = ("share",)
+"""Units that the meaning says in words."""
 
 
 @dataclass(frozen=True)
@@ -65,6 +73,7 @@ class Found:
 def job_rows(found: Found) -> list[Row]:
     """Return the rows of a job, headings with an empty key."""
     return [
+        *table_rows(JOB),
         *_crankshaft(found),
         *_engine(found),
         *_balance(found),
@@ -76,30 +85,40 @@ def _heading(text: str) -> Row:
     return Row("", meaning=text)
 
 
+def _row(key: str, value: Any, note: str = "", *, active: bool = True) -> Row:
+    """Return a row with the unit and meaning that the key is declared with, a note of this crank first."""
+    return declared_row(key, key_at(key), value, note, active=active)
+
+
+def declared_row(path: str, key: Key, value: Any, note: str = "", *, active: bool = True) -> Row:
+    """Return a row as its key is declared: what it may be, and what it means in a sentence."""
+    says = in_plain_text(key.says).partition(". ")[0]
+    choices = [f'"{each}"' for each in get_args(key.hint)] if get_origin(key.hint) is Literal else []
+    may_be = "" if any(each in says for each in choices) else ", ".join(choices)
+    meaning = "; ".join(word for word in (note, may_be, says) if word)
+    return Row(path, value, "" if key.unit in WORDS else key.unit, meaning, active)
+
+
 def _crankshaft(found: Found) -> list[Row]:
     density = FILL_IN if found.density_kg_m3 is None else found.density_kg_m3
-    rows = [
-        _heading("The crank's file and what must be known to read it"),
-        Row("crankshaft.file", found.file, "", "the crank's solid model, relative to this job"),
-    ]
+    rows = [_heading(_title(CRANKSHAFT)), _row("crankshaft.file", found.file)]
     if found.unit is not None:
-        rows.append(Row("crankshaft.unit", found.unit, "", "mm, cm, m or inch: the format carries none"))
+        rows.append(_row("crankshaft.unit", found.unit))
     if found.body is not None and "body" not in found.asked:
-        rows.append(Row("crankshaft.body", found.body, "", "the crank among the file's bodies, recognised"))
+        rows.append(_row("crankshaft.body", found.body, "recognised"))
     rows += [
-        Row("crankshaft.density_kg_m3", density, "kg/m³", "of its material; steel 7850, cast iron 7200"),
-        Row("crankshaft.density_pm_kg_m3", 20.0, "kg/m³", "by how much that may be off", active=False),
+        _row("crankshaft.density_kg_m3", density, "steel 7850, cast iron 7200"),
+        _row("crankshaft.density_pm_kg_m3", 20.0, active=False),
     ]
     if not found.crankpin_in_file:
-        meaning = "the crankpin is pressed in and not in the file"
-        rows.append(Row("crankshaft.crankpin_in_file", False, "", meaning))
+        rows.append(_row("crankshaft.crankpin_in_file", False))
     rows += [
-        Row(f"crankshaft.{key}", value, "", "as given to init")
+        _row(f"crankshaft.{key}", value, "as given to init")
         for key, value in found.asked.items()
         if key not in ("file", "unit", "density_kg_m3", "crankpin_in_file")
     ]
     return rows + [
-        Row(f"crankshaft.{key}", value, "", "recognised; say it only to overrule that", active=False)
+        _row(f"crankshaft.{key}", value, "recognised; say it only to overrule that", active=False)
         for key, value in found.hints.items()
         if key not in found.asked
     ]
@@ -116,24 +135,14 @@ def _engine(found: Found) -> list[Row]:
         "wrist_pin": "",
         "rings_clips_oil": "rings, clips, and the oil on them",
     }
-    note = (
-        "; also { g = 158.0, pm = 0.5 }, { oz = 5.6 }, or a solid:"
-        ' { file = "pin.stl", unit = "mm", density_kg_m3 = 7850 }'
-    )
+    note = "; weights of one connecting rod: a number, { g = 158.0, pm = 0.5 }, { oz = 5.6 }"
     parts = found.parts
-    length = parts.rod_length_mm or 2.0 * found.stroke_mm
     per_throw = parts.rods_per_throw
     rows = [
-        _heading("What hangs on the crank; weights are of one connecting rod" + note),
-        Row("engine.stroke_mm", found.stroke_mm, "mm", "measured; checked against the geometry"),
-        Row("engine.rod_length_mm", length, "mm", "eye to eye; for forces", active=False),
-        Row(
-            "engine.rods_per_throw",
-            per_throw if per_throw > 1 else 2,
-            "",
-            "connecting rods on a crankpin, 1 unless told",
-            active=per_throw > 1,
-        ),
+        _heading(_title(ENGINE) + note),
+        _row("engine.stroke_mm", found.stroke_mm, "measured"),
+        _row("engine.rod_length_mm", parts.rod_length_mm or 2.0 * found.stroke_mm, active=False),
+        _row("engine.rods_per_throw", per_throw if per_throw > 1 else 2, active=per_throw > 1),
         *_rod(parts),
     ]
     if parts.rod is not None:
@@ -180,56 +189,49 @@ def _unknown(name: str, part: Mapping[str, Any]) -> Row:
 
 
 def _balance(found: Found) -> list[Row]:
-    dynamic = found.planes_mm is not None
     usual = "0.5 to 0.65 for singles, 0.5 for vee twins" if found.throws < 3 else "0 where throws cancel"
-    rows = [
-        _heading("What is asked of the balanced crank"),
-        Row("balance.factor", FILL_IN, "", f"share of the reciprocating mass to balance, 0 to 1 ({usual})"),
-        Row("balance.grade", FILL_IN, "mm/s", "balance quality grade G: 6.3 in racing, 16 coarser"),
-        Row("balance.speed_rpm", FILL_IN, "1/min", "highest service speed"),
-        Row(
-            "balance.judge",
-            "dynamic" if dynamic else "static",
-            "",
-            "dynamic: the resultant and each tolerance plane; static: the resultant alone",
-        ),
-    ]
+    said = {
+        "factor": _row("balance.factor", FILL_IN, usual),
+        "grade": _row("balance.grade", FILL_IN, "6.3 in racing, 16 coarser"),
+        "speed_rpm": _row("balance.speed_rpm", FILL_IN),
+        "judge": _row("balance.judge", "static" if found.planes_mm is None else "dynamic"),
+    }
     if found.planes_mm is not None:
-        meaning = "z of the tolerance planes: the middle of the outermost main journals"
-        rows.append(Row("balance.tolerance_planes_mm", list(found.planes_mm), "mm", meaning))
-    return rows
+        key = "tolerance_planes_mm"
+        said[key] = _row(f"balance.{key}", list(found.planes_mm), "the middle of the outermost main journals")
+    return [_heading(_title(BALANCE)), *said.values(), *_hints(BALANCE, "balance", said)]
 
 
 def _correction(found: Found) -> list[Row]:
+    key = correction_key()
+    of_kind = next(each for each in key.keys if each.name == found.method)
     return [
-        _heading("How metal may be taken off or added; every limit has a default (see the list of keys)"),
-        Row(
-            "correction.method",
-            found.method,
-            "",
-            "one kind or a list: shoulder, turn, drill, slug, add, ...",
-        ),
-        Row("correction.min_wall_mm", 3.0, "mm", "metal to leave", active=False),
-        Row("correction.prefer", "simple", "", "or least_metal, fewest_holes, ...", active=False),
-        Row(
-            "correction.drill.diameters_mm",
-            [8.0, 10.0, 12.0],
-            "mm",
-            "drills at hand; unset: picked from 4 to 25 mm",
-            active=False,
-        ),
-        Row("correction.drill.zone", "counterweights", "", "or anywhere", active=False),
-        Row("correction.drill.max_holes", 6, "", "on each counterweight", active=False),
+        _heading(_title(key) + "; every limit has a default, which stands behind its key"),
+        _row("correction.method", found.method),
+        _row("correction.prefer", "simple", active=False),
+        _row("correction.depth_tolerance_mm", 0.05, active=False),
+        *_hints(of_kind, f"correction.{found.method}", ()),
     ]
+
+
+def _hints(key: Key, path: str, said: Collection[str]) -> list[Row]:
+    """Return the keys of a table of which nothing was said, each with its default or an example of it."""
+    rows = []
+    for each in key.keys:
+        value = each.example if each.default in (None, ()) else plain(each.default)
+        if each.name not in said and each.default is not REQUIRED:
+            rows.append(declared_row(f"{path}.{each.name}", each, value, active=False))
+    return rows
+
+
+def _title(key: Key) -> str:
+    says = in_plain_text(key.says)
+    return says[:1].upper() + says[1:]
 
 
 def table_rows(key: Key) -> list[Row]:
     """Return a table with all of its keys as hints, as they are declared."""
-    rows = [_heading(key.says[:1].upper() + key.says[1:])]
-    for each in key.keys:
-        value = each.example if each.default in (None, ()) else plain(each.default)
-        rows.append(Row(f"{key.name}.{each.name}", value, each.unit, in_plain_text(each.says), active=False))
-    return rows
+    return [_heading(_title(key)), *_hints(key, key.name, ())]
 
 
 def in_plain_text(says: str) -> str:
@@ -243,8 +245,13 @@ def in_plain_text(says: str) -> str:
     return re.sub(r"\[([^]]+)\]\([^)]+\)", r"\1", says).replace("`", "").replace("**", "")
 
 
-def commented_toml(rows: Iterable[Row]) -> str:
-    """Return rows as a TOML document with a comment for each key; hints stand commented out."""
+def commented_toml(rows: Iterable[Row], kept: Collection[str] = ()) -> str:
+    """Return rows as a TOML document with a comment for each key; hints stand commented out.
+
+    So does the heading of a table of the top level that holds hints alone, unless it is ``kept``.
+    """
+    rows = list(rows)
+    active = {row.key.partition(".")[0] for row in rows if row.active} | set(kept)
     lines: list[str] = []
     table = ""
     for row in rows:
@@ -254,11 +261,13 @@ def commented_toml(rows: Iterable[Row]) -> str:
             continue
         here, _, key = row.key.rpartition(".")
         if here != table:
-            lines += [f"[{here}]"] if not table else ["", f"[{here}]"]
+            heading = f"[{here}]" if here.partition(".")[0] in active else f"# [{here}]"
+            lines += [heading] if not table else ["", heading]
             table = here
         mark = "" if row.active else "# "
         unit = f"[{row.unit}] " if row.unit else ""
-        lines.append(f"{mark}{key} = {toml_value(row.value)}  # {unit}{row.meaning}".rstrip(" #"))
+        value = "..." if row.value is None else toml_value(row.value)
+        lines.append(f"{mark}{key} = {value}  # {unit}{row.meaning}".rstrip(" #"))
     return "\n".join(lines).strip() + "\n"
 
 
