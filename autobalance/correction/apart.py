@@ -16,6 +16,8 @@ from autobalance.correction.holes.walls import segments_distance_mm
 from autobalance.correction.room import Room
 from autobalance.types import Indices
 
+NEAR_MM = 1e-9
+"""By how much a distance may fall short of what is asked, from rounding."""
 TOUCHING_MM = 0.05
 """Cuts that ask for no wall keep this much metal between them, so that what each removes is its own."""
 STEPS = 5
@@ -176,7 +178,7 @@ def _clear_depths(
 
 def _bars_are_apart(a: Array, b: Array, need_mm: Array) -> NDArray[np.bool_]:
     """Tell which straight segments are far enough apart, exactly."""
-    far: NDArray[np.bool_] = segments_distance_mm(a[:, 0], a[:, 1], b[:, 0], b[:, 1]) >= need_mm
+    far: NDArray[np.bool_] = segments_distance_mm(a[:, 0], a[:, 1], b[:, 0], b[:, 1]) >= need_mm - NEAR_MM
     return far
 
 

@@ -246,4 +246,4 @@ def slack_mm(length_mm: float) -> float:
 
 def web_at(anatomy: Anatomy, z_mm: float) -> int:
     """Return the number of the web nearest to a place on the axis."""
-    return min(anatomy.webs, key=lambda web: max(web.z_min_mm - z_mm, z_mm - web.z_max_mm)).number
+    return min(anatomy.webs, key=lambda web: round(max(web.z_min_mm - z_mm, z_mm - web.z_max_mm), 6)).number

@@ -13,6 +13,7 @@ from autobalance.correction.contract import Array, setting_of
 from autobalance.planning.depth_steps import bounds_of
 from autobalance.planning.depths import Plan, judged_plan, judged_rows, resultant_and_moment
 from autobalance.planning.task import Task
+from autobalance.planning.ties import in_order, is_less, key
 
 NEWTON_STEPS = 6
 STEPS_ASIDE = 2
@@ -55,7 +56,7 @@ class Groups:
         pairs = [
             (i, j) for i in range(count) for j in range(i + 1, count) if self.settings[i] == self.settings[j]
         ]
-        pairs.sort(key=lambda pair: abs(self.depths_mm[pair[0]] - self.depths_mm[pair[1]]))
+        pairs.sort(key=lambda pair: round(abs(self.depths_mm[pair[0]] - self.depths_mm[pair[1]]), 9))
         for pair in pairs:
             yield self._joined(pair)
 
@@ -93,7 +94,7 @@ def common_depths(task: Task, groups: Groups, enough: float) -> Plan | None:
         step, *_ = np.linalg.lstsq(rows @ slopes.T, -rows @ _plan(task, groups, depths).predicted.components)
         moved = np.clip(depths + step, least, most)
         here = _plan(task, groups, moved)
-        best = here if here.share < best.share else best
+        best = here if is_less(here.share, best.share) else best
         if np.abs(moved - depths).max() <= 1e-6:
             break
         depths = moved
@@ -145,7 +146,7 @@ def _on_steps(task: Task, groups: Groups, plan: Plan, bounds: tuple[Array, Array
             for each, group in zip(choices, groups.members, strict=True)
         ]
     tried = (_plan(task, groups, np.array(depths)) for depths in _nearest(task, groups, plan, choices))
-    return min(tried, key=lambda here: here.share)
+    return min(tried, key=lambda here: key(here.share))
 
 
 TRIED = 12
@@ -161,4 +162,4 @@ def _nearest(
     every = list(product(*choices))
     judged = rows @ plan.predicted.components + (np.array(every) - now) @ slopes @ rows.T
     shares = np.hypot(judged[:, 0::2], judged[:, 1::2]).max(axis=1)
-    return [every[k] for k in np.argsort(shares, kind="stable")[:TRIED].tolist()]
+    return [every[k] for k in in_order(shares)[:TRIED].tolist()]

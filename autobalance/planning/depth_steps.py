@@ -11,6 +11,7 @@ import numpy as np
 from autobalance.correction.contract import Array
 from autobalance.planning.depths import Plan, judged_plan, judged_rows, plan_depths, resultant_and_moment
 from autobalance.planning.task import Task, part_of
+from autobalance.planning.ties import in_order, is_less
 
 WORTH = 1e-4
 """Share of the cost that another step of the depths must save."""
@@ -119,11 +120,11 @@ def _best_combination(task: Task, plan: Plan, made: Sequence[int], choices: Sequ
         judged = (judged[..., None, :] + (steps - plan.depths_mm[k])[:, None] * slope).reshape(-1, len(rows))
     shares = np.hypot(judged[:, 0::2], judged[:, 1::2]).max(axis=1)
     best: Plan | None = None
-    for place in np.argsort(shares, kind="stable")[:EXACT].tolist():
+    for place in in_order(shares)[:EXACT].tolist():
         depths = plan.depths_mm.copy()
         depths[list(made)] = _combination(choices, place)
         here = judged_plan(task.residual, task.tolerance, task.cuts, depths)
-        if best is None or here.share < best.share:
+        if best is None or is_less(here.share, best.share):
             best = here
     assert best is not None
     return best

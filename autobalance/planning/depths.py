@@ -18,6 +18,7 @@ from numpy.typing import NDArray
 from autobalance.correction.contract import Cut, SharedDepth
 from autobalance.errors import CorrectionError
 from autobalance.planning.dual_simplex import least_cost
+from autobalance.planning.ties import is_less
 from autobalance.rigid_rotor.moments import Moments
 from autobalance.rigid_rotor.tolerance import Tolerance
 from autobalance.rigid_rotor.unbalance import Unbalance
@@ -32,6 +33,8 @@ STEPS = 40
 FEW_DEPTHS = 16
 """Depths up to whose number the programme is solved here."""
 SETTLED_MM = 1e-7
+SAME_MM = 1e-9
+"""Depths nearer than that to each other, or to what they may stand for, are that."""
 EVENNESS = 1e-4
 """Weight of the greatest depth beside the removed mass: between equals, even depths win."""
 
@@ -116,7 +119,11 @@ def plan_depths(
         moved = float(np.abs(wanted - depths).max())
         enough = aim * (1.0 + 1e-6)
         good = worth > 0.0 and best.share <= enough
-        if spends < spent if max(here.share, best.share) <= enough else here.share < best.share:
+        if (
+            is_less(spends, spent)
+            if max(here.share, best.share) <= enough
+            else is_less(here.share, best.share)
+        ):
             done = good and spent - spends <= worth * spends
             best, spent, depths = here, spends, wanted
         else:  # the curves bend away from the tangent: look nearer
@@ -327,6 +334,7 @@ def _only_answer(
         return None
     wanted: Array = shares @ depths
     left = (at_zero + matrix @ wanted).reshape(-1, 2)
-    if (np.hypot(*left.T) > 0.5 * aim).any() or (wanted < least).any() or (wanted > most).any():
+    within: Array = np.clip(wanted, least, most)
+    if (np.hypot(*left.T) > 0.5 * aim).any() or (np.abs(within - wanted) > SAME_MM).any():
         return None
-    return wanted
+    return within

@@ -9,6 +9,8 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
+from autobalance.planning.ties import rounded
+
 Array = NDArray[np.float64]
 
 NOTHING = 1e-11
@@ -87,7 +89,7 @@ def _solved(tableau: Array, basic: NDArray[np.intp], free: NDArray[np.intp]) -> 
     """Exchange variables of a tableau until its first column is not below zero; tell whether that can be."""
     nothing = NOTHING * (1.0 + float(np.abs(tableau[:-1, 0]).max()))
     for _ in range(PIVOTS * sum(tableau.shape)):
-        row = int(np.argmin(tableau[:-1, 0]))
+        row = int(np.argmin(rounded(tableau[:-1, 0])))
         if tableau[row, 0] >= -nothing:
             return True
         columns = 1 + np.flatnonzero(tableau[row, 1:] < -FIRM)
@@ -97,7 +99,7 @@ def _solved(tableau: Array, basic: NDArray[np.intp], free: NDArray[np.intp]) -> 
             return False
         ratios = np.maximum(tableau[-1, columns], 0.0) / -tableau[row, columns]
         near = columns[ratios <= ratios.min() + NOTHING]
-        column = int(near[np.argmin(tableau[row, near])])  # of equals the one that rounds least
+        column = int(near[np.argmin(rounded(tableau[row, near]))])  # of equals the one that rounds least
         _exchange(tableau, row, column)
         basic[row], free[column - 1] = free[column - 1], basic[row]
     raise ArithmeticError("the exchanges go in circles")

@@ -20,6 +20,7 @@ from numpy.typing import NDArray
 from autobalance.correction.kind import Offer
 from autobalance.planning.cut_curves import CutCurves, Indices, least_of, length, parabola, slopes_of
 from autobalance.planning.depths import Array, independent_rows, resultant_and_moment
+from autobalance.planning.ties import in_order
 from autobalance.rigid_rotor.tolerance import Tolerance
 from autobalance.rigid_rotor.unbalance import Unbalance
 
@@ -173,7 +174,7 @@ class _Sets:
         self.field = field
         self.count = count
         self.price = _price(field, count)
-        self.order = np.argsort(self.price.reduced, kind="stable")
+        self.order = in_order(self.price.reduced)
         self.least = float(field.weight[:, 0].min())
         self.seen = self.price.bound
         self.are_many = False
@@ -207,7 +208,7 @@ class _Sets:
 
     def lightest_set(self, top: float) -> Iterator[tuple[float, Array]]:
         """Yield weight and depths of sets up to a weight, lightest first, and forget them all."""
-        order = np.argsort(self.found.weight, kind="stable")
+        order = in_order(self.found.weight)
         most = int((self.found.weight <= top).sum())
         tried, self.found = self.found.part(order[: min(most, TRIED)]), self.found.part(order[most:])
         low, high = self.field.depth_mm[:, 0], self.field.depth_mm[:, 2]

@@ -21,6 +21,7 @@ from autobalance.correction.contract import Array, setting_of
 from autobalance.planning.common_depths import Groups, common_depths
 from autobalance.planning.depths import Plan, judged_rows, resultant_and_moment
 from autobalance.planning.task import Task
+from autobalance.planning.ties import in_order
 
 Indices = NDArray[np.int64]
 
@@ -115,7 +116,7 @@ class _Alike:
         along = np.clip(-(left * way).sum(axis=1) / size, -0.5 * self.step_mm, 0.5 * self.step_mm)
         left = left + along[:, None] * way
         share = np.hypot(left[:, 0::2], left[:, 1::2]).max(axis=1)
-        best = [row for row in np.argsort(share, kind="stable")[:TRIED].tolist() if share[row] <= 1.0]
+        best = [row for row in in_order(share)[:TRIED].tolist() if share[row] <= 1.0]
         return [(self.members[met[row]], depth_mm + float(along[row])) for row in best]
 
     def _meeting(self, level: int, wanted: Array, count: int) -> Indices:
@@ -177,7 +178,7 @@ def _in_box_of(points: Array, others: Array, margin: float) -> NDArray[np.bool_]
 
 
 def _depth_mm(found: _Set) -> float:
-    return found[1]
+    return round(found[1], 9)
 
 
 @lru_cache(maxsize=64)

@@ -20,6 +20,7 @@ from autobalance.planning.common_depths import Groups, common_depths
 from autobalance.planning.depths import Plan, plan_depths
 from autobalance.planning.equal_cut_search import alike_everywhere, alike_on_each_web
 from autobalance.planning.task import Task, is_discrete
+from autobalance.planning.ties import key
 
 WHOLE_CUTS_SHARE = 0.25
 """Share of the permissible value that plans of cuts in steps may leave, since these cannot reach the aim."""
@@ -57,7 +58,7 @@ def simplest(task: Task, plans: Iterable[Plan], search: bool = True) -> Plan:
     Where none of them is good enough there is nothing to spare: the one that leaves least is returned.
     """
     found = list(plans)
-    least = min(found, key=lambda plan: plan.share)
+    least = min(found, key=lambda plan: key(plan.share))
     enough = enough_share(task)
     good = [plan for plan in found if plan.share <= enough]
     if search and is_discrete(task.offer):
@@ -67,7 +68,7 @@ def simplest(task: Task, plans: Iterable[Plan], search: bool = True) -> Plan:
     good = [_merged(task, plan, enough) for plan in good if plan.share <= enough and _keeps_rules(task, plan)]
     if not good:
         return least
-    return min(good, key=lambda plan: (*rank(task, plan), plan.share))
+    return min(good, key=lambda plan: (*rank(task, plan), key(plan.share)))
 
 
 def _keeps_rules(task: Task, plan: Plan) -> bool:

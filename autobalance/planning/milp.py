@@ -15,6 +15,7 @@ from autobalance.planning.depths import AIM
 from autobalance.planning.dual_simplex import least_cost
 from autobalance.planning.milp_model import POINTS, SIDES, MilpModel, breakpoints, effects_at
 from autobalance.planning.task import Task, part_of, usual
+from autobalance.planning.ties import in_order
 from autobalance.rigid_rotor.moments import Moments
 from autobalance.rigid_rotor.tolerance import Tolerance
 from autobalance.rigid_rotor.unbalance import Unbalance
@@ -184,7 +185,7 @@ def _promising(relaxed: MilpModel, answer: Any, gap: float) -> list[int]:
             for k in range(count)
         ]
     )
-    order = np.argsort(price, kind="stable")
+    order = in_order(price)
     return [int(k) for k in order if price[k] < gap]
 
 

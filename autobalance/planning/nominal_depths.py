@@ -13,12 +13,9 @@ import numpy as np
 
 from autobalance.correction.contract import Array, Cut
 from autobalance.correction.kind import Offer
-from autobalance.planning.depths import Plan, judged_plan
+from autobalance.planning.depths import SAME_MM, Plan, judged_plan
 from autobalance.rigid_rotor.tolerance import Tolerance
 from autobalance.rigid_rotor.unbalance import Unbalance
-
-SAME_MM = 1e-9
-"""Depths nearer than that to each other, or to what they may stand for, are that."""
 
 
 def nominal_plan(residual: Unbalance, tolerance: Tolerance, offer: Offer, plan: Plan) -> Plan:

@@ -109,7 +109,7 @@ def relaxations(tried: Attempt) -> list[Relaxation]:
             relaxed = _relaxed(tried, number, way)
             found += [] if relaxed is None else [relaxed]
     found += _remedies(tried)
-    return sorted(found, key=lambda relaxed: relaxed.metal_g or 0.0)[:TRIED]
+    return sorted(found, key=lambda relaxed: round(relaxed.metal_g or 0.0, 6))[:TRIED]
 
 
 Told = tuple[str, tuple[Change, ...]]

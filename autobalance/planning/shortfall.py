@@ -8,6 +8,7 @@ from dataclasses import dataclass
 
 from autobalance.correction.contract import Array, Cut
 from autobalance.planning.relaxation import Change, Relaxation
+from autobalance.planning.ties import key
 from autobalance.rigid_rotor.tolerance import Tolerance
 from autobalance.rigid_rotor.unbalance import Unbalance
 
@@ -40,7 +41,7 @@ def explain_shortfall(short: Shortfall, computed: Sequence[str] = (), bound: flo
     ``computed`` are changes of the limits that are known to suffice; ``bound`` is the share of the
     permissible value that no plan within the limits gets below, where that is known.
     """
-    worst, value, permitted = max(_judged_values(short), key=lambda row: row[1] / row[2])
+    worst, value, permitted = max(_judged_values(short), key=lambda row: key(row[1] / row[2]))
     text = (
         f"the residual of {worst} is {value:.2f} g·mm, {value - permitted:.2f} g·mm above the permissible "
         f"{permitted:.2f} g·mm"

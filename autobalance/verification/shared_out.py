@@ -74,7 +74,7 @@ def shared_out(
                 mixed.append(piece)
         owned = union([piece for k in candidates for piece in mine[k]])
         for k in candidates:
-            shares = any(_shared_mm3(rooms[k], piece) > 0.0 for piece in mixed)
+            shares = any(_shared_mm3(rooms[k], piece) > NOTHING * piece.volume_mm3 for piece in mixed)
             if (shares or _is_short(parts[k], mine[k])) and not rooms[k].is_empty:
                 left = (metal & rooms[k]) - owned  # not of pieces built anew: those fill where they are thin
                 more = _pieces(left, near_mm)
@@ -104,6 +104,8 @@ def _counts(piece: Solid, part: Claims) -> bool:
     return piece.volume_mm3 > SHARE * listed
 
 
+NOTHING = 1e-9
+"""Share of a piece that is left of it where nothing should be."""
 MOST = 0.95
 """Share of a piece in a correction's room from which all of it is that correction's."""
 
@@ -140,6 +142,6 @@ def _told_apart(parts: Sequence[Claims], mine: list[list[Solid]], i: int, j: int
                 return {i, j}
             centre = both.moments(1.0).centre_mm
             away = [float(np.linalg.norm(parts[k].array("position_mm", (3,)) - centre)) for k in (i, j)]
-            loser, piece = (j, other) if away[0] <= away[1] else (i, one)
+            loser, piece = (j, other) if round(away[0] - away[1], 6) <= 0.0 else (i, one)
             mine[loser] = [each for each in mine[loser] if each is not piece]
     return set()

@@ -125,7 +125,7 @@ class _Search:
     def _backward(self, deepest_mm: float) -> Indices:
         """Return the triangles above a depth that face backward, the highest first."""
         rows = self._among(self.slab.backward, deepest_mm)
-        highest: Indices = rows[np.argsort(-self.slab.tops.take(rows))]
+        highest: Indices = rows[np.argsort(-self.slab.tops.take(rows), kind="stable")]
         return highest
 
     def _within_room(self, rows: Indices) -> Indices:

@@ -176,7 +176,10 @@ def _farthest_out_of_each_web(
         of_web = [offer for offer in offers if offer[0].web == web]
         most = max(offer[1] for offer in of_web)
         chosen.append(
-            max((offer for offer in of_web if offer[1] >= WORTHWHILE * most), key=lambda offer: offer[2])
+            max(
+                (offer for offer in of_web if offer[1] >= WORTHWHILE * most),
+                key=lambda offer: round(offer[2], 9),  # of equals the first
+            )
         )
     return chosen
 
@@ -198,7 +201,8 @@ def heavy_direction(heavy_at: Sequence[tuple[float, Array]], z_mm: float) -> Arr
 
 def _snapped(heavy: Array, anatomy: Anatomy, face: Face) -> Array:
     throw = min(
-        anatomy.throws, key=lambda throw: abs(float(throw.crankpin.centre_mm[2] - face.centroid_mm[2]))
+        anatomy.throws,
+        key=lambda throw: round(abs(float(throw.crankpin.centre_mm[2] - face.centroid_mm[2])), 6),
     )
     along = float(heavy @ throw.direction)
     if abs(along) >= math.cos(math.radians(SNAP_DEG)):
@@ -216,8 +220,9 @@ def half_plane_worth(mesh: Mesh, anatomy: Anatomy, face: Face, direction: Array)
     areas = 0.5 * abs(float(face.normal[2])) * mesh.doubled_areas.take(face.triangles)
     out = mesh.vertices @ (direction @ frame[:2, :3]) + direction @ frame[:2, 3]
     lever = out.take(mesh.triangles.take(face.triangles, axis=0)) @ np.full(3, 1.0 / 3.0)
-    side = lever > 0.0
-    other = float(areas[~side].sum())
+    near = ROUNDING_SHARE * mesh.diagonal_mm
+    side = lever > near  # on the line itself: on neither
+    other = float(areas[lever < -near].sum())
     return (
         float(areas[side] @ lever[side]),
         float(areas[side].sum()),
@@ -267,7 +272,7 @@ def farthest_mm(mesh: Mesh, anatomy: Anatomy) -> float:
 def face_frame(normal: Array) -> Array:
     """Return a rotation (4, 4) from the rotor frame that turns ``normal`` to +z."""
     n = np.asarray(normal, dtype=np.float64) / np.linalg.norm(normal)
-    helper = np.eye(3)[int(np.argmin(np.abs(n)))]
+    helper = np.eye(3)[int(np.argmin(np.round(np.abs(n), 9)))]
     x = helper - (helper @ n) * n
     x /= np.linalg.norm(x)
     frame = np.eye(4)

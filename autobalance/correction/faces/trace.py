@@ -184,7 +184,7 @@ class FaceTrace:
         }
 
     def _face(self, metal: Metal, normal: Array, height_mm: float) -> Face:
-        """Return the face over or under which the metal lies."""
+        """Return the face over or under which the metal lies; of several in one plane the most covered."""
         centre = metal.moments.centre_mm
         centre = centre + (height_mm - float(normal @ centre)) * normal
         best, nearest = None, math.inf
@@ -198,7 +198,25 @@ class FaceTrace:
             raise FormatError(
                 f"normal of a correction of kind {self.item.get('kind')!r}: no face looks that way"
             )
-        return best
+        thin_mm = THIN * metal.near_mm + THIN_MM
+        level = [face for face in metal.crank.faces if _in_one_plane(face, best, thin_mm)]
+        if len(level) == 1:
+            return best
+        to_face = face_frame(best.normal)
+        shadow = sum((piece.moved(to_face).shadow() for piece in metal.pieces), Region.of([]))
+        shared = [
+            (face_region(metal.crank.mesh, metal.crank.anatomy, face, to_face) & shadow).area_mm2
+            for face in level
+        ]
+        most = max(shared)
+        return level[shared.index(most)] if most > 0.0 else best
+
+
+def _in_one_plane(face: Face, other: Face, thin_mm: float) -> bool:
+    """Tell whether two faces lie in one plane and look the same way."""
+    if face.kind != "plane" or float(face.normal @ other.normal) <= ON_PLANE:
+        return False
+    return abs(float(other.normal @ (face.centroid_mm - other.centroid_mm))) <= thin_mm + face.spread_mm
 
 
 def _edge_deg(

@@ -180,7 +180,7 @@ def _rim(near: Surface, web: Web, angle: float) -> _Rim | None:
     top = radii.max()
     if top <= 0.0:
         return None
-    first = last = int(np.argmax(radii))
+    first = last = int(np.argmax(np.round(radii, 6)))
     while first > 0 and radii[first - 1] >= RIM_SHARE * top:
         first -= 1
     while last < RAYS - 1 and radii[last + 1] >= RIM_SHARE * top:

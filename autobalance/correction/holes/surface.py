@@ -42,7 +42,7 @@ class Axis:
         """Rigid motion (4, 4) from local coordinates to the rotor frame."""
         u = self.inward
         a, b, c = u.tolist()  # np.cross of two vectors takes as long as all the rest
-        x = np.array(((0.0, -c, b), (c, 0.0, -a), (-b, a, 0.0))[int(np.argmin(np.abs(u)))])
+        x = np.array(((0.0, -c, b), (c, 0.0, -a), (-b, a, 0.0))[int(np.argmin(np.round(np.abs(u), 9)))])
         x /= math.hypot(*x)
         d, e, f = x.tolist()
         place = np.eye(4)
