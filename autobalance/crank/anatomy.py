@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from autobalance.crank.datums import Datums
+from autobalance.crank.scan import ScanFit
 
 Array = NDArray[np.float64]
 Indices = NDArray[np.int64]
@@ -125,7 +126,7 @@ class Anatomy:
 
     ``file_to_rotor`` (4, 4) takes file coordinates (in mm) to the rotor frame;
     ``journal_misalignment_mm`` is the greatest distance of a main journal's centre from the common axis;
-    ``datums`` None: not looked for.
+    ``datums`` None: not looked for; ``scan`` None: the surface is drawn, not scanned.
     """
 
     file_to_rotor: Array
@@ -134,6 +135,7 @@ class Anatomy:
     webs: tuple[Web, ...]
     journal_misalignment_mm: float
     datums: Datums | None = None
+    scan: ScanFit | None = None
 
     @property
     def rotor_to_file(self) -> Array:

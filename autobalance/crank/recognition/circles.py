@@ -81,8 +81,11 @@ def corners_of(outline: Array, grain_mm: float) -> Array:
     return points
 
 
-def whole_circle(outline: Array, grain_mm: float) -> Circle | None:
-    """Return the circle that a closed outline (k, 2) is, pieces cut out of it apart; None if it is none."""
+def whole_circle(outline: Array, grain_mm: float, rough_mm: float = 0.0) -> Circle | None:
+    """Return the circle that a closed outline (k, 2) is, pieces cut out of it apart; None if it is none.
+
+    ``rough_mm`` is how far the corners of a rough surface may stand off it.
+    """
     if _is_long(outline):
         return None
     corners = corners_of(outline, grain_mm)
@@ -98,19 +101,23 @@ def whole_circle(outline: Array, grain_mm: float) -> Circle | None:
         centres, radii = _circumcircles(*trio)
         with np.errstate(over="ignore", invalid="ignore"):
             off = np.sqrt((x - centres[:, :1]) ** 2 + (y - centres[:, 1:]) ** 2) - radii[:, None]
-            cover = _cover(off, reach, step, radii[:, None])
+            cover = _cover(off, reach, step, radii[:, None], rough_mm)
         best = int(np.argmax(cover))
         if cover[best] > NEARLY_WHOLE:
             break
     if cover[best] < LEAST_COVER:
         return None
-    centre, radius = fit_circle(corners[np.abs(off[best]) <= _slack(reach, radii[best])])
+    centre, radius = fit_circle(corners[np.abs(off[best]) <= _slack(reach, radii[best], rough_mm)])
     away = np.abs(distances(corners, centre) - radius)
-    close = away <= max(4.0 * float(np.median(away)), grain_mm)  # without corners of what is cut out
+    close = away <= max(
+        4.0 * float(np.median(away)), grain_mm, rough_mm
+    )  # without corners of what is cut out
     if close.sum() >= 8:
         centre, radius = fit_circle(corners[close])
     outside = distances(corners, centre) - radius
-    if float(outside.max()) > 2.0 * ON_CIRCLE * radius + float(_slack(reach, radius).max()):
+    if float(outside.max()) > 2.0 * _on_circle(radius, rough_mm) + float(
+        _slack(reach, radius, rough_mm).max()
+    ):
         return None
     return Circle(centre, radius)
 
@@ -122,14 +129,18 @@ def _is_long(outline: Array) -> bool:
     return bool(widths.max() > LONGEST * widths.min())
 
 
-def _slack(reach: Array, radius: Array | float) -> Array:
-    slack: Array = ON_CIRCLE * radius + np.minimum(reach**2 / (4.0 * radius), CHORD_SHARE * radius)
+def _on_circle(radius: Array | float, rough_mm: float) -> Array | float:
+    return np.maximum(ON_CIRCLE * radius, rough_mm) if rough_mm else ON_CIRCLE * radius
+
+
+def _slack(reach: Array, radius: Array | float, rough_mm: float) -> Array:
+    slack: Array = _on_circle(radius, rough_mm) + np.minimum(reach**2 / (4.0 * radius), CHORD_SHARE * radius)
     return slack
 
 
-def _cover(off: Array, reach: Array, step: Array, radius: Array) -> Array:
+def _cover(off: Array, reach: Array, step: Array, radius: Array, rough_mm: float) -> Array:
     """Return for each circle (rows) the share of the full angle that the outline follows."""
-    on = np.abs(off) <= _slack(reach[None], radius)
+    on = np.abs(off) <= _slack(reach[None], radius, rough_mm)
     along = on & np.hstack([on[:, 1:], on[:, :1]]) & (step[None] <= LONGEST_STEP * radius)
     half = np.arcsin(step[None] / (2.0 * radius), where=along, out=np.zeros(along.shape))
     share: Array = (2.0 * half).sum(axis=1) / (2.0 * math.pi)

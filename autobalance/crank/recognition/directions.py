@@ -21,8 +21,10 @@ CANDIDATES = 8
 """Axes tried before giving up."""
 
 
-def axis_candidates(area_vectors: Array) -> Iterator[Array]:
+def axis_candidates(area_vectors: Array, side_sine: float = SIDE_SINE) -> Iterator[Array]:
     """Yield unit vectors (3,) that may be the crank axis, likeliest first.
+
+    ``side_sine`` is the sine of the lean of a triangle that still stands along an axis.
 
     The likeliest axis is the one to which most of the surface stands either parallel (journals, crankpins,
     rims) or square (webs' faces); a cylinder's surface counts, a flat's could belong to any of many axes.
@@ -37,22 +39,22 @@ def axis_candidates(area_vectors: Array) -> Iterator[Array]:
     crossed = np.cross(strong[i], strong[j])
     size = np.linalg.norm(crossed, axis=1)
     axes = np.concatenate([strong, crossed[size > 0.2] / size[size > 0.2, None]])
-    scores = _scores(axes, normals, areas)
+    scores = _scores(axes, normals, areas, side_sine)
     chosen: list[Array] = []
     for place in np.argsort(-scores):
         if any(abs(float(axes[place] @ other)) > np.cos(BIN_RAD) for other in chosen):
             continue
         axis = _refined(axes[place], normals, areas)
         if all(abs(float(axis @ other)) < np.cos(BIN_RAD) for other in chosen):
-            chosen.append(refined_direction(axis, unit, weight))
+            chosen.append(refined_direction(axis, unit, weight, side_sine))
             yield chosen[-1]
         if len(chosen) == CANDIDATES:
             return
 
 
-def refined_direction(axis: Array, unit: Array, weight: Array) -> Array:
+def refined_direction(axis: Array, unit: Array, weight: Array, side_sine: float = SIDE_SINE) -> Array:
     """Return the direction to which the surface that stands along ``axis`` is most nearly parallel."""
-    for sine in (SIDE_SINE, 0.1 * SIDE_SINE, 0.01 * SIDE_SINE):
+    for sine in (side_sine, 0.1 * side_sine, 0.01 * side_sine):
         along = np.abs(unit @ axis) < sine
         if not along.any():
             return axis
@@ -78,12 +80,12 @@ def _binned(unit: Array, weight: Array) -> tuple[Array, Array]:
     return normals[order], areas[order]
 
 
-def _scores(axes: Array, normals: Array, areas: Array) -> Array:
+def _scores(axes: Array, normals: Array, areas: Array, side_sine: float) -> Array:
     scores = np.zeros(len(axes))
     for begin in range(0, len(axes), 256):
         lean = np.abs(axes[begin : begin + 256] @ normals.T)
-        along = lean < SIDE_SINE
-        square = lean > 1.0 - 0.5 * SIDE_SINE**2
+        along = lean < side_sine
+        square = lean > 1.0 - 0.5 * side_sine**2
         scores[begin : begin + 256] = along @ areas + square @ areas
     return scores
 

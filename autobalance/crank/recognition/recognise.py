@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import replace
+from functools import partial
 
 import numpy as np
 
@@ -29,6 +30,8 @@ from autobalance.crank.recognition.directions import axis_candidates
 from autobalance.crank.recognition.exact_cylinders import own_direction, own_layout
 from autobalance.crank.recognition.layout import GapError, JournalLayout, solid_layout
 from autobalance.crank.recognition.pressed_up import pressed_up_layout
+from autobalance.crank.recognition.rough_cylinders import RoughMesh
+from autobalance.crank.recognition.scanned import rough_directions, scanned_along
 from autobalance.crank.recognition.section_stack import SectionStack, lengthwise, straightened
 from autobalance.crank.recognition.views import Views
 from autobalance.crank.recognition.webs import find_webs, refuse_incomplete, refuse_unexplained
@@ -36,7 +39,10 @@ from autobalance.errors import RecognitionError
 from autobalance.solid.cad.surface import CylinderFace
 from autobalance.solid.csg.solid import Solid
 from autobalance.solid.mesh.mesh import Mesh
+from autobalance.solid.roughness.estimate import DRAWN, SCANNED, flat_share
 
+SMOOTH = 1e-6
+"""A mesh without noise stands off smooth surfaces by less than this share of its diagonal."""
 SLIGHT_TILT_RAD = 1e-4
 """Sections taken along an axis that is off by less than this still show the same circles."""
 
@@ -90,18 +96,55 @@ def _without_what_is_given(text: str, overrides: Overrides) -> str:
 def _recognised(solid: Solid, overrides: Overrides, cylinders: Sequence[CylinderFace]) -> Anatomy:
     mesh = solid.mesh
     given = _given_axis(overrides)
+    flat = DRAWN if cylinders else flat_share(mesh)
+    if flat < SCANNED:
+        rough = RoughMesh.of(mesh)
+        if rough.local_mm > SMOOTH * mesh.diagonal_mm:
+            return _with_or_without_pins(overrides, partial(_scanned, rough))
     if given is not None and overrides.crankpins is not None and overrides.main_journals is not None:
         return _from_job(mesh, overrides, given)
     views = Views(mesh)
-    if overrides.crankpin_in_file is None:
+    try:
+        return _with_or_without_pins(overrides, lambda known: _in_any_direction(views, known, cylinders))
+    except RecognitionError:
+        if flat >= DRAWN:
+            raise
+    return _with_or_without_pins(overrides, partial(_scanned, RoughMesh.of(mesh)))
+
+
+def _with_or_without_pins(overrides: Overrides, found_with: Callable[[Overrides], Anatomy]) -> Anatomy:
+    """Look for a crank with its crankpins, then, where nobody says that they are there, without."""
+    if overrides.crankpin_in_file is not None:
+        return found_with(overrides)
+    try:
+        return found_with(replace(overrides, crankpin_in_file=True))
+    except RecognitionError as reason:
         try:
-            return _in_any_direction(views, replace(overrides, crankpin_in_file=True), cylinders)
+            return found_with(replace(overrides, crankpin_in_file=False))
+        except RecognitionError as without:
+            raise (without if isinstance(reason, GapError) else reason) from None
+
+
+def _scanned(rough: RoughMesh, overrides: Overrides) -> Anatomy:
+    """Recognise the crank in a scan."""
+    given = _given_axis(overrides)
+    directions = rough_directions(rough) if given is None else iter([given[1]])
+    refusals: list[tuple[int, RecognitionError]] = []
+    for direction in directions:
+        try:
+            return scanned_along(
+                rough,
+                _upright(direction),
+                given is not None,
+                lambda long, runs: _layout(long, runs, overrides, 0.0),
+                lambda long, layout: _anatomy(rough.mesh, long, layout, overrides, 0.0),
+                overrides.crankpin_in_file is False,
+            )
+        except _NotHereError as refusal:
+            refusals.append((refusal.progress, refusal.reason))
         except RecognitionError as reason:
-            try:
-                return _in_any_direction(views, replace(overrides, crankpin_in_file=False), cylinders)
-            except RecognitionError as without:
-                raise (without if isinstance(reason, GapError) else reason) from None
-    return _in_any_direction(views, overrides, cylinders)
+            refusals.append((0, reason))
+    raise rough.refusal(max(refusals, key=lambda item: item[0])[1])
 
 
 def _in_any_direction(views: Views, overrides: Overrides, cylinders: Sequence[CylinderFace]) -> Anatomy:

@@ -23,27 +23,33 @@ ASIDE_SHARE = 2e-5
 """How far beside a level the sections next to it are taken, as a share of the part's length."""
 UNIFORM = 40
 """Stations are at most the part's length divided by this apart."""
+FLAKE_SHARE = 1e-3
+"""Of a rough surface, pieces of less than this share of the greatest are what a plane cuts off a face."""
 UPRIGHT_SINE = 1e-4
 """A triangle stands along the axis when the sine of its lean is below this, or its lean is but rounding."""
 
 
 @dataclass(frozen=True, eq=False)
 class SectionPiece:
-    """One connected piece of a section: its outline (k, 2), holes, and the circle the outline is, if any."""
+    """One connected piece of a section: its outline (k, 2), holes, and the circle the outline is, if any.
+
+    ``rough_mm`` is how far a rough surface may stand off a circle; 0 of a drawn one.
+    """
 
     outline: Array
     holes: tuple[Array, ...]
     grain_mm: float
+    rough_mm: float = 0.0
 
     @cached_property
     def circle(self) -> Circle | None:
         """The circle that the outline is, cut-outs apart."""
-        return whole_circle(self.outline, self.grain_mm)
+        return whole_circle(self.outline, self.grain_mm, self.rough_mm)
 
     @cached_property
     def bores(self) -> tuple[Circle, ...]:
         """Round holes."""
-        found = (whole_circle(hole[::-1], self.grain_mm) for hole in self.holes)
+        found = (whole_circle(hole[::-1], self.grain_mm, self.rough_mm) for hole in self.holes)
         return tuple(circle for circle in found if circle is not None)
 
     def reach_from(self, centre: Array) -> float:
@@ -73,6 +79,8 @@ class SectionStack:
         Heights of planes square to the axis, increasing, and the area that lies there.
     sections : tuple of Section
         At increasing heights; between two levels there is at least one.
+    blur_mm : float
+        How far levels may lie beside the sections that show them; 0 of a drawn surface.
     """
 
     turn: Array
@@ -80,6 +88,7 @@ class SectionStack:
     levels_mm: Array
     level_areas_mm2: Array
     sections: tuple[CrossSection, ...]
+    blur_mm: float = 0.0
 
     @cached_property
     def by_height(self) -> tuple[Array, Array]:
@@ -118,7 +127,7 @@ def lengthwise(mesh: Mesh, direction: Array, rounding_mm: float) -> SectionStack
     first, count = np.unique(stretch, return_index=True, return_counts=True)[1:]
     middle = first + count // 2
     outlines = cross_sections(vertices, mesh.triangles, heights[middle], spans.among(middle))
-    pieces = [_pieces(found, rounding_mm) for found in outlines]
+    pieces = [pieces_of(found, rounding_mm) for found in outlines]
     sections = tuple(CrossSection(float(z), pieces[one]) for z, one in zip(heights, stretch, strict=True))
     return SectionStack(turn, vertices, levels, areas, sections)
 
@@ -224,10 +233,12 @@ def _stations(vertices: Array, levels: Array) -> Array:
     return stations[(stations > low) & (stations < high)]
 
 
-def _pieces(outlines: list[Array], grain_mm: float) -> tuple[SectionPiece, ...]:
+def pieces_of(outlines: list[Array], grain_mm: float, rough_mm: float = 0.0) -> tuple[SectionPiece, ...]:
+    """Return the connected pieces of a section, from its outlines."""
     areas = [_area(outline) for outline in outlines]
     most = max((abs(area) for area in areas), default=0.0)
-    real = [(o, a) for o, a in zip(outlines, areas, strict=True) if abs(a) > 1e-9 * most]
+    least = FLAKE_SHARE * most if rough_mm else 1e-9 * most
+    real = [(o, a) for o, a in zip(outlines, areas, strict=True) if abs(a) > least]
     solids = sorted((item for item in real if item[1] > 0.0), key=lambda item: item[1])
     holes: list[list[Array]] = [[] for _ in solids]
     for outline, area in real:
@@ -237,7 +248,7 @@ def _pieces(outlines: list[Array], grain_mm: float) -> tuple[SectionPiece, ...]:
                     holes[place].append(outline)
                     break
     return tuple(
-        SectionPiece(outline, tuple(inner), grain_mm)
+        SectionPiece(outline, tuple(inner), grain_mm, rough_mm)
         for (outline, _), inner in zip(solids, holes, strict=True)
     )
 

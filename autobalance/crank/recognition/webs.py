@@ -148,7 +148,9 @@ def _extent(long: SectionStack, a: CylinderRun, b: CylinderRun, axis: Array) -> 
     first, last = inside[0], inside[-1]
     before = sections[first - 1] if first > 0 else None
     after = sections[last + 1] if last + 1 < len(sections) else None
-    beside = 4.0 * ASIDE_SHARE * long.length_mm  # a small blend around a level belongs to the level
+    beside = (
+        4.0 * ASIDE_SHARE * long.length_mm + long.blur_mm
+    )  # a small blend around a level belongs to the level
     low = _edge(long, before.z_mm if before else a.z_mid, sections[first].z_mm + beside, a, upward=True)
     high = _edge(long, sections[last].z_mm - beside, after.z_mm if after else b.z_mid, b, upward=False)
     return low, high
@@ -162,7 +164,7 @@ def _is_web(section: CrossSection, a: CylinderRun, b: CylinderRun, axis: Array) 
 
 def _belongs(piece: SectionPiece, z: float, run: CylinderRun, other: CylinderRun) -> bool:
     room = GIVEN if run.z_low <= z <= run.z_high else INSIDE
-    if piece.reach_from(run.centre) <= (1.0 + room) * run.radius:
+    if piece.reach_from(run.centre) <= (1.0 + room) * run.radius + piece.rough_mm:
         return True
     circle = piece.circle
     if circle is None or float(np.linalg.norm(circle.centre - run.centre)) > CENTRED * circle.radius:

@@ -1,0 +1,201 @@
+"""Cylinders of a scanned crank: which of the mesh's points lie on one, what it is, and where it ends."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from autobalance.crank.anatomy import Array, Indices
+from autobalance.crank.recognition.cylinder_runs import CylinderRun
+from autobalance.crank.recognition.rough_fits import Fit, Region, fit_circle_along_z, rows_near
+from autobalance.crank.recognition.rough_planes import RoughPlane
+from autobalance.crank.recognition.rough_runs import rough_slack_mm
+from autobalance.crank.recognition.section_stack import SectionStack
+from autobalance.errors import RecognitionError
+from autobalance.solid.mesh.mesh import Mesh
+from autobalance.solid.roughness.estimate import local_roughness_mm, smoothed_normals, vertex_areas
+
+NEIGHBOURS = 40.0
+"""Roughness is measured on neighbourhoods of about so many triangles."""
+UPRIGHT = 0.25
+"""Triangles of a cylinder along z face z by less than this."""
+HOPELESS_MM = 0.3
+"""In rougher ones nothing is looked for: neighbourhoods of a coarse mesh seem rougher than its faces are."""
+CREDIBLE_MM = 0.1
+"""No more is believed of the neighbourhoods of a mesh that was decimated to a few large triangles."""
+ROUGHEST_MM = 0.15
+"""Rougher surfaces are not judged."""
+FILLET_SHARE, FACE_MM, ALIKE_MM = 0.3, 0.5, 1.0
+"""A face is beside a cylinder up to this share of the radius, and this much, from its end; the two fillets
+are alike when they differ by less than the last [mm]."""
+BORE_REACH = 2.0
+"""A crankpin's bores are looked for in webs so many of its radii deep."""
+
+
+@dataclass(frozen=True, eq=False)
+class RoughMesh:
+    """A scanned mesh with what is measured of it once."""
+
+    mesh: Mesh
+    directions: Array
+    at_vertex: Array
+    local_mm: float
+
+    @classmethod
+    def of(cls, mesh: Mesh) -> RoughMesh:
+        """Measure the roughness of a mesh.
+
+        Raises
+        ------
+        RecognitionError
+            If it is too rough to look for a crank in it.
+        """
+        middle = 0.5 * float(np.median(mesh.doubled_areas))
+        local = local_roughness_mm(mesh, math.sqrt(NEIGHBOURS * max(middle, 0.1)))
+        found = cls(mesh, smoothed_normals(mesh), vertex_areas(mesh), local)
+        if local > HOPELESS_MM:
+            raise found.refusal(RecognitionError("not looked for"))
+        return found
+
+    @property
+    def slack_mm(self) -> float:
+        """How far an outline may stand off its circle [mm]."""
+        return rough_slack_mm(min(self.local_mm, CREDIBLE_MM))
+
+    def refusal(self, reason: RecognitionError) -> RecognitionError:
+        """Return why there is no crank in it, with its roughness where that may be the cause."""
+        if self.local_mm <= ROUGHEST_MM:
+            return reason
+        return RecognitionError(
+            f"the surface is rough by about {self.local_mm:.2g} mm, found no crank in it ({reason});"
+            f" expected at most {ROUGHEST_MM:g} mm: scan it again, more finely, or decimate it less"
+        )
+
+
+@dataclass(frozen=True, eq=False)
+class RoughCylinder:
+    """A fitted cylinder: where it is, its points and the mesh's vertices that are on it."""
+
+    run: CylinderRun
+    region: Region
+    fit: Fit
+
+
+def cylinder_region(
+    rough: RoughMesh, long: SectionStack, normals: Array, run: CylinderRun, slack: float, side: float = 1.0
+) -> Region:
+    """Return the vertices on a cylinder, by what its triangles face and where they are."""
+    rows = _triangles_on(rough, long, normals, run, slack, side)
+    corners = np.unique(rough.mesh.triangles.take(rows, axis=0))
+    points = long.vertices.take(corners, axis=0)
+    trim = min(0.8, 0.1 * run.width)
+    inside = (points[:, 2] > run.z_low + trim) & (points[:, 2] < run.z_high - trim)
+    corners, points = corners[inside], points[inside]
+    if len(corners) < 24:
+        raise RecognitionError(
+            f"looked for the surface of a cylinder of {2.0 * run.radius:.4g} mm, found {len(corners)} points"
+            " on it; scan it more finely, or decimate it less"
+        )
+    return Region(points, rough.at_vertex.take(corners))
+
+
+def _triangles_on(
+    rough: RoughMesh, long: SectionStack, normals: Array, run: CylinderRun, slack: float, side: float = 1.0
+) -> Indices:
+    """Return the rows of triangles that lie on a cylinder and face outward (inward with ``side`` −1)."""
+    away = np.hypot(long.vertices[:, 0] - run.centre[0], long.vertices[:, 1] - run.centre[1])
+    z = long.vertices[:, 2]
+    on = (np.abs(away - run.radius) < 2.0 * slack) & (z > run.z_low) & (z < run.z_high)
+    a, b, c = rough.mesh.triangles.T
+    rows = np.flatnonzero(on.take(a) & on.take(b) & on.take(c))
+    middle = (
+        long.vertices.take(rough.mesh.triangles.take(rows, axis=0), axis=0).mean(axis=1)[:, :2] - run.centre
+    )
+    outward = (normals.take(rows, axis=0)[:, :2] * middle).sum(axis=1) / run.radius
+    keep: Indices = rows[(np.abs(normals[:, 2].take(rows)) < UPRIGHT) & (side * outward > 0.9)]
+    return keep
+
+
+def fitted_cylinder(
+    rough: RoughMesh, long: SectionStack, normals: Array, run: CylinderRun, slack: float
+) -> RoughCylinder:
+    """Fit a cylinder, find where it ends, and fit it again."""
+    wide = replace(run, z_low=run.z_low - 1.5, z_high=run.z_high + 1.5)
+    fit = fit_circle_along_z(cylinder_region(rough, long, normals, run, slack), run.centre, run.radius)
+    here = replace(run, centre=fit.values[:2], radius=float(fit.values[2]))
+    rows = rows_near(long.vertices, wide.z_low, wide.z_high)
+    points = long.vertices.take(rows, axis=0)
+    off = np.hypot(*(points[:, :2] - here.centre).T) - here.radius
+    near = np.abs(off) < 4.0 * slack + 0.5
+    low, high = _ends(points[near, 2], off[near], here, max(3.0 * fit.rms_mm, 0.03))
+    here = replace(here, z_low=low, z_high=high)
+    region = cylinder_region(rough, long, normals, here, slack)
+    fit = fit_circle_along_z(region, here.centre, here.radius)
+    return RoughCylinder(replace(here, centre=fit.values[:2], radius=float(fit.values[2])), region, fit)
+
+
+def between_faces(each: RoughCylinder, planes: Sequence[RoughPlane]) -> RoughCylinder:
+    """Put a cylinder midway between the faces beside it, where its two fillets are alike.
+
+    A fillet begins where nobody can say on a rough surface; a face's height is the mean of all its points.
+    """
+    run = each.run
+    reach = FILLET_SHARE * run.radius + FACE_MM
+    below = [
+        p.centroid[2] for p in planes if p.normal[2] > 0.0 and -FACE_MM < run.z_low - p.centroid[2] < reach
+    ]
+    above = [
+        p.centroid[2] for p in planes if p.normal[2] < 0.0 and -FACE_MM < p.centroid[2] - run.z_high < reach
+    ]
+    if not (below and above):
+        return each
+    low, high = max(below), min(above)
+    fillets = run.z_low - low, high - run.z_high
+    if abs(fillets[0] - fillets[1]) > ALIKE_MM:
+        return each
+    fillet = max(0.5 * (fillets[0] + fillets[1]), 0.0)
+    return replace(each, run=replace(run, z_low=low + fillet, z_high=high - fillet))
+
+
+def fitted_bores(
+    rough: RoughMesh, long: SectionStack, normals: Array, run: CylinderRun, slack: float
+) -> RoughCylinder:
+    """Fit a crankpin's bores in the webs beside the gap that it leaves."""
+    deep = replace(
+        run, z_low=run.z_low - BORE_REACH * run.radius, z_high=run.z_high + BORE_REACH * run.radius
+    )
+    region = cylinder_region(rough, long, normals, deep, slack, -1.0)
+    fit = fit_circle_along_z(region, run.centre, run.radius)
+    return RoughCylinder(replace(run, centre=fit.values[:2], radius=float(fit.values[2])), region, fit)
+
+
+def _ends(z: Array, off: Array, run: CylinderRun, within: float) -> tuple[float, float]:
+    """Return where a cylinder begins and ends: where most of its points leave it, from the middle on.
+
+    At an oil hole a few points leave it, in a fillet all do.
+    """
+    size = max(0.4, run.width / 60.0)
+    places = np.floor((z - run.z_mid) / size).astype(np.int64)
+    first = int(places.min())
+    count = np.bincount(places - first)
+    by_place = off.take(np.lexsort((off, places)))
+    middle = np.abs(by_place.take(np.minimum(np.cumsum(count) - count + count // 2, len(off) - 1)))
+    bad = np.flatnonzero((middle > within) | (count == 0)) + first
+    below, above = bad[bad < -1], bad[bad > 0]
+    low = run.z_mid + size * (float(below.max()) + 1.0) if len(below) else float(z.min())
+    high = run.z_mid + size * float(above.min()) if len(above) else float(z.max())
+    if high - low < 0.5 * run.width:  # a groove or a dent near the middle is no end
+        return run.z_low, run.z_high
+    return low, high
+
+
+def covered_share(
+    rough: RoughMesh, long: SectionStack, normals: Array, run: CylinderRun, slack: float
+) -> float:
+    """Return which share of a cylinder's surface the mesh has."""
+    rows = _triangles_on(rough, long, normals, run, slack)
+    area = 0.5 * float(rough.mesh.doubled_areas.take(rows).sum())
+    return area / (2.0 * math.pi * run.radius * run.width)

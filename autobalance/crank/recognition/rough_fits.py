@@ -1,0 +1,241 @@
+"""Least-squares surfaces of a scan's regions, and how sure they are when neighbours err alike."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from autobalance.crank.anatomy import Array, Indices
+
+OUTLIER = 3.5
+"""Points that stand off a surface by more than so many standard deviations (of the middle ones) are no part
+of it: dents, drillings, edges."""
+ROUNDS = 5
+PATCHES = 220
+"""A region's errors are looked at in about so many patches."""
+REACHES_MM = (0.8, 1.6, 3.2, 6.4, 12.8, 25.6)
+"""Errors are taken for a sum of fields that are alike over these distances, and a part alike nowhere."""
+SPREADS_MM = (0.0, 1.0, 2.0, 4.0, 7.0, 11.0, 17.0, 26.0, 40.0, 60.0)
+"""Pairs of patches are counted by their distance, between these."""
+
+
+@dataclass(frozen=True, eq=False)
+class Region:
+    """Points of one surface: places (n, 3), weights (n,) by area, the surface's number in a joint fit."""
+
+    points: Array
+    weights: Array
+
+
+@dataclass(frozen=True, eq=False)
+class Fit:
+    """Least squares over points: values (k,), the way points act on them (k, n) through ``rows`` (n, k).
+
+    ``residuals`` (n,) are what is left [mm] at the ``points`` (n, 3) that counted; ``middle_mm`` is the z
+    that a line's slopes are about.
+    """
+
+    values: Array
+    rows: Array
+    weights: Array
+    residuals: Array
+    points: Array
+    middle_mm: float = 0.0
+
+    @property
+    def rms_mm(self) -> float:
+        """Root of the mean square of what is left [mm]."""
+        return float(math.sqrt(float(self.weights @ self.residuals**2) / float(self.weights.sum())))
+
+
+def spread_of(residuals: Array) -> float:
+    """Return the standard deviation of the middle ones [mm]."""
+    return 1.4826 * float(np.median(np.abs(residuals - np.median(residuals))))
+
+
+def weighted(rows: Array, target: Array, weights: Array) -> Array:
+    """Return the least-squares solution (k,)."""
+    left = rows.T * weights
+    return np.asarray(np.linalg.lstsq(left @ rows, left @ target, rcond=None)[0], dtype=np.float64)
+
+
+def fit_line(regions: Sequence[Region], starts: Sequence[tuple[Array, float]]) -> Fit:
+    """Fit one axis through cylinders nearly along z, each with a radius of its own.
+
+    ``values`` are x and y of the axis at the points' mean z, its slopes, and the radii; the residuals are
+    outward.
+
+    Parameters
+    ----------
+    regions : sequence of Region
+    starts : sequence of (centre (2,), radius)
+        What is known of each [mm].
+    """
+    points = np.concatenate([region.points for region in regions])
+    weights = np.concatenate([region.weights for region in regions])
+    owner = np.repeat(np.arange(len(regions)), [len(region.points) for region in regions])
+    z0 = float(np.mean([region.points[:, 2].mean() for region in regions]))
+    values = np.concatenate(
+        [np.mean([c for c, _ in starts], axis=0), [0.0, 0.0], [radius for _, radius in starts]]
+    )
+    keep = np.ones(len(points), dtype=bool)
+    is_of = (owner[:, None] == np.arange(len(regions))).astype(np.float64)
+    lever = points[:, 2] - z0
+    for _ in range(ROUNDS):
+        arm = points[:, :2] - values[:2] - lever[:, None] * values[2:4]
+        away = np.hypot(*arm.T)
+        unit = arm / away[:, None]
+        off = away - values[4:][owner]
+        rows = np.column_stack([unit, unit * lever[:, None], is_of])
+        keep = np.abs(off - np.median(off)) < OUTLIER * max(spread_of(off), 1e-9)
+        values = values + weighted(rows[keep], off[keep], weights[keep])
+    arm = points[:, :2] - values[:2] - lever[:, None] * values[2:4]
+    off = np.hypot(*arm.T) - values[4:][owner]
+    keep &= np.abs(off) < 2.0 * OUTLIER * max(spread_of(off), 1e-9)
+    return Fit(values, rows[keep], weights[keep], off[keep], points[keep], z0)
+
+
+def fit_circle_along_z(region: Region, centre: Array, radius: float) -> Fit:
+    """Fit a cylinder along z: ``values`` are x and y of its centre, and its radius."""
+    points, weights = region.points, region.weights
+    values = np.array([*centre, radius])
+    keep = np.ones(len(points), dtype=bool)
+    for _ in range(ROUNDS):
+        arm = points[:, :2] - values[:2]
+        away = np.hypot(*arm.T)
+        rows = np.column_stack([arm / away[:, None], np.ones(len(points))])
+        off = away - values[2]
+        keep = np.abs(off - np.median(off)) < OUTLIER * max(spread_of(off), 1e-9)
+        values = values + weighted(rows[keep], off[keep], weights[keep])
+    off = np.hypot(*(points[:, :2] - values[:2]).T) - values[2]
+    return Fit(values, rows[keep], weights[keep], off[keep], points[keep])
+
+
+def fit_plane(region: Region) -> Fit:
+    """Fit a plane nearly square to z: ``values`` are its height at the points' mean, and its slopes."""
+    points, weights = region.points, region.weights
+    middle = weights @ points[:, :2] / weights.sum()
+    rows = np.column_stack([np.ones(len(points)), points[:, :2] - middle])
+    keep = np.ones(len(points), dtype=bool)
+    values = np.zeros(3)
+    for _ in range(ROUNDS):
+        values = weighted(rows[keep], points[keep, 2], weights[keep])
+        off = points[:, 2] - rows @ values
+        keep = np.abs(off) < OUTLIER * max(spread_of(off[keep]), 1e-9)
+    return Fit(values, rows[keep], weights[keep], off[keep], points[keep])
+
+
+# --- errors that neighbours share -------------------------------------------------------------------------
+@dataclass(frozen=True, eq=False)
+class _Patches:
+    """A fit's points in patches: places (p, 3), weights (p,), rows (p, k), residuals and counts (p,)."""
+
+    places: Array
+    weights: Array
+    rows: Array
+    residuals: Array
+    counts: Array
+
+    @property
+    def solver(self) -> Array:
+        """What takes errors of patches (p,) to errors of values (k,)."""
+        left = self.rows.T * self.weights
+        return np.asarray(np.linalg.lstsq(left @ self.rows, left, rcond=None)[0], dtype=np.float64)
+
+    @property
+    def distances(self) -> Array:
+        away: Array = np.linalg.norm(self.places[:, None] - self.places[None], axis=2)
+        return away
+
+
+def _patches(fit: Fit) -> _Patches:
+    """Gather the points of a fit by cells of space, so many that about ``PATCHES`` have any."""
+    extent = np.ptp(fit.points, axis=0)
+    size = max(math.sqrt(2.0 * float(np.sort(extent)[1:].prod()) / PATCHES), 1e-6)
+    for _ in range(6):
+        cells = np.floor((fit.points - fit.points.min(axis=0)) / size).astype(np.int64)
+        number = np.unique(cells @ np.array([1 << 40, 1 << 20, 1]), return_inverse=True)[1]
+        count = int(number.max()) + 1
+        if count <= 1.6 * PATCHES:
+            break
+        size *= 1.25
+    weight = np.bincount(number, fit.weights)
+
+    def mean(column: Array) -> Array:
+        found: Array = np.bincount(number, fit.weights * column) / weight
+        return found
+
+    return _Patches(
+        np.stack([mean(column) for column in fit.points.T], axis=1),
+        np.asarray(weight, dtype=np.float64),
+        np.stack([mean(column) for column in fit.rows.T], axis=1),
+        mean(fit.residuals),
+        np.asarray(np.bincount(number), dtype=np.float64),
+    )
+
+
+@dataclass(frozen=True, eq=False)
+class Noise:
+    """How alike errors of two places are: variances (b,) of fields of ``REACHES_MM``, and of white noise."""
+
+    variances: Array
+
+    def _covariance(self, patches: _Patches) -> Array:
+        parts = _bases(patches)
+        covariance: Array = sum(v * part for v, part in zip(self.variances, parts, strict=True))
+        return covariance
+
+    def of(self, fit: Fit) -> Array:
+        """Return the covariance (k, k) of a fit's values."""
+        patches = _patches(fit)
+        solver = patches.solver
+        covariance: Array = solver @ self._covariance(patches) @ solver.T
+        return covariance
+
+    @property
+    def by_reach(self) -> tuple[tuple[float, float], ...]:
+        """Reach [mm] and standard deviation [mm] of each field, white noise (0) last."""
+        deviations = np.sqrt(np.maximum(self.variances, 0.0)).tolist()
+        return tuple(zip((*REACHES_MM, 0.0), deviations, strict=True))
+
+
+def _bases(patches: _Patches) -> list[Array]:
+    away = patches.distances
+    alike = [np.exp(-0.5 * (away / reach) ** 2) for reach in REACHES_MM]
+    return [*alike, np.diag(1.0 / patches.counts)]
+
+
+def noise_of(fits: Sequence[Fit]) -> Noise:
+    """Return the noise that many fits together show, each without what the fit itself took away.
+
+    Products of residuals, averaged by distance, are what the fields would leave (method of moments); the
+    variances are those, none negative, that agree best.
+    """
+    from scipy.optimize import nnls
+
+    matrix, target = [], []
+    for fit in fits:
+        patches = _patches(fit)
+        left = np.eye(len(patches.counts)) - patches.rows @ patches.solver
+        bins = np.digitize(patches.distances, SPREADS_MM[1:])
+        bins[np.diag_indices_from(bins)] = len(SPREADS_MM)
+        products = np.outer(patches.residuals, patches.residuals)
+        expected = [left @ basis @ left.T for basis in _bases(patches)]
+        for number in range(len(SPREADS_MM) + 1):
+            there = bins == number
+            if there.any():
+                share = math.sqrt(float(there.mean()))
+                matrix.append([share * float(basis[there].mean()) for basis in expected])
+                target.append(share * float(products[there].mean()))
+    scale = max(*(abs(value) for value in target), 1e-300)
+    rows = np.array(matrix)
+    return Noise(np.asarray(nnls(rows, np.array(target) / scale)[0], dtype=np.float64) * scale)
+
+
+def rows_near(points: Array, low: float, high: float) -> Indices:
+    """Return which points (n, 3) lie between two heights."""
+    rows: Indices = np.flatnonzero((points[:, 2] >= low) & (points[:, 2] <= high))
+    return rows

@@ -1,0 +1,260 @@
+"""A crank recognised in a scan: rough sections show where its cylinders are, least squares what they are.
+
+A surface that noise has moved shows no exact circle, plane or level. Sections at even steps and circles with
+some slack tell the layout; then every region of the mesh on a journal, a crankpin or a web's face is fitted
+with all its vertices, the main journals together with their common axis.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from autobalance.crank.anatomy import Anatomy, Array
+from autobalance.crank.recognition.cylinder_runs import CylinderRun
+from autobalance.crank.recognition.directions import axis_candidates
+from autobalance.crank.recognition.layout import JournalLayout
+from autobalance.crank.recognition.rough_cylinders import (
+    CREDIBLE_MM,
+    ROUGHEST_MM,
+    RoughCylinder,
+    RoughMesh,
+    between_faces,
+    covered_share,
+    cylinder_region,
+    fitted_bores,
+    fitted_cylinder,
+)
+from autobalance.crank.recognition.rough_fits import Fit, Noise, fit_line, noise_of
+from autobalance.crank.recognition.rough_planes import RoughPlane, rough_planes
+from autobalance.crank.recognition.rough_runs import rough_runs, rough_stack
+from autobalance.crank.recognition.section_stack import SectionStack, rotated, turn_to_z
+from autobalance.crank.scan import ScanFit, ScannedCylinder, ScannedFace
+from autobalance.errors import RecognitionError
+from autobalance.solid.mesh.mesh import Mesh
+
+SIDE_SINE = 0.06
+"""A triangle of a scan stands along an axis when the sine of its smoothed lean is below this."""
+DIRECTIONS = 4
+"""So many directions are looked along before giving up."""
+COVERED = 0.45
+"""A journal or crankpin covers at least this share of its cylinder's surface: drillings, keyways and holes of
+the scan take the rest."""
+ROUGHER = 3.0
+"""A cylinder's residual is at most so many times that of the middle one."""
+STILL_MM = 0.02
+"""The axis is refined until the ends of the crank move by less than this."""
+
+Layouts = Callable[[SectionStack, Sequence[CylinderRun]], JournalLayout]
+Finish = Callable[[SectionStack, JournalLayout], Anatomy]
+
+
+def rough_directions(rough: RoughMesh) -> Iterator[Array]:
+    """Yield directions (3,) in which the axis of a scanned crank may lie."""
+    rows, weight = rough.mesh.sample
+    vectors = rough.directions.take(rows, axis=0) * (weight * rough.mesh.doubled_areas.take(rows))[:, None]
+    for number, axis in enumerate(axis_candidates(vectors, SIDE_SINE)):
+        if number == DIRECTIONS:
+            return
+        yield axis
+
+
+def scanned_along(
+    rough: RoughMesh, direction: Array, fixed: bool, layout_of: Layouts, finish: Finish, bores: bool = False
+) -> Anatomy:
+    """Recognise a scanned crank along a direction (3,), which is refined unless it is ``fixed``.
+
+    With ``bores`` the crankpins are not in the file: their places are those of the bores for them.
+
+    Raises
+    ------
+    RecognitionError
+        If there is none, or what there is does not explain the surface.
+    """
+    slack = rough.slack_mm
+    for _ in range(4):
+        long = rough_stack(rough.mesh, direction, slack)
+        layout = layout_of(long, rough_runs(long))
+        normals = rough.directions @ long.turn[:3, :3].T
+        journals = [cylinder_region(rough, long, normals, run, slack) for run in layout.journals]
+        line = fit_line(journals, [(run.centre, run.radius) for run in layout.journals])
+        tilt = line.values[2:4]
+        if fixed or float(np.hypot(*tilt)) * long.length_mm < STILL_MM:
+            break
+        direction = _upright(long.turn[:3, :3].T @ np.array([*tilt, 1.0]))
+    else:
+        raise RecognitionError(
+            f"looked for the common axis of {len(layout.journals)} main journals, found none that holds"
+            " still; axis_point_mm and axis_direction (--axis-point, --axis-direction) settle it"
+        )
+    if not fixed:
+        long = straight_along(rough.mesh, long, _upright(long.turn[:3, :3].T @ np.array([*tilt, 1.0])))
+        normals = rough.directions @ long.turn[:3, :3].T
+    return _fitted(rough, long, normals, layout, slack, finish, bores)
+
+
+def straight_along(mesh: Mesh, long: SectionStack, direction: Array) -> SectionStack:
+    """Return a stack with its axis turned a very little, to ``direction``; the sections are kept."""
+    turn = turn_to_z(direction, mesh.bounds.mean(axis=0))
+    return replace(long, turn=turn, vertices=rotated(mesh.vertices, turn))
+
+
+def _upright(direction: Array) -> Array:
+    unit: Array = direction / np.linalg.norm(direction)
+    size = np.abs(unit)
+    first = int(np.flatnonzero(size >= size.max() - 1e-6)[0])
+    return unit if unit[first] > 0.0 else -unit
+
+
+def _fitted(
+    rough: RoughMesh,
+    long: SectionStack,
+    normals: Array,
+    layout: JournalLayout,
+    slack: float,
+    finish: Finish,
+    bores: bool,
+) -> Anatomy:
+    """Fit everything, put the axis where the main journals have it, and see that it explains the surface."""
+    journals = [fitted_cylinder(rough, long, normals, run, slack) for run in layout.journals]
+    fit_pin = fitted_bores if bores else fitted_cylinder
+    pins = [fit_pin(rough, long, normals, run, slack) for run in layout.pins]
+    regions = [cylinder.region for cylinder in journals]
+    line = fit_line(regions, [(cylinder.run.centre, cylinder.run.radius) for cylinder in journals])
+    axis_at = [_on_line(line, cylinder.run.z_mid) for cylinder in (*journals, *pins)]
+    covered = [covered_share(rough, long, normals, each.run, slack) for each in (*journals, *pins)]
+    held = [*journals, *([] if bores else pins)]
+    _refuse_uncovered(held, len(journals), covered[: len(held)])
+    planes = rough_planes(
+        rough.mesh, long.vertices, normals, rough.at_vertex, min(rough.local_mm, CREDIBLE_MM)
+    )
+    journals = [between_faces(each, planes) for each in journals]
+    pins = pins if bores else [between_faces(each, planes) for each in pins]
+    heights = sorted((plane.centroid[2], plane.area_mm2) for plane in planes)
+    long = replace(
+        long,
+        levels_mm=np.array([z for z, _ in heights]),
+        level_areas_mm2=np.array([area for _, area in heights]),
+    )
+    found = JournalLayout(
+        line.values[:2], tuple(each.run for each in journals), tuple(each.run for each in pins), settled=True
+    )
+    anatomy = finish(long, found)
+    noise = noise_of([each.fit for each in (*journals, *pins)])
+    return replace(anatomy, scan=_scan_fit(long, line, journals, pins, covered, axis_at, planes, noise))
+
+
+def _on_line(line: Fit, z: float) -> Array:
+    place: Array = line.values[:2] + (z - line.middle_mm) * line.values[2:4]
+    return place
+
+
+def _refuse_uncovered(cylinders: Sequence[RoughCylinder], journals: int, covered: Sequence[float]) -> None:
+    """Refuse cylinders whose surface is not there, or is rougher than the others'.
+
+    Raises
+    ------
+    RecognitionError
+        With the place.
+    """
+    typical = float(np.median([each.fit.rms_mm for each in cylinders]))
+    for number, (each, share) in enumerate(zip(cylinders, covered, strict=True), 1):
+        name = f"main journal {number}" if number <= journals else f"crankpin {number - journals}"
+        where = f"{name}, {2.0 * each.run.radius:.4g} mm in diameter and {each.run.width:.4g} mm long"
+        settles = "; main_journals and crankpins settle it"
+        if share < COVERED:
+            raise RecognitionError(
+                f"looked for the surface of {where}: found {100.0 * share:.0f} % of it,"
+                f" expected at least {100.0 * COVERED:.0f} %{settles}"
+            )
+        if each.fit.rms_mm > max(ROUGHER * typical, 0.03) or each.fit.rms_mm > ROUGHEST_MM:
+            raise RecognitionError(
+                f"looked for the surface of {where}: it stands {each.fit.rms_mm:.2g} mm off a cylinder,"
+                f" others {typical:.2g} mm{settles}"
+            )
+
+
+def _scan_fit(
+    long: SectionStack,
+    line: Fit,
+    journals: Sequence[RoughCylinder],
+    pins: Sequence[RoughCylinder],
+    covered: Sequence[float],
+    axis_at: Sequence[Array],
+    planes: Sequence[RoughPlane],
+    noise: Noise,
+) -> ScanFit:
+    covariance = noise.of(line)
+    axis_pm = math.sqrt(float(max(np.linalg.eigvalsh(covariance[:2, :2])[-1], 0.0)))
+    angle_pm = math.sqrt(float(max(np.linalg.eigvalsh(covariance[2:4, 2:4])[-1], 0.0)))
+    cylinders = []
+    for number, (each, share) in enumerate(zip((*journals, *pins), covered, strict=True)):
+        own = noise.of(each.fit)
+        off = float(np.linalg.norm(each.run.centre - axis_at[number]))
+        cylinders.append(
+            ScannedCylinder(
+                2.0 * math.sqrt(max(float(own[2, 2]), 0.0)),
+                each.fit.rms_mm,
+                _out_of_round_mm(each),
+                share,
+                2.0 * off if number < len(journals) else None,
+            )
+        )
+    radius_pm, throw_pm = [], []
+    for number, each in enumerate(pins, len(journals)):
+        arm = each.run.centre - axis_at[number]
+        radius = float(np.linalg.norm(arm))
+        lever = np.array([1.0, each.run.z_mid - line.middle_mm])
+        both = np.zeros((2, 2))
+        for i in range(2):
+            for k in range(2):
+                both[i, k] = lever @ covariance[np.ix_([i, i + 2], [k, k + 2])] @ lever
+        both += noise.of(each.fit)[:2, :2]
+        along = arm / radius
+        across = np.array([-along[1], along[0]])
+        radius_pm.append(math.sqrt(max(float(along @ both @ along), 0.0)))
+        throw_pm.append(math.degrees(math.sqrt(max(float(across @ both @ across), 0.0)) / radius))
+    back, shift = long.turn[:3, :3].T, long.turn[:3, 3]
+    faces = tuple(
+        ScannedFace(
+            plane.rows,
+            back @ plane.normal,
+            back @ (plane.centroid - shift),
+            plane.area_mm2,
+            plane.rms_mm,
+            plane.flatness_mm,
+        )
+        for plane in planes
+    )
+    fits = [each.fit for each in (*journals, *pins)]
+    weights = np.array([fit.weights.sum() for fit in fits])
+    squares = np.array([fit.rms_mm**2 for fit in fits])
+    return ScanFit(
+        math.sqrt(float(weights @ squares / weights.sum())),
+        noise.by_reach,
+        axis_pm,
+        math.degrees(angle_pm),
+        tuple(cylinders[: len(journals)]),
+        tuple(cylinders[len(journals) :]),
+        tuple(radius_pm),
+        tuple(throw_pm),
+        faces,
+    )
+
+
+def _out_of_round_mm(each: RoughCylinder) -> float:
+    """Return the greatest less the least radius of the mean section, of up to five waves a turn."""
+    fit = each.fit
+    angle = np.arctan2(fit.points[:, 1] - each.run.centre[1], fit.points[:, 0] - each.run.centre[0])
+    turns = np.arange(2, 6)
+    rows = np.concatenate([np.cos(np.outer(angle, turns)), np.sin(np.outer(angle, turns))], axis=1)
+    left = rows.T * fit.weights
+    size = np.linalg.lstsq(left @ rows, left @ fit.residuals, rcond=None)[0]
+    around = np.linspace(0.0, 2.0 * math.pi, 360, endpoint=False)
+    section = (
+        np.concatenate([np.cos(np.outer(around, turns)), np.sin(np.outer(around, turns))], axis=1) @ size
+    )
+    return float(np.ptp(section))

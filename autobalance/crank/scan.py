@@ -1,0 +1,66 @@
+"""What a scanned surface tells besides the crank: how rough it is, and how sure what was fitted to it."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True, eq=False)
+class ScannedCylinder:
+    """A journal or crankpin as scanned: standard errors (``pm``), and how its surface stands off the fit.
+
+    ``out_of_round_mm`` is the greatest less the least radius of its mean section; ``run_out_mm`` what a dial
+    would read of a main journal, were the crank turned about the common axis: twice its centre's distance.
+    """
+
+    diameter_pm_mm: float
+    rms_mm: float
+    out_of_round_mm: float
+    covered: float
+    run_out_mm: float | None = None
+
+
+@dataclass(frozen=True, eq=False)
+class ScannedFace:
+    """A plane face as scanned: rows of the mesh's triangles, file coordinates [mm]."""
+
+    rows: NDArray[np.int64]
+    normal: Array
+    centroid_mm: Array
+    area_mm2: float
+    rms_mm: float
+    flatness_mm: float
+
+
+@dataclass(frozen=True, eq=False)
+class ScanFit:
+    """How a scanned crank's anatomy was fitted.
+
+    Attributes
+    ----------
+    roughness_mm : float
+        Root mean square of the surface's distance from what was fitted to it.
+    noise_by_reach : tuple of (float, float)
+        Fields whose errors are alike over a distance [mm]: that distance, and their standard deviation [mm].
+    axis_offset_mm, axis_angle_deg : float
+        Standard errors of the crank axis: at the middle of the main journals, and of its direction.
+    journals, crankpins : tuple of ScannedCylinder
+    crank_radius_pm_mm, angle_pm_deg : tuple of float
+        Of each throw.
+    faces : tuple of ScannedFace
+    """
+
+    roughness_mm: float
+    noise_by_reach: tuple[tuple[float, float], ...]
+    axis_offset_mm: float
+    axis_angle_deg: float
+    journals: tuple[ScannedCylinder, ...]
+    crankpins: tuple[ScannedCylinder, ...]
+    crank_radius_pm_mm: tuple[float, ...]
+    angle_pm_deg: tuple[float, ...]
+    faces: tuple[ScannedFace, ...]

@@ -1,0 +1,110 @@
+"""Cranks recognised in simulated scans: right to a fraction of the noise and sure of it, or refused."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from autobalance.crank.anatomy import Anatomy, Overrides
+from autobalance.crank.parametric.design import PRESETS
+from autobalance.crank.recognition.recognise import recognise
+from autobalance.crank.scan import ScanFit
+from autobalance.errors import RecognitionError
+from autobalance.solid.csg.solid import Solid
+from autobalance.solid.mesh.mesh import Mesh, mesh_of_soup
+from autobalance.solid.roughness.estimate import DRAWN, SCANNED, flat_share, local_roughness_mm
+from tests.generated import generated_crank
+from tests.scans import Scan, Wear, decimated, scan, wrong_part
+
+EDGE_MM = 2.2
+ANY = Overrides(crankpin_in_file=None)
+SURE = 3.0
+"""True values are within so many of their standard errors."""
+
+
+def _recognised(mesh: Mesh) -> tuple[Anatomy, ScanFit]:
+    found = recognise(Solid.from_mesh(mesh_of_soup(mesh.corners.astype(np.float32))), ANY)
+    assert found.scan is not None
+    return found, found.scan
+
+
+def _compare(there: Scan, mesh: Mesh, sigma_mm: float) -> None:
+    """Hold what is recognised against the truth: by the noise, and by the standard errors stated."""
+    found, fit = _recognised(mesh)
+    true = there.truth
+    counts = [[len(part) for part in (a.main_journals, a.throws, a.webs)] for a in (found, true)]
+    assert counts[0] == counts[1]
+    assert fit.roughness_mm == pytest.approx(sigma_mm, rel=0.25)
+    off = float(np.linalg.norm((true.file_to_rotor @ found.rotor_to_file[:, 3])[:2]))
+    tilt = np.degrees(np.linalg.norm(np.cross(found.rotor_to_file[:3, 2], true.rotor_to_file[:3, 2])))
+    assert off < max(0.2 * sigma_mm + 0.002, SURE * fit.axis_offset_mm)
+    assert tilt < max(0.01, SURE * fit.axis_angle_deg)
+    pairs = [
+        *((a.diameter_mm - b.diameter_mm, c.diameter_pm_mm)
+          for a, b, c in zip(found.main_journals, true.main_journals, fit.journals, strict=True)),
+        *((a.crankpin.diameter_mm - b.crankpin.diameter_mm, c.diameter_pm_mm)
+          for a, b, c in zip(found.throws, true.throws, fit.crankpins, strict=True)),
+        *((a.crank_radius_mm - b.crank_radius_mm, pm)
+          for a, b, pm in zip(found.throws, true.throws, fit.crank_radius_pm_mm, strict=True)),
+    ]  # fmt: skip
+    for error, pm in pairs:
+        assert abs(error) < 0.5 * sigma_mm + 0.005
+        assert abs(error) < SURE * pm + 1e-3
+    for a, b, pm in zip(found.throws, true.throws, fit.angle_pm_deg, strict=True):
+        angle = (a.angle_deg - b.angle_deg + 180.0) % 360.0 - 180.0
+        assert abs(angle) < max(0.02, SURE * pm)
+    for web, wanted in zip(found.webs, true.webs, strict=True):
+        assert web.counterweight == wanted.counterweight
+        assert web.z_min_mm == pytest.approx(wanted.z_min_mm, abs=sigma_mm + 0.005)
+        assert web.z_max_mm == pytest.approx(wanted.z_max_mm, abs=sigma_mm + 0.005)
+
+
+@pytest.mark.parametrize(("sigma_mm", "seed"), [(0.005, 0), (0.05, 1)])
+def test_a_scanned_crank_is_found_to_a_fraction_of_its_noise(sigma_mm: float, seed: int) -> None:
+    there = scan("single", sigma_mm, edge_mm=EDGE_MM, seed=seed)
+    _compare(there, there.mesh, sigma_mm)
+
+
+def test_a_decimated_scan_is_found() -> None:
+    there = scan("single", 0.05, edge_mm=1.6, seed=0)
+    _compare(there, decimated(there.mesh, 15000), 0.05)
+
+
+def test_a_pressed_up_crank_without_its_pin_is_found_by_its_bores() -> None:
+    there = scan("pressed-up-single-no-pin", 0.02, edge_mm=EDGE_MM, seed=0)
+    _compare(there, there.mesh, 0.02)
+
+
+def test_what_a_journal_is_out_of_round_is_measured() -> None:
+    worn = Wear(out_of_round_mm=0.03)
+    there = scan("single", 0.005, edge_mm=EDGE_MM, wear=worn, seed=2)
+    _, fit = _recognised(there.mesh)
+    for each in (*fit.journals, *fit.crankpins):
+        assert each.out_of_round_mm == pytest.approx(0.03, abs=0.006)
+
+
+@pytest.mark.parametrize("name", ["camshaft", "propeller shaft"])
+def test_a_part_that_is_no_crank_is_refused(name: str) -> None:
+    mesh = mesh_of_soup(wrong_part(name, 0.03, edge_mm=1.6).corners.astype(np.float32))
+    with pytest.raises(RecognitionError, match="looked for"):
+        recognise(Solid.from_mesh(mesh), ANY)
+
+
+def test_noise_over_what_can_be_judged_is_measured_and_refused() -> None:
+    there = scan("single", 0.5, edge_mm=EDGE_MM)
+    with pytest.raises(RecognitionError, match=r"the surface is rough by about 0\.[2-6]"):
+        recognise(Solid.from_mesh(there.mesh), ANY)
+
+
+@pytest.mark.parametrize("name", PRESETS)
+def test_a_drawn_crank_is_not_taken_for_a_scan(name: str) -> None:
+    assert flat_share(generated_crank(name, seed=3, segments=64).mesh) > DRAWN
+
+
+def test_a_scan_is_not_taken_for_drawn_and_its_local_roughness_is_its_noise() -> None:
+    there = scan("single", 0.02, edge_mm=EDGE_MM, seed=1)
+    mesh = mesh_of_soup(there.soup)
+    assert flat_share(mesh) < SCANNED
+    assert local_roughness_mm(mesh, 6.0) == pytest.approx(0.02, rel=0.35)
+    shuffled = Mesh(mesh.vertices, np.random.default_rng(0).permutation(mesh.triangles))
+    assert flat_share(shuffled) == flat_share(mesh)
