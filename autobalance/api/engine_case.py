@@ -62,6 +62,11 @@ def request(
     rotor_from_job.check_engine(job, measured.anatomy)
     odd = (*measured.warnings(job.crankshaft.file), *plausibility.oddities(job, measured))
     factor = rotor_from_job.target_factor(job, measured.anatomy, measured.moments)
+    if job.balance.external == "solve":
+        from autobalance.balancing.external import with_external
+
+        tolerance = rotor_from_job.tolerance_of(job, measured.anatomy, measured.moments)
+        job, _ = with_external(job, measured, tolerance, factor)
     return Request(job, measured, factor, speed, float(rpm), odd)
 
 

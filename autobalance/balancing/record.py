@@ -7,6 +7,7 @@ from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any, Literal
 
 if TYPE_CHECKING:  # ``inspect`` needs none of the planning and balancing that these load
+    from autobalance.balancing.external import CarriedUnbalance
     from autobalance.balancing.loop import Result
     from autobalance.correction.contract import Correction
     from autobalance.crank.anatomy import Anatomy, Face
@@ -156,6 +157,7 @@ class Balanced:
     overbalance: Overbalance | None = None
     forces: Forces | None = None
     loads_with_gas: LoadsWithGas | None = None
+    external: tuple[CarriedUnbalance, ...] = ()
     job_set: tuple[str, ...] = ()
     assembly: tuple[AssemblyStage, ...] = ()
     faces: tuple[Face, ...] = ()

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 from autobalance import job as jobs
 from autobalance.balancing import chordal_correction, measured_crank, uncertainty_budget
 from autobalance.balancing.comparison import Row, compare
+from autobalance.balancing.external import with_external
 from autobalance.balancing.loop import Result, balance, planned
 from autobalance.balancing.measured_crank import input_file, work_on_faces
 from autobalance.balancing.measuring import Measure, as_file, in_memory, on_true_surfaces
@@ -60,6 +61,7 @@ def balanced_record(job: Job, crank: Crank, watch: Stopwatch, progress: Notify) 
         odd = oddities(job, crank)
         factor = rotor_from_job.target_factor(job, crank.anatomy, crank.moments)
         tolerance = rotor_from_job.tolerance_of(job, crank.anatomy, crank.moments)
+        job, external = with_external(job, crank, tolerance, factor)
         rotor = rotor_of(job, crank, tolerance, factor)
         with_gas, missing = _before_with_gas(job, crank)
     with _Stages(watch, progress) as told:
@@ -69,6 +71,8 @@ def balanced_record(job: Job, crank: Crank, watch: Stopwatch, progress: Notify) 
             raise JobError(f"{job.path.name}: {error}") from None
     record = record_of(job, crank, factor, tolerance, result, counterweights_of(crank))
     record = replace(record, warnings=(*odd, *missing))
+    if external and record.balanced is not None:
+        record = replace(record, balanced=replace(record.balanced, external=external))
     record = with_forces(record, job, crank, result)
     if with_gas is not None and record.balanced is not None:
         after = _gas_loads(job, crank, result.solid or crank.source.solid, result.final_moments)

@@ -6,7 +6,7 @@ import math
 from typing import Literal
 
 from autobalance.errors import JobError
-from autobalance.job.model import Balance
+from autobalance.job.model import Attached, Balance, External, ExternalPart
 from autobalance.job.toml.keys import FILLED, Key, Values
 from autobalance.ranges import ANY, NOT_NEGATIVE, POSITIVE, SHARE
 from autobalance.rigid_rotor.margin import Margin
@@ -15,6 +15,13 @@ from autobalance.units import RAD_S_PER_RPM
 
 COUNTERWEIGHT_DEG = 180.0
 """Where overbalance is left unless said: opposite to crankpin 1."""
+EXTERNAL_PART = (
+    Key("name", str, "what it is"),
+    Key("z_mm", float, "where it is, rotor frame"),
+    Key("unbalance_g_mm", tuple[float, float], "what it carries now [x, y], rotor frame", ANY, (0.0, 0.0)),
+    Key("max_g_mm", float, "what it can carry", POSITIVE, None, usual="any"),
+    Key("angle_deg", float, "where alone it can", ANY, None, usual="anywhere"),
+)
 BALANCE = Key(
     "balance",
     says="what is asked of the balanced crank",
@@ -83,6 +90,21 @@ BALANCE = Key(
             0.0,
         ),
         Key("overbalance_deg", float, "where that is left", ANY, COUNTERWEIGHT_DEG),
+        Key(
+            "external",
+            External,
+            'what external parts carry: `"solve"`: so much that nothing is cut; `"neutral"`: nothing; '
+            '`"detroit"`: what they carry now',
+            ANY,
+            "none",
+        ),
+        Key(
+            "external_part",
+            says="a damper, flexplate or flywheel that carries unbalance; one or two",
+            keys=EXTERNAL_PART,
+            many=True,
+            default=(),
+        ),
     ),
 )
 
@@ -111,4 +133,32 @@ def balance_of(values: Values) -> Balance:
         math.radians(values["overbalance_deg"]),
         values["margin"],
         values["facet_correction"],
+        values["external"],
+        _external_parts(values),
+    )
+
+
+def fitted_parts(balance: Balance) -> tuple[Attached, ...]:
+    """Return the external parts that count as they are, "detroit", as attached rotors."""
+    if balance.external != "detroit":
+        return ()
+    return tuple(Attached(part.name, 0.0, part.unbalance_g_mm, part.z_mm) for part in balance.external_parts)
+
+
+def _external_parts(values: Values) -> tuple[ExternalPart, ...]:
+    found = values["external_part"]
+    if bool(found) != (values["external"] != "none") or len(found) > 2:
+        raise JobError(
+            f'balance.external is "{values["external"]}" with {len(found)} [[balance.external_part]];'
+            " expected one or two parts, and none without it"
+        )
+    return tuple(
+        ExternalPart(
+            each["name"],
+            each["z_mm"],
+            each["unbalance_g_mm"],
+            each["max_g_mm"],
+            None if each["angle_deg"] is None else math.radians(each["angle_deg"]),
+        )
+        for each in found
     )

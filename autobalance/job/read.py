@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any, TypeAlias
 from autobalance.correction import Limits
 from autobalance.correction.contract import Prefer
 from autobalance.errors import JobError
-from autobalance.job.balance import balance_of
+from autobalance.job.balance import balance_of, fitted_parts
 from autobalance.job.layout import shaft_values, shafts_of
 from autobalance.job.limits import correction_of
 from autobalance.job.model import (
@@ -273,7 +273,8 @@ def _job(raw: Mapping[str, Any], values: Values, path: Path, settings: tuple[str
         study=StudyOptions(**values["study"]),
         **found,
     )
-    return replace(job, filled=_filled(job, values))
+    engine = replace(job.engine, attached=(*job.engine.attached, *fitted_parts(job.balance)))
+    return replace(job, filled=_filled(job, values), engine=engine)
 
 
 def _cycle(values: Values, raw: Mapping[str, Any]) -> Cycle | None:

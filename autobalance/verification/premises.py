@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 
 from autobalance import job as jobs
+from autobalance.balancing.external import attached_to
 from autobalance.crank.anatomy import Anatomy, CounterweightOutline, MainJournal, Pin, Throw, Web
 from autobalance.crank.datums import Datums, Flange, FlangeHole, Keyway, MachinedFace
 from autobalance.errors import ClaimError, FormatError, JobError
@@ -26,15 +27,32 @@ def claimed_job(claims: Claims) -> Job:
     raw = given(claims.get("job", dict))
     file = raw.pop("file", "job")
     try:
-        return jobs.parse(raw, Path(str(file)), crank_given=True)
+        job = jobs.parse(raw, Path(str(file)), crank_given=True)
+        return _with_claimed_external(claims, job)
     except JobError as error:
         raise FormatError(f"{claims.name}: job: {error}") from None
+
+
+def _with_claimed_external(claims: Claims, job: Job) -> Job:
+    """Return a job with what its report says that external parts carry; the residual shows if it is so."""
+    if job.balance.external != "solve":
+        return job
+    carried = []
+    for part, entry in zip(
+        job.balance.external_parts, claims.entries("external", len(job.balance.external_parts)), strict=True
+    ):
+        entry.same("name", part.name)
+        entry.near("z_mm", part.z_mm, max(abs(part.z_mm), 1.0))
+        carried.append(entry.array("unbalance_g_mm", (2,)))
+    return attached_to(job, carried)
 
 
 def given(value: Any) -> Any:
     """Return a described job without what was not given."""
     if isinstance(value, dict):
         return {key: given(item) for key, item in value.items() if item is not None}
+    if isinstance(value, list):
+        return [given(item) for item in value]
     return value
 
 

@@ -203,6 +203,24 @@ class EngineParts:
         return self.by_throw.get(number, self.default)
 
 
+External = Literal["none", "solve", "neutral", "detroit"]
+
+
+@dataclass(frozen=True)
+class ExternalPart:
+    """A damper, flexplate or flywheel that carries unbalance for the crank, at ``z_mm`` of the rotor frame.
+
+    ``unbalance_g_mm`` is what it carries now, ``max_g_mm`` what it can (None: any), ``angle_rad`` where alone
+    (None: anywhere).
+    """
+
+    name: str
+    z_mm: float
+    unbalance_g_mm: tuple[float, float] = (0.0, 0.0)
+    max_g_mm: float | None = None
+    angle_rad: float | None = None
+
+
 @dataclass(frozen=True)
 class Balance:
     """What is asked of the balanced crank; ``factor`` None stands for the original one.
@@ -221,3 +239,5 @@ class Balance:
     overbalance_rad: float = math.pi
     margin: Margin = "none"
     facet_correction: bool = False
+    external: External = "none"
+    external_parts: tuple[ExternalPart, ...] = ()

@@ -37,6 +37,7 @@ def balance_text(report: Values, units: DisplayUnits) -> str:
         _loads_with_gas(report),
         _changes(report, units),
         _overbalance(report, units),
+        _external(report, units),
         _assembly(report, units),
     ]
     return "\n\n".join(part for part in parts if part)
@@ -178,6 +179,18 @@ def _arrow(initial: float | None, target: float, final: float | None) -> str:
     if initial is None or final is None:
         return f"{target:.4f} asked for; the throws cancel each other out, so the crank has none"
     return f"{initial:.4f} before, {final:.4f} after, {target:.4f} wanted"
+
+
+def _external(report: Values, units: DisplayUnits) -> str:
+    """Return what damper and flexplate or flywheel are to carry, and by how much they may be off."""
+    parts = report.get("external")
+    if not parts:
+        return ""
+    rows: list[Sequence[str]] = [("External part", "carries", "at", "may be off")]
+    for each in parts:
+        size, off = (units.of_unbalance(each[key]) for key in ("magnitude_g_mm", "pm_g_mm"))
+        rows.append((f"  {each['name']}", size, f"{each['angle_deg']:.1f}°", f"± {off}"))
+    return table(rows)
 
 
 def _loads_with_gas(report: Values) -> str:

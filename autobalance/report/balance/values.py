@@ -42,6 +42,7 @@ from autobalance.rigid_rotor.uncertainty import Budget
 from autobalance.version import __version__
 
 if TYPE_CHECKING:
+    from autobalance.balancing.external import CarriedUnbalance
     from autobalance.balancing.loop import Result
     from autobalance.report.records import balance as balance_records
     from autobalance.report.records import report as records
@@ -99,6 +100,8 @@ def report(record: Record) -> Values:
         values |= _result(balanced, record)
     if balanced is not None and balanced.loads_with_gas is not None:
         values["loads_with_gas"] = encoded(balanced.loads_with_gas)
+    if balanced is not None and balanced.external:
+        values["external"] = [external_values(each) for each in balanced.external]
     if balanced is not None and balanced.assembly:
         from autobalance.report.balance.assembly_values import assembly_values
 
@@ -121,6 +124,20 @@ def report(record: Record) -> Values:
             for weight in record.web_weights
         ]
     return values
+
+
+def external_values(carried: CarriedUnbalance) -> records.ExternalPart:
+    """Return what an external part is to carry."""
+    x, y = carried.unbalance_g_mm
+    return {
+        "name": carried.part.name,
+        "z_mm": carried.part.z_mm,
+        "unbalance_g_mm": numbers(carried.unbalance_g_mm),
+        "magnitude_g_mm": math.hypot(x, y),
+        "angle_deg": math.degrees(math.atan2(y, x)) % 360.0 % 360.0,
+        "change_g_mm": numbers(carried.unbalance_g_mm - np.array(carried.part.unbalance_g_mm)),
+        "pm_g_mm": carried.pm_g_mm,
+    }
 
 
 def _true_surfaces(before: TrueSurfaces, balanced: Balanced | None) -> records.TrueSurfaces:

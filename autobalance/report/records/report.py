@@ -3,7 +3,7 @@
 from typing import Annotated, Any, Literal, NotRequired, TypedDict
 
 from autobalance.machine_models.gas_loads import LoadsWithGas
-from autobalance.records import Bound, Count, NotNegative, Ordinal, Pair, Positive, Triple
+from autobalance.records import Angle, Bound, Count, NotNegative, Ordinal, Pair, Positive, Triple
 from autobalance.report.records.balance import (
     BalanceFactor,
     Correction,
@@ -31,6 +31,18 @@ class Seconds(TypedDict):
     cut: NotNegative | None
     write: NotNegative | None
     total: NotNegative | None
+
+
+class ExternalPart(TypedDict):
+    """What an external part carries, by how much that changes, and by how much it may be off."""
+
+    name: str
+    z_mm: float
+    unbalance_g_mm: Pair
+    magnitude_g_mm: NotNegative
+    angle_deg: Angle
+    change_g_mm: Pair
+    pm_g_mm: NotNegative
 
 
 class Section(TypedDict):
@@ -236,6 +248,9 @@ class Report(TypedDict):
         Annotated[
             LoadsWithGas, "Of jobs with a cycle: loads over it at top speed, of the crank before and after."
         ]
+    ]
+    external: NotRequired[
+        Annotated[list[ExternalPart], "What damper, flexplate or flywheel carry of the crank's unbalance."]
     ]
     true_surfaces: NotRequired[
         Annotated[

@@ -1,0 +1,170 @@
+"""External balance: what a damper and a flexplate or flywheel carry of a crank's unbalance."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+
+from autobalance.engine.balance_factor import bob_weight_moments
+from autobalance.job import Attached, Job
+from autobalance.job.model import ExternalPart
+from autobalance.machine_models import rotor_from_job
+from autobalance.machine_models.measured import Crank
+from autobalance.rigid_rotor.moments import Moments
+from autobalance.rigid_rotor.tolerance import Tolerance
+from autobalance.rigid_rotor.unbalance import Unbalance
+from autobalance.types import Array, Floats
+
+NO_LEVER_MM = 1e-6
+
+
+@dataclass(frozen=True, eq=False)
+class CarriedUnbalance:
+    """What a part carries now and is to carry, (2,) each; ``pm_g_mm`` is by how much it may be off."""
+
+    part: ExternalPart
+    unbalance_g_mm: Array
+    pm_g_mm: float
+
+
+def with_external(
+    job: Job, crank: Crank, tolerance: Tolerance, factor: float
+) -> tuple[Job, tuple[CarriedUnbalance, ...]]:
+    """Return a job with its external parts attached as they are to be, and what each carries."""
+    balance = job.balance
+    parts = balance.external_parts
+    if balance.external == "none" or not parts:
+        return job, ()
+    if balance.external == "detroit":
+        wanted = [np.array(part.unbalance_g_mm) for part in parts]
+    elif balance.external == "neutral":
+        wanted = [np.zeros(2) for _ in parts]
+    else:
+        wanted = carried(parts, _bare(job, crank, tolerance, factor), tolerance)
+    made = attached_to(job, wanted) if balance.external == "solve" else job
+    residual = Unbalance(np.zeros(2), np.zeros(2))  # where the crank is cut
+    if balance.external == "solve":
+        residual = Unbalance.of(crank.moments + _loads(made, crank, tolerance, factor))
+    allowed = _pm_g_mm(parts, residual, tolerance)
+    return made, tuple(CarriedUnbalance(*each, allowed) for each in zip(parts, wanted, strict=True))
+
+
+def attached_to(job: Job, unbalances_g_mm: Sequence[Floats | Sequence[float]]) -> Job:
+    """Return a job whose external parts carry these unbalances."""
+    parts = tuple(
+        Attached(part.name, 0.0, (float(each[0]), float(each[1])), part.z_mm)
+        for part, each in zip(job.balance.external_parts, unbalances_g_mm, strict=True)
+    )
+    return replace(job, engine=replace(job.engine, attached=(*job.engine.attached, *parts)))
+
+
+def _loads(job: Job, crank: Crank, tolerance: Tolerance, factor: float) -> Moments:
+    loads = rotor_from_job.throw_loads(crank.anatomy, job.engine)
+    attached = rotor_from_job.attached_moments(job.engine.attached)
+    return bob_weight_moments(loads, factor) + attached - rotor_from_job.overbalance_moments(job, tolerance)
+
+
+def _bare(job: Job, crank: Crank, tolerance: Tolerance, factor: float) -> Unbalance:
+    """Return the unbalance that the parts have to cancel: all but them."""
+    return Unbalance.of(crank.moments + _loads(job, crank, tolerance, factor))
+
+
+def carried(parts: Sequence[ExternalPart], bare: Unbalance, tolerance: Tolerance) -> list[Array]:
+    """Return the unbalance (2,) that each part must carry against a rotor's [g·mm].
+
+    Two free parts cancel resultant and moment exactly. Otherwise what uses most of what is permitted is made
+    as small as the parts' limits allow.
+    """
+    if len(parts) == 2 and abs(parts[1].z_mm - parts[0].z_mm) > NO_LEVER_MM:
+        low, high = sorted(parts, key=lambda part: part.z_mm)
+        a, b = (np.asarray(-each) for each in bare.in_planes(low.z_mm, high.z_mm))
+        exact = [a, b] if parts[0] is low else [b, a]
+        if all(_may(part, each) for part, each in zip(parts, exact, strict=True)):
+            return exact
+    return _least_worst(parts, bare, tolerance)
+
+
+def _may(part: ExternalPart, unbalance: Array) -> bool:
+    """Return whether a part can carry an unbalance in any direction."""
+    return part.angle_rad is None and (part.max_g_mm is None or math.hypot(*unbalance) <= part.max_g_mm)
+
+
+def _rows(bare: Unbalance, parts: Sequence[ExternalPart], tolerance: Tolerance) -> list[tuple[Array, Array]]:
+    """Return what is judged over what is permitted: (2,) without the parts, and each part's share (p,)."""
+    rows = [
+        (bare.resultant_g_mm / tolerance.permissible_g_mm, np.ones(len(parts)) / tolerance.permissible_g_mm)
+    ]
+    if tolerance.judge == "dynamic":
+        low, high = tolerance.planes
+        vectors = bare.in_planes(low.z_mm, high.z_mm)
+        share = np.array([(part.z_mm - low.z_mm) / (high.z_mm - low.z_mm) for part in parts])
+        for plane, vector, own in zip((low, high), vectors, (1.0 - share, share), strict=True):
+            rows.append((vector / plane.permissible_g_mm, own / plane.permissible_g_mm))
+    return rows
+
+
+def _least_worst(parts: Sequence[ExternalPart], bare: Unbalance, tolerance: Tolerance) -> list[Array]:
+    from scipy import optimize
+
+    minimize: Any = optimize.minimize
+
+    rows = _rows(bare, parts, tolerance)
+    scale = max(1.0, *(part.max_g_mm or 0.0 for part in parts), math.hypot(*bare.resultant_g_mm))
+
+    def unbalances(x: Array) -> Array:
+        """Return (p, 2) of the search's variables: a size where the angle is given, else a vector."""
+        found, at = [], 0
+        for part in parts:
+            if part.angle_rad is None:
+                found.append(x[at : at + 2])
+                at += 2
+            else:
+                found.append(x[at] * np.array([math.cos(part.angle_rad), math.sin(part.angle_rad)]))
+                at += 1
+        return np.asarray(found) * scale
+
+    def judged(x: Array) -> Array:
+        carried_g_mm = unbalances(x)
+        return np.array([math.hypot(*(fixed + shares @ carried_g_mm)) for fixed, shares in rows])
+
+    count = sum(2 if part.angle_rad is None else 1 for part in parts)
+    size = max(1.0, float(judged(np.zeros(count)).max()))
+
+    def each_spare(x: Array) -> Array:
+        return np.asarray(x[-1] ** 2 - (judged(x[:-1]) / size) ** 2)
+
+    limited = [(n, part.max_g_mm / scale) for n, part in enumerate(parts) if part.max_g_mm is not None]
+
+    def within(x: Array) -> Array:
+        sizes = ((unbalances(x[:-1]) / scale) ** 2).sum(axis=1)
+        return np.array([most**2 - sizes[n] for n, most in limited])
+
+    constraints: list[Any] = [{"type": "ineq", "fun": each_spare}]
+    if limited:
+        constraints.append({"type": "ineq", "fun": within})
+    bounds: list[tuple[float | None, float | None]] = []
+    for part in parts:
+        bounds += [(None, None)] * 2 if part.angle_rad is None else [(0.0, None)]
+    start = np.append(np.full(count, 1e-3), 1.0)
+    found = minimize(
+        lambda x: float(x[-1]),
+        start,
+        method="SLSQP",
+        bounds=[*bounds, (0.0, None)],
+        constraints=constraints,
+        options={"maxiter": 500, "ftol": 1e-14},
+    )
+    return list(unbalances(found.x[:-1]))
+
+
+def _pm_g_mm(parts: Sequence[ExternalPart], residual: Unbalance, tolerance: Tolerance) -> float:
+    """Return by how much each part may be off, all at once and the worst way, within what is permitted."""
+    left = [
+        max(0.0, 1.0 - math.hypot(*fixed)) / float(np.abs(shares).sum())
+        for fixed, shares in _rows(residual, parts, tolerance)
+    ]
+    return min(left)
