@@ -7,6 +7,13 @@ CANDIDATES := $(PYTHON) python3 python3.14 python3.13 python3.12 python3.11 pyth
 PIP_FLAGS := --quiet --disable-pip-version-check
 OUTPUT := demo-output
 FUZZ := 3000
+# of make shaken: seeds of last digits, kernels of the linear algebra (SkylakeX, too, where there is AVX-512)
+SEEDS := 1 2 3 4 5
+CORES := Haswell Zen Nehalem
+SHAKEN := tests/geometry/test_loop.py tests/test_cli_verify.py tests/test_cli_recut.py tests/golden \
+  tests/geometry/test_kinds_from_the_command_line.py tests/geometry/test_mixed_kinds.py \
+  tests/geometry/test_kind_contract.py tests/geometry/test_relaxation.py tests/unit/test_plan.py \
+  tests/unit/test_simplest.py tests/unit/test_nominal_depths.py tests/test_shaken.py
 # tests that run side by side; each needs about 1 GB
 WORKERS := 2
 # the matrices are small: threads of the linear algebra only take the processor from the other tests
@@ -15,7 +22,7 @@ export OMP_NUM_THREADS := 1
 # compiled files are kept, also where the machine says otherwise: tests begin a third of a minute sooner
 export PYTHONDONTWRITEBYTECODE :=
 
-.PHONY: help demo test quick times lint docs fuzz bench ci clean
+.PHONY: help demo test quick times lint docs fuzz shaken bench ci clean
 
 help:
 	@echo "make demo    install into $(VENV) and balance the bundled crank; results in $(OUTPUT)/"
@@ -25,6 +32,7 @@ help:
 	@echo "make lint    ruff, mypy, import-linter"
 	@echo "make docs    build the documentation's site into docs/_build/html; a warning is an error"
 	@echo "make fuzz    damaged files by the thousand for every reader; every layout and seed of random tests"
+	@echo "make shaken  plans with other last digits and other kernels of the linear algebra: the same results"
 	@echo "make bench   measure time and memory beside the floor and the naive way, and the time to plan holes"
 	@echo "make ci      what the project's checks run: .ci/run"
 	@echo "make clean   remove $(VENV), $(OUTPUT)/ and caches"
@@ -67,6 +75,16 @@ fuzz: $(VENV)/.installed-dev
 	@AUTOBALANCE_FUZZ=$(FUZZ) $(VENV)/bin/python -m pytest -q tests/unit/test_solid_stl.py tests/unit/test_job_fuzz.py tests/geometry/test_solid_formats.py tests/geometry/test_solid_fuzz.py tests/test_cli_fuzz.py -k "damaged or any_bytes or changed or words or says or every_kind or run"
 	@echo "==> every layout, fineness and seed, of which the tests take a few"
 	@AUTOBALANCE_FUZZ=60 $(VENV)/bin/python -m pytest -q -n $(WORKERS) --dist worksteal $$(grep -rl "tests.sweeps" tests --include='test_*.py')
+
+shaken: $(VENV)/.installed-dev
+	@for seed in $(SEEDS); do \
+	  echo "==> plans and frames with last digits of seed $$seed"; \
+	  AUTOBALANCE_SHAKEN=$$seed $(VENV)/bin/python -m pytest -q -n $(WORKERS) -m "not timing" $(SHAKEN) || exit 1; \
+	done
+	@for core in $(CORES); do \
+	  echo "==> linear algebra for $$core"; \
+	  OPENBLAS_CORETYPE=$$core $(VENV)/bin/python -m pytest -q -n $(WORKERS) -m "not timing" $(SHAKEN) || exit 1; \
+	done
 
 bench: $(VENV)/.installed-dev
 	@echo "==> measuring time and memory of the main job"

@@ -1,6 +1,6 @@
 """Another processor's last digits in the plans: the same cuts are listed, and what is listed is found again.
 
-``make soak`` runs whole suites on such plans; these are the cases that once fell.
+``make shaken`` runs whole suites on such plans; these are the cases that once fell.
 """
 
 from dataclasses import replace
