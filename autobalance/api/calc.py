@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
-from autobalance.api.result import VerbResult, report_head
+from autobalance.api.result import VerbResult
 from autobalance.theory.calling import call, plain
 
 
@@ -45,8 +45,10 @@ def calc(name: str, values: Mapping[str, str]) -> CalcResult:
     >>> calc("swept_volume_cm3", {"bore_mm": "76.8", "stroke_mm": "53.8"}).text()
     '249.227'
     """
+    from autobalance.report.records.answers import CalcReport
+
     found = plain(call(name, values))
-    return CalcResult({**report_head("calc"), "name": name, "input": dict(values), "result": found})
+    return CalcResult(CalcReport(name=name, input=values, result=found))
 
 
 def _shown(value: Any) -> str:

@@ -11,7 +11,7 @@ from autobalance.api.common_parameters import documented
 from autobalance.api.engine_case import job_set
 from autobalance.api.entry import Entry, entries
 from autobalance.api.progress import telling
-from autobalance.api.result import VerbResult, report_head
+from autobalance.api.result import VerbResult
 from autobalance.balancing.run import compare_job
 from autobalance.job import JobSource
 from autobalance.runtime import Progress
@@ -66,12 +66,11 @@ def compare(job: JobSource, crank: Crank | None = None, *, progress: Progress | 
         For anything wrong with the job or the crank.
     """
     from autobalance.report.balance.comparison import comparison
+    from autobalance.report.records.compare import CompareReport
 
     job = jobs.given(job)
     given = None if crank is None else crank.measured
     job = job if crank is None else with_crank(job, crank)
     done = compare_job(job, telling(progress), given)
     report = comparison(str(job.path), done.tolerance, done.initial_g_mm, done.rows, job.prefer)
-    return CompareResult(
-        {**report_head("compare"), **report, "warnings": list(done.warnings), **job_set(job)}
-    )
+    return CompareResult(CompareReport(comparison=report, warnings=done.warnings, **job_set(job)))

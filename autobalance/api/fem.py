@@ -7,8 +7,17 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from autobalance.api.common_parameters import documented
-from autobalance.api.result import Plots, Values, VerbResult, report_head
+from autobalance.api.result import Plots, VerbResult
 from autobalance.errors import UsageError
+from autobalance.report.records.fem import (
+    FemDisplacement,
+    FemFile,
+    FemLevel,
+    FemMesh,
+    FemMode,
+    FemReport,
+    FemStress,
+)
 from autobalance.runtime import Progress, no_progress
 
 if TYPE_CHECKING:
@@ -114,7 +123,7 @@ def fem(
     return FemResult(_report(job, read, answer, time.perf_counter() - started))
 
 
-def _read(job: FemJob) -> tuple[SurfaceSolid | Path, Values]:
+def _read(job: FemJob) -> tuple[SurfaceSolid | Path, FemFile]:
     """Return what is to be meshed, and what was read."""
     from hashlib import sha256
 
@@ -127,19 +136,14 @@ def _read(job: FemJob) -> tuple[SurfaceSolid | Path, Values]:
         return _with_crankpins(job)
     if job.file.suffix.lower() in EXACT:
         digest = sha256(file_bytes(job.file)).hexdigest()
-        return job.file, {"file": job.file.name, "sha256": digest, "format": "step", "repairs": []}
+        return job.file, FemFile(file=job.file.name, sha256=digest, format="step", repairs=())
     source = read(job.file, job.unit, job.body)
     mesh = source.solid.mesh
-    entry = {
-        "file": job.file.name,
-        "sha256": source.sha256,
-        "format": source.format,
-        "repairs": list(source.repairs),
-    }
+    entry = FemFile(file=job.file.name, sha256=source.sha256, format=source.format, repairs=source.repairs)
     return SurfaceSolid(mesh.vertices, mesh.triangles), entry
 
 
-def _with_crankpins(job: FemJob) -> tuple[SurfaceSolid, Values]:
+def _with_crankpins(job: FemJob) -> tuple[SurfaceSolid, FemFile]:
     """Return a pressed-up crank in one piece with its crankpins, in file coordinates."""
     from autobalance.api.crank import read_crank
     from autobalance.fem_analysis.mesher import SurfaceSolid
@@ -150,47 +154,46 @@ def _with_crankpins(job: FemJob) -> tuple[SurfaceSolid, Values]:
     joined = with_crankpins(source.solid.moved(anatomy.file_to_rotor), crank).simplified(FINEST_MM)
     mesh = joined.moved(anatomy.rotor_to_file).mesh
     repairs = [*source.repairs, "crankpins put in, one piece with the webs"]
-    entry = {"file": job.file.name, "sha256": source.sha256, "format": source.format, "repairs": repairs}
+    entry = FemFile(file=job.file.name, sha256=source.sha256, format=source.format, repairs=repairs)
     return SurfaceSolid(mesh.vertices, mesh.triangles), entry
 
 
-def _report(job: FemJob, read: Values, answer: Answer, seconds: float) -> Values:
-    last = answer.levels[-1]
-    stress = answer.stress
-    return {
-        **report_head("fem"),
-        "analysis": job.described,
-        "input": read,
-        "mesh": {
-            "tetrahedra": last.tetrahedra,
-            "nodes": last.nodes,
-            "size_mm": last.size_mm,
-            "volume_error": last.volume_error,
-        },
-        "modes": None
+def _report(job: FemJob, read: FemFile, answer: Answer, seconds: float) -> FemReport:
+    last, stress = answer.levels[-1], answer.stress
+    return FemReport(
+        analysis=job.described,
+        input=read,
+        mesh=FemMesh(
+            tetrahedra=last.tetrahedra, nodes=last.nodes, size_mm=last.size_mm, volume_error=last.volume_error
+        ),
+        modes=None
         if stress is not None
         else [
-            {"number": n, "frequency_hz": mode.frequency_hz, "error_hz": mode.error_hz, "kind": mode.kind}
+            FemMode(number=n, frequency_hz=mode.frequency_hz, error_hz=mode.error_hz, kind=mode.kind)
             for n, mode in enumerate(answer.modes, 1)
         ],
-        "convergence": [_level(level, static=stress is not None) for level in answer.levels],
-        "stress": None
+        convergence=[_level(level, static=stress is not None) for level in answer.levels],
+        stress=None
         if stress is None
-        else {
-            "greatest_von_mises_MPa": stress.greatest_von_mises_MPa,
-            "greatest_principal_MPa": stress.greatest_principal_MPa,
-            "at_mm": list(stress.at_mm),
-            "error_MPa": stress.error_MPa,
-        },
-        "displacement": None if stress is None else {"greatest_mm": stress.greatest_displacement_mm},
-        "reactions_N": None if stress is None else list(stress.reactions_N),
-        "seconds": seconds,
-    }
+        else FemStress(
+            greatest_von_mises_MPa=stress.greatest_von_mises_MPa,
+            greatest_principal_MPa=stress.greatest_principal_MPa,
+            at_mm=stress.at_mm,
+            error_MPa=stress.error_MPa,
+        ),
+        displacement=None if stress is None else FemDisplacement(greatest_mm=stress.greatest_displacement_mm),
+        reactions_N=None if stress is None else stress.reactions_N,
+        seconds=seconds,
+    )
 
 
-def _level(level: Level, *, static: bool) -> Values:
-    head = {"size_mm": level.size_mm, "nodes": level.nodes}
+def _level(level: Level, *, static: bool) -> FemLevel:
     if not static:
-        return {**head, "frequencies_hz": list(level.values)}
+        return FemLevel(size_mm=level.size_mm, nodes=level.nodes, frequencies_hz=level.values)
     principal, mises = level.values
-    return {**head, "greatest_principal_MPa": principal, "greatest_von_mises_MPa": mises}
+    return FemLevel(
+        size_mm=level.size_mm,
+        nodes=level.nodes,
+        greatest_principal_MPa=principal,
+        greatest_von_mises_MPa=mises,
+    )

@@ -5,12 +5,19 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 
-from autobalance.api.result import Plots, Values, VerbResult, report_head
+from autobalance.api.result import Plots, VerbResult
 from autobalance.errors import JobError
+from autobalance.report.records.influence import (
+    InfluenceReport,
+    PlaneCorrection,
+    PlaneWeight,
+    ResidualReadings,
+    SplitWeight,
+)
 
 if TYPE_CHECKING:
     from autobalance.dynamics.influence_coefficients import Complex
@@ -86,7 +93,7 @@ def influence(trials: str | Path | Mapping[str, Any]) -> InfluenceResult:
         return InfluenceResult(_report(task))
 
 
-def _report(task: Trials) -> Values:
+def _report(task: Trials) -> InfluenceReport:
     from autobalance.dynamics import influence_coefficients as coefficients
 
     alpha = coefficients.influence_coefficients(task.initial, task.trials, len(task.planes))
@@ -107,31 +114,30 @@ def _report(task: Trials) -> Values:
     weighted = task.reading_weights * np.abs(residual)
     left = coefficients.left_on_g_mm(task.trials, len(task.planes))
     outcome, reason = _verdict(task, residual)
-    return {
-        **report_head("influence"),
-        "input": task.values,
-        "goal": task.goal,
-        "planes": list(task.planes),
-        "influence": [[_reading(value, task) for value in row] for row in alpha],
-        "condition": condition,
-        "corrections": [
+    return InfluenceReport(
+        input=task.values,
+        goal=task.goal,
+        planes=task.planes,
+        influence=[[_reading(value, task) for value in row] for row in alpha],
+        condition=condition,
+        corrections=[
             _correction(task, number, complex(sums[number]), split[number])
             for number in range(len(task.planes))
         ],
-        "add_to_left": _add_to_left(task, sums, left),
-        "initial": [_reading(value, task) for value in task.initial],
-        "residual": {
-            "readings": [_reading(value, task) for value in residual],
-            "worst": float(weighted.max()),
-            "rms": float(np.sqrt(np.mean(weighted**2))),
-        },
-        "outcome": outcome,
-        "reason": reason,
-        "warnings": warnings,
-    }
+        add_to_left=_add_to_left(task, sums, left),
+        initial=[_reading(value, task) for value in task.initial],
+        residual=ResidualReadings(
+            readings=[_reading(value, task) for value in residual],
+            worst=float(weighted.max()),
+            rms=float(np.sqrt(np.mean(weighted**2))),
+        ),
+        outcome=outcome,
+        reason=reason,
+        warnings=warnings,
+    )
 
 
-def _weights(task: Trials, alpha: Complex) -> tuple[Complex, list[list[Values] | None], list[str]]:
+def _weights(task: Trials, alpha: Complex) -> tuple[Complex, list[list[SplitWeight] | None], list[str]]:
     """Return each plane's sum, what is fitted where, and what there is to warn of."""
     from autobalance.dynamics.fitted_weights import fitted_weights
     from autobalance.dynamics.limited_weights import limited_weights
@@ -144,7 +150,7 @@ def _weights(task: Trials, alpha: Complex) -> tuple[Complex, list[list[Values] |
     split = [
         None
         if fitted is None
-        else [{"angle_deg": _degrees(angle), "g_mm": g_mm} for angle, g_mm in sorted(fitted)]
+        else [SplitWeight(angle_deg=_degrees(angle), g_mm=g_mm) for angle, g_mm in sorted(fitted)]
         for fitted in found.split
     ]
     if not found.proven:
@@ -156,32 +162,36 @@ def _weights(task: Trials, alpha: Complex) -> tuple[Complex, list[list[Values] |
     return found.sums_g_mm, split, []
 
 
-def _correction(task: Trials, number: int, weight: complex, split: list[Values] | None) -> Values:
+def _correction(
+    task: Trials, number: int, weight: complex, split: list[SplitWeight] | None
+) -> PlaneCorrection:
     radius = task.radius_mm[number]
     angle = _degrees(float(np.angle(weight)))
-    return {
-        "plane": task.planes[number],
-        "g_mm": abs(weight),
-        "angle_deg": angle,
-        "remove_angle_deg": (angle + 180.0) % 360.0 % 360.0,
-        "g": None if radius is None else abs(weight) / radius,
-        "radius_mm": radius,
-        "split": split,
-    }
+    return PlaneCorrection(
+        plane=task.planes[number],
+        g_mm=abs(weight),
+        angle_deg=angle,
+        remove_angle_deg=(angle + 180.0) % 360.0 % 360.0,
+        g=None if radius is None else abs(weight) / radius,
+        radius_mm=radius,
+        split=split,
+    )
 
 
-def _add_to_left(task: Trials, sums: Complex, left: Complex) -> list[Values] | None:
+def _add_to_left(task: Trials, sums: Complex, left: Complex) -> list[PlaneWeight] | None:
     """Return what is still to add where the trials that were left on stay; None where none were."""
     if not any(trial.left_on for trial in task.trials):
         return None
     more = sums - left
     return [
-        {"plane": plane, "g_mm": abs(weight), "angle_deg": _degrees(float(np.angle(weight)))}
+        PlaneWeight(plane=plane, g_mm=abs(weight), angle_deg=_degrees(float(np.angle(weight))))
         for plane, weight in zip(task.planes, more.tolist(), strict=True)
     ]
 
 
-def _verdict(task: Trials, residual: Complex) -> tuple[str | None, str | None]:
+def _verdict(
+    task: Trials, residual: Complex
+) -> tuple[Literal["within_tolerance", "above_tolerance"] | None, str | None]:
     if task.target is None:
         return None, None
     sizes = np.abs(residual)

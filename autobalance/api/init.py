@@ -11,7 +11,7 @@ from typing import Any
 from autobalance.api.common_parameters import documented
 from autobalance.api.crank import Crank
 from autobalance.api.progress import telling
-from autobalance.api.result import VerbResult, report_head
+from autobalance.api.result import VerbResult
 from autobalance.balancing.measured_crank import measure_crank, measured_source
 from autobalance.correction import KINDS
 from autobalance.crank.assembly_parts import AssemblyPart, assembly_parts
@@ -29,6 +29,7 @@ from autobalance.job.toml.typed_units import FILL_IN, leaves
 from autobalance.job.workbook import rows_of, write_workbook
 from autobalance.machine_models.measured import Crank as MeasuredCrank
 from autobalance.machine_models.rotor_from_job import default_planes_mm
+from autobalance.report.records.answers import InitReport
 from autobalance.runtime import Progress, Stopwatch
 from autobalance.solid.formats.bodies import read_bodies
 from autobalance.solid.formats.registry import needs_unit
@@ -118,7 +119,7 @@ def init(
     left = [
         key for row in rows if row.active for key, value in leaves(row.value, row.key) if value == FILL_IN
     ]
-    return InitResult(_report(target, str(source), left), target, data)
+    return InitResult(InitReport(crank=str(source), job=str(target), fill_in=left), target, data)
 
 
 def _shop(source: str | Path | None, file: str | Path | None) -> InitResult:
@@ -127,16 +128,12 @@ def _shop(source: str | Path | None, file: str | Path | None) -> InitResult:
         raise UsageError(f"--shop beside {source}; the shop's own file is for every crank: leave it out")
     if target.suffix.lower() != ".toml":
         raise UsageError(f"-o {target}: the shop's own file ends in .toml")
-    report = {**report_head("init"), "crank": None, "job": None, "shop": str(target), "fill_in": []}
+    report = InitReport(crank=None, job=None, shop=str(target), fill_in=())
     return InitResult(report, target, commented_toml(table_rows(SHOP), kept=("shop",)).encode())
 
 
 def _is_workbook(target: Path) -> bool:
     return target.suffix.lower() == ".xlsx"
-
-
-def _report(target: Path, crank: str, left: list[str]) -> dict[str, Any]:
-    return {**report_head("init"), "crank": crank, "job": str(target), "fill_in": left}
 
 
 def _converted(source: Path, target: Path, settings: Sequence[str]) -> InitResult:
@@ -146,7 +143,7 @@ def _converted(source: Path, target: Path, settings: Sequence[str]) -> InitResul
         values["crankshaft"]["file"] = _relative(source.parent / crank, target)
     data = write_workbook(rows_of(values)) if _is_workbook(target) else toml_text(values).encode()
     left = [key for key, value in leaves(values) if value == FILL_IN]
-    return InitResult(_report(target, str(crank), left), target, data)
+    return InitResult(InitReport(crank=str(crank), job=str(target), fill_in=left), target, data)
 
 
 def _found(

@@ -10,8 +10,22 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from autobalance.api.result import Plots, Values, VerbResult, report_head
+from autobalance.api.result import Plots, VerbResult
 from autobalance.errors import JobError
+from autobalance.report.records.machine import (
+    LeftUnbalance,
+    MachineCorrection,
+    MachineNoise,
+    MachineReport,
+    MachineRun,
+    PlaneNode,
+    PlaneReading,
+    PlaneSpread,
+    PlaneVector,
+    SensorReading,
+    SpunRotorFigures,
+    StaticStand,
+)
 from autobalance.units import N_M_PER_G_MM2_S2, N_PER_G_MM_S2
 
 if TYPE_CHECKING:
@@ -79,7 +93,7 @@ def machine(machine_file: str | Path | Mapping[str, Any]) -> MachineResult:
         return MachineResult(_report(given))
 
 
-def _report(given: Machine) -> Values:
+def _report(given: Machine) -> MachineReport:
     from autobalance.dynamics.balancing_machine import noisy_readings
     from autobalance.dynamics.spun_rotor import spun_rotor
 
@@ -88,27 +102,27 @@ def _report(given: Machine) -> Values:
     assert body is not None
     rotor = spun_rotor(body, given.unbalances, given.masses)
     planes_mm = given.planes_mm if reported is None or given.planes_mm is not None else reported.planes_mm
-    warnings: list[str] = []
     names, places, true = _planes(given, rotor, planes_mm)
     runs = noisy_readings(true, given.noise, given.runs, given.seed)
     read = [[_plane(*each) for each in zip(names, places, values, strict=True)] for values in runs]
-    return {
-        **report_head("machine"),
-        "input": given.values,
-        "rotor": _rotor_values(rotor, planes_mm),
-        "sensors": _sensors(given, rotor, planes_mm),
-        "nodes": _nodes(given, rotor, planes_mm),
-        "static": _static(given, rotor, warnings),
-        "runs": [
-            {"planes": planes, "left": _left(names, true, values)}
+    stand, of_stand = _static(given, rotor)
+    corrections, of_drill = _corrections(given, read[0])
+    return MachineReport(
+        input=given.values,
+        rotor=_rotor_figures(rotor, planes_mm),
+        sensors=_sensors(given, rotor, planes_mm),
+        nodes=_nodes(given, rotor, planes_mm),
+        static=stand,
+        runs=[
+            MachineRun(planes=planes, left=_left(names, true, values))
             for planes, values in zip(read, runs, strict=True)
         ],
-        "corrections": _corrections(given, read[0], warnings),
-        "noise": {"g_mm": _spread(names, runs)},
-        "bob_weights_g": None if reported is None else list(reported.fit_g),
-        "serial": None if reported is None else reported.serial,
-        "warnings": warnings,
-    }
+        corrections=corrections,
+        noise=MachineNoise(g_mm=_spread(names, runs)),
+        bob_weights_g=None if reported is None else reported.fit_g,
+        serial=None if reported is None else reported.serial,
+        warnings=[*of_stand, *of_drill],
+    )
 
 
 def _reported(given: Machine) -> ReportedRotor | None:
@@ -130,14 +144,14 @@ def _planes(
     return ("A", "B"), planes_mm, rotor.in_planes(*planes_mm)
 
 
-def _plane(name: str, z_mm: float | None, value: complex) -> Values:
-    return {
-        "name": name,
-        "z_mm": z_mm,
-        "unbalance_g_mm": [value.real, value.imag],
-        "g_mm": abs(value),
-        "angle_deg": degrees(value),
-    }
+def _plane(name: str, z_mm: float | None, value: complex) -> PlaneReading:
+    return PlaneReading(
+        name=name,
+        z_mm=z_mm,
+        unbalance_g_mm=[value.real, value.imag],
+        g_mm=abs(value),
+        angle_deg=degrees(value),
+    )
 
 
 def degrees(value: complex) -> float:
@@ -145,34 +159,34 @@ def degrees(value: complex) -> float:
     return math.degrees(cmath.phase(value)) % 360.0 % 360.0
 
 
-def _rotor_values(rotor: SpunRotor, planes_mm: Pair | None) -> Values:
-    unbalance, moment, tilt = rotor.unbalance_g_mm, rotor.moment_g_mm2, rotor.principal_axis_rad
+def _rotor_figures(rotor: SpunRotor, planes_mm: Pair | None) -> SpunRotorFigures:
+    unbalance, moment = rotor.unbalance_g_mm, rotor.moment_g_mm2
     planes = [] if planes_mm is None else list(zip("AB", planes_mm, rotor.in_planes(*planes_mm), strict=True))
-    return {
-        "mass_g": rotor.mass_g,
-        "centre_of_mass_mm": [unbalance.real / rotor.mass_g, unbalance.imag / rotor.mass_g, rotor.z_mm],
-        "unbalance_g_mm": [unbalance.real, unbalance.imag],
-        "moment_g_mm2": [moment.real, moment.imag],
-        "magnitude_g_mm": abs(unbalance),
-        "planes": [_plane(*each) for each in planes],
-        "kind": rotor.kind,
-        "principal_axis_deg": None if tilt is None else math.degrees(tilt),
-    }
+    return SpunRotorFigures(
+        mass_g=rotor.mass_g,
+        centre_of_mass_mm=[unbalance.real / rotor.mass_g, unbalance.imag / rotor.mass_g, rotor.z_mm],
+        unbalance_g_mm=[unbalance.real, unbalance.imag],
+        moment_g_mm2=[moment.real, moment.imag],
+        magnitude_g_mm=abs(unbalance),
+        planes=[_plane(*each) for each in planes],
+        kind=rotor.kind,
+        principal_axis_rad=rotor.principal_axis_rad,
+    )
 
 
-def _sensor(name: str, z_mm: float, quantity: str, value: complex, unit: float) -> Values:
-    return {
-        "name": name,
-        "z_mm": z_mm,
-        "force_N": None,
-        "displacement_um": None,
-        "moment_N_m": None,
-        "angle_deg": degrees(value),
-        quantity: unit * abs(value),
-    }
+def _sensor(name: str, z_mm: float, quantity: str, value: complex, unit: float) -> SensorReading:
+    size = unit * abs(value)
+    return SensorReading(
+        name=name,
+        z_mm=z_mm,
+        force_N=size if quantity == "force_N" else None,
+        displacement_um=size if quantity == "displacement_um" else None,
+        moment_N_m=size if quantity == "moment_N_m" else None,
+        angle_deg=degrees(value),
+    )
 
 
-def _sensors(given: Machine, rotor: SpunRotor, planes_mm: Pair | None) -> list[Values] | None:
+def _sensors(given: Machine, rotor: SpunRotor, planes_mm: Pair | None) -> list[SensorReading] | None:
     from autobalance.dynamics import balancing_machine as machines
 
     if given.kind == "static" or planes_mm is None:
@@ -213,19 +227,20 @@ def _node_places(rotor: SpunRotor, planes_mm: Pair) -> Pair:
         raise JobError(f"planes_mm is [{planes_mm[0]:g}, {planes_mm[1]:g}]: {error}") from None
 
 
-def _nodes(given: Machine, rotor: SpunRotor, planes_mm: Pair | None) -> list[Values] | None:
+def _nodes(given: Machine, rotor: SpunRotor, planes_mm: Pair | None) -> list[PlaneNode] | None:
     """Return the node of each plane's unbalance; None for the kinds that have none."""
     if given.kind != "nodal" or planes_mm is None:
         return None
     of_B, of_A = _node_places(rotor, planes_mm)
-    return [{"plane": "A", "z_mm": of_A}, {"plane": "B", "z_mm": of_B}]
+    return [PlaneNode(plane="A", z_mm=of_A), PlaneNode(plane="B", z_mm=of_B)]
 
 
-def _static(given: Machine, rotor: SpunRotor, warnings: list[str]) -> Values | None:
+def _static(given: Machine, rotor: SpunRotor) -> tuple[StaticStand | None, list[str]]:
+    """Return what a static stand shows, and warnings."""
     from autobalance.dynamics.static_stand import static_stand
 
     if given.kind != "static" or given.stand is None:
-        return None
+        return None, []
     stand, polar = given.stand, given.polar_g_mm2
     if rotor.second_g_mm2 is not None:  # that of the rotor with all that is on it, about the axis
         around = rotor.second_g_mm2[0, 0] + rotor.second_g_mm2[1, 1]
@@ -240,68 +255,62 @@ def _static(given: Machine, rotor: SpunRotor, warnings: list[str]) -> Values | N
         stand.start_rad,
         polar,
     )
+    shown = StaticStand(
+        rolls=found.rolls,
+        least_g_mm=found.least_g_mm,
+        rest_within_rad=found.rest_within_rad,
+        roll_time_s=found.roll_time_s,
+    )
     if not found.rolls:
-        warnings.append(
+        still = (
             f"the rotor does not roll: its unbalance of {abs(rotor.unbalance_g_mm):.4g} g·mm is not over the "
             f"{found.least_g_mm:.4g} g·mm of rolling friction"
         )
-    elif polar is None:
-        warnings.append("rotor.polar_kg_mm2 is not given, so there is no roll_time_s")
-    within = found.rest_within_rad
-    return {
-        "rolls": found.rolls,
-        "least_g_mm": found.least_g_mm,
-        "rest_within_deg": None if within is None else math.degrees(within),
-        "roll_time_s": found.roll_time_s,
-    }
+        return shown, [still]
+    if polar is None:
+        return shown, ["rotor.polar_kg_mm2 is not given, so there is no roll_time_s"]
+    return shown, []
 
 
-def _left(names: Sequence[str], true: Sequence[complex], read: Sequence[complex]) -> Values:
+def _left(names: Sequence[str], true: Sequence[complex], read: Sequence[complex]) -> LeftUnbalance:
     """Return what is left where the reading is followed to the letter."""
     left = [a - b for a, b in zip(true, read, strict=True)]
-    return {
-        "planes": [
-            {
-                "name": name,
-                "unbalance_g_mm": [value.real, value.imag],
-                "g_mm": abs(value),
-                "angle_deg": degrees(value),
-            }
+    return LeftUnbalance(
+        planes=[
+            PlaneVector(
+                name=name,
+                unbalance_g_mm=[value.real, value.imag],
+                g_mm=abs(value),
+                angle_deg=degrees(value),
+            )
             for name, value in zip(names, left, strict=True)
         ],
-        "magnitude_g_mm": abs(sum(left)),
-    }
+        magnitude_g_mm=abs(sum(left)),
+    )
 
 
-def _corrections(given: Machine, planes: Sequence[Values], warnings: list[str]) -> list[Values]:
-    """Return what to take off for the first reading, at the heavy side."""
-    found = []
+def _corrections(given: Machine, planes: Sequence[PlaneReading]) -> tuple[list[MachineCorrection], list[str]]:
+    """Return what to take off for the first reading, at the heavy side, and warnings."""
+    found, warnings = [], []
     for plane in planes:
-        depth = None if given.drill is None else given.drill.depth_mm(plane["g_mm"])
+        depth = None if given.drill is None else given.drill.depth_mm(plane.g_mm)
         if given.drill is not None and depth is None:
             point = given.drill.unbalance_g_mm(0.0)
             what = (
-                "the drill's point alone takes off more"
-                if plane["g_mm"] < point
-                else "no hole is deep enough"
+                "the drill's point alone takes off more" if plane.g_mm < point else "no hole is deep enough"
             )
-            warnings.append(f"plane {plane['name']}: {plane['g_mm']:.4g} g·mm cannot be drilled; {what}")
+            warnings.append(f"plane {plane.name}: {plane.g_mm:.4g} g·mm cannot be drilled; {what}")
         found.append(
-            {
-                "plane": plane["name"],
-                "g_mm": plane["g_mm"],
-                "angle_deg": plane["angle_deg"],
-                "depth_mm": depth,
-            }
+            MachineCorrection(plane=plane.name, g_mm=plane.g_mm, angle_deg=plane.angle_deg, depth_mm=depth)
         )
-    return found
+    return found, warnings
 
 
-def _spread(names: Sequence[str], runs: Sequence[Sequence[complex]]) -> list[Values]:
+def _spread(names: Sequence[str], runs: Sequence[Sequence[complex]]) -> list[PlaneSpread]:
     """Return mean and standard deviation of what each plane reads; None from a single run."""
     sizes = np.abs(np.array(runs))
     spread = np.std(sizes, axis=0, ddof=1) if len(runs) > 1 else [None] * len(names)
     return [
-        {"name": name, "mean": float(mean), "standard_deviation": None if off is None else float(off)}
+        PlaneSpread(name=name, mean=float(mean), standard_deviation=None if off is None else float(off))
         for name, mean, off in zip(names, sizes.mean(axis=0), spread, strict=True)
     ]

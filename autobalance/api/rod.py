@@ -5,25 +5,25 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
-
-import numpy as np
 
 from autobalance.api.common_parameters import documented
 from autobalance.api.progress import telling
-from autobalance.api.result import VerbResult, report_head
+from autobalance.api.result import VerbResult
 from autobalance.crank.connecting_rod import MeasuredRod, measure_rod
-from autobalance.crank.recognition.rod_eyes import Eye, RodEyes
 from autobalance.engine.conrod import cut_at_centre_of_mass
-from autobalance.engine.slider_crank import SliderCrank
 from autobalance.errors import JobError, RecognitionError
+from autobalance.report.records.rod import (
+    RodCouple,
+    RodCut,
+    RodFacets,
+    RodFile,
+    RodFrame,
+    RodMeasures,
+    RodReport,
+)
 from autobalance.runtime import Progress
 from autobalance.solid.formats.read import read
 from autobalance.units import G_PER_MM3_PER_KG_M3, RAD_S_PER_RPM
-
-KG_MM2_PER_G_MM2 = 1e-3
-N_M_PER_G_MM2_RAD_S2 = 1e-9
-TURN_RAD = np.radians(np.arange(0.0, 360.0, 0.25))
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -102,19 +102,18 @@ def rod(
         measured = measure_rod(source, density, density_pm_kg_m3 * G_PER_MM3_PER_KG_M3)
     except RecognitionError as error:
         raise RecognitionError(f"{path}: {error}") from None
-    report = {
-        **report_head("rod"),
-        "input": _input(path, measured),
-        "density_kg_m3": float(density_kg_m3),
-        "density_pm_kg_m3": float(density_pm_kg_m3),
-        "frame": {"file_to_rod": measured.eyes.file_to_rod.tolist()},
-        "rod": rod_values(measured),
-        "couple": _couple(measured, stroke_mm, speed_rpm),
-        "cut_at_centre": _cut(measured),
-        "uncertainty": _uncertainty(measured),
-        "facet_error": _facets(measured),
-        "warnings": [f"{path}: {text}" for text in source.repairs],
-    }
+    report = RodReport(
+        input=_input(path, measured),
+        density_kg_m3=float(density_kg_m3),
+        density_pm_kg_m3=float(density_pm_kg_m3),
+        frame=RodFrame(file_to_rod=measured.eyes.file_to_rod),
+        rod=RodMeasures.of(measured),
+        couple=_couple(measured, stroke_mm, speed_rpm),
+        cut_at_centre=_cut(measured),
+        uncertainty=measured.uncertainty,
+        facet_error=_facets(measured),
+        warnings=[f"{path}: {text}" for text in source.repairs],
+    )
     return RodResult(report, measured)
 
 
@@ -124,91 +123,40 @@ def _check(**numbers: float | None) -> None:
             raise JobError(f"{name} is {value:g}; must be > 0")
 
 
-def _input(path: Path, measured: MeasuredRod) -> dict[str, Any]:
+def _input(path: Path, measured: MeasuredRod) -> RodFile:
     source = measured.source
-    name = None if source.format is None else source.format.removesuffix("-ascii")
-    return {
-        "file": str(path),
-        "sha256": source.sha256,
-        "format": name,
-        "triangles": source.triangles,
-        "bodies": source.bodies,
-        "repairs": list(source.repairs),
-    }
+    return RodFile(
+        file=str(path),
+        sha256=source.sha256,
+        format=None if source.format is None else source.format.removesuffix("-ascii"),
+        triangles=source.triangles,
+        bodies=source.bodies,
+        repairs=source.repairs,
+    )
 
 
-def rod_values(measured: MeasuredRod) -> dict[str, Any]:
-    """Return what was measured of a rod, in its own axes."""
-    found, eyes = measured.rod, measured.eyes
-    about_centre = measured.moments.moved(_shift(-measured.moments.centre_mm))
-    return {
-        "length_mm": found.length_mm,
-        "offset_mm": eyes.offset_mm,
-        "big_end": _eye(eyes, eyes.big),
-        "small_end": _eye(eyes, eyes.small),
-        "mass_g": found.mass_g,
-        "volume_mm3": measured.volume_mm3,
-        "centre_of_mass_mm": measured.moments.centre_mm.tolist(),
-        "centre_from_big_end_mm": found.centre_from_big_end_mm,
-        "big_end_g": found.big_end_g,
-        "small_end_g": found.small_end_g,
-        "inertia_kg_mm2": about_centre.polar_inertia_g_mm2 * KG_MM2_PER_G_MM2,
-        "inertia_tensor_kg_mm2": (about_centre.inertia_g_mm2 * KG_MM2_PER_G_MM2).tolist(),
-        "two_mass_inertia_kg_mm2": found.two_mass_inertia_g_mm2 * KG_MM2_PER_G_MM2,
-        "couple_inertia_kg_mm2": found.couple_inertia_g_mm2 * KG_MM2_PER_G_MM2,
-    }
-
-
-def _shift(by: Any) -> Any:
-    placement = np.eye(4)
-    placement[:3, 3] = by
-    return placement
-
-
-def _eye(eyes: RodEyes, eye: Eye) -> dict[str, Any]:
-    return {
-        "centre_mm": eyes.placed(eye.centre_mm).tolist(),
-        "file_centre_mm": eye.centre_mm.tolist(),
-        "diameter_mm": eye.diameter_mm,
-        "width_mm": eye.width_mm,
-    }
-
-
-def _couple(measured: MeasuredRod, stroke_mm: float | None, speed_rpm: float | None) -> dict[str, Any] | None:
+def _couple(measured: MeasuredRod, stroke_mm: float | None, speed_rpm: float | None) -> RodCouple | None:
     """Return the greatest couple that the rod's two masses miss at a stroke and a speed."""
     if stroke_mm is None or speed_rpm is None:
         return None
     try:
-        crank = SliderCrank(0.5 * stroke_mm, measured.rod.length_mm)
+        greatest, at_rad = measured.missed_couple(stroke_mm, speed_rpm * RAD_S_PER_RPM)
     except ValueError as error:
         raise JobError(f"stroke_mm is {stroke_mm:g}: {error}") from None
-    swing = crank.motion(TURN_RAD).ddtilt * (speed_rpm * RAD_S_PER_RPM) ** 2
-    place = int(np.argmax(np.abs(swing)))
-    greatest = measured.rod.couple_inertia_g_mm2 * float(swing[place]) * N_M_PER_G_MM2_RAD_S2
-    return {
-        "stroke_mm": float(stroke_mm),
-        "speed_rpm": float(speed_rpm),
-        "greatest_n_m": abs(greatest),
-        "at_deg": math.degrees(float(TURN_RAD[place])),
-    }
+    return RodCouple(
+        stroke_mm=float(stroke_mm),
+        speed_rpm=float(speed_rpm),
+        greatest_n_m=greatest,
+        at_deg=math.degrees(at_rad),
+    )
 
 
-def _cut(measured: MeasuredRod) -> dict[str, Any]:
+def _cut(measured: MeasuredRod) -> RodCut:
     big, small = measured.cut_halves_g
     cut = cut_at_centre_of_mass(measured.rod, big, small)
-    return {
-        "big_half_g": big,
-        "small_half_g": small,
-        "moved_g": cut.moved_g,
-        "says": cut.warning,
-    }
+    return RodCut(big_half_g=big, small_half_g=small, moved_g=cut.moved_g, says=cut.warning)
 
 
-def _uncertainty(measured: MeasuredRod) -> dict[str, float]:
-    off = measured.uncertainty
-    return {"mass_g": off.mass_g, "big_end_g": off.big_end_g, "small_end_g": off.small_end_g}
-
-
-def _facets(measured: MeasuredRod) -> dict[str, float]:
+def _facets(measured: MeasuredRod) -> RodFacets:
     facets = measured.facets
-    return {"added_mass_g": facets.missing.mass_g, "mass_g": facets.mass_bar_g, "sag_mm": facets.sag_mm}
+    return RodFacets(added_mass_g=facets.missing.mass_g, mass_g=facets.mass_bar_g, sag_mm=facets.sag_mm)

@@ -11,24 +11,28 @@ from autobalance.errors import UsageError
 Values = dict[str, Any]
 
 WRITTEN: Mapping[str, str] = {
+    "calc": "answers.CalcReport",
+    "compare": "compare.CompareReport",
     "cycle": "cycle.CycleReport",
+    "fem": "fem.FemReport",
     "forces": "forces.ForcesReport",
     "grade": "grade.GradeReport",
+    "init": "answers.InitReport",
+    "influence": "influence.InfluenceReport",
+    "machine-report": "machine.MachineReport",
     "parts": "forces.PartsReport",
+    "rod": "rod.RodReport",
     "shafts": "forces.ShaftsReport",
+    "sheet": "answers.SheetReport",
+    "verify": "answers.VerifyReport",
 }
 """Name → module of ``report.records`` and record of what a verb writes with ``--json``."""
 NAMES = (
-    *("job", "reading", "trials", "machine", "report", "inspect", "recut", "influence", "machine-report"),
+    *("job", "reading", "trials", "machine", "report", "inspect", "recut"),
     *WRITTEN,
 )
 """Files that have a schema: what is read first, then what is written."""
 DRAFT = "https://json-schema.org/draft/2020-12/schema"
-
-NUMBER, TEXT, FLAG = {"type": "number"}, {"type": "string"}, {"type": "boolean"}
-PAIR = {"type": "array", "items": NUMBER, "minItems": 2, "maxItems": 2}
-TABLE = {"type": "object"}
-NUMBER_OR_NULL = {"type": ["number", "null"]}
 
 
 def schema(name: str) -> Values:
@@ -57,9 +61,7 @@ def schema(name: str) -> Values:
         return _read(name)
     if name in WRITTEN:
         return _of_record(*WRITTEN[name].split("."))
-    if name in ("report", "inspect", "recut"):
-        return _report(name)
-    return _written("influence", INFLUENCE) if name == "influence" else _written("machine", MACHINE)
+    return _report(name)
 
 
 def _read(name: str) -> Values:
@@ -94,80 +96,3 @@ def _job() -> Values:
     from autobalance.job.tables import job_schema
 
     return job_schema()
-
-
-def _listed(properties: Mapping[str, Any], nullable: bool = False) -> Values:
-    item = {"type": "object", "properties": dict(properties), "required": list(properties)}
-    return {"type": ["array", "null"] if nullable else "array", "items": item}
-
-
-def _written(command: str, properties: Mapping[str, Any]) -> Values:
-    head = {"schema_version": {"const": 1}, "autobalance": TABLE, "command": {"const": command}}
-    every = {**head, **properties}
-    return {
-        "$schema": DRAFT,
-        "title": f"Report of autobalance {command}",
-        "type": "object",
-        "properties": every,
-        "required": list(every),
-    }
-
-
-READINGS = {"type": "array", "items": PAIR}
-WARNINGS = {"type": "array", "items": TEXT}
-PLANE = {"type": ["integer", "string"]}
-INFLUENCE: Mapping[str, Any] = {
-    "goal": {"enum": ["least_squares", "least_worst"]},
-    "planes": {"type": "array", "items": PLANE},
-    "influence": {"type": "array", "items": READINGS},
-    "condition": {"type": "number", "minimum": 0},
-    "corrections": _listed(
-        {
-            "plane": PLANE,
-            "g_mm": NUMBER,
-            "angle_deg": NUMBER,
-            "remove_angle_deg": NUMBER,
-            "g": NUMBER_OR_NULL,
-            "radius_mm": NUMBER_OR_NULL,
-            "split": _listed({"angle_deg": NUMBER, "g_mm": NUMBER}, nullable=True),
-        }
-    ),
-    "add_to_left": _listed({"plane": PLANE, "g_mm": NUMBER, "angle_deg": NUMBER}, nullable=True),
-    "initial": READINGS,
-    "residual": {
-        "type": "object",
-        "properties": {"readings": READINGS, "worst": NUMBER, "rms": NUMBER},
-        "required": ["readings", "worst", "rms"],
-    },
-    "outcome": {"enum": ["within_tolerance", "above_tolerance", None]},
-    "reason": {"type": ["string", "null"]},
-    "warnings": WARNINGS,
-}
-MACHINE: Mapping[str, Any] = {
-    "rotor": {
-        "type": "object",
-        "properties": {
-            "mass_g": NUMBER,
-            "centre_of_mass_mm": {"type": "array", "items": NUMBER, "minItems": 3, "maxItems": 3},
-            "unbalance_g_mm": PAIR,
-            "moment_g_mm2": PAIR,
-            "magnitude_g_mm": NUMBER,
-            "planes": {"type": "array"},
-            "kind": {"enum": ["balanced", "static", "couple", "quasi_static", "dynamic"]},
-            "principal_axis_deg": NUMBER_OR_NULL,
-        },
-        "required": ["mass_g", "unbalance_g_mm", "moment_g_mm2", "planes", "kind", "principal_axis_deg"],
-    },
-    "sensors": _listed({"name": TEXT, "z_mm": NUMBER, "angle_deg": NUMBER}, nullable=True),
-    "nodes": _listed({"plane": TEXT, "z_mm": NUMBER}, nullable=True),
-    "static": {"type": ["object", "null"]},
-    "runs": _listed(
-        {
-            "planes": _listed({"name": TEXT, "unbalance_g_mm": PAIR, "g_mm": NUMBER, "angle_deg": NUMBER}),
-            "left": TABLE,
-        }
-    ),
-    "corrections": _listed({"plane": TEXT, "g_mm": NUMBER, "angle_deg": NUMBER, "depth_mm": NUMBER_OR_NULL}),
-    "noise": TABLE,
-    "warnings": WARNINGS,
-}

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from autobalance.api.result import Values, VerbResult, report_head
+from autobalance.api.result import Values, VerbResult
 from autobalance.errors import FormatError
 from autobalance.report.files import Staging
 from autobalance.report.output_kinds import KINDS
@@ -82,6 +82,7 @@ def sheet(
     FileError, FormatError, ClaimError
         If the report or its solid is gone, is none, or the solid is another.
     """
+    from autobalance.report.records.answers import SheetFile, SheetReport
     from autobalance.verification.earlier_stage import earlier_stage
 
     path = Path(report)
@@ -96,16 +97,11 @@ def sheet(
             "needed a report as balance writes it"
         ) from None
     outputs = {
-        kind: {"file": SHEETS[kind], "sha256": hashlib.sha256(data).hexdigest()}
+        kind: SheetFile(file=SHEETS[kind], sha256=hashlib.sha256(data).hexdigest())
         for kind, data in made.items()
     }
-    told = {
-        **report_head("sheet"),
-        "report": path.name,
-        "corrections": len(values["corrections"]),
-        "outputs": outputs,
-    }
-    return SheetResult(told, made)
+    report_made = SheetReport(report=path.name, corrections=len(values["corrections"]), outputs=outputs)
+    return SheetResult(report_made, made)
 
 
 def _choice(only: Sequence[str], paper: str, units: str, date: str | None) -> Choice:

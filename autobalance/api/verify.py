@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from autobalance.api.result import VerbResult, report_head
+from autobalance.api.result import VerbResult
 from autobalance.verification.check import check_report
 from autobalance.verification.checked import Checked
 from autobalance.wording import NOT_PROVEN
@@ -95,20 +95,20 @@ def verify(report: str | Path, *, independent: bool = False) -> VerifyResult:
     """
     from autobalance.report.balance.values import report as as_report
     from autobalance.report.balance.values import schema
+    from autobalance.report.records.answers import VerifyReport
 
     found = check_report(Path(report), independent, as_report, schema())
-    values = {
-        **report_head("verify"),
-        "report": str(report),
-        "holds": True,
-        "within_tolerance": found.within,
-        "claims": found.checked,
-        "residual_g_mm": found.residual.magnitude_g_mm,
-        "permissible_g_mm": found.tolerance.permissible_g_mm,
-        "agreement": found.agreement,
-        "not_checked": [{"key": each.key, "why": each.why} for each in found.not_checked],
-        "warnings": list(found.warnings),
-    }
+    values = VerifyReport(
+        report=str(report),
+        holds=True,
+        within_tolerance=found.within,
+        claims=found.checked,
+        residual_g_mm=found.residual.magnitude_g_mm,
+        permissible_g_mm=found.tolerance.permissible_g_mm,
+        agreement=found.agreement,
+        not_checked=found.not_checked,
+        warnings=found.warnings,
+    )
     return VerifyResult(values, found)
 
 

@@ -10,11 +10,15 @@ import numpy as np
 
 from autobalance.crank.recognition.rod_eyes import RodEyes, find_eyes
 from autobalance.engine.conrod import ConnectingRod
+from autobalance.engine.slider_crank import SliderCrank
 from autobalance.errors import RecognitionError
 from autobalance.rigid_rotor.moments import Moments
 from autobalance.solid.chordal_error.estimate import ChordalError, estimate_chordal_error
 from autobalance.solid.formats.read import Source
 from autobalance.solid.slicing.slab import Slab
+from autobalance.units import N_M_PER_G_MM2_S2
+
+TURN_RAD = np.radians(np.arange(0.0, 360.0, 0.25))
 
 ALONG = np.array([[0.0, 0.0, -1.0, 0.0], [0.0, 1.0, 0.0, 0.0], [1.0, 0.0, 0.0, 0.0], [0.0, 0.0, 0.0, 1.0]])
 """Takes a rod's x, which runs along it, to z."""
@@ -62,6 +66,26 @@ class MeasuredRod:
             return ConnectingRod.from_solid(self.moments, np.zeros(3), small)
         except ValueError as error:
             raise RecognitionError(f"no connecting rod: {error}") from None
+
+    @property
+    def about_centre(self) -> Moments:
+        """The moments about the rod's centre of mass, its axes as they are."""
+        placement = np.eye(4)
+        placement[:3, 3] = -self.moments.centre_mm
+        return self.moments.moved(placement)
+
+    def missed_couple(self, stroke_mm: float, speed_rad_s: float) -> tuple[float, float]:
+        """Return the greatest couple that two masses miss [N·m], and the crank angle where it is [rad].
+
+        Raises
+        ------
+        ValueError
+            If a rod of this length cannot have that stroke.
+        """
+        swing = SliderCrank(0.5 * stroke_mm, self.rod.length_mm).motion(TURN_RAD).ddtilt * speed_rad_s**2
+        place = int(np.argmax(np.abs(swing)))
+        couple = self.rod.couple_inertia_g_mm2 * float(swing[place]) * N_M_PER_G_MM2_S2
+        return abs(couple), float(TURN_RAD[place])
 
     @property
     def volume_mm3(self) -> float:

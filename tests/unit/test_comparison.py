@@ -9,6 +9,7 @@ from autobalance.crank.anatomy import Anatomy, Pin, Throw, Web
 from autobalance.report.balance.comparison import comparison, comparison_html, comparison_text
 from autobalance.report.balance.values import dumps
 from autobalance.report.display_units import ON_SCREEN
+from autobalance.report.encoding import encoded
 from autobalance.rigid_rotor.moments import Moments
 from autobalance.rigid_rotor.tolerance import Tolerance
 
@@ -88,7 +89,7 @@ def test_table_and_values_tell_the_same() -> None:
         judge="static",
     )
     rows = [row("turn", 10.0, 5e5, 2), row("drill", 12.0, 6e5, 3), ABOVE, NO_PLACE]
-    values = comparison("job.toml", tolerance, 345.6, rows)
+    values = encoded(comparison("job.toml", tolerance, 345.6, rows))
     assert values["unbeaten"] == ["turn"]
     assert values["rows"][0]["inertia_change_kg_mm2"] == -500.0
     assert values["rows"][0]["capacity"] is None
@@ -105,8 +106,8 @@ def test_table_and_values_tell_the_same() -> None:
         values, ON_SCREEN["metric"]
     ).index("<td>drill")
     light = [row("turn", 14.0, 5e5, 2), row("drill", 12.0, 6e5, 3)]
-    assert comparison("job.toml", tolerance, 1.0, light, "least_metal")["recommended"] == ["drill"]
-    none = comparison("job.toml", tolerance, 345.6, [ABOVE, NO_PLACE])
+    assert encoded(comparison("job.toml", tolerance, 1.0, light, "least_metal"))["recommended"] == ["drill"]
+    none = encoded(comparison("job.toml", tolerance, 345.6, [ABOVE, NO_PLACE]))
     assert none["recommended"] is None
     assert "none is within tolerance" in none["why"]
     assert "345.60 g·mm before, 10.00 g·mm permitted" in text

@@ -1,4 +1,4 @@
-"""A comparison of kinds of correction as JSON values and as a table."""
+"""A comparison of kinds of correction as a record and as a table."""
 
 from __future__ import annotations
 
@@ -9,12 +9,10 @@ from typing import Any
 
 from autobalance.balancing.comparison import Row, beaten_by, ranked, why_recommended
 from autobalance.correction.contract import Prefer
-from autobalance.report.balance.crank_values import G_MM2_PER_KG_MM2
 from autobalance.report.display_units import DisplayUnits, fixed
+from autobalance.report.records.compare import ComparedRow, Comparison
 from autobalance.report.tables import table
 from autobalance.rigid_rotor.tolerance import Tolerance
-
-Values = dict[str, Any]
 
 VERDICTS: Mapping[str | None, str] = {
     "within_tolerance": "within",
@@ -26,45 +24,43 @@ VERDICTS: Mapping[str | None, str] = {
 
 def comparison(
     job_name: str, tolerance: Tolerance, initial_g_mm: float, rows: Sequence[Row], prefer: Prefer = "simple"
-) -> Values:
-    """Return a comparison as JSON values: rows within tolerance are ranked, the first recommended.
-
-    ``beaten_by`` lists what is nowhere worse and somewhere better; what nothing beats has none.
-    """
+) -> Comparison:
+    """Return a comparison: rows within tolerance are ranked, the first recommended."""
     beaten, order = beaten_by(rows), ranked(rows, prefer)
     rank = {row.name: place for place, row in enumerate(order, 1)}
-    return {
-        "job": job_name,
-        "initial_g_mm": initial_g_mm,
-        "permissible_g_mm": tolerance.permissible_g_mm,
-        "prefer": prefer,
-        "recommended": list(order[0].methods) if order else None,
-        "why": why_recommended(order, rows, prefer),
-        "ranking": [row.name for row in order],
-        "rows": [{**_row(row), "rank": rank.get(row.name), "beaten_by": beaten[row.name]} for row in rows],
-        "unbeaten": [row.name for row in rows if row.outcome == "within_tolerance" and not beaten[row.name]],
-    }
+    return Comparison(
+        job=job_name,
+        initial_g_mm=initial_g_mm,
+        permissible_g_mm=tolerance.permissible_g_mm,
+        prefer=prefer,
+        recommended=order[0].methods if order else None,
+        why=why_recommended(order, rows, prefer),
+        ranking=[row.name for row in order],
+        rows=[_row(row, rank.get(row.name), beaten[row.name]) for row in rows],
+        unbeaten=[row.name for row in rows if row.outcome == "within_tolerance" and not beaten[row.name]],
+    )
 
 
-def _row(row: Row) -> Values:
-    inertia = row.inertia_change_g_mm2
+def _row(row: Row, rank: int | None, beaten_by: Sequence[str]) -> ComparedRow:
     plenty = row.capacity is not None and math.isinf(row.capacity)
-    return {
-        "method": list(row.methods),
-        "outcome": row.outcome,
-        "reason": row.reason,
-        "residual_share": row.share,
-        "residual_g_mm": row.residual_g_mm,
-        "mass_change_g": row.mass_change_g,
-        "metal_moved_g": row.moved_g,
-        "inertia_change_kg_mm2": None if inertia is None else inertia / G_MM2_PER_KG_MM2,
-        "cuts": row.cuts,
-        "different_cuts": row.different,
-        "depths_mm": list(row.depths_mm),
-        "wall_left_mm": row.wall_left_mm,
-        "capacity": None if plenty else row.capacity,
-        "capacity_is_plenty": plenty,
-    }
+    return ComparedRow(
+        method=row.methods,
+        outcome=row.outcome,
+        reason=row.reason,
+        residual_share=row.share,
+        residual_g_mm=row.residual_g_mm,
+        mass_change_g=row.mass_change_g,
+        metal_moved_g=row.moved_g,
+        inertia_change_g_mm2=row.inertia_change_g_mm2,
+        cuts=row.cuts,
+        different_cuts=row.different,
+        depths_mm=row.depths_mm,
+        wall_left_mm=row.wall_left_mm,
+        capacity=None if plenty else row.capacity,
+        capacity_is_plenty=plenty,
+        rank=rank,
+        beaten_by=beaten_by,
+    )
 
 
 def comparison_text(values: Mapping[str, Any], units: DisplayUnits) -> str:

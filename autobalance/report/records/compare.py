@@ -1,0 +1,61 @@
+"""The report of `compare`."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Annotated, Literal
+
+from autobalance.balancing.loop import Outcome
+from autobalance.correction.contract import Prefer
+from autobalance.records import ABSENT, INLINE, Absent, Count, KgMm2, NotNegative, Ordinal, Positive, record
+from autobalance.report.records.head import Head
+
+
+@record
+class ComparedRow:
+    """What one kind or mix makes of the crank."""
+
+    method: Sequence[str]
+    outcome: Outcome | None
+    reason: str | None
+    residual_share: NotNegative | None
+    residual_g_mm: NotNegative | None
+    mass_change_g: float | None
+    metal_moved_g: NotNegative | None
+    inertia_change_g_mm2: KgMm2 | None
+    cuts: Count
+    different_cuts: Count
+    depths_mm: Sequence[float]
+    wall_left_mm: float | None
+    capacity: NotNegative | None
+    capacity_is_plenty: bool
+    rank: Ordinal | None
+    beaten_by: Sequence[str]
+
+
+@record
+class Comparison:
+    """Kinds of correction side by side: those within tolerance are ranked, the first recommended.
+
+    ``beaten_by`` lists what is nowhere worse and somewhere better; what nothing beats has none.
+    """
+
+    job: str
+    initial_g_mm: NotNegative
+    permissible_g_mm: Positive
+    prefer: Prefer
+    recommended: Sequence[str] | None
+    why: str
+    ranking: Sequence[str]
+    rows: Sequence[ComparedRow]
+    unbeaten: Sequence[str]
+
+
+@record
+class CompareReport(Head):
+    """A comparison of kinds of correction and their mixes."""
+
+    command: Literal["compare"] = "compare"
+    comparison: Annotated[Comparison, INLINE]
+    warnings: Sequence[str]
+    job_set: Sequence[str] | Absent = ABSENT

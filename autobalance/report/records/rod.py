@@ -1,0 +1,151 @@
+"""The report of `rod`."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Annotated, Literal, Self
+
+from autobalance.crank.connecting_rod import MeasuredRod, RodUncertainty
+from autobalance.crank.recognition.rod_eyes import Eye, RodEyes
+from autobalance.records import (
+    Bound,
+    Floats,
+    Matrix3,
+    NotNegative,
+    Ordinal,
+    Positive,
+    Sha256,
+    Triple,
+    record,
+)
+from autobalance.report.records.head import Head
+from autobalance.rigid_rotor.moments import Array
+
+KG_MM2_PER_G_MM2 = 1e-3
+Row = Annotated[Floats, Bound("minItems", 4), Bound("maxItems", 4)]
+
+
+@record
+class RodFile:
+    """The rod's file."""
+
+    file: str
+    sha256: Sha256
+    format: str | None
+    triangles: Ordinal
+    bodies: Ordinal
+    repairs: Sequence[str]
+
+
+@record
+class RodFrame:
+    """From file coordinates in mm to the rod's own axes."""
+
+    file_to_rod: Annotated[Sequence[Row] | Array, Bound("minItems", 4), Bound("maxItems", 4)]
+
+
+@record
+class RodEye:
+    """One of the two bores."""
+
+    centre_mm: Triple
+    file_centre_mm: Triple
+    diameter_mm: Positive
+    width_mm: Positive
+
+    @classmethod
+    def of(cls, eyes: RodEyes, eye: Eye) -> Self:
+        """Return a bore in the rod's own axes."""
+        return cls(
+            centre_mm=eyes.placed(eye.centre_mm),
+            file_centre_mm=eye.centre_mm,
+            diameter_mm=eye.diameter_mm,
+            width_mm=eye.width_mm,
+        )
+
+
+@record
+class RodMeasures:
+    """What was measured of a rod, in its own axes."""
+
+    length_mm: Positive
+    offset_mm: float
+    big_end: RodEye
+    small_end: RodEye
+    mass_g: Positive
+    volume_mm3: Positive
+    centre_of_mass_mm: Triple
+    centre_from_big_end_mm: float
+    big_end_g: float
+    small_end_g: float
+    inertia_kg_mm2: Positive
+    inertia_tensor_kg_mm2: Matrix3
+    two_mass_inertia_kg_mm2: Positive
+    couple_inertia_kg_mm2: float
+
+    @classmethod
+    def of(cls, measured: MeasuredRod) -> Self:
+        """Return the measures of a rod."""
+        found, eyes, about_centre = measured.rod, measured.eyes, measured.about_centre
+        return cls(
+            length_mm=found.length_mm,
+            offset_mm=eyes.offset_mm,
+            big_end=RodEye.of(eyes, eyes.big),
+            small_end=RodEye.of(eyes, eyes.small),
+            mass_g=found.mass_g,
+            volume_mm3=measured.volume_mm3,
+            centre_of_mass_mm=measured.moments.centre_mm,
+            centre_from_big_end_mm=found.centre_from_big_end_mm,
+            big_end_g=found.big_end_g,
+            small_end_g=found.small_end_g,
+            inertia_kg_mm2=about_centre.polar_inertia_g_mm2 * KG_MM2_PER_G_MM2,
+            inertia_tensor_kg_mm2=about_centre.inertia_g_mm2 * KG_MM2_PER_G_MM2,
+            two_mass_inertia_kg_mm2=found.two_mass_inertia_g_mm2 * KG_MM2_PER_G_MM2,
+            couple_inertia_kg_mm2=found.couple_inertia_g_mm2 * KG_MM2_PER_G_MM2,
+        )
+
+
+@record
+class RodCouple:
+    """The greatest couple that two masses miss at a stroke and a speed."""
+
+    stroke_mm: Positive
+    speed_rpm: Positive
+    greatest_n_m: NotNegative
+    at_deg: float
+
+
+@record
+class RodCut:
+    """The rod cut at its centre of mass, which is wrong, and by how much."""
+
+    big_half_g: Positive
+    small_half_g: Positive
+    moved_g: float
+    says: str
+
+
+@record
+class RodFacets:
+    """Metal that the facets miss, and how well that is known."""
+
+    added_mass_g: float
+    mass_g: NotNegative
+    sag_mm: NotNegative
+
+
+@record
+class RodReport(Head):
+    """A connecting rod measured."""
+
+    command: Literal["rod"] = "rod"
+    input: RodFile
+    density_kg_m3: Positive
+    density_pm_kg_m3: NotNegative
+    frame: RodFrame
+    rod: RodMeasures
+    couple: RodCouple | None
+    cut_at_centre: RodCut
+    uncertainty: RodUncertainty
+    facet_error: RodFacets
+    warnings: Sequence[str]
