@@ -23,7 +23,7 @@ from autobalance.dynamics.whirl_modes import WhirlMode, modes_at, refined
 from autobalance.errors import JobError, UsageError
 from autobalance.job.files.rotor import RotorRequest, read_rotor
 from autobalance.report.rotor import rotor_values
-from autobalance.solid.formats.registry import endings
+from autobalance.solid.formats.table import endings
 
 if TYPE_CHECKING:
     from autobalance.dynamics.beam_rotor import BeamRotor

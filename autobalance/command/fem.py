@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from autobalance.command.options import add_json, add_plots
 from autobalance.command.verb import NOT_TYPED, Option, Verb
+from autobalance.solid.formats.table import endings
 
 VERB = Verb(
     "api.fem:fem",
@@ -12,7 +13,7 @@ VERB = Verb(
         "autobalance fem fem.toml --plots plots",
     ),
     options={
-        "solid": Option(metavar="SOLID|FEM.toml"),
+        "solid": Option(metavar="SOLID|FEM.toml", endings=endings),
         "unit": Option(metavar="UNIT"),
         "body": NOT_TYPED,
         "nu": Option(metavar="NU"),

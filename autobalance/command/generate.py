@@ -9,6 +9,7 @@ from autobalance.command.options import add_json, add_units
 from autobalance.command.readers import dimensions
 from autobalance.command.verb import SUGGEST, Option, Verb
 from autobalance.errors import UsageError
+from autobalance.solid.formats.table import written_endings
 
 
 def _presets() -> tuple[str, ...]:
@@ -26,7 +27,7 @@ VERB = Verb(
     notes=lambda: f"presets: {', '.join(_presets())}",
     options={
         "design": Option(metavar="PRESET|FILE.toml"),
-        "file": Option(("-o", "--output"), metavar="FILE"),
+        "file": Option(("-o", "--output"), metavar="FILE", endings=written_endings),
         "segments": Option(metavar="N"),
         "settings": Option(("--set",), metavar="KEY=VALUE", read=dimensions, repeated=True),
         "suggest": SUGGEST,

@@ -6,6 +6,7 @@ import argparse
 
 from autobalance.command.verb import Option, Verb
 from autobalance.errors import FileError
+from autobalance.solid.formats.table import endings
 
 
 def _add_force(parser: argparse.ArgumentParser) -> None:
@@ -22,7 +23,7 @@ VERB = Verb(
         "autobalance init --shop                              the shop's own file, shop.toml",
     ),
     options={
-        "source": Option(metavar="CRANK|JOB", positional=True),
+        "source": Option(metavar="CRANK|JOB", positional=True, endings=endings),
         "file": Option(("-o", "--output"), metavar="FILE"),
         "method": Option(metavar="KIND"),
     },

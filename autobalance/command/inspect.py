@@ -11,6 +11,7 @@ from autobalance.command.progress import add_progress, mode_of, shown
 from autobalance.command.readers import bodies_named, body_of, unit_or_mm
 from autobalance.command.verb import NOT_TYPED, SUGGEST, UNIT, Keywords, Option, Verb
 from autobalance.errors import JobError, UsageError
+from autobalance.solid.formats.table import endings
 
 if TYPE_CHECKING:
     from autobalance.api.inspect import InspectResult
@@ -66,7 +67,7 @@ VERB = Verb(
         "autobalance inspect job.toml --sections --datum A",
     ),
     options={
-        "crank": Option(metavar="CRANK|JOB"),
+        "crank": Option(metavar="CRANK|JOB", endings=endings),
         "path": NOT_TYPED,
         "unit": UNIT._replace(usual="the format's, or mm"),
         "density_kg_m3": Option(usual="7850, steel; a job has its own", unset=True),

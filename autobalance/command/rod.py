@@ -9,6 +9,7 @@ from autobalance.command.options import add_json, add_units
 from autobalance.command.readers import body_of
 from autobalance.command.verb import Keywords, Option, Verb
 from autobalance.errors import UsageError
+from autobalance.solid.formats.table import endings
 
 
 def _adjust(given: Keywords, _: argparse.Namespace) -> None:
@@ -30,7 +31,7 @@ VERB = Verb(
         "autobalance rod engine.step --body rod --stroke-mm 53.8 --speed-rpm 12000",
         'In a job, [engine.rod] file = "rod.stl" puts the same rod in.',
     ),
-    options={"body": Option(metavar="N")},
+    options={"file": Option(metavar="FILE", endings=endings), "body": Option(metavar="N")},
     writes=(add_json, add_units),
     adjust=_adjust,
 )

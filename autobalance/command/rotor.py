@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from autobalance.command.options import add_json, add_plots
 from autobalance.command.verb import Option, Verb
+from autobalance.solid.formats.table import endings
 
 VERB = Verb(
     "api.rotor:rotor",
@@ -12,7 +13,7 @@ VERB = Verb(
         "autobalance rotor crank.stl --unit mm --speed-rpm 12000 --bearing 1e8",
     ),
     options={
-        "source": Option(metavar="ROTOR.toml|CRANK"),
+        "source": Option(metavar="ROTOR.toml|CRANK", endings=endings),
         "unit": Option(metavar="UNIT"),
         "bearing_n_m": Option(("--bearing",), metavar="N/M"),
     },

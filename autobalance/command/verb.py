@@ -53,6 +53,8 @@ class Option(NamedTuple):
         What the option stands for without a value; None: it needs one.
     unset : bool
         Leave the option None where it is not typed, in place of the parameter's default.
+    endings : callable or None
+        Gives the endings of the files that may be typed.
     """
 
     flags: tuple[str, ...] = ()
@@ -68,6 +70,7 @@ class Option(NamedTuple):
     usual: str = ""
     alone: str | None = None
     unset: bool = False
+    endings: Callable[[], tuple[str, ...]] | None = None
 
 
 UNIT = Option(normal=readers.length_unit)
@@ -295,6 +298,8 @@ def help_of(parameter: Parameter, option: Option) -> str:
         shown = ",".join(f"{each:g}" if isinstance(each, float) else str(each) for each in parameter.default)
     else:
         shown = f"{parameter.default:g}"
+    if option.endings is not None:
+        words += f"; formats: {' '.join(option.endings())}"
     if option.repeated:
         words += "; may be repeated"
         shown = shown or "none"

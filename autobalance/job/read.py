@@ -33,7 +33,8 @@ from autobalance.job.toml.keys import Values, plain, read
 from autobalance.job.toml.settings import with_settings
 from autobalance.job.toml.table import Table, unknown_keys
 from autobalance.job.toml.typed_units import in_base_units, refuse_unfilled
-from autobalance.solid.formats.registry import FOREIGN_CAD, endings
+from autobalance.solid.formats.registry import FOREIGN_CAD
+from autobalance.solid.formats.table import endings
 
 if TYPE_CHECKING:
     from autobalance.job.model.assembly import AssemblyEntry

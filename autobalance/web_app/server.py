@@ -52,6 +52,22 @@ STATIC = {
     "three.min.js": ("report", "assets/three.min.js", "text/javascript"),
 }
 """The page's own files: name → where it lies in the package, and its type."""
+OTHERS = (".toml", ".xlsx", ".json")
+"""Endings of files that may be opened besides cranks: jobs and reports."""
+
+
+def _endings() -> dict[str, str]:
+    """Return the endings of files that the page takes, as it has them."""
+    from autobalance.solid.formats.registry import needs_unit
+    from autobalance.solid.formats.table import endings
+
+    cranks = endings()
+    unitless = [each for each in cranks if needs_unit(Path(f"crank{each}"))]
+    return {
+        "accept": ",".join((*cranks, *OTHERS)),
+        "cranks": " ".join(each[1:] for each in cranks),
+        "unitless": " ".join(each[1:] for each in unitless),
+    }
 
 
 class Pages:
@@ -96,7 +112,9 @@ class Pages:
             return refused("the token is missing; open the address that was printed", 401)
         self._runs.prepare()  # a person is about to ask for something
         text = asset("web_app", "static/index.html").decode()
-        return HTMLResponse(text.replace("{{token}}", self._keys.token).replace("{{version}}", __version__))
+        for name, value in {"token": self._keys.token, "version": __version__, **_endings()}.items():
+            text = text.replace(f"{{{{{name}}}}}", value)
+        return HTMLResponse(text)
 
     async def static(self, request: Request) -> Response:
         """Give a file of the page's own."""

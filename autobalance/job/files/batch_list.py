@@ -15,7 +15,7 @@ from autobalance.job.read import WORKBOOKS, Job, load
 from autobalance.job.tables import TOP_KEYS
 from autobalance.job.toml.document import text_of
 from autobalance.job.toml.spreadsheet import sheet_cells
-from autobalance.solid.formats import registry
+from autobalance.solid.formats.table import endings as crank_endings
 
 OWN_COLUMNS = ("job", "crank", "name")
 UNSAFE = re.compile(r"[^A-Za-z0-9._-]")
@@ -119,7 +119,7 @@ def _quoted(text: str) -> str:
 
 
 def _of_folder(folder: Path, job: Path | None) -> Iterable[BatchRow]:
-    endings = (".toml",) if job is None else registry.endings()
+    endings = (".toml",) if job is None else crank_endings()
     files = sorted(path for path in folder.iterdir() if path.suffix.lower() in endings and path.is_file())
     if not files:
         what = "job (*.toml)" if job is None else f"crank ({' '.join('*' + each for each in endings)})"

@@ -16,4 +16,4 @@ def _read(data: bytes) -> CadFile:
     return read_foreign_file("brep", data)
 
 
-BREP = exact_format("brep", ("brep",), _read, carries_unit=False)
+BREP = exact_format("brep", _read, carries_unit=False)

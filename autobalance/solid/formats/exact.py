@@ -18,7 +18,6 @@ if TYPE_CHECKING:
 
 def exact_format(
     name: str,
-    endings: tuple[str, ...],
     read: Callable[[bytes], CadFile],
     carries_unit: bool = True,
     names_bodies: bool = False,
@@ -33,12 +32,10 @@ def exact_format(
 
     return Format(
         name,
-        endings,
         no_mesh,
         no_surfaces,
         np.float64,
         carries_unit=carries_unit,
         names_bodies=names_bodies,
         read_exact=read,
-        written_as="step",
     )

@@ -20,14 +20,12 @@ Writer = Callable[[Floats, Indices, float], bytes]
 
 @dataclass(frozen=True)
 class Format:
-    """How to read and write one kind of file.
+    """How to read and write one kind of file; the endings of such files stand in ``table.py``.
 
     Attributes
     ----------
     name : str
-        As reports have it.
-    endings : tuple of str
-        Of its files, without the dot; none: another form of a format, told by the bytes.
+        As reports and ``table.py`` have it.
     read : callable
         Bytes of a file → its triangles.
     write : callable
@@ -41,8 +39,6 @@ class Format:
     read_exact : callable or None
         Bytes of a file → its solids with true surfaces, where it keeps them; it is no mesh then, and ``read``
         and ``write`` refuse.
-    written_as : str
-        Name of the format that a solid that came in this one is written in, where that is another; "": this.
     mm_per_unit : float or None
         Of the one unit that the format prescribes, where it does.
     form_of : callable or None
@@ -50,14 +46,12 @@ class Format:
     """
 
     name: str
-    endings: tuple[str, ...]
     read: Reader
     write: Writer
     number: type[np.float32] | type[np.float64]
     carries_unit: bool = False
     names_bodies: bool = False
     read_exact: Callable[[bytes], CadFile] | None = None
-    written_as: str = ""
     mm_per_unit: float | None = None
     form_of: Callable[[bytes], str] | None = None
 

@@ -227,7 +227,6 @@ def write_glb(vertices: Array, triangles: Indices) -> bytes:
 
 GLB = Format(
     "glb",
-    ("glb",),
     read_glb,
     lambda v, t, _: write_glb(v, t),
     np.float32,

@@ -16,4 +16,4 @@ def _read(data: bytes) -> CadFile:
     return read_foreign_file("iges", data)
 
 
-IGES = exact_format("iges", ("iges", "igs"), _read)
+IGES = exact_format("iges", _read)

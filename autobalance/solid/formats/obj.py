@@ -69,4 +69,4 @@ def write_obj(vertices: Array, triangles: Indices) -> bytes:
     return "\n".join([*lines, ""]).encode()
 
 
-OBJ = Format("obj", ("obj",), read_obj, lambda v, t, _: write_obj(v, t), np.float64)
+OBJ = Format("obj", read_obj, lambda v, t, _: write_obj(v, t), np.float64)

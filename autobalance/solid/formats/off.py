@@ -89,4 +89,4 @@ def write_off(vertices: Array, triangles: Indices) -> bytes:
     return "\n".join([*lines, ""]).encode()
 
 
-OFF = Format("off", ("off",), read_off, lambda v, t, _: write_off(v, t), np.float64)
+OFF = Format("off", read_off, lambda v, t, _: write_off(v, t), np.float64)

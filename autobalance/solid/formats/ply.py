@@ -306,4 +306,4 @@ def write_ply(vertices: Array, triangles: Indices) -> bytes:
     return header.encode() + vertices.astype("<f8").tobytes() + faces.tobytes()
 
 
-PLY = Format("ply", ("ply",), read_ply, lambda v, t, _: write_ply(v, t), np.float64)
+PLY = Format("ply", read_ply, lambda v, t, _: write_ply(v, t), np.float64)

@@ -1,55 +1,33 @@
-"""The file formats there are: each entered by one line, found by its name or by the ending of a file."""
+"""The file formats of the table, loaded: found by name or by the ending of a file."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping
+from importlib import import_module
 from pathlib import Path
 from types import MappingProxyType
 
 from autobalance.errors import FormatError
-from autobalance.solid.formats import brep, glb, iges, obj, off, ply, step, stl, threemf
 from autobalance.solid.formats.format import Format
+from autobalance.solid.formats.table import ENTRIES
 
 FOREIGN_CAD = (".fcstd", ".sldprt", ".sldasm", ".ipt", ".prt", ".catpart", ".f3d", ".x_t")
 """Files of CAD programs that only they read."""
-_WRITTEN: dict[str, Format] = {}
-_FORMATS: dict[str, Format] = {}
-_BY_ENDING: dict[str, Format] = {}
-WRITTEN: Mapping[str, Format] = MappingProxyType(_WRITTEN)
+
+
+def _loaded(name: str) -> Format:
+    module, variable = ENTRIES[name].place.split(":")
+    found: Format = getattr(import_module(f"autobalance.solid.formats.{module}"), variable)
+    return found
+
+
+WRITTEN: Mapping[str, Format] = MappingProxyType({name: _loaded(name) for name in ENTRIES})
 """What can be written, by the name that ``Source.format`` gives it: STL is of two kinds."""
-FORMATS: Mapping[str, Format] = MappingProxyType(_FORMATS)
+FORMATS: Mapping[str, Format] = MappingProxyType(
+    {name: kind for name, kind in WRITTEN.items() if ENTRIES[name].endings}
+)
 """What can be read, by name."""
-
-
-def register(kind: Format) -> None:
-    """Enter a format.
-
-    Raises
-    ------
-    ValueError
-        If its name or one of its endings is taken.
-    """
-    if kind.name in _WRITTEN:
-        raise ValueError(f"the format {kind.name!r} is there already")
-    for ending in kind.endings:
-        if ending in _BY_ENDING:
-            raise ValueError(f"the ending .{ending} is that of {_BY_ENDING[ending].name}")
-    _WRITTEN[kind.name] = kind
-    _BY_ENDING.update(dict.fromkeys(kind.endings, kind))
-    if kind.endings:
-        _FORMATS[kind.name] = kind
-
-
-register(stl.STL)
-register(stl.TEXT_STL)
-register(obj.OBJ)
-register(ply.PLY)
-register(off.OFF)
-register(threemf.THREEMF)
-register(step.STEP)
-register(glb.GLB)
-register(iges.IGES)
-register(brep.BREP)
+_BY_ENDING = {ending: kind for name, kind in FORMATS.items() for ending in ENTRIES[name].endings}
 
 
 def format_named(name: str) -> Format:
@@ -60,9 +38,9 @@ def format_named(name: str) -> Format:
     FormatError
         If it is not one of those that can be read and written.
     """
-    if name not in _WRITTEN:
-        raise FormatError(f"the format '{name}' cannot be written; needed one of {', '.join(_WRITTEN)}")
-    return _WRITTEN[name]
+    if name not in WRITTEN:
+        raise FormatError(f"the format '{name}' cannot be written; needed one of {', '.join(WRITTEN)}")
+    return WRITTEN[name]
 
 
 def format_of(path: Path) -> Format | None:
@@ -76,22 +54,16 @@ def name_of_ending(ending: str) -> str:
     return ending if found is None else found.name
 
 
-def endings() -> tuple[str, ...]:
-    """Return the endings of all files that can be read, each with its dot."""
-    return tuple(f".{ending}" for ending in _BY_ENDING)
-
-
 def written_ending(path: Path) -> str:
     """Return the ending, with its dot, of the file that a solid from a file is written to."""
     found = format_of(path)
-    if found is None or found.written_as in ("", found.name):
-        return path.suffix.lower()
-    return f".{format_named(found.written_as).endings[0]}"
+    other = "" if found is None else ENTRIES[found.name].written_as
+    return f".{ENTRIES[other].endings[0]}" if other else path.suffix.lower()
 
 
 def written_name(name: str) -> str:
     """Return the name of the format that a solid from a file of a format is written in."""
-    return format_named(name).written_as or name
+    return ENTRIES[format_named(name).name].written_as or name
 
 
 def needs_unit(path: Path) -> bool:
@@ -108,5 +80,5 @@ def names_bodies(path: Path) -> bool:
 
 def kind_of(name: str, data: bytes) -> str:
     """Return the name of the kind of a file, from that of its format and its bytes."""
-    form_of = _FORMATS[name].form_of
+    form_of = FORMATS[name].form_of
     return name if form_of is None else form_of(data)

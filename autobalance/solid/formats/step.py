@@ -16,4 +16,4 @@ def _read(data: bytes) -> CadFile:
     return read_foreign_file("step", data)
 
 
-STEP = exact_format("step", ("step", "stp"), _read, names_bodies=True)
+STEP = exact_format("step", _read, names_bodies=True)

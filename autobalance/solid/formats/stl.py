@@ -199,10 +199,9 @@ def _some_coordinates(data: bytes) -> Iterator[bytes]:
 
 STL = Format(
     "stl",
-    ("stl",),
     _read,
     lambda v, t, _: write_stl(v, t),
     np.float32,
     form_of=lambda data: "stl" if is_binary(data) else "stl-ascii",
 )
-TEXT_STL = Format("stl-ascii", (), _read, lambda v, t, _: write_ascii_stl(v, t), np.float64)
+TEXT_STL = Format("stl-ascii", _read, lambda v, t, _: write_ascii_stl(v, t), np.float64)

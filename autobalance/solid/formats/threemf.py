@@ -394,4 +394,4 @@ def _write(vertices: Array, triangles: Indices, mm_per_unit: float) -> bytes:
     return write_3mf(vertices, triangles, unit)
 
 
-THREEMF = Format("3mf", ("3mf",), read_3mf, _write, np.float64, carries_unit=True)
+THREEMF = Format("3mf", read_3mf, _write, np.float64, carries_unit=True)

@@ -3,8 +3,10 @@ import { $, debounced, ending, typed } from "/static/tools.js";
 import { guarded, put } from "/static/server.js";
 import { correction, takeCorrection } from "/static/limits.js";
 
-export const UNITLESS = ["stl", "obj", "ply", "off", "brep"];
-export const CRANKS = [...UNITLESS, "3mf", "glb", "step", "stp", "iges", "igs"];
+// Endings of crank files, and those of formats without a unit: the server writes them into the page.
+const endings = (name) => $("file-input").dataset[name].split(" ");
+export const CRANKS = endings("cranks");
+export const UNITLESS = endings("unitless");
 export const JOBS = ["toml", "xlsx"];
 export const GROUPS = { rotating_g: "Rotating", reciprocating_g: "Reciprocating", crankpin_g: "On or in the crankpin" };
 const NUMBERS = { factor: "factor", grade: "grade", "speed-rpm": "speed_rpm" };

@@ -1,0 +1,69 @@
+"""The file formats there are, each entered by one line; the table itself loads nothing."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from types import MappingProxyType
+from typing import NamedTuple
+
+
+class Entry(NamedTuple):
+    """A format's line.
+
+    Attributes
+    ----------
+    endings : tuple of str
+        Of its files, without the dot; none: another form of a format, told by the bytes.
+    place : str
+        Its ``Format``, as ``"module:NAME"``.
+    written_as : str
+        Name of the format that a solid that came in this one is written in, where that is another; "": this.
+    """
+
+    endings: tuple[str, ...]
+    place: str
+    written_as: str = ""
+
+
+_ENTRIES: dict[str, Entry] = {}
+ENTRIES: Mapping[str, Entry] = MappingProxyType(_ENTRIES)
+"""By the name that reports have."""
+
+
+def enter(name: str, endings: tuple[str, ...], place: str, written_as: str = "") -> None:
+    """Enter a format.
+
+    Raises
+    ------
+    ValueError
+        If its name or one of its endings is taken.
+    """
+    if name in _ENTRIES:
+        raise ValueError(f"the format {name!r} is there already")
+    for other, entry in _ENTRIES.items():
+        for ending in set(endings) & set(entry.endings):
+            raise ValueError(f"the ending .{ending} is that of {other}")
+    _ENTRIES[name] = Entry(endings, place, written_as)
+
+
+enter("stl", ("stl",), "stl:STL")
+enter("stl-ascii", (), "stl:TEXT_STL")
+enter("obj", ("obj",), "obj:OBJ")
+enter("ply", ("ply",), "ply:PLY")
+enter("off", ("off",), "off:OFF")
+enter("3mf", ("3mf",), "threemf:THREEMF")
+enter("step", ("step", "stp"), "step:STEP")
+enter("glb", ("glb",), "glb:GLB")
+enter("iges", ("iges", "igs"), "iges:IGES", written_as="step")
+enter("brep", ("brep",), "brep:BREP", written_as="step")
+
+
+def endings() -> tuple[str, ...]:
+    """Return the endings of all files that can be read, each with its dot."""
+    return tuple(f".{ending}" for entry in _ENTRIES.values() for ending in entry.endings)
+
+
+def written_endings() -> tuple[str, ...]:
+    """Return the endings of all files that can be written, each with its dot."""
+    written = [entry for entry in _ENTRIES.values() if not entry.written_as]
+    return tuple(f".{ending}" for entry in written for ending in entry.endings)
