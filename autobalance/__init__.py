@@ -9,6 +9,7 @@ from __future__ import annotations
 from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
+from autobalance import verbs
 from autobalance.version import __version__ as __version__
 
 PUBLIC = {
@@ -16,38 +17,11 @@ PUBLIC = {
     "BalanceResult": "api.balance",
     "Crank": "api.crank",
     "Job": "job.read",
-    "app": "web_app.serving",
-    "balance": "api.balance",
-    "batch": "api.batch",
-    "bearing": "api.bearing",
-    "bench": "api.bench",
-    "calc": "api.calc",
-    "compare": "api.compare",
     "crank_from_mesh": "api.crank_in_memory",
     "crank_from_shape": "api.crank_in_memory",
-    "cycle": "api.cycle",
-    "design": "api.design",
-    "fem": "api.fem",
-    "forces": "api.forces",
-    "generate": "api.generate",
-    "grade": "api.grade",
-    "influence": "api.influence",
-    "init": "api.init",
-    "inspect": "api.inspect",
-    "machine": "api.machine",
-    "orders": "api.orders",
-    "parts": "api.parts",
     "read_crank": "api.crank",
     "read_job": "api.job",
-    "rod": "api.rod",
-    "rotor": "api.rotor",
-    "recut": "api.recut",
-    "schema": "api.schema",
-    "shafts": "api.shafts",
-    "sheet": "api.sheet",
-    "study": "api.study",
-    "torsion": "api.torsion",
-    "verify": "api.verify",
+    **verbs.public(),
 }
 """Public name → the module that holds it."""
 

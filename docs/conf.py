@@ -18,7 +18,8 @@ sys.path.insert(0, str(ROOT))
 os.environ["COLUMNS"] = "100"  # argparse wraps its help at the terminal's width
 
 from autobalance import PUBLIC, theory  # noqa: E402
-from autobalance.command.main import COMMANDS, full_parser  # noqa: E402
+from autobalance.command.main import full_parser  # noqa: E402
+from autobalance.verbs import VERBS as COMMANDS  # noqa: E402
 from autobalance.version import __version__  # noqa: E402
 
 if TYPE_CHECKING:

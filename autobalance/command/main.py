@@ -6,52 +6,25 @@ import argparse
 import sys
 from collections.abc import Callable, Iterable, Sequence
 from importlib import import_module
+from importlib.util import find_spec
 from io import TextIOWrapper
 from typing import Any
 
 from autobalance.command.console import complain, open_closed_streams, written
-from autobalance.errors import AutobalanceError
+from autobalance.errors import AutobalanceError, UsageError
 from autobalance.runtime import interruptible, keep_freed_memory, one_thread_of_linear_algebra, reading_noted
+from autobalance.verbs import VERBS
 from autobalance.version import __version__
 
-COMMANDS: dict[str, str] = {
-    "demo": "balance the bundled motocross crank twice and compare with the published result",
-    "init": "write a commented job for a crank, or put a job into a workbook and back",
-    "inspect": "measure a crank file: mass, axis, journals, throws, webs, unbalance, faces",
-    "balance": "the main job: measure, plan, cut, measure again until within tolerance",
-    "calc": "any of the documented formulas, by its name",
-    "compare": "try every kind of correction and the useful mixes on one crank, like for like",
-    "generate": "build a crankshaft of any layout from its dimensions, as a mesh or as STEP",
-    "verify": "read a corrected solid from disk again and check every number its report claims",
-    "forces": "inertia forces of the job's engine: orders, bearing loads, what each balance factor does",
-    "cycle": "the working cycle: gas pressure, loads of pins and bearings, torque, speed",
-    "shafts": "balance shafts: what would cancel the first and second order, and what the job's shafts leave",
-    "parts": "roll up the weights of the job: rotating, reciprocating, bob-weights, with their uncertainty",
-    "rod": "measure a connecting rod: eyes, mass, end weights, inertia, and the couple that two masses miss",
-    "influence": "balancing by influence coefficients: what to add in each plane, from trial weights",
-    "machine": "what a balancing machine reads on a rotor of known unbalance, and what following it leaves",
-    "bench": "a rotor under speed control in its bearings: torque needed, and what was measured beside it",
-    "rotor": "a shaft on bearings: critical speeds, modes, unbalance response, modal balancing",
-    "recut": "further cuts on a corrected crank, from what a balancing machine read on it",
-    "sheet": "the shop sheet and the drawing again from a report, on other paper, in other units",
-    "torsion": "torsional vibration of a crank or a chain: frequencies, critical orders, torque, stress",
-    "schema": "the JSON Schema of a file that the program reads or writes, for editors",
-    "grade": "balance quality grades: permissible and achieved, and the list for crank drives",
-    "design": "search counterweight profiles for the best that meet the balance exactly",
-    "batch": "many jobs from a list or a folder: one row each, taken up again after a kill",
-    "study": "many cranks to one plan: how many are within tolerance, and which ± to improve",
-    "fem": "natural modes and static stress of a solid, by quadratic tetrahedra (extra)",
-    "bearing": "friction, oil film, stiffness and damping of a bearing; its film through a cycle",
-    "orders": "a recorded signal: spectrum, orders, natural frequencies, bearings, and what may cause them",
-    "app": "the whole program in a browser, on this machine",
-    "completion": "a script for bash, zsh or fish that completes commands and options",
-}
-"""Name of a subcommand → what it does, in the order of the help text.
-
-Each is a module ``autobalance.command.<name>`` with ``add_arguments(parser)`` and ``run(arguments) -> int``.
-Only the one that is called is imported, so that ``--help`` stays fast.
-"""
-
+WAYS_IN = """\
+autobalance: error: no command was given; expected one of these, or another of `autobalance --help`
+  autobalance inspect crank.stl --unit mm            what a crank's file holds
+  autobalance init crank.stl --unit mm -o job.toml   a job for it, to fill in
+  autobalance balance job.toml                       the corrected solid, its report and papers
+  autobalance verify job-balanced/report.json        every number of the report, checked
+  autobalance generate single -o crank.stl           no crank at hand: one is built
+  autobalance demo                                   the bundled crank beside the published result
+  autobalance app                                    all of it in a browser"""
 INTERRUPTED = 130
 NO_MEMORY = ("failed to map segment", "can't start new thread", "pthread_create has failed")
 """What the loader of libraries and threads say when there is no memory for them."""
@@ -90,6 +63,9 @@ def main(argv: Sequence[str] | None = None) -> int:
 
 
 def _run(arguments: list[str]) -> int:
+    if not arguments:
+        complain(WAYS_IN)
+        return UsageError.exit_code
     if arguments[:1] == ["calc"]:
         from autobalance.command.calc import help_for
         from autobalance.command.console import say
@@ -99,8 +75,8 @@ def _run(arguments: list[str]) -> int:
             say(text)
             return 0
     called = next((word for word in arguments if not word.startswith("-")), None)
-    alone = called in COMMANDS and arguments[0] == called  # options before a command may ask for all of them
-    listed = [name for name in COMMANDS if name == called or not alone]
+    alone = called in VERBS and arguments[0] == called  # options before a command may ask for all of them
+    listed = [name for name in VERBS if name == called or not alone]
     try:
         parsed = _parser(listed, lambda name: name == called).parse_args(arguments)
     except SystemExit as stop:  # 0 for --help and --version, 2 for wrong use
@@ -127,7 +103,7 @@ class Parser(argparse.ArgumentParser):
 
 def full_parser() -> argparse.ArgumentParser:
     """Return the parser with the options of every command."""
-    return _parser(COMMANDS, lambda _: True)
+    return _parser(VERBS, lambda _: True)
 
 
 def _parser(listed: Iterable[str], wanted: Callable[[str], bool]) -> argparse.ArgumentParser:
@@ -142,13 +118,24 @@ def _parser(listed: Iterable[str], wanted: Callable[[str], bool]) -> argparse.Ar
     for name in listed:
         subparser = subparsers.add_parser(
             name,
-            help=COMMANDS[name],
-            description=COMMANDS[name],
+            help=VERBS[name],
+            description=VERBS[name],
             formatter_class=argparse.RawDescriptionHelpFormatter,
         )
         if wanted(name):
-            module = import_module(f"autobalance.command.{name}")
-            verb = getattr(module, "VERB", module)
-            verb.add_arguments(subparser)
-            subparser.set_defaults(run=getattr(module, "run", verb.run))
+            add_arguments, run = _command(name)
+            add_arguments(subparser)
+            subparser.set_defaults(run=run)
     return parser
+
+
+def _command(name: str) -> tuple[Callable[[argparse.ArgumentParser], None], Callable[[Any], int]]:
+    """Return how a command describes its options, and how it runs."""
+    from autobalance.command.verb import Verb
+
+    if find_spec(f"autobalance.command.{name}") is None:  # it is what its function is
+        verb = Verb(f"api.{name}:{name}")
+        return verb.add_arguments, verb.run
+    module: Any = import_module(f"autobalance.command.{name}")
+    declared = getattr(module, "VERB", module)
+    return declared.add_arguments, getattr(module, "run", declared.run)

@@ -4,21 +4,31 @@ import inspect
 import subprocess
 import sys
 from importlib import import_module
+from importlib.util import find_spec
 from pathlib import Path
+from types import ModuleType
 from typing import Any, get_args
 
 import pytest
 
 import autobalance
 from autobalance.command.declaration import REQUIRED, parameters_of
-from autobalance.command.main import COMMANDS, full_parser
+from autobalance.command.main import full_parser
 from autobalance.command.verb import Verb
+from autobalance.verbs import VERBS as COMMANDS
 from tests import jobs
 
+
+def _module(name: str) -> ModuleType | None:
+    """Return the command's own file, where its function is not all there is to it."""
+    place = f"autobalance.command.{name}"
+    return import_module(place) if find_spec(place) else None
+
+
 VERBS: dict[str, Verb] = {
-    name: module.VERB
+    name: getattr(module, "VERB", None) or Verb(f"api.{name}:{name}")
     for name in COMMANDS
-    if hasattr(module := import_module(f"autobalance.command.{name}"), "VERB")
+    if hasattr(module := _module(name), "VERB") or module is None
 }
 FUNCTIONS = [name for name in autobalance.PUBLIC if name[0].islower()]
 
@@ -71,7 +81,8 @@ def test_the_help_of_all_commands_loads_no_numpy() -> None:
 @pytest.mark.parametrize("name", COMMANDS)
 def test_every_option_says_what_it_sets_and_its_default(name: str) -> None:
     commands: Any = next(each.choices for each in full_parser()._actions if each.dest == "command")
-    assert f"autobalance {name}" in commands[name].epilog.partition("examples:\n")[2]
+    if _module(name) is not None:
+        assert f"autobalance {name}" in commands[name].epilog.partition("examples:\n")[2]
     for action in commands[name]._actions:
         words = action.help
         assert words, action.dest
@@ -102,3 +113,19 @@ def test_options_out_of_range_are_wrong_use(
     error = capsys.readouterr().err
     assert words in error
     assert error.count("\n") == 1
+
+
+def test_alone_it_shows_the_ways_in_and_each_is_a_command_line(capsys: pytest.CaptureFixture[str]) -> None:
+    assert jobs.run() == 2
+    printed = capsys.readouterr()
+    assert printed.out == ""
+    lines = [line.split("   ")[0].split()[1:] for line in printed.err.splitlines()[1:]]
+    assert {line[0] for line in lines} >= {"inspect", "init", "balance", "verify", "generate", "demo", "app"}
+    for line in lines:
+        full_parser().parse_args(line)
+
+
+def test_every_public_verb_is_known_to_type_checkers() -> None:
+    source = Path(autobalance.__file__).read_text(encoding="utf-8")
+    for name, module in autobalance.PUBLIC.items():
+        assert f"from autobalance.{module} import {name} as {name}\n" in source

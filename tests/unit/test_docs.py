@@ -9,9 +9,12 @@ from types import ModuleType
 
 import pytest
 
-from autobalance import job
-from autobalance.command.main import COMMANDS, full_parser
+from autobalance import PUBLIC, job
+from autobalance.command.main import full_parser
 from autobalance.job.tables import job_tables
+from autobalance.report.output_kinds import KINDS
+from autobalance.solid.formats.table import ENTRIES, endings
+from autobalance.verbs import VERBS as COMMANDS
 
 ROOT = Path(__file__).resolve().parents[2]
 DOCUMENTS = [
@@ -94,3 +97,32 @@ def test_every_key_of_the_job_is_documented() -> None:
     assert set(module.BLOCK.findall(text)) == set(module.blocks())
     keys = {key.name for table in job_tables() for key in (table, *table.keys)}
     assert {key for key in keys if not re.search(rf"`\[*([a-z]+\.)?{key}\b", text)} == set()
+
+
+def test_every_verb_is_documented() -> None:
+    """In the page of commands, in the README's list, and as a function in the script of all verbs."""
+    page = (ROOT / "docs" / "commands.md").read_text(encoding="utf-8")
+    readme = (ROOT / "README.md").read_text(encoding="utf-8")
+    script = (ROOT / "examples" / "every_verb.py").read_text(encoding="utf-8")
+    rows = "\n".join(re.findall(r"^\|([^|]*)\|", page, re.MULTILINE))
+    assert {name for name in COMMANDS if f"`{name}`" not in rows} == set()
+    assert {name for name in COMMANDS if not re.search(rf"`{name}`|autobalance {name}\b", readme)} == set()
+    functions = [name for name in PUBLIC if name[0].islower() and name != "app"]  # which serves until stopped
+    assert {name for name in functions if f"ab.{name}(" not in script} == set()
+
+
+def test_every_kind_of_output_is_documented() -> None:
+    page = (ROOT / "docs" / "outputs.md").read_text(encoding="utf-8")
+    for name, kind in KINDS.items():
+        for file in kind.files.values():
+            assert re.search(rf"^\|[^|]*`{re.escape(file)}`[^|]*\| `{name}`", page, re.MULTILINE), file
+
+
+def test_every_format_is_documented() -> None:
+    """In the table of formats of the job, with the README's and the key's own words."""
+    page = (ROOT / "docs" / "job-file.md").read_text(encoding="utf-8")
+    rows = "\n".join(re.findall(r"^\|([^|]*)\|", page, re.MULTILINE))
+    assert {each for each in endings() if f"`{each}`" not in rows} == set()
+    readme = (ROOT / "README.md").read_text(encoding="utf-8")
+    first = [f".{entry.endings[0]}" for entry in ENTRIES.values() if entry.endings]
+    assert {each for each in first if f"{each} " not in readme and f"{each}\n" not in readme} == set()
