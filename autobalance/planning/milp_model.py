@@ -119,8 +119,9 @@ class MilpModel:
         """The rows, sparse."""
         from scipy.sparse import coo_array
 
-        places = np.concatenate(self._rows), np.concatenate(self._columns)
-        return coo_array((np.concatenate(self._values), places), self.shape).tocsr()
+        places = np.stack([np.concatenate(self._rows), np.concatenate(self._columns)])
+        rows, columns = places.astype(np.int32)  # HiGHS in scipy 1.13 takes no others
+        return coo_array((np.concatenate(self._values), (rows, columns)), self.shape).tocsr()
 
     @property
     def shape(self) -> tuple[int, int]:

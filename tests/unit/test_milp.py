@@ -12,7 +12,7 @@ import pytest
 from autobalance.correction.contract import Prefer
 from autobalance.correction.kind import Offer
 from autobalance.planning.depths import AIM
-from autobalance.planning.milp import greatest_multiple, least_share
+from autobalance.planning.milp import _unpriced, greatest_multiple, least_share
 from autobalance.planning.whole_cuts import choose
 from tests.holes import EIGHT_WEBS_Z_MM, Array, assert_rules_are_kept, at_planes, holes, mass_g, tolerance
 from tests.optima import CASES, stored_optimum_g
@@ -179,3 +179,9 @@ def test_the_greatest_multiple_is_where_the_bound_meets_the_permissible_value() 
     assert least_share(residual.scaled(1.001 * most), judge, offer) > 1.0
     assert greatest_multiple(residual.scaled(0.01), judge, offer, 64.0) == 64.0
     assert greatest_multiple(residual, judge, Offer(()), 64.0) == 0.0
+
+
+def test_the_programme_is_numbered_as_every_scipy_takes_it() -> None:
+    """HiGHS in scipy 1.13 refuses columns that are numbered in 64 bits."""
+    rules = _unpriced(at_planes(900.0 + 0.0j, 300.0j), tolerance(100.0), holes([8.0], [-40.0, 40.0]))
+    assert rules.matrix.indices.dtype == rules.matrix.indptr.dtype == np.int32
