@@ -17,14 +17,8 @@ from typing import Any, Literal, Union, get_args, get_origin
 ROOT = Path(__file__).resolve().parents[1]
 sys.path.insert(0, str(ROOT))
 
-from autobalance.job.drive import DRIVE_KEYS  # noqa: E402
-from autobalance.job.files.bench import BENCH_KEYS  # noqa: E402
-from autobalance.job.files.engine_bench import ENGINE_BENCH_KEYS  # noqa: E402
-from autobalance.job.files.machine import MACHINE_KEYS  # noqa: E402
-from autobalance.job.files.reading import READING_KEYS  # noqa: E402
-from autobalance.job.files.rotor import ROTOR  # noqa: E402
-from autobalance.job.files.torsion import CHAIN  # noqa: E402
-from autobalance.job.files.trials import TRIALS_KEYS  # noqa: E402
+from autobalance.job.files.declared import DECLARED, keys_of  # noqa: E402
+from autobalance.job.files.design_keys import DESIGN_KEYS  # noqa: E402
 from autobalance.job.read_engine import WEIGHTS  # noqa: E402
 from autobalance.job.tables import OF_TORSION, job_tables  # noqa: E402
 from autobalance.job.toml.keys import FILLED, REQUIRED, Key  # noqa: E402
@@ -32,17 +26,7 @@ from autobalance.job.toml.text import toml_value  # noqa: E402
 
 DOCS = ROOT / "docs"
 PAGES = (DOCS / "job-file.md", DOCS / "cycle.md", DOCS / "other-files.md")
-BLOCK = re.compile(r"<!-- keys of ([a-z ]+) -->\n.*?<!-- end -->", re.DOTALL)
-OTHER_FILES = {
-    "reading": READING_KEYS,
-    "trials": TRIALS_KEYS,
-    "machine": MACHINE_KEYS,
-    "rotor": ROTOR,
-    "chain": CHAIN,
-    "drive file": DRIVE_KEYS,
-    "engine bench": ENGINE_BENCH_KEYS,
-    "bench": BENCH_KEYS,
-}
+BLOCK = re.compile(r"<!-- keys of ([a-z -]+?) -->\n.*?<!-- end -->", re.DOTALL)
 OF_WORDS = ("share",)
 """Units that are words of the meaning."""
 HEAD = "| key | value | default | meaning |\n|---|---|---|---|"
@@ -59,7 +43,8 @@ def blocks() -> dict[str, str]:
         if named.named is not None
         for form in named.named.forms
     )
-    return found | {name: of_tables(keys) for name, keys in OTHER_FILES.items()}
+    files = {name: DESIGN_KEYS if name == "design-file" else keys_of(name) for name in DECLARED}
+    return found | {name: of_tables(keys) for name, keys in files.items()}
 
 
 def of_tables(keys: tuple[Key, ...]) -> str:

@@ -27,8 +27,14 @@ WRITTEN: Mapping[str, str] = {
     "verify": "answers.VerifyReport",
 }
 """Name → module of ``report.records`` and record of what a verb writes with ``--json``."""
+READ = (
+    *("job", "reading", "trials", "machine", "rotor-file", "chain-file", "drive-file"),
+    *("bench-file", "engine-bench-file", "fem-file", "design-file"),
+)
+"""TOML files that are read."""
 NAMES = (
-    *("job", "reading", "trials", "machine", "report", "inspect", "recut"),
+    *READ,
+    *("report", "inspect", "recut"),
     *WRITTEN,
 )
 """Files that have a schema: what is read first, then what is written."""
@@ -57,7 +63,7 @@ def schema(name: str) -> Values:
         raise UsageError(f"schema {name!r} is not there; there are {', '.join(NAMES)}")
     if name == "job":
         return _job()
-    if name in ("reading", "trials", "machine"):
+    if name in READ:
         return _read(name)
     if name in WRITTEN:
         return _of_record(*WRITTEN[name].split("."))
@@ -65,13 +71,10 @@ def schema(name: str) -> Values:
 
 
 def _read(name: str) -> Values:
-    from autobalance.job.files.machine import MACHINE_KEYS
-    from autobalance.job.files.reading import READING_KEYS
-    from autobalance.job.files.trials import TRIALS_KEYS
+    from autobalance.job.files.declared import keys_of
     from autobalance.job.toml.keys import json_schema
 
-    keys = {"reading": READING_KEYS, "trials": TRIALS_KEYS, "machine": MACHINE_KEYS}
-    return json_schema(f"{name.upper()}.toml of autobalance", keys[name])
+    return json_schema(f"{name.removesuffix('-file').upper()}.toml of autobalance", keys_of(name))
 
 
 def _report(name: str) -> Values:

@@ -14,7 +14,7 @@ from autobalance.design_search.candidates import Candidate, Found, completed, fr
 from autobalance.design_search.strength_model import Analysed
 from autobalance.design_search.tasks import each_done, problem_of
 from autobalance.errors import SolidError
-from autobalance.job.files.design import DEFAULT_ANALYSES
+from autobalance.job.files.design_keys import DEFAULT_ANALYSES
 from autobalance.studies.workers import Workers
 
 Array = NDArray[np.float64]

@@ -6,26 +6,24 @@ import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any, Literal
+from typing import Any
 
 from autobalance.errors import JobError
+from autobalance.job.files.design_keys import (
+    ALL_OBJECTIVES,
+    DEFAULT_ANALYSES,
+    DESIGN_KEYS,
+    START_TABLES,
+    Method,
+    Pair,
+    Point,
+    Points,
+)
 from autobalance.job.read import Job, parse, tables_of
-from autobalance.job.tables import TOP_KEYS
-from autobalance.job.toml.table import Table
-from autobalance.ranges import ANY, COUNTED, NOT_NEGATIVE, POSITIVE, Rule
-
-Pair = tuple[float, float]
-Point = tuple[float, float, float]
-Points = tuple[Pair, ...]
-Method = Literal["nsga2", "cmaes"]
-OBJECTIVES = ("mass_g", "polar_inertia_kg_mm2")
-ALL_OBJECTIVES = (*OBJECTIVES, "greatest_main_load_N", "greatest_stress_MPa")
-DEFAULT_ANALYSES = 40
-LEAST_POINTS = 4
-ENOUGH_POINTS = Rule(f"must be ≥ {LEAST_POINTS}: the spline is cubic", least=LEAST_POINTS)
-DRAFT = Rule("must be 0 to 30", least=0.0, most=30.0)
-OWN_TABLES = ("counterweight", "drilling", "target", "envelope", "fem", "search")
-START_TABLES = ("crankshaft", "engine", "original", "balance", "cycle")
+from autobalance.job.toml.faults import Faults
+from autobalance.job.toml.keys import Values, names, read
+from autobalance.job.toml.table import Table, unknown_keys
+from autobalance.job.toml.typed_units import in_base_units
 
 
 @dataclass(frozen=True)
@@ -162,86 +160,71 @@ def load_design(path: Path) -> DesignJob:
     try:
         return parse_design(tables_of(path), path)
     except JobError as error:
-        text = str(error)
-        raise JobError(text if text.startswith(path.name) else f"{path.name}: {text}") from None
+        raise error if str(error).startswith(path.name) else error.within(path.name) from None
 
 
 def parse_design(raw: Mapping[str, Any], path: Path) -> DesignJob:
     """Return the design that the tables of a DESIGN.toml ask for; ``path`` is its file."""
-    root = Table(dict(raw), "", tuple(dict.fromkeys((*START_TABLES, *OWN_TABLES))))
-    start = {key: value for key, value in raw.items() if key in TOP_KEYS}
-    job = parse({**start, "correction": {"method": "drill"}}, path)
-    parts = root.tables("counterweight", PART_KEYS)
-    if not parts:
-        raise JobError("[[counterweight]] is missing; needed at least one")
-    target = root.table("target", ("polar_inertia_kg_mm2", "mass_g"))
-    read = tuple(_part(table) for table in parts)
-    _refuse_shared_webs(read)
+    own = names(DESIGN_KEYS)
+    faults = Faults(*unknown_keys(Table(dict(raw), "", None), (*START_TABLES, *own)))
+    start = {key: raw[key] for key in START_TABLES if key in raw}
+    with faults.gathered():
+        job = parse({**start, "correction": {"method": "drill"}}, path)
+    with faults.gathered():
+        values = read(in_base_units({key: raw[key] for key in own if key in raw}), DESIGN_KEYS)
+    faults.refuse()
+    weights = enumerate(values["counterweight"], 1)
+    parts = tuple(_part(each, f"counterweight[{place}]") for place, each in weights)
+    _refuse_shared_webs(parts)
     return DesignJob(
         job,
-        read,
-        _range(target, "polar_inertia_kg_mm2"),
-        _range(target, "mass_g"),
-        _envelope(root),
-        _fem(root),
-        _search(root),
+        parts,
+        _range(values["target"], "target", "polar_inertia_kg_mm2"),
+        _range(values["target"], "target", "mass_g"),
+        _envelope(values["envelope"]),
+        None if values["fem"] is None else FemLimits(**values["fem"]),
+        _search(values["search"]),
         raw,
-        tuple(_drilling(each) for each in root.tables("drilling", ("from_mm", "to_mm", "diameter_mm"))),
+        tuple(_drilling(each, f"drilling[{place}]") for place, each in enumerate(values["drilling"], 1)),
     )
 
 
-def _hole(table: Table) -> Hole:
-    return Hole(table.value("centre_mm", Pair), table.value("diameter_mm", float, POSITIVE))
+def _drilling(values: Values, where: str) -> Drilling:
+    if values["from_mm"] == values["to_mm"]:
+        raise JobError(f"{where}.to_mm is {list(values['to_mm'])}, which is from_mm; they must differ")
+    return Drilling(**values)
 
 
-def _drilling(table: Table) -> Drilling:
-    start, end = table.value("from_mm", Point), table.value("to_mm", Point)
-    if start == end:
-        raise JobError(f"{table.place('to_mm')} is {list(end)}, which is from_mm; they must differ")
-    return Drilling(start, end, table.value("diameter_mm", float, POSITIVE))
-
-
-PART_KEYS = (
-    "webs", "sector_deg", "hold_radius_mm", "z_mm", "thickness_mm", "points", "symmetric", "radius_mm",
-    "min_wall_mm", "min_curvature_radius_mm", "draft_deg", "corner_radius_mm", "holes", "held_points",
-    "start_points_mm",
-)  # fmt: skip
-
-
-def _part(table: Table) -> FreePart:
-    webs = table.value("webs", tuple[int, ...], COUNTED)
+def _part(values: Values, where: str) -> FreePart:
+    webs = values["webs"]
     if not webs or len(set(webs)) < len(webs):
-        raise JobError(f"{table.place('webs')} is {list(webs)}; must name webs, each once")
-    low, high = table.value("sector_deg", Pair)
+        raise JobError(f"{where}.webs is {list(webs)}; must name webs, each once")
+    low, high = values["sector_deg"]
     span = (high - low) % 360.0
     if not 0.0 < span < 360.0:
-        raise JobError(f"{table.place('sector_deg')} is [{low:g}, {high:g}]; its two angles must differ")
-    z = _range(table, "z_mm")
+        raise JobError(f"{where}.sector_deg is [{low:g}, {high:g}]; its two angles must differ")
+    z = _range(values, where, "z_mm")
     if z is not None and len(webs) > 1:
-        raise JobError(f"{table.place('z_mm')} is given with {len(webs)} webs; it stands with one web only")
-    symmetric = table.optional("symmetric", bool, default=False)
-    if symmetric and abs((low + 0.5 * span) % 180.0 - 90.0) < 90.0 - 1e-6:
-        raise JobError(
-            f"{table.place('sector_deg')} is [{low:g}, {high:g}]; symmetric needs its middle at 0 or 180°"
-        )
-    held = table.optional("held_points", tuple[tuple[int, float], ...], default=())
+        raise JobError(f"{where}.z_mm is given with {len(webs)} webs; it stands with one web only")
+    if values["symmetric"] and abs((low + 0.5 * span) % 180.0 - 90.0) < 90.0 - 1e-6:
+        raise JobError(f"{where}.sector_deg is [{low:g}, {high:g}]; symmetric needs its middle at 0 or 180°")
     return FreePart(
         webs,
         (math.radians(low), math.radians(low + span)),
-        table.optional("hold_radius_mm", float, POSITIVE),
+        values["hold_radius_mm"],
         z,
-        _range(table, "thickness_mm"),
-        table.optional("points", int, ENOUGH_POINTS, 12),
-        symmetric,
-        _range(table, "radius_mm"),
-        table.optional("min_wall_mm", float, NOT_NEGATIVE, 3.0),
-        table.optional("min_curvature_radius_mm", float, NOT_NEGATIVE, 2.0),
-        held,
-        table.optional("start_points_mm", Points),
-        table.path,
-        math.radians(table.optional("draft_deg", float, DRAFT, 0.0)),
-        table.optional("corner_radius_mm", float, NOT_NEGATIVE, 0.0),
-        tuple(_hole(each) for each in table.tables("holes", ("centre_mm", "diameter_mm"))),
+        _range(values, where, "thickness_mm"),
+        values["points"],
+        values["symmetric"],
+        _range(values, where, "radius_mm"),
+        values["min_wall_mm"],
+        values["min_curvature_radius_mm"],
+        values["held_points"],
+        values["start_points_mm"],
+        where,
+        math.radians(values["draft_deg"]),
+        values["corner_radius_mm"],
+        tuple(Hole(**each) for each in values["holes"]),
     )
 
 
@@ -262,98 +245,47 @@ def _overlap(one: Pair, other: Pair) -> bool:
     )
 
 
-def _range(table: Table, key: str) -> Pair | None:
-    found: Pair | None = table.optional(key, Pair)
+def _range(values: Values, where: str, key: str) -> Any:
+    """Return a pair, or None, whose first must be the lower one."""
+    found = values[key]
     if found is not None and not found[0] < found[1]:
-        raise JobError(f"{table.place(key)} is [{found[0]:g}, {found[1]:g}]; the first must be the lower one")
+        raise JobError(f"{where}.{key} is [{found[0]:g}, {found[1]:g}]; the first must be the lower one")
     return found
 
 
-def _needed_range(table: Table, key: str) -> Pair:
-    table.value(key, Pair)
-    found = _range(table, key)
-    assert found is not None
-    return found
-
-
-def _envelope(root: Table) -> Envelope:
-    table = root.table("envelope", ("radius_mm", "z_mm", "clearance_mm", "piston", "rod", "shaft"))
-    pistons = tuple(
-        PistonRoom(
-            each.value("throw", int, COUNTED),
-            each.value("skirt_below_pin_mm", float, ANY),
-            each.value("half_width_mm", float, POSITIVE),
-            _needed_range(each, "z_mm"),
-        )
-        for each in table.tables("piston", ("throw", "skirt_below_pin_mm", "half_width_mm", "z_mm"))
-    )
-    rods = tuple(
-        RodRoom(
-            each.value("throw", int, COUNTED),
-            each.value("big_end_radius_mm", float, POSITIVE),
-            each.value("shank_half_width_mm", float, POSITIVE),
-            _needed_range(each, "z_mm"),
-        )
-        for each in table.tables("rod", ("throw", "big_end_radius_mm", "shank_half_width_mm", "z_mm"))
-    )
-    keys = ("centre_mm", "outline_mm", "radius_mm", "ratio", "phase_deg", "z_mm")
+def _envelope(values: Values) -> Envelope:
+    moving: dict[str, list[Values]] = {}
+    for name in ("piston", "rod", "shaft"):
+        for place, each in enumerate(values[name], 1):
+            _range(each, f"envelope.{name}[{place}]", "z_mm")
+        moving[name] = values[name]
     return Envelope(
-        table.optional("radius_mm", float, POSITIVE),
-        _range(table, "z_mm"),
-        table.optional("clearance_mm", float, NOT_NEGATIVE, 1.0),
-        pistons,
-        rods,
-        tuple(_shaft(each) for each in table.tables("shaft", keys)),
+        values["radius_mm"],
+        _range(values, "envelope", "z_mm"),
+        values["clearance_mm"],
+        tuple(PistonRoom(**each) for each in moving["piston"]),
+        tuple(RodRoom(**each) for each in moving["rod"]),
+        tuple(_shaft(each, f"envelope.shaft[{place}]") for place, each in enumerate(moving["shaft"], 1)),
     )
 
 
-def _shaft(table: Table) -> ShaftRoom:
-    outline = table.optional("outline_mm", Points)
-    radius = table.optional("radius_mm", float, POSITIVE)
+def _shaft(values: Values, where: str) -> ShaftRoom:
+    outline, radius = values["outline_mm"], values["radius_mm"]
     if (outline is None) == (radius is None):
-        raise JobError(f"{table.path} needs one of outline_mm and radius_mm")
+        raise JobError(f"{where} needs one of outline_mm and radius_mm")
     if outline is not None and len(outline) < 3:
-        raise JobError(f"{table.place('outline_mm')} has {len(outline)} points; needed at least 3")
-    return ShaftRoom(
-        table.value("centre_mm", Pair),
-        outline,
-        radius,
-        table.optional("ratio", float, ANY, -1.0),
-        math.radians(table.optional("phase_deg", float, ANY, 0.0)),
-        _needed_range(table, "z_mm"),
-    )
+        raise JobError(f"{where}.outline_mm has {len(outline)} points; needed at least 3")
+    phase = math.radians(values["phase_deg"])
+    return ShaftRoom(values["centre_mm"], outline, radius, values["ratio"], phase, values["z_mm"])
 
 
-def _fem(root: Table) -> FemLimits | None:
-    if "fem" not in root:
-        return None
-    table = root.table("fem", ("min_frequency_hz", "max_stress_MPa", "size_mm", "analyses"))
-    return FemLimits(
-        table.optional("min_frequency_hz", float, POSITIVE),
-        table.optional("max_stress_MPa", float, POSITIVE),
-        table.optional("size_mm", float, POSITIVE),
-        table.optional("analyses", int, Rule("must be ≥ 4", least=4), DEFAULT_ANALYSES),
-    )
-
-
-def _search(root: Table) -> SearchOptions:
-    keys = ("objectives", "evaluations", "method", "seed", "population", "refine", "designs")
-    table = root.table("search", keys)
-    objectives: tuple[str, ...] = table.optional("objectives", tuple[str, ...], default=("mass_g",))
+def _search(values: Values) -> SearchOptions:
+    objectives = values["objectives"]
     for name in objectives:
         if name.removeprefix("-") not in ALL_OBJECTIVES:
             raise JobError(f"search.objectives names {name!r}; known are {', '.join(ALL_OBJECTIVES)}")
     if not objectives or len({name.removeprefix("-") for name in objectives}) < len(objectives):
         raise JobError(f"search.objectives is {list(objectives)}; must name at least one, each once")
-    method = table.optional("method", Method, default="nsga2")
-    if method == "cmaes" and len(objectives) > 1:
+    if values["method"] == "cmaes" and len(objectives) > 1:
         raise JobError('search.method = "cmaes" takes one objective; several need "nsga2"')
-    return SearchOptions(
-        objectives,
-        table.optional("evaluations", int, COUNTED, 3000),
-        method,
-        table.optional("seed", int, NOT_NEGATIVE, 1),
-        table.optional("population", int, Rule("must be ≥ 4", least=4), 40),
-        table.optional("refine", bool, default=True),
-        table.optional("designs", int, COUNTED, 10),
-    )
+    return SearchOptions(**values)

@@ -9,8 +9,8 @@ from typing import Any, Literal
 from autobalance.errors import JobError
 from autobalance.fem_analysis.elasticity import Material
 from autobalance.fem_analysis.statics import Box, Hold, Load
-from autobalance.job.toml.document import text_of, toml_of
-from autobalance.job.toml.table import Table
+from autobalance.job.model import LengthUnit
+from autobalance.job.toml.keys import FILLED, Key, Values, plain, read_document
 from autobalance.ranges import POSITIVE, Rule
 
 T_MM3_PER_KG_M3 = 1e-12
@@ -20,6 +20,7 @@ MODES_MOST = 100
 SOME_MODES = Rule(f"must be 1 to {MODES_MOST}", least=1, most=MODES_MOST)
 
 Vector = tuple[float, float, float]
+AnalysisKind = Literal["modes", "static"]
 
 
 @dataclass(frozen=True)
@@ -35,13 +36,56 @@ class FemJob:
     unit: str | None
     body: int | str | None
     material: Material
-    kind: Literal["modes", "static"]
+    kind: AnalysisKind
     modes: int
     size_mm: float | None
     holds: tuple[Hold, ...]
     loads: tuple[Load, ...]
     described: dict[str, Any]
     crankpin_in_file: bool | None = None
+
+
+BOX = Key("box_mm", tuple[Vector, Vector], "two corners, the least first, in the file's axes")
+SOLID = (
+    Key("file", str, "the solid, relative to this file", not_empty="must name a solid"),
+    Key("unit", LengthUnit, "of the file, where its format carries none", default=None),
+    Key("body", int | str, "which of several bodies, by number or name", default=None),
+    Key("crankpin_in_file", bool, "`false`: a pressed-up crank, whose crankpins are put in", default=None),
+)
+MATERIAL = (
+    Key("e_gpa", float, "Young's modulus", POSITIVE, 210.0),
+    Key("nu", float, "Poisson's ratio", POISSON, 0.3),
+    Key("density_kg_m3", float, "density", POSITIVE, 7850.0),
+)
+ANALYSIS = (
+    Key("kind", AnalysisKind, '`"modes"`: natural modes; `"static"`: stress under loads', default="modes"),
+    Key("modes", int, "how many of the lowest", SOME_MODES, 6),
+    Key("size_mm", float, "greatest edge of the mesh", POSITIVE, None, usual="some thousand elements"),
+)
+FEM_KEYS = (
+    Key(
+        "fix",
+        says="nodes that are held",
+        keys=(BOX, Key("axes", str, "in which directions", default="xyz")),
+        many=True,
+        default=(),
+    ),
+    Key(
+        "load",
+        says="surfaces that are loaded, by one of both",
+        keys=(
+            BOX,
+            Key("traction_MPa", Vector, "force on an area", default=None),
+            Key("force_N", Vector, "their sum", default=None),
+        ),
+        many=True,
+        default=(),
+    ),
+    Key("solid", says="what is analysed", keys=SOLID, default=FILLED),
+    Key("material", says="what it is made of", keys=MATERIAL, default=FILLED),
+    Key("analysis", says="what is asked", keys=ANALYSIS, default=FILLED),
+)
+"""Every key of a FEM.toml."""
 
 
 def load_fem(path: Path) -> FemJob:
@@ -54,43 +98,12 @@ def load_fem(path: Path) -> FemJob:
     JobError
         If it is not TOML, or a key is unknown, missing, of the wrong type or impossible.
     """
-    raw = toml_of(text_of(path, "analysis"), path.name)
-    try:
-        return parse_fem(raw, path.parent)
-    except JobError as error:
-        raise JobError(f"{path.name}: {error}") from None
+    return read_document(path, "analysis", FEM_KEYS, lambda values: _job(values, path.parent))
 
 
 def parse_fem(raw: dict[str, Any], folder: Path) -> FemJob:
     """Return the analysis that the tables of a FEM.toml describe; its file is relative to ``folder``."""
-    top = Table(raw, "", ("fix", "load", "solid", "material", "analysis"))
-    solid = top.table("solid", ("file", "unit", "body", "crankpin_in_file"))
-    analysis = top.table("analysis", ("kind", "modes", "size_mm"))
-    material = top.table("material", ("e_gpa", "nu", "density_kg_m3"))
-    kind: Literal["modes", "static"] = analysis.optional("kind", Literal["modes", "static"], default="modes")
-    holds = tuple(_hold(table) for table in top.tables("fix", ("box_mm", "axes")))
-    loads = tuple(_load(table) for table in top.tables("load", ("box_mm", "traction_MPa", "force_N")))
-    for key, given in (("fix", holds), ("load", loads)):
-        if kind == "static" and not given:
-            raise JobError(f"{key} is missing; a static analysis needs what holds and what loads the body")
-    if kind == "modes" and loads:
-        raise JobError('load is given with analysis.kind = "modes"; leave it out, or ask for "static"')
-    file = Path(solid.value("file", str))
-    return _job(
-        folder / file,
-        str(file),
-        solid.optional("unit", Literal["mm", "cm", "m", "inch"]),
-        solid.optional("body", int | str),
-        e_gpa=material.optional("e_gpa", float, POSITIVE, 210.0),
-        nu=material.optional("nu", float, POISSON, 0.3),
-        density_kg_m3=material.optional("density_kg_m3", float, POSITIVE, 7850.0),
-        kind=kind,
-        modes=analysis.optional("modes", int, SOME_MODES, 6),
-        size_mm=analysis.optional("size_mm", float, POSITIVE),
-        holds=holds,
-        loads=loads,
-        crankpin_in_file=solid.optional("crankpin_in_file", bool),
-    )
+    return read_document(raw, "analysis", FEM_KEYS, lambda values: _job(values, folder))
 
 
 def fem_of_solid(
@@ -116,59 +129,56 @@ def fem_of_solid(
     return parse_fem({"solid": solid, "material": material, "analysis": analysis}, file.parent)
 
 
-def _job(
-    file: Path,
-    named: str,
-    unit: str | None,
-    body: int | str | None,
-    *,
-    e_gpa: float,
-    nu: float,
-    density_kg_m3: float,
-    kind: Literal["modes", "static"],
-    modes: int,
-    size_mm: float | None,
-    holds: tuple[Hold, ...],
-    loads: tuple[Load, ...],
-    crankpin_in_file: bool | None,
-) -> FemJob:
-    described = {
-        "solid": {"file": named, "unit": unit, "body": body, "crankpin_in_file": crankpin_in_file},
-        "material": {"e_gpa": e_gpa, "nu": nu, "density_kg_m3": density_kg_m3},
-        "analysis": {"kind": kind, "modes": modes, "size_mm": size_mm},
-        "fix": [{"box_mm": [list(end) for end in hold.box_mm], "axes": hold.axes} for hold in holds],
-        "load": [
-            {
-                "box_mm": [list(end) for end in each.box_mm],
-                "traction_MPa": each.traction_MPa,
-                "force_N": each.force_N,
-            }
-            for each in loads
-        ],
-    }
-    material = Material(e_gpa * MPA_PER_GPA, nu, density_kg_m3 * T_MM3_PER_KG_M3)
-    return FemJob(file, unit, body, material, kind, modes, size_mm, holds, loads, described, crankpin_in_file)
+def _job(values: Values, folder: Path) -> FemJob:
+    solid, material, analysis = values["solid"], values["material"], values["analysis"]
+    kind = analysis["kind"]
+    holds = tuple(_hold(each, f"fix[{place}]") for place, each in enumerate(values["fix"], 1))
+    loads = tuple(_load(each, f"load[{place}]") for place, each in enumerate(values["load"], 1))
+    for key, given in (("fix", holds), ("load", loads)):
+        if kind == "static" and not given:
+            raise JobError(f"{key} is missing; a static analysis needs what holds and what loads the body")
+    if kind == "modes" and loads:
+        raise JobError('load is given with analysis.kind = "modes"; leave it out, or ask for "static"')
+    file = Path(solid["file"])
+    return FemJob(
+        folder / file,
+        solid["unit"],
+        solid["body"],
+        Material(
+            material["e_gpa"] * MPA_PER_GPA, material["nu"], material["density_kg_m3"] * T_MM3_PER_KG_M3
+        ),
+        kind,
+        analysis["modes"],
+        analysis["size_mm"],
+        holds,
+        loads,
+        {
+            "solid": {**solid, "file": str(file)},
+            "material": material,
+            "analysis": analysis,
+            "fix": plain(values["fix"]),
+            "load": [{**each, "box_mm": plain(each["box_mm"])} for each in values["load"]],
+        },
+        solid["crankpin_in_file"],
+    )
 
 
-def _box(table: Table) -> Box:
-    low, high = table.value("box_mm", tuple[Vector, Vector])
+def _box(values: Values, where: str) -> Box:
+    low, high = values["box_mm"]
     if any(a > b for a, b in zip(low, high, strict=True)):
-        raise JobError(
-            f"{table.place('box_mm')} is {[list(low), list(high)]}; its first corner must be the least"
-        )
+        raise JobError(f"{where}.box_mm is {[list(low), list(high)]}; its first corner must be the least")
     return low, high
 
 
-def _hold(table: Table) -> Hold:
-    axes = table.optional("axes", str, default="xyz")
+def _hold(values: Values, where: str) -> Hold:
+    axes = values["axes"]
     if not axes or len(set(axes)) < len(axes) or set(axes) - set("xyz"):
-        raise JobError(f"{table.place('axes')} is {axes!r}; must be of the letters x, y, z, each once")
-    return Hold(_box(table), axes, table.path)
+        raise JobError(f"{where}.axes is {axes!r}; must be of the letters x, y, z, each once")
+    return Hold(_box(values, where), axes, where)
 
 
-def _load(table: Table) -> Load:
-    traction = table.optional("traction_MPa", Vector)
-    force = table.optional("force_N", Vector)
+def _load(values: Values, where: str) -> Load:
+    traction, force = values["traction_MPa"], values["force_N"]
     if (traction is None) == (force is None):
-        raise JobError(f"{table.path} needs one of traction_MPa and force_N")
-    return Load(_box(table), table.path, traction, force)
+        raise JobError(f"{where} needs one of traction_MPa and force_N")
+    return Load(_box(values, where), where, traction, force)

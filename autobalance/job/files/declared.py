@@ -1,0 +1,33 @@
+"""What each file that the program reads beside a job may hold, by the name of its schema."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from importlib import import_module
+
+from autobalance.job.files.design_keys import DESIGN_KEYS, START_TABLES
+from autobalance.job.tables import job_tables
+from autobalance.job.toml.keys import Key
+
+DECLARED: Mapping[str, str] = {
+    "reading": "files.reading:READING_KEYS",
+    "trials": "files.trials:TRIALS_KEYS",
+    "machine": "files.machine:MACHINE_KEYS",
+    "rotor-file": "files.rotor:ROTOR",
+    "chain-file": "files.torsion:CHAIN",
+    "drive-file": "drive:DRIVE_KEYS",
+    "bench-file": "files.bench:BENCH_KEYS",
+    "engine-bench-file": "files.engine_bench:ENGINE_BENCH_KEYS",
+    "fem-file": "files.fem:FEM_KEYS",
+    "design-file": "files.design_keys:DESIGN_KEYS",
+}
+"""Name → module of ``job`` and its declaration; a name alone is the verb's that reads it."""
+
+
+def keys_of(name: str) -> tuple[Key, ...]:
+    """Return the keys at the top level of a file."""
+    module, declaration = DECLARED[name].split(":")
+    keys: tuple[Key, ...] = getattr(import_module(f"autobalance.job.{module}"), declaration)
+    if keys is DESIGN_KEYS:
+        return (*(key for key in job_tables() if key.name in START_TABLES), *keys)
+    return keys

@@ -1,0 +1,63 @@
+"""Every key of the files beside a job: what the reader refuses of it, the schema refuses."""
+
+from __future__ import annotations
+
+from functools import partial
+from typing import Any
+
+import pytest
+from jsonschema import Draft202012Validator
+
+import autobalance as ab
+from autobalance.api.schema import READ
+from autobalance.errors import JobError
+from autobalance.job.files.declared import DECLARED, keys_of
+from autobalance.job.toml.keys import Key, read
+from autobalance.job.toml.typed_units import in_base_units
+from tests.unit import test_job_keys
+from tests.unit.test_job_keys import both_refuse, dotted, every_key, needed, sample, told, with_value, wrong
+
+Raw = dict[str, Any]
+START: Raw = {
+    "crankshaft": {"file": "crank.3mf", "density_kg_m3": 7850.0},
+    "balance": {"factor": 0.5, "grade": 6.3, "speed_rpm": 9000},
+}
+"""Tables of the job that a design starts from."""
+
+
+def complaint(keys: tuple[Key, ...], raw: Raw) -> list[str]:
+    try:
+        read(in_base_units(raw), keys)
+    except JobError as error:
+        return list(error.lines)
+    return []
+
+
+def test_every_file_has_its_schema() -> None:
+    assert set(READ) == {"job", *DECLARED}
+
+
+@pytest.mark.parametrize("name", DECLARED)
+def test_what_the_reader_refuses_the_schema_refuses(name: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    if name == "drive-file":  # its gears are no torsional train's
+        monkeypatch.setattr(test_job_keys, "FITTING", {})
+    keys, schema = keys_of(name), Draft202012Validator(ab.schema(name))
+    said = partial(complaint, keys)
+    base = {key.name: sample(key, key.name) for key in keys if needed(key)}
+    base |= {"solid": {"file": "body.stl"}} if name == "fem-file" else {}
+    own = tuple(key for key in keys if not key.verbs)
+    if own != keys:  # the others are a job's, whose test they have
+        base |= START
+    assert said(base) == []
+    for key, path, raw in every_key(own, base):
+        where, good = told(path), sample(key, dotted(path))
+        fits = with_value(raw, path, good)
+        assert said(fits) == [], where
+        assert [each.message for each in schema.iter_errors(fits)] == [], where
+        for value in wrong(key):
+            both_refuse(with_value(raw, path, value), where, said, schema)
+        both_refuse(
+            with_value(raw, path, good, rename=f"{key.name}x"), f"{where}x is an unknown key", said, schema
+        )
+        if needed(key):
+            both_refuse(with_value(raw, path, None), where, said, schema)
