@@ -34,6 +34,7 @@ from autobalance.runtime import Notify, Progress, Stopwatch
 
 if TYPE_CHECKING:
     from autobalance.api.crank import Crank
+    from autobalance.api.tools import CutTool
     from autobalance.balancing.record import Record
     from autobalance.report.files import Staging
 
@@ -110,6 +111,12 @@ class BalanceResult(VerbResult):
     def exit_code(self) -> int:
         """0, or 4 above tolerance."""
         return ABOVE_TOLERANCE if self.outcome == "above_tolerance" else 0
+
+    def tools(self) -> tuple[CutTool, ...]:
+        """Return the bodies of the tools, one a correction and in its order, file coordinates."""
+        from autobalance.api.tools import tools_of
+
+        return tools_of(self)
 
     @cached_property
     def crank(self) -> Crank:

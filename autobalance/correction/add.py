@@ -15,6 +15,7 @@ from autobalance.correction.contract import Apart, Array, Correction, Figures, I
 from autobalance.correction.faces.curve import DepthCurve
 from autobalance.correction.faces.cut import FaceCut, face_heights, patches_of
 from autobalance.correction.faces.layer import moments_of, moments_scale, numbers_of, plane_moments
+from autobalance.correction.faces.outline import outline_shape
 from autobalance.correction.faces.patches import (
     FaceLimits,
     Patch,
@@ -328,6 +329,10 @@ class Add(Kind[AddLimits]):
     def trace(self, item: Item) -> Trace:
         """Return the metal on its face."""
         return FaceTrace(item, adds=True)
+
+    def drawn(self, item: Item) -> Shape:
+        """Return what lies between the face as it was and as it is, within its outline now."""
+        return outline_shape(item)
 
     def size(self, item: Item) -> str:
         """Return the face's height, old and new."""

@@ -13,7 +13,7 @@ from autobalance.correction.faces.patches import heavy_vector
 from autobalance.correction.holes.bores import fitting_mm, old_sites
 from autobalance.correction.holes.cut import HoleCut, HoleSearch, Towards, direction_at
 from autobalance.correction.holes.drill_sizes import SERIES_MM, likely_sizes_mm
-from autobalance.correction.holes.hole import Hole, keep_apart
+from autobalance.correction.holes.hole import Hole, hole_shape, keep_apart
 from autobalance.correction.holes.sites import Places, Site, Zone, in_sectors, in_zone, make_holes, reach_of
 from autobalance.correction.holes.surface import CONTINUATION_RAD
 from autobalance.correction.holes.trace import DrillTrace
@@ -35,6 +35,7 @@ from autobalance.crank.anatomy import Anatomy
 from autobalance.errors import CorrectionError
 from autobalance.ranges import COUNTED, NOT_NEGATIVE, POSITIVE, Rule
 from autobalance.rigid_rotor.moments import Moments
+from autobalance.solid.csg.shape import Shape
 from autobalance.solid.csg.solid import Solid
 from autobalance.wording import degrees, number
 
@@ -260,6 +261,10 @@ class Drill(Kind[DrillLimits]):
     def trace(self, item: Item) -> Trace:
         """Return the hole."""
         return DrillTrace(item, math.radians(0.5 * stated_number(item, "point_angle_deg")))
+
+    def drawn(self, item: Item) -> Shape:
+        """Return the drill's body."""
+        return hole_shape(item)
 
     def size(self, item: Item) -> str:
         """Return the drill."""

@@ -30,6 +30,7 @@ from autobalance.solid.csg.solid import Solid
 if TYPE_CHECKING:
     from autobalance.correction.overlap import Overlap
     from autobalance.correction.trace import Trace
+    from autobalance.solid.csg.shape import Shape
 
 
 @dataclass(frozen=True, eq=False)
@@ -194,6 +195,11 @@ class Kind(ABC, Generic[L]):
     @abstractmethod
     def size(self, item: Item) -> str:
         """Return what the machinist sets besides the depth, in mm; nothing where the depth is all."""
+
+    def drawn(self, item: Item) -> Shape | None:
+        """Return the tool's body of a listed correction, rotor frame [mm], exact; None: it is not known."""
+        del item
+        return None
 
     def wall_left_mm(self, made: Sequence[Correction], anatomy: Anatomy) -> float | None:
         """Return the least metal left beside corrections of this kind; None where they weaken nothing."""

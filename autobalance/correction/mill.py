@@ -34,7 +34,7 @@ from autobalance.crank.anatomy import Face
 from autobalance.errors import CorrectionError
 from autobalance.ranges import NOT_NEGATIVE, POSITIVE
 from autobalance.rigid_rotor.moments import Moments
-from autobalance.solid.csg.shape import Prism, outline_area_mm2
+from autobalance.solid.csg.shape import Prism, Shape, outline_area_mm2
 from autobalance.solid.csg.solid import Region, Solid
 from autobalance.wording import degrees, number
 
@@ -324,6 +324,14 @@ class Mill(Kind[MillLimits]):
     def trace(self, item: Item) -> Trace:
         """Return the pocket."""
         return PocketTrace(item)
+
+    def drawn(self, item: Item) -> Shape:
+        """Return the pocket, begun over the cheek as its cutter does."""
+        start, end = math.radians(item["start_deg"]), math.radians(item["end_deg"])
+        radii = item["inner_radius_mm"], item["outer_radius_mm"]
+        pocket = Pocket(*radii, start, start + (end - start) % (2.0 * math.pi), item["corner_radius_mm"])
+        over, floor = (item["face_z_mm"] + item["side"] * up for up in (CLEAR_MM, -item["depth_mm"]))
+        return Prism(pocket.outline, min(over, floor), max(over, floor))
 
     def size(self, item: Item) -> str:
         """Return the pocket's radii, angles and cutter."""

@@ -21,6 +21,7 @@ from autobalance.correction.faces.cut import FaceCut, face_heights, part_name, p
 from autobalance.correction.faces.depth_limit import DepthLimit, depth_limit
 from autobalance.correction.faces.layer import BACKWARD, FaceLayer, moments_of
 from autobalance.correction.faces.lowering import lowering
+from autobalance.correction.faces.outline import outline_shape
 from autobalance.correction.faces.patches import (
     ROUNDING_SHARE,
     FaceLimits,
@@ -340,6 +341,10 @@ class Shoulder(Kind[ShoulderLimits]):
             else ""
         )
         return f"Lower face {item.get('face')}{part_name(item.get('sector_deg'))}{heights}"
+
+    def drawn(self, item: Item) -> Shape:
+        """Return what lies between the face as it was and as it is, within its outline now."""
+        return outline_shape(item)
 
     def size(self, item: Item) -> str:
         """Return the face's height, old and new."""

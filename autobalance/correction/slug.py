@@ -12,7 +12,7 @@ import numpy as np
 from autobalance.correction.contract import Apart, Correction, Count, Cut, Figures, Item
 from autobalance.correction.faces.patches import heavy_vector
 from autobalance.correction.holes.cut import HoleCut, HoleSearch, Towards, direction_at
-from autobalance.correction.holes.hole import Hole, keep_apart
+from autobalance.correction.holes.hole import Hole, hole_shape, keep_apart
 from autobalance.correction.holes.sites import Places, Site
 from autobalance.correction.holes.slug_fill import FLAT_BOTTOM_RAD, FillCut, PressedIn, fills
 from autobalance.correction.holes.slug_limits import SlugLimits
@@ -27,6 +27,7 @@ from autobalance.correction.relaxing import MoreCuts, Relaxing
 from autobalance.correction.trace import Trace
 from autobalance.errors import CorrectionError
 from autobalance.rigid_rotor.moments import Moments
+from autobalance.solid.csg.shape import Shape
 from autobalance.solid.csg.solid import Solid
 from autobalance.solid.csg.tool import Tool
 from autobalance.wording import number
@@ -213,6 +214,10 @@ class Slug(Kind[SlugLimits]):
     def trace(self, item: Item) -> Trace:
         """Return the bore, and the slug in it."""
         return SlugTrace(item)
+
+    def drawn(self, item: Item) -> Shape:
+        """Return the bore."""
+        return hole_shape(item)
 
     def size(self, item: Item) -> str:
         """Return the slug."""

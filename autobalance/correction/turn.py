@@ -23,7 +23,7 @@ from autobalance.crank.anatomy import Anatomy, Face
 from autobalance.errors import CorrectionError
 from autobalance.ranges import POSITIVE
 from autobalance.rigid_rotor.moments import Moments
-from autobalance.solid.csg.shape import Joined, equal_area
+from autobalance.solid.csg.shape import Joined, Shape, equal_area
 from autobalance.solid.csg.solid import Region, Solid, union
 from autobalance.solid.csg.tool import Tool, ring
 from autobalance.solid.mesh.mesh import least_and_greatest
@@ -268,6 +268,10 @@ class Turn(Kind[TurnLimits]):
     def trace(self, item: Item) -> Trace:
         """Return the rings that went."""
         return RingTrace(item)
+
+    def drawn(self, item: Item) -> Shape:
+        """Return the ring that goes."""
+        return ring(item["new_radius_mm"], item["outer_radius_mm"], item["z_from_mm"], item["z_to_mm"])
 
     def size(self, item: Item) -> str:
         """Return the new radius."""

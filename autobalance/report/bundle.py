@@ -38,5 +38,5 @@ def bundle(material: Material) -> dict[str, tuple[str, bytes]]:
     for name, kind in KINDS.items():
         if name in material.choice.kinds:
             data = kind.make(material)
-            made |= {key: (file, data[key]) for key, file in kind.files.items()}
+            made |= {key: (file, data[key]) for key, file in kind.files.items() if key in data}
     return made

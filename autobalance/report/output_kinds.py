@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from importlib.util import find_spec
 from types import MappingProxyType
 from typing import TYPE_CHECKING
 
@@ -11,6 +12,8 @@ from autobalance.report.output_kind import OutputKind
 if TYPE_CHECKING:
     from autobalance.report.material import Material
 
+TOOLS = "tools.step" if find_spec("OCP") is not None else "tools.3mf"
+"""Named solids with true surfaces, where the CAD kernel is installed."""
 _KINDS: dict[str, OutputKind] = {}
 KINDS: Mapping[str, OutputKind] = MappingProxyType(_KINDS)
 """By name, in the order in which they are made."""
@@ -88,8 +91,15 @@ def _drawing(made: Material) -> dict[str, bytes]:
     return {"dxf": dxf(made.report, made.drawings)}
 
 
+def _tools(made: Material) -> dict[str, bytes]:
+    from autobalance.report.tool_bodies import tool_bodies
+
+    return {"tools": tool_bodies(made, TOOLS.endswith("step"))} if made.report["corrections"] else {}
+
+
 register(OutputKind("html", {"html": "report.html"}, _page))
 register(OutputKind("pdf", {"pdf": "sheet.pdf"}, _sheet))
 register(OutputKind("xlsx", {"xlsx": "balance.xlsx"}, _workbook))
 register(OutputKind("png", {"png_before": "crank-before.png", "png_after": "crank-after.png"}, _pictures))
 register(OutputKind("dxf", {"dxf": "drawing.dxf"}, _drawing, is_usual=False, require=_require_ezdxf))
+register(OutputKind("tools", {"tools": TOOLS}, _tools, is_usual=False))

@@ -122,3 +122,56 @@ def test_a_kernel_of_another_generation_is_one_line(
         ab.crank_from_shape(shape)
     mesh = ab.crank_from_mesh(of_file.vertices_mm, of_file.triangles)
     assert mesh.mass_g > 0.0  # meshes go on working
+
+
+@pytest.fixture(scope="module")
+def milled(of_file: ab.Crank) -> ab.BalanceResult:
+    return ab.balance(ab.Job.from_dict({**JOB, "correction": {"method": "mill"}}), of_file)
+
+
+def test_the_tools_make_the_corrected_crank_of_the_one_before(milled: ab.BalanceResult) -> None:
+    from autobalance.solid.cad.kernel import cut, properties
+
+    tools = milled.tools()
+    entries = milled.report["corrections"]
+    assert [(tool.correction, tool.kind, tool.label) for tool in tools] == [
+        (number, entry["kind"], entry["label"]) for number, entry in enumerate(entries)
+    ]
+    assert not any(tool.adds_metal for tool in tools)
+    left = properties(cut(milled.before.to_shape(), [tool.to_shape() for tool in tools]))
+    after = properties(milled.crank.to_shape())
+    gone = sum(entry["removed_volume_mm3"] for entry in entries)
+    assert abs(left.mass_g - after.mass_g) < 1e-6 * gone
+    for tool in tools:
+        assert tool.triangles.max() < len(tool.vertices_mm)
+        assert tool.volume_mm3 > entries[tool.correction]["removed_volume_mm3"]
+
+
+@pytest.mark.parametrize("has_it", [True, False], ids=["step", "3mf"])
+def test_tools_are_written_as_named_solids(
+    milled: ab.BalanceResult, tmp_path: Path, has_it: bool, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    from autobalance.report import output_kinds
+
+    name = "tools.step" if has_it else "tools.3mf"
+    kind = output_kinds.KINDS["tools"]._replace(files={"tools": name})
+    monkeypatch.setitem(output_kinds._KINDS, "tools", kind)
+    monkeypatch.setattr(output_kinds, "TOOLS", name)
+    milled.write(tmp_path, only=("tools",))
+    assert ab.verify(tmp_path / "report.json").holds
+    labels = [entry["label"] for entry in milled.report["corrections"]]
+    if has_it:
+        from autobalance.solid.cad.step_file import read_step_file
+
+        bodies = read_step_file((tmp_path / name).read_bytes()).bodies
+        assert [one.name for one in bodies] == labels
+        (tmp_path / name).write_bytes(b"ISO-10303-21")
+    else:
+        import zipfile
+
+        with zipfile.ZipFile(tmp_path / name) as archive:
+            model = archive.read("3D/3dmodel.model").decode()
+        assert [model.count(f'name="{label}"') for label in labels] == [1] * len(labels)
+        (tmp_path / name).write_bytes(b"PK")
+    with pytest.raises(ab.AutobalanceError, match=r"outputs\.tools\.sha256"):
+        ab.verify(tmp_path / "report.json")

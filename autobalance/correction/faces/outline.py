@@ -8,7 +8,18 @@ from typing import Any
 
 import numpy as np
 
-from autobalance.solid.csg.shape import Arc, Line, Outline, outline_area_mm2
+from autobalance.correction.contract import Item
+from autobalance.solid.csg.shape import (
+    Arc,
+    Joined,
+    Line,
+    Outline,
+    Placed,
+    Prism,
+    Shape,
+    Without,
+    outline_area_mm2,
+)
 from autobalance.solid.csg.solid import Region
 from autobalance.types import Array
 
@@ -77,6 +88,32 @@ def outline_of(loop: Sequence[dict[str, Any]]) -> Outline:
             turn = math.radians(arc["from_deg"]), math.radians(arc["to_deg"])
             edges.append(Arc((x, y), arc["radius_mm"], *turn))
     return tuple(edges)
+
+
+def outline_shape(item: Item) -> Shape:
+    """Return the prism of a listed correction's ``outline`` between the old height of its face and the new.
+
+    Islands, which run the other way round, are left out of the loop before them.
+    """
+    side = item["side"]
+    heights = sorted((side or 1) * item[key] for key in ("face_height_mm", "new_height_mm"))
+    prisms = [(outline_of(loop), outline_area_mm2(outline_of(loop)) > 0.0) for loop in item["outline"]]
+    outer = [Prism(loop, *heights) for loop, is_outer in prisms if is_outer]
+    islands = tuple(Prism(_turned_round(loop), *heights) for loop, is_outer in prisms if not is_outer)
+    body: Shape = outer[0] if len(outer) == 1 else Joined(tuple(outer))
+    if islands:
+        body = Without(body, islands)
+    return body if side is not None else Placed(body, np.array(item["outline_to_rotor"], dtype=np.float64))
+
+
+def _turned_round(loop: Outline) -> Outline:
+    """Return a loop that runs the other way."""
+    return tuple(
+        Line(edge.end, edge.start)
+        if isinstance(edge, Line)
+        else Arc(edge.centre, edge.radius, edge.end_rad, edge.start_rad)
+        for edge in reversed(loop)
+    )
 
 
 def loops_area_mm2(loops: Sequence[Sequence[dict[str, Any]]]) -> float:

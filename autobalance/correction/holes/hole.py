@@ -10,14 +10,14 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
-from autobalance.correction.contract import Apart
+from autobalance.correction.contract import Apart, Item
 from autobalance.correction.holes.surface import Axis
 from autobalance.correction.holes.walls import segments_distance_mm
 from autobalance.correction.room import Room, bar
 from autobalance.rigid_rotor.moments import Moments
-from autobalance.solid.csg.shape import equal_area
+from autobalance.solid.csg.shape import Placed, Shape, equal_area
 from autobalance.solid.csg.solid import Solid
-from autobalance.solid.csg.tool import Drilling
+from autobalance.solid.csg.tool import Drilling, twist_drill
 from autobalance.types import Array
 
 SEGMENTS = 64
@@ -112,6 +112,13 @@ class Hole:
         terms = [np.outer(entry, entry), aslant + aslant.T, along, np.eye(3) - along]
         firsts = [entry, u, np.zeros(3), np.zeros(3)]
         return np.array([[*one, *term.reshape(-1)] for one, term in zip(firsts, terms, strict=True)])
+
+
+def hole_shape(item: Item) -> Shape:
+    """Return the tool's body of a listed hole, rotor frame, as it enters from outside the metal."""
+    radius, entry = 0.5 * float(item["diameter_mm"]), np.asarray(item["position_mm"], dtype=np.float64)
+    body = twist_drill(radius, -item["entry_lift_mm"], item["depth_mm"], item["point_mm"])
+    return Placed(body, Axis(entry, np.asarray(item["inward"], dtype=np.float64)).placement)
 
 
 def drill_body(radius_mm: float, top_mm: float, shoulder_mm: float, point_mm: float) -> Solid:

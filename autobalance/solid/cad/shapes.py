@@ -5,8 +5,11 @@ from __future__ import annotations
 from typing import Any
 
 from autobalance.errors import FormatError
+from autobalance.solid.cad.build import built, moved
 from autobalance.solid.cad.kernel import require_kernel, scaled
 from autobalance.solid.cad.step_file import write_step
+from autobalance.solid.csg.shape import Shape
+from autobalance.types import Array
 from autobalance.units import MM_PER
 
 EXPECTED = (
@@ -41,3 +44,15 @@ def step_of_shape(given: Any, unit: str) -> bytes:
         found = "an empty shape" if isinstance(shape, TopoDS_Shape) else type(given).__name__
         raise FormatError(f"shape: found {found}; expected {EXPECTED}")
     return write_step(scaled(shape, MM_PER[unit]), unit, str(getattr(given, "label", "") or "crank"))
+
+
+def shape_of(drawn: Shape, motion: Array) -> Any:
+    """Return an exact description as a shape of the kernel, moved rigidly by a matrix (4, 4).
+
+    Raises
+    ------
+    FormatError
+        If the kernel is not installed.
+    """
+    require_kernel("a shape in memory")
+    return moved(built(drawn), motion)

@@ -128,6 +128,17 @@ def write_step(body: Any, unit: str, name: str) -> bytes:
     SolidError
         If the kernel cannot write it.
     """
+    return write_parts([(name, body)], unit)
+
+
+def write_parts(parts: Sequence[tuple[str, Any]], unit: str) -> bytes:
+    """Return a STEP file of named bodies [mm] side by side, in a unit.
+
+    Raises
+    ------
+    SolidError
+        If the kernel cannot write it.
+    """
     from OCP.APIHeaderSection import APIHeaderSection_MakeHeader
     from OCP.IFSelect import IFSelect_ReturnStatus
     from OCP.Interface import Interface_Static
@@ -135,7 +146,7 @@ def write_step(body: Any, unit: str, name: str) -> bytes:
     from OCP.TCollection import TCollection_HAsciiString
 
     require_kernel("STEP")
-    document = _document(body, name)
+    document = _document(parts)
     Interface_Static.SetCVal_s("write.step.unit", WRITTEN_UNITS[unit])
     writer = STEPCAFControl_Writer()
     writer.SetNameMode(True)
@@ -149,14 +160,16 @@ def write_step(body: Any, unit: str, name: str) -> bytes:
         return path.read_bytes()
 
 
-def _document(body: Any, name: str) -> Any:
-    """Return a document that holds one part with its name."""
+def _document(parts: Sequence[tuple[str, Any]]) -> Any:
+    """Return a document that holds parts with their names."""
     from OCP.TCollection import TCollection_ExtendedString
     from OCP.TDataStd import TDataStd_Name
     from OCP.TDocStd import TDocStd_Document
     from OCP.XCAFDoc import XCAFDoc_DocumentTool
 
     document = TDocStd_Document(TCollection_ExtendedString("autobalance"))
-    label = XCAFDoc_DocumentTool.ShapeTool_s(document.Main()).AddShape(body, False)
-    TDataStd_Name.Set_s(label, TCollection_ExtendedString(name, True))
+    shapes = XCAFDoc_DocumentTool.ShapeTool_s(document.Main())
+    for name, body in parts:
+        label = shapes.AddShape(body, False)
+        TDataStd_Name.Set_s(label, TCollection_ExtendedString(name, True))
     return document

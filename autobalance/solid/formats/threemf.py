@@ -20,6 +20,7 @@ from autobalance.errors import FormatError
 from autobalance.solid.formats.digits import SAMPLE, step_of_text
 from autobalance.solid.formats.format import Format
 from autobalance.solid.formats.raw import Raw, soup_of
+from autobalance.solid.formats.threemf_archive import write_3mf
 from autobalance.types import Array, Indices
 
 UNITS: Final = {
@@ -61,17 +62,6 @@ CORES: Final = (f"{NAMESPACES}core/", f"{NAMESPACES}2013/")
 PRODUCTION: Final = f"{NAMESPACES}production/"
 EXTENSIONS: Final = (*CORES, PRODUCTION, f"{NAMESPACES}material/", f"{NAMESPACES}trianglesets/")
 """Beginnings of the namespaces of extensions that leave the shape to the core, or are read."""
-CORE: Final = "http://schemas.microsoft.com/3dmanufacturing/core/2015/02"
-PACKAGE: Final = "http://schemas.openxmlformats.org/package/2006"
-CONTENT_TYPES: Final = (
-    f'<Types xmlns="{PACKAGE}/content-types"><Default Extension="rels"'
-    ' ContentType="application/vnd.openxmlformats-package.relationships+xml"/><Default Extension="model"'
-    ' ContentType="application/vnd.ms-package.3dmanufacturing-3dmodel+xml"/></Types>'
-)
-RELATIONSHIPS: Final = (
-    f'<Relationships xmlns="{PACKAGE}/relationships"><Relationship Target="/3D/3dmodel.model" Id="rel0"'
-    ' Type="http://schemas.microsoft.com/3dmanufacturing/2013/01/3dmodel"/></Relationships>'
-)
 
 
 SUPPORTS: Final = ("support", "solidsupport")
@@ -365,26 +355,6 @@ def _parse(parser: expat.XMLParserType, piece: bytes, last: bool = False) -> Non
         raise
     except (ValueError, OverflowError) as error:
         raise FormatError(f"the model in the 3MF file has a wrong number: {str(error)[:80]}") from None
-
-
-def write_3mf(vertices: Array, triangles: Indices, unit: str) -> bytes:
-    """Return a 3MF file with every digit of the coordinates; the same bytes for the same mesh."""
-    rows = (f'<vertex x="{x!r}" y="{y!r}" z="{z!r}"/>' for x, y, z in vertices.tolist())
-    faces = (f'<triangle v1="{a}" v2="{b}" v3="{c}"/>' for a, b, c in triangles.tolist())
-    head = '<?xml version="1.0" encoding="UTF-8"?>\n'
-    model = (
-        f'{head}<model unit="{unit}" xml:lang="en-US" xmlns="{CORE}"><resources>'
-        f'<object id="1" type="model"><mesh><vertices>{"".join(rows)}</vertices>'
-        f"<triangles>{''.join(faces)}</triangles></mesh></object></resources>"
-        '<build><item objectid="1"/></build></model>\n'
-    )
-    files = {"[Content_Types].xml": head + CONTENT_TYPES, "_rels/.rels": head + RELATIONSHIPS}
-    files["3D/3dmodel.model"] = model
-    buffer = io.BytesIO()
-    with zipfile.ZipFile(buffer, "w", zipfile.ZIP_DEFLATED) as archive:
-        for name, text in files.items():
-            archive.writestr(zipfile.ZipInfo(name, (1980, 1, 1, 0, 0, 0)), text, zipfile.ZIP_DEFLATED, 6)
-    return buffer.getvalue()
 
 
 def _write(vertices: Array, triangles: Indices, mm_per_unit: float) -> bytes:

@@ -1,0 +1,85 @@
+"""The bodies of a result's tools, for CAD programs: as triangles, and as exact shapes."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from autobalance.errors import FormatError
+
+if TYPE_CHECKING:
+    from autobalance.api.balance import BalanceResult
+
+
+@dataclass(frozen=True, eq=False)
+class CutTool:
+    """The body that a correction subtracts from the crank, or adds to it; file coordinates [mm].
+
+    Attributes
+    ----------
+    correction : int
+        Its place in the report's ``corrections``, from 0.
+    kind : str
+        As in the report.
+    label : str
+        ``cut 3: drill ⌀12``.
+    adds_metal : bool
+    vertices_mm : (n, 3) float
+    triangles : (m, 3) int
+        Counter-clockwise seen from outside.
+    volume_mm3 : float
+        Of the body, which begins outside of the metal; not of what it takes.
+    """
+
+    correction: int
+    kind: str
+    label: str
+    adds_metal: bool
+    vertices_mm: NDArray[np.float64]
+    triangles: NDArray[np.int64]
+    volume_mm3: float
+    entry: Mapping[str, Any]
+    rotor_to_file: NDArray[np.float64]
+
+    def to_shape(self) -> Any:
+        """Return the body as a ``TopoDS_Shape`` of OCP with true surfaces, in mm.
+
+        Raises
+        ------
+        FormatError
+            If the CAD kernel is not installed, or the kind does not say its exact body.
+        """
+        from autobalance.correction import KINDS
+        from autobalance.solid.cad.shapes import shape_of
+
+        drawn = KINDS[self.kind].drawn(self.entry)
+        if drawn is None:
+            raise FormatError(f"{self.label}: the kind {self.kind!r} does not say its exact body")
+        return shape_of(drawn, self.rotor_to_file)
+
+
+def tools_of(result: BalanceResult) -> tuple[CutTool, ...]:
+    """Return the tools of a result, one a correction and in its order."""
+    from autobalance.correction import KINDS
+
+    assert result.record.balanced is not None
+    frame = result.before.measured.anatomy.rotor_to_file
+    entries, bodies = result.report["corrections"], result.record.balanced.result.tools
+    return tuple(
+        CutTool(
+            number,
+            str(entry["kind"]),
+            str(entry["label"]),
+            KINDS[entry["kind"]].adds_metal,
+            body.mesh.vertices,
+            body.mesh.triangles,
+            float(body.volume_mm3),
+            entry,
+            frame,
+        )
+        for number, (entry, body) in enumerate(zip(entries, bodies, strict=True))
+    )
