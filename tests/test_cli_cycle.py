@@ -490,12 +490,12 @@ def test_the_same_from_python(job: Path) -> None:
         ),
         (
             "heat_J = 900.0\n",
-            "heat_J = 900.0\n[cycle.film]\nviscosity_Pa_s = 0\n",
+            "heat_J = 900.0\n[cycle.film]\nviscosity_Pa_s = 0\nmain_clearance_mm = 0.04\n",
             "cycle.film.viscosity_Pa_s is 0; must be > 0",
         ),
         (
             "heat_J = 900.0\n",
-            "heat_J = 900.0\n[cycle.pendulum]\norder = 0\n",
+            "heat_J = 900.0\n[cycle.pendulum]\norder = 0\ndistance_mm = 50\n",
             "cycle.pendulum.order is 0; must be > 0",
         ),
     ],
