@@ -116,7 +116,9 @@ class BalanceResult(VerbResult):
         """Return the bodies of the tools, one a correction and in its order, file coordinates."""
         from autobalance.api.tools import tools_of
 
-        return tools_of(self)
+        assert self.record.balanced is not None  # a record of balance has it
+        frame = self.before.measured.anatomy.rotor_to_file
+        return tools_of(self.report["corrections"], self.record.balanced.result.tools, frame)
 
     @cached_property
     def crank(self) -> Crank:

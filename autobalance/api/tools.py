@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from autobalance.errors import FormatError
 
 if TYPE_CHECKING:
-    from autobalance.api.balance import BalanceResult
+    from autobalance.solid.csg.solid import Solid
 
 
 @dataclass(frozen=True, eq=False)
@@ -62,13 +62,15 @@ class CutTool:
         return shape_of(drawn, self.rotor_to_file)
 
 
-def tools_of(result: BalanceResult) -> tuple[CutTool, ...]:
-    """Return the tools of a result, one a correction and in its order."""
+def tools_of(
+    corrections: Sequence[Mapping[str, Any]], bodies: Sequence[Solid], rotor_to_file: NDArray[np.float64]
+) -> tuple[CutTool, ...]:
+    """Return the tools of a report's ``corrections``, one a correction, in their order.
+
+    ``bodies`` are in file coordinates [mm], to which ``rotor_to_file`` (4, 4) leads.
+    """
     from autobalance.correction import KINDS
 
-    assert result.record.balanced is not None
-    frame = result.before.measured.anatomy.rotor_to_file
-    entries, bodies = result.report["corrections"], result.record.balanced.result.tools
     return tuple(
         CutTool(
             number,
@@ -79,7 +81,7 @@ def tools_of(result: BalanceResult) -> tuple[CutTool, ...]:
             body.mesh.triangles,
             float(body.volume_mm3),
             entry,
-            frame,
+            rotor_to_file,
         )
-        for number, (entry, body) in enumerate(zip(entries, bodies, strict=True))
+        for number, (entry, body) in enumerate(zip(corrections, bodies, strict=True))
     )

@@ -305,7 +305,8 @@ def _corrections(
 
 def _in_turn(rotor: Rotor, offer: Offer, done: Pass) -> tuple[Correction, ...]:
     """Return the corrections of a pass, what two cuts want as the first one's."""
-    made = _corrections(offer.cuts, done.depths_mm, done.measured.taken)
+    taken = done.measured.taken  # nothing, where triangles were measured
+    made = _corrections(offer.cuts, done.depths_mm, taken)
     chosen = np.flatnonzero(done.depths_mm > 0.0).tolist()
     place = {k: n for n, k in enumerate(chosen)}
     both = [
@@ -313,7 +314,7 @@ def _in_turn(rotor: Rotor, offer: Offer, done: Pass) -> tuple[Correction, ...]:
         for pair in offer.overlaps
         if pair.first in place and pair.second in place
     ]
-    if not both or all(done.measured.taken):  # those were measured in turn already
+    if not both or (taken and all(taken)):  # those were measured in turn already
         return made
     cuts = [(offer.cuts[k], float(done.depths_mm[k])) for k in chosen]
     return taken_in_turn(rotor.solid, rotor.anatomy, rotor.density_g_mm3, cuts, made, both)
