@@ -15,6 +15,8 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
+from tests.kept import kept
+
 FLAGS = [
     "--headless=new",
     "--no-sandbox",
@@ -106,9 +108,8 @@ def browser(folder: Path, pixels: float = 0.5) -> Iterator[Browser]:
         free.bind(("127.0.0.1", 0))
         port = free.getsockname()[1]
     command = ["chromedriver", f"--port={port}"]
-    driver = subprocess.Popen(command, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
     base = f"http://127.0.0.1:{port}"
-    try:
+    with kept(command, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL):
         _wait_for(base)
         own = [f"--user-data-dir={folder}", f"--force-device-scale-factor={pixels:g}"]
         options = {"args": [*FLAGS, *own]}
@@ -122,9 +123,6 @@ def browser(folder: Path, pixels: float = 0.5) -> Iterator[Browser]:
             yield window
         finally:
             window.call("DELETE", "")
-    finally:
-        driver.terminate()
-        driver.wait(timeout=20)
 
 
 def _wait_for(base: str) -> None:

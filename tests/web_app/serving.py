@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import contextlib
 import json
-import signal
 import subprocess
 import sys
 import time
@@ -14,6 +13,8 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
+
+from tests.kept import kept
 
 
 @dataclass(frozen=True)
@@ -90,19 +91,10 @@ def served(project: Path, *options: str) -> Iterator[Served]:
         str(project),
         *options,
     ]
-    process = subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
-    assert process.stdout is not None
-    assert process.stderr is not None
-    try:
+    with kept(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True) as process:
+        assert process.stdout is not None
+        assert process.stderr is not None
         line = process.stdout.readline()
         base, _, token = line.removeprefix("autobalance app: ").strip().partition("/?token=")
         assert token, line + process.stderr.read()
         yield Served(base, token, process, project)
-    finally:
-        process.send_signal(signal.SIGTERM)
-        try:
-            process.wait(timeout=30)
-        finally:
-            process.kill()
-            process.stdout.close()
-            process.stderr.close()
