@@ -104,3 +104,8 @@ class CorrectionError(AutobalanceError, ValueError):
 
 class ClaimError(AutobalanceError, ValueError):
     """A report claims something that the files on disk do not bear out."""
+
+
+def system_reason(error: BaseException) -> str:
+    """Return what the system says of a failure, in lower case: ``no such file or directory``."""
+    return (getattr(error, "strerror", None) or str(error)).lower()

@@ -13,6 +13,7 @@ import threading
 import time
 from collections.abc import Callable, Iterable, Iterator
 from contextlib import contextmanager
+from io import TextIOWrapper
 from typing import TYPE_CHECKING, TypeVar
 
 if TYPE_CHECKING:
@@ -90,6 +91,31 @@ def keep_freed_memory() -> bool:
         return False
     options = {MMAP_THRESHOLD: KEPT_BYTES, TRIM_THRESHOLD: KEPT_BYTES, ARENA_MAX: 1}
     return all(set_option(option, value) == 1 for option, value in options.items())
+
+
+def own_standard_output() -> None:
+    """Give results a descriptor of their own, and turn what else writes on descriptor 1 to nowhere, for good.
+
+    For commands, once, before there are threads: a library leaves descriptors alone. HiGHS prints a line past
+    every option ("HighsMipSolverData::transformNewIntegerFeasibleSolution", scipy 1.17), which would stand
+    in the midst of a report on standard output.
+    """
+    stream = sys.stdout
+    if sys.platform == "win32" or not isinstance(stream, TextIOWrapper):
+        return
+    try:
+        if stream.fileno() != 1:
+            return
+        stream.flush()
+        own = os.dup(1)
+    except OSError:  # no standard output at all
+        return
+    nowhere = os.open(os.devnull, os.O_WRONLY)
+    os.dup2(nowhere, 1)
+    os.close(nowhere)
+    sys.stdout = open(  # noqa: SIM115
+        own, "w", encoding=stream.encoding, errors=stream.errors, buffering=1 if stream.line_buffering else -1
+    )
 
 
 # --- the files of a command ---------------------------------------------------------------------------------

@@ -9,6 +9,8 @@ from numpy.typing import NDArray
 
 Array = NDArray[np.float64]
 Indices = NDArray[np.int64]
+Complex = NDArray[np.complex128]
+Flags = NDArray[np.bool_]
 Floats = NDArray[Any]
 """float32 or float64."""
 Numbers = NDArray[Any]

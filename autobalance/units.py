@@ -32,3 +32,14 @@ BAR_PER_MPA: Final = 10.0
 """Bars in one MPa (N/mm²)."""
 N_M_PER_N_MM: Final = 1e-3
 """Newton-metres (joules) in one newton-millimetre."""
+
+
+def wrapped_deg(angle_deg: float) -> float:
+    """Return an angle as one of 0 to below 360 degrees.
+
+    Examples
+    --------
+    >>> wrapped_deg(-90.0), wrapped_deg(-1e-15)
+    (270.0, 0.0)
+    """
+    return angle_deg % 360.0 % 360.0  # twice: −1e-15 % 360 is 360 itself

@@ -1,3 +1,7 @@
-"""The program's version."""
+"""The program's version, and that of its reports."""
+
+from typing import Final
 
 __version__ = "0.1.0"
+SCHEMA_VERSION: Final = 1
+"""Goes up when a key of a report changes its meaning."""

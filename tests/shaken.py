@@ -15,7 +15,6 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from autobalance.correction.contract import Array
 from autobalance.crank.anatomy import Anatomy
 from autobalance.crank.recognition import recognise
 from autobalance.planning import (
@@ -29,6 +28,7 @@ from autobalance.planning import (
     whole_cuts,
 )
 from autobalance.planning.depths import Plan
+from autobalance.types import Array
 
 ULPS = 4
 """By how many of its last digits a number is off, at most."""

@@ -13,7 +13,7 @@ import pytest
 
 import autobalance as ab
 from autobalance.errors import UsageError
-from autobalance.rigid_rotor.moments import Array
+from autobalance.types import Array
 from tests.coarse import bundled_corners
 from tests.jobs import main, write_stl
 

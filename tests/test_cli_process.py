@@ -55,6 +55,15 @@ def test_a_small_crank_is_balanced_without_loading_scipy(tmp_path: Path) -> None
     subprocess.run([sys.executable, "-c", code], check=True, capture_output=True, env=environment())
 
 
+def test_what_libraries_write_on_standard_output_is_not_among_the_results() -> None:
+    code = (
+        "import os; from autobalance.runtime import own_standard_output;"
+        "own_standard_output(); os.write(1, b'a line of the solver'); print('result ·')"
+    )
+    done = subprocess.run([sys.executable, "-c", code], check=True, capture_output=True, env=environment())
+    assert done.stdout.decode() == "result ·\n"
+
+
 def test_the_installed_way_in_and_the_checkouts_are_one_program() -> None:
     outputs = [
         subprocess.run(

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any, overload
 
 from autobalance.api.batch_row import FAILED, RowOutcome, RowTask, now
 from autobalance.api.result import Values, report_head
-from autobalance.errors import AutobalanceError
+from autobalance.errors import AutobalanceError, system_reason
 from autobalance.report.files import Staging
 from autobalance.runtime import Progress
 from autobalance.studies.journal import JOURNAL, append_line, read_journal, rewrite_journal
@@ -264,7 +264,7 @@ def _read_row(row: BatchRow) -> tuple[Job | None, Path | None, str | None, str]:
     except FileNotFoundError:
         return job, None, None, f"{file} does not exist"
     except OSError as error:
-        return job, None, None, f"{file} cannot be read: {(error.strerror or str(error)).lower()}"
+        return job, None, None, f"{file} cannot be read: {system_reason(error)}"
 
 
 def _fingerprint(row: BatchRow, job: Job | None, digest: str | None, only: tuple[str, ...]) -> str:

@@ -19,11 +19,12 @@ from autobalance.job.read_crankshaft import read_crankshaft
 from autobalance.machine_models.measured import Crank as MeasuredCrank
 from autobalance.rigid_rotor.unbalance import Unbalance
 from autobalance.runtime import Stopwatch
+from autobalance.types import Array
+from autobalance.units import STEEL_KG_M3
 
 if TYPE_CHECKING:
     from autobalance.crank.anatomy import MainJournal, Throw, Web
 
-Array = NDArray[np.float64]
 G_MM2_PER_KG_MM2 = 1000.0
 
 
@@ -239,7 +240,7 @@ class Crank:
 def read_crank(
     path: str | Path,
     unit: str | None = None,
-    density_kg_m3: float = 7850.0,
+    density_kg_m3: float = STEEL_KG_M3,
     *,
     crankpin_in_file: bool | None = None,
     body: int | str | None = None,

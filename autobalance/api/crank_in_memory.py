@@ -10,13 +10,15 @@ from typing import TYPE_CHECKING, Any, cast
 import numpy as np
 from numpy.typing import ArrayLike
 
-from autobalance.api.crank import Array, Crank, plain
+from autobalance.api.crank import Crank, plain
 from autobalance.balancing.measured_crank import measured_source, recognised
 from autobalance.errors import FormatError
 from autobalance.job.model import Crankshaft, LengthUnit
 from autobalance.job.read_crankshaft import read_crankshaft
 from autobalance.machine_models.crank_size import refuse_density, refuse_size
 from autobalance.solid.formats.registry import needs_unit
+from autobalance.types import Array
+from autobalance.units import STEEL_KG_M3
 
 if TYPE_CHECKING:
     from autobalance.solid.formats.read import Source
@@ -25,7 +27,7 @@ if TYPE_CHECKING:
 def crank_from_mesh(
     vertices: ArrayLike | Any,
     triangles: ArrayLike | None = None,
-    density_kg_m3: float = 7850.0,
+    density_kg_m3: float = STEEL_KG_M3,
     *,
     unit: str = "mm",
     crankpin_in_file: bool | None = None,
@@ -77,7 +79,7 @@ def crank_from_mesh(
 
 def crank_from_shape(
     shape: Any,
-    density_kg_m3: float = 7850.0,
+    density_kg_m3: float = STEEL_KG_M3,
     *,
     unit: str = "mm",
     body: int | str | None = None,

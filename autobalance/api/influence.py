@@ -18,9 +18,10 @@ from autobalance.report.records.influence import (
     ResidualReadings,
     SplitWeight,
 )
+from autobalance.types import Complex
+from autobalance.units import wrapped_deg
 
 if TYPE_CHECKING:
-    from autobalance.dynamics.influence_coefficients import Complex
     from autobalance.job.files.trials import Trials
 
 LARGEST_CONDITION = 1e4
@@ -171,7 +172,7 @@ def _correction(
         plane=task.planes[number],
         g_mm=abs(weight),
         angle_deg=angle,
-        remove_angle_deg=(angle + 180.0) % 360.0 % 360.0,
+        remove_angle_deg=wrapped_deg(angle + 180.0),
         g=None if radius is None else abs(weight) / radius,
         radius_mm=radius,
         split=split,
@@ -215,5 +216,5 @@ def _reading(value: complex, task: Trials) -> list[float]:
 
 def _degrees(angle_rad: float) -> float:
     """Return an angle in [0, 360)."""
-    turned = math.degrees(angle_rad) % 360.0 % 360.0
+    turned = wrapped_deg(math.degrees(angle_rad))
     return 0.0 if turned >= 360.0 else turned

@@ -33,6 +33,7 @@ from autobalance.report.records.answers import InitReport
 from autobalance.runtime import Progress, Stopwatch
 from autobalance.solid.formats.bodies import read_bodies
 from autobalance.solid.formats.registry import needs_unit
+from autobalance.units import STEEL_KG_M3
 
 JOB_ENDINGS = (".toml", ".xlsx")
 
@@ -158,7 +159,7 @@ def _found(
     unit = asked.get("unit", unit)
     keywords = {key: value for key, value in asked.items() if key not in ("file", "unit", "density_kg_m3")}
     density = asked.get("density_kg_m3", density_kg_m3)
-    crank, body, parts = _read(source, target, unit, {"density_kg_m3": density or 7850.0, **keywords})
+    crank, body, parts = _read(source, target, unit, {"density_kg_m3": density or STEEL_KG_M3, **keywords})
     return Found(
         file=_relative(source, target),
         unit=unit if needs_unit(source) else None,

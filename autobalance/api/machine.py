@@ -26,7 +26,7 @@ from autobalance.report.records.machine import (
     SpunRotorFigures,
     StaticStand,
 )
-from autobalance.units import N_M_PER_G_MM2_S2, N_PER_G_MM_S2
+from autobalance.units import N_M_PER_G_MM2_S2, N_PER_G_MM_S2, wrapped_deg
 
 if TYPE_CHECKING:
     from autobalance.dynamics.spun_rotor import SpunRotor
@@ -156,7 +156,7 @@ def _plane(name: str, z_mm: float | None, value: complex) -> PlaneReading:
 
 def degrees(value: complex) -> float:
     """Return the angle of a vector in [0, 360)."""
-    return math.degrees(cmath.phase(value)) % 360.0 % 360.0
+    return wrapped_deg(math.degrees(cmath.phase(value)))
 
 
 def _rotor_figures(rotor: SpunRotor, planes_mm: Pair | None) -> SpunRotorFigures:

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 from autobalance.api.common_parameters import documented
 from autobalance.api.result import Plots, Values, VerbResult, report_head
-from autobalance.errors import FileError, FormatError
+from autobalance.errors import FileError, FormatError, system_reason
 from autobalance.runtime import no_progress
 from autobalance.units import RAD_S_PER_RPM
 
@@ -221,7 +221,7 @@ def _predicted(given: str | Path | Mapping[str, Any]) -> tuple[tuple[float | Non
         try:
             report = json.loads(Path(given).read_text(encoding="utf-8"))
         except OSError as error:
-            raise FileError(f"cannot read {given}: {(error.strerror or str(error)).lower()}") from None
+            raise FileError(f"cannot read {given}: {system_reason(error)}") from None
         except ValueError:
             raise FormatError(f"{given} is no report of rotor or torsion: it is not JSON") from None
     try:

@@ -12,13 +12,12 @@ from typing import Any
 from autobalance.errors import FileError, FormatError
 from autobalance.report.encoding import encoded
 from autobalance.report.files import Staging
-from autobalance.version import __version__
+from autobalance.version import SCHEMA_VERSION, __version__
 
 Values = dict[str, Any]
 Plots = Mapping[str, Mapping[str, bytes]]
 """Name of a plot → ending (``svg``, ``png``) → bytes of its file."""
 
-SCHEMA_VERSION = 1
 SHOWN = 12
 """Rows of a result's table in a notebook at most."""
 

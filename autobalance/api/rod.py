@@ -23,7 +23,7 @@ from autobalance.report.records.rod import (
 )
 from autobalance.runtime import Progress
 from autobalance.solid.formats.read import read
-from autobalance.units import G_PER_MM3_PER_KG_M3, RAD_S_PER_RPM
+from autobalance.units import G_PER_MM3_PER_KG_M3, RAD_S_PER_RPM, STEEL_KG_M3
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -44,7 +44,7 @@ class RodResult(VerbResult):
 def rod(
     file: str | Path,
     unit: str | None = None,
-    density_kg_m3: float = 7850.0,
+    density_kg_m3: float = STEEL_KG_M3,
     *,
     density_pm_kg_m3: float = 0.0,
     body: int | str | None = None,

@@ -24,11 +24,12 @@ from autobalance.errors import JobError, UsageError
 from autobalance.job.files.rotor import RotorRequest, read_rotor
 from autobalance.report.rotor import rotor_values
 from autobalance.solid.formats.table import endings
+from autobalance.units import STEEL_KG_M3
 
 if TYPE_CHECKING:
     from autobalance.dynamics.beam_rotor import BeamRotor
 
-SPEED_RPM, DENSITY_KG_M3 = 3000.0, 7850.0
+SPEED_RPM = 3000.0
 """Of a crank, where nothing is said."""
 BEYOND = 10.0
 """Critical speeds are looked for up to so many times a single speed."""
@@ -91,7 +92,7 @@ def rotor(
     if isinstance(source, Crank):
         return _of_crank(source, speed_rpm, bearing_n_m)
     if not isinstance(source, Mapping) and Path(source).suffix.lower() in endings():
-        density = DENSITY_KG_M3 if density_kg_m3 is None else density_kg_m3
+        density = STEEL_KG_M3 if density_kg_m3 is None else density_kg_m3
         return _of_crank(read_crank(source, unit=unit, density_kg_m3=density), speed_rpm, bearing_n_m)
     given = {
         "--unit": unit,

@@ -13,7 +13,7 @@ from autobalance.balancing.measuring import Measure, Measured, in_memory, refuse
 from autobalance.balancing.offers import BestOffer, Offers, best_offer, why_not_used, workpiece
 from autobalance.balancing.rotor import Rotor
 from autobalance.correction import Limits
-from autobalance.correction.contract import Array, Correction, Cut, Prefer
+from autobalance.correction.contract import Correction, Cut, Prefer
 from autobalance.correction.kind import Offer
 from autobalance.correction.overlap import Overlap, taken_in_turn
 from autobalance.planning.depths import AIM, Plan
@@ -30,6 +30,7 @@ from autobalance.rigid_rotor.uncertainty import Budget
 from autobalance.runtime import Notify
 from autobalance.solid.csg.solid import Solid, union
 from autobalance.solid.soundness.boolean_slivers import without_flakes
+from autobalance.types import Array
 
 Outcome = Literal["within_tolerance", "already_within_tolerance", "above_tolerance"]
 

@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 from autobalance import correction
 from autobalance.balancing.rotor import Rotor
 from autobalance.correction import Limits
-from autobalance.correction.contract import Array, Prefer, setting_of
+from autobalance.correction.contract import Prefer, setting_of
 from autobalance.correction.kind import Offer, Workpiece
 from autobalance.crank.anatomy import Anatomy
 from autobalance.errors import CorrectionError
@@ -20,6 +20,7 @@ from autobalance.planning.task import Task, part_of, usual
 from autobalance.planning.whole_cuts import choose, is_enough
 from autobalance.rigid_rotor.tolerance import Tolerance
 from autobalance.rigid_rotor.unbalance import Unbalance
+from autobalance.types import Array
 
 Offers = Callable[[Workpiece, Limits, int], Offer]
 

@@ -16,9 +16,9 @@ from typing import Literal
 import numpy as np
 
 from autobalance.balancing.machine_reading import JudgedReading, PlaneReading, vector
-from autobalance.rigid_rotor.moments import Array
 from autobalance.rigid_rotor.unbalance import Unbalance
 from autobalance.rigid_rotor.uncertainty import Places
+from autobalance.types import Array
 
 Cause = Literal["mirrored", "opposite", "turned", "exchanged", "scaled", "bob_weights"]
 

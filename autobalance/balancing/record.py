@@ -6,6 +6,8 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any, Literal
 
+from autobalance.types import Array
+
 if TYPE_CHECKING:  # ``inspect`` needs none of the planning and balancing that these load
     from autobalance.balancing.external import CarriedUnbalance
     from autobalance.balancing.loop import Result
@@ -15,7 +17,7 @@ if TYPE_CHECKING:  # ``inspect`` needs none of the planning and balancing that t
     from autobalance.dynamics.staged_assembly import AssemblyStage
     from autobalance.engine.force_summary import ShakingForce
     from autobalance.machine_models.gas_loads import LoadsWithGas
-    from autobalance.rigid_rotor.moments import Array, Moments
+    from autobalance.rigid_rotor.moments import Moments
     from autobalance.rigid_rotor.tolerance import Tolerance
     from autobalance.rigid_rotor.unbalance import Unbalance
 

@@ -7,10 +7,10 @@ from typing import Literal
 
 from autobalance.bearings.film import JournalBearing
 from autobalance.bearings.heat_balance import Supply
-from autobalance.bearings.loads import Array
 from autobalance.bearings.oil import Oil
 from autobalance.bearings.reynolds import Boundary
 from autobalance.bearings.rolling import RollingBearing
+from autobalance.types import Array
 
 Solver = Literal["ocvirk", "reynolds", "petroff"]
 

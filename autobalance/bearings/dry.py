@@ -12,7 +12,7 @@ import math
 import numpy as np
 import numpy.typing as npt
 
-from autobalance.bearings.loads import Array
+from autobalance.types import Array
 
 SMALL_ANGLE_MU = 0.2
 """Coefficient of friction up to which sin φ = tan φ is within 2 %."""

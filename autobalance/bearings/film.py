@@ -12,9 +12,9 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
-from autobalance.bearings.loads import Array
 from autobalance.bearings.stability import WhirlThreshold, whirl_threshold
 from autobalance.bearings.unit_film import CONTACT, FilmModel, UnitFilm, film_for_load
+from autobalance.types import Array
 
 LEAST_RATIO = 1e-6
 """Eccentricity ratio that stands for a centred journal: its attitude and coefficients are limits."""

@@ -15,7 +15,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from autobalance.bearings.loads import Array
+from autobalance.types import Array
 
 NEWTON_STEPS = 10
 ENOUGH = 1e-3

@@ -13,9 +13,9 @@ import numpy as np
 import numpy.typing as npt
 from scipy.integrate import solve_ivp
 
-from autobalance.bearings.loads import Array
 from autobalance.bearings.mobility import NEAREST, Polar, squeeze_velocity
 from autobalance.bearings.unit_film import CONTACT
+from autobalance.types import Array
 
 SETTLED = 2e-5
 """Change of the eccentricity ratio from one cycle to the next that counts as none."""

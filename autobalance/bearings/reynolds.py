@@ -18,8 +18,8 @@ import numpy.typing as npt
 from scipy.sparse import coo_array, csc_array, diags_array, kron
 from scipy.sparse.linalg import SuperLU, splu
 
-from autobalance.bearings.loads import Array
 from autobalance.bearings.unit_film import FilmModel, Pressure, UnitFilm
+from autobalance.types import Array
 
 Flags = npt.NDArray[np.bool_]
 Boundary = Literal["half", "reynolds", "full"]

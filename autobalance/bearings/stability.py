@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 
-from autobalance.bearings.loads import Array
+from autobalance.types import Array
 
 
 @dataclass(frozen=True)

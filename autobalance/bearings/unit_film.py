@@ -13,7 +13,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from autobalance.bearings.loads import Array
+from autobalance.types import Array
 
 CONTACT = 0.99
 """Eccentricity ratio above which smooth surfaces and a stiff bush are a fiction: the film is broken."""

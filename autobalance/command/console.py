@@ -10,7 +10,7 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
 
-from autobalance.errors import FileError, one_line
+from autobalance.errors import FileError, one_line, system_reason
 
 
 def open_closed_streams() -> None:
@@ -60,7 +60,7 @@ def written() -> Iterator[None]:
         _to_nowhere("stdout")  # which is flushed once more at the very end
     except OSError as error:
         _to_nowhere("stdout")
-        why = (error.strerror or str(error)).lower()
+        why = system_reason(error)
         raise FileError(f"cannot write to standard output: {why}") from None
 
 

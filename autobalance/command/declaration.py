@@ -13,6 +13,7 @@ from functools import cache
 from pathlib import Path
 from typing import Any, NamedTuple
 
+from autobalance import units
 from autobalance.api.common_parameters import COMMON
 
 PACKAGE = Path(__file__).parents[1]
@@ -76,7 +77,7 @@ def _stub(function: str) -> Callable[..., object]:
     start = source.rindex(f"\ndef {name}(")
     doc = source.index('"""', start) + 3
     text = source[start : source.index('"""', doc) + 3]
-    scope: dict[str, Any] = {}
+    scope: dict[str, Any] = dict(vars(units))  # a default may be one of its constants
     flags = __future__.annotations.compiler_flag
     exec(compile(text, function, "exec", flags=flags, dont_inherit=True), scope)  # the program's own source
     found: Callable[..., object] = scope[name]

@@ -12,13 +12,13 @@ from autobalance.command.readers import bodies_named, body_of, unit_or_mm
 from autobalance.command.verb import NOT_TYPED, SUGGEST, UNIT, Keywords, Option, Verb
 from autobalance.errors import JobError, UsageError
 from autobalance.solid.formats.table import endings
+from autobalance.units import STEEL_KG_M3
 
 if TYPE_CHECKING:
     from autobalance.api.inspect import InspectResult
     from autobalance.api.inspect_sections import TableOptions
     from autobalance.runtime import Progress
 
-STEEL_KG_M3 = 7850.0
 CRANKPIN_IN_FILE = {"yes": True, "no": False}
 
 

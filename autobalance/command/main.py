@@ -11,8 +11,14 @@ from io import TextIOWrapper
 from typing import Any
 
 from autobalance.command.console import complain, open_closed_streams, written
-from autobalance.errors import AutobalanceError, UsageError
-from autobalance.runtime import interruptible, keep_freed_memory, one_thread_of_linear_algebra, reading_noted
+from autobalance.errors import AutobalanceError, UsageError, system_reason
+from autobalance.runtime import (
+    interruptible,
+    keep_freed_memory,
+    one_thread_of_linear_algebra,
+    own_standard_output,
+    reading_noted,
+)
 from autobalance.verbs import VERBS
 from autobalance.version import __version__
 
@@ -35,6 +41,8 @@ def main(argv: Sequence[str] | None = None) -> int:
     arguments = sys.argv[1:] if argv is None else list(argv)
     open_closed_streams()
     one_thread_of_linear_algebra()
+    if argv is None:  # the process is this command's alone
+        own_standard_output()
     for stream in (sys.stdout, sys.stderr):
         if isinstance(stream, TextIOWrapper):  # a terminal that knows no "·" or "²" shows "?"
             stream.reconfigure(errors="replace")
@@ -54,7 +62,7 @@ def main(argv: Sequence[str] | None = None) -> int:
         if error.filename is None and not isinstance(error, FileNotFoundError):  # of no file that was named
             raise
         named = error.filename or "the folder that this runs in"  # which may be gone
-        why = (error.strerror or str(error)).lower()
+        why = system_reason(error)
         complain(f"autobalance: error: {named}: {why}")
         return AutobalanceError.exit_code
     except KeyboardInterrupt:

@@ -11,7 +11,7 @@ from typing import Annotated
 import numpy as np
 
 from autobalance.correction.apart import TOUCHING_MM, keep_apart
-from autobalance.correction.contract import Apart, Array, Correction, Figures, Item
+from autobalance.correction.contract import Apart, Correction, Figures, Item
 from autobalance.correction.faces.curve import DepthCurve
 from autobalance.correction.faces.cut import FaceCut, face_heights, patches_of
 from autobalance.correction.faces.layer import moments_of, moments_scale, numbers_of, plane_moments
@@ -37,6 +37,7 @@ from autobalance.rigid_rotor.moments import Moments
 from autobalance.solid.csg.shape import Shape
 from autobalance.solid.csg.solid import Region, Solid
 from autobalance.solid.csg.tool import Raising, Tool
+from autobalance.types import Array
 
 DEFAULT_MAX_MM = 10.0
 """Greatest height added where the job names none (ours)."""

@@ -11,10 +11,10 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from autobalance.correction.contract import Apart, Array, Cut
+from autobalance.correction.contract import Apart, Cut
 from autobalance.correction.holes.walls import segments_distance_mm
 from autobalance.correction.room import Room
-from autobalance.types import Indices
+from autobalance.types import Array, Indices
 
 NEAR_MM = 1e-9
 """By how much a distance may fall short of what is asked, from rounding."""

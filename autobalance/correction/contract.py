@@ -7,14 +7,13 @@ from dataclasses import dataclass, field
 from typing import Any, Literal, Protocol
 
 import numpy as np
-from numpy.typing import NDArray
 
 from autobalance.correction.room import Room
 from autobalance.rigid_rotor.moments import Moments
 from autobalance.solid.csg.solid import Solid
 from autobalance.solid.csg.tool import Tool
+from autobalance.types import Array
 
-Array = NDArray[np.float64]
 Prefer = Literal["simple", "least_metal", "fewest_holes", "least_inertia_change", "most_inertia_removed"]
 """What to spare, or to get rid of, among plans that reach the aim; simple: fewest different cuts (of tool and
 depth), then fewest cuts, then least metal."""

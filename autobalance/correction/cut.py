@@ -9,8 +9,9 @@ from typing import Any, Protocol
 
 import numpy as np
 
-from autobalance.correction.contract import Array, Correction, Cut
+from autobalance.correction.contract import Correction, Cut
 from autobalance.rigid_rotor.moments import Moments
+from autobalance.types import Array
 
 Made = Sequence[tuple[Cut, float]]
 """Cuts with their depths [mm]."""

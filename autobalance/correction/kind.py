@@ -12,7 +12,6 @@ import numpy as np
 
 from autobalance.correction.contract import (
     Apart,
-    Array,
     Correction,
     Count,
     Cut,
@@ -26,6 +25,7 @@ from autobalance.correction.contract import (
 from autobalance.correction.relaxing import Relaxing
 from autobalance.crank.anatomy import Anatomy, Face
 from autobalance.solid.csg.solid import Solid
+from autobalance.types import Array
 
 if TYPE_CHECKING:
     from autobalance.correction.overlap import Overlap

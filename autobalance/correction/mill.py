@@ -15,7 +15,7 @@ from typing import Annotated
 import numpy as np
 
 from autobalance.correction.apart import keep_apart
-from autobalance.correction.contract import Array, Correction, Figures, Item, Limits
+from autobalance.correction.contract import Correction, Figures, Item, Limits
 from autobalance.correction.cut import WalledCut, listed, on_step
 from autobalance.correction.faces.patches import face_region, heavy_direction
 from autobalance.correction.kind import Kind, Offer, Workpiece
@@ -36,6 +36,8 @@ from autobalance.ranges import NOT_NEGATIVE, POSITIVE
 from autobalance.rigid_rotor.moments import Moments
 from autobalance.solid.csg.shape import Prism, Shape, outline_area_mm2
 from autobalance.solid.csg.solid import Region, Solid
+from autobalance.types import Array
+from autobalance.units import wrapped_deg
 from autobalance.wording import degrees, number
 
 SKIN_MM = 1e-3
@@ -115,7 +117,7 @@ class MillCut(WalledCut):
     @property
     def label(self) -> str:
         """Short name for messages."""
-        return f"pocket in web {self.cheek.web} at {math.degrees(self._middle_rad) % 360.0 % 360.0:.4g}°"
+        return f"pocket in web {self.cheek.web} at {wrapped_deg(math.degrees(self._middle_rad)):.4g}°"
 
     @property
     def depth_step_mm(self) -> float:
@@ -192,9 +194,9 @@ class MillCut(WalledCut):
             corner_radius_mm=pocket.corner_mm,
             inner_radius_mm=pocket.inner_mm,
             outer_radius_mm=pocket.outer_mm,
-            start_deg=math.degrees(pocket.start_rad) % 360.0 % 360.0,
-            end_deg=math.degrees(pocket.end_rad) % 360.0 % 360.0,
-            angle_deg=math.degrees(self._middle_rad) % 360.0 % 360.0,
+            start_deg=wrapped_deg(math.degrees(pocket.start_rad)),
+            end_deg=wrapped_deg(math.degrees(pocket.end_rad)),
+            angle_deg=wrapped_deg(math.degrees(self._middle_rad)),
             face_z_mm=self.cheek.z_mm,
             wall_left_mm=self._wall_left_mm(depth_mm),
             depth_left_mm=self.max_depth_mm - depth_mm,

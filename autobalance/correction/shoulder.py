@@ -14,7 +14,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 
-from autobalance.correction.contract import Array, Correction, Figures, Item, SharedDepth
+from autobalance.correction.contract import Correction, Figures, Item, SharedDepth
 from autobalance.correction.faces.beside_pins import clear_of_pins
 from autobalance.correction.faces.curve import DepthCurve
 from autobalance.correction.faces.cut import FaceCut, face_heights, part_name, patches_of
@@ -43,6 +43,7 @@ from autobalance.solid.csg.shape import Shape
 from autobalance.solid.csg.solid import Region, Solid
 from autobalance.solid.csg.tool import Tool
 from autobalance.solid.mesh.mesh import Mesh
+from autobalance.types import Array
 
 DEFAULT_WALL_SHARE = 0.25
 """Metal left behind a face when the job names no ``min_wall_mm``, as a share of the web's width (ours)."""

@@ -15,12 +15,14 @@ from typing import Any, Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-from autobalance.correction.contract import Array, Item, Limits
+from autobalance.correction.contract import Item, Limits
 from autobalance.crank.anatomy import Anatomy, Face
 from autobalance.errors import FormatError
 from autobalance.rigid_rotor.moments import Moments
 from autobalance.solid.csg.solid import Solid
 from autobalance.solid.mesh.mesh import Mesh
+from autobalance.types import Array
+from autobalance.units import wrapped_deg
 
 SLACK_SHARE = 0.05
 """Share of its size by which metal may lie outside of what is claimed and still be that correction's: it is
@@ -236,7 +238,7 @@ def stated_unit(item: Item, key: str) -> Array:
 
 def turn_deg(x: float, y: float) -> float:
     """Return an angle in [0, 360)."""
-    return math.degrees(math.atan2(y, x)) % 360.0 % 360.0
+    return wrapped_deg(math.degrees(math.atan2(y, x)))
 
 
 def slack_mm(length_mm: float) -> float:

@@ -11,7 +11,7 @@ from typing import Annotated
 
 import numpy as np
 
-from autobalance.correction.contract import Array, Correction, Figures, Item, Limits
+from autobalance.correction.contract import Correction, Figures, Item, Limits
 from autobalance.correction.cut import EmptyPlace, listed
 from autobalance.correction.kind import Kind, Offer, Workpiece
 from autobalance.correction.refusals import STEP, refuse_out_of_range
@@ -27,6 +27,7 @@ from autobalance.solid.csg.shape import Joined, Shape, equal_area
 from autobalance.solid.csg.solid import Region, Solid, union
 from autobalance.solid.csg.tool import Tool, ring
 from autobalance.solid.mesh.mesh import least_and_greatest
+from autobalance.types import Array
 from autobalance.wording import number
 
 SEGMENTS = 360

@@ -7,13 +7,11 @@ from dataclasses import dataclass
 from typing import Literal
 
 import numpy as np
-from numpy.typing import NDArray
 
 from autobalance.crank.datums import Datums
 from autobalance.crank.scan import ScanFit
-
-Array = NDArray[np.float64]
-Indices = NDArray[np.int64]
+from autobalance.types import Array, Indices
+from autobalance.units import wrapped_deg
 
 
 @dataclass(frozen=True, eq=False)
@@ -57,7 +55,7 @@ class Throw:
     @property
     def angle_deg(self) -> float:
         """Angle from throw 1, in [0, 360)."""
-        return math.degrees(self.angle_rad) % 360.0 % 360.0  # twice: −1e-15 % 360 is 360 itself
+        return wrapped_deg(math.degrees(self.angle_rad))
 
     @property
     def direction(self) -> Array:

@@ -12,12 +12,13 @@ from typing import Literal
 
 import numpy as np
 
-from autobalance.crank.anatomy import Anatomy, Array, Overrides
+from autobalance.crank.anatomy import Anatomy, Overrides
 from autobalance.crank.recognition.recognise import recognise
 from autobalance.crank.recognition.rod_eyes import RodEyes, find_eyes
 from autobalance.errors import RecognitionError
 from autobalance.solid.formats.bodies import BodySource
 from autobalance.solid.mesh.mesh import Mesh
+from autobalance.types import Array
 
 Role = Literal[
     "crank", "rod", "wrist_pin", "small_end_bearing", "big_end_bearing", "piston", "on_piston", "other"

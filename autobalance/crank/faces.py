@@ -12,11 +12,12 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from autobalance.crank.anatomy import Anatomy, Array, Face, Indices
+from autobalance.crank.anatomy import Anatomy, Face
 from autobalance.crank.recognition.section_stack import plane_levels
 from autobalance.solid.cad.surface import PlaneFace, Surfaces
 from autobalance.solid.mesh.components import numbered_components
 from autobalance.solid.mesh.mesh import Mesh, compacted, least_and_greatest
+from autobalance.types import Array, Indices
 
 LEAST_AREA_SHARE = 5e-4
 """Faces smaller than this share of the whole surface are of no use to a correction."""

@@ -4,10 +4,11 @@ from __future__ import annotations
 
 import numpy as np
 
-from autobalance.crank.anatomy import Anatomy, Array, Face, Indices, Web
+from autobalance.crank.anatomy import Anatomy, Face, Web
 from autobalance.crank.recognition.circles import distances
 from autobalance.crank.recognition.section_stack import rotated
 from autobalance.solid.mesh.mesh import Mesh
+from autobalance.types import Array, Indices
 
 ON_RIM = 1e-3
 """A rim's corners are off its radius by less than this share of it."""

@@ -10,12 +10,13 @@ from typing import Literal
 
 import numpy as np
 
-from autobalance.crank.anatomy import Anatomy, Array, Pin, Web
+from autobalance.crank.anatomy import Anatomy, Pin, Web
 from autobalance.crank.recognition.section_stack import rotated
 from autobalance.rigid_rotor.moments import Moments
 from autobalance.solid.csg.solid import Solid
 from autobalance.solid.mesh.mesh import Mesh
 from autobalance.solid.slicing.slab import EVERYTHING, Part, Slab
+from autobalance.types import Array
 
 Kind = Literal["main journal", "crankpin", "web", "counterweight", "shaft"]
 

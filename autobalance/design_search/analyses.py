@@ -7,7 +7,6 @@ from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from autobalance.design_search.build import with_profiles
 from autobalance.design_search.candidates import Candidate, Found, completed, front, least_violated
@@ -16,8 +15,7 @@ from autobalance.design_search.tasks import each_done, problem_of
 from autobalance.errors import SolidError
 from autobalance.job.files.design_keys import DEFAULT_ANALYSES
 from autobalance.studies.workers import Workers
-
-Array = NDArray[np.float64]
+from autobalance.types import Array
 
 FEWEST = 6
 """Designs analysed in the first generation, at least."""

@@ -6,16 +6,15 @@ from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
 import numpy as np
-from numpy.typing import NDArray
 
 from autobalance.design_search.outlines import PAST_MM, past, sector_mm
 from autobalance.design_search.sections import round_mm
 from autobalance.solid.csg.solid import Region, Solid
+from autobalance.types import Array
 
 if TYPE_CHECKING:
     from autobalance.design_search.free_metal import FreeMetal, FreeWeb
 
-Array = NDArray[np.float64]
 
 SNAP_MM = 1e-3
 SKIN_MM = 1e-4

@@ -6,14 +6,12 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
 from autobalance.design_search.envelope import violation
 from autobalance.design_search.problem import STRESS, Problem
 from autobalance.design_search.strength_model import Analysed, StrengthModel
 from autobalance.rigid_rotor.moments import Moments
-
-Array = NDArray[np.float64]
+from autobalance.types import Array
 
 
 @dataclass(frozen=True, eq=False)

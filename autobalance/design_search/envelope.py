@@ -7,7 +7,6 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from autobalance.design_search.free_metal import FreeMetal
 from autobalance.design_search.neighbours import (
@@ -22,8 +21,8 @@ from autobalance.design_search.neighbours import (
 from autobalance.errors import JobError
 from autobalance.job.files.design import DesignJob, Envelope
 from autobalance.machine_models.measured import Crank
-
-Array = NDArray[np.float64]
+from autobalance.types import Array
+from autobalance.units import wrapped_deg
 
 ROUGH_ANGLES = 72
 ROUGH_MM = 0.1
@@ -160,7 +159,7 @@ def clearances_of(
 
 def of_clearance(each: Clearance, wanted_mm: float) -> Constraint:
     """Return a clearance as a constraint."""
-    margin, at_deg = each.least_mm - wanted_mm, math.degrees(each.at_rad) % 360.0 % 360.0
+    margin, at_deg = each.least_mm - wanted_mm, wrapped_deg(math.degrees(each.at_rad))
     name = f"clearance to {each.neighbour}"
     return Constraint(name, each.least_mm, wanted_mm, "mm", margin, 1.0, each.at_mm, at_deg)
 

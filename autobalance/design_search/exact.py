@@ -5,7 +5,6 @@ from __future__ import annotations
 from functools import lru_cache
 
 import numpy as np
-from numpy.typing import NDArray
 
 from autobalance.design_search.envelope import Amounts
 from autobalance.design_search.free_metal import FreeMetal, FreeWeb
@@ -22,9 +21,7 @@ from autobalance.solid.cad.spline import (
     step_beside,
     with_new_metal,
 )
-
-Array = NDArray[np.float64]
-
+from autobalance.types import Array
 
 WHOLE, PARTS = "crank.step", "counterweights.step"
 

@@ -7,7 +7,6 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from autobalance.crank.anatomy import Throw, Web
 from autobalance.design_search.outlines import past, placed_along, prism, sector_mm
@@ -18,8 +17,7 @@ from autobalance.job.files.design import DesignJob, FreePart
 from autobalance.machine_models.measured import Crank
 from autobalance.rigid_rotor.moments import Moments
 from autobalance.solid.csg.solid import Region, Solid
-
-Array = NDArray[np.float64]
+from autobalance.types import Array
 
 RAYS = 181
 FAR = 2.0

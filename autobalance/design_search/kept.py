@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Any
 
 from autobalance.design_search.search import Generation
-from autobalance.errors import FileError
+from autobalance.errors import FileError, system_reason
 from autobalance.studies.journal import made_folder
 
 SEARCH = "search.jsonl"
@@ -49,7 +49,7 @@ class KeptSearch:
             text = "".join(self._text(generation) for generation in self.generations)
             (folder / SEARCH).write_text(text, encoding="utf-8")
         except OSError as error:
-            raise FileError(f"cannot write {folder}: {(error.strerror or str(error)).lower()}") from None
+            raise FileError(f"cannot write {folder}: {system_reason(error)}") from None
 
     def keep(self, generation: Generation) -> None:
         """Add a generation."""

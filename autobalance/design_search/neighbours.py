@@ -12,10 +12,9 @@ from fractions import Fraction
 from typing import Any, Protocol
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.optimize import minimize_scalar
 
-Array = NDArray[np.float64]
+from autobalance.types import Array
 
 ANGLES = 240
 """Angles of a turn looked at first; the least distance is then found between them."""

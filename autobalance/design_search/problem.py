@@ -33,8 +33,7 @@ from autobalance.rigid_rotor.moments import Moments
 from autobalance.rigid_rotor.tolerance import Tolerance
 from autobalance.rigid_rotor.unbalance import Unbalance
 from autobalance.solid.csg.solid import Solid
-
-Array = NDArray[np.float64]
+from autobalance.types import Array
 
 G_MM2_PER_KG_MM2 = 1000.0
 LOAD, STRESS, FREQUENCY = "greatest_main_load_N", "greatest_stress_MPa", "first_frequency_hz"

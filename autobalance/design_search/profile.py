@@ -14,12 +14,10 @@ from functools import cached_property
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.interpolate import BSpline
 
 from autobalance.errors import JobError
-
-Array = NDArray[np.float64]
+from autobalance.types import Array
 
 DEGREE = 3
 GAUSS_POINTS = 8

@@ -5,13 +5,11 @@ from __future__ import annotations
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.optimize import minimize
 
 from autobalance.design_search.candidates import Candidate, judged
 from autobalance.design_search.problem import Problem
-
-Array = NDArray[np.float64]
+from autobalance.types import Array
 
 REFINEMENTS = 60
 TIMES = 3

@@ -11,7 +11,6 @@ from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from autobalance.design_search.analyses import analysed_next
 from autobalance.design_search.candidates import Candidate, Found, completed, judged
@@ -21,8 +20,7 @@ from autobalance.design_search.tasks import each_done, problem_of
 from autobalance.errors import FileError
 from autobalance.runtime import Progress, no_progress
 from autobalance.studies.workers import InThisProcess, Workers
-
-Array = NDArray[np.float64]
+from autobalance.types import Array
 
 PENALTY = 1e3
 """Weight of broken constraints where the method knows none."""

@@ -13,14 +13,12 @@ from dataclasses import dataclass
 from functools import cache, cached_property
 
 import numpy as np
-from numpy.typing import NDArray
 
 from autobalance.design_search.profile import AreaMoments, Profile
 from autobalance.errors import JobError
 from autobalance.job.files.design import Hole
 from autobalance.solid.csg.solid import Region
-
-Array = NDArray[np.float64]
+from autobalance.types import Array
 
 STRAIGHT_NODES, DRAFTED_NODES = 2, 4
 """Of Gauss' rule along z: exact to z² of a prism, and to the sixth degree of a drafted one."""

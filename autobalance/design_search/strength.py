@@ -20,8 +20,7 @@ from autobalance.machine_models.firing_from_job import firing_engine
 from autobalance.machine_models.solid_meshes import bodies_of_solid
 from autobalance.rigid_rotor.moments import Moments
 from autobalance.solid.csg.solid import Solid
-
-Array = NDArray[np.float64]
+from autobalance.types import Array
 
 T_MM3_PER_G_MM3 = 1e-6
 NEAR = 0.03

@@ -11,9 +11,8 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
-Array = NDArray[np.float64]
+from autobalance.types import Array
 
 LENGTHS = (0.5, 1.0, 2.0, 4.0)
 """Tried, times the root of the number of variables: designs anywhere are about half of that apart."""

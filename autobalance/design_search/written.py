@@ -6,7 +6,6 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
 from autobalance.design_search.build import with_profiles
 from autobalance.design_search.envelope import Amounts, Constraint
@@ -17,8 +16,7 @@ from autobalance.rigid_rotor.unbalance import Unbalance
 from autobalance.solid.csg.solid import Solid
 from autobalance.solid.formats.write import through_file
 from autobalance.solid.mesh.measure import soup_moments
-
-Array = NDArray[np.float64]
+from autobalance.types import Array
 
 PASSES = 6
 ENOUGH = 0.1

@@ -19,7 +19,7 @@ from functools import lru_cache
 import numpy as np
 
 from autobalance.dynamics.beam_rotor import BeamTheory, ShaftSection, cowper_shear_factor
-from autobalance.rigid_rotor.moments import Array
+from autobalance.types import Array
 
 POINTS = 16
 """Of Gauss' rule along an element: exact for every product of the functions of a uniform one."""

@@ -8,7 +8,8 @@ from typing import Literal
 
 import numpy as np
 
-from autobalance.rigid_rotor.moments import Array
+from autobalance.types import Array
+from autobalance.units import STEEL_KG_M3
 
 BeamTheory = Literal["timoshenko", "euler"]
 Constraint = Literal["pinned", "clamped"]
@@ -28,7 +29,7 @@ class ShaftSection:
     inner_end_m: float = 0.0
     youngs_modulus_pa: float = 210e9
     shear_modulus_pa: float = 210e9 / 2.6
-    density_kg_m3: float = 7850.0
+    density_kg_m3: float = STEEL_KG_M3
     shear_factor: float = 0.0
     elements: int = 0
 

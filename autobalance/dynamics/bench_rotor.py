@@ -13,9 +13,8 @@ from scipy.special import ellipe
 
 from autobalance.bearings import rolling
 from autobalance.bearings.film import JournalBearing, friction_moment_N_m
-from autobalance.units import N_PER_G_MM_S2, RAD_S_PER_RPM
+from autobalance.units import M_PER_MM, N_PER_G_MM_S2, RAD_S_PER_RPM
 
-M_PER_MM = 1e-3
 CONTACT = 0.99
 """Eccentricity ratio above which a plain bearing touches."""
 TABLE_STEP_RAD_S = 2.0

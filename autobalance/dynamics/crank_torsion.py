@@ -13,7 +13,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from autobalance.rigid_rotor.moments import Array
+from autobalance.types import Array
 
 SHORTEST = 1e-12
 """Of Le [1/mm³]; a solid shaft of 1 m diameter and 1 mm length has as much."""

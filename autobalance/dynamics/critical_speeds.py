@@ -14,7 +14,6 @@ from autobalance.dynamics.rotor_preparation import KEPT, SPARE_MODES, PreparedRo
 from autobalance.dynamics.rotor_reduction import ReducedRotor, reduced_rotor
 from autobalance.dynamics.whirl_modes import (
     OVERDAMPED,
-    Complex,
     Whirl,
     WhirlMode,
     frequencies_with_zeros,
@@ -22,7 +21,7 @@ from autobalance.dynamics.whirl_modes import (
     refined,
     whirl_of_orbits,
 )
-from autobalance.rigid_rotor.moments import Array
+from autobalance.types import Array, Complex
 
 SCANNED = 120
 """Speeds at which frequencies are compared with the speed, where no direct solution exists."""

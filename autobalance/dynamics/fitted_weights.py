@@ -14,8 +14,8 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 from scipy.optimize import Bounds, LinearConstraint, milp
 
-from autobalance.dynamics.influence_coefficients import Array, Complex
 from autobalance.dynamics.weights_with_sum import Fitted, places_with_sum, weights_with_sum
+from autobalance.types import Array, Complex
 
 ACCURACY = 0.007
 """Share by which the worst residual may lie above the bound."""

@@ -12,10 +12,8 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
-Complex = NDArray[np.complex128]
-Array = NDArray[np.float64]
+from autobalance.types import Array, Complex
 
 
 @dataclass(frozen=True, eq=False)

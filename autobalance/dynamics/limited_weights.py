@@ -11,7 +11,8 @@ from typing import Literal
 
 import numpy as np
 
-from autobalance.dynamics.influence_coefficients import Array, Complex, least_squares
+from autobalance.dynamics.influence_coefficients import least_squares
+from autobalance.types import Array, Complex
 
 Goal = Literal["least_squares", "least_worst"]
 

@@ -17,13 +17,11 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 import numpy as np
-from numpy.typing import NDArray
 
 from autobalance.dynamics.critical_speeds import SAME
 from autobalance.dynamics.rotor_reduction import ReducedRotor
-from autobalance.rigid_rotor.moments import Array
+from autobalance.types import Array, Complex
 
-Complex = NDArray[np.complex128]
 SINGULAR = 1e-9
 """Least over greatest singular value below which planes cannot reach the modes."""
 

@@ -18,13 +18,12 @@ from scipy import sparse
 from autobalance.dynamics.beam_element import Elements, gauss, interpolation
 from autobalance.dynamics.beam_rotor import BeamRotor, Bearing
 from autobalance.dynamics.rotor_mesh import RotorMesh
-from autobalance.rigid_rotor.moments import Array
+from autobalance.types import Array, Complex
 
 if TYPE_CHECKING:
     Sparse = sparse.csc_matrix[np.float64]
 else:
     Sparse = sparse.csc_matrix
-Complex = NDArray[np.complex128]
 TURN = np.array([[0.0, 1.0], [-1.0, 0.0]])
 """A spinning polar inertia couples the planes: Ω Ip ψ̇y in the row of x, −Ω Ip ψ̇x in that of y."""
 LEAST_SHAPE_POINTS = 40

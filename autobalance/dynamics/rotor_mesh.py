@@ -8,7 +8,7 @@ import numpy as np
 
 from autobalance.dynamics.beam_element import Elements, elements_of, stretch_of
 from autobalance.dynamics.beam_rotor import BeamRotor, BeamTheory, ShaftSection, cowper_shear_factor
-from autobalance.rigid_rotor.moments import Array
+from autobalance.types import Array
 
 CLASSICAL = 0
 """Degree of the elements whose number the user gives."""

@@ -13,7 +13,7 @@ from autobalance.dynamics.rotor_mesh import REFINED, mesh_of, wave_number_per_m
 from autobalance.dynamics.rotor_reduction import ReducedRotor, planar_modes, reduced_rotor
 from autobalance.dynamics.whirl_modes import modes_at, refined
 from autobalance.errors import JobError
-from autobalance.rigid_rotor.moments import Array
+from autobalance.types import Array
 
 MESH_ERROR = 5e-6
 """Of a frequency, left by the number of elements that is found: half of what is promised."""

@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from scipy.linalg import eigh, null_space
 
 from autobalance.dynamics.rotor_matrices import TURN, RotorMatrices
-from autobalance.rigid_rotor.moments import Array
+from autobalance.types import Array
 
 ROUNDING = 1e-12
 """Share of the greatest 1/ω² below which a planar mode is rounding."""

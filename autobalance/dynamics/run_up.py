@@ -6,13 +6,11 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.integrate import solve_ivp
 
 from autobalance.dynamics.rotor_reduction import ReducedRotor
-from autobalance.rigid_rotor.moments import Array
+from autobalance.types import Array, Complex
 
-Complex = NDArray[np.complex128]
 KEPT = 3.0
 """Planar modes are kept up to so many times the highest speed."""
 PRECISION = 1e-7

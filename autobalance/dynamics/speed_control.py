@@ -12,9 +12,8 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
-Array = NDArray[np.float64]
+from autobalance.types import Array
 
 LONGEST_STEP_S = 1e-3
 STEP_PER_TIME_CONSTANT = 0.1

@@ -11,9 +11,9 @@ from dataclasses import dataclass
 from typing import Literal
 
 import numpy as np
-from numpy.typing import NDArray
 
-Array = NDArray[np.float64]
+from autobalance.types import Array
+
 UnbalanceKind = Literal["balanced", "static", "couple", "quasi_static", "dynamic"]
 
 NEGLIGIBLE = 1e-9

@@ -10,7 +10,7 @@ import numpy as np
 from autobalance.dynamics.beam_rotor import BeamRotor, Bearing, spring_bearing
 from autobalance.dynamics.critical_speeds import CriticalSpeed, critical_speeds
 from autobalance.dynamics.rotor_preparation import prepared
-from autobalance.rigid_rotor.moments import Array
+from autobalance.types import Array
 
 
 def undamped_map(

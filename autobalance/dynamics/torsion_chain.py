@@ -6,11 +6,9 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
-from autobalance.rigid_rotor.moments import Array
+from autobalance.types import Array, Complex
 
-Complex = NDArray[np.complex128]
 NODE = 1e-9
 """Amplitude below which a station stands still in a mode whose greatest is 1."""
 

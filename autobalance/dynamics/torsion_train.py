@@ -13,8 +13,8 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
-from autobalance.dynamics.torsion_chain import NODE, Complex, TorsionChain, TorsionMode, TorsionResponse
-from autobalance.rigid_rotor.moments import Array
+from autobalance.dynamics.torsion_chain import NODE, TorsionChain, TorsionMode, TorsionResponse
+from autobalance.types import Array, Complex
 
 Integers = NDArray[np.int64]
 RIGID = 1e-12

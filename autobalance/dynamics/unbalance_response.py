@@ -6,16 +6,13 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy import sparse
 from scipy.linalg import LinAlgError, solve_banded
 from scipy.sparse.linalg import splu
 
 from autobalance.dynamics.rotor_matrices import RotorMatrices
 from autobalance.dynamics.rotor_reduction import rigid_body_modes
-from autobalance.rigid_rotor.moments import Array
-
-Complex = NDArray[np.complex128]
+from autobalance.types import Array, Complex
 
 
 @dataclass(frozen=True, eq=False)

@@ -6,7 +6,7 @@ import math
 
 import numpy as np
 
-from autobalance.dynamics.influence_coefficients import Array
+from autobalance.types import Array
 
 Fitted = tuple[float, float]
 """A weight that is fitted: where [rad] and how much [g·mm]."""

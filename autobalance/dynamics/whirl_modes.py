@@ -13,9 +13,8 @@ from scipy.sparse.linalg import splu
 
 from autobalance.dynamics.rotor_matrices import RotorMatrices
 from autobalance.dynamics.rotor_reduction import ReducedRotor
-from autobalance.rigid_rotor.moments import Array
+from autobalance.types import Array, Complex
 
-Complex = NDArray[np.complex128]
 Whirl = Literal["forward", "backward", "mixed"] | None
 
 OVERDAMPED = 0.99

@@ -16,8 +16,8 @@ from functools import cached_property
 
 import numpy as np
 
-from autobalance.engine.slider_crank import Complex, KnuckleMotion, Motion, SliderCrank
-from autobalance.rigid_rotor.moments import Array
+from autobalance.engine.slider_crank import KnuckleMotion, Motion, SliderCrank
+from autobalance.types import Array, Complex
 
 UNIT = SliderCrank(1.0, 4.0)
 LOOKED_AT = 720

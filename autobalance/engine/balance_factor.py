@@ -8,7 +8,8 @@ from collections.abc import Sequence
 import numpy as np
 
 from autobalance.engine.parts import ThrowLoad, bob_weight_g
-from autobalance.rigid_rotor.moments import Array, Moments
+from autobalance.rigid_rotor.moments import Moments
+from autobalance.types import Array
 
 LEAST_DIRECTION = 1e-6
 """Least |Σ m_rec r e| ÷ Σ m_rec r for a balance factor: below it the throws cancel each other out."""

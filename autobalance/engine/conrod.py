@@ -7,7 +7,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from autobalance.rigid_rotor.moments import Array, Moments
+from autobalance.rigid_rotor.moments import Moments
+from autobalance.types import Array
 
 
 @dataclass(frozen=True)

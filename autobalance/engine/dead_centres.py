@@ -6,7 +6,7 @@ import math
 
 from autobalance.engine.whole_engine import Engine
 from autobalance.records import Angle, NotNegative, Ordinal, Positive, record
-from autobalance.units import N_PER_G_MM_S2
+from autobalance.units import N_PER_G_MM_S2, wrapped_deg
 
 
 @record
@@ -36,7 +36,7 @@ def dead_centres(engine: Engine) -> list[DeadCentres]:
     found = []
     for number, each in enumerate(engine.cylinders, 1):
         lead = each.bank_rad - each.throw_angle_rad
-        top, bottom = (math.degrees(at + lead) % 360.0 % 360.0 for at in each.slider_crank.dead_centres_rad)
+        top, bottom = (wrapped_deg(math.degrees(at + lead)) for at in each.slider_crank.dead_centres_rad)
         found.append(
             DeadCentres(
                 number=number,
@@ -55,6 +55,6 @@ def first_order_counterweight(engine: Engine) -> FirstOrderCounterweight:
     angle = math.degrees(math.atan2(forward.imag, forward.real))
     return FirstOrderCounterweight(
         product_g_mm=float(abs(forward)),
-        angle_deg=(180.0 + (-angle if engine.clockwise else angle)) % 360.0 % 360.0,
+        angle_deg=wrapped_deg(180.0 + (-angle if engine.clockwise else angle)),
         backward_g_mm=float(abs(backward)),
     )

@@ -23,7 +23,7 @@ from autobalance.engine.balance_factor import LEAST_DIRECTION
 from autobalance.engine.forces import centrifugal_force_n
 from autobalance.engine.loads import whole_turn
 from autobalance.engine.whole_engine import Engine, about
-from autobalance.rigid_rotor.moments import Array
+from autobalance.types import Array
 
 ANGLES = 720
 """Crank angles for the greatest force; the eighth order has 90 of them a period."""

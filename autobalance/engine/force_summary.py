@@ -10,7 +10,7 @@ import numpy as np
 from autobalance.engine.loads import Loads, Support, loads, support_of, whole_turn
 from autobalance.engine.whole_engine import Engine, Order
 from autobalance.records import NotNegative
-from autobalance.rigid_rotor.moments import Array
+from autobalance.types import Array
 
 HIGHEST_ORDER = 8
 HIGHEST_OF_LINKS = 12

@@ -13,7 +13,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from autobalance.engine.slider_crank import harmonic_coefficient, harmonic_series
-from autobalance.rigid_rotor.moments import Array
+from autobalance.types import Array
 from autobalance.units import N_PER_G_MM_S2
 
 

@@ -20,7 +20,7 @@ import numpy as np
 
 from autobalance.engine.slider_crank import Motion
 from autobalance.engine.whole_engine import Cylinder, Engine
-from autobalance.rigid_rotor.moments import Array
+from autobalance.types import Array
 from autobalance.units import N_M_PER_G_MM2_S2, N_PER_G_MM_S2
 
 

@@ -14,9 +14,9 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from autobalance.engine.slider_crank import Complex, harmonic_coefficient
+from autobalance.engine.slider_crank import harmonic_coefficient
 from autobalance.engine.whole_engine import Order
-from autobalance.rigid_rotor.moments import Array
+from autobalance.types import Array, Complex
 from autobalance.units import N_M_PER_G_MM2_S2, N_PER_G_MM_S2
 
 LEAST_CIRCLE = 1e-9

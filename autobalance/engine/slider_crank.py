@@ -21,11 +21,8 @@ from dataclasses import dataclass
 from fractions import Fraction
 
 import numpy as np
-from numpy.typing import NDArray
 
-from autobalance.rigid_rotor.moments import Array
-
-Complex = NDArray[np.complex128]
+from autobalance.types import Array, Complex
 
 SAMPLES = 4096
 """Angles a turn for harmonics of an offset slider-crank; they fall off as λᵏ, so more only add rounding."""

@@ -17,9 +17,9 @@ import numpy as np
 
 from autobalance.engine.articulated import LinkCrank
 from autobalance.engine.parts import Parts
-from autobalance.engine.slider_crank import Complex, Motion, SliderCrank
-from autobalance.rigid_rotor.moments import Array
+from autobalance.engine.slider_crank import Motion, SliderCrank
 from autobalance.rigid_rotor.unbalance import Unbalance
+from autobalance.types import Array, Complex
 from autobalance.units import N_M_PER_G_MM2_S2, N_PER_G_MM_S2
 
 N_M_PER_N_MM = 1e-3

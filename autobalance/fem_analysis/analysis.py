@@ -8,7 +8,6 @@ from pathlib import Path
 from typing import Literal
 
 import numpy as np
-from numpy.typing import NDArray
 
 from autobalance.fem_analysis.elasticity import STEEL, ElasticBody, Material
 from autobalance.fem_analysis.mesher import (
@@ -21,8 +20,6 @@ from autobalance.fem_analysis.mesher import (
 from autobalance.fem_analysis.modes import Kind, modes_of
 from autobalance.fem_analysis.statics import Hold, Load, StaticResult, held_dofs, static_analysis
 from autobalance.runtime import Progress, no_progress
-
-Array = NDArray[np.float64]
 
 SHARE_OF_RADIUS_FOR_STRESS = 0.12
 """Stress concentrates where a surface is curved: 52 elements a turn, at a fillet 13."""

@@ -5,10 +5,8 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from numpy.typing import NDArray
 
-Array = NDArray[np.float64]
-Indices = NDArray[np.int64]
+from autobalance.types import Array, Indices
 
 SHARPEST_RAD = math.radians(30.0)
 """A steeper edge is a true edge, not a facet of a curved surface; netgen draws the line there too."""

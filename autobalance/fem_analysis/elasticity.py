@@ -11,9 +11,7 @@ from scipy import sparse
 
 from autobalance.errors import SolidError
 from autobalance.fem_analysis.mesher import CORNERS, TetrahedronMesh
-
-Array = NDArray[np.float64]
-Indices = NDArray[np.int64]
+from autobalance.types import Array, Indices
 
 INTEGRATED_ORDER = 4
 """Exact for the mass of straight elements; curved ones lose nothing that counts."""

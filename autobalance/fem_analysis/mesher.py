@@ -15,14 +15,11 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from autobalance.errors import FileError, SolidError
 from autobalance.fem_analysis.curvature import curvature_sizes
 from autobalance.solid.formats.stl import write_stl
-
-Array = NDArray[np.float64]
-Indices = NDArray[np.int64]
+from autobalance.types import Array, Indices
 
 SHARE_OF_RADIUS = 0.3
 """Size of elements on a curved surface, over its radius: 21 elements a turn, 42 nodes."""

@@ -13,8 +13,8 @@ from scipy.sparse.linalg import LinearOperator, SuperLU, eigsh, splu
 
 from autobalance.errors import SolidError
 from autobalance.fem_analysis.elasticity import ElasticBody, Material, stiffness_and_mass
+from autobalance.types import Array
 
-Array = NDArray[np.float64]
 Kind = Literal["bending", "torsion", "axial", "mixed"]
 
 SHIFT = 0.3

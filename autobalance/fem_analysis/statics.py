@@ -17,8 +17,8 @@ from autobalance.fem_analysis.elasticity import (
     von_mises_MPa,
 )
 from autobalance.fem_analysis.modes import factorised, rigid_motions
+from autobalance.types import Array
 
-Array = NDArray[np.float64]
 Box = tuple[tuple[float, float, float], tuple[float, float, float]]
 WAYS = ("move along x", "move along y", "move along z", "turn about x", "turn about y", "turn about z")
 EDGE = 1e-7

@@ -13,7 +13,6 @@ from autobalance.fem_analysis.elasticity import ElasticBody, Material, stiffness
 from autobalance.fem_analysis.modes import factorised
 from autobalance.fem_analysis.statics import facet_nodes
 
-Array = NDArray[np.float64]
 ON_END = 1e-4
 """Nodes this near to an end, as a share of the length, lie on it."""
 NEWTON_M = 1e-3

@@ -22,10 +22,9 @@ from autobalance.job.toml.keys import FILLED, Key, Values, read
 from autobalance.job.torsion_train import TRAIN, train_parts
 from autobalance.ranges import ANY, COUNTED, NOT_NEGATIVE, POSITIVE, Rule
 from autobalance.types import Array
-from autobalance.units import RAD_S_PER_RPM
+from autobalance.units import M_PER_MM, RAD_S_PER_RPM
 
 KG_M2_PER_KG_MM2 = 1e-6
-M_PER_MM = 1e-3
 KG_PER_G = 1e-3
 MPA_PER_GPA = 1e3
 

@@ -12,9 +12,9 @@ from autobalance.job.model.torsion_train import Branch, Coupling, Damper, Damper
 from autobalance.job.toml.convert import Large
 from autobalance.job.toml.keys import Key, Values
 from autobalance.ranges import ANY, COUNTED, NOT_NEGATIVE, POSITIVE, Rule
+from autobalance.units import M_PER_MM
 
 KG_M2_PER_KG_MM2 = 1e-6
-M_PER_MM = 1e-3
 NOT_ZERO = Rule("must not be 0", apart=1e-6)
 
 INERTIA = (

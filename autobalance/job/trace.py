@@ -10,9 +10,9 @@ from pathlib import Path
 
 import numpy as np
 
-from autobalance.errors import FileError, FormatError
-from autobalance.rigid_rotor.moments import Array
+from autobalance.errors import FileError, FormatError, system_reason
 from autobalance.runtime import note_read
+from autobalance.types import Array
 
 RAD_PER = {"angle_deg": math.pi / 180.0, "angle_rad": 1.0}
 MPA_PER = {
@@ -72,7 +72,7 @@ def _text(path: Path) -> str:
             note_read(path)
             data = stream.read(LARGEST_BYTES + 1)
     except (OSError, ValueError) as error:
-        why = (getattr(error, "strerror", None) or str(error)).lower()
+        why = system_reason(error)
         raise FileError(f"cannot read the trace {path}: {why}") from None
     if len(data) > LARGEST_BYTES:
         raise FormatError(f"{path}: is larger than {LARGEST_BYTES} bytes; is it a trace?")

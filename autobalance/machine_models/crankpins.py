@@ -4,10 +4,11 @@ from __future__ import annotations
 
 import math
 
-from autobalance.crank.anatomy import Anatomy, Array, Web
+from autobalance.crank.anatomy import Anatomy, Web
 from autobalance.errors import JobError
 from autobalance.machine_models.measured import Crank
 from autobalance.solid.csg.solid import Region, Solid
+from autobalance.types import Array
 
 PIN_SEGMENTS = 96
 SLIGHTLY = 1e-4

@@ -12,10 +12,10 @@ from autobalance.crank.anatomy import Anatomy
 from autobalance.engine.cycle.analysis import CycleAnalysis
 from autobalance.engine.cycle.factors import MainLoads
 from autobalance.engine.cycle.firing_engine import FiringEngine
-from autobalance.engine.slider_crank import Complex
 from autobalance.job.model.cycle import Film
 from autobalance.records import ABSENT, Absent, Count, Degrees, NotNegative, Ordinal, record
-from autobalance.rigid_rotor.moments import Array
+from autobalance.types import Array, Complex
+from autobalance.units import M_PER_MM
 
 if TYPE_CHECKING:
     from autobalance.bearings.orbit import Orbits
@@ -24,7 +24,6 @@ EVERY = 2
 """Angles of the grid from one force to the next: a degree, and two where there are many bearings."""
 FEW = 100
 """Bearings up to which they are not many."""
-M_PER_MM = 1e-3
 
 
 @dataclass(frozen=True, eq=False)

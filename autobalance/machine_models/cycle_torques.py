@@ -5,7 +5,6 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from autobalance.engine.cycle.analysis import HIGHEST_ORDER
 from autobalance.engine.cycle.firing_engine import FiringEngine
@@ -13,10 +12,8 @@ from autobalance.job import Job
 from autobalance.machine_models.engine_from_job import as_measured
 from autobalance.machine_models.firing_from_job import firing_engine
 from autobalance.machine_models.measured import Crank
-from autobalance.rigid_rotor.moments import Array
+from autobalance.types import Array, Complex
 from autobalance.units import N_M_PER_N_MM
-
-Complex = NDArray[np.complex128]
 
 
 @dataclass(frozen=True, eq=False)

@@ -16,7 +16,7 @@ from autobalance.job import Job
 from autobalance.machine_models.engine_from_job import as_measured
 from autobalance.machine_models.firing_from_job import firing_engine
 from autobalance.machine_models.measured import Crank
-from autobalance.rigid_rotor.moments import Array
+from autobalance.types import Array
 from autobalance.units import N_M_PER_G_MM2_S2, N_M_PER_N_MM
 
 

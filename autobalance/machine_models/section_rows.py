@@ -14,9 +14,10 @@ from autobalance.crank.sections import Kind, Section, away_from_crankpin
 from autobalance.job import Job
 from autobalance.machine_models.measured import Crank
 from autobalance.machine_models.rotor_from_job import attached_moments, throw_loads, tolerance_of
-from autobalance.rigid_rotor.moments import Array, Moments
+from autobalance.rigid_rotor.moments import Moments
 from autobalance.rigid_rotor.tolerance import Tolerance
 from autobalance.rigid_rotor.unbalance import Unbalance
+from autobalance.types import Array
 from autobalance.units import G_PER_MM3_PER_KG_M3
 
 OFF_AXIS_MM = 0.5

@@ -5,7 +5,6 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from autobalance.crank.anatomy import Anatomy, Throw
 from autobalance.errors import SolidError
@@ -18,6 +17,7 @@ from autobalance.machine_models.measured import Crank
 from autobalance.machine_models.solid_meshes import bodies_of_solid
 from autobalance.runtime import Progress, no_progress
 from autobalance.solid.csg.solid import Solid
+from autobalance.types import Array
 
 COARSER = 1.5
 """Over the usual size of elements: formulas beside are worth 10 to 20 %, this some 2 %."""
@@ -25,7 +25,6 @@ SHARES_OF_RADIUS = (0.4, 0.3)
 """Size of elements on a curved surface, over its radius, the second where the mesher fails at the first."""
 SAME = 1e-5
 """Throws whose volume, first and second moments agree to this share are alike."""
-Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True)

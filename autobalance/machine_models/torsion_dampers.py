@@ -12,7 +12,7 @@ from autobalance.errors import JobError
 from autobalance.job.model.torsion_train import Damper
 from autobalance.machine_models.torsion_excited import ExcitedTrain
 from autobalance.machine_models.torsion_trains import NamedTrain, with_damper
-from autobalance.rigid_rotor.moments import Array
+from autobalance.types import Array
 
 SPEEDS = 400
 """In the range at which a damper is tuned."""

@@ -7,7 +7,6 @@ from dataclasses import dataclass
 import numpy as np
 
 from autobalance.dynamics.torsion_chain import (
-    Complex,
     TorsionChain,
     TorsionMode,
     TorsionResponse,
@@ -19,7 +18,7 @@ from autobalance.dynamics.torsion_train import train_modes, train_response
 from autobalance.job.model.torsion import TorsionQuestion
 from autobalance.machine_models.cycle_torques import ThrowTorques
 from autobalance.machine_models.torsion_trains import NamedTrain
-from autobalance.rigid_rotor.moments import Array
+from autobalance.types import Array, Complex
 
 USUAL_DAMPING_RATIO = 0.01
 """Of every mode where the file gives neither a ratio nor a damper: what bare crankshafts show."""

@@ -17,13 +17,13 @@ from autobalance.job import Job
 from autobalance.job.model.torsion import CrankTorsion
 from autobalance.machine_models.measured import Crank
 from autobalance.machine_models.rotor_from_job import total_g
-from autobalance.rigid_rotor.moments import Array
 from autobalance.solid.csg.solid import Region, Solid
+from autobalance.types import Array
+from autobalance.units import M_PER_MM
 
 KG_M2_PER_G_MM2 = 1e-9
 LEAST_BORE = 0.15
 """Share of a diameter below which what a section lacks is facets or an oil hole, not a bore."""
-M_PER_MM = 1e-3
 CORE = 0.2
 """Half the breadth of the strip on which a web's thickness is measured, over the crank radius."""
 CELLS = (5, 3)

@@ -9,11 +9,12 @@ from itertools import product
 
 import numpy as np
 
-from autobalance.correction.contract import Array, setting_of
+from autobalance.correction.contract import setting_of
 from autobalance.planning.depth_steps import bounds_of
 from autobalance.planning.depths import Plan, judged_plan, judged_rows, resultant_and_moment
 from autobalance.planning.task import Task
 from autobalance.planning.ties import in_order, is_less, key
+from autobalance.types import Array
 
 NEWTON_STEPS = 6
 STEPS_ASIDE = 2

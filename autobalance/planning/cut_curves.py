@@ -10,11 +10,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from autobalance.correction.kind import Offer
-from autobalance.planning.depths import Array, independent_rows, resultant_and_moment
+from autobalance.planning.depths import independent_rows, resultant_and_moment
 from autobalance.rigid_rotor.tolerance import Tolerance
 from autobalance.rigid_rotor.unbalance import Unbalance
-
-Indices = NDArray[np.int64]
+from autobalance.types import Array, Indices
 
 MOST_LATE = 0.99
 """Curves that would run backwards at first are taken to start slowly."""

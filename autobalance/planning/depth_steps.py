@@ -8,10 +8,10 @@ from dataclasses import replace
 
 import numpy as np
 
-from autobalance.correction.contract import Array
 from autobalance.planning.depths import Plan, judged_plan, judged_rows, plan_depths, resultant_and_moment
 from autobalance.planning.task import Task, part_of
 from autobalance.planning.ties import in_order, is_less
+from autobalance.types import Array
 
 WORTH = 1e-4
 """Share of the cost that another step of the depths must save."""

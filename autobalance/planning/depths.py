@@ -13,7 +13,6 @@ from contextlib import suppress
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from autobalance.correction.contract import Cut, SharedDepth
 from autobalance.errors import CorrectionError
@@ -22,8 +21,7 @@ from autobalance.planning.ties import is_less
 from autobalance.rigid_rotor.moments import Moments
 from autobalance.rigid_rotor.tolerance import Tolerance
 from autobalance.rigid_rotor.unbalance import Unbalance
-
-Array = NDArray[np.float64]
+from autobalance.types import Array
 
 AIM = 0.01
 """Share of the permissible value that a plan aims to stay within; well inside, not just passing."""

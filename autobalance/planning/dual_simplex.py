@@ -10,8 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from autobalance.planning.ties import rounded
-
-Array = NDArray[np.float64]
+from autobalance.types import Array
 
 NOTHING = 1e-11
 """Entries of a tableau of numbers near 1 below which nothing is left but rounding."""

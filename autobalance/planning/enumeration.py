@@ -18,11 +18,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from autobalance.correction.kind import Offer
-from autobalance.planning.cut_curves import CutCurves, Indices, least_of, length, parabola, slopes_of
-from autobalance.planning.depths import Array, independent_rows, resultant_and_moment
+from autobalance.planning.cut_curves import CutCurves, least_of, length, parabola, slopes_of
+from autobalance.planning.depths import independent_rows, resultant_and_moment
 from autobalance.planning.ties import in_order
 from autobalance.rigid_rotor.tolerance import Tolerance
 from autobalance.rigid_rotor.unbalance import Unbalance
+from autobalance.types import Array, Indices
 
 MOST_CUTS = 7
 """Cuts in a set at most: more are the integer programme's."""

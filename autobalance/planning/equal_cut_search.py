@@ -17,13 +17,12 @@ from itertools import combinations, islice, product
 import numpy as np
 from numpy.typing import NDArray
 
-from autobalance.correction.contract import Array, setting_of
+from autobalance.correction.contract import setting_of
 from autobalance.planning.common_depths import Groups, common_depths
 from autobalance.planning.depths import Plan, judged_rows, resultant_and_moment
 from autobalance.planning.task import Task
 from autobalance.planning.ties import in_order
-
-Indices = NDArray[np.int64]
+from autobalance.types import Array, Indices
 
 LEVELS = 25
 """Depths at which sets are looked for."""

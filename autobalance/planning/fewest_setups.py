@@ -14,13 +14,14 @@ from itertools import combinations
 
 import numpy as np
 
-from autobalance.correction.contract import Array, setting_of
+from autobalance.correction.contract import setting_of
 from autobalance.correction.kind import Offer
 from autobalance.planning.common_depths import Groups, common_depths
 from autobalance.planning.depths import Plan, plan_depths
 from autobalance.planning.equal_cut_search import alike_everywhere, alike_on_each_web
 from autobalance.planning.task import Task, is_discrete
 from autobalance.planning.ties import key
+from autobalance.types import Array
 
 WHOLE_CUTS_SHARE = 0.25
 """Share of the permissible value that plans of cuts in steps may leave, since these cannot reach the aim."""

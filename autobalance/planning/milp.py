@@ -9,7 +9,6 @@ from typing import Any
 
 import numpy as np
 
-from autobalance.correction.contract import Array
 from autobalance.correction.kind import Offer
 from autobalance.planning.depths import AIM
 from autobalance.planning.dual_simplex import least_cost
@@ -19,6 +18,7 @@ from autobalance.planning.ties import in_order
 from autobalance.rigid_rotor.moments import Moments
 from autobalance.rigid_rotor.tolerance import Tolerance
 from autobalance.rigid_rotor.unbalance import Unbalance
+from autobalance.types import Array
 
 GAP = 0.03, 0.1
 """How far from its bound the programme may stop, as a share: half of a least cut, but between these; less

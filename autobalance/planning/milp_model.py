@@ -14,10 +14,11 @@ from typing import Any
 
 import numpy as np
 
-from autobalance.correction.contract import Apart, Array, Cut, Variety
+from autobalance.correction.contract import Apart, Cut, Variety
 from autobalance.planning.depths import independent_rows, judged_rows, resultant_and_moment
 from autobalance.planning.task import Task
 from autobalance.rigid_rotor.moments import Moments
+from autobalance.types import Array
 
 POINTS = 3
 """Depths of each cut at which the programme knows its effect exactly."""

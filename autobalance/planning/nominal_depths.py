@@ -11,11 +11,12 @@ from dataclasses import replace
 
 import numpy as np
 
-from autobalance.correction.contract import Array, Cut
+from autobalance.correction.contract import Cut
 from autobalance.correction.kind import Offer
 from autobalance.planning.depths import SAME_MM, Plan, judged_plan
 from autobalance.rigid_rotor.tolerance import Tolerance
 from autobalance.rigid_rotor.unbalance import Unbalance
+from autobalance.types import Array
 
 
 def nominal_plan(residual: Unbalance, tolerance: Tolerance, offer: Offer, plan: Plan) -> Plan:

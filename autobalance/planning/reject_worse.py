@@ -6,12 +6,12 @@ from dataclasses import replace
 
 import numpy as np
 
-from autobalance.correction.contract import Array
 from autobalance.correction.kind import Offer
 from autobalance.planning.depths import Plan, judged_plan
 from autobalance.planning.whole_cuts import choose
 from autobalance.rigid_rotor.tolerance import Tolerance
 from autobalance.rigid_rotor.unbalance import Unbalance
+from autobalance.types import Array
 
 HALVINGS = 6
 WORSE = 1e-3

@@ -6,11 +6,12 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from autobalance.correction.contract import Array, Cut
+from autobalance.correction.contract import Cut
 from autobalance.planning.relaxation import Change, Relaxation
 from autobalance.planning.ties import key
 from autobalance.rigid_rotor.tolerance import Tolerance
 from autobalance.rigid_rotor.unbalance import Unbalance
+from autobalance.types import Array
 
 ROUNDED = 0.05
 """Share of the permissible value that rounding an angle that is told may be worth."""

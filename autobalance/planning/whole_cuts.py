@@ -12,7 +12,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from autobalance.correction.contract import Array, Prefer
+from autobalance.correction.contract import Prefer
 from autobalance.correction.kind import Offer
 from autobalance.planning.common_depths import Groups, common_depths
 from autobalance.planning.depth_steps import finished, rounding_share, settled
@@ -25,6 +25,7 @@ from autobalance.planning.nominal_depths import nominal_plan
 from autobalance.planning.task import Task, is_discrete, usual
 from autobalance.rigid_rotor.tolerance import Tolerance
 from autobalance.rigid_rotor.unbalance import Unbalance
+from autobalance.types import Array
 
 ROUNDS = 4
 REFINED = 0.9

@@ -16,7 +16,7 @@ from functools import cache
 from pathlib import Path
 from types import TracebackType
 
-from autobalance.errors import FileError
+from autobalance.errors import FileError, system_reason
 from autobalance.runtime import uninterrupted, was_read
 
 SHOWN = 40
@@ -88,7 +88,7 @@ class Staging:
                 self._waiting.append((waiting, path))
                 _write_new(waiting, data)
         except OSError as error:
-            raise FileError(f"cannot write {path}: {_why(error)}") from None
+            raise FileError(f"cannot write {path}: {system_reason(error)}") from None
         if taken:
             raise FileError(f"cannot write {path}: a folder has this name")
 
@@ -106,7 +106,7 @@ class Staging:
                 try:
                     os.replace(waiting, path)
                 except OSError as error:
-                    raise FileError(f"cannot write {path}: {_why(error)}") from None
+                    raise FileError(f"cannot write {path}: {system_reason(error)}") from None
                 del self._waiting[0]
             self._made.clear()
 
@@ -116,7 +116,7 @@ class Staging:
             try:
                 each.mkdir()
             except OSError as error:
-                raise FileError(f"cannot make the folder {folder}: {_why(error)}") from None
+                raise FileError(f"cannot make the folder {folder}: {system_reason(error)}") from None
             self._made.append(each)
         if not folder.is_dir():
             raise FileError(f"cannot write into {folder}: it is a file, not a folder")
@@ -189,8 +189,4 @@ def _prove_writable(folder: Path) -> None:
         _write_new(probe, b"")
         probe.unlink()
     except OSError as error:
-        raise FileError(f"cannot write into the folder {folder}: {_why(error)}") from None
-
-
-def _why(error: OSError) -> str:
-    return (error.strerror or str(error)).lower()
+        raise FileError(f"cannot write into the folder {folder}: {system_reason(error)}") from None

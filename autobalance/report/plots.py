@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any, Literal
 import numpy as np
 
 from autobalance.errors import FormatError
-from autobalance.rigid_rotor.moments import Array
+from autobalance.types import Array
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

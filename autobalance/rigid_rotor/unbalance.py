@@ -7,7 +7,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from autobalance.rigid_rotor.moments import Array, Moments
+from autobalance.rigid_rotor.moments import Moments
+from autobalance.types import Array
+from autobalance.units import wrapped_deg
 
 
 @dataclass(frozen=True, eq=False)
@@ -107,4 +109,4 @@ class Unbalance:
     @property
     def angle_deg(self) -> float:
         """Direction of the resultant, the heavy side, in [0, 360)."""
-        return math.degrees(self.angle_rad) % 360.0 % 360.0
+        return wrapped_deg(math.degrees(self.angle_rad))

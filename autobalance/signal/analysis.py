@@ -14,13 +14,14 @@ from autobalance.signal.crossings import Crossing, crossings
 from autobalance.signal.long_records import LONG, sines_of, thinned
 from autobalance.signal.modes import Mode, modes_of_run_up, modes_of_sweep, modes_of_transfer
 from autobalance.signal.order_lines import OrderLines, order_lines
-from autobalance.signal.record import Array, Channel, Record
+from autobalance.signal.record import Channel, Record
 from autobalance.signal.rolling_bearing import RollingBearing
 from autobalance.signal.sines import Sine
 from autobalance.signal.speed import speed_of_record
 from autobalance.signal.tacho import Pulses, pulses
 from autobalance.signal.turning import TURN, Turning
 from autobalance.signal.windows import COSINES
+from autobalance.types import Array
 
 STEADY = 0.02
 """A speed that varies by no more of itself is no run-up."""

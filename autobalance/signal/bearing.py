@@ -8,10 +8,11 @@ import numpy as np
 from scipy import fft
 
 from autobalance.errors import FormatError
-from autobalance.signal.record import Array, Channel
+from autobalance.signal.record import Channel
 from autobalance.signal.rolling_bearing import SLIP, RollingBearing
 from autobalance.signal.sines import Sine, find_sines
 from autobalance.signal.turning import TURN, Turning
+from autobalance.types import Array
 
 FEWEST_TURNS = 4
 

@@ -13,8 +13,9 @@ from collections.abc import Iterator
 import numpy as np
 from scipy import signal
 
-from autobalance.signal.record import Array, Channel
+from autobalance.signal.record import Channel
 from autobalance.signal.turning import TURN, Turning
+from autobalance.types import Array
 
 STOP_DB = 120.0
 KAISER = 0.1102 * (STOP_DB - 8.7)

@@ -8,8 +8,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from autobalance.errors import FormatError
-from autobalance.signal.record import BLOCK, Array, Channel
+from autobalance.signal.record import BLOCK, Channel
 from autobalance.signal.sines import find_sines
+from autobalance.types import Array
 
 RUN = 3
 """Samples that stand at the extreme together before a record may be clipped."""

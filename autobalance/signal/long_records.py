@@ -5,8 +5,9 @@ from __future__ import annotations
 import numpy as np
 from scipy import signal
 
-from autobalance.signal.record import Array, Channel
+from autobalance.signal.record import Channel
 from autobalance.signal.sines import Sine, find_sines
+from autobalance.types import Array
 
 LONG = 1 << 24
 """Samples up to which a record is transformed whole: 5 minutes at 50 kHz."""

@@ -9,9 +9,10 @@ from scipy import fft
 
 from autobalance.signal.by_angle import by_angle, samples_per_turn
 from autobalance.signal.order_lines import CYCLE, fit_between, whole_cycles
-from autobalance.signal.record import Array, Channel, Complex
+from autobalance.signal.record import Channel
 from autobalance.signal.turning import TURN, Turning
 from autobalance.signal.windows import gain, window
+from autobalance.types import Array, Complex
 
 MOST_ROWS = 400
 WATERFALL_BINS = 1024

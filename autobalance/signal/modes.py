@@ -20,8 +20,8 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import fft, optimize, signal
 
-from autobalance.signal.record import Array, Complex
 from autobalance.signal.turning import TURN, Turning
+from autobalance.types import Array, Complex
 
 SHORTEST = 256
 """Samples below which no resonance is looked for."""

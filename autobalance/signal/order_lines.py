@@ -14,8 +14,9 @@ from itertools import pairwise
 
 import numpy as np
 
-from autobalance.signal.record import Array, Channel, Complex
+from autobalance.signal.record import Channel
 from autobalance.signal.turning import TURN, Turning
+from autobalance.types import Array, Complex
 
 CYCLE = 2.0 * TURN
 """Half orders repeat every two turns."""

@@ -10,9 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from autobalance.errors import FormatError
-
-Array = NDArray[np.float64]
-Complex = NDArray[np.complex128]
+from autobalance.types import Array
 
 BLOCK = 1 << 20
 """Samples that are worked on at a time where a channel may be longer than memory."""

@@ -14,8 +14,8 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import fft
 
-from autobalance.signal.record import Array, Complex
 from autobalance.signal.windows import SIDELOBE, gain, half_width_bins, line, window
+from autobalance.types import Array, Complex
 
 ROUNDING = 1e-10
 """A peak below this share of the greatest is what double precision leaves."""

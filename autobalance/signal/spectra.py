@@ -7,8 +7,9 @@ from dataclasses import dataclass
 import numpy as np
 from scipy import fft, signal
 
-from autobalance.signal.record import Array, Channel
+from autobalance.signal.record import Channel
 from autobalance.signal.windows import window
+from autobalance.types import Array
 
 STANDARD_GRAVITY = 9.80665
 ACCELERATION = {"g": STANDARD_GRAVITY, "m/s²": 1.0, "mm/s²": 1e-3}

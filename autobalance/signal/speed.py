@@ -14,8 +14,9 @@ from numpy.typing import NDArray
 from scipy import fft
 
 from autobalance.signal.order_lines import CYCLE, fit_between, whole_cycles
-from autobalance.signal.record import Array, Channel
+from autobalance.signal.record import Channel
 from autobalance.signal.turning import TURN, Turning
+from autobalance.types import Array
 
 PIECE_S = 1.0
 LEAST_HZ, MOST_HZ = 3.0, 400.0

@@ -8,8 +8,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from autobalance.errors import FormatError
-from autobalance.signal.record import BLOCK, Array, Channel
+from autobalance.signal.record import BLOCK, Channel
 from autobalance.signal.turning import TURN, Turning
+from autobalance.types import Array
 
 HYSTERESIS = 0.15
 """Share of the way from threshold to lower extreme that a signal must fall before it may rise again."""

@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 import numpy as np
 from scipy.interpolate import CubicSpline
 
-from autobalance.signal.record import Array
+from autobalance.types import Array
 
 TURN = 2.0 * np.pi
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from autobalance.signal.record import Array, Complex
+from autobalance.types import Array, Complex
 
 COSINES: dict[str, tuple[float, ...]] = {
     "hann": (0.5, 0.5),

@@ -6,11 +6,9 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from autobalance.studies.linear_model import LinearModel
-
-Array = NDArray[np.float64]
+from autobalance.types import Array
 
 GRID = 32
 HALVINGS = 12

@@ -7,7 +7,6 @@ from collections.abc import Mapping
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
 from autobalance.correction import KINDS
 from autobalance.engine.balance_factor import bob_weight_moments
@@ -18,9 +17,8 @@ from autobalance.machine_models import rotor_from_job
 from autobalance.rigid_rotor.moments import Moments
 from autobalance.studies.linear_model import Draw, axis_effect, effect_of, shift_effect, turn_effect
 from autobalance.studies.plan import Plan
+from autobalance.types import Array
 from autobalance.units import G_PER_MM3_PER_KG_M3
-
-Array = NDArray[np.float64]
 
 TABLES = ("rotating", "reciprocating", "crankpin")
 DENSITY, DEPTH = "crankshaft.density_kg_m3", "correction.depth"

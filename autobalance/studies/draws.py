@@ -11,10 +11,10 @@ import math
 from typing import Literal
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.special import ndtri
 
-Array = NDArray[np.float64]
+from autobalance.types import Array
+
 Distribution = Literal["normal", "rectangular"]
 Sampling = Literal["random", "latin_hypercube"]
 

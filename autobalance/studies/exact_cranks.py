@@ -7,7 +7,6 @@ from collections.abc import Iterator, Mapping
 from dataclasses import replace
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
 from autobalance.correction import KINDS
@@ -21,9 +20,9 @@ from autobalance.studies import causes
 from autobalance.studies.causes import TABLES, heavier, square_to
 from autobalance.studies.linear_model import effect_of, state_of
 from autobalance.studies.plan import Plan
+from autobalance.types import Array
 from autobalance.units import G_PER_MM3_PER_KG_M3
 
-Array = NDArray[np.float64]
 Deviations = Mapping[str, Array]
 """Of one crank: by label, (1,) or (2,)."""
 

@@ -9,7 +9,7 @@ from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import Any
 
-from autobalance.errors import FileError
+from autobalance.errors import FileError, system_reason
 
 JOURNAL = "journal.jsonl"
 Line = dict[str, Any]
@@ -26,9 +26,7 @@ def made_folder(folder: Path) -> None:
     try:
         folder.mkdir(parents=True, exist_ok=True)
     except OSError as error:
-        raise FileError(
-            f"cannot make the folder {folder}: {(error.strerror or str(error)).lower()}"
-        ) from None
+        raise FileError(f"cannot make the folder {folder}: {system_reason(error)}") from None
 
 
 @contextlib.contextmanager
@@ -78,7 +76,7 @@ def read_journal(folder: Path) -> dict[str, Line]:
     try:
         data = path.read_bytes()
     except OSError as error:
-        raise FileError(f"cannot read {path}: {(error.strerror or str(error)).lower()}") from None
+        raise FileError(f"cannot read {path}: {system_reason(error)}") from None
     found: dict[str, Line] = {}
     for text in data.split(b"\n")[:-1]:
         try:

@@ -10,7 +10,6 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from autobalance.rigid_rotor.moments import Moments
 from autobalance.rigid_rotor.tolerance import Tolerance
@@ -23,8 +22,7 @@ from autobalance.studies.draws import (
     offsets,
     standard_deviation,
 )
-
-Array = NDArray[np.float64]
+from autobalance.types import Array
 
 
 @dataclass(frozen=True, eq=False)

@@ -6,7 +6,6 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from autobalance.engine.balance_factor import LEAST_DIRECTION, factor_direction_g_mm
 from autobalance.job.model import Sampling
@@ -28,8 +27,7 @@ from autobalance.studies.sensitivity import KeyFigure, key_figures
 from autobalance.studies.sobol import SobolShares, sobol_shares
 from autobalance.studies.statistics import wilson_interval
 from autobalance.studies.workers import InThisProcess, Workers
-
-Array = NDArray[np.float64]
+from autobalance.types import Array
 
 CHUNK = 1 << 15
 """Cranks that a worker makes at a time; their numbers are the same however they are shared out."""

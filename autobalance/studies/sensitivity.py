@@ -6,7 +6,6 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
 from autobalance.engine.cycle.analysis import CycleAnalysis
 from autobalance.machine_models.engine_from_job import with_moments
@@ -15,9 +14,8 @@ from autobalance.studies import causes
 from autobalance.studies.exact_cranks import drawn_engine
 from autobalance.studies.linear_model import Draw, LinearModel
 from autobalance.studies.plan import Plan
+from autobalance.types import Array
 from autobalance.units import G_PER_MM3_PER_KG_M3
-
-Array = NDArray[np.float64]
 
 STEPS = 33
 """Places from −pm to +pm of figures that the linear model tells."""

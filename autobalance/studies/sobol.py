@@ -16,11 +16,9 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from autobalance.studies.linear_model import LinearModel
-
-Array = NDArray[np.float64]
+from autobalance.types import Array
 
 CRANKS = 1 << 13
 """Cranks of each of the two samples; the shares are known to about 1 % then."""

@@ -5,11 +5,9 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from numpy.typing import NDArray
 
 from autobalance.studies.draws import Z_95
-
-Array = NDArray[np.float64]
+from autobalance.types import Array
 
 PERCENTILES = (1, 5, 25, 50, 75, 95, 99)
 

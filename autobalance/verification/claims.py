@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from autobalance.errors import ClaimError, FormatError
-from autobalance.rigid_rotor.moments import Array
+from autobalance.types import Array
 
 ROUNDING = 1e-9
 """Share by which a number may differ from its claim: sums in another order, no more."""

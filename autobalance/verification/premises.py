@@ -15,7 +15,8 @@ from autobalance.crank.anatomy import Anatomy, CounterweightOutline, MainJournal
 from autobalance.crank.datums import Datums, Flange, FlangeHole, Keyway, MachinedFace
 from autobalance.errors import ClaimError, FormatError, JobError
 from autobalance.job import Job
-from autobalance.rigid_rotor.moments import Array, Moments
+from autobalance.rigid_rotor.moments import Moments
+from autobalance.types import Array
 from autobalance.verification.claims import ROUNDING, Claims
 
 RIGID = 1e-9

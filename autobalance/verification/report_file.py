@@ -7,7 +7,7 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any, TypeVar
 
-from autobalance.errors import FileError, FormatError
+from autobalance.errors import FileError, FormatError, system_reason
 from autobalance.runtime import note_read
 
 LARGEST = 1e30
@@ -38,7 +38,7 @@ def read_report(path: Path) -> Mapping[str, Any]:
             object_pairs_hook=_each_once,
         )
     except OSError as error:
-        raise FileError(f"cannot read the report {path}: {(error.strerror or str(error)).lower()}") from None
+        raise FileError(f"cannot read the report {path}: {system_reason(error)}") from None
     except (ValueError, RecursionError) as error:
         raise FormatError(f"{path} is no JSON: {str(error).splitlines()[0]}") from None
     if not isinstance(values, dict):

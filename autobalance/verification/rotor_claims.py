@@ -14,9 +14,10 @@ from autobalance.engine.balance_factor import bob_weight_moments
 from autobalance.job import Job
 from autobalance.machine_models import rotor_from_job
 from autobalance.machine_models.assembly_from_job import staged_assembly
-from autobalance.rigid_rotor.moments import Array, Moments
+from autobalance.rigid_rotor.moments import Moments
 from autobalance.rigid_rotor.tolerance import Tolerance
 from autobalance.rigid_rotor.unbalance import Unbalance
+from autobalance.types import Array
 from autobalance.units import RAD_S_PER_RPM
 from autobalance.verification.claims import ROUNDING, Claims
 from autobalance.verification.solids import keys_of_pressed_in

@@ -17,7 +17,7 @@ from autobalance.errors import ClaimError, FileError, FormatError
 from autobalance.job import Job
 from autobalance.machine_models.facet_correction import FacetCorrection
 from autobalance.machine_models.measured import Crank
-from autobalance.rigid_rotor.moments import Array, Moments
+from autobalance.rigid_rotor.moments import Moments
 from autobalance.runtime import note_read
 from autobalance.solid.chordal_error.estimate import ChordalError, estimate_chordal_error
 from autobalance.solid.formats.read import Source, read
@@ -25,7 +25,7 @@ from autobalance.solid.formats.write import decode
 from autobalance.solid.mesh.measure import soup_moments
 from autobalance.solid.slicing.independent import agreement, slice_moments
 from autobalance.solid.soundness.validate import refuse_overlap_exactly
-from autobalance.types import Floats
+from autobalance.types import Array, Floats
 from autobalance.verification.claims import ROUNDING, Claims
 
 FACET_BARS = 3.0

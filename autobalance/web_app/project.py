@@ -12,7 +12,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from autobalance.errors import FileError
+from autobalance.errors import FileError, system_reason
 
 LONGEST_NAME = 120
 JOB = "job.toml"
@@ -50,9 +50,7 @@ class Project:
             for left in folder.glob(f"{WAITING}*"):
                 left.unlink()
         except OSError as error:
-            raise FileError(
-                f"cannot make the project {folder}: {(error.strerror or str(error)).lower()}"
-            ) from None
+            raise FileError(f"cannot make the project {folder}: {system_reason(error)}") from None
         return cls(folder.resolve())
 
     def file(self, name: str) -> Path | None:
@@ -139,7 +137,7 @@ class Project:
             target = _free(self.folder, name)
             target.write_bytes(data)
         except OSError as error:
-            raise FileError(f"cannot copy {source}: {(error.strerror or str(error)).lower()}") from None
+            raise FileError(f"cannot copy {source}: {system_reason(error)}") from None
         return target.name
 
 

@@ -10,7 +10,7 @@ from pathlib import Path
 from types import FrameType
 from typing import TYPE_CHECKING, Any, overload
 
-from autobalance.errors import FileError, FormatError, UsageError
+from autobalance.errors import FileError, FormatError, UsageError, system_reason
 
 if TYPE_CHECKING:
     from autobalance.api.balance import BalanceResult
@@ -121,9 +121,7 @@ def _serve(
     try:
         listener = listening_socket(port)
     except OSError as error:
-        raise FileError(
-            f"port {port} cannot be listened on: {(error.strerror or str(error)).lower()}"
-        ) from None
+        raise FileError(f"port {port} cannot be listened on: {system_reason(error)}") from None
     number = int(listener.getsockname()[1])
     keys, runs = Keys(), Runs(opened, memory_mb)
     config = uvicorn.Config(

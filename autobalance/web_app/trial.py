@@ -11,10 +11,11 @@ import numpy as np
 
 from autobalance.errors import JobError
 from autobalance.runtime import Notify
+from autobalance.types import Array
 from autobalance.web_app.prediction import checked_cuts
 
 if TYPE_CHECKING:
-    from autobalance.correction.contract import Array, Cut
+    from autobalance.correction.contract import Cut
     from autobalance.job import Job
     from autobalance.rigid_rotor.moments import Moments
     from autobalance.solid.csg.solid import Solid

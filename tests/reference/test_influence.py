@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 
 from autobalance.api.influence import influence
-from autobalance.dynamics.influence_coefficients import Complex
 from autobalance.dynamics.limited_weights import limited_weights
+from autobalance.types import Complex
 
 ANCHOR: dict[str, Any] = {
     "initial": [[8.5, 60.0], [6.5, 205.0]],

@@ -17,7 +17,7 @@ from autobalance.engine.slider_crank import (
     harmonic_series,
     swept_volume_cm3,
 )
-from autobalance.rigid_rotor.moments import Array
+from autobalance.types import Array
 from autobalance.units import RAD_S_PER_RPM
 from tests.reference.published import check, inputs
 

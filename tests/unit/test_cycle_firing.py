@@ -18,9 +18,9 @@ from autobalance.engine.cycle.firing import dead_centres_rad, firing_as_given, f
 from autobalance.engine.cycle.pendulum import Pendulum
 from autobalance.engine.cycle.speed import run_up_s
 from autobalance.engine.loads import loads, whole_turn
-from autobalance.engine.slider_crank import Complex, SliderCrank
+from autobalance.engine.slider_crank import SliderCrank
 from autobalance.engine.whole_engine import Cylinder, Engine
-from autobalance.rigid_rotor.moments import Array
+from autobalance.types import Array, Complex
 
 FOUR = 4.0 * math.pi
 

@@ -22,7 +22,7 @@ from autobalance.engine.cycle.speed import periodic_speed
 from autobalance.engine.loads import lever_shares, loads
 from autobalance.engine.slider_crank import SliderCrank
 from autobalance.engine.whole_engine import CrankUnbalance, Cylinder, Engine
-from autobalance.rigid_rotor.moments import Array
+from autobalance.types import Array
 from autobalance.units import N_M_PER_G_MM2_S2, N_PER_G_MM_S2
 
 BAR = 0.1

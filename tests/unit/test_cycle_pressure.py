@@ -14,7 +14,7 @@ from autobalance.engine.cycle.cylinder import CylinderCycle, GasExchange, Stroke
 from autobalance.engine.cycle.heat_release import Wiebe
 from autobalance.engine.cycle.wall_heat import GasEquation, SolvedPart, Woschni
 from autobalance.engine.slider_crank import SliderCrank
-from autobalance.rigid_rotor.moments import Array
+from autobalance.types import Array
 
 BAR = 0.1
 CHARGE = Charge(BAR, 330.0, 1.4)

@@ -16,7 +16,7 @@ from autobalance.engine.cycle.trace import Trace
 from autobalance.engine.slider_crank import SliderCrank
 from autobalance.errors import FileError, FormatError
 from autobalance.job.trace import read_trace
-from autobalance.rigid_rotor.moments import Array
+from autobalance.types import Array
 
 BAR = 0.1
 FOUR, TWO = 4.0 * math.pi, 2.0 * math.pi

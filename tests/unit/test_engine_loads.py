@@ -20,7 +20,7 @@ from autobalance.engine.loads import (
 from autobalance.engine.parts import Parts
 from autobalance.engine.slider_crank import SliderCrank
 from autobalance.engine.whole_engine import CrankUnbalance, Cylinder, Engine, vee
-from autobalance.rigid_rotor.moments import Array
+from autobalance.types import Array
 from autobalance.units import N_M_PER_G_MM2_S2, N_PER_G_MM_S2
 
 ROD = ConnectingRod(420.0, 140.0, 40.0, inertia_g_mm2=1.3e6)

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from autobalance.engine.slider_crank import SliderCrank, harmonic_coefficient, harmonic_series
-from autobalance.rigid_rotor.moments import Array
+from autobalance.types import Array
 
 STEP = 1e-5
 """Of central differences; their error is about STEP² times the third derivative."""

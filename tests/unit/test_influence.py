@@ -10,12 +10,13 @@ import pytest
 
 from autobalance.api.influence import influence
 from autobalance.dynamics.fitted_weights import Fitting, fitted_weights
-from autobalance.dynamics.influence_coefficients import Array, Complex, Trial, influence_coefficients
+from autobalance.dynamics.influence_coefficients import Trial, influence_coefficients
 from autobalance.dynamics.limited_weights import Goal, limited_weights
 from autobalance.dynamics.weights_with_sum import places_with_sum, weights_with_sum
 from autobalance.errors import JobError
 from autobalance.job.files.trials import TRIALS_KEYS
 from autobalance.job.toml.keys import json_schema
+from autobalance.types import Array, Complex
 
 
 def plant(seed: int, readings: int, planes: int) -> tuple[Complex, Complex, Array]:

@@ -13,12 +13,13 @@ from dataclasses import dataclass
 import numpy as np
 
 from autobalance.balancing.suggestions.wanted import Aim, Bore, Change, Missing, Refused, Suggestion
-from autobalance.crank.anatomy import Array, Web
+from autobalance.crank.anatomy import Web
 from autobalance.errors import CorrectionError
 from autobalance.rigid_rotor.moments import Moments
 from autobalance.solid.csg.shape import tessellated
 from autobalance.solid.csg.solid import Region, Solid, union
 from autobalance.solid.csg.tool import ring
+from autobalance.types import Array
 
 WALL_MM = 3.0
 """Metal left between a bore and the web's outline, journals and crankpins."""

@@ -15,7 +15,8 @@ from autobalance.crank.parametric.generate import exact_moments
 from autobalance.crank.parametric.true_anatomy import crank_anatomy
 from autobalance.errors import AutobalanceError, JobError
 from autobalance.job.files.crank_design import with_settings
-from autobalance.rigid_rotor.moments import Array, Moments
+from autobalance.rigid_rotor.moments import Moments
+from autobalance.types import Array
 from autobalance.units import G_PER_MM3_PER_KG_M3
 
 SEGMENTS = 32

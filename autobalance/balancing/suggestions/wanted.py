@@ -16,7 +16,8 @@ from autobalance.engine.parts import ThrowLoad
 from autobalance.errors import JobError
 from autobalance.job.model import EngineParts
 from autobalance.machine_models.rotor_from_job import attached_moments, crank_factor, throw_loads
-from autobalance.rigid_rotor.moments import Array, Moments
+from autobalance.rigid_rotor.moments import Moments
+from autobalance.types import Array
 
 G_MM2_PER_KG_MM2 = 1000.0
 LEAST_DIRECTION = 1e-6

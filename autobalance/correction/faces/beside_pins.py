@@ -7,12 +7,12 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from autobalance.correction.contract import Array
 from autobalance.correction.faces.depth_limit import DepthLimit
 from autobalance.correction.faces.layer import FaceLayer
 from autobalance.correction.faces.patches import AXIAL
 from autobalance.crank.anatomy import Anatomy, Pin
 from autobalance.solid.csg.solid import Region
+from autobalance.types import Array
 
 BARE = 0.98
 """Share of a pin's radius and length that is surely its own: no fillet, no web."""

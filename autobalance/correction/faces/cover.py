@@ -7,10 +7,9 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from autobalance.correction.contract import Array
 from autobalance.solid.csg.solid import Region
 from autobalance.solid.slicing.raster import Raster
-from autobalance.types import Indices
+from autobalance.types import Array, Indices
 
 CUT_MOST = 1000
 """Triangles on the outline of a region that are cut to it to know the area they share with it."""

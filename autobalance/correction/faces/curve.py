@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.polynomial import chebyshev
 
-from autobalance.correction.contract import Array
+from autobalance.types import Array
 
 NODES = (5, 9)
 """Samples of a piece, and how many where that is too few: every other one alone must tell those between."""

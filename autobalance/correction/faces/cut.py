@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from autobalance.correction.contract import Array, Correction, Item
+from autobalance.correction.contract import Correction, Item
 from autobalance.correction.cut import EmptyPlace, listed
 from autobalance.correction.faces.outline import loops_area_mm2, region_outline
 from autobalance.correction.faces.patches import FaceLimits, Patch, auto_patches, chosen_patches
@@ -16,6 +16,7 @@ from autobalance.correction.kind import Workpiece
 from autobalance.crank.anatomy import Face
 from autobalance.rigid_rotor.moments import Moments
 from autobalance.solid.csg.solid import Region
+from autobalance.types import Array
 from autobalance.wording import degrees, number
 
 

@@ -17,11 +17,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from autobalance.correction.contract import Array
 from autobalance.correction.faces.cover import Cover, doubled_areas
 from autobalance.correction.faces.layer import FaceLayer, Layer
 from autobalance.solid.csg.solid import Region
-from autobalance.types import Indices
+from autobalance.types import Array, Indices
 
 JOINED = 1e-3
 """A plane has joined the section when more than this share of it lies inside."""

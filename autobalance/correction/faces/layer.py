@@ -16,13 +16,12 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
-from autobalance.correction.contract import Array
 from autobalance.correction.faces.curve import DepthCurve
 from autobalance.rigid_rotor.moments import Moments
 from autobalance.solid.csg.solid import Region, Solid
 from autobalance.solid.mesh.mesh import Mesh, least_and_greatest, longest_sides
 from autobalance.solid.slicing.slices import Spans, cross_sections, thinned
-from autobalance.types import Indices
+from autobalance.types import Array, Indices
 
 ITS_OWN = 0.01
 """Share of the metal just under a face and in a sector over which the face lies if it is there at all."""

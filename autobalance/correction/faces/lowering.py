@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-from autobalance.correction.contract import Array
 from autobalance.correction.faces.layer import FaceLayer
 from autobalance.errors import CorrectionError
 from autobalance.solid.csg.shape import Prism, Shape, Without, polygon, reversed_outline
 from autobalance.solid.csg.solid import Region
 from autobalance.solid.csg.tool import Lowering
+from autobalance.types import Array
 
 BESIDE_MM = 0.5
 """How far the box reaches beyond the metal that it takes, and keeps from what it spares, if it can."""

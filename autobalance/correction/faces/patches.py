@@ -9,7 +9,7 @@ from typing import Annotated, Literal
 
 import numpy as np
 
-from autobalance.correction.contract import Array, Limits
+from autobalance.correction.contract import Limits
 from autobalance.correction.refusals import STEP
 from autobalance.crank.anatomy import Anatomy, Face
 from autobalance.errors import CorrectionError
@@ -18,6 +18,8 @@ from autobalance.solid.csg.shape import Shape
 from autobalance.solid.csg.solid import Region, Solid
 from autobalance.solid.csg.tool import wedge
 from autobalance.solid.mesh.mesh import Mesh
+from autobalance.types import Array
+from autobalance.units import wrapped_deg
 
 FacePoint = tuple[float, float, float]
 HeavyAt = Sequence[tuple[float, Array]]
@@ -236,7 +238,7 @@ def _patch(face: Face, angles_deg: tuple[float, float] | None, reach_mm: float) 
         return Patch(face)
     span = (angles_deg[1] - angles_deg[0]) % 360.0
     exact = wedge(math.radians(angles_deg[0]), math.radians(span), reach_mm) if span else None
-    start, end = (angle % 360.0 % 360.0 for angle in angles_deg)
+    start, end = map(wrapped_deg, angles_deg)
     return Patch(face, sector(angles_deg, reach_mm), exact, (start, end))
 
 

@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from autobalance.correction.contract import Array, Item, Limits
+from autobalance.correction.contract import Item, Limits
 from autobalance.correction.faces.layer import Layer
 from autobalance.correction.faces.outline import loops_area_mm2, side_of
 from autobalance.correction.faces.patches import ROUNDING_SHARE, face_frame, face_region, farthest_mm, sector
@@ -28,6 +28,7 @@ from autobalance.correction.trace import (
 from autobalance.crank.anatomy import Face
 from autobalance.errors import FormatError
 from autobalance.solid.csg.solid import Region, Solid
+from autobalance.types import Array
 
 LEAN = 1.0
 """How far beside a face metal is looked for, as a share of the depth: if it went elsewhere, that is found."""

@@ -5,12 +5,12 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 from weakref import WeakKeyDictionary
 
-from autobalance.correction.contract import Array
 from autobalance.correction.faces.layer import Layer
 from autobalance.correction.faces.patches import face_region, farthest_mm
 from autobalance.crank.anatomy import Anatomy, Face
 from autobalance.solid.csg.solid import Region
 from autobalance.solid.mesh.mesh import Mesh
+from autobalance.types import Array
 
 CLEARANCE = 5.0
 """Grains between what stands on a face and the tool: it keeps clear of the fillet, and its outline needs no

@@ -18,6 +18,7 @@ from autobalance.crank.anatomy import Anatomy
 from autobalance.solid.csg.solid import Solid
 from autobalance.solid.csg.tool import Tool
 from autobalance.types import Array
+from autobalance.units import wrapped_deg
 
 Towards = Array | Callable[[float], Array]
 """A direction (2,) that one of the places tried lies in, or what returns it for a z [mm]."""
@@ -42,7 +43,7 @@ class HoleCut(WalledCut):
     @property
     def place(self) -> str:
         """Where it is, for messages."""
-        return f"in web {self.web} at {math.degrees(self.site.angle_rad) % 360.0 % 360.0:.4g}°"
+        return f"in web {self.web} at {wrapped_deg(math.degrees(self.site.angle_rad)):.4g}°"
 
     @property
     def room(self) -> Room:

@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from autobalance.correction.contract import Array, Item, Limits
+from autobalance.correction.contract import Item, Limits
 from autobalance.correction.holes.hole import Hole
 from autobalance.correction.holes.surface import Axis
 from autobalance.correction.trace import (
@@ -29,6 +29,7 @@ from autobalance.errors import FormatError
 from autobalance.rigid_rotor.moments import Moments
 from autobalance.solid.csg.solid import Region, Solid, union
 from autobalance.solid.mesh.mesh import Mesh
+from autobalance.types import Array
 
 FLAT_RAD = 0.5 * math.pi
 G_PER_MM3_PER_KG_M3 = 1e-6

@@ -8,6 +8,7 @@ from dataclasses import dataclass, fields, is_dataclass, replace
 from typing import Any, Literal
 
 from autobalance.errors import JobError
+from autobalance.units import STEEL_KG_M3
 
 Ends = Literal["both", "first"]
 WebOutline = Literal["pear", "disc"]
@@ -117,7 +118,7 @@ class Design:
     flange: Flange | None = None
     journals: Ends = "both"
     crankpin_in_file: bool = True
-    density_kg_m3: float = 7850.0
+    density_kg_m3: float = STEEL_KG_M3
     segments: int = 128
 
     @property

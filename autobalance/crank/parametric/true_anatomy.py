@@ -6,7 +6,7 @@ import math
 
 import numpy as np
 
-from autobalance.crank.anatomy import Anatomy, Array, MainJournal, Pin, Throw, Web
+from autobalance.crank.anatomy import Anatomy, MainJournal, Pin, Throw, Web
 from autobalance.crank.parametric.axial_plan import (
     AxialPlan,
     Span,
@@ -16,6 +16,7 @@ from autobalance.crank.parametric.axial_plan import (
     shoulder_height_mm,
 )
 from autobalance.crank.parametric.design import Design
+from autobalance.types import Array
 
 
 def crank_anatomy(crank: Design, placement: Array | None = None) -> Anatomy:

@@ -8,11 +8,12 @@ from itertools import islice
 
 import numpy as np
 
-from autobalance.crank.anatomy import Array, Pin
+from autobalance.crank.anatomy import Pin
 from autobalance.crank.recognition.cylinder_runs import ROUNDING, CylinderRun, find_runs
 from autobalance.crank.recognition.directions import axis_candidates
 from autobalance.crank.recognition.section_stack import SectionStack, lengthwise
 from autobalance.solid.mesh.mesh import Mesh
+from autobalance.types import Array
 
 DIRECTIONS = 3
 """So many directions are looked along where none is known."""

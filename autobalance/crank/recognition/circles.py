@@ -9,7 +9,7 @@ from typing import TypeVar
 import numpy as np
 from numpy.typing import NDArray
 
-from autobalance.crank.anatomy import Array
+from autobalance.types import Array
 
 T = TypeVar("T", bound=np.generic)
 

@@ -7,9 +7,9 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from autobalance.crank.anatomy import Array, Indices
 from autobalance.crank.recognition.circles import distances, fit_circle
 from autobalance.crank.recognition.section_stack import SectionStack
+from autobalance.types import Array, Indices
 
 SAME_CENTRE = 0.03
 """Circles of two sections belong to one axis when their centres are closer than this share of the radius."""

@@ -9,12 +9,14 @@ from typing import Literal
 
 import numpy as np
 
-from autobalance.crank.anatomy import Array, Web
+from autobalance.crank.anatomy import Web
 from autobalance.crank.datums import Datums, End, Flange, FlangeHole, Keyway, MachinedFace
 from autobalance.crank.recognition.circles import Circle, corners_of, distances, following, preceding
 from autobalance.crank.recognition.cylinder_runs import CylinderRun
 from autobalance.crank.recognition.section_stack import ASIDE_SHARE, CrossSection, SectionPiece, SectionStack
 from autobalance.solid.mesh.mesh import Mesh
+from autobalance.types import Array
+from autobalance.units import wrapped_deg
 
 ON_AXIS = 0.03
 """A section is the shaft's when its circle is off the axis by less than this share of its radius."""
@@ -237,7 +239,7 @@ def _walled(zone: _Zone, group: Sequence[_Slot], mesh: Mesh, to_rotor: Array) ->
 def _rotor_angle_deg(direction: Array, to_rotor: Array) -> float:
     """Return the angle of a direction (2,) of the turned axes in the rotor frame, in [0, 360)."""
     x, y = to_rotor[:2, :2] @ direction
-    return math.degrees(math.atan2(y, x)) % 360.0 % 360.0
+    return wrapped_deg(math.degrees(math.atan2(y, x)))
 
 
 # --- flanges ------------------------------------------------------------------------------------------------

@@ -6,7 +6,7 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from autobalance.crank.anatomy import Array
+from autobalance.types import Array
 
 BIN_RAD = 0.02
 """Directions closer than this count as one at first; the best are refined afterwards."""

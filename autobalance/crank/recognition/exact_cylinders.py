@@ -7,11 +7,11 @@ from dataclasses import replace
 
 import numpy as np
 
-from autobalance.crank.anatomy import Array
 from autobalance.crank.recognition.cylinder_runs import CylinderRun
 from autobalance.crank.recognition.layout import JournalLayout
 from autobalance.crank.recognition.section_stack import SectionStack
 from autobalance.solid.cad.surface import CylinderFace
+from autobalance.types import Array
 
 NEAR_RAD = 1e-2
 """An axis estimated from the surface's directions is that of cylinders which differ by less."""

@@ -9,10 +9,10 @@ from itertools import pairwise
 import numpy as np
 from numpy.typing import NDArray
 
-from autobalance.crank.anatomy import Array
 from autobalance.crank.recognition.cylinder_runs import SAME_CENTRE, CylinderRun
 from autobalance.crank.recognition.section_stack import SectionStack
 from autobalance.errors import RecognitionError
+from autobalance.types import Array
 
 LONGER = 1.3
 """A line of cylinders wins over another when it has this much more shaft, or metal reaches this much farther

@@ -7,11 +7,11 @@ from itertools import dropwhile, takewhile
 
 import numpy as np
 
-from autobalance.crank.anatomy import Array
 from autobalance.crank.recognition.cylinder_runs import SAME_CENTRE, CylinderRun, bare_cylinder
 from autobalance.crank.recognition.layout import JournalLayout, choose_journals, crank_axis, mean_centre
 from autobalance.crank.recognition.section_stack import CrossSection, SectionStack
 from autobalance.errors import RecognitionError
+from autobalance.types import Array
 
 NEARER = 0.5
 """Of a half crank, the end with the web is that from which its bore is nearer by this factor."""

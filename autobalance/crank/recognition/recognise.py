@@ -9,16 +9,7 @@ from functools import partial
 
 import numpy as np
 
-from autobalance.crank.anatomy import (
-    Anatomy,
-    Array,
-    MainJournal,
-    Overrides,
-    Pin,
-    PinHint,
-    Throw,
-    Web,
-)
+from autobalance.crank.anatomy import Anatomy, MainJournal, Overrides, Pin, PinHint, Throw, Web
 from autobalance.crank.recognition.cylinder_runs import (
     CylinderRun,
     bare_cylinder,
@@ -40,6 +31,7 @@ from autobalance.solid.cad.surface import CylinderFace
 from autobalance.solid.csg.solid import Solid
 from autobalance.solid.mesh.mesh import Mesh
 from autobalance.solid.roughness.estimate import DRAWN, SCANNED, flat_share
+from autobalance.types import Array
 
 SMOOTH = 1e-6
 """A mesh without noise stands off smooth surfaces by less than this share of its diagonal."""

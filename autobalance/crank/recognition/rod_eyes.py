@@ -8,7 +8,6 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from autobalance.crank.anatomy import Array
 from autobalance.crank.recognition.cylinder_runs import (
     ROUNDING,
     SAME_CENTRE,
@@ -22,6 +21,7 @@ from autobalance.crank.recognition.section_stack import SectionStack, lengthwise
 from autobalance.errors import RecognitionError
 from autobalance.solid.cad.surface import CylinderFace
 from autobalance.solid.mesh.mesh import Mesh
+from autobalance.types import Array
 
 LIKELIEST = 3
 """Directions tried: most of a rod's surface stands along its eyes or square to them."""

@@ -8,7 +8,6 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from autobalance.crank.anatomy import Array, Indices
 from autobalance.crank.recognition.cylinder_runs import CylinderRun
 from autobalance.crank.recognition.rough_fits import Fit, Region, fit_circle_along_z, rows_near
 from autobalance.crank.recognition.rough_planes import RoughPlane
@@ -17,6 +16,7 @@ from autobalance.crank.recognition.section_stack import SectionStack
 from autobalance.errors import RecognitionError
 from autobalance.solid.mesh.mesh import Mesh
 from autobalance.solid.roughness.estimate import local_roughness_mm, smoothed_normals, vertex_areas
+from autobalance.types import Array, Indices
 
 NEIGHBOURS = 40.0
 """Roughness is measured on neighbourhoods of about so many triangles."""

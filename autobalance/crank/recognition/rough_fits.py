@@ -8,7 +8,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from autobalance.crank.anatomy import Array, Indices
+from autobalance.types import Array, Indices
 
 OUTLIER = 3.5
 """Points that stand off a surface by more than so many standard deviations (of the middle ones) are no part

@@ -7,10 +7,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from autobalance.crank.anatomy import Array, Indices
 from autobalance.crank.recognition.rough_fits import Fit, Region, fit_plane, spread_of
 from autobalance.solid.mesh.components import numbered_components
 from autobalance.solid.mesh.mesh import Mesh, compacted
+from autobalance.types import Array, Indices
 
 SQUARE = 0.97
 """A triangle may belong to a plane square to the axis when its smoothed direction has this much along it."""

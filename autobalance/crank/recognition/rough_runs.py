@@ -7,7 +7,6 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from autobalance.crank.anatomy import Array
 from autobalance.crank.recognition.cylinder_runs import CylinderRun
 from autobalance.crank.recognition.section_stack import (
     CrossSection,
@@ -18,6 +17,7 @@ from autobalance.crank.recognition.section_stack import (
 )
 from autobalance.solid.mesh.mesh import Mesh
 from autobalance.solid.slicing.slices import cross_sections
+from autobalance.types import Array
 
 STEP_MM = 0.6
 STATIONS = (120, 600)

@@ -13,7 +13,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from autobalance.crank.anatomy import Anatomy, Array
+from autobalance.crank.anatomy import Anatomy
 from autobalance.crank.recognition.cylinder_runs import CylinderRun
 from autobalance.crank.recognition.directions import axis_candidates
 from autobalance.crank.recognition.layout import JournalLayout
@@ -35,6 +35,7 @@ from autobalance.crank.recognition.section_stack import SectionStack, rotated, t
 from autobalance.crank.scan import ScanFit, ScannedCylinder, ScannedFace
 from autobalance.errors import RecognitionError
 from autobalance.solid.mesh.mesh import Mesh
+from autobalance.types import Array
 
 SIDE_SINE = 0.06
 """A triangle of a scan stands along an axis when the sine of its smoothed lean is below this."""

@@ -8,11 +8,11 @@ from itertools import pairwise
 
 import numpy as np
 
-from autobalance.crank.anatomy import Array, Indices
 from autobalance.crank.recognition.circles import Circle, distances, following, whole_circle
 from autobalance.solid.mesh.mesh import Mesh, least_and_greatest
 from autobalance.solid.mesh.tetrahedra import CHUNK
 from autobalance.solid.slicing.slices import Spans, cross_sections
+from autobalance.types import Array, Indices
 
 SQUARE = 1.0 - 1e-4
 """A triangle is square to the axis when its normal has at least this component along it (0.8°)."""

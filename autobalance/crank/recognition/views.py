@@ -6,10 +6,10 @@ from dataclasses import replace
 
 import numpy as np
 
-from autobalance.crank.anatomy import Array
 from autobalance.crank.recognition.cylinder_runs import ROUNDING, CylinderRun, find_runs
 from autobalance.crank.recognition.section_stack import SectionStack, lengthwise, rotated
 from autobalance.solid.mesh.mesh import Mesh
+from autobalance.types import Array
 
 
 class Views:

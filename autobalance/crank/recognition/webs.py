@@ -8,12 +8,13 @@ from itertools import groupby, pairwise
 
 import numpy as np
 
-from autobalance.crank.anatomy import Array, CounterweightOutline, Web
+from autobalance.crank.anatomy import CounterweightOutline, Web
 from autobalance.crank.recognition.circles import distances, following
 from autobalance.crank.recognition.cylinder_runs import INSIDE, CylinderRun
 from autobalance.crank.recognition.layout import JournalLayout
 from autobalance.crank.recognition.section_stack import ASIDE_SHARE, CrossSection, SectionPiece, SectionStack
 from autobalance.errors import RecognitionError
+from autobalance.types import Array
 
 CENTRED = 0.02
 """A section piece is a collar or fillet of a cylinder when it is a circle whose centre is off the cylinder's

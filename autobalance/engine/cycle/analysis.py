@@ -18,7 +18,7 @@ from autobalance.engine.cycle.speed import (
 )
 from autobalance.engine.loads import Loads
 from autobalance.records import Bound, Degrees, NewtonMetres, Newtons
-from autobalance.rigid_rotor.moments import Array
+from autobalance.types import Array
 from autobalance.units import N_M_PER_G_MM2_S2, N_M_PER_N_MM
 
 HIGHEST_ORDER = 12

@@ -14,7 +14,7 @@ import numpy as np
 from autobalance.engine.cycle.chamber import Chamber
 from autobalance.engine.cycle.heat_release import Wiebe
 from autobalance.engine.cycle.quadrature import Panels, edges_between, hermite
-from autobalance.rigid_rotor.moments import Array
+from autobalance.types import Array
 
 WIDEST_RAD = np.radians(0.5)
 BURN_PANELS = 600

@@ -11,8 +11,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from autobalance.engine.slider_crank import Complex
-from autobalance.rigid_rotor.moments import Array
+from autobalance.types import Array, Complex
 from autobalance.units import N_PER_G_MM_S2
 
 

@@ -17,7 +17,7 @@ from autobalance.engine.cycle.heat_release import Wiebe
 from autobalance.engine.cycle.quadrature import SAME_RAD, Panels, edges_between
 from autobalance.engine.cycle.trace import Trace
 from autobalance.engine.cycle.wall_heat import SolvedPart, Woschni
-from autobalance.rigid_rotor.moments import Array
+from autobalance.types import Array
 
 Strokes = Literal[2, 4]
 WIDEST_RAD = math.radians(0.5)

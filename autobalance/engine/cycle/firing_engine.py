@@ -13,9 +13,8 @@ from autobalance.engine.cycle.cylinder import CylinderCycle, Strokes
 from autobalance.engine.cycle.friction import NO_FRICTION, Friction
 from autobalance.engine.cycle.grid import CycleGrid
 from autobalance.engine.loads import Loads, lever_shares, loads, variable_inertia_g_mm2
-from autobalance.engine.slider_crank import Complex
 from autobalance.engine.whole_engine import CrankUnbalance, Engine
-from autobalance.rigid_rotor.moments import Array
+from autobalance.types import Array, Complex
 from autobalance.units import BAR_PER_MPA, N_M_PER_N_MM, N_PER_G_MM_S2
 
 NO_WORK = 1e-9

@@ -9,7 +9,7 @@ from scipy.interpolate import CubicSpline
 
 from autobalance.engine.cycle.factors import MainLoads
 from autobalance.engine.cycle.firing_engine import FiringEngine
-from autobalance.rigid_rotor.moments import Array
+from autobalance.types import Array
 from autobalance.units import N_M_PER_G_MM2_S2
 
 FRICTION_SPEEDS = 9

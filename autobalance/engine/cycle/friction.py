@@ -8,7 +8,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from autobalance.rigid_rotor.moments import Array
+from autobalance.types import Array
 
 
 @dataclass(frozen=True)

@@ -9,8 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from autobalance.engine.cycle.quadrature import Panels, edges_between
-from autobalance.engine.slider_crank import Complex
-from autobalance.rigid_rotor.moments import Array
+from autobalance.types import Array, Complex
 
 STEP_RAD = math.radians(0.5)
 GAUSS_POINTS = 3

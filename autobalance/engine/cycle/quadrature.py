@@ -8,7 +8,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from autobalance.rigid_rotor.moments import Array
+from autobalance.types import Array
 
 SAME_RAD = 1e-9
 """Angles that differ by less are one."""

@@ -8,7 +8,7 @@ from collections.abc import Iterator
 import numpy as np
 
 from autobalance.engine.cycle.analysis import CycleAnalysis
-from autobalance.rigid_rotor.moments import Array
+from autobalance.types import Array
 from autobalance.units import BAR_PER_MPA, RAD_S_PER_RPM
 
 

@@ -11,7 +11,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from autobalance.rigid_rotor.moments import Array
+from autobalance.types import Array
 from autobalance.units import N_M_PER_G_MM2_S2
 
 LEAST_SHARE = 1e-14

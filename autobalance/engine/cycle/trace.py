@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from autobalance.engine.cycle.quadrature import SAME_RAD
-from autobalance.rigid_rotor.moments import Array
+from autobalance.types import Array
 
 LARGEST_GAP_RAD = math.radians(10.0)
 PEG_RAD = (math.radians(-185.0), math.radians(-175.0))

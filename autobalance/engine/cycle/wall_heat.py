@@ -11,7 +11,7 @@ from autobalance.engine.cycle.chamber import Chamber
 from autobalance.engine.cycle.closed_part import Charge, burn_corners_rad, burn_edges_rad
 from autobalance.engine.cycle.heat_release import Wiebe
 from autobalance.engine.cycle.quadrature import edges_between, hermite
-from autobalance.rigid_rotor.moments import Array
+from autobalance.types import Array
 
 WIDEST_RAD = np.radians(0.25)
 RELATIVE = 1e-10

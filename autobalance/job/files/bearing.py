@@ -28,12 +28,11 @@ from autobalance.job.files.history import history_of_arrays, read_history
 from autobalance.job.toml.document import text_of, toml_of
 from autobalance.job.toml.table import Table
 from autobalance.ranges import ANY, COUNTED, NOT_NEGATIVE, POSITIVE, Rule
-from autobalance.units import RAD_S_PER_RPM
+from autobalance.units import M_PER_MM, RAD_S_PER_RPM
 
 Kind = Literal["dry", "hydrodynamic", "rolling", "squeeze_film"]
 Given = str | Path | Mapping[str, Any] | None
 """A history in place of the one that a file names."""
-M_PER_MM = 1e-3
 MOST_SPEEDS = 10_000
 FEWEST_CELLS = (8, 4)
 MOST_CELLS = 100_000

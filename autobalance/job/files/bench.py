@@ -12,7 +12,6 @@ from typing import Any, Literal
 from autobalance.bearings.cases import RollingCase
 from autobalance.bearings.film import JournalBearing
 from autobalance.dynamics.bench_rotor import (
-    M_PER_MM,
     BenchBearings,
     DiscOnShaft,
     DrilledHole,
@@ -26,7 +25,14 @@ from autobalance.errors import JobError
 from autobalance.job.files.bearing import parse_bearing
 from autobalance.job.toml.keys import FILLED, Key, Values, names, read_document
 from autobalance.ranges import COUNTED, NOT_NEGATIVE, POSITIVE
-from autobalance.units import G_MM2_PER_KG_MM2, G_PER_KG, G_PER_MM3_PER_KG_M3, RAD_S_PER_RPM
+from autobalance.units import (
+    G_MM2_PER_KG_MM2,
+    G_PER_KG,
+    G_PER_MM3_PER_KG_M3,
+    M_PER_MM,
+    RAD_S_PER_RPM,
+    STEEL_KG_M3,
+)
 
 GRAVITY_M_S2 = 9.80665
 MOST_RUNS = 1000
@@ -46,7 +52,7 @@ ROTOR_KEYS = (
     Key("shaft_mm", float, "diameter of the shaft", POSITIVE, None),
     Key("length_mm", float, "of the whole rotor", POSITIVE, None),
     Key("thickness_mm", float, "of the disc", POSITIVE, None),
-    Key("density_kg_m3", float, "of rotor and holes", POSITIVE, 7850.0),
+    Key("density_kg_m3", float, "of rotor and holes", POSITIVE, STEEL_KG_M3),
 )
 HOLE_KEYS = (
     Key("diameter_mm", float, "of the hole", POSITIVE),

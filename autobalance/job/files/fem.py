@@ -12,6 +12,7 @@ from autobalance.fem_analysis.statics import Box, Hold, Load
 from autobalance.job.model import LengthUnit
 from autobalance.job.toml.keys import FILLED, Key, Values, plain, read_document
 from autobalance.ranges import POSITIVE, Rule
+from autobalance.units import STEEL_KG_M3
 
 T_MM3_PER_KG_M3 = 1e-12
 MPA_PER_GPA = 1e3
@@ -55,7 +56,7 @@ SOLID = (
 MATERIAL = (
     Key("e_gpa", float, "Young's modulus", POSITIVE, 210.0),
     Key("nu", float, "Poisson's ratio", POISSON, 0.3),
-    Key("density_kg_m3", float, "density", POSITIVE, 7850.0),
+    Key("density_kg_m3", float, "density", POSITIVE, STEEL_KG_M3),
 )
 ANALYSIS = (
     Key("kind", AnalysisKind, '`"modes"`: natural modes; `"static"`: stress under loads', default="modes"),
@@ -111,7 +112,7 @@ def fem_of_solid(
     *,
     unit: str | None = None,
     body: int | str | None = None,
-    density_kg_m3: float = 7850.0,
+    density_kg_m3: float = STEEL_KG_M3,
     e_gpa: float = 210.0,
     nu: float = 0.3,
     modes: int = 6,

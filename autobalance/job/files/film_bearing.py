@@ -12,10 +12,9 @@ from autobalance.bearings.reynolds import reynolds
 from autobalance.bearings.short_bearing import ocvirk
 from autobalance.dynamics.beam_rotor import Bearing
 from autobalance.errors import JobError
-from autobalance.rigid_rotor.moments import Array
-from autobalance.units import RAD_S_PER_RPM
+from autobalance.types import Array
+from autobalance.units import M_PER_MM, RAD_S_PER_RPM
 
-M_PER_MM = 1e-3
 TABLED = 33
 """Speeds of the table; linear between them."""
 LOWEST = 0.02

@@ -11,10 +11,10 @@ import numpy as np
 import numpy.typing as npt
 
 from autobalance.bearings.cases import History
-from autobalance.bearings.loads import Array
-from autobalance.errors import FileError, JobError
+from autobalance.errors import FileError, JobError, system_reason
 from autobalance.job.toml.convert import did_you_mean
 from autobalance.runtime import note_read
+from autobalance.types import Array
 
 ANGLE = "angle_deg"
 LARGEST_BYTES = 1 << 27
@@ -42,7 +42,7 @@ def read_history(path: Path, x_column: str, y_column: str, bush_speed_rad_s: flo
         note_read(path)
         text = path.read_text("utf-8-sig")
     except (OSError, ValueError) as error:
-        why = (getattr(error, "strerror", None) or str(error)).lower()
+        why = system_reason(error)
         raise FileError(f"cannot read the history {path}: {why}") from None
     rows = csv.reader(text.splitlines())
     header = [name.strip() for name in next(rows, [])]

@@ -24,7 +24,7 @@ from autobalance.job.files.reading_keys import (
 )
 from autobalance.job.toml.keys import FILLED, Key, Values, read_document
 from autobalance.ranges import NOT_NEGATIVE, POSITIVE, Rule
-from autobalance.units import G_MM2_PER_KG_MM2, G_PER_MM3_PER_KG_M3, RAD_S_PER_RPM
+from autobalance.units import G_MM2_PER_KG_MM2, G_PER_MM3_PER_KG_M3, RAD_S_PER_RPM, STEEL_KG_M3
 
 MachineKind = Literal["hard", "soft", "cradle", "nodal", "static"]
 Pair = tuple[float, float]
@@ -74,7 +74,7 @@ DRILL_KEYS = (
     Key("diameter_mm", float, "of the drill", POSITIVE),
     Key("radius_mm", float, "of the rim, taken as flat; axial: of the hole", POSITIVE),
     Key("point_angle_deg", float, "of the drill", POINT, 118.0),
-    Key("density_kg_m3", float, "of the metal", POSITIVE, 7850.0),
+    Key("density_kg_m3", float, "of the metal", POSITIVE, STEEL_KG_M3),
     Key("direction", HoleDirection, "into the rim, or along the axis", default="radial"),
 )
 MACHINE_KEYS = (

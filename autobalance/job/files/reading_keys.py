@@ -7,6 +7,7 @@ from typing import Literal
 
 from autobalance.job.toml.keys import Key, Values
 from autobalance.ranges import NOT_NEGATIVE, POSITIVE, Rule
+from autobalance.units import wrapped_deg
 
 Rotation = Literal["ccw", "cw"]
 Reads = Literal["heavy", "light"]
@@ -61,8 +62,8 @@ class Convention:
 
     def rotor_deg(self, angle_deg: float) -> float:
         """Return the angle of the heavy side in the rotor frame."""
-        return (self.offset_deg + self.sense * angle_deg) % 360.0 % 360.0
+        return wrapped_deg(self.offset_deg + self.sense * angle_deg)
 
     def machine_deg(self, rotor_deg: float) -> float:
         """Return what the machine shows for a heavy side at an angle of the rotor frame."""
-        return (self.sense * (rotor_deg - self.offset_deg)) % 360.0 % 360.0
+        return wrapped_deg(self.sense * (rotor_deg - self.offset_deg))

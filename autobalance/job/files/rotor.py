@@ -17,12 +17,12 @@ from autobalance.dynamics.beam_rotor import (
     ShaftSection,
 )
 from autobalance.errors import JobError
-from autobalance.job.files.rotor_bearings import BEARING, M_PER_MM, PLACE, read_bearing
+from autobalance.job.files.rotor_bearings import BEARING, PLACE, read_bearing
 from autobalance.job.toml.convert import Large
 from autobalance.job.toml.keys import Key, Values, read_document
 from autobalance.ranges import ANY, COUNTED, NOT_NEGATIVE, POSITIVE, Rule
-from autobalance.rigid_rotor.moments import Array
-from autobalance.units import RAD_S_PER_RPM
+from autobalance.types import Array
+from autobalance.units import M_PER_MM, RAD_S_PER_RPM, STEEL_KG_M3
 
 PA_PER_GPA = 1e9
 KG_M2_PER_KG_MM2 = 1e-6
@@ -46,7 +46,7 @@ SHAFT = (
     Key("e_gpa", float, "Young's modulus", POSITIVE, 210.0),
     Key("nu", float, "Poisson's ratio; default 0.3, or what g_gpa makes it", POISSON, None),
     Key("g_gpa", float, "shear modulus, instead of nu", POSITIVE, None),
-    Key("density_kg_m3", float, "density", POSITIVE, 7850.0),
+    Key("density_kg_m3", float, "density", POSITIVE, STEEL_KG_M3),
     Key("shear_factor", float, "Timoshenko's shear factor; 0: Cowper's", NOT_NEGATIVE, 0.0),
     Key("elements", int, "classical elements; 0: as many as 1e-5 of a frequency needs", ELEMENTS, 0),
 )

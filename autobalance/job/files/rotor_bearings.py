@@ -16,10 +16,9 @@ from autobalance.job.files.film_bearing import film_bearing
 from autobalance.job.toml.convert import Large
 from autobalance.job.toml.keys import Key, Values
 from autobalance.ranges import ANY, NOT_NEGATIVE, POSITIVE
-from autobalance.rigid_rotor.moments import Array
-from autobalance.units import RAD_S_PER_RPM
+from autobalance.types import Array
+from autobalance.units import M_PER_MM, RAD_S_PER_RPM
 
-M_PER_MM = 1e-3
 PerSpeed = Large | tuple[Large, ...]
 PLACE = Key("z_mm", float, "place on the shaft, from its start")
 STIFFNESS = ("kxx_n_m", "kxy_n_m", "kyx_n_m", "kyy_n_m")

@@ -11,6 +11,7 @@ from typing import Any
 from autobalance.errors import AutobalanceError, JobError
 from autobalance.job.toml.keys import Key, Values, read
 from autobalance.ranges import POSITIVE
+from autobalance.units import wrapped_deg
 
 RECORDS_KEYS = (
     Key("channels", tuple[str, ...], "sensors, in the order of the readings"),
@@ -112,4 +113,4 @@ def _reading(file: Path, channel: str, asked: Values, where: str) -> tuple[float
     value = complex(found.lines.amplitudes[orders.index(order)])
     if not cmath.isfinite(value):
         raise JobError(f"{where}: {file.name} has no order {order:g}: it passes half the sample rate")
-    return abs(value), math.degrees(cmath.phase(value)) % 360.0 % 360.0
+    return abs(value), wrapped_deg(math.degrees(cmath.phase(value)))

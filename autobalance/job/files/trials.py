@@ -11,7 +11,7 @@ from typing import Any, Literal
 import numpy as np
 
 from autobalance.dynamics.fitted_weights import Fitting
-from autobalance.dynamics.influence_coefficients import Array, Complex, Trial, changes
+from autobalance.dynamics.influence_coefficients import Trial, changes
 from autobalance.dynamics.limited_weights import Goal
 from autobalance.errors import JobError
 from autobalance.job.files.reading_keys import AS_READ
@@ -19,6 +19,7 @@ from autobalance.job.files.trial_records import RECORDS_KEYS, with_recorded_read
 from autobalance.job.toml.document import text_of, toml_of
 from autobalance.job.toml.keys import Key, Values, named_in, read_document
 from autobalance.ranges import COUNTED, NOT_NEGATIVE, POSITIVE
+from autobalance.types import Array, Complex
 
 Reading = tuple[float, float]
 PlaneName = int | str

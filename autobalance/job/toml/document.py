@@ -6,7 +6,7 @@ import tomllib
 from pathlib import Path
 from typing import Any
 
-from autobalance.errors import FileError, JobError
+from autobalance.errors import FileError, JobError, system_reason
 from autobalance.runtime import note_read
 
 DEEPEST = 32
@@ -30,7 +30,7 @@ def text_of(path: Path, what: str) -> str:
             note_read(path)
             data = stream.read(LARGEST_BYTES + 1)
     except (OSError, ValueError) as error:  # ValueError: a NUL in the name
-        raise FileError(f"cannot read the {what} {path}: {_why(error)}") from None
+        raise FileError(f"cannot read the {what} {path}: {system_reason(error)}") from None
     if len(data) > LARGEST_BYTES:
         raise JobError(f"{path.name} is larger than {LARGEST_BYTES} bytes; is it a {what}?")
     try:
@@ -68,10 +68,6 @@ def depth_of(values: Any) -> int:
         level = [each for items in inner for each in items if isinstance(each, dict | list)]
         depth += 1
     return depth
-
-
-def _why(error: Exception) -> str:
-    return (getattr(error, "strerror", None) or str(error)).lower()
 
 
 def _first_line(error: Exception) -> str:

@@ -12,7 +12,7 @@ from pathlib import Path
 from typing import Any, Final
 from xml.etree.ElementTree import ParseError
 
-from autobalance.errors import FileError, JobError
+from autobalance.errors import FileError, JobError, system_reason
 from autobalance.runtime import note_read
 
 PACKED_MOST: Final = 16 << 20
@@ -65,7 +65,7 @@ def sheet_cells(path: Path, sheet: str | None, *, formulas: bool = False) -> lis
             raise JobError(_too_large(path, f"{path.stat().st_size / 2**20:.0f} MB", PACKED_MOST))
         data = path.read_bytes()
     except OSError as error:
-        reason = (error.strerror or str(error)).lower()
+        reason = system_reason(error)
         raise FileError(f"cannot read the workbook {path}: {reason}") from None
     try:
         with zipfile.ZipFile(io.BytesIO(data)) as archive:

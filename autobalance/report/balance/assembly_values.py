@@ -13,6 +13,7 @@ from autobalance.dynamics.staged_assembly import CRANK, AssemblyStage
 from autobalance.report.display_units import DisplayUnits
 from autobalance.report.tables import table
 from autobalance.rigid_rotor.unbalance import Unbalance
+from autobalance.units import wrapped_deg
 
 Values = dict[str, Any]
 Places = tuple[float, float] | None
@@ -45,7 +46,7 @@ def _stage(
             {
                 "z_mm": each.z_mm,
                 "g_mm": abs(each.unbalance_g_mm),
-                "angle_deg": math.degrees(cmath.phase(each.unbalance_g_mm)) % 360.0 % 360.0,
+                "angle_deg": wrapped_deg(math.degrees(cmath.phase(each.unbalance_g_mm))),
             }
             for each in stage.corrections
         ],

@@ -14,7 +14,9 @@ from autobalance.balancing.record import (
 from autobalance.crank.anatomy import Anatomy, Face, Pin, Throw, Web
 from autobalance.crank.sections import Section
 from autobalance.report.balance.datum_values import datum_values
-from autobalance.rigid_rotor.moments import Array, Moments
+from autobalance.rigid_rotor.moments import Moments
+from autobalance.types import Array
+from autobalance.units import wrapped_deg
 
 if TYPE_CHECKING:
     from autobalance.report.records import crank as crank_records
@@ -35,7 +37,7 @@ def rows(matrix: Array) -> list[list[float]]:
 
 def degrees(angle_rad: float) -> float:
     """Return an angle in [0, 360)."""
-    return math.degrees(angle_rad) % 360.0 % 360.0  # twice: −1e-15 % 360 is 360 itself
+    return wrapped_deg(math.degrees(angle_rad))
 
 
 def part_values(part: Section) -> records.Section:

@@ -8,6 +8,7 @@ from typing import Any
 
 from autobalance.correction import KINDS
 from autobalance.correction.contract import Figures
+from autobalance.units import wrapped_deg
 from autobalance.wording import degrees, place_of
 
 Item = Mapping[str, Any]
@@ -46,7 +47,7 @@ def angle_deg(item: Item) -> float | None:
     if item.get("angle_deg") is not None:
         return float(item["angle_deg"])
     x, y, _ = item["position_mm"]
-    return math.degrees(math.atan2(y, x)) % 360.0 % 360.0 if math.hypot(x, y) > 0.0 else None
+    return wrapped_deg(math.degrees(math.atan2(y, x))) if math.hypot(x, y) > 0.0 else None
 
 
 def place(item: Item) -> str:

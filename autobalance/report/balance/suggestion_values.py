@@ -8,6 +8,7 @@ from typing import Any
 
 from autobalance.balancing.suggestions.wanted import Aim, Bore, Refused, Suggestion
 from autobalance.rigid_rotor.moments import Moments
+from autobalance.units import wrapped_deg
 
 Values = dict[str, Any]
 G_MM2_PER_KG_MM2 = 1000.0
@@ -65,7 +66,7 @@ def _bore(bore: Bore) -> Values:
         "depth_mm": bore.depth_mm,
         "closed_form_depth_mm": bore.closed_form_mm,
         "radius_mm": bore.radius_mm,
-        "angle_deg": math.degrees(bore.angle_rad) % 360.0 % 360.0,
+        "angle_deg": wrapped_deg(math.degrees(bore.angle_rad)),
         "z_mm": bore.z_mm,
         "mass_g": bore.mass_g,
     }

@@ -39,7 +39,8 @@ from autobalance.rigid_rotor.moments import Moments
 from autobalance.rigid_rotor.tolerance import Tolerance
 from autobalance.rigid_rotor.unbalance import Unbalance
 from autobalance.rigid_rotor.uncertainty import Budget
-from autobalance.version import __version__
+from autobalance.units import wrapped_deg
+from autobalance.version import SCHEMA_VERSION, __version__
 
 if TYPE_CHECKING:
     from autobalance.balancing.external import CarriedUnbalance
@@ -47,7 +48,6 @@ if TYPE_CHECKING:
     from autobalance.report.records import balance as balance_records
     from autobalance.report.records import report as records
 
-SCHEMA_VERSION = 1
 LIBRARIES = ("numpy", "scipy", "trimesh", "manifold3d")
 STAGES = ("load", "measure", "plan", "cut", "write", "total")
 
@@ -134,7 +134,7 @@ def external_values(carried: CarriedUnbalance) -> records.ExternalPart:
         "z_mm": carried.part.z_mm,
         "unbalance_g_mm": numbers(carried.unbalance_g_mm),
         "magnitude_g_mm": math.hypot(x, y),
-        "angle_deg": math.degrees(math.atan2(y, x)) % 360.0 % 360.0,
+        "angle_deg": wrapped_deg(math.degrees(math.atan2(y, x))),
         "change_g_mm": numbers(carried.unbalance_g_mm - np.array(carried.part.unbalance_g_mm)),
         "pm_g_mm": carried.pm_g_mm,
     }

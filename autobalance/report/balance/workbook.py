@@ -13,6 +13,7 @@ from collections.abc import Mapping, Sequence
 from typing import Any
 
 from autobalance.report.balance import kinds
+from autobalance.units import wrapped_deg
 from autobalance.wording import at, file_name, weights
 
 Report = Mapping[str, Any]
@@ -325,7 +326,7 @@ class _Calculation:
 
 
 def _angle(x: float, y: float) -> float:
-    return math.degrees(math.atan2(y, x)) % 360.0 % 360.0 if x or y else 0.0
+    return wrapped_deg(math.degrees(math.atan2(y, x))) if x or y else 0.0
 
 
 def _grams(value: Any) -> float:

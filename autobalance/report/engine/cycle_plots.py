@@ -9,7 +9,7 @@ import numpy as np
 
 from autobalance.engine.cycle.analysis import CycleAnalysis
 from autobalance.engine.cycle.factors import MainLoads, key_figures
-from autobalance.rigid_rotor.moments import Array
+from autobalance.types import Array
 from autobalance.units import BAR_PER_MPA, N_M_PER_N_MM, RAD_S_PER_RPM
 
 if TYPE_CHECKING:

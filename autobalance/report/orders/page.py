@@ -13,8 +13,9 @@ import numpy as np
 from autobalance.report.orders.text import SHOWN_SHARE
 from autobalance.report.page.html import SOURCE
 from autobalance.signal.analysis import Analysis
-from autobalance.signal.record import Array, Channel
+from autobalance.signal.record import Channel
 from autobalance.signal.sines import amplitude_spectrum
+from autobalance.types import Array
 from autobalance.wording import escape
 
 Values = dict[str, Any]

@@ -10,9 +10,10 @@ import numpy as np
 from autobalance.report.plots import drawn
 from autobalance.signal.analysis import Analysis
 from autobalance.signal.maps import Map, OrderCut, order_cuts, order_map, waterfall
-from autobalance.signal.record import Array, Channel
+from autobalance.signal.record import Channel
 from autobalance.signal.sines import amplitude_spectrum
 from autobalance.signal.spectra import welch
+from autobalance.types import Array
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

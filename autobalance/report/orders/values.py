@@ -10,10 +10,10 @@ import numpy as np
 
 from autobalance.signal.analysis import Analysis, uncertain_ratio
 from autobalance.signal.header import spelled
-from autobalance.signal.record import Complex
 from autobalance.signal.sources import Source, candidates, natural_sources
 from autobalance.signal.spectra import BANDS_HZ, band_rms, quantity, welch
 from autobalance.signal.windows import gain, noise_bandwidth_bins
+from autobalance.types import Complex
 
 Values = dict[str, Any]
 ABSENT = 3.0

@@ -8,11 +8,11 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from autobalance.crank.anatomy import Anatomy, Array, Face, Pin
+from autobalance.crank.anatomy import Anatomy, Face, Pin
 from autobalance.report.pictures.lettering import draw_line, draw_text
 from autobalance.report.pictures.zbuffer import Camera, Image, Picture, png, render
 from autobalance.solid.mesh.mesh import Mesh
-from autobalance.types import Indices
+from autobalance.types import Array, Indices
 
 VIEWS = ((-0.30, -0.62, -0.72), (-0.30, -0.62, 0.72))
 """Directions of sight in the rotor frame: faces that look along +z are seen in the first, the others in the

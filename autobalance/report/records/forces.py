@@ -18,6 +18,7 @@ from autobalance.engine.shafts import BalanceShaft, CoupleShaft
 from autobalance.engine.whole_engine import Engine, Order
 from autobalance.records import Angle, Count, Key, NotNegative, Ordinal, Pair, Positive, Share, record
 from autobalance.report.records.head import JobReport
+from autobalance.units import wrapped_deg
 
 
 @record
@@ -230,7 +231,7 @@ def _sense(shaft: BalanceShaft | CoupleShaft) -> Sense:
 
 
 def _phase_deg(angle_rad: float) -> float:
-    return math.degrees(angle_rad) % 360.0 % 360.0
+    return wrapped_deg(math.degrees(angle_rad))
 
 
 @record

@@ -7,11 +7,10 @@ from typing import Annotated, Any, Literal
 
 from autobalance.records import ABSENT, Absent, Like, record
 from autobalance.report.records.job import Job
-from autobalance.version import __version__
+from autobalance.version import SCHEMA_VERSION, __version__
 
 JobEcho = Annotated[Mapping[str, Any], Like(Job)]
 """A job as it was read, defaults filled in."""
-SCHEMA_VERSION: Literal[1] = 1
 
 
 @record

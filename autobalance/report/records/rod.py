@@ -19,7 +19,7 @@ from autobalance.records import (
     record,
 )
 from autobalance.report.records.head import Head
-from autobalance.rigid_rotor.moments import Array
+from autobalance.types import Array
 
 KG_MM2_PER_G_MM2 = 1e-3
 Row = Annotated[Floats, Bound("minItems", 4), Bound("maxItems", 4)]

@@ -12,9 +12,9 @@ from autobalance.dynamics.beam_rotor import BeamRotor
 from autobalance.dynamics.critical_speeds import CriticalSpeed
 from autobalance.dynamics.rotor_preparation import PreparedRotor
 from autobalance.dynamics.run_up import Motion
-from autobalance.dynamics.unbalance_response import Complex, Orbits, Sag
+from autobalance.dynamics.unbalance_response import Orbits, Sag
 from autobalance.dynamics.whirl_modes import WhirlMode
-from autobalance.rigid_rotor.moments import Array
+from autobalance.types import Array, Complex
 from autobalance.units import RAD_S_PER_RPM
 
 Values = dict[str, Any]

@@ -16,7 +16,7 @@ from autobalance.dynamics.torsion_chain import (
     shear_stress_pa,
 )
 from autobalance.dynamics.torsion_train import TorsionTrain
-from autobalance.rigid_rotor.moments import Array
+from autobalance.types import Array
 from autobalance.units import RAD_S_PER_RPM
 
 if TYPE_CHECKING:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from importlib import import_module
 from pathlib import Path
 
-from autobalance.errors import FileError, FormatError
+from autobalance.errors import FileError, FormatError, system_reason
 from autobalance.runtime import note_read
 from autobalance.signal.record import Record
 
@@ -52,7 +52,7 @@ def read(path: str | Path, sample_rate_hz: float | None = None) -> Record:
     try:
         record = import_module(f"autobalance.signal.formats.{name}").read(file, sample_rate_hz)
     except OSError as error:
-        raise FileError(f"cannot read {file}: {(error.strerror or str(error)).lower()}") from None
+        raise FileError(f"cannot read {file}: {system_reason(error)}") from None
     if not isinstance(record, Record):
         raise TypeError(name)
     if not record.channels:

@@ -17,7 +17,8 @@ from numpy.typing import NDArray
 from autobalance.errors import FormatError
 from autobalance.signal.formats import agreed_rate
 from autobalance.signal.header import named
-from autobalance.signal.record import Array, Channel, Record
+from autobalance.signal.record import Channel, Record
+from autobalance.types import Array
 
 TIMES = {"time": 1.0, "t": 1.0, "zeit": 1.0}
 TIME_UNITS = {None: 1.0, "s": 1.0, "sec": 1.0, "ms": 1e-3, "us": 1e-6, "µs": 1e-6, "min": 60.0}

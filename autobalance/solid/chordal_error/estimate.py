@@ -12,7 +12,6 @@ from dataclasses import dataclass
 from itertools import pairwise
 
 import numpy as np
-from numpy.typing import NDArray
 
 from autobalance.rigid_rotor.moments import Moments
 from autobalance.solid.chordal_error.look import SMOOTH_RAD, Look, look_at
@@ -23,8 +22,6 @@ from autobalance.solid.chordal_error.seeds import find_joined, find_leftover_cyl
 from autobalance.solid.chordal_error.strips import find_cylinders
 from autobalance.solid.mesh.mesh import Mesh, ranked
 from autobalance.types import Array, Indices
-
-Flags = NDArray[np.bool_]
 
 THICKEST = 0.5 * np.tan(SMOOTH_RAD / 4.0)
 """Sag of a chord at most, as a share of its width."""

@@ -6,12 +6,9 @@ from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
-from numpy.typing import NDArray
 
 from autobalance.solid.mesh.adjacency import unit
-from autobalance.types import Array, Indices
-
-Flags = NDArray[np.bool_]
+from autobalance.types import Array, Flags, Indices
 
 STEPS = 12
 """Improvements of a cylinder that is fitted."""

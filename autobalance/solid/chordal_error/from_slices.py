@@ -13,13 +13,12 @@ from numpy.typing import NDArray
 
 from autobalance.rigid_rotor.moments import Moments
 from autobalance.solid.chordal_error.estimate import ChordalError
-from autobalance.solid.chordal_error.fits import Flags
 from autobalance.solid.chordal_error.look import SMOOTH_RAD
 from autobalance.solid.mesh.adjacency import rounding_mm
 from autobalance.solid.mesh.components import numbered_components
 from autobalance.solid.mesh.mesh import Mesh, least_and_greatest
 from autobalance.solid.slicing.slices import crossed_edges, following_of
-from autobalance.types import Array, Indices
+from autobalance.types import Array, Flags, Indices
 
 Levels = NDArray[np.int16]
 

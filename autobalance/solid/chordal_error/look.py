@@ -7,11 +7,11 @@ from functools import cached_property
 
 import numpy as np
 
-from autobalance.solid.chordal_error.fits import Flags, Sets
+from autobalance.solid.chordal_error.fits import Sets
 from autobalance.solid.chordal_error.revolved import Revolved
 from autobalance.solid.mesh.adjacency import Edges, edges_of, plane_faces, unit
 from autobalance.solid.mesh.mesh import Mesh, ranked
-from autobalance.types import Array, Indices
+from autobalance.types import Array, Flags, Indices
 
 SMOOTH_RAD = 0.8
 """Facets that meet at more have a real edge between them."""

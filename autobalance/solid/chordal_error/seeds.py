@@ -10,12 +10,12 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from autobalance.solid.chordal_error.fits import Flags, Sets, circles, cylinders, least_directions, lines
+from autobalance.solid.chordal_error.fits import Sets, circles, cylinders, least_directions, lines
 from autobalance.solid.chordal_error.look import ON_SURFACE, Look, lies_on, tight_mm
 from autobalance.solid.chordal_error.profiles import IDLE_AXES, Around, cone, torus
 from autobalance.solid.chordal_error.revolved import Revolved, cylindrical
 from autobalance.solid.mesh.components import numbered_components
-from autobalance.types import Array, Indices
+from autobalance.types import Array, Flags, Indices
 
 LEAST = 6
 """Facets of a piece that is looked at."""

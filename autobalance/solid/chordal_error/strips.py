@@ -7,12 +7,12 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from autobalance.solid.chordal_error.fits import Flags, Sets, across, circles, least_directions
+from autobalance.solid.chordal_error.fits import Sets, across, circles, least_directions
 from autobalance.solid.chordal_error.look import ON_SURFACE, Look, lies_on, tight_mm
 from autobalance.solid.chordal_error.revolved import Revolved
 from autobalance.solid.mesh.adjacency import unit
 from autobalance.solid.mesh.components import numbered_components
-from autobalance.types import Array, Indices
+from autobalance.types import Array, Flags, Indices
 
 CROWD = 16
 """Faces of a strip from which on its circle is no accident, even if a few ends lie off it."""

@@ -5,13 +5,10 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from autobalance.solid.mesh.components import numbered_components
 from autobalance.solid.mesh.mesh import Mesh, longest_sides, ranked
-from autobalance.types import Array, Indices
-
-Flags = NDArray[np.bool_]
+from autobalance.types import Array, Flags, Indices
 
 FLAT_RAD = 1e-4
 """Triangles that meet at less are one plane face; a circle would need 60 000 segments."""

@@ -3,13 +3,10 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
 from autobalance.solid.mesh.adjacency import sides_of
 from autobalance.solid.mesh.mesh import Mesh
-from autobalance.types import Array, Indices
-
-Flags = NDArray[np.bool_]
+from autobalance.types import Array, Flags, Indices
 
 SAME_RAD = 1e-6
 """Directions about an edge that are one: faces that lie against each other."""

@@ -5,12 +5,9 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from numpy.typing import NDArray
 
 from autobalance.solid.mesh.mesh import Mesh, hash_rows
-from autobalance.types import Array, Indices
-
-Flags = NDArray[np.bool_]
+from autobalance.types import Array, Flags, Indices
 
 LOOKED_AT = 3000
 """So many vertices are looked at, wherever they are."""

@@ -5,14 +5,12 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from autobalance.solid.csg.solid import Polygons
-from autobalance.types import Array, Indices
+from autobalance.types import Array, Flags, Indices
 
 CELLS = 256
 """Of the grid, along the longer side of the region."""
-Flags = NDArray[np.bool_]
 
 
 @dataclass(frozen=True, eq=False)

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
 from autobalance.errors import SolidError
 from autobalance.solid.csg.solid import Solid, triangulated
@@ -13,7 +12,7 @@ from autobalance.solid.mesh.measure import signed_volume_mm3
 from autobalance.solid.mesh.mesh import Mesh, hash_numbers, sorted_with_rows, without_collapsed
 from autobalance.solid.mesh.tetrahedra import CHUNK
 from autobalance.solid.mesh.zero_volume_parts import without_crumbs
-from autobalance.types import Array, Indices
+from autobalance.types import Array, Flags, Indices
 
 PLACES_SHOWN = 4
 """How many open edges an error names."""
@@ -23,8 +22,6 @@ PLANE = 1e-4
 """How far a rim may leave its plane, as a share of the diagonal."""
 HOLE_MOST = 0.01
 """Area of a hole that may be filled, as a share of the surface."""
-
-Flags = NDArray[np.bool_]
 
 
 def solid_of(welded: Mesh) -> tuple[Solid, list[str]]:
