@@ -242,3 +242,12 @@ def test_the_template_says_what_the_keys_are_declared_with(
     Path("whole.toml").write_text(whole, "utf-8")
     assert ab.read_job("whole.toml", [f"{key}={value}" for key, value in FILLED.items()]).methods
     assert "--method is 'trun'; must be one of" in refused(capsys, 2, "init", crank, "--method", "trun")
+
+
+def test_a_converted_job_says_what_its_keys_are(crank: Path) -> None:
+    job = jobs.bundled_job(crank.parent / "in")
+    assert jobs.run("init", job, "-o", "job.xlsx") == 0
+    rows = {row[0]: row for row in load_workbook("job.xlsx")["Job"].iter_rows(values_only=True)}
+    assert rows["balance.speed_rpm"][1:] == (15200, "1/min", "highest service speed")
+    assert rows["engine.rotating_g.big_end_bearing"][2] == "g"
+    assert all(row[3] for row in rows.values())

@@ -22,7 +22,7 @@ from autobalance.job.model import Crankshaft
 from autobalance.job.read import tables_of
 from autobalance.job.read_crankshaft import read_crankshaft
 from autobalance.job.shop import NAME, user_folder
-from autobalance.job.template import Found, OtherParts, commented_toml, job_rows, table_rows
+from autobalance.job.template import Found, OtherParts, commented_toml, described_rows, job_rows, table_rows
 from autobalance.job.toml.settings import with_settings
 from autobalance.job.toml.text import toml_text
 from autobalance.job.toml.typed_units import FILL_IN, leaves
@@ -142,7 +142,11 @@ def _converted(source: Path, target: Path, settings: Sequence[str]) -> InitResul
     crank = values.get("crankshaft", {}).get("file")
     if isinstance(crank, str) and source.parent.resolve() != target.parent.resolve():
         values["crankshaft"]["file"] = _relative(source.parent / crank, target)
-    data = write_workbook(rows_of(values)) if _is_workbook(target) else toml_text(values).encode()
+    data = (
+        write_workbook(described_rows(rows_of(values)))
+        if _is_workbook(target)
+        else toml_text(values).encode()
+    )
     left = [key for key, value in leaves(values) if value == FILL_IN]
     return InitResult(InitReport(crank=str(crank), job=str(target), fill_in=left), target, data)
 

@@ -9,15 +9,16 @@ from __future__ import annotations
 
 import inspect
 import re
-from collections.abc import Iterator, Mapping
+from collections.abc import Collection, Iterator, Mapping
 from dataclasses import MISSING, Field, fields
+from functools import cache
 from typing import Any, Literal, get_args, get_origin, get_type_hints
 
 from autobalance.correction import KINDS, Limits
 from autobalance.correction.contract import Prefer
 from autobalance.correction.faces.patches import FaceLimits
 from autobalance.errors import CorrectionError, JobError
-from autobalance.job.toml.keys import Key, Values, names, read
+from autobalance.job.toml.keys import Key, Values, read
 from autobalance.ranges import ANY, NOT_NEGATIVE, Rule
 
 FACE_KEYS = ("faces", "sector_deg", "max_depth_mm", "same_depth", "min_wall_mm")
@@ -45,15 +46,13 @@ PREFER = (
 _KEYS: dict[type[Limits], tuple[Key, ...]] = {}
 
 
-def correction_key() -> Key:
-    """Return ``[correction]`` with a table for each kind that is entered."""
+def correction_key(kinds: Collection[str] | None = None) -> Key:
+    """Return ``[correction]`` with a table for each kind that is entered; None: with the keys of all.
+
+    The keys of those that are not among ``kinds`` are left out: a job that has no table of theirs is read
+    without looking at them.
+    """
     method: Any = Literal[tuple(KINDS)]
-    hints = get_type_hints(FaceLimits, include_extras=True)
-    shared = [
-        _key(each, hints, OF_FACES[each.name], USUAL.get(each.name, ""))
-        for each in fields(FaceLimits)
-        if each.name in FACE_KEYS
-    ]
     return Key(
         "correction",
         says="how metal may be taken off or added",
@@ -75,18 +74,29 @@ def correction_key() -> Key:
                 None,
                 usual="not stated",
             ),
-            *shared,
-            *(_table_of(name) for name in KINDS),
+            *_shared_keys(),
+            *(_table_of(name, kinds is None or name in kinds) for name in KINDS),
         ),
     )
 
 
-def _table_of(name: str) -> Key:
+@cache
+def _shared_keys() -> tuple[Key, ...]:
+    """Return the keys of the top level that kinds share."""
+    hints = get_type_hints(FaceLimits, include_extras=True)
+    return tuple(
+        _key(each, hints, OF_FACES[each.name], USUAL.get(each.name, ""))
+        for each in fields(FaceLimits)
+        if each.name in FACE_KEYS
+    )
+
+
+def _table_of(name: str, with_keys: bool) -> Key:
     kind = KINDS[name]
     return Key(
         name,
         says=f"{kind.noun.lower()}; depths count from {kind.datum}",
-        keys=_keys_of(kind.limits),
+        keys=_keys_of(kind.limits) if with_keys else (),
         default=None,
     )
 
@@ -169,7 +179,7 @@ def _limits(values: Values, raw: Mapping[str, Any], name: str) -> Limits:
     """Return the limits of a method: its own table, over the top level's keys where it works on faces."""
     kind = KINDS[name].limits
     own = {key: values[name][key] for key in raw.get(name, {})}
-    of_faces = "faces" in names(_keys_of(kind))
+    of_faces = any(each.name == "faces" for each in fields(kind))
     shared = {key: values[key] for key in FACE_KEYS if key in raw} if of_faces else {}
     _refuse_empty_sector("correction.sector_deg", shared.get("sector_deg"))
     _refuse_empty_sector(f"correction.{name}.sector_deg", own.get("sector_deg"))

@@ -45,8 +45,9 @@ WEIGHED = Key(
 WEIGHT = Key(
     "",
     float,
-    "a weight [g]",
+    "its weight",
     NOT_NEGATIVE,
+    typed="g",
     keys=(Key("g", float, "the weight", NOT_NEGATIVE), PM, DISTRIBUTION),
     forms=(WEIGHED, SOLID),
 )

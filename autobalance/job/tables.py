@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection
+from collections.abc import Collection, Mapping
 from typing import Any
 
 from autobalance.job.balance import BALANCE
@@ -27,9 +27,15 @@ TOP_KEYS = (
 """What may stand at the top level of a job."""
 
 
-def job_tables(held: Collection[str] = TOP_KEYS) -> tuple[Key, ...]:
-    """Return the declarations of a job's tables; of those that few jobs hold, only those among ``held``."""
-    return (CRANKSHAFT, ENGINE, ORIGINAL, BALANCE, correction_key(), SHAFTS, STUDY, JOB, SHOP, *_of_few(held))
+def job_tables(held: Mapping[str, Any] | None = None) -> tuple[Key, ...]:
+    """Return the declarations of a job's tables.
+
+    Of those that few jobs hold, and of the kinds of correction, only what is in ``held``; None: all.
+    """
+    names = TOP_KEYS if held is None else held
+    given = None if held is None else held.get("correction")
+    correction = correction_key(given if isinstance(given, Mapping) else None)
+    return (CRANKSHAFT, ENGINE, ORIGINAL, BALANCE, correction, SHAFTS, STUDY, JOB, SHOP, *_of_few(names))
 
 
 def _of_few(held: Collection[str]) -> tuple[Key, ...]:

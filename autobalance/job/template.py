@@ -234,6 +234,17 @@ def table_rows(key: Key) -> list[Row]:
     return [_heading(_title(key)), *_hints(key, key.name, ())]
 
 
+def described_rows(rows: Iterable[Row]) -> list[Row]:
+    """Return rows of a job with the unit and meaning that each key is declared with."""
+    found = []
+    for row in rows:
+        try:
+            found.append(declared_row(row.key, key_at(row.key), row.value))
+        except KeyError:  # a key that is none, left for the reader to refuse
+            found.append(row)
+    return found
+
+
 def in_plain_text(says: str) -> str:
     """Return a key's meaning without the marks of the documentation.
 
