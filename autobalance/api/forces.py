@@ -4,7 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
 
 from autobalance.api.common_parameters import documented
 from autobalance.api.engine_case import Request, job_keys, request
@@ -14,9 +16,10 @@ from autobalance.engine.dead_centres import dead_centres, first_order_counterwei
 from autobalance.engine.factor_advice import advise
 from autobalance.engine.force_summary import shaking_force, turn_loads, turn_support
 from autobalance.engine.whole_engine import Engine, about
-from autobalance.errors import UsageError
+from autobalance.errors import JobError, UsageError
 from autobalance.job import JobSource
 from autobalance.machine_models import engine_from_job, rotor_from_job
+from autobalance.records import ABSENT
 from autobalance.report.records.forces import (
     EngineState,
     Factors,
@@ -46,7 +49,8 @@ class ForcesResult(VerbResult):
 
     def plots(self) -> Plots:
         """Return forces over the angle, polar plots and orders."""
-        return _plots(self.found, self.engines, self.engines["as the file is"], list(self.factors))
+        made = _plots(self.found, self.engines, self.engines["as the file is"], list(self.factors))
+        return {**made, **_mount_plots(self.report["mounts"])} if "mounts" in self.report else made
 
 
 @documented
@@ -58,6 +62,7 @@ def forces(
     factors: Sequence[float] = (0.0, 0.25, 0.5, 0.75, 1.0),
     transverse_weight: float = 1.0,
     reference_z_mm: float | None = None,
+    mounts: bool = False,
     progress: Progress | None = None,
 ) -> ForcesResult:
     """Return what inertia does to an engine: shaking forces by order, pin and bearing loads, each factor.
@@ -75,6 +80,8 @@ def forces(
     reference_z_mm : float or None
         Place on the axis that moments are taken about, z in the rotor frame [mm]; None: the middle of the
         outermost main journals.
+    mounts : bool
+        Compute the engine on its mounts too: `[mounts]` of the job.
 
     Raises
     ------
@@ -126,9 +133,41 @@ def forces(
         first_order_counterweight=first_order_counterweight(as_file),
         states=states,
         factors=Factors.of(advice, transverse_weight),
+        mounts=_mounted(found, as_file, compared) if mounts else ABSENT,
         warnings=found.warnings,
     )
     return ForcesResult(report, found, engines, tuple(compared))
+
+
+def _mounted(found: Request, as_file: Engine, factors: Sequence[float]) -> dict[str, Any]:
+    """Return the engine on its mounts, by factor; with gas where the job has a cycle."""
+    from autobalance.machine_models.mounted_engine import Torque, analysed, inertia_torque
+    from autobalance.report.records.mounts import mounts_values
+
+    held = found.job.mounts
+    if held is None:
+        raise JobError(
+            f"{found.job.path.name}: [mounts] is missing; --mounts needs the engine's mass and mounts"
+        )
+    torque: Torque = inertia_torque(as_file)
+    if found.job.cycle is not None:
+        from autobalance.machine_models.cycle_torques import throw_torques
+
+        torques = throw_torques(found.job, found.crank)
+
+        def fired(speed: float) -> dict[float, complex]:
+            total = torques.at_speed(speed).sum(axis=1)
+            return {float(n): complex(each) for n, each in zip(torques.orders, total, strict=True)}
+
+        torque = fired
+    return mounts_values(
+        analysed(
+            held,
+            lambda factor: engine_from_job.balanced_to(as_file, found.job, found.crank.anatomy, factor),
+            torque,
+            factors,
+        )
+    )
 
 
 def _state(
@@ -152,6 +191,27 @@ def _loads(
     place = mains_z_mm[0] if mains_z_mm else reference_mm
     support, loads = turn_support(engine, place, found.speed_rad_s)
     return InertiaLoads.of(engine, loads, mains_z_mm, support)
+
+
+def _mount_plots(mounts: dict[str, Any]) -> Plots:
+    """Draw the velocity of each named place, or of the centre, over the speed by factor."""
+    from autobalance.report import plots
+
+    speeds = np.array(mounts["speeds_rpm"])
+    names = list(mounts["best_factor_for"]) or ["centre"]
+    made: dict[str, dict[str, bytes]] = {}
+    for number, name in enumerate(names, 1):
+        curves = [
+            plots.Curve(
+                f"factor {row['factor']:g}",
+                speeds,
+                np.array(next(p["velocity_rms_mm_s"] for p in row["places"] if p["name"] == name)),
+            )
+            for row in mounts["responses"]
+        ]
+        labels = ("speed [1/min]", "velocity, RMS of all orders [mm/s]")
+        made[f"mounts-{number}"] = plots.lines(f"On its mounts: {name}", labels, curves)
+    return made
 
 
 def _plots(found: Request, engines: dict[str, Engine], engine: Engine, factors: list[float]) -> Plots:

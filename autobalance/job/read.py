@@ -35,10 +35,12 @@ from autobalance.job.toml.table import Table, unknown_keys
 from autobalance.job.toml.typed_units import in_base_units, refuse_unfilled
 from autobalance.solid.formats.registry import FOREIGN_CAD
 from autobalance.solid.formats.table import endings
+from autobalance.units import RAD_S_PER_RPM
 
 if TYPE_CHECKING:
     from autobalance.job.model.assembly import AssemblyEntry
     from autobalance.job.model.cycle import Cycle
+    from autobalance.job.model.mounts import Mounts
     from autobalance.job.model.torsion import CrankTorsion
     from autobalance.signal.drive_sources import Drive
 
@@ -74,6 +76,7 @@ class Job:
     torsion: CrankTorsion | None = None
     assembly: tuple[AssemblyEntry, ...] = ()
     drive: Drive | None = None
+    mounts: Mounts | None = None
     filled: Mapping[str, Any] = field(default_factory=dict)
 
     @classmethod
@@ -257,6 +260,7 @@ def _job(raw: Mapping[str, Any], values: Values, path: Path, settings: tuple[str
         "torsion": lambda: _torsion(values, raw),
         "assembly": lambda: _assembly(values, path.parent),
         "drive": lambda: _drive(values),
+        "mounts": lambda: _mounts(values),
     }
     for name, maker in makers.items():
         with faults.gathered():
@@ -311,6 +315,15 @@ def _drive(values: Values) -> Drive | None:
     return drive_of(values["drive"])
 
 
+def _mounts(values: Values) -> Mounts | None:
+    if not values.get("mounts") and not values.get("mount"):
+        return None
+    from autobalance.job.mounts import mounts_of
+
+    top = values["balance"]["speed_rpm"] * RAD_S_PER_RPM
+    return mounts_of(values.get("mounts"), values.get("mount") or [], top)
+
+
 def _filled(job: Job, values: Values) -> Values:
     """Return the tables as the report has them: in the job file's own words, defaults filled in."""
     return {
@@ -322,6 +335,7 @@ def _filled(job: Job, values: Values) -> Values:
         **({} if job.torsion is None else job.torsion.filled),
         **({"study": plain(values["study"])} if "study" in job.raw else {}),
         **({} if job.drive is None else {"drive": plain(values["drive"])}),
+        **{key: plain(values[key]) for key in ("mounts", "mount") if key in job.raw},
         **{key: plain(values[key]) for key in ("job", "shop") if key in job.raw},
         **({"assembly": [dict(each.values) for each in job.assembly]} if job.assembly else {}),
         "correction": {

@@ -18,7 +18,7 @@ OF_TORSION = (
     *("torsion", "excitation", "pendulum", "speed_rpm", "points"),
     *("gear", "branch", "coupling", "damper"),
 )
-OF_FEW = ("cycle", "assembly", "drive", *OF_TORSION)
+OF_FEW = ("cycle", "assembly", "drive", "mounts", "mount", *OF_TORSION)
 """Tables that few jobs hold; their declarations load what they are about."""
 TOP_KEYS = (
     *("crankshaft", "engine", "original", "balance", "correction", "shafts", "study", "job", "shop"),
@@ -52,6 +52,10 @@ def _of_few(held: Collection[str]) -> tuple[Key, ...]:
         from autobalance.job.drive import DRIVE
 
         found.append(DRIVE)
+    if "mounts" in held or "mount" in held:
+        from autobalance.job.mounts import MOUNT, MOUNTS
+
+        found += [MOUNTS, MOUNT]
     if any(key in held for key in OF_TORSION):
         from autobalance.job.torsion import OF_A_JOB
 

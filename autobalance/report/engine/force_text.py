@@ -20,8 +20,34 @@ def forces_text(report: Values) -> str:
         f" moments about z = {report['moments_about_z_mm']:.2f} mm",
         *(_state(state) for state in report["states"]),
         _advice(report["factors"]),
+        *([_mounts(report["mounts"])] if "mounts" in report else []),
     ]
     return "\n\n".join(parts)
+
+
+def _mounts(mounts: Values) -> str:
+    """Return natural frequencies on the mounts, and the greatest velocity of each place by factor."""
+    names = [
+        place["name"] for place in mounts["responses"][0]["places"] if not place["name"].startswith("mount ")
+    ]
+    rows: list[Sequence[str]] = [("On its mounts, greatest RMS velocity", *names)]
+    for each in mounts["responses"]:
+        greatest = {place["name"]: max(place["velocity_rms_mm_s"]) for place in each["places"]}
+        rows.append((f"  factor {each['factor']:g}", *(f"{greatest[name]:.3g} mm/s" for name in names)))
+    lines = [
+        "Natural frequencies on its mounts: "
+        + ", ".join(f"{each:.2f}" for each in mounts["natural_frequencies_hz"])
+        + " Hz",
+        table(rows),
+    ]
+    for name, factor in mounts["best_factor_for"].items():
+        beyond = (
+            ""
+            if 0.0 <= factor <= 1.0
+            else ", outside 0 to 1: the crank is over- or underbalanced for its mounts"
+        )
+        lines.append(f"  least at {name} with factor {factor:.2f}{beyond}")
+    return "\n".join(lines)
 
 
 def _state(state: Values) -> str:

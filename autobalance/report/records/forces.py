@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from typing import Annotated, Literal, Self
+from typing import Annotated, Any, Literal, Self
 
 import numpy as np
 
@@ -16,7 +16,19 @@ from autobalance.engine.force_summary import ShakingForce as EngineForce
 from autobalance.engine.loads import Loads, Support
 from autobalance.engine.shafts import BalanceShaft, CoupleShaft
 from autobalance.engine.whole_engine import Engine, Order
-from autobalance.records import Angle, Count, Key, NotNegative, Ordinal, Pair, Positive, Share, record
+from autobalance.records import (
+    ABSENT,
+    Absent,
+    Angle,
+    Count,
+    Key,
+    NotNegative,
+    Ordinal,
+    Pair,
+    Positive,
+    Share,
+    record,
+)
 from autobalance.report.records.head import JobReport
 from autobalance.units import wrapped_deg
 
@@ -218,6 +230,7 @@ class ForcesReport(JobReport):
     first_order_counterweight: FirstOrderCounterweight
     states: Sequence[EngineState]
     factors: Factors
+    mounts: dict[str, Any] | Absent = ABSENT
     warnings: Sequence[str]
 
 

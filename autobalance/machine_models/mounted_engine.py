@@ -1,0 +1,135 @@
+"""A job's engine on its mounts: what inertia and gas do to it by balance factor, order by order."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from autobalance.engine.loads import loads, whole_turn
+from autobalance.engine.mounts import Complex, moment_of_orders, rms
+from autobalance.engine.whole_engine import Engine
+from autobalance.job.model.mounts import Mounts
+from autobalance.types import Array
+from autobalance.units import N_M_PER_G_MM2_S2, N_PER_G_MM_S2
+
+HIGHEST = 8
+ANGLES = 720
+WIDEST = (-0.5, 1.5)
+"""Factors between which the best is looked for: beyond 0 and 1 the crank is under- or overbalanced."""
+STEPS = 201
+Torque = Callable[[float], Mapping[float, complex]]
+"""Speed [rad/s] → order → torque that drives the crank, T cos(nθ + φ) as T exp(iφ) [N·m]."""
+
+
+@dataclass(frozen=True, eq=False)
+class PlaceResponse:
+    """Motion of a place over the speeds, RMS of all orders: velocity [mm/s], displacement [mm], (k,) each."""
+
+    name: str
+    velocity_mm_s: Array
+    displacement_mm: Array
+
+
+@dataclass(frozen=True, eq=False)
+class MountedResponse:
+    """What one balance factor does: places, and the RMS force (k,) of each mount on the frame [N]."""
+
+    factor: float
+    places: tuple[PlaceResponse, ...]
+    mount_forces_n: tuple[Array, ...]
+
+
+@dataclass(frozen=True, eq=False)
+class MountedAnalysis:
+    """Responses by factor, and the factor of the least greatest velocity at each named place."""
+
+    mounts: Mounts
+    responses: tuple[MountedResponse, ...]
+    best: Mapping[str, float]
+
+
+def inertia_torque(engine: Engine) -> Torque:
+    """Return the torque of rods and pistons on the crank by order, without gas."""
+    angle = whole_turn(ANGLES)
+    needed = loads(Engine(engine.cylinders), (0.0, 1.0), 1.0, angle).torque_n_m
+    spectrum = -np.fft.rfft(needed) * (2.0 / ANGLES)
+
+    def at(speed: float) -> Mapping[float, complex]:
+        return {float(n): complex(spectrum[n]) * speed**2 for n in range(1, HIGHEST + 1)}
+
+    return at
+
+
+def analysed(
+    mounts: Mounts, at_factor: Callable[[float], Engine], torque: Torque, factors: Sequence[float]
+) -> MountedAnalysis:
+    """Return the response of an engine on its mounts for balance factors.
+
+    Forces are linear in the factor, so any factor follows from those of 0 and 1.
+    """
+    ends = [_motions(mounts, at_factor(factor), torque) for factor in (0.0, 1.0)]
+
+    def motions(factor: float) -> dict[float, Complex]:
+        return {order: ends[0][order] + factor * (ends[1][order] - ends[0][order]) for order in ends[0]}
+
+    tried = np.linspace(*WIDEST, STEPS)
+    best = {}
+    for name, place in mounts.points:
+        worst = [float(_velocity(mounts, motions(float(f)), place).max()) for f in tried]
+        best[name] = float(tried[int(np.argmin(worst))])
+    return MountedAnalysis(
+        mounts, tuple(_response(mounts, factor, motions(factor)) for factor in factors), best
+    )
+
+
+def _motions(mounts: Mounts, engine: Engine, torque: Torque) -> dict[float, Complex]:
+    """Return the centre's motion (k, 6) by order over the speeds."""
+    speeds = mounts.speeds_rad_s
+    by_order = {order.order: order for order in engine.orders(1.0, HIGHEST)}
+    torques = [torque(float(speed)) for speed in speeds]
+    side = -1.0 if engine.clockwise else 1.0
+    mirror = np.array([1.0, side])
+    found = {}
+    for number in sorted({*by_order, *(each for row in torques for each in row)}):
+        square = speeds[:, None] ** 2
+        force = np.zeros((len(speeds), 3), dtype=np.complex128)
+        moment = np.zeros((len(speeds), 2), dtype=np.complex128)
+        if number in by_order:
+            force[:, :2] = square * by_order[number].force_n * mirror / N_PER_G_MM_S2
+            moment[:] = square * by_order[number].moment_n_m * mirror / N_M_PER_G_MM2_S2
+        # what drives the crank turns the engine the other way
+        turned = np.zeros(len(speeds), dtype=np.complex128)
+        turned -= [side * row.get(number, 0.0) / N_M_PER_G_MM2_S2 for row in torques]
+        wrench = mounts.engine.wrench(force, moment_of_orders(moment, turned))
+        found[number] = mounts.engine.response(number * speeds, wrench)
+    return found
+
+
+def _velocity(mounts: Mounts, motions: Mapping[float, Complex], place_mm: Array) -> Array:
+    rows = mounts.engine.moves(place_mm)
+    speeds = mounts.speeds_rad_s[:, None]
+    return rms([order * speeds * (motion @ rows.T) for order, motion in motions.items()])
+
+
+def _response(mounts: Mounts, factor: float, motions: Mapping[float, Complex]) -> MountedResponse:
+    places = [("centre", mounts.engine.centre_mm)]
+    places += [(f"mount {n}", each.at_mm) for n, each in enumerate(mounts.engine.mounts, 1)]
+    forces = []
+    for mount in mounts.engine.mounts:
+        spring = mount.stiffness_g_s2 * (1.0 + 2.0j * mount.damping_ratio)
+        rows = mounts.engine.moves(mount.at_mm)
+        forces.append(rms([spring * (motion @ rows.T) for motion in motions.values()]) * N_PER_G_MM_S2)
+    return MountedResponse(
+        factor,
+        tuple(
+            PlaceResponse(
+                name,
+                _velocity(mounts, motions, place),
+                rms([motion @ mounts.engine.moves(place).T for motion in motions.values()]),
+            )
+            for name, place in (*places, *mounts.points)
+        ),
+        tuple(forces),
+    )

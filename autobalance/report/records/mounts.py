@@ -1,0 +1,42 @@
+"""The engine on its mounts, as the report of `forces` has it."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+
+from autobalance.machine_models.mounted_engine import MountedAnalysis
+from autobalance.types import Array
+from autobalance.units import RAD_S_PER_RPM
+
+
+def mounts_values(found: MountedAnalysis) -> dict[str, Any]:
+    """Return natural frequencies and shapes, responses by factor, the best factor for each named place."""
+    frequencies, shapes = found.mounts.engine.modes()
+    return {
+        "natural_frequencies_hz": _numbers(frequencies / (2.0 * np.pi)),
+        "shapes": [_numbers(shape) for shape in shapes.T],
+        "speeds_rpm": _numbers(found.mounts.speeds_rad_s / RAD_S_PER_RPM),
+        "responses": [
+            {
+                "factor": each.factor,
+                "places": [
+                    {
+                        "name": place.name,
+                        "velocity_rms_mm_s": _numbers(place.velocity_mm_s),
+                        "displacement_rms_mm": _numbers(place.displacement_mm),
+                    }
+                    for place in each.places
+                ],
+                "mount_force_rms_N": [_numbers(force) for force in each.mount_forces_n],
+            }
+            for each in found.responses
+        ],
+        "best_factor_for": dict(found.best),
+    }
+
+
+def _numbers(values: Array | Sequence[float]) -> list[float]:
+    return [float(each) for each in values]
