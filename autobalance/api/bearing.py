@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from autobalance.api.result import Plots, VerbResult, report_head
+from autobalance.api.result import Plots, VerbResult
 
 if TYPE_CHECKING:
     from autobalance.bearings.analysis import Analysis
@@ -55,7 +55,7 @@ class BearingResult(VerbResult):
         """
         from autobalance.report.bearing.values import rotor_bearing
 
-        return rotor_bearing(self.report["rows"], self.analysis, z_mm, load_deg)
+        return rotor_bearing([row.speed_rpm for row in self.content.rows], self.analysis, z_mm, load_deg)
 
     def series(self) -> bytes | None:
         """Return the orbit by angle as CSV; None without a history of loads."""
@@ -108,12 +108,11 @@ def bearing(
     """
     from autobalance.bearings.analysis import analyse
     from autobalance.job.files.bearing import load_bearing, parse_bearing
-    from autobalance.report.bearing.values import bearing_values
+    from autobalance.report.records.bearing import BearingReport
 
     if isinstance(bearing, Mapping):
         file = parse_bearing(bearing, history=history)
     else:
         file = load_bearing(bearing, history)
     analysis = analyse(file.case, file.speeds_rad_s)
-    values = bearing_values(file.kind, file.described, file.speeds_rpm, analysis)
-    return BearingResult({**report_head("bearing"), **values}, analysis)
+    return BearingResult(BearingReport.of(file.kind, file.described, file.speeds_rpm, analysis), analysis)

@@ -4,15 +4,25 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from autobalance.api.common_parameters import documented
-from autobalance.api.result import Plots, Values, VerbResult, report_head
+from autobalance.api.result import Plots, VerbResult
 from autobalance.errors import JobError
+from autobalance.report.records.bench import (
+    BenchComparison,
+    BenchReading,
+    BenchReport,
+    BenchRotor,
+    BenchRun,
+    DrilledHole,
+    SpeedLoop,
+    WrittenRotor,
+)
 from autobalance.runtime import Progress
 from autobalance.units import G_PER_KG, RAD_S_PER_RPM
 
@@ -129,7 +139,7 @@ def _result(given: Bench, solids: bool) -> BenchResult:
     margin = _stable(loop_margin(given.control, inertia))
     unbalance = missing_unbalance_g_mm(given.holes, given.density_g_mm3)
     traces: list[Trace] = []
-    runs: list[Values] = []
+    runs: list[BenchRun] = []
     if given.bearings is not None:
         friction = bench_friction(given.bearings, given.weight_N, unbalance)
         for speed_rpm, speed in zip(given.speeds_rpm, given.speeds_rad_s, strict=True):
@@ -137,24 +147,24 @@ def _result(given: Bench, solids: bool) -> BenchResult:
             traces.append(trace)
             runs.append(_run(given, speed_rpm, trace, unbalance, friction))
     readings = [_reading(given, each) for each in given.readings]
-    report: Values = {
-        **report_head("bench"),
-        "input": given.values,
-        "rotor": _rotor(given, unbalance),
-        "loop": {
-            "phase_margin_deg": math.degrees(margin.phase_margin_rad),
-            "crossover_rad_s": margin.crossover_rad_s,
-            "stable": margin.stable,
-        },
-        "runs": [{**run, "repeat": repeat} for run in runs for repeat in range(1, given.repeats + 1)],
-        "readings": readings,
-        "comparison": _comparison(given, runs, readings),
-    }
     files: Mapping[str, bytes] = {}
+    written: Sequence[WrittenRotor] = ()
     if solids and given.shape is not None:
         from autobalance.api.bench_files import rotor_files
 
-        files, report["rotor"]["written"] = rotor_files(given.shape, given.holes, given.polar_g_mm2)
+        files, written = rotor_files(given.shape, given.holes, given.polar_g_mm2)
+    report = BenchReport(
+        input=given.values,
+        rotor=_rotor(given, unbalance, written),
+        loop=SpeedLoop(
+            phase_margin_rad=margin.phase_margin_rad,
+            crossover_rad_s=margin.crossover_rad_s,
+            stable=margin.stable,
+        ),
+        runs=[replace(run, repeat=repeat) for run in runs for repeat in range(1, given.repeats + 1)],
+        readings=readings,
+        comparison=_comparison(given, runs, readings),
+    )
     return BenchResult(report, tuple(traces), files)
 
 
@@ -168,60 +178,58 @@ def _stable(margin: LoopMargin) -> LoopMargin:
     )
 
 
-def _rotor(given: Bench, unbalance_g_mm: float) -> Values:
+def _rotor(given: Bench, unbalance_g_mm: float, written: Sequence[WrittenRotor]) -> BenchRotor:
     holes = [(each.mass_g(given.density_g_mm3), each.radius_mm) for each in given.holes]
-    return {
-        "mass_kg": given.mass_g / G_PER_KG,
-        "weight_N": given.weight_N,
-        "inertia_kg_mm2": given.polar_g_mm2 / 1000.0,
-        "disc_thickness_mm": None if given.shape is None else given.shape.thickness_mm,
-        "shaft_each_side_mm": None if given.shape is None else given.shape.shaft_each_side_mm,
-        "holes": [{"mass_g": mass, "unbalance_g_mm": mass * radius} for mass, radius in holes],
-        "unbalance_g_mm": unbalance_g_mm,
-        "written": [],
-    }
+    return BenchRotor(
+        mass_kg=given.mass_g / G_PER_KG,
+        weight_N=given.weight_N,
+        inertia_kg_mm2=given.polar_g_mm2 / 1000.0,
+        disc_thickness_mm=None if given.shape is None else given.shape.thickness_mm,
+        shaft_each_side_mm=None if given.shape is None else given.shape.shaft_each_side_mm,
+        holes=[DrilledHole(mass_g=mass, unbalance_g_mm=mass * radius) for mass, radius in holes],
+        unbalance_g_mm=unbalance_g_mm,
+        written=written,
+    )
 
 
 def _run(
     given: Bench, speed_rpm: float, trace: Trace, unbalance_g_mm: float, friction: Callable[[float], float]
-) -> Values:
+) -> BenchRun:
     from autobalance.dynamics.bench_rotor import unbalance_force_N
 
     speed = speed_rpm * RAD_S_PER_RPM
     ramp, end = given.ramp_s, given.ramp_s + given.hold_s
     mean = trace.mean_torque_N_m(ramp, end)
     settled = trace.time_s >= ramp + 0.5 * given.hold_s
-    return {
-        "speed_rpm": speed_rpm,
-        "repeat": 1,
-        "unbalance_force_N": unbalance_force_N(unbalance_g_mm, speed),
-        "friction_N_m": friction(speed),
-        "ramp_inertia_N_m": given.polar_g_mm2 * KG_M2_PER_G_MM2 * speed / ramp,
-        "ramp_torque_N_m": trace.mean_torque_N_m(0.5 * ramp, ramp),
-        "mean_torque_N_m": mean,
-        "power_W": mean * speed,
-        "greatest_torque_N_m": float(np.abs(trace.torque_N_m).max()),
-        "overshoot_rpm": max(0.0, float(trace.speed.max()) - speed) / RAD_S_PER_RPM,
-        "speed_error": float(np.abs(trace.wanted - trace.speed)[settled].max()) / speed,
-    }
+    return BenchRun(
+        speed_rpm=speed_rpm,
+        repeat=1,
+        unbalance_force_N=unbalance_force_N(unbalance_g_mm, speed),
+        friction_N_m=friction(speed),
+        ramp_inertia_N_m=given.polar_g_mm2 * KG_M2_PER_G_MM2 * speed / ramp,
+        ramp_torque_N_m=trace.mean_torque_N_m(0.5 * ramp, ramp),
+        mean_torque_N_m=mean,
+        power_W=mean * speed,
+        greatest_torque_N_m=float(np.abs(trace.torque_N_m).max()),
+        overshoot_rpm=max(0.0, float(trace.speed.max()) - speed) / RAD_S_PER_RPM,
+        speed_error=float(np.abs(trace.wanted - trace.speed)[settled].max()) / speed,
+    )
 
 
-def _reading(given: Bench, reading: Reading) -> Values:
-    shared = {
-        "case": reading.case,
-        "speed_rpm": reading.speed_rpm,
-        "dropped": list(reading.dropped),
-        "dropped_for_temperature": list(reading.cold),
-    }
+def _reading(given: Bench, reading: Reading) -> BenchReading:
+    plain = BenchReading(
+        case=reading.case,
+        speed_rpm=reading.speed_rpm,
+        dropped=reading.dropped,
+        dropped_for_temperature=reading.cold,
+        mean_V=None,
+        zero_V=None,
+        torque_N_m=0.0 if reading.torque_N_m is None else reading.torque_N_m,
+        scatter_N_m=None,
+        uncertainty_N_m=None,
+    )
     if reading.torque_N_m is not None:
-        nothing = dict.fromkeys(("mean_V", "zero_V"))
-        return {
-            **shared,
-            **nothing,
-            "torque_N_m": reading.torque_N_m,
-            "scatter_N_m": None,
-            "uncertainty_N_m": None,
-        }
+        return plain
     zero, zero_error = _zero(given, reading.case)
     mean, scale = float(np.mean(reading.kept)), given.N_m_per_V
     spread = _spread(reading.kept)
@@ -231,14 +239,14 @@ def _reading(given: Bench, reading: Reading) -> Values:
         given.N_m_per_V_pm / math.sqrt(3.0) * (mean - zero),
     )
     known = spread is not None or any(parts)
-    return {
-        **shared,
-        "mean_V": mean,
-        "zero_V": zero,
-        "torque_N_m": (mean - zero) * scale,
-        "scatter_N_m": None if spread is None else spread * scale,
-        "uncertainty_N_m": COVERAGE * math.hypot(*parts) if known else None,
-    }
+    return replace(
+        plain,
+        mean_V=mean,
+        zero_V=zero,
+        torque_N_m=(mean - zero) * scale,
+        scatter_N_m=None if spread is None else spread * scale,
+        uncertainty_N_m=COVERAGE * math.hypot(*parts) if known else None,
+    )
 
 
 def _spread(volts: Sequence[float]) -> float | None:
@@ -258,7 +266,9 @@ def _zero(given: Bench, case: int | str) -> tuple[float, float]:
     return float(np.mean(volts)), math.hypot(allowed, scatter)
 
 
-def _comparison(given: Bench, runs: Sequence[Values], readings: Sequence[Values]) -> list[Values]:
+def _comparison(
+    given: Bench, runs: Sequence[BenchRun], readings: Sequence[BenchReading]
+) -> list[BenchComparison]:
     """Set each measured torque beside the simulated one; a run that there is none of is None."""
     found = []
     for reading, values in zip(given.readings, readings, strict=True):
@@ -267,26 +277,26 @@ def _comparison(given: Bench, runs: Sequence[Values], readings: Sequence[Values]
         simulated = reading.simulated_N_m
         if simulated is None:
             same = [
-                run["mean_torque_N_m"]
+                run.mean_torque_N_m
                 for run in runs
-                if math.isclose(run["speed_rpm"], reading.speed_rpm, rel_tol=SAME_SPEED)
+                if math.isclose(run.speed_rpm, reading.speed_rpm, rel_tol=SAME_SPEED)
             ]
             simulated = same[0] if same else None
-        test = values["torque_N_m"]
+        test = values.torque_N_m
         least = None if simulated is None else min(test, simulated)
         found.append(
-            {
-                "case": reading.case,
-                "speed_rpm": reading.speed_rpm,
-                "test_N_m": test,
-                "simulated_N_m": simulated,
-                "difference_percent": 100.0 * abs(test - simulated) / least
+            BenchComparison(
+                case=reading.case,
+                speed_rpm=reading.speed_rpm,
+                test_N_m=test,
+                simulated_N_m=simulated,
+                difference_percent=100.0 * abs(test - simulated) / least
                 if simulated is not None and least is not None and least > 0.0
                 else None,
-                "uncertainty_N_m": values["uncertainty_N_m"],
-                "within_uncertainty": None
-                if simulated is None or values["uncertainty_N_m"] is None
-                else abs(test - simulated) <= values["uncertainty_N_m"],
-            }
+                uncertainty_N_m=values.uncertainty_N_m,
+                within_uncertainty=None
+                if simulated is None or values.uncertainty_N_m is None
+                else abs(test - simulated) <= values.uncertainty_N_m,
+            )
         )
     return found

@@ -9,6 +9,7 @@ import numpy as np
 
 from autobalance.dynamics.bench_rotor import DiscOnShaft, DrilledHole
 from autobalance.dynamics.bench_solid import rotor_shape
+from autobalance.report.records.bench import WrittenRotor
 from autobalance.rigid_rotor.moments import Moments
 from autobalance.solid.csg.shape import Shape, tessellated
 
@@ -21,7 +22,7 @@ KG_PER_G = 1e-3
 
 def rotor_files(
     rotor: DiscOnShaft, holes: Sequence[DrilledHole], wanted_g_mm2: float
-) -> tuple[dict[str, bytes], list[Values]]:
+) -> tuple[dict[str, bytes], list[WrittenRotor]]:
     """Return the files of a rotor by name, and what each solid among them was measured to have.
 
     Parameters
@@ -35,7 +36,7 @@ def rotor_files(
     from autobalance.report.rotor.rotor_drawing import rotor_drawing
 
     files: dict[str, bytes] = {}
-    measured: list[Values] = []
+    measured: list[WrittenRotor] = []
     shapes = {"rotor": rotor_shape(rotor)} | ({"rotor-drilled": rotor_shape(rotor, holes)} if holes else {})
     for name, shape in shapes.items():
         for file, data, moments in _written(name, shape, rotor.density_g_mm3):
@@ -63,12 +64,12 @@ def _written(name: str, shape: Shape, density: float) -> list[tuple[str, bytes, 
     return found
 
 
-def _measured(file: str, moments: Moments, wanted_g_mm2: float) -> Values:
+def _measured(file: str, moments: Moments, wanted_g_mm2: float) -> WrittenRotor:
     polar = moments.polar_inertia_g_mm2
-    return {
-        "file": file,
-        "mass_kg": KG_PER_G * moments.mass_g,
-        "inertia_kg_mm2": KG_MM2_PER_G_MM2 * polar,
-        "inertia_difference_percent": 100.0 * (polar / wanted_g_mm2 - 1.0),
-        "unbalance_g_mm": float(np.hypot(*moments.first_g_mm[:2])),
-    }
+    return WrittenRotor(
+        file=file,
+        mass_kg=KG_PER_G * moments.mass_g,
+        inertia_kg_mm2=KG_MM2_PER_G_MM2 * polar,
+        inertia_difference_percent=100.0 * (polar / wanted_g_mm2 - 1.0),
+        unbalance_g_mm=float(np.hypot(*moments.first_g_mm[:2])),
+    )

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -12,8 +12,15 @@ import numpy as np
 from autobalance import job as jobs
 from autobalance.api.crank import Crank
 from autobalance.api.engine_case import request
-from autobalance.api.result import Plots, Values, VerbResult, report_head
+from autobalance.api.result import Plots, VerbResult
 from autobalance.job.files.engine_bench import EngineBench, Variant, read_engine_bench
+from autobalance.report.records.bench import (
+    BenchVariant,
+    BesideFirst,
+    EngineBenchReport,
+    VariantFigures,
+    VariantRunUp,
+)
 from autobalance.runtime import Progress, no_progress
 from autobalance.units import RAD_S_PER_RPM
 
@@ -77,14 +84,15 @@ def engine_bench(
         warnings.update(dict.fromkeys(odd))
         rows.append(values)
         curves.append(curve)
-    report = {**report_head("bench"), "input": given.values, "variants": rows, "beside": _beside(rows)}
-    report["warnings"] = list(warnings)
+    report = EngineBenchReport(
+        input=given.values, variants=rows, beside=_beside(rows), warnings=list(warnings)
+    )
     return EngineBenchResult(report, tuple(curves))
 
 
 def _variant(
     given: EngineBench, variant: Variant, cranks: dict[tuple[str, ...], Crank]
-) -> tuple[Values, VariantCurves, tuple[str, ...]]:
+) -> tuple[BenchVariant, VariantCurves, tuple[str, ...]]:
     from autobalance.machine_models.engine_variants import FiringVariant, VariantCurves
     from autobalance.machine_models.firing_from_job import check_cycle
 
@@ -101,15 +109,15 @@ def _variant(
     run = None
     if given.run_up_rpm is not None:
         run = tried.run_up(*(speed * RAD_S_PER_RPM for speed in given.run_up_rpm))
-    values = {
-        "name": variant.name,
-        "crank": None if job.crankshaft.file is None else job.crankshaft.file.name,
-        "factor": variant.factor,
-        "balance_factor": _factor(tried),
-        "inertia_kg_mm2": KG_MM2_PER_G_MM2 * analysis.mean_inertia_g_mm2,
-        "points": [_point(speed, each) for speed, (each, _) in zip(speeds, points, strict=True)],
-        "run_up": None if given.run_up_rpm is None else _run_up(given.run_up_rpm, run),
-    }
+    values = BenchVariant(
+        name=variant.name,
+        crank=None if job.crankshaft.file is None else job.crankshaft.file.name,
+        factor=variant.factor,
+        balance_factor=_factor(tried),
+        inertia_kg_mm2=KG_MM2_PER_G_MM2 * analysis.mean_inertia_g_mm2,
+        points=[_point(speed, each) for speed, (each, _) in zip(speeds, points, strict=True)],
+        run_up=None if given.run_up_rpm is None else _run_up(given.run_up_rpm, run),
+    )
     even = analysis.grid.even
     angles = np.degrees(analysis.grid.even_rad)
     curves = VariantCurves(variant.name, angles, even(last.torque_n_m), run)
@@ -125,56 +133,50 @@ def _factor(tried: FiringVariant) -> float | None:
     return crank_factor(tried.crank.moments, *hung_on(tried.job, tried.crank.anatomy))
 
 
-def _point(speed_rpm: float, point: VariantPoint) -> Values:
-    return {
-        "speed_rpm": speed_rpm,
-        "acceleration_rad_s2": point.acceleration_rad_s2,
-        "greatest_main_N": float(point.greatest_mains_n.max()),
-        "mean_main_N": float(point.mean_mains_n.mean()),
-        "greatest_mains_N": [float(each) for each in point.greatest_mains_n],
-        "torque_mean_N_m": point.torque_mean_n_m,
-        "torque_greatest_N_m": float(point.torque_n_m.max()),
-        "torque_least_N_m": float(point.torque_n_m.min()),
-        "friction_mean_N_m": point.friction_mean_n_m,
-        "power_W": point.torque_mean_n_m * point.speed_rad_s,
-        "fluctuation": point.fluctuation,
-    }
+def _point(speed_rpm: float, point: VariantPoint) -> VariantFigures:
+    return VariantFigures(
+        speed_rpm=speed_rpm,
+        acceleration_rad_s2=point.acceleration_rad_s2,
+        greatest_main_N=float(point.greatest_mains_n.max()),
+        mean_main_N=float(point.mean_mains_n.mean()),
+        greatest_mains_N=[float(each) for each in point.greatest_mains_n],
+        torque_mean_N_m=point.torque_mean_n_m,
+        torque_greatest_N_m=float(point.torque_n_m.max()),
+        torque_least_N_m=float(point.torque_n_m.min()),
+        friction_mean_N_m=point.friction_mean_n_m,
+        power_W=point.torque_mean_n_m * point.speed_rad_s,
+        fluctuation=point.fluctuation,
+    )
 
 
-def _run_up(speeds_rpm: tuple[float, float], run: FreeRun | None) -> Values:
-    return {
-        "from_rpm": speeds_rpm[0],
-        "to_rpm": speeds_rpm[1],
-        "time_s": None if run is None else float(run.time_s[-1]),
-        "turns": None if run is None else float(run.angle_rad[-1] / (2.0 * np.pi)),
-        "gas_work_J": None if run is None else run.gas_work_n_m,
-        "friction_work_J": None if run is None else run.friction_work_n_m,
-        "kinetic_J": None if run is None else run.kinetic_n_m,
-    }
+def _run_up(speeds_rpm: tuple[float, float], run: FreeRun | None) -> VariantRunUp:
+    return VariantRunUp(
+        from_rpm=speeds_rpm[0],
+        to_rpm=speeds_rpm[1],
+        time_s=None if run is None else float(run.time_s[-1]),
+        turns=None if run is None else float(run.angle_rad[-1] / (2.0 * np.pi)),
+        gas_work_J=None if run is None else run.gas_work_n_m,
+        friction_work_J=None if run is None else run.friction_work_n_m,
+        kinetic_J=None if run is None else run.kinetic_n_m,
+    )
 
 
-COMPARED = {
-    "acceleration_percent": "acceleration_rad_s2",
-    "greatest_main_percent": "greatest_main_N",
-    "mean_main_percent": "mean_main_N",
-    "torque_mean_percent": "torque_mean_N_m",
-    "friction_mean_percent": "friction_mean_N_m",
-}
-
-
-def _beside(rows: list[Values]) -> list[Values]:
+def _beside(rows: Sequence[BenchVariant]) -> list[BesideFirst]:
     """Return what each further variant changes of the first one's figures, in percent."""
-    first = rows[0]["points"]
     return [
-        {
-            "name": row["name"],
-            "speed_rpm": point["speed_rpm"],
-            **{name: _percent(key, point, base) for name, key in COMPARED.items()},
-        }
+        BesideFirst(
+            name=row.name,
+            speed_rpm=point.speed_rpm,
+            acceleration_percent=_percent(point.acceleration_rad_s2, base.acceleration_rad_s2),
+            greatest_main_percent=_percent(point.greatest_main_N, base.greatest_main_N),
+            mean_main_percent=_percent(point.mean_main_N, base.mean_main_N),
+            torque_mean_percent=_percent(point.torque_mean_N_m, base.torque_mean_N_m),
+            friction_mean_percent=_percent(point.friction_mean_N_m, base.friction_mean_N_m),
+        )
         for row in rows[1:]
-        for point, base in zip(row["points"], first, strict=True)
+        for point, base in zip(row.points, rows[0].points, strict=True)
     ]
 
 
-def _percent(key: str, point: Values, base: Values) -> float | None:
-    return 100.0 * (point[key] / base[key] - 1.0) if base[key] else None
+def _percent(value: float, base: float) -> float | None:
+    return 100.0 * (value / base - 1.0) if base else None

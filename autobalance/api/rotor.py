@@ -4,14 +4,14 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from autobalance.api.crank import Crank, read_crank
-from autobalance.api.result import Plots, Values, VerbResult, report_head
+from autobalance.api.result import Plots, VerbResult
 from autobalance.dynamics.balancing_procedures import advice
 from autobalance.dynamics.critical_speeds import CriticalSpeed, critical_speeds
 from autobalance.dynamics.modal_balancing import modal_correction
@@ -22,7 +22,23 @@ from autobalance.dynamics.unbalance_response import sag, unbalance_response
 from autobalance.dynamics.whirl_modes import WhirlMode, modes_at, refined
 from autobalance.errors import JobError, UsageError
 from autobalance.job.files.rotor import RotorRequest, read_rotor
-from autobalance.report.rotor import rotor_values
+from autobalance.report.records.rotor import (
+    AddedUnbalance,
+    BalancingAdvice,
+    CampbellRow,
+    Criticals,
+    EquivalentShaft,
+    RotorMass,
+    RotorReport,
+    RunUp,
+    ShapedMode,
+    Static,
+    StiffnessRow,
+    ThrowStiffness,
+    added_unbalances,
+    responses,
+    run_ups,
+)
 from autobalance.solid.formats.table import endings
 from autobalance.units import STEEL_KG_M3
 
@@ -116,20 +132,20 @@ def _of_crank(crank: Crank, speed_rpm: float | None, bearing_n_m: float | None) 
         raise UsageError(f"--speed-rpm is {speed_rpm:g}; must be ≥ 0")
     made = straight_rotor(crank.measured, SPEED_RPM if speed_rpm is None else speed_rpm, bearing_n_m)
     result = analysed(read_rotor(made.file))
-    equivalent = {
-        "worth": WORTH,
-        "z_of_start_mm": made.z_of_start_mm,
-        "throws": [
-            {
-                "number": number,
-                "in_plane_N_m2": N_M2_PER_N_MM2 * each.in_plane_n_mm2,
-                "across_N_m2": N_M2_PER_N_MM2 * each.across_n_mm2,
-                "used_N_m2": N_M2_PER_N_MM2 * each.mean_n_mm2,
-            }
+    equivalent = EquivalentShaft(
+        worth=WORTH,
+        z_of_start_mm=made.z_of_start_mm,
+        throws=[
+            ThrowStiffness(
+                number=number,
+                in_plane_N_m2=N_M2_PER_N_MM2 * each.in_plane_n_mm2,
+                across_N_m2=N_M2_PER_N_MM2 * each.across_n_mm2,
+                used_N_m2=N_M2_PER_N_MM2 * each.mean_n_mm2,
+            )
             for number, each in enumerate(made.throws, 1)
         ],
-    }
-    return RotorResult({**result.report, "equivalent": equivalent, "notes": [WORTH]})
+    )
+    return RotorResult(replace(result.content, equivalent=equivalent, notes=[WORTH]))
 
 
 def analysed(request: RotorRequest) -> RotorResult:
@@ -140,28 +156,26 @@ def analysed(request: RotorRequest) -> RotorResult:
     modes = max(request.max_modes, 2 * request.balancing.modes + 2 if request.balancing else 0)
     ready = prepared(request.rotor, max(upper, _run_up_top(request)), modes, (*request.probes_m, *planes))
     criticals = critical_speeds(ready, upper)
+    listed = _listed(ready, float(speeds[0]), request.max_modes)
     return RotorResult(
-        {
-            **report_head("rotor"),
-            "input": request.filled,
-            **rotor_values.mass_values(ready),
-            **rotor_values.critical_values(criticals),
-            "modes": rotor_values.mode_values(ready, _listed(ready, float(speeds[0]), request.max_modes)),
-            "campbell": [
-                rotor_values.campbell_row(
-                    float(speed), modes_at(ready.reduced, float(speed), request.max_modes)
-                )
+        RotorReport(
+            input=request.filled,
+            mass=RotorMass.of(ready),
+            criticals=Criticals.of(criticals),
+            modes=[ShapedMode.of(ready, each) for each in listed],
+            campbell=[
+                CampbellRow.of(float(speed), modes_at(ready.reduced, float(speed), request.max_modes))
                 for speed in speeds
             ],
-            "response": rotor_values.response_values(
+            response=responses(
                 request.probes_m, unbalance_response(ready.matrices, speeds, request.probes_m)
             ),
-            "static": rotor_values.sag_values(request.rotor, sag(ready.matrices, float(speeds[0]))),
-            "balancing": _balanced(request, ready),
-            "advice": rotor_values.advice_values(advice(float(speeds[-1]), criticals)),
-            "stiffness_map": _mapped(request, request.rotor, upper),
-            "run_up": _run(request, ready),
-        }
+            static=Static.of(request.rotor, sag(ready.matrices, float(speeds[0]))),
+            balancing=_balanced(request, ready),
+            advice=BalancingAdvice.of(advice(float(speeds[-1]), criticals)),
+            stiffness_map=_mapped(request, request.rotor, upper),
+            run_up=_run(request, ready),
+        )
     )
 
 
@@ -169,11 +183,7 @@ def _listed(ready: PreparedRotor, speed_rad_s: float, count: int) -> list[WhirlM
     return refined(ready.reduced, speed_rad_s, modes_at(ready.reduced, speed_rad_s, count))
 
 
-def _campbell_row(ready: PreparedRotor, speed_rad_s: float, count: int) -> Values:
-    return rotor_values.campbell_row(speed_rad_s, modes_at(ready.reduced, speed_rad_s, count))
-
-
-def _balanced(request: RotorRequest, ready: PreparedRotor) -> list[Values]:
+def _balanced(request: RotorRequest, ready: PreparedRotor) -> list[AddedUnbalance]:
     asked = request.balancing
     if asked is None:
         return []
@@ -182,17 +192,17 @@ def _balanced(request: RotorRequest, ready: PreparedRotor) -> list[Values]:
         added = modal_correction(ready.reduced, asked.planes_m, asked.modes, asked.rigid, there)
     except ValueError as error:
         raise JobError(f"balancing: {error}") from None
-    return rotor_values.correction_values(asked.planes_m, added)
+    return added_unbalances(asked.planes_m, added)
 
 
-def _mapped(request: RotorRequest, given: BeamRotor, upper_rad_s: float) -> list[Values]:
+def _mapped(request: RotorRequest, given: BeamRotor, upper_rad_s: float) -> list[StiffnessRow]:
     asked = request.stiffness_map
     if asked is None:
         return []
     stiffness = np.geomspace(asked.low_n_m, asked.high_n_m, asked.points)
     rows: list[list[CriticalSpeed]] = undamped_map(given, stiffness, upper_rad_s, request.max_modes)
     return [
-        {"k_n_m": float(k), **rotor_values.critical_values(row)}
+        StiffnessRow(k_n_m=float(k), criticals=Criticals.of(row))
         for k, row in zip(stiffness, rows, strict=True)
     ]
 
@@ -201,11 +211,11 @@ def _run_up_top(request: RotorRequest) -> float:
     return 0.0 if request.run_up is None else max(request.run_up.start_rad_s, request.run_up.end_rad_s)
 
 
-def _run(request: RotorRequest, ready: PreparedRotor) -> list[Values]:
+def _run(request: RotorRequest, ready: PreparedRotor) -> list[RunUp]:
     asked = request.run_up
     if asked is None:
         return []
     motion = run_up(
         ready.reduced, asked.start_rad_s, asked.end_rad_s, asked.time_s, request.probes_m, asked.points
     )
-    return rotor_values.run_up_values(request.probes_m, motion)
+    return run_ups(request.probes_m, motion)

@@ -11,6 +11,9 @@ from autobalance.errors import UsageError
 Values = dict[str, Any]
 
 WRITTEN: Mapping[str, str] = {
+    "bearing": "bearing.BearingReport",
+    "bench": "bench.BenchReport",
+    "engine-bench": "bench.EngineBenchReport",
     "calc": "answers.CalcReport",
     "compare": "compare.CompareReport",
     "cycle": "cycle.CycleReport",
@@ -22,6 +25,7 @@ WRITTEN: Mapping[str, str] = {
     "machine-report": "machine.MachineReport",
     "parts": "forces.PartsReport",
     "rod": "rod.RodReport",
+    "rotor": "rotor.RotorReport",
     "shafts": "forces.ShaftsReport",
     "sheet": "answers.SheetReport",
     "verify": "answers.VerifyReport",

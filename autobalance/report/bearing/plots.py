@@ -8,7 +8,7 @@ from autobalance.bearings.analysis import Analysis
 from autobalance.bearings.film import Film
 from autobalance.bearings.orbit import Orbits
 from autobalance.report import plots
-from autobalance.report.bearing.values import MM_PER_M, MPA_PER_PA
+from autobalance.report.records.bearing import MM_PER_M, MPA_PER_PA
 from autobalance.types import Array
 from autobalance.units import RAD_S_PER_RPM
 

@@ -1,0 +1,179 @@
+"""The two reports of `bench`: a rotor in its bearings, and crank variants in one engine."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import Any, Literal
+
+from autobalance.records import Degrees, NotNegative, Ordinal, Positive, record
+from autobalance.report.records.head import Head
+
+
+@record
+class DrilledHole:
+    """A hole in the disc."""
+
+    mass_g: float
+    unbalance_g_mm: float
+
+
+@record
+class WrittenRotor:
+    """A written solid of the rotor, measured."""
+
+    file: str
+    mass_kg: Positive
+    inertia_kg_mm2: Positive
+    inertia_difference_percent: float
+    unbalance_g_mm: NotNegative
+
+
+@record
+class BenchRotor:
+    """The rotor on the bench."""
+
+    mass_kg: Positive
+    weight_N: Positive
+    inertia_kg_mm2: Positive
+    disc_thickness_mm: Positive | None
+    shaft_each_side_mm: Positive | None
+    holes: Sequence[DrilledHole]
+    unbalance_g_mm: NotNegative
+    written: Sequence[WrittenRotor]
+
+
+@record
+class SpeedLoop:
+    """The loop of the speed control."""
+
+    phase_margin_rad: Degrees
+    crossover_rad_s: NotNegative
+    stable: bool
+
+
+@record
+class BenchRun:
+    """A simulated run."""
+
+    speed_rpm: NotNegative
+    repeat: Ordinal
+    unbalance_force_N: NotNegative
+    friction_N_m: float
+    ramp_inertia_N_m: float
+    ramp_torque_N_m: float
+    mean_torque_N_m: float
+    power_W: float
+    greatest_torque_N_m: NotNegative
+    overshoot_rpm: NotNegative
+    speed_error: NotNegative
+
+
+@record
+class BenchReading:
+    """What was measured at a speed."""
+
+    case: int | str
+    speed_rpm: NotNegative
+    dropped: Sequence[int]
+    dropped_for_temperature: Sequence[int]
+    mean_V: float | None
+    zero_V: float | None
+    torque_N_m: float
+    scatter_N_m: NotNegative | None
+    uncertainty_N_m: NotNegative | None
+
+
+@record
+class BenchComparison:
+    """A measured torque beside the simulated one; None where there is no run of that speed."""
+
+    case: int | str
+    speed_rpm: Positive
+    test_N_m: float
+    simulated_N_m: float | None
+    difference_percent: NotNegative | None
+    uncertainty_N_m: NotNegative | None
+    within_uncertainty: bool | None
+
+
+@record
+class BenchReport(Head):
+    """A rotor under speed control in its bearings, measured torques beside the simulated ones."""
+
+    command: Literal["bench"] = "bench"
+    input: Mapping[str, Any]
+    rotor: BenchRotor
+    loop: SpeedLoop
+    runs: Sequence[BenchRun]
+    readings: Sequence[BenchReading]
+    comparison: Sequence[BenchComparison]
+
+
+# --- crank variants in one engine ---------------------------------------------------------------------------
+
+
+@record
+class VariantFigures:
+    """What a variant of the crank makes of the engine at a speed."""
+
+    speed_rpm: Positive
+    acceleration_rad_s2: float
+    greatest_main_N: NotNegative
+    mean_main_N: NotNegative
+    greatest_mains_N: Sequence[float]
+    torque_mean_N_m: float
+    torque_greatest_N_m: float
+    torque_least_N_m: float
+    friction_mean_N_m: float
+    power_W: float
+    fluctuation: float | None
+
+
+@record
+class VariantRunUp:
+    """How a variant runs up without load; None where friction holds it."""
+
+    from_rpm: Positive
+    to_rpm: Positive
+    time_s: NotNegative | None
+    turns: NotNegative | None
+    gas_work_J: float | None
+    friction_work_J: float | None
+    kinetic_J: float | None
+
+
+@record
+class BenchVariant:
+    """A variant of the crank in the engine."""
+
+    name: str
+    crank: str | None
+    factor: float | None
+    balance_factor: float | None
+    inertia_kg_mm2: Positive
+    points: Sequence[VariantFigures]
+    run_up: VariantRunUp | None
+
+
+@record
+class BesideFirst:
+    """What a variant changes of the first one's figures at a speed, in percent."""
+
+    name: str
+    speed_rpm: Positive
+    acceleration_percent: float | None
+    greatest_main_percent: float | None
+    mean_main_percent: float | None
+    torque_mean_percent: float | None
+    friction_mean_percent: float | None
+
+
+@record
+class EngineBenchReport(Head):
+    """Crank variants side by side in one engine."""
+
+    command: Literal["bench"] = "bench"
+    input: Mapping[str, Any]
+    variants: Sequence[BenchVariant]
+    beside: Sequence[BesideFirst]
+    warnings: Sequence[str]
