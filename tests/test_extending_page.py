@@ -1,4 +1,4 @@
-"""The walk-through of docs/extending.md: a kind, a format and a command, one file and one line each."""
+"""The walk-through of docs/extending.md: a kind, a format, an output, a verb; a file and a line each."""
 
 import os
 import re
@@ -14,56 +14,95 @@ import autobalance
 ROOT = Path(__file__).resolve().parents[1]
 PAGE = ROOT / "docs" / "extending.md"
 FILE = re.compile(r"`autobalance/([a-z_/]+\.py)`[^\n]*\n\n```python\n(.*?)```", re.DOTALL)
+CONTRACTS = {
+    "tests/geometry/test_kind_contract.py": "notch",
+    "tests/geometry/test_solid_formats.py": "tri and round_trip",
+    "tests/report/test_output_kinds.py": "taken",
+    "tests/command/test_options.py": "webs",
+}
+"""The tests that the page names → those of them that are of what it adds."""
+
+pytestmark = pytest.mark.slow
 
 
-@pytest.mark.slow
-def test_three_files_and_three_lines_are_enough(tmp_path: Path) -> None:
-    """The package is copied, the page's files and lines are put in, and its last example runs."""
+@pytest.fixture(scope="module")
+def tree(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A copy of package and tests with the page's files and lines put in."""
+    folder = tmp_path_factory.mktemp("tree")
     package = Path(autobalance.__file__).parent
-    copied = tmp_path / "autobalance"
-    shutil.copytree(package, copied)
+    copied = folder / "autobalance"
+    without = shutil.ignore_patterns("__pycache__")
+    shutil.copytree(package, copied, ignore=without)
     if not (copied / "_fixtures").exists():  # a checkout has them beside the package
-        shutil.copytree(ROOT / "fixtures", tmp_path / "fixtures")
-    text = PAGE.read_text(encoding="utf-8")
-    blocks = FILE.findall(text)
-    new = [name for name, _ in blocks if not (package / name).exists()]
-    assert len(blocks) == 6
-    assert len(new) == 3
+        shutil.copytree(ROOT / "fixtures", folder / "fixtures", ignore=without)
+    shutil.copytree(ROOT / "tests", folder / "tests", ignore=without)
+    shutil.copytree(ROOT / "docs", folder / "docs", ignore=without)
+    shutil.copy(ROOT / "pyproject.toml", folder)
+    blocks = FILE.findall(PAGE.read_text(encoding="utf-8"))
+    assert len(blocks) == 8
+    assert len(new_files()) == 4
     for name, code in blocks:
         with (copied / name).open("a", encoding="utf-8") as file:
             file.write(code)
-    example = re.findall(r"```python\n(.*?)```", text, re.DOTALL)[-1]
-    environment = {**os.environ, "PYTHONPATH": str(tmp_path)}
-    done = subprocess.run(
-        [sys.executable, "-c", example],
-        cwd=tmp_path,
-        env=environment,
-        capture_output=True,
-        text=True,
-        check=False,
+    return folder
+
+
+def new_files() -> list[str]:
+    package = Path(autobalance.__file__).parent
+    names = [name for name, _ in FILE.findall(PAGE.read_text(encoding="utf-8"))]
+    return [f"autobalance/{name}" for name in names if not (package / name).exists()]
+
+
+def run(tree: Path, *words: str, where: Path) -> subprocess.CompletedProcess[str]:
+    environment = {**os.environ, "PYTHONPATH": str(tree)}
+    return subprocess.run(
+        [sys.executable, *words], cwd=where, env=environment, capture_output=True, text=True, check=False
     )
+
+
+def test_four_files_and_four_lines_are_enough(tree: Path, tmp_path: Path) -> None:
+    """The page's last example runs."""
+    examples = re.findall(r"```python\n(.*?)```", PAGE.read_text(encoding="utf-8"), re.DOTALL)
+    done = run(tree, "-c", examples[-1], where=tmp_path)
     assert done.returncode == 0, done.stderr
     assert "web 2: z" in done.stdout
     report = (tmp_path / "out" / "report.json").read_text(encoding="utf-8")
     assert '"kind": "notch"' in report
     assert '"format": "tri"' in report
+    rows = (tmp_path / "out" / "cuts.csv").read_text(encoding="utf-8").splitlines()
+    assert rows[0] == "number,kind,web,depth_mm,removed_mass_g"
+    assert "1,notch,1," in rows[1]
+    assert '"command": "webs"' in (tmp_path / "webs.json").read_text(encoding="utf-8")
 
 
-def test_a_job_key_is_one_line(tmp_path: Path) -> None:
-    """The page's declaration is put into a copy of the package; reader, schema, template and echo have it."""
-    package = Path(autobalance.__file__).parent
-    shutil.copytree(package, tmp_path / "autobalance", ignore=shutil.ignore_patterns("__pycache__"))
-    section = PAGE.read_text(encoding="utf-8").partition("## A key of the job")[2].partition("\n## ")[0]
-    declaration, example = re.findall(r"```python\n(.*?)```", section, re.DOTALL)
-    table = tmp_path / "autobalance" / "job" / "balance.py"
-    head, tail = table.read_text(encoding="utf-8").split("    ),\n)\n", 1)
-    table.write_text(f"{head}        {declaration.strip()},\n    ),\n)\n{tail}", encoding="utf-8")
-    done = subprocess.run(
-        [sys.executable, "-c", example],
-        cwd=tmp_path,
-        env={**os.environ, "PYTHONPATH": str(tmp_path)},
-        capture_output=True,
-        text=True,
-        check=False,
-    )
-    assert done.returncode == 0, done.stderr
+def test_help_knows_them(tree: Path) -> None:
+    shown = run(tree, "-m", "autobalance", "webs", "--help", where=tree).stdout
+    assert "--pressed-up" in shown
+    assert "take the crank for a pressed-up one, drawn without its crankpins" in " ".join(shown.split())
+    assert ".tri" in run(tree, "-m", "autobalance", "inspect", "--help", where=tree).stdout
+    assert "cuts" in run(tree, "-m", "autobalance", "balance", "--help", where=tree).stdout
+
+
+@pytest.mark.parametrize(("file", "which"), CONTRACTS.items(), ids=CONTRACTS.values())
+def test_they_pass_the_tests_that_the_page_names(tree: Path, file: str, which: str) -> None:
+    assert f"`{file}`" in PAGE.read_text(encoding="utf-8")
+    done = run(tree, "-m", "pytest", "-q", "-p", "no:cacheprovider", "-k", which, file, where=tree)
+    assert done.returncode == 0, done.stdout[-3000:]
+    assert " passed" in done.stdout
+
+
+def test_what_is_not_documented_is_noticed(tree: Path) -> None:
+    """The same tests ask for the pages of what was added."""
+    for file, which, words in (
+        ("tests/report/test_output_kinds.py", "page_of_outputs", "cuts.csv"),
+        ("tests/command/test_options.py", "known_to_type_checkers", "import webs as webs"),
+    ):
+        done = run(tree, "-m", "pytest", "-q", "-p", "no:cacheprovider", "-k", which, file, where=tree)
+        assert done.returncode == 1, done.stdout[-3000:]
+        assert words in done.stdout
+
+
+def test_their_code_is_clean(tree: Path) -> None:
+    for words in (("check",), ("format", "--check")):
+        done = run(tree, "-m", "ruff", *words, *new_files(), where=tree)
+        assert done.returncode == 0, done.stdout

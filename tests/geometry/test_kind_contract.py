@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 import math
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -27,11 +27,12 @@ from autobalance.report.balance import kinds
 from autobalance.report.balance.values import correction_entry, dumps, schema
 from autobalance.report.display_units import ON_PAPER
 from autobalance.report.sheet.cuts import cut_row
+from autobalance.rigid_rotor.moments import Moments
 from autobalance.solid.cad.kernel import has_kernel
 from autobalance.solid.csg.solid import Solid
 from autobalance.solid.csg.tool import placed
 from autobalance.solid.formats.read import Source, read
-from tests.coarse import coarse_facets
+from tests.coarse import COARSE, FINE, coarse_facets
 from tests.geometry.test_drill import assert_same, difference
 
 pytestmark = pytest.mark.skipif(not has_kernel(), reason="the extra 'step' is not installed")
@@ -63,19 +64,29 @@ class Bench:
 
 
 @pytest.fixture(scope="module")
-def bench(tmp_path_factory: pytest.TempPathFactory) -> Bench:
+def crank(tmp_path_factory: pytest.TempPathFactory) -> Path:
     from autobalance.solid.cad.brep import ExactSolid
 
     path: Path = tmp_path_factory.mktemp("contract") / "crank.step"
     path.write_bytes(ExactSolid(crank_shape(PRESETS["v-twin-45"])).step())
-    with coarse_facets():
-        source = read(path, None)
+    return path
+
+
+@pytest.fixture(scope="module")
+def bench(crank: Path) -> Bench:
+    return bench_of(crank, COARSE, tuple(KINDS))
+
+
+def bench_of(crank: Path, fineness: Mapping[str, float], names: Sequence[str]) -> Bench:
+    """The crank in triangles of a fineness, with what some kinds offer on it."""
+    with coarse_facets(fineness):
+        source = read(crank, None)
     assert source.surfaces is not None
     anatomy = recognise(source.solid, Overrides(), source.surfaces.cylinders)
     faces = find_faces(source.solid.mesh, anatomy, source.surfaces)
     heavy = np.array([-3000.0, 200.0])
     work = Workpiece(source.solid, anatomy, faces, STEEL, ((-60.0, heavy), (60.0, heavy)), 8.0)
-    offers = {name: offer(work, kind.limits(), 0) for name, kind in KINDS.items()}
+    offers = {name: offer(work, KINDS[name].limits(), 0) for name in names}
     return Bench(source, work, offers)
 
 
@@ -113,7 +124,16 @@ def test_the_rate_is_the_derivative_of_the_effect(bench: Bench, name: str) -> No
 
 @pytest.mark.slow
 @pytest.mark.parametrize("name", KINDS)
-def test_the_exact_tool_takes_the_same(bench: Bench, name: str) -> None:
+def test_the_exact_tool_takes_the_same(bench: Bench, crank: Path, name: str) -> None:
+    """A shallow cut into a rim loses a share of itself to the crank's own facets: then on finer ones."""
+    effect, change = with_either_tool(bench, name)
+    if abs(effect.mass_g - change.mass_g) > OF_FACETS * abs(change.mass_g):
+        effect, change = with_either_tool(bench_of(crank, FINE, (name,)), name)
+    assert_same(effect, change, OF_FACETS)
+
+
+def with_either_tool(bench: Bench, name: str) -> tuple[Moments, Moments]:
+    """What the first cut of a kind does, as planned and by its exact tool on the true surfaces."""
     exact = bench.source.exact
     assert exact is not None
     frame = bench.work.anatomy.file_to_rotor
@@ -124,7 +144,7 @@ def test_the_exact_tool_takes_the_same(bench: Bench, name: str) -> None:
     there = placed(tool, bench.work.anatomy.rotor_to_file)
     done = exact.solid.machined([] if cut.adds_metal else [there], [there] if cut.adds_metal else [])
     change = done.moments(STEEL, frame) - exact.solid.moments(STEEL, frame) + cut.pressed_in(depth)
-    assert_same(cut.effect(depth), change, OF_FACETS)
+    return cut.effect(depth), change
 
 
 @pytest.mark.parametrize("name", KINDS)
