@@ -89,7 +89,8 @@ def rows(keys: tuple[Key, ...]) -> Iterator[str]:
     """Yield a row a key."""
     for key in keys:
         own = f" ({verbs_of(key)} only)" if key.verbs else ""
-        yield f"| `{key.name}` | {value_of(key)} | {default_of(key)} | {key.says}{own} |"
+        says = key.says.replace("|", "\\|")
+        yield f"| `{key.name}` | {value_of(key)} | {default_of(key)} | {says}{own} |"
 
 
 def value_of(key: Key) -> str:

@@ -38,6 +38,8 @@ UNIT_BY_ENDING = {
     "_um": "µm",
     "_mm": "mm",
     "_kg": "kg",
+    "_oz": "oz",
+    "_lb": "lb",
     "_hz": "Hz",
     "_g": "g",
     "_J": "J",
