@@ -7,6 +7,8 @@ CANDIDATES := $(PYTHON) python3 python3.14 python3.13 python3.12 python3.11 pyth
 PIP_FLAGS := --quiet --disable-pip-version-check
 OUTPUT := demo-output
 FUZZ := 3000
+# of make soak
+HOURS := 0.25
 # of make shaken: seeds of last digits, kernels of the linear algebra (SkylakeX, too, where there is AVX-512)
 SEEDS := 1 2 3 4 5
 CORES := Haswell Zen Nehalem
@@ -22,7 +24,7 @@ export OMP_NUM_THREADS := 1
 # compiled files are kept, also where the machine says otherwise: tests begin a third of a minute sooner
 export PYTHONDONTWRITEBYTECODE :=
 
-.PHONY: help demo test quick times lint docs fuzz shaken bench ci clean
+.PHONY: help demo test quick times lint docs fuzz shaken soak bench ci clean
 
 help:
 	@echo "make demo    install into $(VENV) and balance the bundled crank; results in $(OUTPUT)/"
@@ -32,6 +34,7 @@ help:
 	@echo "make lint    ruff, mypy, import-linter"
 	@echo "make docs    build the documentation's site into docs/_build/html; a warning is an error"
 	@echo "make fuzz    damaged files by the thousand for every reader; every layout and seed of random tests"
+	@echo "make soak    random jobs, damaged files, changed reports, requests to the app, kills; HOURS=8 for a night"
 	@echo "make shaken  plans with other last digits and other kernels of the linear algebra: the same results"
 	@echo "make bench   measure time and memory beside the floor and the naive way, and the time to plan holes"
 	@echo "make ci      what the project's checks run: .ci/run"
@@ -75,6 +78,10 @@ fuzz: $(VENV)/.installed-dev
 	@AUTOBALANCE_FUZZ=$(FUZZ) $(VENV)/bin/python -m pytest -q tests/unit/test_solid_stl.py tests/unit/test_job_fuzz.py tests/geometry/test_solid_formats.py tests/geometry/test_solid_fuzz.py tests/test_cli_fuzz.py -k "damaged or any_bytes or changed or words or says or every_kind or run"
 	@echo "==> every layout, fineness and seed, of which the tests take a few"
 	@AUTOBALANCE_FUZZ=60 $(VENV)/bin/python -m pytest -q -n $(WORKERS) --dist worksteal $$(grep -rl "tests.sweeps" tests --include='test_*.py')
+
+soak: $(VENV)/.installed-dev
+	@echo "==> random cases for $(HOURS) hours; what falls is kept in tests/soak/corpus and tried by make test"
+	@$(VENV)/bin/python -m tests.soak --hours $(HOURS)
 
 shaken: $(VENV)/.installed-dev
 	@for seed in $(SEEDS); do \

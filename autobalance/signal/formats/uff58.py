@@ -26,8 +26,9 @@ def read(path: Path, sample_rate_hz: float | None) -> Record:
         file = pyuff.UFF(str(path))
         places = [place for place, kind in enumerate(file.get_set_types()) if int(kind) == 58]
         sets = [file.read_sets(place) for place in places]
-    except (ValueError, KeyError, IndexError, TypeError, EOFError, NameError) as error:
-        raise FormatError(f"{path.name} is no universal file that can be read: {error}") from None
+    except Exception as error:  # noqa: BLE001 pyuff raises just that where a set is damaged
+        said = " ".join(str(error).split())
+        raise FormatError(f"{path.name} is no universal file that can be read: {said}") from None
     channels = tuple(_channel(path, each, sample_rate_hz) for each in sets if _is_time_record(each))
     return Record(path.name, "UFF58", channels)
 
