@@ -64,6 +64,22 @@ speed_rpm = 9000
 [correction]
 method = "shoulder"
 """
+TOOL = {
+    "machine": {"post": "linuxcnc", "max_rpm": 8000},
+    "zero": {"angle": "crankpin 1", "z_mm": "crankpin 1"},
+    "tool": [
+        {
+            "number": 1,
+            "kind": "end_mill",
+            "diameter_mm": 12.0,
+            "flute_mm": 30.0,
+            "stick_out_mm": 110.0,
+            "holder": [[32.0, 60.0]],
+            "rpm": 2500,
+            "feed_mm_min": 300.0,
+        }
+    ],
+}
 FREE = {"webs": [1, 2], "sector_deg": [100.0, 260.0], "hold_radius_mm": 26.0, "points": 8, "symmetric": True}
 
 
@@ -101,6 +117,7 @@ def balanced(crank: ab.Crank, folder: Path) -> bool:
     checked = ab.verify(report, independent=True)
     print(checked.holds, checked.within_tolerance)
     print(ab.recut(report, READING).text())
+    print(ab.nc(report, TOOL).text())
     print(ab.sheet(report, only=("pdf",)).text())
     with_cycle = ab.Job.from_dict({**tables, "cycle": CYCLE})
     spread = {**PARTS, "rotating_g": {"big_end": {"g": 134.04, "pm": 0.5}}}

@@ -23,6 +23,7 @@ WRITTEN: Mapping[str, str] = {
     "init": "answers.InitReport",
     "influence": "influence.InfluenceReport",
     "machine-report": "machine.MachineReport",
+    "nc": "nc.NcReport",
     "parts": "forces.PartsReport",
     "rod": "rod.RodReport",
     "rotor": "rotor.RotorReport",
@@ -32,7 +33,7 @@ WRITTEN: Mapping[str, str] = {
 }
 """Name → module of ``report.records`` and record of what a verb writes with ``--json``."""
 READ = (
-    *("job", "reading", "trials", "machine", "rotor-file", "chain-file", "drive-file"),
+    *("job", "reading", "trials", "machine", "machine-tool-file", "rotor-file", "chain-file", "drive-file"),
     *("bench-file", "engine-bench-file", "fem-file", "design-file"),
 )
 """TOML files that are read."""

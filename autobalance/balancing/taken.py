@@ -11,8 +11,8 @@ import numpy as np
 from autobalance.balancing.rotor import Rotor
 from autobalance.correction.contract import Correction
 from autobalance.correction.cut import Made, as_taken
-from autobalance.correction.faces.outline import listed_outline, loops_area_mm2, side_of
 from autobalance.correction.faces.patches import face_frame
+from autobalance.correction.outline import listed_outline, loops_area_mm2, side_of
 from autobalance.types import Array
 
 if TYPE_CHECKING:

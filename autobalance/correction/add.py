@@ -15,7 +15,6 @@ from autobalance.correction.contract import Apart, Correction, Figures, Item
 from autobalance.correction.faces.curve import DepthCurve
 from autobalance.correction.faces.cut import FaceCut, face_heights, patches_of
 from autobalance.correction.faces.layer import moments_of, moments_scale, numbers_of, plane_moments
-from autobalance.correction.faces.outline import outline_shape
 from autobalance.correction.faces.patches import (
     FaceLimits,
     Patch,
@@ -26,6 +25,7 @@ from autobalance.correction.faces.patches import (
 )
 from autobalance.correction.faces.trace import FaceTrace
 from autobalance.correction.kind import Kind, Offer, Workpiece
+from autobalance.correction.outline import outline_shape
 from autobalance.correction.refusals import refuse_out_of_range
 from autobalance.correction.relaxing import Relaxing, deeper, thinner
 from autobalance.correction.room import Room, drawn_out

@@ -19,6 +19,7 @@ from autobalance.correction.holes.surface import CONTINUATION_RAD
 from autobalance.correction.holes.trace import DrillTrace
 from autobalance.correction.holes.walls import HoleLimits, wall_left_mm
 from autobalance.correction.kind import Kind, Offer, Workpiece
+from autobalance.correction.machining import Operation, hole_operation
 from autobalance.correction.refusals import (
     STEP,
     Direction,
@@ -257,6 +258,10 @@ class Drill(Kind[DrillLimits]):
         diameter = figures.mm(item["diameter_mm"], figures.diameter_digits)
         point = f"point {item.get('point_angle_deg', 0):g}°"
         return f"Drill dia {diameter}, {item.get('direction', '')}, {where}, {height}, {point}"
+
+    def machining(self, item: Item) -> Operation | str | None:
+        """Return the operation."""
+        return hole_operation(item)
 
     def trace(self, item: Item) -> Trace:
         """Return the hole."""

@@ -28,6 +28,7 @@ from autobalance.solid.csg.solid import Solid
 from autobalance.types import Array
 
 if TYPE_CHECKING:
+    from autobalance.correction.machining import Operation
     from autobalance.correction.overlap import Overlap
     from autobalance.correction.trace import Trace
     from autobalance.solid.csg.shape import Shape
@@ -191,6 +192,17 @@ class Kind(ABC, Generic[L]):
         """Return a short name of the cut for lists and trees: ``drill ⌀12``."""
         face = "" if item.get("face") is None else f" {item['face']}"
         return f"{self.verb}{face}"
+
+    def machining(self, item: Item) -> Operation | str | None:
+        """Return how a listed correction is cut on a machine tool; or why not; None: there is nothing to cut.
+
+        Raises
+        ------
+        FormatError
+            If the list has not what that takes.
+        """
+        del item
+        return "metal is added, not cut" if self.adds_metal else "no program is known for it"
 
     @abstractmethod
     def size(self, item: Item) -> str:

@@ -19,6 +19,7 @@ from autobalance.correction.contract import Correction, Figures, Item, Limits
 from autobalance.correction.cut import WalledCut, listed, on_step
 from autobalance.correction.faces.patches import face_region, heavy_direction
 from autobalance.correction.kind import Kind, Offer, Workpiece
+from autobalance.correction.machining import SEGMENTS, AreaOperation, Operation
 from autobalance.correction.pockets.pocket import CLEAR_MM, Pocket, lies_in, pockets
 from autobalance.correction.pockets.trace import PocketTrace
 from autobalance.correction.refusals import (
@@ -29,12 +30,12 @@ from autobalance.correction.refusals import (
 )
 from autobalance.correction.relaxing import Relaxing, deeper, thinner
 from autobalance.correction.room import Room, blocks, sector_corners
-from autobalance.correction.trace import Trace
+from autobalance.correction.trace import Trace, stated_number, stated_vector
 from autobalance.crank.anatomy import Face
-from autobalance.errors import CorrectionError
+from autobalance.errors import CorrectionError, FormatError
 from autobalance.ranges import NOT_NEGATIVE, POSITIVE
 from autobalance.rigid_rotor.moments import Moments
-from autobalance.solid.csg.shape import Prism, Shape, outline_area_mm2
+from autobalance.solid.csg.shape import Prism, Shape, outline_area_mm2, outline_points
 from autobalance.solid.csg.solid import Region, Solid
 from autobalance.types import Array
 from autobalance.units import wrapped_deg
@@ -322,6 +323,20 @@ class Mill(Kind[MillLimits]):
             f"{figures.mm(item['depth_mm'])} deep from z {figures.mm(item.get('face_z_mm', item['z_mm']))}"
         )
         return f"Mill pocket, cutter dia {cutter}, {radii}, {angles}, {depth}"
+
+    def machining(self, item: Item) -> Operation | str | None:
+        """Return the operation."""
+        inner, outer, corner, face = (
+            stated_number(item, key)
+            for key in ("inner_radius_mm", "outer_radius_mm", "corner_radius_mm", "face_z_mm")
+        )
+        start, end = (math.radians(stated_number(item, key)) for key in ("start_deg", "end_deg"))
+        pocket = Pocket(inner, outer, start, start + (end - start) % (2.0 * math.pi), corner)
+        if not pocket.has_room:
+            raise FormatError("corner_radius_mm of a correction of kind 'mill' is too large for its pocket")
+        side = 1 if face > stated_vector(item, "position_mm")[2] else -1
+        region = Region.of([outline_points(pocket.outline, SEGMENTS)])
+        return AreaOperation(region, side, face, stated_number(item, "depth_mm"), corner)
 
     def trace(self, item: Item) -> Trace:
         """Return the pocket."""

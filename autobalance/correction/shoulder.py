@@ -21,7 +21,6 @@ from autobalance.correction.faces.cut import FaceCut, face_heights, part_name, p
 from autobalance.correction.faces.depth_limit import DepthLimit, depth_limit
 from autobalance.correction.faces.layer import BACKWARD, FaceLayer, moments_of
 from autobalance.correction.faces.lowering import lowering
-from autobalance.correction.faces.outline import outline_shape
 from autobalance.correction.faces.patches import (
     ROUNDING_SHARE,
     FaceLimits,
@@ -33,6 +32,8 @@ from autobalance.correction.faces.patches import (
 from autobalance.correction.faces.trace import FaceTrace
 from autobalance.correction.faces.under_face import under_face
 from autobalance.correction.kind import Kind, Offer, Workpiece
+from autobalance.correction.machining import Operation, face_operation
+from autobalance.correction.outline import outline_shape
 from autobalance.correction.overlap import overlaps
 from autobalance.correction.relaxing import Relaxing, deeper, thinner
 from autobalance.correction.room import Room, drawn_out
@@ -350,6 +351,10 @@ class Shoulder(Kind[ShoulderLimits]):
     def size(self, item: Item) -> str:
         """Return the face's height, old and new."""
         return face_heights(item)
+
+    def machining(self, item: Item) -> Operation | str | None:
+        """Return the operation."""
+        return face_operation(item)
 
     def trace(self, item: Item) -> Trace:
         """Return the lowered face."""

@@ -20,6 +20,7 @@ from autobalance.correction.holes.surface import Surface
 from autobalance.correction.holes.trace import SlugTrace
 from autobalance.correction.holes.walls import HoleLimits, wall_left_mm
 from autobalance.correction.kind import Kind, Offer, Workpiece
+from autobalance.correction.machining import Operation, hole_operation
 from autobalance.correction.refusals import (
     refuse_wide,
 )
@@ -210,6 +211,12 @@ class Slug(Kind[SlugLimits]):
         return (
             f"Bore dia {bore}, press in slug of {length}, {figures.g(item.get('slug_mass_g'))} {figures.mass}"
         )
+
+    def machining(self, item: Item) -> Operation | str | None:
+        """Return the operation."""
+        if item.get("fills_a_hole"):
+            return None
+        return hole_operation(item)
 
     def trace(self, item: Item) -> Trace:
         """Return the bore, and the slug in it."""

@@ -14,6 +14,7 @@ import numpy as np
 from autobalance.correction.contract import Correction, Figures, Item, Limits
 from autobalance.correction.cut import EmptyPlace, listed
 from autobalance.correction.kind import Kind, Offer, Workpiece
+from autobalance.correction.machining import Operation, rim_operation
 from autobalance.correction.refusals import STEP, refuse_out_of_range
 from autobalance.correction.relaxing import Relaxing, WiderLimits
 from autobalance.correction.rings.trace import RingTrace, faceted_ring, far_mm, slab_of, tool_volume_mm3
@@ -265,6 +266,10 @@ class Turn(Kind[TurnLimits]):
     def instruction(self, item: Item, figures: Figures) -> str:
         """Return to which radius to turn."""
         return f"Turn the rim to radius {figures.mm(item.get('new_radius_mm'))}"
+
+    def machining(self, item: Item) -> Operation | str | None:
+        """Return the operation."""
+        return rim_operation(item)
 
     def trace(self, item: Item) -> Trace:
         """Return the rings that went."""

@@ -236,6 +236,18 @@ def input_path(claims: Claims, folder: Path) -> Path:
     return next((place for place in places if place.is_file()), places[0])
 
 
+def source_before(claims: Claims, folder: Path, job: Job, files: Files) -> Source:
+    """Return the crank as it came to a report's cuts, read as the checks read it."""
+    crankshaft, path = job.crankshaft, input_path(claims, folder)
+    if claims.get("command", str) != "recut":
+        return files.read(path, crankshaft.unit, crankshaft.body, pressed_up=not crankshaft.crankpin_in_file)
+    if not path.is_file():
+        path = (folder / claims.get("previous.report", str)).parent / path.name
+    untouched = claims.get("input_is_untouched", bool)
+    body = crankshaft.body if untouched else "all"
+    return files.read(path, crankshaft.unit, body, pressed_up=untouched and not crankshaft.crankpin_in_file)
+
+
 def check_input(claims: Claims, folder: Path, job: Job, anatomy: Anatomy, files: Files) -> Given:
     """Check what is claimed of the crank before correction; return it.
 

@@ -10,9 +10,9 @@ import numpy as np
 
 from autobalance.correction.contract import Correction, Item
 from autobalance.correction.cut import EmptyPlace, listed
-from autobalance.correction.faces.outline import loops_area_mm2, region_outline
 from autobalance.correction.faces.patches import FaceLimits, Patch, auto_patches, chosen_patches
 from autobalance.correction.kind import Workpiece
+from autobalance.correction.outline import loops_area_mm2, region_outline
 from autobalance.crank.anatomy import Face
 from autobalance.rigid_rotor.moments import Moments
 from autobalance.solid.csg.solid import Region

@@ -13,6 +13,7 @@ DECLARED: Mapping[str, str] = {
     "reading": "files.reading:READING_KEYS",
     "trials": "files.trials:TRIALS_KEYS",
     "machine": "files.machine:MACHINE_KEYS",
+    "machine-tool-file": "files.machine_tool:MACHINE_TOOL_KEYS",
     "rotor-file": "files.rotor:ROTOR",
     "chain-file": "files.torsion:CHAIN",
     "drive-file": "drive:DRIVE_KEYS",

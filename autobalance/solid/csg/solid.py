@@ -24,6 +24,9 @@ SAME_VOLUME = 1e-6
 """Share by which the volume of a body made anew of its triangles may differ: manifold3d takes long slivers
 out of them, and where these are many, a part of the body with them."""
 
+SPREAD_SIDES = 256
+"""Parts of a full circle around the corners of a region that is spread."""
+
 Polygons = list[Array]
 """Closed outlines (k, 2) [mm]: counter-clockwise ones add, clockwise ones are holes."""
 
@@ -321,6 +324,10 @@ class Region:
     def grown(self, by_mm: float) -> Region:
         """Return the region with its outline moved outward by ``by_mm`` (inward if < 0), corners kept."""
         return Region(self.section.offset(by_mm, m3.JoinType.Miter))
+
+    def spread(self, by_mm: float) -> Region:
+        """Return all within a distance of the region; where it is < 0, what lies that far inside."""
+        return Region(self.section.offset(by_mm, m3.JoinType.Round, 2.0, SPREAD_SIDES))
 
     def rounded(self, radius_mm: float, sagitta_mm: float) -> Region:
         """Return the region with its outward corners rounded, in facets that stand off by ``sagitta_mm``."""

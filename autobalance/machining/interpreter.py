@@ -1,0 +1,184 @@
+"""Reads the text of a program again, line by line, as a control does; knows nothing of who wrote it."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterator
+from dataclasses import dataclass, replace
+
+from autobalance.errors import FormatError
+
+WORD = re.compile(r"([A-Z])\s*([-+]?(?:\d+\.?\d*|\.\d+))")
+COMMENT = re.compile(r"\(([^()]*)\)|;(.*)$")
+CUT = re.compile(r"\bcut (\d+)\b", re.IGNORECASE)
+AXES = "XYZABC"
+BACK_MM = 0.5
+"""How far over the last peck a drill goes back in rapid."""
+IGNORED = {7.0, 17.0, 21.0, 40.0, 49.0, 54.0, 90.0, 94.0, 98.0}
+
+
+@dataclass(frozen=True)
+class Place:
+    """Where a tool's tip is; None: not known yet. x is as in the word: in a lathe a diameter."""
+
+    x: float | None = None
+    y: float | None = None
+    z: float | None = None
+    turned_deg: float = 0.0
+
+
+@dataclass(frozen=True)
+class Move:
+    """A straight move of a tool.
+
+    ``in_hole``: out of, or back into, the hole just being made. ``cut`` is the number in the last comment.
+    """
+
+    line: int
+    tool: int
+    cut: int | None
+    start: Place
+    end: Place
+    rapid: bool
+    feed: float
+    spinning: bool
+    in_hole: bool = False
+
+
+@dataclass
+class _State:
+    place: Place = Place()
+    tool: int = 0
+    cut: int | None = None
+    motion: float = 0.0
+    feed: float = 0.0
+    spinning: bool = False
+    bottom: float = 0.0
+    retract: float = 0.0
+    peck: float = 0.0
+    return_high: bool = True
+
+
+def read_program(text: str, rotary: str = "A") -> list[Move]:
+    """Return the moves of a program.
+
+    Parameters
+    ----------
+    text : str
+    rotary : str
+        Letter of the rotary axis.
+
+    Raises
+    ------
+    FormatError
+        If a line has a code that no program of ours has, or the program does not end.
+    """
+    state, found, ended = _State(), list[Move](), False
+    for number, line in enumerate(text.splitlines(), 1):
+        for comment in COMMENT.finditer(line):
+            told = CUT.search(comment[1] or comment[2] or "")
+            if told:
+                state.cut = int(told[1])
+        code = COMMENT.sub("", line).strip()
+        if code in ("", "%") or re.fullmatch(r"O\d+", code):
+            continue
+        if ended:
+            raise FormatError(f"line {number}: there is more after M30")
+        words = WORD.findall(code)
+        if WORD.sub("", code).strip():
+            raise FormatError(f"line {number} is not understood: {code}")
+        ended = _line(state, [(letter, float(value)) for letter, value in words], number, rotary, found)
+    if not ended:
+        raise FormatError("the program has no M30")
+    return found
+
+
+def _line(state: _State, words: list[tuple[str, float]], number: int, rotary: str, found: list[Move]) -> bool:
+    values: dict[str, float] = {}
+    is_motion, ended = False, False
+    for letter, value in words:
+        if letter == "G":
+            is_motion |= _general(state, value, number)
+        elif letter == "M":
+            ended |= _machine(state, value)
+        elif letter == "T":
+            state.tool = int(value)
+        elif letter == "F":
+            state.feed = value
+        elif letter in "XYZRQ" or letter == rotary:
+            values["W" if letter == rotary else letter] = value
+        elif letter not in "HSPD":
+            raise FormatError(f"line {number} has a word {letter} that is not understood")
+    if values or is_motion:
+        found.extend(_moved(state, values, number))
+    return ended
+
+
+def _general(state: _State, value: float, number: int) -> bool:
+    if value in (0.0, 1.0, 81.0, 83.0):
+        state.motion = value
+        return False
+    if value == 80.0:
+        state.motion = 0.0
+    elif value == 99.0:
+        state.return_high = False
+    elif value == 98.0:
+        state.return_high = True
+    elif value not in IGNORED and value != 43.0:
+        raise FormatError(f"line {number} has G{value:g}, which is not understood")
+    return False
+
+
+def _machine(state: _State, value: float) -> bool:
+    if value in (3.0, 4.0):
+        state.spinning = True
+    elif value == 5.0:
+        state.spinning = False
+    elif value == 6.0:
+        state.place = Place(turned_deg=state.place.turned_deg)
+    return value in (2.0, 30.0)
+
+
+def _moved(state: _State, values: dict[str, float], number: int) -> Iterator[Move]:
+    if state.motion in (81.0, 83.0):
+        yield from _cycle(state, values, number)
+        return
+    end = replace(
+        state.place,
+        x=values.get("X", state.place.x),
+        y=values.get("Y", state.place.y),
+        z=values.get("Z", state.place.z),
+        turned_deg=values.get("W", state.place.turned_deg),
+    )
+    yield _go(state, end, number, state.motion == 0.0)
+
+
+def _go(state: _State, end: Place, number: int, rapid: bool, in_hole: bool = False) -> Move:
+    move = Move(number, state.tool, state.cut, state.place, end, rapid, state.feed, state.spinning, in_hole)
+    state.place = end
+    return move
+
+
+def _cycle(state: _State, values: dict[str, float], number: int) -> Iterator[Move]:
+    state.bottom, state.retract = values.get("Z", state.bottom), values.get("R", state.retract)
+    state.peck = values.get("Q", state.peck)
+    high = state.place.z
+    if high is None:
+        raise FormatError(f"line {number}: a cycle begins at no known height")
+    over = replace(state.place, x=values.get("X", state.place.x), y=values.get("Y", state.place.y))
+    yield _go(state, over, number, True)
+    top = replace(over, z=state.retract)
+    yield _go(state, top, number, True)
+    if state.motion == 81.0 or state.peck <= 0.0:
+        yield _go(state, replace(over, z=state.bottom), number, False)
+    else:
+        depth = state.retract
+        while depth > state.bottom:
+            depth = max(depth - state.peck, state.bottom)
+            yield _go(state, replace(over, z=depth), number, False)
+            if depth > state.bottom:
+                yield _go(state, top, number, True, True)
+                yield _go(state, replace(over, z=min(depth + BACK_MM, state.retract)), number, True, True)
+    yield _go(state, top, number, True, True)
+    if state.return_high:
+        yield _go(state, replace(over, z=max(high, state.retract)), number, True)

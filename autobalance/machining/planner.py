@@ -1,0 +1,452 @@
+"""Which set-up cuts what with which tool, and the moves: programs as blocks, before a post writes them."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from autobalance.correction.machining import (
+    AreaOperation,
+    HoleOperation,
+    Operation,
+    RimOperation,
+    angle_deg,
+    is_along_axis,
+    radial_error,
+)
+from autobalance.errors import JobError
+from autobalance.job.files.machine_tool import CuttingTool, MachineTool
+from autobalance.machining.area_moves import Area, moves
+from autobalance.machining.blocks import Block, Bore, Change, Clamp, Go, Index, Note, Retreat, Unclamp
+from autobalance.machining.operation_body import operation_body
+from autobalance.machining.part import Listed, Part
+from autobalance.machining.setups import SetupName, Zero, inverse, placement, rotary_deg, zero_of
+from autobalance.machining.stock import Stock, disc, top_mm
+from autobalance.machining.tool_body import steps_of, widest_mm
+from autobalance.solid.csg.solid import Region, Solid
+from autobalance.types import Array
+
+ORDER: tuple[SetupName, ...] = ("R", "T", "B", "L")
+OFF_AXIS_MM = 0.01
+ASKEW = 1e-4
+SAME_MM = 0.01
+SAME_DEG = 0.5
+NOTHING_MM3 = 1e-3
+COVERED = 0.02
+"""Share of an area that metal may lie over; more, and no cutter comes along the axis."""
+SLIVER_MM = 0.02
+FULL_TURN = 360.0
+
+
+@dataclass
+class Setup:
+    """The program of one set-up, as blocks."""
+
+    name: SetupName
+    safe_mm: float
+    blocks: list[Block] = field(default_factory=list)
+    tools: list[CuttingTool] = field(default_factory=list)
+    cuts: list[tuple[Listed, CuttingTool]] = field(default_factory=list)
+
+
+@dataclass(frozen=True, eq=False)
+class NcPlan:
+    """All set-ups, and the cuts that none reaches with the reason."""
+
+    zero: Zero
+    setups: tuple[Setup, ...]
+    not_programmed: tuple[tuple[Listed, str], ...]
+
+
+@dataclass(frozen=True, eq=False)
+class _Job:
+    """A cut in its set-up, with its tool."""
+
+    cut: Listed
+    operation: Operation
+    setup: SetupName
+    tool: CuttingTool
+
+
+class Planner:
+    """Plans the programs of a part on a machine."""
+
+    def __init__(self, part: Part, machine: MachineTool) -> None:
+        self.part, self.machine = part, machine
+        self.zero = zero_of(machine, part.anatomy)
+        self.stock = Stock(part.before, part.anatomy)
+
+    def plan(self) -> NcPlan:
+        """Return the set-ups.
+
+        Raises
+        ------
+        JobError
+            If a tool is missing, too short, or the travel is.
+        """
+        left_out: list[tuple[Listed, str]] = []
+        faults: list[str] = []
+        jobs: list[_Job] = []
+        for cut in self.part.cuts:
+            operation = cut.operation
+            if operation is None:
+                continue
+            place = operation if isinstance(operation, str) else self._setup_of(operation)
+            if isinstance(operation, str) or place not in ORDER:
+                left_out.append((cut, place))
+                continue
+            tool = self._tool(cut, operation, place)
+            if isinstance(tool, str):
+                faults.append(tool)
+            else:
+                jobs.append(_Job(cut, operation, place, tool))
+        if faults:
+            raise JobError("; ".join(dict.fromkeys(faults)))
+        setups = [self._planned(name, [job for job in jobs if job.setup == name]) for name in ORDER]
+        return NcPlan(self.zero, tuple(each for each in setups if each.cuts), tuple(left_out))
+
+    # --- which set-up -----------------------------------------------------------------------------------
+
+    def _setup_of(self, operation: Operation) -> str:
+        """Return the set-up that reaches a cut; a sentence why none does."""
+        if isinstance(operation, HoleOperation):
+            return self._setup_of_hole(operation)
+        if isinstance(operation, AreaOperation):
+            name: SetupName = "T" if operation.side == 1 else "B"
+            covered = self._covered(name, operation)
+            return name if covered is None else covered
+        if any(tool.kind == "turning" for tool in self.machine.tools):
+            return "L"
+        if self.machine.rotary is not None:
+            return "R"
+        return "the machine file has neither a turning tool nor a [rotary] axis"
+
+    def _setup_of_hole(self, operation: HoleOperation) -> str:
+        if is_along_axis(operation):
+            name: SetupName = "T" if operation.inward[2] < 0.0 else "B"
+            frame = inverse(placement(name, self.zero))
+            x, y, z = frame[:3, :3] @ operation.entry_mm + frame[:3, 3]
+            radius = 0.5 * operation.diameter_mm
+            metal = self._over(name, disc(radius, x, y), z + 2.0 * radius + OVER_ENTRY_MM)
+            if metal.volume_mm3 > NOTHING_MM3:
+                return f"{self._part_at(metal, name)} lies over it along the axis; no set-up reaches it"
+            return name
+        off, lean = radial_error(operation)
+        if off > OFF_AXIS_MM or lean > ASKEW:
+            return "it is oblique: its axis does not meet the crank axis square; no set-up reaches it"
+        return "R" if self.machine.rotary is not None else "the machine file has no [rotary] axis"
+
+    def _covered(self, name: SetupName, operation: AreaOperation) -> str | None:
+        region = self._flat(name, operation.region)
+        top = self._height(name, operation.top_z_mm)
+        metal = self._over(name, region.grown(-SLIVER_MM), top + OVER_ENTRY_MM)
+        if metal.is_empty or metal.shadow().area_mm2 <= COVERED * region.area_mm2:
+            return None
+        return f"{self._part_at(metal, name)} lies over it along the axis; no set-up reaches it"
+
+    def _over(self, name: SetupName, region: Region, height: float) -> Solid:
+        """Return the metal over a region above a height, in the set-up's axes."""
+        if region.is_empty:
+            return Solid.nothing()
+        low, high = region.bounds
+        top = self._top(name) + 1.0
+        if height >= top:
+            return Solid.nothing()
+        near = self.stock.near(placement(name, self.zero), np.array([*low, height]), np.array([*high, top]))
+        return near if near.is_empty else near & Solid.prism(region, height, top)
+
+    def _part_at(self, metal: Solid, name: SetupName) -> str:
+        frame = placement(name, self.zero)
+        return self.stock.part_at(frame[:3, :3] @ metal.moments(1.0).centre_mm + frame[:3, 3])
+
+    # --- which tool -------------------------------------------------------------------------------------
+
+    def _tool(self, cut: Listed, operation: Operation, setup: str) -> CuttingTool | str:
+        """Return the tool that fits a cut; a sentence what is missing."""
+        who = f"cut {cut.number}"
+        if isinstance(operation, HoleOperation):
+            size = f"diameter_mm = {operation.diameter_mm:g} and point_deg = {operation.point_deg:g}"
+            what = f"a drill with {size}"
+            fitting = [
+                tool
+                for tool in self.machine.tools
+                if tool.kind == "drill"
+                and abs(tool.diameter_mm - operation.diameter_mm) <= SAME_MM
+                and abs(tool.point_deg - operation.point_deg) <= SAME_DEG
+            ]
+            return self._long_enough(who, fitting, operation.depth_mm, what)
+        if isinstance(operation, AreaOperation):
+            corner = operation.corner_radius_mm
+            mills = [tool for tool in self.machine.tools if tool.kind == "end_mill"]
+            widest = "" if corner is None else f" of at most {2.0 * corner:g} mm (its corners)"
+            fitting = [tool for tool in mills if corner is None or tool.radius_mm <= corner + 1e-6]
+            fitting.sort(key=lambda tool: -tool.diameter_mm)
+            if corner is None:
+                fitting = self._that_reach(operation, setup, fitting)
+            return self._long_enough(who, fitting, operation.depth_mm, f"an end_mill{widest}")
+        depth = operation.rim_radius_mm - operation.new_radius_mm
+        if setup == "L":
+            turning = [tool for tool in self.machine.tools if tool.kind == "turning"]
+            return self._long_enough(who, turning, depth, "a turning tool")
+        mills = [tool for tool in self.machine.tools if tool.kind == "end_mill"]
+        mills.sort(key=lambda tool: (not self._clears_neighbours(operation, tool), -tool.diameter_mm))
+        return self._long_enough(who, mills, depth, "an end_mill")
+
+    def _long_enough(
+        self, who: str, fitting: Sequence[CuttingTool], depth: float, what: str
+    ) -> CuttingTool | str:
+        if not fitting:
+            return f"{who}: no tool fits; expected {what} in [[tool]]"
+        long = [tool for tool in fitting if tool.flute_mm >= depth - 1e-9]
+        if long:
+            return long[0]
+        tool = max(fitting, key=lambda each: each.flute_mm)
+        return (
+            f"{who}: tool {tool.number} has flute_mm = {tool.flute_mm:g}; the cut is {depth:.4g} mm deep; "
+            "expected a longer one"
+        )
+
+    def _that_reach(
+        self, operation: AreaOperation, setup: str, mills: Sequence[CuttingTool]
+    ) -> list[CuttingTool]:
+        """Return mills in the order in which to take them: the widest that leaves next to nothing first."""
+        area = self._area("T" if setup == "T" else "B", operation)
+        whole = area.floor.area_mm2
+        left = {tool.number: whole - area.reached(tool).area_mm2 for tool in mills}
+        least = min(left.values(), default=0.0)
+        good = [tool for tool in mills if left[tool.number] <= least + LEFT_SHARE * whole]
+        return [*good, *(tool for tool in mills if tool not in good)]
+
+    def _clears_neighbours(self, operation: RimOperation, tool: CuttingTool) -> bool:
+        """Tell whether a mill over a rim reaches into no other metal beside it."""
+        low, high = operation.z_from_mm, operation.z_to_mm
+        first, last = self._rim_lines(operation, tool)[0], self._rim_lines(operation, tool)[-1]
+        beside = [(first - tool.radius_mm, low - SLIVER_MM), (high + SLIVER_MM, last + tool.radius_mm)]
+        return all(
+            end <= start or self.stock.reach_mm(start, end) <= operation.new_radius_mm
+            for start, end in beside
+        )
+
+    # --- a set-up's program -----------------------------------------------------------------------------
+
+    def _planned(self, name: SetupName, jobs: Sequence[_Job]) -> Setup:
+        setup = Setup(name, self._safe_mm(name))
+        order = list(dict.fromkeys(job.tool.number for job in jobs))
+        for number in order:
+            mine = [job for job in jobs if job.tool.number == number]
+            tool = mine[0].tool
+            rpm = tool.speed_rpm(self._cutting_diameter(mine), self.machine.max_rpm)
+            setup.tools.append(tool)
+            setup.blocks.append(Note(f"tool {number}: {tool_words(tool)}"))
+            setup.blocks.append(Change(tool, rpm, setup.safe_mm))
+            for job in mine:
+                setup.cuts.append((job.cut, tool))
+                setup.blocks.append(Note(cut_words(job.cut)))
+                setup.blocks += self._moves(job, setup, tool.feed(rpm))
+                self.stock.cut(operation_body(job.operation))
+            setup.blocks.append(Retreat(setup.safe_mm))
+        return setup
+
+    def _cutting_diameter(self, jobs: Sequence[_Job]) -> float:
+        first = jobs[0]
+        if isinstance(first.operation, RimOperation) and first.setup == "L":
+            return 2.0 * max(
+                job.operation.rim_radius_mm for job in jobs if isinstance(job.operation, RimOperation)
+            )
+        return first.tool.diameter_mm
+
+    def _moves(self, job: _Job, setup: Setup, feed: float) -> Iterator[Block]:
+        operation = job.operation
+        if isinstance(operation, HoleOperation):
+            yield from self._hole(operation, job.tool, setup, feed)
+        elif isinstance(operation, AreaOperation):
+            yield from self._lowered(operation, job.tool, setup, feed)
+        elif setup.name == "L":
+            yield from self._turned(operation, job.tool, setup, feed)
+        else:
+            yield from self._milled_rim(operation, job.tool, setup, feed)
+
+    def _hole(
+        self, operation: HoleOperation, tool: CuttingTool, setup: Setup, feed: float
+    ) -> Iterator[Block]:
+        rotary = self.machine.rotary
+        sign, turned = 1, 0.0
+        if setup.name == "R":
+            assert rotary is not None  # else it would not be in this set-up
+            sign = rotary.sign
+            turned = rotary_deg(angle_deg(operation), self.zero, sign)
+        pose = placement(setup.name, self.zero, sign, turned)
+        frame = inverse(pose)
+        x, y, z = (frame[:3, :3] @ operation.entry_mm + frame[:3, 3]).tolist()
+        y = 0.0 if setup.name == "R" else y
+        depth = max(operation.depth_mm - self.machine.finish_mm, 0.0)
+        bottom = z - depth - operation.point_mm
+        retract = self._retract_mm(tool, pose, (x, y, z), bottom)
+        if setup.name == "R":
+            yield Go(z=setup.safe_mm)
+            yield Index(turned)
+        yield Go(x=x, y=y)
+        yield Bore(x, y, bottom, min(retract, setup.safe_mm), feed, tool.peck_mm)
+
+    def _retract_mm(
+        self, tool: CuttingTool, pose: Array, entry: tuple[float, float, float], bottom: float
+    ) -> float:
+        """Return how low the tip may come in rapid over a hole: tool and holder clear of all metal."""
+        x, y, z = entry
+        clear = self.machine.clearance_mm
+        reach = widest_mm(tool) + clear + 1.0
+        top = max(self._top_anywhere, z) + 1.0
+        low, high = np.array([x - reach, y - reach, bottom - 1.0]), np.array([x + reach, y + reach, top])
+        near = self.stock.near(pose, low, high)
+        needed = [
+            top_mm(near, disc(step.radius_mm + clear, x, y)) + clear - step.low_mm for step in steps_of(tool)
+        ]
+        return float(np.ceil(max(z + clear, *needed) * 100.0) / 100.0)
+
+    @property
+    def _top_anywhere(self) -> float:
+        low, high = self.stock.ends_mm
+        return max(self.stock.greatest_radius_mm, abs(high - self.zero.z_mm), abs(low - self.zero.z_mm))
+
+    # --- areas ------------------------------------------------------------------------------------------
+
+    def _flat(self, name: SetupName, region: Region) -> Region:
+        return region.turned(inverse(placement(name, self.zero))[:2, :2])
+
+    def _height(self, name: SetupName, z_mm: float) -> float:
+        return (z_mm - self.zero.z_mm) * (-1.0 if name == "B" else 1.0)
+
+    def _area(self, name: SetupName, operation: AreaOperation) -> Area:
+        floor = self._flat(name, operation.region)
+        top = self._height(name, operation.top_z_mm)
+        bottom = top - operation.depth_mm
+        low, high = floor.bounds
+        far = max((tool.diameter_mm for tool in self.machine.tools if tool.kind == "end_mill"), default=0.0)
+        near = self.stock.near(
+            placement(name, self.zero),
+            np.array([*(low - 3.0 * far - 5.0), bottom + SLIVER_MM]),
+            np.array([*(high + 3.0 * far + 5.0), self._top(name) + 1.0]),
+        )
+        own = Solid.prism(floor.grown(SLIVER_MM), bottom - 1.0, top + 2.0 * SLIVER_MM)
+        standing = (near - own).shadow() if not near.is_empty else Region.of([])
+        standing = standing.grown(-0.5 * SLIVER_MM).grown(0.5 * SLIVER_MM)
+        finish = min(self.machine.finish_mm, operation.depth_mm)
+        return Area(floor, standing, top, bottom + finish, operation.is_walled)
+
+    def _lowered(
+        self, operation: AreaOperation, tool: CuttingTool, setup: Setup, feed: float
+    ) -> Iterator[Block]:
+        area = self._area(setup.name, operation)
+        if area.top_mm - area.bottom_mm <= 1e-6:
+            return
+        clear, path = self.machine.clearance_mm, area.centres(tool)
+        if path.is_empty:
+            path = area.floor
+        swept = path.spread(2.0 * tool.radius_mm + 1.0)
+        reach = widest_mm(tool) + clear + 1.0
+        low, high = swept.bounds
+        near = self.stock.near(
+            placement(setup.name, self.zero),
+            np.array([*(low - reach), area.bottom_mm - 1.0]),
+            np.array([*(high + reach), self._top(setup.name) + 1.0]),
+        )
+        needed = [
+            top_mm(near, swept.spread(step.radius_mm + clear)) + clear - step.low_mm
+            for step in steps_of(tool)
+        ]
+        retract = min(float(np.ceil(max(area.top_mm + clear, *needed) * 100.0) / 100.0), setup.safe_mm)
+        found = list(moves(area, tool, feed, retract))
+        first = next((block for block in found if isinstance(block, Go) and block.x is not None), None)
+        if first is None:
+            return
+        yield Go(x=first.x, y=first.y)
+        yield Go(z=retract)
+        yield from found
+        yield Go(z=setup.safe_mm)
+
+    # --- rims -------------------------------------------------------------------------------------------
+
+    def _rim_lines(self, operation: RimOperation, tool: CuttingTool) -> list[float]:
+        """Return the z that a mill's axis turns the rim under, side by side."""
+        low, high, radius = operation.z_from_mm, operation.z_to_mm, tool.radius_mm
+        if high - low <= 2.0 * radius:
+            return [0.5 * (low + high)]
+        count = max(1, math.ceil((high - low - 2.0 * radius) / min(tool.step_over_mm, 2.0 * radius)))
+        lines: list[float] = np.linspace(low + radius, high - radius, count + 1).tolist()
+        return lines
+
+    def _passes(self, operation: RimOperation, tool: CuttingTool) -> list[float]:
+        """Return the radii of the passes, the last one that which is left."""
+        new = min(operation.new_radius_mm + self.machine.finish_mm, operation.rim_radius_mm)
+        depth = operation.rim_radius_mm - new
+        count = max(1, math.ceil(depth / tool.step_down_mm - 1e-9))
+        return [operation.rim_radius_mm - depth * (k + 1) / count for k in range(count)]
+
+    def _milled_rim(
+        self, operation: RimOperation, tool: CuttingTool, setup: Setup, feed: float
+    ) -> Iterator[Block]:
+        yield Go(z=setup.safe_mm)
+        yield Index(0.0)
+        yield Unclamp()
+        at = 0.0
+        for line in self._rim_lines(operation, tool):
+            yield Go(x=line - self.zero.z_mm, y=0.0)
+            for radius in self._passes(operation, tool):
+                yield Go(z=radius, feed=feed)
+                at = FULL_TURN - at
+                yield Go(a=at, feed=feed / (2.0 * math.pi * radius) * FULL_TURN)
+            yield Go(z=setup.safe_mm, feed=feed)  # the rim stands beside the mill
+        yield Clamp()
+
+    def _turned(
+        self, operation: RimOperation, tool: CuttingTool, setup: Setup, feed: float
+    ) -> Iterator[Block]:
+        past = tool.nose_radius_mm + PAST_MM
+        start, end = (
+            operation.z_from_mm - past - self.zero.z_mm,
+            operation.z_to_mm + past - self.zero.z_mm,
+        )
+        for radius in self._passes(operation, tool):
+            yield Go(z=start)
+            yield Go(x=2.0 * radius, feed=feed)
+            yield Go(z=end, feed=feed)
+            yield Go(x=setup.safe_mm, feed=feed)  # the rim stands beside the tool
+
+    # --- heights ----------------------------------------------------------------------------------------
+
+    def _top(self, name: SetupName) -> float:
+        """Return the height of the crank's top in an upright set-up."""
+        low, high = self.stock.ends_mm
+        return max(self._height(name, low), self._height(name, high))
+
+    def _safe_mm(self, name: SetupName) -> float:
+        """Return the height over everything: in R over all that turns by, in L as a diameter."""
+        clear = self.machine.clearance_mm
+        if name in ("T", "B"):
+            return math.ceil(self._top(name) + clear)
+        over = math.ceil(self.stock.greatest_radius_mm + clear)
+        return float(over if name == "R" else 2 * over)
+
+
+OVER_ENTRY_MM = 1.0
+LEFT_SHARE = 2e-4
+PAST_MM = 0.1
+
+
+def tool_words(tool: CuttingTool) -> str:
+    """Return what a tool is, in a line."""
+    if tool.kind == "turning":
+        return f"turning tool, nose radius {tool.nose_radius_mm:g}"
+    point = f", point {tool.point_deg:g} deg" if tool.kind == "drill" else ""
+    return f"{tool.kind.replace('_', ' ')} dia {tool.diameter_mm:g}{point}, stick-out {tool.stick_out_mm:g}"
+
+
+def cut_words(cut: Listed) -> str:
+    """Return what a cut is, in a line: number, web, angle, depth."""
+    item = cut.item
+    web = f", web {item['web']}" if item.get("web") is not None else ""
+    angle = "" if isinstance(cut.operation, RimOperation) else f", at {float(item['angle_deg']):.4f} deg"
+    return f"cut {cut.number}{web}{angle}, depth {abs(float(item['depth_mm'])):.4f}"

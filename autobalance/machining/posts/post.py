@@ -1,0 +1,144 @@
+"""What every dialect shares: metric and absolute words, one comment a cut, cycles for holes."""
+
+from __future__ import annotations
+
+import re
+from abc import ABC, abstractmethod
+from collections.abc import Iterator, Sequence
+from typing import ClassVar
+
+from autobalance.errors import JobError
+from autobalance.job.files.machine_tool import MachineTool
+from autobalance.machining.blocks import Block, Bore, Change, Clamp, Go, Index, Note, Retreat, Unclamp
+
+FIRST_LINE = "G21 G90 G17 G40 G49 G80 G94 G54"
+
+
+def word(letter: str, value: float) -> str:
+    """Return a word with exactly four decimals, never a negative zero."""
+    text = f"{value:.4f}"
+    return letter + ("0.0000" if text == "-0.0000" else text)
+
+
+class Post(ABC):
+    """Writes blocks as lines of one dialect."""
+
+    name: ClassVar[str]
+    ending: ClassVar[str]
+
+    def __init__(self, machine: MachineTool, lathe: bool) -> None:
+        self.machine, self.lathe = machine, lathe
+        self.refuse_codes()
+
+    # --- what dialects differ in ------------------------------------------------------------------------
+
+    @abstractmethod
+    def comment(self, text: str) -> list[str]:
+        """Return the lines of a comment."""
+
+    @abstractmethod
+    def head(self, number: int) -> list[str]:
+        """Return what stands before the first comment; ``number`` is that of the program."""
+
+    @abstractmethod
+    def tail(self) -> list[str]:
+        """Return what stands after ``M30``."""
+
+    def refuse_codes(self) -> None:
+        """Refuse codes of the machine's file that the dialect does not know.
+
+        Raises
+        ------
+        JobError
+            If there is one.
+        """
+        rotary = self.machine.rotary
+        codes = {"machine.coolant": self.machine.coolant}
+        if rotary is not None:
+            codes |= {"rotary.unclamp": rotary.unclamp, "rotary.clamp": rotary.clamp}
+        for key, code in codes.items():
+            if code and not re.fullmatch(r"M\d{1,3}( P\d+)?", code):
+                raise JobError(f'{key} is "{code}"; expected an M code such as "M8", or nothing')
+
+    # --- the program ------------------------------------------------------------------------------------
+
+    def program(self, number: int, notes: Sequence[str], blocks: Sequence[Block]) -> str:
+        """Return the text of a program."""
+        lines = [*self.head(number), *(line for note in notes for line in self.comment(note)), FIRST_LINE]
+        if self.lathe:
+            lines += self.diameters()
+        for block in blocks:
+            lines += self.lines(block)
+        return "\n".join([*lines, "M30", *self.tail()]) + "\n"
+
+    def diameters(self) -> list[str]:
+        """Return what makes the machine take X words as diameters."""
+        return []
+
+    def lines(self, block: Block) -> Iterator[str]:
+        """Yield the lines of a block."""
+        letter = "A" if self.machine.rotary is None else self.machine.rotary.letter
+        if isinstance(block, Note):
+            yield from self.comment(block.text)
+        elif isinstance(block, Change):
+            yield from self.change(block)
+        elif isinstance(block, Index):
+            yield from self.lines(Unclamp())
+            yield f"G0 {word(letter, block.angle_deg)}"
+            yield from self.lines(Clamp())
+        elif isinstance(block, Unclamp | Clamp):
+            rotary = self.machine.rotary
+            code = "" if rotary is None else rotary.unclamp if isinstance(block, Unclamp) else rotary.clamp
+            if code:
+                yield code
+        elif isinstance(block, Go):
+            pairs = (("X", block.x), ("Y", block.y), ("Z", block.z), (letter, block.a))
+            words = [word(key, value) for key, value in pairs if value is not None]
+            tail = [] if block.feed is None else [word("F", block.feed)]
+            yield " ".join(["G0" if block.feed is None else "G1", *words, *tail])
+        elif isinstance(block, Bore):
+            yield from self.bore(block)
+        else:
+            yield from self.retreat(block)
+
+    def change(self, block: Change) -> Iterator[str]:
+        """Yield the lines of a tool change; spindle and coolant run before the approach."""
+        number = block.tool.number
+        yield f"T{number} M6"
+        yield f"S{block.rpm:.0f} M3"
+        if self.machine.coolant:
+            yield self.machine.coolant
+        axis = "X" if self.lathe else "Z"
+        yield f"G0 G43 H{number} {word(axis, block.safe_mm)}"
+
+    def bore(self, block: Bore) -> Iterator[str]:
+        """Yield a drilling cycle, and its end."""
+        place = f"{word('X', block.x)} {word('Y', block.y)}"
+        ends = f"{word('Z', block.bottom)} {word('R', block.retract)}"
+        cycle = "G81" if block.peck_mm == 0.0 else "G83"
+        peck = "" if block.peck_mm == 0.0 else f" {word('Q', block.peck_mm)}"
+        yield f"G98 {cycle} {place} {ends}{peck} {word('F', block.feed)}"
+        yield "G80"
+
+    def retreat(self, block: Retreat) -> Iterator[str]:
+        """Yield the way back to the safe height."""
+        yield f"G0 {word('X' if self.lathe else 'Z', block.safe_mm)}"
+        if self.machine.coolant:
+            yield "M9"
+        yield "M5"
+
+
+def ascii_text(text: str) -> str:
+    """Return a comment in letters that every control shows, without brackets."""
+    for old, new in {
+        "⌀": "dia ",
+        "°": " deg",
+        "·": " ",
+        "−": "-",
+        "×": "x",
+        "(": "",
+        ")": "",
+        "→": "to",
+    }.items():
+        text = text.replace(old, new)
+    return re.sub(r"[^ -~]", "?", text)

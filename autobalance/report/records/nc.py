@@ -1,0 +1,89 @@
+"""The report of `nc`: ``nc.json``."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Annotated, Any, Literal
+
+from autobalance.records import NotNegative, Ordinal, Positive, record
+from autobalance.report.records.head import Head
+
+
+@record
+class NcZero:
+    """Where the machine's zero lies in the rotor frame, and what is touched for it."""
+
+    angle_deg: float
+    z_mm: float
+    angle_of: str
+    z_of: str
+
+
+@record
+class NcSetup:
+    """A set-up and its program."""
+
+    name: Literal["R", "T", "B", "L"]
+    file: str
+    sha256: str
+    post: str
+    zero: NcZero
+    tools: Sequence[Ordinal]
+    cuts: Annotated[Sequence[Ordinal], "numbers of the report's corrections, in the order they are cut"]
+    safe_mm: Annotated[float, "height over everything in the set-up's Z; in L a diameter"]
+    time_s: NotNegative
+
+
+@record
+class NotProgrammed:
+    """A correction that no program makes."""
+
+    correction: Ordinal
+    why: str
+
+
+@record
+class NcResidual:
+    """What the programs leave, as judged."""
+
+    resultant_g_mm: Sequence[float]
+    magnitude_g_mm: NotNegative
+    planes: Annotated[Sequence[Any], "as in a report"]
+
+
+@record
+class Simulated:
+    """What the programs do to the solid, from their own text."""
+
+    removed_mass_g: NotNegative
+    mass_difference_g: Annotated[float, "to what the report lists of these cuts"]
+    residual: NcResidual
+    used_share: Annotated[NotNegative, "worst judged value over what is permitted there"]
+    gouged_mm3: NotNegative
+    left_mm3: NotNegative
+
+
+@record
+class NcCut:
+    """A correction and the tool that makes it."""
+
+    correction: Ordinal
+    setup: str
+    tool: Ordinal
+    removed_mass_g: Positive | float
+
+
+@record
+class NcReport(Head):
+    """NC programs of a report's corrections."""
+
+    command: Literal["nc"] = "nc"
+    report: str
+    report_sha256: str
+    machine: Annotated[Any, "the machine file, defaults filled in"]
+    setups: Sequence[NcSetup]
+    not_programmed: Sequence[NotProgrammed]
+    simulated: Simulated
+    collisions: Annotated[Sequence[str], "none: a program that would hit is not written"]
+    corrections: Sequence[NcCut]
+    warnings: Sequence[str]

@@ -1,0 +1,28 @@
+"""What ``nc`` prints."""
+
+from __future__ import annotations
+
+from autobalance.machining.run import NcRun
+
+
+def nc_text(run: NcRun) -> str:
+    """Return a line a set-up, what is left out, and what the simulation leaves."""
+    lines = []
+    for program in run.programs:
+        cuts = len(program.setup.cuts)
+        tools = ", ".join(f"T{tool.number}" for tool in program.setup.tools)
+        plural = "" if cuts == 1 else "s"
+        lines.append(
+            f"Set-up {program.name}: {program.file}, {cuts} cut{plural}, {tools}, "
+            f"{program.time_s / 60.0:.1f} min"
+        )
+    lines += [f"Not programmed: cut {cut.number}: {why}" for cut, why in run.plan.not_programmed]
+    share = 100.0 * run.used_share
+    verdict = "within tolerance" if run.used_share <= 1.0 else "ABOVE TOLERANCE"
+    lines.append(
+        f"Simulated from the text: {sum(run.taken_g.values()):.2f} g go "
+        f"({run.mass_difference_g:+.3f} g to the report), residual {run.residual.magnitude_g_mm:.2f} g·mm, "
+        f"{share:.0f} % of what is permitted: {verdict}"
+    )
+    lines.append("No move hits; not proven on a machine: run it 100 mm above the part first")
+    return "\n".join(lines)

@@ -1,0 +1,82 @@
+"""``nc.json``."""
+
+from __future__ import annotations
+
+import hashlib
+from typing import Any
+
+from autobalance.machining.run import NcRun, Program
+from autobalance.report.balance.values import unbalance_values
+from autobalance.report.encoding import encoded
+from autobalance.report.records.nc import (
+    NcCut,
+    NcReport,
+    NcResidual,
+    NcSetup,
+    NcZero,
+    NotProgrammed,
+    Simulated,
+)
+
+
+def nc_values(run: NcRun) -> dict[str, Any]:
+    """Return the report of `nc` as JSON values."""
+    zero = NcZero(
+        angle_deg=run.zero.angle_deg, z_mm=run.zero.z_mm, angle_of=run.zero.angle_of, z_of=run.zero.z_of
+    )
+    values: dict[str, Any] = encoded(
+        NcReport(
+            report=run.part.report.name,
+            report_sha256=run.part.sha256,
+            machine={**run.machine.values},
+            setups=tuple(_setup(run, program, zero) for program in run.programs),
+            not_programmed=tuple(
+                NotProgrammed(correction=cut.number, why=why) for cut, why in run.plan.not_programmed
+            ),
+            simulated=_simulated(run),
+            collisions=(),
+            corrections=tuple(
+                NcCut(
+                    correction=cut.number,
+                    setup=program.name,
+                    tool=tool.number,
+                    removed_mass_g=run.taken_g.get(cut.number, 0.0),
+                )
+                for program in run.programs
+                for cut, tool in program.setup.cuts
+            ),
+            warnings=(),
+        )
+    )
+    return values
+
+
+def _setup(run: NcRun, program: Program, zero: NcZero) -> NcSetup:
+    setup = program.setup
+    return NcSetup(
+        name=program.name,
+        file=program.file,
+        sha256=hashlib.sha256(program.text.encode("ascii")).hexdigest(),
+        post=run.machine.post,
+        zero=zero,
+        tools=tuple(tool.number for tool in setup.tools),
+        cuts=tuple(cut.number for cut, _ in setup.cuts),
+        safe_mm=setup.safe_mm,
+        time_s=program.time_s,
+    )
+
+
+def _simulated(run: NcRun) -> Simulated:
+    residual = unbalance_values(run.residual, run.part.tolerance.places_mm, None)
+    return Simulated(
+        removed_mass_g=sum(run.taken_g.values()),
+        mass_difference_g=run.mass_difference_g,
+        residual=NcResidual(
+            resultant_g_mm=residual["unbalance_g_mm"],
+            magnitude_g_mm=run.residual.magnitude_g_mm,
+            planes=tuple(residual["planes"]),
+        ),
+        used_share=run.used_share,
+        gouged_mm3=run.gouged_mm3,
+        left_mm3=run.left_mm3,
+    )
