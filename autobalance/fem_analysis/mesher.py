@@ -25,6 +25,8 @@ SHARE_OF_RADIUS = 0.3
 """Size of elements on a curved surface, over its radius: 21 elements a turn, 42 nodes."""
 DEFAULT_TETRAHEDRA = 9000
 LONGEST_S = 300.0
+OUT_OF_TIME = -24
+"""Exit code of a process that the system ends for its processor time (SIGXCPU)."""
 CORNERS = ((0, 1), (0, 2), (0, 3), (1, 2), (1, 3), (2, 3))
 """The corners between which the nodes 4 to 9 of a tetrahedron lie."""
 
@@ -84,6 +86,7 @@ def meshes_of(
     size_mm: float | None,
     factors: Sequence[float] = (1.0,),
     share_of_radius: float = SHARE_OF_RADIUS,
+    longest_s: float = LONGEST_S,
 ) -> list[TetrahedronMesh]:
     """Mesh a solid at several sizes.
 
@@ -96,6 +99,8 @@ def meshes_of(
         Each gives a mesh, of so many times these sizes.
     share_of_radius : float
         Size of elements on a curved surface, over its radius, at most.
+    longest_s : float
+        Processor time that the mesher has for all of them, where the system limits it [s].
 
     Raises
     ------
@@ -110,7 +115,8 @@ def meshes_of(
         if size_mm is None and isinstance(solid, SurfaceSolid):
             size_mm = default_size_mm(solid.volume_mm3, solid.area_mm2)
         order = _order(solid, size_mm, factors, share_of_radius, folder)
-        answer = _run(order, folder)
+        order.values["longest_s"] = longest_s
+        answer = _run(order, folder, longest_s)
         if answer["solids"] not in (None, 1):
             raise SolidError(f"{solid} holds {answer['solids']} solids; needed one")
         volume = solid.volume_mm3 if isinstance(solid, SurfaceSolid) else float(answer["volume_mm3"])
@@ -180,7 +186,7 @@ def _size_file(points_mm: Array, sizes_mm: Array, path: Path) -> str:
     return str(path)
 
 
-def _run(order: _Order, folder: Path) -> dict[str, Any]:
+def _run(order: _Order, folder: Path, longest_s: float) -> dict[str, Any]:
     """Run the mesher's process and return its answer."""
     file = folder / "order.json"
     file.write_text(json.dumps(order.values), encoding="utf-8")
@@ -196,8 +202,12 @@ def _run(order: _Order, folder: Path) -> dict[str, Any]:
             check=False,
         )
     except subprocess.TimeoutExpired:
-        raise SolidError(f"the mesher did not end within {LONGEST_S:g} s; needed a larger size_mm") from None
+        raise SolidError(
+            f"the mesher did not end within {LONGEST_S:.0f} s; needed a larger size_mm"
+        ) from None
     answer = Path(order.values["answer"])
+    if done.returncode == OUT_OF_TIME:
+        raise SolidError(f"the mesher did not end within {longest_s:.0f} s; needed a larger size_mm")
     if not answer.exists():
         raise SolidError(
             f"the mesher ended with code {done.returncode}; needed another size_mm or a cleaner solid"

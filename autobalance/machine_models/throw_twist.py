@@ -14,7 +14,7 @@ from autobalance.fem_analysis.mesher import default_size_mm, need_libraries
 from autobalance.fem_analysis.twist import TwistStiffness, twist_stiffness
 from autobalance.machine_models.crankpins import with_crankpins
 from autobalance.machine_models.measured import Crank
-from autobalance.machine_models.solid_meshes import bodies_of_solid
+from autobalance.machine_models.solid_meshes import Deadline, bodies_of_solid
 from autobalance.runtime import Progress, no_progress
 from autobalance.solid.csg.solid import Solid
 from autobalance.types import Array
@@ -23,6 +23,8 @@ COARSER = 1.5
 """Over the usual size of elements: formulas beside are worth 10 to 20 %, this some 2 %."""
 SHARES_OF_RADIUS = (0.4, 0.3)
 """Size of elements on a curved surface, over its radius, the second where the mesher fails at the first."""
+LONGEST_S = 45.0
+"""Time for the meshes of all throws [s]: on some solids the mesher never ends."""
 SAME = 1e-5
 """Throws whose volume, first and second moments agree to this share are alike."""
 
@@ -52,14 +54,17 @@ def throw_twists(
     ------
     FileError
         If the extra is not installed.
-    SolidError
-        If a throw cannot be meshed.
+
+    Notes
+    -----
+    A throw that cannot be meshed in time has no stiffness but the reason.
     """
     need_libraries()
     material = Material(youngs_mpa, youngs_mpa / (2.0 * shear_mpa) - 1.0, 7.85e-9)
     solid = with_crankpins(crank.source.solid.moved(crank.anatomy.file_to_rotor), crank)
     found: list[ThrowTwist] = []
     known: list[tuple[Array, TwistStiffness]] = []
+    deadline = Deadline.after(LONGEST_S)
     for number, throw in enumerate(crank.anatomy.throws):
         progress(f"twisting throw {throw.number}", number / len(crank.anatomy.throws))
         ends = _ends_mm(crank.anatomy, throw)
@@ -70,22 +75,23 @@ def throw_twists(
         looks = _looks(piece, throw, ends)
         alike = [each for other, each in known if np.allclose(looks, other, rtol=SAME)]
         try:
-            stiffness = alike[0] if alike else _twisted(piece, material, size_mm)
-        except SolidError as error:
-            raise SolidError(f"throw {throw.number}: {error}") from None
+            stiffness = alike[0] if alike else _twisted(piece, material, size_mm, deadline)
+        except SolidError as error:  # the formulas still hold: the rest of the report is worth having
+            found.append(ThrowTwist(None, str(error)))
+            continue
         known.append((looks, stiffness))
         found.append(ThrowTwist(stiffness))
     return found
 
 
-def _twisted(piece: Solid, material: Material, size_mm: float | None) -> TwistStiffness:
+def _twisted(piece: Solid, material: Material, size_mm: float | None, deadline: Deadline) -> TwistStiffness:
     if size_mm is None:
         mesh = piece.mesh
         area = 0.5 * float(mesh.doubled_areas.sum())
         size_mm = COARSER * default_size_mm(piece.volume_mm3, area)
     for share in SHARES_OF_RADIUS:
         try:
-            bodies = bodies_of_solid(piece, size_mm, COARSENING, share)
+            bodies = bodies_of_solid(piece, size_mm, COARSENING, share, deadline)
             return twist_stiffness(bodies, piece.volume_mm3, material)
         except SolidError:
             if share == SHARES_OF_RADIUS[-1]:

@@ -91,3 +91,20 @@ def test_a_chain_has_no_metal() -> None:
     chain = {"inertia": [{"kg_mm2": 1.0}, {"kg_mm2": 1.0}], "spring": [{"N_m_rad": 1.0}]}
     with pytest.raises(UsageError, match="a chain has no metal"):
         ab.torsion(chain, fem=True)
+
+
+def test_a_throw_that_is_not_meshed_in_time_has_a_reason(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("autobalance.machine_models.throw_twist.LONGEST_S", 0.0)
+    crank = ab.generate("single", segments=24).crank
+    job = {
+        "engine": {"rotating_g": {"rod": 400.0}, "reciprocating_g": {"piston": 500.0}},
+        "balance": {"factor": 0.5, "grade": 6.3, "speed_rpm": 6000.0},
+        "correction": {"method": "drill"},
+    }
+    result = ab.torsion(job, crank=crank, fem=True)
+    throw = result.report["throws"][0]
+    assert throw["fem_N_m_rad"] is None
+    assert "the mesher did not end within 0 s" in throw["fem_note"]
+    assert throw["fem_note"] in result.text()
+    assert result.report["fem_natural_frequencies_hz"] is None
+    assert len(result.report["natural_frequencies_hz"]) == 2

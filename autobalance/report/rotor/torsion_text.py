@@ -91,7 +91,7 @@ def _throws(throws: Sequence[Values]) -> str:
         head = (f"  {each['number']}", *(f"{value:.4g} N·m/rad" for value in formulas))
         metal = each["fem_N_m_rad"]
         if metal is None:
-            rows.append((*head, each["fem_note"]))
+            rows.append((*head, "none", "", each["fem_note"]))
             continue
         off = ", ".join(f"{100.0 * (value / metal - 1.0):+.0f} %" for value in formulas)
         rows.append((*head, f"{metal:.4g} N·m/rad", f"{each['fem_error_N_m_rad']:.2g}", off))
