@@ -53,6 +53,10 @@ class ForcesResult(VerbResult):
         return {**made, **_mount_plots(self.report["mounts"])} if "mounts" in self.report else made
 
 
+BEYOND = (-0.5, 1.5)
+"""Balance factors on mounts: below 0 the crank is underbalanced on purpose, above 1 overbalanced."""
+
+
 @documented
 def forces(
     job: JobSource,
@@ -74,7 +78,8 @@ def forces(
     speed_rpm : float or None
         Crank speed [rpm]; None: the job's balance.speed_rpm.
     factors : sequence of float
-        Balance factors to compare, each 0 to 1.
+        Balance factors to compare, each 0 to 1; on mounts -0.5 to 1.5, where under- and overbalance mean
+        something.
     transverse_weight : float
         Weight of force across cylinder 1 against force along it, by how much worse the mount takes it.
     reference_z_mm : float or None
@@ -106,8 +111,10 @@ def forces(
     """
     if not 0.0 <= transverse_weight < float("inf"):
         raise UsageError(f"--transverse-weight is {transverse_weight:g}; must be ≥ 0")
-    if not all(0.0 <= factor <= 1.0 for factor in factors):
-        raise UsageError(f"--factors is {','.join(f'{f:g}' for f in factors)!r}; each must be 0 to 1")
+    least, most = BEYOND if mounts else (0.0, 1.0)
+    if not all(least <= factor <= most for factor in factors):
+        given = ",".join(f"{factor:g}" for factor in factors)
+        raise UsageError(f"--factors is {given!r}; each must be {least:g} to {most:g}")
     if reference_z_mm is not None:
         place_mm("--reference-z", reference_z_mm)
     found = request(job, crank, speed_rpm, progress)

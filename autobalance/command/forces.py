@@ -5,14 +5,10 @@ from __future__ import annotations
 from autobalance.command.options import add_json, add_plots
 from autobalance.command.readers import numbers
 from autobalance.command.verb import Option, Verb
-from autobalance.errors import UsageError
 
 
 def _factors(option: str, text: str) -> tuple[float, ...]:
-    factors = numbers(option, text)
-    if not all(0.0 <= factor <= 1.0 for factor in factors):
-        raise UsageError(f"{option} is {text!r}; each must be 0 to 1")
-    return factors
+    return numbers(option, text)
 
 
 VERB = Verb(

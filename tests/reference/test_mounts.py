@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 import autobalance as ab
 from autobalance.engine.mounts import Mount, MountedEngine
-from autobalance.errors import JobError
+from autobalance.errors import JobError, UsageError
 
 Amplitudes = NDArray[Any]
 CORNERS = [(x, y, z) for x in (-150.0, 150.0) for y in (-100.0, 100.0) for z in (-120.0, 120.0)]
@@ -141,3 +141,12 @@ def test_a_job_without_mounts_says_so(single: ab.Crank) -> None:
     values = {key: table for key, table in job().raw.items() if key != "mounts"}
     with pytest.raises(JobError, match=r"\[mounts\] is missing"):
         ab.forces(values, crank=single, mounts=True)
+
+
+def test_factors_beyond_0_and_1_are_for_mounts_alone(single: ab.Crank) -> None:
+    report = ab.forces(job(), crank=single, factors=(-0.2, 1.3), mounts=True).report["mounts"]
+    assert [each["factor"] for each in report["responses"]] == [-0.2, 0.5, 1.3]
+    with pytest.raises(UsageError, match="each must be 0 to 1"):
+        ab.forces(job(), crank=single, factors=(1.3,))
+    with pytest.raises(UsageError, match=r"each must be -0\.5 to 1\.5"):
+        ab.forces(job(), crank=single, factors=(1.7,), mounts=True)
