@@ -98,5 +98,5 @@ def _described(doc: str) -> Mapping[str, tuple[str, str]]:
 
 
 def _first_sentence(text: str) -> str:
-    flat = " ".join(text.split()).replace("``", "")
-    return re.split(r"\.(?= [A-Z0-9(]|$)", flat, maxsplit=1)[0]
+    first = re.split(r"\.(?= [A-Z0-9(`]|$)", " ".join(text.split()), maxsplit=1)[0]
+    return first.replace("`", "")

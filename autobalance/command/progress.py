@@ -21,7 +21,12 @@ def add_progress(parser: argparse.ArgumentParser) -> None:
     """Add ``--quiet`` and ``--verbose``."""
     much = parser.add_mutually_exclusive_group()
     much.add_argument("-q", "--quiet", action="store_true", help="show no progress")
-    much.add_argument("-v", "--verbose", action="store_true", help="print every step with its time, kept")
+    much.add_argument(
+        "-v",
+        "--verbose",
+        action="store_true",
+        help="print each step on a line of its own, with the time since the start",
+    )
 
 
 def mode_of(arguments: argparse.Namespace) -> Mode:

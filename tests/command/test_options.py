@@ -1,6 +1,7 @@
 """Options follow from the signature and the docstring of the function that a command calls."""
 
 import inspect
+import re
 import subprocess
 import sys
 from importlib import import_module
@@ -87,6 +88,8 @@ def test_every_option_says_what_it_sets_and_its_default(name: str) -> None:
         words = action.help
         assert words, action.dest
         assert words[0] not in "(-", words
+        assert "`" not in words, words
+        assert not re.search(r"\. \S", words), f"two sentences: {words}"
         if action.option_strings and action.nargs != 0 and not action.required:
             assert words.endswith(")"), words
             assert "(default: " in words, words
