@@ -20,6 +20,7 @@ from autobalance.runtime import Stopwatch
 from autobalance.solid.chordal_error.estimate import ChordalError, chordal_error_of
 from autobalance.solid.chordal_error.from_slices import chordal_error_from_slices
 from autobalance.solid.chordal_error.look import look_at
+from autobalance.solid.chordal_error.of_scans import chordal_error_of_scan
 from autobalance.solid.formats.read import Source, read
 
 if TYPE_CHECKING:
@@ -169,6 +170,8 @@ def facets_of(
         return doubt_of(source.exact.gaps, density_g_mm3, frame)
     needed = asked is not None and (asked.margin != "none" or asked.facet_correction)
     mesh = source.solid.mesh
+    if anatomy.scan is not None:
+        return chordal_error_of_scan(mesh, density_g_mm3, frame)
     if needed or len(mesh.triangles) <= TRIANGLES_MOST:
         look = look_at(mesh.moved(frame))
         if needed or look.curved_count <= FACETS_MOST:

@@ -26,6 +26,7 @@ from autobalance.balancing.record import (
     Record,
 )
 from autobalance.balancing.rotor import Rotor
+from autobalance.balancing.scan_uncertainty import scan_share
 from autobalance.correction import Limits, finishing
 from autobalance.correction.faces.cut import FaceCut
 from autobalance.crank.anatomy import Anatomy, Face
@@ -215,7 +216,14 @@ def rotor_of(job: Job, crank: Crank, tolerance: Tolerance, factor: float) -> Rot
     if crank.facets is not None:
         spacing = uncertainty_budget.spacing_mm(crank.source)
         causes = uncertainty_budget.UncertaintyBudget(
-            job, crank.anatomy, crank.moments, tolerance, factor, crank.facets, spacing
+            job,
+            crank.anatomy,
+            crank.moments,
+            tolerance,
+            factor,
+            crank.facets,
+            spacing,
+            scan_share(crank, job.crankshaft.scan_accuracy_mm, tolerance.places_mm),
         )
     return Rotor(
         solid=crank.source.solid,

@@ -50,6 +50,8 @@ class UncertaintyBudget:
     facets : ChordalError
     spacing_mm : float
         Between two numbers that the file can tell apart, at the far end of the crank.
+    scan : Share or None
+        What noise, the scanner and the fitted axis leave uncertain, of a scanned crank.
     """
 
     job: Job
@@ -59,6 +61,7 @@ class UncertaintyBudget:
     factor: float
     facets: ChordalError
     spacing_mm: float
+    scan: Share | None = None
 
     def budget(self, bare: Moments, corrections: Sequence[Correction] = ()) -> Budget:
         """Return how far the unbalance may be off once ``bare`` is what the crank is, rotor frame."""
@@ -81,6 +84,7 @@ class UncertaintyBudget:
                     places=places,
                 ),
                 "rounding": rounding_share(self.crank, self.spacing_mm, places),
+                **({} if self.scan is None else {"scan": self.scan}),
                 "axis": displacement_share(self.crank, self.anatomy.journal_misalignment_mm, places),
                 "density": Share.of(
                     bare.scaled(share) + self._factor_moved(self.crank.scaled(share)), places
@@ -90,7 +94,7 @@ class UncertaintyBudget:
                 "depth": root_sum([Share.of(rate.scaled(deeper), places) for rate in rates], places),
             },
             places,
-            unstated(self.job),
+            unstated(self.job, scanned=self.scan is not None),
         )
 
     # --- what a change does to the residual -----------------------------------------------------------------
@@ -142,7 +146,7 @@ def spacing_mm(source: Source) -> float:
     return max(source.step_mm, float(np.spacing(number(reach))) * source.mm_per_unit)
 
 
-def unstated(job: Job) -> tuple[str, ...]:
+def unstated(job: Job, scanned: bool = False) -> tuple[str, ...]:
     """Return the causes of which a job says nothing."""
     weights = [
         weight
@@ -157,6 +161,8 @@ def unstated(job: Job) -> tuple[str, ...]:
         found.append("weights" if silent == len(weights) else "some weights")
     if any(part.pm_g_mm == 0.0 for part in job.engine.attached):
         found.append("attached")
+    if scanned and job.crankshaft.scan_accuracy_mm is None:
+        found.append("scan accuracy")
     return (*found, *(["depth"] if job.depth_tolerance_mm is None else []))
 
 

@@ -14,6 +14,7 @@ import numpy as np
 
 from autobalance.crank.anatomy import Anatomy, Face
 from autobalance.crank.recognition.section_stack import plane_levels
+from autobalance.crank.scan import ScanFit
 from autobalance.solid.cad.surface import PlaneFace, Surfaces
 from autobalance.solid.mesh.components import numbered_components
 from autobalance.solid.mesh.mesh import Mesh, compacted, least_and_greatest
@@ -59,6 +60,8 @@ def find_faces(mesh: Mesh, anatomy: Anatomy, surfaces: Surfaces | None = None) -
         Ids ``w1-a``, ``w1-b`` ... on webs, ``s-a`` ... elsewhere; they do not depend on the order of
         triangles.
     """
+    if anatomy.scan is not None:
+        return tuple(_named(_scanned_faces(mesh, anatomy, anatomy.scan), anatomy, mesh.diagonal_mm))
     low, high = mesh.bounds
     flat = FLAT * (mesh.diagonal_mm + float(np.abs([low, high]).max()))
     size = mesh.doubled_areas
@@ -75,6 +78,19 @@ def find_faces(mesh: Mesh, anatomy: Anatomy, surfaces: Surfaces | None = None) -
     for normal in _side_directions(look):
         found += _faces_along(look, normal, LEAST_SIDE_AREA_SHARE * surface)
     return tuple(_named(found, anatomy, mesh.diagonal_mm))
+
+
+def _scanned_faces(mesh: Mesh, anatomy: Anatomy, fit: ScanFit) -> list[Face]:
+    """Return the plane faces that were fitted to a scan; each counts from its fitted plane."""
+    frame = anatomy.file_to_rotor
+    found = []
+    for face in fit.faces:
+        normal, centroid = frame[:3, :3] @ face.normal, frame[:3, :3] @ face.centroid_mm + frame[:3, 3]
+        web = _web_at(float(centroid[2]), anatomy, mesh)
+        found.append(
+            Face("", "plane", web, face.area_mm2, normal, centroid, face.rows, 0.5 * face.flatness_mm)
+        )
+    return found
 
 
 def _exact_faces(look: _Look, surfaces: Surfaces) -> list[Face]:

@@ -49,6 +49,8 @@ class ScanFit:
         Fields whose errors are alike over a distance [mm]: that distance, and their standard deviation [mm].
     axis_offset_mm, axis_angle_deg : float
         Standard errors of the crank axis: at the middle of the main journals, and of its direction.
+    axis_middle_mm : float
+        That middle, z in the rotor frame.
     journals, crankpins : tuple of ScannedCylinder
     crank_radius_pm_mm, angle_pm_deg : tuple of float
         Of each throw.
@@ -59,6 +61,7 @@ class ScanFit:
     noise_by_reach: tuple[tuple[float, float], ...]
     axis_offset_mm: float
     axis_angle_deg: float
+    axis_middle_mm: float
     journals: tuple[ScannedCylinder, ...]
     crankpins: tuple[ScannedCylinder, ...]
     crank_radius_pm_mm: tuple[float, ...]

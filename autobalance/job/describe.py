@@ -31,6 +31,7 @@ def _crankshaft(job: Job) -> dict[str, Any]:
             key: None if found is None else float(raw.get(key, found / G_PER_MM3_PER_KG_M3))
             for key, found in densities.items()
         },
+        **({} if crank.scan_accuracy_mm is None else {"scan_accuracy_mm": crank.scan_accuracy_mm}),
         "crankpin_in_file": crank.crankpin_in_file,
         "axis_point_mm": _listed(hints.axis_point_mm),
         "axis_direction": _listed(hints.axis_direction),

@@ -60,6 +60,15 @@ CRANKSHAFT = Key(
             usual="not stated",
         ),
         Key(
+            "scan_accuracy_mm",
+            float,
+            "of the scanner, over its whole volume, 95 %: how far its skin and scale may be off; "
+            "see [scan.md](scan.md)",
+            POSITIVE,
+            None,
+            usual="the roughness measured stands in",
+        ),
+        Key(
             "crankpin_in_file",
             bool,
             "`false`: a pressed-up crank without its crankpins, one body for each half",
@@ -147,6 +156,7 @@ def crankshaft_of(values: Values, folder: Path) -> Crankshaft:
         _overrides(values),
         None if file is None else _body(values["body"], file),
         None if off is None else off * G_PER_MM3_PER_KG_M3,
+        values["scan_accuracy_mm"],
     )
 
 

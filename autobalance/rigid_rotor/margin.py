@@ -23,6 +23,7 @@ machine's, that they are combined as squares, and that the resultant must keep t
 REMEDIES: Mapping[str, str] = {
     "facets": "export the crank with finer facets, or as STEP",
     "rounding": "export the crank with more digits, nearer to its origin",
+    "scan": "scan the crank more closely: a finer scanner, and its accuracy as crankshaft.scan_accuracy_mm",
     "axis": "name axis_point_mm and axis_direction, or true up the main journals in the model",
     "density": "know the density more closely: weigh the crank",
     "weights": "weigh the parts more closely",

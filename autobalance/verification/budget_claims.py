@@ -6,6 +6,7 @@ import math
 
 import numpy as np
 
+from autobalance.balancing.scan_uncertainty import scan_share
 from autobalance.balancing.uncertainty_budget import UncertaintyBudget, spacing_mm
 from autobalance.crank.anatomy import Anatomy
 from autobalance.errors import ClaimError
@@ -26,7 +27,10 @@ def causes_of(
     factor = claims.get("balance_factor.target", float)
     facets, spacing = given_in.facets, spacing_mm(given_in.source)
     nothing = ChordalError.known(Moments.zero())
-    return UncertaintyBudget(job, anatomy, crank, tolerance, factor, facets or nothing, spacing)
+    measured = given_in.crank
+    places = tolerance.places_mm
+    scan = scan_share(measured, job.crankshaft.scan_accuracy_mm, places)
+    return UncertaintyBudget(job, anatomy, crank, tolerance, factor, facets or nothing, spacing, scan)
 
 
 def depth_rates(claims: Claims) -> list[Moments]:

@@ -30,6 +30,8 @@ from autobalance.verification.solids import Files
 TOLD = ("face", "web", "radius_mm", "angle_deg", "z_mm")
 """What a machinist is told of every correction, beside what is measured of it."""
 LENGTH_SHARE = 2e-4
+ROUGH_SHARE = 5e-3
+"""Of the metal of a cut in a scanned face, crumbs of the rough face beside it are up to this share."""
 UNIT_LENGTH = 1e-6
 LENGTH_MM = 2e-3
 ANGLE_DEG = 0.05
@@ -299,7 +301,8 @@ def _check_one(
         }
     if not kind.needs_faces:
         found["face"] = None
-    _compare(part, found, metal)
+    scan = change.anatomy.scan
+    _compare(part, found, metal, 0.0 if scan is None else scan.roughness_mm)
 
 
 def _check_implied(part: Claims, found: Mapping[str, Any]) -> None:
@@ -312,16 +315,21 @@ def _check_implied(part: Claims, found: Mapping[str, Any]) -> None:
             part.near(key, value, max(size, 1.0))
 
 
-def _compare(part: Claims, found: Mapping[str, Any], metal: Metal) -> None:
-    """Compare what a report lists of a correction with what was read, as exactly as its unit allows."""
+def _compare(part: Claims, found: Mapping[str, Any], metal: Metal, rough_mm: float) -> None:
+    """Compare what a report lists of a correction with what was read, as exactly as its unit allows.
+
+    Where metal of a scanned face begins is told to its roughness.
+    """
     skin_mm3 = metal.area_mm2 * metal.near_mm
+    share = SHARE if rough_mm == 0.0 else ROUGH_SHARE
     reach = float(np.abs(metal.corners).max(initial=0.0))
+    crumbs_mm = 0.0 if rough_mm == 0.0 else rough_mm + ROUGH_SHARE * reach  # of a centre
     volume_mm3 = sum(piece.volume_mm3 for piece in metal.pieces)
     thin = min(1.0, skin_mm3 / volume_mm3) if volume_mm3 > 0.0 else 0.0  # 1: a layer of a few roundings
     for key, value in found.items():
         if isinstance(value, Reading):
             size = float(np.linalg.norm(value.value))
-            part.near(key, value.value, 2.0 * SHARE * size + value.within + 1e-3, 1.0)
+            part.near(key, value.value, 2.0 * share * size + value.within + 1e-3, 1.0)
             continue
         if value is None or isinstance(value, str | list) or (isinstance(value, int) and "_" not in key):
             part.same(key, value)
@@ -334,11 +342,12 @@ def _compare(part: Claims, found: Mapping[str, Any], metal: Metal) -> None:
         elif key in ("normal", "inward"):
             part.near(key, value, SHARE, 1.0)
         elif key.endswith("_per_mm_g_mm") or key.endswith("_mm2"):
-            part.near(key, value, (2.0 * SHARE + thin) * size + 1e-3, 1.0)
+            part.near(key, value, (2.0 * share + thin) * size + 1e-3, 1.0)
         elif key.endswith("_mm") and not key.endswith("_g_mm"):
-            near_mm = 2.0 * metal.near_mm + (reach * thin if key in ("position_mm", "radius_mm") else 0.0)
+            moved_mm = reach * thin + crumbs_mm if key in ("position_mm", "radius_mm") else rough_mm
+            near_mm = 2.0 * metal.near_mm + moved_mm
             part.near(key, value, LENGTH_MM + LENGTH_SHARE * size + near_mm, 1.0)
         else:
             skin = skin_mm3 if key.endswith("_mm3") else skin_mm3 * metal.density_g_mm3
             skin *= reach if key.endswith("_g_mm") else 1.0
-            part.near(key, value, SHARE * size + skin, 1.0)
+            part.near(key, value, share * size + skin, 1.0)

@@ -238,6 +238,7 @@ def _scan_fit(
         noise.by_reach,
         axis_pm,
         math.degrees(angle_pm),
+        line.middle_mm - pins[0].run.z_mid,
         tuple(cylinders[: len(journals)]),
         tuple(cylinders[len(journals) :]),
         tuple(radius_pm),

@@ -23,7 +23,8 @@ class Crankshaft:
 
     ``file`` is None where the crank is given as an object; ``unit`` is None where the format carries its
     own; ``body`` picks one of several solids, from 1, or by its name where the format has names;
-    ``density_pm_g_mm3`` is by how much the density may be off, None where the job does not say.
+    ``density_pm_g_mm3`` is by how much the density may be off, None where the job does not say;
+    ``scan_accuracy_mm`` is the scanner's, likewise.
     """
 
     file: Path | None
@@ -32,6 +33,7 @@ class Crankshaft:
     overrides: Overrides
     body: int | str | None
     density_pm_g_mm3: float | None = None
+    scan_accuracy_mm: float | None = None
 
     @property
     def crankpin_in_file(self) -> bool:

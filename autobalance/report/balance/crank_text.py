@@ -152,7 +152,22 @@ def _anatomy(report: Values, units: DisplayUnits) -> str:
         note = _counterweight_note(web, units)
         rows.append((f"  web {web['number']}", units.of_length(middle), "", width, note))
     off = units.of_length(crank["journal_misalignment_mm"])
-    return table(rows) + f"\n  main journals within {off} of the common axis"
+    return "\n".join(
+        [table(rows), f"  main journals within {off} of the common axis", *_roughness(crank, units)]
+    )
+
+
+def _roughness(crank: Values, units: DisplayUnits) -> list[str]:
+    """Say how rough a scanned surface is, how sure the axis, and which journal runs out most."""
+    if "roughness_mm" not in crank:
+        return []
+    axis = crank["axis_uncertainty"]
+    worst = max(crank["main_journals"], key=lambda journal: journal["journal_run_out_mm"])
+    return [
+        f"  scanned: rough by {units.of_length(crank['roughness_mm'])}; axis to"
+        f" ±{units.of_length(axis['offset_mm'])} and ±{axis['angle_deg']:.4f}° (standard errors)",
+        f"  main journal {worst['number']} runs out by {units.of_length(worst['journal_run_out_mm'])}",
+    ]
 
 
 def _counterweight_note(web: Values, units: DisplayUnits) -> str:

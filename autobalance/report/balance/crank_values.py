@@ -11,7 +11,8 @@ from autobalance.balancing.record import (
     FaceOffer,
     MeasuredCrank,
 )
-from autobalance.crank.anatomy import Anatomy, Face, Pin, Throw, Web
+from autobalance.crank.anatomy import Anatomy, Face, MainJournal, Pin, Throw, Web
+from autobalance.crank.scan import ScanFit, ScannedCylinder
 from autobalance.crank.sections import Section
 from autobalance.report.balance.datum_values import datum_values
 from autobalance.rigid_rotor.moments import Moments
@@ -77,10 +78,15 @@ def mass_properties(moments: Moments, volume_mm3: float) -> crank_records.MassPr
 def crank_values(crank: MeasuredCrank) -> crank_records.Crank:
     """Return what was measured and recognised."""
     anatomy, error = crank.anatomy, crank.facet_error
-    return {
-        **mass_properties(crank.moments, crank.volume_mm3),
-        "main_journals": [{"number": pin.number, **_pin(pin)} for pin in anatomy.main_journals],
-        "throws": [_throw(throw) for throw in anatomy.throws],
+    body = mass_properties(crank.moments, crank.volume_mm3)
+    values: crank_records.Crank = {
+        "mass_g": body["mass_g"],
+        "volume_mm3": body["volume_mm3"],
+        "centre_of_mass_mm": body["centre_of_mass_mm"],
+        "inertia_kg_mm2": body["inertia_kg_mm2"],
+        "polar_inertia_kg_mm2": body["polar_inertia_kg_mm2"],
+        "main_journals": [_journal(pin, anatomy.scan) for pin in anatomy.main_journals],
+        "throws": [_throw(throw, anatomy.scan) for throw in anatomy.throws],
         "webs": [
             {
                 "number": web.number,
@@ -94,6 +100,39 @@ def crank_values(crank: MeasuredCrank) -> crank_records.Crank:
         "journal_misalignment_mm": float(anatomy.journal_misalignment_mm),
         "facet_error": None if error is None else _facet_error(error),
         "datums": None if anatomy.datums is None else datum_values(anatomy.datums),
+    }
+    if anatomy.scan is not None:
+        values["roughness_mm"] = anatomy.scan.roughness_mm
+        values["axis_uncertainty"] = {
+            "offset_mm": anatomy.scan.axis_offset_mm,
+            "angle_deg": anatomy.scan.axis_angle_deg,
+        }
+    return values
+
+
+def _journal(pin: MainJournal, scan: ScanFit | None) -> crank_records.Journal:
+    values: crank_records.Journal = {
+        "number": pin.number,
+        "centre_mm": numbers(pin.centre_mm),
+        "diameter_mm": float(pin.diameter_mm),
+        "width_mm": float(pin.width_mm),
+    }
+    if scan is None:
+        return values
+    each = scan.journals[pin.number - 1]
+    values["diameter_pm_mm"] = each.diameter_pm_mm
+    values["rms_mm"] = each.rms_mm
+    values["out_of_round_mm"] = each.out_of_round_mm
+    values["journal_run_out_mm"] = float(each.run_out_mm or 0.0)
+    return values
+
+
+def _scanned_pin(pin: Pin, each: ScannedCylinder) -> crank_records.Pin:
+    return {
+        **_pin(pin),
+        "diameter_pm_mm": each.diameter_pm_mm,
+        "rms_mm": each.rms_mm,
+        "out_of_round_mm": each.out_of_round_mm,
     }
 
 
@@ -131,13 +170,19 @@ def _pin(pin: Pin) -> crank_records.Pin:
     }
 
 
-def _throw(throw: Throw) -> crank_records.Throw:
-    return {
+def _throw(throw: Throw, scan: ScanFit | None) -> crank_records.Throw:
+    place = throw.number - 1
+    values: crank_records.Throw = {
         "number": throw.number,
         "crank_radius_mm": float(throw.crank_radius_mm),
         "angle_deg": degrees(throw.angle_rad),
         "crankpin": _pin(throw.crankpin),
     }
+    if scan is not None:
+        values["crankpin"] = _scanned_pin(throw.crankpin, scan.crankpins[place])
+        values["crank_radius_pm_mm"] = scan.crank_radius_pm_mm[place]
+        values["angle_pm_deg"] = scan.angle_pm_deg[place]
+    return values
 
 
 def face_values(offer: FaceOffer, anatomy: Anatomy) -> records.Face:

@@ -37,20 +37,27 @@ class Frame(TypedDict):
 
 
 class Journal(TypedDict):
-    """A main journal."""
+    """A main journal; of a scanned one also standard errors (``pm``), and how it stands off the fit."""
 
     number: Ordinal
     centre_mm: Triple
     diameter_mm: Positive
     width_mm: NotNegative
+    diameter_pm_mm: NotRequired[NotNegative]
+    rms_mm: NotRequired[NotNegative]
+    out_of_round_mm: NotRequired[NotNegative]
+    journal_run_out_mm: NotRequired[Annotated[NotNegative, "as a dial reads it: twice the distance"]]
 
 
 class Pin(TypedDict):
-    """A crankpin."""
+    """A crankpin; of a scanned one also what a journal has."""
 
     centre_mm: Triple
     diameter_mm: Positive
     width_mm: NotNegative
+    diameter_pm_mm: NotRequired[NotNegative]
+    rms_mm: NotRequired[NotNegative]
+    out_of_round_mm: NotRequired[NotNegative]
 
 
 class Throw(TypedDict):
@@ -60,6 +67,8 @@ class Throw(TypedDict):
     crank_radius_mm: Positive
     angle_deg: Angle
     crankpin: Pin
+    crank_radius_pm_mm: NotRequired[NotNegative]
+    angle_pm_deg: NotRequired[NotNegative]
 
 
 class WebOutline(TypedDict):
@@ -181,8 +190,15 @@ class Datums(TypedDict):
     faces: list[DatumFace]
 
 
+class AxisUncertainty(TypedDict):
+    """Standard errors of a scanned crank's axis: amid the main journals, and of its direction."""
+
+    offset_mm: NotNegative
+    angle_deg: NotNegative
+
+
 class Crank(MassProperties):
-    """The crank as measured and recognised."""
+    """The crank as measured and recognised; of a scanned one also how rough it is, and how sure."""
 
     main_journals: list[Journal]
     throws: Annotated[list[Throw], Bound("minItems", 1)]
@@ -190,3 +206,5 @@ class Crank(MassProperties):
     journal_misalignment_mm: NotNegative
     facet_error: FacetError | None
     datums: Datums | None
+    roughness_mm: NotRequired[Annotated[NotNegative, "root mean square"]]
+    axis_uncertainty: NotRequired[AxisUncertainty]

@@ -89,7 +89,7 @@ def smoothed_normals(mesh: Mesh, rounds: int = 3) -> Array:
     directions = mesh.area_vectors
     a, b, c = mesh.triangles.T
     for _ in range(rounds):
-        at = _unit_at_vertices(mesh, directions)
+        at = unit_at_vertices(mesh, directions)
         directions = at.take(a, axis=0) + at.take(b, axis=0) + at.take(c, axis=0)
         directions *= (mesh.doubled_areas / np.maximum(np.linalg.norm(directions, axis=1), 1e-300))[:, None]
     unit: Array = directions / np.maximum(np.linalg.norm(directions, axis=1), 1e-300)[:, None]
@@ -109,7 +109,7 @@ def local_roughness_mm(mesh: Mesh, within_mm: float) -> float:
     """
     from scipy.spatial import cKDTree
 
-    normals = _unit_at_vertices(mesh, mesh.area_vectors)
+    normals = unit_at_vertices(mesh, mesh.area_vectors)
     chosen = np.flatnonzero(_spread(mesh, NEIGHBOURHOODS))
     tree = cKDTree(mesh.vertices)
     found = []
@@ -140,7 +140,7 @@ def _at_vertices(mesh: Mesh, values: Array) -> Array:
     return total
 
 
-def _unit_at_vertices(mesh: Mesh, vectors: Array) -> Array:
+def unit_at_vertices(mesh: Mesh, vectors: Array) -> Array:
     """Return the directions (n, 3) of the sums over the triangles at each vertex."""
     at = np.stack([_at_vertices(mesh, np.ascontiguousarray(column)) for column in vectors.T], axis=1)
     at /= np.maximum(np.linalg.norm(at, axis=1), 1e-300)[:, None]

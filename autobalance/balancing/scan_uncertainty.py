@@ -1,0 +1,170 @@
+"""What a scan leaves uncertain: noise that neighbours share, skin, scale, the fitted axis."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+
+from autobalance.crank.anatomy import Anatomy
+from autobalance.crank.scan import ScanFit
+from autobalance.machine_models.measured import Crank
+from autobalance.rigid_rotor.moments import Moments
+from autobalance.rigid_rotor.uncertainty import Places, Share, root_sum
+from autobalance.solid.mesh.mesh import Mesh
+from autobalance.solid.roughness.estimate import smoothed_normals
+from autobalance.types import Array
+
+PATCHES = 900
+"""The surface is looked at in about so many patches."""
+BOTH = 2.45
+"""Of two errors at right angles, each of one standard deviation, 95 % together are within so many."""
+ONE = 1.96
+
+
+@dataclass(frozen=True, eq=False)
+class ScanUncertainty:
+    """How far a scan may put the mass (95 %) and, as a share of the budget, the unbalance."""
+
+    mass_pm_g: float
+    share: Share
+
+
+def scan_share(crank: Crank, accuracy_mm: float | None, places: Places) -> Share | None:
+    """Return what a scan leaves uncertain of a measured crank's unbalance; None where it is drawn."""
+    if crank.anatomy.scan is None:
+        return None
+    found = scan_uncertainty(
+        crank.source.solid.mesh,
+        crank.anatomy,
+        crank.anatomy.scan,
+        crank.moments,
+        crank.density_g_mm3,
+        accuracy_mm,
+        places,
+    )
+    return found.share
+
+
+def scan_uncertainty(
+    mesh: Mesh,
+    anatomy: Anatomy,
+    fit: ScanFit,
+    crank: Moments,
+    density_g_mm3: float,
+    accuracy_mm: float | None,
+    places: Places = None,
+) -> ScanUncertainty:
+    """Return what a scan leaves uncertain of the crank's mass and unbalance.
+
+    Parameters
+    ----------
+    mesh : Mesh
+        In file coordinates [mm].
+    anatomy : Anatomy
+    fit : ScanFit
+    crank : Moments
+        Of the bare crank, rotor frame.
+    density_g_mm3 : float
+        Density [g/mm³].
+    accuracy_mm : float or None
+        Of the scanner, 95 %: an even skin, and the same over the whole crank as scale. None: the roughness
+        stands in.
+    places : (float, float), optional
+        Where planes A and B stand [mm].
+    """
+    placed = mesh.moved(anatomy.file_to_rotor)
+    surface = _Surface.of(placed)
+    skin = fit.roughness_mm if accuracy_mm is None else accuracy_mm
+    levers = _levers(surface, places) * density_g_mm3
+    noise = _noise_covariance(surface, fit, levers)
+    mass_noise = ONE * math.sqrt(max(float(noise[0, 0]), 0.0))
+    skinned = skin * (levers @ surface.area)
+    stretch = skin / mesh.diagonal_mm
+    vectors = [_lengths(noise, number) for number in range(1, len(noise), 2)]
+    shares = [
+        Share(vectors[0], tuple(vectors[1:])),
+        Share(
+            float(np.hypot(*skinned[1:3])),
+            tuple(float(np.hypot(*skinned[k : k + 2])) for k in range(3, len(skinned), 2)),
+        ),
+        _of_moments(crank.scaled(4.0 * stretch), places),
+        _of_axis(crank, fit, places),
+        _of_moments(crank.scaled(ONE * math.radians(fit.angle_pm_deg[0])), places),
+    ]
+    mass = math.hypot(mass_noise, float(skinned[0]), 3.0 * stretch * crank.mass_g)
+    return ScanUncertainty(mass, root_sum(shares, places))
+
+
+@dataclass(frozen=True, eq=False)
+class _Surface:
+    """Patches of a surface: middles (p, 3), areas (p,)."""
+
+    middle: Array
+    area: Array
+
+    @classmethod
+    def of(cls, mesh: Mesh) -> _Surface:
+        area = 0.5 * mesh.doubled_areas
+        middle = mesh.vertices.take(mesh.triangles, axis=0).mean(axis=1)
+        size = math.sqrt(float(area.sum()) / PATCHES)
+        facing = np.floor((smoothed_normals(mesh, 1) + 1.0) * 1.49).astype(np.int64)
+        cells = np.floor((middle - mesh.bounds[0]) / size).astype(np.int64)
+        key = cells @ np.array([1 << 40, 1 << 25, 1 << 10]) + facing @ np.array([16, 4, 1])
+        number = np.unique(key, return_inverse=True)[1]
+        total = np.bincount(number, area)
+        places = [np.bincount(number, area * column) / np.maximum(total, 1e-300) for column in middle.T]
+        return cls(np.stack(places, axis=1), np.asarray(total, dtype=np.float64))
+
+
+def _levers(surface: _Surface, places: Places) -> Array:
+    """Return what a unit of metal at each patch does to mass, resultant and planes (1 + 2 [+ 4], p)."""
+    x, y, z = surface.middle.T
+    rows = [np.ones(len(x)), x, y]
+    if places is not None:
+        upper = (z - places[0]) / (places[1] - places[0])
+        rows += [(1.0 - upper) * x, (1.0 - upper) * y, upper * x, upper * y]
+    return np.stack(rows)
+
+
+def _noise_covariance(surface: _Surface, fit: ScanFit, levers: Array) -> Array:
+    """Return the covariance of what noise does to each of the levers' sums (k, k)."""
+    gap = np.linalg.norm(surface.middle[:, None] - surface.middle[None], axis=2)
+    acting = levers * surface.area
+    covariance = np.zeros((len(levers), len(levers)))
+    for reach, deviation in fit.noise_by_reach:
+        if deviation == 0.0 or reach == 0.0:  # white noise of a million vertices is nothing
+            continue
+        alike = np.exp(-0.5 * (gap / reach) ** 2)
+        within = np.minimum(1.0, 2.0 * math.pi * reach**2 / np.maximum(surface.area, 1e-12))
+        alike[np.diag_indices_from(alike)] = within
+        covariance += deviation**2 * (acting @ alike @ acting.T)
+    return covariance
+
+
+def _lengths(covariance: Array, first: int) -> float:
+    """Return within what 95 % of a vector are whose components have two of the rows."""
+    block = covariance[first : first + 2, first : first + 2]
+    return BOTH * math.sqrt(max(float(np.linalg.eigvalsh(block)[-1]), 0.0))
+
+
+def _of_moments(change: Moments, places: Places) -> Share:
+    return Share.of(change, places)
+
+
+def _of_axis(crank: Moments, fit: ScanFit, places: Places) -> Share:
+    """Return what the standard errors of the axis do: everything lies off it by as much."""
+    offset, slope = BOTH * fit.axis_offset_mm, BOTH * math.radians(fit.axis_angle_deg)
+    z0, first, second = fit.axis_middle_mm, float(crank.first_g_mm[2]), float(crank.second_g_mm2[2, 2])
+    lever = first - z0 * crank.mass_g
+    resultant = math.hypot(offset * crank.mass_g, slope * lever)
+    if places is None:
+        return Share(resultant)
+    span = places[1] - places[0]
+    planes = []
+    for far, sign in ((places[1], -1.0), (places[0], 1.0)):
+        carried = sign * (first - far * crank.mass_g) / span
+        tilted = sign * (second - (far + z0) * first + far * z0 * crank.mass_g) / span
+        planes.append(math.hypot(offset * carried, slope * tilted))
+    return Share(resultant, tuple(planes))

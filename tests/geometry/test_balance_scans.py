@@ -1,0 +1,94 @@
+"""A scanned crank is balanced: faces from fitted planes, a budget that knows of the scan."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import autobalance as ab
+from autobalance.balancing.scan_uncertainty import scan_uncertainty
+from autobalance.crank.anatomy import Overrides
+from autobalance.crank.faces import find_faces
+from autobalance.crank.recognition.recognise import recognise
+from autobalance.solid.chordal_error.of_scans import chordal_error_of_scan
+from autobalance.solid.csg.solid import Solid
+from autobalance.solid.formats.write import Written
+from autobalance.solid.mesh.mesh import mesh_of_soup
+from tests.scans import scan
+
+DENSITY = 7.85e-3
+EDGE_MM = 2.2
+
+
+def test_facets_of_a_scan_are_estimated_within_their_bar() -> None:
+    """Against the same surface with triangles of a third of the size."""
+    fine, coarse = (scan("single", 0.0, edge_mm=edge) for edge in (0.8, EDGE_MM))
+    frame = coarse.truth.file_to_rotor
+    there, here = (Solid.from_mesh(each.true).moments(DENSITY, frame) for each in (fine, coarse))
+    error = chordal_error_of_scan(coarse.true, DENSITY, frame)
+    lacking = there - here
+    assert 0.0 < error.missing.mass_g < lacking.mass_g < error.missing.mass_g + error.mass_bar_g
+    off = np.hypot(*(lacking.first_g_mm - error.missing.first_g_mm)[:2])
+    assert off < error.unbalance_bar_g_mm
+    assert error.missing.first_g_mm[0] < 0.0  # the counterweights' edges are cut off most
+
+
+def test_noise_and_skin_are_within_what_a_scan_leaves_uncertain() -> None:
+    """Twelve scans of one crank, each with a skin of half the stated accuracy."""
+    sigma, accuracy = 0.03, 0.02
+    base = scan("single", sigma, edge_mm=EDGE_MM, seed=0)
+    solid = Solid.from_mesh(mesh_of_soup(base.soup))
+    found = recognise(solid, Overrides(crankpin_in_file=True))
+    assert found.scan is not None
+    moments = solid.moments(DENSITY, found.file_to_rotor)
+    told = scan_uncertainty(solid.mesh, found, found.scan, moments, DENSITY, accuracy)
+    noise_alone = scan_uncertainty(solid.mesh, found, found.scan, moments, DENSITY, 1e-9)
+    assert noise_alone.share.resultant_g_mm < told.share.resultant_g_mm
+    offs, masses = [], []
+    for seed in range(0, 36, 3):  # one surface, other noise
+        each = scan("single", sigma, edge_mm=EDGE_MM, seed=seed, skin_mm=0.5 * accuracy)
+        frame = each.truth.file_to_rotor
+        change = Solid.from_mesh(each.mesh).moments(DENSITY, frame) - Solid.from_mesh(each.true).moments(
+            DENSITY, frame
+        )
+        offs.append(float(np.hypot(*change.first_g_mm[:2])))
+        masses.append(abs(change.mass_g))
+    assert max(offs) < told.share.resultant_g_mm < 8.0 * max(offs)
+    assert max(masses) < told.mass_pm_g < 8.0 * max(masses)
+
+
+def test_a_scanned_crank_is_balanced_by_lowering_faces(tmp_path: Path) -> None:
+    there = scan("single", 0.02, edge_mm=EDGE_MM, seed=1)
+    (tmp_path / "scan.stl").write_bytes(Written.of(there.mesh, "stl", 1.0).data)
+    (tmp_path / "job.toml").write_text(
+        "\n".join(
+            [
+                '[crankshaft]\nfile = "scan.stl"\nunit = "mm"\ndensity_kg_m3 = 7850.0',
+                "scan_accuracy_mm = 0.02",
+                "[engine.rotating_g]\nbig_end = 150.0\n[engine.reciprocating_g]\npiston = 250.0",
+                "[balance]\nfactor = 0.6\ngrade = 100\nspeed_rpm = 8000",
+                '[correction]\nmethod = "shoulder"',
+            ]
+        )
+    )
+    result = ab.balance(tmp_path / "job.toml")
+    assert result.outcome == "within_tolerance"
+    crank, residual = result.report["crank"], result.report["residual"]
+    assert crank["roughness_mm"] == pytest.approx(0.02, rel=0.2)
+    assert {"offset_mm", "angle_deg"} == set(crank["axis_uncertainty"])
+    assert all("journal_run_out_mm" in each for each in crank["main_journals"])
+    assert residual["uncertainty_shares_g_mm"]["scan"] > 10.0
+    assert result.report["job"]["crankshaft"]["scan_accuracy_mm"] == 0.02
+    result.write(tmp_path / "out", only=("json",))
+    assert ab.verify(tmp_path / "out" / "report.json").holds
+
+
+def test_faces_of_a_scan_stand_where_the_crank_has_them() -> None:
+    there = scan("single", 0.02, edge_mm=EDGE_MM, seed=1)
+    found = recognise(Solid.from_mesh(mesh_of_soup(there.soup)), Overrides(crankpin_in_file=True))
+    faces = find_faces(mesh_of_soup(there.soup), found)
+    heights = np.array([float(face.centroid_mm[2]) for face in faces if face.web is not None])
+    for true in (-30.0, -26.0, -12.0, 12.0, 26.0, 30.0):  # counterweight, web, crankpin side; and back
+        assert np.abs(heights - true).min() < 0.02
