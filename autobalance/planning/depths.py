@@ -113,6 +113,7 @@ def plan_depths(
     for _ in range(STEPS if count else 0):
         near = np.maximum(least, depths - trust), np.minimum(most, depths + trust)
         wanted = _tangent_step(best, tolerance, cuts, near, same_depth, shared, aim, cost)
+        wanted = _at_ends(wanted, least, most)
         here, spends = _looked_at(residual, tolerance, cuts, wanted, cost)
         moved = float(np.abs(wanted - depths).max())
         enough = aim * (1.0 + 1e-6)
@@ -137,6 +138,12 @@ def plan_depths(
         )
     )
     return Plan(best.depths_mm, best.predicted, best.share, binding if best.share > aim else ())
+
+
+def _at_ends(depths: Array, least: Array, most: Array) -> Array:
+    """Return depths that end where they are meant to end, not some roundings before."""
+    deep: Array = np.where(np.abs(depths - most) <= SAME_MM, most, depths)
+    return np.where(np.abs(deep - least) <= SAME_MM, least, deep)
 
 
 def judged_plan(residual: Unbalance, tolerance: Tolerance, cuts: Sequence[Cut], depths: Array) -> Plan:
