@@ -14,7 +14,7 @@ from autobalance.correction.apart import TOUCHING_MM, keep_apart
 from autobalance.correction.contract import Apart, Correction, Figures, Item
 from autobalance.correction.faces.curve import DepthCurve
 from autobalance.correction.faces.cut import FaceCut, face_heights, patches_of
-from autobalance.correction.faces.layer import moments_of, moments_scale, numbers_of, plane_moments
+from autobalance.correction.faces.layer import moments_scale, numbers_of, plane_moments
 from autobalance.correction.faces.patches import (
     FaceLimits,
     Patch,
@@ -33,7 +33,6 @@ from autobalance.correction.trace import Trace
 from autobalance.crank.anatomy import Anatomy, Face, Pin
 from autobalance.errors import CorrectionError
 from autobalance.ranges import NOT_NEGATIVE, POSITIVE
-from autobalance.rigid_rotor.moments import Moments
 from autobalance.solid.csg.shape import Shape
 from autobalance.solid.csg.solid import Region, Solid
 from autobalance.solid.csg.tool import Raising, Tool
@@ -123,17 +122,6 @@ class AddCut(FaceCut):
         """The body that grows on the face."""
         return drawn_out(self.gain.shadow(), self.height_mm, 1.0, self.to_rotor)
 
-    def effect(self, depth_mm: float) -> Moments:
-        """Return the change of the crank's moments."""
-        return self._change(self._curve.integral(depth_mm))
-
-    def rate(self, depth_mm: float) -> Moments:
-        """Return d effect / d depth: the section at the new height."""
-        return self._change(self._curve.value(depth_mm))
-
-    def _change(self, section: Array) -> Moments:
-        return moments_of(section).moved(self.to_rotor).scaled(self.density_g_mm3)
-
     @cached_property
     def _curve(self) -> DepthCurve:
         """Section moments of what is gained, over the height added."""
@@ -159,16 +147,8 @@ class AddCut(FaceCut):
 
     def correction(self, depth_mm: float) -> Correction:
         """Return what the designer needs to know."""
-        heights = self.height_mm, self.height_mm + depth_mm
         region = self._section(depth_mm)
-        return self.listed(
-            "add",
-            self.effect(depth_mm),
-            -depth_mm,
-            heights,
-            region,
-            area_mm2=region.area_mm2,
-        )
+        return self.listed("add", depth_mm, region, area_mm2=region.area_mm2)
 
 
 def cuts(work: Workpiece, patches: Sequence[Patch], limits: AddLimits) -> list[AddCut]:

@@ -232,12 +232,8 @@ class Drill(Kind[DrillLimits]):
 
     def relaxing(self, limits: DrillLimits) -> Sequence[Relaxing]:
         """Return more holes, deeper ones, and thinner walls."""
-
-        def say(more: int) -> str:
-            plural = "" if more == 1 else "s"
-            return f"{more} more hole{plural} on a counterweight (max_holes = {limits.max_holes + more})"
-
-        more = MoreCuts("max_holes", limits.max_holes, say)
+        text = "{more} more hole{s} on a counterweight (max_holes = {to})"
+        more = MoreCuts("max_holes", limits.max_holes, text)
         ways: list[Relaxing] = [more, *deeper(limits.max_depth_mm), *thinner(limits.min_wall_mm)]
         if limits.zone == "anywhere":
             return ways

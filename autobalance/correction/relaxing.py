@@ -2,26 +2,63 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
 
 @dataclass(frozen=True)
 class MoreCuts:
-    """A count of limits that may rise: its key, what it is now, and what to say of ``more``."""
+    """A count of limits that may rise.
+
+    Attributes
+    ----------
+    key : str
+        Of the limits.
+    now : int
+        What it is.
+    text : str
+        What to say of it, with places for how many ``{more}``, ``{to}`` how many, and the plural's ``{s}``.
+    """
 
     key: str
     now: int
-    say: Callable[[int], str]
+    text: str
+
+    def say(self, more: int) -> str:
+        """Return what to say of some more cuts."""
+        return self.text.format(more=more, to=self.now + more, s="" if more == 1 else "s")
 
 
 @dataclass(frozen=True)
 class WiderLimits:
-    """Limits that may widen: fields to replace for a share 0 to 1 of the widest, and what to say of them."""
+    """A limit that may widen.
 
-    changed: Callable[[float], dict[str, float]]
-    say: Callable[[dict[str, float]], str]
+    Attributes
+    ----------
+    key : str
+        Of the limits.
+    now : float
+        What it is.
+    greatest_change : float
+        Share of that by which it may change, negative where it shrinks.
+    text : str
+        What to say of it, with places for the new value ``{to}`` and the difference ``{by}``.
+    """
+
+    key: str
+    now: float
+    greatest_change: float
+    text: str
+
+    def changed(self, share: float) -> dict[str, float]:
+        """Return the limit widened by a share 0 to 1 of the greatest change."""
+        return {self.key: self.now * (1.0 + share * self.greatest_change)}
+
+    def say(self, changed: Mapping[str, float]) -> str:
+        """Return what to say of a widened limit."""
+        to = changed[self.key]
+        return self.text.format(to=to, by=to - self.now)
 
 
 @dataclass(frozen=True)
@@ -44,24 +81,12 @@ def deeper(max_depth_mm: float | None) -> tuple[WiderLimits, ...]:
     """Return a greater ``max_depth_mm``, where there is one."""
     if max_depth_mm is None:
         return ()
-    now = max_depth_mm
-
-    def changed(share: float) -> dict[str, float]:
-        return {"max_depth_mm": now * (1.0 + share * (DEEPER - 1.0))}
-
-    def say(to: dict[str, float]) -> str:
-        return f"deeper by {to['max_depth_mm'] - now:.2g} mm (max_depth_mm = {to['max_depth_mm']:.3g})"
-
-    return (WiderLimits(changed, say),)
+    text = "deeper by {by:.2g} mm (max_depth_mm = {to:.3g})"
+    return (WiderLimits("max_depth_mm", max_depth_mm, DEEPER - 1.0, text),)
 
 
 def thinner(min_wall_mm: float | None) -> tuple[WiderLimits, ...]:
     """Return a smaller ``min_wall_mm``, where there is one."""
     if not min_wall_mm:
         return ()
-    now = min_wall_mm
-
-    def changed(share: float) -> dict[str, float]:
-        return {"min_wall_mm": now * (1.0 - share * THINNER)}
-
-    return (WiderLimits(changed, lambda to: f"a wall of {to['min_wall_mm']:.3g} mm (min_wall_mm)"),)
+    return (WiderLimits("min_wall_mm", min_wall_mm, -THINNER, "a wall of {to:.3g} mm (min_wall_mm)"),)

@@ -19,7 +19,7 @@ from autobalance.correction.faces.beside_pins import clear_of_pins
 from autobalance.correction.faces.curve import DepthCurve
 from autobalance.correction.faces.cut import FaceCut, face_heights, part_name, patches_of
 from autobalance.correction.faces.depth_limit import DepthLimit, depth_limit
-from autobalance.correction.faces.layer import BACKWARD, FaceLayer, moments_of
+from autobalance.correction.faces.layer import BACKWARD, FaceLayer
 from autobalance.correction.faces.lowering import lowering
 from autobalance.correction.faces.patches import (
     ROUNDING_SHARE,
@@ -39,7 +39,6 @@ from autobalance.correction.relaxing import Relaxing, deeper, thinner
 from autobalance.correction.room import Room, drawn_out
 from autobalance.correction.trace import Trace
 from autobalance.crank.anatomy import Anatomy, Face, Web
-from autobalance.rigid_rotor.moments import Moments
 from autobalance.solid.csg.shape import Shape
 from autobalance.solid.csg.solid import Region, Solid
 from autobalance.solid.csg.tool import Tool
@@ -81,6 +80,7 @@ class ShoulderCut(FaceCut):
 
     face: Face
     to_face: Array
+    height_mm: float
     top_mm: float
     layer: FaceLayer
     heights_mm: Array
@@ -100,11 +100,6 @@ class ShoulderCut(FaceCut):
         """Short name for messages."""
         return f"face {self.face.id}{part_name(self.sector_deg)}"
 
-    @property
-    def height_mm(self) -> float:
-        """Height of the face along its normal, from the rotor's origin [mm]."""
-        return self.layer.height_mm
-
     @cached_property
     def _curve(self) -> DepthCurve:
         return self.layer.curve(self.max_depth_mm, self.height_mm - self.heights_mm)
@@ -114,17 +109,6 @@ class ShoulderCut(FaceCut):
         """What hangs together with the face down to its greatest depth, drawn out from the face."""
         self.effect(self.max_depth_mm)  # has looked at sections down to here
         return drawn_out(self.layer.taken(self.max_depth_mm), self.height_mm, -1.0, self.to_rotor)
-
-    def effect(self, depth_mm: float) -> Moments:
-        """Return the change of the crank's moments, rotor frame."""
-        return self._change(self._curve.integral(depth_mm))
-
-    def rate(self, depth_mm: float) -> Moments:
-        """Return d effect / d depth = −ρ ∫ (1, r, r rᵀ) dA over the new face, rotor frame."""
-        return self._change(self._curve.value(depth_mm))
-
-    def _change(self, section: Array) -> Moments:
-        return moments_of(section).moved(self.to_rotor).scaled(-self.density_g_mm3)
 
     def tool(self, depth_mm: float) -> Solid:
         """Return the body to subtract, rotor frame: a prism from the new face to just above the old one."""
@@ -147,15 +131,8 @@ class ShoulderCut(FaceCut):
 
     def correction(self, depth_mm: float) -> Correction:
         """Return what the report lists."""
-        heights, left = (self.height_mm, self.height_mm - depth_mm), self.layer.kept(depth_mm)
-        return self.listed(
-            "shoulder",
-            self.effect(depth_mm),
-            depth_mm,
-            heights,
-            left,
-            new_face_area_mm2=left.area_mm2,
-        )
+        left = self.layer.kept(depth_mm)
+        return self.listed("shoulder", depth_mm, left, new_face_area_mm2=left.area_mm2)
 
 
 NEAR_HOLES = 0.05
@@ -239,6 +216,7 @@ def _cut(
     return ShoulderCut(
         face=face,
         to_face=to_face,
+        height_mm=height,
         top_mm=height + 3.0 * grain,
         layer=layer,
         heights_mm=under.slab.vertices[:, 2],

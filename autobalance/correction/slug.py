@@ -166,12 +166,7 @@ class Slug(Kind[SlugLimits]):
 
     def relaxing(self, limits: SlugLimits) -> Sequence[Relaxing]:
         """Return more slugs."""
-
-        def say(more: int) -> str:
-            plural = "" if more == 1 else "s"
-            return f"{more} more slug{plural} (max_slugs = {limits.max_slugs + more})"
-
-        return (MoreCuts("max_slugs", limits.max_slugs, say),)
+        return (MoreCuts("max_slugs", limits.max_slugs, "{more} more slug{s} (max_slugs = {to})"),)
 
     def remedy_most_g_mm(self, work: Workpiece) -> float:
         """Return what the heaviest slug moves as far out as the crank's metal reaches."""

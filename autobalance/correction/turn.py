@@ -249,15 +249,8 @@ class Turn(Kind[TurnLimits]):
         """Return a smaller radius to turn to."""
         if limits.min_radius_mm is None:
             return ()
-        now = limits.min_radius_mm
-
-        def changed(share: float) -> dict[str, float]:
-            return {"min_radius_mm": now * (1.0 - SMALLER * share)}
-
-        def say(to: dict[str, float]) -> str:
-            return f"turned down further (min_radius_mm = {to['min_radius_mm']:.4g})"
-
-        return (WiderLimits(changed, say),)
+        text = "turned down further (min_radius_mm = {to:.4g})"
+        return (WiderLimits("min_radius_mm", limits.min_radius_mm, -SMALLER, text),)
 
     def label(self, item: Item) -> str:
         """Return the tool in short."""

@@ -11,11 +11,8 @@ from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
-from numpy.typing import NDArray
 
-from autobalance.types import Array
-
-Complex = NDArray[np.complex128]
+from autobalance.types import Array, Complex
 
 
 @dataclass(frozen=True, eq=False)

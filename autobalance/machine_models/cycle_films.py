@@ -20,7 +20,7 @@ from autobalance.units import M_PER_MM
 if TYPE_CHECKING:
     from autobalance.bearings.orbit import Orbits
 
-EVERY = 2
+FILM_ANGLE_STRIDE = 2
 """Angles of the grid from one force to the next: a degree, and two where there are many bearings."""
 FEW = 100
 """Bearings up to which they are not many."""
@@ -117,7 +117,7 @@ def _orbits(
     """Return the orbits of journals under forces (k, n) on their bushes."""
     from autobalance.bearings.orbit import film_orbits
 
-    every = EVERY if len(force_n) <= FEW else 2 * EVERY
+    every = FILM_ANGLE_STRIDE if len(force_n) <= FEW else 2 * EVERY
     even = force_n[:, : firing.grid.even_rad.size : every].T
     return film_orbits(
         firing.grid.even_rad[::every],

@@ -8,10 +8,10 @@ from dataclasses import dataclass
 import numpy as np
 
 from autobalance.engine.loads import loads, whole_turn
-from autobalance.engine.mounts import Complex, moment_of_orders, rms
+from autobalance.engine.mounts import moment_of_orders, rms
 from autobalance.engine.whole_engine import Engine
 from autobalance.job.model.mounts import Mounts
-from autobalance.types import Array
+from autobalance.types import Array, Complex
 from autobalance.units import N_M_PER_G_MM2_S2, N_PER_G_MM_S2
 
 HIGHEST = 8

@@ -27,7 +27,7 @@ from autobalance.version import __version__
 TRIES = 3
 """Workers that a task may lose before it is given up."""
 CLUSTER_TIMEOUT_S = 10.0
-AGAIN_S = 120.0
+WORKER_RESTART_TIMEOUT_S = 120.0
 """How long a cluster without workers is given to start some again."""
 LOOK_AGAIN_S = 0.25
 """How often a cluster is asked which workers it still has."""
@@ -316,7 +316,7 @@ class Cluster:
         """Return the workers with their threads; waits a while where the last has just gone."""
         since = time.monotonic()
         while True:
-            patience_s = max(self.timeout_s, AGAIN_S)
+            patience_s = max(self.timeout_s, WORKER_RESTART_TIMEOUT_S)
             try:
                 found: dict[str, int] = self.client.nthreads()
             except OSError:  # the scheduler itself does not answer

@@ -10,6 +10,8 @@ import numpy as np
 
 from autobalance.correction.contract import Correction, Item
 from autobalance.correction.cut import EmptyPlace, listed
+from autobalance.correction.faces.curve import DepthCurve
+from autobalance.correction.faces.layer import moments_of
 from autobalance.correction.faces.patches import FaceLimits, Patch, auto_patches, chosen_patches
 from autobalance.correction.kind import Workpiece
 from autobalance.correction.outline import loops_area_mm2, region_outline
@@ -21,12 +23,23 @@ from autobalance.wording import degrees, number
 
 
 class FaceCut(EmptyPlace):
-    """A cut that begins at a planar face, or metal that grows on one."""
+    """A cut that begins at a planar face, or metal that grows on one: the same with two signs."""
 
     face: Face
     to_face: Array
     sector_deg: tuple[float, float] | None
     density_g_mm3: float
+    height_mm: float
+    """Height of the face along its normal, from the rotor's origin."""
+
+    @cached_property
+    def _curve(self) -> DepthCurve:
+        """Moments of the section at the new face, over the depth."""
+        raise NotImplementedError
+
+    @property
+    def _sign(self) -> float:
+        return 1.0 if self.adds_metal else -1.0
 
     @cached_property
     def to_rotor(self) -> Array:
@@ -35,33 +48,32 @@ class FaceCut(EmptyPlace):
         back[:3, :3] = self.to_face[:3, :3].T
         return back
 
-    def listed(
-        self,
-        kind: str,
-        change: Moments,
-        depth_mm: float,
-        heights_mm: tuple[float, float],
-        region: Region,
-        **own: Any,
-    ) -> Correction:
-        """Return the finished correction.
+    def effect(self, depth_mm: float) -> Moments:
+        """Return the change of the crank's moments, rotor frame."""
+        return self._change(self._curve.integral(depth_mm))
 
-        ``heights_mm`` are those of the face as it was and as it is now, ``region`` is the face as it is now,
-        in its own axes.
-        """
+    def rate(self, depth_mm: float) -> Moments:
+        """Return d effect / d depth = ±ρ ∫ (1, r, r rᵀ) dA over the new face, rotor frame."""
+        return self._change(self._curve.value(depth_mm))
+
+    def _change(self, section: Array) -> Moments:
+        return moments_of(section).moved(self.to_rotor).scaled(self._sign * self.density_g_mm3)
+
+    def listed(self, kind: str, depth_mm: float, region: Region, **own: Any) -> Correction:
+        """Return the finished correction; ``region`` is the face as it is now, in its own axes."""
         outline = region_outline(region, self.to_rotor)
         return listed(
             kind,
-            change,
-            depth_mm,
+            self.effect(depth_mm),
+            -self._sign * depth_mm,
             self.density_g_mm3,
             web=self.face.web,
-            axis=self.face.normal if self.adds_metal else -self.face.normal,
+            axis=self._sign * self.face.normal,
             tool_volume_mm3=abs(depth_mm) * loops_area_mm2(outline["outline"]),
             face=self.face.id,
             normal=[float(value) for value in self.face.normal],
-            face_height_mm=heights_mm[0],
-            new_height_mm=heights_mm[1],
+            face_height_mm=self.height_mm,
+            new_height_mm=self.height_mm + self._sign * depth_mm,
             **own,
             **outline,
             sector_deg=None if self.sector_deg is None else list(self.sector_deg),

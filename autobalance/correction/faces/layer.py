@@ -23,7 +23,7 @@ from autobalance.solid.mesh.mesh import Mesh, least_and_greatest, longest_sides
 from autobalance.solid.slicing.slices import Spans, cross_sections, thinned
 from autobalance.types import Array, Indices
 
-ITS_OWN = 0.01
+SAME_FACE_AREA_SHARE = 0.01
 """Share of the metal just under a face and in a sector over which the face lies if it is there at all."""
 BACKWARD = -0.5
 """A surface counts as the next one behind the face if its normal has at most this component along the face's:
@@ -179,7 +179,7 @@ class FaceLayer:
         if first.is_empty or self.within is None:
             return not first.is_empty
         inside = self.outline & self.within.section(self.height_mm)
-        return inside.area_mm2 > ITS_OWN * first.area_mm2
+        return inside.area_mm2 > SAME_FACE_AREA_SHARE * first.area_mm2
 
     def kept(self, depth_mm: float) -> Region:
         """Return the section at a depth of the metal that hangs together with the face."""

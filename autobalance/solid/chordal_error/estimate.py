@@ -29,7 +29,7 @@ FITTED_SHARE = 0.04
 """Error bar of a fitted surface, as a share of its contribution: seams and second-order terms."""
 LOOSE_SHARE = 1.5
 """Error bar of a smooth surface that was not fitted, as a share of what its angles tell."""
-FALSE = 100.0
+MAX_SAG_RATIO = 100.0
 """What lies between facets and a surface, as a share of what their angles tell, at most: slivers hide much at
 small angles, but a surface that was fitted to the wrong facets hundreds of times as much."""
 MANY = 30_000
@@ -192,7 +192,7 @@ def _drop_false(
     thick = held > THICKEST * look.area_mm2 * look.reach_mm + 1e-300
     mine = surface_of >= 0
     stake = np.bincount(surface_of[mine], look.at_stake[mine], len(parts))
-    false = np.array([one.gross_mass_g for one in lenses]) > FALSE * density_g_mm3 * stake
+    false = np.array([one.gross_mass_g for one in lenses]) > MAX_SAG_RATIO * density_g_mm3 * stake
     false[surface_of[thick & mine]] = True
     surface_of[mine & false[surface_of]] = -1
 
