@@ -3,6 +3,9 @@
 Where that is much of either, not both are made; where it is little, the one that is listed first takes it.
 """
 
+# Needed by a cheek and a flank of one web lowered together: within tolerance, but both listed the edge
+# between them, and verify refused the report (tests/geometry/test_overlap.py).
+
 from __future__ import annotations
 
 from collections.abc import Sequence

@@ -117,7 +117,7 @@ def _orbits(
     """Return the orbits of journals under forces (k, n) on their bushes."""
     from autobalance.bearings.orbit import film_orbits
 
-    every = FILM_ANGLE_STRIDE if len(force_n) <= FEW else 2 * EVERY
+    every = FILM_ANGLE_STRIDE if len(force_n) <= FEW else 2 * FILM_ANGLE_STRIDE
     even = force_n[:, : firing.grid.even_rad.size : every].T
     return film_orbits(
         firing.grid.even_rad[::every],

@@ -1,5 +1,8 @@
 """Triangles over a plane region: from which on do they share more than an area with it."""
 
+# Needed by a crank whose equal faces got depths of 9.1, 14.2 and 18.3 mm, the last through its main journal:
+# a summit over a wall lies on a section's outline, where rounding told whether it was inside.
+
 from __future__ import annotations
 
 from dataclasses import dataclass

@@ -1,5 +1,7 @@
 """Meshes that touch themselves: which triangles hang together where more than two share an edge."""
 
+# Needed by files of two bodies that lie against each other, as tests/geometry/test_solid_pinched.py draws.
+
 from __future__ import annotations
 
 import numpy as np

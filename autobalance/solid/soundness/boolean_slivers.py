@@ -1,5 +1,7 @@
 """Flakes that a boolean between near surfaces leaves beside a solid, and pieces that a cut leaves loose."""
 
+# Needed by solids that manifold3d cut near their own faces (tests/geometry/test_traces.py, the flake).
+
 from __future__ import annotations
 
 import numpy as np
