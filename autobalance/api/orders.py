@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from autobalance.api.common_parameters import documented
-from autobalance.api.result import Plots, Values, VerbResult, report_head
+from autobalance.api.result import Plots, Values, VerbResult
 from autobalance.errors import FileError, FormatError, system_reason
 from autobalance.runtime import no_progress
 from autobalance.units import RAD_S_PER_RPM
@@ -184,6 +184,7 @@ def orders(
     [0.0, 0.5, 0.0]
     """
     from autobalance.report.orders.values import orders_values
+    from autobalance.report.records.orders import OrdersReport
     from autobalance.signal.analysis import Question, analyse
 
     question = Question(
@@ -206,7 +207,7 @@ def orders(
     given["drive"] = str(drive) if isinstance(drive, str | Path) else None
     set_keys: Values = {"job_set": list(settings)} if settings else {}
     return OrdersResult(
-        {**report_head("orders"), **set_keys, "input": given, **orders_values(found, sources, compared)},
+        OrdersReport(**set_keys, input=given, found=orders_values(found, sources, compared)),
         analysis=found,
         predicted=() if campbell is None else _predicted(campbell),
     )

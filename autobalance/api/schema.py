@@ -24,6 +24,7 @@ WRITTEN: Mapping[str, str] = {
     "influence": "influence.InfluenceReport",
     "machine-report": "machine.MachineReport",
     "nc": "nc.NcReport",
+    "orders": "orders.OrdersReport",
     "parts": "forces.PartsReport",
     "rod": "rod.RodReport",
     "rotor": "rotor.RotorReport",
@@ -39,7 +40,7 @@ READ = (
 """TOML files that are read."""
 NAMES = (
     *READ,
-    *("report", "inspect", "recut"),
+    *("report", "inspect", "recut", "generate"),
     *WRITTEN,
 )
 """Files that have a schema: what is read first, then what is written."""
@@ -85,6 +86,8 @@ def _read(name: str) -> Values:
 def _report(name: str) -> Values:
     from autobalance.report.balance.values import schema as report_schema
 
+    if name == "generate":
+        return report_schema("generate")
     whole = report_schema()
     if name == "report":
         return whole

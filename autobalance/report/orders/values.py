@@ -4,10 +4,25 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from typing import Any
+from typing import Any, Literal
 
 import numpy as np
 
+from autobalance.report.records.orders import (
+    Band,
+    BearingFigures,
+    ChannelFigures,
+    CircleFigures,
+    ComparedOrder,
+    OrderFigures,
+    Peak,
+    Quantity,
+    RecordAnalysis,
+    RecordFigures,
+    Spectrum,
+    TachoPulses,
+    TurningSpeed,
+)
 from autobalance.signal.analysis import Analysis, uncertain_ratio
 from autobalance.signal.header import spelled
 from autobalance.signal.sources import Source, candidates, natural_sources
@@ -16,9 +31,10 @@ from autobalance.signal.windows import gain, noise_bandwidth_bins
 from autobalance.types import Complex
 
 Values = dict[str, Any]
+BOTH: tuple[Literal["a", "b"], ...] = ("a", "b")
 ABSENT = 3.0
 """Standard errors below which an order's amplitude is noise."""
-QUANTITIES = ("displacement", "velocity", "acceleration")
+QUANTITIES: tuple[Quantity, ...] = ("displacement", "velocity", "acceleration")
 UNITS = {"displacement": ("µm", 1e6), "velocity": ("mm/s", 1e3), "acceleration": ("m/s²", 1.0)}
 
 
@@ -34,83 +50,73 @@ def degrees(radians: float) -> float:
     return 180.0 if wrapped <= -180.0 else wrapped
 
 
-def orders_values(found: Analysis, sources: Sequence[Source], other: Analysis | None) -> Values:
+def orders_values(found: Analysis, sources: Sequence[Source], other: Analysis | None) -> RecordAnalysis:
     """Return everything but the head and the input."""
-    return {
-        "record": record_values(found),
-        "channel": found.channel.name,
-        "speed": _speed(found),
-        "spectrum": _spectrum(found, sources),
-        "orders": _orders(found, sources),
-        "natural_frequencies_hz": [mode.frequency_hz for mode in found.modes],
-        "natural_modes": [
-            {
-                "frequency_hz": mode.frequency_hz,
-                "damping_ratio": mode.damping_ratio,
-                "explained": mode.explained,
-            }
-            for mode in found.modes
-        ],
-        "crossings": [
-            {"order": each.order, "frequency_hz": each.frequency_hz, "speed_rpm": each.speed_rpm}
-            for each in found.crossings
-        ],
-        "bearing": _bearing(found),
-        "axes": _axes(found),
-        "bands": _bands(found),
-        "comparison": None if other is None else _comparison(found, other),
-        "record_b": None if other is None else record_values(other),
-        "warnings": found.warnings
+    return RecordAnalysis(
+        record=record_values(found),
+        channel=found.channel.name,
+        speed=_speed(found),
+        spectrum=_spectrum(found, sources),
+        orders=_orders(found, sources),
+        natural_frequencies_hz=[mode.frequency_hz for mode in found.modes],
+        natural_modes=found.modes,
+        crossings=found.crossings,
+        bearing=_bearing(found),
+        axes=_axes(found),
+        bands=_bands(found),
+        comparison=None if other is None else _comparison(found, other),
+        record_b=None if other is None else record_values(other),
+        warnings=found.warnings
         + [f"second record: {each}" for each in ([] if other is None else other.warnings)],
-    }
+    )
 
 
-def record_values(found: Analysis) -> Values:
+def record_values(found: Analysis) -> RecordFigures:
     """Return what a record holds."""
     record = found.record
-    return {
-        "file": record.file,
-        "format": record.format,
-        "duration_s": record.duration_s,
-        "channels": [
-            {
-                "name": each.name,
-                "unit": each.unit,
-                "sample_rate_hz": each.sample_rate_hz,
-                "samples": len(each),
-                "clipped": found.clipped[each.name],
-            }
+    return RecordFigures(
+        file=record.file,
+        format=record.format,
+        duration_s=record.duration_s,
+        channels=[
+            ChannelFigures(
+                name=each.name,
+                unit=each.unit,
+                sample_rate_hz=each.sample_rate_hz,
+                samples=len(each),
+                clipped=found.clipped[each.name],
+            )
             for each in record.channels
         ],
-    }
+    )
 
 
-def _speed(found: Analysis) -> Values:
+def _speed(found: Analysis) -> TurningSpeed:
     speed, turning = found.speed, found.speed.turning
     speeds = None if turning is None else turning.speeds_rpm()
     mean = None if turning is None else turning.mean_rpm
     if found.question.speed_rpm is not None:  # as it was told, without the rounding of an angle
         mean, speeds = found.question.speed_rpm, np.array([found.question.speed_rpm])
     pulses = speed.pulses
-    return {
-        "source": speed.source,
-        "mean_rpm": mean,
-        "least_rpm": None if speeds is None else float(speeds.min()),
-        "greatest_rpm": None if speeds is None else float(speeds.max()),
-        "uncertainty_rpm": finite(speed.uncertainty_rpm),
-        "pulses": None
+    return TurningSpeed(
+        source=speed.source,
+        mean_rpm=mean,
+        least_rpm=None if speeds is None else float(speeds.min()),
+        greatest_rpm=None if speeds is None else float(speeds.max()),
+        uncertainty_rpm=finite(speed.uncertainty_rpm),
+        pulses=None
         if pulses is None
-        else {
-            "found": pulses.found,
-            "missing": pulses.missing,
-            "extra": pulses.extra,
-            "jitter_percent": 100.0 * pulses.jitter,
-            "pattern_percent": 100.0 * pulses.pattern,
-        },
-    }
+        else TachoPulses(
+            found=pulses.found,
+            missing=pulses.missing,
+            extra=pulses.extra,
+            jitter_percent=100.0 * pulses.jitter,
+            pattern_percent=100.0 * pulses.pattern,
+        ),
+    )
 
 
-def _spectrum(found: Analysis, sources: Sequence[Source]) -> Values:
+def _spectrum(found: Analysis, sources: Sequence[Source]) -> Spectrum:
     channel, name = found.channel, found.question.window
     turning = found.speed.turning
     mean_hz = None if turning is None or not found.speed.is_steady else turning.mean_rpm / 60.0
@@ -124,24 +130,24 @@ def _spectrum(found: Analysis, sources: Sequence[Source]) -> Values:
             texts = candidates(order, max(2.0 * resolution / mean_hz, 2e-3 * order), sources)
             texts += natural_sources(natural, sine.frequency_hz, 2.0 * resolution)
         peaks.append(
-            {
-                "frequency_hz": sine.frequency_hz,
-                "amplitude": sine.amplitude,
-                "phase_deg": degrees(sine.phase_rad),
-                "order": order,
-                "sources": texts,
-            }
+            Peak(
+                frequency_hz=sine.frequency_hz,
+                amplitude=sine.amplitude,
+                phase_deg=degrees(sine.phase_rad),
+                order=order,
+                sources=texts,
+            )
         )
-    return {
-        "window": name,
-        "resolution_hz": resolution,
-        "gain": gain(name),
-        "noise_bandwidth_bins": noise_bandwidth_bins(name),
-        "peaks": peaks,
-    }
+    return Spectrum(
+        window=name,
+        resolution_hz=resolution,
+        gain=gain(name),
+        noise_bandwidth_bins=noise_bandwidth_bins(name),
+        peaks=peaks,
+    )
 
 
-def _orders(found: Analysis, sources: Sequence[Source]) -> list[Values]:
+def _orders(found: Analysis, sources: Sequence[Source]) -> list[OrderFigures]:
     count = round(2 * found.question.max_order)
     lines = found.lines
     known: Complex = np.zeros(0, dtype=complex) if lines is None else lines.amplitudes
@@ -151,45 +157,36 @@ def _orders(found: Analysis, sources: Sequence[Source]) -> list[Values]:
         order = 0.5 * (place + 1)
         amplitude = complex(known[place]) if place < len(known) else None
         rows.append(
-            {
-                "order": order,
-                "amplitude": None if amplitude is None else abs(amplitude),
-                "phase_deg": None if amplitude is None else degrees(float(np.angle(amplitude))),
-                "uncertainty": finite(float(errors[place])) if place < len(errors) else None,
-                "sources": candidates(order, 1e-9, sources),
-            }
+            OrderFigures(
+                order=order,
+                amplitude=None if amplitude is None else abs(amplitude),
+                phase_deg=None if amplitude is None else degrees(float(np.angle(amplitude))),
+                uncertainty=finite(float(errors[place])) if place < len(errors) else None,
+                sources=candidates(order, 1e-9, sources),
+            )
         )
     return rows
 
 
-def _bearing(found: Analysis) -> Values | None:
+def _bearing(found: Analysis) -> BearingFigures | None:
     bearing = found.question.bearing
     if bearing is None:
         return None
-    return {
+    return BearingFigures(
         **bearing.orders(),
-        "band_hz": None if found.envelope is None else list(found.envelope.band_hz),
-        "envelope": [
-            {
-                "name": each.name,
-                "order": each.order,
-                "frequency_hz": each.frequency_hz,
-                "amplitude": each.amplitude,
-                "found": each.found,
-            }
-            for each in found.defects or ()
-        ],
-    }
+        band_hz=None if found.envelope is None else list(found.envelope.band_hz),
+        envelope=found.defects or (),
+    )
 
 
-def _axes(found: Analysis) -> Values | None:
+def _axes(found: Analysis) -> CircleFigures | None:
     if found.circles is None:
         return None
     each = found.circles
-    return {"order": each.order, "forward": each.forward, "backward": each.backward, "verdict": each.verdict}
+    return CircleFigures(order=each.order, forward=each.forward, backward=each.backward, verdict=each.verdict)
 
 
-def _bands(found: Analysis) -> list[Values]:
+def _bands(found: Analysis) -> list[Band]:
     """Return RMS of acceleration, velocity and displacement in the usual bands, where the unit is known."""
     channel = found.channel
     known = quantity(spelled(channel.unit))
@@ -204,11 +201,11 @@ def _bands(found: Analysis) -> list[Values]:
         for wanted, name in enumerate(QUANTITIES):
             unit, scale = UNITS[name]
             rms = band_rms(spectrum, low, high, wanted - times) * size * scale
-            rows.append({"quantity": name, "unit": unit, "low_hz": low, "high_hz": high, "rms": rms})
+            rows.append(Band(quantity=name, unit=unit, low_hz=low, high_hz=high, rms=rms))
     return rows
 
 
-def _comparison(first: Analysis, second: Analysis) -> list[Values]:
+def _comparison(first: Analysis, second: Analysis) -> list[ComparedOrder]:
     """Return orders of two records side by side."""
     if first.lines is None or second.lines is None:
         return []
@@ -223,14 +220,14 @@ def _comparison(first: Analysis, second: Analysis) -> list[Values]:
         if any(absent):  # a ratio of noise is none
             ratio = doubt = None
         rows.append(
-            {
-                "order": float(order),
-                "a": abs(a),
-                "b": abs(b),
-                "ratio": finite(ratio),
-                "uncertainty": finite(doubt),
-                "absent": [name for name, none in zip("ab", absent, strict=True) if none],
-            }
+            ComparedOrder(
+                order=float(order),
+                a=abs(a),
+                b=abs(b),
+                ratio=finite(ratio),
+                uncertainty=finite(doubt),
+                absent=[name for name, none in zip(BOTH, absent, strict=True) if none],
+            )
         )
     return rows
 
