@@ -9,8 +9,8 @@ Where that is much of either, not both are made; where it is little, the one tha
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
-from typing import Protocol
+from dataclasses import dataclass, replace
+from typing import Any, Protocol, cast
 
 import numpy as np
 
@@ -44,6 +44,10 @@ class Lowered(Cut, Protocol):
 
     def taken(self, depth_mm: float) -> Solid:
         """Return a body around the metal that goes, rotor frame [mm]."""
+        ...
+
+    def outline_beside(self, depth_mm: float, earlier: Solid) -> tuple[dict[str, Any], float]:
+        """Return the outline of the new face without what earlier tools (rotor frame) took, and its area."""
         ...
 
 
@@ -123,7 +127,11 @@ def taken_in_turn(
         over = both & cut.tool(depth - step).moved(anatomy.rotor_to_file)
         gone, sooner = (part.moments(density_g_mm3, anatomy.file_to_rotor) for part in (both, over))
         per_mm = (gone - sooner).scaled(1.0 / step)
-        found[second] = _less(found[second], cut.rate(depth), gone, per_mm, density_g_mm3)
+        less = _less(found[second], cut.rate(depth), gone, per_mm, density_g_mm3)
+        lowered = cast("Lowered", cut)  # no other kind overlaps
+        outline, area = lowered.outline_beside(depth, earlier)
+        details = {**less.details, **outline}
+        found[second] = replace(less, details=details, tool_volume_mm3=depth * area)
     return tuple(found)
 
 

@@ -13,6 +13,7 @@ import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
+from typing import Any
 
 from autobalance.correction.contract import Correction, Figures, Item, SharedDepth
 from autobalance.correction.faces.beside_pins import clear_of_pins
@@ -33,7 +34,7 @@ from autobalance.correction.faces.trace import FaceTrace
 from autobalance.correction.faces.under_face import under_face
 from autobalance.correction.kind import Kind, Offer, Workpiece
 from autobalance.correction.machining import Operation, face_operation
-from autobalance.correction.outline import outline_shape
+from autobalance.correction.outline import loops_area_mm2, outline_shape, region_outline
 from autobalance.correction.overlap import overlaps
 from autobalance.correction.relaxing import Relaxing, deeper, thinner
 from autobalance.correction.room import Room, drawn_out
@@ -128,6 +129,13 @@ class ShoulderCut(FaceCut):
         """Return the lowering without facets; what stands on the face is the exact solid's to tell."""
         self.effect(depth_mm)  # has looked at sections down to here
         return lowering(self.layer, depth_mm, self.to_rotor, self.wedge)
+
+    def outline_beside(self, depth_mm: float, earlier: Solid) -> tuple[dict[str, Any], float]:
+        """Return the outline of the new face without what earlier tools (rotor frame) took, and its area."""
+        height = self.height_mm - depth_mm
+        left = self.layer.kept(depth_mm) - earlier.moved(self.to_rotor.T).section(height)  # a rotation
+        outline = region_outline(left, self.to_rotor)
+        return outline, loops_area_mm2(outline["outline"])
 
     def correction(self, depth_mm: float) -> Correction:
         """Return what the report lists."""
