@@ -1,0 +1,83 @@
+"""Recognise simulated scans and hold them against the truth: python -m benchmarks.scans [COUNT].
+
+Cranks of several layouts, σ of 0.005 to 0.05 mm, whole or decimated, and parts that are no crank. A line
+each, then how many were right, refused and wrong, and how many true values lie within three standard errors.
+"""
+
+from __future__ import annotations
+
+import sys
+import time
+
+import numpy as np
+
+from autobalance.crank.anatomy import Anatomy, Overrides
+from autobalance.crank.recognition.recognise import recognise
+from autobalance.errors import AutobalanceError
+from autobalance.solid.csg.solid import Solid
+from autobalance.solid.mesh.mesh import Mesh, mesh_of_soup
+from tests.scans import Scan, decimated, scan, wrong_part
+
+CRANKS = ("single", "pressed-up-single", "pressed-up-single-no-pin", "v-twin-45", "parallel-twin-360")
+SIGMAS_MM = (0.005, 0.02, 0.05)
+WRONG = ("camshaft", "propeller shaft")
+EDGE_MM = 1.8
+
+
+def errors(found: Anatomy, there: Scan) -> list[tuple[float, float]] | None:
+    """Return errors and their standard errors; None where something is miscounted."""
+    true, fit = there.truth, found.scan
+    parts = [[len(part) for part in (a.main_journals, a.throws, a.webs)] for a in (found, true)]
+    if parts[0] != parts[1] or fit is None:
+        return None
+    pairs = []
+    for number, (a, b) in enumerate(zip(found.main_journals, true.main_journals, strict=True)):
+        pairs.append((a.diameter_mm - b.diameter_mm, fit.journals[number].diameter_pm_mm))
+    for number, (a, b) in enumerate(zip(found.throws, true.throws, strict=True)):
+        pairs.append((a.crankpin.diameter_mm - b.crankpin.diameter_mm, fit.crankpins[number].diameter_pm_mm))
+        pairs.append((a.crank_radius_mm - b.crank_radius_mm, fit.crank_radius_pm_mm[number]))
+    return pairs
+
+
+def recognised(mesh: Mesh) -> Anatomy | None:
+    """Return the crank in a mesh as an STL file keeps it; None where it is refused."""
+    try:
+        solid = Solid.from_mesh(mesh_of_soup(mesh.corners.astype(np.float32)))
+        return recognise(solid, Overrides(crankpin_in_file=None))
+    except AutobalanceError:
+        return None
+
+
+def main(count: int) -> None:
+    """Print the table."""
+    right = refused = wrong = sure = values = 0
+    for number in range(count):
+        begun = time.perf_counter()
+        if number % 10 == 9:
+            name = WRONG[number // 10 % len(WRONG)]
+            found = recognised(wrong_part(name, 0.03, edge_mm=1.6, seed=number))
+            verdict = "refused, rightly" if found is None else "WRONG"
+            right, wrong = right + (found is None), wrong + (found is not None)
+        else:
+            name = CRANKS[number % len(CRANKS)]
+            sigma = SIGMAS_MM[number // len(CRANKS) % len(SIGMAS_MM)]
+            there = scan(name, sigma, edge_mm=EDGE_MM, seed=number)
+            mesh = decimated(there.mesh, 15_000) if number % 4 == 3 else there.mesh
+            found = recognised(mesh)
+            pairs = None if found is None else errors(found, there)
+            name = f"{name} σ {sigma:g}, {len(mesh.triangles)} triangles"
+            if found is None:
+                verdict, refused = "refused", refused + 1
+            elif pairs is None or max(abs(error) for error, _ in pairs) > 3.0 * sigma + 0.02:
+                verdict, wrong = "WRONG", wrong + 1
+            else:
+                right += 1
+                sure += sum(abs(error) < 3.0 * pm + 1e-3 for error, pm in pairs)
+                values += len(pairs)
+                verdict = f"right to {max(abs(error) for error, _ in pairs):.4f} mm"
+        print(f"{number:4d}  {name}: {verdict}, {time.perf_counter() - begun:.1f} s", flush=True)
+    print(f"{right} right, {refused} refused, {wrong} wrong; {sure} of {values} values within three errors")
+
+
+if __name__ == "__main__":
+    main(int(sys.argv[1]) if len(sys.argv) > 1 else 100)
