@@ -150,8 +150,9 @@ def simulated(part: Part, machine: MachineTool, plan: NcPlan, programs: Sequence
         told = list(dict.fromkeys(each.text for each in found.collisions))
         more = "" if len(told) <= MOST_TOLD else f"; and {len(told) - MOST_TOLD} more"
         raise JobError("; ".join(told[:MOST_TOLD]) + more + "; expected a longer tool, or a thinner holder")
+    wanted = {cut.number: planned(part, cut) for cut in part.cuts}
     if machine.finish_mm == 0.0:
-        _refuse_missing(part, programs, found)
+        _refuse_missing(part, programs, found, wanted)
     gouged, left = differences(part, plan, found)
     taken = sum((each.mass_g for each in found.taken.values()), 0.0)
     if gouged > GOUGED_SHARE * taken + THIN_MM * THIN_MM * THIN_MM:
@@ -165,7 +166,7 @@ def simulated(part: Part, machine: MachineTool, plan: NcPlan, programs: Sequence
         if cut.operation is None:
             continue
         took = found.taken.get(cut.number, Moments.zero())
-        change = change + planned(part, cut).scaled(density) - took.scaled(density)
+        change = change + wanted[cut.number].scaled(density) - took.scaled(density)
         if cut.number not in found.taken:
             change = change - cut.pressed_in
         else:
@@ -183,7 +184,9 @@ def simulated(part: Part, machine: MachineTool, plan: NcPlan, programs: Sequence
     )
 
 
-def _refuse_missing(part: Part, programs: Sequence[Program], found: Simulation) -> None:
+def _refuse_missing(
+    part: Part, programs: Sequence[Program], found: Simulation, planned_mm3: dict[int, Moments]
+) -> None:
     """Refuse programs that leave much of a cut standing.
 
     Raises
@@ -193,7 +196,7 @@ def _refuse_missing(part: Part, programs: Sequence[Program], found: Simulation) 
     """
     for program in programs:
         for cut, tool in program.setup.cuts:
-            taken, wanted = found.taken.get(cut.number, Moments.zero()).mass_g, planned(part, cut).mass_g
+            taken, wanted = found.taken.get(cut.number, Moments.zero()).mass_g, planned_mm3[cut.number].mass_g
             share = HOLE_SHARE if isinstance(cut.operation, HoleOperation) else AREA_SHARE
             if abs(taken - wanted) > share * wanted + THIN_MM:
                 density = part.density_g_mm3

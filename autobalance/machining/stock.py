@@ -13,6 +13,8 @@ from autobalance.types import Array
 
 SIDES = 96
 """Sides of the circles that stand for round tools where it is looked what they come near; around them."""
+DEEPER_MM = 30.0
+"""How far below a first look a second one reaches at most without the whole crank."""
 ROUND = 1.0 / np.cos(np.pi / SIDES)
 
 
@@ -25,6 +27,7 @@ class Stock:
     def __init__(self, solid: Solid, anatomy: Anatomy) -> None:
         self.solid, self.anatomy = solid, anatomy
         self.removed: list[tuple[Solid, Array]] = []
+        self._last: tuple[Array, Array, Array, Solid] | None = None
 
     def cut(self, body: Solid) -> None:
         """Take a body (rotor frame) from it."""
@@ -34,12 +37,23 @@ class Stock:
     def near(self, placement: Array, low: Array, high: Array) -> Solid:
         """Return the metal in a box between two corners (3,), in the axes that ``placement`` leads from."""
         box = Solid.box(low, high).moved(placement)
-        found = self.solid & box
+        found = self._around(placement, low, high) & box
         first, last = box.bounds
         for body, bounds in self.removed:
             if not (np.any(bounds[0] > last) or np.any(first > bounds[1])):
                 found = found - body
         return found.moved(inverse(placement))
+
+    def _around(self, placement: Array, low: Array, high: Array) -> Solid:
+        """Return the uncut metal in a box at least as large; the last one is kept for another look."""
+        if self._last is not None:
+            known, first, last, metal = self._last
+            if np.array_equal(known, placement) and (low >= first).all() and (high <= last).all():
+                return metal
+        first, last = low - np.array([1.0, 1.0, DEEPER_MM]), high + 1.0
+        metal = self.solid & Solid.box(first, last).moved(placement)
+        self._last = placement.copy(), first, last, metal
+        return metal
 
     def left(self) -> Solid:
         """Return all that is left, rotor frame."""
