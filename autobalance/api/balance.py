@@ -160,8 +160,8 @@ class BalanceResult(VerbResult):
         folder : path
             Made where it is missing.
         only : tuple of str or None
-            Kinds of file wanted beside the solid: ``html``, ``pdf``, ``xlsx``, ``png``, ``dxf``. ``json``,
-            the report, is always written. None: all but ``dxf``.
+            Kinds of file wanted beside the solid: ``html``, ``pdf``, ``xlsx``, ``png``, ``dxf``, ``tools``.
+            ``json``, the report, is always written. None: all but ``dxf`` and ``tools``.
         paper : str
             ``A4`` or ``Letter``, for ``sheet.pdf``.
         units : str

@@ -193,6 +193,7 @@ class Outputs(TypedDict):
     png_before: NotRequired[Page]
     png_after: NotRequired[Page]
     dxf: NotRequired[Page]
+    tools: NotRequired[Page]
     history: NotRequired[Annotated[Page, "of all stages: recut"]]
 
 

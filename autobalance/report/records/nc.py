@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from typing import Annotated, Any, Literal
 
 from autobalance.records import NotNegative, Ordinal, Positive, record
@@ -80,7 +80,7 @@ class NcReport(Head):
     command: Literal["nc"] = "nc"
     report: str
     report_sha256: str
-    machine: Annotated[Any, "the machine file, defaults filled in"]
+    machine: Annotated[Mapping[str, Any], "the machine file, defaults filled in"]
     setups: Sequence[NcSetup]
     not_programmed: Sequence[NotProgrammed]
     simulated: Simulated
