@@ -164,9 +164,9 @@ def _generated(
 
     data, triangles, written = _encoded(design, target, unit)
     anatomy = crank_anatomy(design)
-    exact = exact_moments(design, EXACT_SEGMENTS)
+    exact = exact_moments(design, EXACT_SEGMENTS) if triangles is not None else written
     error = None
-    if written is not None:
+    if triangles is not None:
         hidden = exact - written
         error = ChordalErrorEntry(abs(hidden.mass_g), math.hypot(*hidden.first_g_mm[:2]))
     moments = exact.moved(anatomy.file_to_rotor)
@@ -180,18 +180,20 @@ def _generated(
     return data, values
 
 
-def _encoded(design: Design, target: Path, unit: str) -> tuple[bytes, int | None, Moments | None]:
-    """Return the file, its triangles, and the moments that they have; the latter not for exact surfaces."""
+def _encoded(design: Design, target: Path, unit: str) -> tuple[bytes, int | None, Moments]:
+    """Return the file, its triangles, None for exact surfaces, and the moments that the file holds."""
+    density_g_mm3 = design.density_kg_m3 * G_PER_MM3_PER_KG_M3
     if target.suffix.lower() in STEP_ENDINGS:
         from autobalance.solid.cad.brep import ExactSolid
 
         if unit != "mm":
             raise UsageError(f"--unit {unit}: STEP files are written in mm")
-        return ExactSolid(crank_shape(design)).step(), None, None
+        solid = ExactSolid(crank_shape(design))
+        return solid.step(), None, solid.moments(density_g_mm3)
     name = target.suffix.lower().lstrip(".")
     mm_per_unit = format_named(name).mm_per_unit or MM_PER[unit]
     data, soup = through_file(crank_solid(design).mesh, name, mm_per_unit)
-    return data, len(soup), soup_moments(soup, design.density_kg_m3 * G_PER_MM3_PER_KG_M3)
+    return data, len(soup), soup_moments(soup, density_g_mm3)
 
 
 def _entry(target: Path, data: bytes, triangles: int | None) -> dict[str, Any]:
