@@ -1,5 +1,6 @@
 """``verify`` takes no false value for true: each is found, or listed as not checked."""
 
+import hashlib
 import json
 from pathlib import Path
 
@@ -90,10 +91,19 @@ def test_a_page_of_another_run(tmp_path: Path, capsys: pytest.CaptureFixture[str
     page.write_text(page.read_text(encoding="utf-8") + " ", encoding="utf-8")
     assert jobs.run("verify", tmp_path / "out" / "report.json") == 3
     assert "outputs.html.sha256" in capsys.readouterr().err
+    report["outputs"]["html"]["sha256"] = hashlib.sha256(page.read_bytes()).hexdigest()
+    (tmp_path / "out" / "report.json").write_text(json.dumps(report), encoding="utf-8")
+    assert jobs.run("verify", tmp_path / "out" / "report.json") == 0
+    unread = "  outputs.html: report.html is the file that was listed; what it shows was not read\n"
+    assert unread in capsys.readouterr().out
     page.unlink()
     assert jobs.run("verify", tmp_path / "out" / "report.json", "--json", "-") == 0
     listed = {each["key"]: each["why"] for each in json.loads(capsys.readouterr().out)["not_checked"]}
     assert listed["outputs.html"] == "report.html is not there any more"
+    assert jobs.run("verify", tmp_path / "out" / "report.json") == 0
+    printed = capsys.readouterr()
+    assert "  outputs.html: report.html is not there any more\n" in printed.out
+    assert "warning: report.html is not there, but the report lists it (outputs.html)\n" in printed.err
 
 
 @pytest.mark.parametrize(

@@ -18,12 +18,16 @@ ROUNDING = 1e-9
 
 @dataclass
 class Ledger:
-    """What was found true of a report: places of its values, and how many checks that took."""
+    """What was found true of a report: places of its values, and how many checks that took.
+
+    ``why_not`` has the places that could not be checked, ``unread`` the files of which only the hash was.
+    """
 
     held: int = 0
     places: set[str] = field(default_factory=set)
     warnings: list[str] = field(default_factory=list)
     why_not: dict[str, str] = field(default_factory=dict)
+    unread: dict[str, str] = field(default_factory=dict)
 
     def knows(self, place: str) -> bool:
         """Tell whether a value was checked, by itself or within a larger one."""

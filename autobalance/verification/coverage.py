@@ -46,13 +46,13 @@ class NotChecked:
 
 
 def not_checked(values: Mapping[str, Any], ledger: Ledger) -> tuple[NotChecked, ...]:
-    """Return what of a report's values nobody found true, each group once, in the report's order."""
+    """Return what of a report's values nobody found true, each group once; files not read come last."""
     found: dict[str, str] = {}
     for place in _leaves("", values):
         if not ledger.knows(place):
             key, why = _reason(place, ledger)
             found.setdefault(key, why)
-    return tuple(NotChecked(key, why) for key, why in found.items())
+    return tuple(NotChecked(key, why) for key, why in {**found, **ledger.unread}.items())
 
 
 def _reason(place: str, ledger: Ledger) -> tuple[str, str]:

@@ -331,7 +331,7 @@ def hidden_part(claims: Claims, job: Job, anatomy: Anatomy, given_in: Given, sou
 
 
 def check_pages(claims: Claims, folder: Path) -> None:
-    """Check the sha256 of every other file that the report names, where it is still there."""
+    """Check the sha256 of every other file that the report names; warn of those that are gone."""
     for key, entry in claims.get("outputs", dict).items():
         if key == "solid":
             continue
@@ -347,5 +347,7 @@ def check_pages(claims: Claims, folder: Path) -> None:
             note_read(path)
             claims.same(f"{place}.sha256", hashlib.sha256(path.read_bytes()).hexdigest())
             claims.hold(f"{place}.file")
+            claims.ledger.unread[place] = f"{name} is the file that was listed; what it shows was not read"
         else:
             claims.ledger.why_not[place] = f"{name} is not there any more"
+            claims.warnings.append(f"{name} is not there, but the report lists it ({place})")
