@@ -21,6 +21,7 @@ from autobalance.errors import JobError, UsageError
 from autobalance.job.files.crank_design import design_from, read_design, table_of, with_settings
 from autobalance.job.toml.document import text_of
 from autobalance.machine_models.rotor_from_job import attached_moments, crank_factor, throw_loads
+from autobalance.rigid_rotor.moments import Moments
 from autobalance.runtime import Progress
 from autobalance.solid.formats.registry import format_named
 from autobalance.solid.formats.write import through_file
@@ -31,7 +32,6 @@ if TYPE_CHECKING:
     from autobalance.api.crank import Crank
     from autobalance.crank.anatomy import Anatomy
     from autobalance.job import EngineParts
-    from autobalance.rigid_rotor.moments import Moments
 
 STEP_ENDINGS = (".step", ".stp")
 EXACT_SEGMENTS = 64
@@ -185,11 +185,13 @@ def _encoded(design: Design, target: Path, unit: str) -> tuple[bytes, int | None
     density_g_mm3 = design.density_kg_m3 * G_PER_MM3_PER_KG_M3
     if target.suffix.lower() in STEP_ENDINGS:
         from autobalance.solid.cad.brep import ExactSolid
+        from autobalance.solid.cad.step_file import read_step_file
 
         if unit != "mm":
             raise UsageError(f"--unit {unit}: STEP files are written in mm")
-        solid = ExactSolid(crank_shape(design))
-        return solid.step(), None, solid.moments(density_g_mm3)
+        data = ExactSolid(crank_shape(design)).step()
+        held = [ExactSolid.of_checked(one.body) for one in read_step_file(data).bodies]
+        return data, None, sum((each.moments(density_g_mm3) for each in held), Moments.zero())
     name = target.suffix.lower().lstrip(".")
     mm_per_unit = format_named(name).mm_per_unit or MM_PER[unit]
     data, soup = through_file(crank_solid(design).mesh, name, mm_per_unit)
