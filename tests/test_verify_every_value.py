@@ -2,11 +2,13 @@
 
 import hashlib
 import json
+import os
 from pathlib import Path
 
 import pytest
 
 import autobalance as ab
+from autobalance.verification.solids import Files
 from tests import jobs, mutations
 
 JOB = """
@@ -144,3 +146,37 @@ def test_what_a_list_of_cuts_contradicts_itself_in(tmp_path: Path) -> None:
             mutations.checked(
                 {**report, "corrections": [{**first, key: value}, *report["corrections"][1:]]}, folder
             )
+
+
+def test_limits_that_were_not_asked_for(tmp_path: Path) -> None:
+    """They are held against the job file; where that is gone, against the cuts."""
+    drill = '"drill"\nprefer = "least_metal"\ndrill = { diameters_mm = [8.0], zone = "anywhere" }'
+    job = jobs.bundled_job(tmp_path, method=drill, factor="0.7")
+    ab.balance(ab.read_job(job)).write(tmp_path / "out", only=("json",))
+    folder, files = tmp_path / "out", Files()
+    report = jobs.report_of(folder)
+    assert "job.correction" not in {each.key for each in mutations.checked(report, folder, files).not_checked}
+    deepest = max(cut["depth_mm"] for cut in report["corrections"])
+    for key, value, said in (
+        ("max_depth_mm", deepest - 0.1, "depth_mm makes"),
+        ("min_wall_mm", 4.5, "wall_left_mm is 4.4"),
+        ("sectors_deg", [[90.0, 170.0]], "angle_deg is "),
+        ("diameters_mm", [8.5], "diameter_mm is 8"),
+    ):
+        told = mutations.changed(report, ("job", "correction", "drill", key), value)
+        with pytest.raises(ab.AutobalanceError, match=rf"job\.correction\.drill\.{key}"):
+            mutations.checked(told, folder, files)
+        gone = mutations.changed(told, ("job", "file"), "gone.toml")
+        with pytest.raises(ab.AutobalanceError, match=said):
+            mutations.checked(gone, folder, files)
+    for key, value in (("max_depth_mm", 30.0), ("min_wall_mm", 2.0), ("max_holes", 7)):
+        told = mutations.changed(report, ("job", "correction", "drill", key), value)
+        with pytest.raises(ab.AutobalanceError, match=rf"{key} is {value}, but it is "):
+            mutations.checked(told, folder, files)
+    text = job.read_text(encoding="utf-8").replace("[8.0]", "[9.0]")
+    job.write_text(text, encoding="utf-8")
+    later = (folder / "report.json").stat().st_mtime + 10.0
+    os.utime(job, (later, later))
+    found = mutations.checked(report, folder)
+    assert "was changed after the run: job.correction.drill.diameters_mm is [8.0]" in found.warnings[0]
+    assert "job.correction" in {each.key for each in found.not_checked}

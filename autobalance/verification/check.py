@@ -30,6 +30,7 @@ from autobalance.verification.checked import (
 from autobalance.verification.claims import ROUNDING, Claims
 from autobalance.verification.correction_claims import Change, check_corrections
 from autobalance.verification.coverage import not_checked
+from autobalance.verification.limit_claims import check_limits_of_job
 from autobalance.verification.report_file import read_report, refuse_version
 from autobalance.verification.solids import Files, Given, Left
 
@@ -108,6 +109,7 @@ def _checked(held: Held) -> Checked:
     again = (
         solids.measured_again(claims, left.source, job, anatomy.file_to_rotor) if held.independent else None
     )
+    check_limits_of_job(claims, held.folder, held.files)
     given = solids.check_input(claims, held.folder, job, anatomy, held.files)
     hidden = solids.hidden_part(claims, job, anatomy, given, left.soup)
     tolerance = rotor_claims.check_tolerance(claims, job, anatomy, crank)

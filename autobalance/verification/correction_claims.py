@@ -24,6 +24,7 @@ from autobalance.solid.csg.solid import Solid
 from autobalance.solid.formats.read import Source
 from autobalance.types import Array
 from autobalance.verification.claims import ROUNDING, Claims
+from autobalance.verification.limit_claims import check_within_limits
 from autobalance.verification.shared_out import GRAINS, SHARE, Found, shared_out
 from autobalance.verification.solids import Files
 
@@ -103,6 +104,8 @@ def check_corrections(claims: Claims, change: Change, first_number: int | None =
         _check_file_place(part, change.anatomy.rotor_to_file)
         traces.append(KINDS[name].trace(part.values))
     _check_sum(claims, parts, change)
+    for part in parts:
+        check_within_limits(part, change.limits(part.get("kind", str)))
     files, key = change.files, (id(change.before), id(change.after))
     gone = files.once(("gone", *key), lambda: _gone(change))
     crank = files.once(("before", *key), lambda: _before(change))

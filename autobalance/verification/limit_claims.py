@@ -1,0 +1,108 @@
+"""The limits that a report echoes of its job, held against the job file and against the cuts."""
+
+from __future__ import annotations
+
+import json
+import math
+from pathlib import Path
+from typing import Any
+
+from autobalance.correction.contract import Limits
+from autobalance.correction.holes.sites import in_sectors
+from autobalance.errors import AutobalanceError, ClaimError
+from autobalance.job import describe
+from autobalance.job.read import load
+from autobalance.verification.claims import Claims
+from autobalance.verification.solids import Files
+
+KEY = "job.correction"
+DEEPER_MM = 2e-3
+"""A depth may pass its limit by what a file's rounding moves a face."""
+THINNER_MM = 5e-3
+"""Walls are told to hundredths of a millimetre, limits are kept exactly."""
+BESIDE_DEG = 0.05
+
+
+def check_limits_of_job(claims: Claims, folder: Path, files: Files) -> None:
+    """Check that the correction's limits are those of the job file, where that is there.
+
+    A job that was changed after its run says nothing of the report: then a warning tells where they differ.
+
+    Raises
+    ------
+    ClaimError
+        If they differ, and the job file is older than the report.
+    """
+    job = claims.get("job", dict)
+    name, settings = job.get("file"), claims.values.get("job_set", [])
+    path = folder / name if isinstance(name, str) and name else None
+    if path is None or not path.is_file():
+        claims.ledger.why_not[KEY] = "its job file is not there; only the cuts were held against these limits"
+        return
+    try:
+        found = files.once(("limits", str(path), repr(settings)), lambda: _limits_in(path, settings))
+    except AutobalanceError:
+        claims.ledger.why_not[KEY] = f"{path.name} can not be read as the job that ran"
+        return
+    differs = _first_difference(found, job.get("correction"), KEY)
+    if differs is None:
+        claims.hold(KEY)
+        return
+    said = f"{differs} in {path}"
+    report = folder / claims.name
+    if report.is_file() and path.stat().st_mtime <= report.stat().st_mtime:
+        raise ClaimError(f"{claims.name}: {said}")
+    claims.ledger.why_not[KEY] = f"{path.name} was changed after the run"
+    claims.warnings.append(f"{path.name} was changed after the run: {said}")
+
+
+def _limits_in(path: Path, settings: Any) -> Any:
+    """Return ``[correction]`` of a job file as a report has it."""
+    return json.loads(json.dumps(describe(load(path, tuple(map(str, settings))))["correction"]))
+
+
+def _first_difference(found: Any, told: Any, place: str) -> str | None:
+    """Return where a report's echo is not what stands in the job, in words."""
+    if not (isinstance(found, dict) and isinstance(told, dict)):
+        return None if found == told else f"{place} is {told!r}, but it is {found!r}"
+    keys = [*found, *(key for key in told if key not in found)]
+    every = (_first_difference(found.get(key), told.get(key), f"{place}.{key}") for key in keys)
+    return next((each for each in every if each is not None), None)
+
+
+def check_within_limits(part: Claims, limits: Limits | None) -> None:
+    """Check that a cut keeps the depth, the wall and the sectors that the report says were asked for.
+
+    Raises
+    ------
+    ClaimError
+        If it does not.
+    """
+    kind = part.get("kind", str)
+    sunk = part.values.get("deepened_from_mm")
+    depth = abs(part.get("depth_mm", float)) + (
+        0.0 if sunk is None else float(part.get("deepened_from_mm", float))
+    )
+    most = getattr(limits, "max_depth_mm", None)
+    if most is not None and depth > most + DEEPER_MM:
+        raise ClaimError(
+            f"{part.name}: {part.path('depth_mm')} makes {depth:.9g}; job.correction.{kind}.max_depth_mm "
+            f"is {most:.9g}"
+        )
+    least, wall = getattr(limits, "min_wall_mm", None), part.values.get("wall_left_mm")
+    if least is not None and wall is not None and not part.values.get("fills_a_hole"):
+        wall = part.get("wall_left_mm", float)
+        if wall < least - THINNER_MM:
+            raise ClaimError(
+                f"{part.name}: {part.path('wall_left_mm')} is {wall:.9g}; job.correction.{kind}.min_wall_mm "
+                f"is {least:.9g}"
+            )
+    sectors = getattr(limits, "sectors_deg", None)
+    if sectors is not None:
+        angle = part.get("angle_deg", float)
+        near = (angle - BESIDE_DEG, angle, angle + BESIDE_DEG)
+        if not any(in_sectors(math.radians(each), sectors) for each in near):
+            raise ClaimError(
+                f"{part.name}: {part.path('angle_deg')} is {angle:.9g}, outside of "
+                f"job.correction.{kind}.sectors_deg"
+            )
