@@ -173,6 +173,10 @@ def test_limits_that_were_not_asked_for(tmp_path: Path) -> None:
         told = mutations.changed(report, ("job", "correction", "drill", key), value)
         with pytest.raises(ab.AutobalanceError, match=rf"{key} is {value}, but it is "):
             mutations.checked(told, folder, files)
+    for left, said in ((17.7, "max_depth_mm is 25"), (-0.1, "needed at least 0")):
+        told = mutations.changed(report, ("corrections", 0, "depth_left_mm"), left)
+        with pytest.raises(ab.AutobalanceError, match=rf"depth_left_mm is .*{said}"):
+            mutations.checked(told, folder, files)
     text = job.read_text(encoding="utf-8").replace("[8.0]", "[9.0]")
     job.write_text(text, encoding="utf-8")
     later = (folder / "report.json").stat().st_mtime + 10.0

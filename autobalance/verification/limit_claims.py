@@ -89,6 +89,14 @@ def check_within_limits(part: Claims, limits: Limits | None) -> None:
             f"{part.name}: {part.path('depth_mm')} makes {depth:.9g}; job.correction.{kind}.max_depth_mm "
             f"is {most:.9g}"
         )
+    left = 0.0 if part.values.get("depth_left_mm") is None else float(part.get("depth_left_mm", float))
+    if left < -DEEPER_MM:
+        raise ClaimError(f"{part.name}: {part.path('depth_left_mm')} is {left:.9g}; needed at least 0")
+    if most is not None and depth + left > most + DEEPER_MM:
+        raise ClaimError(
+            f"{part.name}: {part.path('depth_left_mm')} is {left:.9g} beyond {depth:.9g}; "
+            f"job.correction.{kind}.max_depth_mm is {most:.9g}"
+        )
     least, wall = getattr(limits, "min_wall_mm", None), part.values.get("wall_left_mm")
     if least is not None and wall is not None and not part.values.get("fills_a_hole"):
         wall = part.get("wall_left_mm", float)
