@@ -27,4 +27,4 @@ def run(arguments: argparse.Namespace) -> int:
         result = design(**VERB.keywords(arguments), progress=progress)
     folder = Path(arguments.output)
     written = f"{folder / 'design.json'} and {len(result.files())} more in {folder}"
-    return finish_in_place(arguments, result, (arguments.design,), written)
+    return finish_in_place(arguments, result, (arguments.source,), written)

@@ -116,7 +116,11 @@ def _key(each: Field[Any], hints: Mapping[str, Any], says: str, usual: str) -> K
     marks = [mark for mark in getattr(hint, "__metadata__", ()) if isinstance(mark, Rule)]
     hint = getattr(hint, "__origin__", hint) if hasattr(hint, "__metadata__") else hint
     lists = any(get_origin(arm) is tuple and Ellipsis in get_args(arm) for arm in (hint, *get_args(hint)))
-    auto = 'must be "auto" or name at least one face' if each.name == "faces" else "leave it out, or name one"
+    instead = "leave it out, or name one"
+    if each.name == "faces":
+        instead = 'must be "auto" or name at least one face'
+    elif each.name == "sectors_deg":
+        instead = f"it excludes every angle; {instead}"
     return Key(
         each.name,
         hint,
@@ -124,7 +128,7 @@ def _key(each: Field[Any], hints: Mapping[str, Any], says: str, usual: str) -> K
         marks[0] if marks else ANY,
         None if each.default is MISSING else each.default,
         usual=usual,
-        not_empty=auto if lists else "",
+        not_empty=instead if lists else "",
     )
 
 

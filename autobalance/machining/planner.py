@@ -173,7 +173,7 @@ class Planner:
             fitting = [
                 tool
                 for tool in self.machine.tools
-                if tool.kind == "drill"
+                if tool.is_drill
                 and abs(tool.diameter_mm - operation.diameter_mm) <= SAME_MM
                 and abs(tool.point_deg - operation.point_deg) <= SAME_DEG
             ]
@@ -440,7 +440,7 @@ def tool_words(tool: CuttingTool) -> str:
     """Return what a tool is, in a line."""
     if tool.kind == "turning":
         return f"turning tool, nose radius {tool.nose_radius_mm:g}"
-    point = f", point {tool.point_deg:g} deg" if tool.kind == "drill" else ""
+    point = f", point {tool.point_deg:g} deg" if tool.is_drill else ""
     return f"{tool.kind.replace('_', ' ')} dia {tool.diameter_mm:g}{point}, stick-out {tool.stick_out_mm:g}"
 
 

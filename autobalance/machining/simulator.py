@@ -188,7 +188,7 @@ class Simulator:
         levels = _levels(segments, top)
         if not levels:
             return
-        if tool.kind == "drill":
+        if tool.is_drill:
             cutter = self._drilled(segments, tool)
         else:
             bodies = [

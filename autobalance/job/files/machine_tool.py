@@ -99,9 +99,14 @@ class CuttingTool:
         return 0.5 * self.diameter_mm
 
     @property
+    def is_drill(self) -> bool:
+        """Whether it is a drill."""
+        return self.kind == "drill"
+
+    @property
     def point_mm(self) -> float:
         """Length of a drill's point."""
-        return 0.0 if self.kind != "drill" else self.radius_mm / math.tan(math.radians(0.5 * self.point_deg))
+        return 0.0 if not self.is_drill else self.radius_mm / math.tan(math.radians(0.5 * self.point_deg))
 
     def speed_rpm(self, diameter_mm: float, most_rpm: float) -> float:
         """Return the spindle's speed where a diameter cuts; a cutting speed is held to the machine's most."""
