@@ -304,7 +304,7 @@ def test_verify_finds_a_falsified_share(
         (("tolerance", "margin"), "expanded", "tolerance.margin is 'expanded', but 'none' was found"),
         (("job", "balance", "margin"), "expanded", "tolerance.margin is 'none', but 'expanded' was found"),
         (("job", "crankshaft", "density_pm_kg_m3"), 1.0, "density is"),
-        (("job", "correction", "depth_tolerance_mm"), 1.0, "depth is"),
+        (("job", "correction", "depth_tolerance_mm"), 1.0, "depth_tolerance_mm is 1.0, but it is 0.02 in"),
         (("corrections", 0, "unbalance_per_mm_g_mm", 0), 1.0, "unbalance_per_mm_g_mm is [1,"),
     ],
 )
