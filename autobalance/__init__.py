@@ -24,6 +24,7 @@ PUBLIC = {
     **verbs.public(),
 }
 """Public name → the module that holds it."""
+__all__ = sorted([*PUBLIC, "__version__", "theory"])  # noqa: PLE0605, mypy reads the imports below
 
 if TYPE_CHECKING:
     from autobalance import theory as theory
@@ -77,4 +78,4 @@ def __getattr__(name: str) -> Any:
 
 
 def __dir__() -> list[str]:
-    return sorted({*globals(), *PUBLIC})
+    return list(__all__)

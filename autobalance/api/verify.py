@@ -13,6 +13,7 @@ from autobalance.wording import NOT_PROVEN
 
 if TYPE_CHECKING:
     from autobalance.report.display_units import DisplayUnits
+    from autobalance.verification.claims import Claim
 
 ABOVE_TOLERANCE = 4
 
@@ -34,9 +35,9 @@ class VerifyResult(VerbResult):
         return bool(self.report["within_tolerance"])
 
     @property
-    def claims(self) -> int:
-        """Number of claims that were checked."""
-        return int(self.report["claims"])
+    def claims(self) -> tuple[Claim, ...]:
+        """What was checked, each with its place, its value, what was measured, and how."""
+        return self.checked.claims
 
     @property
     def not_checked(self) -> tuple[tuple[str, str], ...]:
@@ -61,7 +62,7 @@ class VerifyResult(VerbResult):
         proven = found.tolerance.is_proven_by(found.residual, found.budget)
         verdict, worst = "within" if found.within else "ABOVE", found.tolerance.worst(found.residual)
         said = (
-            f"{self.report['report']}: all {found.checked} claims hold; residual{worst.where} "
+            f"{self.report['report']}: all {len(found.claims)} claims hold; residual{worst.where} "
             f"{chosen.of_unbalance(worst.residual_g_mm)} of permitted "
             f"{chosen.of_unbalance(worst.permissible_g_mm)}{_doubt(found, chosen)}: "
             f"{verdict} tolerance{'' if proven or not found.within else NOT_PROVEN}"
@@ -102,7 +103,7 @@ def verify(report: str | Path, *, independent: bool = False) -> VerifyResult:
         report=str(report),
         holds=True,
         within_tolerance=found.within,
-        claims=found.checked,
+        claims=len(found.claims),
         residual_g_mm=found.residual.magnitude_g_mm,
         permissible_g_mm=found.tolerance.permissible_g_mm,
         agreement=found.agreement,

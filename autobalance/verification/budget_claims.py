@@ -15,7 +15,7 @@ from autobalance.rigid_rotor.moments import Moments
 from autobalance.rigid_rotor.tolerance import Tolerance
 from autobalance.rigid_rotor.uncertainty import Budget, Share
 from autobalance.solid.chordal_error.estimate import ChordalError
-from autobalance.verification.claims import Claims
+from autobalance.verification.claims import BUDGET, Claims
 from autobalance.verification.rotor_claims import MOMENT_ROUNDING
 from autobalance.verification.solids import Given
 
@@ -43,6 +43,15 @@ def depth_rates(claims: Claims) -> list[Moments]:
             second[:2, 2] = part.array("moment_per_mm_g_mm2", (2,))
             rates.append(Moments(0.0, first, second))
     return rates
+
+
+def check_budgets(
+    claims: Claims, causes: UncertaintyBudget, doubts: tuple[Budget, Budget], size_g_mm: float
+) -> Budget:
+    """Check the uncertainty of both ends; return that of the residual, as it is claimed."""
+    claims.against(BUDGET)
+    check_budget(claims, "initial", causes, doubts[0], size_g_mm)
+    return check_budget(claims, "residual", causes, doubts[1], size_g_mm)
 
 
 def check_budget(

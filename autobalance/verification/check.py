@@ -27,7 +27,16 @@ from autobalance.verification.checked import (
     check_verdict,
     ended,
 )
-from autobalance.verification.claims import ROUNDING, Claims
+from autobalance.verification.claims import (
+    BOTH,
+    CORRECTED,
+    FILES,
+    INPUT,
+    JOB,
+    RECORD,
+    ROUNDING,
+    Claims,
+)
 from autobalance.verification.correction_claims import Change, check_corrections
 from autobalance.verification.coverage import not_checked
 from autobalance.verification.limit_claims import check_limits_of_job
@@ -93,7 +102,8 @@ def check_claims(
     refuse_version(claims.name, claims.values)
     claims.hold("schema_version")
     rest = not_checked(claims.values, claims.ledger)
-    return replace(checked, checked=claims.ledger.held, warnings=tuple(claims.warnings), not_checked=rest)
+    held = tuple(claims.ledger.claims)
+    return replace(checked, claims=held, warnings=tuple(claims.warnings), not_checked=rest)
 
 
 def _checked(held: Held) -> Checked:
@@ -105,19 +115,24 @@ def _checked(held: Held) -> Checked:
     claims.same("command", "balance")
     job, anatomy = premises.claimed_job(claims), premises.claimed_anatomy(claims)
     crank = premises.claimed_crank(claims)
+    claims.against(CORRECTED)
     left = solids.measured_files(claims, held.folder, job, anatomy.file_to_rotor, held.files)
     again = (
         solids.measured_again(claims, left.source, job, anatomy.file_to_rotor) if held.independent else None
     )
     check_limits_of_job(claims, held.folder, held.files)
+    claims.against(INPUT)
     given = solids.check_input(claims, held.folder, job, anatomy, held.files)
     hidden = solids.hidden_part(claims, job, anatomy, given, left.soup)
+    claims.against(JOB)
     tolerance = rotor_claims.check_tolerance(claims, job, anatomy, crank)
     loads = rotor_claims.check_loads(claims, job, anatomy, crank)
     loads = loads - rotor_from_job.overbalance_moments(job, tolerance)
     size = solids.size_of(left.source, crank)
     initial = Unbalance.of(crank + loads)
+    claims.against(INPUT)
     rotor_claims.check_unbalance(claims, "initial", initial, tolerance, size)
+    claims.against(BOTH)
     if left.is_cut:
         change = Change(given.source, left.source, left.moments - given.bare, given.anatomy, job, held.files)
         check_corrections(claims, change)
@@ -126,25 +141,27 @@ def _checked(held: Held) -> Checked:
     after = left.moments + hidden + solids.pressed_in(claims)
     solids.check_with_slugs(claims, after)
     residual = Unbalance.of(after + loads)
+    claims.against(CORRECTED)
     rotor_claims.check_unbalance(claims, "residual", residual, tolerance, size)
     rotor_claims.check_after(claims, job, anatomy, crank, after)
     rotor_claims.check_inertia(claims, crank, after)
     rotor_claims.check_assembly(claims, job, tolerance, residual, size)
     causes = budget_claims.causes_of(claims, job, anatomy, crank, tolerance, given)
-    doubts = (
-        causes.with_depth_rates(crank, []),
-        causes.with_depth_rates(left.moments, budget_claims.depth_rates(claims)),
-    )
-    budget_claims.check_budget(claims, "initial", causes, doubts[0], size)
-    budget = budget_claims.check_budget(claims, "residual", causes, doubts[1], size)
+    rates = budget_claims.depth_rates(claims)
+    doubts = causes.with_depth_rates(crank, []), causes.with_depth_rates(left.moments, rates)
+    budget = budget_claims.check_budgets(claims, causes, doubts, size)
     ends = Ends(initial, residual, crank, after, doubts, hidden)
+    claims.against(RECORD)
     _check_as_recorded(held, job, given, left, tolerance, ends)
+    claims.against(BOTH)
     check_course(claims, ends, left.is_cut)
     _check_overbalance(claims, job, tolerance)
+    claims.against(FILES)
     solids.check_pages(claims, held.folder)
+    claims.against(CORRECTED)
     proven = tolerance.is_proven_by(residual, budget)
     within = check_verdict(claims, tolerance.is_met_by(residual, budget), proven, left.is_cut)
-    return Checked(0, within, residual, tolerance, (), again, budget)
+    return Checked((), within, residual, tolerance, (), again, budget)
 
 
 # --- what a record of the run would say ---------------------------------------------------------------------

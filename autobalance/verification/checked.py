@@ -17,7 +17,7 @@ from autobalance.rigid_rotor.moments import Moments
 from autobalance.rigid_rotor.tolerance import Tolerance
 from autobalance.rigid_rotor.unbalance import Unbalance
 from autobalance.rigid_rotor.uncertainty import Budget
-from autobalance.verification.claims import ROUNDING, Claims
+from autobalance.verification.claims import ROUNDING, Claim, Claims
 from autobalance.verification.coverage import NotChecked
 from autobalance.verification.solids import Files, Left
 
@@ -29,7 +29,7 @@ AsReport = Callable[[Record], Mapping[str, Any]]
 class Checked:
     """A report all of whose claims hold, and what of it was not checked."""
 
-    checked: int
+    claims: tuple[Claim, ...]
     within: bool
     residual: Unbalance
     tolerance: Tolerance

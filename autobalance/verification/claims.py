@@ -15,15 +15,38 @@ from autobalance.types import Array
 ROUNDING = 1e-9
 """Share by which a number may differ from its claim: sums in another order, no more."""
 
+CORRECTED = "the corrected solid, read from its file again"
+INPUT = "the solid that was corrected, read and recognised again"
+BOTH = "both solids: what went from one to the other"
+JOB = "what follows from the job and the crank"
+BUDGET = "the causes of uncertainty, summed again"
+RECORD = "a record made anew from the job and the files"
+FILES = "the files beside the report"
+
+
+@dataclass(frozen=True)
+class Claim:
+    """A value of a report that is true.
+
+    ``name`` is its place (``tolerance.planes[1].permissible_g_mm``), ``value`` what the report says,
+    ``measured`` what it was compared with, in the same unit, ``how`` where that came from and how near it is.
+    """
+
+    name: str
+    value: Any
+    measured: Any
+    how: str
+
 
 @dataclass
 class Ledger:
-    """What was found true of a report: places of its values, and how many checks that took.
+    """What is true of a report, each value with its place, and what the values are compared with at present.
 
     ``why_not`` has the places that could not be checked, ``unread`` the files of which only the hash was.
     """
 
-    held: int = 0
+    source: str = "the report itself"
+    claims: list[Claim] = field(default_factory=list)
     places: set[str] = field(default_factory=set)
     warnings: list[str] = field(default_factory=list)
     why_not: dict[str, str] = field(default_factory=dict)
@@ -117,23 +140,35 @@ class Claims:
 
     # --- checks -----------------------------------------------------------------------------------------
 
-    def hold(self, path: str) -> None:
-        """Note a value as found true."""
-        self.ledger.held += 1
+    def against(self, source: str) -> None:
+        """Say what the checks that follow compare with."""
+        self.ledger.source = source
+
+    def hold(self, path: str, measured: Any = None, within: float | None = None) -> None:
+        """Note a value as true; ``within`` is how near it is to what was measured, None: equal."""
+        value = self.get(path, object)
+        self.note(self.path(path), value, value if measured is None else measured, within)
         self.ledger.places.add(self.path(path))
+
+    def note(self, name: str, value: Any, measured: Any, within: float | None = None) -> None:
+        """Note something as true that is no single value of the report, such as a sum."""
+        how = self.ledger.source if within is None else f"{self.ledger.source}, within {within:.2g}"
+        self.ledger.claims.append(Claim(name, value, measured, how))
 
     def same(self, path: str, measured: object) -> None:
         """Check a text, a count, or nothing."""
         claimed = self.get(path, object)
         if claimed != measured or isinstance(claimed, bool) != isinstance(measured, bool):
             raise ClaimError(f"{self.name}: {self.path(path)} is {claimed!r}, but {measured!r} was found")
-        self.hold(path)
+        self.hold(path, measured)
 
     def near(self, path: str, measured: Any, scale: float, rounding: float = ROUNDING) -> None:
         """Check a number or an array of them against a measurement, up to rounding of ``scale``."""
         value = self.get(path, object)
         if type(value) is float and type(measured) is float and abs(value - measured) <= rounding * scale:
-            self.hold(path)  # most values by far: the rest is for lists, and for what is to be told of faults
+            self.hold(
+                path, measured, rounding * scale
+            )  # most values by far; the rest is for lists and faults
             return
         found = np.asarray(measured, dtype=np.float64)
         if value is None:
@@ -143,7 +178,7 @@ class Claims:
             raise ClaimError(
                 f"{self.name}: {self.path(path)} is {_text(claimed)}, but {_text(found)} was found"
             )
-        self.hold(path)
+        self.hold(path, found.tolist(), rounding * scale)
 
     def near_angle(self, path: str, measured_deg: float, within_deg: float) -> None:
         """Check an angle in [0, 360) against a measurement, around the turn."""

@@ -223,7 +223,10 @@ def _check_sum(claims: Claims, parts: Sequence[Claims], change: Change) -> None:
             f"{claims.name}: corrections change the unbalance by {_vector(total)} g·mm together, "
             f"but it changed by {_vector(change.whole)}"
         )
-    claims.ledger.held += 2
+    near_g, near_g_mm = SHARE * moved_g + rounding, SHARE * moved_g_mm + rounding * mesh.diagonal_mm
+    claims.note("corrections: mass that goes", -total.mass_g, -change.whole.mass_g, near_g)
+    sums = total.first_g_mm[:2].tolist(), change.whole.first_g_mm[:2].tolist()
+    claims.note("corrections: unbalance that changes", *sums, near_g_mm)
 
 
 def _vector(moments: Moments) -> str:

@@ -33,6 +33,7 @@ def check_limits_of_job(claims: Claims, folder: Path, files: Files) -> None:
     ClaimError
         If they differ, and the job file is older than the report.
     """
+    claims.against("the job file")
     job = claims.get("job", dict)
     name, settings = job.get("file"), claims.values.get("job_set", [])
     path = folder / name if isinstance(name, str) and name else None

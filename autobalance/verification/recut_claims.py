@@ -28,7 +28,7 @@ from autobalance.verification.checked import (
     check_verdict,
     ended,
 )
-from autobalance.verification.claims import Claims
+from autobalance.verification.claims import BOTH, BUDGET, CORRECTED, FILES, INPUT, RECORD, Claims
 from autobalance.verification.correction_claims import Change, check_corrections
 from autobalance.verification.earlier_stage import claimed_tolerance
 from autobalance.verification.report_file import read_report
@@ -46,19 +46,23 @@ def check_recut(held: Held) -> Checked:
     claims, folder = held.claims, held.folder
     claims.hold("command")
     job, anatomy = premises.claimed_job(claims), premises.claimed_anatomy(claims)
+    claims.against("the report of the stage before")
     before = _report_before(claims, folder)
     tolerance = _tolerance(claims, job, before)
+    claims.against(INPUT)
     given = _old_solid(held, job, anatomy)
     old = given.crank.moments
     size = solids.size_of(given.source, old)
     new, hidden, left, again = old, Moments.zero(), None, None
     is_cut = claims.get("outputs.solid", object) is not None
+    claims.against(CORRECTED)
     if is_cut:
         left = solids.measured_files(claims, folder, job, anatomy.file_to_rotor, held.files)
         if held.independent:
             again = solids.measured_again(claims, left.source, job, anatomy.file_to_rotor)
         hidden = solids.hidden_part(claims, job, anatomy, given, left.soup)
         new = left.moments + hidden
+        claims.against(BOTH)
         change = Change(given.source, left.source, left.moments - given.bare, anatomy, job, held.files)
         check_corrections(claims, change, _first_number(before))
     else:
@@ -66,22 +70,29 @@ def check_recut(held: Held) -> Checked:
         claims.same("corrections", [])
     new = new + solids.pressed_in(claims)
     solids.check_with_slugs(claims, new)
+    claims.against("the reading, resolved into its planes again")
     reading = _read(claims)
     rotor_claims.check_unbalance(claims, "initial", reading, tolerance, size)
+    claims.against(BOTH)
     residual = reading + Unbalance.of(new - old)
     rotor_claims.check_unbalance(claims, "residual", residual, tolerance, size)
     _factors(claims, job, anatomy, reading, residual)
     _stage(claims, residual, size, before)
     rotor_claims.check_assembly(claims, job, tolerance, residual, size)
     rotor_claims.check_inertia(claims, old, new)
+    claims.against(BUDGET)
     budget = _budget(claims, tolerance)
     ends = Ends(reading, residual, old, new, (None, budget), hidden)
     factor = float(claims.get("balance_factor.target", float))
+    claims.against(RECORD)
     check_like(held, run.record_of(job, given.crank, factor, tolerance, ended(claims, ends, left)))
+    claims.against(BOTH)
     check_course(claims, ends, is_cut)
+    claims.against(FILES)
     solids.check_pages(claims, folder)
+    claims.against(BOTH)
     within = _verdict(claims, tolerance, residual, budget, is_cut)
-    return Checked(0, within, residual, tolerance, (), again, budget)
+    return Checked((), within, residual, tolerance, (), again, budget)
 
 
 def _report_before(claims: Claims, folder: Path) -> Mapping[str, Any]:

@@ -65,7 +65,11 @@ def test_what_is_written_is_verified(result: ab.BalanceResult, tmp_path: Path) -
     checked = ab.verify(tmp_path / "out" / "report.json", independent=True)
     assert checked.holds
     assert checked.within_tolerance
-    assert checked.claims > 50
+    assert len(checked.claims) > 50
+    residual = next(each for each in checked.claims if each.name == "residual.magnitude_g_mm")
+    assert residual.value == result.residual.magnitude_g_mm
+    assert residual.measured == pytest.approx(residual.value, rel=1e-6)
+    assert "read from its file again, within" in residual.how
     with pytest.raises(ab.AutobalanceError, match="only names 'doc'"):
         result.write(tmp_path / "other", only=("doc",))
     assert not (tmp_path / "other").exists()
@@ -201,6 +205,8 @@ def test_import_loads_nothing_heavy() -> None:
 
 def test_every_public_name_is_there_and_no_room_is_called_like_a_function() -> None:
     rooms = {path.name.removesuffix(".py") for path in Path(ab.__file__).parent.iterdir()}
+    assert ab.__all__ == dir(ab)
+    assert not [name for name in ab.__all__ if name.startswith("_") and name != "__version__"]
     for name in ab.PUBLIC:
         assert getattr(ab, name) is not None
     verbs = {name for name in ab.PUBLIC if callable(getattr(ab, name)) and name.islower()}
