@@ -280,7 +280,18 @@ def _warnings(job: Job, crank: MeasuredCrank) -> tuple[str, ...]:
     weights = job.engine.default.weights
     empty = [name for name in ("rotating", "reciprocating") if not getattr(weights, name)]
     unnamed = [f"{job.path.name}: engine.{name}_g names no weight; its parts count as 0 g" for name in empty]
-    return (*(() if job.engine.by_throw else unnamed), *crank.warnings(job.crankshaft.file))
+    weights_unnamed = () if job.engine.by_throw else unnamed
+    return (*weights_unnamed, *crank.warnings(job.crankshaft.file), *_logo_warnings(job))
+
+
+def _logo_warnings(job: Job) -> tuple[str, ...]:
+    """Return what is said where the shop's picture cannot be printed."""
+    from autobalance.report.job_header import picture_of
+
+    path = (job.filled.get("shop") or {}).get("logo")
+    if not path or picture_of(Path(path)) is not None:
+        return ()
+    return (f"{job.path.name}: shop.logo is {path}; expected a PNG or JPEG file there; pages go without it",)
 
 
 def corrected_crank(result: BalanceResult) -> Crank:

@@ -24,7 +24,7 @@ from autobalance.job.model import (
 from autobalance.job.read_crankshaft import CRANKSHAFT, crankshaft_of, of_no_file
 from autobalance.job.read_engine import engine_of, engine_values, original_of, weight_values
 from autobalance.job.rod_solid import with_measured_rod
-from autobalance.job.shop import with_shop
+from autobalance.job.shop import located, with_shop
 from autobalance.job.solid_weights import with_weighed_solids
 from autobalance.job.tables import OF_TORSION, TOP_KEYS, job_tables
 from autobalance.job.toml.document import text_of, toml_of
@@ -336,7 +336,8 @@ def _filled(job: Job, values: Values) -> Values:
         **({"study": plain(values["study"])} if "study" in job.raw else {}),
         **({} if job.drive is None else {"drive": plain(values["drive"])}),
         **{key: plain(values[key]) for key in ("mounts", "mount") if key in job.raw},
-        **{key: plain(values[key]) for key in ("job", "shop") if key in job.raw},
+        **({"job": plain(values["job"])} if "job" in job.raw else {}),
+        **({"shop": located(plain(values["shop"]), job.path.parent)} if "shop" in job.raw else {}),
         **({"assembly": [dict(each.values) for each in job.assembly]} if job.assembly else {}),
         "correction": {
             "method": list(job.method_names),

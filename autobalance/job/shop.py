@@ -52,8 +52,10 @@ def with_shop(raw: Mapping[str, Any], folder: Path) -> Mapping[str, Any]:
         read(found, (SHOP,))
     except JobError as error:
         raise error.within(str(path)) from None
-    shop = dict(found.get("shop", {}))
-    for key in FILES:
-        if key in shop:
-            shop[key] = (path.parent / shop[key]).resolve().as_posix()
-    return {**raw, "shop": {**shop, **own}}
+    return {**raw, "shop": {**located(found.get("shop", {}), path.parent), **own}}
+
+
+def located(shop: Mapping[str, Any], folder: Path) -> Mapping[str, Any]:
+    """Return a shop's table whose files are named from anywhere, not from the folder of its file."""
+    named = {key: shop[key] for key in FILES if shop.get(key) is not None}
+    return {**shop, **{key: (folder / name).resolve().as_posix() for key, name in named.items()}}

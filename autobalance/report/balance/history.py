@@ -6,11 +6,14 @@ import html
 from collections.abc import Mapping
 from typing import Any
 
+from autobalance.report.job_header import html_header
+
 Values = Mapping[str, Any]
 
 STYLE = (
     "body{font-family:sans-serif;margin:2em;color:#111}table{border-collapse:collapse}"
     "th,td{border:1px solid #999;padding:.3em .6em;text-align:right}th{background:#eee}"
+    ".logo{height:40px}.work div{display:flex;gap:.5em}.work dd{margin:0}"
     "td:first-child,th:first-child{text-align:left}.within{font-weight:bold}"
 )
 OUTCOMES = {
@@ -51,7 +54,7 @@ def history_page(report: Values) -> str:
     )
     return (
         f'<!DOCTYPE html>\n<html lang="en"><head><meta charset="utf-8"><title>{html.escape(title)}</title>'
-        f"<style>{STYLE}</style></head><body><h1>{html.escape(title)}</h1>"
+        f"<style>{STYLE}</style></head><body>{html_header(report)}<h1>{html.escape(title)}</h1>"
         f"<p>Judged {html.escape(tolerance['judge'])}: {permitted}. Angles count counter-clockwise "
         "seen from +z, "
         "from crankpin 1; they point to the heavy side.</p>"

@@ -13,6 +13,7 @@ from collections.abc import Mapping, Sequence
 from typing import Any
 
 from autobalance.report.balance import kinds
+from autobalance.report.job_header import shop_name, work_words
 from autobalance.units import wrapped_deg
 from autobalance.wording import at, file_name, weights
 
@@ -26,7 +27,8 @@ GROUPS = (
 CREATED = datetime.datetime(2000, 1, 1)
 """In the file's properties: two runs write the same bytes."""
 PAPER_A4 = 9
-FOOTER_LETTERS = 100
+FOOTER_LETTERS = 60
+"""A page's head and foot may have 255 characters each, and an & takes two."""
 INPUT, MEASURED, RESULT = "input", "measured", "result"
 STYLES: dict[str, dict[str, Any]] = {
     "title": {"bold": True, "font_size": 16},
@@ -378,5 +380,12 @@ def _printed(page: Any, report: Report) -> None:
     page.set_paper(PAPER_A4)
     page.set_margins(left=0.5, right=0.5, top=0.6, bottom=0.7)
     page.fit_to_pages(1, 0)
-    name = "".join(letter for letter in file_name(report) if letter.isprintable()).replace("&", "&&")
-    page.set_footer(f"&L{name[:FOOTER_LETTERS]}&C&A&Rpage &P of &N")
+    name, shop, words = map(_printable, (file_name(report), shop_name(report), work_words(report)))
+    page.set_footer(f"&L{name}&C&A&Rpage &P of &N")
+    if shop or words:
+        page.set_header(f"&L{shop}&R{words}")
+
+
+def _printable(text: str) -> str:
+    """Return a text as the head and foot of a printed sheet take it."""
+    return "".join(letter for letter in text if letter.isprintable())[:FOOTER_LETTERS].replace("&", "&&")

@@ -12,6 +12,7 @@ from typing import Any
 
 from autobalance.report.balance import kinds
 from autobalance.report.balance.relaxation_text import relaxation_lines
+from autobalance.report.job_header import html_header, stage_words
 from autobalance.report.metal import Piece
 from autobalance.report.page.cells import cell, span
 from autobalance.report.page.forces import forces, loads_with_gas
@@ -103,7 +104,8 @@ def page(
 <body>
 <a class="skip" href="#cuts">Skip to what was cut</a>
 <header class="top">
-<p class="kicker"><b>Balance report</b><span>{name}</span>{_job_name(report)}</p>
+{html_header(report)}
+<p class="kicker"><b>Balance report</b><span>{name}</span>{_job_name(report)}{_stage(report)}</p>
 <div class="verdict {"good" if good else "bad"}">
 <h1>{MARKS[good]}<span data-path="outcome">{outcome_words(report)}</span></h1>
 <p>{escape(verdict(report))}</p>
@@ -127,6 +129,10 @@ SCRIPTS = ("three.min.js", "view.js")
 def _job_name(report: Report) -> str:
     name = str(at(report, "job.file") or "").replace("\\", "/").rpartition("/")[2]
     return f"<span>{escape(name)}</span>" if name else ""
+
+
+def _stage(report: Report) -> str:
+    return f"<span>{escape(stage_words(report))}</span>" if stage_words(report) else ""
 
 
 def _notes(report: Report) -> str:

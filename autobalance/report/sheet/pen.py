@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import io
 import math
 from collections.abc import Callable, Sequence
 from functools import lru_cache
@@ -114,6 +115,18 @@ class Pen:
             stroke=1,
             fill=0,
         )
+
+    def picture(self, data: bytes, x: float, down: float, most_wide: float, most_high: float) -> float:
+        """Draw a PNG or JPEG as large as fits from its upper left corner; return its width."""
+        from reportlab.lib.utils import ImageReader
+
+        image = ImageReader(io.BytesIO(data))
+        wide, high = image.getSize()
+        scale = min(most_wide / wide, most_high / high)
+        place = x * POINTS_PER_MM, self.y(down + scale * high)
+        size = scale * wide * POINTS_PER_MM, scale * high * POINTS_PER_MM
+        self.canvas.drawImage(image, *place, *size, mask="auto")
+        return float(scale * wide)
 
     def arrow(self, x0: float, y0: float, x1: float, y1: float, colour: str = INK) -> None:
         """Draw a dimension line with an arrow head at its end."""

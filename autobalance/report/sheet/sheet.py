@@ -28,6 +28,7 @@ from reportlab.platypus import (
 from autobalance.report.balance import kinds
 from autobalance.report.balance.datum_values import told_angle
 from autobalance.report.display_units import ON_PAPER, UnitSystem
+from autobalance.report.job_header import work
 from autobalance.report.sheet import machine_page
 from autobalance.report.sheet.cuts import (
     cut_table,
@@ -44,9 +45,7 @@ from autobalance.report.sheet.section_view import SectionView
 from autobalance.report.sheet.setup import face_z_mm, set_up
 from autobalance.report.sheet.tables import Column, table
 from autobalance.report.sheet.title_block import (
-    BLOCK_MM,
     FOOT_MM,
-    HEAD_MM,
     MARGIN_MM,
     NumberedCanvas,
     Sheet,
@@ -100,7 +99,9 @@ def pdf(
         invariant=1,
         pageCompression=1,
     )
-    document.addPageTemplates([_template("first", sheet, BLOCK_MM + 2.0), _template("later", sheet, 0.0)])
+    document.addPageTemplates(
+        [_template("first", sheet, sheet.block_mm + 2.0), _template("later", sheet, 0.0)]
+    )
     story = _Story(sheet).told(drawings)
     with _binary_streams():
         document.build(story, canvasmaker=partial(NumberedCanvas, sheet=sheet))
@@ -124,7 +125,7 @@ def _template(name: str, sheet: Sheet, block_mm: float) -> PageTemplate:
         MARGIN_MM * p,
         (FOOT_MM + block_mm) * p,
         (sheet.wide_mm - 2.0 * MARGIN_MM) * p,
-        (sheet.high_mm - HEAD_MM - FOOT_MM - block_mm) * p,
+        (sheet.high_mm - sheet.head_mm - FOOT_MM - block_mm) * p,
         leftPadding=0.0,
         rightPadding=0.0,
         topPadding=0.0,
@@ -145,7 +146,7 @@ class _Story:
         self.sheet, self.report, self.u = sheet, sheet.report, sheet.units
         self.items: Sequence[Mapping[str, Any]] = sheet.report["corrections"]
         self.wide_mm = sheet.wide_mm - 2.0 * MARGIN_MM
-        self.page_mm = sheet.high_mm - HEAD_MM - FOOT_MM
+        self.page_mm = sheet.high_mm - sheet.head_mm - FOOT_MM
         self.parts: list[Flowable] = [NextPageTemplate("later")]
 
     def told(self, drawings: Drawings | None) -> list[Flowable]:
@@ -193,6 +194,8 @@ class _Story:
         self.parts.append(self._text(told + machine_page.judged_words(report), 8.0, SOFT))
         if report.get("reason"):
             self.parts.append(self._text(str(report["reason"]), 8.5, BAD))
+        if note := work(report).get("note"):
+            self.parts.append(self._text(f"Note of the job: {note}", 8.0))
         self.parts += [self._text(f"Note: {text}", 7.5, BAD) for text in report.get("warnings") or []]
         self._gap(1.0)
         self.parts.append(self._heading("Set-up"))

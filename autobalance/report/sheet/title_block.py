@@ -8,6 +8,7 @@ from typing import Any
 
 from reportlab.pdfgen.canvas import Canvas
 
+from autobalance.report import job_header
 from autobalance.report.display_units import DisplayUnits, plain
 from autobalance.report.sheet.lettering import POINTS_PER_MM, fitted, safe, shortened, width_mm
 from autobalance.report.sheet.pen import INK, RULE, SOFT, Pen
@@ -16,10 +17,12 @@ from autobalance.wording import at, file_name, outcome_words
 FRAME_MM = 8.0
 MARGIN_MM = 12.0
 HEAD_MM = 20.0
+WORK_MM = 4.4
+"""The line at the head of a page that says whose work it is."""
+LOGO_MM = 28.0
+"""Greatest width of the shop's picture."""
 FOOT_MM = 17.0
 ROW_MM = 8.6
-ROWS = 5
-BLOCK_MM = ROW_MM * ROWS
 
 
 @dataclass(frozen=True)
@@ -31,6 +34,16 @@ class Sheet:
     date: str
     wide_mm: float
     high_mm: float
+
+    @property
+    def head_mm(self) -> float:
+        """Height of the head of a page."""
+        return HEAD_MM + WORK_MM * bool(job_header.work(self.report))
+
+    @property
+    def block_mm(self) -> float:
+        """Height of the title block."""
+        return ROW_MM * len(_rows(self))
 
 
 class NumberedCanvas(Canvas):  # type: ignore[misc]
@@ -58,34 +71,39 @@ class NumberedCanvas(Canvas):  # type: ignore[misc]
 def _head_and_foot(pen: Pen, sheet: Sheet, number: int, count: int) -> None:
     wide, high, report = sheet.wide_mm, sheet.high_mm, sheet.report
     pen.box(FRAME_MM, FRAME_MM, wide - 2.0 * FRAME_MM, high - 2.0 * FRAME_MM, INK, 0.35)
-    head, foot = FRAME_MM + 6.0, high - FRAME_MM - 2.6
+    head, rule, foot = FRAME_MM + 6.0, sheet.head_mm - 3.0, high - FRAME_MM - 2.6
+    left = MARGIN_MM + _logo(pen, sheet, rule - FRAME_MM - 2.4)
     paging = f"page {number} of {count}"
     pen.text(wide - MARGIN_MM, head, paging, 8.5, bold=True, align="right")
-    room = wide - 2.0 * MARGIN_MM - width_mm(paging, 8.5, True) - 6.0
-    pen.text(MARGIN_MM, head, shortened(" · ".join(_names(report)), 8.5, room), 8.5)
-    pen.line(FRAME_MM, head + 3.0, wide - FRAME_MM, head + 3.0, INK, 0.2)
+    room = wide - MARGIN_MM - left - width_mm(paging, 8.5, True) - 6.0
+    pen.text(left, head, shortened(" · ".join(_names(report)), 8.5, room), 8.5)
+    words = safe(job_header.work_words(report))
+    pen.text(left, head + WORK_MM, shortened(words, 7.5, wide - MARGIN_MM - left), 7.5, SOFT)
+    pen.line(FRAME_MM, rule, wide - FRAME_MM, rule, INK, 0.2)
     pen.line(FRAME_MM, foot - 4.2, wide - FRAME_MM, foot - 4.2, RULE, 0.15)
     pen.text(MARGIN_MM, foot, f"sha256 {report['input']['sha256']}", 6, SOFT, mono=True)
     made = " · ".join(filter(None, [f"autobalance {report['autobalance']['version']}", safe(sheet.date)]))
     pen.text(wide - MARGIN_MM, foot, made, 7, SOFT, align="right")
 
 
+def _logo(pen: Pen, sheet: Sheet, high_mm: float) -> float:
+    """Draw the shop's picture at the left of the head; return how much room it takes [mm]."""
+    picture = job_header.logo(sheet.report)
+    if picture is None:
+        return 0.0
+    return pen.picture(picture.data, MARGIN_MM, FRAME_MM + 1.2, LOGO_MM, high_mm) + 3.0
+
+
 def _names(report: Mapping[str, Any]) -> list[str]:
     job = str(at(report, "job.file") or "").replace("\\", "/").rpartition("/")[2]
-    serial = report.get("serial")
-    names = ["Shop sheet", file_name(report), job, f"serial {serial}" if serial else "", _stage(report)]
-    return [safe(name) for name in names if name]
-
-
-def _stage(report: Mapping[str, Any]) -> str:
-    stages = report.get("stages")
-    return f"stage {stages[-1]['stage']}" if stages else ""
+    names = [job_header.shop_name(report), "Shop sheet", file_name(report), job]
+    return [safe(name) for name in (*names, job_header.stage_words(report)) if name]
 
 
 def title_block(pen: Pen, sheet: Sheet) -> None:
     """Draw the title block at the foot of the first page."""
     wide = sheet.wide_mm - 2.0 * FRAME_MM
-    top = sheet.high_mm - FOOT_MM - BLOCK_MM
+    top = sheet.high_mm - FOOT_MM - sheet.block_mm
     for row, cells in enumerate(_rows(sheet)):
         down, left = top + row * ROW_MM, FRAME_MM
         pen.line(FRAME_MM, down, FRAME_MM + wide, down, INK, 0.2)
@@ -97,7 +115,7 @@ def title_block(pen: Pen, sheet: Sheet) -> None:
             size = fitted(value, 8.5, share - 3.0, least=5.5)
             pen.text(left + 1.5, down + 6.9, shortened(value, size, share - 3.0), size)
             left += share
-    pen.line(FRAME_MM, top + BLOCK_MM, FRAME_MM + wide, top + BLOCK_MM, INK, 0.2)
+    pen.line(FRAME_MM, top + sheet.block_mm, FRAME_MM + wide, top + sheet.block_mm, INK, 0.2)
 
 
 def _rows(sheet: Sheet) -> Sequence[Sequence[tuple[str, str]]]:
@@ -109,12 +127,15 @@ def _rows(sheet: Sheet) -> Sequence[Sequence[tuple[str, str]]]:
     job = str(at(report, "job.file") or "").replace("\\", "/").rpartition("/")[2]
     factor = at(report, "balance_factor.final")
     wanted = at(report, "balance_factor.target")
+    work = {name: safe(value) for name, value in job_header.work(report).items()}
+    names = [(name.upper(), work[name]) for name in ("customer", "engine", "operator") if name in work]
     return (
         (
             ("PART", safe(file_name(report))),
             ("JOB", safe(job) or "-"),
-            ("SERIAL", safe(report.get("serial") or "-")),
+            ("SERIAL", work.get("serial", "-")),
         ),
+        *([names] if names else []),
         (
             ("MATERIAL, DENSITY", "-" if density is None else f"{density:g} kg/m³"),
             (f"MASS BEFORE, {u.mass}", u.g(before)),

@@ -1,0 +1,75 @@
+"""Whose work a report is, and whose shop made it: what stands at the head of every page."""
+
+from __future__ import annotations
+
+import base64
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any, NamedTuple
+
+from autobalance.wording import at, escape
+
+Report = Mapping[str, Any]
+
+NAMED = ("customer", "engine", "serial", "operator", "note")
+"""Keys of ``[job]``, in the order in which pages have them."""
+MAGIC = {b"\x89PNG\r\n\x1a\n": "image/png", b"\xff\xd8\xff": "image/jpeg"}
+"""First bytes of the pictures that a page can hold → their media type."""
+
+
+class Logo(NamedTuple):
+    """A picture, and what it is."""
+
+    data: bytes
+    media_type: str
+
+
+def work(report: Report) -> dict[str, str]:
+    """Return what a job says of itself by its keys, only what it says; the serial of a reading goes first."""
+    own = at(report, "job.job") or {}
+    said = {name: str(own[name]) for name in NAMED if own.get(name)}
+    if report.get("serial"):
+        said["serial"] = str(report["serial"])
+    return {name: said[name] for name in NAMED if name in said}
+
+
+def work_words(report: Report) -> str:
+    """Return whose work it is on one line: ``customer A. Owner · serial C-17``."""
+    return " · ".join(f"{name} {value}" for name, value in work(report).items())
+
+
+def shop_name(report: Report) -> str:
+    """Return the shop's name; nothing where there is none."""
+    return str(at(report, "job.shop.name") or "")
+
+
+def stage_words(report: Report) -> str:
+    """Return the stage of a crank that was cut again; nothing of one that was not."""
+    stages = report.get("stages")
+    return f"stage {stages[-1]['stage']}" if stages else ""
+
+
+def logo(report: Report) -> Logo | None:
+    """Return the shop's picture; None where it has none, or where it is no longer a PNG or JPEG there."""
+    path = at(report, "job.shop.logo")
+    return None if not path else picture_of(Path(str(path)))
+
+
+def picture_of(path: Path) -> Logo | None:
+    """Return the picture of a file; None where it is no PNG or JPEG."""
+    if not path.is_file():
+        return None
+    data = path.read_bytes()
+    return next((Logo(data, kind) for magic, kind in MAGIC.items() if data.startswith(magic)), None)
+
+
+def html_header(report: Report) -> str:
+    """Return shop and job as the first lines of a page in HTML; nothing where neither is named."""
+    picture, name, words = logo(report), shop_name(report), work(report)
+    image = ""
+    if picture is not None:
+        data = base64.b64encode(picture.data).decode()
+        image = f'<img class="logo" alt="" src="data:{picture.media_type};base64,{data}">'
+    shop = f'<p class="shop">{image}<b>{escape(name)}</b></p>' if name or image else ""
+    said = "".join(f"<div><dt>{key}</dt><dd>{escape(value)}</dd></div>" for key, value in words.items())
+    return shop + (f'<dl class="work">{said}</dl>' if said else "")

@@ -1,0 +1,95 @@
+"""Whose work it is, and whose shop: on every page of every paper."""
+
+from __future__ import annotations
+
+import io
+import zipfile
+from pathlib import Path
+from typing import Any
+
+import pytest
+from PIL import Image
+from pypdf import PdfReader
+
+import autobalance as ab
+from autobalance.report.balance.history import history_page
+from autobalance.report.balance.workbook import xlsx
+from autobalance.report.page.html import page
+from autobalance.report.sheet.sheet import pdf
+from tests import jobs, plans
+
+WORK = {
+    "customer": "Owner & Sons",
+    "engine": "CRF 250 R",
+    "serial": "C-0417",
+    "operator": "B. Turner",
+    "note": "second set of pistons",
+}
+
+
+@pytest.fixture
+def logo(tmp_path: Path) -> Path:
+    path = tmp_path / "logo.png"
+    Image.new("RGB", (200, 60), (10, 90, 200)).save(path)
+    return path
+
+
+def headed(count: int, logo: Path | None = None) -> dict[str, Any]:
+    report = plans.plan(count)
+    report["job"]["job"] = dict(WORK)
+    report["job"]["shop"] = {"name": "Turner & Daughters", "logo": None if logo is None else str(logo)}
+    return report
+
+
+def test_shop_and_job_stand_on_every_page_of_the_sheet(logo: Path) -> None:
+    report = headed(20, logo)
+    pages = PdfReader(io.BytesIO(pdf(report, plans.drawings_of(report)))).pages
+    assert len(pages) > 2
+    for each in pages:
+        text = each.extract_text()
+        assert "Turner & Daughters" in text
+        for name, value in WORK.items():
+            assert f"{name} {value}" in text
+        assert len(each.images) == 1
+    assert "CUSTOMER" in pages[0].extract_text()
+
+
+def test_a_sheet_without_a_header_has_no_line_for_it() -> None:
+    text = PdfReader(io.BytesIO(pdf(plans.plan(2), None))).pages[0].extract_text()
+    assert "CUSTOMER" not in text
+
+
+def test_the_serial_of_a_reading_goes_before_that_of_the_job() -> None:
+    report = headed(1) | {"serial": "C-0999", "stages": [{"stage": 2}]}
+    text = PdfReader(io.BytesIO(pdf(report, None))).pages[0].extract_text()
+    assert "serial C-0999" in text
+    assert "C-0417" not in text
+    assert "stage 2" in text
+
+
+def test_page_history_and_workbook_have_them(logo: Path) -> None:
+    report = headed(1, logo) | {"outputs": {}}
+    shown = page(report, plans.crank().mesh)
+    history = history_page({**report, "stages": []})
+    for text in (shown, history):
+        assert "Turner &amp; Daughters" in text
+        assert 'src="data:image/png;base64,' in text
+        for value in WORK.values():
+            assert value.replace("&", "&amp;") in text
+    sheets = zipfile.ZipFile(io.BytesIO(xlsx(report)))
+    for name in ("xl/worksheets/sheet1.xml", "xl/worksheets/sheet2.xml"):
+        text = sheets.read(name).decode()
+        assert "Turner &amp;&amp; Daughters" in text
+        assert "serial C-0417" in text
+
+
+def test_a_logo_is_named_from_anywhere_and_one_that_is_gone_is_said(tmp_path: Path, logo: Path) -> None:
+    path = jobs.bundled_job(tmp_path)
+    own = '[shop]\nname = "Turner"\nlogo = "{}"\n'
+    text = path.read_text("utf-8")
+    path.write_text(own.format(logo.name) + text, "utf-8")
+    assert ab.read_job(path).filled["shop"]["logo"] == logo.resolve().as_posix()
+    path.write_text(own.format("gone.png") + text, "utf-8")
+    said = [line for line in ab.balance(ab.read_job(path)).report["warnings"] if "shop.logo" in line]
+    assert len(said) == 1
+    assert "gone.png; expected a PNG or JPEG file there" in said[0]
