@@ -72,9 +72,9 @@ def __getattr__(name: str) -> Any:
         return import_module("autobalance.theory")
     if name not in PUBLIC:
         raise AttributeError(f"module 'autobalance' has no attribute {name!r}")
-    found = getattr(import_module(f"autobalance.{PUBLIC[name]}"), name)
-    globals()[name] = found
-    return found
+    value = getattr(import_module(f"autobalance.{PUBLIC[name]}"), name)
+    globals()[name] = value
+    return value
 
 
 def __dir__() -> list[str]:

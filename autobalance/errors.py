@@ -86,8 +86,8 @@ class JobError(AutobalanceError, ValueError):
     def lines(self) -> tuple[str, ...]:
         """Everything that is wrong, each on one line; of very many the first."""
         more = len(self.others) - MOST_LINES
-        told = [one_line(each) for each in self.others[:MOST_LINES]]
-        return (str(self), *told, *([f"and {more} more"] if more > 0 else []))
+        texts = [one_line(each) for each in self.others[:MOST_LINES]]
+        return (str(self), *texts, *([f"and {more} more"] if more > 0 else []))
 
     def within(self, place: str) -> "JobError":
         """Return the error with the place, such as a file's name, before each of its lines."""

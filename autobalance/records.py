@@ -144,8 +144,8 @@ class Field(NamedTuple):
 def fields_of(of: type) -> tuple[Field, ...]:
     """Return the fields of a record that are written, in their order."""
     hints = get_type_hints(of, include_extras=True)
-    found = [_field(each, hints[each.name]) for each in dataclasses.fields(of)]
-    return tuple(each for each in found if each is not None)
+    known = [_field(each, hints[each.name]) for each in dataclasses.fields(of)]
+    return tuple(each for each in known if each is not None)
 
 
 def _field(field: dataclasses.Field[Any], hint: Any) -> Field | None:

@@ -147,6 +147,6 @@ def judged_shares(report: Mapping[str, Any]) -> list[tuple[str, float]]:
     residual, tolerance = report["residual"], report["tolerance"]
     shares = [("resultant", _judged(residual, tolerance) / tolerance["permissible_g_mm"])]
     if tolerance["judge"] == "dynamic":
-        for found, plane in zip(residual["planes"], tolerance["planes"], strict=True):
-            shares.append((plane["name"], _judged(found, tolerance) / plane["permissible_g_mm"]))
+        for residual_here, plane in zip(residual["planes"], tolerance["planes"], strict=True):
+            shares.append((plane["name"], _judged(residual_here, tolerance) / plane["permissible_g_mm"]))
     return shares

@@ -240,9 +240,9 @@ def _film_state(case: PlainCase, model: FilmModel, speed_rad_s: float, guess: Fi
         if case.load_N is None:
             ratio = case.eccentricity_ratio or 0.0
             return film_at_eccentricity(bearing, model, viscosity, speed_rad_s, ratio)
-        found = film_at_load(bearing, model, viscosity, speed_rad_s, case.load_N, last)
-        last = found or last
-        return found
+        film = film_at_load(bearing, model, viscosity, speed_rad_s, case.load_N, last)
+        last = film or last
+        return film
 
     running = _running(case.lubricant, film_in)
     if running is None:

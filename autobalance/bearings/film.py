@@ -167,10 +167,10 @@ def film_at_load(
     load = load_N / bearing.force_unit_N(viscosity_Pa_s, speed_rad_s)
     if load < LEAST_LOAD:
         return film_at_eccentricity(bearing, model, viscosity_Pa_s, speed_rad_s, 0.0)
-    found = film_for_load(model, load, None if guess is None else guess.unit)
-    if found is None:
+    solution = film_for_load(model, load, None if guess is None else guess.unit)
+    if solution is None:
         return None
-    return _film(bearing, found, viscosity_Pa_s, speed_rad_s, found.eccentricity_ratio)
+    return _film(bearing, solution, viscosity_Pa_s, speed_rad_s, solution.eccentricity_ratio)
 
 
 def _film(

@@ -215,10 +215,10 @@ def _periodic(motion: _Motion) -> tuple[Array, npt.NDArray[np.int64], Array]:
         turns[left[change < SETTLED]] = done
         left = left[change >= SETTLED]
     if len(left):
-        closed, taken, change = _closed(motion.of(left), start[:, left], each)
-        done_now = taken > 0
+        closed, turns_done, change = _closed(motion.of(left), start[:, left], each)
+        done_now = turns_done > 0
         path[:, left[done_now]] = closed[:, done_now]
-        turns[left], off[left[done_now]] = taken, change[done_now]
+        turns[left], off[left[done_now]] = turns_done, change[done_now]
     return path, turns, off
 
 
@@ -258,7 +258,7 @@ def _cycle(motion: _Motion, start: Array, accuracy: float = ACCURACY) -> tuple[A
     count, cases = motion.force.shape[:2]
     end = count * motion.step
     accuracy /= np.sqrt(2.0 * cases)  # the solver's measure is a mean over all cases
-    found = solve_ivp(
+    solution = solve_ivp(
         _rate(motion),
         (0.0, end),
         start.ravel(),
@@ -267,5 +267,5 @@ def _cycle(motion: _Motion, start: Array, accuracy: float = ACCURACY) -> tuple[A
         atol=accuracy,
         first_step=1e-3 * motion.step,
     )
-    states = found.y.reshape(2, cases, count + 1)
+    states = solution.y.reshape(2, cases, count + 1)
     return np.moveaxis(states[..., :-1], (0, 1, 2), (2, 1, 0)), states[..., -1]

@@ -210,9 +210,9 @@ class _Solution:
     def changes(self, *rights: Array) -> tuple[Array, ...]:
         """Return the pressure's change (n, m) for each change of the right side, on the same film."""
         solver = _factor(self.matrix[self.free][:, self.free])
-        found = np.zeros((len(rights), len(self.free)))
-        found[:, self.free] = [solver.solve(right[self.free]) for right in rights]
-        return tuple(self.grid.by_angle(change) * self.cover for change in found)
+        changes = np.zeros((len(rights), len(self.free)))
+        changes[:, self.free] = [solver.solve(right[self.free]) for right in rights]
+        return tuple(self.grid.by_angle(change) * self.cover for change in changes)
 
 
 def _positive_share(pressure: Array) -> Array:

@@ -24,29 +24,29 @@ SAME_PLACE = 1e-3
 
 
 def analysed_next(
-    found: Found, rows: Sequence[Candidate], number: int, workers: Workers
+    findings: Found, rows: Sequence[Candidate], number: int, workers: Workers
 ) -> tuple[Analysed, ...]:
     """Return what finite elements tell of some designs of a generation: those that the model knows least.
 
     Half of the analyses are of the first generation, spread over it; the others of the designs that look
     best by the model so far, as many in each generation.
     """
-    problem, options = found.problem, found.problem.design.search
+    problem, options = findings.problem, findings.problem.design.search
     if not problem.strengths_wanted:
         return ()
     most = DEFAULT_ANALYSES if problem.design.fem is None else problem.design.fem.analyses
-    left = most - len(found.analysed)
+    left = most - len(findings.analysed)
     generations = math.ceil(options.evaluations / options.population)
     if number == 1:
         count = left if generations == 1 else min(left, max(math.ceil(left / 2), FEWEST))
         chosen = _far_apart([each.variables for each in rows], count, problem.bounds)
     else:
         count = math.ceil(max(left, 0) / max(generations - number + 1, 1))
-        chosen = _least_known(found, rows, count)
-    made = each_done(workers, _analysed_task, problem, chosen)
-    if number == 1 and not any(each.values for each in made):
+        chosen = _least_known(findings, rows, count)
+    analysed = each_done(workers, _analysed_task, problem, chosen)
+    if number == 1 and not any(each.values for each in analysed):
         raise SolidError("no design of the first generation can be meshed; needed another [fem] size_mm")
-    return tuple(made)
+    return tuple(analysed)
 
 
 def _far_apart(rows: Sequence[Array], count: int, bounds: Array) -> list[Array]:
@@ -61,13 +61,13 @@ def _far_apart(rows: Sequence[Array], count: int, bounds: Array) -> list[Array]:
     return [rows[number] for number in chosen]
 
 
-def _least_known(found: Found, rows: Sequence[Candidate], count: int) -> list[Array]:
+def _least_known(findings: Found, rows: Sequence[Candidate], count: int) -> list[Array]:
     """Return designs of a generation that are far from what was analysed: of its front first, then others."""
-    model = found.problem.model
-    told = [completed(found.problem, each) for each in rows]
-    kept = [each for each in told if each.violation <= 0.0]
-    best = [kept[number] for number in front(kept)] if kept else list(least_violated(told))[:count]
-    others = [each for each in told if each.by_geometry <= 0.0 and each not in best]
+    model = findings.problem.model
+    rows_known = [completed(findings.problem, each) for each in rows]
+    kept = [each for each in rows_known if each.violation <= 0.0]
+    best = [kept[number] for number in front(kept)] if kept else list(least_violated(rows_known))[:count]
+    others = [each for each in rows_known if each.by_geometry <= 0.0 and each not in best]
     chosen: list[Array] = []
     for pool in (best, others):
         far = [math.inf if model is None else model.nearest(each.variables) for each in pool]
@@ -82,7 +82,7 @@ def _analysed_task(task: tuple[Any, Array]) -> Analysed:
     amounts = problem.amounts(variables)
     solid = with_profiles(problem.free, amounts.radii_mm, amounts.thickness_mm)[0]
     try:
-        found = problem.strengths(problem.moments(variables)[0], solid)
+        strengths = problem.strengths(problem.moments(variables)[0], solid)
     except SolidError:
         return Analysed(variables, {})
-    return Analysed(variables, {name: float(f"{value:.6g}") for name, value in found.items()})
+    return Analysed(variables, {name: float(f"{value:.6g}") for name, value in strengths.items()})

@@ -64,9 +64,9 @@ def free_body(
         for depth in (-PAST_MM * bool(skin_mm), high - low + PAST_MM * bool(skin_mm))
     )
     z = past(past((low, high))) if skin_mm else (low, high)
-    found = Solid.lofted(near, far, *z) if web.grows_up else Solid.lofted(far, near, *z)
+    metal = Solid.lofted(near, far, *z) if web.grows_up else Solid.lofted(far, near, *z)
     rounded = body.rounded(base)
-    return found if rounded is None else found & Solid.prism(rounded.turned(web.matrix), *z)
+    return metal if rounded is None else metal & Solid.prism(rounded.turned(web.matrix), *z)
 
 
 def _holes(free: FreeMetal, thickness_mm: Sequence[float | None]) -> Solid:
@@ -83,9 +83,9 @@ def _holes(free: FreeMetal, thickness_mm: Sequence[float | None]) -> Solid:
 
 def _thinner(old: tuple[float, float], new: tuple[float, float]) -> list[tuple[float, float]]:
     """Return the heights that a thinner web leaves."""
-    found = []
+    strips = []
     if new[0] > old[0] + SNAP_MM:
-        found.append((old[0] - PAST_MM, new[0]))
+        strips.append((old[0] - PAST_MM, new[0]))
     if new[1] < old[1] - SNAP_MM:
-        found.append((new[1], old[1] + PAST_MM))
-    return found
+        strips.append((new[1], old[1] + PAST_MM))
+    return strips

@@ -53,8 +53,8 @@ class Found:
 
 def objective_values(problem: Problem, moments: Moments, variables: Array) -> Array:
     """Return the values (k,) of a search's objectives, each to be least; the stress is told by the model."""
-    told = {} if problem.model is None else problem.model.predicted(variables)
-    values = {STRESS: 0.0, **problem.objectives(moments, told)}
+    predicted = {} if problem.model is None else problem.model.predicted(variables)
+    values = {STRESS: 0.0, **problem.objectives(moments, predicted)}
     return np.array([sign * values[name] for name, sign in problem.signed_objectives])
 
 
@@ -72,10 +72,10 @@ def completed(problem: Problem, candidate: Candidate) -> Candidate:
     """Return a candidate with what the model tells of its strengths; where there is none, as it is."""
     if problem.model is None:
         return candidate
-    told, values = problem.model.predicted(candidate.variables), candidate.objectives.copy()
+    predicted, values = problem.model.predicted(candidate.variables), candidate.objectives.copy()
     for place, (name, sign) in enumerate(problem.signed_objectives):
         if name == STRESS:
-            values[place] = sign * told[STRESS]
+            values[place] = sign * predicted[STRESS]
     broken = candidate.by_geometry + violation(problem.told(candidate.variables))
     return replace(candidate, objectives=values, violation=broken)
 

@@ -37,23 +37,23 @@ class Chosen:
     told_errors: dict[str, float]
 
 
-def with_refined(found: Found) -> Found:
+def with_refined(findings: Found) -> Found:
     """Return what was found, and the best in each objective made better by gradients."""
-    problem, every = found.problem, list(found.candidates)
+    problem, every = findings.problem, list(findings.candidates)
     for objective in range(len(problem.design.search.objectives)):
         best = min(every, key=lambda each: (each.violation, each.objectives[objective]))
         every.append(refined(problem, best, objective))
-    return replace(found, candidates=tuple(every))
+    return replace(findings, candidates=tuple(every))
 
 
-def chosen(found: Found) -> Chosen:
+def chosen(findings: Found) -> Chosen:
     """Return the designs to be written, and whether they keep everything when measured.
 
     The front first. Where finite elements are asked, what they find of it makes the model better, and the
     front by the better model is measured in turn, until all of it was. Where nothing keeps everything,
     designs from all over what is feasible, and at last the least violated of those that were measured.
     """
-    tried = _Tried(found)
+    tried = _Tried(findings)
     while True:
         numbers = tried.wanted()
         new = [number for number in numbers if number not in tried.made][: TRIED_MOST - len(tried.made)]
@@ -73,8 +73,8 @@ def chosen(found: Found) -> Chosen:
 class _Tried:
     """Designs that were written, by their number among the candidates."""
 
-    def __init__(self, found: Found) -> None:
-        self.found = found
+    def __init__(self, findings: Found) -> None:
+        self.found = findings
         self.made: dict[int, WrittenDesign] = {}
         self.told_errors: dict[str, float] = {}
         self._failed: dict[int, SolidError] = {}
@@ -101,22 +101,22 @@ class _Tried:
 
     def write(self, numbers: Sequence[int]) -> None:
         """Write and measure designs, and judge all others by what that tells."""
-        problem, told = self.found.problem, []
+        problem, analysed = self.found.problem, []
         for number in numbers:
             candidate = self.found.candidates[number]
             try:
-                made = written(problem, candidate.variables)
+                design = written(problem, candidate.variables)
             except SolidError as error:
                 self._failed[number] = error
                 continue
-            self.made[number] = made
-            if made.strengths:
-                told.append(Analysed(made.variables, made.strengths))
-                self._compare(made)
-        if told:
-            self.found = self.found.with_known(told)
+            self.made[number] = design
+            if design.strengths:
+                analysed.append(Analysed(design.variables, design.strengths))
+                self._compare(design)
+        if analysed:
+            self.found = self.found.with_known(analysed)
         refine = self.found.problem.design.search.refine
-        if told and refine and not all(self.made[n].feasible for n in numbers if n in self.made):
+        if analysed and refine and not all(self.made[n].feasible for n in numbers if n in self.made):
             self.found = with_refined(self.found)
 
     def write_least_violated(self) -> None:
@@ -129,10 +129,10 @@ class _Tried:
                 return
         raise next(iter(self._failed.values()))
 
-    def _compare(self, made: WrittenDesign) -> None:
+    def _compare(self, design: WrittenDesign) -> None:
         model = self.found.problem.model
         if model is None:
             return
-        for name, told in model.predicted(made.variables).items():
-            off = abs(told / made.strengths[name] - 1.0)
+        for name, predicted in model.predicted(design.variables).items():
+            off = abs(predicted / design.strengths[name] - 1.0)
             self.told_errors[name] = max(off, self.told_errors.get(name, 0.0))

@@ -76,21 +76,21 @@ def _placed(free: FreeMetal, k: int, amounts: Amounts, point: Array) -> tuple[fl
 
 
 def _of_envelope(free: FreeMetal, k: int, amounts: Amounts, envelope: Envelope) -> list[Constraint]:
-    found, name = [], free.parts[k].name
+    constraints, name = [], free.parts[k].name
     if envelope.radius_mm is not None:
         outline = free.profiles[k].outline_mm(amounts.radii_mm[k])
         far = np.linalg.norm(outline, axis=1)
         worst = int(far.argmax())
         most, at = float(far[worst]), _placed(free, k, amounts, outline[worst])
         limit = envelope.radius_mm
-        found.append(Constraint(f"{name} radius", most, limit, "mm", limit - most, 1.0, at))
+        constraints.append(Constraint(f"{name} radius", most, limit, "mm", limit - most, 1.0, at))
     if envelope.z_mm is not None:
         z_low, z_high = envelope.z_mm
         for each in (web for web in free.webs if web.part == k):
             bottom, top = each.reach_mm(amounts.thickness_mm[k])
             room = min(bottom - z_low, z_high - top)
-            found.append(Constraint(f"{name} z, web {each.number}", room, 0.0, "mm", room))
-    return found
+            constraints.append(Constraint(f"{name} z, web {each.number}", room, 0.0, "mm", room))
+    return constraints
 
 
 def _of_outline(free: FreeMetal, k: int, amounts: Amounts) -> list[Constraint]:
@@ -99,19 +99,19 @@ def _of_outline(free: FreeMetal, k: int, amounts: Amounts) -> list[Constraint]:
     thickness = amounts.thickness_mm[k] or free.thickness_mm(k)
     radii = body.radii_at(amounts.radii_mm[k], thickness)
     outline = body.profile.outline_mm(radii)
-    found = []
+    constraints = []
     if part.min_curvature_radius_mm > 0.0:
         bend = body.profile.curvature_radii_mm(radii)[1:-1]
         tightest = int(bend.argmin())
         value, least = min(float(bend[tightest]), NO_LIMIT_MM), part.min_curvature_radius_mm
         at = _placed(free, k, amounts, outline[tightest + 1])
-        found.append(Constraint(f"{part.name} curvature", value, least, "mm", value - least, 1.0, at))
+        constraints.append(Constraint(f"{part.name} curvature", value, least, "mm", value - least, 1.0, at))
     if part.min_wall_mm > 0.0:
         wall, place = _least_wall(outline)
         at = _placed(free, k, amounts, outline[place])
         margin = wall - part.min_wall_mm
-        found.append(Constraint(f"{part.name} wall", wall, part.min_wall_mm, "mm", margin, 1.0, at))
-    return found
+        constraints.append(Constraint(f"{part.name} wall", wall, part.min_wall_mm, "mm", margin, 1.0, at))
+    return constraints
 
 
 def _of_holes(free: FreeMetal, k: int, amounts: Amounts) -> list[Constraint]:
@@ -119,7 +119,7 @@ def _of_holes(free: FreeMetal, k: int, amounts: Amounts) -> list[Constraint]:
     part, body = free.parts[k], free.bodies[k]
     thickness = amounts.thickness_mm[k] or free.thickness_mm(k)
     outline = body.profile.outline_mm(body.radii_at(amounts.radii_mm[k], thickness))
-    found = []
+    constraints = []
     for number, hole in enumerate(body.holes, 1):
         centre = np.asarray(hole.centre_mm)
         offset = outline - centre
@@ -129,8 +129,8 @@ def _of_holes(free: FreeMetal, k: int, amounts: Amounts) -> list[Constraint]:
         wall = (float(far[place]) if inside else -float(far[place])) - 0.5 * hole.diameter_mm
         at = _placed(free, k, amounts, outline[place])
         name, least = f"{part.name} wall of hole {number}", part.min_wall_mm
-        found.append(Constraint(name, wall, least, "mm", wall - least, 1.0, at))
-    return found
+        constraints.append(Constraint(name, wall, least, "mm", wall - least, 1.0, at))
+    return constraints
 
 
 def clearances_of(
@@ -140,7 +140,7 @@ def clearances_of(
 
     Not ``exact``: at few angles, and without neighbours that are further off along the axis than ``near_mm``.
     """
-    found = []
+    clearances = []
     for neighbour in neighbours:
         each = []
         for web in free.webs:
@@ -153,8 +153,8 @@ def clearances_of(
             elif gap <= near_mm + ROUGH_MM:
                 each.append(least_clearance(neighbour, points, reach, refine=False, angles=ROUGH_ANGLES))
         if each:
-            found.append(min(each, key=lambda clearance: clearance.least_mm))
-    return found
+            clearances.append(min(each, key=lambda clearance: clearance.least_mm))
+    return clearances
 
 
 def of_clearance(each: Clearance, wanted_mm: float) -> Constraint:
@@ -203,11 +203,11 @@ def neighbours_of(design: DesignJob, crank: Crank) -> list[Neighbour]:
             raise JobError(f"[envelope] names throw {number}; the crank has {len(throws)}")
         if length is not None and length <= throws[number - 1].crank_radius_mm:
             raise JobError(f"engine.rod_length_mm is {length:g}; must be more than the crank radius")
-    found: list[Neighbour] = []
+    neighbours: list[Neighbour] = []
     for piston in envelope.pistons:
         throw = throws[piston.throw - 1]
         assert length is not None
-        found.append(
+        neighbours.append(
             Piston(
                 f"piston {piston.throw}",
                 piston.z_mm,
@@ -221,7 +221,7 @@ def neighbours_of(design: DesignJob, crank: Crank) -> list[Neighbour]:
     for rod in envelope.rods:
         throw = throws[rod.throw - 1]
         assert length is not None
-        found.append(
+        neighbours.append(
             Rod(
                 f"rod {rod.throw}",
                 rod.z_mm,
@@ -234,7 +234,7 @@ def neighbours_of(design: DesignJob, crank: Crank) -> list[Neighbour]:
         )
     for number, shaft in enumerate(envelope.shafts, 1):
         outline = circle_mm(shaft.radius_mm) if shaft.radius_mm is not None else np.array(shaft.outline_mm)
-        found.append(
+        neighbours.append(
             OtherShaft(
                 f"shaft {number}",
                 shaft.z_mm,
@@ -245,4 +245,4 @@ def neighbours_of(design: DesignJob, crank: Crank) -> list[Neighbour]:
                 shaft.radius_mm,
             )
         )
-    return found
+    return neighbours

@@ -64,8 +64,8 @@ class FreeWeb:
 
     def heights_mm(self, depths_mm: Array) -> Array:
         """Return the heights at distances from the face towards the crankpin."""
-        found: Array = self.z_mm[0] + depths_mm if self.grows_up else self.z_mm[1] - depths_mm
-        return found
+        heights: Array = self.z_mm[0] + depths_mm if self.grows_up else self.z_mm[1] - depths_mm
+        return heights
 
 
 @dataclass(frozen=True, eq=False)
@@ -129,14 +129,14 @@ def free_metal(design: DesignJob, crank: Crank) -> FreeMetal:
     region = Solid.nothing()
     far = FAR * float(np.abs(solid.bounds[:, :2]).max())
     for index, part in enumerate(design.parts):
-        found = [_free_web(part, index, number, crank, solid) for number in part.webs]
-        body, start, error = _body(part, found[0], solid)
+        webs_here = [_free_web(part, index, number, crank, solid) for number in part.webs]
+        body, start, error = _body(part, webs_here[0], solid)
         bodies.append(body)
         starts.append(start)
         errors.append(error)
-        webs += found
-        bounds.append(_bounds(part, body, found[0], start, design.envelope.radius_mm))
-        for web in found:
+        webs += webs_here
+        bounds.append(_bounds(part, body, webs_here[0], start, design.envelope.radius_mm))
+        for web in webs_here:
             region = region + prism(sector_mm(body.profile, far), web.matrix, past(web.z_mm))
     held = solid - region
     _refuse_held(held, design)

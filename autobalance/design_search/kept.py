@@ -65,14 +65,14 @@ def _lines(path: Path) -> list[dict[str, Any]]:
     """Return the whole lines of a file, up to the first that is none."""
     if not path.exists():
         return []
-    found = []
+    entries = []
     for text in path.read_text(encoding="utf-8").split("\n")[:-1]:
         try:
             line = json.loads(text)
         except ValueError:
             break
-        found.append(line if isinstance(line, dict) else {})
-    return found
+        entries.append(line if isinstance(line, dict) else {})
+    return entries
 
 
 def _forget(folder: Path) -> None:

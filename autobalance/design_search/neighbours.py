@@ -241,10 +241,10 @@ def _nearest(neighbour: Neighbour, points_mm: Array, angle: float) -> int:
 
 
 def _polished(
-    neighbour: Neighbour, points_mm: Array, found: tuple[float, float], step: float
+    neighbour: Neighbour, points_mm: Array, start: tuple[float, float], step: float
 ) -> tuple[float, float]:
     """Return angle and distance of the least near an angle, of the outline between its points, too."""
-    angle, least = found
+    angle, least = start
     for _ in range(2):  # a corner may pass between the points that are nearest first
         near = _finer(points_mm, _nearest(neighbour, points_mm, angle))
         better = minimize_scalar(
@@ -272,7 +272,7 @@ def _swept(
     angle = np.repeat(turn, count)
     start, end = (np.tile(points, (len(turn), 1)) for points in (starts, ends))
     speed = float(np.linalg.norm(points_mm, axis=1).max()) + neighbour.speed_mm
-    best, found, looked_at = least_mm, None, 0
+    best, least, looked_at = least_mm, None, 0
     while len(angle) and looked_at < MOST_PAIRS:
         looked_at += len(angle)
         middle = 0.5 * (start + end)
@@ -284,7 +284,7 @@ def _swept(
         )
         worst = int(distance.argmin())
         if distance[worst] < best:
-            best, found = float(distance[worst]), (float(angle[worst]), float(distance[worst]))
+            best, least = float(distance[worst]), (float(angle[worst]), float(distance[worst]))
         side = 0.5 * np.linalg.norm(end - start, axis=1)
         open_ = distance - speed * half - side < best - SWEPT_MM
         angle, start, end, middle = angle[open_], start[open_], end[open_], middle[open_]
@@ -295,7 +295,7 @@ def _swept(
         else:
             angle = np.tile(angle, 2)
             start, end = np.concatenate([start, middle]), np.concatenate([middle, end])
-    return found
+    return least
 
 
 def _finer(points_mm: Array, place: int) -> Array:

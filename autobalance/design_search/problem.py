@@ -85,12 +85,12 @@ class Problem:
         factor = rotor_from_job.target_factor(job, crank.anatomy, crank.moments)
         loads = bob_weight_moments(rotor_from_job.throw_loads(crank.anatomy, job.engine), factor)
         loads = loads + rotor_from_job.attached_moments(job.engine.attached)
-        found = cls(design, crank, free, loads, factor, neighbours_of(design, crank))
-        if found.strengths_wanted:
+        problem = cls(design, crank, free, loads, factor, neighbours_of(design, crank))
+        if problem.strengths_wanted:
             need_libraries()
-        if LOAD in found.wanted or STRESS in found.strengths_wanted:
+        if LOAD in problem.wanted or STRESS in problem.strengths_wanted:
             strength.cycle_of(job, crank.anatomy, crank.moments, None)  # says what the job lacks
-        return found
+        return problem
 
     # --- variables ------------------------------------------------------------------------------------------
 
@@ -192,10 +192,10 @@ class Problem:
         the residual: what the written solid has more than the profiles' own moments.
         """
         low, high = self.bounds.T
-        found = np.clip(variables, low, high)
+        point = np.clip(variables, low, high)
         rows = 2 if self.design.start.balance.judge == "static" else 4
         for _ in range(STEPS):
-            moments, gradient = self.moments(found)
+            moments, gradient = self.moments(point)
             state = self.residual(moments).components + (0.0 if off is None else off)
             tolerance = self.tolerance(moments)
             lever = (
@@ -208,17 +208,17 @@ class Problem:
             if np.abs(left).max() <= AIM * tolerance.permissible_g_mm:
                 break
             slopes = gradient[:, :rows] * scale
-            free = np.ones(len(found), dtype=bool)
-            for _ in range(len(found)):
-                step = np.zeros(len(found))
+            free = np.ones(len(point), dtype=bool)
+            for _ in range(len(point)):
+                step = np.zeros(len(point))
                 step[free] = -np.linalg.lstsq(slopes[free].T, left, rcond=1e-8)[0]
-                moved = found + step
-                stuck = free & ((moved < low) | (moved > high)) & ((found <= low) | (found >= high))
+                moved = point + step
+                stuck = free & ((moved < low) | (moved > high)) & ((point <= low) | (point >= high))
                 if not stuck.any():
                     break
                 free &= ~stuck
-            found = np.clip(moved, low, high)
-        return found
+            point = np.clip(moved, low, high)
+        return point
 
     # --- judging --------------------------------------------------------------------------------------------
 
@@ -248,33 +248,33 @@ class Problem:
         anatomy, density = self.crank.anatomy, self.crank.density_g_mm3
         size_mm = None if self.design.fem is None else self.design.fem.size_mm
         mesh = strength.body_of(with_crankpins(solid, self.crank), size_mm)
-        found = {}
+        strengths = {}
         if FREQUENCY in self.strengths_wanted:
-            found[FREQUENCY] = strength.first_frequency_hz(mesh, density)
+            strengths[FREQUENCY] = strength.first_frequency_hz(mesh, density)
         if STRESS in self.strengths_wanted:
             in_file = solid.moved(anatomy.rotor_to_file)
             cycle = strength.cycle_of(self.design.start, anatomy, moments, in_file)
             loads = strength.greatest_pin_loads_n(cycle)
-            found[STRESS] = strength.greatest_stress_MPa(mesh, anatomy, loads, density)
-        return found
+            strengths[STRESS] = strength.greatest_stress_MPa(mesh, anatomy, loads, density)
+        return strengths
 
     def of_strengths(
         self, strengths: Mapping[str, float], errors: Mapping[str, float] | None = None
     ) -> list[Constraint]:
         """Return strengths as constraints; where they are told only, with their errors (shares) as room."""
-        limits, found = self.design.fem, []
+        limits, constraints = self.design.fem, []
         if limits is None:
             return []
         error = errors or {}
         if limits.min_frequency_hz is not None and FREQUENCY in strengths:
             value, least = strengths[FREQUENCY], limits.min_frequency_hz
             margin = value * (1.0 - error.get(FREQUENCY, 0.0)) - least
-            found.append(Constraint("first frequency", value, least, "Hz", margin, 0.01 * least))
+            constraints.append(Constraint("first frequency", value, least, "Hz", margin, 0.01 * least))
         if limits.max_stress_MPa is not None and STRESS in strengths:
             value, most = strengths[STRESS], limits.max_stress_MPa
             margin = most - value * (1.0 + error.get(STRESS, 0.0))
-            found.append(Constraint("stress", value, most, "MPa", margin, 0.01 * most))
-        return found
+            constraints.append(Constraint("stress", value, most, "MPa", margin, 0.01 * most))
+        return constraints
 
     def told(self, variables: Array) -> list[Constraint]:
         """Return what the model tells of the limits by finite elements; nothing where there is none yet."""
@@ -294,7 +294,7 @@ class Problem:
         self, moments: Moments, strengths: Mapping[str, float], solid: Solid | None = None
     ) -> dict[str, float]:
         """Return what a design is worth; with its solid (rotor frame) loads are found by its bays."""
-        found = {
+        values = {
             "mass_g": moments.mass_g,
             "polar_inertia_kg_mm2": moments.polar_inertia_g_mm2 / G_MM2_PER_KG_MM2,
         }
@@ -302,30 +302,32 @@ class Problem:
             anatomy = self.crank.anatomy
             in_file = None if solid is None else solid.moved(anatomy.rotor_to_file)
             cycle = strength.cycle_of(self.design.start, anatomy, moments, in_file)
-            found[LOAD] = strength.greatest_main_load_n(cycle)
+            values[LOAD] = strength.greatest_main_load_n(cycle)
         if STRESS in self.wanted and STRESS in strengths:
-            found[STRESS] = strengths[STRESS]
-        return found
+            values[STRESS] = strengths[STRESS]
+        return values
 
     def constraints(
         self, variables: Array, moments: Moments, residual: Unbalance, *, exact: bool = True
     ) -> tuple[list[Constraint], list[Clearance]]:
         """Return everything a design must keep; ``exact`` sweeps finely."""
         share = self.tolerance(moments).used_share(residual)
-        found = [Constraint("residual", share, ALLOWED, "share of permissible", ALLOWED - share, ALLOWED)]
+        constraints = [
+            Constraint("residual", share, ALLOWED, "share of permissible", ALLOWED - share, ALLOWED)
+        ]
         amounts, envelope = self.amounts(variables), self.design.envelope
         for k in range(len(self.free.parts)):
-            found += of_profile(self.free, k, amounts, envelope)
+            constraints += of_profile(self.free, k, amounts, envelope)
         near = envelope.clearance_mm
         clearances = clearances_of(self.free, amounts, self.neighbours, near, exact=exact)
-        wanted = near + (0.0 if exact else ROUGH_MM)
-        found += [of_clearance(each, wanted) for each in clearances]
+        least_mm = near + (0.0 if exact else ROUGH_MM)
+        constraints += [of_clearance(each, least_mm) for each in clearances]
         if self.design.mass_g is not None:
-            found += of_range("mass_g", moments.mass_g, self.design.mass_g)
+            constraints += of_range("mass_g", moments.mass_g, self.design.mass_g)
         if self.design.polar_inertia_kg_mm2 is not None:
             inertia = moments.polar_inertia_g_mm2 / G_MM2_PER_KG_MM2
-            found += of_range("polar_inertia_kg_mm2", inertia, self.design.polar_inertia_kg_mm2)
-        return found, clearances
+            constraints += of_range("polar_inertia_kg_mm2", inertia, self.design.polar_inertia_kg_mm2)
+        return constraints, clearances
 
 
 def _slice_moments(own: AreaMoments, web: FreeWeb, z_mm: float) -> Moments:

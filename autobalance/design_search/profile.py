@@ -215,19 +215,19 @@ def fitted_radii_mm(profile: Profile, angles_rad: Array, radii_mm: Array) -> tup
     """
     places = profile.sample_places
     value = profile.basis(places)
-    found = np.interp(profile.angles_rad, angles_rad, radii_mm)
+    control_mm = np.interp(profile.angles_rad, angles_rad, radii_mm)
     for _ in range(8):
-        points = value @ profile.control_points_mm(found)
+        points = value @ profile.control_points_mm(control_mm)
         angle = np.unwrap(np.arctan2(points[:, 1], points[:, 0]))
         angle = angle + math.tau * round((profile.angles_rad[0] - angle[0]) / math.tau)
-        wanted = np.interp(angle, angles_rad, radii_mm)
+        target_mm = np.interp(angle, angles_rad, radii_mm)
         along = value * np.cos(profile.angles_rad[None, :] - angle[:, None])
-        found = np.linalg.lstsq(along, wanted, rcond=None)[0]
-    points = value @ profile.control_points_mm(found)
+        control_mm = np.linalg.lstsq(along, target_mm, rcond=None)[0]
+    points = value @ profile.control_points_mm(control_mm)
     angle = np.unwrap(np.arctan2(points[:, 1], points[:, 0]))
     angle = angle + math.tau * round((profile.angles_rad[0] - angle[0]) / math.tau)
-    wanted = np.interp(angle, angles_rad, radii_mm)
-    return found, float(np.abs(np.linalg.norm(points, axis=1) - wanted).max())
+    target_mm = np.interp(angle, angles_rad, radii_mm)
+    return control_mm, float(np.abs(np.linalg.norm(points, axis=1) - target_mm).max())
 
 
 def refuse_crossing(points_mm: Array, name: str) -> None:

@@ -48,9 +48,9 @@ def _descended(problem: Problem, start: Array, name: str) -> Array:
     kept = _independent_rows(problem, slopes[loose] * span[loose, None])
 
     def variables(shares: Array) -> Array:
-        found = start.copy()
-        found[loose] = low[loose] + shares * span[loose]
-        return found
+        point = start.copy()
+        point[loose] = low[loose] + shares * span[loose]
+        return point
 
     def value(shares: Array) -> tuple[float, Array]:
         moments, gradient = problem.moments(variables(shares))
@@ -61,13 +61,13 @@ def _descended(problem: Problem, start: Array, name: str) -> Array:
 
     def balance(shares: Array) -> Array:
         moments = problem.moments(variables(shares))[0]
-        found: Array = kept @ problem.residual(moments).components
-        return found
+        components: Array = kept @ problem.residual(moments).components
+        return components
 
     def balance_slope(shares: Array) -> Array:
         gradient = problem.moments(variables(shares))[1]
-        found: Array = kept @ (gradient[loose, :4] * span[loose, None]).T
-        return found
+        slope: Array = kept @ (gradient[loose, :4] * span[loose, None]).T
+        return slope
 
     def margins(shares: Array) -> Array:
         at = variables(shares)
@@ -103,6 +103,6 @@ def _independent_rows(problem: Problem, slopes: Array) -> Array:
     scales = 1.0 / (length * np.array([1.0, 1.0, reach_mm, reach_mm]))
     left, sizes, _ = np.linalg.svd((slopes[:, :4] * scales).T[:rows], full_matrices=False)
     strong = sizes > INDEPENDENT * max(float(sizes.max()), 1e-300)
-    found = np.zeros((int(strong.sum()), 4))
-    found[:, :rows] = (left[:, strong] / sizes[strong]).T * scales[:rows]
-    return found
+    rows_out = np.zeros((int(strong.sum()), 4))
+    rows_out[:, :rows] = (left[:, strong] / sizes[strong]).T * scales[:rows]
+    return rows_out

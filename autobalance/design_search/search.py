@@ -39,26 +39,26 @@ class Generation:
 
     def line(self) -> dict[str, Any]:
         """Return it as JSON values with all digits."""
-        told = [{"variables": each.variables.tolist(), **each.values} for each in self.analysed]
+        analysed = [{"variables": each.variables.tolist(), **each.values} for each in self.analysed]
         return {
             "generation": self.number,
             "asked": self.asked.tolist(),
             "variables": [each.variables.tolist() for each in self.candidates],
             "objectives": [each.objectives.tolist() for each in self.candidates],
             "violations": [each.by_geometry for each in self.candidates],
-            **({"analysed": told} if told else {}),
+            **({"analysed": analysed} if analysed else {}),
         }
 
     @classmethod
     def of_line(cls, line: dict[str, Any]) -> Generation:
         """Return the generation that a line holds."""
         rows = zip(line["variables"], line["objectives"], line["violations"], strict=True)
-        made = tuple(Candidate(np.array(v), np.array(o), float(b), float(b)) for v, o, b in rows)
-        told = []
+        candidates = tuple(Candidate(np.array(v), np.array(o), float(b), float(b)) for v, o, b in rows)
+        analysed = []
         for each in line.get("analysed", ()):
             variables = each.pop("variables")
-            told.append(Analysed(np.array(variables), each))
-        return cls(int(line["generation"]), np.array(line["asked"]), made, tuple(told))
+            analysed.append(Analysed(np.array(variables), each))
+        return cls(int(line["generation"]), np.array(line["asked"]), candidates, tuple(analysed))
 
 
 def searched(
@@ -93,31 +93,31 @@ def searched(
     options = problem.design.search
     algorithm = _algorithm(problem)
     pool = workers or InThisProcess()
-    found = Found(problem, ())
+    findings = Found(problem, ())
     by_number = {generation.number: generation for generation in known}
     number, looked_at = 0, 0
     while algorithm.has_next():
         number += 1
-        asked = algorithm.ask()
-        places = np.atleast_2d(asked.get("X"))[: options.evaluations - looked_at]
+        population = algorithm.ask()
+        places = np.atleast_2d(population.get("X"))[: options.evaluations - looked_at]
         generation = by_number.get(number)
         if generation is None or not np.array_equal(generation.asked, places):
             progress(f"generation {number}", looked_at / options.evaluations)
             rows = _judged_all(problem, [low + place * span for place in places], pool)
             if problem.strengths_wanted:
                 progress(f"finite elements, generation {number}", looked_at / options.evaluations)
-            told = analysed_next(found, rows, number, pool)
-            generation = Generation(number, places, tuple(rows), told)
+            analysed = analysed_next(findings, rows, number, pool)
+            generation = Generation(number, places, tuple(rows), analysed)
             keep(generation)
-        found = found.with_known(generation.analysed) if generation.analysed else found
-        own = tuple(completed(found.problem, each) for each in generation.candidates)
-        found = replace(found, candidates=(*found.candidates, *own))
+        findings = findings.with_known(generation.analysed) if generation.analysed else findings
+        own = tuple(completed(findings.problem, each) for each in generation.candidates)
+        findings = replace(findings, candidates=(*findings.candidates, *own))
         looked_at += len(own)
         progress(f"generation {number}", looked_at / options.evaluations)
         if looked_at >= options.evaluations:
             break
-        _tell(algorithm, asked, own, options.method)
-    return found
+        _tell(algorithm, population, own, options.method)
+    return findings
 
 
 def _judged_all(problem: Problem, rows: Sequence[Array], workers: Workers) -> list[Candidate]:
@@ -172,14 +172,14 @@ def _first(start: Array, count: int, seed: int) -> Array:
     return first
 
 
-def _tell(algorithm: Any, asked: Any, candidates: Sequence[Candidate], method: str) -> None:
+def _tell(algorithm: Any, population: Any, candidates: Sequence[Candidate], method: str) -> None:
     broken = np.array([[each.violation] for each in candidates])
     values = np.stack([each.objectives for each in candidates])
     if method == "cmaes":
         scale = np.abs(values[0, 0]) or 1.0
-        asked.set("F", values + PENALTY * scale * broken)
+        population.set("F", values + PENALTY * scale * broken)
     else:
-        asked.set("F", values)
-        asked.set("G", broken)
+        population.set("F", values)
+        population.set("G", broken)
     algorithm.evaluator.n_eval += len(candidates)
-    algorithm.tell(infills=asked)
+    algorithm.tell(infills=population)

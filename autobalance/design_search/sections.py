@@ -84,8 +84,8 @@ class FreeBody:
 
     def radii_at(self, radii_mm: Array, depth_mm: float) -> Array:
         """Return the control radii at a distance from the face towards the crankpin."""
-        found: Array = np.asarray(radii_mm) - self.slope * depth_mm
-        return found
+        radii: Array = np.asarray(radii_mm) - self.slope * depth_mm
+        return radii
 
     def region_at(self, radii_mm: Array, depth_mm: float = 0.0) -> Region:
         """Return a section with its corners and holes, in the profile's axes."""

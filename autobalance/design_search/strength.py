@@ -119,5 +119,5 @@ def _facets_on(body: ElasticBody, pin: Pin, z_mm: tuple[float, float], name: str
             f"[fem]: the mesh has no surface of {name} (⌀{2 * radius:.4g} mm); needed a smaller size_mm, "
             f"less than {math.tau * radius / 8:.3g}"
         )
-    found: NDArray[np.int64] = facets[on].astype(np.int64)
-    return found
+    on_face: NDArray[np.int64] = facets[on].astype(np.int64)
+    return on_face

@@ -78,41 +78,42 @@ class StrengthModel:
     @classmethod
     def of(cls, bounds: Array, known: Sequence[Analysed]) -> StrengthModel | None:
         """Return the model that analysed designs make; None: too few of them are known."""
-        told = [each for each in known if each.values]
-        if len(told) < 2:
+        analysed = [each for each in known if each.values]
+        if len(analysed) < 2:
             return None
-        places = np.stack([_shares(bounds, each.variables) for each in told])
-        found = {
-            name: _process(places, np.log([each.values[name] for each in told])) for name in told[0].values
+        places = np.stack([_shares(bounds, each.variables) for each in analysed])
+        models = {
+            name: _process(places, np.log([each.values[name] for each in analysed]))
+            for name in analysed[0].values
         }
-        return cls(bounds, places, found)
+        return cls(bounds, places, models)
 
     def predicted(self, variables: Array) -> dict[str, float]:
         """Return what finite elements would find, by name."""
-        found = {}
+        predicted = {}
         for name, each in self.processes.items():
             off = float((self._row(variables, each.length) * each.weights).sum())
-            found[name] = float(np.exp(each.mean + min(max(off, -MOST_LOG), MOST_LOG)))
-        return found
+            predicted[name] = float(np.exp(each.mean + min(max(off, -MOST_LOG), MOST_LOG)))
+        return predicted
 
     def errors_at(self, variables: Array) -> dict[str, float]:
         """Return the standard deviation of the predictions for a design, by name, as shares."""
         own = _shares(self.bounds, variables)
         whole = LINE * (1.0 + float((own * own).sum())) + 1.0
-        found = {}
+        errors = {}
         for name, each in self.processes.items():
             row = self._row(variables, each.length)
             left = whole - float((row * (each.inverse * row).sum(axis=1)).sum())
-            found[name] = min(max(each.deviation * float(np.sqrt(max(left, 0.0))), LEAST_ERROR), MOST_ERROR)
-        return found
+            errors[name] = min(max(each.deviation * float(np.sqrt(max(left, 0.0))), LEAST_ERROR), MOST_ERROR)
+        return errors
 
     def _row(self, variables: Array, length: float) -> Array:
         """Return the covariance (n,) of a design with the known ones."""
         place = _shares(self.bounds, variables)
         products = (self.places * place).sum(axis=1)
         square = ((self.places - place) ** 2).sum(axis=1)
-        found: Array = LINE * (1.0 + products) + np.exp(-0.5 * square / length**2)
-        return found
+        covariance: Array = LINE * (1.0 + products) + np.exp(-0.5 * square / length**2)
+        return covariance
 
     @property
     def errors(self) -> dict[str, float]:
@@ -127,8 +128,8 @@ class StrengthModel:
 
 def _shares(bounds: Array, variables: Array) -> Array:
     low, high = bounds.T
-    found: Array = (variables - low) / np.where(high > low, high - low, 1.0)
-    return found
+    shares: Array = (variables - low) / np.where(high > low, high - low, 1.0)
+    return shares
 
 
 def _process(places: Array, logs: Array) -> _Process:

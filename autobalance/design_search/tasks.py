@@ -22,11 +22,11 @@ def each_done(
     bare = replace(problem, model=None)
     if isinstance(workers, InThisProcess):
         return [work((bare, task)) for task in tasks]
-    sent, made = pickle.dumps(bare), {}
+    sent, results = pickle.dumps(bare), {}
     for done in workers.run(work, [(sent, task) for task in tasks]):
         # where no worker outlives a task, this process does it
-        made[done.number] = work((bare, tasks[done.number])) if done.lost else done.value
-    return [made[number] for number in range(len(tasks))]
+        results[done.number] = work((bare, tasks[done.number])) if done.lost else done.value
+    return [results[number] for number in range(len(tasks))]
 
 
 def problem_of(sent: Any) -> Problem:
@@ -37,5 +37,5 @@ def problem_of(sent: Any) -> Problem:
 @lru_cache(maxsize=1)
 def _unpacked(sent: bytes) -> Problem:
     """Return a problem as it was sent; a worker makes it once."""
-    found: Problem = pickle.loads(sent)
-    return found
+    problem: Problem = pickle.loads(sent)
+    return problem

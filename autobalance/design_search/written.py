@@ -66,12 +66,12 @@ def written(problem: Problem, variables: Array) -> WrittenDesign:
     best: WrittenDesign | None = None
     for _ in range(PASSES):
         solved = problem.solved(variables, off)
-        made = _made(problem, solved)
-        if best is None or made.used_share < best.used_share:
-            best = made
+        design = _made(problem, solved)
+        if best is None or design.used_share < best.used_share:
+            best = design
         if best.used_share <= ENOUGH * ALLOWED:
             break
-        off = made.residual.components - problem.residual(problem.moments(solved)[0]).components
+        off = design.residual.components - problem.residual(problem.moments(solved)[0]).components
     assert best is not None
     if not problem.strengths_wanted:
         return best

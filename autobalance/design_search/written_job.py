@@ -21,10 +21,10 @@ def job_toml(problem: Problem) -> str:
     def in_file(point: Any) -> list[float]:
         return [float(v) for v in back[:3, :3] @ np.asarray(point) + back[:3, 3]]
 
-    def pins(found: Sequence[Any]) -> list[dict[str, Any]]:
+    def pins(crankpins: Sequence[Any]) -> list[dict[str, Any]]:
         return [
             {"centre_mm": in_file(p.centre_mm), "diameter_mm": p.diameter_mm, "width_mm": p.width_mm}
-            for p in found
+            for p in crankpins
         ]
 
     crankshaft: dict[str, Any] = {

@@ -72,8 +72,8 @@ def disc_thickness_mm(
     >>> round(disc_thickness_mm(2847335.0, 98.0, 20.0, 188.0, 7850e-6), 3)
     39.799
     """
-    wanted = 32.0 * polar_g_mm2 / (math.pi * density_g_mm3)
-    thickness = (wanted - shaft_mm**4 * length_mm) / (disc_mm**4 - shaft_mm**4)
+    polar = 32.0 * polar_g_mm2 / (math.pi * density_g_mm3)
+    thickness = (polar - shaft_mm**4 * length_mm) / (disc_mm**4 - shaft_mm**4)
     if not 0.0 < thickness <= length_mm:
         raise ValueError(
             f"a disc of {disc_mm:g} mm would have to be {thickness:.4g} mm thick for this inertia; the "
@@ -175,11 +175,11 @@ class PlainBearings:
         unit = self.bearing.force_unit_N(self.viscosity_Pa_s, speed_rad_s)
         if load_N == 0.0:
             return 0.0 if speed_rad_s > 0.0 else None
-        wanted = load_N / (unit * 4.0 * self.bearing.slenderness**2) if unit > 0.0 else math.inf
+        load_number = load_N / (unit * 4.0 * self.bearing.slenderness**2) if unit > 0.0 else math.inf
 
         def carried(ratio: float) -> float:
             rest = 1.0 - ratio**2
-            return ratio * math.sqrt((ratio / rest**2) ** 2 + (0.25 * math.pi) ** 2 / rest**3) - wanted
+            return ratio * math.sqrt((ratio / rest**2) ** 2 + (0.25 * math.pi) ** 2 / rest**3) - load_number
 
         return None if carried(CONTACT) < 0.0 else float(brentq(carried, 0.0, CONTACT, xtol=1e-14))
 

@@ -50,20 +50,20 @@ def critical_speeds(prepared: PreparedRotor, upper_rad_s: float) -> list[Critica
         return []
     reduced = reduced_rotor(prepared.matrices, KEPT * upper_rad_s, least=SPARE_MODES)
     if prepared.rotor.constant_bearings and reduced.conservative(0.0):
-        found = _direct(reduced, upper_rad_s)
+        criticals = _direct(reduced, upper_rad_s)
     else:
-        found = _searched(reduced, upper_rad_s)
-    found.sort(key=lambda each: each.speed_rad_s)
-    return _pairs_as_one(found)
+        criticals = _searched(reduced, upper_rad_s)
+    criticals.sort(key=lambda each: each.speed_rad_s)
+    return _pairs_as_one(criticals)
 
 
-def _pairs_as_one(found: list[CriticalSpeed]) -> list[CriticalSpeed]:
+def _pairs_as_one(criticals: list[CriticalSpeed]) -> list[CriticalSpeed]:
     """Return critical speeds of which two at one speed are told once: motion in any plane, whirl None.
 
     How each of the two whirls is chance, where forward and backward whirl have one frequency.
     """
     kept: list[CriticalSpeed] = []
-    for each in found:
+    for each in criticals:
         if kept and each.speed_rad_s - kept[-1].speed_rad_s <= SAME * each.speed_rad_s:
             kept[-1] = CriticalSpeed(kept[-1].speed_rad_s, None, kept[-1].log_decrement)
         else:
@@ -82,7 +82,7 @@ def _direct(reduced: ReducedRotor, upper_rad_s: float) -> list[CriticalSpeed]:
     def inert(vector: Complex) -> Complex:
         return np.asarray(matrices.mass @ vector - 1j * (matrices.gyroscopic @ vector), dtype=complex)
 
-    found = []
+    criticals = []
     for speed, vector in zip(speeds, vectors.T, strict=True):
         if speed > 1.01 * upper_rad_s:
             continue
@@ -100,8 +100,8 @@ def _direct(reduced: ReducedRotor, upper_rad_s: float) -> list[CriticalSpeed]:
             strain = np.vdot(full, np.asarray(stiffness @ full, dtype=complex))
             square = float((strain / np.vdot(full, inert(full))).real)
         if square**0.5 <= upper_rad_s:
-            found.append(CriticalSpeed(square**0.5, whirl_of_orbits(*matrices.deflections(full)), 0.0))
-    return found
+            criticals.append(CriticalSpeed(square**0.5, whirl_of_orbits(*matrices.deflections(full)), 0.0))
+    return criticals
 
 
 def _solved(real: Sparse, imaginary: Sparse, load: Complex) -> Complex:
@@ -157,7 +157,7 @@ def _definite(stiffness: Array, inertia: Complex, rigid: int | None) -> tuple[Ar
 def _searched(reduced: ReducedRotor, upper_rad_s: float) -> list[CriticalSpeed]:
     speeds = upper_rad_s * np.linspace(1e-4, 1.0, SCANNED + 1)
     above = np.array([frequencies_with_zeros(reduced, float(speed))[0] - speed for speed in speeds])
-    found = []
+    criticals = []
     for step, branch in zip(*np.nonzero((above[:-1] > 0.0) != (above[1:] > 0.0)), strict=True):
 
         def beyond(speed: float, branch: int = int(branch)) -> float:
@@ -167,8 +167,8 @@ def _searched(reduced: ReducedRotor, upper_rad_s: float) -> list[CriticalSpeed]:
         if frequencies_with_zeros(reduced, speed)[1][int(branch)] <= OVERDAMPED:
             critical = _on_the_line(reduced, speed)
             if critical is not None:
-                found.append(critical)
-    return found
+                criticals.append(critical)
+    return criticals
 
 
 def _on_the_line(reduced: ReducedRotor, speed_rad_s: float) -> CriticalSpeed | None:

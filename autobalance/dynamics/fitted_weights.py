@@ -164,9 +164,9 @@ class _Search:
             program = self._program()
             x, bound = self._solved(program, end - time.monotonic())
             bound = max(bound, best.bound)
-            found = self._judged(*self._fitted(program, x), bound) if x is not None else None
-            if found is not None and self._allowed(found) and found.worst < best.worst:
-                best = found
+            weights = self._judged(*self._fitted(program, x), bound) if x is not None else None
+            if weights is not None and self._allowed(weights) and weights.worst < best.worst:
+                best = weights
             proven = best.worst <= (1.0 + ACCURACY) * bound + NEGLIGIBLE
             best = replace(best, bound=bound, proven=proven)
             if x is None or proven or time.monotonic() > end:
@@ -347,9 +347,9 @@ class _Search:
         shown = tuple(None if fit.free else each for each, fit in zip(split, self.fittings, strict=True))
         return FittedWeights(sums_g_mm, shown, float(np.abs(residual).max()), bound, proven=False)
 
-    def _allowed(self, found: FittedWeights) -> bool:
+    def _allowed(self, weights: FittedWeights) -> bool:
         limits = np.array([each.limit_g_mm for each in self.fittings])
-        return bool((np.abs(found.sums_g_mm) <= (1.0 + OVER) * limits).all())
+        return bool((np.abs(weights.sums_g_mm) <= (1.0 + OVER) * limits).all())
 
     def _refine(self, program: _Program, x: Array) -> None:
         """Touch each circle where the solution is, and cut the chosen arcs into four."""

@@ -34,11 +34,11 @@ def changes(initial: Complex, trials: Sequence[Trial]) -> list[Complex]:
 
     The reading *without* is that of the last run whose weight was left on, else the initial one.
     """
-    found, without = [], initial
+    coefficients, without = [], initial
     for trial in trials:
-        found.append(trial.readings - without)
+        coefficients.append(trial.readings - without)
         without = trial.readings if trial.left_on else without
-    return found
+    return coefficients
 
 
 def influence_coefficients(initial: Complex, trials: Sequence[Trial], planes: int) -> Complex:

@@ -90,10 +90,10 @@ def modal_correction(
         If the planes are too few, or lie where they cannot reach the modes. With more planes than
         needed the least correction (sum of squares) is returned.
     """
-    needed = modes + (2 if rigid else 0)
-    if len(planes_m) < needed:
+    least_planes = modes + (2 if rigid else 0)
+    if len(planes_m) < least_planes:
         what = f"{modes} mode{'s' if modes > 1 else ''}" + (" with resultant and moment" if rigid else "")
-        raise ValueError(f"{len(planes_m)} planes given; {what} need {needed}")
+        raise ValueError(f"{len(planes_m)} planes given; {what} need {least_planes}")
     there = np.array([z for z, _ in unbalances])
     amount = np.array([phasor for _, phasor in unbalances], dtype=complex)
     at_planes = _conditions(reduced, np.array(planes_m), modes, rigid)

@@ -81,8 +81,8 @@ class RotorMatrices:
     @cached_property
     def springs(self) -> tuple[tuple[int, Bearing], ...]:
         """Bearings that give, with their deflection's unknown in a plane."""
-        found = ((int(self.deflection_at[self.node_at(each.z_m)]), each) for each in self.rotor.bearings)
-        return tuple((at, each) for at, each in found if each.constraint is None and at >= 0)
+        places = ((int(self.deflection_at[self.node_at(each.z_m)]), each) for each in self.rotor.bearings)
+        return tuple((at, each) for at, each in places if each.constraint is None and at >= 0)
 
     def bearing_stiffness(self, speed_rad_s: float) -> Sparse:
         """Return the bearings' part of the stiffness matrix."""

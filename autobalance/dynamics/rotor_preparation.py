@@ -72,10 +72,10 @@ def prepared(
     keep = KEPT * top
     for _ in range(TRIES):
         reduced = reduced_rotor(matrices, keep, least=2 * modes // 2 + SPARE_MODES)
-        found = modes_at(reduced, top_speed_rad_s, modes)[:: max(1, modes // 4)]
-        better = refined(reduced, top_speed_rad_s, found)
+        coarse = modes_at(reduced, top_speed_rad_s, modes)[:: max(1, modes // 4)]
+        better = refined(reduced, top_speed_rad_s, coarse)
         off = [
-            abs(a.eigenvalue - b.eigenvalue) / abs(b.eigenvalue) for a, b in zip(found, better, strict=True)
+            abs(a.eigenvalue - b.eigenvalue) / abs(b.eigenvalue) for a, b in zip(coarse, better, strict=True)
         ]
         if max(off, default=0.0) <= REDUCTION_ERROR or reduced.basis.shape[1] >= matrices.size_1:
             break
@@ -117,11 +117,11 @@ def _divided(
     for _ in range(TRIES):
         matrices = rotor_matrices(rotor, mesh_of(rotor, stations, top, REFINED, finer))
         frequency, _, _ = planar_modes(matrices)
-        wanted = max(top_speed_rad_s, _at(frequency, planar))
+        top_needed = max(top_speed_rad_s, _at(frequency, planar))
         if all(section.elements for section in rotor.sections):
-            return matrices, wanted
-        if not 0.5 * top <= wanted <= 1.02 * top:
-            top = 1.01 * wanted
+            return matrices, top_needed
+        if not 0.5 * top <= top_needed <= 1.02 * top:
+            top = 1.01 * top_needed
             continue
         closer, _, _ = planar_modes(rotor_matrices(rotor, mesh_of(rotor, stations, top, REFINED + 1, finer)))
         count = min(planar, len(frequency), len(closer))
@@ -130,7 +130,7 @@ def _divided(
         if off.max(initial=0.0) <= MESH_ERROR:
             break
         finer *= 1.5
-    return matrices, wanted
+    return matrices, top_needed
 
 
 def _at(frequency: Array, number: int) -> float:

@@ -97,7 +97,7 @@ def run_up(
     if solution.sol is None or not solution.success:
         raise ArithmeticError(f"the run in time could not be integrated: {solution.message}")
     look = _rows(kept, places_m)
-    told = solution.sol(times)[:size]
+    states = solution.sol(times)[:size]
     steps = np.linspace(0.0, 1.0, 5)[:-1]
     fine = np.append((solution.t[:-1, None] + np.diff(solution.t)[:, None] * steps).ravel(), duration_s)
     seen = solution.sol(fine)[:size]
@@ -106,8 +106,8 @@ def run_up(
     return Motion(
         times,
         start_rad_s + acceleration * times,
-        (look @ told[0::2]).T,
-        (look @ told[1::2]).T,
+        (look @ states[0::2]).T,
+        (look @ states[1::2]).T,
         radius[np.arange(len(at)), at],
         fine[at],
     )

@@ -212,9 +212,9 @@ class _Run:
         t, y = self.t, self.y
         before = self.mode
         self.mode = "linear"  # for the torque on a rotor whose torque is not late
-        asked = self.command(t, y)
-        side = 1.0 if asked >= 0.0 else -1.0
-        over = side * asked - self.limit
+        torque = self.command(t, y)
+        side = 1.0 if torque >= 0.0 else -1.0
+        over = side * torque - self.limit
         on_limit = abs(over) <= AT_LIMIT * self.limit
         if on_limit or over > 0.0:
             self.mode, self.side = before, side
@@ -251,14 +251,14 @@ class _Run:
                 return True
         elif self.motion * y[0] < -STANDING_RAD_S:
             return True
-        asked = self.side * self.command(t, y) - self.limit
+        excess = self.side * self.command(t, y) - self.limit
         if self.mode == "linear":
             return abs(self.command(t, y)) > self.limit
         e = self.side * self.error(t, y)
         if self.mode == "frozen":
-            return asked < 0.0 or e < 0.0
+            return excess < 0.0 or e < 0.0
         if self.mode == "running":
-            return asked < 0.0 or e > 0.0
+            return excess < 0.0 or e > 0.0
         slope = self.side * self.kp * self.error_slope(t, y)
         return slope > 0.0 or slope + self.ki * e < 0.0
 
@@ -285,17 +285,17 @@ class _Run:
 
     def _to_the_edge(self, h: float) -> tuple[float, State]:
         """Return the shortest step known that leaves the mode, and where it leads."""
-        inside, outside, found = 0.0, h, self._step(h)
+        inside, outside, state = 0.0, h, self._step(h)
         for _ in range(BISECTIONS):
             middle = 0.5 * (inside + outside)
             if middle in (inside, outside) or self.t + middle == self.t:
                 break
             y = self._step(middle)
             if self._leaves(self.t + middle, y):
-                outside, found = middle, y
+                outside, state = middle, y
             else:
                 inside = middle
-        return outside, found
+        return outside, state
 
     def _step(self, h: float) -> State:
         """Return the state a step on: classical Runge-Kutta."""

@@ -138,14 +138,18 @@ def _put_on(shaft: ShaftState, part: Part, specific_mm: float) -> tuple[Assembly
     permissible = part.permissible_g_mm
     if permissible is None:
         permissible = mass * specific_mm / part.speed_ratio
-    taken = _taken(total, moment, part.correct_mm)
-    left = total - sum(each.unbalance_g_mm for each in taken)
-    left_moment = moment - sum(each.z_mm * each.unbalance_g_mm for each in taken)
+    corrections = _taken(total, moment, part.correct_mm)
+    left = total - sum(each.unbalance_g_mm for each in corrections)
+    left_moment = moment - sum(each.z_mm * each.unbalance_g_mm for each in corrections)
     # In two planes everything goes; sums would leave rounding.
     after = (
-        ShaftState(mass, 0j, 0j) if len(taken) == 2 else ShaftState(mass, complex(left), complex(left_moment))
+        ShaftState(mass, 0j, 0j)
+        if len(corrections) == 2
+        else ShaftState(mass, complex(left), complex(left_moment))
     )
-    stage = AssemblyStage(part, mass, runout, key, total, moment, permissible, taken, after.unbalance_g_mm)
+    stage = AssemblyStage(
+        part, mass, runout, key, total, moment, permissible, corrections, after.unbalance_g_mm
+    )
     return stage, after
 
 

@@ -21,7 +21,7 @@ def undamped_map(
     Damping, cross coupling and differences between the directions are left out. Divided and reduced
     once a decade of stiffness.
     """
-    found: list[list[CriticalSpeed]] = []
+    lines: list[list[CriticalSpeed]] = []
     stations = list(stations_m)
     ready, ready_for = None, 0.0
     for stiffness in stiffnesses_n_m:
@@ -30,8 +30,8 @@ def undamped_map(
             ready, ready_for = prepared(same, upper_rad_s, modes, stations), float(stiffness)
         matrices = replace(ready.matrices, rotor=same)
         reduced = replace(ready.reduced, matrices=matrices)
-        found.append(critical_speeds(replace(ready, matrices=matrices, reduced=reduced), upper_rad_s))
-    return found
+        lines.append(critical_speeds(replace(ready, matrices=matrices, reduced=reduced), upper_rad_s))
+    return lines
 
 
 def _replaced(bearing: Bearing, stiffness_n_m: float) -> Bearing:

@@ -129,10 +129,10 @@ class TorsionTrain:
         rigid = [(g.first, g.second, g.ratio) for g in self.gears if g.mesh_n_m_rad is None]
         ratios, pieces = _spread(len(self.inertias_kg_m2), rigid)
         columns = {piece: at for at, piece in enumerate(dict.fromkeys(pieces))}
-        found = np.zeros((len(ratios), len(columns)))
+        basis = np.zeros((len(ratios), len(columns)))
         for station, (ratio, piece) in enumerate(zip(ratios, pieces, strict=True)):
-            found[station, columns[piece]] = ratio
-        return found
+            basis[station, columns[piece]] = ratio
+        return basis
 
     @property
     def referred_inertias_kg_m2(self) -> Array:
@@ -267,13 +267,13 @@ def train_response(
     omega = np.asarray(frequencies_rad_s)[:, None, None]
     dynamic = stiffness + 1j * omega * damping - omega**2 * np.diag(mass)
     forces = torques_n_m @ basis
-    found = np.zeros((len(frequencies_rad_s), basis.shape[1]), dtype=complex)
+    twists = np.zeros((len(frequencies_rad_s), basis.shape[1]), dtype=complex)
     for row, matrix in enumerate(dynamic[:, free[:, None], free[None, :]]):
         try:
-            found[row, free] = np.linalg.solve(matrix, forces[row, free])
+            twists[row, free] = np.linalg.solve(matrix, forces[row, free])
         except np.linalg.LinAlgError:
-            found[row] = np.nan
-    angles = np.asarray(found @ basis.T, dtype=np.complex128)
+            twists[row] = np.nan
+    angles = np.asarray(twists @ basis.T, dtype=np.complex128)
     carried = train.springs_n_m_rad + 1j * omega[:, 0] * train.across_n_m_s
     first, second = train.links.T
     torques = carried * (angles[:, second] - angles[:, first])

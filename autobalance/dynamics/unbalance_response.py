@@ -57,15 +57,15 @@ def unbalance_response(
     load = matrices.unbalance_phasor(list(unbalances))
     at = np.array([matrices.deflection_at[matrices.node_at(z)] for z in places_m], dtype=int)
     band = _Band(matrices)
-    found = np.zeros((len(speeds_rad_s), 2, len(at)), dtype=complex)
+    deflections = np.zeros((len(speeds_rad_s), 2, len(at)), dtype=complex)
     for row, speed in enumerate(speeds_rad_s):
         try:
             answer = band.solve(float(speed), speed**2 * load)
         except LinAlgError:  # an undamped rotor exactly on its critical speed
             answer = np.full(len(load), np.nan, dtype=complex)
         for plane in (0, 1):
-            found[row, plane] = np.where(at >= 0, answer[2 * at + plane], 0.0)
-    return Orbits(np.asarray(speeds_rad_s), found[:, 0], found[:, 1])
+            deflections[row, plane] = np.where(at >= 0, answer[2 * at + plane], 0.0)
+    return Orbits(np.asarray(speeds_rad_s), deflections[:, 0], deflections[:, 1])
 
 
 class _Band:

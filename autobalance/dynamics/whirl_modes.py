@@ -93,7 +93,7 @@ def with_circular_pairs(values: Complex, vectors: Complex) -> Complex:
     vectors : (2 m, k) complex
         x and y alternating.
     """
-    made = vectors.copy()
+    combined = vectors.copy()
     first = 0
     while first < len(values) - 1:
         pair = vectors[:, first : first + 2]
@@ -104,9 +104,9 @@ def with_circular_pairs(values: Complex, vectors: Complex) -> Complex:
         if abs(triangle[1, 1]) > ONE_VECTOR * abs(triangle[0, 0]):
             x, y = orthonormal[0::2], orthonormal[1::2]
             area = 0.5j * (x.conj().T @ y - y.conj().T @ x)  # −Im(x* y) of a mixture
-            made[:, first : first + 2] = orthonormal @ np.linalg.eigh(area)[1]
+            combined[:, first : first + 2] = orthonormal @ np.linalg.eigh(area)[1]
         first += 2
-    return made
+    return combined
 
 
 def frequencies_with_zeros(reduced: ReducedRotor, speed_rad_s: float) -> tuple[Array, Array]:

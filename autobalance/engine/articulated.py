@@ -122,12 +122,12 @@ class LinkCrank(SliderCrank):
         def speed(at: float) -> float:
             return float(self.motion(np.array(at)).dx_mm)
 
-        found = []
+        angles = []
         for at in (int(place.argmax()), int(place.argmin())):
             low, high = angle[at] - step, angle[at] + step
-            found.append(float(brentq(speed, low, high, xtol=1e-14, rtol=1e-15)))
-        top = (found[0] + math.pi) % (2.0 * math.pi) - math.pi
-        return top, top + (found[1] - top) % (2.0 * math.pi)
+            angles.append(float(brentq(speed, low, high, xtol=1e-14, rtol=1e-15)))
+        top = (angles[0] + math.pi) % (2.0 * math.pi) - math.pi
+        return top, top + (angles[1] - top) % (2.0 * math.pi)
 
     @property
     def dead_centres_rad(self) -> tuple[float, float]:
@@ -146,8 +146,8 @@ class LinkCrank(SliderCrank):
 
     def harmonics(self, highest: int) -> Complex:
         """Return the harmonics of the acceleration over r ω² (highest + 1,), by a Fourier transform."""
-        found: Complex = fourier(self.position_mm, highest) * np.arange(highest + 1) ** 2
-        return np.asarray(found / self.crank_radius_mm, dtype=np.complex128)
+        coefficients: Complex = fourier(self.position_mm, highest) * np.arange(highest + 1) ** 2
+        return np.asarray(coefficients / self.crank_radius_mm, dtype=np.complex128)
 
     def lever_mm(self, angle_rad: Array) -> Array:
         """Return the torque about the crank axis of 1 N on the piston towards the crank [N·mm/N].

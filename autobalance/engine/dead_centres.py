@@ -33,11 +33,11 @@ class FirstOrderCounterweight:
 
 def dead_centres(engine: Engine) -> list[DeadCentres]:
     """Return stroke and dead centres of each cylinder."""
-    found = []
+    centres = []
     for number, each in enumerate(engine.cylinders, 1):
         lead = each.bank_rad - each.throw_angle_rad
         top, bottom = (wrapped_deg(math.degrees(at + lead)) for at in each.slider_crank.dead_centres_rad)
-        found.append(
+        centres.append(
             DeadCentres(
                 number=number,
                 stroke_mm=each.slider_crank.stroke_mm,
@@ -45,7 +45,7 @@ def dead_centres(engine: Engine) -> list[DeadCentres]:
                 bottom_dead_centre_deg=bottom,
             )
         )
-    return found
+    return centres
 
 
 def first_order_counterweight(engine: Engine) -> FirstOrderCounterweight:

@@ -181,11 +181,11 @@ def _in_planes(
     ``planes_mm`` count from the place that the moments are taken about.
     """
     low, high = planes_mm
-    found = []
+    planes = []
     for force, moment in zip(forces, moments, strict=True):
         far = (1e3 * moment - low * force) / (high - low)
-        found.append(np.concatenate([force - far, far]))
-    return found[0], found[1]
+        planes.append(np.concatenate([force - far, far]))
+    return planes[0], planes[1]
 
 
 def _best_of(at_zero: Array, change: Array, least: float) -> float | None:

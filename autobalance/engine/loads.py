@@ -108,8 +108,8 @@ def support_of(
     (Support, Loads)
         The loads' mains are the two that stand for the place, ``LEVER_MM`` apart.
     """
-    found = loads(engine, (z_mm, z_mm + LEVER_MM), speed_rad_s, angle_rad, acceleration_rad_s2)
-    return Support(z_mm, found.main_n.sum(axis=0), found.main_n[1]), found
+    support_loads = loads(engine, (z_mm, z_mm + LEVER_MM), speed_rad_s, angle_rad, acceleration_rad_s2)
+    return Support(z_mm, support_loads.main_n.sum(axis=0), support_loads.main_n[1]), support_loads
 
 
 def lever_shares(z_mm: float, mains_z_mm: Sequence[float]) -> Array:

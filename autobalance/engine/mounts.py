@@ -77,8 +77,8 @@ class MountedEngine:
     def response(self, frequencies_rad_s: Array, wrenches: Complex) -> Complex:
         """Return the motion (k, 6) of the centre under forces and moments about the centre (k, 6)."""
         omega = np.asarray(frequencies_rad_s)[:, None, None]
-        found = np.linalg.solve(self.stiffness - omega**2 * self.mass, wrenches[..., None])
-        return np.asarray(found[..., 0])
+        motion = np.linalg.solve(self.stiffness - omega**2 * self.mass, wrenches[..., None])
+        return np.asarray(motion[..., 0])
 
     def wrench(self, force: Complex, moment_about_origin: Complex) -> Complex:
         """Return force and moment about the centre (..., 6) from those about the crank axis at z = 0."""

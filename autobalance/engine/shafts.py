@@ -213,7 +213,7 @@ def orders_with_shafts(
     orders: Sequence[Order], shafts: Sequence[BalanceShaft], speed_rad_s: float
 ) -> list[Order]:
     """Return an engine's orders with the forces of shafts added, and their moments about z = 0."""
-    found = []
+    with_shafts = []
     for order in orders:
         force, moment = order.force_n.copy(), order.moment_n_m.copy()
         for shaft in shafts:
@@ -221,8 +221,8 @@ def orders_with_shafts(
                 amplitude = shaft.amplitude_g_mm * speed_rad_s**2
                 force += amplitude * N_PER_G_MM_S2
                 moment += shaft.z_mm * amplitude * N_M_PER_G_MM2_S2
-        found.append(Order(order.order, force, moment))
-    return found
+        with_shafts.append(Order(order.order, force, moment))
+    return with_shafts
 
 
 @dataclass(frozen=True)
@@ -268,15 +268,15 @@ def couple_shafts(order: Order, speed_rad_s: float) -> tuple[CoupleShaft, ...]:
         Crank speed that its moment was taken at [rad/s].
     """
     greatest = max(order.moment_circles_n_m)
-    found = []
+    shafts = []
     for forward, circle in zip((True, False), order.moment_circles_n_m, strict=True):
         if circle <= LEAST_CIRCLE * greatest:
             continue
         number = round(order.order)
         per_unit = (number * speed_rad_s) ** 2 * N_M_PER_G_MM2_S2
         couple, phase_rad = _turning(order.moment_n_m, forward, per_unit)
-        found.append(CoupleShaft(number, forward, couple, phase_rad))
-    return tuple(found)
+        shafts.append(CoupleShaft(number, forward, couple, phase_rad))
+    return tuple(shafts)
 
 
 def place_of_least_moment_mm(order: Order) -> float:

@@ -180,11 +180,13 @@ class SliderCrank:
         """
         orders = np.arange(highest + 1)
         if self.offset_mm == 0.0:
-            found = np.zeros(highest + 1, dtype=np.complex128)
-            found[1:2] = 1.0
+            coefficients = np.zeros(highest + 1, dtype=np.complex128)
+            coefficients[1:2] = 1.0
             for order in orders[2::2]:
-                found[order] = (-1.0) ** (order // 2 + 1) * harmonic_coefficient(int(order), self.ratio)
-            return found
+                coefficients[order] = (-1.0) ** (order // 2 + 1) * harmonic_coefficient(
+                    int(order), self.ratio
+                )
+            return coefficients
         samples = max(SAMPLES, 4 * highest)
         position = self.position_mm(2.0 * math.pi * np.arange(samples) / samples)
         spectrum = np.fft.rfft(position)[: highest + 1] * (2.0 / samples)

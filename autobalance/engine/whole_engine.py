@@ -215,17 +215,17 @@ class Engine:
         force, moment = self._amplitudes(highest)
         square = speed_rad_s**2
         nothing = np.zeros(2, dtype=np.complex128)
-        found: list[Order] = []
+        orders: list[Order] = []
         for order in range(1, highest + 1):
-            found.append(Order(order - 0.5, nothing, nothing))
-            found.append(
+            orders.append(Order(order - 0.5, nothing, nothing))
+            orders.append(
                 Order(
                     float(order),
                     force[order] * square * N_PER_G_MM_S2,
                     moment[order] * square * N_M_PER_G_MM2_S2,
                 )
             )
-        return found
+        return orders
 
     def _amplitudes(self, highest: int) -> tuple[Complex, Complex]:
         """Force and moment over ω² by order, (highest + 1, 2) each [g·mm, g·mm²]."""

@@ -45,9 +45,9 @@ def curvature_sizes(
     length = np.linalg.norm(ends[:, 1] - ends[:, 0], axis=1)
     altitudes = doubled[pairs].sum(axis=1) / np.maximum(length, 1e-300)
     curved = (angle > FLATTEST_RAD) & (angle < SHARPEST_RAD) & (length > 0.0)
-    wanted = share_of_radius * altitudes[curved] / (2.0 * angle[curved])
-    finer = wanted < size_mm
-    sizes = np.maximum(wanted[finer], size_mm / FINEST)
+    edge_mm = share_of_radius * altitudes[curved] / (2.0 * angle[curved])
+    finer = edge_mm < size_mm
+    sizes = np.maximum(edge_mm[finer], size_mm / FINEST)
     return _along(ends[curved][finer], length[curved][finer], sizes)
 
 

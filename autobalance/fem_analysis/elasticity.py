@@ -100,10 +100,10 @@ class ElasticBody:
         """Return the volume (n,) that each node stands for [mm³]: rows of the scalar mass matrix summed."""
         values = np.stack([np.asarray(each[0]) for each in self.basis.basis])
         shares = np.einsum("aeq,eq->ea", np.broadcast_to(values, (10, *self.basis.dx.shape)), self.basis.dx)
-        found: Array = np.bincount(
+        masses: Array = np.bincount(
             self.element_dofs.reshape(-1), shares.reshape(-1), minlength=self.nodes
         ).astype(np.float64)
-        return found
+        return masses
 
 
 def stiffness_and_mass(body: ElasticBody, material: Material) -> tuple[sparse.csc_matrix, sparse.csc_matrix]:
@@ -136,10 +136,10 @@ def _element_stiffness(gradients: Array, rule: Array, material: Material) -> Arr
     product = product.transpose(0, 1, 3, 2, 4)  # (m, a, b, i, j): ∫ ∂i φ_a ∂j φ_b
     first, second = material.lame_MPa
     trace = np.trace(product, axis1=3, axis2=4)
-    found: Array = (
+    stiffness: Array = (
         first * product + second * product.swapaxes(3, 4) + second * trace[..., None, None] * np.eye(3)
     )
-    return found
+    return stiffness
 
 
 @dataclass(frozen=True, eq=False)
@@ -169,13 +169,13 @@ class _Pattern:
         place = self.place[part].reshape(-1)
         flat = blocks.reshape(len(place), -1)
         columns = [np.bincount(place, column, minlength=self.count) for column in flat.T]
-        found: Array = np.stack(columns, axis=1).astype(np.float64)
-        return found.reshape(self.count, *blocks.shape[3:])
+        total: Array = np.stack(columns, axis=1).astype(np.float64)
+        return total.reshape(self.count, *blocks.shape[3:])
 
     def matrix(self, blocks: Array) -> sparse.csc_matrix:
         size = 3 * self.nodes
-        made = sparse.bsr_matrix((blocks, self.columns, self.starts), shape=(size, size)).tocsc()
-        return sparse.csc_matrix((made + made.T) * 0.5)
+        lower = sparse.bsr_matrix((blocks, self.columns, self.starts), shape=(size, size)).tocsc()
+        return sparse.csc_matrix((lower + lower.T) * 0.5)
 
 
 def nodal_stress_MPa(body: ElasticBody, material: Material, displacement_mm: Array) -> tuple[Array, Array]:
@@ -245,8 +245,8 @@ def skfem_edges() -> list[tuple[int, int]]:
 def von_mises_MPa(stress: Array) -> Array:
     """Return von Mises' stress (n,) of stresses (n, 3, 3)."""
     deviator = stress - np.trace(stress, axis1=1, axis2=2)[:, None, None] / 3.0 * np.eye(3)
-    found: Array = np.sqrt(1.5 * np.einsum("nij,nij->n", deviator, deviator))
-    return found
+    equivalent: Array = np.sqrt(1.5 * np.einsum("nij,nij->n", deviator, deviator))
+    return equivalent
 
 
 # --- curved meshes ----------------------------------------------------------------------------------------
@@ -285,8 +285,8 @@ def _distorted(mesh: Any) -> NDArray[np.bool_]:
     reference = np.concatenate([np.eye(3, 4, 1), np.full((3, 1), 0.25)], axis=1)  # corners and middle
     jacobian = mesh.mapping().detDF(reference)
     mean = jacobian.mean(axis=1)
-    found: NDArray[np.bool_] = (jacobian / mean[:, None]).min(axis=1) < FLATTENED
-    return found
+    distorted: NDArray[np.bool_] = (jacobian / mean[:, None]).min(axis=1) < FLATTENED
+    return distorted
 
 
 def _straightened(mesh: Any, bad: NDArray[np.bool_]) -> Any:

@@ -212,10 +212,10 @@ def _run(order: _Order, folder: Path, longest_s: float) -> dict[str, Any]:
         raise SolidError(
             f"the mesher ended with code {done.returncode}; needed another size_mm or a cleaner solid"
         )
-    found: dict[str, Any] = json.loads(answer.read_text(encoding="utf-8"))
-    if found["error"] is not None:
-        raise SolidError(f"the mesher failed: {found['error']}; needed another size_mm or a cleaner solid")
-    return found
+    mesh: dict[str, Any] = json.loads(answer.read_text(encoding="utf-8"))
+    if mesh["error"] is not None:
+        raise SolidError(f"the mesher failed: {mesh['error']}; needed another size_mm or a cleaner solid")
+    return mesh
 
 
 def _loaded(file: Path, size_mm: float, volume_mm3: float, shift_mm: Array) -> TetrahedronMesh:

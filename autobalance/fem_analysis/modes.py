@@ -70,14 +70,14 @@ def modes_of(
         and not values[rigid] > RIGID_SHARE * _shift(body, material)
     ):
         raise SolidError("the solid is of parts that move on their own; needed one connected solid")
-    found = []
+    modes = []
     directions = slice_motions(body)
     for value, vector in zip(values[rigid:], vectors.T[rigid:], strict=True):
         flat = np.zeros(stiffness.shape[0])
         flat[free] = vector
         shape = flat.reshape(-1, 3)
-        found.append(Mode(math.sqrt(max(value, 0.0)) / math.tau, directions.kind(shape), shape))
-    return found
+        modes.append(Mode(math.sqrt(max(value, 0.0)) / math.tau, directions.kind(shape), shape))
+    return modes
 
 
 def rigid_motions(places_mm: Array) -> Array:
@@ -116,9 +116,16 @@ def _lowest(
     factor = factorised(stiffness + shift * mass)
     inverse = LinearOperator((size, size), matvec=factor.solve, dtype=np.float64)
     start = np.random.default_rng(1).standard_normal(size)
-    wanted = min(count + MORE, size - 1)
+    count_sought = min(count + MORE, size - 1)
     values, vectors = eigsh(
-        stiffness, k=wanted, M=mass, sigma=-shift, OPinv=inverse, v0=start, ncv=min(3 * wanted, size), tol=0.0
+        stiffness,
+        k=count_sought,
+        M=mass,
+        sigma=-shift,
+        OPinv=inverse,
+        v0=start,
+        ncv=min(3 * count_sought, size),
+        tol=0.0,
     )
     order = np.argsort(values)[:count]
     return values[order], vectors[:, order]
@@ -191,8 +198,8 @@ class SliceMotions:
 
 def _over(moment: Array, arm: Array) -> Array:
     """Return how fast slices turn; one with nothing off its axis does not."""
-    found: Array = np.divide(moment, arm, out=np.zeros_like(arm), where=arm > THIN * arm.max())
-    return found
+    quotient: Array = np.divide(moment, arm, out=np.zeros_like(arm), where=arm > THIN * arm.max())
+    return quotient
 
 
 def slice_motions(body: ElasticBody) -> SliceMotions:

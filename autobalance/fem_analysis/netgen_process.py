@@ -68,19 +68,21 @@ def _exact_geometry(order: dict[str, Any], answer: dict[str, Any]) -> Any:
     return geometry
 
 
-def _one(geometry: Any, order: dict[str, Any], wanted: dict[str, Any], size_mm: float) -> None:
+def _one(geometry: Any, order: dict[str, Any], size_field: dict[str, Any], size_mm: float) -> None:
     """Make one mesh, with coarser or finer settings where those asked for fail."""
     import netgen.meshing as netgen
 
     options: dict[str, Any] = {}
     if order["exact"]:
-        options["curvaturesafety"] = 1.0 / (order["share_of_radius"] * wanted["factor"])
+        options["curvaturesafety"] = 1.0 / (order["share_of_radius"] * size_field["factor"])
     else:
-        options["meshsizefilename"] = wanted["sizes"]
+        options["meshsizefilename"] = size_field["sizes"]
     attempts = [(grading, factor) for factor in TRIES for grading in GRADINGS]
     for number, (grading, factor) in enumerate(attempts, 1):
         try:
-            mesh = geometry.GenerateMesh(maxh=size_mm * wanted["factor"] * factor, grading=grading, **options)
+            mesh = geometry.GenerateMesh(
+                maxh=size_mm * size_field["factor"] * factor, grading=grading, **options
+            )
             mesh.SecondOrder()
         except netgen.NgException:
             if number == len(attempts):
@@ -89,7 +91,7 @@ def _one(geometry: Any, order: dict[str, Any], wanted: dict[str, Any], size_mm: 
         if len(mesh.Elements3D()):
             break
     np.savez(
-        wanted["file"],
+        size_field["file"],
         nodes_mm=np.asarray(mesh.Coordinates()),
         tetrahedra=mesh.Elements3D().NumPy()["nodes"][:, :10].astype(np.int64) - 1,
     )

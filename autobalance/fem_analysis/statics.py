@@ -127,8 +127,8 @@ def _force(body: ElasticBody, load: Load) -> Array:
     else:
         assert load.force_N is not None
         vector = np.asarray(load.force_N) / shares.sum()
-    found: Array = (shares[:, None] * vector).reshape(-1)
-    return found
+    nodal: Array = (shares[:, None] * vector).reshape(-1)
+    return nodal
 
 
 def facet_shares(body: ElasticBody, facets: NDArray[np.int64]) -> Array:
@@ -155,8 +155,8 @@ def _facets_in(body: ElasticBody, box_mm: Box, name: str) -> NDArray[np.int64]:
         lowest, highest = body.places_mm.min(axis=0), body.places_mm.max(axis=0)
         reach = " to ".join("(" + ", ".join(f"{v:.6g}" for v in end) + ")" for end in (lowest, highest))
         raise JobError(f"{name}.box_mm holds no surface; the solid reaches from {reach} mm")
-    found: NDArray[np.int64] = facets[inside].astype(np.int64)
-    return found
+    on_face: NDArray[np.int64] = facets[inside].astype(np.int64)
+    return on_face
 
 
 def facet_nodes(body: ElasticBody, facets: NDArray[np.int64]) -> NDArray[np.int64]:

@@ -122,9 +122,9 @@ def analyse(record: Record, question: Question) -> Analysis:
         if name
     }
     channel, *_ = _whole(warnings, main)
-    wanted = {main.name: channel}
+    channels = {main.name: channel}
     for name, each in others.items():
-        wanted[name] = channel if each is main else _whole(warnings, each)[0]
+        channels[name] = channel if each is main else _whole(warnings, each)[0]
     clipped = {each.name: _clipped(record, question, each) for each in record.channels}
     warnings += _clip_notes(clipped, {each.name for each in (main, *others.values())})
     if note := aliasing_note(channel):
@@ -132,7 +132,7 @@ def analyse(record: Record, question: Question) -> Analysis:
     speed = _speed(record, question, channel, warnings)
     count = question.max_order
     lines = _lines(channel, speed, count, warnings)
-    modes = _modes(channel, question, wanted, speed, lines, warnings) if question.natural else []
+    modes = _modes(channel, question, channels, speed, lines, warnings) if question.natural else []
     meeting = question.frequencies_hz
     if meeting is None:
         meeting = tuple(mode.frequency_hz for mode in modes)
@@ -140,7 +140,7 @@ def analyse(record: Record, question: Question) -> Analysis:
     return Analysis(
         record, question, channel, clipped, speed, sines_of(channel, question.window, question.peaks), lines,
         modes, crossings(meeting, question.max_order), found_defects, found_envelope,
-        _circles(question, wanted, speed), warnings,
+        _circles(question, channels, speed), warnings,
     )  # fmt: skip
 
 
@@ -161,9 +161,9 @@ def _is_tacho(channel: Channel, question: Question, record: Record) -> bool:
 def _main_channel(record: Record, question: Question) -> Channel:
     """Return the channel that is asked for, or the only one there is."""
     if question.channel is not None:
-        found = record.channel(question.channel)
+        channel = record.channel(question.channel)
     elif question.axes is not None:
-        found = record.channel(question.axes[0])
+        channel = record.channel(question.axes[0])
     else:
         aside = {id(record.channel(question.excitation))} if question.excitation is not None else set()
         left = [
@@ -176,22 +176,24 @@ def _main_channel(record: Record, question: Question) -> Channel:
             raise FormatError(
                 f"{record.file} has {len(left)} channels that are no tacho ({names}); name one with --channel"
             )
-        found = left[0]
-    if len(found) < SHORTEST:
-        raise FormatError(f"channel {found.name!r} has {len(found)} samples; at least {SHORTEST} are needed")
-    return found
+        channel = left[0]
+    if len(channel) < SHORTEST:
+        raise FormatError(
+            f"channel {channel.name!r} has {len(channel)} samples; at least {SHORTEST} are needed"
+        )
+    return channel
 
 
 def _whole(warnings: list[str], *channels: Channel) -> list[Channel]:
     """Return channels without holes, each of which is told."""
-    found = []
+    whole_ones = []
     for channel in channels:
         _check_size(channel)
         whole, note = filled(channel)
         if note:
             warnings.append(note)
-        found.append(whole)
-    return found
+        whole_ones.append(whole)
+    return whole_ones
 
 
 def _check_size(channel: Channel) -> None:
@@ -220,13 +222,13 @@ def _speed(record: Record, question: Question, channel: Channel, warnings: list[
         return Speed("given", _given(record, question.speed_rpm, channel.duration_s))
     if question.tacho is not None:
         [tacho] = _whole(warnings, record.channel(question.tacho))
-        found = pulses(tacho, question.pulses_per_rev, question.threshold)
-        if isinstance(found, str):
-            warnings.append(f"missing pulses: {found}; nothing is told by orders")
+        train = pulses(tacho, question.pulses_per_rev, question.threshold)
+        if isinstance(train, str):
+            warnings.append(f"missing pulses: {train}; nothing is told by orders")
             return Speed("tacho", None)
-        warnings += _pulse_notes(found, tacho.name)
-        turning = found.turning()
-        return Speed("tacho", turning, found.speed_uncertainty_rpm(turning.mean_rpm), found)
+        warnings += _pulse_notes(train, tacho.name)
+        turning = train.turning()
+        return Speed("tacho", turning, train.speed_uncertainty_rpm(turning.mean_rpm), train)
     by_itself = speed_of_record(channel) if not question.natural or question.excitation is None else None
     if by_itself is None:
         warnings.append("no speed is given and the record shows none: nothing is told by orders")
@@ -246,22 +248,22 @@ def _given(record: Record, speed_rpm: float, duration_s: float) -> Turning:
     return Turning(np.array([0.0, duration_s]), start + np.array([0.0, TURN * speed_rpm / 60.0 * duration_s]))
 
 
-def _pulse_notes(found: Pulses, name: str) -> list[str]:
+def _pulse_notes(train: Pulses, name: str) -> list[str]:
     notes = []
-    if found.missing:
+    if train.missing:
         notes.append(
-            f"missing pulses: {found.missing} of tacho {name!r} were put in between their neighbours"
+            f"missing pulses: {train.missing} of tacho {name!r} were put in between their neighbours"
         )
-    if found.extra:
-        notes.append(f"doubled pulses: {found.extra} of tacho {name!r} were taken out")
-    if found.pattern:
+    if train.extra:
+        notes.append(f"doubled pulses: {train.extra} of tacho {name!r} were taken out")
+    if train.pattern:
         notes.append(
-            f"tacho {name!r}: its {found.per_turn} pulses stand unevenly by {100.0 * found.pattern:.2g} % of "
+            f"tacho {name!r}: its {train.per_turn} pulses stand unevenly by {100.0 * train.pattern:.2g} % of "
             "their distance, the same each turn; taken for the encoder's own pattern and corrected"
         )
-    if found.repeats and found.repeats != found.per_turn:
+    if train.repeats and train.repeats != train.per_turn:
         notes.append(
-            f"tacho {name!r}: its pulses repeat every {found.repeats}, but {found.per_turn} a turn are told; "
+            f"tacho {name!r}: its pulses repeat every {train.repeats}, but {train.per_turn} a turn are told; "
             "speed and orders are wrong if that is its count"
         )
     return notes
@@ -278,19 +280,19 @@ def _lines(channel: Channel, speed: Speed, max_order: float, warnings: list[str]
             f"aliasing: order {max_order:g} reaches {max_order * fastest:.6g} Hz, half the sample rate is "
             f"{0.5 * channel.sample_rate_hz:.6g}; orders above {top:g} cannot be told"
         )
-    found = order_lines(channel, speed.turning, top) if top >= 0.5 else None
-    if found is None:
+    lines = order_lines(channel, speed.turning, top) if top >= 0.5 else None
+    if lines is None:
         warnings.append(f"the record holds {speed.turning.turns:.3g} turns; orders need two whole ones")
-    return found
+    return lines
 
 
 def _modes(
-    channel: Channel, question: Question, wanted: dict[str, Channel], speed: Speed, lines: OrderLines | None,
+    channel: Channel, question: Question, others: dict[str, Channel], speed: Speed, lines: OrderLines | None,
     warnings: list[str],
 ) -> list[Mode]:  # fmt: skip
     """Return modes from the transfer function, the orders that pass, or the response alone, as can be had."""
     if question.excitation is not None:
-        force = wanted[question.excitation]
+        force = others[question.excitation]
         _check_alike(channel, force)
         length = min(len(channel), len(force))
         response, thin = thinned(channel, length)
@@ -301,12 +303,12 @@ def _modes(
         strong = np.argsort(-strength)[:STRONGEST_ORDERS]
         orders = [float(lines.orders[k]) for k in strong if strength[k] > 0.03 * strength.max()]
         return modes_of_run_up(response, rate, speed.turning, orders)
-    found = modes_of_sweep(response, rate)
+    modes = modes_of_sweep(response, rate)
     if speed.turning is not None and speed.is_steady:
-        found = [mode for mode in found if not _is_order(mode, speed.turning, rate / len(response))]
-    if not found:
+        modes = [mode for mode in modes if not _is_order(mode, speed.turning, rate / len(response))]
+    if not modes:
         warnings.append("no natural frequency stands out of this record")
-    return found
+    return modes
 
 
 def _is_order(mode: Mode, turning: Turning, step_hz: float) -> bool:
@@ -334,15 +336,15 @@ def _bearing(
         warnings.append(f"the envelope is of the first {LONG / channel.sample_rate_hz:.6g} s")
         channel = Channel(channel.name, channel.unit, channel.sample_rate_hz, channel.values(0, LONG))
     band = question.band_hz or liveliest_band(channel)
-    found = envelope(channel, *band)
+    band_envelope = envelope(channel, *band)
     if question.bearing is None or speed.turning is None:
-        return found, None if question.bearing is None else []
-    told = defects(found, _clipped_to(speed.turning, channel.duration_s), question.bearing)
-    if not told:
+        return band_envelope, None if question.bearing is None else []
+    bearing_defects = defects(band_envelope, _clipped_to(speed.turning, channel.duration_s), question.bearing)
+    if not bearing_defects:
         warnings.append(
             "the envelope is too slow, or the record too short, for the bearing's orders at this speed"
         )
-    return found, told
+    return band_envelope, bearing_defects
 
 
 def _clipped_to(turning: Turning, duration_s: float) -> Turning:
@@ -353,18 +355,18 @@ def _clipped_to(turning: Turning, duration_s: float) -> Turning:
     return Turning(times, turning.angle_rad(times))
 
 
-def _circles(question: Question, wanted: dict[str, Channel], speed: Speed) -> Circles | None:
+def _circles(question: Question, channels: dict[str, Channel], speed: Speed) -> Circles | None:
     if question.axes is None or speed.turning is None:
         return None
-    first, second = (wanted[name] for name in question.axes)
+    first, second = (channels[name] for name in question.axes)
     _check_alike(first, second)
-    found = [
+    lines = [
         order_lines(each, speed.turning, min(question.max_order, _top(each, speed)))
         for each in (first, second)
     ]
-    if found[0] is None or found[1] is None:
+    if lines[0] is None or lines[1] is None:
         return None
-    return circles(1.0, complex(found[0].amplitudes[1]), complex(found[1].amplitudes[1]))
+    return circles(1.0, complex(lines[0].amplitudes[1]), complex(lines[1].amplitudes[1]))
 
 
 def _top(channel: Channel, speed: Speed) -> float:

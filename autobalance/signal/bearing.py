@@ -84,17 +84,17 @@ def liveliest_band(channel: Channel) -> tuple[float, float]:
     return max(bands, key=peakedness)
 
 
-def defects(found: Envelope, turning: Turning, bearing: RollingBearing) -> list[Defect]:
+def defects(band_envelope: Envelope, turning: Turning, bearing: RollingBearing) -> list[Defect]:
     """Return what the envelope holds at each of a bearing's orders, by the shaft's angle.
 
     The envelope is read at even steps of angle, so that a speed that varies does not smear its lines. None
     are told where it is too slow for them, or the record too short.
     """
     fastest = float(turning.speeds_rpm().max()) / 60.0
-    top = min(2.5 * max(bearing.orders().values()), 0.45 * found.sample_rate_hz / fastest)
+    top = min(2.5 * max(bearing.orders().values()), 0.45 * band_envelope.sample_rate_hz / fastest)
     if top < max(bearing.orders().values()) or turning.turns < FEWEST_TURNS:
         return []
-    by_turn, per_turn = _by_turn(found, turning, top)
+    by_turn, per_turn = _by_turn(band_envelope, turning, top)
     sines = find_sines(by_turn, per_turn, most=24)
     mean_hz = turning.mean_rpm / 60.0
     return [
@@ -102,11 +102,11 @@ def defects(found: Envelope, turning: Turning, bearing: RollingBearing) -> list[
     ]
 
 
-def _by_turn(found: Envelope, turning: Turning, top: float) -> tuple[Array, float]:
+def _by_turn(band_envelope: Envelope, turning: Turning, top: float) -> tuple[Array, float]:
     """Return the envelope at even steps of angle, and how many a turn."""
     from autobalance.signal.by_angle import by_angle, samples_per_turn
 
-    channel = Channel("envelope", None, found.sample_rate_hz, found.values)
+    channel = Channel("envelope", None, band_envelope.sample_rate_hz, band_envelope.values)
     first = turning.angles_rad[0]
     turns = int((turning.angles_rad[-1] - max(first, 0.0)) / TURN)
     per_turn = samples_per_turn(top)

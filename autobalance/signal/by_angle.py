@@ -116,7 +116,7 @@ def _interpolated(values: Array, rate: float, times_s: Array, pass_hz: float, st
     table = cut * np.sinc(cut * place)
     table *= np.i0(KAISER * np.sqrt(np.maximum(1.0 - (place / half) ** 2, 0.0))) / np.i0(KAISER)
     slopes = np.diff(table, append=0.0)
-    found = np.zeros(len(times_s))
+    samples = np.zeros(len(times_s))
     offsets = np.arange(-half + 1, half + 1)
     for first in range(0, len(times_s), POINTS):
         at = times_s[first : first + POINTS] * rate
@@ -125,5 +125,5 @@ def _interpolated(values: Array, rate: float, times_s: Array, pass_hz: float, st
         index = distance.astype(np.intp)
         weights = table[index] + slopes[index] * (distance - index)
         reading = np.clip(whole[:, None] + offsets[None, :], 0, len(values) - 1)
-        found[first : first + POINTS] = (values[reading] * weights).sum(axis=1)
-    return found
+        samples[first : first + POINTS] = (values[reading] * weights).sum(axis=1)
+    return samples

@@ -103,10 +103,10 @@ def _modelled(values: Array, holes: NDArray[np.bool_], rate_hz: float) -> Array:
     sound, lost = np.flatnonzero(~holes), np.flatnonzero(holes)
     least = 3.0 * len(lost) / len(values)
     for _ in range(MODEL_ROUNDS):
-        found = find_sines(values, rate_hz)
-        if not found:
+        candidates = find_sines(values, rate_hz)
+        if not candidates:
             break
-        sines = [sine for sine in found if sine.amplitude > least * found[0].amplitude]
+        sines = [sine for sine in candidates if sine.amplitude > least * candidates[0].amplitude]
         least *= 0.3
         model = sum(
             (s.amplitude * np.cos(2.0 * np.pi * s.frequency_hz * times + s.phase_rad) for s in sines),

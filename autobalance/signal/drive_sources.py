@@ -53,7 +53,7 @@ class Gear:
         """
         what, mesh = f"gear {self.name!r}", self.teeth * self.speed
         force = _force(self.stiffness_N_um, self.error_um)
-        found = [
+        sources = [
             Source(
                 k * mesh,
                 f"{what}: mesh of {self.teeth} teeth" + (f" × {k}" if k > 1 else "") + force * (k == 1),
@@ -63,21 +63,21 @@ class Gear:
         wheels = [("the wheel", self.speed)]
         if self.mates is not None:
             wheels.append(("its mate", mesh / self.mates))
-        found += [
+        sources += [
             Source(mesh + side * speed, f"{what}: mesh modulated by {wheel} out of true")
             for wheel, speed in wheels
             for side in (-1.0, 1.0)
             if mesh - speed > 0.0
         ]
         runout = _force(self.stiffness_N_um, self.runout_um)
-        found += [
+        sources += [
             Source(speed, f"{what}: {wheel} turns{runout * (wheel == 'the wheel')}")
             for wheel, speed in wheels
         ]
         if self.mates is not None:
             again = mesh / math.lcm(self.teeth, self.mates)
-            found.append(Source(again, f"{what}: the same two teeth meet again (hunting tooth)"))
-        return found
+            sources.append(Source(again, f"{what}: the same two teeth meet again (hunting tooth)"))
+        return sources
 
 
 @dataclass(frozen=True)
@@ -115,15 +115,15 @@ class Belt:
         """
         what = f"belt {self.name!r}"
         turn, slip = math.pi * self.pulley_mm * self.speed / self.length_mm, 0.0 if self.teeth else CREEP
-        found = [
+        sources = [
             Source(k * turn, f"{what}: a place on the belt" + (f" × {k}" if k > 1 else ""), slip)
             for k in range(1, HARMONICS + 1)
         ]
         pull = _force(self.stiffness_N_um, self.runout_um)
-        found.append(Source(self.speed, f"{what}: the pulley turns{pull}"))
+        sources.append(Source(self.speed, f"{what}: the pulley turns{pull}"))
         if self.teeth:
-            found.append(Source(self.teeth * self.speed, f"{what}: mesh of {self.teeth} teeth"))
-        return found
+            sources.append(Source(self.teeth * self.speed, f"{what}: mesh of {self.teeth} teeth"))
+        return sources
 
 
 @dataclass(frozen=True)

@@ -39,8 +39,8 @@ def sines_of(channel: Channel, window_name: str, most: int) -> list[Sine]:
         if sine.frequency_hz - last > SAME_BINS * rate / PIECE:
             groups.append([])
         groups[-1].append((sine, start))
-    found = [_together(group, len(starts)) for group in groups]
-    return sorted(found, key=lambda sine: -sine.amplitude)[:most]
+    sines = [_together(group, len(starts)) for group in groups]
+    return sorted(sines, key=lambda sine: -sine.amplitude)[:most]
 
 
 def _together(group: list[tuple[Sine, float]], pieces: int) -> Sine:

@@ -86,19 +86,19 @@ def order_map(channel: Channel, turning: Turning, max_order: float, window_name:
     starts = np.round(np.linspace(0, turns - of_row, rows)).astype(int) * per_turn
     columns = np.arange(round(max_order * of_row) + 1) / of_row
     weights = window(window_name, length) * (2.0 / (length * gain(window_name)))
-    found = np.zeros((rows, len(columns)))
+    amplitudes = np.zeros((rows, len(columns)))
     held, at, row = np.zeros(0), 0, 0
     for piece in by_angle(channel, turning, per_turn, max_order, turns):
         held = np.concatenate([held, piece])
         while row < rows and starts[row] + length <= at + len(held):
             values = held[starts[row] - at : starts[row] - at + length]
-            found[row] = np.abs(fft.rfft(values * weights))[: len(columns)]
+            amplitudes[row] = np.abs(fft.rfft(values * weights))[: len(columns)]
             row += 1
         drop = min((starts[row] if row < rows else at + len(held)) - at, len(held))
         held, at = held[drop:], at + drop
-    found[:, 0] *= 0.5
+    amplitudes[:, 0] *= 0.5
     middles = turning.time_s((starts / per_turn + 0.5 * of_row) * TURN)
-    return Map(middles, turning.speed_rad_s(middles) * (60.0 / TURN), columns, found)
+    return Map(middles, turning.speed_rad_s(middles) * (60.0 / TURN), columns, amplitudes)
 
 
 def order_cuts(channel: Channel, turning: Turning, max_order: float, most: int = MOST_ROWS) -> list[OrderCut]:

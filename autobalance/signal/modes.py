@@ -121,13 +121,13 @@ def modes_of_response(response: Array, sample_rate_hz: float) -> list[Mode]:
     f, (sums,) = _log_sums(length, sample_rate_hz, power)
     density = sums.real / np.gradient(f)
     candidates = _peaks(f, np.sqrt(density), density > 1e-10 * density.max())
-    found = []
+    modes = []
     for place, guess in enumerate(candidates):
         room = _room(candidates, place)
         mode = _by_size(power, sample_rate_hz / length, guess.frequency_hz, room)
         if mode is not None:
-            found.append(mode)
-    return _distinct(found)
+            modes.append(mode)
+    return _distinct(modes)
 
 
 def _log_sums(length: int, rate: float, *values: Complex | Array) -> tuple[Array, list[Complex]]:
@@ -152,8 +152,8 @@ def _peaks(f: Array, size: Array, excited: NDArray[np.bool_]) -> list[_Candidate
     level = np.log(np.maximum(size, 1e-300))
     kernel = np.array([1.0, 2.0, 3.0, 2.0, 1.0]) / 9.0
     smooth = np.convolve(np.pad(level, 2, "edge"), kernel, "valid")
-    places, told = signal.find_peaks(smooth, prominence=PROMINENCE)
-    heights = np.asarray(told["prominences"])  # type: ignore[typeddict-item]
+    places, properties = signal.find_peaks(smooth, prominence=PROMINENCE)
+    heights = np.asarray(properties["prominences"])  # type: ignore[typeddict-item]
     return [
         _Candidate(float(f[place]), float(height))
         for place, height in zip(places, heights, strict=True)
@@ -175,18 +175,18 @@ def _room(candidates: Sequence[_Candidate], place: int) -> float:
 def _fitted(
     candidates: Sequence[_Candidate], y: Complex, inputs: Sequence[Complex], rate: float, length: int
 ) -> list[Mode]:
-    found = []
+    modes = []
     for place, guess in enumerate(candidates):
         mode = _by_inputs(y, inputs, rate / length, guess.frequency_hz, _room(candidates, place))
         if mode is not None:
-            found.append(mode)
-    return _distinct(found)
+            modes.append(mode)
+    return _distinct(modes)
 
 
-def _distinct(found: Sequence[Mode]) -> list[Mode]:
+def _distinct(modes: Sequence[Mode]) -> list[Mode]:
     """Return modes ascending, of those that are one the best explained."""
     kept: list[Mode] = []
-    for mode in sorted(found, key=lambda each: -each.explained):
+    for mode in sorted(modes, key=lambda each: -each.explained):
         near = (abs(mode.frequency_hz - other.frequency_hz) for other in kept)
         if all(gap > 0.5 * mode.damping_ratio * mode.frequency_hz for gap in near):
             kept.append(mode)
@@ -226,13 +226,13 @@ def _pole(s: Complex, seen: Complex, inputs: Sequence[Complex]) -> tuple[complex
     size = np.sqrt((np.abs(matrix) ** 2).sum(axis=0))
     size[size == 0.0] = 1.0
     for _ in range(ROUNDS):
-        found = np.linalg.lstsq(weight[:, None] * matrix / size, weight * s * seen, rcond=1e-12)[0] / size
-        moved = abs(complex(found[0]) - pole)
-        pole = complex(found[0])
+        solution = np.linalg.lstsq(weight[:, None] * matrix / size, weight * s * seen, rcond=1e-12)[0] / size
+        moved = abs(complex(solution[0]) - pole)
+        pole = complex(solution[0])
         weight = 1.0 / np.maximum(np.abs(s - pole), 1e-6)
         if moved < 1e-9:
             break
-    model = (matrix[:, 1:] @ found[1:]) / (s - pole)
+    model = (matrix[:, 1:] @ solution[1:]) / (s - pole)
     total = float((np.abs(seen) ** 2).sum())
     return pole, 1.0 - float((np.abs(seen - model) ** 2).sum()) / total if total else 0.0
 
@@ -273,11 +273,11 @@ def _bell(x: Array, seen: Array) -> tuple[float, float, float]:
         return float(np.mean(np.log(bell) + power / bell))
 
     start = np.array([0.0, np.log(0.15), np.log(0.3), np.log(0.05)])
-    found = optimize.minimize(cost, start, method="Nelder-Mead", options={"maxiter": 1500, "xatol": 1e-5})
-    smooth, bell = _thinned(power), _thinned(model(found.x))
+    optimum = optimize.minimize(cost, start, method="Nelder-Mead", options={"maxiter": 1500, "xatol": 1e-5})
+    smooth, bell = _thinned(power), _thinned(model(optimum.x))
     spread = float(((smooth - smooth.mean()) ** 2).sum())
     explained = 1.0 - float(((smooth - bell) ** 2).sum()) / spread if spread else 0.0
-    return float(found.x[0]), float(np.exp(found.x[1])), explained
+    return float(optimum.x[0]), float(np.exp(optimum.x[1])), explained
 
 
 def _thinned(values: Array) -> Array:

@@ -112,9 +112,9 @@ def _sums(channel: Channel, turning: Turning, count: int, low: float, high: floa
         powers = np.ones((2 * count + 1, len(times)), dtype=complex)
         for m in range(2 * count):
             np.multiply(powers[m], wave, out=powers[m + 1])
-        found = both @ powers.real.T + 1j * (both @ powers.imag.T)
-        waves += found[0]
-        sights += np.conj(found[1, : count + 1])
+        sums = both @ powers.real.T + 1j * (both @ powers.imag.T)
+        waves += sums[0]
+        sights += np.conj(sums[1, : count + 1])
     return waves, sights
 
 
@@ -130,5 +130,5 @@ def _solved(waves: Complex, sights: Complex) -> Complex:
     sin_cos = 0.5 * (together.imag + flip * apart.imag)
     matrix = np.block([[cos_cos, sin_cos.T[:, 1:]], [sin_cos[1:], sin_sin[1:, 1:]]])
     right = np.concatenate([sights.real, -sights.imag[1:]])
-    found = np.linalg.lstsq(matrix, right, rcond=1e-12)[0]
-    return np.asarray(found[1 : n + 1] - 1j * found[n + 1 :])
+    solution = np.linalg.lstsq(matrix, right, rcond=1e-12)[0]
+    return np.asarray(solution[1 : n + 1] - 1j * solution[n + 1 :])

@@ -22,7 +22,7 @@ LOWEST_HZ = 2.0
 """Waves from here on are kept whole: below, noise would drown them when it is integrated."""
 
 
-def as_quantity(record: Record, wanted: Quantity, tacho: str | None) -> Record:
+def as_quantity(record: Record, target: Quantity, tacho: str | None) -> Record:
     """Return a record whose channels of motion are all of one quantity; the tacho and others stay.
 
     Raises
@@ -36,17 +36,17 @@ def as_quantity(record: Record, wanted: Quantity, tacho: str | None) -> Record:
         units = ", ".join(f"{each.name} [{each.unit or 'no unit'}]" for each in record.channels)
         raise FormatError(f"{record.file} has no channel of acceleration, velocity or displacement: {units}")
     ids = {id(each) for each in known}
-    channels = tuple(_as(each, wanted) if id(each) in ids else each for each in record.channels)
+    channels = tuple(_as(each, target) if id(each) in ids else each for each in record.channels)
     return replace(record, channels=channels)
 
 
-def _as(channel: Channel, wanted: Quantity) -> Channel:
+def _as(channel: Channel, target: Quantity) -> Channel:
     if len(channel) > LONG:
         raise FormatError(f"{channel.name} has {len(channel)} samples; up to {LONG} can be integrated")
-    found = quantity(spelled(channel.unit))
-    assert found is not None  # asked before
-    times, size = found
-    order, unit, scale = DERIVED[wanted]
+    spelled_as = quantity(spelled(channel.unit))
+    assert spelled_as is not None  # asked before
+    times, size = spelled_as
+    order, unit, scale = DERIVED[target]
     values = channel.values() * (size * scale)
     if times != order:
         values = integrated(values, channel.sample_rate_hz, LOWEST_HZ, times - order)

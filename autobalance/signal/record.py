@@ -95,22 +95,22 @@ class Record:
             If there is none, or more than one.
         """
         exact = [each for each in self.channels if each.name == name]
-        found = exact or [each for each in self.channels if each.is_called(name)]
-        if len(found) == 1:
-            return found[0]
+        matching = exact or [each for each in self.channels if each.is_called(name)]
+        if len(matching) == 1:
+            return matching[0]
         known = ", ".join(each.name for each in self.channels)
-        what = "has no channel" if not found else "has several channels"
+        what = "has no channel" if not matching else "has several channels"
         why = "".join(f"; {note}" for note in self.notes if repr(name) in note)
         raise FormatError(f"{self.file} {what} {name!r}; its channels: {known}{why}")
 
     def calibrated(self, factors: Mapping[str, tuple[float, str | None]]) -> Record:
         """Return the record with channels multiplied by factors, and given units where these are not None."""
-        wanted = {id(self.channel(name)): value for name, value in factors.items()}
+        factor_of = {id(self.channel(name)): value for name, value in factors.items()}
 
         def scaled(channel: Channel) -> Channel:
-            if id(channel) not in wanted:
+            if id(channel) not in factor_of:
                 return channel
-            factor, unit = wanted[id(channel)]
+            factor, unit = factor_of[id(channel)]
             return replace(channel, factor=channel.factor * factor, unit=unit or channel.unit)
 
         return replace(self, channels=tuple(scaled(each) for each in self.channels))

@@ -12,7 +12,7 @@ SENSITIVITY = re.compile(r"^\s*([-+.\deE]+)\s*(mV|V)\s*/\s*\(?\s*([^()]+?)\s*\)?
 VOLTS = {"mV": 1e-3, "V": 1.0}
 
 
-def calibration_factor(name: str, given: float | str, unit: str | None) -> tuple[float, str | None]:
+def calibration_factor(name: str, value: float | str, unit: str | None) -> tuple[float, str | None]:
     """Return what to multiply a channel by, and its new unit, None where that stays.
 
     Examples
@@ -20,22 +20,22 @@ def calibration_factor(name: str, given: float | str, unit: str | None) -> tuple
     >>> calibration_factor("accel", "100 mV/g", "V"), calibration_factor("accel", "2.5", None)
     ((10.0, 'g'), (2.5, None))
     """
-    if isinstance(given, str):
-        found = SENSITIVITY.match(given)
-        if found:
-            size = _number(name, found[1]) * VOLTS[found[2]]
+    if isinstance(value, str):
+        match = SENSITIVITY.match(value)
+        if match:
+            size = _number(name, match[1]) * VOLTS[match[2]]
             volts = VOLTS.get(spelled(unit) or "V", 1.0)
-            return volts / size, found[3]
-    return _number(name, given), None
+            return volts / size, match[3]
+    return _number(name, value), None
 
 
-def _number(name: str, given: float | str) -> float:
+def _number(name: str, factor: float | str) -> float:
     try:
-        value = float(given)
+        value = float(factor)
     except ValueError:
         raise FormatError(
-            f"calibration of {name!r} is {given!r}; must be a factor, or a sensitivity as in 100mV/g"
+            f"calibration of {name!r} is {factor!r}; must be a factor, or a sensitivity as in 100mV/g"
         ) from None
     if not math.isfinite(value) or value == 0.0:
-        raise FormatError(f"calibration of {name!r} is {given}; must be a number other than 0")
+        raise FormatError(f"calibration of {name!r} is {factor}; must be a number other than 0")
     return value

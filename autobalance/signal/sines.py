@@ -233,10 +233,10 @@ class _Seen:
     def solved(self, bins: Array) -> _Solved:
         """Return the best amplitudes and mean at given frequencies."""
         rows, right = _split(_columns(self.at, self.length, self.name, bins)), _split(self.values)
-        found = np.linalg.lstsq(rows, right, rcond=1e-12)[0]
+        solution = np.linalg.lstsq(rows, right, rcond=1e-12)[0]
         m = len(bins)
-        fit = _Fit(bins, found[:m] + 1j * found[m : 2 * m], float(found[2 * m]))
-        return _Solved(fit, right - rows @ found, rows)
+        fit = _Fit(bins, solution[:m] + 1j * solution[m : 2 * m], float(solution[2 * m]))
+        return _Solved(fit, right - rows @ solution, rows)
 
 
 def _refined(spectrum: Complex, length: int, name: str, bins: Array, steps: int) -> _Fit:
@@ -298,8 +298,8 @@ def _step(seen: _Seen, best: _Solved, damping: float) -> Array:
         count = rows.shape[1]
         rows = np.vstack([rows, np.sqrt(damping) * np.eye(count)])
         right = np.append(right, np.zeros(count))
-    found = np.linalg.lstsq(rows, right, rcond=1e-12)[0] / size
-    return np.asarray(found[: len(bins)])
+    solution = np.linalg.lstsq(rows, right, rcond=1e-12)[0] / size
+    return np.asarray(solution[: len(bins)])
 
 
 def _split(values: Complex) -> Array:

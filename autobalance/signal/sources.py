@@ -77,19 +77,19 @@ def mass_sources(
     with_shafts = {order.order: order for order in shafts}
     force = max([order.greatest_force_n for order in orders] + list(alone.values()))
     moment = max(order.greatest_moment_n_m for order in orders)
-    found = []
+    sources = []
     for order in orders:
         kept = with_shafts.get(order.order, order)
         if alone[order.order] <= NOTHING * force and kept.greatest_moment_n_m <= NOTHING * moment:
             continue
         if kept.greatest_force_n <= NOTHING * force and kept.greatest_moment_n_m <= NOTHING * moment:
             continue
-        found.append(
+        sources.append(
             Source(
                 order.order, _masses_text(kept, alone[order.order], len(engine.cylinders), kept is not order)
             )
         )
-    return found + _rotating(engine, speed_rad_s)
+    return sources + _rotating(engine, speed_rad_s)
 
 
 def _masses_text(order: Order, alone: float, cylinders: int, shafts: bool) -> str:
@@ -107,8 +107,8 @@ def _alone(engine: Engine, speed_rad_s: float, highest: int) -> dict[float, floa
     if not engine.cylinders:
         return {float(k): 0.0 for k in range(1, highest + 1)}
     piston = replace(engine.cylinders[0], rotating_g=0.0)
-    found = Engine((piston,)).orders(speed_rad_s, highest)
-    return {order.order: order.greatest_force_n for order in found if order.order % 1.0 == 0.0}
+    orders = Engine((piston,)).orders(speed_rad_s, highest)
+    return {order.order: order.greatest_force_n for order in orders if order.order % 1.0 == 0.0}
 
 
 def _rotating(engine: Engine, speed_rad_s: float) -> list[Source]:
@@ -126,16 +126,16 @@ def _rotating(engine: Engine, speed_rad_s: float) -> list[Source]:
 def firing_sources(cylinders: int, strokes: int, max_order: float) -> list[Source]:
     """Return what combustion gives: the firing order's multiples, and what unlike cylinders leave."""
     cycle = 2.0 / strokes  # order of one cylinder's cycle
-    found = []
+    sources = []
     for k in range(1, int(max_order / cycle) + 1):
         order = k * cycle
         if k % cylinders == 0:
-            found.append(
+            sources.append(
                 Source(order, f"firing, harmonic {k // cylinders} of {order / (k // cylinders):g} a turn")
             )
         else:
-            found.append(Source(order, f"combustion: unlike cylinders or uneven firing, {k} times a cycle"))
-    return found
+            sources.append(Source(order, f"combustion: unlike cylinders or uneven firing, {k} times a cycle"))
+    return sources
 
 
 def torque_sources(orders: Sequence[tuple[float, float, float]]) -> list[Source]:

@@ -151,12 +151,12 @@ def _recursion(values: Array, order: int) -> Array:
     """Return 1, a₁ … of the prediction error filter of signals (n, k) by Burg's method: it never grows."""
     forward, backward = values[1:].copy(), values[:-1].copy()
     least = 1e-20 * float((values**2).sum())
-    found = np.array([1.0])
+    coefficients = np.array([1.0])
     for _ in range(order):
         power = float((forward**2).sum() + (backward**2).sum())
         if power <= least:
             break
         k = -2.0 * float((forward * backward).sum()) / power
-        found = np.concatenate([found, [0.0]]) + k * np.concatenate([[0.0], found[::-1]])
+        coefficients = np.concatenate([coefficients, [0.0]]) + k * np.concatenate([[0.0], coefficients[::-1]])
         forward, backward = (forward + k * backward)[1:], (backward + k * forward)[:-1]
-    return found
+    return coefficients

@@ -100,16 +100,16 @@ def crossings_s(channel: Channel, threshold: float | None = None) -> Array:
     if not low < level < high:
         return np.zeros(0)
     ready = level - HYSTERESIS * (level - low)
-    found: list[Array] = []
+    crossings: list[Array] = []
     armed, last = bool(channel.values(0, 1)[0] < level), np.nan
     for start in range(0, len(channel), BLOCK):
         piece = np.concatenate([[last], channel.values(start, start + BLOCK)])
         rises = np.flatnonzero((piece[:-1] < level) & (piece[1:] >= level))
         fresh, armed = _armed_rises(piece, rises, ready, armed)
         share = (level - piece[fresh]) / (piece[fresh + 1] - piece[fresh])
-        found.append((start - 1 + fresh + share) / channel.sample_rate_hz)
+        crossings.append((start - 1 + fresh + share) / channel.sample_rate_hz)
         last = float(piece[-1])
-    return np.concatenate(found)
+    return np.concatenate(crossings)
 
 
 def _armed_rises(
@@ -198,12 +198,12 @@ def _repeats(times: Array) -> int:
     return int(np.median(steps)) if even else 0
 
 
-def _evened(times: Array, per_turn: int, found: int, missing: int, extra: int, repeats: int = 0) -> Pulses:
+def _evened(times: Array, per_turn: int, count: int, missing: int, extra: int, repeats: int = 0) -> Pulses:
     """Take off what repeats each turn, then smooth."""
     offsets, pattern = _pattern(times, per_turn)
     clean = times - offsets
     return Pulses(
-        times, _smoothed(clean), per_turn, found, missing, extra, _interval_error(clean), pattern, repeats
+        times, _smoothed(clean), per_turn, count, missing, extra, _interval_error(clean), pattern, repeats
     )
 
 

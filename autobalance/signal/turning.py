@@ -66,11 +66,11 @@ class Turning:
 
     def time_s(self, angles_rad: Array) -> Array:
         """Return when angles (n,) are reached, by Newton's method from the nearest known ones [s]."""
-        found = np.interp(angles_rad, self.angles_rad, self.times_s)
+        times = np.interp(angles_rad, self.angles_rad, self.times_s)
         for _ in range(4):
-            speed = np.maximum(self.speed_rad_s(found), 1e-9)
-            found = np.clip(found - (self.angle_rad(found) - angles_rad) / speed, self.start_s, self.end_s)
-        return found
+            speed = np.maximum(self.speed_rad_s(times), 1e-9)
+            times = np.clip(times - (self.angle_rad(times) - angles_rad) / speed, self.start_s, self.end_s)
+        return times
 
     def speeds_rpm(self) -> Array:
         """Return the speed at the known angles and midway between them [1/min]."""

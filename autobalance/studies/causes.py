@@ -50,20 +50,20 @@ def causes_of(plan: Plan) -> Causes:
     JobError
         If nothing is.
     """
-    found = _Collected(plan)
-    found.weights()
-    found.original_weights()
-    found.density()
-    found.attached()
-    found.depths()
-    found.holes()
-    found.journals()
-    found.measurement()
-    if not found.draws:
+    collected = _Collected(plan)
+    collected.weights()
+    collected.original_weights()
+    collected.density()
+    collected.attached()
+    collected.depths()
+    collected.holes()
+    collected.journals()
+    collected.measurement()
+    if not collected.draws:
         raise JobError(
             f"{plan.job.path.name}: nothing is uncertain, every ± is 0; these keys may say one: {WHERE}"
         )
-    return Causes(tuple(found.draws), found.factor_rates, found.direction_rates)
+    return Causes(tuple(collected.draws), collected.factor_rates, collected.direction_rates)
 
 
 class _Collected:
@@ -138,9 +138,9 @@ class _Collected:
         """Return the factor of an untouched crank with its original parts."""
         loads = rotor_from_job.throw_loads(self.anatomy, self.job.engine, weights)
         attached = rotor_from_job.attached_moments(self.job.engine.attached)
-        found = rotor_from_job.crank_factor(crank, loads, attached)
-        assert found is not None  # the plan's was found from the same
-        return found
+        factor = rotor_from_job.crank_factor(crank, loads, attached)
+        assert factor is not None  # the plan's was found from the same
+        return factor
 
     def density(self) -> None:
         """Add the density of all metal, which with ``original`` moves the target too."""

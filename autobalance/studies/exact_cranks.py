@@ -90,7 +90,7 @@ def _made(plan: Plan, deviations: Deviations) -> Iterator[tuple[int, tuple[Cut, 
     """Yield each cut's number, itself with its depth, and how it lies beside its place."""
     result = plan.result
     holes = [number for number, cut in enumerate(result.corrections, 1) if KINDS[cut.kind].has_axis]
-    for number, made in enumerate(result.made, 1):
+    for number, cuts in enumerate(result.made, 1):
         motion = np.eye(4)
         if number in holes:
             where = "" if len(holes) == 1 else f"[hole {holes.index(number) + 1}]"
@@ -99,7 +99,7 @@ def _made(plan: Plan, deviations: Deviations) -> Iterator[tuple[int, tuple[Cut, 
             shift = deviations.get(f"{causes.POSITION}{where}", np.zeros(2)) @ axes
             turn = np.radians(deviations.get(f"{causes.WANDER}{where}", np.zeros(2))) @ axes
             motion = _moved_about(done.position_mm, turn, shift)
-        yield number, made, motion
+        yield number, cuts, motion
 
 
 def _depth(plan: Plan, number: int, depth_mm: float, deviations: Deviations) -> float:
@@ -148,8 +148,8 @@ def _drawn_factor(plan: Plan, deviations: Deviations, heavier_by: float) -> floa
                 weights = heavier(weights, table, name, float(drawn[0]))
     loads = rotor_from_job.throw_loads(plan.crank.anatomy, plan.job.engine, weights)
     attached = rotor_from_job.attached_moments(plan.job.engine.attached)
-    found = rotor_from_job.crank_factor(plan.crank.moments.scaled(1.0 + heavier_by), loads, attached)
-    return plan.rotor.factor if found is None else found
+    factor = rotor_from_job.crank_factor(plan.crank.moments.scaled(1.0 + heavier_by), loads, attached)
+    return plan.rotor.factor if factor is None else factor
 
 
 def _onto_true_axis(plan: Plan, deviations: Deviations) -> Array:

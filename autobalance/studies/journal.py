@@ -77,15 +77,15 @@ def read_journal(folder: Path) -> dict[str, Line]:
         data = path.read_bytes()
     except OSError as error:
         raise FileError(f"cannot read {path}: {system_reason(error)}") from None
-    found: dict[str, Line] = {}
+    lines: dict[str, Line] = {}
     for text in data.split(b"\n")[:-1]:
         try:
             line = json.loads(text)
         except ValueError:
             continue
         if isinstance(line, dict) and isinstance(line.get("name"), str):
-            found[line["name"]] = line
-    return found
+            lines[line["name"]] = line
+    return lines
 
 
 def rewrite_journal(folder: Path, lines: Mapping[str, Line]) -> None:

@@ -76,8 +76,8 @@ class Draw:
     @property
     def covariance(self) -> Array:
         """Covariance (4, 4) that it makes of the state."""
-        made: Array = self.variance * self.effect.T @ self.effect
-        return made
+        covariance: Array = self.variance * self.effect.T @ self.effect
+        return covariance
 
     def changes(self, deviations: Array) -> Array:
         """Return the state's changes (n, 4) by deviations (n, 1) or (n, 2).
@@ -90,8 +90,8 @@ class Draw:
     def sampled(self, seed: int, count: int, sampling: Sampling, stream: str = "") -> Array:
         """Return deviations (n, 1) or (n, 2) from nominal; ``stream`` begins the name of another sample."""
         draw = offsets if self.is_vector else deviations
-        found = draw(seed, stream + self.label, count, self.pm, self.distribution, sampling)
-        return found.reshape(count, -1)
+        draws = draw(seed, stream + self.label, count, self.pm, self.distribution, sampling)
+        return draws.reshape(count, -1)
 
 
 def state_of(unbalance: Unbalance) -> Array:
@@ -168,10 +168,10 @@ class LinearModel:
 
     def states(self, deviations: Mapping[str, Array]) -> Array:
         """Return the states (n, 4) of cranks with deviations by label."""
-        found = self.nominal
+        states = self.nominal
         for draw in self.draws:
-            found = found + draw.changes(deviations[draw.label])
-        return found
+            states = states + draw.changes(deviations[draw.label])
+        return states
 
     def used_shares(self, states: Array) -> Array:
         """Return the greatest of what is judged over its permissible value, of each state (n,)."""
@@ -220,24 +220,24 @@ def contributions(model: LinearModel) -> list[Contribution]:
     """Return each cause's part of the trace of the resultant's covariance, and of each plane's, falling."""
     total = model.covariance()
     planes = plane_weights(model.tolerance.places_mm)
-    found = []
+    shares_of = []
     for cause in dict.fromkeys(draw.cause for draw in model.draws):
         own = [draw for draw in model.draws if draw.cause == cause]
-        made = sum((draw.covariance for draw in own), np.zeros((4, 4)))
-        shares = [_part(weights @ made @ weights.T, weights @ total @ weights.T) for weights in planes]
+        covariance = sum((draw.covariance for draw in own), np.zeros((4, 4)))
+        shares = [_part(weights @ covariance @ weights.T, weights @ total @ weights.T) for weights in planes]
         widest = max(own, key=lambda draw: draw.pm)
-        found.append(
+        shares_of.append(
             Contribution(
                 cause,
                 widest.pm,
                 widest.unit,
                 widest.distribution,
-                _part(made[:2, :2], total[:2, :2]),
+                _part(covariance[:2, :2], total[:2, :2]),
                 (shares[0], shares[1]) if shares else None,
                 None if widest.is_vector else _at_ends(model.nominal, own),
             )
         )
-    return sorted(found, key=lambda each: -each.share)
+    return sorted(shares_of, key=lambda each: -each.share)
 
 
 def _part(own: Array, total: Array) -> float:

@@ -127,8 +127,8 @@ def study_of(
     check = _checked(plan, model, deviations, states, min(sampler.exact, sampler.samples))
     progress("looking for advice", 0.9)
     shares = model.used_shares(states)
-    wanted = DEFAULT_TARGET if target is None else target
-    reached = float((shares <= 1.0).mean()) >= wanted
+    share_wanted = DEFAULT_TARGET if target is None else target
+    reached = float((shares <= 1.0).mean()) >= share_wanted
     return StudyAnswer(
         plan,
         model,
@@ -138,8 +138,8 @@ def study_of(
         _factors(plan, causes, deviations, states),
         tuple(contributions(model)),
         check,
-        wanted,
-        () if reached else tuple(advise(model, deviations, wanted)),
+        share_wanted,
+        () if reached else tuple(advise(model, deviations, share_wanted)),
         sobol_shares(model, sampler.seed),
         tuple(key_figures(plan, model, lambda drawn, found: _factors(plan, causes, drawn, found))),
     )
@@ -188,5 +188,5 @@ def _factors(plan: Plan, causes: Causes, deviations: Mapping[str, Array], states
         target = target + slope * deviations[label][:, 0]
     left = rotor_from_job.overbalance_moments(plan.job, plan.tolerance).first_g_mm[:2]
     along = ((states[:, :2] + left) * direction).sum(axis=1)
-    found: Array = target - along / (direction**2).sum(axis=1)
-    return found
+    factors: Array = target - along / (direction**2).sum(axis=1)
+    return factors

@@ -60,8 +60,8 @@ def planned(job: Job, progress: Notify, crank: Crank | None = None) -> Plan:
     if crank is None:
         progress("reading the crank")
         crank = measure_crank(job.crankshaft, Stopwatch(), job.balance, work_on_faces(job))
-    found = balanced_record(job, crank, Stopwatch(), progress).balanced
-    assert found is not None
+    balanced = balanced_record(job, crank, Stopwatch(), progress).balanced
+    assert balanced is not None
     factor = rotor_from_job.target_factor(job, crank.anatomy, crank.moments)
-    rotor = rotor_of(job, crank, found.tolerance, factor)
-    return Plan(job, crank, rotor, found.tolerance, found.result)
+    rotor = rotor_of(job, crank, balanced.tolerance, factor)
+    return Plan(job, crank, rotor, balanced.tolerance, balanced.result)

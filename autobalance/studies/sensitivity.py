@@ -63,8 +63,8 @@ def key_figures(
     for draw in model.draws:
         if not draw.is_vector:
             numbers.setdefault(draw.cause, []).append(draw)
-    found = _of_residual(model, numbers, factors)
-    return found + (_of_cycle(plan, numbers) if plan.job.cycle is not None else [])
+    figures = _of_residual(model, numbers, factors)
+    return figures + (_of_cycle(plan, numbers) if plan.job.cycle is not None else [])
 
 
 def _of_residual(

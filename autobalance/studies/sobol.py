@@ -64,7 +64,7 @@ def sobol_shares(model: LinearModel, seed: int, count: int = CRANKS) -> SobolSha
     judged_one, judged_other = model.used_shares(state_one), model.used_shares(state_other)
     middle = float(np.concatenate([judged_one, judged_other]).mean())
     variance = float(np.concatenate([judged_one, judged_other]).var())
-    found = []
+    shares = []
     for cause in dict.fromkeys(draw.cause for draw in model.draws):
         labels = [draw.label for draw in model.draws if draw.cause == cause]
         swapped = state_one + _sum({k: other[k] - one[k] for k in labels}, count)
@@ -72,11 +72,11 @@ def sobol_shares(model: LinearModel, seed: int, count: int = CRANKS) -> SobolSha
         if variance > 0.0:
             first = float(((judged_other - middle) * (judged - judged_one)).mean()) / variance
             total = 0.5 * float(((judged_one - judged) ** 2).mean()) / variance
-            found.append(SobolShare(cause, first, total))
+            shares.append(SobolShare(cause, first, total))
         else:
-            found.append(SobolShare(cause, 0.0, 0.0))
-    linear = abs(sum(each.first for each in found) - 1.0) <= LINEAR
-    return SobolShares(count, linear, tuple(sorted(found, key=lambda each: -each.total)))
+            shares.append(SobolShare(cause, 0.0, 0.0))
+    linear = abs(sum(each.first for each in shares) - 1.0) <= LINEAR
+    return SobolShares(count, linear, tuple(sorted(shares, key=lambda each: -each.total)))
 
 
 def _sampled(model: LinearModel, label: str, prefix: str, seed: int, count: int) -> Array:

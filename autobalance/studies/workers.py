@@ -93,16 +93,16 @@ def workers_of(
         If the cluster does not answer, has no workers, or has another version of this package.
     """
     if cluster is not None:
-        with _cluster(cluster, timeout_s) as found:
-            yield found
+        with _cluster(cluster, timeout_s) as workers:
+            yield workers
         return
-    wanted = available_cores() if count is None else count
-    if wanted < 1:
-        raise UsageError(f"workers is {wanted}; must be ≥ 1")
-    if wanted == 1 and alone:
+    count_wanted = available_cores() if count is None else count
+    if count_wanted < 1:
+        raise UsageError(f"workers is {count_wanted}; must be ≥ 1")
+    if count_wanted == 1 and alone:
         yield InThisProcess()
         return
-    processes = Processes(wanted)
+    processes = Processes(count_wanted)
     try:
         yield processes
     finally:
@@ -242,10 +242,10 @@ def _cluster(address: str, timeout_s: float) -> Iterator[Workers]:
 
 def _check_versions(client: Any, address: str) -> None:
     """Refuse a cluster without workers, or with another version of this package."""
-    found = client.run(version_asker())
-    if not found:
+    versions = client.run(version_asker())
+    if not versions:
         raise FileError(f"the cluster {address} has no workers; needed at least one")
-    for worker, version in sorted(found.items()):
+    for worker, version in sorted(versions.items()):
         if version != __version__:
             has = "no autobalance" if version is None else f"autobalance {version}"
             raise FileError(f"worker {worker} of the cluster {address} has {has}; needed {__version__}")
@@ -291,8 +291,8 @@ class Cluster:
                         future = self._submit(address, work, tasks[number])
                         running[future] = _OnWorker(number, attempt, address)
                 done, _ = wait(running, LOOK_AGAIN_S, FIRST_COMPLETED)
-                gone = {future for future, at in running.items() if at.address not in threads}
-                for future in done | gone:
+                lost = {future for future, at in running.items() if at.address not in threads}
+                for future in done | lost:
                     at = running.pop(future)
                     died, value = _outcome(future, self.client)
                     if not died:
@@ -309,8 +309,8 @@ class Cluster:
         executor = self.client.get_executor(
             pure=False, retries=0, workers=[address], allow_other_workers=False
         )
-        found: Future[Any] = executor.submit(work, task)
-        return found
+        future: Future[Any] = executor.submit(work, task)
+        return future
 
     def _threads(self, running: Mapping[Future[Any], _OnWorker]) -> dict[str, int]:
         """Return the workers with their threads; waits a while where the last has just gone."""
@@ -318,11 +318,11 @@ class Cluster:
         while True:
             patience_s = max(self.timeout_s, WORKER_RESTART_TIMEOUT_S)
             try:
-                found: dict[str, int] = self.client.nthreads()
+                threads: dict[str, int] = self.client.nthreads()
             except OSError:  # the scheduler itself does not answer
-                found, patience_s = {}, self.timeout_s
-            if found or any(future.done() for future in running):
-                return found
+                threads, patience_s = {}, self.timeout_s
+            if threads or any(future.done() for future in running):
+                return threads
             if time.monotonic() - since > patience_s:
                 raise FileError("the cluster went away; what is done is kept")
             time.sleep(LOOK_AGAIN_S)

@@ -131,8 +131,8 @@ def friction_coefficient(torque_N_m: float, load_N: float, diameter_mm: float) -
     """
     _check(torque_N_m=torque_N_m)
     _check_positive(load_N=load_N, diameter_mm=diameter_mm)
-    given = torque_N_m, load_N, diameter_mm * M_PER_MM
-    return FrictionCoefficient(dry.mu_of_moment(*given), dry.small_angle_mu(*given))
+    case = torque_N_m, load_N, diameter_mm * M_PER_MM
+    return FrictionCoefficient(dry.mu_of_moment(*case), dry.small_angle_mu(*case))
 
 
 def journal_friction_n_m(

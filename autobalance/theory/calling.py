@@ -31,8 +31,8 @@ def function_named(name: str) -> Callable[..., Any]:
         close = get_close_matches(name, theory.__all__, n=1)
         hint = f"; did you mean {close[0]!r}?" if close else ""
         raise UsageError(f"calc knows no {name!r}{hint} (`autobalance calc --list` tells all)")
-    found: Callable[..., Any] = getattr(theory, name)
-    return found
+    function: Callable[..., Any] = getattr(theory, name)
+    return function
 
 
 def summary_of(name: str) -> str:

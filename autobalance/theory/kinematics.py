@@ -171,8 +171,8 @@ def piston_harmonics(
     >>> [round(each.amplitude, 6) for each in piston_harmonics(0.3, 1.0, 4)]
     [1.0, 0.307051, 0.0, 0.007238]
     """
-    found = exact.SliderCrank(crank_radius_mm, rod_length_mm, offset_mm).harmonics(highest)
+    coefficients = exact.SliderCrank(crank_radius_mm, rod_length_mm, offset_mm).harmonics(highest)
     return tuple(
         Harmonic(order, abs(complex(each)), math.degrees(math.atan2(each.imag, each.real)))
-        for order, each in enumerate(found[1:], start=1)
+        for order, each in enumerate(coefficients[1:], start=1)
     )

@@ -138,12 +138,12 @@ def balance_factor(
     """
     throw = ThrowLoad(Parts(rotating_g, reciprocating_g, crankpin_g), crank_radius_mm, 0.0, 0.0)
     rest = (rotating_g + crankpin_g) * crank_radius_mm - counterweight_product_g_mm
-    found = factors.balance_factor(np.array([rest, 0.0]), [throw])
-    if found is None:
+    factor = factors.balance_factor(np.array([rest, 0.0]), [throw])
+    if factor is None:
         raise ValueError(
             f"reciprocating_g is {reciprocating_g:g} at {crank_radius_mm:g} mm; both must be > 0"
         )
-    return found
+    return factor
 
 
 def centrifugal_force_n(unbalance_g_mm: float, speed_rpm: float) -> float:

@@ -146,14 +146,14 @@ class CycleAnalysis:
         inertia = self._inertia_g_mm2 + added_g_mm2
         return periodic_speed(self.grid.even_rad, self._surplus_work_n_m, inertia, self.speed_rad_s)
 
-    def flywheel_needed_g_mm2(self, wanted: float) -> float | None:
+    def flywheel_needed_g_mm2(self, fluctuation_wanted: float) -> float | None:
         """Return the flywheel, in place of the one there is, for a wanted fluctuation [g·mm²]."""
 
         def fluctuation(flywheel: float) -> float | None:
-            found = self._with_flywheel(flywheel - self.firing.flywheel_g_mm2)
-            return None if found is None else found.fluctuation
+            analysis = self._with_flywheel(flywheel - self.firing.flywheel_g_mm2)
+            return None if analysis is None else analysis.fluctuation
 
-        return flywheel_needed_g_mm2(fluctuation, wanted)
+        return flywheel_needed_g_mm2(fluctuation, fluctuation_wanted)
 
     @property
     def acceleration_rad_s2(self) -> float:

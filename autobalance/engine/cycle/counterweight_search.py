@@ -69,8 +69,8 @@ def _with_two(points: Complex, first: complex, second: complex, slack: float) ->
     circle = Circle(0.5 * (first + second), 0.5 * abs(first - second))
     for point in points:
         if abs(point - circle.centre) > circle.radius + slack:
-            found = _through(first, second, complex(point))
-            circle = circle if found is None else found
+            two = _through(first, second, complex(point))
+            circle = circle if two is None else two
     return circle
 
 
@@ -137,6 +137,6 @@ def best_counterweight_at(
     def greatest(product: float) -> float:
         return float(np.abs(seen + product * along).max())
 
-    found = minimize_scalar(greatest, bounds=(0.0, most), method="bounded", options={"xatol": 1e-9 * most})
-    product = float(found.x) if found.fun < greatest(0.0) else 0.0
+    optimum = minimize_scalar(greatest, bounds=(0.0, most), method="bounded", options={"xatol": 1e-9 * most})
+    product = float(optimum.x) if optimum.fun < greatest(0.0) else 0.0
     return BestCounterweight(product, place_rad, greatest(product))

@@ -299,13 +299,13 @@ class CylinderCycle:
         values = function(angle)
         place = int(np.argmax(values))
         ends = angle[max(place - 1, 0)], angle[min(place + 1, angle.size - 1)]
-        found = minimize_scalar(
+        optimum = minimize_scalar(
             lambda at: -float(function(np.array([at]))[0]),
             bounds=ends,
             method="bounded",
             options={"xatol": 1e-9},
         )
-        return max((-float(found.fun), float(found.x)), (float(values[place]), float(angle[place])))
+        return max((-float(optimum.fun), float(optimum.x)), (float(values[place]), float(angle[place])))
 
     def scatter_mpa(self) -> float | None:
         """Return the standard deviation of the mean effective pressure over a trace's cycles [MPa]."""

@@ -51,13 +51,13 @@ class FactorRow:
 
 def ideal_counterweights(firing: FiringEngine, factor: float) -> tuple[CrankUnbalance, ...]:
     """Return the counterweights of an ideal crank, one in the plane of each throw."""
-    found = []
+    unbalances = []
     for throw in firing.throws:
         rods = [firing.engine.cylinders[number] for number in throw.cylinders]
         product = sum(rod.bob_weight_product_g_mm(factor) for rod in rods)
         direction = np.array([np.cos(throw.angle_rad), np.sin(throw.angle_rad)])
-        found.append(CrankUnbalance(-product * direction, throw.z_mm))
-    return tuple(found)
+        unbalances.append(CrankUnbalance(-product * direction, throw.z_mm))
+    return tuple(unbalances)
 
 
 @dataclass(frozen=True, eq=False)

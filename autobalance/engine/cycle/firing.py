@@ -74,10 +74,10 @@ def firing_in_order(tops_rad: Sequence[float], order: Sequence[int], span_rad: f
             f" {math.degrees(span_rad):g}°"
         )
     _, angles = min((cost + (span_rad - place) ** 2, angles) for place, (cost, angles) in paths.items())
-    found = [0.0] * count
+    fired_at = [0.0] * count
     for number, angle in zip(order, angles, strict=True):
-        found[number - 1] = start + angle
-    return [_in_cycle(angle, span_rad) for angle in found]
+        fired_at[number - 1] = start + angle
+    return [_in_cycle(angle, span_rad) for angle in fired_at]
 
 
 def _best_path(
@@ -105,13 +105,13 @@ def firing_as_given(tops_rad: Sequence[float], given_rad: Sequence[float], span_
     """
     if len(given_rad) != len(tops_rad):
         raise ValueError(f"has {len(given_rad)} angles; one for each of {len(tops_rad)} cylinders is needed")
-    found: list[float] = []
-    for number, (top, given) in enumerate(zip(tops_rad, given_rad, strict=True), 1):
-        off = (given - top + math.pi) % (2.0 * math.pi) - math.pi
+    angles: list[float] = []
+    for number, (top, angle) in enumerate(zip(tops_rad, given_rad, strict=True), 1):
+        off = (angle - top + math.pi) % (2.0 * math.pi) - math.pi
         if abs(off) > LARGEST_MISS_RAD:
             raise ValueError(
-                f"has {math.degrees(given):g}° for cylinder {number}, whose top dead centres lie at"
+                f"has {math.degrees(angle):g}° for cylinder {number}, whose top dead centres lie at"
                 f" {math.degrees(top):g}° and every 360° from it"
             )
-        found.append(_in_cycle(given - off, span_rad))
-    return found
+        angles.append(_in_cycle(angle - off, span_rad))
+    return angles

@@ -94,14 +94,14 @@ def _cycle(
     energy: float, gas: Array, angle: Array, inertia: Array, friction: CubicSpline, speed_rad_s: float
 ) -> tuple[Array | None, float]:
     """Return the speeds of one cycle (n,), None where it stops, and the friction that held in it."""
-    found: Array | None = None
+    speed: Array | None = None
     moment = float(friction(speed_rad_s))
     for _ in range(2):
         left = energy + gas - moment * angle
         if left.min() <= 0.0:
             return None, moment
-        found = np.sqrt(2.0 * left / inertia)
-        moment = float(friction(angle[-1] / np.trapezoid(1.0 / found, angle)))
+        speed = np.sqrt(2.0 * left / inertia)
+        moment = float(friction(angle[-1] / np.trapezoid(1.0 / speed, angle)))
     left = energy + gas - moment * angle
     return (np.sqrt(2.0 * left / inertia) if left.min() > 0.0 else None), moment
 

@@ -97,8 +97,8 @@ def periodic_speed(
 
     def late(energy: float) -> float:
         """Time of a cycle over the wanted one, less 1."""
-        found = speed(energy)
-        return NEVER if found.min() <= 0.0 else float(np.mean(mean_rad_s / found)) - 1.0
+        speeds = speed(energy)
+        return NEVER if speeds.min() <= 0.0 else float(np.mean(mean_rad_s / speeds)) - 1.0
 
     high = most + LEAST_SHARE * abs(most)
     if not high > least or late(least) < 0.0:
@@ -110,14 +110,14 @@ def periodic_speed(
     return UnevenSpeed(angle_rad, 1.0 / slowness)
 
 
-def flywheel_needed_g_mm2(fluctuation: Callable[[float], float | None], wanted: float) -> float | None:
+def flywheel_needed_g_mm2(fluctuation: Callable[[float], float | None], target: float) -> float | None:
     """Return the flywheel that brings the fluctuation down to the wanted one.
 
     Parameters
     ----------
     fluctuation : callable
         Of a flywheel's inertia [g·mm²]; None where the crank stops.
-    wanted : float
+    target : float
         Greater than 0.
 
     Returns
@@ -128,8 +128,8 @@ def flywheel_needed_g_mm2(fluctuation: Callable[[float], float | None], wanted: 
     from scipy.optimize import brentq
 
     def over(flywheel: float) -> float:
-        found = fluctuation(flywheel)
-        return 1e9 if found is None else found - wanted
+        value = fluctuation(flywheel)
+        return 1e9 if value is None else value - target
 
     if over(0.0) <= 0.0:
         return 0.0

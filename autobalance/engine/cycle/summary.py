@@ -256,42 +256,42 @@ class PendulumFigures:
 
 
 def cycle_summary(
-    found: CycleAnalysis,
+    analysis: CycleAnalysis,
     factors: Sequence[float],
-    wanted: float | None,
+    fluctuation: float | None,
     least_film_mm: Sequence[float | None] | None = None,
 ) -> CycleSummary:
     """Return what a cycle comes to.
 
     Parameters
     ----------
-    found : CycleAnalysis
+    analysis : CycleAnalysis
     factors : sequence of float
         Balance factors to compare.
-    wanted : float or None
+    fluctuation : float or None
         Fluctuation of the speed that is asked for.
     least_film_mm : sequence of float or None
         Least film of the mains by factor, where there are films [mm].
     """
-    firing = found.firing
+    firing = analysis.firing
     cylinders = [
         NumberedCylinder(places=places, figures=CylinderFigures.of(cycle))
         for places, cycle in zip(dead_centres(firing.engine), firing.cycles, strict=True)
     ]
     films = [ABSENT] * len(factors) if least_film_mm is None else least_film_mm
-    rows = factor_rows(firing, factors, found.speed_rad_s)
+    rows = factor_rows(firing, factors, analysis.speed_rad_s)
     return CycleSummary(
         strokes=firing.strokes,
         firing_rad=firing.firing_rad,
         cylinder=_first(cylinders[0]),
         cylinders=cylinders,
-        torque=_torque(found),
-        power_W=found.mean_n_m * found.speed_rad_s,
-        speed=_speed(found, wanted),
-        loads=_loads(found),
+        torque=_torque(analysis),
+        power_W=analysis.mean_n_m * analysis.speed_rad_s,
+        speed=_speed(analysis, fluctuation),
+        loads=_loads(analysis),
         factors=[_factor_loads(row, film) for row, film in zip(rows, films, strict=True)],
-        counterweights=_counterweights(found),
-        key_figures=_key_figures(found, factors),
+        counterweights=_counterweights(analysis),
+        key_figures=_key_figures(analysis, factors),
         energy_error=firing.energy_error,
     )
 
@@ -306,37 +306,37 @@ def _first(cylinder: NumberedCylinder) -> FirstCylinder:
     )
 
 
-def _torque(found: CycleAnalysis) -> CycleTorque:
+def _torque(cycle: CycleAnalysis) -> CycleTorque:
     return CycleTorque(
-        mean_n_m=found.mean_n_m,
-        greatest_n_m=float(found.total_n_m.max()),
-        least_n_m=float(found.total_n_m.min()),
-        gas_mean_n_m=found.firing.gas_mean_n_m,
-        inertia_mean_n_m=found.inertia_mean_n_m,
-        friction_mean_n_m=found.friction_mean_n_m,
-        orders=found.orders,
+        mean_n_m=cycle.mean_n_m,
+        greatest_n_m=float(cycle.total_n_m.max()),
+        least_n_m=float(cycle.total_n_m.min()),
+        gas_mean_n_m=cycle.firing.gas_mean_n_m,
+        inertia_mean_n_m=cycle.inertia_mean_n_m,
+        friction_mean_n_m=cycle.friction_mean_n_m,
+        orders=cycle.orders,
     )
 
 
-def _speed(found: CycleAnalysis, wanted: float | None) -> CycleSpeed:
-    uneven = found.uneven_speed
+def _speed(cycle: CycleAnalysis, fluctuation: float | None) -> CycleSpeed:
+    uneven = cycle.uneven_speed
     return CycleSpeed(
         mean_rad_s=None if uneven is None else uneven.mean_rad_s,
         fluctuation=None if uneven is None else uneven.fluctuation,
         greatest_rad_s=None if uneven is None else uneven.greatest_rad_s,
         least_rad_s=None if uneven is None else uneven.least_rad_s,
-        inertia_mean_g_mm2=found.mean_inertia_g_mm2,
-        acceleration_rad_s2=found.acceleration_rad_s2,
-        flywheel_needed_g_mm2=None if wanted is None else found.flywheel_needed_g_mm2(wanted),
-        run_up=_run_up(found),
+        inertia_mean_g_mm2=cycle.mean_inertia_g_mm2,
+        acceleration_rad_s2=cycle.acceleration_rad_s2,
+        flywheel_needed_g_mm2=None if fluctuation is None else cycle.flywheel_needed_g_mm2(fluctuation),
+        run_up=_run_up(cycle),
     )
 
 
-def _run_up(found: CycleAnalysis) -> list[RunUpPoint] | None:
+def _run_up(cycle: CycleAnalysis) -> list[RunUpPoint] | None:
     """Return when the unloaded engine passes each fifth of its speed; None where friction holds it."""
-    speeds = np.linspace(RUN_UP_FROM, 1.0, 5) * found.speed_rad_s
-    mains = MainLoads.of(found.firing)
-    times = run_up_s(lambda speed: mains.surplus_n_m(None, speed), found.mean_inertia_g_mm2, speeds)
+    speeds = np.linspace(RUN_UP_FROM, 1.0, 5) * cycle.speed_rad_s
+    mains = MainLoads.of(cycle.firing)
+    times = run_up_s(lambda speed: mains.surplus_n_m(None, speed), cycle.mean_inertia_g_mm2, speeds)
     if times is None:
         return None
     return [
@@ -345,14 +345,14 @@ def _run_up(found: CycleAnalysis) -> list[RunUpPoint] | None:
     ]
 
 
-def _loads(found: CycleAnalysis) -> CycleLoads:
-    loads = found.loads
+def _loads(cycle: CycleAnalysis) -> CycleLoads:
+    loads = cycle.loads
     return CycleLoads(
-        crankpins=numbered_loads(found.peaks(found.crankpins_n)),
-        big_ends=numbered_loads(found.peaks(loads.crankpin_n)),
-        wrist_pins=numbered_loads(found.peaks(loads.wrist_pin_n)),
-        piston_walls=numbered_loads(found.peaks(loads.wall_n)),
-        main_journals=numbered_loads(found.peaks(loads.main_n)),
+        crankpins=numbered_loads(cycle.peaks(cycle.crankpins_n)),
+        big_ends=numbered_loads(cycle.peaks(loads.crankpin_n)),
+        wrist_pins=numbered_loads(cycle.peaks(loads.wrist_pin_n)),
+        piston_walls=numbered_loads(cycle.peaks(loads.wall_n)),
+        main_journals=numbered_loads(cycle.peaks(loads.main_n)),
     )
 
 
@@ -373,13 +373,13 @@ def _factor_loads(row: FactorRow, least_film_mm: float | Absent | None) -> Facto
 
 
 def sweep_rows(
-    found: CycleAnalysis,
+    cycle: CycleAnalysis,
     speeds_rad_s: Sequence[float],
     factors: Sequence[float],
     least_film_mm: Sequence[Sequence[float | None]] | None = None,
 ) -> list[SweepRow]:
     """Return loads, friction and torque of ideal cranks by speed, then factor, at unchanged pressures."""
-    mains, gas = MainLoads.of(found.firing), found.firing.gas_mean_n_m
+    mains, gas = MainLoads.of(cycle.firing), cycle.firing.gas_mean_n_m
     films = [[None] * len(factors)] * len(speeds_rad_s) if least_film_mm is None else least_film_mm
     rows = [
         (speed, mains.row(factor, speed), film)
@@ -400,14 +400,14 @@ def sweep_rows(
     ]
 
 
-def _counterweights(found: CycleAnalysis) -> list[ThrowCounterweight]:
+def _counterweights(cycle: CycleAnalysis) -> list[ThrowCounterweight]:
     """Return the counterweight of each throw that leaves the least reaction to its rods."""
     rows = []
-    for number, (throw, load) in enumerate(zip(found.firing.throws, found.crankpins_n, strict=True), 1):
-        case = as_complex(load), found.grid.angle_rad, found.speed_rad_s
+    for number, (throw, load) in enumerate(zip(cycle.firing.throws, cycle.crankpins_n, strict=True), 1):
+        case = as_complex(load), cycle.grid.angle_rad, cycle.speed_rad_s
         best = best_counterweight(*case)
         facing = best_counterweight_at(*case, throw.angle_rad + math.pi)
-        rods = [found.firing.engine.cylinders[each] for each in throw.cylinders]
+        rods = [cycle.firing.engine.cylinders[each] for each in throw.cylinders]
         rotating = sum(rod.bob_weight_product_g_mm(0.0) for rod in rods)
         reciprocating = sum(rod.bob_weight_product_g_mm(1.0) for rod in rods) - rotating
         rows.append(
@@ -424,8 +424,8 @@ def _counterweights(found: CycleAnalysis) -> list[ThrowCounterweight]:
     return rows
 
 
-def _key_figures(found: CycleAnalysis, factors: Sequence[float]) -> KeyFigureTable:
-    firing, speed = found.firing, found.speed_rad_s
+def _key_figures(cycle: CycleAnalysis, factors: Sequence[float]) -> KeyFigureTable:
+    firing, speed = cycle.firing, cycle.speed_rad_s
     return KeyFigureTable(
         factor=[FactorFigures(factor=f, figures=key_figures(firing, speed, f)) for f in factors],
         inertia=[ShareFigures(share=s, figures=key_figures(with_inertia(firing, s), speed)) for s in SHARES],
@@ -436,11 +436,11 @@ def _key_figures(found: CycleAnalysis, factors: Sequence[float]) -> KeyFigureTab
 
 
 def pendulum_figures(
-    found: CycleAnalysis, pendulum: Pendulum, swing_rad: float, reduction: float
+    cycle: CycleAnalysis, pendulum: Pendulum, swing_rad: float, reduction: float
 ) -> PendulumFigures:
     """Return a pendulum absorber for a share of the torque of its order."""
-    torque = next((each.total_n_m for each in found.orders if each.order == pendulum.order), None)
-    mass = None if torque is None else pendulum.mass_g(reduction * torque, swing_rad, found.speed_rad_s)
+    torque = next((each.total_n_m for each in cycle.orders if each.order == pendulum.order), None)
+    mass = None if torque is None else pendulum.mass_g(reduction * torque, swing_rad, cycle.speed_rad_s)
     return PendulumFigures(
         order=pendulum.order,
         path=pendulum.path,

@@ -75,8 +75,8 @@ def _called(sheet: _Sheet, place: int) -> tuple[str, str | None]:
 
 def _channels(sheet: _Sheet, places: list[int], columns: Array, rate_hz: float) -> tuple[Channel, ...]:
     """Return the channels; where two would have one name, each keeps its whole header."""
-    found = [(*_called(sheet, place), place) for place in places]
-    times = Counter(name for name, _, _ in found)
+    named = [(*_called(sheet, place), place) for place in places]
+    times = Counter(name for name, _, _ in named)
     return tuple(
         Channel(
             name if times[name] == 1 else sheet.headers[place].strip(),
@@ -85,7 +85,7 @@ def _channels(sheet: _Sheet, places: list[int], columns: Array, rate_hz: float) 
             columns[:, place],
             header=sheet.headers[place].strip(),
         )
-        for name, unit, place in found
+        for name, unit, place in named
     )
 
 

@@ -21,14 +21,14 @@ def read(path: Path, sample_rate_hz: float | None) -> Record:
     from scipy.io.matlab import MatReadError
 
     try:
-        found = loadmat(path)
+        variables = loadmat(path)
     except NotImplementedError:
         raise FormatError(f"{path.name} is a MATLAB file of version 7.3; save it with -v7") from None
     except (MatReadError, ValueError, TypeError, KeyError, IndexError, EOFError, zlib.error) as error:
         raise FormatError(f"{path.name} is no MATLAB file of version 5: {error}") from None
-    told = [float(found[key].item()) for key in RATES if key in found and _is_number(found[key])]
-    rate_hz = agreed_rate(path.name, told[0] if told else None, sample_rate_hz)
-    arrays = {key: np.ravel(value) for key, value in found.items() if _is_channel(key, value)}
+    rates = [float(variables[key].item()) for key in RATES if key in variables and _is_number(variables[key])]
+    rate_hz = agreed_rate(path.name, rates[0] if rates else None, sample_rate_hz)
+    arrays = {key: np.ravel(value) for key, value in variables.items() if _is_channel(key, value)}
     channels = tuple(Channel(*named(key), rate_hz, value, header=key) for key, value in arrays.items())
     return Record(path.name, "MAT", channels)
 

@@ -27,11 +27,11 @@ def read(path: Path, sample_rate_hz: float | None) -> Record:
         file = TdmsFile.read(path)
     except (ValueError, KeyError, IndexError, EOFError, TypeError, NotImplementedError) as error:
         raise FormatError(f"{path.name} is no TDMS file that can be read: {error}") from None
-    found = [each for group in file.groups() for each in group.channels()]
-    found = [each for each in found if len(each) > 1 and np.dtype(each.dtype).kind in "iuf"]
-    times = Counter(each.name for each in found)
+    signals = [each for group in file.groups() for each in group.channels()]
+    signals = [each for each in signals if len(each) > 1 and np.dtype(each.dtype).kind in "iuf"]
+    times = Counter(each.name for each in signals)
     channels = []
-    for each in found:
+    for each in signals:
         step = each.properties.get("wf_increment")
         rate_hz = agreed_rate(path.name, 1.0 / step if step else None, sample_rate_hz)
         name = each.name if times[each.name] == 1 else f"{each.group_name}/{each.name}"

@@ -27,23 +27,23 @@ def read(path: Path, sample_rate_hz: float | None) -> Record:
         places = [place for place, kind in enumerate(file.get_set_types()) if int(kind) == 58]
         sets = [file.read_sets(place) for place in places]
     except Exception as error:  # noqa: BLE001 pyuff raises just that where a set is damaged
-        said = " ".join(str(error).split())
-        raise FormatError(f"{path.name} is no universal file that can be read: {said}") from None
+        reason = " ".join(str(error).split())
+        raise FormatError(f"{path.name} is no universal file that can be read: {reason}") from None
     channels = tuple(_channel(path, each, sample_rate_hz) for each in sets if _is_time_record(each))
     return Record(path.name, "UFF58", channels)
 
 
-def _is_time_record(found: dict[str, Any]) -> bool:
-    data = np.asarray(found["data"])
-    return int(found["func_type"]) in (0, TIME_RESPONSE) and data.dtype.kind in "iuf" and data.size > 1
+def _is_time_record(data_set: dict[str, Any]) -> bool:
+    data = np.asarray(data_set["data"])
+    return int(data_set["func_type"]) in (0, TIME_RESPONSE) and data.dtype.kind in "iuf" and data.size > 1
 
 
-def _channel(path: Path, found: dict[str, Any], sample_rate_hz: float | None) -> Channel:
-    step = float(found.get("abscissa_inc", 0.0) or 0.0)
-    axis = np.asarray(found.get("x", ()), dtype=float)
+def _channel(path: Path, data_set: dict[str, Any], sample_rate_hz: float | None) -> Channel:
+    step = float(data_set.get("abscissa_inc", 0.0) or 0.0)
+    axis = np.asarray(data_set.get("x", ()), dtype=float)
     if not step and axis.size > 1:
         step = float(axis[-1] - axis[0]) / (axis.size - 1)
     rate_hz = agreed_rate(path.name, 1.0 / step if step else None, sample_rate_hz)
-    unit = str(found.get("ordinate_axis_units_lab", "")).strip()
+    unit = str(data_set.get("ordinate_axis_units_lab", "")).strip()
     known = None if unit.upper() in {"", "NONE", "UNKNOWN"} else unit
-    return Channel(str(found["id1"]).strip(), known, rate_hz, np.ravel(np.asarray(found["data"])))
+    return Channel(str(data_set["id1"]).strip(), known, rate_hz, np.ravel(np.asarray(data_set["data"])))
