@@ -3,7 +3,7 @@
 LONGEST = 1500
 """Characters of a message; a file may hold a name as long as itself."""
 MOST_LINES = 20
-"""Further faults of one file that are told; more are counted."""
+"""Further faults of one file that are listed; more are counted."""
 
 
 def one_line(text: str) -> str:
@@ -21,7 +21,7 @@ def one_line(text: str) -> str:
 class AutobalanceError(Exception):
     """Base of every error with a message for the user.
 
-    The message is one line: what was found, what was needed, where.
+    The message is one line: what was found, what was expected, where.
     """
 
     exit_code = 3
@@ -46,7 +46,7 @@ class FileError(AutobalanceError, OSError):
 
 
 class FormatError(AutobalanceError, ValueError):
-    """A file is not what its format says."""
+    """A file breaks its format."""
 
 
 class SolidError(AutobalanceError, ValueError):
@@ -54,7 +54,7 @@ class SolidError(AutobalanceError, ValueError):
 
 
 class BodiesError(SolidError):
-    """A file holds several bodies, and which of them to take was not said."""
+    """A file holds several bodies, and none was chosen."""
 
     def __init__(self, message: str, bodies: int = 0) -> None:
         """Take the message and how many there are."""
@@ -72,7 +72,7 @@ class OverlapError(SolidError):
 
 
 class JobError(AutobalanceError, ValueError):
-    """A job file says something impossible, unknown or contradictory.
+    """A job file holds something impossible, unknown or contradictory.
 
     Its text is what was found first; ``lines`` has all that was found wrong, a line a key.
     """
@@ -107,5 +107,5 @@ class ClaimError(AutobalanceError, ValueError):
 
 
 def system_reason(error: BaseException) -> str:
-    """Return what the system says of a failure, in lower case: ``no such file or directory``."""
+    """Return the system's reason for a failure, in lower case: ``no such file or directory``."""
     return (getattr(error, "strerror", None) or str(error)).lower()

@@ -1,4 +1,4 @@
-"""Ranges of numbers: said once, and from there what readers refuse, schemas say and messages tell."""
+"""Ranges of numbers, each declared once: for readers, schemas and messages."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ SMALLEST = 1e-9
 class Rule:
     """What a number must be, beyond a number.
 
-    ``text`` says it in a message; ``least`` and ``most`` may be reached, ``above`` and ``below`` may not;
+    ``text`` names it in a message; ``least`` and ``most`` may be reached, ``above`` and ``below`` may not;
     ``apart`` is what its size must be above; ``besides`` are numbers that may be all the same, and
     ``one_of`` all that may be, where there are few.
     """
@@ -28,7 +28,7 @@ class Rule:
     one_of: tuple[float, ...] = ()
 
     def holds(self, number: float) -> bool:
-        """Tell whether a number is within."""
+        """Return whether a number is within."""
         if self.one_of:
             return number in self.one_of
         within = (

@@ -1,6 +1,6 @@
 """Records: frozen dataclasses whose fields say themselves how they are written and what they may hold.
 
-A field's name ends in its unit, and is the key that a report has for it. ``typing.Annotated`` says the rest:
+A field's name ends in its unit, and is the key that a report has for it. ``typing.Annotated`` holds the rest:
 bounds of a number, a sentence of explanation, another unit outside (``Degrees``: ``angle_rad`` is written as
 ``angle_deg``). Whatever writes, describes or checks results reads this and nothing else, so that a new key is
 one new field.
@@ -36,7 +36,7 @@ G_MM2_PER_KG_MM2 = 1e3
 
 
 class Absent(Enum):
-    """Of a key that a report does not have this time; ``None`` is a key that says null."""
+    """Of a key that a report does not have this time; ``None`` is a key with the value null."""
 
     ABSENT = "absent"
 
@@ -171,7 +171,7 @@ def _bare(hint: Any) -> Any:
 
 
 def _marks(hint: Any) -> list[Any]:
-    """Return what ``Annotated`` says of a field, inside of unions and sequences too."""
+    """Return a field's ``Annotated`` marks, inside of unions and sequences too."""
     if get_origin(hint) is Annotated:
         inner, *marks = get_args(hint)
         return [*marks, *_marks(inner)]

@@ -141,7 +141,7 @@ def note_read(path: Path) -> None:
 
 
 def was_read(path: Path) -> bool:
-    """Tell whether a command has read a file."""
+    """Return whether a command has read a file."""
     return _read is not None and os.path.realpath(path) in _read
 
 

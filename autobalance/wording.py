@@ -29,7 +29,7 @@ def outcome_words(report: Mapping[str, Any]) -> str:
 
 
 def is_unproven(report: Mapping[str, Any]) -> bool:
-    """Tell whether a residual that is within tolerance may, with its uncertainty, be above it."""
+    """Return whether a residual that is within tolerance may, with its uncertainty, be above it."""
     return report["outcome"] != "above_tolerance" and report.get("proven") is False
 
 
@@ -133,7 +133,7 @@ def verdict(report: Mapping[str, Any]) -> str:
 
 
 def counts_uncertainty(report: Mapping[str, Any]) -> bool:
-    """Tell whether the uncertainty counts in the verdict."""
+    """Return whether the uncertainty counts in the verdict."""
     return bool(report["tolerance"].get("margin", "none") != "none")
 
 

@@ -274,7 +274,7 @@ def test_a_cluster_that_loses_a_worker_gives_the_same_bits(work: Path, whole: Pa
     run = subprocess.run(script, cwd=ROOT, check=True, capture_output=True, text=True, timeout=300)
     said = json.loads(run.stdout.splitlines()[-1])
     assert said["ends"] == [[0, False, 1], [1, False, 1], [2, True, 3], [3, False, 1], [4, False, 1]]
-    assert re.search(r"worker tcp://.* has autobalance .*; needed 0\.0\.other", said["version"])
+    assert re.search(r"worker tcp://.* has autobalance .*; expected 0\.0\.other", said["version"])
     assert (work / "cluster" / "results.csv").read_bytes() == (whole / "results.csv").read_bytes()
     assert sorted(line["row"] for line in journal(work / "cluster")) == [1, 2, 3, 4, 5]
 

@@ -396,7 +396,7 @@ def test_a_search_that_was_stopped_goes_on_to_the_same_end(found: tuple[Path, di
     assert (folder / "again" / "search.jsonl").read_text("utf-8").splitlines(keepends=True) == lines
     other = folder / "other.toml"
     other.write_text(DESIGN.replace("evaluations = 36", "evaluations = 5\nrefine = false"), "utf-8")
-    with pytest.raises(FileError, match="another design's search; needed another folder, or --fresh"):
+    with pytest.raises(FileError, match="another design's search; choose another folder, or --fresh"):
         design(other, folder / "again")
     assert len(design(other, folder / "again", fresh=True).report["designs"]) == 1
     assert len((folder / "again" / "search.jsonl").read_text("utf-8").splitlines()) == 1

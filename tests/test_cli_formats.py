@@ -214,7 +214,7 @@ def test_several_bodies_are_listed_by_number_volume_and_size(
     said = capsys.readouterr().err
     assert "the file holds 2 bodies (1: " in said
     assert "2: 6000 mm³, 10 × 20 × 30 mm" in said.replace("5999.99", "6000")  # float32, in metres
-    assert "needed body = a number, or 'all' to unite them" in said
+    assert "expected body = a number, or 'all' to unite them" in said
     report = jobs.computed(body_job(tmp_path, name, both, "1"), tmp_path / "out")
     assert report["crank"]["volume_mm3"] == pytest.approx(whole.volume_mm3, rel=1e-6)
     assert report["input"]["bodies"] == 2
@@ -252,5 +252,5 @@ def test_a_workshop_of_bodies_is_listed_at_once(tmp_path: Path, capsys: pytest.C
     assert time.process_time() - started < 8.0
     said = capsys.readouterr().err
     assert "the file holds 115 bodies (1: 1003" in said
-    assert "; and 103 smaller ones); needed body = a number, or 'all' to unite them" in said
+    assert "; and 103 smaller ones); expected body = a number, or 'all' to unite them" in said
     assert "together" not in said

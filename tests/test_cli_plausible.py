@@ -33,7 +33,7 @@ def refused(capsys: pytest.CaptureFixture[str], code: int, *arguments: str | Pat
 @pytest.mark.parametrize(
     ("options", "said"),
     [
-        (("--unit", "m"), "needed 5 to 5000 mm; is its unit mm"),
+        (("--unit", "m"), "expected 5 to 5000 mm; is its unit mm"),
         (("--density-kg-m3", "7.85"), "7850 if that was g/cm³"),
         (("--density-kg-m3", "7850000"), "must be 500 to 23000 kg/m³"),
     ],
@@ -61,7 +61,7 @@ def test_how_long_a_crank_is_does_not_depend_on_how_it_is_turned(length_mm: floa
 
 def test_a_tiny_mesh_is_refused() -> None:
     crank = ab.read_crank(CRANK, unit="mm")
-    with pytest.raises(ab.AutobalanceError, match="needed 5 to 5000 mm"):
+    with pytest.raises(ab.AutobalanceError, match="expected 5 to 5000 mm"):
         ab.crank_from_mesh(crank.vertices_mm * 1e-2, crank.triangles)
 
 
@@ -70,7 +70,7 @@ def test_a_tiny_mesh_is_refused() -> None:
     [
         (
             ("engine.rotating_g={a = 0.134}", "engine.reciprocating_g={b = 0.2615}"),
-            "needed 0.001 to 20 times that; are they in kg?",
+            "expected 0.001 to 20 times that; are they in kg?",
         ),
         (("engine.reciprocating_g={b = 261500.0}",), "are they in mg?"),
         (("engine.rod={big_end_g = 5000.0, small_end_g = 90.0}",), "the big end is a part of that"),
@@ -79,7 +79,7 @@ def test_a_tiny_mesh_is_refused() -> None:
                 "engine.rod={big_end_g = 95.0, small_end_g = 34.0, inertia_kg_mm2 = 150000.0}",
                 "engine.rod_length_mm=104",
             ),
-            "needed 0.05 to 20 times",
+            "expected 0.05 to 20 times",
         ),
         (
             ("engine.rods_per_throw=2", "engine.layout.bank_deg=[0, 90]", "engine.layout.rod_pitch_mm=500"),

@@ -101,7 +101,7 @@ def test_a_crank_is_no_rod(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -
     jobs.pin_job(tmp_path)
     assert jobs.run("rod", tmp_path / "crank-with-pin.stl", "--unit", "mm") == 3
     error = capsys.readouterr().err
-    assert "no connecting rod: needed two parallel round bores at its ends" in error
+    assert "no connecting rod: expected two parallel round bores at its ends" in error
     assert error.count("\n") == 1
 
 

@@ -130,19 +130,19 @@ def test_a_falsified_number_is_found(path: str, output: Path, capsys: pytest.Cap
         ("residual.magnitude_g_mm", float("nan"), "it holds the number NaN"),
         ("residual", None, "residual is missing"),
         ("residual.magnitude_g_mm", None, "residual.magnitude_g_mm is missing"),
-        ("residual.unbalance_g_mm", ["a", 1], "unbalance_g_mm.1. is of the wrong type: 'a'; needed number"),
+        ("residual.unbalance_g_mm", ["a", 1], "unbalance_g_mm.1. is of the wrong type: 'a'; expected number"),
         ("crank.mass_g", "2585", "crank.mass_g is of the wrong type"),
-        ("job.balance.grade", -1, "job.balance.grade is -1; needed more than 0"),
+        ("job.balance.grade", -1, "job.balance.grade is -1; expected more than 0"),
         ("job", 3, "job is of the wrong type"),
         ("frame.file_to_rotor.0", [1, 0, 0, 0], "no rigid motion"),
-        ("steps.0.depths_mm", ["2.7"], "steps.1..depths_mm.1. is of the wrong type: '2.7'; needed number"),
-        ("steps.0.depths_mm", [None], "steps.1..depths_mm.1. is of the wrong type: None; needed number"),
+        ("steps.0.depths_mm", ["2.7"], "steps.1..depths_mm.1. is of the wrong type: '2.7'; expected number"),
+        ("steps.0.depths_mm", [None], "steps.1..depths_mm.1. is of the wrong type: None; expected number"),
         ("crank.inertia_kg_mm2.1.1", "1.5", "inertia_kg_mm2.2..2. is of the wrong type: '1.5'"),
-        ("crank.webs.0.number", True, "webs.1..number is of the wrong type: True; needed integer"),
-        ("crank.throws.0.angle_deg", 360.0, "throws.1..angle_deg is 360.0; needed less than 360"),
-        ("initial.angle_deg", 1e29, "initial.angle_deg is 1e.29; needed less than 360"),
+        ("crank.webs.0.number", True, "webs.1..number is of the wrong type: True; expected integer"),
+        ("crank.throws.0.angle_deg", 360.0, "throws.1..angle_deg is 360.0; expected less than 360"),
+        ("initial.angle_deg", 1e29, "initial.angle_deg is 1e.29; expected less than 360"),
         ("schema_version", True, "schema_version is True"),
-        ("outputs.solid.file", "", "outputs.solid.file is ''; needed the name of a file beside it"),
+        ("outputs.solid.file", "", "outputs.solid.file is ''; expected the name of a file beside it"),
     ],
 )
 def test_a_falsified_report_names_the_key(
@@ -186,7 +186,7 @@ def test_an_input_that_is_gone_is_refused(tmp_path: Path, capsys: pytest.Capture
     capsys.readouterr()
     assert jobs.run("verify", tmp_path / "out" / "report.json") == 3
     said = capsys.readouterr().err
-    assert "crank.stl is not there; needed the crank that was corrected" in said
+    assert "crank.stl is not there; expected the crank that was corrected" in said
     assert said.count("\n") == 1
 
 
@@ -241,7 +241,7 @@ def test_the_original_factor_is_found_again(tmp_path: Path) -> None:
         ("crank.mass_g", 1e308, "it holds a number beyond 1e+30"),
         ("crank.mass_g", 10**400, "is no JSON"),
         ("crank.mass_g", math.nan, "it holds the number NaN"),
-        ("crank.journal_misalignment_mm", -1.0, "journal_misalignment_mm is -1.0; needed at least 0"),
+        ("crank.journal_misalignment_mm", -1.0, "journal_misalignment_mm is -1.0; expected at least 0"),
         ("crank.main_journals.0.centre_mm.2", 1e6, "the first must be lower"),
         ("frame.file_to_rotor.0.3", -1e29, "outputs.solid.centre_of_mass_mm"),
     ],

@@ -114,7 +114,7 @@ def test_a_page_of_another_run(tmp_path: Path, capsys: pytest.CaptureFixture[str
         (
             '"schema_version": 1',
             '"schema_version": 2',
-            "schema_version is 2; needed one that is known here",
+            "schema_version is 2; expected one that is known here",
         ),
         ('"schema_version": 1', '"outcome": "x", "schema_version": 1', "the key 'outcome' twice"),
     ],
@@ -173,7 +173,7 @@ def test_limits_that_were_not_asked_for(tmp_path: Path) -> None:
         told = mutations.changed(report, ("job", "correction", "drill", key), value)
         with pytest.raises(ab.AutobalanceError, match=rf"{key} is {value}, but it is "):
             mutations.checked(told, folder, files)
-    for left, said in ((17.7, "max_depth_mm is 25"), (-0.1, "needed at least 0")):
+    for left, said in ((17.7, "max_depth_mm is 25"), (-0.1, "expected at least 0")):
         told = mutations.changed(report, ("corrections", 0, "depth_left_mm"), left)
         with pytest.raises(ab.AutobalanceError, match=rf"depth_left_mm is .*{said}"):
             mutations.checked(told, folder, files)

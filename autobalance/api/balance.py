@@ -265,7 +265,7 @@ def with_crank(job: Job, crank: Crank) -> Job:
     if density > 0.0 and abs(density - found) > SAME_DENSITY * found:
         raise JobError(
             f"{job.path.name}: crankshaft.density_kg_m3 is {density * 1e6:g}, the crank given has"
-            f" {found * 1e6:g}; needed the same, or none in the job"
+            f" {found * 1e6:g}; expected the same, or none in the job"
         )
     overrides = replace(given.overrides, crankpin_in_file=own.overrides.crankpin_in_file)
     off = own.density_pm_g_mm3 if given.density_pm_g_mm3 is None else given.density_pm_g_mm3

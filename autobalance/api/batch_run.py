@@ -169,7 +169,7 @@ class BatchRun:
         self.lines[row.name] = line
 
     def _is_whole(self, row: BatchRow, line: Values) -> bool:
-        """Tell whether the files of a row are those that its line says."""
+        """Return whether the files of a row are those that its line says."""
         files = line.get("files")
         if not isinstance(files, dict) or (line.get("exit_code") in (0, NOT_ALL_WITHIN) and not files):
             return False

@@ -69,7 +69,7 @@ def crank_from_mesh(
 
     if triangles is None:
         if not (hasattr(vertices, "vertices") and hasattr(vertices, "faces")):
-            raise FormatError("triangles is missing; needed (m, 3) rows of vertices, or a mesh for both")
+            raise FormatError("triangles is missing; expected (m, 3) rows of vertices, or a mesh for both")
         vertices, triangles = vertices.vertices, vertices.faces
     soup = _soup(vertices, triangles)
     crankshaft = _of_no_file("mesh.ply", unit, density_kg_m3, crankpin_in_file, overrides)
@@ -153,8 +153,8 @@ def _soup(vertices: ArrayLike, triangles: ArrayLike) -> Array:
 
     points, rows = np.asarray(vertices), np.asarray(triangles)
     if points.ndim != 2 or points.shape[1] != 3 or points.dtype.kind not in "fiu":
-        raise FormatError(f"vertices are {points.shape} of {points.dtype}; needed (n, 3) numbers")
+        raise FormatError(f"vertices are {points.shape} of {points.dtype}; expected (n, 3) numbers")
     if rows.ndim != 2 or rows.shape[1] != 3 or rows.dtype.kind not in "iu":
-        raise FormatError(f"triangles are {rows.shape} of {rows.dtype}; needed (m, 3) whole numbers")
+        raise FormatError(f"triangles are {rows.shape} of {rows.dtype}; expected (m, 3) whole numbers")
     soup: Array = soup_of(points.astype(np.float64), rows.astype(np.int64), "mesh")
     return soup

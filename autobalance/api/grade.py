@@ -102,7 +102,7 @@ def grade(
     known = unbalance_unit(residual_unit)
     if known is None or mass_unit.lower() not in G_PER:
         unit, units = (mass_unit, G_PER) if known is not None else (residual_unit, G_MM_PER)
-        raise UsageError(f"the unit {unit!r} is not known; needed one of {', '.join(units)}")
+        raise UsageError(f"the unit {unit!r} is not known; expected one of {', '.join(units)}")
     given = _Given(grade, speed_rpm, mass, mass_unit.lower(), residual, known, planes, centre)
     try:
         return GradeResult(_report(given))

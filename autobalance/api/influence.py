@@ -103,7 +103,7 @@ def _report(task: Trials) -> InfluenceReport:
     if condition > LARGEST_CONDITION:
         raise JobError(
             f"condition is {condition:.3g}; must be at most {LARGEST_CONDITION:g}: the readings do not tell "
-            f"the planes {', '.join(close)} apart; other planes, speeds or sensors are needed"
+            f"the planes {', '.join(close)} apart; choose other planes, speeds or sensors"
         )
     sums, split, warnings = _weights(task, alpha)
     if condition > WARNED_CONDITION:

@@ -94,7 +94,7 @@ def sheet(
     except (KeyError, IndexError, TypeError, ValueError, AttributeError) as error:
         raise FormatError(
             f"{path.name} cannot be drawn: {type(error).__name__} at {error}; "
-            "needed a report as balance writes it"
+            "expected a report as balance writes it"
         ) from None
     outputs = {
         kind: SheetFile(file=SHEETS[kind], sha256=hashlib.sha256(data).hexdigest())

@@ -76,7 +76,7 @@ def _of_report(path: Path, tell: Notify, settings: Sequence[str]) -> StudiedPlan
     claims = Claims(path.name, read_report(path))
     command = claims.get("command", str)
     if command not in ("balance", "recut"):
-        raise FormatError(f"{path.name} is a report of {command!r}; one of balance or recut is needed")
+        raise FormatError(f"{path.name} is a report of {command!r}; expected one of balance or recut")
     _check_solid(path, claims)
     job = _claimed_job(claims, settings)
     recut = command == "recut"

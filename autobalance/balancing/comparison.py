@@ -76,7 +76,7 @@ class Row:
         return "+".join(self.methods)
 
     def beats(self, other: Row) -> bool:
-        """Tell whether this is within tolerance and nowhere worse than another, and somewhere better.
+        """Return whether this is within tolerance and nowhere worse than another, and somewhere better.
 
         Metal moved, change of inertia, number of cuts and least wall left are what counts.
         """

@@ -29,10 +29,10 @@ def encoded(source: Source, ending: str, unit: str | None = None) -> bytes:
     name = name_of_ending(ending.lower().lstrip("."))
     kind = format_named(name)
     if unit is not None and unit not in MM_PER:
-        raise FormatError(f"the unit '{unit}' is not known; needed one of {', '.join(MM_PER)}")
+        raise FormatError(f"the unit '{unit}' is not known; expected one of {', '.join(MM_PER)}")
     if kind.exact:
         if source.exact is None:
-            raise FormatError(f"'{ending}' keeps true surfaces, this crank has triangles; needed .stl, say")
+            raise FormatError(f"'{ending}' keeps true surfaces, this crank has triangles; expected .stl, say")
         return source.exact.solid.step(unit or source.exact.unit, source.exact.name)
     return encode(source.solid.mesh, name, _mm_per_unit(kind, unit, source.mm_per_unit))
 

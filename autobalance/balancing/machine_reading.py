@@ -121,7 +121,7 @@ def _in_planes(
 
 
 def needs_no_cut(reading: JudgedReading, tolerance: Tolerance) -> bool:
-    """Tell whether a reading is within tolerance less its uncertainty, in everything that is judged."""
+    """Return whether a reading is within tolerance less its uncertainty, in everything that is judged."""
     doubts = (reading.share.resultant_g_mm, *reading.share.planes_g_mm)
     rows = tolerance.judged(reading.unbalance)
     return all(row.residual_g_mm <= row.permissible_g_mm - u for row, u in zip(rows, doubts, strict=False))
@@ -139,6 +139,6 @@ def machine_cannot_show(accuracy: MachineAccuracy, tolerance: Tolerance) -> str 
             return (
                 f"this machine cannot show it: its umar_g_mm of {accuracy.umar_g_mm:.4g} g·mm is not "
                 "below the "
-                f"permissible {permissible:.4g} g·mm of {name}; a finer machine is needed"
+                f"permissible {permissible:.4g} g·mm of {name}; choose a finer machine"
             )
     return None

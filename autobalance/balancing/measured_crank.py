@@ -110,13 +110,13 @@ def recognised(source: Source, hints: Overrides) -> Anatomy:
 
 
 def work_on_faces(job: Job) -> bool:
-    """Tell whether a correction of the job begins at a planar face."""
+    """Return whether a correction of the job begins at a planar face."""
     return any(kind_of(limits).needs_faces for limits in job.methods)
 
 
 def _read(crankshaft: Crankshaft, try_all_bodies: bool) -> Source:
     if crankshaft.file is None:
-        raise JobError("crankshaft.file is missing; needed a crank file, or a crank given with the job")
+        raise JobError("crankshaft.file is missing; expected a crank file, or a crank given with the job")
     pressed_up = not crankshaft.crankpin_in_file
     try:
         return read(crankshaft.file, crankshaft.unit, crankshaft.body, pressed_up=pressed_up)

@@ -105,7 +105,7 @@ def _as_read_back(written: Written, own_mm3: float) -> Solid:
         again = as_read(known)
     if abs(again.volume_mm3 - own_mm3) > SAME_VOLUME * own_mm3:
         raise SolidError(
-            f"the written solid has {own_mm3:.9g} mm³, but {again.volume_mm3:.9g} mm³ are read back; needed"
+            f"the written solid has {own_mm3:.9g} mm³, but {again.volume_mm3:.9g} mm³ are read back; expected"
             " cuts or added metal that can be told apart: another face, or less of it"
         )
     return again
@@ -133,7 +133,7 @@ def _refuse_lost_crank(rotor: Rotor, written: Solid) -> None:
     if len(after.throws) != len(before.throws) or len(after.main_journals) != len(before.main_journals):
         raise SolidError(
             f"add: the corrected solid has {len(after.throws)} throws and {len(after.main_journals)} main "
-            f"journals, the crank {len(before.throws)} and {len(before.main_journals)}; needed the same"
+            f"journals, the crank {len(before.throws)} and {len(before.main_journals)}; expected the same"
         )
 
 
@@ -179,7 +179,7 @@ def on_true_surfaces(rotor: Rotor, in_facets: Solid, made: Made) -> Measured:
     if abs(hidden.mass_g - hidden_before.mass_g) > DISAGREE * cut_g + abs(hidden_before.mass_g):
         raise SolidError(
             f"the CAD kernel leaves {moments.mass_g:.6g} g where {faceted.mass_g:.6g} g were planned; "
-            "needed the same cut in both; a mesh of the part can be balanced instead"
+            "expected the same cut in both; a mesh of the part can be balanced instead"
         )
     if each is None:
         own = tuple(_as_taken(rotor, one, taken.get(number)) for number, one in enumerate(made))
@@ -209,7 +209,7 @@ def refuse_sum(rotor: Rotor, measured: Measured, corrections: Sequence[Correctio
     if abs(total - gone) > ADD_UP * sum(map(abs, volumes)) + near * rotor.solid.area_mm2:
         raise SolidError(
             f"the cuts take {total:.6g} mm³ one by one, but {gone:.6g} mm³ are gone; "
-            "needed cuts that keep clear of each other: other faces, or fewer of them"
+            "expected cuts that keep clear of each other: other faces, or fewer of them"
         )
 
 
@@ -243,5 +243,5 @@ def _refuse_contradiction(
     if abs(total - gone) > CONTRADICTS * sum(map(abs, volumes)):
         raise SolidError(
             f"the cuts take {total:.6g} mm³ one by one, but {gone:.6g} mm³ are gone: the file's edges lie "
-            "off its faces there; needed a file whose edges lie on their faces, or a mesh of the part"
+            "off its faces there; expected a file whose edges lie on their faces, or a mesh of the part"
         )

@@ -102,7 +102,7 @@ def _bob_weights(job: Job, crank: Crank) -> Iterator[str]:
     asked = f"; {', or '.join(meant)}?" if meant else ""
     low, high = BOB_SHARE
     if not low <= share <= high:
-        raise JobError(f"{told}; needed {low:g} to {high:g} times that{asked}")
+        raise JobError(f"{told}; expected {low:g} to {high:g} times that{asked}")
     low, high = USUAL_BOB_SHARE
     yield f"{told}; odd outside {low:g} to {high:g} times that{asked}"
 
@@ -182,7 +182,7 @@ def _rod(job: Job) -> Iterator[str]:
         " that of two masses at its eyes"
     )
     if not INERTIA_REFUSED[0] <= share <= INERTIA_REFUSED[1]:
-        raise JobError(f"{told}; needed {INERTIA_REFUSED[0]:g} to {INERTIA_REFUSED[1]:g} times (kg·mm²)")
+        raise JobError(f"{told}; expected {INERTIA_REFUSED[0]:g} to {INERTIA_REFUSED[1]:g} times (kg·mm²)")
     if not INERTIA_SHARE[0] <= share <= INERTIA_SHARE[1]:
         yield f"{told}; rods are near 1"
 

@@ -1,1 +1,1 @@
-"""Bearings: friction, oil films, the film through a cycle. SI inside; where not, the name says the unit."""
+"""Bearings: friction, oil films, the film through a cycle. SI inside; where not, the unit ends the name."""

@@ -57,7 +57,7 @@ class Oil:
             if not celsius > -KELVIN_AT_0_C:
                 raise ValueError(f"temperature {celsius:g} °C; must be above {-KELVIN_AT_0_C:g}")
         if not cold_C < hot_C:
-            raise ValueError(f"both viscosities are at {cold_C:g} °C; two temperatures are needed")
+            raise ValueError(f"both viscosities are at {cold_C:g} °C; expected two temperatures")
         if not thin < thick:
             raise ValueError(
                 f"viscosity {thick:g} mm²/s at {cold_C:g} °C and {thin:g} at {hot_C:g} °C; "

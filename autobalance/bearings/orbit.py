@@ -20,7 +20,7 @@ from autobalance.types import Array
 SETTLED = 2e-5
 """Change of the eccentricity ratio from one cycle to the next that counts as none."""
 MOST_TURNS = 120
-"""Turns after which an orbit that still changes is said not to repeat."""
+"""Turns after which an orbit that still changes is reported as not periodic."""
 HOPELESS = 1e6
 """Force in units of η Ω R L³/c² that breaks any film within half a degree: what follows is not worked out."""
 ACCURACY = 1e-6

@@ -35,7 +35,7 @@ def word_pair(option: str, text: str) -> tuple[str, str]:
 
 def _two(option: str, values: Sequence[Any]) -> Sequence[Any]:
     if len(values) != 2:
-        raise UsageError(f"{option} has {len(values)} values; two are needed, with a comma between")
+        raise UsageError(f"{option} has {len(values)} values; expected two, with a comma between")
     return values
 
 

@@ -26,7 +26,7 @@ LEAST_WIDTH = 60
 
 
 def is_terminal() -> bool:
-    """Tell whether standard output is a terminal that can show more than plain text."""
+    """Return whether standard output is a terminal that can show more than plain text."""
     return sys.stdout.isatty() and os.environ.get("TERM") != "dumb" and find_spec("rich") is not None
 
 

@@ -108,7 +108,7 @@ class EarlierCut:
     position_mm: Array
 
     def is_at(self, position_mm: Array) -> bool:
-        """Tell whether another cut enters where this one does."""
+        """Return whether another cut enters where this one does."""
         return bool(np.linalg.norm(self.position_mm - position_mm) <= SAME_PLACE_MM)
 
 

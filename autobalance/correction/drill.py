@@ -398,5 +398,5 @@ def _why_none(limits: DrillLimits, diameters_mm: Sequence[float], seen: bool, an
         sizes = f"{SERIES_MM[0]:g} to {SERIES_MM[-1]:g}"
     return (
         f"no hole of {sizes} mm fits into any counterweight with min_wall_mm = {limits.min_wall_mm:g} and "
-        f"min_depth_mm = {limits.min_depth_mm:g}; a smaller drill, wall or depth is needed{wider}"
+        f"min_depth_mm = {limits.min_depth_mm:g}; choose a smaller drill, wall or depth{wider}"
     )

@@ -70,11 +70,11 @@ class Workpiece:
         return sum(each.kind == kind and web in (None, each.web) for each in self.earlier)
 
     def is_taken(self, kind: str, position_mm: Array) -> bool:
-        """Tell whether a cut of this kind was made at a place in an earlier stage."""
+        """Return whether a cut of this kind was made at a place in an earlier stage."""
         return any(each.kind == kind and each.is_at(position_mm) for each in self.earlier)
 
     def is_filled(self, kind: str, position_mm: Array) -> bool:
-        """Tell whether a hole there is one that another kind made in an earlier stage, and filled maybe."""
+        """Return whether a hole there is one that another kind made in an earlier stage, and filled maybe."""
         return any(each.kind != kind and each.is_at(position_mm) for each in self.earlier)
 
     @property

@@ -141,5 +141,5 @@ def angle_deg(operation: HoleOperation) -> float:
 
 
 def is_along_axis(operation: HoleOperation) -> bool:
-    """Tell whether a hole runs along the crank axis."""
+    """Return whether a hole runs along the crank axis."""
     return abs(float(operation.inward[2])) > 1.0 - 1e-9

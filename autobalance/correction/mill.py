@@ -287,8 +287,8 @@ class Mill(Kind[MillLimits]):
         if not found:
             raise CorrectionError(
                 f"no pocket for a cutter of {limits.cutter_mm:g} mm fits into any cheek with min_wall_mm = "
-                f"{limits.min_wall_mm:g} and min_depth_mm = {limits.min_depth_mm:g} within sectors_deg; a "
-                "smaller cutter, wall or depth is needed"
+                f"{limits.min_wall_mm:g} and min_depth_mm = {limits.min_depth_mm:g} within sectors_deg; "
+                "choose a smaller cutter, wall or depth"
             )
         depths = np.array([cut.max_depth_mm for cut in found])
         walls = np.full(len(found), limits.min_wall_mm)

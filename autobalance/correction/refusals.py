@@ -55,7 +55,7 @@ _RANGES: dict[type[Any], Mapping[str, Rule]] = {}
 def refuse_sizes(kind: str, key: str, one: str, sizes_mm: Sequence[float]) -> None:
     """Refuse a list of sizes that is empty; ``one`` is what at least one is needed of."""
     if not sizes_mm:
-        raise CorrectionError(f"{kind}.{key} is empty; at least one {one} is needed")
+        raise CorrectionError(f"{kind}.{key} is empty; expected at least one {one}")
 
 
 def refuse_sectors(kind: str, sectors_deg: Sectors) -> None:
@@ -81,5 +81,5 @@ def refuse_wide(
     if least + 2.0 * wall_mm > thickest + 1e-3:
         raise CorrectionError(
             f"{kind}: a hole of {least:g} mm with walls of {wall_mm:g} mm is larger than the counterweight, "
-            f"whose web is {thickest:.4g} mm thick; a smaller diameters_mm or min_wall_mm is needed"
+            f"whose web is {thickest:.4g} mm thick; choose a smaller diameters_mm or min_wall_mm"
         )

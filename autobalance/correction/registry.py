@@ -36,15 +36,15 @@ def _faults(kind: Kind[Any]) -> Iterator[str]:
     for text in ("name", "verb", "noun", "datum"):
         value = getattr(kind, text, None)
         if not isinstance(value, str) or not value.strip():
-            yield f"its {text} is {value!r}; needed a text"
+            yield f"its {text} is {value!r}; expected a text"
             return
     if not kind.name.isidentifier() or kind.name != kind.name.lower():
-        yield f"its name is {kind.name!r}; needed a key of lower-case letters"
+        yield f"its name is {kind.name!r}; expected a key of lower-case letters"
     if kind.name in _KINDS:
         yield f"the name {kind.name!r} is taken"
     limits = getattr(kind, "limits", None)
     if not (isinstance(limits, type) and issubclass(limits, Limits) and limits is not Limits):
-        yield f"its limits are {limits!r}; needed a class derived from Limits"
+        yield f"its limits are {limits!r}; expected a class derived from Limits"
         return
     if any(other.limits is limits for other in _KINDS.values()):
         yield f"the limits {limits.__name__} are another kind's"
@@ -53,11 +53,11 @@ def _faults(kind: Kind[Any]) -> Iterator[str]:
         return
     for each in fields(limits):
         if each.default is MISSING and each.default_factory is MISSING:
-            yield f"{limits.__name__}.{each.name} has no default; needed one, so that method alone is enough"
+            yield f"{limits.__name__}.{each.name} has no default; expected one: method alone is enough"
     if kind.efforts < 1:
-        yield f"efforts is {kind.efforts}; needed 1 or more"
+        yield f"efforts is {kind.efforts}; expected 1 or more"
     if kind.remedy is not None and not isinstance(kind.remedy, limits):
-        yield f"its remedy is {kind.remedy!r}; needed {limits.__name__}"
+        yield f"its remedy is {kind.remedy!r}; expected {limits.__name__}"
 
 
 def kind_of(limits: Limits) -> Kind[Any]:

@@ -272,5 +272,5 @@ def _why_none(limits: SlugLimits) -> str:
     sizes: Any = ", ".join(f"{diameter:g}" for diameter in limits.diameters_mm)
     return (
         f"no {limits.direction} slug of {sizes} mm, {min(limits.lengths_mm):g} mm long, fits into any "
-        f"counterweight with min_wall_mm = {limits.min_wall_mm:g}; a smaller slug or wall is needed"
+        f"counterweight with min_wall_mm = {limits.min_wall_mm:g}; choose a smaller slug or wall"
     )

@@ -214,7 +214,7 @@ def stated_size(item: Item, key: str) -> float:
     value = stated_number(item, key)
     if not value > 0.0:
         raise FormatError(
-            f"{key} of a correction of kind {item.get('kind')!r} is {value:g}; needed more than 0"
+            f"{key} of a correction of kind {item.get('kind')!r} is {value:g}; expected more than 0"
         )
     return value
 

@@ -109,7 +109,7 @@ def _crank(body: BodySource) -> Anatomy | None:
 
 
 def _carries(anatomy: Anatomy, rods: Sequence[RodEyes]) -> bool:
-    """Tell whether a rod's big end lies on one of the crank's pins."""
+    """Return whether a rod's big end lies on one of the crank's pins."""
     for eyes in rods:
         centre = anatomy.file_to_rotor[:3, :3] @ eyes.big.centre_mm + anatomy.file_to_rotor[:3, 3]
         for throw in anatomy.throws:
@@ -173,6 +173,6 @@ def _box(part: AssemblyPart, eyes: RodEyes) -> Array:
 
 
 def _holds(box: Array, eyes: RodEyes) -> bool:
-    """Tell whether a box in the rod's axes stands around the small end and not around the big one."""
+    """Return whether a box in the rod's axes stands around the small end and not around the big one."""
     small = np.array([eyes.length_mm, 0.0, eyes.offset_mm])
     return bool((box[0] < small).all() and (box[1] > small).all()) and box[0][0] > 0.0

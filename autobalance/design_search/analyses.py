@@ -1,4 +1,4 @@
-"""Finite elements within a search: which designs are analysed, so that the model can tell of all others."""
+"""Finite elements within a search: which designs are analysed, to predict all others."""
 
 from __future__ import annotations
 
@@ -20,13 +20,13 @@ from autobalance.types import Array
 FEWEST = 6
 """Designs analysed in the first generation, at least."""
 SAME_PLACE = 1e-3
-"""Distance, as a share of the bounds, within which a design tells nothing new."""
+"""Distance, as a share of the bounds, within which a design adds nothing new."""
 
 
 def analysed_next(
     findings: Found, rows: Sequence[Candidate], number: int, workers: Workers
 ) -> tuple[Analysed, ...]:
-    """Return what finite elements tell of some designs of a generation: those that the model knows least.
+    """Return finite-element results of some designs of a generation: those that the model knows least.
 
     Half of the analyses are of the first generation, spread over it; the others of the designs that look
     best by the model so far, as many in each generation.
@@ -45,7 +45,7 @@ def analysed_next(
         chosen = _least_known(findings, rows, count)
     analysed = each_done(workers, _analysed_task, problem, chosen)
     if number == 1 and not any(each.values for each in analysed):
-        raise SolidError("no design of the first generation can be meshed; needed another [fem] size_mm")
+        raise SolidError("no design of the first generation can be meshed; choose another [fem] size_mm")
     return tuple(analysed)
 
 
@@ -77,7 +77,7 @@ def _least_known(findings: Found, rows: Sequence[Candidate], count: int) -> list
 
 
 def _analysed_task(task: tuple[Any, Array]) -> Analysed:
-    """Return what finite elements tell of a design, to six digits: the mesh is worth four."""
+    """Return a design's finite-element results, to six digits: the mesh is worth four."""
     problem, variables = problem_of(task[0]), task[1]
     amounts = problem.amounts(variables)
     solid = with_profiles(problem.free, amounts.radii_mm, amounts.thickness_mm)[0]

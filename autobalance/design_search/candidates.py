@@ -1,4 +1,4 @@
-"""Designs as a search judges them, by their profiles' own moments and by what is told of their strength."""
+"""Designs as a search judges them, by their profiles' own moments and by their predicted strength."""
 
 from __future__ import annotations
 
@@ -37,7 +37,7 @@ class Found:
         With the last model of strengths.
     candidates : sequence of Candidate
     analysed : sequence of Analysed
-        Designs of which finite elements have told.
+        Designs analysed by finite elements.
     """
 
     problem: Problem
@@ -45,14 +45,14 @@ class Found:
     analysed: tuple[Analysed, ...] = ()
 
     def with_known(self, analysed: Sequence[Analysed]) -> Found:
-        """Return it with more designs analysed, and all others judged again by what these tell."""
+        """Return it with more designs analysed, and all others judged again with these."""
         every = (*self.analysed, *analysed)
         problem = replace(self.problem, model=StrengthModel.of(self.problem.bounds, every))
         return Found(problem, tuple(completed(problem, each) for each in self.candidates), every)
 
 
 def objective_values(problem: Problem, moments: Moments, variables: Array) -> Array:
-    """Return the values (k,) of a search's objectives, each to be least; the stress is told by the model."""
+    """Return the values (k,) of a search's objectives, each to be least; the stress is predicted."""
     predicted = {} if problem.model is None else problem.model.predicted(variables)
     values = {STRESS: 0.0, **problem.objectives(moments, predicted)}
     return np.array([sign * values[name] for name, sign in problem.signed_objectives])
@@ -64,19 +64,19 @@ def judged(problem: Problem, variables: Array) -> Candidate:
     moments = problem.moments(solved)[0]
     constraints, _ = problem.constraints(solved, moments, problem.residual(moments), exact=False)
     broken = violation(constraints)
-    every = broken + violation(problem.told(solved))
+    every = broken + violation(problem.predicted_limits(solved))
     return Candidate(solved, objective_values(problem, moments, solved), every, broken)
 
 
 def completed(problem: Problem, candidate: Candidate) -> Candidate:
-    """Return a candidate with what the model tells of its strengths; where there is none, as it is."""
+    """Return a candidate with the model's predictions of its strengths; without a model, as it is."""
     if problem.model is None:
         return candidate
     predicted, values = problem.model.predicted(candidate.variables), candidate.objectives.copy()
     for place, (name, sign) in enumerate(problem.signed_objectives):
         if name == STRESS:
             values[place] = sign * predicted[STRESS]
-    broken = candidate.by_geometry + violation(problem.told(candidate.variables))
+    broken = candidate.by_geometry + violation(problem.predicted_limits(candidate.variables))
     return replace(candidate, objectives=values, violation=broken)
 
 

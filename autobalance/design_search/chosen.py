@@ -100,7 +100,7 @@ class _Tried:
         return [self.made[number] for number in numbers if number in self.made and self.made[number].feasible]
 
     def write(self, numbers: Sequence[int]) -> None:
-        """Write and measure designs, and judge all others by what that tells."""
+        """Write and measure designs, and judge all others again by the results."""
         problem, analysed = self.found.problem, []
         for number in numbers:
             candidate = self.found.candidates[number]

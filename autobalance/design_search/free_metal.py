@@ -192,9 +192,7 @@ def _body(part: FreePart, web: FreeWeb, solid: Solid) -> tuple[FreeBody, Array, 
     sections = [_radii_mm(solid.section(z), angles + web.turn_rad) for z in heights]
     hold = part.hold_radius_mm or min(float(first.min()) for first, _ in sections)
     if hold < LEAST_HOLD_MM:
-        raise JobError(
-            f"{part.name}: web {web.number} has no metal about the axis there; needed hold_radius_mm"
-        )
+        raise JobError(f"{part.name}: web {web.number} has no metal about the axis there; set hold_radius_mm")
     profile, start, error = _profile(part, hold, angles, np.maximum(sections[SECTIONS // 2][1], hold))
     body = FreeBody(profile, math.tan(part.draft_rad), part.corner_radius_mm, part.holes)
     body.refuse_holes_outside(part.name)
@@ -213,7 +211,7 @@ def _profile(part: FreePart, hold_mm: float, angles: Array, radii: Array) -> tup
     points = np.array(part.start_points_mm)
     refuse_crossing(points, part.name)
     if len(points) < 4:
-        raise JobError(f"{part.name}.start_points_mm has {len(points)} points; needed at least 4")
+        raise JobError(f"{part.name}.start_points_mm has {len(points)} points; expected at least 4")
     around = low + np.unwrap(np.arctan2(points[:, 1], points[:, 0]) - low)
     around = around - math.tau * round((around[0] - low) / math.tau)
     if (np.diff(around) <= 0.0).any() or around[0] < low - 1e-6 or around[-1] > high + 1e-6:
@@ -284,5 +282,5 @@ def _refuse_beyond(key: str, values: Array, limit: float, vertices: Array) -> No
         at = ", ".join(f"{value:.3f}" for value in vertices[worst])
         raise JobError(
             f"{key}: held metal stands {values[worst] - limit:.3f} mm beyond {abs(limit):g} mm, at ({at}) "
-            "mm; needed a wider envelope, or this metal free"
+            "mm; widen the envelope, or free this metal too"
         )

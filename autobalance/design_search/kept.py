@@ -40,7 +40,7 @@ class KeptSearch:
             return
         lines = [] if fresh else _lines(folder / SEARCH)
         if any(line.get("design") != fingerprint for line in lines):
-            raise FileError(f"{folder} holds another design's search; needed another folder, or --fresh")
+            raise FileError(f"{folder} holds another design's search; choose another folder, or --fresh")
         self.generations = [Generation.of_line(line) for line in lines]
         made_folder(folder)
         try:

@@ -58,7 +58,7 @@ class Problem:
     factor : float
     neighbours : sequence of Neighbour
     model : StrengthModel or None
-        Tells what finite elements would find, once some designs were analysed.
+        Predicts finite-element results, once some designs were analysed.
     """
 
     design: DesignJob
@@ -89,7 +89,7 @@ class Problem:
         if problem.strengths_wanted:
             need_libraries()
         if LOAD in problem.wanted or STRESS in problem.strengths_wanted:
-            strength.cycle_of(job, crank.anatomy, crank.moments, None)  # says what the job lacks
+            strength.cycle_of(job, crank.anatomy, crank.moments, None)  # raises for what the job lacks
         return problem
 
     # --- variables ------------------------------------------------------------------------------------------
@@ -229,7 +229,7 @@ class Problem:
 
     @property
     def strengths_wanted(self) -> tuple[str, ...]:
-        """Names of what finite elements must tell of each design."""
+        """Names of the finite-element results that each design must have."""
         limits = self.design.fem
         frequency = limits is not None and limits.min_frequency_hz is not None
         stress = STRESS in self.wanted or (limits is not None and limits.max_stress_MPa is not None)
@@ -261,7 +261,7 @@ class Problem:
     def of_strengths(
         self, strengths: Mapping[str, float], errors: Mapping[str, float] | None = None
     ) -> list[Constraint]:
-        """Return strengths as constraints; where they are told only, with their errors (shares) as room."""
+        """Return strengths as constraints; predicted ones with their errors (shares) as margin."""
         limits, constraints = self.design.fem, []
         if limits is None:
             return []
@@ -276,8 +276,8 @@ class Problem:
             constraints.append(Constraint("stress", value, most, "MPa", margin, 0.01 * most))
         return constraints
 
-    def told(self, variables: Array) -> list[Constraint]:
-        """Return what the model tells of the limits by finite elements; nothing where there is none yet."""
+    def predicted_limits(self, variables: Array) -> list[Constraint]:
+        """Return the finite-element limits as the model predicts them; nothing without a model."""
         if self.model is None:
             return []
         return self.of_strengths(self.model.predicted(variables), self.model.errors_at(variables))

@@ -244,7 +244,7 @@ def refuse_crossing(points_mm: Array, name: str) -> None:
             if _cross(starts[i], ends[i], starts[j], ends[j]):
                 raise JobError(
                     f"{name}.start_points_mm cross: the side from point {i + 1} to {i + 2} meets that from "
-                    f"{j + 1} to {j + 2}; needed points in order around the axis"
+                    f"{j + 1} to {j + 2}; list points in order around the axis"
                 )
 
 

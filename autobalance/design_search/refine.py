@@ -73,7 +73,7 @@ def _descended(problem: Problem, start: Array, name: str) -> Array:
         at = variables(shares)
         moments = problem.moments(at)[0]
         constraints, _ = problem.constraints(at, moments, problem.residual(moments), exact=False)
-        every = (*constraints[1:], *problem.told(at))
+        every = (*constraints[1:], *problem.predicted_limits(at))
         return np.array([max(min(each.margin / each.scale, 10.0), -10.0) - CLEAR_MM for each in every])
 
     answer: Any = minimize(  # type: ignore[call-overload]

@@ -76,7 +76,7 @@ def searched(
     known : sequence of Generation
         Of the same search, when it was stopped.
     keep : callable
-        Told each new generation.
+        Called with each new generation.
     workers : Workers or None
         Who judges designs; None: this process.
     progress : callable

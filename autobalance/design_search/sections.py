@@ -78,7 +78,7 @@ class FreeBody:
             reach = math.asin(min(radius / far, 1.0)) if far > 0.0 else math.pi
             if far - radius < self.profile.hold_radius_mm or not reach <= past <= high - low - reach:
                 raise JobError(
-                    f"{name}.holes[{number}] at ({x:g}, {y:g}) mm reaches into held metal; needed wholly "
+                    f"{name}.holes[{number}] at ({x:g}, {y:g}) mm reaches into held metal; expected wholly "
                     f"in the sector, beyond {self.profile.hold_radius_mm:.4g} mm"
                 )
 

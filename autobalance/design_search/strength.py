@@ -116,7 +116,7 @@ def _facets_on(body: ElasticBody, pin: Pin, z_mm: tuple[float, float], name: str
     on &= ((corners[2] > z_mm[0] - slack) & (corners[2] < z_mm[1] + slack)).all(axis=0)
     if not on.any():
         raise JobError(
-            f"[fem]: the mesh has no surface of {name} (⌀{2 * radius:.4g} mm); needed a smaller size_mm, "
+            f"[fem]: the mesh has no surface of {name} (⌀{2 * radius:.4g} mm); choose a smaller size_mm, "
             f"less than {math.tau * radius / 8:.3g}"
         )
     on_face: NDArray[np.int64] = facets[on].astype(np.int64)

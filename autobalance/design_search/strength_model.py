@@ -1,8 +1,8 @@
-"""What finite elements would find of a design, told from designs of which they have found it.
+"""Predict finite-element results of a design from those of designs that were analysed.
 
 A Gaussian process of the logarithm of each value, over the variables as shares of their bounds: a straight
 line with wide prior and a squared exponential. Its length and the noise of the meshes are those with which
-each design is told best from all others.
+each design is predicted best from all others.
 """
 
 from __future__ import annotations
@@ -24,12 +24,12 @@ LEAST_ERROR = 1e-3
 """Share that no mesh is better than."""
 MOST_ERROR = 0.5
 MOST_LOG = 5.0
-"""No value is told to be further from the mean than e to this."""
+"""No value is predicted further from the mean than e to this."""
 
 
 @dataclass(frozen=True, eq=False)
 class Analysed:
-    """A design of which finite elements have told.
+    """A design analysed by finite elements.
 
     Attributes
     ----------
@@ -52,14 +52,14 @@ class _Process:
     inverse: Array
     """Of the covariance of the known designs (n, n), per unit of variance."""
     deviation: float
-    """Root of that unit, from how far designs are off when told from all others."""
+    """Root of that unit, from how far designs are off when predicted from all others."""
     error: float
     """Root of the mean square of that, as a share."""
 
 
 @dataclass(frozen=True, eq=False)
 class StrengthModel:
-    """Tells strengths of designs that were not analysed.
+    """Predicts strengths of designs that were not analysed.
 
     Attributes
     ----------
@@ -117,7 +117,7 @@ class StrengthModel:
 
     @property
     def errors(self) -> dict[str, float]:
-        """By how much each known design is off when told from all others; root mean square, as shares."""
+        """Root mean square error of the known designs, each predicted from all others; as shares."""
         return {name: each.error for name, each in self.processes.items()}
 
     def nearest(self, variables: Array) -> float:
@@ -133,7 +133,7 @@ def _shares(bounds: Array, variables: Array) -> Array:
 
 
 def _process(places: Array, logs: Array) -> _Process:
-    """Return the process that tells each known value best from all others."""
+    """Return the process that predicts each known value best from all others."""
     mean = float(logs.mean())
     centred = logs - mean
     scale = float(centred.std()) or 1.0
@@ -146,7 +146,7 @@ def _process(places: Array, logs: Array) -> _Process:
         for noise in NOISES:
             inverse = np.linalg.inv(smooth + noise * np.eye(len(places)))
             weights = inverse @ (centred / scale)
-            left_out = weights / np.diag(inverse)  # what each is off when the others alone tell it
+            left_out = weights / np.diag(inverse)  # each one's error, predicted from the others alone
             error = max(scale * float(np.sqrt((left_out**2).mean())), LEAST_ERROR)
             if best is None or error < best.error:
                 deviation = scale * float(np.sqrt((weights**2 / np.diag(inverse)).mean()))

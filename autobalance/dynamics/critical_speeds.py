@@ -26,7 +26,7 @@ from autobalance.types import Array, Complex
 SCANNED = 120
 """Speeds at which frequencies are compared with the speed, where no direct solution exists."""
 SAME = 1e-8
-"""Relative distance of two critical speeds that are told as one."""
+"""Relative distance of two critical speeds that are reported as one."""
 SECANT_STEPS = 4
 
 
@@ -58,7 +58,7 @@ def critical_speeds(prepared: PreparedRotor, upper_rad_s: float) -> list[Critica
 
 
 def _pairs_as_one(criticals: list[CriticalSpeed]) -> list[CriticalSpeed]:
-    """Return critical speeds of which two at one speed are told once: motion in any plane, whirl None.
+    """Return critical speeds; two at one speed are one: motion in any plane, whirl None.
 
     How each of the two whirls is chance, where forward and backward whirl have one frequency.
     """

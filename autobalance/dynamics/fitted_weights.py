@@ -28,7 +28,7 @@ SECTORS = 24
 """First pieces of the circle on which a single weight may stand at any angle."""
 ROUNDS = 60
 SECONDS = 40.0
-"""At most for the solver; what it has not proven by then, the bound tells."""
+"""Longest time of the solver; ``bound`` shows what is not proven by then."""
 OVER = 1e-7
 """Relative, by which a sum may pass its limit: rounding."""
 TIE = 1e-7
@@ -116,7 +116,7 @@ def fitted_weights(
     Returns
     -------
     FittedWeights
-        Within 0.7 % of the bound, unless the solver ran out of time: then ``bound`` tells.
+        Within 0.7 % of the bound, unless the solver ran out of time: see ``bound``.
     """
     scale = float(np.abs(reading_weights * initial).max())
     if scale == 0.0:

@@ -85,7 +85,7 @@ def condition(influence: Complex, reading_weights: Array) -> tuple[float, Array]
     """Return σ_max/σ_min of the weighted coefficients, columns scaled to length 1, and the planes' shares.
 
     Shares (N,) are the sizes of the components of the weakest combination of weights: the planes that
-    the readings hardly tell apart have the large ones.
+    the readings hardly distinguish have the large ones.
     """
     weighted = reading_weights[:, None] * influence
     lengths = np.linalg.norm(weighted, axis=0)

@@ -88,7 +88,7 @@ def modal_correction(
     ------
     ValueError
         If the planes are too few, or lie where they cannot reach the modes. With more planes than
-        needed the least correction (sum of squares) is returned.
+        necessary the least correction (sum of squares) is returned.
     """
     least_planes = modes + (2 if rigid else 0)
     if len(planes_m) < least_planes:

@@ -55,7 +55,7 @@ def run_up(
     places_m : sequence of float
         Stations of the rotor's matrices [m].
     points : int
-        Times that are told, evenly spaced.
+        Times of the result, evenly spaced.
     """
     kept = _lowest(reduced, KEPT * max(start_rad_s, end_rad_s))
     size = 2 * kept.basis.shape[1]

@@ -137,7 +137,7 @@ class CutRod:
     small_end_share : float
         Small piece ÷ whole rod; the lever rule gives the centre's distance from the big end ÷ length.
     warning : str
-        One line that says what the cut gets wrong.
+        The cut's error, in one line.
     """
 
     moved_g: float

@@ -52,7 +52,7 @@ class ShakingForce:
 
 
 def highest_order(engine: Engine) -> int:
-    """Return the highest order told: link rods give high ones that plain rods do not."""
+    """Return the highest order listed: link rods give high ones that plain rods do not."""
     return HIGHEST_OF_LINKS if any(each.master is not None for each in engine.cylinders) else HIGHEST_ORDER
 
 

@@ -33,7 +33,7 @@ class Parts:
             if not 0.0 <= value < math.inf:  # also refuses NaN
                 raise ValueError(f"{name} is {value:g} g; must be ≥ 0")
         if self.rods < 1:
-            raise ValueError(f"rods is {self.rods}; at least one connecting rod on a crankpin is needed")
+            raise ValueError(f"rods is {self.rods}; expected at least one connecting rod on a crankpin")
 
     def bob_weight_g(self, factor: float) -> float:
         """Return the bob-weight for a balance factor [g], as the function ``bob_weight_g`` does."""

@@ -125,7 +125,7 @@ def analysed(question: Question, progress: Progress = no_progress) -> Answer:
 
 @dataclass(frozen=True, eq=False)
 class _Found:
-    """What one mesh told."""
+    """Results of one mesh."""
 
     values: tuple[float, ...] = ()
     kinds: tuple[Kind, ...] = ()
@@ -151,7 +151,7 @@ def _errors(levels: Sequence[Level]) -> list[float]:
     """Return how far each value of the last mesh may be off.
 
     The greater of the last change and of what Richardson's extrapolation of the last three leaves, and the
-    share of the value that the mesh's volume is off. Quadratic elements are better than the last change says.
+    share of the value that the mesh's volume is off. Quadratic elements are better than that.
     """
     rough, middle, fine = (np.asarray(level.values) for level in levels[-3:])
     before, after = np.abs(middle - rough), np.abs(fine - middle)

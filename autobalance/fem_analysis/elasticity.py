@@ -77,7 +77,7 @@ class ElasticBody:
                 break
             mesh = _straightened(mesh, bad)
         else:
-            raise SolidError("the mesh has elements turned inside out; needed another size_mm")
+            raise SolidError("the mesh has elements turned inside out; choose another size_mm")
         basis = Basis(mesh, ElementTetP2(), intorder=INTEGRATED_ORDER)
         return cls(mesh, basis, np.ascontiguousarray(mesh.doflocs.T))
 

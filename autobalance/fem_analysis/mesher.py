@@ -118,7 +118,7 @@ def meshes_of(
         order.values["longest_s"] = longest_s
         answer = _run(order, folder, longest_s)
         if answer["solids"] not in (None, 1):
-            raise SolidError(f"{solid} holds {answer['solids']} solids; needed one")
+            raise SolidError(f"{solid} holds {answer['solids']} solids; expected one")
         volume = solid.volume_mm3 if isinstance(solid, SurfaceSolid) else float(answer["volume_mm3"])
         size = float(answer["size_mm"])
         return [
@@ -203,24 +203,24 @@ def _run(order: _Order, folder: Path, longest_s: float) -> dict[str, Any]:
         )
     except subprocess.TimeoutExpired:
         raise SolidError(
-            f"the mesher did not end within {LONGEST_S:.0f} s; needed a larger size_mm"
+            f"the mesher did not end within {LONGEST_S:.0f} s; choose a larger size_mm"
         ) from None
     answer = Path(order.values["answer"])
     if done.returncode == OUT_OF_TIME:
-        raise SolidError(f"the mesher did not end within {longest_s:.0f} s; needed a larger size_mm")
+        raise SolidError(f"the mesher did not end within {longest_s:.0f} s; choose a larger size_mm")
     if not answer.exists():
         raise SolidError(
-            f"the mesher ended with code {done.returncode}; needed another size_mm or a cleaner solid"
+            f"the mesher ended with code {done.returncode}; choose another size_mm or a cleaner solid"
         )
     mesh: dict[str, Any] = json.loads(answer.read_text(encoding="utf-8"))
     if mesh["error"] is not None:
-        raise SolidError(f"the mesher failed: {mesh['error']}; needed another size_mm or a cleaner solid")
+        raise SolidError(f"the mesher failed: {mesh['error']}; choose another size_mm or a cleaner solid")
     return mesh
 
 
 def _loaded(file: Path, size_mm: float, volume_mm3: float, shift_mm: Array) -> TetrahedronMesh:
     if not file.exists():
-        raise SolidError(f"the mesher made no mesh of size {size_mm:g} mm; needed another size_mm")
+        raise SolidError(f"the mesher made no mesh of size {size_mm:g} mm; choose another size_mm")
     with np.load(file) as arrays:
         nodes, tetrahedra = arrays["nodes_mm"] + shift_mm, arrays["tetrahedra"]
     used, numbers = np.unique(tetrahedra, return_inverse=True)

@@ -69,7 +69,7 @@ def modes_of(
         and rigid
         and not values[rigid] > RIGID_SHARE * _shift(body, material)
     ):
-        raise SolidError("the solid is of parts that move on their own; needed one connected solid")
+        raise SolidError("the solid is of parts that move on their own; expected one connected solid")
     modes = []
     directions = slice_motions(body)
     for value, vector in zip(values[rigid:], vectors.T[rigid:], strict=True):
@@ -111,7 +111,7 @@ def _lowest(
     size = stiffness.shape[0]
     if count >= size:
         raise SolidError(
-            f"{count} modes were asked of a mesh with {size} degrees of freedom; needed a finer mesh"
+            f"{count} modes were asked of a mesh with {size} degrees of freedom; choose a finer mesh"
         )
     factor = factorised(stiffness + shift * mass)
     inverse = LinearOperator((size, size), matvec=factor.solve, dtype=np.float64)
@@ -144,7 +144,7 @@ def factorised(matrix: sparse.csc_matrix) -> SuperLU:
 
 @dataclass(frozen=True, eq=False)
 class SliceMotions:
-    """A body in slices along its longest axis of inertia, to tell how its slices move in a mode.
+    """A body in slices along its longest axis of inertia, to see how its slices move in a mode.
 
     Attributes
     ----------

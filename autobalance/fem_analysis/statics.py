@@ -114,7 +114,7 @@ def held_dofs(body: ElasticBody, holds: Sequence[Hold]) -> NDArray[np.bool_]:
     loose = rows[sizes < 1e-6 * np.sqrt(len(at_holds))]
     if len(loose):
         ways = [WAYS[k] for k in np.flatnonzero(np.linalg.norm(loose, axis=0) > 0.1)]
-        raise JobError(f"the body can still {' and '.join(ways)}; needed fix boxes that hold it")
+        raise JobError(f"the body can still {' and '.join(ways)}; add fix boxes that hold it")
     return flat
 
 

@@ -95,5 +95,5 @@ def _end_nodes(body: ElasticBody, z_mm: float, slack_mm: float) -> NDArray[np.in
     corners = body.mesh.p[2, body.mesh.facets[:, facets]]
     on = (np.abs(corners - z_mm) < slack_mm).all(axis=0)
     if not on.any():
-        raise SolidError(f"the body has no plane end at z = {z_mm:g} mm; needed one to twist it by")
+        raise SolidError(f"the body has no plane end at z = {z_mm:g} mm; expected one to twist it by")
     return np.unique(facet_nodes(body, facets[on].astype(np.int64)))

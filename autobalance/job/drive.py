@@ -80,7 +80,7 @@ def _drive(values: Values, path: str = "") -> Drive:
     belts = tuple(Belt(**each) for each in values["belt"])
     shafts = tuple(DrivenShaft(**each) for each in values["shaft"])
     if not (gears or belts or shafts):
-        raise JobError(f"{path}gear, belt and shaft are all missing; at least one is needed")
+        raise JobError(f"{path}gear, belt and shaft are all missing; expected at least one")
     for number, belt in enumerate(belts, 1):
         if belt.length_mm <= math.pi * belt.pulley_mm:
             around = math.pi * belt.pulley_mm

@@ -75,7 +75,7 @@ def mounts_of(values: Values | None, listed: list[Values], top_rad_s: float) -> 
         raise JobError("mounts.inertia_kg_mm2 is no inertia; expected a symmetric, positive 3 × 3")
     found = [*values["mount"], *listed]
     if not found:
-        raise JobError("[[mounts.mount]] is missing; at least one is needed")
+        raise JobError("[[mounts.mount]] is missing; expected at least one")
     usual = values["damping_ratio"]
     mounts = tuple(
         Mount(

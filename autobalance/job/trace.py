@@ -50,7 +50,7 @@ def read_trace(path: Path) -> tuple[Array, Array]:
     lines = _text(path).splitlines()
     rows = [(number, line) for number, line in enumerate(lines, 1) if line.strip()]
     if not rows:
-        raise FormatError(f"{path}: is empty; a header and rows are needed")
+        raise FormatError(f"{path}: is empty; expected a header and rows")
     header = rows[0][1]
     delimiter = max(",;\t", key=header.count)
     names = [name.strip() for name in _cells(header, delimiter)]
@@ -91,7 +91,7 @@ def _column(path: Path, names: Sequence[str], units: dict[str, float]) -> tuple[
     found = [name for name in names if name in units]
     if len(found) != 1:
         has = f"has {' and '.join(found)}" if found else f"has the columns {', '.join(names)}"
-        raise FormatError(f"{path}: {has}; one of {', '.join(units)} is needed")
+        raise FormatError(f"{path}: {has}; expected one of {', '.join(units)}")
     return names.index(found[0]), units[found[0]]
 
 

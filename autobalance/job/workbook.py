@@ -154,5 +154,5 @@ def rows_of(values: Mapping[str, Any], path: str = "") -> list[Row]:
 
 
 def _is_part(value: Mapping[str, Any], path: str) -> bool:
-    """Tell whether a table is a weight taken from a solid."""
+    """Return whether a table is a weight taken from a solid."""
     return "file" in value and path.endswith("_g")

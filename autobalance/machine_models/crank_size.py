@@ -50,7 +50,7 @@ def refuse_size(source: Source, file: object) -> None:
     longest = longest_mm(source)
     if not low <= longest <= high:
         raise JobError(
-            f"{file}: the crank is {longest:.4g} mm long; needed {low:g} to {high:g} mm{_meant(source)}"
+            f"{file}: the crank is {longest:.4g} mm long; expected {low:g} to {high:g} mm{_meant(source)}"
         )
 
 

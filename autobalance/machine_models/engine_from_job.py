@@ -59,7 +59,7 @@ def _of_throw(job: Job, throw: Throw) -> list[Cylinder]:
     if len(banks) != parts.rods:
         raise JobError(
             f"{job.path.name}: engine.layout.bank_deg has {len(banks)} angle{'s' * (len(banks) != 1)}"
-            f" for the {parts.rods} rod{'s' * (parts.rods != 1)} on throw {throw.number}; one each is needed"
+            f" for the {parts.rods} rod{'s' * (parts.rods != 1)} on throw {throw.number}; expected one each"
         )
     length = engine.rod_length_mm or LONG_ROD * throw.crank_radius_mm
     small_end_g, couple = bare_rod(engine.rod, length)

@@ -52,7 +52,7 @@ class Crank:
 
 
 def holds_crankpins(anatomy: Anatomy, solid: Solid) -> bool:
-    """Tell whether a solid (file coordinates) has metal midway along its first crankpin."""
+    """Return whether a solid (file coordinates) has metal midway along its first crankpin."""
     pin = anatomy.throws[0].crankpin
     half = 0.5 * np.array([pin.diameter_mm, pin.diameter_mm, 0.1 * pin.width_mm])
     place = Solid.box(pin.centre_mm - half, pin.centre_mm + half).moved(anatomy.rotor_to_file)

@@ -168,7 +168,7 @@ def _pin_of(crank: Crank, hole: HoleMetal) -> Throw | None:
 
 
 def _holds_oil(hole: HoleMetal, throw: Throw) -> bool:
-    """Tell whether a hole is bored into a crankpin, and is not the bore for a pin pressed in."""
+    """Return whether a hole is bored into a crankpin, and is not the bore for a pin pressed in."""
     pin = throw.crankpin
     reaches = abs(float(hole.filling.centre_mm[2] - pin.centre_mm[2])) < pin.width_mm
     return reaches and hole.diameter_mm < BORED_SHARE * pin.diameter_mm

@@ -129,7 +129,7 @@ def _from_nearest(path: Array, at: Array | None) -> Array:
 
 
 def _is_inside(allowed: Region, start: Array, end: Array) -> bool:
-    """Tell whether a straight move stays where the mill may be."""
+    """Return whether a straight move stays where the mill may be."""
     count = max(2, math.ceil(float(np.hypot(*(end - start))) / SAMPLE_MM))
     points = start + np.linspace(0.0, 1.0, count + 1)[:, None] * (end - start)
     return bool(allowed.grown(2.0 * CHORD_MM).contains(points).all())

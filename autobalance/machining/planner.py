@@ -221,7 +221,7 @@ class Planner:
         return [*good, *(tool for tool in mills if tool not in good)]
 
     def _clears_neighbours(self, operation: RimOperation, tool: CuttingTool) -> bool:
-        """Tell whether a mill over a rim reaches into no other metal beside it."""
+        """Return whether a mill over a rim reaches into no other metal beside it."""
         low, high = operation.z_from_mm, operation.z_to_mm
         first, last = self._rim_lines(operation, tool)[0], self._rim_lines(operation, tool)[-1]
         beside = [(first - tool.radius_mm, low - SLIVER_MM), (high + SLIVER_MM, last + tool.radius_mm)]

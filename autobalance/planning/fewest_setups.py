@@ -36,7 +36,7 @@ Rank = tuple[int, int, float]
 
 
 def has_steps(offer: Offer) -> bool:
-    """Tell whether depths come in steps of the machine, or one depth a cut."""
+    """Return whether depths come in steps of the machine, or one depth a cut."""
     return any(cut.depth_step_mm > 0.0 or cut.least_depth_mm == cut.max_depth_mm for cut in offer.cuts)
 
 

@@ -261,7 +261,7 @@ class MilpModel:
 
 
 def is_never(pair: Apart, cuts: Sequence[Cut]) -> bool:
-    """Tell whether only one of two cuts can be made, since neither is so shallow."""
+    """Return whether only one of two cuts can be made, since neither is so shallow."""
     return pair.most_mm < max(cuts[pair.first].least_depth_mm, cuts[pair.second].least_depth_mm)
 
 

@@ -20,7 +20,7 @@ AIM = 0.98
 
 
 def is_harmless(before: Unbalance, after: Unbalance, tolerance: Tolerance, slack: float = WORSE) -> bool:
-    """Tell whether no judged value of an unbalance is worse than it was."""
+    """Return whether no judged value of an unbalance is worse than it was."""
     return all(
         now.residual_g_mm <= was.residual_g_mm + slack * max(was.residual_g_mm, was.permissible_g_mm)
         for was, now in zip(tolerance.judged(before), tolerance.judged(after), strict=True)

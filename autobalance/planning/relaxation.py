@@ -78,7 +78,7 @@ class Attempt:
         return choose(self.residual, self.tolerance, offer)
 
     def may_do(self, offer: Offer) -> bool:
-        """Tell whether it is not yet certain that other cuts fall short too."""
+        """Return whether it is not yet certain that other cuts fall short too."""
         return bool(offer.cuts) and least_share(self.residual, self.tolerance, offer) <= 1.0
 
     def offer_with(self, *methods: Limits, coarse: bool = False) -> Offer | None:
@@ -207,7 +207,7 @@ def _remedies(tried: Attempt) -> Iterator[Relaxation]:
 
 
 def _may_help(tried: Attempt, kind: Kind[Any]) -> bool:
-    """Tell whether a kind's remedy might make up what the cuts at hand leave at least.
+    """Return whether a kind's remedy might make up what the cuts at hand leave at least.
 
     A change of the unbalance at a height z of the crank moves each judged vector by ``rows`` · (1, z) of it.
     """

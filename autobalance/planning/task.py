@@ -51,7 +51,7 @@ def usual(offer: Offer) -> tuple[float, float]:
 
 
 def is_discrete(offer: Offer) -> bool:
-    """Tell whether whole numbers decide: of cuts that exclude each other, are counted, or come in steps."""
+    """Return whether whole numbers decide: of cuts that exclude each other, are counted, or come in steps."""
     return bool(offer.counts or offer.apart or offer.varieties) or any(
         cut.least_depth_mm > 0.0 or cut.depth_step_mm > 0.0 for cut in offer.cuts
     )

@@ -32,5 +32,5 @@ def in_order(values: ArrayLike) -> Indices:
 
 
 def is_less(one: float, other: float) -> bool:
-    """Tell whether one number is below another by more than rounding."""
+    """Return whether one number is below another by more than rounding."""
     return key(one) < key(other)

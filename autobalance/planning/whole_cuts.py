@@ -132,7 +132,7 @@ def _simplest(task: Task, start_mm: Array | None) -> Plan:
 
 
 def is_enough(plan: Plan, offer: Offer) -> bool:
-    """Tell whether a plan leaves so little that looking for other cuts is not worth it."""
+    """Return whether a plan leaves so little that looking for other cuts is not worth it."""
     return plan.share <= (WHOLE_CUTS_SHARE if has_steps(offer) else AIM * (1.0 + 1e-6))
 
 

@@ -165,7 +165,7 @@ def _sweep(folder: Path) -> None:
 
 
 def _lives(process: int) -> bool:
-    """Tell whether a process is there; where that cannot be told, that it is."""
+    """Return whether a process is there; where that cannot be told, that it is."""
     if os.name == "nt":  # there, signal 0 would end it
         return True
     try:

@@ -29,5 +29,5 @@ def plain_table(rows: Rows) -> str:
 
 
 def has_heading(rows: Rows) -> bool:
-    """Tell whether the first row heads the others, which are set in below it."""
+    """Return whether the first row heads the others, which are set in below it."""
     return len(rows) > 1 and not rows[0][0].startswith(" ") and all(row[0][:1] == " " for row in rows[1:])

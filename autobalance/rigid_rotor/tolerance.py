@@ -139,7 +139,7 @@ class TolerancePlane:
 class Tolerance:
     """What a residual unbalance is measured against.
 
-    ``planes`` holds A and B, or nothing where only the resultant can be judged. ``margin`` says whether the
+    ``planes`` holds A and B, or nothing where only the resultant can be judged. ``margin`` is whether the
     uncertainty counts in the verdict (see ``rotor.margin``).
     """
 
@@ -210,7 +210,7 @@ class Tolerance:
         return max(self.judged(residual), key=lambda row: row.share)
 
     def is_met_by(self, residual: Unbalance, budget: Budget | None = None) -> bool:
-        """Tell whether a residual is within the permissible value in everything that is judged.
+        """Return whether a residual is within the permissible value in everything that is judged.
 
         Raises
         ------
@@ -220,7 +220,7 @@ class Tolerance:
         return all(row.share <= 1.0 for row in self.judged(residual, self._doubt(budget)))
 
     def is_proven_by(self, residual: Unbalance, budget: Budget | None) -> bool:
-        """Tell whether a residual and its uncertainty together are within the permissible value.
+        """Return whether a residual and its uncertainty together are within the permissible value.
 
         Without a known uncertainty nothing is proven.
         """

@@ -52,7 +52,7 @@ class Question:
 
     def __post_init__(self) -> None:
         if self.speed_rpm is not None and self.tacho is not None:
-            raise FormatError("a speed and a tacho are given; one of them is needed")
+            raise FormatError("a speed and a tacho are given; expected one of them")
         if self.speed_rpm is not None and not 0.0 < self.speed_rpm < float("inf"):
             raise FormatError(f"speed_rpm is {self.speed_rpm:g}; must be > 0")
         if self.window not in COSINES:
@@ -79,7 +79,7 @@ class Speed:
 
     @property
     def is_steady(self) -> bool:
-        """Tell whether the speed hardly varies."""
+        """Return whether the speed hardly varies."""
         if self.turning is None:
             return True
         speeds = self.turning.speeds_rpm()
@@ -179,13 +179,13 @@ def _main_channel(record: Record, question: Question) -> Channel:
         channel = left[0]
     if len(channel) < SHORTEST:
         raise FormatError(
-            f"channel {channel.name!r} has {len(channel)} samples; at least {SHORTEST} are needed"
+            f"channel {channel.name!r} has {len(channel)} samples; expected at least {SHORTEST}"
         )
     return channel
 
 
 def _whole(warnings: list[str], *channels: Channel) -> list[Channel]:
-    """Return channels without holes, each of which is told."""
+    """Return channels with holes closed, and warn of each."""
     whole_ones = []
     for channel in channels:
         _check_size(channel)
@@ -224,14 +224,14 @@ def _speed(record: Record, question: Question, channel: Channel, warnings: list[
         [tacho] = _whole(warnings, record.channel(question.tacho))
         train = pulses(tacho, question.pulses_per_rev, question.threshold)
         if isinstance(train, str):
-            warnings.append(f"missing pulses: {train}; nothing is told by orders")
+            warnings.append(f"missing pulses: {train}; order analysis is skipped")
             return Speed("tacho", None)
         warnings += _pulse_notes(train, tacho.name)
         turning = train.turning()
         return Speed("tacho", turning, train.speed_uncertainty_rpm(turning.mean_rpm), train)
     by_itself = speed_of_record(channel) if not question.natural or question.excitation is None else None
     if by_itself is None:
-        warnings.append("no speed is given and the record shows none: nothing is told by orders")
+        warnings.append("no speed is given or detected; order analysis is skipped")
         return Speed(None, None)
     warnings.append(
         f"the speed, {by_itself.turning.mean_rpm:.6g} 1/min, is the record's own: that at which orders fit "
@@ -263,7 +263,7 @@ def _pulse_notes(train: Pulses, name: str) -> list[str]:
         )
     if train.repeats and train.repeats != train.per_turn:
         notes.append(
-            f"tacho {name!r}: its pulses repeat every {train.repeats}, but {train.per_turn} a turn are told; "
+            f"tacho {name!r}: its pulses repeat every {train.repeats}, but it has {train.per_turn} a turn; "
             "speed and orders are wrong if that is its count"
         )
     return notes
@@ -278,7 +278,7 @@ def _lines(channel: Channel, speed: Speed, max_order: float, warnings: list[str]
     if top < max_order:
         warnings.append(
             f"aliasing: order {max_order:g} reaches {max_order * fastest:.6g} Hz, half the sample rate is "
-            f"{0.5 * channel.sample_rate_hz:.6g}; orders above {top:g} cannot be told"
+            f"{0.5 * channel.sample_rate_hz:.6g}; orders above {top:g} cannot be resolved"
         )
     lines = order_lines(channel, speed.turning, top) if top >= 0.5 else None
     if lines is None:
@@ -312,7 +312,7 @@ def _modes(
 
 
 def _is_order(mode: Mode, turning: Turning, step_hz: float) -> bool:
-    """Tell whether a line is a half order of a steady speed, whose little variation makes it look damped."""
+    """Return whether a line is a half order of a steady speed, which small variations make look damped."""
     speeds = turning.speeds_rpm() / 60.0
     order = round(2.0 * mode.frequency_hz / turning.mean_rpm * 60.0) / 2.0
     off = abs(mode.frequency_hz - order * turning.mean_rpm / 60.0)

@@ -88,7 +88,7 @@ def defects(band_envelope: Envelope, turning: Turning, bearing: RollingBearing) 
     """Return what the envelope holds at each of a bearing's orders, by the shaft's angle.
 
     The envelope is read at even steps of angle, so that a speed that varies does not smear its lines. None
-    are told where it is too slow for them, or the record too short.
+    are listed where it is too slow for them, or the record too short.
     """
     fastest = float(turning.speeds_rpm().max()) / 60.0
     top = min(2.5 * max(bearing.orders().values()), 0.45 * band_envelope.sample_rate_hz / fastest)

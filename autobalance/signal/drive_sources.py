@@ -9,7 +9,7 @@ from autobalance.signal.sources import Source
 from autobalance.units import N_PER_G_MM_S2
 
 HARMONICS = 3
-"""Multiples of a mesh and of a belt's turn that are told."""
+"""Multiples of a mesh and of a belt's turn that are listed."""
 CREEP = 0.01
 """Share by which a belt without teeth may run slower than its pulley's rim."""
 

@@ -1,4 +1,4 @@
-"""What a column's header says: the channel's name and its unit."""
+"""A column's header: the channel's name and its unit."""
 
 from __future__ import annotations
 

@@ -46,7 +46,7 @@ def waterfall(channel: Channel, window_name: str, top_hz: float, turning: Turnin
     Parameters
     ----------
     top_hz : float
-        Highest frequency told [Hz].
+        Highest frequency of the map [Hz].
     turning : Turning or None
         For the speed of each row.
     """

@@ -17,7 +17,7 @@ DERIVED: dict[str, tuple[int, str, float]] = {
     "velocity": (1, "mm/s", 1e3),
     "displacement": (0, "µm", 1e6),
 }
-"""How often the displacement is differentiated, the unit told, its number in metres and seconds."""
+"""How often the displacement is differentiated, the unit of the result, its number in metres and seconds."""
 LOWEST_HZ = 2.0
 """Waves from here on are kept whole: below, noise would drown them when it is integrated."""
 

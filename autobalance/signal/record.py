@@ -23,9 +23,9 @@ class Channel:
     Parameters
     ----------
     name : str
-        As the file tells it, without the unit.
+        As in the file, without the unit.
     unit : str or None
-        As the file tells it.
+        As in the file.
     sample_rate_hz : float
         Samples a second [Hz].
     stored : (n,) array
@@ -63,7 +63,7 @@ class Channel:
             yield start, self.values(start, start + length)
 
     def is_called(self, name: str) -> bool:
-        """Tell whether a user may mean this channel by a name: the whole header counts too."""
+        """Return whether a user may mean this channel by a name: the whole header counts too."""
         return name in {self.name, self.header, self.header.rpartition("_")[0] or self.name}
 
 

@@ -39,7 +39,7 @@ class RollingBearing:
             raise FormatError(f"bearing: balls is {self.balls}; must be ≥ 1")
         if not 0.0 < self.ball_mm < self.pitch_mm:
             raise FormatError(
-                f"bearing: ball is {self.ball_mm:g} and pitch {self.pitch_mm:g}; 0 < ball < pitch is needed"
+                f"bearing: ball is {self.ball_mm:g} and pitch {self.pitch_mm:g}; expected 0 < ball < pitch"
             )
         if not 0.0 <= self.contact_rad < np.pi / 2:
             raise FormatError(f"bearing: contact is {np.degrees(self.contact_rad):g}°; must be 0 to 90")

@@ -1,4 +1,4 @@
-"""Calibration: a factor, or a sensor's sensitivity as its data sheet tells it."""
+"""Calibration: a factor, or a sensor's sensitivity as on its data sheet."""
 
 from __future__ import annotations
 

@@ -1,7 +1,7 @@
 """What may cause an order: the engine's masses, its shafts, its firing, its bearings; and how well each fits.
 
 A source is expected at an order. It is a candidate where that order and the one seen are no further apart
-than the record can tell, or than balls slide in a bearing.
+than the record resolves, or than balls slide in a bearing.
 """
 
 from __future__ import annotations
@@ -48,7 +48,7 @@ def bearing_sources(bearing: RollingBearing) -> list[Source]:
 def shaft_source() -> Source:
     """Return what any shaft gives, where nothing is known of the engine."""
     return Source(
-        1.0, "turns with the shaft: unbalance, a bend, or misalignment (a job tells how much unbalance)"
+        1.0, "turns with the shaft: unbalance, a bend, or misalignment (a job gives the amount of unbalance)"
     )
 
 

@@ -44,7 +44,7 @@ def welch(
     length : int or None
         Samples of a segment; default an eighth of the record, 2¹⁶ at most.
     least_hz : float
-        Instead of ``length``: the lowest frequency that must be told apart from 0.
+        Instead of ``length``: the lowest frequency that must be distinguished from 0.
     """
     rate, count = channel.sample_rate_hz, len(channel)
     if length is None:
@@ -120,7 +120,7 @@ LED_ON = 4.0
 """Periods of the lowest frequency that a record is led on for beyond each end."""
 THINNED = 1000.0
 """Where more samples than this stand to a period of the lowest frequency, only every so many are predicted
-from each other: neighbours are too much alike to tell slow waves by."""
+from each other: neighbours are too much alike to show slow waves."""
 PREDICTED_BY = 60
 """Samples that the next one is predicted from, and of so many that is learnt:"""
 LEARNT_FROM = 8000

@@ -1,7 +1,7 @@
 """The shaft's speed from the record itself: the comb of orders that its spectrum shows.
 
 Pieces of the record are compared with combs of orders at every possible speed; the best course through
-them, without jumps, is a first speed. Then the phases of the strong orders tell how far the angle so found
+them, without jumps, is a first speed. Then the phases of the strong orders show how far the angle so found
 runs ahead or behind.
 """
 
@@ -32,7 +32,7 @@ TEETH = {
     6.0: 0.25,
     8.0: 0.2,
 }
-"""Order → how much its amplitude tells for a speed: less and less, or half the speed fits as well."""
+"""Order → weight of its amplitude for a speed: less and less, or half the speed fits as well."""
 PER_OCTAVE = 240
 MOST_PIECES = 600
 JUMP_COST = 0.03
@@ -43,7 +43,7 @@ STANDS_OUT = 8.0
 
 @dataclass(frozen=True, eq=False)
 class RecordSpeed:
-    """The angle as the record tells it, and the standard uncertainty of its mean speed [1/min]."""
+    """The angle from the record itself, and the standard uncertainty of its mean speed [1/min]."""
 
     turning: Turning
     uncertainty_rpm: float

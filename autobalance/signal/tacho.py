@@ -15,13 +15,13 @@ from autobalance.types import Array
 HYSTERESIS = 0.15
 """Share of the way from threshold to lower extreme that a signal must fall before it may rise again."""
 NEIGHBOURS = 5
-"""Intervals to each side that tell how long one should be."""
+"""Intervals to each side from which the length of one is estimated."""
 LONGEST_WINDOW = 401
 MORE_SCATTER = 1.6
 """A wider smoothing may leave so much more than the narrowest; rounding to samples is no white noise."""
 ERROR_WINDOW = 11
 PATTERN_TURNS = 4
-"""An encoder's own pattern is only told from the shaft's motion where it came so often."""
+"""Turns after which an encoder's own pattern is separated from the shaft's motion."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -56,7 +56,7 @@ class Pulses:
 
 
 def pulses(channel: Channel, per_turn: int, threshold: float | None = None) -> Pulses | str:
-    """Find a tacho's pulses; fewer than three are told in words, since the record holds more than orders.
+    """Find a tacho's pulses; of fewer than three, a text, since the record holds more than orders.
 
     Parameters
     ----------
@@ -70,16 +70,16 @@ def pulses(channel: Channel, per_turn: int, threshold: float | None = None) -> P
     Raises
     ------
     FormatError
-        If the pulses told are no count.
+        If ``per_turn`` is not positive.
     """
     if per_turn < 1:
-        raise FormatError(f"tacho {channel.name!r} is told to give {per_turn} pulses a turn; must be ≥ 1")
+        raise FormatError(f"tacho {channel.name!r} has {per_turn} pulses a turn; must be ≥ 1")
     raw = crossings_s(channel, threshold)
     if len(raw) < 3:
         low, high = _extremes(channel)
         level = 0.5 * (low + high) if threshold is None else threshold
         return (
-            f"tacho {channel.name!r} has {len(raw) or 'no'} pulses, at least 3 are needed; "
+            f"tacho {channel.name!r} has {len(raw) or 'no'} pulses; expected at least 3; "
             f"it goes from {low:.6g} to {high:.6g}, the threshold is {level:.6g}"
         )
     mended, missing, extra = mend(raw)
@@ -274,7 +274,7 @@ def _smoothed(times: Array) -> Array:
 
 
 def _cubic_fit(times: Array, width: int) -> tuple[Array, float]:
-    """Return pulses smoothed by a moving cubic, and the standard deviation of a pulse that this tells."""
+    """Return pulses smoothed by a moving cubic, and a pulse's standard deviation from it."""
     from scipy.signal import savgol_coeffs, savgol_filter
 
     smooth = savgol_filter(times - times[0], width, 3) + times[0]

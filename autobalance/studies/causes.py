@@ -1,4 +1,4 @@
-"""What a job says is uncertain, as draws with what each changes of the planned crank."""
+"""The uncertain quantities of a job, as draws with what each changes of the planned crank."""
 
 from __future__ import annotations
 

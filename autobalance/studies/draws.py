@@ -1,6 +1,6 @@
 """Random numbers for studies: each cause has its own stream, each crank its own place in it.
 
-A stream is told by the seed and its name alone, so a crank is the same whatever the number of cranks, the
+A stream follows from the seed and its name alone, so a crank is the same whatever the number of cranks, the
 other causes and the workers.
 """
 

@@ -41,7 +41,7 @@ def held(folder: Path) -> Iterator[None]:
     handle = _opened(folder)
     try:
         if not _locked(handle):
-            raise FileError(f"{folder} is held by another batch that is running; needed another folder")
+            raise FileError(f"{folder} is held by another batch that is running; choose another folder")
         yield
     finally:
         os.close(handle)

@@ -18,7 +18,7 @@ from autobalance.types import Array
 from autobalance.units import G_PER_MM3_PER_KG_M3
 
 STEPS = 33
-"""Places from −pm to +pm of figures that the linear model tells."""
+"""Places from −pm to +pm of figures that the linear model predicts."""
 CYCLE_STEPS = 3
 """The same of figures for which the engine runs a cycle each."""
 CYCLE_FIGURES = {"greatest_main_load_N": "N", "acceleration_rad_s2": "rad/s²", "mean_torque_N_m": "N·m"}

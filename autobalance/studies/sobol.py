@@ -1,7 +1,7 @@
 """Sobol's shares: what each cause makes of the variance of what is judged, which is not linear.
 
 The greatest of magnitudes over their permissible values bends at zero and where another plane takes over, so
-the shares of the resultant's variance are not its shares. First-order shares tell what a cause makes alone,
+the shares of the resultant's variance are not its shares. First-order shares are what a cause makes alone,
 total shares what would be missing without it; what lies between is made together with others.
 
 References

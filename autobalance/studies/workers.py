@@ -1,7 +1,7 @@
 """One way to run many tasks: in this process, in processes of this machine, or on a Dask cluster.
 
 Results do not depend on which, nor on the number of workers, nor on workers that die: a task is a function of
-its arguments alone, and its result is told by its number.
+its arguments alone, and its result comes with its number.
 """
 
 from __future__ import annotations
@@ -37,7 +37,7 @@ LOOK_AGAIN_S = 0.25
 class Done:
     """The end of a task: its number, its value, and by which worker at which try.
 
-    ``lost`` tells a task whose worker died at each try; it has no value.
+    ``lost`` marks a task whose worker died at each try; it has no value.
     """
 
     number: int
@@ -139,7 +139,7 @@ def _end_with_parent(sentinel: Any) -> None:
 
 @dataclass(eq=False)
 class _Slot:
-    """One process at a time, so that a process that dies tells which task it was at."""
+    """One process at a time, so that the task of a process that dies is known."""
 
     executor: ProcessPoolExecutor | None = None
     pid: int | None = None
@@ -178,7 +178,7 @@ class Processes:
     def run(self, work: Work, tasks: Sequence[Any]) -> Iterator[Done]:
         """Yield the end of each task; the tasks of a process that dies go to others.
 
-        A process has its next task before its last one's end is told: it need not wait for what is done then.
+        A process has its next task before the end of its last one is reported, so it does not wait.
         """
         waiting = [(number, 1) for number in range(len(tasks))][::-1]
         idle = self._slots[::-1]
@@ -244,11 +244,11 @@ def _check_versions(client: Any, address: str) -> None:
     """Refuse a cluster without workers, or with another version of this package."""
     versions = client.run(version_asker())
     if not versions:
-        raise FileError(f"the cluster {address} has no workers; needed at least one")
+        raise FileError(f"the cluster {address} has no workers; expected at least one")
     for worker, version in sorted(versions.items()):
         if version != __version__:
             has = "no autobalance" if version is None else f"autobalance {version}"
-            raise FileError(f"worker {worker} of the cluster {address} has {has}; needed {__version__}")
+            raise FileError(f"worker {worker} of the cluster {address} has {has}; expected {__version__}")
 
 
 def version_asker() -> Callable[[], str | None]:

@@ -61,7 +61,7 @@ def conrod(
     mass_g, length_mm, centre_from_big_end_mm : float
         [g, mm, mm]
     inertia_kg_mm2 : float or None
-        About its centre of mass; then the couple that two masses miss, I − m a b, is told.
+        About its centre of mass; then the couple that two masses miss, I − m a b, is returned.
 
     References
     ----------

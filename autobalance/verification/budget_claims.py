@@ -69,7 +69,7 @@ def check_budget(
         if set(shares) != set(found.shares):
             raise ClaimError(
                 f"{part.name}: {part.path('uncertainty_shares_g_mm')} lists {', '.join(shares)}; "
-                f"needed {', '.join(found.shares)}"
+                f"expected {', '.join(found.shares)}"
             )
         numbers = [float(part.get(f"uncertainty_shares_g_mm.{cause}", float)) for cause in found.shares]
         part.near("uncertainty_g_mm", math.hypot(*numbers), math.hypot(*numbers))

@@ -53,7 +53,7 @@ class Ledger:
     unread: dict[str, str] = field(default_factory=dict)
 
     def knows(self, place: str) -> bool:
-        """Tell whether a value was checked, by itself or within a larger one."""
+        """Return whether a value was checked, by itself or within a larger one."""
         if place in self.places:
             return True
         ends = (end for end, letter in enumerate(place) if letter in ".[")
@@ -104,7 +104,9 @@ class Claims:
         else:
             fits = isinstance(value, kind)
         if not fits:
-            raise FormatError(f"{self.name}: {self.path(path)} is of the wrong type; needed {kind.__name__}")
+            raise FormatError(
+                f"{self.name}: {self.path(path)} is of the wrong type; expected {kind.__name__}"
+            )
         return value
 
     def array(self, path: str, shape: tuple[int, ...]) -> Array:
@@ -184,7 +186,9 @@ class Claims:
         """Check an angle in [0, 360) against a measurement, around the turn."""
         claimed = self.get(path, float)
         if not 0.0 <= claimed < 360.0:
-            raise ClaimError(f"{self.name}: {self.path(path)} is {claimed:.9g}; needed an angle in [0, 360)")
+            raise ClaimError(
+                f"{self.name}: {self.path(path)} is {claimed:.9g}; expected an angle in [0, 360)"
+            )
         self.near(path, near_turn(measured_deg, claimed), within_deg, 1.0)
 
     def alike(self, found: Mapping[str, Any], rounding: float = ROUNDING, scale: float = 0.0) -> None:
@@ -222,7 +226,7 @@ def _is_numeric(value: Any) -> bool:
 
 
 def _holds_numbers(value: Any) -> bool:
-    """Tell whether a value is a number, or lists of nothing else."""
+    """Return whether a value is a number, or lists of nothing else."""
     return all(map(_holds_numbers, value)) if isinstance(value, list) else _is_number(value)
 
 

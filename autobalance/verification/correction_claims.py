@@ -150,7 +150,7 @@ def _check_place(part: Claims) -> None:
     if part.values.get("inward") is not None:
         length = float(np.linalg.norm(part.array("inward", (3,))))
         if not abs(length - 1.0) <= UNIT_LENGTH:
-            raise ClaimError(f"{part.name}: {part.path('inward')} is {length:.9g} long; needed a unit vector")
+            raise ClaimError(f"{part.name}: {part.path('inward')} is {length:.9g} long; expected length 1")
 
 
 def _check_file_place(part: Claims, rotor_to_file: Array) -> None:
@@ -247,7 +247,7 @@ def _gone(change: Change) -> tuple[Solid, Solid]:
 
 
 def _is_skin(part: Claims, skin: Solid, near_mm: float) -> bool:
-    """Tell whether a correction that is not found is as thin as rounding: its depth, or all that it took.
+    """Return whether a correction that is not found is as thin as rounding: its depth, or all that it took.
 
     A rim that is turned by little more than its facets stand back loses a film between two polygons.
     """

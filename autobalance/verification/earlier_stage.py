@@ -89,7 +89,7 @@ def earlier_stage(path: Path) -> EarlierStage:
     claims = Claims(path.name, read_report(path))
     command = claims.get("command", str)
     if command not in COMMANDS:
-        raise FormatError(f"{path.name} is a report of {command!r}; one of {', '.join(COMMANDS)} is needed")
+        raise FormatError(f"{path.name} is a report of {command!r}; expected one of {', '.join(COMMANDS)}")
     job = claimed_job(claims)
     anatomy = claimed_anatomy(claims)
     solid, source = left_solid(path, claims, job)

@@ -92,7 +92,7 @@ def check_within_limits(part: Claims, limits: Limits | None) -> None:
         )
     left = 0.0 if part.values.get("depth_left_mm") is None else float(part.get("depth_left_mm", float))
     if left < -DEEPER_MM:
-        raise ClaimError(f"{part.name}: {part.path('depth_left_mm')} is {left:.9g}; needed at least 0")
+        raise ClaimError(f"{part.name}: {part.path('depth_left_mm')} is {left:.9g}; expected at least 0")
     if most is not None and depth + left > most + DEEPER_MM:
         raise ClaimError(
             f"{part.name}: {part.path('depth_left_mm')} is {left:.9g} beyond {depth:.9g}; "

@@ -124,7 +124,7 @@ def _one_of(claims: Claims, key: str, allowed: Sequence[str]) -> str:
     value = claims.get(key, str)
     if value not in allowed:
         raise FormatError(
-            f"{claims.name}: {claims.path(key)} is {value!r}; one of {', '.join(allowed)} is needed"
+            f"{claims.name}: {claims.path(key)} is {value!r}; expected one of {', '.join(allowed)}"
         )
     return str(value)
 

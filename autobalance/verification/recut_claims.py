@@ -194,7 +194,7 @@ def _stage(claims: Claims, residual: Unbalance, size_g_mm: float, before: Mappin
         last.at(key, last.get(key, dict)).alike(told, scale=0.01 * size_g_mm)
     listed = before.get("stages") or [{"stage": 1, "serial": None, "outcome": before["outcome"]}]
     if len(stages) != len(listed) + 1:
-        raise ClaimError(f"{claims.name}: stages has {len(stages)} entries; needed {len(listed) + 1}")
+        raise ClaimError(f"{claims.name}: stages has {len(stages)} entries; expected {len(listed) + 1}")
     for part, each in zip(stages, listed, strict=False):
         for key, value in each.items():
             if key != "report":

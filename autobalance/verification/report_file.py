@@ -59,7 +59,7 @@ def refuse_version(name: str, values: Mapping[str, Any]) -> None:
     version = values.get("schema_version")
     if isinstance(version, bool) or version not in VERSIONS:
         known = ", ".join(map(str, VERSIONS))
-        raise FormatError(f"{name}: schema_version is {version!r}; needed one that is known here: {known}")
+        raise FormatError(f"{name}: schema_version is {version!r}; expected one that is known here: {known}")
 
 
 def _limited(number: Number) -> Number:

@@ -47,7 +47,7 @@ def reported_rotor(path: Path) -> ReportedRotor:
     claims = Claims(path.name, read_report(path))
     command = claims.get("command", str)
     if command not in COMMANDS:
-        raise FormatError(f"{path.name} is a report of {command!r}; one of {', '.join(COMMANDS)} is needed")
+        raise FormatError(f"{path.name} is a report of {command!r}; expected one of {', '.join(COMMANDS)}")
     job, anatomy = claimed_job(claims), claimed_anatomy(claims)
     factor = claims.get("balance_factor.target", float)
     loads = rotor_from_job.throw_loads(anatomy, job.engine)

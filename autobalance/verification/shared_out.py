@@ -91,7 +91,7 @@ def shared_out(
 
 
 def _is_short(part: Claims, found: Sequence[Solid]) -> bool:
-    """Tell whether less was found of a correction than is listed, or nothing."""
+    """Return whether less was found of a correction than is listed, or nothing."""
     if not found:
         return True
     listed: float = abs(part.get("removed_volume_mm3", float))
@@ -99,7 +99,7 @@ def _is_short(part: Claims, found: Sequence[Solid]) -> bool:
 
 
 def _counts(piece: Solid, part: Claims) -> bool:
-    """Tell whether a piece holds what would be missed of a correction, however thin its flaps make it."""
+    """Return whether a piece holds what would be missed of a correction, however thin its flaps make it."""
     listed: float = abs(part.get("removed_volume_mm3", float))
     return piece.volume_mm3 > SHARE * listed
 
@@ -111,12 +111,12 @@ MOST = 0.95
 
 
 def _holds(room: Solid, piece: Solid) -> bool:
-    """Tell whether a piece lies in a room but for what a boolean between near planes may lose."""
+    """Return whether a piece lies in a room but for what a boolean between near planes may lose."""
     return _shared_mm3(room, piece) > MOST * piece.volume_mm3
 
 
 def _hides(piece: Solid, room: Solid, part: Claims) -> bool:
-    """Tell whether a piece holds so much of a correction beside it that it would be missed there."""
+    """Return whether a piece holds so much of a correction beside it that it would be missed there."""
     listed: float = abs(part.get("removed_volume_mm3", float))
     return _shared_mm3(room, piece) > SHARE * listed
 

@@ -119,7 +119,7 @@ def measured_files(claims: Claims, folder: Path, job: Job, frame: Array, files: 
     named = claims.get(f"{key}.file", str)
     path = folder / Path(named).name
     if path == folder:
-        raise FormatError(f"{claims.name}: {key}.file is {named!r}; needed the name of a file beside it")
+        raise FormatError(f"{claims.name}: {key}.file is {named!r}; expected the name of a file beside it")
     source = files.read(path, crankshaft.unit, "all", unite=False)
     claims.same(f"{key}.file", path.name)
     claims.same(f"{key}.sha256", source.sha256)
@@ -187,7 +187,7 @@ def measured_again(claims: Claims, source: Source, job: Job, frame: Array) -> fl
     if not found <= needed:
         raise ClaimError(
             f"{claims.name}: moments from {way} and from slices differ by {found:.3g} of their size; "
-            f"needed {needed:.3g}"
+            f"expected {needed:.3g}"
         )
     claims.note(f"moments from {way} and from slices", 0.0, found, needed)
     return found
@@ -259,7 +259,7 @@ def check_input(claims: Claims, folder: Path, job: Job, anatomy: Anatomy, files:
     path = input_path(claims, folder)
     if not path.is_file():
         raise FileError(
-            f"{claims.name}: input.file {path} is not there; needed the crank that was corrected, "
+            f"{claims.name}: input.file {path} is not there; expected the crank that was corrected, "
             "to see what went from it"
         )
     crankshaft = job.crankshaft
@@ -341,7 +341,9 @@ def check_pages(claims: Claims, folder: Path) -> None:
         place = f"outputs.{key}"
         name = claims.get(f"{place}.file", str)
         if not isinstance(entry, dict) or Path(name).name != name:
-            raise FormatError(f"{claims.name}: {place}.file is {name!r}; needed the name of a file beside it")
+            raise FormatError(
+                f"{claims.name}: {place}.file is {name!r}; expected the name of a file beside it"
+            )
         path = folder / name
         if path.is_file():
             note_read(path)

@@ -34,11 +34,11 @@ class Keys:
     cookie: str = field(default_factory=lambda: secrets.token_urlsafe(24))
 
     def is_token(self, text: str | None) -> bool:
-        """Tell whether a text is the token, in a time that tells nothing."""
+        """Return whether a text is the token, in a time that tells nothing."""
         return text is not None and secrets.compare_digest(text.encode(), self.token.encode())
 
     def is_cookie(self, text: str | None) -> bool:
-        """Tell whether a text is the cookie's."""
+        """Return whether a text is the cookie's."""
         return text is not None and secrets.compare_digest(text.encode(), self.cookie.encode())
 
 
@@ -94,5 +94,5 @@ def _cookie(header: str) -> str | None:
 
 
 def has_cookie(header: str, keys: Keys) -> bool:
-    """Tell whether a request's cookies hold ours."""
+    """Return whether a request's cookies hold ours."""
     return keys.is_cookie(_cookie(header))

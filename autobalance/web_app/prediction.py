@@ -201,7 +201,7 @@ def _checked(name: str, given: Sequence[Any], count: int) -> list[float]:
         raise JobError(f"{name} must be a list of {count} numbers, one a cut")
     for each in given:
         if isinstance(each, bool) or not isinstance(each, int | float) or not np.isfinite(each):
-            raise JobError(f"{name} holds {each!r}; needed numbers")
+            raise JobError(f"{name} holds {each!r}; expected numbers")
     return [float(each) for each in given]
 
 

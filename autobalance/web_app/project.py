@@ -160,7 +160,7 @@ def _inside(folder: Path, run: str, name: str) -> Path | None:
 
 
 def is_plain(name: str) -> bool:
-    """Tell whether a name is a file's own: no folder, no leading dot, no control character.
+    """Return whether a name is a file's own: no folder, no leading dot, no control character.
 
     Examples
     --------

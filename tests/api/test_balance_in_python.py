@@ -91,9 +91,9 @@ def test_a_crank_needs_no_trimesh(crank: ab.Crank) -> None:
         crank.vertices_mm / 25.4, crank.triangles, 7850.0, unit="inch", crankpin_in_file=False
     )
     assert again.mass_g == pytest.approx(crank.mass_g, rel=1e-9)
-    with pytest.raises(ab.AutobalanceError, match=r"needed \(m, 3\) rows"):
+    with pytest.raises(ab.AutobalanceError, match=r"expected \(m, 3\) rows"):
         ab.crank_from_mesh(crank.vertices_mm)
-    with pytest.raises(ab.AutobalanceError, match=r"needed \(n, 3\) numbers"):
+    with pytest.raises(ab.AutobalanceError, match=r"expected \(n, 3\) numbers"):
         ab.crank_from_mesh(crank.vertices_mm[:, :2], crank.triangles)
 
 
@@ -126,7 +126,7 @@ def test_a_crank_is_written_in_any_format(crank: ab.Crank, ending: str, tmp_path
 def test_density_and_crank_are_said_once(crank: ab.Crank) -> None:
     values = without_crank()
     values["crankshaft"]["density_kg_m3"] = 7800.0
-    with pytest.raises(ab.AutobalanceError, match="needed the same"):
+    with pytest.raises(ab.AutobalanceError, match="expected the same"):
         ab.balance(ab.Job.from_dict(values), crank=crank)
     with pytest.raises(ab.AutobalanceError, match=r"crankshaft\.file is missing"):
         ab.balance(ab.Job.from_dict(without_crank()))

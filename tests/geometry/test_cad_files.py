@@ -83,7 +83,7 @@ def test_a_brep_file_needs_a_unit(ring: ExactSolid, tmp_path: Path, monkeypatch:
         assert source.volume_mm3 == pytest.approx(VOLUME * mm**3, rel=1e-9)
         assert source.exact is not None
         assert (source.exact.unit, source.mm_per_unit) == (unit, mm)
-    with pytest.raises(FormatError, match="BREP carries no unit; needed unit = one of mm, cm, m, inch"):
+    with pytest.raises(FormatError, match="BREP carries no unit; expected unit = one of mm, cm, m, inch"):
         read(Path("ring.brep"), None)
 
 

@@ -78,7 +78,7 @@ def test_a_binary_ply_with_more_properties_than_are_needed() -> None:
 @pytest.mark.parametrize(
     ("data", "message"),
     [
-        (ply("ascii", b"", face="list uchar int corners"), "lists face; needed faces with vertex_indices"),
+        (ply("ascii", b"", face="list uchar int corners"), "lists face; expected faces with vertex_indices"),
         (ply("ascii", PLACES.encode()), "ends within its 7 rows of 'face'"),
         (ply("ascii", b"1 2 3"), "ends within its 8 vertices"),
         (ply("binary_little_endian", b"1 2 3"), "ends within its 8 rows of 'vertex'"),
@@ -120,7 +120,7 @@ def test_headers_of_off_files(header: str, places: str) -> None:
 @pytest.mark.parametrize(
     ("header", "message"),
     [
-        ("OFF BINARY", "is binary; needed text"),
+        ("OFF BINARY", "is binary; expected text"),
         ("nOFF\n4", "of the form nOFF with vertices of 4 dimensions"),
         ("4nOFF\n3", "of the form 4nOFF"),
         ("nOFF", "of the form nOFF with vertices of 8 dimensions"),
@@ -151,7 +151,7 @@ def test_an_obj_may_begin_with_a_byte_order_mark_and_hold_weights_of_one_or_colo
 def test_an_obj_with_weights_of_its_vertices_is_refused() -> None:
     """Some programs divide a place by its weight, others do not: eight times the volume or once."""
     text = "\n".join(f"{line} 2" if line.startswith("v ") else line for line in OBJ_BOX.splitlines())
-    with pytest.raises(FormatError, match=r"line 1 of the OBJ file .* the weight 2; needed 1 or none"):
+    with pytest.raises(FormatError, match=r"line 1 of the OBJ file .* the weight 2; expected 1 or none"):
         read_obj(text.encode())
 
 
@@ -163,7 +163,7 @@ def test_a_face_of_a_million_corners_costs_little(name: str, head: bytes) -> Non
     data = (head % corners if b"%" in head else head) + b" 1 2 3" * (corners // 3 + 1) + b"\n"
     tracemalloc.start()
     try:
-        with pytest.raises(FormatError, match="corners; needed at most 100000"):
+        with pytest.raises(FormatError, match="corners; expected at most 100000"):
             FORMATS[name].read(data)
         assert tracemalloc.get_traced_memory()[1] < 60 * len(data)
     finally:
@@ -300,7 +300,7 @@ def test_supports_of_a_printed_part_are_none_of_it() -> None:
                 "3D/b.model": part(TETRAHEDRON, "", 'unit="inch"'),
             },
             None,
-            "'3d/b.model' is in inch, its root model in millimeter; needed one unit",
+            "'3d/b.model' is in inch, its root model in millimeter; expected one unit",
         ),
     ],
 )

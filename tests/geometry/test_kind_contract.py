@@ -254,7 +254,7 @@ def test_a_kind_that_says_too_little_is_refused() -> None:
     for kind, message in (
         (Nameless, "its name is ' '"),
         (Taken, "the name 'drill' is taken"),
-        (Unlimited, "needed a class derived from Limits"),
+        (Unlimited, "expected a class derived from Limits"),
         (Borrowed, "the limits DrillLimits are another kind's"),
     ):
         with pytest.raises(TypeError, match=message):

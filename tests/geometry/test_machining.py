@@ -252,7 +252,7 @@ def test_metal_grows_on_a_face_within_its_own_outline() -> None:
 
 def test_a_part_that_falls_apart_is_refused() -> None:
     plate = ExactSolid(block())
-    with pytest.raises(SolidError, match="falls into 2 solids; needed 1"):
+    with pytest.raises(SolidError, match="falls into 2 solids; expected 1"):
         plate.machined([Prism(polygon([(-1.0, -30.0), (1.0, -30.0), (1.0, 30.0), (-1.0, 30.0)]), -1.0, 11.0)])
 
 

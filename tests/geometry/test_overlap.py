@@ -137,7 +137,7 @@ def test_faces_that_meet_in_an_edge_end_verified(job: Path) -> None:
 def test_cuts_that_do_not_add_up_are_refused(job: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(shoulder, "overlaps", lambda *_: ((), ()))
     with pytest.raises(
-        SolidError, match=r"the cuts take .* mm³ one by one, but .* mm³ are gone; needed cuts"
+        SolidError, match=r"the cuts take .* mm³ one by one, but .* mm³ are gone; expected cuts"
     ):
         ab.balance(job)
 

@@ -123,7 +123,7 @@ def test_a_missing_file_a_folder_and_a_strange_ending(tmp_path: Path) -> None:
     (tmp_path / "folder.stl").mkdir()
     with pytest.raises(FileError, match="is a folder"):
         read(tmp_path / "folder.stl", "mm")
-    with pytest.raises(FormatError, match=r"ending '.doc' is not known; needed one of .stl"):
+    with pytest.raises(FormatError, match=r"ending '.doc' is not known; expected one of .stl"):
         read(tmp_path / "crank.doc", "mm")
 
 
@@ -138,7 +138,7 @@ def test_a_file_that_cannot_be_read(tmp_path: Path, monkeypatch: pytest.MonkeyPa
 
 def test_units_are_never_guessed(put: Put) -> None:
     path = put(stl(box([0, 0, 0], [1, 1, 1])))
-    with pytest.raises(FormatError, match="STL carries no unit; needed unit = one of mm, cm, m, inch"):
+    with pytest.raises(FormatError, match="STL carries no unit; expected unit = one of mm, cm, m, inch"):
         read(path, None)
     with pytest.raises(FormatError, match="unit 'furlong' is not known"):
         read(path, "furlong")

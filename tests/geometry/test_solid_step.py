@@ -129,7 +129,7 @@ def test_bodies_are_chosen_by_number_or_name_in_their_places(engine: Path) -> No
 @pytest.mark.parametrize(
     ("body", "message"),
     [
-        (None, r"holds 3 bodies \(1: 'flywheel', 78539.8 mm³.*needed body = a number or a name"),
+        (None, r"holds 3 bodies \(1: 'flywheel', 78539.8 mm³.*expected body = a number or a name"),
         (4, "body 4 was asked for; the file holds 3 bodies"),
         ("piston", "body 'piston' was asked for; the file holds 3 bodies .*3: 'key'"),
     ],

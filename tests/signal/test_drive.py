@@ -137,7 +137,7 @@ def test_a_wrong_table_is_one_line(
     assert error.count("\n") == 1
     path.write_text("", encoding="utf-8")
     assert jobs.run("orders", record, "--speed-rpm", "2400", "--drive", path) == 3
-    assert "at least one is needed" in capsys.readouterr().err
+    assert "expected at least one" in capsys.readouterr().err
 
 
 def test_noise_beside_a_table_stays_unexplained(record: Path) -> None:

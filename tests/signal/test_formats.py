@@ -120,7 +120,7 @@ def test_mat(tmp_path: Path) -> None:
     assert sorted(channel.name for channel in record.channels) == ["accel", "row"]
     assert record.channel("row").values() == pytest.approx(X)
     savemat(tmp_path / "n.mat", {"accel": X})
-    with pytest.raises(FormatError, match=r"n.mat tells no sample rate; give --sample-rate HZ"):
+    with pytest.raises(FormatError, match=r"n.mat holds no sample rate; give --sample-rate HZ"):
         read(tmp_path / "n.mat")
     assert read(tmp_path / "n.mat", 500.0).channels[0].sample_rate_hz == 500.0
 
@@ -172,7 +172,7 @@ def test_extra_that_is_missing(
         ("r.csv", b"", "is empty"),
         ("r.csv", b"time_s,accel_g\n", "has a header and no numbers"),
         ("r.csv", b"0.0,1.0\n0.1,2.0\n", "has no header: its first line is numbers"),
-        ("r.csv", b"accel_g\n1.0\n2.0\n", "has no column time_s and tells no sample rate"),
+        ("r.csv", b"accel_g\n1.0\n2.0\n", "has no column time_s and holds no sample rate"),
         ("r.csv", b"time_s,accel_g\n0,1\n0.1\n", "data row 2 has 1 cells; the header has 2"),
         ("r.csv", b"time_s,accel_g\n0,1\n0.1,1\n0.05,1\n", "the time does not grow in data row 3"),
         ("r.csv", b"time_s,accel_g\n0,1\n0.1,1\n0.23,1\n0.3,1\n", "time steps are uneven"),

@@ -171,7 +171,7 @@ def test_any_unit_that_the_header_names(
     [
         ("", "is empty"),
         ("angle_deg,pressure_bar\n", "a header and no rows"),
-        ("angle,pressure_bar\n1,2\n", "one of angle_deg, angle_rad is needed"),
+        ("angle,pressure_bar\n1,2\n", "expected one of angle_deg, angle_rad"),
         ("angle_deg,pressure\n1,2\n", "one of pressure_bar, pressure_kPa, pressure_MPa, pressure_Pa"),
         ("angle_deg,pressure_bar,pressure_kPa\n1,2,3\n", "has pressure_bar and pressure_kPa"),
         ("angle_deg,pressure_bar\n1,two\n", "line 2 has 'two' in column 2"),

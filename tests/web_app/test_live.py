@@ -107,7 +107,7 @@ def test_a_hole_that_is_turned_takes_its_vector_along() -> None:
         ([True], [], "must be a list of"),
         (None, [200.0], "turns_deg"),
         (99.0, [], "must be 0 to"),
-        (float("nan"), [], "needed numbers"),
+        (float("nan"), [], "expected numbers"),
     ],
 )
 def test_what_cannot_be_cut_is_not_predicted(depths: Any, turns: list[float], said: str) -> None:

@@ -230,7 +230,7 @@ def _depths(seats: Seats, aim: Aim, missing: Missing, effect_g_mm3: float) -> di
     needed = {-1.0: max(product, 0.0), 1.0: max(-product, 0.0)}
     if inertia is not None:
         if not (seats[-1.0] and seats[1.0]):
-            raise _NoRoomError("bores on both sides of the axis are needed, and there is no room for them")
+            raise _NoRoomError("there is no room for bores on both sides of the axis; expected both")
         j = {side: _mean_square_over_arm(seats[side]) for side in (-1.0, 1.0)}
         away = (sign * inertia + product * j[1.0]) / (j[-1.0] + j[1.0])
         needed = {-1.0: away, 1.0: away - product}

@@ -214,7 +214,7 @@ class FaceTrace:
 
 
 def _in_one_plane(face: Face, other: Face, thin_mm: float) -> bool:
-    """Tell whether two faces lie in one plane and look the same way."""
+    """Return whether two faces lie in one plane and look the same way."""
     if face.kind != "plane" or float(face.normal @ other.normal) <= ON_PLANE:
         return False
     return abs(float(other.normal @ (face.centroid_mm - other.centroid_mm))) <= thin_mm + face.spread_mm

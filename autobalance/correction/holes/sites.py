@@ -72,7 +72,7 @@ def site_angles(sectors_deg: Sectors, wanted: Array, effort: int = 0) -> Array:
 
 
 def in_sectors(angle_rad: float, sectors_deg: Sectors) -> bool:
-    """Tell whether an angle lies in one of some sectors."""
+    """Return whether an angle lies in one of some sectors."""
     degrees = math.degrees(angle_rad)
     return any(
         (degrees - start + ON_EDGE_DEG) % 360.0 <= ((end - start) % 360.0 or 360.0) + 2.0 * ON_EDGE_DEG
@@ -81,7 +81,7 @@ def in_sectors(angle_rad: float, sectors_deg: Sectors) -> bool:
 
 
 def in_zone(anatomy: Anatomy, web: Web, angle_rad: float, zone: Zone) -> bool:
-    """Tell whether an angle lies on a web's counterweight: beyond the axis, away from its crankpins."""
+    """Return whether an angle lies on a web's counterweight: beyond the axis, away from its crankpins."""
     if zone == "anywhere":
         return True
     pins = [throw.direction for throw in anatomy.throws_of(web)]

@@ -189,7 +189,7 @@ class Surface:
         return math.acos(min(max(-float(normal @ axis.inward) / float(np.linalg.norm(normal)), -1.0), 1.0))
 
     def may_hold(self, axis: Axis, radius_mm: float, room: HoleLimits) -> bool:
-        """Tell whether a sample of the triangles leaves room for a hole of the least depth.
+        """Return whether a sample of the triangles leaves room for a hole of the least depth.
 
         Those that do not face the drill, for they are no continuation of the entry.
         """

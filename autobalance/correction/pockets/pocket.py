@@ -86,7 +86,7 @@ SLIVER_MM2 = 1e-6
 
 
 def lies_in(inner: Region, outer: Region) -> bool:
-    """Tell whether a region lies in another, but for rounding."""
+    """Return whether a region lies in another, but for rounding."""
     return (inner - outer).area_mm2 <= SLIVER_MM2
 
 

@@ -65,7 +65,7 @@ def axial_plan(crank: Design) -> AxialPlan:
 
 
 def has_free_end(crank: Design, plan: AxialPlan, pin: Span) -> bool:
-    """Tell whether a crankpin has a web below it only: the last one of an overhung crank."""
+    """Return whether a crankpin has a web below it only: the last one of an overhung crank."""
     return crank.journals == "first" and pin is plan.pins[-1]
 
 

@@ -154,7 +154,7 @@ def _size_problems(crank: Design) -> list[str]:
     if not LEAST_SEGMENTS <= crank.segments <= MOST_SEGMENTS:
         found.append(f"segments is {crank.segments}; must be {LEAST_SEGMENTS} to {MOST_SEGMENTS}")
     if not crank.bays or not all(bay.crankpins_deg for bay in crank.bays):
-        found.append("bays: at least one, each with at least one crankpin, is needed")
+        found.append("bays is empty, or a bay has no crankpin; expected at least one of each")
     needed = ("pin_end_radius_mm", "hub_radius_mm") if crank.web.outline == "pear" else ("disc_radius_mm",)
     found += [
         f"web.{key} is needed for the outline {crank.web.outline!r}"

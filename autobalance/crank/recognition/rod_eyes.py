@@ -110,7 +110,7 @@ def find_eyes(mesh: Mesh, centre_mm: Array, cylinders: Sequence[CylinderFace] = 
             return _eyes(long, _ends(found), long.placed(centre_mm))
         reasons.append((min(len(found), 2), reason))
     most = max(reasons, key=lambda item: item[0], default=(0, "none was found"))[1]
-    raise RecognitionError(f"no connecting rod: needed two parallel round bores at its ends; {most}")
+    raise RecognitionError(f"no connecting rod: expected two parallel round bores at its ends; {most}")
 
 
 def _upright(axis: Array) -> Array:
@@ -202,11 +202,11 @@ def _why_no_rod(long: SectionStack, bores: Sequence[CylinderRun]) -> str | None:
         if reach > END_SHARE * bore.radius:
             return (
                 f"metal reaches {reach:.4g} mm beyond the centre of a bore of {2.0 * bore.radius:.4g} mm;"
-                f" needed at most {END_SHARE * bore.radius:.4g}"
+                f" expected at most {END_SHARE * bore.radius:.4g}"
             )
     side = float(np.abs((long.vertices[:, :2] - one.centre) @ np.array([-along[1], along[0]])).max())
     most = SIDE_SHARE * max(one.radius, other.radius)
-    return None if side <= most else f"metal reaches {side:.4g} mm to the side; needed at most {most:.4g}"
+    return None if side <= most else f"metal reaches {side:.4g} mm to the side; expected at most {most:.4g}"
 
 
 def _eyes(long: SectionStack, ends: tuple[CylinderRun, CylinderRun], centre: Array) -> RodEyes:

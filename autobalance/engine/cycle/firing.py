@@ -104,7 +104,7 @@ def firing_as_given(tops_rad: Sequence[float], given_rad: Sequence[float], span_
         If there is not one for each cylinder, or one lies more than 10° from a dead centre.
     """
     if len(given_rad) != len(tops_rad):
-        raise ValueError(f"has {len(given_rad)} angles; one for each of {len(tops_rad)} cylinders is needed")
+        raise ValueError(f"has {len(given_rad)} angles; expected one for each of {len(tops_rad)} cylinders")
     angles: list[float] = []
     for number, (top, angle) in enumerate(zip(tops_rad, given_rad, strict=True), 1):
         off = (angle - top + math.pi) % (2.0 * math.pi) - math.pi

@@ -68,7 +68,7 @@ class Trace:
         closed = " or the closed part, −180° to 180°," if span_rad > 7.0 else ""
         raise ValueError(
             f"covers {math.degrees(covered):g}°, from {math.degrees(angle[0]):g}° to"
-            f" {math.degrees(angle[-1]):g}°; whole cycles of {math.degrees(span_rad):g}°{closed} are needed"
+            f" {math.degrees(angle[-1]):g}°; expected whole cycles of {math.degrees(span_rad):g}°{closed}"
         )
 
     @classmethod
@@ -155,7 +155,7 @@ class Trace:
 
 def _check_steps(angle: Array) -> None:
     if angle.size < 3:
-        raise ValueError(f"has {angle.size} rows; at least 3 are needed")
+        raise ValueError(f"has {angle.size} rows; expected at least 3")
     steps = np.diff(angle)
     if not np.all(steps > 0.0):
         where = int(np.argmin(steps > 0.0))
@@ -172,6 +172,6 @@ def _check_steps(angle: Array) -> None:
 
 
 def _is_closed_part(angle: Array, span_rad: float) -> bool:
-    """Tell whether a record of a four-stroke is its compression and expansion."""
+    """Return whether a record of a four-stroke is its compression and expansion."""
     near = abs(angle[0] + math.pi), abs(angle[-1] - math.pi)
     return span_rad > 7.0 and max(near) <= LARGEST_GAP_RAD

@@ -91,7 +91,7 @@ def read_batch_list(source: Path, job: Path | None = None) -> BatchList:
         return BatchList(tuple(_of_folder(source, job)))
     table = _workbook(source) if source.suffix.lower() in WORKBOOKS else _csv(source)
     if len(table) < 2:
-        raise JobError(f"{source.name} has no rows; needed a header and at least one row")
+        raise JobError(f"{source.name} has no rows; expected a header and at least one row")
     header = [cell.strip() for cell in table[0]]
     _check_header(source, header)
     rows = [_row(source, header, cells, number, job) for number, cells in enumerate(table[1:], 1)]
@@ -170,7 +170,7 @@ def _row(
     by_key = {key: cell.strip() for key, cell in zip(header, filled, strict=False)}
     named, crank = by_key.get("job", ""), by_key.get("crank", "")
     if not named and job is None:
-        raise JobError(f"{source.name}, row {number} names no job; needed a column job, or --job")
+        raise JobError(f"{source.name}, row {number} names no job; expected a column job, or --job")
     job_file = source.parent / named if named else job
     assert job_file is not None
     name = by_key.get("name") or Path(crank or named or job_file.name).stem
@@ -191,7 +191,7 @@ def _refuse_equal_names(source: Path, rows: Sequence[BatchRow]) -> None:
         if row.name in seen:
             raise JobError(
                 f"{source.name}: rows {seen[row.name]} and {row.number} are both named {row.name!r}; "
-                "needed different names, in a column name"
+                "expected different names, in a column name"
             )
         seen[row.name] = row.number
 

@@ -217,11 +217,11 @@ def refuse_runs_without_bearings(tables: Mapping[str, Any]) -> None:
 def _bench(values: Values) -> Bench:
     schedule, reduction = values["schedule"], values["reduction"]
     if not schedule["speeds_rpm"]:
-        raise JobError("schedule.speeds_rpm is an empty list; at least one speed is needed")
+        raise JobError("schedule.speeds_rpm is an empty list; expected at least one speed")
     if len(schedule["speeds_rpm"]) * schedule["repeats"] > MOST_RUNS:
-        raise JobError(f"schedule has more than {MOST_RUNS} runs; fewer speeds or repeats are needed")
+        raise JobError(f"schedule has more than {MOST_RUNS} runs; choose fewer speeds or repeats")
     if reduction["zero_V"] is not None and reduction["zero"] is not None:
-        raise JobError("reduction.zero_V is given with zero; one of them is needed")
+        raise JobError("reduction.zero_V is given with zero; expected one of them")
     hold = reduction["temperature_C"]
     if hold is not None and not hold[0] <= hold[1]:
         raise JobError(f"reduction.temperature_C is [{hold[0]:g}, {hold[1]:g}]; the first must be the lower")
@@ -353,7 +353,7 @@ def _dry(table: Values) -> DryBearings:
         raise JobError("bearing.diameter_mm is missing; must be > 0")
     if (table["mu"] is None) == (table["mu_by_speed"] is None):
         found = "mu is missing" if table["mu"] is None else "mu is given with mu_by_speed"
-        raise JobError(f"bearing.{found}; either mu or mu_by_speed is needed")
+        raise JobError(f"bearing.{found}; expected either mu or mu_by_speed")
     curve = ((0.0, table["mu"]),) if table["mu_by_speed"] is None else table["mu_by_speed"]
     speeds = [speed for speed, _ in curve]
     if not curve or any(b <= a for a, b in pairwise(speeds)):
@@ -396,7 +396,7 @@ def _reading(each: Values, where: str, hold: Pair | None) -> Reading:
     volts, torque = each["volts"], each["torque_N_m"]
     if (volts is None) == (torque is None):
         found = "volts is missing" if volts is None else "volts is given with torque_N_m"
-        raise JobError(f"{where}.{found}; either volts or torque_N_m is needed")
+        raise JobError(f"{where}.{found}; expected either volts or torque_N_m")
     for run in each["drop"]:
         if not 1 <= run <= len(volts or ()):
             raise JobError(f"{where}.drop names run {run}; there are {len(volts or ())}, counted from 1")

@@ -274,7 +274,7 @@ def _shaft(values: Values, where: str) -> ShaftRoom:
     if (outline is None) == (radius is None):
         raise JobError(f"{where} needs one of outline_mm and radius_mm")
     if outline is not None and len(outline) < 3:
-        raise JobError(f"{where}.outline_mm has {len(outline)} points; needed at least 3")
+        raise JobError(f"{where}.outline_mm has {len(outline)} points; expected at least 3")
     phase = math.radians(values["phase_deg"])
     return ShaftRoom(values["centre_mm"], outline, radius, values["ratio"], phase, values["z_mm"])
 

@@ -101,7 +101,7 @@ DESIGN_KEYS = (
         says="metal of some webs that is free",
         keys=PART_KEYS,
         many=True,
-        missing="needed at least one",
+        missing="expected at least one",
     ),
     Key(
         "drilling",

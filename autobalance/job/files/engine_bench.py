@@ -83,7 +83,7 @@ def _engine_bench(values: Values, folder: Path) -> EngineBench:
             f"engine.run_up_rpm is [{run_up[0]:g}, {run_up[1]:g}]; the first must be the lower one"
         )
     if engine["speeds_rpm"] == ():
-        raise JobError("engine.speeds_rpm is an empty list; at least one speed is needed")
+        raise JobError("engine.speeds_rpm is an empty list; expected at least one speed")
     if not values["variant"]:
         values["variant"] = [{"name": "as it is", "crank": None, "factor": None, "set": ()}]
         values["variant"] += [
@@ -91,7 +91,7 @@ def _engine_bench(values: Values, folder: Path) -> EngineBench:
             for factor in USUAL_FACTORS
         ]
     if len(values["variant"]) * len(engine["speeds_rpm"] or (1,)) > MOST_POINTS:
-        raise JobError(f"more than {MOST_POINTS} variants and speeds; fewer are needed")
+        raise JobError(f"more than {MOST_POINTS} variants and speeds; list fewer")
     variants = tuple(
         Variant(
             each["name"] or f"variant {number}",

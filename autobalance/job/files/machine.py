@@ -152,7 +152,7 @@ def _machine(values: Values, folder: Path) -> Machine:
     for key in ("planes_mm", "bearings_mm"):
         if values[key] is not None and values[key][0] == values[key][1]:
             raise JobError(
-                f"{key} is [{values[key][0]:g}, {values[key][1]:g}]; two different places are needed"
+                f"{key} is [{values[key][0]:g}, {values[key][1]:g}]; expected two different places"
             )
     if planes is None and report is None and kind != "static":
         raise JobError("planes_mm is missing; a rotor given as numbers has no tolerance planes to read in")

@@ -93,7 +93,7 @@ def _reading(values: Values) -> MachineReading:
 
 def _planes(tables: list[Values], key: str, convention: Convention) -> tuple[ReadPlane, ...]:
     if len(tables) > 2:
-        raise JobError(f"{key} has {len(tables)} entries; one (static) or two are needed")
+        raise JobError(f"{key} has {len(tables)} entries; expected one (static) or two")
     return tuple(
         _plane(each, f"{key}[{number}]", len(tables), convention) for number, each in enumerate(tables, 1)
     )
@@ -101,7 +101,7 @@ def _planes(tables: list[Values], key: str, convention: Convention) -> tuple[Rea
 
 def _plane(each: Values, where: str, count: int, convention: Convention) -> ReadPlane:
     if each["at"] is not None and each["z_mm"] is not None:
-        raise JobError(f"{where}.at is given with z_mm; one of them is needed")
+        raise JobError(f"{where}.at is given with z_mm; expected one of them")
     if count == 2 and each["at"] is None and each["z_mm"] is None:
         raise JobError(f'{where}.at is missing; "A", "B", or z_mm')
     rotor = math.radians(convention.rotor_deg(each["angle_deg"]))
@@ -111,7 +111,7 @@ def _plane(each: Values, where: str, count: int, convention: Convention) -> Read
 def _size_g_mm(each: Values, where: str) -> float:
     given = [key for key in ("g_mm", "oz_in", "g") if each[key] is not None]
     if len(given) != 1:
-        found = "missing; exactly one of g_mm, oz_in, g is needed" if not given else f"given with {given[1]}"
+        found = "missing; expected exactly one of g_mm, oz_in, g" if not given else f"given with {given[1]}"
         raise JobError(f"{where}.{given[0] if given else 'g_mm'} is {found}")
     if given == ["g"]:
         if each["radius_mm"] is None:

@@ -108,7 +108,7 @@ def _reading(file: Path, channel: str, asked: Values, where: str) -> tuple[float
     orders = () if found.lines is None else found.lines.orders.tolist()
     if found.lines is None or order not in orders:
         raise JobError(
-            f"{where}: {file.name} has no order {order:g}; a half or whole one of a few turns is needed"
+            f"{where}: {file.name} has no order {order:g}; expected a half or whole one of a few turns"
         )
     value = complex(found.lines.amplitudes[orders.index(order)])
     if not cmath.isfinite(value):

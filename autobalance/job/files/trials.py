@@ -120,7 +120,7 @@ def read_trials(source: str | Path | Mapping[str, Any]) -> Trials:
 def _trials(values: Values) -> Trials:
     count = len(values["initial"])
     if not count:
-        raise JobError("initial is an empty list; at least one reading is needed")
+        raise JobError("initial is an empty list; expected at least one reading")
     opposite = values["phases"] == "opposite"
     planes = tuple(dict.fromkeys(each["plane"] for each in values["trial"]))
     if values["reading_weights"] is None:
@@ -130,8 +130,8 @@ def _trials(values: Values) -> Trials:
         raise JobError("reading_weights are all 0; at least one reading must count")
     if len(planes) > count:
         raise JobError(
-            f"trial has {len(planes)} planes, initial {count} reading{'s' * (count > 1)}; at least as many "
-            "readings as planes are needed"
+            f"trial has {len(planes)} planes, initial {count} reading{'s' * (count > 1)}; expected at "
+            "least as many readings as planes"
         )
     _check_seam(values["reading"], len(planes))
     initial = _readings(values["initial"], "initial", opposite)
@@ -165,7 +165,7 @@ def _check_seam(seam: Values | None, planes: int) -> None:
         raise JobError(
             "reading.at is missing; or z_mm, one for each plane"
             if not places
-            else "reading.at is given with z_mm; one of them is needed"
+            else "reading.at is given with z_mm; expected one of them"
         )
     for key in places:
         if len(seam[key]) != planes:
@@ -175,7 +175,7 @@ def _check_seam(seam: Values | None, planes: int) -> None:
 def _check_length(found: tuple[Any, ...], where: str, count: int) -> None:
     if len(found) != count:
         raise JobError(
-            f"{where} has {len(found)} entries; initial has {count}: one for each reading is needed"
+            f"{where} has {len(found)} entries; initial has {count}; expected one for each reading"
         )
 
 
@@ -206,7 +206,7 @@ def size_g_mm(each: Values, where: str) -> float:
     if g_mm is None and g is None:
         raise JobError(f"{where}.g_mm is missing; or g with radius_mm")
     if g_mm is not None and g is not None:
-        raise JobError(f"{where}.g is given with g_mm; one of them is needed")
+        raise JobError(f"{where}.g is given with g_mm; expected one of them")
     if g is not None and radius is None:
         raise JobError(f"{where}.radius_mm is missing; g needs it")
     return float(g * radius if g_mm is None else g_mm)
@@ -223,8 +223,8 @@ def _check_changes(initial: Complex, trials: tuple[Trial, ...]) -> None:
     for number, change in enumerate(changes(initial, trials), 1):
         if float(np.abs(change).max()) < LEAST_CHANGE * greatest or not change.any():
             raise JobError(
-                f"trial[{number}]: changes nothing; its readings are those without it; a heavier weight or "
-                "another place is needed"
+                f"trial[{number}]: changes nothing; its readings are those without it; choose a heavier "
+                "weight or another place"
             )
 
 

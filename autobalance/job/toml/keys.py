@@ -225,7 +225,7 @@ def _many(table: Table, key: Key) -> Any:
     if not isinstance(raw, list):
         raise JobError(f"{where} is {shown(raw)}; must be a list of tables: [[{where}]]")
     if not raw and key.default is REQUIRED:
-        raise JobError(f"[[{where}]] is missing; at least one is needed")
+        raise JobError(f"[[{where}]] is missing; expected at least one")
     if not raw and key.not_empty:
         raise JobError(f"{where} is an empty list; {key.not_empty}")
     faults = Faults()
@@ -295,7 +295,7 @@ def _table_schema(keys: tuple[Key, ...]) -> Values:
 
 
 def _is_needed(key: Key) -> bool:
-    """Tell whether a table must hold a key: one without a default, or a table with such a key."""
+    """Return whether a table must hold a key: one without a default, or a table with such a key."""
     if key.default is REQUIRED:
         return True
     return key.default is FILLED and not key.many and any(_is_needed(each) for each in key.keys)

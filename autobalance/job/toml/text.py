@@ -68,7 +68,7 @@ def _table(values: Mapping[str, Any], path: Sequence[str], lines: list[str]) -> 
 
 
 def _is_table(value: Any) -> bool:
-    """Tell whether a value gets a heading; a weight with its unit stays in line."""
+    """Return whether a value gets a heading; a weight with its unit stays in line."""
     return isinstance(value, Mapping) and not UNITS_OF_MASS & set(value)
 
 

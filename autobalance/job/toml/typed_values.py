@@ -72,7 +72,7 @@ class TypedUnit:
     number: Callable[[str, str], float]
 
     def fits(self, text: str) -> bool:
-        """Tell whether a text is such a number."""
+        """Return whether a text is such a number."""
         return re.fullmatch(self.pattern, text) is not None
 
 

@@ -26,7 +26,7 @@ def noun(item: Item) -> str:
 
 
 def adds_metal(item: Item) -> bool:
-    """Tell whether a correction puts metal on."""
+    """Return whether a correction puts metal on."""
     return KINDS[item["kind"]].adds_metal
 
 

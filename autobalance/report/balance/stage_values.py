@@ -94,7 +94,7 @@ def stage_values(notes: StageNotes, folder: Path, ended: Result) -> Values:
 
 
 def _untouched(earlier: EarlierStage) -> bool:
-    """Tell whether the crank is still as it came: no stage has cut it."""
+    """Return whether the crank is still as it came: no stage has cut it."""
     if earlier.values["outputs"]["solid"] is not None:
         return False
     return earlier.values["command"] == "balance" or bool(earlier.values["input_is_untouched"])

@@ -12,7 +12,7 @@ ELLIPSIS = "..."
 
 
 def builtin(text: str) -> bool:
-    """Tell whether the PDF's built-in fonts have each character."""
+    """Return whether the PDF's built-in fonts have each character."""
     try:
         text.encode("cp1252")
     except UnicodeEncodeError:

@@ -99,7 +99,7 @@ def fit_g(report: Report, bob: Report) -> float:
 
 
 def pin_is_apart(report: Report) -> bool:
-    """Tell whether a bob-weight without the pin is another than one with it."""
+    """Return whether a bob-weight without the pin is another than one with it."""
     bobs = at(report, "engine.bob_weights") or []
     return any(abs(fit_g(report, bob) - bob["mass_g"]) > 1e-9 for bob in bobs)
 

@@ -31,14 +31,14 @@ def read(path: str | Path, sample_rate_hz: float | None = None) -> Record:
     path : path
         A CSV, WAV, MATLAB (v5), TDMS or UFF58 file.
     sample_rate_hz : float or None
-        For files that do not tell it [Hz].
+        For files that hold none [Hz].
 
     Raises
     ------
     FileError
         If the file cannot be read.
     FormatError
-        If it is not what its ending says, or holds no channel.
+        If it breaks its ending's format, or holds no channel.
     """
     file = Path(path)
     if sample_rate_hz is not None and not 0.0 < sample_rate_hz < float("inf"):
@@ -70,12 +70,10 @@ def agreed_rate(file: str, told_hz: float | None, asked_hz: float | None) -> flo
     """
     if told_hz is None:
         if asked_hz is None:
-            raise FormatError(f"{file} tells no sample rate; give --sample-rate HZ")
+            raise FormatError(f"{file} holds no sample rate; give --sample-rate HZ")
         return asked_hz
     if not 0.0 < told_hz < float("inf"):
-        raise FormatError(f"{file} tells a sample rate of {told_hz:g} Hz; must be > 0")
+        raise FormatError(f"{file} has a sample rate of {told_hz:g} Hz; must be > 0")
     if asked_hz is not None and abs(asked_hz - told_hz) > 1e-6 * told_hz:
-        raise FormatError(
-            f"{file} has a sample rate of {told_hz:.10g} Hz; --sample-rate says {asked_hz:.10g}"
-        )
+        raise FormatError(f"{file} has a sample rate of {told_hz:.10g} Hz; --sample-rate is {asked_hz:.10g}")
     return told_hz

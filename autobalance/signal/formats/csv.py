@@ -39,7 +39,7 @@ class _Sheet:
 
 
 def read(path: Path, sample_rate_hz: float | None) -> Record:
-    """Read a file; text columns are left out, cells without a number are gaps, and both are told."""
+    """Read a file; text columns are left out, cells without a number are gaps; notes list both."""
     sheet = _sheet(path)
     notes = [
         f"column {header!r} is text and was left out"
@@ -127,7 +127,7 @@ def _even(path: Path, seconds: Array) -> tuple[float, NDArray[np.intp]]:
     if off > max(UNEVEN * step, 1.05 * _resolution(seconds)):
         step = float(np.median(steps))
         if not step > 0.0:
-            raise FormatError(f"{path.name}: the time is too coarse to tell the steps; give more digits")
+            raise FormatError(f"{path.name}: the time is too coarse for its steps; give more digits")
         for _ in range(2):  # the median is as coarse as the digits; the whole record is not
             rows = np.round((seconds - seconds[0]) / step)
             step = (seconds[-1] - seconds[0]) / rows[-1]

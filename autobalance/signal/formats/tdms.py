@@ -13,7 +13,7 @@ from autobalance.signal.record import Channel, Record
 
 
 def read(path: Path, sample_rate_hz: float | None) -> Record:
-    """Read a file; channels of one name in several groups are told as group/channel."""
+    """Read a file; channels of one name in several groups are named group/channel."""
     try:
         from nptdms import TdmsFile
     except ImportError:

@@ -161,7 +161,7 @@ def joined_solids(solids: Sequence[ExactSolid], apart: bool = False) -> ExactSol
 
 
 def are_apart(solids: Sequence[ExactSolid]) -> bool:
-    """Tell whether the bounding boxes of solids are clear of each other."""
+    """Return whether the bounding boxes of solids are clear of each other."""
     boxes = [solid.bounds for solid in solids]
     return all(
         bool(np.any(one[0] > other[1]) or np.any(other[0] > one[1]))

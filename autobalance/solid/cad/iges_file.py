@@ -41,11 +41,11 @@ def read_iges_file(data: bytes) -> CadFile:
     head = reader.IGESModel().GlobalSection()
     if head.UnitFlag() not in UNITS:
         raise FormatError(
-            f"the IGES file is in unit {head.UnitFlag()}; needed one of "
+            f"the IGES file is in unit {head.UnitFlag()}; expected one of "
             + ", ".join(f"{flag} ({name})" for flag, name in UNITS.items())
         )
     shape = reader.OneShape()
     if shape.IsNull():
-        raise FormatError("the IGES file holds no surface; needed a closed body")
+        raise FormatError("the IGES file holds no surface; expected a closed body")
     bodies, repairs = bodies_of(shape, "IGES")
     return CadFile(bodies, UNITS[head.UnitFlag()], repairs)

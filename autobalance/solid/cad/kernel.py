@@ -25,7 +25,7 @@ of a hole that enters a round rim."""
 
 
 def has_kernel() -> bool:
-    """Tell whether the CAD kernel is installed."""
+    """Return whether the CAD kernel is installed."""
     from importlib.util import find_spec
 
     return find_spec("OCP") is not None
@@ -201,7 +201,7 @@ def unified(body: Any) -> Any:
 
 
 def is_valid(body: Any) -> bool:
-    """Tell whether the kernel finds no fault with a body."""
+    """Return whether the kernel finds no fault with a body."""
     from OCP.BRepCheck import BRepCheck_Analyzer
 
     return not body.IsNull() and bool(BRepCheck_Analyzer(body).IsValid())
@@ -245,7 +245,7 @@ def _moments_of(found: Any) -> Moments:
 
 
 def _is_drawn_out(face: Any) -> bool:
-    """Tell whether a face is a curve drawn out along a line, and neither plane nor cylinder."""
+    """Return whether a face is a curve drawn out along a line, and neither plane nor cylinder."""
     from OCP.BRepAdaptor import BRepAdaptor_Surface
     from OCP.GeomAbs import GeomAbs_SurfaceType
     from OCP.TopoDS import TopoDS

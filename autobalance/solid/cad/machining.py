@@ -90,7 +90,7 @@ def machined(body: Any, removed: Sequence[Tool], added: Sequence[Tool]) -> Machi
             taken = tuple(None if as_drawn else _taken(tool, whole, shape) for tool, shape in pairs)
             return Machined(_seamless(result, body), taken)
     if found != bodies:
-        raise SolidError(f"cut as planned, the part falls into {found} solids; needed {bodies}")
+        raise SolidError(f"cut as planned, the part falls into {found} solids; expected {bodies}")
     raise SolidError("the CAD kernel finds fault with the solid after the cut")
 
 

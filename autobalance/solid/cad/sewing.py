@@ -34,7 +34,7 @@ def bodies_of(shape: Any, what: str) -> tuple[tuple[NamedBody, ...], tuple[str, 
         return tuple(NamedBody("", solid) for solid in solids), ()
     faces = explored(shape, "FACE")
     if not faces:
-        raise FormatError(f"the {what} file holds no surface; needed a closed body")
+        raise FormatError(f"the {what} file holds no surface; expected a closed body")
     shells, reach_mm = _sewn(shape, faces)
     solids = _without_cavities([_outward(shell) for shell in shells])
     count = "1 solid" if len(solids) == 1 else f"{len(solids)} solids"

@@ -109,7 +109,7 @@ def edges_off_faces(body: Any) -> tuple[Gap, ...]:
             raise SolidError(
                 f"edge {edge + 1} of face {number + 1}, a {surface_kind(face)}, lies {distance:.4g} mm off "
                 f"it at ({x:.6g}, {y:.6g}, {z:.6g}) mm: the file's surfaces contradict its edges; "
-                f"needed at most {CONTRADICTS * diagonal:.2g} mm"
+                f"expected at most {CONTRADICTS * diagonal:.2g} mm"
             )
         found.append(Gap(number, distance, area_mm2(face), bounds_mm(face)))
     return tuple(found)
@@ -166,7 +166,7 @@ def _healed(body: Any) -> tuple[Any, tuple[str, ...]]:
     solids = explored(tool.Shape(), "SOLID")
     if len(solids) != 1 or not is_valid(solids[0]):
         raise SolidError(
-            f"the CAD kernel finds fault with the solid and cannot heal it: {found}; needed a closed body"
+            f"the CAD kernel finds fault with the solid and cannot heal it: {found}; expected a closed body"
         )
     after = properties(solids[0]).mass_g
     return solids[0], (

@@ -77,7 +77,7 @@ def _exact_of(file: CadFile, body: int | str | None, pressed_up: bool) -> Exact:
     if abs(mesh.volume_mm3 - chosen.volume_mm3) > FACETS_MOST * chosen.volume_mm3:
         raise SolidError(
             f"the CAD kernel's triangles bound {mesh.volume_mm3:.6g} mm³, the solid holds "
-            f"{chosen.volume_mm3:.6g} mm³; needed a solid that can be tessellated"
+            f"{chosen.volume_mm3:.6g} mm³; expected a solid that can be tessellated"
         )
     surfaces = None if repairs else Surfaces(chosen.surfaces(), facets.face[whole])
     return Exact(
@@ -134,7 +134,7 @@ def _chosen(parts: Sequence[_Part], body: int | str | None, pressed_up: bool) ->
     if body == "all" or (body is None and (pressed_up or len(parts) == 1)):
         return parts
     if body is None:
-        asked = "needed body = a number or a name, or 'all' to unite them"
+        asked = "expected body = a number or a name, or 'all' to unite them"
         raise BodiesError(f"{_listed(parts)}; {asked}", len(parts))
     found = _named(parts, body) if isinstance(body, str) else list(parts[body - 1 : body] if body > 0 else ())
     if len(found) != 1:

@@ -61,7 +61,7 @@ def read_step_file(data: bytes) -> CadFile:
 def _sewn(parts: Sequence[NamedBody]) -> tuple[tuple[NamedBody, ...], tuple[str, ...]]:
     """Return the solids that loose surfaces of all parts make together, and how."""
     if not any(explored(part.body, "FACE") for part in parts):
-        raise FormatError("the STEP file holds no solid, and no surfaces to sew; needed a closed body")
+        raise FormatError("the STEP file holds no solid, and no surfaces to sew; expected a closed body")
     bodies, repairs = bodies_of(compound([part.body for part in parts]), "STEP")
     if len(parts) == 1:
         bodies = tuple(replace(one, name=parts[0].name, place=parts[0].place) for one in bodies)

@@ -218,7 +218,7 @@ def _is_chord(look: Look, cylinder: Revolved, faces: Indices) -> Flags:
 
 
 def _turns_twice(look: Look, cylinder: Revolved, faces: Indices) -> bool:
-    """Tell whether a strip of few faces has three directions at least; pieces of one plane count once."""
+    """Return whether a strip of few faces has three directions at least; pieces of one plane count once."""
     basis = np.linalg.svd(cylinder.axis[None])[2][1:]
     x, y = (look.normal[faces] @ basis.T).T
     angle = np.sort(np.unwrap(np.arctan2(y, x)))

@@ -416,7 +416,7 @@ def triangulated(polygon: Array) -> Indices:
         If it has fewer than three corners.
     """
     if len(polygon) < 3:  # manifold3d would crash
-        raise SolidError(f"a face has {len(polygon)} corners; three or more are needed")
+        raise SolidError(f"a face has {len(polygon)} corners; expected three or more")
     return np.asarray(m3.triangulate([np.asarray(polygon, dtype=np.float64)]), dtype=np.int64)
 
 

@@ -28,7 +28,7 @@ def exact_format(
         raise FormatError(f"a {name.upper()} file holds exact surfaces, no mesh")
 
     def no_surfaces(vertices: Floats, triangles: Indices, mm_per_unit: float) -> bytes:
-        raise FormatError(f"a mesh cannot be written as {name.upper()}; needed stl")
+        raise FormatError(f"a mesh cannot be written as {name.upper()}; write stl")
 
     return Format(
         name,

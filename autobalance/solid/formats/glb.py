@@ -77,16 +77,16 @@ def _check_extensions(document: dict[str, Any]) -> None:
         if not str(name).startswith(HARMLESS):
             raise FormatError(
                 f"the GLB file requires the extension '{str(name)[:60]}', which is not read; "
-                "needed plain meshes"
+                "expected plain meshes"
             )
 
 
 def _check_node(node: dict[str, Any], mesh: dict[str, Any]) -> None:
     """Refuse a mesh that its node deforms or multiplies."""
     if "skin" in node:
-        raise FormatError("the GLB file bends a mesh by a skin; needed a mesh as it is")
+        raise FormatError("the GLB file bends a mesh by a skin; expected a mesh as it is")
     if any(node.get("weights", mesh.get("weights", []))):
-        raise FormatError("the GLB file deforms a mesh by weights of morph targets; needed a mesh as it is")
+        raise FormatError("the GLB file deforms a mesh by weights of morph targets; expected a mesh as it is")
     if INSTANCING in node.get("extensions", {}):
         raise FormatError(f"the GLB file multiplies a mesh by {INSTANCING}, which is not read")
 
@@ -110,7 +110,7 @@ def _scene(document: dict[str, Any], binary: bytes, budget: int) -> Floats:
         if budget < 0:
             raise FormatError("the GLB file multiplies its nodes beyond reason")
     if not parts:
-        raise FormatError("the GLB file holds no triangles; needed at least one")
+        raise FormatError("the GLB file holds no triangles; expected at least one")
     soup = np.concatenate(parts)
     if not np.isfinite(soup).all():
         raise FormatError("the GLB file places a corner where it is not finite")
@@ -151,10 +151,10 @@ def _matrix(node: dict[str, Any]) -> Array:
 def _primitive(document: dict[str, Any], binary: bytes, primitive: dict[str, Any]) -> Floats:
     if primitive.get("mode", 4) != 4:
         raise FormatError(
-            f"the GLB file has a primitive of mode {primitive['mode']}; needed triangles, mode 4"
+            f"the GLB file has a primitive of mode {primitive['mode']}; expected triangles, mode 4"
         )
     if "KHR_draco_mesh_compression" in primitive.get("extensions", {}):
-        raise FormatError("the GLB file compresses its meshes (Draco); needed plain positions")
+        raise FormatError("the GLB file compresses its meshes (Draco); expected plain positions")
     points = _accessor(document, binary, primitive["attributes"]["POSITION"], 3)
     if points.dtype != np.dtype("<f4"):
         raise FormatError("the GLB file has positions that are not float32")
@@ -163,7 +163,7 @@ def _primitive(document: dict[str, Any], binary: bytes, primitive: dict[str, Any
     else:
         numbers = np.arange(len(points), dtype=np.int64)
     if numbers.size % 3:
-        raise FormatError(f"the GLB file has {numbers.size} vertex numbers; needed a multiple of 3")
+        raise FormatError(f"the GLB file has {numbers.size} vertex numbers; expected a multiple of 3")
     return soup_of(points, numbers.reshape(-1, 3), "GLB").astype(np.float64)
 
 
@@ -171,10 +171,10 @@ def _accessor(document: dict[str, Any], binary: bytes, number: int, width: int) 
     """Return the numbers (n, width) of an accessor, checked to lie within the file."""
     accessor = document["accessors"][number]
     if accessor["type"] != {1: "SCALAR", 3: "VEC3"}[width] or "sparse" in accessor:
-        raise FormatError("the GLB file has a sparse or mistyped accessor; needed plain VEC3 and SCALAR")
+        raise FormatError("the GLB file has a sparse or mistyped accessor; expected plain VEC3 and SCALAR")
     view = document["bufferViews"][accessor["bufferView"]]
     if document["buffers"][view["buffer"]].get("uri") is not None:
-        raise FormatError("the GLB file refers to another file; needed all data within")
+        raise FormatError("the GLB file refers to another file; expected all data within")
     kind = np.dtype(TYPES[accessor["componentType"]])
     count, stride = int(accessor["count"]), int(view.get("byteStride", kind.itemsize * width))
     start = int(view.get("byteOffset", 0)) + int(accessor.get("byteOffset", 0))

@@ -40,7 +40,7 @@ def read_obj(data: bytes) -> Raw:
                 if len(words) == WITH_WEIGHT and float(words[4]) != 1.0:
                     raise FormatError(
                         f"line {number} of the OBJ file gives a vertex the weight {float(words[4]):g};"
-                        " needed 1 or none: programs differ in whether it divides the place"
+                        " expected 1 or none: programs differ in whether it divides the place"
                     )
             else:
                 polygons.add(_obj_face(words[1:], len(vertices) // 3))

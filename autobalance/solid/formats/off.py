@@ -63,14 +63,14 @@ def _header(lines: list[list[bytes]]) -> tuple[int, list[list[bytes]]]:
         raise FormatError(f"the OFF file does not begin with the word OFF{begins}")
     rest = [first[1:], *lines[1:]] if len(first) > 1 else lines[1:]
     if rest and rest[0][0].upper() == b"BINARY":
-        raise FormatError("the OFF file is binary; needed text")
+        raise FormatError("the OFF file is binary; expected text")
     if not said["n"]:
         return 4 if said["w"] else 3, rest
     dimensions = rest[0][0] if rest else b""
     if said["w"] or dimensions != b"3":
         raise FormatError(
             f"the OFF file is of the form {shown(word)} with vertices of {shown(dimensions)} dimensions;"
-            " needed OFF or nOFF with 3"
+            " expected OFF or nOFF with 3"
         )
     return 3, [rest[0][1:], *rest[1:]] if len(rest[0]) > 1 else rest[1:]
 

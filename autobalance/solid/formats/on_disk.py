@@ -18,9 +18,9 @@ def file_bytes(path: Path) -> bytes:
     """
     try:
         if path.is_dir():
-            raise FileError(f"{path} is a folder; needed a file")
+            raise FileError(f"{path} is a folder; expected a file")
         if path.exists() and not path.is_file():  # a device or a pipe may never end
-            raise FileError(f"{path} is no regular file; needed one on disk")
+            raise FileError(f"{path} is no regular file; expected one on disk")
         note_read(path)
         return path.read_bytes()
     except FileError:

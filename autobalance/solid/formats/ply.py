@@ -102,7 +102,7 @@ def _header(data: bytes) -> tuple[str, list[_Element], int]:
             case _:
                 raise FormatError(f"the PLY file has a line in its header that says '{shown(line)}'")
     if order is None:
-        raise FormatError(f"the PLY file does not say its format; needed one of {', '.join(ORDERS)}")
+        raise FormatError(f"the PLY file does not say its format; expected one of {', '.join(ORDERS)}")
     begin = len(head) + len(end)
     return order, elements, begin + (2 if data[begin : begin + 2] == b"\r\n" else 1)
 
@@ -137,7 +137,7 @@ def _check_elements(elements: list[_Element]) -> None:
         raise FormatError("the PLY file's header lists no vertices with x, y and z")
     if face is None or face.corners is None:
         others = ", ".join(name for name in named if name != "vertex") or "nothing else"
-        raise FormatError(f"the PLY file lists {shown(others.encode())}; needed faces with vertex_indices")
+        raise FormatError(f"the PLY file lists {shown(others.encode())}; expected faces with vertex_indices")
 
 
 def _place(vertex: _Element) -> list[_Property]:
@@ -225,7 +225,9 @@ def _lists(data: bytes, at: int, order: str, element: _Element) -> tuple[Indices
     if element.name != "face":
         return counts[:0], counts[:0], end
     if counts.size and counts.max() > CORNERS_MOST:
-        raise FormatError(f"the PLY file has a face of {counts.max()} corners; needed at most {CORNERS_MOST}")
+        raise FormatError(
+            f"the PLY file has a face of {counts.max()} corners; expected at most {CORNERS_MOST}"
+        )
     kind = np.dtype(order + element.properties[place].kind)
     first = np.repeat(begin - kind.itemsize * (np.cumsum(counts) - counts), counts)
     where = first + kind.itemsize * np.arange(len(first))

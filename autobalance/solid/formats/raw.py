@@ -54,7 +54,7 @@ def soup_of(vertices: Floats, triangles: Indices, what: str) -> Floats:
         If there is none, a vertex number is out of range or a used coordinate is not finite.
     """
     if len(triangles) == 0:
-        raise FormatError(f"the {what} file holds no triangles; needed at least one")
+        raise FormatError(f"the {what} file holds no triangles; expected at least one")
     wrong = (triangles < 0) | (triangles >= len(vertices))
     if wrong.any():
         number = int(triangles[wrong][0])
@@ -86,7 +86,7 @@ class Polygons:
         """
         if len(corners) > CORNERS_MOST:
             raise FormatError(
-                f"the {self._what} file has a face of {len(corners)} corners; needed at most {CORNERS_MOST}"
+                f"the {self._what} file has a face of {len(corners)} corners; expected at most {CORNERS_MOST}"
             )
         self._counts.append(len(corners))
         try:

@@ -104,7 +104,7 @@ def read(
     path : Path
         Its ending tells the format.
     unit : str or None
-        mm, cm, m or inch; needed where the format carries none, and an error where it carries another.
+        mm, cm, m or inch; required where the format carries none, and an error where it carries another.
     body : int or str or None
         Which body, numbered from 1 by falling volume, or its name where the format has names; "all" unites
         them, overlaps counting once.
@@ -291,7 +291,7 @@ def _format(path: Path) -> tuple[str, Format]:
         raise FormatError(f"{path} is a file of a CAD program; export STEP from it")
     if kind is None:
         known = " ".join(f".{ending}" for ending in FORMATS)
-        raise FormatError(f"{path}: the ending '{path.suffix}' is not known; needed one of {known}")
+        raise FormatError(f"{path}: the ending '{path.suffix}' is not known; expected one of {known}")
     return kind.name, kind
 
 
@@ -299,13 +299,13 @@ def _mm_per_unit(unit: str | None, carried: float | None, asked: str | None, nam
     """Return the length of a file's unit [mm]: of the one that it carries, or else of the one asked for."""
     known = ", ".join(MM_PER)
     if asked is not None and asked not in MM_PER:
-        raise FormatError(f"the unit '{asked}' is not known; needed one of {known}")
+        raise FormatError(f"the unit '{asked}' is not known; expected one of {known}")
     if carried is not None:
         if asked is not None and MM_PER[asked] != carried:
             raise FormatError(f"the file is in {unit}, the unit given is {asked}; leave it out or correct it")
         return carried
     if asked is None:
-        raise FormatError(f"{name.upper()} carries no unit; needed unit = one of {known}")
+        raise FormatError(f"{name.upper()} carries no unit; expected unit = one of {known}")
     return MM_PER[asked]
 
 
@@ -323,8 +323,8 @@ def _welded(raw: Raw, mm_per_unit: float) -> tuple[Mesh, list[str]]:
     farthest = mm_per_unit * max(abs(float(distinct.min())), abs(float(distinct.max())))
     if farthest > FARTHEST_MM:
         raise FormatError(
-            f"a corner lies {farthest:.3g} mm from the file's origin; needed at most {FARTHEST_MM:g} mm; is "
-            "the unit right?"
+            f"a corner lies {farthest:.3g} mm from the file's origin; expected at most {FARTHEST_MM:g} mm; "
+            "is the unit right?"
         )
     triangles = without_collapsed(number.reshape(-1, 3))
     mesh = Mesh(distinct.astype(np.float64) * mm_per_unit, triangles)
@@ -379,7 +379,7 @@ def _choose(bodies: list[Body], body: int | str | None, pressed_up: bool) -> tup
             raise SolidError(f"body {body} was asked for; {_listed(bodies)}")
         return bodies[body - 1].solid, []
     if body is None and not pressed_up:
-        asked = "needed body = a number, or 'all' to unite them"
+        asked = "expected body = a number, or 'all' to unite them"
         raise BodiesError(f"{_listed(bodies)}; {asked}", len(bodies))
     united = union([one.solid for one in bodies])
     total = sum(one.volume_mm3 for one in bodies)

@@ -39,7 +39,7 @@ def format_named(name: str) -> Format:
         If it is not one of those that can be read and written.
     """
     if name not in WRITTEN:
-        raise FormatError(f"the format '{name}' cannot be written; needed one of {', '.join(WRITTEN)}")
+        raise FormatError(f"the format '{name}' cannot be written; expected one of {', '.join(WRITTEN)}")
     return WRITTEN[name]
 
 
@@ -67,13 +67,13 @@ def written_name(name: str) -> str:
 
 
 def needs_unit(path: Path) -> bool:
-    """Tell whether a file's format carries no unit of length."""
+    """Return whether a file's format carries no unit of length."""
     found = format_of(path)
     return found is not None and not found.carries_unit
 
 
 def names_bodies(path: Path) -> bool:
-    """Tell whether the bodies in a file of its format have names."""
+    """Return whether the bodies in a file of its format have names."""
     found = format_of(path)
     return found is not None and found.names_bodies
 

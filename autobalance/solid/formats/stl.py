@@ -57,10 +57,10 @@ def read_stl(data: bytes) -> Floats:
         If the file is empty, truncated, has bytes left over, or holds no triangle or a number not finite.
     """
     if not data:
-        raise FormatError("the STL file is empty; needed at least one triangle")
+        raise FormatError("the STL file is empty; expected at least one triangle")
     soup = _binary(data) if is_binary(data) else _ascii(data)
     if len(soup) == 0:
-        raise FormatError("the STL file holds no triangles; needed at least one")
+        raise FormatError("the STL file holds no triangles; expected at least one")
     if not (np.isfinite(soup.min()) and np.isfinite(soup.max())):  # without an array of flags
         first = int(np.flatnonzero(~np.isfinite(soup).all(axis=(1, 2)))[0])
         raise FormatError(
@@ -108,7 +108,7 @@ def _ascii(data: bytes) -> Floats:
             facet = next(k for k, word in enumerate(column) if word != keyword)
             found = column[facet][:SHOWN].decode("ascii", "replace")
             raise FormatError(
-                f"facet {facet + 1} of the ASCII STL file: found '{found}', needed '{keyword.decode()}'"
+                f"facet {facet + 1} of the ASCII STL file: found '{found}', expected '{keyword.decode()}'"
             )
     if rest:
         raise FormatError(f"the ASCII STL file is truncated within facet {count + 1}")

@@ -151,7 +151,7 @@ class _Model:
             if not space.startswith(EXTENSIONS):
                 raise FormatError(
                     f"the 3MF file requires the extension '{space[:80]}', which is not read; "
-                    "needed plain triangles"
+                    "expected plain triangles"
                 )
 
 
@@ -179,14 +179,14 @@ def _built(archive: _Archive) -> Raw:
     """Return the triangles of all items that the root model builds, or of all its objects if it says none."""
     root = archive.model(_root(archive))
     if root.unit not in UNITS:
-        raise FormatError(f"the 3MF file is in '{root.unit[:20]}'; needed one of {', '.join(UNITS)}")
+        raise FormatError(f"the 3MF file is in '{root.unit[:20]}'; expected one of {', '.join(UNITS)}")
     found = _Collected(archive, root.unit)
     for use in root.items or [_Use(root.part, name, np.eye(4)[:3]) for name in root.objects]:
         found.add(use, DEPTH_MOST)
     parts = found.parts
     offsets = np.cumsum([0, *(len(vertices) for vertices, _ in parts)])
     if not parts:
-        raise FormatError("the 3MF file holds no triangles; needed at least one")
+        raise FormatError("the 3MF file holds no triangles; expected at least one")
     vertices = np.concatenate([vertices for vertices, _ in parts])
     for points, triangles in parts:
         soup_of(points, triangles, "3MF")
@@ -212,7 +212,7 @@ class _Collected:
         if model.unit != self._unit:
             raise FormatError(
                 f"the 3MF file's '{use.part[:40]}' is in {model.unit[:20]}, its root model in {self._unit}; "
-                "needed one unit"
+                "expected one unit"
             )
         if use.name not in model.objects:
             raise FormatError(f"the 3MF file uses the object '{use.name[:20]}', which it does not hold")
@@ -280,7 +280,7 @@ class _Archive:
         if member.compress_type not in PACKINGS:
             raise FormatError(
                 f"the 3MF file packs its model by method {member.compress_type}; "
-                "needed 0 (stored) or 8 (deflated)"
+                "expected 0 (stored) or 8 (deflated)"
             )
         with self._archive.open(member) as stream:
             while piece := stream.read(PIECE):
@@ -303,7 +303,7 @@ def _root(archive: _Archive) -> str:
             return _in_archive(targets[0])
     models = sorted(name for name in archive.names if name.endswith(".model"))
     if not models:
-        raise FormatError("the 3MF file holds no model; needed 3D/3dmodel.model in the archive")
+        raise FormatError("the 3MF file holds no model; expected 3D/3dmodel.model in the archive")
     return USUAL_ROOT if USUAL_ROOT in models else models[0]
 
 
@@ -335,7 +335,7 @@ def _guarded_parser() -> expat.XMLParserType:
     parser = expat.ParserCreate(namespace_separator="|")
 
     def refuse(*_: object) -> None:
-        raise FormatError("the model in the 3MF file declares XML entities; needed plain XML")
+        raise FormatError("the model in the 3MF file declares XML entities; expected plain XML")
 
     parser.EntityDeclHandler = refuse
     parser.StartDoctypeDeclHandler = refuse
@@ -360,7 +360,7 @@ def _parse(parser: expat.XMLParserType, piece: bytes, last: bool = False) -> Non
 def _write(vertices: Array, triangles: Indices, mm_per_unit: float) -> bytes:
     unit = next((name for name, mm in UNITS.items() if mm == mm_per_unit), None)
     if unit is None:
-        raise FormatError(f"3MF has no unit of {mm_per_unit:g} mm; needed one of {', '.join(UNITS)}")
+        raise FormatError(f"3MF has no unit of {mm_per_unit:g} mm; expected one of {', '.join(UNITS)}")
     return write_3mf(vertices, triangles, unit)
 
 

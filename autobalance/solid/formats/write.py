@@ -108,7 +108,7 @@ def _rounded(vertices: Array, mm_per_unit: float, number: Number) -> Floats:
 
 
 def _all_distinct(vertices: Floats) -> bool:
-    """Tell whether no two vertices are equal; a shared hash counts as equal."""
+    """Return whether no two vertices are equal; a shared hash counts as equal."""
     key = hash_rows(vertices)
     key.sort()
     return not bool((key[1:] == key[:-1]).any())
@@ -132,7 +132,7 @@ def _welded_after_rounding(mesh: Mesh, mm_per_unit: float, number: Number) -> tu
             return vertices, triangles, solid
     raise SolidError(
         f"the solid does not stay closed when its coordinates are rounded to {spacing:.3g} mm,"
-        " as its format does; needed: a part nearer to the file's origin, or a coarser mesh"
+        " as its format does; expected a part nearer to the file's origin, or a coarser mesh"
     )
 
 

@@ -124,7 +124,7 @@ def _parts(solid: Solid) -> list[Body]:
 
 
 def are_apart(bodies: Sequence[Body]) -> bool:
-    """Tell whether the bounding boxes of bodies are clear of each other, so that nothing can overlap."""
+    """Return whether the bounding boxes of bodies are clear of each other, so that nothing can overlap."""
     boxes = [body.bounds for body in bodies]
     return all(
         bool((one[0] > other[1]).any() or (other[0] > one[1]).any()) for one, other in combinations(boxes, 2)

@@ -57,5 +57,5 @@ def _refuse_loose(cut: Solid, part_of: Indices, volumes: Array, is_flake: NDArra
     x, y, z = cut.mesh.corners[part_of == loose].mean(axis=(0, 1))
     raise SolidError(
         f"the cuts leave a loose piece of {abs(volumes[loose]):.4g} mm³ around ({x:.6g}, {y:.6g}, {z:.6g}) mm"
-        " in the file's coordinates; needed a crank in one piece: other faces, sectors or depths"
+        " in the file's coordinates; expected a crank in one piece: other faces, sectors or depths"
     )

@@ -227,7 +227,7 @@ def volume_change(was_mm3: float, now_mm3: float) -> str:
 
 
 def is_closed(triangles: Indices) -> bool:
-    """Tell whether triangles (m, 3) run through each edge equally often in both directions.
+    """Return whether triangles (m, 3) run through each edge equally often in both directions.
 
     Told by sums of a hash of the edges, one for each direction: no sorting, and wrong once in 2⁶⁴ times.
     """
@@ -265,7 +265,7 @@ def open_message(mesh: Mesh, edges: Indices) -> str:
     more = ", ..." if len(middles) > PLACES_SHOWN else ""
     return (
         f"the mesh is open: {len(edges)} edges do not have a triangle on each side;"
-        f" needed a closed surface; middles of open edges in the file's coordinates [mm]: {places}{more}"
+        f" expected a closed surface; middles of open edges in the file's coordinates [mm]: {places}{more}"
     )
 
 

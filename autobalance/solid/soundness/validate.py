@@ -142,7 +142,7 @@ def _measured(solid: Solid, seen: Sequence[Doubled]) -> tuple[float, Array]:
 
 
 def is_amid_corners(mesh: Mesh, point_mm: Array) -> bool:
-    """Tell whether a point (3,) lies in a tetrahedron of a few outermost corners, and so in the hull.
+    """Return whether a point (3,) lies in a tetrahedron of a few outermost corners, and so in the hull.
 
     Nearly all centres of mass do; the hull itself takes a library that loads longer than all this runs.
     """
