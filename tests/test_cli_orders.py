@@ -285,7 +285,7 @@ class TestBadRecords:
         pulses = np.where(tooth < 34, np.sin(36 * ANGLE + 0.2), -1.0)
         path = _turning(tmp_path, "r.csv", SINES, pulses)
         report = self._warned(capsys, "tacho", path, "--tacho", "tacho", "--pulses-per-rev", 60)
-        assert any("repeat every 36, but 60 a turn are told" in text for text in report["warnings"])
+        assert any("repeat every 36, but it has 60 a turn" in text for text in report["warnings"])
 
     def test_nan_in_the_middle(self, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
         values = SINES.copy()
@@ -346,7 +346,7 @@ class TestBadRecords:
         report = self._warned(capsys, "the record holds 0.5 turns", path, "--speed-rpm", 1500)
         assert report["orders"][1]["amplitude"] is None
         path = write_csv(tmp_path / "r.csv", {"time_s": T[:10], "accel_g": SINES[:10]})
-        assert "has 10 samples; at least 16" in refused(capsys, 3, path)
+        assert "has 10 samples; expected at least 16" in refused(capsys, 3, path)
 
     def test_silence(self, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
         path = write_csv(tmp_path / "r.csv", {"time_s": T, "accel_g": 0.0 * T})
@@ -380,7 +380,7 @@ class TestBadRecords:
         (("--calibration", "accel=x"), 3, "must be a factor, or a sensitivity"),
         (("--calibration", "accel=0"), 3, "other than 0"),
         (("--calibration", "foo=1"), 3, "has no channel 'foo'"),
-        (("--sample-rate", "500"), 3, "--sample-rate says 500"),
+        (("--sample-rate", "500"), 3, "--sample-rate is 500"),
         (("--job", "none.toml"), 3, "none.toml"),
         (("--campbell", "none.json"), 3, "cannot read none.json"),
         (("--campbell", "pyproject.toml"), 3, "is not JSON"),

@@ -196,7 +196,7 @@ def test_refused_with_one_line(tmp_path: Path, name: str, content: bytes, words:
 
 def test_rates_that_contradict(tmp_path: Path) -> None:
     write_csv(tmp_path / "r.csv", {"time_s": T, "accel_g": X})
-    with pytest.raises(FormatError, match="has a sample rate of 1000 Hz; --sample-rate says 500"):
+    with pytest.raises(FormatError, match="has a sample rate of 1000 Hz; --sample-rate is 500"):
         read(tmp_path / "r.csv", 500.0)
     with pytest.raises(FormatError, match="sample rate is -1 Hz"):
         read(tmp_path / "r.csv", -1.0)

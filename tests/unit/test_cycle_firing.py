@@ -121,7 +121,7 @@ def test_given_angles_are_brought_to_dead_centre() -> None:
     assert degrees(firing_as_given(tops, [math.radians(720.0), math.radians(540.0)], FOUR)) == [0.0, 542.0]
     with pytest.raises(ValueError, match="has 90° for cylinder 2, whose top dead centres lie at 182°"):
         firing_as_given(tops, [0.0, 0.5 * math.pi], FOUR)
-    with pytest.raises(ValueError, match="has 1 angles; one for each of 2 cylinders"):
+    with pytest.raises(ValueError, match="has 1 angles; expected one for each of 2 cylinders"):
         firing_as_given(tops, [0.0], FOUR)
 
 

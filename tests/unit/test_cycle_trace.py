@@ -117,7 +117,10 @@ def test_two_strokes_wrap_the_place_of_the_level() -> None:
             np.concatenate([angles(-360.0, 10.0), angles(30.0, 360.0)]),
             "no row between 10° and 30°",
         ),
-        (angles(-360.0, 200.0), "covers 560°, from -360° to 200°; whole cycles of 720° or the closed part"),
+        (
+            angles(-360.0, 200.0),
+            "covers 560°, from -360° to 200°; expected whole cycles of 720° or the closed part",
+        ),
         (angles(0.0, 360.0), "covers 360°, from 0° to 360°"),
         (angles(0.0, 1100.0), "covers 1100°"),
         (np.array([0.0, 0.1, 0.1, 0.2]), "angles must increase"),

@@ -336,7 +336,7 @@ def test_a_preset_survives_its_own_table(name: str) -> None:
         ({"crankpin.bore_mm": 40.0}, "crankpin.bore_mm is 40; must be less than its diameter"),
         ({"crankpin.width_mm": 3.0}, "crankpin.width_mm is 3; two fillets leave no cylinder"),
         ({"main_journal.bore_mm": 28.0}, "main_journal.bore_mm is 28; it reaches into the crankpin"),
-        ({"bays": []}, "bays: at least one"),
+        ({"bays": []}, "bays is empty, or a bay has no crankpin; expected at least one"),
         ({"bays": 3}, "bays is 3; must be a list of tables: [[bays]]"),
         ({"bays": [{"counterweights": [True]}]}, "bays[1].counterweights has 1 entries; must be a list of 2"),
         (

@@ -292,7 +292,7 @@ def test_node_needs_a_lever() -> None:
         ({"kind": "harder"}, "kind"),
         ({"speed_rpm": None}, "speed_rpm is missing"),
         ({"planes_mm": None}, "planes_mm is missing"),
-        ({"planes_mm": [1.0, 1.0]}, "planes_mm is [1, 1]; two different places"),
+        ({"planes_mm": [1.0, 1.0]}, "planes_mm is [1, 1]; expected two different places"),
         ({"rotor": {}}, "rotor.mass_g is missing; or rotor.report"),
         ({"rotor": {"mass_g": 1.0}}, "rotor.z_mm is missing"),
         ({"rotor": {"mass_g": 0.0}}, "rotor.mass_g is 0 and there is no [[mass]]"),

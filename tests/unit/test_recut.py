@@ -209,8 +209,8 @@ def plane(**keys: Any) -> dict[str, Any]:
     [
         ({"urr_percent": 0.0}, "urr_percent is 0; must be > 0 and"),
         ({"plane": []}, "[[plane]] is missing"),
-        ({"plane": READING["plane"] * 2}, "plane has 4 entries; one (static) or two"),
-        (plane(), "plane[1].g_mm is missing; exactly one of g_mm, oz_in, g"),
+        ({"plane": READING["plane"] * 2}, "plane has 4 entries; expected one (static) or two"),
+        (plane(), "plane[1].g_mm is missing; expected exactly one of g_mm, oz_in, g"),
         (plane(g_mm=1.0, oz_in=1.0), "plane[1].g_mm is given with oz_in"),
         (plane(g=1.0), "plane[1].radius_mm is missing"),
         (plane(g_mm=1.0, radius_mm=3.0), "plane[1].radius_mm is given with g_mm"),
