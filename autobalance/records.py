@@ -33,6 +33,8 @@ from autobalance.units import BAR_PER_MPA, N_M_PER_N_MM, RAD_S_PER_RPM
 
 T = TypeVar("T")
 G_MM2_PER_KG_MM2 = 1e3
+MRAD_PER_RAD = 1e3
+PA_PER_MPA = 1e6
 
 
 class Absent(Enum):
@@ -117,6 +119,9 @@ BAR: Final = Written("_mpa", "_bar", lambda pressure: pressure * BAR_PER_MPA)
 JOULES: Final = Written("_n_mm", "_J", lambda work: work * N_M_PER_N_MM)
 NEWTONS: Final = Written("_n", "_N", float)
 NEWTON_METRES: Final = Written("_n_m", "_N_m", float)
+HERTZ: Final = Written("_rad_s", "_hz", lambda frequency: frequency / (2.0 * math.pi))
+MRAD: Final = Written("_rad", "_mrad", lambda angle: MRAD_PER_RAD * angle)
+MPA: Final = Written("_pa", "_MPa", lambda stress: stress / PA_PER_MPA)
 
 Degrees = Annotated[float, DEGREES]
 Rpm = Annotated[float, RPM]

@@ -24,10 +24,13 @@ from autobalance.design_search.exact import design_step
 from autobalance.design_search.free_metal import free_metal
 from autobalance.design_search.problem import Problem
 from autobalance.design_search.search import Generation, searched
+from autobalance.design_search.start import judged_start
 from autobalance.errors import FileError, JobError
 from autobalance.job.files.design import load_design
 from autobalance.machine_models.solid_meshes import bodies_of_solid
-from autobalance.report.design.values import search_values, start_values, step_notes
+from autobalance.report.design.values import step_notes
+from autobalance.report.encoding import encoded
+from autobalance.report.records.design import SearchFigures, StartFigures
 from autobalance.rigid_rotor.moments import Moments
 from autobalance.runtime import Stopwatch
 from autobalance.solid.cad.brep import ExactSolid
@@ -165,7 +168,7 @@ def test_the_step_file_has_spline_surfaces_and_the_same_balance(found: tuple[Pat
     ],
 )
 def test_why_there_is_no_whole_step_file_is_said(file: str, said: str) -> None:
-    (note,) = step_notes([{"files": {file: {}}}])
+    (note,) = step_notes([file])
     assert said in note
 
 
@@ -259,7 +262,8 @@ def test_a_planted_optimum_is_found(tmp_path: Path, crank: bytes) -> None:
 def test_free_metal_of_the_start_against_the_envelope_is_told(tmp_path: Path, rounder: bytes) -> None:
     """The rim of 62 mm meets a skirt that hangs to 115 − 30 − 24 = 61 mm from the axis at the bottom."""
     text = DESIGN.replace("skirt_below_pin_mm = 18.0", "skirt_below_pin_mm = 24.0")
-    start = start_values(problem_of(tmp_path, text.replace("110, 250", "120, 240"), rounder))
+    problem = problem_of(tmp_path, text.replace("110, 250", "120, 240"), rounder)
+    start = encoded(StartFigures.of(judged_start(problem), problem.free.fit_error_mm))
     assert start["feasible"] is False
     (piston,) = [each for each in start["violations"] if each["constraint"] == "clearance to piston 1"]
     assert (piston["by"], piston["unit"]) == (pytest.approx(2.0, abs=0.02), "mm")
@@ -351,7 +355,7 @@ def test_a_limit_by_finite_elements_is_kept_by_the_search(
     assert {each.name for each in best.constraints} >= {"first frequency", "residual"}
     told = answer.told_errors["first_frequency_hz"]
     assert told < 0.005
-    values = search_values(found, answer)["finite_elements"]
+    values = encoded(SearchFigures.of(found, answer))["finite_elements"]
     assert values["analysed_in_search"] == 12
     assert told <= values["expected_errors"]["first_frequency_hz"] < 0.05
     assert values["analysed_when_written"] == len(answer.found.analysed) - 12 >= 1

@@ -87,6 +87,6 @@ def batch(
             todo = run.tasks()
             for done in pool.run(balance_row, todo):
                 run.finish(todo.rows[done.number], done)
-            report = run.report(time.perf_counter() - started)
-            run.write(report)
-    return BatchResult(report)
+            result = BatchResult(run.report(time.perf_counter() - started))
+            run.write(result.report)
+    return result

@@ -8,12 +8,14 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from hashlib import sha256
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, overload
+from typing import TYPE_CHECKING, Any, Literal, overload
 
 from autobalance.api.batch_row import FAILED, RowOutcome, RowTask, now
-from autobalance.api.result import Values, report_head
+from autobalance.api.result import Values
 from autobalance.errors import AutobalanceError, system_reason
+from autobalance.report.encoding import encoded
 from autobalance.report.files import Staging
+from autobalance.report.records.batch import BatchReport, JournalLine, RowFigures, RowNumbers
 from autobalance.runtime import Progress
 from autobalance.studies.journal import JOURNAL, append_line, read_journal, rewrite_journal
 from autobalance.version import __version__
@@ -25,11 +27,8 @@ if TYPE_CHECKING:
 
 ROWS = "rows"
 LOST, NOT_ALL_WITHIN = 1, 4
+OUTCOMES: Mapping[int, Literal["lost", "error"]] = {LOST: "lost", FAILED: "error"}
 TABLES = ("results.csv", "results.xlsx", "summary.html")
-NUMBERS = (
-    "mass_g", "initial_g_mm", "residual_g_mm", "permissible_g_mm", "worst_share", "removed_g", "cuts",
-    "solid_sha256",
-)  # fmt: skip
 
 
 @dataclass(frozen=True, eq=False)
@@ -79,7 +78,7 @@ class BatchRun:
 
         choice_of(only, "A4", "metric")  # refuses unknown kinds before anything is run
         self.folder, self.listed, self.only, self._progress = folder, listed, only, progress
-        self.lines: dict[str, Values] = {}
+        self.lines: dict[str, JournalLine] = {}
         self.taken_over = 0
         self._todo: list[_Todo] = []
 
@@ -92,20 +91,19 @@ class BatchRun:
         for row in self.listed.rows:
             job, crank, digest, message = _read_row(row)
             fingerprint = _fingerprint(row, job, digest, self.only)
-            line = old.get(row.name)
-            if line is not None and line.get("fingerprint") == fingerprint and self._is_whole(row, line):
-                self.lines[row.name] = {**line, "row": row.number}
+            line = JournalLine.of(old.get(row.name, {}))
+            if line is not None and line.fingerprint == fingerprint and self._is_whole(row, line):
+                self.lines[row.name] = replace(line, row=row.number)
                 self.taken_over += 1
             elif job is None or crank is None:
                 wrong.append((row, fingerprint, message))
             else:
                 self._todo.append(_Todo(row, job, crank, fingerprint))
-        rewrite_journal(self.folder, self.lines)
+        rewrite_journal(self.folder, [encoded(line) for line in self.lines.values()])
         self._clean()
         for row, fingerprint, message in wrong:
             self._forget_files(row)
-            at = now()
-            self._write_line(row, FAILED, fingerprint, 1, "", at, at, message, {})
+            self._write_line(_undone(row, FAILED, fingerprint, 1, message))
         self._tell()
 
     def tasks(self) -> _Tasks:
@@ -116,9 +114,8 @@ class BatchRun:
         """Put a row's files in place and write its line."""
         self._forget_files(todo.row)
         if done.lost:
-            at = now()
             message = f"its worker died on each of {done.attempt} tries"
-            self._write_line(todo.row, LOST, todo.fingerprint, done.attempt, "", at, at, message, {})
+            self._write_line(_undone(todo.row, LOST, todo.fingerprint, done.attempt, message))
         else:
             outcome: RowOutcome = done.value
             target = self.folder / ROWS / todo.row.name
@@ -127,56 +124,35 @@ class BatchRun:
                     for name, data in outcome.files.items():
                         staging.add(target / name, data)
                     staging.commit()
-            digests = {name: sha256(data).hexdigest() for name, data in outcome.files.items()}
             self._write_line(
-                todo.row,
-                outcome.exit_code,
-                todo.fingerprint,
-                done.attempt,
-                done.worker,
-                outcome.started,
-                outcome.finished,
-                outcome.message,
-                digests,
+                JournalLine(
+                    row=todo.row.number,
+                    name=todo.row.name,
+                    exit_code=outcome.exit_code,
+                    fingerprint=todo.fingerprint,
+                    try_=done.attempt,
+                    worker=done.worker,
+                    started=outcome.started,
+                    finished=outcome.finished,
+                    message=outcome.message,
+                    files={name: sha256(data).hexdigest() for name, data in outcome.files.items()},
+                )
             )
         self._tell()
 
-    def _write_line(
-        self,
-        row: BatchRow,
-        exit_code: int,
-        fingerprint: str,
-        attempt: int,
-        worker: str,
-        started: str,
-        finished: str,
-        message: str,
-        files: Mapping[str, str],
-    ) -> None:
-        line = {
-            "row": row.number,
-            "name": row.name,
-            "exit_code": exit_code,
-            "fingerprint": fingerprint,
-            "try": attempt,
-            "worker": worker,
-            "started": started,
-            "finished": finished,
-            "message": message,
-            "files": dict(files),
-        }
-        append_line(self.folder, line)
-        self.lines[row.name] = line
+    def _write_line(self, line: JournalLine) -> None:
+        append_line(self.folder, encoded(line))
+        self.lines[line.name] = line
 
-    def _is_whole(self, row: BatchRow, line: Values) -> bool:
+    def _is_whole(self, row: BatchRow, line: JournalLine) -> bool:
         """Return whether the files of a row are those that its line says."""
-        files = line.get("files")
-        if not isinstance(files, dict) or (line.get("exit_code") in (0, NOT_ALL_WITHIN) and not files):
+        if line.exit_code in (0, NOT_ALL_WITHIN) and not line.files:
             return False
         folder = self.folder / ROWS / row.name
         try:
             return all(
-                sha256((folder / name).read_bytes()).hexdigest() == digest for name, digest in files.items()
+                sha256((folder / name).read_bytes()).hexdigest() == digest
+                for name, digest in line.files.items()
             )
         except OSError:
             return False
@@ -202,41 +178,39 @@ class BatchRun:
 
     # --- results --------------------------------------------------------------------------------------------
 
-    def report(self, seconds: float) -> Values:
+    def report(self, seconds: float) -> BatchReport:
         """Return what ``--json`` writes."""
         results = [self._result(row) for row in self.listed.rows]
-        codes = [result["exit_code"] for result in results]
-        return {
-            **report_head("batch"),
-            "rows": len(results),
-            "within": codes.count(0),
-            "above": codes.count(NOT_ALL_WITHIN),
-            "failed": codes.count(FAILED),
-            "lost": codes.count(LOST),
-            "taken_over": self.taken_over,
-            "results": results,
-            "seconds": seconds,
-        }
+        codes = [result.exit_code for result in results]
+        return BatchReport(
+            rows=len(results),
+            within=codes.count(0),
+            above=codes.count(NOT_ALL_WITHIN),
+            failed=codes.count(FAILED),
+            lost=codes.count(LOST),
+            taken_over=self.taken_over,
+            results=results,
+            seconds=seconds,
+        )
 
-    def _result(self, row: BatchRow) -> Values:
+    def _result(self, row: BatchRow) -> RowFigures:
         line = self.lines[row.name]
-        known: Values = dict.fromkeys(NUMBERS)
-        outcome = {LOST: "lost", FAILED: "error"}.get(line["exit_code"])
+        outcome, numbers = OUTCOMES.get(line.exit_code), RowNumbers()
         if outcome is None:
             path = self.folder / ROWS / row.name / "report.json"
             values = json.loads(path.read_text(encoding="utf-8"))
-            outcome, known = values["outcome"], _numbers(values)
-        return {
-            "row": row.number,
-            "name": row.name,
-            "job": row.job,
-            "crank": row.crank,
-            "exit_code": line["exit_code"],
-            "outcome": outcome,
-            "message": line["message"],
-            **known,
-            **dict(row.settings),
-        }
+            outcome, numbers = values["outcome"], _numbers(values)
+        return RowFigures(
+            row=row.number,
+            name=row.name,
+            job=row.job,
+            crank=row.crank,
+            exit_code=line.exit_code,
+            outcome=outcome,
+            message=line.message,
+            numbers=numbers,
+            settings=dict(row.settings),
+        )
 
     def write(self, report: Values) -> None:
         """Write the table as CSV, workbook and page."""
@@ -248,6 +222,23 @@ class BatchRun:
             staging.add(self.folder / "results.xlsx", results_workbook(report))
             staging.add(self.folder / "summary.html", summary_page(report))
             staging.commit()
+
+
+def _undone(row: BatchRow, exit_code: int, fingerprint: str, attempt: int, message: str) -> JournalLine:
+    """Return the line of a row that cannot be done, or whose worker died."""
+    at = now()
+    return JournalLine(
+        row=row.number,
+        name=row.name,
+        exit_code=exit_code,
+        fingerprint=fingerprint,
+        try_=attempt,
+        worker="",
+        started=at,
+        finished=at,
+        message=message,
+        files={},
+    )
 
 
 def _read_row(row: BatchRow) -> tuple[Job | None, Path | None, str | None, str]:
@@ -285,7 +276,7 @@ def _without_file(raw: Mapping[str, Any]) -> Values:
     return {**raw, "crankshaft": kept}
 
 
-def _numbers(values: Values) -> Values:
+def _numbers(values: Values) -> RowNumbers:
     """Return what the table tells of a report."""
     tolerance, residual = values["tolerance"], values["residual"]
     shares = [residual["magnitude_g_mm"] / tolerance["permissible_g_mm"]]
@@ -295,13 +286,13 @@ def _numbers(values: Values) -> Values:
             for plane, permitted in zip(residual["planes"], tolerance["planes"], strict=True)
         ]
     solid = values["outputs"]["solid"]
-    return {
-        "mass_g": values["crank"]["mass_g"],
-        "initial_g_mm": values["initial"]["magnitude_g_mm"],
-        "residual_g_mm": residual["magnitude_g_mm"],
-        "permissible_g_mm": tolerance["permissible_g_mm"],
-        "worst_share": max(shares),
-        "removed_g": sum(cut["removed_mass_g"] for cut in values["corrections"]),
-        "cuts": len(values["corrections"]),
-        "solid_sha256": None if solid is None else solid["sha256"],
-    }
+    return RowNumbers(
+        mass_g=values["crank"]["mass_g"],
+        initial_g_mm=values["initial"]["magnitude_g_mm"],
+        residual_g_mm=residual["magnitude_g_mm"],
+        permissible_g_mm=tolerance["permissible_g_mm"],
+        worst_share=max(shares),
+        removed_g=sum(cut["removed_mass_g"] for cut in values["corrections"]),
+        cuts=len(values["corrections"]),
+        solid_sha256=None if solid is None else solid["sha256"],
+    )

@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from autobalance.api.common_parameters import documented
-from autobalance.api.result import Plots, Values, VerbResult, report_head
+from autobalance.api.result import Plots, VerbResult
 from autobalance.report.files import Staging
 from autobalance.runtime import Progress, no_progress
 from autobalance.version import __version__
@@ -23,6 +23,7 @@ if TYPE_CHECKING:
     from autobalance.design_search.problem import Problem
     from autobalance.design_search.written import WrittenDesign
     from autobalance.job.files.design import DesignJob
+    from autobalance.report.records.design import DesignFigures
 
 INFEASIBLE = 4
 
@@ -131,10 +132,11 @@ def _fingerprint(job: DesignJob, crank_sha256: str) -> str:
 
 def _result(found: Found, started: float, tell: Progress) -> DesignResult:
     from autobalance.design_search.chosen import chosen, with_refined
-    from autobalance.report.design import values
+    from autobalance.design_search.start import judged_start
+    from autobalance.report.design.values import front_of, infeasible_reason, step_notes
+    from autobalance.report.records.design import DesignFigures, DesignReport, SearchFigures, StartFigures
 
     problem = found.problem
-    objectives = problem.design.search.objectives
     every = found
     if problem.design.search.refine:
         tell("refining by gradients", 0.8)
@@ -142,27 +144,27 @@ def _result(found: Found, started: float, tell: Progress) -> DesignResult:
     tell("writing designs", 0.85)
     answer = chosen(every)
     picked = answer.designs
-    made, listed = {}, []
+    made: dict[str, dict[str, bytes]] = {}
+    listed = []
     for number, each in enumerate(picked, 1):
         name = f"d{number:02d}"
         made[name] = _files(problem, each)
         digests = {file: sha256(data).hexdigest() for file, data in made[name].items()}
-        listed.append(values.design_values(problem, name, each, digests))
+        listed.append(DesignFigures.of(problem, name, each, digests))
         tell("writing designs", 0.85 + 0.15 * number / len(picked))
-    front, best = values.front_values(listed, objectives)
-    report = {
-        **report_head("design"),
-        "design": dict(problem.design.raw),
-        "start": values.start_values(problem),
-        "search": values.search_values(found, answer),
-        "designs": listed,
-        "front": front,
-        "best": best,
-        "outcome": "found" if answer.kept else "infeasible",
-        "reason": None if answer.kept else values.infeasible_reason(picked[0]),
-        "notes": values.step_notes(listed),
-        "seconds": time.perf_counter() - started,
-    }
+    front, best = front_of(problem, listed)
+    report = DesignReport(
+        design=problem.design.raw,
+        start=StartFigures.of(judged_start(problem), problem.free.fit_error_mm),
+        search=SearchFigures.of(found, answer),
+        designs=listed,
+        front=front,
+        best=best,
+        outcome="found" if answer.kept else "infeasible",
+        reason=None if answer.kept else infeasible_reason(picked[0]),
+        notes=step_notes({file for files in made.values() for file in files}),
+        seconds=time.perf_counter() - started,
+    )
     return DesignResult(report, made, _drawn(problem, answer.found.candidates, listed))
 
 
@@ -183,14 +185,16 @@ def _files(problem: Problem, made: WrittenDesign) -> dict[str, bytes]:
     return found
 
 
-def _drawn(problem: Problem, found: Sequence[Candidate], designs: Sequence[Values]) -> Mapping[str, bytes]:
+def _drawn(
+    problem: Problem, found: Sequence[Candidate], designs: Sequence[DesignFigures]
+) -> Mapping[str, bytes]:
     from autobalance.report.design.files import front_plot
 
-    names = tuple(name.removeprefix("-") for name in problem.design.search.objectives)
-    signs = np.array([-1.0 if name.startswith("-") else 1.0 for name in problem.design.search.objectives])
+    names = tuple(name for name, _ in problem.signed_objectives)
+    signs = np.array([sign for _, sign in problem.signed_objectives])
     good = [each for each in found if each.violation <= 0.0] or list(found)
     others = np.stack([each.objectives for each in good]) * signs
-    front = np.array([[each["objectives"][name] for name in names] for each in designs])
+    front = np.array([[each.objectives[name] for name in names] for each in designs])
     return front_plot(names, front, others)
 
 

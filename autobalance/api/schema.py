@@ -11,12 +11,14 @@ from autobalance.errors import UsageError
 Values = dict[str, Any]
 
 WRITTEN: Mapping[str, str] = {
+    "batch": "batch.BatchReport",
     "bearing": "bearing.BearingReport",
     "bench": "bench.BenchReport",
     "engine-bench": "bench.EngineBenchReport",
     "calc": "answers.CalcReport",
     "compare": "compare.CompareReport",
     "cycle": "cycle.CycleReport",
+    "design": "design.DesignReport",
     "fem": "fem.FemReport",
     "forces": "forces.ForcesReport",
     "grade": "grade.GradeReport",
@@ -30,6 +32,8 @@ WRITTEN: Mapping[str, str] = {
     "rotor": "rotor.RotorReport",
     "shafts": "forces.ShaftsReport",
     "sheet": "answers.SheetReport",
+    "study": "study.StudyReport",
+    "torsion": "torsion.TorsionReport",
     "verify": "answers.VerifyReport",
 }
 """Name → module of ``report.records`` and record of what a verb writes with ``--json``."""

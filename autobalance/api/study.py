@@ -4,50 +4,46 @@ from __future__ import annotations
 
 import time
 from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from autobalance.api.common_parameters import documented
-from autobalance.api.engine_case import job_set
 from autobalance.api.progress import telling
-from autobalance.api.result import Plots, Values, VerbResult, report_head
+from autobalance.api.result import Plots, VerbResult
 from autobalance.errors import UsageError
 from autobalance.runtime import Progress, no_progress
+from autobalance.types import Array
 
 if TYPE_CHECKING:
     from autobalance.api.crank import Crank
     from autobalance.job import Job
-    from autobalance.studies.monte_carlo import StudyAnswer
 
 NOT_REACHED = 4
 
 
+@dataclass(frozen=True, eq=False, repr=False)
 class StudyResult(VerbResult):
     """How many of many cranks are within tolerance, why not the others, and what would help.
 
-    ``series`` (bytes) is a CSV with one row a crank.
+    Attributes
+    ----------
+    series : bytes
+        The drawn cranks as CSV, one row each.
+    shares : array
+        What each of them uses of the permissible value (n,).
+    missed : bool
+        Whether the target asked for is not reached, or the plan itself is above tolerance.
     """
 
-    def __init__(self, report: Values, answer: StudyAnswer, missed: bool) -> None:
-        """Keep the numbers behind the report."""
-        from autobalance.report.study.values import study_series
-
-        super().__init__(report)
-        object.__setattr__(self, "_series", study_series(answer))
-        object.__setattr__(self, "_shares", answer.shares)
-        object.__setattr__(self, "_missed", missed)
+    series: bytes
+    shares: Array
+    missed: bool
 
     @property
     def exit_code(self) -> int:
         """4 where the target asked for is not reached, or the plan itself is above tolerance."""
-        missed: bool = self.__dict__["_missed"]
-        return NOT_REACHED if missed else 0
-
-    @property
-    def series(self) -> bytes:
-        """The drawn cranks as CSV, one row each."""
-        made: bytes = self.__dict__["_series"]
-        return made
+        return NOT_REACHED if self.missed else 0
 
     def text(self, units: str = "metric") -> str:
         """Return the study as lines for people; always metric."""
@@ -59,7 +55,7 @@ class StudyResult(VerbResult):
         """Return a histogram of what is used of the permissible value, and a tornado of the causes."""
         from autobalance.report.study.plots import study_plots
 
-        return study_plots(self.report, self.__dict__["_shares"])
+        return study_plots(self.report, self.shares)
 
     def files(self) -> Mapping[str, bytes]:
         """Return the series."""
@@ -110,7 +106,7 @@ def study(
         If nothing has a ±, or the job is wrong.
     """
     from autobalance.api.study_plan import studied_plan
-    from autobalance.report.study.values import ABOVE, study_values
+    from autobalance.report.study.values import ABOVE, study_report, study_series
     from autobalance.studies.monte_carlo import Sampler, study_of
     from autobalance.studies.workers import workers_of
 
@@ -121,11 +117,9 @@ def study(
         plan = studied.plan
         sampler = Sampler(samples, seed, plan.job.study.sampling, exact)
         answer = study_of(plan, sampler, target, pool, progress or no_progress)
-    values = study_values(answer, seed, studied.report_sha256)
     missed = plan.result.outcome == ABOVE or (target is not None and answer.probability < target)
-    told = job_set(plan.job)
-    report = {**report_head("study"), **told, **values, "seconds": time.perf_counter() - started}
-    return StudyResult(report, answer, missed)
+    report = study_report(answer, seed, studied.report_sha256, time.perf_counter() - started)
+    return StudyResult(report, study_series(answer), answer.shares, missed)
 
 
 def _refuse(samples: int, seed: int, target: float | None, exact: int) -> None:

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 from autobalance import job as jobs
 from autobalance.api.common_parameters import documented
 from autobalance.api.engine_case import job_set, request
-from autobalance.api.result import Plots, Values, VerbResult, report_head
+from autobalance.api.result import Plots, Values, VerbResult
 from autobalance.dynamics.torsion_chain import TorsionChain
 from autobalance.errors import UsageError
 from autobalance.job import Job
@@ -20,11 +20,22 @@ from autobalance.job.read import tables_of
 from autobalance.job.toml.keys import named_in
 from autobalance.job.toml.settings import with_settings
 from autobalance.job.torsion import check_station, crank_torsion
-from autobalance.machine_models.torsion_dampers import FittedDamper, with_dampers
+from autobalance.machine_models.torsion_dampers import FittedDamper, heat_w, with_dampers
 from autobalance.machine_models.torsion_excited import ExcitedTrain
 from autobalance.machine_models.torsion_from_job import CrankChain, crank_chain
+from autobalance.machine_models.torsion_strains import critical_orders, order_responses
 from autobalance.machine_models.torsion_trains import named_train
-from autobalance.report.rotor import torsion_values
+from autobalance.report.records.torsion import (
+    CriticalFigures,
+    DamperFigures,
+    Damping,
+    OrderFigures,
+    PendulumFigures,
+    ThrowFigures,
+    TorsionModeFigures,
+    TorsionReport,
+    TrainFigures,
+)
 from autobalance.runtime import Progress
 
 if TYPE_CHECKING:
@@ -102,32 +113,53 @@ def _of_chain(file: ChainFile, settings: Sequence[str] = ()) -> TorsionResult:
     named = named_train(file.chain, file.names, file.diameters_m, file.question.parts)
     model = ExcitedTrain(named, file.chain if file.question.parts.plain else None, file.question, orders)
     model, dampers = with_dampers(model)
-    file.filled["torsion"]["damping_ratio"] = model.damping_ratio
-    head = {**report_head("torsion"), **({"job_set": list(settings)} if settings else {})}
-    values = {**head, "input": file.filled}
-    return TorsionResult({**values, **_solved(model, dampers)})
+    set_keys: Values = {"job_set": list(settings)} if settings else {}
+    asked = _with(file.filled, damping_ratio=model.damping_ratio)
+    return TorsionResult(TorsionReport(**set_keys, input=asked, **_solved(model, dampers)))
 
 
 def _of_job(job: Job, crank: Crank | None, fem: bool | None, progress: Progress | None) -> TorsionResult:
     found = request(job, crank, None, progress)
     asked = found.job.torsion or crank_torsion(found.job.raw)
-    asked.filled["torsion"]["fem"] = asked.fem if fem is None else fem
+    with_fem = asked.fem if fem is None else fem
     made = crank_chain(found.job, found.crank, asked)
     torques = _cycle_torques(found.job, found.crank)
     model = _excited(made, asked.question, torques)
     _check_stations(asked.question, len(model.named.names))
     model, dampers = with_dampers(model)
-    asked.filled["torsion"]["damping_ratio"] = model.damping_ratio
-    told = {**jobs.describe(found.job), **asked.filled}
-    values = {**report_head("torsion"), **job_set(found.job), "input": told}
-    solved = _solved(model, dampers, made)
-    twists = _twisted(found.crank, asked, progress) if asked.filled["torsion"]["fem"] else None
-    metal = torsion_values.metal_values(
-        made, twists, lambda chain: _excited(made, asked.question, None, chain)
+    given = {
+        **jobs.describe(found.job),
+        **_with(asked.filled, fem=with_fem, damping_ratio=model.damping_ratio),
+    }
+    twists = _twisted(found.crank, asked, progress) if with_fem else None
+    metal = _of_metal(made, twists)
+    modes = None if metal is None else _excited(made, asked.question, None, metal).modes()
+    return TorsionResult(
+        TorsionReport(
+            **job_set(found.job),
+            input=given,
+            **_solved(model, dampers, made, metal),
+            fem_natural_frequencies_rad_s=None if modes is None else [mode.frequency_rad_s for mode in modes],
+            throws=[
+                ThrowFigures.of(number, made, asked.formula, None if twists is None else twists[number - 1])
+                for number in range(1, len(made.shapes) + 1)
+            ],
+            warnings=found.warnings,
+        )
     )
-    solved["model"]["fem_N_m_rad"] = metal.pop("springs")
-    throws, warnings = _throws(made, asked, twists), list(found.warnings)
-    return TorsionResult({**values, **solved, **metal, "throws": throws, "warnings": warnings})
+
+
+def _with(filled: Mapping[str, Any], **values: Any) -> Values:
+    """Return the tables of a file with keys of ``[torsion]`` as they were used."""
+    return {**filled, "torsion": {**filled["torsion"], **values}}
+
+
+def _of_metal(made: CrankChain, twists: Sequence[ThrowTwist] | None) -> TorsionChain | None:
+    """Return the chain with the springs of the throws' own metal; None where one of them is not known."""
+    known = [each.stiffness for each in twists or () if each.stiffness is not None]
+    if twists is None or len(known) < len(twists):
+        return None
+    return made.with_throws([each.n_m_rad for each in known])
 
 
 def _excited(
@@ -170,46 +202,24 @@ def _cycle_torques(job: Job, crank: MeasuredCrank) -> ThrowTorques | None:
     return throw_torques(job, crank)
 
 
-def _throws(made: CrankChain, asked: CrankTorsion, twists: Sequence[ThrowTwist] | None) -> list[Values]:
-    """Return the dimensions that the stiffness of each throw was computed from, and what came of them."""
-    return [
-        {
-            "number": number,
-            "journal_mm": shape.journal_mm,
-            "journal_bore_mm": shape.journal_bore_mm,
-            "journal_length_mm": shape.journal_length_mm,
-            "crankpin_mm": shape.pin_mm,
-            "crankpin_bore_mm": shape.pin_bore_mm,
-            "crankpin_length_mm": shape.pin_length_mm,
-            "crank_radius_mm": shape.crank_radius_mm,
-            "web_thickness_mm": shape.web_thickness_mm,
-            "web_breadth_mm": shape.web_breadth_mm,
-            "formula": asked.formula,
-            **{f"{name}_N_m_rad": each[number - 1] for name, each in made.throws_n_m_rad.items()},
-            **torsion_values.twist_values(None if twists is None else twists[number - 1]),
-        }
-        for number, shape in enumerate(made.shapes, 1)
-    ]
-
-
-def _solved(model: ExcitedTrain, dampers: Sequence[FittedDamper], made: CrankChain | None = None) -> Values:
+def _solved(
+    model: ExcitedTrain,
+    dampers: Sequence[FittedDamper],
+    made: CrankChain | None = None,
+    metal: TorsionChain | None = None,
+) -> Values:
+    """Return the fields of ``TorsionReport`` that a chain and a crank have alike."""
     modes = model.modes()
-    formulas = () if made is None else (made.ker_wilson_n_m_rad, made.carter_n_m_rad)
-    speeds = model.question.speeds_rad_s
+    absorber = model.question.pendulum
     return {
-        "model": {
-            **torsion_values.model_values(model.named.train, model.named.names, *formulas),
-            **torsion_values.train_values(model.named),
-        },
-        "damping": torsion_values.damping_values(model),
-        "natural_frequencies_hz": [mode.frequency_rad_s / torsion_values.TWO_PI for mode in modes],
-        "modes": torsion_values.mode_values(model, modes),
-        "critical": torsion_values.critical_values(model, modes),
-        "response": [
-            torsion_values.response_values(order, speeds, model.response(order, speeds), model.named)
-            for order in model.orders
-            if model.torque_at(order, speeds).any()
+        "model": TrainFigures.of(model.named, made, None if metal is None else metal.springs_n_m_rad),
+        "damping": Damping(ratio=model.damping_ratio, dampers=model.damped),
+        "natural_frequencies_rad_s": [mode.frequency_rad_s for mode in modes],
+        "modes": [TorsionModeFigures.of(model, mode) for mode in modes],
+        "critical": [CriticalFigures.of(each) for each in critical_orders(model, modes)],
+        "response": [OrderFigures.of(each) for each in order_responses(model)],
+        "pendulum": None if absorber is None else PendulumFigures.of(absorber),
+        "dampers": [
+            DamperFigures.of(each, model.question.speeds_rad_s, heat_w(model, each)) for each in dampers
         ],
-        "pendulum": torsion_values.pendulum_values(model.question.pendulum),
-        "dampers": [torsion_values.damper_values(model, each) for each in dampers],
     }

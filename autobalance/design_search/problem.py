@@ -227,6 +227,10 @@ class Problem:
         """Names of the objectives, without sign."""
         return {name.removeprefix("-") for name in self.design.search.objectives}
 
+    def asked(self, objectives: Mapping[str, float]) -> dict[str, float]:
+        """Return the objectives of the search alone, in its order."""
+        return {name: objectives[name] for name, _ in self.signed_objectives}
+
     @property
     def strengths_wanted(self) -> tuple[str, ...]:
         """Names of the finite-element results that each design must have."""

@@ -48,6 +48,10 @@ class WrittenDesign:
         """Return the solid in the rotor frame."""
         return self.solid.moved(problem.crank.anatomy.file_to_rotor)
 
+    def objectives(self, problem: Problem) -> dict[str, float]:
+        """Return what it is worth, by the names of the search's objectives."""
+        return problem.asked(problem.objectives(self.moments, self.strengths, self.rotor_solid(problem)))
+
     @property
     def feasible(self) -> bool:
         """Whether every constraint is kept."""

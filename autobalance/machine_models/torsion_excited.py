@@ -7,9 +7,11 @@ from dataclasses import dataclass
 import numpy as np
 
 from autobalance.dynamics.torsion_chain import (
+    HolzerRow,
     TorsionChain,
     TorsionMode,
     TorsionResponse,
+    holzer_table,
     pendulum_inertia_kg_m2,
     torsion_modes,
     torsion_response,
@@ -63,6 +65,12 @@ class ExcitedTrain:
     def modes(self) -> list[TorsionMode]:
         """Return the modes that strain the train, ascending; undamped."""
         return train_modes(self.named.train) if self.chain is None else torsion_modes(self.chain)
+
+    def holzer(self, mode: TorsionMode) -> list[HolzerRow] | None:
+        """Return Holzer's table at a mode; None where the stations are no chain that hangs together."""
+        if self.chain is None or self.chain.rigid_modes != 1:
+            return None
+        return holzer_table(self.chain, mode.frequency_rad_s)
 
     def torque_at(self, order: float, speeds_rad_s: Array) -> Complex:
         """Return an order's torques (speeds, stations) as T exp(iφ) [N·m]."""

@@ -5,7 +5,7 @@ from __future__ import annotations
 import contextlib
 import json
 import os
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -88,10 +88,10 @@ def read_journal(folder: Path) -> dict[str, Line]:
     return lines
 
 
-def rewrite_journal(folder: Path, lines: Mapping[str, Line]) -> None:
+def rewrite_journal(folder: Path, lines: Sequence[Line]) -> None:
     """Replace the journal by these lines, whole or not at all."""
     part = folder / f".{JOURNAL}.part"
-    part.write_bytes(b"".join(_bytes(line) for line in lines.values()))
+    part.write_bytes(b"".join(_bytes(line) for line in lines))
     os.replace(part, folder / JOURNAL)
 
 

@@ -25,7 +25,7 @@ from autobalance.studies.linear_model import (
 from autobalance.studies.plan import Plan
 from autobalance.studies.sensitivity import KeyFigure, key_figures
 from autobalance.studies.sobol import SobolShares, sobol_shares
-from autobalance.studies.statistics import wilson_interval
+from autobalance.studies.statistics import Percentiles, wilson_interval
 from autobalance.studies.workers import InThisProcess, Workers
 from autobalance.types import Array
 
@@ -51,6 +51,24 @@ class ModelCheck:
     checked: int
     greatest_error_g_mm: float | None
     share_of_permissible: float | None
+
+
+@dataclass(frozen=True)
+class PlanePercentiles:
+    """Percentiles of what is left in a tolerance plane."""
+
+    name: str
+    magnitude_g_mm: Percentiles
+
+
+@dataclass(frozen=True)
+class StudyPercentiles:
+    """Percentiles of what the drawn cranks leave, use of what is permitted, and have as balance factor."""
+
+    magnitude_g_mm: Percentiles
+    share_of_permissible: Percentiles
+    balance_factor: Percentiles | None
+    planes: tuple[PlanePercentiles, ...]
 
 
 @dataclass(frozen=True, eq=False)
@@ -100,6 +118,20 @@ class StudyAnswer:
         if len(self.states) < 2:
             return 0.0
         return float(Z_95 * np.sqrt(self.states[:, :2].var(axis=0, ddof=1).sum()))
+
+    @property
+    def percentiles(self) -> StudyPercentiles:
+        """Percentiles of the drawn cranks."""
+        planes = self.model.plane_magnitudes(self.states)
+        return StudyPercentiles(
+            Percentiles.of(np.hypot(self.states[:, 0], self.states[:, 1])),
+            Percentiles.of(self.shares),
+            None if self.factors is None else Percentiles.of(self.factors),
+            tuple(
+                PlanePercentiles(name, Percentiles.of(values))
+                for name, values in zip("AB", planes, strict=False)
+            ),
+        )
 
 
 def study_of(

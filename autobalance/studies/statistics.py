@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import math
+from dataclasses import dataclass
+from typing import Self
 
 import numpy as np
 
@@ -32,9 +34,19 @@ def wilson_interval(hits: int, count: int, z: float = Z_95) -> tuple[float, floa
     return (0.0 if hits == 0 else max(low, 0.0)), (1.0 if hits == count else min(high, 1.0))
 
 
-def percentiles(values: Array) -> dict[str, float]:
-    """Return the percentiles of a sample, named p1 to p99."""
-    return {
-        f"p{share}": float(value)
-        for share, value in zip(PERCENTILES, np.percentile(values, PERCENTILES), strict=True)
-    }
+@dataclass(frozen=True)
+class Percentiles:
+    """Percentiles of a sample."""
+
+    p1: float
+    p5: float
+    p25: float
+    p50: float
+    p75: float
+    p95: float
+    p99: float
+
+    @classmethod
+    def of(cls, values: Array) -> Self:
+        """Return those of a sample (n,)."""
+        return cls(*(float(each) for each in np.percentile(values, PERCENTILES)))

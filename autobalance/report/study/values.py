@@ -4,106 +4,45 @@ from __future__ import annotations
 
 import csv
 import io
-from dataclasses import asdict
 from typing import Any
 
 import numpy as np
 
 from autobalance import job as jobs
+from autobalance.records import ABSENT
 from autobalance.report.balance.values import tolerance_values
+from autobalance.report.records.study import Advice, KeyFigureCurves, Nominal, Spread, StudyReport
 from autobalance.studies.monte_carlo import StudyAnswer
-from autobalance.studies.sensitivity import KeyFigure
-from autobalance.studies.statistics import percentiles
 
-Values = dict[str, Any]
 ABOVE = "above_tolerance"
 
 
-def study_values(answer: StudyAnswer, seed: int, report_sha256: str | None) -> Values:
-    """Return the keys of a study's report, but for the time it took."""
+def study_report(answer: StudyAnswer, seed: int, report_sha256: str | None, seconds: float) -> StudyReport:
+    """Return the report of a study that took some seconds."""
     job = answer.plan.job
     described = jobs.describe(job)
-    low, high = answer.interval
-    return {
-        "job": described,
-        "nominal": _nominal(answer, report_sha256),
-        "tolerance": tolerance_values(answer.plan.tolerance, described),
-        "samples": len(answer.states),
-        "seed": seed,
-        "distribution": job.study.distribution,
-        "sampling": job.study.sampling,
-        "within": answer.within,
-        "probability_within": answer.probability,
-        "interval": [low, high],
-        "percentiles": _percentiles(answer),
-        "spread": {"linear_g_mm": answer.linear_spread_g_mm, "sampled_g_mm": answer.sampled_spread_g_mm},
-        "contributions": [
-            {
-                **asdict(each),
-                "plane_shares": None if each.plane_shares is None else list(each.plane_shares),
-                "effect_g_mm": None if each.effect_g_mm is None else list(each.effect_g_mm),
-            }
-            for each in answer.contributions
-        ],
-        "sobol": {**asdict(answer.sobol), "shares": [asdict(each) for each in answer.sobol.shares]},
-        "sensitivity": [_key_figure(each) for each in answer.figures],
-        "linear_model": asdict(answer.check),
-        "advice": {
-            "target": answer.target,
-            "reached": answer.probability >= answer.target,
-            "steps": [asdict(step) for step in answer.steps],
-        },
-        "reason": _reason(answer),
-    }
-
-
-def _key_figure(figure: KeyFigure) -> Values:
-    return {
-        "figure": figure.name,
-        "unit": figure.unit,
-        "nominal": figure.nominal,
-        "causes": [
-            {
-                "name": curve.name,
-                "pm": curve.pm,
-                "unit": curve.unit,
-                "offset": curve.offset.tolist(),
-                "values": curve.values.tolist(),
-            }
-            for curve in figure.curves
-        ],
-    }
-
-
-def _nominal(answer: StudyAnswer, report_sha256: str | None) -> Values:
-    residual, result = answer.plan.result.residual, answer.plan.result
-    places = answer.plan.tolerance.places_mm
-    planes = () if places is None else residual.in_planes(*places)
-    return {
-        "unbalance_g_mm": [float(v) for v in residual.resultant_g_mm],
-        "magnitude_g_mm": residual.magnitude_g_mm,
-        "moment_g_mm2": [float(v) for v in residual.moment_g_mm2],
-        "planes": [
-            {"name": name, "magnitude_g_mm": float((vector @ vector) ** 0.5)}
-            for name, vector in zip("AB", planes, strict=False)
-        ],
-        "outcome": result.outcome,
-        "report_sha256": report_sha256,
-    }
-
-
-def _percentiles(answer: StudyAnswer) -> Values:
-    magnitudes = np.hypot(answer.states[:, 0], answer.states[:, 1])
-    planes = answer.model.plane_magnitudes(answer.states)
-    return {
-        "magnitude_g_mm": percentiles(magnitudes),
-        "share_of_permissible": percentiles(answer.shares),
-        "balance_factor": None if answer.factors is None else percentiles(answer.factors),
-        "planes": [
-            {"name": name, "magnitude_g_mm": percentiles(values)}
-            for name, values in zip("AB", planes, strict=False)
-        ],
-    }
+    return StudyReport(
+        job=described,
+        job_set=job.settings or ABSENT,
+        nominal=Nominal.of(answer, report_sha256),
+        tolerance=tolerance_values(answer.plan.tolerance, described),
+        samples=len(answer.states),
+        seed=seed,
+        distribution=job.study.distribution,
+        sampling=job.study.sampling,
+        within=answer.within,
+        probability_within=answer.probability,
+        interval=answer.interval,
+        percentiles=answer.percentiles,
+        spread=Spread(linear_g_mm=answer.linear_spread_g_mm, sampled_g_mm=answer.sampled_spread_g_mm),
+        contributions=answer.contributions,
+        sobol=answer.sobol,
+        sensitivity=[KeyFigureCurves.of(each) for each in answer.figures],
+        linear_model=answer.check,
+        advice=Advice(target=answer.target, reached=answer.probability >= answer.target, steps=answer.steps),
+        reason=_reason(answer),
+        seconds=seconds,
+    )
 
 
 def _reason(answer: StudyAnswer) -> str | None:

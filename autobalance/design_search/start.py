@@ -1,0 +1,40 @@
+"""The start of a design search: what it is worth, and what its free metal breaks."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+from autobalance.design_search.envelope import Constraint
+from autobalance.design_search.problem import Problem
+from autobalance.rigid_rotor.unbalance import Unbalance
+
+
+@dataclass(frozen=True, eq=False)
+class Start:
+    """The crank as it came: objectives by name, what it leaves, and the constraints that it breaks."""
+
+    objectives: Mapping[str, float]
+    residual: Unbalance
+    broken: tuple[Constraint, ...]
+
+
+def judged_start(problem: Problem) -> Start:
+    """Judge the crank as it came.
+
+    Raises
+    ------
+    SolidError
+        If finite elements are asked, and the solid cannot be meshed.
+    """
+    variables, moments = problem.as_it_came, problem.crank.moments
+    residual = problem.residual(moments)
+    constraints, _ = problem.constraints(variables, moments, residual)
+    solid = problem.crank.source.solid.moved(problem.crank.anatomy.file_to_rotor)
+    strengths = problem.strengths(moments, solid)
+    every = [*constraints, *problem.of_strengths(strengths)]
+    return Start(
+        problem.asked(problem.objectives(moments, strengths, solid)),
+        residual,
+        tuple(each for each in every if each.margin < 0.0),
+    )

@@ -1,0 +1,78 @@
+"""The report of `batch`."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import Annotated, Any, Literal, Self
+
+from autobalance.balancing.loop import Outcome
+from autobalance.records import INLINE, Count, Key, NotNegative, Ordinal, Positive, Sha256, fields_of, record
+from autobalance.report.records.head import Head
+
+
+@record
+class RowNumbers:
+    """What the table has of a row's report; None of a row that has none."""
+
+    mass_g: Positive | None = None
+    initial_g_mm: NotNegative | None = None
+    residual_g_mm: NotNegative | None = None
+    permissible_g_mm: Positive | None = None
+    worst_share: NotNegative | None = None
+    removed_g: float | None = None
+    cuts: Count | None = None
+    solid_sha256: Sha256 | None = None
+
+
+@record
+class RowFigures:
+    """A row of the table."""
+
+    row: Ordinal
+    name: str
+    job: str
+    crank: str
+    exit_code: Count
+    outcome: Outcome | Literal["error", "lost"]
+    message: Annotated[str, "the reason, or what is wrong; one line"]
+    numbers: Annotated[RowNumbers, INLINE]
+    settings: Annotated[Mapping[str, Any], INLINE, "further columns: keys of the job, as the list has them"]
+
+
+@record
+class JournalLine:
+    """What the journal says of a row that is done."""
+
+    row: Ordinal
+    name: str
+    exit_code: Count
+    fingerprint: Sha256
+    try_: Annotated[Ordinal, Key("try")]
+    worker: Annotated[str, "of a row that was never begun, or was lost: nobody"]
+    started: str
+    finished: str
+    message: str
+    files: Annotated[Mapping[str, Sha256], "sha256 by name"]
+
+    @classmethod
+    def of(cls, line: Mapping[str, Any]) -> Self | None:
+        """Return a line as it was read; None where it is none of ours."""
+        names = {field.key: field.name for field in fields_of(JournalLine)}
+        if set(line) != set(names) or not isinstance(line["files"], Mapping):
+            return None
+        return cls(**{names[key]: value for key, value in line.items()})
+
+
+@record
+class BatchReport(Head):
+    """Many jobs, a row each."""
+
+    command: Literal["batch"] = "batch"
+    rows: Count
+    within: Count
+    above: Count
+    failed: Count
+    lost: Count
+    taken_over: Count
+    results: Sequence[RowFigures]
+    seconds: Positive
