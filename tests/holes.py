@@ -9,7 +9,8 @@ import pytest
 from numpy.typing import NDArray
 
 from autobalance.correction.contract import Count
-from autobalance.correction.drill import DrillCut, DrillLimits
+from autobalance.correction.drill import DrillCut
+from autobalance.correction.holes.drill_limits import DrillLimits
 from autobalance.correction.holes.hole import Hole, keep_apart
 from autobalance.correction.holes.sites import Site
 from autobalance.correction.holes.surface import Axis

@@ -5,117 +5,33 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
-from typing import Annotated
 
-from autobalance.correction.contract import Correction, Count, Figures, Item, Limits, Variety
+from autobalance.correction.contract import Correction, Count, Figures, Item, Variety
 from autobalance.correction.cut import listed, on_step
 from autobalance.correction.faces.patches import heavy_vector
 from autobalance.correction.holes.bores import fitting_mm, old_sites
 from autobalance.correction.holes.cut import HoleCut, HoleSearch, Towards, direction_at
+from autobalance.correction.holes.drill_limits import ZONES, DrillLimits
 from autobalance.correction.holes.drill_sizes import SERIES_MM, likely_sizes_mm
+from autobalance.correction.holes.drill_words import no_place, why_none
 from autobalance.correction.holes.hole import Hole, hole_shape, keep_apart
-from autobalance.correction.holes.sites import Places, Site, Zone, in_sectors, in_zone, make_holes, reach_of
-from autobalance.correction.holes.surface import CONTINUATION_RAD
+from autobalance.correction.holes.sites import Places, Site, in_sectors, make_holes, reach_of
 from autobalance.correction.holes.trace import DrillTrace
 from autobalance.correction.holes.walls import HoleLimits, wall_left_mm
+from autobalance.correction.holes.zones import in_zone, least_radius_mm
 from autobalance.correction.kind import Kind, Offer, Workpiece
 from autobalance.correction.machining import Operation, hole_operation
 from autobalance.correction.refusals import (
-    STEP,
-    Direction,
-    Sectors,
-    refuse_direction,
-    refuse_out_of_range,
-    refuse_sectors,
-    refuse_sizes,
     refuse_wide,
 )
 from autobalance.correction.relaxing import MoreCuts, Otherwise, Relaxing, deeper, thinner
 from autobalance.correction.trace import Trace, stated_number
 from autobalance.crank.anatomy import Anatomy
 from autobalance.errors import CorrectionError
-from autobalance.ranges import COUNTED, NOT_NEGATIVE, POSITIVE, Rule
 from autobalance.rigid_rotor.moments import Moments
 from autobalance.solid.csg.shape import Shape
 from autobalance.solid.csg.solid import Solid
 from autobalance.wording import degrees, number
-
-POINT = Rule("must be 30 to 180", least=30.0, most=180.0)
-MOST_OBLIQUITY_DEG = math.degrees(CONTINUATION_RAD)
-OBLIQUITY = Rule(f"must be 0 to {MOST_OBLIQUITY_DEG:g}", least=0.0, most=MOST_OBLIQUITY_DEG)
-
-
-@dataclass(frozen=True)
-class DrillLimits(Limits):
-    """What a job asks of drilled holes. The defaults are ours: no standard gives them.
-
-    Attributes
-    ----------
-    direction : "radial" or "axial"
-        Into the rim, towards the axis; or into the web, along the axis.
-    diameters_mm : tuple of float or None
-        Drills at hand; None: the program picks from the whole and half millimetres 4 to 25.
-    max_drills : int
-        Different drills in one plan, at most.
-    point_angle_deg : float
-        118 is that of a common twist drill; 180 a flat bottom.
-    min_depth_mm, max_depth_mm, depth_step_mm : float
-        Of the full diameter, without the point, from the surface on the hole's axis; step 0: any depth.
-    max_holes : int
-        On each counterweight.
-    min_wall_mm : float
-        From the hole's surface to any surface but the one it enters and its continuation.
-    min_spacing_mm : float
-        Between holes.
-    sectors_deg : tuple of (float, float)
-        Where the axes of holes may lie: angles in the rotor frame, counter-clockwise from the first to
-        the second; (0, 360) is all around.
-    zone : "counterweights" or "anywhere"
-        Webs with a counterweight only, on the side of the axis away from the crankpin; or any web.
-    max_obliquity_deg : float
-        Between a hole's axis and the normal of the surface that it enters: a drill runs off a slanted one.
-    deepen : bool
-        Blind holes that are there may be deepened by a drill of their diameter (to 2 %); the depth then
-        counts from the old bottom on the axis to the new shoulder, from 0.1 mm on; ``max_depth_mm`` holds
-        for old and new together.
-    """
-
-    direction: Direction = "radial"
-    diameters_mm: Annotated[tuple[float, ...] | None, POSITIVE] = None
-    max_drills: Annotated[int, COUNTED] = 2
-    point_angle_deg: Annotated[float, POINT] = 118.0
-    min_depth_mm: Annotated[float, NOT_NEGATIVE] = 2.0
-    max_depth_mm: Annotated[float, POSITIVE] = 25.0
-    depth_step_mm: Annotated[float, STEP] = 0.1
-    max_holes: Annotated[int, COUNTED] = 6
-    min_wall_mm: Annotated[float, NOT_NEGATIVE] = 3.0
-    min_spacing_mm: Annotated[float, NOT_NEGATIVE] = 3.0
-    sectors_deg: Sectors = ((0.0, 360.0),)
-    zone: Zone = "counterweights"
-    max_obliquity_deg: Annotated[float, OBLIQUITY] = 15.0
-    deepen: bool = False
-
-    def __post_init__(self) -> None:
-        """Refuse limits that contradict each other."""
-        refuse_direction("drill", self.direction)
-        if self.zone not in ("counterweights", "anywhere"):
-            raise CorrectionError(f"drill.zone is {self.zone!r}; must be 'counterweights' or 'anywhere'")
-        if self.diameters_mm is not None:
-            refuse_sizes("drill", "diameters_mm", "diameter", self.diameters_mm)
-        refuse_sectors("drill", self.sectors_deg)
-        refuse_out_of_range("drill", self)
-        if not self.min_depth_mm <= self.max_depth_mm < math.inf:
-            raise CorrectionError(
-                f"drill.min_depth_mm = {self.min_depth_mm:g} is above max_depth_mm = {self.max_depth_mm:g}"
-            )
-        step = self.depth_step_mm
-        if step and on_step(self.max_depth_mm, step, math.floor) < on_step(
-            self.min_depth_mm, step, math.ceil
-        ):
-            raise CorrectionError(
-                f"drill.depth_step_mm = {step:g} leaves no depth between min_depth_mm = "
-                f"{self.min_depth_mm:g} and max_depth_mm = {self.max_depth_mm:g}"
-            )
 
 
 @dataclass(frozen=True, eq=False)
@@ -227,7 +143,7 @@ class Drill(Kind[DrillLimits]):
         )
         few = Variety(drills, limits.max_drills, f"max_drills = {limits.max_drills}")
         return Offer(
-            tuple(found), apart=apart, counts=tuple(counts), varieties=(few,), notes=_no_place(limits, radii)
+            tuple(found), apart=apart, counts=tuple(counts), varieties=(few,), notes=no_place(limits, radii)
         )
 
     def relaxing(self, limits: DrillLimits) -> Sequence[Relaxing]:
@@ -235,9 +151,11 @@ class Drill(Kind[DrillLimits]):
         text = "{more} more hole{s} on a counterweight (max_holes = {to})"
         more = MoreCuts("max_holes", limits.max_holes, text)
         ways: list[Relaxing] = [more, *deeper(limits.max_depth_mm), *thinner(limits.min_wall_mm)]
-        if limits.zone == "anywhere":
-            return ways
-        return *ways, Otherwise({"zone": "anywhere"}, 'holes outside the counterweights (zone = "anywhere")')
+        wider = [
+            Otherwise({"zone": "web"}, 'holes in the webs\' halves away from the crankpins (zone = "web")'),
+            Otherwise({"zone": "anywhere"}, 'holes outside the counterweights (zone = "anywhere")'),
+        ]
+        return *ways, *wider[ZONES.index(limits.zone) :]
 
     def label(self, item: Item) -> str:
         """Return the tool in short."""
@@ -318,7 +236,7 @@ def cuts(
         found += _deepened(search, density_g_mm3, replace(limits, diameters_mm=diameters))
     cuts = [cut for cut in found if cut is not None]
     if not cuts:
-        raise CorrectionError(_why_none(limits, diameters, seen, anatomy))
+        raise CorrectionError(why_none(limits, diameters, seen, anatomy))
     return cuts
 
 
@@ -331,7 +249,7 @@ def _deepened(search: HoleSearch, density_g_mm3: float, limits: DrillLimits) -> 
     half_point = math.radians(0.5 * limits.point_angle_deg)
     room = HoleLimits(limits.min_wall_mm, half_point, LEAST_DEEPENING_MM, limits.max_depth_mm)
     fitting = [
-        (site, 0.5 * diameter)
+        (replace(site, least_radius_mm=least_radius_mm(anatomy, web, limits.zone)), 0.5 * diameter)
         for web in anatomy.webs
         for site, radius in old_sites(search.surface, web, limits.direction, limits.min_wall_mm)
         for diameter in fitting_mm(limits.diameters_mm or (), radius)
@@ -358,45 +276,15 @@ def _cut(
     most = on_step(deepest_mm, step, math.floor)
     if least > most:
         return None
-    by_wall = deepest_mm < limits.max_depth_mm
     return DrillCut(
-        hole,
-        site,
-        density_g_mm3,
-        limits,
-        least,
-        most,
-        step,
-        f"min_wall_mm = {limits.min_wall_mm:g}" if by_wall else f"max_depth_mm = {limits.max_depth_mm:g}",
+        hole, site, density_g_mm3, limits, least, most, step, _limit_of(site, hole, deepest_mm, limits)
     )
 
 
-def _no_place(limits: DrillLimits, radii_mm: Sequence[float]) -> tuple[str, ...]:
-    """Return a note on each drill at hand of which no hole fits."""
-    return tuple(
-        f"the drill of {diameter:g} mm is not used: no hole of it fits with min_wall_mm = "
-        f"{limits.min_wall_mm:g}, min_depth_mm = {limits.min_depth_mm:g}, zone = {limits.zone} and "
-        f"max_obliquity_deg = {limits.max_obliquity_deg:g}"
-        for diameter in sorted(set(limits.diameters_mm or ()))
-        if 0.5 * diameter not in radii_mm
-    )
-
-
-def _why_none(limits: DrillLimits, diameters_mm: Sequence[float], seen: bool, anatomy: Anatomy) -> str:
-    zoned = limits.zone == "counterweights"
-    if zoned and not any(web.counterweight for web in anatomy.webs):
-        return 'drill.zone = "counterweights": no web has a counterweight; zone = "anywhere" takes any web'
-    wider = '; zone = "anywhere" takes more of the webs' if zoned else ""
-    if not seen:
-        sectors = ", ".join(f"[{start:g}, {end:g}]" for start, end in limits.sectors_deg)
-        return (
-            f"drill.sectors_deg = {sectors}: no web has a surface there that a drill can start on within "
-            f"max_obliquity_deg = {limits.max_obliquity_deg:g}{wider}"
-        )
-    sizes = ", ".join(f"{diameter:g}" for diameter in diameters_mm)
-    if tuple(diameters_mm) == SERIES_MM:
-        sizes = f"{SERIES_MM[0]:g} to {SERIES_MM[-1]:g}"
-    return (
-        f"no hole of {sizes} mm fits into any counterweight with min_wall_mm = {limits.min_wall_mm:g} and "
-        f"min_depth_mm = {limits.min_depth_mm:g}; choose a smaller drill, wall or depth{wider}"
-    )
+def _limit_of(site: Site, hole: Hole, deepest_mm: float, limits: DrillLimits) -> str:
+    """Return the limit at which a hole's depth ends."""
+    if deepest_mm >= limits.max_depth_mm:
+        return f"max_depth_mm = {limits.max_depth_mm:g}"
+    if deepest_mm >= site.most_mm(hole.radius_mm, hole.half_point_rad):
+        return f"the counterweight's inner radius of {site.least_radius_mm:.3g} mm"
+    return f"min_wall_mm = {limits.min_wall_mm:g}"

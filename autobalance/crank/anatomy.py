@@ -66,11 +66,16 @@ class Throw:
 
 @dataclass(frozen=True)
 class CounterweightOutline:
-    """A counterweight's greatest distance from the axis, the angle that its rim spans, and its thickness."""
+    """A counterweight's greatest distance from the axis, the angle that its rim spans, and its thickness.
+
+    ``skew_rad`` is how far the middle of that angle lies from the direction away from the web's crankpins,
+    counter-clockwise seen from +z.
+    """
 
     rim_radius_mm: float
     fan_angle_rad: float
     thickness_mm: float
+    skew_rad: float = 0.0
 
 
 @dataclass(frozen=True)

@@ -136,7 +136,8 @@ def _web(claims: Claims) -> Web:
     if outline is not None:
         claims = claims.at("outline", claims.get("outline", dict))
         radius, fan = claims.get("rim_radius_mm", float), math.radians(claims.get("fan_angle_deg", float))
-        outline = CounterweightOutline(radius, fan, claims.get("thickness_mm", float))
+        skew = math.radians(claims.get("skew_deg", float) if "skew_deg" in claims.values else 0.0)
+        outline = CounterweightOutline(radius, fan, claims.get("thickness_mm", float), skew)
     return Web(number, *ends, counterweight, outline)
 
 

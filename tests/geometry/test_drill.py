@@ -7,7 +7,7 @@ import pytest
 from numpy.testing import assert_allclose
 
 from autobalance.correction import drill
-from autobalance.correction.drill import DrillLimits
+from autobalance.correction.holes.drill_limits import DrillLimits
 from autobalance.correction.holes.hole import Hole, drill_body, keep_apart
 from autobalance.correction.holes.surface import Axis
 from autobalance.correction.holes.walls import HoleLimits, greatest_depth_mm, wall_left_mm

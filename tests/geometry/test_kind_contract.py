@@ -234,7 +234,8 @@ def test_wider_limits_are_limits(name: str) -> None:
 
 def test_a_kind_that_says_too_little_is_refused() -> None:
     from autobalance.correction.contract import Limits
-    from autobalance.correction.drill import Drill, DrillLimits
+    from autobalance.correction.drill import Drill
+    from autobalance.correction.holes.drill_limits import DrillLimits
     from autobalance.correction.kind import Kind
     from autobalance.correction.registry import register
 

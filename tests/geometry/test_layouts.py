@@ -14,8 +14,8 @@ from autobalance.balancing.rotor import Rotor
 from autobalance.correction import Limits
 from autobalance.correction.add import AddLimits
 from autobalance.correction.contract import Correction
-from autobalance.correction.drill import DrillLimits
 from autobalance.correction.faces.cut import part_name
+from autobalance.correction.holes.drill_limits import DrillLimits
 from autobalance.correction.holes.slug_limits import SlugLimits
 from autobalance.correction.holes.surface import Axis
 from autobalance.correction.kind import Offer, Workpiece

@@ -11,7 +11,7 @@ from autobalance.balancing.loop import Result, balance
 from autobalance.balancing.offers import best_offer
 from autobalance.balancing.rotor import Rotor
 from autobalance.correction import Limits
-from autobalance.correction.drill import DrillLimits
+from autobalance.correction.holes.drill_limits import DrillLimits
 from autobalance.correction.holes.slug_limits import SlugLimits
 from autobalance.crank.anatomy import Anatomy
 from autobalance.errors import CorrectionError

@@ -10,7 +10,7 @@ from autobalance import correction
 from autobalance.balancing import comparison
 from autobalance.balancing.loop import Result, balance
 from autobalance.correction import Limits
-from autobalance.correction.drill import DrillLimits
+from autobalance.correction.holes.drill_limits import DrillLimits
 from autobalance.correction.holes.slug_limits import SlugLimits
 from autobalance.correction.kind import Offer, Workpiece
 from autobalance.correction.shoulder import ShoulderLimits

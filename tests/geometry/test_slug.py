@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from autobalance.correction import drill, slug
-from autobalance.correction.drill import DrillLimits
+from autobalance.correction.holes.drill_limits import DrillLimits
 from autobalance.correction.holes.slug_limits import SlugLimits
 from autobalance.correction.kind import Workpiece
 from autobalance.correction.slug import SlugCut

@@ -16,7 +16,7 @@ from autobalance import job
 from autobalance.correction import KINDS
 from autobalance.correction.add import AddLimits
 from autobalance.correction.contract import Limits
-from autobalance.correction.drill import DrillLimits
+from autobalance.correction.holes.drill_limits import DrillLimits
 from autobalance.correction.shoulder import ShoulderLimits
 from autobalance.correction.turn import TurnLimits
 from autobalance.errors import FileError, JobError

@@ -5,7 +5,6 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
-from typing import Literal
 from weakref import WeakKeyDictionary
 
 import numpy as np
@@ -13,18 +12,24 @@ import numpy as np
 from autobalance.correction.holes.hole import Hole, drill_body
 from autobalance.correction.holes.surface import CONTINUATION_RAD, Axis, Surface
 from autobalance.correction.holes.walls import HoleLimits, cross2, greatest_depth_mm
+from autobalance.correction.holes.zones import (
+    Fillet,
+    Zone,
+    fillets_of,
+    in_fillets,
+    in_zone,
+    least_radius_mm,
+)
 from autobalance.correction.refusals import Direction, Sectors
 from autobalance.crank.anatomy import Anatomy, Web
 from autobalance.solid.csg.solid import Solid, union
 from autobalance.types import Array
 
-Zone = Literal["counterweights", "anywhere"]
 GRIDS_DEG = (15.0, 5.0, 2.5, 1.25, 0.625, 0.3125, 0.078125)
 """Steps between the places tried on a web, by effort; each grid holds the one before it."""
 LEAST_PLACES = 3
 """Places that sectors hold at least, if need be of a finer grid."""
 ON_EDGE_DEG = 1e-9
-ON_AXIS = 1e-9
 ROUNDING_RAD = 1e-6
 CLEAR_MM = 1.0
 """How far outside the metal a tool body starts."""
@@ -38,7 +43,8 @@ class Site:
     """A place for a hole: ``others`` are the surfaces to keep clear of, in local coordinates.
 
     ``sunk_mm`` is how far the entry, the bottom of a hole that is there, lies below that hole's mouth;
-    ``oblique_rad`` is the angle between the axis and the normal of the surface that it enters.
+    ``oblique_rad`` is the angle between the axis and the normal of the surface that it enters;
+    ``least_radius_mm`` is how near to the crank axis the zone lets a hole come.
     """
 
     web: int
@@ -48,11 +54,17 @@ class Site:
     lift_mm: float
     sunk_mm: float = 0.0
     oblique_rad: float = 0.0
+    least_radius_mm: float = 0.0
 
-    @property
-    def most_mm(self) -> float:
-        """Depth at which a radial hole's shoulder meets the crank axis; none for an axial one."""
-        return math.inf if abs(self.axis.inward[2]) > 0.5 else math.hypot(*self.axis.entry_mm[:2])
+    def most_mm(self, radius_mm: float, half_point_rad: float) -> float:
+        """Return the depth at which a radial hole leaves its zone, point included, or meets the crank axis.
+
+        None for an axial hole, which lies in the zone or does not (-inf).
+        """
+        out = math.hypot(*self.axis.entry_mm[:2]) - self.least_radius_mm
+        if abs(self.axis.inward[2]) > 0.5:
+            return math.inf if not self.least_radius_mm or out >= radius_mm else -math.inf
+        return out - (radius_mm / math.tan(half_point_rad) if self.least_radius_mm else 0.0)
 
 
 def site_angles(sectors_deg: Sectors, wanted: Array, effort: int = 0) -> Array:
@@ -80,16 +92,6 @@ def in_sectors(angle_rad: float, sectors_deg: Sectors) -> bool:
     )
 
 
-def in_zone(anatomy: Anatomy, web: Web, angle_rad: float, zone: Zone) -> bool:
-    """Return whether an angle lies on a web's counterweight: beyond the axis, away from its crankpins."""
-    if zone == "anywhere":
-        return True
-    pins = [throw.direction for throw in anatomy.throws_of(web)]
-    towards = sum(pins, np.zeros(2))
-    away = -float(math.cos(angle_rad) * towards[0] + math.sin(angle_rad) * towards[1])
-    return web.counterweight and (not pins or away > -ON_AXIS)
-
-
 @dataclass(frozen=True, eq=False)
 class Places:
     """Where holes are looked for on a crank.
@@ -102,7 +104,7 @@ class Places:
         Takes z [mm] and returns the direction (2,) in which a hole would serve best there.
     effort : int
         How fine a grid of angles is tried.
-    zone : "counterweights" or "anywhere"
+    zone : "counterweights", "web" or "anywhere"
     most_oblique_rad : float
         Greatest angle between a hole's axis and the normal of the surface that it enters.
     """
@@ -150,6 +152,7 @@ def find_sites(
     rims = _RIMS.setdefault(surface, {})
     for web in anatomy.webs:
         near = surface.within(web.z_min_mm - margin_mm, web.z_max_mm + margin_mm)
+        fillets, least_mm = fillets_of(anatomy, web), least_radius_mm(anatomy, web, places.zone)
         for angle in places.angles(anatomy, web):
             key = (web.number, angle)
             if key not in rims:
@@ -166,9 +169,9 @@ def find_sites(
                 low, high = np.array([0.0, 0.0, -1e4]), np.array([0.0, 0.0, 1e4])
                 lines = [(surface, Axis(at + low, -low / 1e4)), (surface, Axis(at + high, -high / 1e4))]
             for within, line in lines:
-                site = _site(within, web, angle, line, margin_mm, least)
+                site = _site(within, web, angle, line, margin_mm, least, fillets)
                 if site is not None and site.oblique_rad <= places.most_oblique_rad + ROUNDING_RAD:
-                    yield site
+                    yield replace(site, least_radius_mm=least_mm)
 
 
 def _rim(near: Surface, web: Web, angle: float) -> _Rim | None:
@@ -238,6 +241,7 @@ def _site(
     line: Axis,
     margin_mm: float,
     least: tuple[float, HoleLimits] | None,
+    fillets: tuple[Fillet, ...],
 ) -> Site | None:
     """Set up the place where a line from outside enters the web; None if something else is in the way."""
     depth, rows = within.hits(line)
@@ -251,7 +255,7 @@ def _site(
         return None
     beside = within.beside(line, margin_mm)
     near, entered = within.take(beside), int(np.searchsorted(beside, rows[0]))
-    others, top = near.others(axis, entered)
+    others, top = near.others(axis, entered, in_fillets(near.corners, fillets))
     if others is None:
         return None
     oblique = near.obliquity_rad(axis, entered)
@@ -267,7 +271,9 @@ def make_holes(
     """
     holes = []
     for site in sites:
-        most = min(room.most_mm, site.most_mm)
+        most = min(room.most_mm, site.most_mm(radius_mm, room.half_point_rad))
+        if most < room.least_mm:
+            continue
         deepest = greatest_depth_mm(site.others, radius_mm, replace(room, most_mm=most))
         if deepest < room.least_mm:
             continue

@@ -198,12 +198,17 @@ class Surface:
         s, depth = np.hypot(points[:, 0], points[:, 1]), points[:, 2]
         return not (clear_depth_mm(s, depth, depth, radius_mm, room) < room.least_mm - EQUAL_MM).any()
 
-    def others(self, axis: Axis, entry_row: int) -> tuple[Array | None, float]:
+    def others(
+        self, axis: Axis, entry_row: int, fillet: NDArray[np.bool_] | None = None
+    ) -> tuple[Array | None, float]:
         """Return the triangles (k, 3, 3) that are no continuation of the entry, and the entry's least τ.
 
-        Both in local coordinates; None where the entry itself is too slanted to start a drill on.
+        Both in local coordinates; None where the entry itself is too slanted to start a drill on, or part
+        of a ``fillet`` (m,), which is no continuation of a face although it leaves it smoothly.
         """
         facing = _facing(self.corners, axis)
+        if fillet is not None:
+            facing &= ~fillet
         if not facing[entry_row]:
             return None, 0.0
         rows = np.flatnonzero(facing)

@@ -234,4 +234,6 @@ def _outline(
     reach = np.hypot(*local.T)
     rim = float(reach.max())
     angles = np.arctan2(local[:, 1], local[:, 0])[reach >= RIM_SHARE * rim]
-    return CounterweightOutline(rim, min(float(np.ptp(angles)), 2.0 * math.pi), extent[1] - extent[0])
+    fan = min(float(np.ptp(angles)), 2.0 * math.pi)
+    skew = 0.5 * float(angles.min() + angles.max())
+    return CounterweightOutline(rim, fan, extent[1] - extent[0], skew)

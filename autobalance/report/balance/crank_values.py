@@ -61,6 +61,7 @@ def _outline(web: Web) -> crank_records.WebOutline | None:
         "rim_radius_mm": web.outline.rim_radius_mm,
         "fan_angle_deg": min(math.degrees(web.outline.fan_angle_rad), 360.0),
         "thickness_mm": web.outline.thickness_mm,
+        "skew_deg": math.degrees(web.outline.skew_rad),
     }
 
 

@@ -77,6 +77,7 @@ class WebOutline(TypedDict):
     rim_radius_mm: Positive
     fan_angle_deg: Annotated[float, Bound("minimum", 0), Bound("maximum", 360)]
     thickness_mm: Positive
+    skew_deg: NotRequired[Annotated[float, Bound("minimum", -90), Bound("maximum", 90)]]
 
 
 class Web(TypedDict):

@@ -1,0 +1,103 @@
+"""What a job asks of drilled holes."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import Annotated
+
+from autobalance.correction.contract import Limits
+from autobalance.correction.cut import on_step
+from autobalance.correction.holes.surface import CONTINUATION_RAD
+from autobalance.correction.holes.zones import Zone
+from autobalance.correction.refusals import (
+    STEP,
+    Direction,
+    Sectors,
+    refuse_direction,
+    refuse_out_of_range,
+    refuse_sectors,
+    refuse_sizes,
+)
+from autobalance.errors import CorrectionError
+from autobalance.ranges import COUNTED, NOT_NEGATIVE, POSITIVE, Rule
+
+POINT = Rule("must be 30 to 180", least=30.0, most=180.0)
+MOST_OBLIQUITY_DEG = math.degrees(CONTINUATION_RAD)
+ZONES: tuple[Zone, ...] = ("counterweights", "web", "anywhere")
+OBLIQUITY = Rule(f"must be 0 to {MOST_OBLIQUITY_DEG:g}", least=0.0, most=MOST_OBLIQUITY_DEG)
+
+
+@dataclass(frozen=True)
+class DrillLimits(Limits):
+    """What a job asks of drilled holes. The defaults are ours: no standard gives them.
+
+    Attributes
+    ----------
+    direction : "radial" or "axial"
+        Into the rim, towards the axis; or into the web, along the axis.
+    diameters_mm : tuple of float or None
+        Drills at hand; None: the program picks from the whole and half millimetres 4 to 25.
+    max_drills : int
+        Different drills in one plan, at most.
+    point_angle_deg : float
+        118 is that of a common twist drill; 180 a flat bottom.
+    min_depth_mm, max_depth_mm, depth_step_mm : float
+        Of the full diameter, without the point, from the surface on the hole's axis; step 0: any depth.
+    max_holes : int
+        On each counterweight.
+    min_wall_mm : float
+        From the hole's surface to any surface but the one it enters and its continuation.
+    min_spacing_mm : float
+        Between holes.
+    sectors_deg : tuple of (float, float)
+        Where the axes of holes may lie: angles in the rotor frame, counter-clockwise from the first to
+        the second; (0, 360) is all around.
+    zone : "counterweights", "web" or "anywhere"
+        The counterweight, as far as its rim's arc goes and down to the main journals' fillets; the half of
+        any web away from the crankpin; or all of any web.
+    max_obliquity_deg : float
+        Between a hole's axis and the normal of the surface that it enters: a drill runs off a slanted one.
+    deepen : bool
+        Blind holes that are there may be deepened by a drill of their diameter (to 2 %); the depth then
+        counts from the old bottom on the axis to the new shoulder, from 0.1 mm on; ``max_depth_mm`` holds
+        for old and new together.
+    """
+
+    direction: Direction = "radial"
+    diameters_mm: Annotated[tuple[float, ...] | None, POSITIVE] = None
+    max_drills: Annotated[int, COUNTED] = 2
+    point_angle_deg: Annotated[float, POINT] = 118.0
+    min_depth_mm: Annotated[float, NOT_NEGATIVE] = 2.0
+    max_depth_mm: Annotated[float, POSITIVE] = 25.0
+    depth_step_mm: Annotated[float, STEP] = 0.1
+    max_holes: Annotated[int, COUNTED] = 6
+    min_wall_mm: Annotated[float, NOT_NEGATIVE] = 3.0
+    min_spacing_mm: Annotated[float, NOT_NEGATIVE] = 3.0
+    sectors_deg: Sectors = ((0.0, 360.0),)
+    zone: Zone = "counterweights"
+    max_obliquity_deg: Annotated[float, OBLIQUITY] = 15.0
+    deepen: bool = False
+
+    def __post_init__(self) -> None:
+        """Refuse limits that contradict each other."""
+        refuse_direction("drill", self.direction)
+        if self.zone not in ZONES:
+            expected = ", ".join(map(repr, ZONES))
+            raise CorrectionError(f"drill.zone is {self.zone!r}; must be one of {expected}")
+        if self.diameters_mm is not None:
+            refuse_sizes("drill", "diameters_mm", "diameter", self.diameters_mm)
+        refuse_sectors("drill", self.sectors_deg)
+        refuse_out_of_range("drill", self)
+        if not self.min_depth_mm <= self.max_depth_mm < math.inf:
+            raise CorrectionError(
+                f"drill.min_depth_mm = {self.min_depth_mm:g} is above max_depth_mm = {self.max_depth_mm:g}"
+            )
+        step = self.depth_step_mm
+        if step and on_step(self.max_depth_mm, step, math.floor) < on_step(
+            self.min_depth_mm, step, math.ceil
+        ):
+            raise CorrectionError(
+                f"drill.depth_step_mm = {step:g} leaves no depth between min_depth_mm = "
+                f"{self.min_depth_mm:g} and max_depth_mm = {self.max_depth_mm:g}"
+            )

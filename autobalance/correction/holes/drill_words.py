@@ -1,0 +1,41 @@
+"""Why drills that a job names are not used, in words."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from autobalance.correction.holes.drill_limits import DrillLimits
+from autobalance.correction.holes.drill_sizes import SERIES_MM
+from autobalance.crank.anatomy import Anatomy
+
+
+def no_place(limits: DrillLimits, radii_mm: Sequence[float]) -> tuple[str, ...]:
+    """Return a note on each drill at hand of which no hole fits."""
+    return tuple(
+        f"the drill of {diameter:g} mm is not used: no hole of it fits with min_wall_mm = "
+        f"{limits.min_wall_mm:g}, min_depth_mm = {limits.min_depth_mm:g}, zone = {limits.zone} and "
+        f"max_obliquity_deg = {limits.max_obliquity_deg:g}"
+        for diameter in sorted(set(limits.diameters_mm or ()))
+        if 0.5 * diameter not in radii_mm
+    )
+
+
+def why_none(limits: DrillLimits, diameters_mm: Sequence[float], seen: bool, anatomy: Anatomy) -> str:
+    """Return why no hole fits anywhere, and what would make one fit."""
+    zoned = limits.zone != "anywhere"
+    if limits.zone == "counterweights" and not any(web.counterweight for web in anatomy.webs):
+        return 'drill.zone = "counterweights": no web has a counterweight; zone = "anywhere" takes any web'
+    wider = '; zone = "anywhere" takes more of the webs' if zoned else ""
+    if not seen:
+        sectors = ", ".join(f"[{start:g}, {end:g}]" for start, end in limits.sectors_deg)
+        return (
+            f"drill.sectors_deg = {sectors}: no web has a surface there that a drill can start on within "
+            f"max_obliquity_deg = {limits.max_obliquity_deg:g}{wider}"
+        )
+    sizes = ", ".join(f"{diameter:g}" for diameter in diameters_mm)
+    if tuple(diameters_mm) == SERIES_MM:
+        sizes = f"{SERIES_MM[0]:g} to {SERIES_MM[-1]:g}"
+    return (
+        f"no hole of {sizes} mm fits into any counterweight with min_wall_mm = {limits.min_wall_mm:g} and "
+        f"min_depth_mm = {limits.min_depth_mm:g}; choose a smaller drill, wall or depth{wider}"
+    )
