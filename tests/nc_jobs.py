@@ -11,8 +11,12 @@ import numpy as np
 
 import autobalance as ab
 from autobalance.api.nc import verified_part
+from autobalance.crank.parametric.design import PRESETS
 from autobalance.machining.part import Part
+from autobalance.rigid_rotor.unbalance import Unbalance
 from tests import nc_sweep
+from tests.generated import generated_crank
+from tests.jobs import write_stl
 
 Values = dict[str, Any]
 JOB = """
@@ -39,6 +43,7 @@ CORRECTIONS = {
     "shoulder": ('method = "shoulder"\nfaces = OUTER', 0.12, 40.0),
     "turn": ('method = "turn"', 0.12, 40.0),
 }
+STEEL = 7.85e-3
 HOLDER = [[32.0, 60.0], [63.0, 100.0]]
 
 
@@ -88,6 +93,46 @@ def balanced(folder: Path, name: str, segments: int = 48) -> Path:
     job.write_text(JOB.format(correction=correction, factor=factor, grade=grade), encoding="utf-8")
     result = ab.balance(ab.read_job(job))
     assert result.corrections, result.reason
+    result.write(folder / "out", only=("json",))
+    return folder / "out" / "report.json"
+
+
+ATTACHED_G = 1.0
+SIZES = {"mill": 25.0, "shoulder": 25.0, "turn": 25.0}
+"""Unbalance of a random job in crank radii; other kinds 12."""
+
+
+def random_job(folder: Path, kind: str, layout: str, seed: int) -> Path | None:
+    """Balance a crank somewhere, heavy at both ends, by one kind of cut; None where that cuts nothing."""
+    rng = np.random.default_rng(seed)
+    correction, _, grade = CORRECTIONS[kind]
+    folder.mkdir(parents=True)
+    crank = generated_crank(PRESETS[layout], seed=seed, segments=int(rng.choice([32, 48, 64])))
+    write_stl(folder / "crank.stl", crank.mesh.corners)
+    anatomy, frame = crank.truth, crank.truth.file_to_rotor
+    ends = tuple(0.5 * (web.z_min_mm + web.z_max_mm) for web in (anatomy.webs[0], anatomy.webs[-1]))
+    size = float(rng.uniform(0.6, 1.2)) * crank.design.crank_radius_mm * SIZES.get(kind, 12.0)
+    now = Unbalance.of(crank.solid.moments(STEEL, frame)).in_planes(*ends)
+    attached = []
+    for throw, z, here in zip((anatomy.throws[0], anatomy.throws[-1]), ends, now, strict=True):
+        heavy, lean = np.asarray(throw.direction), float(rng.uniform(-0.4, 0.4))
+        away = heavy if kind == "slug" else -heavy  # slugs weigh more than the metal that they replace
+        c, s = np.cos(lean), np.sin(lean)
+        x, y = size * np.array([[c, -s], [s, c]]) @ away - here
+        attached.append(
+            f'[[engine.attached]]\nname = "end {len(attached)}"\nmass_g = {ATTACHED_G}\nz_mm = {z}\n'
+            f"unbalance_g_mm = [{x}, {y}]\n"
+        )
+    (folder / "job.toml").write_text(
+        '[crankshaft]\nfile = "crank.stl"\nunit = "mm"\ndensity_kg_m3 = 7850.0\n'
+        + "".join(attached)
+        + f"[balance]\nfactor = 0.0\ngrade = {grade}\nspeed_rpm = 6000\n[correction]\n"
+        + correction.replace("faces = OUTER", 'faces = "auto"'),
+        encoding="utf-8",
+    )
+    result = ab.balance(ab.read_job(folder / "job.toml"))
+    if not result.corrections:
+        return None
     result.write(folder / "out", only=("json",))
     return folder / "out" / "report.json"
 

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from tests import jobs
+from tests import jobs, nc_jobs
 from tests.generated import generated_crank
 
 pytestmark = pytest.mark.slow
@@ -283,3 +283,10 @@ def test_layers_of_a_few_roundings_are_confirmed(tmp_path: Path) -> None:
     report = jobs.computed(tmp_path / "job.toml", tmp_path / "out")
     assert max(cut["depth_mm"] for cut in report["corrections"]) < 0.02
     assert jobs.run("verify", tmp_path / "out" / "report.json") == 0
+
+
+def test_a_rim_of_strips_is_confirmed(tmp_path: Path) -> None:
+    """Turned by little, a faceted rim loses a strip a facet: thinner than rounding far from the origin."""
+    report = nc_jobs.random_job(tmp_path / "crank", "turn", "inline-4", 17)
+    assert report is not None
+    assert jobs.run("verify", report) == 0

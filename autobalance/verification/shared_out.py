@@ -78,8 +78,9 @@ def shared_out(
             if (shares or _is_short(parts[k], mine[k])) and not rooms[k].is_empty:
                 left = (metal & rooms[k]) - owned  # not of pieces built anew: those fill where they are thin
                 more = _pieces(left, near_mm)
-                if mine[k] and not more:
-                    more = [piece for piece in left.pieces() if _counts(piece, parts[k])]
+                # facets of a rim that is turned by little leave a strip each, thinner than flaps of rounding
+                if mine[k] and _is_short(parts[k], [*mine[k], *more]):
+                    more = left.pieces()
                 mine[k] += more
                 torn |= {k} if more and not shares else set()
                 skins[k] = Solid.nothing() if mine[k] else left
@@ -96,12 +97,6 @@ def _is_short(part: Claims, found: Sequence[Solid]) -> bool:
         return True
     listed: float = abs(part.get("removed_volume_mm3", float))
     return listed - sum(piece.volume_mm3 for piece in found) > SHARE * listed
-
-
-def _counts(piece: Solid, part: Claims) -> bool:
-    """Return whether a piece holds what would be missed of a correction, however thin its flaps make it."""
-    listed: float = abs(part.get("removed_volume_mm3", float))
-    return piece.volume_mm3 > SHARE * listed
 
 
 NOTHING = 1e-9
