@@ -113,7 +113,7 @@ def random_job(folder: Path, kind: str, layout: str, seed: int) -> Path | None:
     ends = tuple(0.5 * (web.z_min_mm + web.z_max_mm) for web in (anatomy.webs[0], anatomy.webs[-1]))
     size = float(rng.uniform(0.6, 1.2)) * crank.design.crank_radius_mm * SIZES.get(kind, 12.0)
     now = Unbalance.of(crank.solid.moments(STEEL, frame)).in_planes(*ends)
-    attached = []
+    attached: list[str] = []
     for throw, z, here in zip((anatomy.throws[0], anatomy.throws[-1]), ends, now, strict=True):
         heavy, lean = np.asarray(throw.direction), float(rng.uniform(-0.4, 0.4))
         away = heavy if kind == "slug" else -heavy  # slugs weigh more than the metal that they replace
