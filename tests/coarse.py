@@ -17,7 +17,7 @@ from tests.sweeps import SWEPT
 COARSE = {"SAG_SHARE": 2e-4, "TURN_RAD": 0.2}
 """A sixth of the triangles, with some 50 sides a circle."""
 FINE = {"SAG_SHARE": 6e-5, "TURN_RAD": 0.12}
-"""A third of the triangles: enough for what is told from them to hold against the true surfaces."""
+"""A third of the triangles: enough for what is measured on them to hold against the true surfaces."""
 
 
 @contextmanager

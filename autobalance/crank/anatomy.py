@@ -172,7 +172,7 @@ class PinHint:
 
 @dataclass(frozen=True, eq=False)
 class Overrides:
-    """What a job says about the anatomy instead of, or in aid of, recognition; file axes, mm.
+    """What a job states about the anatomy instead of, or in aid of, recognition; file axes, mm.
 
     ``crankpin_in_file`` None: not known; crankpins are looked for first, then bores for them.
     """

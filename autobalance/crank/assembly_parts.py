@@ -57,7 +57,7 @@ class AssemblyPart:
 
 
 def assembly_parts(bodies: Sequence[BodySource]) -> tuple[AssemblyPart, ...]:
-    """Tell what each body of an assembly is.
+    """Return what each body of an assembly is.
 
     Parameters
     ----------
@@ -71,19 +71,19 @@ def assembly_parts(bodies: Sequence[BodySource]) -> tuple[AssemblyPart, ...]:
         are called so, if any does.
     """
     eyes = [_eyes(body) for body in bodies]
-    rods = [found for found in eyes if found is not None]
+    rods = [pair for pair in eyes if pair is not None]
     least_mm3 = LEAST_CRANK * max((body.source.volume_mm3 for body in bodies), default=0.0)
     cranks = [
-        _crank(body) if found is None and body.source.volume_mm3 >= least_mm3 and place < CANDIDATES else None
-        for place, (body, found) in enumerate(zip(bodies, eyes, strict=True))
+        _crank(body) if pair is None and body.source.volume_mm3 >= least_mm3 and place < CANDIDATES else None
+        for place, (body, pair) in enumerate(zip(bodies, eyes, strict=True))
     ]
     carrying = [anatomy is not None and _carries(anatomy, rods) for anatomy in cranks]
     parts: list[AssemblyPart] = []
     number = 0
-    for body, found, anatomy, carries in zip(bodies, eyes, cranks, carrying, strict=True):
-        if found is not None:
+    for body, pair, anatomy, carries in zip(bodies, eyes, cranks, carrying, strict=True):
+        if pair is not None:
             number += 1
-            parts.append(AssemblyPart(body, "rod", number, found))
+            parts.append(AssemblyPart(body, "rod", number, pair))
         elif anatomy is not None and (carries or not any(carrying)):
             parts.append(AssemblyPart(body, "crank", anatomy=anatomy))
         else:
@@ -147,24 +147,24 @@ def _placed(mesh: Mesh, eyes: RodEyes) -> Array:
 
 def _with_pistons(parts: Sequence[AssemblyPart], rods: Sequence[RodEyes]) -> list[AssemblyPart]:
     """Return the parts with the largest around each small end as piston, and what is on that."""
-    found = list(parts)
+    assembly = list(parts)
     for number, eyes in enumerate(rods, 1):
         boxes = {
             place: _box(part, eyes)
-            for place, part in enumerate(found)
+            for place, part in enumerate(assembly)
             if part.role == "other" and part.body.source.volume_mm3 > 0.0
         }
         around = [place for place, box in boxes.items() if _holds(box, eyes)]
         if not around:
             continue
-        piston = max(around, key=lambda place: found[place].body.source.volume_mm3)
-        found[piston] = AssemblyPart(found[piston].body, "piston", number)
+        piston = max(around, key=lambda place: assembly[place].body.source.volume_mm3)
+        assembly[piston] = AssemblyPart(assembly[piston].body, "piston", number)
         room = ROOM * float(np.ptp(boxes[piston], axis=0).max())
         for place, box in boxes.items():
             inside = (box[0] > boxes[piston][0] - room).all() and (box[1] < boxes[piston][1] + room).all()
             if place != piston and inside:
-                found[place] = AssemblyPart(found[place].body, "on_piston", number)
-    return found
+                assembly[place] = AssemblyPart(assembly[place].body, "on_piston", number)
+    return assembly
 
 
 def _box(part: AssemblyPart, eyes: RodEyes) -> Array:

@@ -144,6 +144,6 @@ def measure_rod(source: Source, density_g_mm3: float, density_pm_g_mm3: float = 
         facets = doubt_of(source.exact.gaps, density_g_mm3, eyes.file_to_rod)
     else:
         facets = estimate_chordal_error(source.solid.mesh, density_g_mm3, eyes.file_to_rod)
-    found = MeasuredRod(source, eyes, density_g_mm3, density_pm_g_mm3, moments + facets.missing, facets)
-    found.rod  # noqa: B018  refuses a centre of mass beyond the eyes now
-    return found
+    rod = MeasuredRod(source, eyes, density_g_mm3, density_pm_g_mm3, moments + facets.missing, facets)
+    rod.rod  # noqa: B018  refuses a centre of mass beyond the eyes now
+    return rod

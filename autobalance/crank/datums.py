@@ -76,7 +76,7 @@ class MachinedFace:
 
 @dataclass(frozen=True)
 class Datums:
-    """Keyways, flanges and the faces from which z can be told, the best first; any may be missing."""
+    """Keyways, flanges and the faces from which z can be measured, the best first; any may be missing."""
 
     keyways: tuple[Keyway, ...] = ()
     flanges: tuple[Flange, ...] = ()
@@ -84,7 +84,7 @@ class Datums:
 
     @property
     def angle(self) -> tuple[Literal["keyway", "flange_hole"], float] | None:
-        """What angles can be told from, and its own angle [deg]: the longest keyway, else a flange's hole."""
+        """What angles are measured from, and its angle [deg]: the longest keyway, else a flange's hole."""
         if self.keyways:
             longest = max(self.keyways, key=lambda key: round(key.z_max_mm - key.z_min_mm, 3))
             return "keyway", longest.angle_deg

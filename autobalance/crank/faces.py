@@ -69,28 +69,28 @@ def find_faces(mesh: Mesh, anatomy: Anatomy, surfaces: Surfaces | None = None) -
     look = _Look(mesh, anatomy, size, surface, flat)
     if surfaces is not None:
         return tuple(_named(_exact_faces(look, surfaces), anatomy, mesh.diagonal_mm))
-    found: list[Face] = []
+    faces: list[Face] = []
     rows, weight = mesh.sample
     vectors = weight[:, None] * mesh.area_vectors.take(rows, axis=0)
     axis = _narrowed(anatomy.file_to_rotor[2, :3], vectors, weight * size.take(rows))
     if axis is not None:
-        found += _faces_along(look, axis, LEAST_AREA_SHARE * surface)
+        faces += _faces_along(look, axis, LEAST_AREA_SHARE * surface)
     for normal in _side_directions(look):
-        found += _faces_along(look, normal, LEAST_SIDE_AREA_SHARE * surface)
-    return tuple(_named(found, anatomy, mesh.diagonal_mm))
+        faces += _faces_along(look, normal, LEAST_SIDE_AREA_SHARE * surface)
+    return tuple(_named(faces, anatomy, mesh.diagonal_mm))
 
 
 def _scanned_faces(mesh: Mesh, anatomy: Anatomy, fit: ScanFit) -> list[Face]:
     """Return the plane faces that were fitted to a scan; each counts from its fitted plane."""
     frame = anatomy.file_to_rotor
-    found = []
+    faces = []
     for face in fit.faces:
         normal, centroid = frame[:3, :3] @ face.normal, frame[:3, :3] @ face.centroid_mm + frame[:3, 3]
         web = _web_at(float(centroid[2]), anatomy, mesh)
-        found.append(
+        faces.append(
             Face("", "plane", web, face.area_mm2, normal, centroid, face.rows, 0.5 * face.flatness_mm)
         )
-    return found
+    return faces
 
 
 def _exact_faces(look: _Look, surfaces: Surfaces) -> list[Face]:

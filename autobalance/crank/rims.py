@@ -32,15 +32,15 @@ def find_rims(mesh: Mesh, anatomy: Anatomy) -> tuple[Face, ...]:
     placed = Mesh(rotated(mesh.vertices, anatomy.file_to_rotor), mesh.triangles)
     away = distances(placed.vertices, np.zeros(2))
     least_mm2 = LEAST_AREA_SHARE * 0.5 * float(mesh.doubled_areas.sum())
-    found = []
+    rims = []
     for web in anatomy.webs:
         if web.outline is None:
             continue
         rows = _on_rim(placed, away, web, web.outline.rim_radius_mm)
         face = _rim(placed, rows, web, web.outline.rim_radius_mm)
         if face is not None and face.area_mm2 >= least_mm2:
-            found.append(face)
-    return tuple(found)
+            rims.append(face)
+    return tuple(rims)
 
 
 def _on_rim(placed: Mesh, away: Array, web: Web, radius: float) -> Indices:

@@ -1,4 +1,4 @@
-"""What a scanned surface tells besides the crank: how rough it is, and how sure what was fitted to it."""
+"""Of a scanned surface: how rough it is, and how sure what was fitted to it."""
 
 from __future__ import annotations
 

@@ -80,12 +80,12 @@ def sections(solid: Solid, anatomy: Anatomy, density_g_mm3: float) -> tuple[Sect
         if span.pin is None and span.web is None:
             add("shaft", span.pin_number, cutter.moments(span))
     whole = sum(moments.mass_g for moments in parts.values())
-    found = [
+    pieces = [
         Section(kind, number, moments)
         for (kind, number), moments in parts.items()
         if moments.mass_g > LEAST_SHARE * whole
     ]
-    return tuple(sorted(found, key=lambda part: float(part.moments.centre_mm[2])))
+    return tuple(sorted(pieces, key=lambda part: float(part.moments.centre_mm[2])))
 
 
 @dataclass(frozen=True)
@@ -107,16 +107,16 @@ class WebWeight:
 
 def web_weights(parts: Sequence[Section], anatomy: Anatomy) -> tuple[WebWeight, ...]:
     """Return the source's m_cw, r′ and m_cw·r′ of each web with a counterweight; of all for one throw."""
-    found = []
+    weights = []
     for web in anatomy.webs:
         mine = [p.moments for p in parts if p.kind in ("web", "counterweight") and p.number == web.number]
         if web.counterweight and mine:
             away = away_from_crankpin(web, anatomy)
             product = sum(float(moments.first_g_mm[:2] @ away) for moments in mine)
-            found.append(WebWeight(web.number, sum(moments.mass_g for moments in mine), product))
-    if found and len(anatomy.throws) == 1:
-        found.append(WebWeight(None, sum(w.mass_g for w in found), sum(w.product_g_mm for w in found)))
-    return tuple(found)
+            weights.append(WebWeight(web.number, sum(moments.mass_g for moments in mine), product))
+    if weights and len(anatomy.throws) == 1:
+        weights.append(WebWeight(None, sum(w.mass_g for w in weights), sum(w.product_g_mm for w in weights)))
+    return tuple(weights)
 
 
 def counterweight_moments(solid: Solid, anatomy: Anatomy, density_g_mm3: float) -> Moments:
@@ -191,20 +191,20 @@ class _Cutter:
 
     def _with_fillets(self, spans: list[_Span]) -> list[_Span]:
         """Give what lies between a web and a journal or crankpin to the web; number the rest of the shaft."""
-        given: list[_Span] = []
+        with_webs: list[_Span] = []
         rest = 0
         for place, span in enumerate(spans):
             if span.pin is not None or span.web is not None:
-                given.append(span)
+                with_webs.append(span)
                 continue
             beside = [spans[i] for i in (place - 1, place + 1) if 0 <= i < len(spans)]
             webs = [other.web for other in beside if other.web is not None]
             if webs and len(beside) == 2:
-                given.append(replace(span, web=webs[0]))
+                with_webs.append(replace(span, web=webs[0]))
             else:
                 rest += 1
-                given.append(replace(span, pin_number=rest))
-        return given
+                with_webs.append(replace(span, pin_number=rest))
+        return with_webs
 
     def moments(self, span: _Span, part: Part = EVERYTHING) -> Moments:
         """Return the moments of a stretch's metal, or of part of it."""

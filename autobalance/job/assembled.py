@@ -20,7 +20,7 @@ TABLES: Mapping[Role, str] = {
 
 
 def body_key(part: AssemblyPart) -> int | str:
-    """Return what ``body`` is to be for a part: its name, or its number where the name says nothing."""
+    """Return what ``body`` is to be for a part: its name, or its number where it has no name."""
     body = part.body
     return body.name if body.name and body.name != "all" and not body.name.isdecimal() else body.number
 
@@ -78,10 +78,10 @@ def _plain(part: AssemblyPart) -> str:
     return name or f"body_{part.body.number}"
 
 
-def _free(name: str, taken: Mapping[str, Any]) -> str:
+def _free(name: str, names: Mapping[str, Any]) -> str:
     """Return a name that is not taken yet."""
     number = 2
-    found = name
-    while found in taken:
-        found, number = f"{name}_{number}", number + 1
-    return found
+    free = name
+    while free in names:
+        free, number = f"{name}_{number}", number + 1
+    return free

@@ -53,7 +53,7 @@ ASSEMBLY = Key(
 )
 
 
-def assembly_of(found: Sequence[Values], folder: Path) -> tuple[AssemblyEntry, ...]:
+def assembly_of(tables: Sequence[Values], folder: Path) -> tuple[AssemblyEntry, ...]:
     """Return the parts that ``[[assembly]]`` says; files are relative to the job's folder.
 
     Raises
@@ -63,7 +63,7 @@ def assembly_of(found: Sequence[Values], folder: Path) -> tuple[AssemblyEntry, .
     """
     ratios: dict[str, float] = {}
     entries = []
-    for number, each in enumerate(found, 1):
+    for number, each in enumerate(tables, 1):
         entry = _entry(each, f"assembly[{number}]", folder)
         if ratios.setdefault(entry.shaft, entry.speed_ratio) != entry.speed_ratio:
             raise JobError(

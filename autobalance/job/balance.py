@@ -146,10 +146,10 @@ def fitted_parts(balance: Balance) -> tuple[Attached, ...]:
 
 
 def _external_parts(values: Values) -> tuple[ExternalPart, ...]:
-    found = values["external_part"]
-    if bool(found) != (values["external"] != "none") or len(found) > 2:
+    parts = values["external_part"]
+    if bool(parts) != (values["external"] != "none") or len(parts) > 2:
         raise JobError(
-            f'balance.external is "{values["external"]}" with {len(found)} [[balance.external_part]];'
+            f'balance.external is "{values["external"]}" with {len(parts)} [[balance.external_part]];'
             " expected one or two parts, and none without it"
         )
     return tuple(
@@ -160,5 +160,5 @@ def _external_parts(values: Values) -> tuple[ExternalPart, ...]:
             each["max_g_mm"],
             None if each["angle_deg"] is None else math.radians(each["angle_deg"]),
         )
-        for each in found
+        for each in parts
     )

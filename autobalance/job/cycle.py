@@ -203,11 +203,11 @@ def cycle_of(values: Values, raw: Mapping[str, Any]) -> Cycle:
 
 def _gas(values: Values, strokes: Strokes, wall_heat: WallHeat, where: str) -> CylinderGas:
     model: Model = values["model"]
-    for key, rule, needed in (
+    for key, rule, required in (
         ("compression_ratio", RATIO, model != "trace"),
         ("heat_J", NOT_NEGATIVE, model == "wiebe"),
     ):
-        if needed and values[key] is None:
+        if required and values[key] is None:
             raise JobError(f"{where}.{key} is missing; it {rule.text}")
     if wall_heat == "woschni" and values["wiebe_n"] < 1.0:
         raise JobError(f"{where}.wiebe_n is {values['wiebe_n']:g}; must be ≥ 1 with wall heat")

@@ -28,8 +28,8 @@ def _crankshaft(job: Job) -> dict[str, Any]:
         "file": raw.get("file", None if crank.file is None else str(crank.file)),
         "unit": crank.unit,
         **{
-            key: None if found is None else float(raw.get(key, found / G_PER_MM3_PER_KG_M3))
-            for key, found in densities.items()
+            key: None if density is None else float(raw.get(key, density / G_PER_MM3_PER_KG_M3))
+            for key, density in densities.items()
         },
         **({} if crank.scan_accuracy_mm is None else {"scan_accuracy_mm": crank.scan_accuracy_mm}),
         "crankpin_in_file": crank.crankpin_in_file,

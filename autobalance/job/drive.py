@@ -12,7 +12,7 @@ from autobalance.job.toml.keys import Key, Values, read_document
 from autobalance.ranges import COUNTED, NOT_NEGATIVE, POSITIVE
 from autobalance.signal.drive_sources import Belt, Drive, DrivenShaft, Gear
 
-NAME = Key("name", str, "as it is told")
+NAME = Key("name", str, "name in reports")
 GEAR_KEYS = (
     NAME,
     Key("teeth", int, "of the wheel whose speed is given", COUNTED),

@@ -135,10 +135,12 @@ def links_of(place: str, values: Sequence[Values]) -> tuple[LinkRod, ...]:
     )
 
 
-def _radians(given: float | tuple[float, ...] | None) -> tuple[float, ...] | None:
-    if given is None:
+def _radians(angles_deg: float | tuple[float, ...] | None) -> tuple[float, ...] | None:
+    if angles_deg is None:
         return None
-    return tuple(math.radians(angle) for angle in (given if isinstance(given, tuple) else (given,)))
+    return tuple(
+        math.radians(angle) for angle in (angles_deg if isinstance(angles_deg, tuple) else (angles_deg,))
+    )
 
 
 def rod_of(values: Values | None) -> RodOnScales | None:
@@ -154,7 +156,7 @@ def rod_of(values: Values | None) -> RodOnScales | None:
     )
 
 
-def shafts_of(found: Sequence[Values]) -> tuple[BalanceShaftEntry, ...]:
+def shafts_of(tables: Sequence[Values]) -> tuple[BalanceShaftEntry, ...]:
     """Return ``[[shafts]]``.
 
     Raises
@@ -162,7 +164,7 @@ def shafts_of(found: Sequence[Values]) -> tuple[BalanceShaftEntry, ...]:
     JobError
         If one has its product and weights, or neither.
     """
-    return tuple(_shaft(values, f"shafts[{place}]") for place, values in enumerate(found, 1))
+    return tuple(_shaft(values, f"shafts[{place}]") for place, values in enumerate(tables, 1))
 
 
 def _shaft(values: Values, where: str) -> BalanceShaftEntry:

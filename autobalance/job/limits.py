@@ -107,8 +107,8 @@ def _keys_of(limits: type[Limits]) -> tuple[Key, ...]:
         return _KEYS[limits]
     hints = get_type_hints(limits, include_extras=True)
     meanings = dict(_attributes(inspect.cleandoc(limits.__doc__ or "")))
-    found = tuple(_key(each, hints, meanings.get(each.name, ""), "") for each in fields(limits))
-    return _KEYS.setdefault(limits, found)
+    keys = tuple(_key(each, hints, meanings.get(each.name, ""), "") for each in fields(limits))
+    return _KEYS.setdefault(limits, keys)
 
 
 def _key(each: Field[Any], hints: Mapping[str, Any], says: str, usual: str) -> Key:
@@ -137,12 +137,12 @@ def _attributes(text: str) -> Iterator[tuple[str, str]]:
     section = text.partition("Attributes\n----------\n")[2]
     for head, body in re.findall(r"^(\S.*)\n?((?:[ ]{4}.*\n?)*)", section, re.MULTILINE):
         heads, _, kind = head.partition(" : ")
-        said = " ".join(body.split()).replace("``", "`").replace("None:", "not set:").rstrip(".")
-        said = said[:1].lower() + said[1:] if said[1:2].islower() else said
+        meaning = " ".join(body.split()).replace("``", "`").replace("None:", "not set:").rstrip(".")
+        meaning = meaning[:1].lower() + meaning[1:] if meaning[1:2].islower() else meaning
         if re.fullmatch(r'"\w+" or "\w+"', kind):
-            said = f"{kind}; {said}".rstrip("; ")
+            meaning = f"{kind}; {meaning}".rstrip("; ")
         for name in heads.split(", "):
-            yield name, said
+            yield name, meaning
 
 
 def correction_of(values: Values, raw: Mapping[str, Any]) -> tuple[tuple[str, ...], tuple[Limits, ...]]:

@@ -52,7 +52,7 @@ MOUNTS = Key(
         Key("speed_rpm", tuple[float, float], "lowest and highest speed looked at", POSITIVE, None,
             usual="600 to `balance.speed_rpm`"),
         Key("points", int, "speeds looked at", COUNTED, 60),
-        Key("point", says="a place whose motion is told", keys=POINT, many=True, default=()),
+        Key("point", says="a place whose motion is reported", keys=POINT, many=True, default=()),
         MOUNT,
     ),
 )  # fmt: skip
@@ -73,8 +73,8 @@ def mounts_of(values: Values | None, listed: list[Values], top_rad_s: float) -> 
     inertia = np.array(values["inertia_kg_mm2"]) * G_MM2_PER_KG_MM2
     if not np.allclose(inertia, inertia.T) or not (np.linalg.eigvalsh(inertia) > 0.0).all():
         raise JobError("mounts.inertia_kg_mm2 is no inertia; expected a symmetric, positive 3 × 3")
-    found = [*values["mount"], *listed]
-    if not found:
+    entries = [*values["mount"], *listed]
+    if not entries:
         raise JobError("[[mounts.mount]] is missing; expected at least one")
     usual = values["damping_ratio"]
     mounts = tuple(
@@ -83,7 +83,7 @@ def mounts_of(values: Values | None, listed: list[Values], top_rad_s: float) -> 
             np.array(each["k_N_mm"]) * G_S2_PER_N_MM,
             usual if each["damping_ratio"] is None else each["damping_ratio"],
         )
-        for each in found
+        for each in entries
     )
     engine = MountedEngine(values["mass_kg"] * G_PER_KG, np.array(values["centre_mm"]), inertia, mounts)
     low, high = values["speed_rpm"] or (600.0, top_rad_s / RAD_S_PER_RPM)

@@ -200,7 +200,7 @@ def tables_of(path: Path) -> dict[str, Any]:
     FileError
         If it cannot be read.
     JobError
-        If it is neither; a crank file is told apart.
+        If it is neither; a crank file is recognised.
     """
     ending = path.suffix.lower()
     if ending in WORKBOOKS:
@@ -234,8 +234,8 @@ def parse(
 
 
 def _table(raw: Mapping[str, Any], key: str) -> Mapping[str, Any]:
-    found = raw.get(key)
-    return found if isinstance(found, Mapping) else {}
+    table = raw.get(key)
+    return table if isinstance(table, Mapping) else {}
 
 
 def _job(raw: Mapping[str, Any], values: Values, path: Path, settings: tuple[str, ...]) -> Job:
@@ -246,14 +246,14 @@ def _job(raw: Mapping[str, Any], values: Values, path: Path, settings: tuple[str
     JobError
         With everything that contradicts itself.
     """
-    faults, found = Faults(), Values()
+    faults, parsed = Faults(), Values()
     in_file = values["crankshaft"]["crankpin_in_file"]
     original = values["balance"]["factor"] == "original"
     makers: Mapping[str, Callable[[], Any]] = {
         "crankshaft": lambda: crankshaft_of(values["crankshaft"], path.parent),
         "engine": lambda: engine_of(values["engine"], in_file),
         "balance": lambda: balance_of(values["balance"]),
-        "original": lambda: original_of(values["original"], in_file, needed=original),
+        "original": lambda: original_of(values["original"], in_file, required=original),
         "correction": lambda: correction_of(values["correction"], raw["correction"]),
         "shafts": lambda: shafts_of(values["shafts"]),
         "cycle": lambda: _cycle(values, raw),
@@ -264,9 +264,9 @@ def _job(raw: Mapping[str, Any], values: Values, path: Path, settings: tuple[str
     }
     for name, maker in makers.items():
         with faults.gathered():
-            found[name] = maker()
+            parsed[name] = maker()
     faults.refuse()
-    method_names, methods = found.pop("correction")
+    method_names, methods = parsed.pop("correction")
     job = Job(
         path,
         methods=methods,
@@ -276,7 +276,7 @@ def _job(raw: Mapping[str, Any], values: Values, path: Path, settings: tuple[str
         depth_tolerance_mm=values["correction"]["depth_tolerance_mm"],
         settings=settings,
         study=StudyOptions(**values["study"]),
-        **found,
+        **parsed,
     )
     engine = replace(job.engine, attached=(*job.engine.attached, *fitted_parts(job.balance)))
     return replace(job, filled=_filled(job, values), engine=engine)

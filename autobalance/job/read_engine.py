@@ -166,7 +166,7 @@ def _links(place: str, throw: Values, kind: str) -> tuple[LinkRod, ...]:
     return links_of(place, throw["link"])
 
 
-def original_of(values: Values | None, pin_in_file: bool, needed: bool) -> PartWeights | None:
+def original_of(values: Values | None, pin_in_file: bool, required: bool) -> PartWeights | None:
     """Return the parts that the crank was balanced for; None where they are neither there nor needed.
 
     Raises
@@ -175,14 +175,14 @@ def original_of(values: Values | None, pin_in_file: bool, needed: bool) -> PartW
         If they are needed and missing.
     """
     if values is None:
-        if needed:
+        if required:
             raise JobError(
                 '[original] is missing; balance.factor = "original" needs the weights that the crank was '
                 "balanced for: original.rotating_g, original.reciprocating_g, original.crankpin_g"
             )
         return None
     weights = weights_of(values)
-    if needed and not weights.reciprocating:
+    if required and not weights.reciprocating:
         raise JobError(
             'original.reciprocating_g is missing; balance.factor = "original" needs the weights that the '
             "crank was balanced for"

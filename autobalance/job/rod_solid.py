@@ -47,23 +47,23 @@ def with_measured_rod(values: Mapping[str, Any], folder: Path) -> dict[str, Any]
         return dict(values)
     _refuse_both(engine, rod)
     measured = _measured(read(rod, SOLID_ROD.keys, "engine.rod"), folder)
-    found, off = measured.rod, measured.uncertainty
-    _check_length(engine, rod, found.length_mm)
+    weighed, off = measured.rod, measured.uncertainty
+    _check_length(engine, rod, weighed.length_mm)
     ends = {
-        "rotating_g": {"g": found.big_end_g, "pm": off.big_end_g},
-        "reciprocating_g": {"g": found.small_end_g, "pm": off.small_end_g},
+        "rotating_g": {"g": weighed.big_end_g, "pm": off.big_end_g},
+        "reciprocating_g": {"g": weighed.small_end_g, "pm": off.small_end_g},
     }
     weights = {
         name: {PLACES[name]: {key: value for key, value in end.items() if value}, **engine.get(name, {})}
         for name, end in ends.items()
     }
     scales = {
-        "big_end_g": found.big_end_g,
-        "small_end_g": found.small_end_g,
-        "inertia_kg_mm2": (found.inertia_g_mm2 or 0.0) * KG_MM2_PER_G_MM2,
-        "solid": {**rod, "sha256": measured.source.sha256, "length_mm": found.length_mm},
+        "big_end_g": weighed.big_end_g,
+        "small_end_g": weighed.small_end_g,
+        "inertia_kg_mm2": (weighed.inertia_g_mm2 or 0.0) * KG_MM2_PER_G_MM2,
+        "solid": {**rod, "sha256": measured.source.sha256, "length_mm": weighed.length_mm},
     }
-    length = engine.get("rod_length_mm", found.length_mm)
+    length = engine.get("rod_length_mm", weighed.length_mm)
     return {**values, "engine": {**engine, **weights, "rod": scales, "rod_length_mm": length}}
 
 
@@ -107,11 +107,11 @@ def _measured(rod: Values, folder: Path) -> MeasuredRod:
 
 
 def _check_length(engine: Mapping[str, Any], rod: Mapping[str, Any], length_mm: float) -> None:
-    given = engine.get("rod_length_mm")
-    if not isinstance(given, int | float) or isinstance(given, bool):
+    length = engine.get("rod_length_mm")
+    if not isinstance(length, int | float) or isinstance(length, bool):
         return
-    if abs(given - length_mm) > max(LENGTH_MM, LENGTH_SHARE * length_mm):
+    if abs(length - length_mm) > max(LENGTH_MM, LENGTH_SHARE * length_mm):
         raise JobError(
-            f"engine.rod_length_mm is {given:g}, engine.rod.file ({rod['file']}) measures {length_mm:.4g} mm;"
+            f"engine.rod_length_mm is {length:g}; engine.rod.file ({rod['file']}) measures {length_mm:.4g};"
             " correct one, or leave the length out"
         )

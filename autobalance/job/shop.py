@@ -48,11 +48,11 @@ def with_shop(raw: Mapping[str, Any], folder: Path) -> Mapping[str, Any]:
     if path is None or not isinstance(own, Mapping):
         return raw
     try:
-        found = in_base_units(toml_of(text_of(path, "shop's file"), path.name))
-        read(found, (SHOP,))
+        content = in_base_units(toml_of(text_of(path, "shop's file"), path.name))
+        read(content, (SHOP,))
     except JobError as error:
         raise error.within(str(path)) from None
-    return {**raw, "shop": {**located(found.get("shop", {}), path.parent), **own}}
+    return {**raw, "shop": {**located(content.get("shop", {}), path.parent), **own}}
 
 
 def located(shop: Mapping[str, Any], folder: Path) -> Mapping[str, Any]:

@@ -33,34 +33,34 @@ def job_tables(held: Mapping[str, Any] | None = None) -> tuple[Key, ...]:
     Of those that few jobs hold, and of the kinds of correction, only what is in ``held``; None: all.
     """
     names = TOP_KEYS if held is None else held
-    given = None if held is None else held.get("correction")
-    correction = correction_key(given if isinstance(given, Mapping) else None)
+    tables = None if held is None else held.get("correction")
+    correction = correction_key(tables if isinstance(tables, Mapping) else None)
     return (CRANKSHAFT, ENGINE, ORIGINAL, BALANCE, correction, SHAFTS, STUDY, JOB, SHOP, *_of_few(names))
 
 
 def _of_few(held: Collection[str]) -> tuple[Key, ...]:
-    found: list[Key] = []
+    keys: list[Key] = []
     if "cycle" in held:
         from autobalance.job.cycle import CYCLE
 
-        found.append(CYCLE)
+        keys.append(CYCLE)
     if "assembly" in held:
         from autobalance.job.assembly import ASSEMBLY
 
-        found.append(ASSEMBLY)
+        keys.append(ASSEMBLY)
     if "drive" in held:
         from autobalance.job.drive import DRIVE
 
-        found.append(DRIVE)
+        keys.append(DRIVE)
     if "mounts" in held or "mount" in held:
         from autobalance.job.mounts import MOUNT, MOUNTS
 
-        found += [MOUNTS, MOUNT]
+        keys += [MOUNTS, MOUNT]
     if any(key in held for key in OF_TORSION):
         from autobalance.job.torsion import OF_A_JOB
 
-        found += OF_A_JOB
-    return tuple(found)
+        keys += OF_A_JOB
+    return tuple(keys)
 
 
 def key_at(path: str) -> Key:
@@ -72,16 +72,16 @@ def key_at(path: str) -> Key:
         If there is none.
     """
     keys: tuple[Key, ...] = job_tables()
-    found = None
+    declared = None
     for step in path.split("."):
         name = step.partition("[")[0]
-        named = found.named if found is not None else None
-        found = named or next((key for key in keys if key.name == name), None)
-        if found is None:
+        named = declared.named if declared is not None else None
+        declared = named or next((key for key in keys if key.name == name), None)
+        if declared is None:
             raise KeyError(path)
-        keys = (*found.keys, *(key for form in found.forms for key in form.keys))
-    assert found is not None
-    return found
+        keys = (*declared.keys, *(key for form in declared.forms for key in form.keys))
+    assert declared is not None
+    return declared
 
 
 def job_schema() -> dict[str, Any]:

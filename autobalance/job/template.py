@@ -70,14 +70,14 @@ class Found:
     parts: OtherParts = OtherParts()
 
 
-def job_rows(found: Found) -> list[Row]:
+def job_rows(crank: Found) -> list[Row]:
     """Return the rows of a job, headings with an empty key."""
     return [
         *table_rows(JOB),
-        *_crankshaft(found),
-        *_engine(found),
-        *_balance(found),
-        *_correction(found),
+        *_crankshaft(crank),
+        *_engine(crank),
+        *_balance(crank),
+        *_correction(crank),
     ]
 
 
@@ -99,32 +99,32 @@ def declared_row(path: str, key: Key, value: Any, note: str = "", *, active: boo
     return Row(path, value, "" if key.unit in WORDS else key.unit, meaning, active)
 
 
-def _crankshaft(found: Found) -> list[Row]:
-    density = FILL_IN if found.density_kg_m3 is None else found.density_kg_m3
-    rows = [_heading(_title(CRANKSHAFT)), _row("crankshaft.file", found.file)]
-    if found.unit is not None:
-        rows.append(_row("crankshaft.unit", found.unit))
-    if found.body is not None and "body" not in found.asked:
-        rows.append(_row("crankshaft.body", found.body, "recognised"))
+def _crankshaft(crank: Found) -> list[Row]:
+    density = FILL_IN if crank.density_kg_m3 is None else crank.density_kg_m3
+    rows = [_heading(_title(CRANKSHAFT)), _row("crankshaft.file", crank.file)]
+    if crank.unit is not None:
+        rows.append(_row("crankshaft.unit", crank.unit))
+    if crank.body is not None and "body" not in crank.asked:
+        rows.append(_row("crankshaft.body", crank.body, "recognised"))
     rows += [
         _row("crankshaft.density_kg_m3", density, "steel 7850, cast iron 7200"),
         _row("crankshaft.density_pm_kg_m3", 20.0, active=False),
     ]
-    if not found.crankpin_in_file:
+    if not crank.crankpin_in_file:
         rows.append(_row("crankshaft.crankpin_in_file", False))
     rows += [
         _row(f"crankshaft.{key}", value, "as given to init")
-        for key, value in found.asked.items()
+        for key, value in crank.asked.items()
         if key not in ("file", "unit", "density_kg_m3", "crankpin_in_file")
     ]
     return rows + [
         _row(f"crankshaft.{key}", value, "recognised; say it only to overrule that", active=False)
-        for key, value in found.hints.items()
-        if key not in found.asked
+        for key, value in crank.hints.items()
+        if key not in crank.asked
     ]
 
 
-def _engine(found: Found) -> list[Row]:
+def _engine(crank: Found) -> list[Row]:
     rotating = {
         "connecting_rod_big_end": "the rod's big end, by two scales",
         "big_end_bearing": "bearing or shells",
@@ -136,12 +136,12 @@ def _engine(found: Found) -> list[Row]:
         "rings_clips_oil": "rings, clips, and the oil on them",
     }
     note = "; weights of one connecting rod: a number, { g = 158.0, pm = 0.5 }, { oz = 5.6 }"
-    parts = found.parts
+    parts = crank.parts
     per_throw = parts.rods_per_throw
     rows = [
         _heading(_title(ENGINE) + note),
-        _row("engine.stroke_mm", found.stroke_mm, "measured"),
-        _row("engine.rod_length_mm", parts.rod_length_mm or 2.0 * found.stroke_mm, active=False),
+        _row("engine.stroke_mm", crank.stroke_mm, "measured"),
+        _row("engine.rod_length_mm", parts.rod_length_mm or 2.0 * crank.stroke_mm, active=False),
         _row("engine.rods_per_throw", per_throw if per_throw > 1 else 2, active=per_throw > 1),
         *_rod(parts),
     ]
@@ -155,7 +155,7 @@ def _engine(found: Found) -> list[Row]:
         rows += [_weight(f"engine.{table}.{name}", solid, "") for name, solid in solids.items()]
         if table == "reciprocating_g":
             rows += [_unknown(name, part) for name, part in parts.unknown.items()]
-    if not found.crankpin_in_file:
+    if not crank.crankpin_in_file:
         rows.append(Row("engine.crankpin_g.crankpin", FILL_IN, "g", "the crankpin, which is not in the file"))
     rows.append(Row("engine.crankpin_g.oil", 4.0, "g", "what sits in a crankpin, of one throw", active=False))
     return rows
@@ -188,38 +188,38 @@ def _unknown(name: str, part: Mapping[str, Any]) -> Row:
     return Row(key, {**part, "density_kg_m3": FILL_IN}, "g", meaning, active=False)
 
 
-def _balance(found: Found) -> list[Row]:
-    usual = "0.5 to 0.65 for singles, 0.5 for vee twins" if found.throws < 3 else "0 where throws cancel"
-    said = {
+def _balance(crank: Found) -> list[Row]:
+    usual = "0.5 to 0.65 for singles, 0.5 for vee twins" if crank.throws < 3 else "0 where throws cancel"
+    rows = {
         "factor": _row("balance.factor", FILL_IN, usual),
         "grade": _row("balance.grade", FILL_IN, "6.3 in racing, 16 coarser"),
         "speed_rpm": _row("balance.speed_rpm", FILL_IN),
-        "judge": _row("balance.judge", "static" if found.planes_mm is None else "dynamic"),
+        "judge": _row("balance.judge", "static" if crank.planes_mm is None else "dynamic"),
     }
-    if found.planes_mm is not None:
+    if crank.planes_mm is not None:
         key = "tolerance_planes_mm"
-        said[key] = _row(f"balance.{key}", list(found.planes_mm), "the middle of the outermost main journals")
-    return [_heading(_title(BALANCE)), *said.values(), *_hints(BALANCE, "balance", said)]
+        rows[key] = _row(f"balance.{key}", list(crank.planes_mm), "the middle of the outermost main journals")
+    return [_heading(_title(BALANCE)), *rows.values(), *_hints(BALANCE, "balance", rows)]
 
 
-def _correction(found: Found) -> list[Row]:
+def _correction(crank: Found) -> list[Row]:
     key = correction_key()
-    of_kind = next(each for each in key.keys if each.name == found.method)
+    of_kind = next(each for each in key.keys if each.name == crank.method)
     return [
         _heading(_title(key) + "; every limit has a default, which stands behind its key"),
-        _row("correction.method", found.method),
+        _row("correction.method", crank.method),
         _row("correction.prefer", "simple", active=False),
         _row("correction.depth_tolerance_mm", 0.05, active=False),
-        *_hints(of_kind, f"correction.{found.method}", ()),
+        *_hints(of_kind, f"correction.{crank.method}", ()),
     ]
 
 
-def _hints(key: Key, path: str, said: Collection[str]) -> list[Row]:
+def _hints(key: Key, path: str, shown: Collection[str]) -> list[Row]:
     """Return the keys of a table of which nothing was said, each with its default or an example of it."""
     rows = []
     for each in key.keys:
         value = each.example if each.default in (None, ()) else plain(each.default)
-        if each.name not in said and each.default is not REQUIRED:
+        if each.name not in shown and each.default is not REQUIRED:
             rows.append(declared_row(f"{path}.{each.name}", each, value, active=False))
     return rows
 
@@ -236,13 +236,13 @@ def table_rows(key: Key) -> list[Row]:
 
 def described_rows(rows: Iterable[Row]) -> list[Row]:
     """Return rows of a job with the unit and meaning that each key is declared with."""
-    found = []
+    described = []
     for row in rows:
         try:
-            found.append(declared_row(row.key, key_at(row.key), row.value))
+            described.append(declared_row(row.key, key_at(row.key), row.value))
         except KeyError:  # a key that is none, left for the reader to refuse
-            found.append(row)
-    return found
+            described.append(row)
+    return described
 
 
 def in_plain_text(says: str) -> str:

@@ -49,7 +49,7 @@ PENDULUM = (
     Key("order", float, "that it is tuned to", POSITIVE),
     Key("distance_mm", float, "from the crank axis to its pivot", POSITIVE),
     Key("mass_g", float, "mass", POSITIVE),
-    Key("station", int, "where it hangs, from 1; nowhere: told, not in the response", COUNTED, None),
+    Key("station", int, "where it hangs, from 1; nowhere: listed, not in the response", COUNTED, None),
 )
 SHARED = (
     *SPEEDS,
@@ -113,39 +113,39 @@ def torsion_of(filled: Values, raw: Mapping[str, Any]) -> CrankTorsion:
     JobError
         If they are impossible.
     """
-    asked = filled["torsion"]
-    asked["flywheel_kg_mm2"] = _flywheel_kg_mm2(raw, asked["flywheel_kg_mm2"])
+    values = filled["torsion"]
+    values["flywheel_kg_mm2"] = _flywheel_kg_mm2(raw, values["flywheel_kg_mm2"])
     return CrankTorsion(
         question_of(filled, None),
-        asked["stiffness"],
-        asked["shear_modulus_gpa"] * MPA_PER_GPA,
-        asked["flywheel_kg_mm2"] * KG_M2_PER_KG_MM2,
-        asked["damper_kg_mm2"] * KG_M2_PER_KG_MM2,
-        asked["cylinder_damping_N_m_s_rad"],
-        _driven(asked["front"], "front"),
-        _driven(asked["train"], "train"),
-        asked["fem"],
-        asked["fem_size_mm"],
+        values["stiffness"],
+        values["shear_modulus_gpa"] * MPA_PER_GPA,
+        values["flywheel_kg_mm2"] * KG_M2_PER_KG_MM2,
+        values["damper_kg_mm2"] * KG_M2_PER_KG_MM2,
+        values["cylinder_damping_N_m_s_rad"],
+        _driven(values["front"], "front"),
+        _driven(values["train"], "train"),
+        values["fem"],
+        values["fem_size_mm"],
         filled,
     )
 
 
 def _flywheel_kg_mm2(raw: Mapping[str, Any], own: float) -> float:
     """Return the one flywheel of ``[torsion]`` and ``[cycle]``."""
-    given = [
+    masses = [
         float(raw[table]["flywheel_kg_mm2"])
         for table in ("torsion", "cycle")
         if "flywheel_kg_mm2" in raw.get(table, {})
     ]
-    if len(given) == 2 and given[0] != given[1]:
+    if len(masses) == 2 and masses[0] != masses[1]:
         raise JobError(
-            f"torsion.flywheel_kg_mm2 is {given[0]:g} and cycle.flywheel_kg_mm2 {given[1]:g}; expected one"
+            f"torsion.flywheel_kg_mm2 is {masses[0]:g} and cycle.flywheel_kg_mm2 {masses[1]:g}; expected one"
             " flywheel: leave one of them out"
         )
-    return given[0] if given else own
+    return masses[0] if masses else own
 
 
-def _driven(found: list[Values], name: str) -> tuple[Driven, ...]:
+def _driven(tables: list[Values], name: str) -> tuple[Driven, ...]:
     return tuple(
         Driven(
             each["name"] or f"{name} {number}",
@@ -155,7 +155,7 @@ def _driven(found: list[Values], name: str) -> tuple[Driven, ...]:
             each["damping_N_m_s_rad"],
             None if each["diameter_mm"] is None else each["diameter_mm"] * M_PER_MM,
         )
-        for number, each in enumerate(found, 1)
+        for number, each in enumerate(tables, 1)
     )
 
 
@@ -196,14 +196,14 @@ def _speeds(filled: Values) -> Array:
     return np.asarray(np.linspace(speed[0], speed[1], filled["points"]) * RAD_S_PER_RPM)
 
 
-def _pendulum(found: Values | None, stations: int | None) -> PendulumAbsorber | None:
-    if found is None:
+def _pendulum(values: Values | None, stations: int | None) -> PendulumAbsorber | None:
+    if values is None:
         return None
-    if found["station"] is not None:
-        check_station("pendulum.station", found["station"], stations)
+    if values["station"] is not None:
+        check_station("pendulum.station", values["station"], stations)
     return PendulumAbsorber(
-        found["order"],
-        found["distance_mm"] * M_PER_MM,
-        found["mass_g"] * KG_PER_G,
-        None if found["station"] is None else found["station"] - 1,
+        values["order"],
+        values["distance_mm"] * M_PER_MM,
+        values["mass_g"] * KG_PER_G,
+        None if values["station"] is None else values["station"] - 1,
     )

@@ -88,11 +88,11 @@ def _cells(line: str, delimiter: str) -> list[str]:
 
 def _column(path: Path, names: Sequence[str], units: dict[str, float]) -> tuple[int, float]:
     """Return the place of the one column of a quantity, and what its unit is worth."""
-    found = [name for name in names if name in units]
-    if len(found) != 1:
-        has = f"has {' and '.join(found)}" if found else f"has the columns {', '.join(names)}"
+    present = [name for name in names if name in units]
+    if len(present) != 1:
+        has = f"has {' and '.join(present)}" if present else f"has the columns {', '.join(names)}"
         raise FormatError(f"{path}: {has}; expected one of {', '.join(units)}")
-    return names.index(found[0]), units[found[0]]
+    return names.index(present[0]), units[present[0]]
 
 
 def _number(path: Path, line: int, cells: Sequence[str], place: int) -> float:

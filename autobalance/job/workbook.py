@@ -53,19 +53,19 @@ def cells_of(path: Path) -> dict[str, tuple[str, Any]]:
     heading = shown[0] if shown else ()
     if [str(cell or "").strip() for cell in heading][: len(HEADING)] != list(HEADING):
         raise JobError(f"{path.name}: {SHEET}!A1 to D1 must be {' | '.join(HEADING)}")
-    found: dict[str, tuple[str, Any]] = {}
+    cells: dict[str, tuple[str, Any]] = {}
     for number, (row, raw) in enumerate(zip_longest(shown[1:], formulas[1:], fillvalue=()), 2):
         key, value = str(_at(row, 0) or "").strip(), _at(row, 1)
         if not key:
             continue
         cell = f"{SHEET}!B{number}"
-        if key in found:
-            raise JobError(f"{path.name}: {SHEET}!A{number}: {key} stands in {found[key][0]} already")
+        if key in cells:
+            raise JobError(f"{path.name}: {SHEET}!A{number}: {key} stands in {cells[key][0]} already")
         written = _at(raw, 1)
         if value is None and isinstance(written, str) and written.startswith("="):
             raise JobError(f"{path.name}: {cell}: {key} is a formula without a stored value")
-        found[key] = (cell, value)
-    return found
+        cells[key] = (cell, value)
+    return cells
 
 
 def tables_of_cells(cells: Mapping[str, tuple[str, Any]]) -> dict[str, Any]:

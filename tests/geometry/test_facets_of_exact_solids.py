@@ -25,7 +25,7 @@ pytestmark = pytest.mark.skipif(not has_kernel(), reason="the CAD kernel is not 
 AT_LEAST = 10.0
 """How many times nearer to the truth a corrected value must be."""
 TURN_RAD = 0.5
-"""Angle between neighbouring facets at most, as CAD programs have it unless told."""
+"""Angle between neighbouring facets at most, as CAD programs have it by default."""
 
 
 def tessellated(body: Any, sag_mm: float) -> Mesh:

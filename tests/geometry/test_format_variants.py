@@ -89,7 +89,7 @@ def test_a_binary_ply_with_more_properties_than_are_needed() -> None:
             "a property that cannot be read: 'property",
         ),
         (ply("ascii", b"").replace(b"float x", b"float u"), "no vertices with x, y and z"),
-        (ply("ascii", b"").replace(b"format", b"formed"), "a line in its header that says 'formed"),
+        (ply("ascii", b"").replace(b"format", b"formed"), "a line in its header that reads 'formed"),
     ],
 )
 def test_a_ply_that_is_not_read_says_why(data: bytes, message: str) -> None:

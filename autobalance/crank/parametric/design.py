@@ -137,10 +137,10 @@ LEAST_SEGMENTS, MOST_SEGMENTS = 8, 4096
 
 
 def _size_problems(crank: Design) -> list[str]:
-    found = []
+    problems = []
     for path, value in _numbers(crank, ""):
         if not math.isfinite(value) or (value < 0.0 and not path.startswith("bays.")):
-            found.append(f"{path} is {value:g}; must be finite and not negative")
+            problems.append(f"{path} is {value:g}; must be finite and not negative")
     positive = {
         "stroke_mm": crank.stroke_mm,
         "density_kg_m3": crank.density_kg_m3,
@@ -150,76 +150,76 @@ def _size_problems(crank: Design) -> list[str]:
         "crankpin.width_mm": crank.crankpin.width_mm,
         "web.thickness_mm": crank.web.thickness_mm,
     }
-    found += [f"{path} is {value:g}; must be > 0" for path, value in positive.items() if not value > 0.0]
+    problems += [f"{path} is {value:g}; must be > 0" for path, value in positive.items() if not value > 0.0]
     if not LEAST_SEGMENTS <= crank.segments <= MOST_SEGMENTS:
-        found.append(f"segments is {crank.segments}; must be {LEAST_SEGMENTS} to {MOST_SEGMENTS}")
+        problems.append(f"segments is {crank.segments}; must be {LEAST_SEGMENTS} to {MOST_SEGMENTS}")
     if not crank.bays or not all(bay.crankpins_deg for bay in crank.bays):
-        found.append("bays is empty, or a bay has no crankpin; expected at least one of each")
-    needed = ("pin_end_radius_mm", "hub_radius_mm") if crank.web.outline == "pear" else ("disc_radius_mm",)
-    found += [
+        problems.append("bays is empty, or a bay has no crankpin; expected at least one of each")
+    required = ("pin_end_radius_mm", "hub_radius_mm") if crank.web.outline == "pear" else ("disc_radius_mm",)
+    problems += [
         f"web.{key} is needed for the outline {crank.web.outline!r}"
-        for key in needed
+        for key in required
         if getattr(crank.web, key) is None
     ]
     if crank.flange is not None and crank.journals == "first":
-        found.append('flange: it stands on the last main journal, which journals = "first" leaves out')
+        problems.append('flange: it stands on the last main journal, which journals = "first" leaves out')
     if not crank.crankpin_in_file and any(len(bay.crankpins_deg) > 1 for bay in crank.bays):
-        found.append("crankpin_in_file = false needs one crankpin in each bay")
-    return found
+        problems.append("crankpin_in_file = false needs one crankpin in each bay")
+    return problems
 
 
 def _fit_problems(crank: Design) -> list[str]:
     """Check that what stands on a web lies on it, and that bores leave metal."""
-    found = []
+    problems = []
     radius, web, fillet = crank.crank_radius_mm, crank.web, crank.fillet_mm
     pin, main = crank.crankpin.diameter_mm / 2.0 + fillet, crank.main_journal.diameter_mm / 2.0 + fillet
     if web.outline == "pear":
         pin_end, hub = float(web.pin_end_radius_mm or 0.0), float(web.hub_radius_mm or 0.0)
         if pin_end < pin:
-            found.append(f"web.pin_end_radius_mm is {pin_end:g}; crankpin and fillet need {pin:g}")
+            problems.append(f"web.pin_end_radius_mm is {pin_end:g}; crankpin and fillet need {pin:g}")
         if hub < main:
-            found.append(f"web.hub_radius_mm is {hub:g}; main journal and fillet need {main:g}")
+            problems.append(f"web.hub_radius_mm is {hub:g}; main journal and fillet need {main:g}")
         if radius <= abs(pin_end - hub):
-            found.append("web: one end of the pear lies inside the other; give outline = 'disc'")
+            problems.append("web: one end of the pear lies inside the other; give outline = 'disc'")
     elif float(web.disc_radius_mm or 0.0) < max(radius + pin, main):
-        found.append(f"web.disc_radius_mm is {web.disc_radius_mm:g}; needs {max(radius + pin, main):g}")
+        problems.append(f"web.disc_radius_mm is {web.disc_radius_mm:g}; needs {max(radius + pin, main):g}")
     for name, shaft in (("main_journal", crank.main_journal), ("crankpin", crank.crankpin)):
         if shaft.bore_mm >= shaft.diameter_mm:
-            found.append(f"{name}.bore_mm is {shaft.bore_mm:g}; must be less than its diameter")
+            problems.append(f"{name}.bore_mm is {shaft.bore_mm:g}; must be less than its diameter")
         if shaft.width_mm <= 2.0 * fillet:
-            found.append(f"{name}.width_mm is {shaft.width_mm:g}; two fillets leave no cylinder")
+            problems.append(f"{name}.width_mm is {shaft.width_mm:g}; two fillets leave no cylinder")
     bore = crank.main_journal.bore_mm
     if bore > 0.0 and bore / 2.0 >= radius - crank.crankpin.diameter_mm / 2.0:
-        found.append(f"main_journal.bore_mm is {bore:g}; it reaches into the crankpin")
-    return found + _counterweight_problems(crank)
+        problems.append(f"main_journal.bore_mm is {bore:g}; it reaches into the crankpin")
+    return problems + _counterweight_problems(crank)
 
 
 def _counterweight_problems(crank: Design) -> list[str]:
     size, web = crank.counterweight, crank.web
     if size is None:
         return []
-    found = []
+    problems = []
     if not 0.0 < size.fan_angle_deg <= 180.0:
-        found.append(f"counterweight.fan_angle_deg is {size.fan_angle_deg:g}; must be in 0..180")
+        problems.append(f"counterweight.fan_angle_deg is {size.fan_angle_deg:g}; must be in 0..180")
     arm = float((web.hub_radius_mm if web.outline == "pear" else web.disc_radius_mm) or 0.0)
     if size.radius_mm <= arm:
-        found.append(f"counterweight.radius_mm is {size.radius_mm:g}; the web there has {arm:g} already")
+        problems.append(f"counterweight.radius_mm is {size.radius_mm:g}; the web there has {arm:g} already")
     if size.thickness_mm is not None and size.thickness_mm < web.thickness_mm:
-        found.append(f"counterweight.thickness_mm is {size.thickness_mm:g}; less than the web's")
+        problems.append(f"counterweight.thickness_mm is {size.thickness_mm:g}; less than the web's")
     elif (
         size.thickness_mm is not None
         and 2.0 * (size.thickness_mm - web.thickness_mm) >= crank.main_journal.width_mm
     ):
-        found.append("counterweight.thickness_mm: its shoulder is as wide as the main journal")
+        problems.append("counterweight.thickness_mm: its shoulder is as wide as the main journal")
     inner = crank.main_journal.diameter_mm / 2.0 + crank.fillet_mm
     if size.inner_radius_mm is not None and not inner < size.inner_radius_mm < size.radius_mm:
-        found.append(
+        problems.append(
             f"counterweight.inner_radius_mm is {size.inner_radius_mm:g}; "
             f"must be between {inner:g} and {size.radius_mm:g}"
         )
     if not 0.0 <= size.draft_deg < 45.0:
-        found.append(f"counterweight.draft_deg is {size.draft_deg:g}; must be in 0..45")
-    return found
+        problems.append(f"counterweight.draft_deg is {size.draft_deg:g}; must be in 0..45")
+    return problems
 
 
 def _numbers(value: Any, path: str) -> list[tuple[str, float]]:
@@ -230,7 +230,9 @@ def _numbers(value: Any, path: str) -> list[tuple[str, float]]:
         inner = [(str(i + 1), item) for i, item in enumerate(value)]
     else:
         return [(path, float(value))] if isinstance(value, int | float) else []
-    return [found for key, item in inner for found in _numbers(item, f"{path}.{key}" if path else str(key))]
+    return [
+        numbers for key, item in inner for numbers in _numbers(item, f"{path}.{key}" if path else str(key))
+    ]
 
 
 # --- presets -----------------------------------------------------------------------------------------------

@@ -51,7 +51,7 @@ def exact_moments(crank: Design, segments: int = 128) -> Moments:
     """Return the mass moments of the true surface, without facets.
 
     The facets' error falls as n⁻², so that two tessellations, one twice as fine as the other in every arc,
-    tell the limit (Richardson). What is left falls as n⁻⁴; where surfaces cross slantwise more is left: some
+    give the limit (Richardson). What is left falls as n⁻⁴; where surfaces cross slantwise more is left: some
     1e-7 of the mass with oil holes.
     """
     density = crank.density_kg_m3 * G_PER_MM3_PER_KG_M3

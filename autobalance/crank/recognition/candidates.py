@@ -46,8 +46,8 @@ def cylinder_candidates(mesh: Mesh, direction: Array | None = None) -> tuple[Can
     return max((_along(mesh, each) for each in likely), key=_surface_mm2, default=())
 
 
-def _surface_mm2(found: Sequence[Candidate]) -> float:
-    return sum(each.diameter_mm * each.width_mm for each in found)
+def _surface_mm2(entry: Sequence[Candidate]) -> float:
+    return sum(each.diameter_mm * each.width_mm for each in entry)
 
 
 def _along(mesh: Mesh, direction: Array) -> tuple[Candidate, ...]:

@@ -153,8 +153,8 @@ def _keyways(zone: _Zone, mesh: Mesh, to_rotor: Array) -> list[Keyway]:
             groups.append([slot])
         else:
             same.append(slot)
-    found = (_walled(zone, group, mesh, to_rotor) for group in groups)
-    return [key for key in found if key is not None]
+    keyways = (_walled(zone, group, mesh, to_rotor) for group in groups)
+    return [key for key in keyways if key is not None]
 
 
 def _is_one(a: _Slot, b: _Slot) -> bool:
@@ -300,14 +300,14 @@ def _distant_level(zone: _Zone, z_mm: float) -> float | None:
     return float(near[np.argmin(np.abs(near - z_mm))]) if len(near) else None
 
 
-# --- the faces from which z is told -------------------------------------------------------------------------
+# --- the faces from which z is measured --------------------------------------------------------------------
 
 
 def _machined_faces(
     long: SectionStack, flanges: Sequence[Flange], webs: Sequence[Web], shift: float
 ) -> list[MachinedFace]:
     """Return flanges' faces, then the outermost webs', then the crank's ends, where they are plane."""
-    found = [
+    faces = [
         MachinedFace("flange", f"flange face at the {flange.end} end", flange.face_z_mm)
         for flange in flanges
         if flange.face_z_mm is not None
@@ -321,9 +321,9 @@ def _machined_faces(
     ]
     grain = ASIDE_SHARE * long.length_mm
     for of, name, height in webs_and_ends:
-        known = [face.z_mm for face in found]
+        known = [face.z_mm for face in faces]
         if np.any(np.abs(long.levels_mm - height) < grain) and all(
             abs(height + shift - other) > grain for other in known
         ):
-            found.append(MachinedFace(of, name, height + shift))
-    return found
+            faces.append(MachinedFace(of, name, height + shift))
+    return faces

@@ -101,5 +101,5 @@ def _least_direction(unit: Array, weight: Array, axis: Array) -> Array:
     values, vectors = np.linalg.eigh(second)
     if values[1] <= 1e-9 * values[2]:  # the surface faces one way only: any direction in its plane would do
         return axis
-    found: Array = vectors[:, 0]
-    return found if abs(float(found @ axis)) > 0.9 else axis
+    direction: Array = vectors[:, 0]
+    return direction if abs(float(direction @ axis)) > 0.9 else axis

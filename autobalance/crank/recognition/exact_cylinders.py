@@ -40,10 +40,10 @@ def own_layout(long: SectionStack, layout: JournalLayout, cylinders: Sequence[Cy
     journals = [own_cylinder(long, run, cylinders) for run in layout.journals]
     pins = [own_cylinder(long, run, cylinders) for run in layout.pins]
     centres = np.array([run.centre for run in journals])
-    found = replace(layout, journals=tuple(journals), pins=tuple(pins))
+    own = replace(layout, journals=tuple(journals), pins=tuple(pins))
     if journals and float(np.ptp(centres, axis=0).max()) <= ONE_AXIS * long.length_mm:
-        return replace(found, axis=centres[0], settled=True)
-    return found
+        return replace(own, axis=centres[0], settled=True)
+    return own
 
 
 def own_cylinder(long: SectionStack, run: CylinderRun, cylinders: Sequence[CylinderFace]) -> CylinderRun:

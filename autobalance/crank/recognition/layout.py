@@ -46,14 +46,14 @@ class JournalLayout:
 
 
 def crank_axis(
-    long: SectionStack, runs: Sequence[CylinderRun], given: Array | None, wander: float = SAME_CENTRE
+    long: SectionStack, runs: Sequence[CylinderRun], hint: Array | None, wander: float = SAME_CENTRE
 ) -> list[CylinderRun]:
     """Return the cylinders on the crank axis: the line of cylinders that begins before and ends after others.
 
     Where none does, the crank is overhung, and the axis is the line with more shaft on it and more metal
     beyond it; unless one of these says otherwise.
 
-    ``given`` (2,) is the axis where a job says it; ``wander`` is how far cylinders of one line may be apart,
+    ``hint`` (2,) is the axis where a job says it; ``wander`` is how far cylinders of one line may be apart,
     as a share of the radius. Where no line is it for certain, journals that wander farther are tried.
 
     Raises
@@ -62,12 +62,12 @@ def crank_axis(
         If there is no cylinder, or two lines could be the axis.
     """
     lines = _lines(runs, wander)
-    if given is not None:
+    if hint is not None:
         for line in lines:
-            if float(np.linalg.norm(line[0].centre - given)) < wander * max(r.radius for r in line):
+            if float(np.linalg.norm(line[0].centre - hint)) < wander * max(r.radius for r in line):
                 return line
         if wander < WANDER:
-            return crank_axis(long, runs, given, WANDER)
+            return crank_axis(long, runs, hint, WANDER)
         raise RecognitionError(
             f"looked for main journals on the axis given, found none there among {len(runs)} bare cylinders; "
             "axis_point_mm or main_journals settles it"
@@ -78,11 +78,11 @@ def crank_axis(
     outer = [line for line in lines if all(_encloses(line, other) for other in lines if other is not line)]
     if outer:
         return outer[0]
-    found = np.flatnonzero(_wins(long, np.array([line[0].centre for line in lines])).all(axis=1))
-    if len(found) == 1:
-        return lines[int(found[0])]
+    dominant = np.flatnonzero(_wins(long, np.array([line[0].centre for line in lines])).all(axis=1))
+    if len(dominant) == 1:
+        return lines[int(dominant[0])]
     if wander < WANDER and len(_lines(runs, WANDER)) < len(lines):
-        return crank_axis(long, runs, given, WANDER)
+        return crank_axis(long, runs, hint, WANDER)
     raise RecognitionError(
         f"looked for the crank axis, found {len(lines)} lines of cylinders, none it for certain: "
         f"{'; '.join(_described(long, line) for line in lines[:LISTED])}; "
@@ -107,8 +107,8 @@ def _wins(long: SectionStack, centres: Array) -> NDArray[np.bool_]:
     ratios = np.stack([shaft[:, None] / np.maximum(shaft, 1e-9), beyond / np.maximum(beyond.T, 1e-9)])
     wins = (ratios.min(axis=0) > 1.0 / LONGER) & (ratios.max(axis=0) > LONGER)
     np.fill_diagonal(wins, True)
-    found: NDArray[np.bool_] = wins
-    return found
+    dominates: NDArray[np.bool_] = wins
+    return dominates
 
 
 def _shafts_mm(long: SectionStack, centres: Array) -> Array:
@@ -162,7 +162,7 @@ def _span(line: Sequence[CylinderRun]) -> float:
 
 
 def solid_layout(long: SectionStack, runs: Sequence[CylinderRun], given_axis: Array | None) -> JournalLayout:
-    """Tell main journals from crankpins on a crank whose crankpins are in the file.
+    """Separate main journals from crankpins on a crank whose crankpins are in the file.
 
     Raises
     ------
@@ -291,8 +291,8 @@ def choose_journals(
         group, before = [], run
     if group:
         groups.append((group, before, None))
-    found = [_journal(members, left, right, axis) for members, left, right in groups]
-    journals = [run for run in found if run is not None]
+    runs = [_journal(members, left, right, axis) for members, left, right in groups]
+    journals = [run for run in runs if run is not None]
     return journals or [max(on_axis, key=lambda run: run.width)]
 
 

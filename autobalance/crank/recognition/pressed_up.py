@@ -64,13 +64,17 @@ def _bore_depth(long: SectionStack, end: tuple[float, float], side: int, axis: A
 
 def _bore_pin(long: SectionStack, gap: tuple[float, float], axis: Array, rounding_mm: float) -> CylinderRun:
     sides = [_bores(_webward(long, gap, side, axis), axis) for side in (-1, 1)]
-    found = [bores for bores in sides if bores]
-    if not found or (gap[1] > gap[0] and len(found) < 2):
+    with_bores = [bores for bores in sides if bores]
+    if not with_bores or (gap[1] > gap[0] and len(with_bores) < 2):
         raise RecognitionError(
             f"looked for the crankpin's bores on both sides of the gap between webs, {gap[0]:.4g} .. "
             f"{gap[1]:.4g} mm from the middle of the part, found none on one side; crankpins settles it"
         )
-    shared = [bore for bore in found[0] if all(any(_near(bore, other) for other in bores) for bores in found)]
+    shared = [
+        bore
+        for bore in with_bores[0]
+        if all(any(_near(bore, other) for other in bores) for bores in with_bores)
+    ]
     alone = [bore for bore in shared if not any(_twins(bore, other, axis) for other in shared)]
     shared = sorted(alone or shared, key=lambda bore: -bore[1])  # holes beside the pin come in pairs
     if not shared or (len(shared) > 1 and shared[1][1] > 0.95 * shared[0][1]):
@@ -116,12 +120,12 @@ def _webward(long: SectionStack, gap: tuple[float, float], side: int, axis: Arra
 
 def _bores(sections: Sequence[CrossSection], axis: Array) -> list[tuple[Array, float]]:
     """Return centre and radius of each round hole beside the axis, once."""
-    found: list[tuple[Array, float]] = []
+    bores: list[tuple[Array, float]] = []
     for section in sections:
         for piece in section.pieces:
             for bore in piece.bores:
                 here = (bore.centre, bore.radius)
                 beside = float(np.linalg.norm(bore.centre - axis)) > 0.1 * bore.radius
-                if beside and not any(_near(here, other) for other in found):
-                    found.append(here)
-    return found
+                if beside and not any(_near(here, other) for other in bores):
+                    bores.append(here)
+    return bores

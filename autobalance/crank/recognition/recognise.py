@@ -71,30 +71,30 @@ def _without_what_is_given(text: str, overrides: Overrides) -> str:
 
     Nothing is looked for only where both are given; the one that is there is not asked for again.
     """
-    given = {name: getattr(overrides, name) for name in ("main_journals", "crankpins")}
-    found, _, advice = text.rpartition("; ")
-    (there, hints), *more = [(name, hints) for name, hints in given.items() if hints is not None] or [
+    hints_by_name = {name: getattr(overrides, name) for name in ("main_journals", "crankpins")}
+    fault, _, advice = text.rpartition("; ")
+    (there, hints), *more = [(name, hints) for name, hints in hints_by_name.items() if hints is not None] or [
         ("", ())
     ]
     if more or not there or there not in advice:
         return text
-    missing = [name for name in given if name != there]
+    missing = [name for name in hints_by_name if name != there]
     if there == "main_journals" and len(hints) < 2 and overrides.axis_direction is None:
         missing.append("axis_direction")
     is_or_are = "is" if len(missing) == 1 else "are"
-    return f"{found}; {' and '.join(missing)} {is_or_are} missing beside {there}: together they settle it"
+    return f"{fault}; {' and '.join(missing)} {is_or_are} missing beside {there}: together they settle it"
 
 
 def _recognised(solid: Solid, overrides: Overrides, cylinders: Sequence[CylinderFace]) -> Anatomy:
     mesh = solid.mesh
-    given = _given_axis(overrides)
+    axis = _given_axis(overrides)
     flat = DRAWN if cylinders else flat_share(mesh)
     if flat < SCANNED:
         rough = RoughMesh.of(mesh)
         if rough.local_mm > SMOOTH * mesh.diagonal_mm:
             return _with_or_without_pins(overrides, partial(_scanned, rough))
-    if given is not None and overrides.crankpins is not None and overrides.main_journals is not None:
-        return _from_job(mesh, overrides, given)
+    if axis is not None and overrides.crankpins is not None and overrides.main_journals is not None:
+        return _from_job(mesh, overrides, axis)
     views = Views(mesh)
     try:
         return _with_or_without_pins(overrides, lambda known: _in_any_direction(views, known, cylinders))
@@ -119,15 +119,15 @@ def _with_or_without_pins(overrides: Overrides, found_with: Callable[[Overrides]
 
 def _scanned(rough: RoughMesh, overrides: Overrides) -> Anatomy:
     """Recognise the crank in a scan."""
-    given = _given_axis(overrides)
-    directions = rough_directions(rough) if given is None else iter([given[1]])
+    axis = _given_axis(overrides)
+    directions = rough_directions(rough) if axis is None else iter([axis[1]])
     refusals: list[tuple[int, RecognitionError]] = []
     for direction in directions:
         try:
             return scanned_along(
                 rough,
                 _upright(direction),
-                given is not None,
+                axis is not None,
                 lambda long, runs: _layout(long, runs, overrides, 0.0),
                 lambda long, layout: _anatomy(rough.mesh, long, layout, overrides, 0.0),
                 overrides.crankpin_in_file is False,
@@ -150,7 +150,7 @@ def _in_any_direction(views: Views, overrides: Overrides, cylinders: Sequence[Cy
 
 
 class _NotHereError(Exception):
-    """No crank along one direction; ``progress`` tells how far the search came."""
+    """No crank along one direction; ``progress`` is how far the search came."""
 
     def __init__(self, progress: int, reason: RecognitionError) -> None:
         super().__init__(str(reason))
@@ -186,9 +186,9 @@ def _upright(direction: Array) -> Array:
 
 
 def _directions(mesh: Mesh, overrides: Overrides) -> Iterator[Array]:
-    given = _given_axis(overrides)
-    if given is not None:
-        yield given[1]
+    stated_axis = _given_axis(overrides)
+    if stated_axis is not None:
+        yield stated_axis[1]
         return
     rows, weight = mesh.sample
     for axis in axis_candidates(weight[:, None] * mesh.area_vectors.take(rows, axis=0)):
@@ -210,9 +210,9 @@ def _along(
         if fixed is not None:
             break
         line = common_axis(long, layout.journals, rounding)
-        found = _upright(long.turn[:3, :3].T @ line[1])
-        tilt = float(np.linalg.norm(found - direction))
-        direction = found
+        measured = _upright(long.turn[:3, :3].T @ line[1])
+        tilt = float(np.linalg.norm(measured - direction))
+        direction = measured
         if tilt * long.length_mm <= rounding:  # less than the file's own rounding
             if overrides.main_journals is None:
                 layout = replace(layout, axis=line[0][:2], settled=True)
@@ -320,10 +320,10 @@ def _hinted(long: SectionStack, hint: PinHint, runs: Sequence[CylinderRun], key:
     return CylinderRun(centre[:2], radius, middle - 0.5 * width, middle + 0.5 * width)
 
 
-def _from_job(mesh: Mesh, overrides: Overrides, given: tuple[Array | None, Array]) -> Anatomy:
+def _from_job(mesh: Mesh, overrides: Overrides, stated_axis: tuple[Array | None, Array]) -> Anatomy:
     """Build the anatomy from what a job says alone; only webs are looked for."""
     rounding = Views(mesh).rounding_mm
-    long = lengthwise(mesh, given[1], rounding)
+    long = lengthwise(mesh, stated_axis[1], rounding)
     incomplete = any(
         hint.diameter_mm is None or hint.width_mm is None
         for hint in (*(overrides.crankpins or ()), *(overrides.main_journals or ()))
@@ -333,7 +333,7 @@ def _from_job(mesh: Mesh, overrides: Overrides, given: tuple[Array | None, Array
     journals = [_hinted(long, hint, runs, "main_journals") for hint in overrides.main_journals or ()]
     if not pins:
         raise RecognitionError("crankpins is an empty list; it needs at least one crankpin")
-    point = given[0]
+    point = stated_axis[0]
     if point is None:
         raise RecognitionError("axis_direction is given without axis_point_mm or main_journals")
     axis = long.placed(point)[:2]

@@ -104,11 +104,13 @@ def find_eyes(mesh: Mesh, centre_mm: Array, cylinders: Sequence[CylinderFace] = 
         own = own_direction(axis, cylinders)
         long = lengthwise(mesh, _upright(axis if own is None else own), rounding)
         bores = _bores(long, rounding)
-        found = [own_cylinder(long, bore, [each for each in cylinders if each.hollow]) for bore in bores]
-        reason = _why_no_rod(long, found)
+        bores_found = [
+            own_cylinder(long, bore, [each for each in cylinders if each.hollow]) for bore in bores
+        ]
+        reason = _why_no_rod(long, bores_found)
         if reason is None:
-            return _eyes(long, _ends(found), long.placed(centre_mm))
-        reasons.append((min(len(found), 2), reason))
+            return _eyes(long, _ends(bores_found), long.placed(centre_mm))
+        reasons.append((min(len(bores_found), 2), reason))
     most = max(reasons, key=lambda item: item[0], default=(0, "none was found"))[1]
     raise RecognitionError(f"no connecting rod: expected two parallel round bores at its ends; {most}")
 

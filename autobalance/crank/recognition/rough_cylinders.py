@@ -55,10 +55,10 @@ class RoughMesh:
         """
         middle = 0.5 * float(np.median(mesh.doubled_areas))
         local = local_roughness_mm(mesh, math.sqrt(NEIGHBOURS * max(middle, 0.1)))
-        found = cls(mesh, smoothed_normals(mesh), vertex_areas(mesh), local)
+        rough = cls(mesh, smoothed_normals(mesh), vertex_areas(mesh), local)
         if local > HOPELESS_MM:
-            raise found.refusal(RecognitionError("not looked for"))
-        return found
+            raise rough.refusal(RecognitionError("not looked for"))
+        return rough
 
     @property
     def slack_mm(self) -> float:

@@ -165,8 +165,8 @@ def _patches(fit: Fit) -> _Patches:
     weight = np.bincount(number, fit.weights)
 
     def mean(column: Array) -> Array:
-        found: Array = np.bincount(number, fit.weights * column) / weight
-        return found
+        means: Array = np.bincount(number, fit.weights * column) / weight
+        return means
 
     return _Patches(
         np.stack([mean(column) for column in fit.points.T], axis=1),

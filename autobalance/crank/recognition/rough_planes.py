@@ -68,7 +68,7 @@ def rough_planes(
     area = 0.5 * mesh.doubled_areas
     least = LEAST_AREA_SHARE * float(area.sum())
     thick = THICK[0] * local_mm + THICK[1]
-    found: list[RoughPlane] = []
+    planes: list[RoughPlane] = []
     for side in (1.0, -1.0):
         rows = np.flatnonzero(side * directions[:, 2] > SQUARE)
         if len(rows) == 0:
@@ -77,8 +77,8 @@ def rough_planes(
         for group in _groups(mesh, rows, height, area.take(rows), thick, least):
             plane = _plane(mesh, vertices, rows, group, area, at_vertex, side)
             if plane is not None and plane.area_mm2 >= least:
-                found.append(plane)
-    return tuple(sorted(found, key=lambda plane: -plane.area_mm2))
+                planes.append(plane)
+    return tuple(sorted(planes, key=lambda plane: -plane.area_mm2))
 
 
 def _groups(

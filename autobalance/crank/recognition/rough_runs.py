@@ -53,8 +53,8 @@ def rough_stack(mesh: Mesh, direction: Array, slack_mm: float) -> SectionStack:
     heights = low + (high - low) * (np.arange(count) + 0.5) / count
     outlines = cross_sections(vertices, mesh.triangles, heights)
     sections = tuple(
-        CrossSection(float(z), pieces_of(found, 0.0, slack_mm))
-        for z, found in zip(heights, outlines, strict=True)
+        CrossSection(float(z), pieces_of(outline, 0.0, slack_mm))
+        for z, outline in zip(heights, outlines, strict=True)
     )
     step = (high - low) / count
     return SectionStack(turn, vertices, np.zeros(0), np.zeros(0), sections, blur_mm=BLUR * step)
@@ -85,8 +85,8 @@ def rough_runs(long: SectionStack) -> list[CylinderRun]:
                     break
             else:
                 chains.append([ring])
-    found = [run for chain in chains for run in _cylinders(chain, long)]
-    return sorted(_distinct(found), key=lambda run: run.z_mid)
+    runs = [run for chain in chains for run in _cylinders(chain, long)]
+    return sorted(_distinct(runs), key=lambda run: run.z_mid)
 
 
 def _follows(ring: _Ring, last: _Ring, step: float) -> bool:
@@ -99,7 +99,7 @@ def _follows(ring: _Ring, last: _Ring, step: float) -> bool:
 
 def _cylinders(chain: Sequence[_Ring], long: SectionStack) -> list[CylinderRun]:
     """Return the stretches of a chain over which its circle stays the same."""
-    found: list[CylinderRun] = []
+    runs: list[CylinderRun] = []
     rest = list(chain)
     slack = long.sections[chain[0].place].pieces[0].rough_mm
     step = long.blur_mm / BLUR
@@ -114,9 +114,9 @@ def _cylinders(chain: Sequence[_Ring], long: SectionStack) -> list[CylinderRun]:
             break
         run = _run(stretch, step)
         if run is not None:
-            found.append(run)
+            runs.append(run)
         rest = [ring for ring in rest if all(ring is not other for other in stretch)]
-    return found
+    return runs
 
 
 def _longest(same: Sequence[_Ring], radius: float, step: float) -> list[_Ring]:

@@ -1,7 +1,7 @@
 """A crank recognised in a scan: rough sections show where its cylinders are, least squares what they are.
 
 A surface that noise has moved shows no exact circle, plane or level. Sections at even steps and circles with
-some slack tell the layout; then every region of the mesh on a journal, a crankpin or a web's face is fitted
+some slack give the layout; then every region of the mesh on a journal, a crankpin or a web's face is fitted
 with all its vertices, the main journals together with their common axis.
 """
 
@@ -140,10 +140,10 @@ def _fitted(
         levels_mm=np.array([z for z, _ in heights]),
         level_areas_mm2=np.array([area for _, area in heights]),
     )
-    found = JournalLayout(
+    fitted = JournalLayout(
         line.values[:2], tuple(each.run for each in journals), tuple(each.run for each in pins), settled=True
     )
-    anatomy = finish(long, found)
+    anatomy = finish(long, fitted)
     noise = noise_of([each.fit for each in (*journals, *pins)])
     return replace(anatomy, scan=_scan_fit(long, line, journals, pins, covered, axis_at, planes, noise))
 

@@ -49,8 +49,8 @@ class SectionPiece:
     @cached_property
     def bores(self) -> tuple[Circle, ...]:
         """Round holes."""
-        found = (whole_circle(hole[::-1], self.grain_mm, self.rough_mm) for hole in self.holes)
-        return tuple(circle for circle in found if circle is not None)
+        circles = (whole_circle(hole[::-1], self.grain_mm, self.rough_mm) for hole in self.holes)
+        return tuple(circle for circle in circles if circle is not None)
 
     def reach_from(self, centre: Array) -> float:
         """Return the greatest distance of the outline from ``centre`` (2,) [mm]."""
@@ -127,7 +127,7 @@ def lengthwise(mesh: Mesh, direction: Array, rounding_mm: float) -> SectionStack
     first, count = np.unique(stretch, return_index=True, return_counts=True)[1:]
     middle = first + count // 2
     outlines = cross_sections(vertices, mesh.triangles, heights[middle], spans.among(middle))
-    pieces = [pieces_of(found, rounding_mm) for found in outlines]
+    pieces = [pieces_of(outline, rounding_mm) for outline in outlines]
     sections = tuple(CrossSection(float(z), pieces[one]) for z, one in zip(heights, stretch, strict=True))
     return SectionStack(turn, vertices, levels, areas, sections)
 

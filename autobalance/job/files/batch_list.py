@@ -197,7 +197,7 @@ def _refuse_equal_names(source: Path, rows: Sequence[BatchRow]) -> None:
 
 
 def _refuse_unknown_keys(source: Path, rows: Sequence[BatchRow], keys: Sequence[str]) -> None:
-    """Refuse a column that no job knows, told by the first row that sets it."""
+    """Refuse a column that no job knows, named with the first row that sets it."""
     for key in keys:
         row = next((row for row in rows if dict(row.settings)[key]), None)
         if row is None:

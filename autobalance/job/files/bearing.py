@@ -142,7 +142,7 @@ def _case(kind: Kind, reader: _Reader) -> Case:
 
 
 class _Reader:
-    """A table that notes what it was asked for, so that the file can be told with its defaults."""
+    """A table that notes what it was asked for, so that the report can list the file with its defaults."""
 
     def __init__(self, raw: object, path: str, known: tuple[str, ...] | None) -> None:
         self.table = Table(raw, path, known)
@@ -179,8 +179,8 @@ def _dry(reader: _Reader) -> DryCase:
         reader.value("torque_N_m", float, NOT_NEGATIVE, None),
     )
     if (case.mu is None) == (case.torque_N_m is None):
-        found = "mu is missing" if case.mu is None else "mu and torque_N_m are both given"
-        raise JobError(f"{found}; a dry bearing needs either mu, or torque_N_m to find it from")
+        fault = "mu is missing" if case.mu is None else "mu and torque_N_m are both given"
+        raise JobError(f"{fault}; a dry bearing needs either mu, or torque_N_m to find it from")
     if case.torque_N_m is not None and not case.load_N + case.rotating_load_N > 0.0:
         raise JobError("load_N is 0; must be > 0 to find mu from torque_N_m")
     return case
@@ -284,23 +284,23 @@ def _flows(oil: Oil, celsius: float, where: str) -> None:
         raise JobError(f"{where} is {celsius:g}; the oil of viscosity_mm2_s has no viscosity there")
 
 
-def _with_history(case: PlainCase, reader: _Reader, folder: Path, given: Given) -> PlainCase:
+def _with_history(case: PlainCase, reader: _Reader, folder: Path, source: Given) -> PlainCase:
     """Add the history, and see that there is some load."""
-    if "history" in reader or given is not None:
-        return replace(case, history=_history(reader, folder, given))
+    if "history" in reader or source is not None:
+        return replace(case, history=_history(reader, folder, source))
     if case.solver != "petroff" and case.load_N is None and case.eccentricity_ratio is None:
         raise JobError("load_N is missing; a film needs load_N, eccentricity_ratio or a [history] of loads")
     return case
 
 
-def _history(reader: _Reader, folder: Path, given: Given) -> History:
+def _history(reader: _Reader, folder: Path, source: Given) -> History:
     table = reader.inner("history", HISTORY_KEYS) if "history" in reader else _Reader({}, "history", ())
     bush = table.value("bush_speed_rpm", float, ANY, 0.0) * RAD_S_PER_RPM
-    if isinstance(given, Mapping):
-        return history_of_arrays(given, bush)
-    if given is not None:
+    if isinstance(source, Mapping):
+        return history_of_arrays(source, bush)
+    if source is not None:
         columns = table.value("x", str, default="x_N"), table.value("y", str, default="y_N")
-        return read_history(Path(given), *columns, bush)
+        return read_history(Path(source), *columns, bush)
     file, x, y = (table.value(key, str, default=usual) for key, usual in SERIES.items())
     return read_history(folder / file, x, y, bush)
 

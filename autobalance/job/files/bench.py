@@ -352,8 +352,8 @@ def _dry(table: Values) -> DryBearings:
     if table["diameter_mm"] is None:
         raise JobError("bearing.diameter_mm is missing; must be > 0")
     if (table["mu"] is None) == (table["mu_by_speed"] is None):
-        found = "mu is missing" if table["mu"] is None else "mu is given with mu_by_speed"
-        raise JobError(f"bearing.{found}; expected either mu or mu_by_speed")
+        fault = "mu is missing" if table["mu"] is None else "mu is given with mu_by_speed"
+        raise JobError(f"bearing.{fault}; expected either mu or mu_by_speed")
     curve = ((0.0, table["mu"]),) if table["mu_by_speed"] is None else table["mu_by_speed"]
     speeds = [speed for speed, _ in curve]
     if not curve or any(b <= a for a, b in pairwise(speeds)):
@@ -382,21 +382,23 @@ def _lists(value: Any) -> Any:
 
 def _off_hold(each: Values, where: str, hold: Pair | None) -> tuple[int, ...]:
     """Return the runs, from 1, whose temperature was not held."""
-    found = each["temperature_C"]
-    if found is None:
+    temperatures = each["temperature_C"]
+    if temperatures is None:
         return ()
-    if len(found) != len(each["volts"] or ()):
-        raise JobError(f"{where}.temperature_C has {len(found)} values for {len(each['volts'] or ())} volts")
+    if len(temperatures) != len(each["volts"] or ()):
+        raise JobError(
+            f"{where}.temperature_C has {len(temperatures)} values for {len(each['volts'] or ())} volts"
+        )
     if hold is None:
         return ()
-    return tuple(run for run, value in enumerate(found, 1) if not hold[0] <= value <= hold[1])
+    return tuple(run for run, value in enumerate(temperatures, 1) if not hold[0] <= value <= hold[1])
 
 
 def _reading(each: Values, where: str, hold: Pair | None) -> Reading:
     volts, torque = each["volts"], each["torque_N_m"]
     if (volts is None) == (torque is None):
-        found = "volts is missing" if volts is None else "volts is given with torque_N_m"
-        raise JobError(f"{where}.{found}; expected either volts or torque_N_m")
+        fault = "volts is missing" if volts is None else "volts is given with torque_N_m"
+        raise JobError(f"{where}.{fault}; expected either volts or torque_N_m")
     for run in each["drop"]:
         if not 1 <= run <= len(volts or ()):
             raise JobError(f"{where}.drop names run {run}; there are {len(volts or ())}, counted from 1")

@@ -109,12 +109,12 @@ def _design(raw: dict[str, Any]) -> Design:
 def _dataclass(kind: Any, table: Table) -> Any:
     """Read a table whose keys are the fields of a dataclass."""
     hints = get_type_hints(kind)
-    wanted = [
+    names = [
         item.name
         for item in fields(kind)
         if item.name in table or (item.default is MISSING and item.default_factory is MISSING)
     ]
-    return kind(**{name: _value(hints[name], table, name) for name in wanted})
+    return kind(**{name: _value(hints[name], table, name) for name in names})
 
 
 def _value(hint: Any, table: Table, key: str) -> Any:

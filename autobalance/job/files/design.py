@@ -247,10 +247,10 @@ def _overlap(one: Pair, other: Pair) -> bool:
 
 def _range(values: Values, where: str, key: str) -> Any:
     """Return a pair, or None, whose first must be the lower one."""
-    found = values[key]
-    if found is not None and not found[0] < found[1]:
-        raise JobError(f"{where}.{key} is [{found[0]:g}, {found[1]:g}]; the first must be the lower one")
-    return found
+    bounds = values[key]
+    if bounds is not None and not bounds[0] < bounds[1]:
+        raise JobError(f"{where}.{key} is [{bounds[0]:g}, {bounds[1]:g}]; the first must be the lower one")
+    return bounds
 
 
 def _envelope(values: Values) -> Envelope:

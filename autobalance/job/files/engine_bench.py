@@ -69,10 +69,10 @@ def read_engine_bench(source: str | Path | Mapping[str, Any]) -> EngineBench:
     """
     folder = Path() if isinstance(source, Mapping) else Path(source).parent
 
-    def made(values: Values) -> EngineBench:
+    def bench(values: Values) -> EngineBench:
         return _engine_bench(values, folder)
 
-    return read_document(source, "bench file", ENGINE_BENCH_KEYS, made)
+    return read_document(source, "bench file", ENGINE_BENCH_KEYS, bench)
 
 
 def _engine_bench(values: Values, folder: Path) -> EngineBench:

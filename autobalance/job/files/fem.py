@@ -121,8 +121,8 @@ def fem_of_solid(
 ) -> FemJob:
     """Return the analysis of a solid's free modes; numbers are checked as those of a FEM.toml."""
     solid: dict[str, Any] = {"file": str(file.absolute())}
-    given = (("unit", unit), ("body", body), ("crankpin_in_file", crankpin_in_file))
-    solid.update({key: value for key, value in given if value is not None})
+    options = (("unit", unit), ("body", body), ("crankpin_in_file", crankpin_in_file))
+    solid.update({key: value for key, value in options if value is not None})
     analysis: dict[str, Any] = {"modes": modes}
     if size_mm is not None:
         analysis["size_mm"] = size_mm
@@ -135,8 +135,8 @@ def _job(values: Values, folder: Path) -> FemJob:
     kind = analysis["kind"]
     holds = tuple(_hold(each, f"fix[{place}]") for place, each in enumerate(values["fix"], 1))
     loads = tuple(_load(each, f"load[{place}]") for place, each in enumerate(values["load"], 1))
-    for key, given in (("fix", holds), ("load", loads)):
-        if kind == "static" and not given:
+    for key, boxes in (("fix", holds), ("load", loads)):
+        if kind == "static" and not boxes:
             raise JobError(f"{key} is missing; a static analysis needs what holds and what loads the body")
     if kind == "modes" and loads:
         raise JobError('load is given with analysis.kind = "modes"; leave it out, or ask for "static"')

@@ -58,8 +58,8 @@ def history_of_arrays(arrays: Mapping[str, npt.ArrayLike], bush_speed_rad_s: flo
     unknown = [name for name in arrays if name not in names]
     missing = [name for name in names if name not in arrays]
     if unknown or missing:
-        found = ", ".join(map(str, arrays))
-        raise JobError(f"history holds {found or 'nothing'}; must hold {', '.join(names)}")
+        present = ", ".join(map(str, arrays))
+        raise JobError(f"history holds {present or 'nothing'}; must hold {', '.join(names)}")
     columns = [np.asarray(arrays[name], dtype=np.float64) for name in names]
     if any(column.ndim != 1 or len(column) != len(columns[0]) for column in columns):
         raise JobError("history's arrays differ in length; must be three lists of one length")

@@ -216,8 +216,8 @@ def _machine_tool(values: Values) -> MachineTool:
 def _tool(values: Values, place: str) -> CuttingTool:
     for one, other in (("rpm", "cutting_m_min"), ("feed_mm_min", "feed_mm_rev")):
         if (values[one] is None) == (values[other] is None):
-            found = "neither" if values[one] is None else "both"
-            raise JobError(f"{place} has {found} of {one} and {other}; expected one of them")
+            count = "neither" if values[one] is None else "both"
+            raise JobError(f"{place} has {count} of {one} and {other}; expected one of them")
     if values["kind"] != "turning" and values["diameter_mm"] is None:
         raise JobError(f"{place}.diameter_mm is missing; a {values['kind']} needs it")
     if not values["holder"]:

@@ -109,14 +109,14 @@ def _plane(each: Values, where: str, count: int, convention: Convention) -> Read
 
 
 def _size_g_mm(each: Values, where: str) -> float:
-    given = [key for key in ("g_mm", "oz_in", "g") if each[key] is not None]
-    if len(given) != 1:
-        found = "missing; expected exactly one of g_mm, oz_in, g" if not given else f"given with {given[1]}"
-        raise JobError(f"{where}.{given[0] if given else 'g_mm'} is {found}")
-    if given == ["g"]:
+    sizes = [key for key in ("g_mm", "oz_in", "g") if each[key] is not None]
+    if len(sizes) != 1:
+        fault = "missing; expected exactly one of g_mm, oz_in, g" if not sizes else f"given with {sizes[1]}"
+        raise JobError(f"{where}.{sizes[0] if sizes else 'g_mm'} is {fault}")
+    if sizes == ["g"]:
         if each["radius_mm"] is None:
             raise JobError(f"{where}.radius_mm is missing; g needs it")
         return float(each["g"] * each["radius_mm"])
     if each["radius_mm"] is not None:
-        raise JobError(f"{where}.radius_mm is given with {given[0]}; it belongs to g")
-    return float(each["g_mm"] if given == ["g_mm"] else each["oz_in"] * G_MM_PER_OZ_IN)
+        raise JobError(f"{where}.radius_mm is given with {sizes[0]}; it belongs to g")
+    return float(each["g_mm"] if sizes == ["g_mm"] else each["oz_in"] * G_MM_PER_OZ_IN)

@@ -74,21 +74,21 @@ RUN_UP = (
     Key("from_rpm", float, "first speed", NOT_NEGATIVE, 0.0),
     Key("to_rpm", float, "last speed", POSITIVE),
     Key("time_s", float, "how long it takes", POSITIVE),
-    Key("points", int, "times that are told", POINTS, 2001),
+    Key("points", int, "times in the result", POINTS, 2001),
 )
 ROTOR = (
     Key("speed_rpm", Speeds, "a speed, or the lowest and highest", SPEED, 3000.0),
     Key("points", int, "speeds in a range", POINTS, 101),
     Key("beam", BeamTheory, "theory of the shaft", ANY, "timoshenko"),
     Key("gravity_m_s2", tuple[float, float], "along x and y", ANY, (0.0, 0.0)),
-    Key("max_modes", int, "modes told at each speed", MODES, 12),
+    Key("max_modes", int, "modes listed at each speed", MODES, 12),
     Key("shaft", says="sections on end, from z = 0", keys=SHAFT, many=True),
     Key("disc", says="rigid discs", keys=DISC, many=True, default=()),
     Key("bearing", says="supports", keys=BEARING, many=True, default=()),
     Key("unbalance", says="heavy spots", keys=UNBALANCE, many=True, default=()),
     Key(
         "probe",
-        says="where motion is told; default: every disc and bearing",
+        says="where motion is computed; default: every disc and bearing",
         keys=(PLACE,),
         many=True,
         default=(),
@@ -224,28 +224,28 @@ def _speeds(top: Mapping[str, Any]) -> Array:
     return np.asarray(np.linspace(speed[0], speed[1], top["points"]) * RAD_S_PER_RPM)
 
 
-def _complete_section(place: str, found: Values) -> None:
+def _complete_section(place: str, values: Values) -> None:
     """Fill in what a section's other keys say, and refuse what cannot be."""
     for name in ("outer", "inner"):
-        if found[f"{name}_end_mm"] is None:
-            found[f"{name}_end_mm"] = found[f"{name}_mm"]
+        if values[f"{name}_end_mm"] is None:
+            values[f"{name}_end_mm"] = values[f"{name}_mm"]
     for end in ("_mm", "_end_mm"):
-        if found["inner" + end] >= found["outer" + end]:
+        if values["inner" + end] >= values["outer" + end]:
             raise JobError(
-                f"{place}.inner{end} is {found['inner' + end]:g}; "
-                f"must be less than the outer diameter, {found['outer' + end]:g}"
+                f"{place}.inner{end} is {values['inner' + end]:g}; "
+                f"must be less than the outer diameter, {values['outer' + end]:g}"
             )
-    if found["g_gpa"] is None:
-        found["nu"] = 0.3 if found["nu"] is None else found["nu"]
-        found["g_gpa"] = found["e_gpa"] / (2.0 * (1.0 + found["nu"]))
-    elif found["nu"] is not None:
+    if values["g_gpa"] is None:
+        values["nu"] = 0.3 if values["nu"] is None else values["nu"]
+        values["g_gpa"] = values["e_gpa"] / (2.0 * (1.0 + values["nu"]))
+    elif values["nu"] is not None:
         raise JobError(f"{place}.nu and g_gpa are both given; one follows from the other")
     else:
-        found["nu"] = poisson = found["e_gpa"] / (2.0 * found["g_gpa"]) - 1.0
+        values["nu"] = poisson = values["e_gpa"] / (2.0 * values["g_gpa"]) - 1.0
         if not -1.0 < poisson <= 0.5 + 1e-9:
             raise JobError(
-                f"{place}.g_gpa is {found['g_gpa']:g}; with e_gpa {found['e_gpa']:g} Poisson's ratio "
-                f"would be {found['nu']:.3g}, must be over -1 and at most 0.5"
+                f"{place}.g_gpa is {values['g_gpa']:g}; with e_gpa {values['e_gpa']:g} Poisson's ratio "
+                f"would be {values['nu']:.3g}, must be over -1 and at most 0.5"
             )
 
 
@@ -283,33 +283,33 @@ def _check_place(place: str, z_mm: float, length_mm: float) -> None:
         raise JobError(f"{place} is {z_mm:g}; must lie on the shaft, 0 to {length_mm:g}")
 
 
-def _balancing(found: Values | None, length_mm: float) -> Balancing | None:
-    if found is None:
+def _balancing(values: Values | None, length_mm: float) -> Balancing | None:
+    if values is None:
         return None
-    if not found["planes_mm"]:
+    if not values["planes_mm"]:
         raise JobError("balancing.planes_mm is an empty list; name at least one plane")
-    for z_mm in found["planes_mm"]:
+    for z_mm in values["planes_mm"]:
         _check_place("balancing.planes_mm", z_mm, length_mm)
-    planes = tuple(M_PER_MM * z for z in found["planes_mm"])
-    return Balancing(planes, found["modes"], found["rigid"])
+    planes = tuple(M_PER_MM * z for z in values["planes_mm"])
+    return Balancing(planes, values["modes"], values["rigid"])
 
 
 def _stiffness_map(filled: Values) -> StiffnessMap | None:
-    found = filled["stiffness_map"]
-    if found is None:
+    values = filled["stiffness_map"]
+    if values is None:
         return None
-    low, high = found["k_n_m"]
+    low, high = values["k_n_m"]
     if not low < high:
         raise JobError(f"stiffness_map.k_n_m is [{low:g}, {high:g}]; the first must be the lower one")
     if all(each["kind"] is not None for each in filled["bearing"]):
         raise JobError("stiffness_map needs a [[bearing]] with a stiffness; none of those here gives")
-    return StiffnessMap(low, high, found["points"])
+    return StiffnessMap(low, high, values["points"])
 
 
-def _run_up(found: Values | None) -> RunUp | None:
-    if found is None:
+def _run_up(values: Values | None) -> RunUp | None:
+    if values is None:
         return None
-    start, end = (found[key] * RAD_S_PER_RPM for key in ("from_rpm", "to_rpm"))
+    start, end = (values[key] * RAD_S_PER_RPM for key in ("from_rpm", "to_rpm"))
     if start == end:
         raise JobError("run_up.to_rpm is the speed it starts from; must be another")
-    return RunUp(start, end, found["time_s"], found["points"])
+    return RunUp(start, end, values["time_s"], values["points"])

@@ -42,28 +42,28 @@ BEARING = (
 )
 
 
-def read_bearing(place: str, found: Values, asked_rad_s: Array) -> Bearing:
+def read_bearing(place: str, table: Values, asked_rad_s: Array) -> Bearing:
     """Return a support, its coefficients at the speeds asked for."""
-    z_m = found["z_mm"] * M_PER_MM
-    linear = [key for key in (*LINEAR, "speeds_rpm") if found[key] is not None]
-    if found["film"] is not None:
-        other = [*linear, *(["kind"] if found["kind"] is not None else [])]
+    z_m = table["z_mm"] * M_PER_MM
+    linear = [key for key in (*LINEAR, "speeds_rpm") if table[key] is not None]
+    if table["film"] is not None:
+        other = [*linear, *(["kind"] if table["kind"] is not None else [])]
         if other:
             raise JobError(f"{place}.{other[0]} is given, but the film says it already")
-        return film_bearing(f"{place}.film", z_m, found["film"], asked_rad_s)
-    if found["kind"] is not None:
+        return film_bearing(f"{place}.film", z_m, table["film"], asked_rad_s)
+    if table["kind"] is not None:
         if linear:
-            raise JobError(f'{place}.{linear[0]} is given, but a "{found["kind"]}" bearing does not give')
-        return rigid_bearing(z_m, found["kind"])
+            raise JobError(f'{place}.{linear[0]} is given, but a "{table["kind"]}" bearing does not give')
+        return rigid_bearing(z_m, table["kind"])
     if not set(linear) - {"speeds_rpm"}:
         raise JobError(f'{place}.k_n_m is missing; or kxx_n_m and kyy_n_m, or kind = "pinned"')
-    speeds = _table_speeds(place, found["speeds_rpm"])
-    stiffness = _both(place, found, "k_n_m", STIFFNESS, len(speeds))
-    damping = _both(place, found, "c_n_s_m", DAMPING, len(speeds))
-    if not found["allow_negative"]:
+    speeds = _table_speeds(place, table["speeds_rpm"])
+    stiffness = _both(place, table, "k_n_m", STIFFNESS, len(speeds))
+    damping = _both(place, table, "c_n_s_m", DAMPING, len(speeds))
+    if not table["allow_negative"]:
         for key, values in (("xx", stiffness[:, 0, 0]), ("yy", stiffness[:, 1, 1])):
             if (values < 0.0).any():
-                name = "k_n_m" if found["k_n_m"] is not None else f"k{key}_n_m"
+                name = "k_n_m" if table["k_n_m"] is not None else f"k{key}_n_m"
                 raise JobError(f"{place}.{name} is {values.min():g}; must be ≥ 0, or allow_negative = true")
     return Bearing(z_m, None, speeds * RAD_S_PER_RPM, stiffness, damping)
 
@@ -76,16 +76,16 @@ def _table_speeds(place: str, speeds: tuple[float, ...] | None) -> Array:
     return np.array(speeds)
 
 
-def _both(place: str, found: Values, one: str, four: tuple[str, ...], count: int) -> Array:
+def _both(place: str, values: Values, one: str, four: tuple[str, ...], count: int) -> Array:
     """Return a matrix (count, 2, 2) that is given by one number for both directions, or by its entries."""
-    given = [key for key in four if found[key] is not None]
-    if found[one] is not None and given:
-        raise JobError(f"{place}.{one} and {given[0]} are both given; which is meant?")
+    present = [key for key in four if values[key] is not None]
+    if values[one] is not None and present:
+        raise JobError(f"{place}.{one} and {present[0]} are both given; which is meant?")
     for key in (four[0], four[3]):
-        if given and found[key] is None:
-            raise JobError(f"{place}.{key} is missing; {given[0]} needs {four[0]} and {four[3]}")
-    names = [one, None, None, one] if not given else list(four)
-    columns = [_column(place, name, None if name is None else found[name], count) for name in names]
+        if present and values[key] is None:
+            raise JobError(f"{place}.{key} is missing; {present[0]} needs {four[0]} and {four[3]}")
+    names = [one, None, None, one] if not present else list(four)
+    columns = [_column(place, name, None if name is None else values[name], count) for name in names]
     return np.stack(columns, axis=1).reshape(count, 2, 2)
 
 

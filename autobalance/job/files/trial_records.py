@@ -48,22 +48,22 @@ def with_recorded_readings(values: Mapping[str, Any], folder: Path) -> dict[str,
         for number, run in enumerate(runs, 1)
         if isinstance(run, Mapping)
     ]
-    named = [where for where, given in places if _files(given)]
+    named = [where for where, reading in places if _files(reading)]
     if not named:
         return dict(values)
     if not isinstance(values.get("records"), Mapping):
         raise JobError(
-            f"records is missing; {named[0]} names a record: [records] tells its channels and tacho"
+            f"records is missing; {named[0]} names a record: [records] must name its channels and tacho"
         )
-    asked = read(values["records"], RECORDS_KEYS, "records")
-    if not asked["channels"]:
+    records = read(values["records"], RECORDS_KEYS, "records")
+    if not records["channels"]:
         raise JobError("records.channels is an empty list; must name at least one sensor")
     changed = dict(values)
     if "initial" in values:
-        changed["initial"] = _taken(values["initial"], "initial", asked, folder)
+        changed["initial"] = _taken(values["initial"], "initial", records, folder)
     if runs:
         changed["trial"] = [
-            {**run, "readings": _taken(run["readings"], f"trial[{number}].readings", asked, folder)}
+            {**run, "readings": _taken(run["readings"], f"trial[{number}].readings", records, folder)}
             if isinstance(run, Mapping) and "readings" in run
             else run
             for number, run in enumerate(runs, 1)
@@ -71,46 +71,48 @@ def with_recorded_readings(values: Mapping[str, Any], folder: Path) -> dict[str,
     return changed
 
 
-def _files(given: Any) -> list[str]:
+def _files(reading: Any) -> list[str]:
     """Return the records that a value names; none where it is numbers."""
-    if isinstance(given, str):
-        return [given]
-    named = isinstance(given, list) and bool(given) and all(isinstance(each, str) for each in given)
-    return list(given) if named else []
+    if isinstance(reading, str):
+        return [reading]
+    named = isinstance(reading, list) and bool(reading) and all(isinstance(each, str) for each in reading)
+    return list(reading) if named else []
 
 
-def _taken(given: Any, where: str, asked: Values, folder: Path) -> Any:
-    files = _files(given)
+def _taken(reading: Any, where: str, records: Values, folder: Path) -> Any:
+    files = _files(reading)
     if not files:
-        return given
-    return [list(_reading(folder / file, name, asked, where)) for file in files for name in asked["channels"]]
+        return reading
+    return [
+        list(_reading(folder / file, name, records, where)) for file in files for name in records["channels"]
+    ]
 
 
-def _reading(file: Path, channel: str, asked: Values, where: str) -> tuple[float, float]:
+def _reading(file: Path, channel: str, records: Values, where: str) -> tuple[float, float]:
     """Return amplitude and phase [°] of an order at a sensor."""
     from autobalance.signal.analysis import Question, analyse
     from autobalance.signal.formats import read as read_record
 
-    order = asked["order"]
+    order = records["order"]
     try:
-        found = analyse(
-            read_record(file, asked["sample_rate"]),
+        analysis = analyse(
+            read_record(file, records["sample_rate"]),
             Question(
                 channel=channel,
-                tacho=asked["tacho"],
-                threshold=asked["threshold"],
+                tacho=records["tacho"],
+                threshold=records["threshold"],
                 max_order=max(order, 1.0),
                 peaks=0,
             ),
         )
     except AutobalanceError as error:
         raise JobError(f"{where}: {error}") from None
-    orders = () if found.lines is None else found.lines.orders.tolist()
-    if found.lines is None or order not in orders:
+    orders = () if analysis.lines is None else analysis.lines.orders.tolist()
+    if analysis.lines is None or order not in orders:
         raise JobError(
             f"{where}: {file.name} has no order {order:g}; expected a half or whole one of a few turns"
         )
-    value = complex(found.lines.amplitudes[orders.index(order)])
+    value = complex(analysis.lines.amplitudes[orders.index(order)])
     if not cmath.isfinite(value):
         raise JobError(f"{where}: {file.name} has no order {order:g}: it passes half the sample rate")
     return abs(value), wrapped_deg(math.degrees(cmath.phase(value)))

@@ -74,7 +74,7 @@ TRIALS_KEYS = (
     Key("trial", says="runs with a trial weight, in their order", keys=TRIAL_KEYS, many=True),
     Key("plane", says="what can be fitted", keys=PLANE_KEYS, many=True, default=None),
     Key("records", says="how records give readings", keys=RECORDS_KEYS, default=None),
-    Key("reading", says="what `recut` must be told of the unbalance found", keys=SEAM_KEYS, default=None),
+    Key("reading", says="what `recut` must know of the unbalance found", keys=SEAM_KEYS, default=None),
 )
 
 
@@ -155,7 +155,7 @@ def _trials(values: Values) -> Trials:
 
 
 def _check_seam(seam: Values | None, planes: int) -> None:
-    """Refuse a ``[reading]`` that ``recut`` could not be told of: one plane or two, each with its place."""
+    """Refuse a ``[reading]`` that ``recut`` does not take: one plane or two, each with its place."""
     if seam is None:
         return
     if planes > 2:
@@ -172,18 +172,18 @@ def _check_seam(seam: Values | None, planes: int) -> None:
             raise JobError(f"reading.{key} has {len(seam[key])} entries; the trials have {planes} planes")
 
 
-def _check_length(found: tuple[Any, ...], where: str, count: int) -> None:
-    if len(found) != count:
+def _check_length(entries: tuple[Any, ...], where: str, count: int) -> None:
+    if len(entries) != count:
         raise JobError(
-            f"{where} has {len(found)} entries; initial has {count}; expected one for each reading"
+            f"{where} has {len(entries)} entries; initial has {count}; expected one for each reading"
         )
 
 
-def _readings(found: tuple[Reading, ...], where: str, opposite: bool) -> Complex:
-    for number, (amplitude, _) in enumerate(found, 1):
+def _readings(pairs: tuple[Reading, ...], where: str, opposite: bool) -> Complex:
+    for number, (amplitude, _) in enumerate(pairs, 1):
         if amplitude < 0.0:
             raise JobError(f"{where}[{number}] has an amplitude of {amplitude:g}; must be ≥ 0")
-    readings = np.array([a * np.exp(1j * math.radians(phase)) for a, phase in found], dtype=complex)
+    readings = np.array([a * np.exp(1j * math.radians(phase)) for a, phase in pairs], dtype=complex)
     return np.conj(readings) if opposite else readings
 
 
@@ -213,7 +213,7 @@ def size_g_mm(each: Values, where: str) -> float:
 
 
 LEAST_CHANGE = 1e-6
-"""Of the greatest amplitude: a trial weight that changes less tells nothing."""
+"""Of the greatest amplitude: a trial weight that changes less shows nothing."""
 
 
 def _check_changes(initial: Complex, trials: tuple[Trial, ...]) -> None:
@@ -230,8 +230,8 @@ def _check_changes(initial: Complex, trials: tuple[Trial, ...]) -> None:
 
 def _radius(trials: list[Values], plane: PlaneName) -> float | None:
     """Return the radius at which a plane's trial weights sat, where they say one and it is the same."""
-    said = {each["radius_mm"] for each in trials if each["plane"] == plane and each["radius_mm"] is not None}
-    return said.pop() if len(said) == 1 else None
+    radii = {each["radius_mm"] for each in trials if each["plane"] == plane and each["radius_mm"] is not None}
+    return radii.pop() if len(radii) == 1 else None
 
 
 def _fittings(tables: list[Values], planes: tuple[PlaneName, ...]) -> tuple[Fitting, ...]:

@@ -50,10 +50,10 @@ def toml_of(text: str, name: str) -> dict[str, Any]:
         If it is no TOML, nests too deep, or holds a number of thousands of digits.
     """
     try:
-        found = tomllib.loads(text)
-        if depth_of(found) > DEEPEST:
+        table = tomllib.loads(text)
+        if depth_of(table) > DEEPEST:
             raise RecursionError(f"it nests deeper than {DEEPEST} tables")
-        return found
+        return table
     except tomllib.TOMLDecodeError as error:
         raise JobError(f"{name} is not valid TOML: {_first_line(error)}") from None
     except (ValueError, RecursionError) as error:

@@ -1,4 +1,4 @@
-"""Tables of keys: what a TOML file may hold, said once.
+"""Tables of keys: what a TOML file may hold, declared once.
 
 A file's reader lists its keys. Reading with defaults, the echo of the input in a report, the JSON Schema for
 editors (``schema``), the job that ``init`` writes and the tables of the documentation come from that list.
@@ -93,7 +93,7 @@ def optional(keys: tuple[Key, ...]) -> tuple[Key, ...]:
 
 
 def read_document(
-    source: str | Path | Mapping[str, Any], what: str, keys: tuple[Key, ...], made: Callable[[Values], T]
+    source: str | Path | Mapping[str, Any], what: str, keys: tuple[Key, ...], maker: Callable[[Values], T]
 ) -> T:
     """Read a TOML file, or its structure, strictly and make something of its values.
 
@@ -105,7 +105,7 @@ def read_document(
         What the file is, for messages.
     keys : tuple of Key
         All that may stand at its top level.
-    made : callable
+    maker : callable
         Takes the values, defaults filled in.
 
     Raises
@@ -113,15 +113,15 @@ def read_document(
     FileError
         If it cannot be read.
     JobError
-        If it is not TOML, a key breaks its rules or ``made`` refuses; the message begins with the
+        If it is not TOML, a key breaks its rules or ``maker`` refuses; the message begins with the
         file's name.
     """
     if isinstance(source, Mapping):
-        return made(read(in_base_units(source), keys))
+        return maker(read(in_base_units(source), keys))
     path = Path(source)
     raw = toml_of(text_of(path, what), path.name)
     with named_in(source):
-        return made(read(in_base_units(raw), keys))
+        return maker(read(in_base_units(raw), keys))
 
 
 @contextmanager
@@ -152,16 +152,16 @@ def _values(raw: object, keys: tuple[Key, ...], path: str) -> Values:
     faults = Faults()
     faults.lines += unknown_keys(table, names(keys))
     misspelt, alone = bool(faults.lines), not table.raw and bool(path)
-    found: Values = {}
+    values: Values = {}
     for key in keys:
         before = len(faults.lines)
         with faults.gathered():
-            found[key.name] = value_of(table, key)
+            values[key.name] = value_of(table, key)
         absent = key.name not in table
         if absent and len(faults.lines) > before and (misspelt or (alone and before)):
             del faults.lines[before:]  # the misspelt key is most likely the missing one
     faults.refuse()
-    return found
+    return values
 
 
 def value_of(table: Table, key: Key) -> Any:
@@ -185,11 +185,11 @@ def value_of(table: Table, key: Key) -> Any:
         return key.default
     if key.hint is dict and there:
         return dict(Table(raw, where, None).raw)
-    found = _typed(table, key) if isinstance(raw, str | list) else table.value(key.name, key.hint, key.rule)
-    if key.not_empty and found in ("", ()):
-        empty = "empty" if found == "" else "an empty list"
+    value = _typed(table, key) if isinstance(raw, str | list) else table.value(key.name, key.hint, key.rule)
+    if key.not_empty and value in ("", ()):
+        empty = "empty" if value == "" else "an empty list"
         raise JobError(f"{where} is {empty}; {key.not_empty}")
-    return found
+    return value
 
 
 def _table_value(raw: object, key: Key, where: str) -> Values:
@@ -205,10 +205,10 @@ def _typed(table: Table, key: Key) -> Any:
     try:
         return Table({key.name: number}, table.path, None).value(key.name, key.hint, key.rule)
     except JobError as error:
-        said = str(error)
-        if number is not raw or not isinstance(raw, str) or said.endswith("?"):
+        fault = str(error)
+        if number is not raw or not isinstance(raw, str) or fault.endswith("?"):
             raise
-        raise JobError(f'{said}, or with its unit: "{unit.example}"') from None
+        raise JobError(f'{fault}, or with its unit: "{unit.example}"') from None
 
 
 def _as_number(raw: object, unit: TypedUnit, where: str) -> object:
@@ -229,23 +229,23 @@ def _many(table: Table, key: Key) -> Any:
     if not raw and key.not_empty:
         raise JobError(f"{where} is an empty list; {key.not_empty}")
     faults = Faults()
-    found = []
+    tables = []
     for place, item in enumerate(raw, 1):
         with faults.gathered():
-            found.append(_values(item, key.keys, f"{where}[{place}]"))
+            tables.append(_values(item, key.keys, f"{where}[{place}]"))
     faults.refuse()
-    return found
+    return tables
 
 
 def _named(table: Table, each: Key) -> Values:
     """Return the values of a table whose keys are free names."""
     faults = Faults()
-    found: Values = {}
+    values: Values = {}
     for name in table.raw:
         with faults.gathered():
-            found[name] = value_of(table, replace(each, name=name, default=REQUIRED))
+            values[name] = value_of(table, replace(each, name=name, default=REQUIRED))
     faults.refuse()
-    return found
+    return values
 
 
 def plain(value: Any) -> Any:

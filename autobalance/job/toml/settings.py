@@ -93,11 +93,11 @@ def set_key(values: dict[str, Any], key: str, value: Any) -> None:
 def _steps(key: str) -> list[str | int]:
     steps: list[str | int] = []
     for part in key.split("."):
-        found = PART.fullmatch(part)
-        if found is None:
+        match = PART.fullmatch(part)
+        if match is None:
             raise JobError(f"{key!r} is no dotted key, such as engine.throw[2].rods")
-        steps.append(found[1])
-        steps += [int(number) for number in re.findall(r"\[(\d+)\]", found[2])]
+        steps.append(match[1])
+        steps += [int(number) for number in re.findall(r"\[(\d+)\]", match[2])]
     return steps
 
 

@@ -90,9 +90,9 @@ def _rows(path: Path, data: bytes, sheet: str | None, formulas: bool) -> list[tu
     book = load_workbook(io.BytesIO(data), read_only=True, data_only=not formulas)
     names: Sequence[str] = [one.title for one in book.worksheets]
     if not names or (sheet is not None and sheet not in names):
-        found = ", ".join(names) or "none"
+        sheets = ", ".join(names) or "none"
         raise JobError(
-            f"{path.name} has no sheet {sheet or ''!r} (there are: {found}); `autobalance init` writes one"
+            f"{path.name} has no sheet {sheet or ''!r} (there are: {sheets}); `autobalance init` writes one"
         )
     page = book[sheet if sheet is not None else names[0]]
     page.reset_dimensions()  # what the file says of its size need not be so

@@ -44,13 +44,13 @@ class Table:
         """
         if key not in self.raw:
             raise JobError(f"{self.place(key)} is missing" + (f"; it {rule.text}" if rule.text else ""))
-        found = convert(self.raw[key], hint, self.place(key))
-        for number in _numbers(found):
+        value = convert(self.raw[key], hint, self.place(key))
+        for number in _numbers(value):
             if not rule.holds(number):
                 raise JobError(f"{self.place(key)} is {number:g}; {rule.text}")
             if rule is POSITIVE and number < SMALLEST:
                 raise JobError(f"{self.place(key)} is {number:g}; must be at least {SMALLEST:g}")
-        return found
+        return value
 
     def optional(self, key: str, hint: Any, rule: Rule = ANY, default: Any = None) -> Any:
         """Return a value as the type ``hint`` asks, or ``default`` where the key is absent."""

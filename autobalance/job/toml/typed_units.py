@@ -44,12 +44,12 @@ def length_mm(text: str, where: str) -> float:
     >>> length_mm("3/8 in", "x_mm"), length_mm('1 1/2"', "x_mm"), length_mm("0.95 cm", "x_mm")
     (9.525, 38.1, 9.5)
     """
-    found = LENGTH.fullmatch(text)
-    if found is None or found[4] == "0":
+    match = LENGTH.fullmatch(text)
+    if match is None or match[4] == "0":
         raise JobError(
             f'{where} is {shown(text)}; must be a number [mm] or a text with mm, cm, m, in or inch: "3/8 in"'
         )
-    plain, whole, above, below, unit = found.groups()
+    plain, whole, above, below, unit = match.groups()
     mm = LENGTHS[unit]
     if plain is not None:
         exact = Fraction(plain) * Fraction(str(mm))
@@ -82,14 +82,14 @@ def unbalance_g_mm(text: str, where: str) -> float:
     >>> round(unbalance_g_mm("0.5 oz-in", "x_g_mm"), 3), unbalance_g_mm("36 gmm", "x_g_mm")
     (360.039, 36.0)
     """
-    found = UNBALANCE.fullmatch(text)
-    unit = None if found is None else unbalance_unit(found[2])
-    if found is None or unit is None:
+    match = UNBALANCE.fullmatch(text)
+    unit = None if match is None else unbalance_unit(match[2])
+    if match is None or unit is None:
         known = ", ".join(G_MM_PER)
         raise JobError(
             f'{where} is {shown(text)}; must be a number [g·mm] or a text with one of {known}: "0.5 oz-in"'
         )
-    return float(found[1]) * G_MM_PER[unit]
+    return float(match[1]) * G_MM_PER[unit]
 
 
 def in_base_units(values: Mapping[str, Any], path: str = "") -> dict[str, Any]:
@@ -100,14 +100,14 @@ def in_base_units(values: Mapping[str, Any], path: str = "") -> dict[str, Any]:
     JobError
         If a unit is missing or unknown.
     """
-    faults, found = Faults(), {}
+    faults, converted = Faults(), {}
     with faults.gathered():
         values = _with_density(values, path)
     for key, value in values.items():
         with faults.gathered():
-            found[key] = _converted(key, value, f"{path}.{key}" if path else key)
+            converted[key] = _converted(key, value, f"{path}.{key}" if path else key)
     faults.refuse()
-    return found
+    return converted
 
 
 def _with_density(values: Mapping[str, Any], path: str) -> Mapping[str, Any]:

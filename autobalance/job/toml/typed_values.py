@@ -78,9 +78,9 @@ class TypedUnit:
 
 def _first_number(scale: float = 1.0) -> Callable[[str, str], float]:
     def number(text: str, _: str) -> float:
-        found = re.search(NUMBER, text)
-        assert found is not None  # by the pattern
-        return float(found[0]) * scale
+        match = re.search(NUMBER, text)
+        assert match is not None  # by the pattern
+        return float(match[0]) * scale
 
     return number
 

@@ -123,7 +123,7 @@ class ExactSolid:
     def machined_as_taken(
         self, removed: Sequence[Tool], added: Sequence[Tool] = ()
     ) -> tuple[ExactSolid, tuple[Taken | None, ...]]:
-        """Return what ``machined`` does, and what each removing tool took where its drawing does not tell.
+        """Return what ``machined`` does, and what each removing tool took where its drawing does not show it.
 
         Raises
         ------

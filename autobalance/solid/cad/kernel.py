@@ -41,11 +41,11 @@ def require_kernel(what: str = "STEP") -> None:
     """
     if not has_kernel():
         raise FormatError(f"{what} needs the CAD kernel, which is not installed: {INSTALL}")
-    found = installed_version()
-    if found.split(".", maxsplit=1)[0] not in ("", GENERATION):
+    version = installed_version()
+    if version.split(".", maxsplit=1)[0] not in ("", GENERATION):
         raise FormatError(
-            f"{what} needs the CAD kernel OCP {GENERATION}; found OCP {found}; in an environment without the "
-            f"package that brings it: {INSTALL}"
+            f"{what} needs the CAD kernel OCP {GENERATION}; found OCP {version}; in an environment without "
+            f"the package that brings it: {INSTALL}"
         )
     try:
         silence()
@@ -131,19 +131,19 @@ def explored(shape: Any, kind: str) -> list[Any]:
     from OCP.TopAbs import TopAbs_ShapeEnum
     from OCP.TopExp import TopExp
 
-    found = Parts()
-    TopExp.MapShapes_s(shape, getattr(TopAbs_ShapeEnum, f"TopAbs_{kind}"), found)
-    return [found.FindKey(number + 1) for number in range(found.Extent())]
+    parts = Parts()
+    TopExp.MapShapes_s(shape, getattr(TopAbs_ShapeEnum, f"TopAbs_{kind}"), parts)
+    return [parts.FindKey(number + 1) for number in range(parts.Extent())]
 
 
 def listed(bodies: Sequence[Any]) -> Any:
     """Return the kernel's own list of bodies."""
     from OCP.collections import List_TopoDS_Shape
 
-    found = List_TopoDS_Shape()
+    shapes = List_TopoDS_Shape()
     for body in bodies:
-        found.Append(body)
-    return found
+        shapes.Append(body)
+    return shapes
 
 
 def compound(bodies: Sequence[Any]) -> Any:
@@ -217,11 +217,11 @@ def properties(body: Any) -> Moments:
     from OCP.BRepGProp import BRepGProp
     from OCP.GProp import GProp_GProps
 
-    found = GProp_GProps()
+    props = GProp_GProps()
     if any(_is_drawn_out(face) for face in explored(body, "FACE")):
         body = BRepBuilderAPI_NurbsConvert(body).Shape()
-    BRepGProp.VolumeProperties_s(body, found, PROPERTIES, True, False)
-    return _moments_of(found)
+    BRepGProp.VolumeProperties_s(body, props, PROPERTIES, True, False)
+    return _moments_of(props)
 
 
 def area_properties(face: Any) -> Moments:
@@ -229,14 +229,14 @@ def area_properties(face: Any) -> Moments:
     from OCP.BRepGProp import BRepGProp
     from OCP.GProp import GProp_GProps
 
-    found = GProp_GProps()
-    BRepGProp.SurfaceProperties_s(face, found)
-    return _moments_of(found)
+    props = GProp_GProps()
+    BRepGProp.SurfaceProperties_s(face, props)
+    return _moments_of(props)
 
 
-def _moments_of(found: Any) -> Moments:
+def _moments_of(props: Any) -> Moments:
     """Return the kernel's properties as moments about the origin."""
-    volume, centre, matrix = found.Mass(), found.CentreOfMass(), found.MatrixOfInertia()
+    volume, centre, matrix = props.Mass(), props.CentreOfMass(), props.MatrixOfInertia()
     middle = np.array([centre.X(), centre.Y(), centre.Z()])
     inertia = np.array([[matrix.Value(i, j) for j in (1, 2, 3)] for i in (1, 2, 3)])
     about_centre = 0.5 * np.trace(inertia) * np.eye(3) - inertia

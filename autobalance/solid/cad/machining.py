@@ -77,20 +77,20 @@ def machined(body: Any, removed: Sequence[Tool], added: Sequence[Tool]) -> Machi
     low, high = bounds_mm(body)
     size = float(np.linalg.norm(high - low))
     bodies = len(explored(body, "SOLID"))
-    found = 0
+    solids = 0
     for share in CLEAR_SHARES:
         grown = [tool_shape(tool, body, share * size) for tool in added]
-        gone = [tool_shape(tool, body, share * size) for tool in removed]
+        tools = [tool_shape(tool, body, share * size) for tool in removed]
         whole = fused([body, *grown])
-        result = cut(whole, gone)
-        found = len(explored(result, "SOLID"))
-        if found == bodies and is_valid(result):
-            pairs = zip(removed, gone, strict=True)
+        result = cut(whole, tools)
+        solids = len(explored(result, "SOLID"))
+        if solids == bodies and is_valid(result):
+            pairs = zip(removed, tools, strict=True)
             as_drawn = share <= AS_DRAWN
-            taken = tuple(None if as_drawn else _taken(tool, whole, shape) for tool, shape in pairs)
-            return Machined(_seamless(result, body), taken)
-    if found != bodies:
-        raise SolidError(f"cut as planned, the part falls into {found} solids; expected {bodies}")
+            faces_taken = tuple(None if as_drawn else _taken(tool, whole, shape) for tool, shape in pairs)
+            return Machined(_seamless(result, body), faces_taken)
+    if solids != bodies:
+        raise SolidError(f"cut as planned, the part falls into {solids} solids; expected {bodies}")
     raise SolidError("the CAD kernel finds fault with the solid after the cut")
 
 
@@ -98,18 +98,18 @@ def _taken(tool: Tool, body: Any, shape: Any) -> Taken | None:
     """Return what the shape of a tool has of a body, if that depends on the body."""
     if not isinstance(tool, Lowering):
         return None
-    gone = common(body, shape)
+    metal = common(body, shape)
     up = tool.placement[:3, 2]
     low_mm = tool.low_mm + float(tool.placement[:3, 3] @ up)
-    every = explored(gone, "FACE")
+    every = explored(metal, "FACE")
     floor = [
         area_properties(every[face.number])
-        for face in surfaces(gone)
+        for face in surfaces(metal)
         if isinstance(face, PlaneFace)
         and float(face.normal @ up) < -SAME_NORMAL
         and abs(float(face.centroid_mm @ up) - low_mm) < SAME_HEIGHT_MM
     ]
-    return Taken(properties(gone), sum(floor, Moments.zero()))
+    return Taken(properties(metal), sum(floor, Moments.zero()))
 
 
 def _seamless(result: Any, before: Any) -> Any:
@@ -141,9 +141,9 @@ def along_old_hole(tool: Drilling, body: Any) -> Drilling:
     """Return a drill in the hole of its size that it continues, if there is one: on one axis, not nearly."""
     for face in surfaces(body):
         if isinstance(face, CylinderFace) and face.hollow:
-            found = _in_hole(tool, face)
-            if found is not None:
-                return found
+            drilling = _in_hole(tool, face)
+            if drilling is not None:
+                return drilling
     return tool
 
 
@@ -178,8 +178,8 @@ def _lowering(tool: Lowering, body: Any, clear_mm: float) -> Any:
             drawn_out(moved(face, _shift(up)), -(top - tool.low_mm + 2.0) * up) for face in (outer, *holes)
         ]
         keep.append(cut(pillar, wells))
-    found = cut(room, keep)
-    return found if tool.within is None else common(found, built(tool.within))
+    part = cut(room, keep)
+    return part if tool.within is None else common(part, built(tool.within))
 
 
 def _outlines(footprint: Any, seed: Array) -> tuple[Any, list[Any]]:
@@ -205,8 +205,8 @@ def _is_inside(face: Any, point: Array) -> bool:
     from OCP.gp import gp_Pnt
     from OCP.TopAbs import TopAbs_State
 
-    found = BRepClass_FaceClassifier(face, gp_Pnt(*(float(value) for value in point)), 1e-7)
-    return bool(found.State() == TopAbs_State.TopAbs_IN)
+    classified = BRepClass_FaceClassifier(face, gp_Pnt(*(float(value) for value in point)), 1e-7)
+    return bool(classified.State() == TopAbs_State.TopAbs_IN)
 
 
 def _raising(tool: Raising, body: Any) -> Any:

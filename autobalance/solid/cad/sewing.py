@@ -38,8 +38,8 @@ def bodies_of(shape: Any, what: str) -> tuple[tuple[NamedBody, ...], tuple[str, 
     shells, reach_mm = _sewn(shape, faces)
     solids = _without_cavities([_outward(shell) for shell in shells])
     count = "1 solid" if len(solids) == 1 else f"{len(solids)} solids"
-    said = f"{len(faces)} loose faces sewn to {count}, within {reach_mm:.2g} mm"
-    return tuple(NamedBody("", solid) for solid in solids), (said,)
+    note = f"{len(faces)} loose faces sewn to {count}, within {reach_mm:.2g} mm"
+    return tuple(NamedBody("", solid) for solid in solids), (note,)
 
 
 def _sewn(shape: Any, faces: Sequence[Any]) -> tuple[list[Any], float]:
@@ -82,14 +82,16 @@ def _without_cavities(solids: list[Any]) -> list[Any]:
     """Take out of each solid those that lie within it: shells around cavities."""
     boxes = [bounds_mm(solid) for solid in solids]
     order = sorted(range(len(solids)), key=lambda k: -float(np.prod(boxes[k][1] - boxes[k][0])))
-    found: list[Any] = []
+    outer_solids: list[Any] = []
     for k in order:
-        around = next((place for place, outer in enumerate(found) if _contains(outer, solids[k])), None)
+        around = next(
+            (place for place, outer in enumerate(outer_solids) if _contains(outer, solids[k])), None
+        )
         if around is None:
-            found.append(solids[k])
+            outer_solids.append(solids[k])
         else:
-            found[around] = explored(cut(found[around], [solids[k]]), "SOLID")[0]
-    return found
+            outer_solids[around] = explored(cut(outer_solids[around], [solids[k]]), "SOLID")[0]
+    return outer_solids
 
 
 def _contains(outer: Any, inner: Any) -> bool:

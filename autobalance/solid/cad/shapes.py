@@ -18,12 +18,12 @@ EXPECTED = (
 )
 
 
-def step_of_shape(given: Any, unit: str) -> bytes:
+def step_of_shape(source: Any, unit: str) -> bytes:
     """Return the STEP file, in ``unit``, of a shape whose numbers are in ``unit``.
 
     Parameters
     ----------
-    given : TopoDS_Shape, or an object that wraps one
+    source : TopoDS_Shape, or an object that wraps one
         Of a CadQuery ``Workplane``, the shape on its stack.
     unit : str
         mm, cm, m or inch.
@@ -36,14 +36,14 @@ def step_of_shape(given: Any, unit: str) -> bytes:
     require_kernel("a shape in memory")
     from OCP.TopoDS import TopoDS_Shape
 
-    shape = given
+    shape = source
     if not isinstance(shape, TopoDS_Shape) and callable(getattr(shape, "val", None)):
         shape = shape.val()  # a Workplane of CadQuery
     shape = getattr(shape, "wrapped", shape)
     if not isinstance(shape, TopoDS_Shape) or shape.IsNull():
-        found = "an empty shape" if isinstance(shape, TopoDS_Shape) else type(given).__name__
-        raise FormatError(f"shape: found {found}; expected {EXPECTED}")
-    return write_step(scaled(shape, MM_PER[unit]), unit, str(getattr(given, "label", "") or "crank"))
+        kind = "an empty shape" if isinstance(shape, TopoDS_Shape) else type(source).__name__
+        raise FormatError(f"shape: found {kind}; expected {EXPECTED}")
+    return write_step(scaled(shape, MM_PER[unit]), unit, str(getattr(source, "label", "") or "crank"))
 
 
 def shape_of(drawn: Shape, motion: Array) -> Any:

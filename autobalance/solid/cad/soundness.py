@@ -99,7 +99,7 @@ def edges_off_faces(body: Any) -> tuple[Gap, ...]:
     """
     low, high = bounds_mm(body)
     diagonal = float(np.linalg.norm(high - low))
-    found = []
+    gaps = []
     for number, face in enumerate(explored(body, "FACE")):
         off = [(distance, edge, place) for edge, distance, place in _distances(face, TOUCHES * diagonal)]
         if not off:
@@ -111,8 +111,8 @@ def edges_off_faces(body: Any) -> tuple[Gap, ...]:
                 f"it at ({x:.6g}, {y:.6g}, {z:.6g}) mm: the file's surfaces contradict its edges; "
                 f"expected at most {CONTRADICTS * diagonal:.2g} mm"
             )
-        found.append(Gap(number, distance, area_mm2(face), bounds_mm(face)))
-    return tuple(found)
+        gaps.append(Gap(number, distance, area_mm2(face), bounds_mm(face)))
+    return tuple(gaps)
 
 
 def _distances(face: Any, least_mm: float) -> Iterator[tuple[int, float, Array]]:
@@ -159,18 +159,18 @@ def _healed(body: Any) -> tuple[Any, tuple[str, ...]]:
     """Return a body as the kernel mends it, and what it did."""
     from OCP.ShapeFix import ShapeFix_Shape
 
-    found = faults(body)
+    fault = faults(body)
     before = properties(body).mass_g
     tool = ShapeFix_Shape(body)
     tool.Perform()
     solids = explored(tool.Shape(), "SOLID")
     if len(solids) != 1 or not is_valid(solids[0]):
         raise SolidError(
-            f"the CAD kernel finds fault with the solid and cannot heal it: {found}; expected a closed body"
+            f"the CAD kernel finds fault with the solid and cannot heal it: {fault}; expected a closed body"
         )
     after = properties(solids[0]).mass_g
     return solids[0], (
-        f"the CAD kernel found fault with the solid: {found}; healed; {volume_change(before, after)}",
+        f"the CAD kernel found fault with the solid: {fault}; healed; {volume_change(before, after)}",
     )
 
 
@@ -181,18 +181,18 @@ def faults(body: Any) -> str:
     if body.IsNull():
         return "it is empty"
     check = BRepCheck_Analyzer(body)
-    found = []
+    causes = []
     for number, face in enumerate(explored(body, "FACE")):
         if not check.IsValid(face):
             middle = bounds_mm(face).mean(axis=0)
             place = ", ".join(f"{value:.6g}" for value in middle)
-            found.append(
+            causes.append(
                 f"face {number + 1}, a {surface_kind(face)} at ({place}) mm, {_fault_of(face, check)}"
             )
-    if not found:
-        found = [f"its shell {_words(fault)}{_open_faces(body)}" for fault in _shell_faults(body)]
-    more = f" and {len(found) - FAULTS_SHOWN} more" if len(found) > FAULTS_SHOWN else ""
-    return "; ".join(found[:FAULTS_SHOWN]) + more if found else "it names none"
+    if not causes:
+        causes = [f"its shell {_words(fault)}{_open_faces(body)}" for fault in _shell_faults(body)]
+    more = f" and {len(causes) - FAULTS_SHOWN} more" if len(causes) > FAULTS_SHOWN else ""
+    return "; ".join(causes[:FAULTS_SHOWN]) + more if causes else "it names none"
 
 
 def _fault_of(face: Any, check: Any) -> str:

@@ -89,15 +89,15 @@ def with_new_metal(
     SolidError
         If the kernel cannot join them.
     """
-    gone = [moved(sector, frame) for sector in sectors]
+    removed = [moved(sector, frame) for sector in sectors]
     added = [moved(spline_solid(body).body, frame) for body in bodies]
-    return ExactSolid.of(unified(fused([cut(crank.body, gone), *added])))
+    return ExactSolid.of(unified(fused([cut(crank.body, removed), *added])))
 
 
 def step_beside(parts: Sequence[ExactSolid], bodies: Sequence[SplineBody], frame: Array, unit: str) -> bytes:
     """Return a STEP file of solids and, beside them, bodies that ``frame`` (4, 4) takes to their place."""
-    made = [moved(spline_solid(body).body, frame) for body in bodies]
-    return write_step(compound([*(each.body for each in parts), *made]), unit, "crank")
+    shapes = [moved(spline_solid(body).body, frame) for body in bodies]
+    return write_step(compound([*(each.body for each in parts), *shapes]), unit, "crank")
 
 
 def faceted_solid(mesh: Mesh) -> ExactSolid:

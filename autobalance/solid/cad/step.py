@@ -66,8 +66,8 @@ def exact_of(file: CadFile, body: int | str | None, pressed_up: bool) -> Exact:
 def _exact_of(file: CadFile, body: int | str | None, pressed_up: bool) -> Exact:
     parts = [_part(one) for one in file.bodies]
     parts.sort(key=lambda part: -part.solid.volume_mm3)
-    taken = _chosen(parts, body, pressed_up)
-    every = [part.solid for part in taken]
+    bodies = _chosen(parts, body, pressed_up)
+    every = [part.solid for part in bodies]
     chosen = joined_solids(every, are_apart(every))
     facets = chosen.facets()
     distinct, number = weld(facets.points)
@@ -83,13 +83,17 @@ def _exact_of(file: CadFile, body: int | str | None, pressed_up: bool) -> Exact:
     return Exact(
         solid=chosen,
         unit=file.unit or "mm",
-        name=taken[0].name,
+        name=bodies[0].name,
         bodies=len(parts),
         triangles=len(facets.triangles),
         mesh=mesh,
         surfaces=surfaces,
-        repairs=(*file.repairs, *(said for part in taken for said in part.repairs), *_united(taken, chosen)),
-        gaps=tuple(gap for part in taken for gap in part.gaps),
+        repairs=(
+            *file.repairs,
+            *(note for part in bodies for note in part.repairs),
+            *_united(bodies, chosen),
+        ),
+        gaps=tuple(gap for part in bodies for gap in part.gaps),
     )
 
 
@@ -134,12 +138,14 @@ def _chosen(parts: Sequence[_Part], body: int | str | None, pressed_up: bool) ->
     if body == "all" or (body is None and (pressed_up or len(parts) == 1)):
         return parts
     if body is None:
-        asked = "expected body = a number or a name, or 'all' to unite them"
-        raise BodiesError(f"{_listed(parts)}; {asked}", len(parts))
-    found = _named(parts, body) if isinstance(body, str) else list(parts[body - 1 : body] if body > 0 else ())
-    if len(found) != 1:
+        hint = "expected body = a number or a name, or 'all' to unite them"
+        raise BodiesError(f"{_listed(parts)}; {hint}", len(parts))
+    matching = (
+        _named(parts, body) if isinstance(body, str) else list(parts[body - 1 : body] if body > 0 else ())
+    )
+    if len(matching) != 1:
         raise SolidError(f"body {body!r} was asked for; {_listed(parts)}")
-    return found
+    return matching
 
 
 def _united(parts: Sequence[_Part], whole: ExactSolid) -> list[str]:
@@ -156,13 +162,13 @@ def _united(parts: Sequence[_Part], whole: ExactSolid) -> list[str]:
 def _named(parts: Sequence[_Part], name: str) -> list[_Part]:
     """Return the parts of a name; else those at a place of that name; else whatever the letters' size."""
     small = name.casefold()
-    for found in (
+    for matching in (
         [part for part in parts if part.name == name],
         [part for part in parts if part.place == name],
         [part for part in parts if small in (part.name.casefold(), part.place.casefold())],
     ):
-        if len(found) == 1:
-            return found
+        if len(matching) == 1:
+            return matching
     return []
 
 
@@ -178,7 +184,7 @@ def _listed(parts: Sequence[_Part]) -> str:
 
 
 def _label(parts: Sequence[_Part], part: _Part) -> str:
-    """Return the name by which a part is told from the others, in quotes."""
+    """Return the name that distinguishes a part from the others, in quotes."""
     shared = sum(part.name == other.name for other in parts) > 1
     name = part.place if shared and part.place else part.name
     return repr(name) if name else ""

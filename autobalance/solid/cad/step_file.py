@@ -85,10 +85,10 @@ def _parts(document: Any) -> list[NamedBody]:
 
     roots = Sequence_TDF_Label()
     XCAFDoc_DocumentTool.ShapeTool_s(document.Main()).GetFreeShapes(roots)
-    found: list[NamedBody] = []
+    parts: list[NamedBody] = []
     for place in range(roots.Length()):
-        found += _of_label(roots.Value(place + 1), None)
-    return found
+        parts += _of_label(roots.Value(place + 1), None)
+    return parts
 
 
 def _of_label(label: Any, place: Any) -> list[NamedBody]:
@@ -100,7 +100,7 @@ def _of_label(label: Any, place: Any) -> list[NamedBody]:
     if not XCAFDoc_ShapeTool.IsAssembly_s(label):
         shape = XCAFDoc_ShapeTool.GetShape_s(label)
         return [NamedBody(_name(label), shape if place is None else shape.Moved(place))]
-    found: list[NamedBody] = []
+    bodies: list[NamedBody] = []
     parts = Sequence_TDF_Label()
     XCAFDoc_ShapeTool.GetComponents_s(label, parts, False)
     for number in range(parts.Length()):
@@ -109,8 +109,8 @@ def _of_label(label: Any, place: Any) -> list[NamedBody]:
         there = here if place is None else place.Multiplied(here)
         if XCAFDoc_ShapeTool.GetReferredShape_s(part, target):
             inside = _of_label(target, there)
-            found += [replace(one, place=_name(part)) for one in inside]
-    return found
+            bodies += [replace(one, place=_name(part)) for one in inside]
+    return bodies
 
 
 def _name(label: Any) -> str:

@@ -22,7 +22,7 @@ class CylinderFace:
     """A cylindrical face.
 
     ``point_mm`` (3,) and ``axis`` (unit, (3,)) give the axis, on which the face reaches from ``low_mm`` to
-    ``high_mm``; ``hollow`` tells a hole from a bar. ``swept_rad`` is the angle that it spans.
+    ``high_mm``; ``hollow`` is true of a hole. ``swept_rad`` is the angle that it spans.
     """
 
     number: int

@@ -82,15 +82,15 @@ def each_taken(
     size = float(np.linalg.norm(high - low))
     for share in CLEAR_SHARES:
         grown = [tool_shape(tool, body, share * size) for tool in added]
-        gone = [tool_shape(tool, body, share * size) for tool in removed]
+        tools = [tool_shape(tool, body, share * size) for tool in removed]
         whole = fused([body, *grown])
         came = [cut(part, [body]) for part in _apart(grown)]
-        went = [common(whole, part) for part in _apart(gone)]
+        went = [common(whole, part) for part in _apart(tools)]
         adds = tuple(_measured(tool, part, body) for tool, part in zip(added, came, strict=True))
         takes = tuple(_measured(tool, part, body) for tool, part in zip(removed, went, strict=True))
         moved = sum(each.volume.mass_g for each in (*adds, *takes))
-        found = sum(each.volume.mass_g for each in adds) - sum(each.volume.mass_g for each in takes)
-        if abs(found - change_mm3) <= ADD_UP * moved:
+        sum_mm3 = sum(each.volume.mass_g for each in adds) - sum(each.volume.mass_g for each in takes)
+        if abs(sum_mm3 - change_mm3) <= ADD_UP * moved:
             return takes, adds
     return None
 
@@ -98,14 +98,14 @@ def each_taken(
 def _apart(shapes: Sequence[Any]) -> list[Any]:
     """Return bodies, each without what an earlier one holds."""
     boxes = [bounds_mm(shape) for shape in shapes]
-    found = []
+    parts = []
     for number, shape in enumerate(shapes):
         low, high = boxes[number]
         before = [
             shapes[k] for k in range(number) if not (np.any(boxes[k][0] > high) or np.any(low > boxes[k][1]))
         ]
-        found.append(cut(shape, before) if before else shape)
-    return found
+        parts.append(cut(shape, before) if before else shape)
+    return parts
 
 
 def _measured(tool: Tool, part: Any, body: Any) -> EachTaken:
@@ -149,15 +149,15 @@ def face_loops(face: Any) -> list[Loop]:
 
     outer = BRepTools.OuterWire_s(TopoDS.Face(face))
     wires = sorted(explored(face, "WIRE"), key=lambda wire: not wire.IsSame(outer))
-    found = []
+    loops = []
     for wire in wires:
         edges: list[Edge] = []
         walk = Walk(TopoDS.Wire(wire), TopoDS.Face(face))
         while walk.More():
             edges += _edges(walk.Current())
             walk.Next()
-        found.append(tuple(edges))
-    return found
+        loops.append(tuple(edges))
+    return loops
 
 
 def _edges(edge: Any) -> list[Edge]:
@@ -190,10 +190,10 @@ def flat_loops(loops: Sequence[Loop], frame: Array) -> tuple[Outline, ...]:
 
     All loops of a face run with its metal on one side, which is the right one as seen from its back.
     """
-    found = [tuple(_flat(edge, frame) for edge in loop) for loop in loops]
-    if not found or outline_area_mm2(found[0]) > 0.0:
-        return tuple(found)
-    return tuple(tuple(reversed_outline(loop)) for loop in found)
+    outlines = [tuple(_flat(edge, frame) for edge in loop) for loop in loops]
+    if not outlines or outline_area_mm2(outlines[0]) > 0.0:
+        return tuple(outlines)
+    return tuple(tuple(reversed_outline(loop)) for loop in outlines)
 
 
 def _flat(edge: Edge, frame: Array) -> Line | Arc:

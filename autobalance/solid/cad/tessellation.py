@@ -97,14 +97,14 @@ def surface_kind(face: Any) -> str:
 
 def surfaces(body: Any) -> tuple[Surface, ...]:
     """Return the plane and cylindrical faces of a body with their own parameters."""
-    found: list[Surface] = []
+    surfaces_found: list[Surface] = []
     for number, face in enumerate(explored(body, "FACE")):
         kind = surface_kind(face)
         if kind == "plane":
-            found.append(_plane(number, face))
+            surfaces_found.append(_plane(number, face))
         elif kind == "cylinder":
-            found.append(_cylinder(number, face))
-    return tuple(found)
+            surfaces_found.append(_cylinder(number, face))
+    return tuple(surfaces_found)
 
 
 def _plane(number: int, face: Any) -> PlaneFace:
@@ -160,6 +160,6 @@ def _area(face: Any) -> tuple[float, Array]:
     from OCP.BRepGProp import BRepGProp
     from OCP.GProp import GProp_GProps
 
-    found = GProp_GProps()
-    BRepGProp.SurfaceProperties_s(face, found)
-    return float(found.Mass()), _vector(found.CentreOfMass())
+    props = GProp_GProps()
+    BRepGProp.SurfaceProperties_s(face, props)
+    return float(props.Mass()), _vector(props.CentreOfMass())

@@ -28,9 +28,9 @@ THICKEST = 0.5 * np.tan(SMOOTH_RAD / 4.0)
 FITTED_SHARE = 0.04
 """Error bar of a fitted surface, as a share of its contribution: seams and second-order terms."""
 LOOSE_SHARE = 1.5
-"""Error bar of a smooth surface that was not fitted, as a share of what its angles tell."""
+"""Error bar of a smooth surface that was not fitted, as a share of the estimate from its angles."""
 MAX_SAG_RATIO = 100.0
-"""What lies between facets and a surface, as a share of what their angles tell, at most: slivers hide much at
+"""Metal between facets and a surface over the estimate from their angles, at most: slivers hide much at
 small angles, but a surface that was fitted to the wrong facets hundreds of times as much."""
 MANY = 30_000
 """Triangles from which on they are so small that degree 2 is enough."""
@@ -135,12 +135,12 @@ def _summed(look: Look, surfaces: list[Revolved], surface_of: Indices, density_g
     along = np.zeros(2)
     used = np.unique(surface_of[surface_of >= 0]).tolist()
     for number in used:
-        found = lenses[number]
-        total = total + found.moments
-        gross_mass += found.gross_mass_g
-        gross_unbalance += found.gross_unbalance_g_mm
-        along += FITTED_SHARE * found.gross_at
-        sag = max(sag, found.sag_mm)
+        of_piece = lenses[number]
+        total = total + of_piece.moments
+        gross_mass += of_piece.gross_mass_g
+        gross_unbalance += of_piece.gross_unbalance_g_mm
+        along += FITTED_SHARE * of_piece.gross_at
+        sag = max(sag, of_piece.sag_mm)
     loose_mass, loose_unbalance, loose_along = _loose(look, surface_of, density_g_mm3)
     bar = FITTED_SHARE * gross_unbalance + loose_unbalance
     mean, mean_square = (along + loose_along) / (bar or 1.0)
@@ -182,7 +182,7 @@ def _drop_false(
     """Take their faces from surfaces that were fitted to the wrong ones.
 
     Some face has more between it and its surface than a chord of its size can have, or all of them together
-    have much more than their angles tell.
+    have much more than their angles suggest.
     """
     if not parts:
         return

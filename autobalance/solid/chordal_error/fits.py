@@ -144,8 +144,8 @@ def least_directions(vectors: Array, sets: Sets) -> Array:
     x, y, z = vectors.T
     xx, xy, xz, yy, yz, zz = sets.sums(np.stack([x * x, x * y, x * z, y * y, y * z, z * z], axis=1)).T
     second = np.stack([xx, xy, xz, xy, yy, yz, xz, yz, zz], axis=1).reshape(-1, 3, 3)
-    found: Array = np.linalg.eigh(second)[1][:, :, 0]
-    return found
+    directions: Array = np.linalg.eigh(second)[1][:, :, 0]
+    return directions
 
 
 @dataclass(frozen=True, eq=False)

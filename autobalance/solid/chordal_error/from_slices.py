@@ -27,7 +27,7 @@ ACROSS, ALONG = 24, 6
 CROSSINGS_ACROSS, CROSSINGS_ALONG = 90_000, 15_000
 """Triangles that are cut, once for each section, about at most; else there are fewer sections."""
 SAMPLE = 61
-"""Every so manieth triangle tells how many are cut."""
+"""Every n-th triangle, to estimate how many are cut."""
 FLAT_RAD = 3e-4
 """Pieces that turn by less are one chord."""
 TINY = 1e-7
@@ -60,7 +60,7 @@ def chordal_error_from_slices(mesh: Mesh, density_g_mm3: float, frame: Array) ->
     gross, bar = np.zeros(4), np.zeros(4)
     sag = 0.0
     for axis, sections, most in ((2, ACROSS, CROSSINGS_ACROSS), (0, ALONG, CROSSINGS_ALONG)):
-        middle, volume, depth, made = _lenses(mesh, frame[axis, :3], sections, most)
+        middle, volume, depth, lens_count = _lenses(mesh, frame[axis, :3], sections, most)
         mass = density_g_mm3 * volume
         middle = middle @ frame[:3, :3].T + frame[:3, 3]
         weighted = mass[:, None] * middle
@@ -68,7 +68,7 @@ def chordal_error_from_slices(mesh: Mesh, density_g_mm3: float, frame: Array) ->
         size, z = np.abs(mass) * np.hypot(middle[:, 0], middle[:, 1]), middle[:, 2]
         sums = np.array([np.abs(mass).sum(), size.sum(), size @ z, size @ z**2])
         gross += sums
-        bar += (BAR + BAR_OF_FEW / made) * sums
+        bar += (BAR + BAR_OF_FEW / lens_count) * sums
         sag = max(sag, float(depth.max(initial=0.0)))
     mean, mean_square = (float(value) for value in bar[2:] / (bar[1] or 1.0))
     return ChordalError(

@@ -129,8 +129,8 @@ class Look:
     @cached_property
     def first_middles(self) -> Array:
         """The middle (count, 3) of a triangle of each face."""
-        found: Array = self.mesh.vertices[self.mesh.triangles[self.order[self.starts]]].mean(axis=1)
-        return found
+        middles: Array = self.mesh.vertices[self.mesh.triangles[self.order[self.starts]]].mean(axis=1)
+        return middles
 
     @cached_property
     def is_corner(self) -> Flags:
@@ -199,7 +199,7 @@ def tight_mm(look: Look) -> float:
 
 
 def lies_on(look: Look, surface: Revolved, faces: Indices) -> Flags:
-    """Tell which faces are chords of a surface: corners on it, middle not too deep, normal across it."""
+    """Return which faces are chords of a surface: corners on it, middle not too deep, normal across it."""
     row, point = look.corners(faces)
     off = surface.off(point)
     size = surface.tube_mm or surface.r0 + surface.slope * (point - surface.point) @ surface.axis

@@ -1,4 +1,4 @@
-"""What facets hide on a mesh that was cut: the facets left are told by their planes."""
+"""What facets hide on a mesh that was cut: the facets left are recognised by their planes."""
 
 from __future__ import annotations
 

@@ -1,7 +1,7 @@
 """What the small facets of a scan cost against the smooth surface through their corners.
 
 A scan has no circles to be found in, but small even triangles: over each, the surface is a paraboloid through
-its corners, and the directions at the two ends of an edge tell how far it rises above the edge's middle
+its corners, and the directions at the two ends of an edge give how far it rises above the edge's middle
 (a·(n₂ − n₁)/8, as for PN triangles). Noise moves directions either way and averages out.
 
 References

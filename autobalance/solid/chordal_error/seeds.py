@@ -32,7 +32,7 @@ POINTS_MOST = 200
 LEANING = 0.2
 """Part of a facet's direction along the axis of its cylinder, at most."""
 WORTH = 0.999
-"""Share of what all smooth faces tell that is looked at; the pieces that share the rest are not worth it."""
+"""Share of all smooth faces' estimate that is looked at; the pieces that share the rest are not worth it."""
 
 
 class _Points:
@@ -68,18 +68,18 @@ class _Points:
         size = np.bincount(which, minlength=len(sets.starts))
         within = np.arange(len(own)) - (np.cumsum(size) - size)[which]
         kept = within % np.maximum(1, size // POINTS_MOST)[which] == 0
-        found: Array = self._vertices[number[kept]]
-        return found, which[kept]
+        points: Array = self._vertices[number[kept]]
+        return points, which[kept]
 
 
 def find_leftover_cylinders(look: Look, surfaces: list[Revolved], surface_of: Indices) -> None:
-    """Fit cylinders of any axis to pieces of smooth facets that no strip of chords told."""
+    """Fit cylinders of any axis to pieces of smooth facets that no strip of chords showed."""
     points = _Points(look)
     tight = tight_mm(look)
     tries = _tries(look, _pieces(look, surface_of))
-    for piece, found in tries.grouped(_cylinders(look, points, tries, tight)):
+    for piece, fits in tries.grouped(_cylinders(look, points, tries, tight)):
         left = piece
-        for seed, fitted in found:
+        for seed, fitted in fits:
             if len(left) < LEAST:
                 break
             if np.isin(seed, left).all():
@@ -102,9 +102,9 @@ def find_joined(
         before = len(surfaces)
         faces, patches = Around.of(look, i, j, point, axis).patches(-1.0, 1.0 - 1e-8)
         tries = _tries(look, _worth(look, np.split(faces, patches.starts[1:]), surface_of))
-        for piece, found in tries.grouped(_profiles(points, tries, point, axis, tight)):
+        for piece, fits in tries.grouped(_profiles(points, tries, point, axis, tight)):
             left = piece
-            for seed, fitted in found:
+            for seed, fitted in fits:
                 if len(left) < LEAST:
                     break
                 if np.isin(seed, left).all():
@@ -170,10 +170,10 @@ class _Tries:
         self, fitted: dict[int, Revolved]
     ) -> Iterator[tuple[Indices, list[tuple[Indices, Revolved]]]]:
         """Yield each piece with its seeds that were fitted, by their numbers, and the surfaces."""
-        found: dict[int, list[tuple[Indices, Revolved]]] = {}
+        by_piece: dict[int, list[tuple[Indices, Revolved]]] = {}
         for number, surface in sorted(fitted.items()):
-            found.setdefault(int(self._owner[number]), []).append((self._seeds[number], surface))
-        for owner, some in found.items():
+            by_piece.setdefault(int(self._owner[number]), []).append((self._seeds[number], surface))
+        for owner, some in by_piece.items():
             yield self._pieces[owner], some
 
 
@@ -184,21 +184,21 @@ def _tries(look: Look, pieces: list[Indices]) -> _Tries:
 def _seeds(look: Look, piece: Indices) -> list[Indices]:
     """Return the whole piece, then facets near each other at places spread over it."""
     middle = look.first_middles[piece]
-    found = [piece]
+    seeds = [piece]
     sizes = [size for size in SEED_SIZES if size < len(piece)]
     if not sizes:
-        return found
+        return seeds
     places = np.unique(np.linspace(0, len(piece) - 1, SEEDS).astype(np.int64))
     for place in places:
         apart = np.square(middle - middle[place]).sum(axis=1)
         near = np.argpartition(apart, sizes[-1] - 1)[: sizes[-1]]
         near = near[np.argsort(apart[near], kind="stable")]
-        found += [piece[near[:size]] for size in sizes]
-    return found
+        seeds += [piece[near[:size]] for size in sizes]
+    return seeds
 
 
 def _on(look: Look, points: _Points, surface: Revolved, faces: Indices, tight: float) -> Flags:
-    """Tell which faces lie on a surface, their points exactly."""
+    """Return which faces lie on a surface, their points exactly."""
     row, point = points.of(faces)
     worst = np.zeros(len(faces))
     np.maximum.at(worst, row, np.abs(surface.off(point)))
@@ -219,10 +219,10 @@ def _cylinders(look: Look, points: _Points, tries: _Tries, tight: float) -> dict
     rows = np.isin(which, tried)
     if not rows.any():
         return {}
-    found = cylinders(some[rows], Sets.of(which[rows]), axis[tried], tight, look.mesh.diagonal_mm)
-    fits = (found.swept >= ON_SURFACE) & (found.worst_mm <= tight)
+    fits_of = cylinders(some[rows], Sets.of(which[rows]), axis[tried], tight, look.mesh.diagonal_mm)
+    fits = (fits_of.swept >= ON_SURFACE) & (fits_of.worst_mm <= tight)
     return {
-        int(tried[one]): Revolved(found.point[one], found.axis[one], float(found.radius[one]))
+        int(tried[one]): Revolved(fits_of.point[one], fits_of.axis[one], float(fits_of.radius[one]))
         for one in np.flatnonzero(fits).tolist()
     }
 
@@ -240,9 +240,9 @@ def _profiles(points: _Points, tries: _Tries, point: Array, axis: Array, tight: 
     is_line = straight.worst_mm <= tight
     is_arc = ~is_line & (round_.worst_mm <= tight) & (round_.radius > 10.0 * tight)
     is_line &= np.abs(straight.direction[:, 1]) > 1e-9
-    found = {}
+    surfaces = {}
     for one in np.flatnonzero(is_line).tolist():
-        found[int(owner[one])] = cone(point, axis, straight.middle[one], straight.direction[one])
+        surfaces[int(owner[one])] = cone(point, axis, straight.middle[one], straight.direction[one])
     for one in np.flatnonzero(is_arc & np.isfinite(round_.radius)).tolist():
-        found[int(owner[one])] = torus(point, axis, round_.centre[one], float(round_.radius[one]))
-    return found
+        surfaces[int(owner[one])] = torus(point, axis, round_.centre[one], float(round_.radius[one]))
+    return surfaces

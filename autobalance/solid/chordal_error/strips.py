@@ -120,7 +120,7 @@ def _chosen(members: Indices, strip: Indices, kept: Flags) -> tuple[Indices, Set
 
 
 def _turning(look: Look, chords: Chords, members: Indices, sets: Sets) -> Flags:
-    """Tell which strips lie beside others of one radius whose axis turns: pieces of a torus or a ball."""
+    """Return which strips lie beside others of one radius whose axis turns: pieces of a torus or a ball."""
     strip_of = np.full(look.count, -1)
     for faces in (chords.i[members], chords.j[members]):
         np.maximum.at(strip_of, faces, sets.number)
@@ -153,15 +153,15 @@ def _fitted(
         [np.einsum("nkd,nd->nk", rulings, one[number]), np.einsum("nkd,nd->nk", rulings, other[number])],
         axis=2,
     )
-    found = circles(flat.reshape(-1, 2), Sets(3 * sets.starts, 3 * sets.count))
-    slack = ON_SURFACE * found.radius
+    fitted = circles(flat.reshape(-1, 2), Sets(3 * sets.starts, 3 * sets.count))
+    slack = ON_SURFACE * fitted.radius
     few = faces_of.sizes < CROWD
     slack[few] = np.minimum(slack[few], 4.0 * tight_mm(look))
-    fits = (lean <= ON_SURFACE) & (found.worst_mm <= slack) & (faces_of.sizes > 2)
-    fits &= np.isfinite(found.radius)
+    fits = (lean <= ON_SURFACE) & (fitted.worst_mm <= slack) & (faces_of.sizes > 2)
+    fits &= np.isfinite(fitted.radius)
     for strip in np.flatnonzero(fits).tolist():
-        point = found.centre[strip] @ np.stack([one[strip], other[strip]])
-        yield strip, Revolved(point, axis[strip], float(found.radius[strip]))
+        point = fitted.centre[strip] @ np.stack([one[strip], other[strip]])
+        yield strip, Revolved(point, axis[strip], float(fitted.radius[strip]))
 
 
 def _far_side(look: Look, faces: Indices, axis: Array, middle: Array) -> Array:
@@ -198,7 +198,7 @@ def _strips(chords: Chords) -> Indices:
 
 
 def _is_chord(look: Look, cylinder: Revolved, faces: Indices) -> Flags:
-    """Tell which faces of a strip are as deep as their width asks; none if most are not."""
+    """Return which faces of a strip are as deep as their width asks; none if most are not."""
     across = np.cross(cylinder.axis, look.normal[faces])
     row, point = look.corners(faces)
     reach = np.einsum("ij,ij->i", point - cylinder.point, across[row])
@@ -206,9 +206,9 @@ def _is_chord(look: Look, cylinder: Revolved, faces: Indices) -> Flags:
     np.minimum.at(least, row, reach)
     np.maximum.at(most, row, reach)
     half = 0.5 * (most - least)
-    wanted = cylinder.r0 - np.sqrt(np.maximum(0.0, cylinder.r0**2 - half**2))
+    expected = cylinder.r0 - np.sqrt(np.maximum(0.0, cylinder.r0**2 - half**2))
     depth = _depth_of(look, cylinder, faces)
-    ratio = float(np.median(depth / np.maximum(wanted, 1e-12)))
+    ratio = float(np.median(depth / np.maximum(expected, 1e-12)))
     if not CHORD_RATIO[0] < ratio < CHORD_RATIO[1]:
         return np.zeros(len(faces), dtype=bool)
     if len(faces) < FEW and not _turns_twice(look, cylinder, faces):
@@ -248,17 +248,17 @@ def _spread(look: Look, surfaces: list[Revolved], surface_of: Indices) -> None:
         beside = beside[:, surface_of[beside[0]] < 0]
         face, source = beside[:, surface_of[beside[1]] >= 0]
         pairs = np.unique(face * len(surfaces) + surface_of[source])
-        face, wanted = pairs // len(surfaces), pairs % len(surfaces)
+        face, surface = pairs // len(surfaces), pairs % len(surfaces)
         if len(face) == 0:
             return
         row, point = look.corners(face)
-        here = wanted[row]
+        here = surface[row]
         off, slack = table.off(point, here), ON_SURFACE * table.radius[here]
         fits = np.ones(len(face), dtype=bool)
         fits[row[(off > slack) | (off < -sag[here] - slack)]] = False
-        fits &= np.abs(np.einsum("ij,ij->i", look.normal[face], table.axis[wanted])) <= ON_SURFACE
-        fits &= table.depth(look, face, wanted) <= 1.05 * sag[wanted] + 1e-9
-        surface_of[face[fits]] = wanted[fits]
+        fits &= np.abs(np.einsum("ij,ij->i", look.normal[face], table.axis[surface])) <= ON_SURFACE
+        fits &= table.depth(look, face, surface) <= 1.05 * sag[surface] + 1e-9
+        surface_of[face[fits]] = surface[fits]
 
 
 class _Table:

@@ -23,10 +23,10 @@ def differences(one: Solid, other: Solid) -> tuple[Solid, Solid]:
     more = one.volume_mm3 - other.volume_mm3
     best, least = (one - other, other - one), np.inf
     for turn in (None, *TURNS):
-        found = best if turn is None else _turned(one, other, _placement(turn))
-        off = abs(found[0].volume_mm3 - found[1].volume_mm3 - more)
+        pair = best if turn is None else _turned(one, other, _placement(turn))
+        off = abs(pair[0].volume_mm3 - pair[1].volume_mm3 - more)
         if off < least:
-            best, least = found, off
+            best, least = pair, off
         if least <= ADD_UP * one.volume_mm3:
             break
     return best

@@ -74,8 +74,8 @@ def united(solid: Solid) -> Solid:
         If the layers cannot be parted, or metal counts as negative.
     """
     left = NOTHING * solid.volume_mm3
-    found = _united(solid, left, HALVINGS)
-    wrong = self_overlap(found)
+    result = _united(solid, left, HALVINGS)
+    wrong = self_overlap(result)
     if wrong is not None and wrong.volume_mm3 > left:
         x, y, z = wrong.centre_mm
         raise OverlapError(
@@ -83,7 +83,7 @@ def united(solid: Solid) -> Solid:
             f"wrongly around ({x:.6g}, {y:.6g}, {z:.6g}) mm in the file's coordinates",
             wrong.volume_mm3,
         )
-    return found
+    return result
 
 
 def _united(solid: Solid, left_mm3: float, halvings: int) -> Solid:

@@ -146,9 +146,9 @@ def with_corners(outline: Outline, points: Iterable[Point]) -> Outline:
 
     Two bodies that touch along a line share their corners then, and join without slivers.
     """
-    wanted = list(points)
+    corners = list(points)
     return tuple(
-        Line(edge.start, edge.end, tuple(_between(edge, wanted))) if isinstance(edge, Line) else edge
+        Line(edge.start, edge.end, tuple(_between(edge, corners))) if isinstance(edge, Line) else edge
         for edge in outline
     )
 
@@ -351,7 +351,7 @@ def _drafted_mesh(shape: Drafted, segments: int, times: int) -> Mesh:
 def _on_plane(
     shape: Drafted, points: Array, height: Array, limited_by: Indices, edge: int
 ) -> NDArray[np.bool_]:
-    """Tell which raised corners lie on the top (−1) or on the leaning plane of an edge."""
+    """Return which raised corners lie on the top (−1) or on the leaning plane of an edge."""
     if edge < 0:
         return np.asarray(height == shape.height)
     start, normal = shape.inward(shape.leaning[edge])

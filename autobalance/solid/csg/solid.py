@@ -235,7 +235,7 @@ class Solid:
     def thicker_pieces(self, thickness_mm: float) -> list[Solid]:
         """Return the connected bodies of more volume than their own area times a thickness [mm].
 
-        Flakes, of which a boolean between near surfaces leaves thousands, are told by sums over their facets
+        Flakes, of which a boolean between near surfaces leaves thousands, are known by sums over their facets
         and never become bodies.
         """
         mesh = self.mesh
@@ -346,7 +346,7 @@ class Region:
         return Region(self.section.simplify(by_mm))
 
     def contains(self, points_mm: Array) -> NDArray[np.bool_]:
-        """Tell for each point (k, 2) whether it lies inside (crossings to its right are odd)."""
+        """Return for each point (k, 2) whether it lies inside (crossings to its right are odd)."""
         inside = np.zeros(len(points_mm), dtype=bool)
         for polygon in self.polygons if len(points_mm) else []:
             inside ^= _crossings_to_the_right(points_mm, polygon) % 2 == 1

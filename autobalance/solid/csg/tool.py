@@ -20,7 +20,7 @@ class Lowering:
     """The metal over a new, lower plane, except under what stands on the old one.
 
     ``outline`` is drawn in the axes of ``placement`` (4, 4), whose z is the face's normal, and encloses what
-    is to go; ``seed`` is a point of the face there, which tells the face's side of a ring that stands on it;
+    is to go; ``seed`` is a point of the face there, on the face's side of a ring that stands on it;
     ``spared``, in the same axes, encloses other metal at those heights, which stays. ``within``, in
     the axes that ``placement`` leads to, is the part of space to which the cut keeps.
     """

@@ -25,7 +25,7 @@ class BodySource:
 def read_bodies(path: Path, unit: str | None) -> tuple[BodySource, ...]:
     """Read every solid of a file, each by itself, by falling volume.
 
-    A name that two of them share is left out: it says nothing.
+    A name that two of them share is left out: it distinguishes nothing.
 
     Raises
     ------

@@ -24,7 +24,7 @@ def spread(rows: Sequence[T]) -> Sequence[T]:
 
 
 def step_of_text(words: Iterable[bytes]) -> float:
-    """Return the step between two numbers that a text's digits tell apart at its far end; 0 if none does.
+    """Return the step between two numbers that a text's digits distinguish at its far end; 0 if none does.
 
     Parameters
     ----------

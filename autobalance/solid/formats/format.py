@@ -1,4 +1,4 @@
-"""What a file format says of itself: one object a format, at the end of the format's own file."""
+"""What a file format declares: one object a format, at the end of the format's own file."""
 
 from __future__ import annotations
 
@@ -33,7 +33,7 @@ class Format:
     number : type
         What the file holds coordinates as: float32 or float64.
     carries_unit : bool
-        Whether the file says its unit of length.
+        Whether the file holds its unit of length.
     names_bodies : bool
         Whether its bodies have names.
     read_exact : callable or None
@@ -42,7 +42,7 @@ class Format:
     mm_per_unit : float or None
         Of the one unit that the format prescribes, where it does.
     form_of : callable or None
-        Tells the name of the form that a file has, where the format has several.
+        Returns the name of the form that a file has, where the format has several.
     """
 
     name: str

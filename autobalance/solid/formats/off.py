@@ -57,17 +57,17 @@ def _header(lines: list[list[bytes]]) -> tuple[int, list[list[bytes]]]:
     """Return how many numbers a vertex's place has, and the lines from the counts on."""
     first = lines[0] if lines else [b""]
     word = first[0].removeprefix(BYTE_ORDER_MARK)
-    said = HEADER.fullmatch(word)
-    if not said:
+    match = HEADER.fullmatch(word)
+    if not match:
         begins = f"; it begins with '{shown(first[0])}'" if word.upper().endswith(b"OFF") else ""
         raise FormatError(f"the OFF file does not begin with the word OFF{begins}")
     rest = [first[1:], *lines[1:]] if len(first) > 1 else lines[1:]
     if rest and rest[0][0].upper() == b"BINARY":
         raise FormatError("the OFF file is binary; expected text")
-    if not said["n"]:
-        return 4 if said["w"] else 3, rest
+    if not match["n"]:
+        return 4 if match["w"] else 3, rest
     dimensions = rest[0][0] if rest else b""
-    if said["w"] or dimensions != b"3":
+    if match["w"] or dimensions != b"3":
         raise FormatError(
             f"the OFF file is of the form {shown(word)} with vertices of {shown(dimensions)} dimensions;"
             " expected OFF or nOFF with 3"

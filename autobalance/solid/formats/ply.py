@@ -95,12 +95,12 @@ def _header(data: bytes) -> tuple[str, list[_Element], int]:
                 elements.append(_Element(name, _count(count, len(data)), ()))
             case ["property", *words] if elements:
                 last = elements[-1]
-                found = (*last.properties, _property(words, line))
-                elements[-1] = _Element(last.name, last.count, found)
+                properties = (*last.properties, _property(words, line))
+                elements[-1] = _Element(last.name, last.count, properties)
             case [] | ["comment" | "obj_info", *_]:
                 pass
             case _:
-                raise FormatError(f"the PLY file has a line in its header that says '{shown(line)}'")
+                raise FormatError(f"the PLY file has a line in its header that reads '{shown(line)}'")
     if order is None:
         raise FormatError(f"the PLY file does not say its format; expected one of {', '.join(ORDERS)}")
     begin = len(head) + len(end)
@@ -148,7 +148,7 @@ def _place(vertex: _Element) -> list[_Property]:
 
 
 def _from_text(text: bytes, elements: list[_Element]) -> tuple[Floats, Indices, float]:
-    """Return vertices (n, 3), triangles (m, 3), and the step between numbers that the digits tell apart."""
+    """Return vertices (n, 3), triangles (m, 3), and the step between numbers that the digits distinguish."""
     words = text.split()
     at, step = 0, 0.0
     points, polygons = np.zeros((0, 3)), Polygons("PLY")
@@ -272,7 +272,7 @@ def _counters(data: bytes, at: int, order: str, element: _Element) -> Iterator[t
 
 def _walk(data: bytes, at: int, order: str, element: _Element) -> Iterator[tuple[int, int, int]]:
     """Yield for each row where its list of corners begins, its length, and where the next row begins."""
-    wanted = element.corners
+    corners = element.corners
     steps = [
         (np.dtype(one.kind).itemsize, one.counted and struct.Struct(order + STRUCT[one.counted]))
         for one in element.properties
@@ -285,7 +285,7 @@ def _walk(data: bytes, at: int, order: str, element: _Element) -> Iterator[tuple
                 continue
             count = counter.unpack_from(data, at)[0] if at + counter.size <= len(data) else -1
             at += counter.size
-            if place == wanted:
+            if place == corners:
                 start, length = at, count
             at += size * count
             if count < 0 or at > len(data):

@@ -1,4 +1,4 @@
-"""What a file says before anything is checked: loose triangles, and the unit if it carries one."""
+"""What a file holds before anything is checked: loose triangles, and the unit if it carries one."""
 
 from __future__ import annotations
 
@@ -34,7 +34,7 @@ class Raw:
     vertices : int or None
         How many shared vertices the file lists, where it does.
     step : float
-        Between two numbers that the file's digits tell apart at its far end, in its unit; 0: no more than
+        Between two numbers that the file's digits distinguish at its far end, in its unit; 0: no more than
         the type of ``soup`` says.
     """
 

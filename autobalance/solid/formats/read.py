@@ -59,7 +59,7 @@ class Source:
     in_memory_file : bytes or None
         The file that a shape in memory could have come in; None where there is one, or for a mesh.
     step_mm : float
-        Between two coordinates that the file can tell apart at its far end, by its digits or its numbers;
+        Between two coordinates that the file can distinguish at its far end, by its digits or its numbers;
         0 where it is no more than what ``format`` says of itself.
     """
 
@@ -102,7 +102,7 @@ def read(
     Parameters
     ----------
     path : Path
-        Its ending tells the format.
+        Its ending names the format.
     unit : str or None
         mm, cm, m or inch; required where the format carries none, and an error where it carries another.
     body : int or str or None
@@ -111,7 +111,7 @@ def read(
     pressed_up : bool
         Whether the file may hold one body for each half of a crank; all are taken.
     unite : bool, optional
-        Whether metal that counts twice is to count once instead of being refused; unless told, with
+        Whether metal that counts twice is to count once instead of being refused; unless set, with
         ``body`` "all".
 
     Raises
@@ -119,7 +119,7 @@ def read(
     FileError
         If the file is missing, is a folder or cannot be read.
     FormatError
-        If it is not what its format says, or its unit is not known.
+        If it breaks its format, or its unit is not known.
     SolidError
         If the mesh is open, bounds nothing, overlaps itself, or holds several bodies and none was chosen.
     """
@@ -150,8 +150,8 @@ def source_of_bytes(
     mesh, notes = _welded(raw, mm_per_unit)
     del data, raw  # the solid takes many times their memory: not at the same time
     solid, bodies, repairs = _solid(mesh, body, pressed_up, unite is not False)
-    asked = body == "all" if unite is None else unite
-    solid, changed = _checked(solid, bool(repairs) or bodies > 1, asked)
+    unites = body == "all" if unite is None else unite
+    solid, changed = _checked(solid, bool(repairs) or bodies > 1, unites)
     return Source(
         solid=solid,
         format=written_as,
@@ -213,8 +213,8 @@ def source_of(
     mm_per_unit = _mm_per_unit(raw.unit, raw.mm_per_unit, unit, "mesh")
     mesh, notes = _welded(raw, mm_per_unit)
     solid, bodies, repairs = _solid(mesh, body, pressed_up, unite is not False)
-    asked = body == "all" if unite is None else unite
-    solid, changed = _checked(solid, bool(repairs) or bodies > 1, asked)
+    unites = body == "all" if unite is None else unite
+    solid, changed = _checked(solid, bool(repairs) or bodies > 1, unites)
     return Source(
         solid=solid,
         format=None,
@@ -295,18 +295,20 @@ def _format(path: Path) -> tuple[str, Format]:
     return kind.name, kind
 
 
-def _mm_per_unit(unit: str | None, carried: float | None, asked: str | None, name: str) -> float:
+def _mm_per_unit(unit: str | None, carried: float | None, unit_asked: str | None, name: str) -> float:
     """Return the length of a file's unit [mm]: of the one that it carries, or else of the one asked for."""
     known = ", ".join(MM_PER)
-    if asked is not None and asked not in MM_PER:
-        raise FormatError(f"the unit '{asked}' is not known; expected one of {known}")
+    if unit_asked is not None and unit_asked not in MM_PER:
+        raise FormatError(f"the unit '{unit_asked}' is not known; expected one of {known}")
     if carried is not None:
-        if asked is not None and MM_PER[asked] != carried:
-            raise FormatError(f"the file is in {unit}, the unit given is {asked}; leave it out or correct it")
+        if unit_asked is not None and MM_PER[unit_asked] != carried:
+            raise FormatError(
+                f"the file is in {unit}, the unit given is {unit_asked}; leave it out or correct it"
+            )
         return carried
-    if asked is None:
+    if unit_asked is None:
         raise FormatError(f"{name.upper()} carries no unit; expected unit = one of {known}")
-    return MM_PER[asked]
+    return MM_PER[unit_asked]
 
 
 def _step(raw: Raw) -> float:
@@ -339,8 +341,8 @@ def _welded(raw: Raw, mm_per_unit: float) -> tuple[Mesh, list[str]]:
 def _solid(mesh: Mesh, body: int | str | None, pressed_up: bool, unite: bool) -> tuple[Solid, int, list[str]]:
     """Return the solid wanted, the number of bodies in the mesh, and the repairs."""
     solid, notes = solid_of(mesh)
-    wanted, bodies, said = _bodies_of(solid, body, pressed_up, unite)
-    return wanted, bodies, notes + said
+    chosen, bodies, changes = _bodies_of(solid, body, pressed_up, unite)
+    return chosen, bodies, notes + changes
 
 
 def as_read(solid: Solid) -> Solid:
@@ -351,8 +353,8 @@ def as_read(solid: Solid) -> Solid:
     SolidError
         As for ``source_of``.
     """
-    wanted, bodies, repairs = _bodies_of(solid, "all", pressed_up=False, unite=False)
-    return _checked(wanted, bool(repairs) or bodies > 1, unite=False)[0]
+    whole, bodies, repairs = _bodies_of(solid, "all", pressed_up=False, unite=False)
+    return _checked(whole, bool(repairs) or bodies > 1, unite=False)[0]
 
 
 def _bodies_of(
@@ -367,8 +369,8 @@ def _bodies_of(
     together = (body == "all" or (body is None and pressed_up)) and not turned
     if together and (not unite or are_apart(bodies)):
         return solid, len(bodies), turned
-    chosen, said = _choose(bodies, body, pressed_up)
-    return chosen, len(bodies), turned + said
+    chosen, changes = _choose(bodies, body, pressed_up)
+    return chosen, len(bodies), turned + changes
 
 
 def _choose(bodies: list[Body], body: int | str | None, pressed_up: bool) -> tuple[Solid, list[str]]:
@@ -379,16 +381,16 @@ def _choose(bodies: list[Body], body: int | str | None, pressed_up: bool) -> tup
             raise SolidError(f"body {body} was asked for; {_listed(bodies)}")
         return bodies[body - 1].solid, []
     if body is None and not pressed_up:
-        asked = "expected body = a number, or 'all' to unite them"
-        raise BodiesError(f"{_listed(bodies)}; {asked}", len(bodies))
+        hint = "expected body = a number, or 'all' to unite them"
+        raise BodiesError(f"{_listed(bodies)}; {hint}", len(bodies))
     united = union([one.solid for one in bodies])
     total = sum(one.volume_mm3 for one in bodies)
     overlap = total - united.volume_mm3
-    said = (
+    notes = (
         f"{len(bodies)} bodies united; overlaps of {overlap:.6g} mm³ now count once; "
         f"{volume_change(total, united.volume_mm3)}"
     )
-    return united, [said] if abs(overlap) > 1e-9 * total else []
+    return united, [notes] if abs(overlap) > 1e-9 * total else []
 
 
 def _listed(bodies: list[Body]) -> str:

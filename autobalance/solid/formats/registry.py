@@ -17,8 +17,8 @@ FOREIGN_CAD = (".fcstd", ".sldprt", ".sldasm", ".ipt", ".prt", ".catpart", ".f3d
 
 def _loaded(name: str) -> Format:
     module, variable = ENTRIES[name].place.split(":")
-    found: Format = getattr(import_module(f"autobalance.solid.formats.{module}"), variable)
-    return found
+    format_: Format = getattr(import_module(f"autobalance.solid.formats.{module}"), variable)
+    return format_
 
 
 WRITTEN: Mapping[str, Format] = MappingProxyType({name: _loaded(name) for name in ENTRIES})
@@ -44,20 +44,20 @@ def format_named(name: str) -> Format:
 
 
 def format_of(path: Path) -> Format | None:
-    """Return the format that a file's ending tells; None where it tells none."""
+    """Return the format that a file's ending names; None where it names none."""
     return _BY_ENDING.get(path.suffix.lower().lstrip("."))
 
 
 def name_of_ending(ending: str) -> str:
-    """Return the name of the format that an ending without its dot tells, or the ending itself."""
-    found = _BY_ENDING.get(ending)
-    return ending if found is None else found.name
+    """Return the name of the format that an ending without its dot stands for, or the ending itself."""
+    entry = _BY_ENDING.get(ending)
+    return ending if entry is None else entry.name
 
 
 def written_ending(path: Path) -> str:
     """Return the ending, with its dot, of the file that a solid from a file is written to."""
-    found = format_of(path)
-    other = "" if found is None else ENTRIES[found.name].written_as
+    format_ = format_of(path)
+    other = "" if format_ is None else ENTRIES[format_.name].written_as
     return f".{ENTRIES[other].endings[0]}" if other else path.suffix.lower()
 
 
@@ -68,14 +68,14 @@ def written_name(name: str) -> str:
 
 def needs_unit(path: Path) -> bool:
     """Return whether a file's format carries no unit of length."""
-    found = format_of(path)
-    return found is not None and not found.carries_unit
+    format_ = format_of(path)
+    return format_ is not None and not format_.carries_unit
 
 
 def names_bodies(path: Path) -> bool:
     """Return whether the bodies in a file of its format have names."""
-    found = format_of(path)
-    return found is not None and found.names_bodies
+    format_ = format_of(path)
+    return format_ is not None and format_.names_bodies
 
 
 def kind_of(name: str, data: bytes) -> str:

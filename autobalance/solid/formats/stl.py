@@ -23,7 +23,7 @@ HEADER_BYTES: Final = 84
 RECORD: Final = np.dtype([("normal", "<f4", (3,)), ("corners", "<f4", (3, 3)), ("attribute", "<u2")])
 """One triangle of a binary STL, 50 bytes."""
 HEADER: Final = b"binary STL written by autobalance".ljust(80)
-"""Does not begin with ``solid``, by which careless readers tell ASCII."""
+"""Does not begin with ``solid``, by which careless readers recognise ASCII."""
 SHOWN: Final = 40
 """Characters of a wrong token that an error shows."""
 
@@ -33,7 +33,7 @@ FACET: Final = (
 """The words of an ASCII facet; dots are numbers."""
 VERTEX: Final = re.compile(rb"vertex\s+(\S+)\s+(\S+)\s+(\S+)\s", re.IGNORECASE)
 WINDOW, WINDOWS = 1 << 13, 64
-"""Bytes of a window, and how many are looked at, to tell how fine an ASCII file's numbers are."""
+"""Bytes of a window, and how many are looked at, to see how fine an ASCII file's numbers are."""
 COORDINATES: Final = (8, 9, 10, 12, 13, 14, 16, 17, 18)
 
 
@@ -70,7 +70,7 @@ def read_stl(data: bytes) -> Floats:
 
 
 def is_binary(data: bytes) -> bool:
-    """Tell by the size; where that contradicts the stated count, by whether it can be text."""
+    """Return whether a file is binary: by its size, else by whether it can be text."""
     if len(data) >= HEADER_BYTES and len(data) == HEADER_BYTES + RECORD.itemsize * _stated(data):
         return True
     return data.lstrip()[:5].lower() != b"solid" or b"\0" in data
@@ -87,11 +87,11 @@ def _binary(data: bytes) -> Floats:
             " and an ASCII one begins with 'solid'"
         )
     count = _stated(data)
-    needed = HEADER_BYTES + RECORD.itemsize * count
-    if len(data) != needed:
-        how = "is truncated" if len(data) < needed else "has bytes left over"
+    size = HEADER_BYTES + RECORD.itemsize * count
+    if len(data) != size:
+        how = "is truncated" if len(data) < size else "has bytes left over"
         raise FormatError(
-            f"the STL file {how}: it states {count} triangles, which take {needed} bytes, and has {len(data)}"
+            f"the STL file {how}: it states {count} triangles, which take {size} bytes, and has {len(data)}"
         )
     corners = np.frombuffer(data, dtype=RECORD, offset=HEADER_BYTES)["corners"]
     return np.ascontiguousarray(corners, dtype=np.float32)
@@ -106,9 +106,9 @@ def _ascii(data: bytes) -> Floats:
     for column, keyword in zip(columns, FACET, strict=True):
         if keyword != b"." and column.count(keyword) != len(column):
             facet = next(k for k, word in enumerate(column) if word != keyword)
-            found = column[facet][:SHOWN].decode("ascii", "replace")
+            start = column[facet][:SHOWN].decode("ascii", "replace")
             raise FormatError(
-                f"facet {facet + 1} of the ASCII STL file: found '{found}', expected '{keyword.decode()}'"
+                f"facet {facet + 1} of the ASCII STL file: found '{start}', expected '{keyword.decode()}'"
             )
     if rest:
         raise FormatError(f"the ASCII STL file is truncated within facet {count + 1}")

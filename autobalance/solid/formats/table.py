@@ -13,7 +13,7 @@ class Entry(NamedTuple):
     Attributes
     ----------
     endings : tuple of str
-        Of its files, without the dot; none: another form of a format, told by the bytes.
+        Of its files, without the dot; none: another form of a format, recognised by the bytes.
     place : str
         Its ``Format``, as ``"module:NAME"``.
     written_as : str

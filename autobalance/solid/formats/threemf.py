@@ -176,14 +176,14 @@ def read_3mf(data: bytes) -> Raw:
 
 
 def _built(archive: _Archive) -> Raw:
-    """Return the triangles of all items that the root model builds, or of all its objects if it says none."""
+    """Return the triangles of all items of the root model, or of all its objects if it lists none."""
     root = archive.model(_root(archive))
     if root.unit not in UNITS:
         raise FormatError(f"the 3MF file is in '{root.unit[:20]}'; expected one of {', '.join(UNITS)}")
-    found = _Collected(archive, root.unit)
+    collected = _Collected(archive, root.unit)
     for use in root.items or [_Use(root.part, name, np.eye(4)[:3]) for name in root.objects]:
-        found.add(use, DEPTH_MOST)
-    parts = found.parts
+        collected.add(use, DEPTH_MOST)
+    parts = collected.parts
     offsets = np.cumsum([0, *(len(vertices) for vertices, _ in parts)])
     if not parts:
         raise FormatError("the 3MF file holds no triangles; expected at least one")
@@ -309,18 +309,18 @@ def _root(archive: _Archive) -> str:
 
 def _model_targets(archive: _Archive) -> list[str]:
     """Return the parts that the archive's relationships call its model."""
-    found: list[str] = []
+    targets: list[str] = []
 
     def start(tag: str, value: dict[str, str]) -> None:
         if tag.rpartition("|")[2] == "Relationship" and value.get("Type", "").endswith("/3dmodel"):
-            found.append(value.get("Target", ""))
+            targets.append(value.get("Target", ""))
 
     parser = _guarded_parser()
     parser.StartElementHandler = start
     for piece in archive.pieces(RELS):
         _parse(parser, piece)
     _parse(parser, b"", last=True)
-    return found
+    return targets
 
 
 def _parser(model: _Model) -> expat.XMLParserType:

@@ -146,7 +146,7 @@ def _longest_of_slivers(mesh: Mesh, left: Indices, right: Indices, ends: Indices
 
 
 def _has_direction(mesh: Mesh) -> Flags:
-    """Tell which triangles are high enough above their longest side; large ones are, whatever their shape."""
+    """Return which triangles are high enough above their longest side; large ones always are."""
     least = LEAST_HEIGHT * mesh.diagonal_mm
     known: Flags = mesh.doubled_areas > 2.0 * least * mesh.diagonal_mm
     small = np.flatnonzero(~known)

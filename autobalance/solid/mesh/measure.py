@@ -51,7 +51,7 @@ def soup_moments(soup: Floats, density_g_mm3: float, frame: Array | None = None)
 
 
 NEAR_ENOUGH = 1000
-"""Triangles that tell where a part lies."""
+"""Triangles sampled to see where a part lies."""
 
 
 def _placed(volume: Moments, near: Array, density_g_mm3: float, frame: Array | None) -> Moments:

@@ -109,9 +109,9 @@ class Mesh:
         rows = np.concatenate([large, rest[::every]])
         return rows, np.concatenate([np.ones(SAMPLE), np.full(len(rows) - SAMPLE, float(every))])
 
-    def part(self, wanted: NDArray[np.bool_]) -> Mesh:
-        """Return some of the triangles, marked in ``wanted`` (m,), with only the vertices they use."""
-        used, triangles = compacted(self.triangles.take(np.flatnonzero(wanted), axis=0), len(self.vertices))
+    def part(self, keep: NDArray[np.bool_]) -> Mesh:
+        """Return some of the triangles, marked in ``keep`` (m,), with only the vertices they use."""
+        used, triangles = compacted(self.triangles.take(np.flatnonzero(keep), axis=0), len(self.vertices))
         return Mesh(self.vertices.take(np.flatnonzero(used), axis=0), triangles)
 
     def flipped(self) -> Mesh:

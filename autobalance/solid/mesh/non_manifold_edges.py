@@ -56,10 +56,10 @@ def _wedges(angle: Array, runs_up: Flags) -> Indices:
     depth = np.cumsum(np.where(runs_up[order], -1, 1))
     order = np.roll(order, -(int(depth.argmin()) + 1))  # begins outside of every wedge
     begun: list[int] = []
-    found = []
+    wedges = []
     for place in order.tolist():
         if not runs_up[place]:
             begun.append(place)
         elif begun:
-            found.append((begun.pop(), place))
-    return np.array(found, dtype=np.int64).reshape(-1, 2)
+            wedges.append((begun.pop(), place))
+    return np.array(wedges, dtype=np.int64).reshape(-1, 2)

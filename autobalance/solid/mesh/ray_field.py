@@ -18,7 +18,7 @@ from autobalance.solid.mesh.tetrahedra import CHUNK
 from autobalance.types import Array, Indices
 
 DEPTH_BITS = 32
-"""Depths along a ray are told apart to so many bits of the body's length: half a nanometre in a metre."""
+"""Depths along a ray are distinguished to so many bits of the body's length: half a nanometre in a metre."""
 LENGTH_LEAST = 1e-8
 """Shorter stretches, as a share of the diagonal, are rounding where surfaces touch."""
 SHIFT = np.array([0.3090, 0.5772, 0.4142])
@@ -128,17 +128,17 @@ def _segments(places: Array, triangles: Indices) -> Segments:
     Segments that no ray meets are left out, which are nearly all of them where triangles are fine or thin.
     """
     level = np.ceil(places).astype(np.int32)  # a corner lies below the planes from its own on
-    found = []
+    segments = []
     for start in range(0, len(triangles), MANY):
         corners = np.ascontiguousarray(triangles[start : start + MANY].T)
         corners = corners.take(np.flatnonzero(_apart(level[1], corners)), axis=1)
         rows = np.flatnonzero(_apart(level[0], corners) | _apart(level[2], corners))
-        found.append(_cut(places, level[1], corners.take(rows, axis=1)))
-    return Segments(*(np.concatenate(column, axis=-1) for column in zip(*found, strict=True)))
+        segments.append(_cut(places, level[1], corners.take(rows, axis=1)))
+    return Segments(*(np.concatenate(column, axis=-1) for column in zip(*segments, strict=True)))
 
 
 def _apart(level: Levels, corners: Indices) -> NDArray[np.bool_]:
-    """Tell which triangles, corners (3, k), lie on different levels."""
+    """Return which triangles, corners (3, k), lie on different levels."""
     a, b, c = level.take(corners)
     apart: NDArray[np.bool_] = (a != b) | (b != c)
     return apart
@@ -171,7 +171,7 @@ def _cut(places: Array, level: Levels, corners: Indices) -> tuple[Whole, Array, 
 
 
 def _by_height(height: Array, corners: Indices) -> tuple[list[Indices], NDArray[np.bool_]]:
-    """Sort the corners (3, k) of triangles by height; tell too which of these go round the other way then."""
+    """Sort the corners (3, k) of triangles by height, and return which then go round the other way."""
     numbers, heights = list(corners), list(height.take(corners))
     turned = np.zeros(corners.shape[1], dtype=bool)
     for one, other in ((0, 1), (1, 2), (0, 1)):

@@ -112,15 +112,17 @@ def local_roughness_mm(mesh: Mesh, within_mm: float) -> float:
     normals = unit_at_vertices(mesh, mesh.area_vectors)
     chosen = np.flatnonzero(_spread(mesh, NEIGHBOURHOODS))
     tree = cKDTree(mesh.vertices)
-    found = []
+    residuals = []
     for place in chosen:
         near = np.array(tree.query_ball_point(mesh.vertices[place], within_mm))
         facing = near[normals[near] @ normals[place] > 0.9]
         if len(facing) < 12:
             continue
         residual = _off_paraboloid(mesh.vertices[facing] - mesh.vertices[place], normals[place])
-        found.append(1.4826 * float(np.median(np.abs(residual))) * math.sqrt(len(facing) / (len(facing) - 6)))
-    return float(np.quantile(found, TYPICAL)) if found else 0.0
+        residuals.append(
+            1.4826 * float(np.median(np.abs(residual))) * math.sqrt(len(facing) / (len(facing) - 6))
+        )
+    return float(np.quantile(residuals, TYPICAL)) if residuals else 0.0
 
 
 def _off_paraboloid(points: Array, normal: Array) -> Array:

@@ -1,4 +1,4 @@
-"""A plane region on a grid of cells, to tell of many boxes at once which lie inside it and which outside."""
+"""A plane region on a grid of cells, to see of many boxes at once which lie inside it and which outside."""
 
 from __future__ import annotations
 
@@ -47,7 +47,7 @@ class Raster:
         return cls(origin, cell, _summed(filled & ~near), _summed(filled | near))
 
     def holds(self, low: Array, high: Array) -> Flags:
-        """Tell of boxes between corners (k, 2) which lie inside for sure."""
+        """Return of boxes between corners (k, 2) which lie inside for sure."""
         first, last = self._cells(low), self._cells(high)
         inside = (low >= self.origin).all(axis=1) & (last < np.array(self.inside.shape) - 1).all(axis=1)
         size = np.prod(last - first + 1, axis=1)
@@ -55,7 +55,7 @@ class Raster:
         return held
 
     def meets(self, low: Array, high: Array) -> Flags:
-        """Tell of boxes between corners (k, 2) which may reach inside: all others are outside for sure."""
+        """Return of boxes between corners (k, 2) which may reach inside: all others are outside for sure."""
         first, last = self._cells(low), self._cells(high)
         met: Flags = self._count(self.touched, first, last) > 0
         return met

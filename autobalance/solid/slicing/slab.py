@@ -139,15 +139,15 @@ def _clipped(soup: Array, normal: Array, height: float) -> Array:
     keep = over >= 0.0
     count = _count(keep)
     parts = [soup[count == 3]]
-    for wanted in (1, 2):
-        rows = np.flatnonzero(count == wanted)
-        lone = (keep[rows] if wanted == 1 else ~keep[rows]).argmax(axis=1)
+    for inside in (1, 2):
+        rows = np.flatnonzero(count == inside)
+        lone = (keep[rows] if inside == 1 else ~keep[rows]).argmax(axis=1)
         turn = (lone[:, None] + np.arange(3)) % 3
         p, q, r = (soup[rows, turn[:, k]] for k in range(3))
         hp, hq, hr = (over[rows, turn[:, k]] for k in range(3))
         pq = p + (hp / (hp - hq))[:, None] * (q - p)
         pr = p + (hp / (hp - hr))[:, None] * (r - p)
-        if wanted == 1:
+        if inside == 1:
             parts.append(np.stack([p, pq, pr], axis=1))
         else:
             parts += [np.stack([pq, q, r], axis=1), np.stack([pq, r, pr], axis=1)]
@@ -169,15 +169,15 @@ def _upper_edges(soup: Array, height: float) -> Array:
     up = soup[:, :, 2] >= height
     count = _count(up)
     parts = []
-    for wanted in (1, 2):
-        rows = np.flatnonzero(count == wanted)
-        lone = (up[rows] if wanted == 1 else ~up[rows]).argmax(axis=1)
+    for inside in (1, 2):
+        rows = np.flatnonzero(count == inside)
+        lone = (up[rows] if inside == 1 else ~up[rows]).argmax(axis=1)
         turn = (lone[:, None] + np.arange(3)) % 3
         p, q, r = (soup[rows, turn[:, k]] for k in range(3))
         share_q, share_r = ((height - p[:, 2]) / (s[:, 2] - p[:, 2]) for s in (q, r))
         pq = (p + share_q[:, None] * (q - p))[:, :2]
         pr = (p + share_r[:, None] * (r - p))[:, :2]
-        parts.append(np.stack([pq, pr] if wanted == 1 else [pr, pq], axis=1))
+        parts.append(np.stack([pq, pr] if inside == 1 else [pr, pq], axis=1))
     return np.concatenate(parts)
 
 

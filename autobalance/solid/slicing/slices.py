@@ -112,7 +112,7 @@ def _steps(places: Array) -> Array:
 def crossed_edges(corner: Indices, up: NDArray[np.bool_]) -> tuple[Indices, Indices]:
     """Return the edges (k, 2), lower number first, where a section enters and leaves triangles (k, 3).
 
-    ``up`` (k, 3) tells which corners lie above it; metal is on its left.
+    ``up`` (k, 3) is which corners lie above it; metal is on its left.
     """
     row = np.arange(len(corner))
     a, b, c = up.T

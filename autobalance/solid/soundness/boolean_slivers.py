@@ -37,7 +37,7 @@ def without_flakes(cut: Solid, before: Solid) -> Solid:
     volumes = part_volumes(mesh, part_of, count)
     is_flake = np.abs(volumes) <= FLAKE_SHARE * cut.volume_mm3
     left = count - int(is_flake.sum())
-    if left > had and left > len(before.pieces()):  # which tells bodies apart that touch
+    if left > had and left > len(before.pieces()):  # which separates bodies that touch
         _refuse_loose(cut, part_of, volumes, is_flake)
     return Solid.of_parts(mesh.part(~is_flake.take(part_of))) if is_flake.any() else cut
 

@@ -1,4 +1,4 @@
-"""Repairs of meshes, from harmless to doubtful; each is told, and what stays open is refused."""
+"""Repairs of meshes, from harmless to doubtful; each is reported, and what stays open is refused."""
 
 from __future__ import annotations
 
@@ -48,8 +48,8 @@ def solid_of(welded: Mesh) -> tuple[Solid, list[str]]:
     for step in (_weld_near, _wind_consistently, _fill_holes):
         if is_closed(mesh.triangles):
             break
-        mesh, said = step(mesh)
-        notes += said
+        mesh, notes_here = step(mesh)
+        notes += notes_here
     edges = open_edges(mesh.triangles)
     if len(edges):
         raise SolidError(open_message(mesh, edges))
@@ -77,7 +77,7 @@ def without_crowds(mesh: Mesh) -> tuple[Mesh, list[str]]:
 def _crowded(triangles: Indices) -> Indices:
     """Return the rows of triangles on the same three corners as others: all of these, and hardly any more.
 
-    A symmetric hash of the corners tells them, a hundred times as fast as sorting the corners themselves.
+    A symmetric hash of the corners finds them, a hundred times as fast as sorting the corners themselves.
     """
     if len(triangles) == 0:
         return np.zeros(0, dtype=np.int64)
@@ -102,7 +102,7 @@ def _drop_copies(mesh: Mesh, crowd: Indices) -> tuple[Mesh, list[str]]:
     kept[np.delete(crowd, first)] = False
     single = Mesh(mesh.vertices, mesh.triangles[kept])
     was = len(open_edges(mesh.triangles))
-    looked_at = single.triangles if was else mesh.triangles[~kept]  # of a closed mesh, what went tells it
+    looked_at = single.triangles if was else mesh.triangles[~kept]  # of a closed mesh, by what went
     left = len(open_edges(looked_at))
     if left and left >= was:
         return mesh, []
@@ -123,12 +123,14 @@ def _weld_near(mesh: Mesh) -> tuple[Mesh, list[str]]:
     number[loose] = loose[lowest]
     triangles = without_collapsed(number[mesh.triangles])
     joined = int((lowest != np.arange(len(loose))).sum())
-    said = [f"{joined} vertices welded that lay within {reach:.3g} mm of another"]
+    notes = [f"{joined} vertices welded that lay within {reach:.3g} mm of another"]
     dropped = len(mesh.triangles) - len(triangles)
     if dropped:
-        said.append(f"{dropped} collapsed triangles dropped; {_change(mesh, Mesh(mesh.vertices, triangles))}")
+        notes.append(
+            f"{dropped} collapsed triangles dropped; {_change(mesh, Mesh(mesh.vertices, triangles))}"
+        )
     welded, single = without_crowds(Mesh(mesh.vertices, triangles))
-    return welded, said + single
+    return welded, notes + single
 
 
 def _wind_consistently(mesh: Mesh) -> tuple[Mesh, list[str]]:
@@ -229,7 +231,7 @@ def volume_change(was_mm3: float, now_mm3: float) -> str:
 def is_closed(triangles: Indices) -> bool:
     """Return whether triangles (m, 3) run through each edge equally often in both directions.
 
-    Told by sums of a hash of the edges, one for each direction: no sorting, and wrong once in 2⁶⁴ times.
+    By sums of a hash of the edges, one for each direction: no sorting, and wrong once in 2⁶⁴ times.
     """
     count = int(triangles.max(initial=0)) + 1
     balance = np.zeros(1, dtype=np.uint64)
@@ -284,10 +286,10 @@ def _unpaired(triangles: Indices, crowd: Indices) -> Flags:
     group = np.unique(np.sort(some, axis=1), axis=0, return_inverse=True)[1].reshape(-1)
     sense = np.sign(np.roll(some, -1, axis=1) - some).sum(axis=1)  # ±1 by the parity of the order
     surplus = np.bincount(group, weights=sense)
-    taken = np.zeros(len(surplus))
+    used = np.zeros(len(surplus))
     keep = np.ones(len(triangles), dtype=bool)
     for triangle, at in enumerate(group):
-        left = taken[at] != surplus[at] and sense[triangle] == np.sign(surplus[at])
-        taken[at] += sense[triangle] if left else 0.0
+        left = used[at] != surplus[at] and sense[triangle] == np.sign(surplus[at])
+        used[at] += sense[triangle] if left else 0.0
         keep[crowd[triangle]] = left
     return keep

@@ -69,7 +69,7 @@ def refuse_overlap(solid: Solid) -> None:
     Raises
     ------
     OverlapError
-        If more counts twice than ``counts_twice_most`` says.
+        If more counts twice than ``counts_twice_most``.
     """
     limit = counts_twice_most(solid)
     rays = min(max(solid.triangle_count // TRIANGLES_A_RAY, RAYS_LEAST), RAYS_MOST)
@@ -87,7 +87,7 @@ def refuse_overlap_exactly(solid: Solid) -> None:
     Raises
     ------
     OverlapError
-        If more counts twice than ``counts_twice_most`` says.
+        If more counts twice than ``counts_twice_most``.
     """
     limit = counts_twice_most(solid)
     if solid.triangle_count > MEASURED_MOST:
@@ -96,9 +96,9 @@ def refuse_overlap_exactly(solid: Solid) -> None:
         seen = max(fields, key=lambda field: field.volume_mm3)
         _refuse(solid, seen.volume_mm3 / solid.volume_mm3, 0.5 * (seen.low_mm + seen.high_mm), limit)
         return
-    found = self_overlap(solid)
-    if found is not None:
-        _refuse(solid, found.volume_mm3 / solid.volume_mm3, found.centre_mm, limit)
+    overlap_found = self_overlap(solid)
+    if overlap_found is not None:
+        _refuse(solid, overlap_found.volume_mm3 / solid.volume_mm3, overlap_found.centre_mm, limit)
 
 
 def _refuse(solid: Solid, share: float, centre_mm: Array, limit: float) -> None:
@@ -131,12 +131,12 @@ def _measured(solid: Solid, seen: Sequence[Doubled]) -> tuple[float, Array]:
         if part.triangle_count > MEASURED_MOST:
             most = max(seen, key=lambda field: field.volume_mm3)
             return most.volume_mm3 / solid.volume_mm3, 0.5 * (most.low_mm + most.high_mm)
-        found = self_overlap(part)
-        if found is None:
+        overlapping = self_overlap(part)
+        if overlapping is None:
             return 0.0, low
-        below, above = found.bounds[0] <= low + near, found.bounds[1] >= high - near
+        below, above = overlapping.bounds[0] <= low + near, overlapping.bounds[1] >= high - near
         if not (below | above).any():
-            return found.volume_mm3 / solid.volume_mm3, found.centre_mm
+            return overlapping.volume_mm3 / solid.volume_mm3, overlapping.centre_mm
         size = float((high - low).max())
         low, high = np.where(below, low - size, low), np.where(above, high + size, high)
 
@@ -187,5 +187,9 @@ def hull_distance_mm(mesh: Mesh, point_mm: Array) -> float:
 
 def overlap(solid: Solid) -> tuple[float, float]:
     """Return the share of a solid that counts twice, exactly, and the height z of most of it."""
-    found = self_overlap(solid)
-    return (0.0, 0.0) if found is None else (found.volume_mm3 / solid.volume_mm3, float(found.centre_mm[2]))
+    overlapping = self_overlap(solid)
+    return (
+        (0.0, 0.0)
+        if overlapping is None
+        else (overlapping.volume_mm3 / solid.volume_mm3, float(overlapping.centre_mm[2]))
+    )
