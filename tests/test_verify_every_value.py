@@ -37,7 +37,7 @@ method = METHOD
 COARSE = {"segments": 24}
 SLUG = '"slug"\nslug = { diameters_mm = [10.0], lengths_mm = [8.0], max_slugs = 1 }'
 WORDS = {"autobalance", "job", "notes", "reason", "relaxations", "seconds", "warnings"}
-"""What no report's files can tell, whatever was cut."""
+"""What no report's files show, whatever was cut."""
 BY_PLANNER = {"corrections[].depth_left_mm", "corrections[].wall_left_mm", "corrections[].deepened_from_mm"}
 
 

@@ -23,7 +23,7 @@ COARSE = 1.0 / 3.0
 def facet_entry(
     facets: ChordalError | None,
     correction: FacetCorrection,
-    needed: record.FacetsNeeded | None = None,
+    finer: record.FacetsNeeded | None = None,
     after: Moments | None = None,
 ) -> record.ChordalErrorEntry | None:
     """Return what the report says of the facets; ``after`` is what they hide once the crank is cut."""
@@ -40,7 +40,7 @@ def facet_entry(
         facets.sag_mm,
         correction.verdict,
         correction.reason,
-        needed,
+        finer,
         (before, before if after is None else after) if correction.mass else None,
     )
 

@@ -220,20 +220,20 @@ def _row(
     )
 
 
-def _moved_g(made: Correction, density_g_mm3: float) -> float:
-    keys = correction.KINDS[made.kind].pressed_in
-    pressed_in_g = 0.0 if keys is None else float(made.details[keys[0]])
-    return abs(made.removed_volume_mm3) * density_g_mm3 + pressed_in_g
+def _moved_g(cut: Correction, density_g_mm3: float) -> float:
+    keys = correction.KINDS[cut.kind].pressed_in
+    pressed_in_g = 0.0 if keys is None else float(cut.details[keys[0]])
+    return abs(cut.removed_volume_mm3) * density_g_mm3 + pressed_in_g
 
 
 def wall_left_mm(corrections: Sequence[Correction], anatomy: Anatomy) -> float | None:
-    """Return the least metal left beside corrections, as each kind tells of its own; None: none is weakened.
+    """Return the least metal left beside corrections, as each kind measures it; None: none is weakened.
 
     Holes and slugs: the wall measured around them. Lowered faces: what is left of the web's thickness. Turned
     rims: the metal outside of the crankpins. Added metal weakens nothing.
     """
-    by_kind = {name: [made for made in corrections if made.kind == name] for name in correction.KINDS}
-    walls = [correction.KINDS[name].wall_left_mm(made, anatomy) for name, made in by_kind.items() if made]
+    by_kind = {name: [cut for cut in corrections if cut.kind == name] for name in correction.KINDS}
+    walls = [correction.KINDS[name].wall_left_mm(cut, anatomy) for name, cut in by_kind.items() if cut]
     return min((wall for wall in walls if wall is not None), default=None)
 
 

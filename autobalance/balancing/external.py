@@ -40,17 +40,17 @@ def with_external(
     if balance.external == "none" or not parts:
         return job, ()
     if balance.external == "detroit":
-        wanted = [np.array(part.unbalance_g_mm) for part in parts]
+        targets = [np.array(part.unbalance_g_mm) for part in parts]
     elif balance.external == "neutral":
-        wanted = [np.zeros(2) for _ in parts]
+        targets = [np.zeros(2) for _ in parts]
     else:
-        wanted = carried(parts, _bare(job, crank, tolerance, factor), tolerance)
-    made = attached_to(job, wanted) if balance.external == "solve" else job
+        targets = carried(parts, _bare(job, crank, tolerance, factor), tolerance)
+    fitted = attached_to(job, targets) if balance.external == "solve" else job
     residual = Unbalance(np.zeros(2), np.zeros(2))  # where the crank is cut
     if balance.external == "solve":
-        residual = Unbalance.of(crank.moments + _loads(made, crank, tolerance, factor))
+        residual = Unbalance.of(crank.moments + _loads(fitted, crank, tolerance, factor))
     allowed = _pm_g_mm(parts, residual, tolerance)
-    return made, tuple(CarriedUnbalance(*each, allowed) for each in zip(parts, wanted, strict=True))
+    return fitted, tuple(CarriedUnbalance(*each, allowed) for each in zip(parts, targets, strict=True))
 
 
 def attached_to(job: Job, unbalances_g_mm: Sequence[Floats | Sequence[float]]) -> Job:
@@ -117,15 +117,15 @@ def _least_worst(parts: Sequence[ExternalPart], bare: Unbalance, tolerance: Tole
 
     def unbalances(x: Array) -> Array:
         """Return (p, 2) of the search's variables: a size where the angle is given, else a vector."""
-        found, at = [], 0
+        unbalances_g_mm, at = [], 0
         for part in parts:
             if part.angle_rad is None:
-                found.append(x[at : at + 2])
+                unbalances_g_mm.append(x[at : at + 2])
                 at += 2
             else:
-                found.append(x[at] * np.array([math.cos(part.angle_rad), math.sin(part.angle_rad)]))
+                unbalances_g_mm.append(x[at] * np.array([math.cos(part.angle_rad), math.sin(part.angle_rad)]))
                 at += 1
-        return np.asarray(found) * scale
+        return np.asarray(unbalances_g_mm) * scale
 
     def judged(x: Array) -> Array:
         carried_g_mm = unbalances(x)
@@ -150,7 +150,7 @@ def _least_worst(parts: Sequence[ExternalPart], bare: Unbalance, tolerance: Tole
     for part in parts:
         bounds += [(None, None)] * 2 if part.angle_rad is None else [(0.0, None)]
     start = np.append(np.full(count, 1e-3), 1.0)
-    found = minimize(
+    unbalances_g_mm = minimize(
         lambda x: float(x[-1]),
         start,
         method="SLSQP",
@@ -158,7 +158,7 @@ def _least_worst(parts: Sequence[ExternalPart], bare: Unbalance, tolerance: Tole
         constraints=constraints,
         options={"maxiter": 500, "ftol": 1e-14},
     )
-    return list(unbalances(found.x[:-1]))
+    return list(unbalances(unbalances_g_mm.x[:-1]))
 
 
 def _pm_g_mm(parts: Sequence[ExternalPart], residual: Unbalance, tolerance: Tolerance) -> float:

@@ -11,12 +11,12 @@ from autobalance.machine_models.measured import Crank
 
 def offered_faces(crank: Crank) -> tuple[FaceOffer, ...]:
     """Return what a correction can use: faces on webs, the greatest unbalance per millimetre first."""
-    found = tuple(face for face in crank.faces if face.web is not None)
+    faces = tuple(face for face in crank.faces if face.web is not None)
     rims = find_rims(crank.source.solid.mesh, crank.anatomy)
-    depths = face_depths_mm(crank.source.solid, crank.anatomy, crank.density_g_mm3, found, rims)
+    depths = face_depths_mm(crank.source.solid, crank.anatomy, crank.density_g_mm3, faces, rims)
     offers = [
         FaceOffer(face, lowering_worth_g_mm_per_mm(face, crank.density_g_mm3), depths.get(face.id))
-        for face in (*found, *rims)
+        for face in (*faces, *rims)
     ]
     return tuple(
         sorted(offers, key=lambda offer: -float(offer.unbalance_per_mm_g_mm @ offer.unbalance_per_mm_g_mm))

@@ -62,8 +62,8 @@ class Result:
     ``initial`` and ``residual`` count bob-weights and attached rotors too, as judged. ``solid`` is the
     corrected crank in file coordinates [mm], ``measured`` what was measured of it, with the bytes of its file
     where these were measured; both are None when nothing was cut. ``tools`` are the corrections' bodies, file
-    coordinates. ``initial_doubt`` and ``doubt`` tell how far ``initial`` and ``residual`` may be off.
-    ``made`` are the cuts behind the corrections, each with its depth; ``notes`` tell of kinds that have no
+    coordinates. ``initial_doubt`` and ``doubt`` are how far ``initial`` and ``residual`` may be off.
+    ``made`` are the cuts behind the corrections, each with its depth; ``notes`` name kinds that have no
     place and of drills that were not used; ``relaxations`` are the changes of the job that ``reason`` names.
     """
 
@@ -131,7 +131,7 @@ def balance(
     measure : Measure
         How a cut crank is measured: the verdict is on what it finds (see ``measuring``).
     progress : callable
-        Told in a few words what runs.
+        Called with what runs, in a few words.
     prefer : Prefer
         What to spare among plans that reach the aim.
     advise : bool
@@ -186,7 +186,7 @@ def balance(
 
 @dataclass(frozen=True, eq=False)
 class _Run:
-    """What is balanced, as it was asked for, and the cuts to choose from: what either end of a run tells."""
+    """What is balanced, as it was asked for, and the cuts to choose from: for either end of a run."""
 
     rotor: Rotor
     tolerance: Tolerance
@@ -290,24 +290,24 @@ def left_as_it_is(rotor: Rotor, outcome: Outcome, reason: str | None, steps: Seq
 
 
 def _corrections(
-    cuts: Sequence[Cut], depths_mm: Array, taken: Sequence[Correction | None] = ()
+    cuts: Sequence[Cut], depths_mm: Array, as_measured: Sequence[Correction | None] = ()
 ) -> tuple[Correction, ...]:
     """Return the cuts that are made, each with what one more millimetre of depth would change.
 
-    ``taken`` has those that were measured by themselves, None for the others; nothing where none was.
+    ``as_measured`` has those that were measured by themselves, None for the others; nothing where none was.
     """
     chosen = _made(cuts, depths_mm)
-    made = []
-    for (cut, depth), own in zip(chosen, taken or [None] * len(chosen), strict=True):
+    corrections = []
+    for (cut, depth), own in zip(chosen, as_measured or [None] * len(chosen), strict=True):
         each = cut.correction(depth) if own is None else own
-        made.append(each if each.rate is not None else replace(each, rate=cut.rate(depth)))
-    return tuple(made)
+        corrections.append(each if each.rate is not None else replace(each, rate=cut.rate(depth)))
+    return tuple(corrections)
 
 
 def _in_turn(rotor: Rotor, offer: Offer, done: Pass) -> tuple[Correction, ...]:
     """Return the corrections of a pass, what two cuts want as the first one's."""
-    taken = done.measured.taken  # nothing, where triangles were measured
-    made = _corrections(offer.cuts, done.depths_mm, taken)
+    measured_cuts = done.measured.taken  # nothing, where triangles were measured
+    corrections = _corrections(offer.cuts, done.depths_mm, measured_cuts)
     chosen = np.flatnonzero(done.depths_mm > 0.0).tolist()
     place = {k: n for n, k in enumerate(chosen)}
     both = [
@@ -315,10 +315,10 @@ def _in_turn(rotor: Rotor, offer: Offer, done: Pass) -> tuple[Correction, ...]:
         for pair in offer.overlaps
         if pair.first in place and pair.second in place
     ]
-    if not both or (taken and all(taken)):  # those were measured in turn already
-        return made
+    if not both or (measured_cuts and all(measured_cuts)):  # those were measured in turn already
+        return corrections
     cuts = [(offer.cuts[k], float(done.depths_mm[k])) for k in chosen]
-    return taken_in_turn(rotor.solid, rotor.anatomy, rotor.density_g_mm3, cuts, made, both)
+    return taken_in_turn(rotor.solid, rotor.anatomy, rotor.density_g_mm3, cuts, corrections, both)
 
 
 def planned(
@@ -332,8 +332,8 @@ def planned(
         If a correction cannot be set up as asked.
     """
     now = rotor.moments + rotor.loads
-    found = best_offer(rotor, tolerance, methods, Unbalance.of(now), prefer)
-    return _corrections(found.offer.cuts, found.plan.depths_mm), found.plan.predicted
+    best = best_offer(rotor, tolerance, methods, Unbalance.of(now), prefer)
+    return _corrections(best.offer.cuts, best.plan.depths_mm), best.plan.predicted
 
 
 def cut_and_measure(
@@ -350,18 +350,18 @@ def cut_and_measure(
     SolidError
         If the cut cannot be made, or what is measured is no crank any more.
     """
-    made = _made(cuts, depths_mm)
-    tools = tuple(cut.tool(depth) for cut, depth in made)
+    cut_depths = _made(cuts, depths_mm)
+    tools = tuple(cut.tool(depth) for cut, depth in cut_depths)
     solid, pressed_in = rotor.solid, Moments.zero()
     for adds in (True, False):
-        chosen = [tool for tool, (cut, _) in zip(tools, made, strict=True) if cut.adds_metal == adds]
+        chosen = [tool for tool, (cut, _) in zip(tools, cut_depths, strict=True) if cut.adds_metal == adds]
         if chosen:
             tool = union(chosen).moved(rotor.anatomy.rotor_to_file)
             solid = solid + tool if adds else solid - tool
     solid = without_flakes(solid, rotor.solid)
-    for cut, depth in made:
+    for cut, depth in cut_depths:
         pressed_in = pressed_in + cut.pressed_in(depth)
-    measured = measure(rotor, solid, made)
+    measured = measure(rotor, solid, cut_depths)
     moments = measured.moments + measured.added + pressed_in
     residual = Unbalance.of(moments + rotor.loads)
     return Pass(depths_mm, tools, solid, measured, moments, residual, tolerance.used_share(residual))

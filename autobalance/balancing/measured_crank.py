@@ -39,11 +39,11 @@ BODIES_MOST = 40
 def measure_crank(
     crankshaft: Crankshaft,
     watch: Stopwatch,
-    asked: Balance | None = None,
+    asks: Balance | None = None,
     with_faces: bool = False,
     try_all_bodies: bool = True,
 ) -> Crank:
-    """Read a crank file, recognise the crank in it and measure it, as exactly as ``asked``.
+    """Read a crank file, recognise the crank in it and measure it, as exactly as ``asks``.
 
     Its planar faces are looked for only ``with_faces``; of several bodies the error says whether all of them
     are one crank, unless not to ``try_all_bodies``.
@@ -51,7 +51,7 @@ def measure_crank(
     with watch.stage("load"):
         source = read_crank(crankshaft, try_all_bodies)
     with watch.stage("measure"):
-        return recognise_and_measure(crankshaft, source, asked, with_faces)
+        return recognise_and_measure(crankshaft, source, asks, with_faces)
 
 
 def read_crank(crankshaft: Crankshaft, try_all_bodies: bool = True) -> Source:
@@ -63,7 +63,7 @@ def read_crank(crankshaft: Crankshaft, try_all_bodies: bool = True) -> Source:
 
 
 def recognise_and_measure(
-    crankshaft: Crankshaft, source: Source, asked: Balance | None = None, with_faces: bool = False
+    crankshaft: Crankshaft, source: Source, asks: Balance | None = None, with_faces: bool = False
 ) -> Crank:
     """Recognise the crank in a file that was read, and measure it, as ``measure_crank`` does."""
     try:
@@ -72,29 +72,29 @@ def recognise_and_measure(
         raise RecognitionError(f"{crankshaft.file}: {error}") from None
     density = crankshaft.density_g_mm3
     moments = source.moments(density).moved(anatomy.file_to_rotor)
-    return measured_source(source, anatomy, density, asked, with_faces, moments)
+    return measured_source(source, anatomy, density, asks, with_faces, moments)
 
 
 def measured_source(
     source: Source,
     anatomy: Anatomy,
     density_g_mm3: float,
-    asked: Balance | None = None,
+    asks: Balance | None = None,
     with_faces: bool = False,
     moments: Moments | None = None,
 ) -> Crank:
-    """Measure a crank that was read and recognised, as exactly as ``asked``.
+    """Measure a crank that was read and recognised, as exactly as ``asks``.
 
     ``moments`` (rotor frame) are the solid's where they are known already.
     """
     faces = find_faces(source.solid.mesh, anatomy, source.surfaces) if with_faces else ()
-    found = source.moments(density_g_mm3, anatomy.file_to_rotor) if moments is None else moments
-    facets = facets_of(source, density_g_mm3, anatomy, asked)
+    moments_found = source.moments(density_g_mm3, anatomy.file_to_rotor) if moments is None else moments
+    facets = facets_of(source, density_g_mm3, anatomy, asks)
     correction = NOT_ASKED
-    if facets is not None and asked is not None:
-        correction = FacetCorrection.of(facets, asked.facet_correction)
-        found = found + correction.part(facets.missing)
-    return Crank(source, anatomy, density_g_mm3, found, facets, correction, faces)
+    if facets is not None and asks is not None:
+        correction = FacetCorrection.of(facets, asks.facet_correction)
+        moments_found = moments_found + correction.part(facets.missing)
+    return Crank(source, anatomy, density_g_mm3, moments_found, facets, correction, faces)
 
 
 def recognised(source: Source, hints: Overrides) -> Anatomy:
@@ -145,36 +145,40 @@ def _all_bodies(crankshaft: Crankshaft, several: BodiesError) -> Source | None:
     assert crankshaft.file is not None
     source = read(crankshaft.file, crankshaft.unit, "all")
     try:
-        found = recognise(source.solid, replace(crankshaft.overrides, crankpin_in_file=None))
+        anatomy = recognise(source.solid, replace(crankshaft.overrides, crankpin_in_file=None))
     except RecognitionError as reason:
         shortly = str(reason).partition(": ")[0]  # without the list of what was found
         raise BodiesError(f"{several}; together they are no crank: {shortly}", several.bodies) from None
-    asked = crankshaft.overrides.crankpin_in_file
-    if asked is not None or holds_crankpins(found, source.solid) or several.bodies != len(found.throws) + 1:
+    stated = crankshaft.overrides.crankpin_in_file
+    if (
+        stated is not None
+        or holds_crankpins(anatomy, source.solid)
+        or several.bodies != len(anatomy.throws) + 1
+    ):
         return None
     note = f"{several.bodies} bodies taken together: the pieces of a pressed-up crank without its crankpins"
     return replace(source, repairs=(*source.repairs, note))
 
 
 def facets_of(
-    source: Source, density_g_mm3: float, anatomy: Anatomy, asked: Balance | None = None
+    source: Source, density_g_mm3: float, anatomy: Anatomy, asks: Balance | None = None
 ) -> ChordalError:
     """Estimate what the facets cost: from sections alone where fitting surfaces to all would take long.
 
-    A correction that is ``asked`` for, and a verdict in which the uncertainty counts, look at all of them.
+    A correction that is ``asks`` for, and a verdict in which the uncertainty counts, look at all of them.
     """
     frame = anatomy.file_to_rotor
     if source.exact is not None:  # measured on the true surfaces
         from autobalance.solid.cad.doubt import doubt_of
 
         return doubt_of(source.exact.gaps, density_g_mm3, frame)
-    needed = asked is not None and (asked.margin != "none" or asked.facet_correction)
+    worth_it = asks is not None and (asks.margin != "none" or asks.facet_correction)
     mesh = source.solid.mesh
     if anatomy.scan is not None:
         return chordal_error_of_scan(mesh, density_g_mm3, frame)
-    if needed or len(mesh.triangles) <= TRIANGLES_MOST:
+    if worth_it or len(mesh.triangles) <= TRIANGLES_MOST:
         look = look_at(mesh.moved(frame))
-        if needed or look.curved_count <= FACETS_MOST:
+        if worth_it or look.curved_count <= FACETS_MOST:
             return chordal_error_of(look, density_g_mm3)
     return chordal_error_from_slices(mesh, density_g_mm3, frame)
 

@@ -64,7 +64,7 @@ Measure = Callable[[Rotor, Solid, Made], Measured]
 """Takes a rotor, its crank as cut (file coordinates [mm]) and the cuts; the verdict is on what it returns."""
 
 
-def in_memory(rotor: Rotor, solid: Solid, made: Made) -> Measured:
+def in_memory(rotor: Rotor, solid: Solid, cut_depths: Made) -> Measured:
     """Measure the solid's own triangles, in double precision."""
     vertices, triangles = solid.mesh.vertices, solid.mesh.triangles
     return _on_triangles(rotor, vertices[triangles], None)
@@ -73,9 +73,9 @@ def in_memory(rotor: Rotor, solid: Solid, made: Made) -> Measured:
 def as_file(format: str, mm_per_unit: float) -> Measure:  # noqa: A002
     """Return the way to measure what a file of this format and unit will hold: its bytes, read back."""
 
-    def measure(rotor: Rotor, solid: Solid, made: Made) -> Measured:
+    def measure(rotor: Rotor, solid: Solid, cut_depths: Made) -> Measured:
         written = Written.of(solid.mesh, format, mm_per_unit)
-        adds = any(cut.adds_metal for cut, _ in made)
+        adds = any(cut.adds_metal for cut, _ in cut_depths)
         measured = _on_triangles(rotor, written.soup, written.data)
         again = None
         if adds or len(written.soup) != solid.triangle_count:
@@ -106,7 +106,7 @@ def _as_read_back(written: Written, own_mm3: float) -> Solid:
     if abs(again.volume_mm3 - own_mm3) > SAME_VOLUME * own_mm3:
         raise SolidError(
             f"the written solid has {own_mm3:.9g} mm³, but {again.volume_mm3:.9g} mm³ are read back; expected"
-            " cuts or added metal that can be told apart: another face, or less of it"
+            " cuts or added metal that can be distinguished: another face, or less of it"
         )
     return again
 
@@ -124,7 +124,7 @@ def _refuse_lost_crank(rotor: Rotor, written: Solid) -> None:
     hints = Overrides(crankpin_in_file=None)
     try:
         before = recognise(rotor.solid, hints)
-    except RecognitionError:  # what was told of it is not told here
+    except RecognitionError:  # which was reported before
         return
     try:
         after = recognise(written, hints)
@@ -144,7 +144,7 @@ def _on_triangles(rotor: Rotor, soup: Floats, data: bytes | None) -> Measured:
     return Measured(moments, len(soup), data, added=added)
 
 
-def on_true_surfaces(rotor: Rotor, in_facets: Solid, made: Made) -> Measured:
+def on_true_surfaces(rotor: Rotor, in_facets: Solid, cut_depths: Made) -> Measured:
     """Cut the exact solid, write it, and measure it as it is read again; ``in_facets`` is the same cut.
 
     Raises
@@ -159,13 +159,13 @@ def on_true_surfaces(rotor: Rotor, in_facets: Solid, made: Made) -> Measured:
     removed: list[Tool] = []
     added: list[Tool] = []
     removes: list[int] = []
-    for number, (cut, depth) in enumerate(made):
+    for number, (cut, depth) in enumerate(cut_depths):
         tool = cut.exact_tool(depth)
         if tool is not None:
             (added if cut.adds_metal else removed).append(placed(tool, rotor.anatomy.rotor_to_file))
             removes += [] if cut.adds_metal else [number]
     machined, took = exact.solid.machined_as_taken(removed, added)
-    taken = dict(zip(removes, took, strict=True))
+    by_tool = dict(zip(removes, took, strict=True))
     each = exact.solid.each_taken(removed, added, machined)
     data, read_back = written_and_read(exact, machined)
     again = read_back.solid
@@ -182,11 +182,11 @@ def on_true_surfaces(rotor: Rotor, in_facets: Solid, made: Made) -> Measured:
             "expected the same cut in both; a mesh of the part can be balanced instead"
         )
     if each is None:
-        own = tuple(_as_taken(rotor, one, taken.get(number)) for number, one in enumerate(made))
+        own = tuple(_as_taken(rotor, one, by_tool.get(number)) for number, one in enumerate(cut_depths))
     else:
-        own = one_by_one(rotor, made, *each)
+        own = one_by_one(rotor, cut_depths, *each)
     if any(own):
-        _refuse_contradiction(made, own, moments - rotor.moments, density)
+        _refuse_contradiction(cut_depths, own, moments - rotor.moments, density)
     return Measured(moments, None, data, again.face_kinds(), hidden, taken=own)
 
 
@@ -202,13 +202,13 @@ def refuse_sum(rotor: Rotor, measured: Measured, corrections: Sequence[Correctio
     before = (
         rotor.solid.volume_mm3 if measured.surfaces is None else rotor.moments.mass_g / rotor.density_g_mm3
     )
-    total, gone = sum(volumes), before - measured.moments.mass_g / rotor.density_g_mm3
+    total, removed_mm3 = sum(volumes), before - measured.moments.mass_g / rotor.density_g_mm3
     bounds = np.abs(rotor.solid.bounds)
     near = float(np.spacing(np.float32(bounds.max())))
     near += 0.0 if measured.surfaces is None else DEVIATION_MM  # cuts are listed as the facets have them
-    if abs(total - gone) > ADD_UP * sum(map(abs, volumes)) + near * rotor.solid.area_mm2:
+    if abs(total - removed_mm3) > ADD_UP * sum(map(abs, volumes)) + near * rotor.solid.area_mm2:
         raise SolidError(
-            f"the cuts take {total:.6g} mm³ one by one, but {gone:.6g} mm³ are gone; "
+            f"the cuts take {total:.6g} mm³ one by one, but {removed_mm3:.6g} mm³ are gone; "
             "expected cuts that keep clear of each other: other faces, or fewer of them"
         )
 
@@ -226,7 +226,7 @@ def _as_taken(rotor: Rotor, one: tuple[Cut, float], took: Taken | None) -> Corre
 
 
 def _refuse_contradiction(
-    made: Made, own: Sequence[Correction | None], whole: Moments, density_g_mm3: float
+    cut_depths: Made, own: Sequence[Correction | None], whole: Moments, density_g_mm3: float
 ) -> None:
     """Refuse a solid whose edges lie so far off its faces that its cuts do not add up to what is gone.
 
@@ -237,11 +237,11 @@ def _refuse_contradiction(
     """
     volumes = [
         (cut.correction(depth) if mine is None else mine).removed_volume_mm3
-        for (cut, depth), mine in zip(made, own, strict=True)
+        for (cut, depth), mine in zip(cut_depths, own, strict=True)
     ]
-    total, gone = sum(volumes), -whole.mass_g / density_g_mm3
-    if abs(total - gone) > CONTRADICTS * sum(map(abs, volumes)):
+    total, removed_mm3 = sum(volumes), -whole.mass_g / density_g_mm3
+    if abs(total - removed_mm3) > CONTRADICTS * sum(map(abs, volumes)):
         raise SolidError(
-            f"the cuts take {total:.6g} mm³ one by one, but {gone:.6g} mm³ are gone: the file's edges lie "
-            "off its faces there; expected a file whose edges lie on their faces, or a mesh of the part"
+            f"the cuts take {total:.6g} mm³ one by one, but {removed_mm3:.6g} mm³ are gone: the file's edges "
+            "lie off its faces there; expected a file whose edges lie on their faces, or a mesh of the part"
         )

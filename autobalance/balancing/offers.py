@@ -112,24 +112,24 @@ def why_not_used(
     if not plan.depths_mm.any():
         return ()
     task = Task(initial, tolerance, offer, prefer, AIM, *usual(offer))
-    made = rank(task, plan)
+    plan_rank = rank(task, plan)
     unused = [
         group
         for rule in offer.varieties
         for group in rule.groups
         if group and not plan.depths_mm[list(group)].any()
     ]
-    return tuple(_why(task, group, made) for group in unused[:EXPLAINED])
+    return tuple(_why(task, group, plan_rank) for group in unused[:EXPLAINED])
 
 
-def _why(task: Task, group: Sequence[int], made: tuple[int, int, float]) -> str:
+def _why(task: Task, group: Sequence[int], plan_rank: tuple[int, int, float]) -> str:
     part = part_of(task, group)
     alone = choose(task.residual, task.tolerance, part.offer, prefer=task.prefer)
     different, cuts, metal = rank(part, alone)
     name = setting_of(task.cuts[group[0]])
     if not is_enough(alone, part.offer):
         return f"{name} mm is not used: alone it leaves {alone.share:.3g} times the permissible value"
-    ours = f"the plan: {made[0]}, {made[1]} and {made[2]:.1f} g"
+    ours = f"the plan: {plan_rank[0]}, {plan_rank[1]} and {plan_rank[2]:.1f} g"
     theirs = f"{different} different cuts, {cuts} cuts in all, {metal:.1f} g"
     return f"{name} mm is not used: alone it takes {theirs} ({ours})"
 

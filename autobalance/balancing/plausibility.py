@@ -35,7 +35,7 @@ PIN_SHARE = 20.0
 FACTOR = (-1.0, 3.0)
 """Balance factor that a crank may have before, with parts that are meant for it."""
 LEAST_ALIKE = 0.01
-"""Throws that cancel each other out but for this share of their sum have no factor that tells anything."""
+"""Throws that cancel each other out but for this share of their sum have no meaningful factor."""
 INERTIA_SHARE = (0.5, 2.0)
 INERTIA_REFUSED = (0.05, 20.0)
 """A rod's inertia over m a b of two masses at its eyes: rods are near 1."""
@@ -92,19 +92,19 @@ def _bob_weights(job: Job, crank: Crank) -> Iterator[str]:
     share = total / crank.moments.mass_g
     if total <= 0.0 or _usual(share):
         return
-    told = (
+    finding = (
         f"{job.path.name}: the weights of [engine] add up to {total:.4g} g on a crank of"
         f" {crank.moments.mass_g:.4g} g"
     )
     meant = [f"are they in {unit}" for unit, by in (("kg", 1e3), ("mg", 1e-3)) if _usual(share * by)]
     units = [name for name, by in usual_units(crank.source).items() if _usual(share / by**3)]
     meant += [f"is the crank's unit {' or '.join(units)}"] if units else []
-    asked = f"; {', or '.join(meant)}?" if meant else ""
+    question = f"; {', or '.join(meant)}?" if meant else ""
     low, high = BOB_SHARE
     if not low <= share <= high:
-        raise JobError(f"{told}; expected {low:g} to {high:g} times that{asked}")
+        raise JobError(f"{finding}; expected {low:g} to {high:g} times that{question}")
     low, high = USUAL_BOB_SHARE
-    yield f"{told}; odd outside {low:g} to {high:g} times that{asked}"
+    yield f"{finding}; odd outside {low:g} to {high:g} times that{question}"
 
 
 def _usual(share: float) -> bool:
@@ -177,26 +177,26 @@ def _rod(job: Job) -> Iterator[str]:
     if not whole.two_mass_inertia_g_mm2 > 0.0:
         return
     share = rod.inertia_g_mm2 / whole.two_mass_inertia_g_mm2
-    told = (
+    finding = (
         f"{job.path.name}: engine.rod.inertia_kg_mm2 is {rod.inertia_g_mm2 * 1e-3:g}, {share:.3g} times"
         " that of two masses at its eyes"
     )
     if not INERTIA_REFUSED[0] <= share <= INERTIA_REFUSED[1]:
-        raise JobError(f"{told}; expected {INERTIA_REFUSED[0]:g} to {INERTIA_REFUSED[1]:g} times (kg·mm²)")
+        raise JobError(f"{finding}; expected {INERTIA_REFUSED[0]:g} to {INERTIA_REFUSED[1]:g} times (kg·mm²)")
     if not INERTIA_SHARE[0] <= share <= INERTIA_SHARE[1]:
-        yield f"{told}; rods are near 1"
+        yield f"{finding}; rods are near 1"
 
 
 def _rod_end(job: Job, key: str, end_g: float, table: str, totals_g: Mapping[str, float]) -> Iterator[str]:
     """Compare what a rod's end weighs on the scale with all that moves with it."""
     all_g = totals_g[table]
-    told = f"{job.path.name}: engine.rod.{key} is {end_g:g}"
+    finding = f"{job.path.name}: engine.rod.{key} is {end_g:g}"
     odd, refused = END_SHARE
     if all_g > 0.0 and end_g > refused * all_g:
         end = key.split("_", maxsplit=1)[0]
-        raise JobError(f"{told}, all of engine.{table} {all_g:g} g; the {end} end is a part of that")
+        raise JobError(f"{finding}, all of engine.{table} {all_g:g} g; the {end} end is a part of that")
     if all_g > 0.0 and end_g > odd * all_g:
-        yield f"{told}, more than all of engine.{table}, {all_g:g} g"
+        yield f"{finding}, more than all of engine.{table}, {all_g:g} g"
 
 
 def _rod_length(job: Job, anatomy: Anatomy) -> Iterator[str]:
@@ -207,18 +207,18 @@ def _rod_length(job: Job, anatomy: Anatomy) -> Iterator[str]:
     radius, (low, high) = anatomy.throws[0].crank_radius_mm, ROD_RATIO
     share = length / radius
     meant = [name for name, mm in MM_PER.items() if mm > 1.0 and low <= share * mm <= high]
-    asked = f"; is it in {' or '.join(meant)}?" if meant else ""
-    told = f"{job.path.name}: engine.rod_length_mm is {length:g}"
+    question = f"; is it in {' or '.join(meant)}?" if meant else ""
+    finding = f"{job.path.name}: engine.rod_length_mm is {length:g}"
     least = radius + abs(job.engine.layout.offset_mm)
     if length <= least:
         raise JobError(
             f"{job.path.name}: engine: rod length is {length:g} mm; must be more than crank radius and offset"
-            f" together, {least:.4g} mm{asked}"
+            f" together, {least:.4g} mm{question}"
         )
     if not low <= share <= high:
         yield (
-            f"{told}, {share:.3g} times the crank radius of {radius:.4g} mm; odd outside"
-            f" {low:g} to {high:g} times{asked}"
+            f"{finding}, {share:.3g} times the crank radius of {radius:.4g} mm; odd outside"
+            f" {low:g} to {high:g} times{question}"
         )
 
 

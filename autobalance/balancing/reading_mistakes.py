@@ -2,7 +2,7 @@
 
 The change of reading since the stage before, C, should be what that stage's cuts did, E. Where both differ by
 more than their uncertainty, each usual mistake is undone in both readings and in the new one alone, and what
-is left of the difference tells whether it explains it.
+is left of the difference shows whether it explains it.
 """
 
 from __future__ import annotations
@@ -105,11 +105,11 @@ def suspects(compared: Comparison) -> list[Suspect]:
     if compared.agrees:
         return []
     difference = float(np.linalg.norm(compared.difference))
-    found: dict[Cause, Suspect] = {}
+    suspect_of: dict[Cause, Suspect] = {}
     for cause, left, says in _tried(compared):
-        if left <= EXPLAINS * difference and (cause not in found or left < found[cause].left_g_mm):
-            found[cause] = Suspect(cause, difference, left, says)
-    return sorted(found.values(), key=lambda each: each.rank)
+        if left <= EXPLAINS * difference and (cause not in suspect_of or left < suspect_of[cause].left_g_mm):
+            suspect_of[cause] = Suspect(cause, difference, left, says)
+    return sorted(suspect_of.values(), key=lambda each: each.rank)
 
 
 def _tried(compared: Comparison) -> Iterator[tuple[Cause, float, str]]:

@@ -48,7 +48,7 @@ class ChordalErrorEntry:
     """What the true surface holds more than the facets: mass, and the magnitude of the unbalance.
 
     ``mass_bar_g`` and ``unbalance_bar_g_mm`` are their error bars, ``sag_mm`` is the greatest chord height.
-    ``correction`` tells whether the estimate was added to what was measured (None: not asked for), ``reason``
+    ``correction`` is whether the estimate was added to what was measured (None: not asked for), ``reason``
     why not or not all of it; ``needed`` is None where the facets are fine enough or nothing is asked of them.
     ``added`` is what was added before and after cutting, None where nothing was.
     """

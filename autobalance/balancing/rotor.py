@@ -24,8 +24,8 @@ class Rotor:
     ``exact`` is the crank with its true surfaces, where its file keeps them: plans are made on ``solid``, its
     triangles, and the exact solid is cut. ``moments`` are the bare crank's and ``loads`` those of bob-weights
     and attached rotors, both in the rotor frame; ``loads_per_factor`` is the derivative of the loads with the
-    balance factor ``factor``. ``budget`` tells how far the residual may be off, from the bare crank's moments
-    and the corrections made on it; None where that is not known. ``hidden`` tells what the facets of loose
+    balance factor ``factor``. ``budget`` is how far the residual may be off, from the bare crank's moments
+    and the corrections made on it; None where that is not known. ``hidden`` is what the facets of loose
     triangles (file coordinates) hide of the smooth surface, which ``moments`` have already; None: nothing is
     added. ``earlier`` are the cuts of earlier stages, which count where cuts are limited in number.
     """

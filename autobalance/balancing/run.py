@@ -65,9 +65,11 @@ def balanced_record(job: Job, crank: Crank, watch: Stopwatch, progress: Notify) 
         job, external = with_external(job, crank, tolerance, factor)
         rotor = rotor_of(job, crank, tolerance, factor)
         with_gas, missing = _before_with_gas(job, crank)
-    with _Stages(watch, progress) as told:
+    with _Stages(watch, progress) as stages:
         try:
-            result = balance(rotor, tolerance, job.methods, measure_of(crank.source), told, prefer=job.prefer)
+            result = balance(
+                rotor, tolerance, job.methods, measure_of(crank.source), stages, prefer=job.prefer
+            )
         except CorrectionError as error:
             raise JobError(f"{job.path.name}: {error}") from None
     record = record_of(job, crank, factor, tolerance, result, counterweights_of(crank))
@@ -96,7 +98,7 @@ def measure_of(source: Source) -> Measure:
 
 
 def with_forces(record: Record, job: Job, crank: Crank, result: Result) -> Record:
-    """Return a record with what shakes the engine before and after, where the job tells enough for it."""
+    """Return a record with what shakes the engine before and after, where the job holds enough for it."""
     before = engine_from_job.shaking(job, crank.anatomy, crank.moments)
     after = engine_from_job.shaking(job, crank.anatomy, result.final_moments)
     if before is None or after is None or record.balanced is None:
@@ -127,11 +129,11 @@ def _overbalance(job: Job, rotor: Rotor, tolerance: Tolerance, result: Result) -
     allowance = rotor_from_job.overbalance_moments(job, tolerance)
     bare = result.measured.moments if result.measured else rotor.moments
     slugs = result.final_moments - bare
-    made = replace(
+    left_heavy = replace(
         rotor, solid=result.solid or rotor.solid, moments=bare, loads=rotor.loads + allowance + slugs
     )
     try:
-        holes, residual = planned(made, tolerance, [limits], "fewest_holes")
+        holes, residual = planned(left_heavy, tolerance, [limits], "fewest_holes")
     except CorrectionError as error:
         return Overbalance(Unbalance.of(allowance), (), None, str(error))
     short = tolerance.used_share(residual)
@@ -140,7 +142,7 @@ def _overbalance(job: Job, rotor: Rotor, tolerance: Tolerance, result: Result) -
 
 
 class _Stages:
-    """Tell the user what the loop says, and count its time for planning or cutting."""
+    """Report what the loop does, and count its time for planning or cutting."""
 
     def __init__(self, watch: Stopwatch, progress: Notify) -> None:
         self._watch, self._progress = watch, progress
@@ -172,8 +174,8 @@ class Compared:
     warnings: tuple[str, ...]
 
 
-def compare_job(job: Job, progress: Notify, given: Crank | None = None) -> Compared:
-    """Try every kind of correction and the useful mixes on a job's crank, or on the one ``given``.
+def compare_job(job: Job, progress: Notify, crank_read: Crank | None = None) -> Compared:
+    """Try every kind of correction and the useful mixes on a job's crank, or on the one ``crank_read``.
 
     Raises
     ------
@@ -184,11 +186,11 @@ def compare_job(job: Job, progress: Notify, given: Crank | None = None) -> Compa
     progress("reading the crank")
     limits = _every_kind(job)
     every = replace(job, methods=tuple(limits.values()), method_names=tuple(limits))
-    if given is None:
+    if crank_read is None:
         crank = measured_crank.measure_crank(job.crankshaft, watch, job.balance, work_on_faces(every))
     else:
-        found = given.source, given.anatomy, given.density_g_mm3
-        crank = measured_crank.measured_source(*found, job.balance, work_on_faces(every))
+        read_as = crank_read.source, crank_read.anatomy, crank_read.density_g_mm3
+        crank = measured_crank.measured_source(*read_as, job.balance, work_on_faces(every))
     rotor_from_job.check_engine(job, crank.anatomy)
     odd = (*crank.warnings(job.crankshaft.file), *oddities(job, crank))
     factor = rotor_from_job.target_factor(job, crank.anatomy, crank.moments)
@@ -292,12 +294,12 @@ def _facet_entry(crank: Crank, tolerance: Tolerance, result: Result) -> ChordalE
 
     True surfaces have none to be finer; what is uncertain of them is that their edges lie off them.
     """
-    needed = None
+    finer = None
     faceted = None if crank.source.exact is not None else crank.facets
     if faceted is not None and result.doubt is not None and "facets" in result.doubt.shares:
-        needed = chordal_correction.needed(faceted, tolerance, result.doubt.shares["facets"])
+        finer = chordal_correction.needed(faceted, tolerance, result.doubt.shares["facets"])
     after = None if result.measured is None else result.measured.added
-    return chordal_correction.facet_entry(crank.facets, crank.correction, needed, after)
+    return chordal_correction.facet_entry(crank.facets, crank.correction, finer, after)
 
 
 def counterweights_of(crank: Crank) -> Moments | None:

@@ -35,7 +35,7 @@ def scan_share(crank: Crank, accuracy_mm: float | None, places: Places) -> Share
     """Return what a scan leaves uncertain of a measured crank's unbalance; None where it is drawn."""
     if crank.anatomy.scan is None:
         return None
-    found = scan_uncertainty(
+    uncertainty = scan_uncertainty(
         crank.source.solid.mesh,
         crank.anatomy,
         crank.anatomy.scan,
@@ -44,7 +44,7 @@ def scan_share(crank: Crank, accuracy_mm: float | None, places: Places) -> Share
         accuracy_mm,
         places,
     )
-    return found.share
+    return uncertainty.share
 
 
 def scan_uncertainty(

@@ -20,21 +20,21 @@ if TYPE_CHECKING:
 
 
 def one_by_one(
-    rotor: Rotor, made: Made, removed: Sequence[EachTaken], added: Sequence[EachTaken]
+    rotor: Rotor, cut_depths: Made, removed: Sequence[EachTaken], added: Sequence[EachTaken]
 ) -> tuple[Correction | None, ...]:
     """Return the corrections of cuts as measured, one a cut; None where no metal went or came.
 
     ``removed`` and ``added`` are what the tools of the cuts took and added, each in the order of the cuts.
     """
     takes, adds = iter(removed), iter(added)
-    found: list[Correction | None] = []
-    for cut, depth in made:
+    measured: list[Correction | None] = []
+    for cut, depth in cut_depths:
         if cut.exact_tool(depth) is None:
-            found.append(None)
+            measured.append(None)
             continue
         took = next(adds if cut.adds_metal else takes)
-        found.append(_measured(rotor, cut.correction(depth), cut.pressed_in(depth), took, cut.adds_metal))
-    return tuple(found)
+        measured.append(_measured(rotor, cut.correction(depth), cut.pressed_in(depth), took, cut.adds_metal))
+    return tuple(measured)
 
 
 def _measured(rotor: Rotor, planned: Correction, pressed_in: Any, took: EachTaken, adds: bool) -> Correction:

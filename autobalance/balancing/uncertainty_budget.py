@@ -49,7 +49,7 @@ class UncertaintyBudget:
         The balance factor asked for.
     facets : ChordalError
     spacing_mm : float
-        Between two numbers that the file can tell apart, at the far end of the crank.
+        Between two numbers that the file can distinguish, at the far end of the crank.
     scan : Share or None
         What noise, the scanner and the fitted axis leave uncertain, of a scanned crank.
     """
@@ -115,11 +115,11 @@ class UncertaintyBudget:
 
     def _original_factor(self, crank: Moments, weights: PartWeights | None = None) -> float:
         loads = rotor_from_job.throw_loads(self.anatomy, self.job.engine, weights or self.job.original)
-        found = rotor_from_job.crank_factor(
+        original = rotor_from_job.crank_factor(
             crank, loads, rotor_from_job.attached_moments(self.job.engine.attached)
         )
-        assert found is not None  # the target factor was found from the same
-        return found
+        assert original is not None  # the target factor was found from the same
+        return original
 
     # --- parts ----------------------------------------------------------------------------------------------
 
@@ -140,7 +140,7 @@ class UncertaintyBudget:
 
 
 def spacing_mm(source: Source) -> float:
-    """Return the distance of two numbers that a file can tell apart, at the far end of its solid."""
+    """Return the distance of two numbers that a file can distinguish, at the far end of its solid."""
     reach = float(np.abs(source.solid.bounds).max()) / source.mm_per_unit
     number = np.float64 if source.format is None else format_named(source.format).number
     return max(source.step_mm, float(np.spacing(number(reach))) * source.mm_per_unit)
@@ -156,19 +156,19 @@ def unstated(job: Job, scanned: bool = False) -> tuple[str, ...]:
         if weight.mass_g > 0.0
     ]
     silent = sum(weight.pm_g == 0.0 for weight in weights)
-    found = ["density"] if job.crankshaft.density_pm_g_mm3 is None else []
+    causes = ["density"] if job.crankshaft.density_pm_g_mm3 is None else []
     if silent:
-        found.append("weights" if silent == len(weights) else "some weights")
+        causes.append("weights" if silent == len(weights) else "some weights")
     if any(part.pm_g_mm == 0.0 for part in job.engine.attached):
-        found.append("attached")
+        causes.append("attached")
     if scanned and job.crankshaft.scan_accuracy_mm is None:
-        found.append("scan accuracy")
-    return (*found, *(["depth"] if job.depth_tolerance_mm is None else []))
+        causes.append("scan accuracy")
+    return (*causes, *(["depth"] if job.depth_tolerance_mm is None else []))
 
 
 def bob_weight_pm_g(engine: EngineParts, anatomy: Anatomy, factor: float) -> dict[int, float]:
     """Return by how much each throw's bob-weight may be off: its parts' ± added as squares."""
-    found = {}
+    weight_pm = {}
     for throw in anatomy.throws:
         parts = engine.of_throw(throw.number)
         weights = parts.weights
@@ -177,8 +177,8 @@ def bob_weight_pm_g(engine: EngineParts, anatomy: Anatomy, factor: float) -> dic
             *(parts.rods * weight.pm_g for weight in weights.rotating.values()),
             *(parts.rods * factor * weight.pm_g for weight in weights.reciprocating.values()),
         ]
-        found[throw.number] = math.hypot(*scaled)
-    return found
+        weight_pm[throw.number] = math.hypot(*scaled)
+    return weight_pm
 
 
 def _each_heavier(weights: PartWeights) -> Iterator[PartWeights]:

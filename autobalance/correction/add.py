@@ -153,12 +153,12 @@ class AddCut(FaceCut):
 
 def cuts(work: Workpiece, patches: Sequence[Patch], limits: AddLimits) -> list[AddCut]:
     """Set up the bodies that may grow on faces, each up to the next metal over it."""
-    asked = DEFAULT_MAX_MM if limits.max_depth_mm is None else limits.max_depth_mm
+    raised = DEFAULT_MAX_MM if limits.max_depth_mm is None else limits.max_depth_mm
     clearance = DEFAULT_CLEARANCE_MM if limits.min_wall_mm is None else limits.min_wall_mm
     mesh, anatomy = work.solid.mesh, work.anatomy
     sink = SINK_SHARE * mesh.diagonal_mm
     begun = {(patch.face.id, patch.sector_deg[0]) for patch in patches if patch.sector_deg is not None}
-    found = []
+    add_cuts = []
     for patch in patches:
         to_face = face_frame(patch.face.normal)
         height = float(patch.face.normal @ patch.face.centroid_mm)
@@ -167,7 +167,7 @@ def cuts(work: Workpiece, patches: Sequence[Patch], limits: AddLimits) -> list[A
         beside = BESIDE_SINKS * sink
         standing = placed.section(height + 2.0 * sink + patch.face.spread_mm)
         grown = (face + (face.grown(beside) & standing)).grown(-sink)
-        low, high = height - sink, height + asked + clearance
+        low, high = height - sink, height + raised + clearance
         body, free = Solid.prism(grown, low, high), Solid.prism(grown - standing, low, high)
         whole = body
         if patch.within is not None:
@@ -175,7 +175,7 @@ def cuts(work: Workpiece, patches: Sequence[Patch], limits: AddLimits) -> list[A
             body, free = whole & within, free & within
         over = free & Solid.prism(face.grown(-beside), height + 2.0 * sink + patch.face.spread_mm, high)
         blocked = placed & over
-        room, limit = asked, f"max_depth_mm = {asked:g}"
+        room, limit = raised, f"max_depth_mm = {raised:g}"
         if not blocked.is_empty:
             above = float(blocked.bounds[0, 2]) - height - clearance
             if above < room:
@@ -191,7 +191,7 @@ def cuts(work: Workpiece, patches: Sequence[Patch], limits: AddLimits) -> list[A
         if patch.sector_deg is not None and (patch.face.id, patch.sector_deg[1]) in begun:
             seam = strip_along(patch.sector_deg[1], farthest_mm(mesh, anatomy), sink)
             body = body + (whole & seam.moved(to_face))
-        found.append(
+        add_cuts.append(
             AddCut(
                 face=patch.face,
                 to_face=to_face,
@@ -207,7 +207,7 @@ def cuts(work: Workpiece, patches: Sequence[Patch], limits: AddLimits) -> list[A
                 depth_step_mm=limits.depth_step_mm,
             )
         )
-    return found
+    return add_cuts
 
 
 def _beside_what_stands(
@@ -216,21 +216,21 @@ def _beside_what_stands(
     """Return how high metal may stand on a face before it meets a rod or the crankcase, and which of them.
 
     A rod is as wide as its crankpin is bare, and sweeps all of that stretch of the axis as the crank turns.
-    Between its ends, where the job tells how far it is clear of the crankcase, so does a main journal.
+    Between its ends, where the job states how far it is clear of the crankcase, so does a main journal.
     """
     rods = [_stretch(throw.crankpin, 0.0) for throw in anatomy.throws]
-    found = [(_room_along_axis_mm(face, rods), "the connecting rod's width on the crankpin")]
+    limits_beside = [(_room_along_axis_mm(face, rods), "the connecting rod's width on the crankpin")]
     gap, radius = limits.crankcase_gap_mm, limits.crankcase_radius_mm
     if gap is not None:
         walls = [_stretch(pin, gap - clearance_mm) for pin in anatomy.main_journals]
-        found.append((_room_along_axis_mm(face, walls), f"crankcase_gap_mm = {gap:g}"))
+        limits_beside.append((_room_along_axis_mm(face, walls), f"crankcase_gap_mm = {gap:g}"))
     if radius is not None:
         corners = np.concatenate([np.zeros((0, 2)), *region.polygons])
         height = np.full((len(corners), 1), float(face.normal @ face.centroid_mm))
         places = np.hstack([corners, height]) @ to_face[:3, :3]
         inside = _room_inside_mm(places[:, :2], face.normal[:2], radius - clearance_mm)
-        found.append((inside, f"crankcase_radius_mm = {radius:g}"))
-    return found
+        limits_beside.append((inside, f"crankcase_radius_mm = {radius:g}"))
+    return limits_beside
 
 
 def _stretch(pin: Pin, less_mm: float) -> tuple[float, float]:
@@ -267,16 +267,16 @@ ALONG = 0.1
 """Component along the axis that the normal of a face has, at least, from which metal grows towards rods."""
 
 
-def _clear_of_each_other(found: Sequence[AddCut], limits: AddLimits) -> tuple[Apart, ...]:
+def _clear_of_each_other(add_cuts: Sequence[AddCut], limits: AddLimits) -> tuple[Apart, ...]:
     """Return the pads on different faces that come too near each other, with the height both may have."""
-    if len(found) < 2:
+    if len(add_cuts) < 2:
         return ()
     clearance = DEFAULT_CLEARANCE_MM if limits.min_wall_mm is None else limits.min_wall_mm
-    ids = [cut.face.id for cut in found]
+    ids = [cut.face.id for cut in add_cuts]
     return keep_apart(
-        [cut.room for cut in found],
-        np.array([cut.max_depth_mm for cut in found]),
-        np.full(len(found), max(clearance, TOUCHING_MM)),
+        [cut.room for cut in add_cuts],
+        np.array([cut.max_depth_mm for cut in add_cuts]),
+        np.full(len(add_cuts), max(clearance, TOUCHING_MM)),
         np.array([ids.index(each) for each in ids]),
     )
 
@@ -296,8 +296,10 @@ class Add(Kind[AddLimits]):
     def offer(self, work: Workpiece, limits: AddLimits, effort: int) -> Offer:
         """Return the faces that metal may be added on: on the light side, unless the job picks them."""
         light = [(z, -vector) for z, vector in work.heavy_at]
-        found = cuts(work, patches_of(work, limits, light, effort), limits)
-        return Offer(tuple(found), same_depth=limits.same_depth, apart=_clear_of_each_other(found, limits))
+        add_cuts = cuts(work, patches_of(work, limits, light, effort), limits)
+        return Offer(
+            tuple(add_cuts), same_depth=limits.same_depth, apart=_clear_of_each_other(add_cuts, limits)
+        )
 
     def relaxing(self, limits: AddLimits) -> Sequence[Relaxing]:
         """Return more height, and less clearance over the face."""

@@ -65,12 +65,12 @@ def keep_apart(
         if rows.any():
             depth[rows] = _clear_depths(pieces, a[rows], b[rows], need[rows], far_enough, steps)
     pair = pieces.owner[a] * len(rooms) + pieces.owner[b]
-    found, place = np.unique(pair, return_inverse=True)
-    least = np.full(len(found), np.inf)
+    pairs, place = np.unique(pair, return_inverse=True)
+    least = np.full(len(pairs), np.inf)
     np.minimum.at(least, place, depth)
     return tuple(
         Apart(*divmod(int(number), len(rooms)), float(most))
-        for number, most in zip(found, least, strict=True)
+        for number, most in zip(pairs, least, strict=True)
         if most < np.inf
     )
 
@@ -150,7 +150,7 @@ def _near_pieces(pieces: _Pieces, i: Indices, j: Indices, wall_mm: Array) -> tup
 
 
 AreApart = Callable[[Array, Array, Array], NDArray[np.bool_]]
-"""Takes the corners of pieces, two and two, and distances; tells which pairs are at least so far apart."""
+"""Takes the corners of pieces, two and two, and distances; returns which pairs are at least so far apart."""
 
 
 def _clear_depths(
@@ -162,28 +162,28 @@ def _clear_depths(
     def clear(rows: Indices, depth: Array) -> NDArray[np.bool_]:
         return are_apart(pieces.at(a[rows], depth), pieces.at(b[rows], depth), need[rows])
 
-    found = np.full(len(a), np.inf)
+    depths = np.full(len(a), np.inf)
     every = np.arange(len(a))
-    close = every[~clear(every, found)]
-    found[close] = -1.0
+    close = every[~clear(every, depths)]
+    depths[close] = -1.0
     open_ = close[clear(close, np.zeros(len(close)))]
     low, high = np.zeros(len(open_)), np.maximum(pieces.most_mm[a[open_]], pieces.most_mm[b[open_]])
     for _ in range(steps):
         middle = 0.5 * (low + high)
         is_clear = clear(open_, middle)
         low, high = np.where(is_clear, middle, low), np.where(is_clear, high, middle)
-    found[open_] = low
-    return found
+    depths[open_] = low
+    return depths
 
 
 def _bars_are_apart(a: Array, b: Array, need_mm: Array) -> NDArray[np.bool_]:
-    """Tell which straight segments are far enough apart, exactly."""
+    """Return which straight segments are far enough apart, exactly."""
     far: NDArray[np.bool_] = segments_distance_mm(a[:, 0], a[:, 1], b[:, 0], b[:, 1]) >= need_mm - NEAR_MM
     return far
 
 
 def _hulls_are_apart(a: Array, b: Array, need_mm: Array) -> NDArray[np.bool_]:
-    """Tell which convex hulls have planes between them that prove them far enough apart.
+    """Return which convex hulls have planes between them that prove them far enough apart.
 
     The nearest point of the hulls' difference to the origin is closed in upon along its corners; each
     direction on the way bounds the distance from below, each point from above.

@@ -119,31 +119,35 @@ class Drill(Kind[DrillLimits]):
             replace(limits, diameters_mm=likely_sizes_mm(work, limits, effort)),
             effort,
         )
-        found = [
+        drill_cuts = [
             cut
             for cut in every
             if not (cut.site.sunk_mm and work.is_filled(self.name, cut.hole.axis.entry_mm))
         ]
         apart = keep_apart(
-            [cut.hole for cut in found], [cut.max_depth_mm for cut in found], limits.min_spacing_mm
+            [cut.hole for cut in drill_cuts], [cut.max_depth_mm for cut in drill_cuts], limits.min_spacing_mm
         )
         counts = []
-        for web in sorted({cut.web for cut in found}):
+        for web in sorted({cut.web for cut in drill_cuts}):
             members = tuple(
                 k
-                for k, cut in enumerate(found)
+                for k, cut in enumerate(drill_cuts)
                 if cut.web == web
                 and not (cut.site.sunk_mm and work.is_taken(self.name, cut.hole.axis.entry_mm))
             )
             left = max(0, limits.max_holes - work.made_earlier(self.name, web))
             counts.append(Count(members, left, f"max_holes = {limits.max_holes} in web {web}"))
-        radii = sorted({cut.hole.radius_mm for cut in found})
+        radii = sorted({cut.hole.radius_mm for cut in drill_cuts})
         drills = tuple(
-            tuple(k for k, cut in enumerate(found) if cut.hole.radius_mm == radius) for radius in radii
+            tuple(k for k, cut in enumerate(drill_cuts) if cut.hole.radius_mm == radius) for radius in radii
         )
         few = Variety(drills, limits.max_drills, f"max_drills = {limits.max_drills}")
         return Offer(
-            tuple(found), apart=apart, counts=tuple(counts), varieties=(few,), notes=no_place(limits, radii)
+            tuple(drill_cuts),
+            apart=apart,
+            counts=tuple(counts),
+            varieties=(few,),
+            notes=no_place(limits, radii),
         )
 
     def relaxing(self, limits: DrillLimits) -> Sequence[Relaxing]:
@@ -198,7 +202,7 @@ def cuts(
     solid: Solid,
     anatomy: Anatomy,
     density_g_mm3: float,
-    wanted: Towards,
+    target: Towards,
     limits: DrillLimits,
     effort: int = 0,
 ) -> list[DrillCut]:
@@ -208,7 +212,7 @@ def cuts(
     ----------
     solid : Solid
         The crank in file coordinates.
-    wanted : (2,) float or callable
+    target : (2,) float or callable
         A direction that one of the places tried lies in, or what returns it for a z [mm].
     effort : int
         How fine a grid of angles is tried.
@@ -221,20 +225,20 @@ def cuts(
     diameters = SERIES_MM if limits.diameters_mm is None else limits.diameters_mm
     refuse_wide("drill", diameters, limits.min_wall_mm, anatomy, limits.direction)
     oblique = math.radians(limits.max_obliquity_deg)
-    places = Places(limits.direction, limits.sectors_deg, direction_at(wanted), effort, limits.zone, oblique)
+    places = Places(limits.direction, limits.sectors_deg, direction_at(target), effort, limits.zone, oblique)
     search = HoleSearch.on(solid, anatomy, places)
     half_point = math.radians(0.5 * limits.point_angle_deg)
     room = HoleLimits(limits.min_wall_mm, half_point, limits.min_depth_mm, limits.max_depth_mm)
-    found: list[DrillCut | None] = []
+    drill_cuts: list[DrillCut | None] = []
     seen = False
     radii = sorted(0.5 * diameter for diameter in set(diameters))
     for group in [radii] if limits.direction == "radial" else [[radius] for radius in radii]:
         sites = search.sites(group[-1] + limits.min_wall_mm)
         seen |= bool(sites)
-        found += [_cut(*each, limits, density_g_mm3) for each in search.holes(sites, group, room)]
+        drill_cuts += [_cut(*each, limits, density_g_mm3) for each in search.holes(sites, group, room)]
     if limits.deepen:
-        found += _deepened(search, density_g_mm3, replace(limits, diameters_mm=diameters))
-    cuts = [cut for cut in found if cut is not None]
+        drill_cuts += _deepened(search, density_g_mm3, replace(limits, diameters_mm=diameters))
+    cuts = [cut for cut in drill_cuts if cut is not None]
     if not cuts:
         raise CorrectionError(why_none(limits, diameters, seen, anatomy))
     return cuts

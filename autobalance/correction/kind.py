@@ -169,7 +169,7 @@ class Kind(ABC, Generic[L]):
         return ()
 
     def remedy_most_g_mm(self, work: Workpiece) -> float:
-        """Return what no cut that ``remedy`` offers moves more than, told without looking for its place."""
+        """Return an upper bound on the unbalance that one cut of ``remedy`` moves, without searching."""
         del work
         return math.inf
 
@@ -182,7 +182,7 @@ class Kind(ABC, Generic[L]):
         del cut
         return {} if self.remedy is None else asdict(self.remedy)
 
-    # --- what is told ---------------------------------------------------------------------------------------
+    # --- what is reported ---
 
     @abstractmethod
     def instruction(self, item: Item, figures: Figures) -> str:
@@ -213,10 +213,12 @@ class Kind(ABC, Generic[L]):
         del item
         return None
 
-    def wall_left_mm(self, made: Sequence[Correction], anatomy: Anatomy) -> float | None:
+    def wall_left_mm(self, corrections: Sequence[Correction], anatomy: Anatomy) -> float | None:
         """Return the least metal left beside corrections of this kind; None where they weaken nothing."""
         del anatomy
-        walls = [float(each.details["wall_left_mm"]) for each in made if "wall_left_mm" in each.details]
+        walls = [
+            float(each.details["wall_left_mm"]) for each in corrections if "wall_left_mm" in each.details
+        ]
         return min(walls, default=None)
 
     def trace(self, item: Item) -> Trace | None:

@@ -283,16 +283,16 @@ class Mill(Kind[MillLimits]):
 
     def offer(self, work: Workpiece, limits: MillLimits, effort: int) -> Offer:
         """Return the pockets that a job's limits allow, and which of them come too near to each other."""
-        found = list(self._cuts(work, limits))
-        if not found:
+        pockets_cut = list(self._cuts(work, limits))
+        if not pockets_cut:
             raise CorrectionError(
                 f"no pocket for a cutter of {limits.cutter_mm:g} mm fits into any cheek with min_wall_mm = "
                 f"{limits.min_wall_mm:g} and min_depth_mm = {limits.min_depth_mm:g} within sectors_deg; "
                 "choose a smaller cutter, wall or depth"
             )
-        depths = np.array([cut.max_depth_mm for cut in found])
-        walls = np.full(len(found), limits.min_wall_mm)
-        return Offer(tuple(found), apart=keep_apart([cut.room for cut in found], depths, walls))
+        depths = np.array([cut.max_depth_mm for cut in pockets_cut])
+        walls = np.full(len(pockets_cut), limits.min_wall_mm)
+        return Offer(tuple(pockets_cut), apart=keep_apart([cut.room for cut in pockets_cut], depths, walls))
 
     def _cuts(self, work: Workpiece, limits: MillLimits) -> Iterator[MillCut]:
         step = limits.depth_step_mm

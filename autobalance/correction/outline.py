@@ -56,9 +56,9 @@ def region_outline(region: Region, to_rotor: Array) -> dict[str, Any]:
 def listed_outline(loops: Iterable[Outline], to_rotor: Array) -> dict[str, Any]:
     """Return loops, outer ones first, with the side that the cutter comes from; see ``region_outline``."""
     side = side_of(to_rotor[:3, 2])
-    found = {"outline": [[_segment(edge) for edge in loop] for loop in loops], "side": side}
+    entry = {"outline": [[_segment(edge) for edge in loop] for loop in loops], "side": side}
     return (
-        found if side is not None else {**found, "outline_to_rotor": [list(map(float, r)) for r in to_rotor]}
+        entry if side is not None else {**entry, "outline_to_rotor": [list(map(float, r)) for r in to_rotor]}
     )
 
 

@@ -40,7 +40,7 @@ class Overlap:
 
 
 class Lowered(Cut, Protocol):
-    """A cut that tells the body that it takes at most."""
+    """A cut that knows the body that it takes at most."""
 
     def taken(self, depth_mm: float) -> Solid:
         """Return a body around the metal that goes, rotor frame [mm]."""
@@ -96,7 +96,7 @@ def taken_in_turn(
     solid: Solid,
     anatomy: Anatomy,
     density_g_mm3: float,
-    made: Made,
+    cut_depths: Made,
     corrections: Sequence[Correction],
     overlapping: Sequence[Overlap],
 ) -> tuple[Correction, ...]:
@@ -108,16 +108,16 @@ def taken_in_turn(
         The crank before, in file coordinates [mm].
     anatomy : Anatomy
     density_g_mm3 : float
-    made : sequence of (Cut, float)
+    cut_depths : sequence of (Cut, float)
     corrections : sequence of Correction
-        What each takes of the untouched crank, in the order of ``made``.
+        What each takes of the untouched crank, in the order of ``cut_depths``.
     overlapping : sequence of Overlap
-        Pairs of ``made``.
+        Pairs of ``cut_depths``.
     """
-    found = list(corrections)
+    in_turn = list(corrections)
     for second in sorted({pair.second for pair in overlapping}):
-        cut, depth = made[second]
-        before = [made[pair.first] for pair in overlapping if pair.second == second]
+        cut, depth = cut_depths[second]
+        before = [cut_depths[pair.first] for pair in overlapping if pair.second == second]
         earlier = union([each.tool(mm) for each, mm in before])
 
         both = (cut.tool(depth) & earlier).moved(anatomy.rotor_to_file) & solid
@@ -125,20 +125,20 @@ def taken_in_turn(
             continue
         step = SHALLOWER * depth
         over = both & cut.tool(depth - step).moved(anatomy.rotor_to_file)
-        gone, sooner = (part.moments(density_g_mm3, anatomy.file_to_rotor) for part in (both, over))
-        per_mm = (gone - sooner).scaled(1.0 / step)
-        less = _less(found[second], cut.rate(depth), gone, per_mm, density_g_mm3)
+        metal, sooner = (part.moments(density_g_mm3, anatomy.file_to_rotor) for part in (both, over))
+        per_mm = (metal - sooner).scaled(1.0 / step)
+        less = _less(in_turn[second], cut.rate(depth), metal, per_mm, density_g_mm3)
         lowered = cast("Lowered", cut)  # no other kind overlaps
         outline, area = lowered.outline_beside(depth, earlier)
         details = {**less.details, **outline}
-        found[second] = replace(less, details=details, tool_volume_mm3=depth * area)
-    return tuple(found)
+        in_turn[second] = replace(less, details=details, tool_volume_mm3=depth * area)
+    return tuple(in_turn)
 
 
 def _less(
-    correction: Correction, rate: Moments, gone: Moments, gone_per_mm: Moments, density_g_mm3: float
+    correction: Correction, rate: Moments, metal: Moments, gone_per_mm: Moments, density_g_mm3: float
 ) -> Correction:
     """Return a correction without what is gone already, and without what a millimetre more takes of that."""
     area = correction.details.get("new_face_area_mm2", 0.0) - gone_per_mm.mass_g / density_g_mm3
     own = rate if correction.rate is None else correction.rate
-    return as_taken(correction, correction.change + gone, own + gone_per_mm, area)
+    return as_taken(correction, correction.change + metal, own + gone_per_mm, area)

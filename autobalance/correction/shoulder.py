@@ -126,7 +126,7 @@ class ShoulderCut(FaceCut):
         return body if self.within is None else body & self.within
 
     def exact_tool(self, depth_mm: float) -> Tool:
-        """Return the lowering without facets; what stands on the face is the exact solid's to tell."""
+        """Return the lowering without facets; what stands on the face, the exact solid knows."""
         self.effect(depth_mm)  # has looked at sections down to here
         return lowering(self.layer, depth_mm, self.to_rotor, self.wedge)
 
@@ -189,8 +189,8 @@ def cuts(
     list of ShoulderCut
         One a patch, in the same order; patches with no metal to take are left out.
     """
-    found = (_cut(patch, solid.mesh, anatomy, density_g_mm3, limits, reach_mm) for patch in patches)
-    return [cut for cut in found if cut is not None]
+    all_cuts = (_cut(patch, solid.mesh, anatomy, density_g_mm3, limits, reach_mm) for patch in patches)
+    return [cut for cut in all_cuts if cut is not None]
 
 
 def _cut(
@@ -283,7 +283,7 @@ def _beside_each_other(cuts: Sequence[ShoulderCut]) -> list[tuple[int, int]]:
 # --- the kind -----------------------------------------------------------------------------------------------
 
 LOOK_AHEAD = 1.5
-"""How much deeper to look than the faces' first worth says is needed: drafts and sectors change it."""
+"""How much deeper to look than the faces' first effect requires: drafts and sectors change it."""
 
 
 def _worth_g_mm_per_mm(patch: Patch, work: Workpiece) -> float:
@@ -311,10 +311,10 @@ class Shoulder(Kind[ShoulderLimits]):
         worth = sum(_worth_g_mm_per_mm(patch, work) for patch in patches)
         reach = work.look * LOOK_AHEAD * work.need_g_mm / worth if worth > 0.0 else math.inf
         reach = min(reach, work.solid.mesh.diagonal_mm)
-        found = cuts(work.solid, work.anatomy, patches, work.density_g_mm3, limits, reach)
-        shared = tuple(shared_depths(found, work.anatomy, limits))
-        apart, both = overlaps(found, _beside_each_other(found))
-        return Offer(tuple(found), shared, limits.same_depth, apart, overlaps=both)
+        shoulder_cuts = cuts(work.solid, work.anatomy, patches, work.density_g_mm3, limits, reach)
+        shared = tuple(shared_depths(shoulder_cuts, work.anatomy, limits))
+        apart, both = overlaps(shoulder_cuts, _beside_each_other(shoulder_cuts))
+        return Offer(tuple(shoulder_cuts), shared, limits.same_depth, apart, overlaps=both)
 
     def relaxing(self, limits: ShoulderLimits) -> Sequence[Relaxing]:
         """Return more depth, and a thinner wall behind the face."""
@@ -346,9 +346,9 @@ class Shoulder(Kind[ShoulderLimits]):
         """Return the lowered face."""
         return FaceTrace(item)
 
-    def wall_left_mm(self, made: Sequence[Correction], anatomy: Anatomy) -> float | None:
+    def wall_left_mm(self, corrections: Sequence[Correction], anatomy: Anatomy) -> float | None:
         """Return what is left of the webs' thickness."""
-        lowered = {web.number: [cut for cut in made if cut.web == web.number] for web in anatomy.webs}
+        lowered = {web.number: [cut for cut in corrections if cut.web == web.number] for web in anatomy.webs}
         walls = [_thickness_left_mm(web, lowered[web.number]) for web in anatomy.webs if lowered[web.number]]
         return min(walls, default=None)
 
@@ -357,15 +357,17 @@ class Shoulder(Kind[ShoulderLimits]):
         planes = [Patch(face) for face in work.faces if face.kind == "plane"]
         thickness = {web.number: web.z_max_mm - web.z_min_mm for web in work.anatomy.webs}
         thickest = max(thickness.values(), default=0.0)
-        found: dict[str, float] = {}
+        depths: dict[str, float] = {}
         for patch in planes:
             near = thickest if patch.face.web is None else thickness[patch.face.web]
             for reach in (NEAR_WEBS * near, work.solid.mesh.diagonal_mm):
-                made = cuts(work.solid, work.anatomy, [patch], work.density_g_mm3, ShoulderLimits(), reach)
-                found |= {cut.face.id: cut.max_depth_mm for cut in made if not cut.limit_is_reach}
-                if not any(cut.limit_is_reach for cut in made):
+                face_cuts = cuts(
+                    work.solid, work.anatomy, [patch], work.density_g_mm3, ShoulderLimits(), reach
+                )
+                depths |= {cut.face.id: cut.max_depth_mm for cut in face_cuts if not cut.limit_is_reach}
+                if not any(cut.limit_is_reach for cut in face_cuts):
                     break
-        return found
+        return depths
 
 
 NEAR_WEBS = 1.25

@@ -145,21 +145,21 @@ class Slug(Kind[SlugLimits]):
                 if not work.is_taken(self.name, each.hole.axis.entry_mm)
             ]
         try:
-            found = cuts(work, lambda z_mm: -heavy_vector(work.heavy_at, z_mm), limits, effort)
+            slug_cuts = cuts(work, lambda z_mm: -heavy_vector(work.heavy_at, z_mm), limits, effort)
         except CorrectionError:
             if not filled:
                 raise
-            found = []
+            slug_cuts = []
         apart = keep_apart(
-            [cut.hole for cut in found], [cut.max_depth_mm for cut in found], limits.min_wall_mm
+            [cut.hole for cut in slug_cuts], [cut.max_depth_mm for cut in slug_cuts], limits.min_wall_mm
         )
         one_each = [
-            Apart(len(found) + i, len(found) + j, -1.0)
+            Apart(len(slug_cuts) + i, len(slug_cuts) + j, -1.0)
             for j in range(len(filled))
             for i in range(j)
             if np.array_equal(filled[i].hole.axis.entry_mm, filled[j].hole.axis.entry_mm)
         ]
-        every: list[Cut] = [*found, *filled]
+        every: list[Cut] = [*slug_cuts, *filled]
         left = max(0, limits.max_slugs - work.made_earlier(self.name))
         rule = Count(tuple(range(len(every))), left, f"max_slugs = {limits.max_slugs}")
         return Offer(tuple(every), apart=(*apart, *one_each), counts=(rule,))
@@ -229,10 +229,10 @@ class Slug(Kind[SlugLimits]):
 KIND = Slug()
 
 
-def cuts(work: Workpiece, wanted: Towards, limits: SlugLimits, effort: int = 0) -> list[SlugCut]:
+def cuts(work: Workpiece, target: Towards, limits: SlugLimits, effort: int = 0) -> list[SlugCut]:
     """Set up every slug that may be pressed in, each diameter, length and place by itself.
 
-    ``wanted`` is a direction (2,) that one of the places tried lies in, or what returns it for a z [mm];
+    ``target`` is a direction (2,) that one of the places tried lies in, or what returns it for a z [mm];
     more ``effort`` takes a finer grid of angles.
 
     Raises
@@ -241,16 +241,16 @@ def cuts(work: Workpiece, wanted: Towards, limits: SlugLimits, effort: int = 0) 
         If no slug fits anywhere.
     """
     refuse_wide("slug", limits.diameters_mm, limits.min_wall_mm, work.anatomy, limits.direction)
-    places = Places(limits.direction, limits.sectors_deg, direction_at(wanted), effort)
+    places = Places(limits.direction, limits.sectors_deg, direction_at(target), effort)
     search = HoleSearch.on(work.solid, work.anatomy, places)
     lengths = sorted(set(limits.lengths_mm))
-    found: list[SlugCut] = []
+    slug_cuts: list[SlugCut] = []
     for radius in sorted(0.5 * diameter for diameter in set(limits.diameters_mm)):
         room = HoleLimits(limits.min_wall_mm, FLAT_BOTTOM_RAD, lengths[0], lengths[-1] + radius)
         sites = search.sites(radius + limits.min_wall_mm, (radius, room))
         for site, hole, deepest in search.holes(sites, [radius], room):
             seat = hole.whole_mm + (SEAT_MM if hole.whole_mm > 0.0 else 0.0)
-            found += [
+            slug_cuts += [
                 SlugCut(
                     hole,
                     site,
@@ -263,9 +263,9 @@ def cuts(work: Workpiece, wanted: Towards, limits: SlugLimits, effort: int = 0) 
                 for length in lengths
                 if length + seat <= deepest
             ]
-    if not found:
+    if not slug_cuts:
         raise CorrectionError(_why_none(limits))
-    return found
+    return slug_cuts
 
 
 def _why_none(limits: SlugLimits) -> str:

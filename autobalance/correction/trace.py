@@ -1,6 +1,6 @@
 """What can be read of a correction off the metal that really went or came, to hold a report against it.
 
-A trace begins with what a report says of one correction. It tells which metal may be that correction's, and
+A trace begins with what a report says of one correction. It shows which metal may be that correction's, and
 reads place, depth and size off that metal anew.
 """
 
@@ -125,7 +125,7 @@ class Metal:
 
 
 def _of_flaps(heights: Array, along: Array, thin_mm: float) -> NDArray[np.bool_]:
-    """Tell facets of flaps: at their height, as much faces back as forth.
+    """Return which facets are of flaps: at their height, as much faces back as forth.
 
     Parameters
     ----------
@@ -229,11 +229,11 @@ def stated_vector(item: Item, key: str) -> Array:
 
 def stated_unit(item: Item, key: str) -> Array:
     """Return a direction of a listed correction."""
-    found = stated_vector(item, key)
-    size = float(np.linalg.norm(found))
+    vector = stated_vector(item, key)
+    size = float(np.linalg.norm(vector))
     if not abs(size - 1.0) <= 1e-6:
         raise FormatError(f"{key} of a correction of kind {item.get('kind')!r} is no unit vector")
-    return found / size
+    return vector / size
 
 
 def turn_deg(x: float, y: float) -> float:

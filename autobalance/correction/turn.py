@@ -129,7 +129,7 @@ class TurnCut(EmptyPlace):
 
     def correction(self, depth_mm: float) -> Correction:
         """Return what the turner needs to know; its rate is that of the depth, however shallow."""
-        made = listed(
+        correction = listed(
             "turn",
             self.effect(depth_mm),
             depth_mm,
@@ -146,23 +146,23 @@ class TurnCut(EmptyPlace):
             new_radius_mm=self.rim_mm - depth_mm,
             depth_left_mm=self.max_depth_mm - depth_mm,
         )
-        return replace(made, rate=self._measured(depth_mm)[1])
+        return replace(correction, rate=self._measured(depth_mm)[1])
 
     def _measured(self, depth_mm: float) -> tuple[Moments, Moments]:
         """Return effect and rate; each depth is cut once."""
         if depth_mm not in self._known:
-            gone = self.metal & self.tool(depth_mm)
-            effect = gone.moments(-self.density_g_mm3)
-            rate = _turned_surface(gone, (self.rim_mm - depth_mm) * EQUAL_AREA).scaled(-self.density_g_mm3)
+            metal = self.metal & self.tool(depth_mm)
+            effect = metal.moments(-self.density_g_mm3)
+            rate = _turned_surface(metal, (self.rim_mm - depth_mm) * EQUAL_AREA).scaled(-self.density_g_mm3)
             self._known[depth_mm] = effect, rate
         return self._known[depth_mm]
 
 
-def _turned_surface(gone: Solid, corner_mm: float) -> Moments:
+def _turned_surface(metal: Solid, corner_mm: float) -> Moments:
     """Return ∫ (1, r, r rᵀ) v dA over the inner side of removed rings, v its speed for 1 mm/s of radius."""
-    if gone.is_empty:
+    if metal.is_empty:
         return Moments.zero()
-    corners = gone.mesh.corners
+    corners = metal.mesh.corners
     cross = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
     size = np.linalg.norm(cross, axis=1)
     normal = cross / np.maximum(size, 1e-300)[:, None]
@@ -197,12 +197,12 @@ def cuts(solid: Solid, anatomy: Anatomy, density_g_mm3: float, limits: TurnLimit
     rings = {web: faceted_ring(least * EQUAL_AREA, far, *slab, SEGMENTS) for web, slab in slabs.items()}
     reach = (solid & union(list(rings.values())).moved(anatomy.rotor_to_file)).moved(anatomy.file_to_rotor)
     metal = {web: reach & ring for web, ring in rings.items()}
-    found = []
+    turn_cuts = []
     for group in [(web,) for web in metal] if limits.per_web else [tuple(metal)]:
         own = union([metal[web] for web in group])
         rim = 0.0 if own.is_empty else float(np.hypot(*own.mesh.vertices[:, :2].T).max())
         if rim - least > THIN_MM:
-            found.append(
+            turn_cuts.append(
                 TurnCut(
                     webs=group,
                     slabs=tuple(slabs[web] for web in group),
@@ -215,9 +215,9 @@ def cuts(solid: Solid, anatomy: Anatomy, density_g_mm3: float, limits: TurnLimit
                     depth_step_mm=limits.depth_step_mm,
                 )
             )
-    if not found:
+    if not turn_cuts:
         raise CorrectionError(f"turn: no web reaches beyond {text}")
-    return found
+    return turn_cuts
 
 
 THIN_MM = 1e-2
@@ -276,10 +276,10 @@ class Turn(Kind[TurnLimits]):
         """Return the new radius."""
         return f"to radius {number(item.get('new_radius_mm'), 3)}"
 
-    def wall_left_mm(self, made: Sequence[Correction], anatomy: Anatomy) -> float | None:
+    def wall_left_mm(self, corrections: Sequence[Correction], anatomy: Anatomy) -> float | None:
         """Return the metal left outside of the crankpins."""
         reach = [throw.crank_radius_mm + 0.5 * throw.crankpin.diameter_mm for throw in anatomy.throws]
-        radius = min((float(cut.details["new_radius_mm"]) for cut in made), default=None)
+        radius = min((float(cut.details["new_radius_mm"]) for cut in corrections), default=None)
         return None if radius is None else radius - max(reach, default=0.0)
 
     def face_depths_mm(self, work: Workpiece, rims: Sequence[Face]) -> Mapping[str, float]:
@@ -304,7 +304,7 @@ def _reaches_mm(solid: Solid, anatomy: Anatomy) -> dict[int, float]:
     square = np.zeros(len(z))  # a vertex of no triangle is no metal
     square[mesh.triangles] = (x * x + y * y)[mesh.triangles]
     bottoms, tops = least_and_greatest(z, mesh.triangles)
-    found = {}
+    reaches = {}
     for web in anatomy.webs:
         low, high = slab_of(web, anatomy.webs)
         reached = [square[(z >= low) & (z <= high)].max(initial=0.0)]
@@ -316,8 +316,8 @@ def _reaches_mm(solid: Solid, anatomy: Anatomy) -> dict[int, float]:
             share = (height - z[start]) / (z[end] - z[start])
             across = [axis[start] + share * (axis[end] - axis[start]) for axis in (x, y)]
             reached.append((across[0] ** 2 + across[1] ** 2).max(initial=0.0))
-        found[web.number] = math.sqrt(max(reached))
-    return found
+        reaches[web.number] = math.sqrt(max(reached))
+    return reaches
 
 
 SMALLER = 0.4

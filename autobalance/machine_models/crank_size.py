@@ -89,5 +89,5 @@ def usual_units(source: Source) -> dict[str, float]:
     low, high = USUAL_MM
     if low <= longest <= high:
         return {}
-    found = {name: mm / own for name, mm in MM_PER.items() if mm != own and {mm, own} != NEVER_MIXED}
-    return {name: by for name, by in found.items() if low <= longest * by <= high}
+    factors = {name: mm / own for name, mm in MM_PER.items() if mm != own and {mm, own} != NEVER_MIXED}
+    return {name: by for name, by in factors.items() if low <= longest * by <= high}

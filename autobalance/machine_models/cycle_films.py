@@ -62,22 +62,22 @@ def big_ends(anatomy: Anatomy, film: Film, rods: Sequence[int]) -> Bearings | No
     return Bearings(np.array([pin.diameter_mm for pin in pins]), np.array(lengths), clearances)
 
 
-def cycle_films(found: CycleAnalysis, anatomy: Anatomy, film: Film) -> CycleFilms:
+def cycle_films(cycle: CycleAnalysis, anatomy: Anatomy, film: Film) -> CycleFilms:
     """Return the films of a cycle's loads.
 
     The rod swings about a mean turning speed of zero, which is taken for its big end's.
     """
-    speed = found.speed_rad_s
+    speed = cycle.speed_rad_s
     mains = main_bearings(anatomy, film)
-    loads = MainLoads.of(found.firing)
+    loads = MainLoads.of(cycle.firing)
     whole = loads.parts.mains_n(speed, loads.parts.crank_n)
-    ends = big_ends(anatomy, film, [len(throw.cylinders) for throw in found.firing.throws])
+    ends = big_ends(anatomy, film, [len(throw.cylinders) for throw in cycle.firing.throws])
     if ends is None:
-        return CycleFilms(_orbits(found.firing, whole, mains, film, speed), None)
-    rods = found.loads.crankpin_n
+        return CycleFilms(_orbits(cycle.firing, whole, mains, film, speed), None)
+    rods = cycle.loads.crankpin_n
     on_rods = -(rods[..., 0] + 1j * rods[..., 1])
     return CycleFilms(
-        _orbits(found.firing, whole, mains, film, speed), _orbits(found.firing, on_rods, ends, film, speed)
+        _orbits(cycle.firing, whole, mains, film, speed), _orbits(cycle.firing, on_rods, ends, film, speed)
     )
 
 
@@ -104,9 +104,9 @@ def least_films_mm(
     )
     speeds = np.repeat([speed for speed, _ in cases], count)
     orbits = _orbits(firing, np.concatenate(forces), many, film, speeds)
-    told = (orbits.turns_to_settle > 0) & ~orbits.contact
+    settled = (orbits.turns_to_settle > 0) & ~orbits.contact
     films = (orbits.least_film_m / M_PER_MM).reshape(-1, count).min(axis=1)
-    known = [bool(row.all()) for row in told.reshape(-1, count)]
+    known = [bool(row.all()) for row in settled.reshape(-1, count)]
     flat = [float(value) if good else None for value, good in zip(films, known, strict=True)]
     return [flat[first : first + len(factors)] for first in range(0, len(flat), len(factors))]
 
@@ -149,14 +149,14 @@ class FilmFigures:
     def of(cls, number: int, orbit: Orbits) -> Self:
         """Return that of an orbit."""
         broken, turns = bool(orbit.contact[0]), int(orbit.turns_to_settle[0])
-        told = turns > 0 and not broken
+        settled = turns > 0 and not broken
         return cls(
             number=number,
-            least_film_mm=float(orbit.least_film_m[0]) / M_PER_MM if told else None,
-            at_rad=float(orbit.least_at_rad[0]) if told else None,
-            greatest_eccentricity_ratio=float(orbit.ratio.max()) if told else None,
-            mean_friction_N_m=float(orbit.mean_moment_N_m[0]) if told else None,
-            turns_to_settle=turns if told else None,
+            least_film_mm=float(orbit.least_film_m[0]) / M_PER_MM if settled else None,
+            at_rad=float(orbit.least_at_rad[0]) if settled else None,
+            greatest_eccentricity_ratio=float(orbit.ratio.max()) if settled else None,
+            mean_friction_N_m=float(orbit.mean_moment_N_m[0]) if settled else None,
+            turns_to_settle=turns if settled else None,
             limit="contact" if broken else None if turns else "not periodic",
             change_of_eccentricity=ABSENT if broken or turns or orbit.off is None else float(orbit.off[0]),
         )

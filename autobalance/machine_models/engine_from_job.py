@@ -35,10 +35,10 @@ def cylinders(job: Job, anatomy: Anatomy, *, rod_needed: bool = True) -> tuple[C
     if job.engine.rod_length_mm is None and rod_needed:
         raise JobError(f"{job.path.name}: engine.rod_length_mm is missing; forces need it")
     try:
-        found: list[Cylinder] = []
+        all_cylinders: list[Cylinder] = []
         for throw in anatomy.throws:
-            found += articulated(job, throw, len(found)) or _of_throw(job, throw)
-        return tuple(found)
+            all_cylinders += articulated(job, throw, len(all_cylinders)) or _of_throw(job, throw)
+        return tuple(all_cylinders)
     except JobError:  # has named the job and the key
         raise
     except ValueError as error:
@@ -121,11 +121,11 @@ def with_solid(job: Job, anatomy: Anatomy, solid: Solid, density_g_mm3: float, c
 
 def _beside_the_rods(job: Job, anatomy: Anatomy) -> list[tuple[Moments, float]]:
     """Crankpin parts and attached rotors, each with its place on the axis."""
-    found = [(attached_moments((part,)), part.z_mm) for part in job.engine.attached]
+    masses = [(attached_moments((part,)), part.z_mm) for part in job.engine.attached]
     for throw, load in zip(anatomy.throws, throw_loads(anatomy, job.engine), strict=True):
         mass = load.parts.crankpin_g
-        found.append((Moments.point(mass, throw.crankpin.centre_mm), load.z_mm))
-    return found
+        masses.append((Moments.point(mass, throw.crankpin.centre_mm), load.z_mm))
+    return masses
 
 
 def with_moments(job: Job, anatomy: Anatomy, crank: Moments, *, rod_needed: bool = True) -> Engine:

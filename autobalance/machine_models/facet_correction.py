@@ -32,10 +32,10 @@ class FacetCorrection:
     reason: str | None
 
     @classmethod
-    def of(cls, facets: ChordalError, asked: bool) -> FacetCorrection:
+    def of(cls, facets: ChordalError, applies: bool) -> FacetCorrection:
         """Return what may be corrected: what is nearer to the truth wherever in its bar the truth lies."""
-        if not asked or facets.gross_mass_g + facets.mass_bar_g == 0.0:  # nothing is curved, or it is exact
-            return cls(asked, False, False, None)
+        if not applies or facets.gross_mass_g + facets.mass_bar_g == 0.0:  # nothing is curved, or it is exact
+            return cls(applies, False, False, None)
         mass = facets.is_sure
         unbalance = mass and facets.is_sure_of_unbalance
         return cls(True, mass, unbalance, _why_not(facets, mass, unbalance))

@@ -145,20 +145,20 @@ def _cycles(job: Job, cycle: Cycle, engine: Engine, speed_rad_s: float) -> tuple
             )
     walls = None if cycle.woschni_wall_k is None else Woschni(cycle.woschni_wall_k, speed_rad_s)
     traces: dict[float, Trace] = {}
-    made: dict[tuple[SliderCrank, CylinderGas], CylinderCycle] = {}
+    by_gas: dict[tuple[SliderCrank, CylinderGas], CylinderCycle] = {}
     for number, cylinder in enumerate(engine.cylinders, 1):
         gas = cycle.of_cylinder(number)
         key = cylinder.slider_crank, gas
-        if key not in made:
+        if key not in by_gas:
             if gas.model == "trace" and gas.intake_mpa not in traces:
                 traces[gas.intake_mpa] = _trace(job, cycle, gas)
             trace = traces.get(gas.intake_mpa) if gas.model == "trace" else None
             try:
-                made[key] = _cylinder_cycle(cylinder.slider_crank, gas, cycle, trace, walls)
+                by_gas[key] = _cylinder_cycle(cylinder.slider_crank, gas, cycle, trace, walls)
             except ValueError as error:
                 raise ValueError(f"cycle, cylinder {number}: {error}") from None
     return tuple(
-        made[cylinder.slider_crank, cycle.of_cylinder(number)]
+        by_gas[cylinder.slider_crank, cycle.of_cylinder(number)]
         for number, cylinder in enumerate(engine.cylinders, 1)
     )
 

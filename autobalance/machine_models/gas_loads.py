@@ -39,11 +39,11 @@ class MainLoads:
     friction_mean_n_m: NewtonMetres
 
     @classmethod
-    def of(cls, found: CycleAnalysis) -> Self:
+    def of(cls, cycle: CycleAnalysis) -> Self:
         """Return those of a cycle."""
         return cls(
-            main_journals=numbered_loads(found.peaks(found.loads.main_n)),
-            friction_mean_n_m=found.friction_mean_n_m,
+            main_journals=numbered_loads(cycle.peaks(cycle.loads.main_n)),
+            friction_mean_n_m=cycle.friction_mean_n_m,
         )
 
 

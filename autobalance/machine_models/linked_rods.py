@@ -50,11 +50,11 @@ def articulated(job: Job, throw: Throw, before: int) -> list[Cylinder]:
     small_end_g, couple = bare_rod(engine.rod, length)
     rotating, reciprocating = total_g(parts.weights.rotating), total_g(parts.weights.reciprocating)
     master = SliderCrank(radius, length, engine.layout.offset_mm)
-    found = []
+    cylinders = []
     for number in numbers:
         link = by_number.get(number)
         if link is None:
-            found.append(
+            cylinders.append(
                 Cylinder(master, rotating, reciprocating, throw.angle_rad, banks[0], z, small_end_g, couple)
             )
             continue
@@ -68,15 +68,15 @@ def articulated(job: Job, throw: Throw, before: int) -> list[Cylinder]:
             link.knuckle_rad,
         )
         turning, moving = rod_weights_g(link, rotating, reciprocating)
-        found.append(
+        cylinders.append(
             Cylinder(train, turning, moving, throw.angle_rad, link.bank_rad, z, master=master_number - 1)
         )
-    return found
+    return cylinders
 
 
 def bare_rod(rod: RodOnScales | None, length_mm: float) -> tuple[float, float]:
     """Return a bare rod's mass at its small end and the inertia that two masses miss; 0 where not weighed."""
     if rod is None:
         return 0.0, 0.0
-    found = ConnectingRod.from_two_scales(rod.big_end_g, rod.small_end_g, length_mm, rod.inertia_g_mm2)
-    return found.small_end_g, found.couple_inertia_g_mm2
+    two_masses = ConnectingRod.from_two_scales(rod.big_end_g, rod.small_end_g, length_mm, rod.inertia_g_mm2)
+    return two_masses.small_end_g, two_masses.couple_inertia_g_mm2

@@ -46,9 +46,9 @@ class Crank:
     def warnings(self, file: Path | None) -> tuple[str, ...]:
         """Return what a user should know of the file and the crank in it, one line each."""
         misaligned = misalignment_warning(self.anatomy)
-        said = (odd_size(self.source), misaligned)
-        found = [*self.source.repairs, *(text for text in said if text is not None)]
-        return tuple(text if file is None else f"{file}: {text}" for text in found)
+        odd = (odd_size(self.source), misaligned)
+        texts = [*self.source.repairs, *(text for text in odd if text is not None)]
+        return tuple(text if file is None else f"{file}: {text}" for text in texts)
 
 
 def holds_crankpins(anatomy: Anatomy, solid: Solid) -> bool:

@@ -53,8 +53,8 @@ class MountedAnalysis:
 def inertia_torque(engine: Engine) -> Torque:
     """Return the torque of rods and pistons on the crank by order, without gas."""
     angle = whole_turn(ANGLES)
-    needed = loads(Engine(engine.cylinders), (0.0, 1.0), 1.0, angle).torque_n_m
-    spectrum = -np.fft.rfft(needed) * (2.0 / ANGLES)
+    torque = loads(Engine(engine.cylinders), (0.0, 1.0), 1.0, angle).torque_n_m
+    spectrum = -np.fft.rfft(torque) * (2.0 / ANGLES)
 
     def at(speed: float) -> Mapping[float, complex]:
         return {float(n): complex(spectrum[n]) * speed**2 for n in range(1, HIGHEST + 1)}
@@ -91,7 +91,7 @@ def _motions(mounts: Mounts, engine: Engine, torque: Torque) -> dict[float, Comp
     torques = [torque(float(speed)) for speed in speeds]
     side = -1.0 if engine.clockwise else 1.0
     mirror = np.array([1.0, side])
-    found = {}
+    motions = {}
     for number in sorted({*by_order, *(each for row in torques for each in row)}):
         square = speeds[:, None] ** 2
         force = np.zeros((len(speeds), 3), dtype=np.complex128)
@@ -103,8 +103,8 @@ def _motions(mounts: Mounts, engine: Engine, torque: Torque) -> dict[float, Comp
         turned = np.zeros(len(speeds), dtype=np.complex128)
         turned -= [side * row.get(number, 0.0) / N_M_PER_G_MM2_S2 for row in torques]
         wrench = mounts.engine.wrench(force, moment_of_orders(moment, turned))
-        found[number] = mounts.engine.response(number * speeds, wrench)
-    return found
+        motions[number] = mounts.engine.response(number * speeds, wrench)
+    return motions
 
 
 def _velocity(mounts: Mounts, motions: Mapping[float, Complex], place_mm: Array) -> Array:

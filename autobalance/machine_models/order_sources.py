@@ -21,7 +21,7 @@ def engine_sources(job: Job, crank: Crank, speed_rpm: float | None, max_order: f
     speed_rpm : float or None
         Speed of the record [1/min].
     max_order : float
-        Highest order told.
+        Highest order listed.
     """
     speed = job.balance.service_speed_rad_s if speed_rpm is None else speed_rpm * RAD_S_PER_RPM
     rotor_from_job.check_engine(job, crank.anatomy)
@@ -34,15 +34,15 @@ def engine_sources(job: Job, crank: Crank, speed_rpm: float | None, max_order: f
     shafts = [each.mirrored() for each in shafts] if engine.clockwise else shafts
     highest = max(1, int(max_order))
     with_shafts = orders_with_shafts(engine.orders(speed, highest), shafts, speed) if shafts else []
-    found = mass_sources(engine, speed, max_order, with_shafts, first_only=first_only)
+    sources = mass_sources(engine, speed, max_order, with_shafts, first_only=first_only)
     strokes = _strokes(job)
     if strokes is not None:
-        found += firing_sources(len(engine.cylinders), strokes, max_order)
-    return found
+        sources += firing_sources(len(engine.cylinders), strokes, max_order)
+    return sources
 
 
 def _strokes(job: Job) -> int | None:
-    """Return 2 or 4 where the job tells of its cycle."""
+    """Return 2 or 4 where the job states its cycle."""
     cycle = job.raw.get("cycle")
     strokes = cycle.get("strokes", 4) if isinstance(cycle, dict) else None
     return strokes if strokes in (2, 4) else None

@@ -106,11 +106,11 @@ def _lengths(crank: Crank, youngs_mpa: float, shear_mpa: float) -> list[tuple[fl
 
 def _stations(parts: Sequence[Section]) -> list[Moments]:
     """Return the moments of journals, crankpins, webs with their counterweights, and ends."""
-    found: dict[tuple[str, int], Moments] = {}
+    by_station: dict[tuple[str, int], Moments] = {}
     for part in parts:
         key = ("web" if part.kind == "counterweight" else part.kind, part.number)
-        found[key] = found.get(key, Moments.zero()) + part.moments
-    return sorted(found.values(), key=lambda each: float(each.centre_mm[2]))
+        by_station[key] = by_station.get(key, Moments.zero()) + part.moments
+    return sorted(by_station.values(), key=lambda each: float(each.centre_mm[2]))
 
 
 def _disc(moments: Moments, low_mm: float) -> dict[str, float]:

@@ -125,16 +125,16 @@ def target_factor(job: Job, anatomy: Anatomy, crank: Moments) -> float:
     if job.balance.factor is not None:
         return job.balance.factor
     loads = throw_loads(anatomy, job.engine, job.original)
-    found = crank_factor(crank, loads, attached_moments(job.engine.attached))
-    asked = f'{job.path.name}: balance.factor = "original"'
-    if found is None:
-        raise JobError(f"{asked}: the throws cancel each other out, so the crank has no balance factor")
-    if not 0.0 <= found <= 1.0:
+    factor = crank_factor(crank, loads, attached_moments(job.engine.attached))
+    where = f'{job.path.name}: balance.factor = "original"'
+    if factor is None:
+        raise JobError(f"{where}: the throws cancel each other out, so the crank has no balance factor")
+    if not 0.0 <= factor <= 1.0:
         raise JobError(
-            f"{asked}: the crank's factor with the [original] parts is {found:.4f}; must be 0 to 1; check "
+            f"{where}: the crank's factor with the [original] parts is {factor:.4f}; must be 0 to 1; check "
             "the weights, the unit and the density"
         )
-    return found
+    return factor
 
 
 # --- checks against the geometry ----------------------------------------------------------------------------
@@ -158,11 +158,11 @@ def check_engine(job: Job, anatomy: Anatomy) -> None:
         return
     slack = max(STROKE_SLACK_MM, STROKE_SLACK_SHARE * stroke)
     for throw in anatomy.throws:
-        found = 2.0 * throw.crank_radius_mm
-        if abs(found - stroke) > slack:
+        measured = 2.0 * throw.crank_radius_mm
+        if abs(measured - stroke) > slack:
             raise JobError(
                 f"{job.path.name}: engine.stroke_mm is {stroke:g}, but throw {throw.number} of the crank "
-                f"strokes {found:.3f} mm; they must agree within {slack:.3g} mm (is crankshaft.unit right?)"
+                f"strokes {measured:.3f} mm; expected equal within {slack:.3g} mm (is crankshaft.unit right?)"
             )
 
 

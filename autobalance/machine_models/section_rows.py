@@ -84,10 +84,10 @@ class SectionTable:
             return ()
         now = [Unbalance.of(row.moments) for row in ends]
         rest = self.unbalance - now[0] - now[1]
-        wanted = rest.scaled(-1.0).in_planes(*places)
+        target = rest.scaled(-1.0).in_planes(*places)
         return tuple(
             (row.number or 0, product, own.resultant_g_mm)
-            for row, product, own in zip(ends, wanted, now, strict=True)
+            for row, product, own in zip(ends, target, now, strict=True)
         )
 
 

@@ -82,8 +82,8 @@ def bodies_of_solid(
         mesh = mesh_of_soup(soup)
         try:
             surface = SurfaceSolid(mesh.vertices, mesh.triangles)
-            made = meshes_of(surface, size_mm, factors, share_of_radius, **longest)
-            return [ElasticBody.of(each) for each in made]
+            meshes = meshes_of(surface, size_mm, factors, share_of_radius, **longest)
+            return [ElasticBody.of(each) for each in meshes]
         except SolidError:
             if finest == FINEST_MM[-1]:
                 raise

@@ -62,14 +62,14 @@ def throw_twists(
     need_libraries()
     material = Material(youngs_mpa, youngs_mpa / (2.0 * shear_mpa) - 1.0, 7.85e-9)
     solid = with_crankpins(crank.source.solid.moved(crank.anatomy.file_to_rotor), crank)
-    found: list[ThrowTwist] = []
+    twists: list[ThrowTwist] = []
     known: list[tuple[Array, TwistStiffness]] = []
     deadline = Deadline.after(LONGEST_S)
     for number, throw in enumerate(crank.anatomy.throws):
         progress(f"twisting throw {throw.number}", number / len(crank.anatomy.throws))
         ends = _ends_mm(crank.anatomy, throw)
         if isinstance(ends, str):
-            found.append(ThrowTwist(None, ends))
+            twists.append(ThrowTwist(None, ends))
             continue
         piece = solid.above(ends[0]).below(ends[1])
         looks = _looks(piece, throw, ends)
@@ -77,11 +77,11 @@ def throw_twists(
         try:
             stiffness = alike[0] if alike else _twisted(piece, material, size_mm, deadline)
         except SolidError as error:  # the formulas still hold: the rest of the report is worth having
-            found.append(ThrowTwist(None, str(error)))
+            twists.append(ThrowTwist(None, str(error)))
             continue
         known.append((looks, stiffness))
-        found.append(ThrowTwist(stiffness))
-    return found
+        twists.append(ThrowTwist(stiffness))
+    return twists
 
 
 def _twisted(piece: Solid, material: Material, size_mm: float | None, deadline: Deadline) -> TwistStiffness:

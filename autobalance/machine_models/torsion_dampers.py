@@ -1,4 +1,4 @@
-"""Dampers of a train: tuned by the whole of it, told beside the rules for one inertia on one spring."""
+"""Dampers of a train: tuned by the whole of it, compared with the rules for one inertia on one spring."""
 
 from __future__ import annotations
 
@@ -109,8 +109,8 @@ def _rule(model: ExcitedTrain, damper: Damper) -> tuple[DamperRule, float]:
         at = mode.shape[damper.station]
         if abs(at) > 0.05:
             share = damper.inertia_kg_m2 * at**2 / float(inertias @ mode.shape**2)
-            made = ring_rule(share) if damper.kind == "ring" else viscous_rule(share)
-            return made, mode.frequency_rad_s
+            rule = ring_rule(share) if damper.kind == "ring" else viscous_rule(share)
+            return rule, mode.frequency_rad_s
     raise JobError(f"no mode of the train moves station {damper.station + 1}; no damper works there")
 
 
@@ -135,13 +135,13 @@ def _tuned(
     def size(logs: Array) -> float:
         return math.log(_greatest(_fitted(few, number, of(logs)), link))
 
-    found = minimize(
+    optimum = minimize(
         size,
         np.log(start),
         method="Nelder-Mead",
         options={"maxfev": STEPS, "xatol": 1e-5, "fatol": 1e-9},
     )
-    return of(found.x)
+    return of(optimum.x)
 
 
 def _speeds(model: ExcitedTrain) -> Array:

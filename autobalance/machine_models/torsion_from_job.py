@@ -56,7 +56,7 @@ class CrankChain:
         return replace(self.chain, springs_n_m_rad=springs)
 
 
-def crank_chain(job: Job, crank: Crank, asked: CrankTorsion) -> CrankChain:
+def crank_chain(job: Job, crank: Crank, model: CrankTorsion) -> CrankChain:
     """Return the torsional chain of a job's crank.
 
     Raises
@@ -68,20 +68,20 @@ def crank_chain(job: Job, crank: Crank, asked: CrankTorsion) -> CrankChain:
     stations = _Stations.of(anatomy)
     pairs = sides_of_throws(crank)
     throws = {
-        name: tuple(_stiffness(name, number, pair, asked) for number, pair in enumerate(pairs, 1))
+        name: tuple(_stiffness(name, number, pair, model) for number, pair in enumerate(pairs, 1))
         for name in ("ker_wilson", "carter")
     }
-    formulas = {name: _with_shafts(stations.springs(list(each)), asked) for name, each in throws.items()}
+    formulas = {name: _with_shafts(stations.springs(list(each)), model) for name, each in throws.items()}
     inertias = _inertias(job, crank, stations)
-    inertias[0] += asked.damper_kg_m2
-    inertias[-1] += asked.flywheel_kg_m2
+    inertias[0] += model.damper_kg_m2
+    inertias[-1] += model.flywheel_kg_m2
     damping = np.zeros(len(inertias))
     for throw, station in zip(anatomy.throws, stations.of_throws, strict=True):
-        damping[station] += asked.cylinder_damping_n_m_s * job.engine.of_throw(throw.number).rods
-    front, train = asked.front[::-1], asked.train
+        damping[station] += model.cylinder_damping_n_m_s * job.engine.of_throw(throw.number).rods
+    front, train = model.front[::-1], model.train
     chain = TorsionChain(
         _between([each.inertia_kg_m2 for each in front], inertias, [each.inertia_kg_m2 for each in train]),
-        formulas[asked.formula],
+        formulas[model.formula],
         _between([each.damping_n_m_s for each in front], damping, [each.damping_n_m_s for each in train]),
         _between(
             [each.shaft_damping_n_m_s for each in front],
@@ -100,13 +100,13 @@ def crank_chain(job: Job, crank: Crank, asked: CrankTorsion) -> CrankChain:
         tuple(_mean(*pair) for pair in pairs),
         throws,
         stations,
-        asked,
+        model,
     )
 
 
-def _with_shafts(springs: Array, asked: CrankTorsion) -> Array:
+def _with_shafts(springs: Array, model: CrankTorsion) -> Array:
     """Return the springs of the crank with those of what is driven on both its ends."""
-    front, train = ([each.shaft_n_m_rad for each in side] for side in (asked.front[::-1], asked.train))
+    front, train = ([each.shaft_n_m_rad for each in side] for side in (model.front[::-1], model.train))
     return _between(front, springs, train)
 
 
@@ -147,10 +147,10 @@ class _Stations:
         throws = anatomy.throws
         before = [m for m in anatomy.main_journals if m.centre_mm[2] < throws[0].crankpin.centre_mm[2]]
         after = [m for m in anatomy.main_journals if m.centre_mm[2] > throws[-1].crankpin.centre_mm[2]]
-        found = cls(throws, before[0] if before else None, after[-1] if after else None)
-        if found.first is None and found.last is None:
+        stations = cls(throws, before[0] if before else None, after[-1] if after else None)
+        if stations.first is None and stations.last is None:
             raise JobError("torsion needs a main journal beside the throws; none was found")
-        return found
+        return stations
 
     @property
     def names(self) -> tuple[str, ...]:
@@ -186,13 +186,13 @@ class _Stations:
 # --- springs ------------------------------------------------------------------------------------------------
 
 
-def _stiffness(formula: str, number: int, sides: tuple[ThrowShape, ThrowShape], asked: CrankTorsion) -> float:
+def _stiffness(formula: str, number: int, sides: tuple[ThrowShape, ThrowShape], model: CrankTorsion) -> float:
     """Return a throw's stiffness; its two halves may have different journals and webs."""
     lengths = [
         each.ker_wilson_per_mm3() if formula == "ker_wilson" else each.carter_per_mm3() for each in sides
     ]
     try:
-        return throw_stiffness_n_m_rad(0.5 * sum(lengths), asked.shear_modulus_mpa)
+        return throw_stiffness_n_m_rad(0.5 * sum(lengths), model.shear_modulus_mpa)
     except ValueError as error:
         raise JobError(f"throw {number}: {error} ({formula})") from None
 

@@ -53,17 +53,17 @@ def named_train(
     JobError
         If a station is not there, a shaft that is a coupling is missing, gears disagree.
     """
-    found = NamedTrain(TorsionTrain.of_chain(chain), names, diameters_m)
+    train = NamedTrain(TorsionTrain.of_chain(chain), names, diameters_m)
     for number, branch in enumerate(parts.branches, 1):
-        found = _with_branch(found, number, branch, parts)
-    count = len(found.names)
+        train = _with_branch(train, number, branch, parts)
+    count = len(train.names)
     for number, gear in enumerate(parts.gears, 1):
         for station in (gear.first, gear.second):
             if station >= count:
                 raise JobError(f"gear[{number}].stations has {station + 1}; there are {count} stations")
-    found = replace(found, train=replace(found.train, gears=parts.gears))
+    train = replace(train, train=replace(train.train, gears=parts.gears))
     try:
-        ratios = found.train.ratios
+        ratios = train.train.ratios
     except ValueError as error:
         raise JobError(f"gear: {error}") from None
     for number, coupling in enumerate(parts.couplings, 1):
@@ -72,15 +72,15 @@ def named_train(
             behind = mean_behind is not None and mean_behind[0] <= coupling.station < len(names)
             ratio = abs(float(ratios[min(coupling.station, count - 1)]))
             mean = mean_behind[1] / ratio if mean_behind is not None and behind else 0.0
-        found = _with_coupling(found, number, coupling, mean)
+        train = _with_coupling(train, number, coupling, mean)
     for number, damper in enumerate(parts.dampers, 1):
         if damper.station >= count:
             raise JobError(f"damper[{number}].station is {damper.station + 1}; there are {count} stations")
-    return found
+    return train
 
 
-def _with_branch(found: NamedTrain, number: int, branch: Branch, parts: TrainParts) -> NamedTrain:
-    train, first = found.train, len(found.names)
+def _with_branch(so_far: NamedTrain, number: int, branch: Branch, parts: TrainParts) -> NamedTrain:
+    train, first = so_far.train, len(so_far.names)
     if branch.station >= first:
         raise JobError(f"branch[{number}].from is {branch.station + 1}; there are {first} stations before it")
     stations = list(range(first, first + len(branch.names)))
@@ -101,13 +101,13 @@ def _with_branch(found: NamedTrain, number: int, branch: Branch, parts: TrainPar
             np.concatenate([train.to_ground_n_m_s, branch.to_ground_n_m_s]),
             np.concatenate([train.across_n_m_s, branch.across_n_m_s]),
         ),
-        (*found.names, *branch.names),
-        (*found.diameters_m, *branch.diameters_m),
+        (*so_far.names, *branch.names),
+        (*so_far.diameters_m, *branch.diameters_m),
     )
 
 
-def _with_coupling(found: NamedTrain, number: int, coupling: Coupling, mean_n_m: float) -> NamedTrain:
-    train = found.train
+def _with_coupling(so_far: NamedTrain, number: int, coupling: Coupling, mean_n_m: float) -> NamedTrain:
+    train = so_far.train
     at = np.flatnonzero(train.links[:, 0] == coupling.station)
     if not at.size:
         raise JobError(
@@ -116,14 +116,16 @@ def _with_coupling(found: NamedTrain, number: int, coupling: Coupling, mean_n_m:
     springs = train.springs_n_m_rad.copy()
     springs[at[0]] = coupling.stiffness_n_m_rad(mean_n_m)
     state = CouplingState(coupling.station, mean_n_m, float(springs[at[0]]))
-    return replace(found, train=replace(train, springs_n_m_rad=springs), couplings=(*found.couplings, state))
+    return replace(
+        so_far, train=replace(train, springs_n_m_rad=springs), couplings=(*so_far.couplings, state)
+    )
 
 
 def with_damper(
-    found: NamedTrain, number: int, damper: Damper, n_m_rad: float, n_m_s_rad: float
+    so_far: NamedTrain, number: int, damper: Damper, n_m_rad: float, n_m_s_rad: float
 ) -> NamedTrain:
     """Return a train with a ring on one of its stations: spring and viscous damper between both."""
-    train, ring = found.train, len(found.names)
+    train, ring = so_far.train, len(so_far.names)
     grown = TorsionTrain(
         np.append(train.inertias_kg_m2, damper.inertia_kg_m2),
         np.concatenate([train.links, np.array([[damper.station, ring]], dtype=np.int64)]),
@@ -133,4 +135,4 @@ def with_damper(
         train.gears,
     )
     name = f"damper {number}" if damper.kind == "ring" else f"viscous damper {number}"
-    return replace(found, train=grown, names=(*found.names, name), diameters_m=(*found.diameters_m, None))
+    return replace(so_far, train=grown, names=(*so_far.names, name), diameters_m=(*so_far.diameters_m, None))

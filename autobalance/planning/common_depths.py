@@ -33,13 +33,13 @@ class Groups:
     @classmethod
     def apart(cls, task: Task, depths_mm: Array) -> Groups:
         """Return the groups that a plan has: of one setting and, to a nanometre, one depth."""
-        found: dict[tuple[str, float], list[int]] = {}
+        by_depth: dict[tuple[str, float], list[int]] = {}
         for k in np.flatnonzero(depths_mm > 0.0).tolist():
-            found.setdefault((setting_of(task.cuts[k]), round(float(depths_mm[k]), 6)), []).append(k)
+            by_depth.setdefault((setting_of(task.cuts[k]), round(float(depths_mm[k]), 6)), []).append(k)
         return cls(
-            tuple(tuple(group) for group in found.values()),
-            tuple(depth for _, depth in found),
-            tuple(setting for setting, _ in found),
+            tuple(tuple(group) for group in by_depth.values()),
+            tuple(depth for _, depth in by_depth),
+            tuple(setting for setting, _ in by_depth),
         )
 
     def at(self, depths_mm: Array) -> Groups:
@@ -78,9 +78,9 @@ def common_depths(task: Task, groups: Groups, enough: float) -> Plan | None:
 
     Gauss-Newton steps on the judged vectors; then the nearest steps are tried together.
     """
-    made = sorted(k for group in groups.members for k in group)
-    low, high = bounds_of(task, made)
-    place = {k: n for n, k in enumerate(made)}
+    cut_now = sorted(k for group in groups.members for k in group)
+    low, high = bounds_of(task, cut_now)
+    place = {k: n for n, k in enumerate(cut_now)}
     least = np.array([max(low[place[k]] for k in group) for group in groups.members])
     most = np.array([min(high[place[k]] for k in group) for group in groups.members])
     if (least > most).any() or not _keeps_shared(task, groups, least):

@@ -114,7 +114,7 @@ class CutCurves:
         return self.deepest_beside < 0.0
 
     def keeps_apart(self, first: Indices, last: Indices) -> NDArray[np.bool_]:
-        """Tell which sets of cuts keep the rules; their first (m, j) and last members (m, k) each do."""
+        """Return which sets of cuts keep the rules; their first (m, j) and last members (m, k) each do."""
         good = np.ones(len(first), dtype=bool)
         for a, b in product(range(first.shape[1]), range(last.shape[1])):
             good &= ~self.never_both[first[:, a], last[:, b]]
@@ -133,13 +133,13 @@ class CutCurves:
     @cached_property
     def _groups(self) -> list[tuple[Indices, int]]:
         """Of each rule of variety, the group of each cut (n,), −1 for none, and how many may be used."""
-        found = []
+        groups = []
         for rule in self.offer.varieties:
             number = np.full(len(self.weight), -1, dtype=np.int64)
             for n, group in enumerate(rule.groups):
                 number[list(group)] = n
-            found.append((number, rule.most))
-        return found
+            groups.append((number, rule.most))
+        return groups
 
 
 def length(vectors: Array) -> Array:

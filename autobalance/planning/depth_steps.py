@@ -24,29 +24,29 @@ EXACT = 12
 
 def settled(task: Task, depths: Array) -> Plan:
     """Return the exact depths of the cuts that ``depths`` makes, within their limits."""
-    made = [int(k) for k in np.flatnonzero(depths > 0.0)]
-    part = part_of(task, made)
+    cut_now = [int(k) for k in np.flatnonzero(depths > 0.0)]
+    part = part_of(task, cut_now)
     plan = plan_depths(
         task.residual,
         task.tolerance,
         part.cuts,
-        start_mm=depths[made],
+        start_mm=depths[cut_now],
         shared=part.offer.shared,
         aim=task.aim,
-        bounds_mm=bounds_of(task, made),
+        bounds_mm=bounds_of(task, cut_now),
         cost=task.cost,
         worth=WORTH,
     )
     whole = np.zeros(len(depths))
-    whole[made] = plan.depths_mm
+    whole[cut_now] = plan.depths_mm
     return replace(plan, depths_mm=whole)
 
 
-def bounds_of(task: Task, made: Sequence[int]) -> tuple[Array, Array]:
+def bounds_of(task: Task, chosen: Sequence[int]) -> tuple[Array, Array]:
     """Return least and greatest depths of the cuts made, with regard to their neighbours."""
-    least = np.array([task.cuts[k].least_depth_mm for k in made])
-    most = np.array([task.cuts[k].max_depth_mm for k in made])
-    place = {k: n for n, k in enumerate(made)}
+    least = np.array([task.cuts[k].least_depth_mm for k in chosen])
+    most = np.array([task.cuts[k].max_depth_mm for k in chosen])
+    place = {k: n for n, k in enumerate(chosen)}
     for pair in task.offer.apart:
         if pair.first in place and pair.second in place:
             for k in (place[pair.first], place[pair.second]):
@@ -86,14 +86,14 @@ def rounding_share(task: Task, depths: Array) -> float:
 
 def _rounded(task: Task, plan: Plan) -> Plan:
     """Return the depths on their machines' steps that leave least, among the nearest ones."""
-    made = [k for k in np.flatnonzero(plan.depths_mm).tolist() if task.cuts[k].depth_step_mm > 0.0]
-    if not made:
+    chosen = [k for k in np.flatnonzero(plan.depths_mm).tolist() if task.cuts[k].depth_step_mm > 0.0]
+    if not chosen:
         return plan
-    least, most = bounds_of(task, made)
+    least, most = bounds_of(task, chosen)
     room = COMBINATIONS
     choices = []
-    count = len(made)
-    for n, k in enumerate(made):
+    count = len(chosen)
+    for n, k in enumerate(chosen):
         step = task.cuts[k].depth_step_mm
         aside = max(0, min(STEPS_ASIDE, int(room ** (1.0 / (count - n)) / 2.0 - 0.5)))
         middle = plan.depths_mm[k] / step
@@ -106,23 +106,23 @@ def _rounded(task: Task, plan: Plan) -> Plan:
             steps = steps[[int(np.argmin(np.abs(steps - plan.depths_mm[k])))]]
         room = max(room // len(steps), 1)
         choices.append(steps)
-    return _best_combination(task, plan, made, choices)
+    return _best_combination(task, plan, chosen, choices)
 
 
-def _best_combination(task: Task, plan: Plan, made: Sequence[int], choices: Sequence[Array]) -> Plan:
+def _best_combination(task: Task, plan: Plan, chosen: Sequence[int], choices: Sequence[Array]) -> Plan:
     """Look through all combinations on the tangent, then through the best of them exactly."""
     rows = judged_rows(task.tolerance)
     slopes = (
-        np.array([resultant_and_moment(task.cuts[k].rate(float(plan.depths_mm[k]))) for k in made]) @ rows.T
+        np.array([resultant_and_moment(task.cuts[k].rate(float(plan.depths_mm[k]))) for k in chosen]) @ rows.T
     )
     judged = rows @ plan.predicted.components
-    for k, steps, slope in zip(made, choices, slopes, strict=True):
+    for k, steps, slope in zip(chosen, choices, slopes, strict=True):
         judged = (judged[..., None, :] + (steps - plan.depths_mm[k])[:, None] * slope).reshape(-1, len(rows))
     shares = np.hypot(judged[:, 0::2], judged[:, 1::2]).max(axis=1)
     best: Plan | None = None
     for place in in_order(shares)[:EXACT].tolist():
         depths = plan.depths_mm.copy()
-        depths[list(made)] = _combination(choices, place)
+        depths[list(chosen)] = _combination(choices, place)
         here = judged_plan(task.residual, task.tolerance, task.cuts, depths)
         if best is None or is_less(here.share, best.share):
             best = here

@@ -112,10 +112,10 @@ def plan_depths(
     trust = math.inf
     for _ in range(STEPS if count else 0):
         near = np.maximum(least, depths - trust), np.minimum(most, depths + trust)
-        wanted = _tangent_step(best, tolerance, cuts, near, same_depth, shared, aim, cost)
-        wanted = _at_ends(wanted, least, most)
-        here, spends = _looked_at(residual, tolerance, cuts, wanted, cost)
-        moved = float(np.abs(wanted - depths).max())
+        target = _tangent_step(best, tolerance, cuts, near, same_depth, shared, aim, cost)
+        target = _at_ends(target, least, most)
+        here, spends = _looked_at(residual, tolerance, cuts, target, cost)
+        moved = float(np.abs(target - depths).max())
         enough = aim * (1.0 + 1e-6)
         good = worth > 0.0 and best.share <= enough
         if (
@@ -124,7 +124,7 @@ def plan_depths(
             else is_less(here.share, best.share)
         ):
             done = good and spent - spends <= worth * spends
-            best, spent, depths = here, spends, wanted
+            best, spent, depths = here, spends, target
         else:  # the curves bend away from the tangent: look nearer
             done = good and moved <= ONLY_MM
             trust = 0.25 * min(trust, moved)
@@ -282,14 +282,14 @@ def _least_cost(
 
     from scipy.optimize import linprog
 
-    found: Array | None = linprog(
+    solution: Array | None = linprog(
         cost,
         A_ub=rows,
         b_ub=most,
         bounds=[*zip(bounds[0].tolist(), bounds[1].tolist(), strict=True)],
         method="highs",
     ).x
-    return found
+    return solution
 
 
 def _one_depth(
@@ -337,9 +337,9 @@ def _only_answer(
     depths, _, rank, singular = np.linalg.lstsq(free, -at_zero)
     if not len(singular) or rank < shares.shape[1] or aim > ONLY_MM * float(singular[-1]):
         return None
-    wanted: Array = shares @ depths
-    left = (at_zero + matrix @ wanted).reshape(-1, 2)
-    within: Array = np.clip(wanted, least, most)
-    if (np.hypot(*left.T) > 0.5 * aim).any() or (np.abs(within - wanted) > SAME_MM).any():
+    target: Array = shares @ depths
+    left = (at_zero + matrix @ target).reshape(-1, 2)
+    within: Array = np.clip(target, least, most)
+    if (np.hypot(*left.T) > 0.5 * aim).any() or (np.abs(within - target) > SAME_MM).any():
         return None
     return within

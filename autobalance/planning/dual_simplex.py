@@ -44,7 +44,7 @@ def least_cost(cost: Array, rows: Array, most: Array, bounds: tuple[Array, Array
     Raises
     ------
     ArithmeticError
-        Where this method cannot tell within rounding, or begins with an endless gain.
+        Where this method cannot decide within rounding, or begins with an endless gain.
 
     References
     ----------
@@ -75,9 +75,9 @@ def least_cost(cost: Array, rows: Array, most: Array, bounds: tuple[Array, Array
     basic, free = np.arange(count, count + len(tableau) - 1), np.arange(count)
     if not _solved(tableau, basic, free):
         return None
-    found = np.zeros(count + len(basic))
-    found[basic] = tableau[:-1, 0]
-    answer: Array = np.clip(start + way * found[:count], least, greatest)
+    solution = np.zeros(count + len(basic))
+    solution[basic] = tableau[:-1, 0]
+    answer: Array = np.clip(start + way * solution[:count], least, greatest)
     scale = 1.0 + np.abs(most) + np.abs(rows) @ np.abs(answer)
     if (rows @ answer - most > 1e-9 * scale).any():
         raise ArithmeticError("rounding hides the answer")
@@ -85,7 +85,7 @@ def least_cost(cost: Array, rows: Array, most: Array, bounds: tuple[Array, Array
 
 
 def _solved(tableau: Array, basic: NDArray[np.intp], free: NDArray[np.intp]) -> bool:
-    """Exchange variables of a tableau until its first column is not below zero; tell whether that can be."""
+    """Exchange variables of a tableau until its first column is not below zero; return whether it is."""
     nothing = NOTHING * (1.0 + float(np.abs(tableau[:-1, 0]).max()))
     for _ in range(PIVOTS * sum(tableau.shape)):
         row = int(np.argmin(rounded(tableau[:-1, 0])))

@@ -186,7 +186,7 @@ class _Sets:
         self.found = _screened(field, np.zeros((0, count), dtype=np.int64))
 
     def look(self, top: float) -> bool:
-        """Look through the sets up to a weight that have not been yet; tell whether they were few enough."""
+        """Look through the sets up to a weight not yet seen; return whether they were few enough."""
         if self.price.bound >= top:
             return True
         places = None if self.are_many else self._begun((self.count, 0), top - self.price.bound, top)
@@ -278,7 +278,7 @@ def _screened(field: CutCurves, sets: Indices) -> _Found:
     """Return the sets (m, k) that can meet what is wanted on their chords, with good depths.
 
     The shortest way along the chords that makes it up; ends that are passed are kept and the rest goes again.
-    Then, of more cuts than needed, metal is saved as long as some still can be.
+    Then, of more cuts than necessary, metal is saved as long as some still can be.
     """
     if sets.shape[1] < len(field.wanted):
         sets = sets[_can_meet(field, sets)]
@@ -309,7 +309,7 @@ def _slack(field: CutCurves, sets: Indices) -> Array:
 
 
 def _can_meet(field: CutCurves, sets: Indices) -> NDArray[np.bool_]:
-    """Tell which sets, of fewer cuts than there are directions, meet it all anywhere along their chords."""
+    """Return which sets, of fewer cuts than there are directions, meet it all anywhere along their chords."""
     chord, need = field.chord[sets], field.wanted - field.at_least(sets)
     left = need - _added(chord, _shortest(chord, need))
     return np.asarray((left**2).sum(axis=1) <= 0.5 * left.shape[1] * _slack(field, sets) ** 2)

@@ -91,25 +91,25 @@ class _Alike:
         """Between two depths."""
         return float(self.depths_mm[1] - self.depths_mm[0])
 
-    def sets(self, wanted: Array, count: int) -> Iterator[_Set]:
+    def sets(self, target: Array, count: int) -> Iterator[_Set]:
         """Yield sets of ``count`` cuts that meet what is wanted within 1, the shallowest first."""
         waiting: list[_Set] = []
         for level, depth in enumerate(self.depths_mm.tolist()):
             waiting.sort(key=_depth_mm)
             settled = sum(each[1] <= depth - 0.5 * self.step_mm for each in waiting)
             yield from waiting[:settled]
-            waiting = waiting[settled:] + self._sets_at(level, depth, wanted, count)
+            waiting = waiting[settled:] + self._sets_at(level, depth, target, count)
         yield from sorted(waiting, key=_depth_mm)
 
-    def _sets_at(self, level: int, depth_mm: float, wanted: Array, count: int) -> list[_Set]:
+    def _sets_at(self, level: int, depth_mm: float, target: Array, count: int) -> list[_Set]:
         """Return the sets of one depth that leave least, each at the depth near it that suits it best."""
-        met = self._meeting(level, wanted, count)
+        met = self._meeting(level, target, count)
         if not len(met):
             return []
         met = met[self._keeps_rules(met, depth_mm)]
         if not len(met):
             return []
-        left = self.effects[level][met].sum(axis=1) - wanted
+        left = self.effects[level][met].sum(axis=1) - target
         way = self.slopes[level][met].sum(axis=1)
         size = np.maximum((way**2).sum(axis=1), 1e-30)
         along = np.clip(-(left * way).sum(axis=1) / size, -0.5 * self.step_mm, 0.5 * self.step_mm)
@@ -118,7 +118,7 @@ class _Alike:
         best = [row for row in in_order(share)[:TRIED].tolist() if share[row] <= 1.0]
         return [(self.members[met[row]], depth_mm + float(along[row])) for row in best]
 
-    def _meeting(self, level: int, wanted: Array, count: int) -> Indices:
+    def _meeting(self, level: int, target: Array, count: int) -> Indices:
         """Return sets (m, count) of places that come near what is wanted at a depth; none of too many."""
         from scipy.spatial import cKDTree
 
@@ -131,14 +131,14 @@ class _Alike:
         slack = 1.0 + 0.5 * self.step_mm * count * float(
             np.linalg.norm(self.slopes[level][there], axis=1).max()
         )
-        radius = NEAR * math.sqrt(0.5 * len(wanted))
-        distance = float(np.linalg.norm(wanted))
-        towards = wanted / max(distance, 1e-12)
+        radius = NEAR * math.sqrt(0.5 * len(target))
+        distance = float(np.linalg.norm(target))
+        towards = target / max(distance, 1e-12)
         reach = np.sort(effects[there] @ towards)
         if abs(distance - np.clip(distance, reach[:count].sum(), reach[-count:].sum())) > slack * radius:
             return nothing  # not even the places that act along it most, or least, come near it
-        squeezed = np.eye(len(wanted)) - (1.0 - 1.0 / slack) * np.outer(towards, towards)
-        effects, goal = effects @ squeezed, wanted @ squeezed
+        squeezed = np.eye(len(target)) - (1.0 - 1.0 / slack) * np.outer(towards, towards)
+        effects, goal = effects @ squeezed, target @ squeezed
         many = there[_choices(len(there), last)]
         if not first:
             near = np.linalg.norm(effects[many[:, 0]] - goal, axis=1) <= radius
@@ -170,14 +170,14 @@ class _Alike:
 
 
 def _in_box_of(points: Array, others: Array, margin: float) -> NDArray[np.bool_]:
-    """Tell which points (m, d) lie in the box around others, or as near to it as the margin."""
+    """Return which points (m, d) lie in the box around others, or as near to it as the margin."""
     low, high = others.min(axis=0) - margin, others.max(axis=0) + margin
     within: NDArray[np.bool_] = ((points >= low) & (points <= high)).all(axis=1)
     return within
 
 
-def _depth_mm(found: _Set) -> float:
-    return round(found[1], 9)
+def _depth_mm(cut_set: _Set) -> float:
+    return round(cut_set[1], 9)
 
 
 @lru_cache(maxsize=64)
@@ -191,22 +191,22 @@ def _three(task: Task, k: int) -> list[float]:
 
 
 def _by_setting(task: Task, among: Sequence[int]) -> dict[str, list[int]]:
-    found: dict[str, list[int]] = {}
+    by_setting: dict[str, list[int]] = {}
     for k in among:
-        found.setdefault(setting_of(task.cuts[k]), []).append(k)
-    return found
+        by_setting.setdefault(setting_of(task.cuts[k]), []).append(k)
+    return by_setting
 
 
 def alike_everywhere(task: Task, enough: float) -> Iterator[Plan]:
     """Yield plans of the fewest cuts of one setting and one depth, for each setting."""
     rows = judged_rows(task.tolerance) / enough
-    wanted = -rows @ task.residual.components
+    target = -rows @ task.residual.components
     for members in _by_setting(task, range(len(task.cuts))).values():
         alike = _Alike.of(task, members, rows)
         if alike is None:
             continue
         for count in range(1, MOST_ALIKE + 1):
-            good = _settled(task, alike.sets(wanted, count), enough)
+            good = _settled(task, alike.sets(target, count), enough)
             if good:
                 yield from good
                 break
@@ -214,14 +214,14 @@ def alike_everywhere(task: Task, enough: float) -> Iterator[Plan]:
 
 def _settled(task: Task, sets: Iterable[_Set], enough: float) -> list[Plan]:
     """Return the first sets, the shallowest, at their exact common depth, on the machine's steps."""
-    found: list[Plan] = []
+    plans: list[Plan] = []
     for members, depth in sets:
         setting = setting_of(task.cuts[int(members[0])])
         plan = common_depths(task, Groups((tuple(members.tolist()),), (depth,), (setting,)), enough)
-        found += [] if plan is None else [plan]
-        if len(found) == SETTLED:
+        plans += [] if plan is None else [plan]
+        if len(plans) == SETTLED:
             break
-    return found
+    return plans
 
 
 def alike_on_each_web(task: Task, enough: float) -> Iterator[Plan]:
@@ -278,8 +278,8 @@ def _middle_mm(task: Task, members: Sequence[int]) -> float:
 def _shares(task: Task, z_mm: Sequence[float], enough: float) -> list[float]:
     """Return what each of two webs may miss [g·mm], so that every judged vector stays good enough."""
     rows = judged_rows(task.tolerance) / enough
-    found = []
+    shares = []
     for z in z_mm:
         effect = rows @ np.array([1.0, 0.0, z, 0.0])
-        found.append(0.5 / float(np.hypot(effect[0::2], effect[1::2]).max()))
-    return found
+        shares.append(0.5 / float(np.hypot(effect[0::2], effect[1::2]).max()))
+    return shares

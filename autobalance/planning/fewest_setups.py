@@ -47,10 +47,10 @@ def enough_share(task: Task) -> float:
 
 def rank(task: Task, plan: Plan) -> Rank:
     """Return how many different cuts a plan has, how many cuts, and what they weigh [g]."""
-    made = np.flatnonzero(plan.depths_mm > 0.0).tolist()
-    different = {(setting_of(task.cuts[k]), round(float(plan.depths_mm[k]), 6)) for k in made}
-    metal = sum(abs(task.cuts[k].effect(float(plan.depths_mm[k])).mass_g) for k in made)
-    return len(different), len(made), round(float(metal), 6)
+    chosen = np.flatnonzero(plan.depths_mm > 0.0).tolist()
+    different = {(setting_of(task.cuts[k]), round(float(plan.depths_mm[k]), 6)) for k in chosen}
+    metal = sum(abs(task.cuts[k].effect(float(plan.depths_mm[k])).mass_g) for k in chosen)
+    return len(different), len(chosen), round(float(metal), 6)
 
 
 def simplest(task: Task, plans: Iterable[Plan], search: bool = True) -> Plan:
@@ -58,10 +58,10 @@ def simplest(task: Task, plans: Iterable[Plan], search: bool = True) -> Plan:
 
     Where none of them is good enough there is nothing to spare: the one that leaves least is returned.
     """
-    found = list(plans)
-    least = min(found, key=lambda plan: key(plan.share))
+    candidates = list(plans)
+    least = min(candidates, key=lambda plan: key(plan.share))
     enough = enough_share(task)
-    good = [plan for plan in found if plan.share <= enough]
+    good = [plan for plan in candidates if plan.share <= enough]
     if search and is_discrete(task.offer):
         good += [*alike_everywhere(task, enough), *alike_on_each_web(task, enough)]
     elif search and least.share <= NEARLY * enough:  # else a few of its cuts leave more yet
@@ -111,7 +111,7 @@ def _fewest_of_any_depth(task: Task, least: Plan, enough: float) -> list[Plan]:
     members = np.flatnonzero(least.depths_mm).tolist()
     if len(members) > MOST_FACES:
         return []
-    found: list[Plan] = []
+    plans_found: list[Plan] = []
     for alike in (True, False):
         for count in range(1, len(members) + 1):
             here = [
@@ -120,9 +120,9 @@ def _fewest_of_any_depth(task: Task, least: Plan, enough: float) -> list[Plan]:
                 if (plan := _of_these(task, few, alike)) is not None and plan.share <= enough
             ]
             if here:
-                found += here
+                plans_found += here
                 break
-    return found
+    return plans_found
 
 
 def _of_these(task: Task, few: Sequence[int], alike: bool) -> Plan | None:

@@ -60,7 +60,7 @@ def solve(
         if looked_at.issuperset(few) or (size == FEW[-1] and value - bound < OUT_OF_REACH):
             break
         looked_at.update(few)
-        found, here = _solve_few(
+        depths_mm, here = _solve_few(
             part_of(task, few),
             [tables[k] for k in few],
             [effects[k] for k in few],
@@ -71,7 +71,7 @@ def solve(
         if here < value:
             value = here
             best = np.zeros(count)
-            best[few] = found
+            best[few] = depths_mm
         near = NEAR if 4 * len(looked_at) >= count else 0.0
         if value - bound <= max(2.0 * slack, near) * abs(value) + 1e-6:
             break

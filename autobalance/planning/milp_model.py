@@ -54,7 +54,7 @@ def breakpoints(task: Task, count: int = POINTS) -> list[Array]:
 
 
 def add_points(tables: list[Array], *answers: Array) -> bool:
-    """Make the effects exact at the depths of some answers; tell whether that changed anything."""
+    """Make the effects exact at the depths of some answers; return whether that changed anything."""
     added = False
     for depths in answers:
         for k in np.flatnonzero(depths).tolist():
@@ -130,7 +130,7 @@ class MilpModel:
         return len(self._low), len(self.upper)
 
     def without_residual(self) -> tuple[Array, Array]:
-        """Return rows (m, n) and most (m,), row · x ≤ most, without the residual, which others tell."""
+        """Return rows (m, n) and most (m,), row · x ≤ most, without the residual, which other rows hold."""
         every = np.zeros(self.shape)
         places = np.concatenate(self._rows), np.concatenate(self._columns)
         np.add.at(every, places, np.concatenate(self._values))
@@ -234,8 +234,8 @@ class MilpModel:
             ]
             if deeper:
                 rows.add((tuple(deeper), tuple(others)))
-        for deeper_columns, made in sorted(rows):
-            columns = [*deeper_columns, *(self.switch + other for other in made)]
+        for deeper_columns, beside in sorted(rows):
+            columns = [*deeper_columns, *(self.switch + other for other in beside)]
             self._add(columns, [1.0] * len(columns), -math.inf, 1.0)
 
     def _cost_row(self, task: Task, effects: Sequence[Sequence[Moments]]) -> Array:

@@ -34,10 +34,10 @@ def nominal_depths(offer: Offer, depths_mm: Array) -> Array:
     that share the metal between them end where that does.
     """
     depths = np.where(depths_mm <= SAME_MM, 0.0, depths_mm)
-    made = np.flatnonzero(depths).tolist()
-    ends = _neighbours_ends(offer, made)
-    marks = {k: _marks(offer.cuts[k], float(depths[k]), ends.get(k, ())) for k in made}
-    for group in _of_one_value(depths, made):
+    chosen = np.flatnonzero(depths).tolist()
+    ends = _neighbours_ends(offer, chosen)
+    marks = {k: _marks(offer.cuts[k], float(depths[k]), ends.get(k, ())) for k in chosen}
+    for group in _of_one_value(depths, chosen):
         stood_for = [mark for k in group for mark in marks[k]]
         depths[group] = min(stood_for, default=float(depths[group[0]]))
     for pair in offer.shared:
@@ -49,10 +49,10 @@ def nominal_depths(offer: Offer, depths_mm: Array) -> Array:
     return depths
 
 
-def _neighbours_ends(offer: Offer, made: Sequence[int]) -> dict[int, list[float]]:
+def _neighbours_ends(offer: Offer, cut_now: Sequence[int]) -> dict[int, list[float]]:
     """Return at which depths cuts that are made end each other."""
     ends: dict[int, list[float]] = {}
-    chosen = frozenset(made)
+    chosen = frozenset(cut_now)
     for pair in offer.apart:
         if pair.first in chosen and pair.second in chosen:
             ends.setdefault(pair.first, []).append(pair.most_mm)
@@ -68,11 +68,11 @@ def _marks(cut: Cut, depth_mm: float, ends: Sequence[float]) -> list[float]:
     return [mark for mark in known if abs(mark - depth_mm) <= SAME_MM]
 
 
-def _of_one_value(depths: Array, made: Sequence[int]) -> Iterator[list[int]]:
+def _of_one_value(depths: Array, chosen: Sequence[int]) -> Iterator[list[int]]:
     """Yield the cuts whose depths follow each other by no more than `SAME_MM`, each group by its places."""
-    if not made:
+    if not chosen:
         return
-    by_depth = sorted(made, key=lambda k: (depths[k], k))
+    by_depth = sorted(chosen, key=lambda k: (depths[k], k))
     group = [by_depth[0]]
     for k in by_depth[1:]:
         if depths[k] - depths[group[-1]] > SAME_MM:

@@ -103,16 +103,16 @@ class Attempt:
 
 def relaxations(tried: Attempt) -> list[Relaxation]:
     """Return changes of single limits that suffice, the one that takes least metal first."""
-    found = []
+    relaxations_found = []
     for number, limits in enumerate(tried.methods):
         for way in correction.kind_of(limits).relaxing(limits):
             relaxed = _relaxed(tried, number, way)
-            found += [] if relaxed is None else [relaxed]
-    found += _remedies(tried)
-    return sorted(found, key=lambda relaxed: round(relaxed.metal_g or 0.0, 6))[:TRIED]
+            relaxations_found += [] if relaxed is None else [relaxed]
+    relaxations_found += _remedies(tried)
+    return sorted(relaxations_found, key=lambda relaxed: round(relaxed.metal_g or 0.0, 6))[:TRIED]
 
 
-Told = tuple[str, tuple[Change, ...]]
+RemedyText = tuple[str, tuple[Change, ...]]
 
 
 def _changes(limits: Limits, changed: Mapping[str, Any]) -> tuple[Change, ...]:
@@ -127,11 +127,13 @@ def _relaxed(tried: Attempt, number: int, way: Relaxing) -> Relaxation | None:
         return _wider(tried, number, way)
     methods = list(tried.methods)
     methods[number] = replace(methods[number], **way.changed)
-    told = way.text, _changes(tried.methods[number], way.changed)
-    return _if_enough(tried, tried.offer_with(*methods), lambda _: told)
+    remedy = way.text, _changes(tried.methods[number], way.changed)
+    return _if_enough(tried, tried.offer_with(*methods), lambda _: remedy)
 
 
-def _if_enough(tried: Attempt, offer: Offer | None, tell: Callable[[Plan], Told]) -> Relaxation | None:
+def _if_enough(
+    tried: Attempt, offer: Offer | None, describe: Callable[[Plan], RemedyText]
+) -> Relaxation | None:
     if offer is None or not tried.may_do(offer):
         return None
     plan = tried.plan(offer)
@@ -139,7 +141,7 @@ def _if_enough(tried: Attempt, offer: Offer | None, tell: Callable[[Plan], Told]
         return None
     cuts = zip(offer.cuts, plan.depths_mm, strict=True)
     metal = sum(abs(cut.effect(float(depth)).mass_g) for cut, depth in cuts if depth > 0.0)
-    return Relaxation(*tell(plan), plan.share, float(metal))
+    return Relaxation(*describe(plan), plan.share, float(metal))
 
 
 def _more(tried: Attempt, limits: Limits, more: MoreCuts) -> Relaxation | None:
@@ -158,8 +160,8 @@ def _more(tried: Attempt, limits: Limits, more: MoreCuts) -> Relaxation | None:
     least = next((count for count in enough if tried.plan(offer(count)).share <= 1.0), None)
     if least is None:
         return None
-    told = more.say(least), _changes(limits, {more.key: more.now + least})
-    return _if_enough(tried, offer(least), lambda _: told)
+    remedy = more.say(least), _changes(limits, {more.key: more.now + least})
+    return _if_enough(tried, offer(least), lambda _: remedy)
 
 
 def _wider(tried: Attempt, number: int, wider: WiderLimits) -> Relaxation | None:
@@ -170,26 +172,26 @@ def _wider(tried: Attempt, number: int, wider: WiderLimits) -> Relaxation | None
         methods[number] = replace(methods[number], **wider.changed(share))
         return tried.offer_with(*methods)
 
-    def told(share: float) -> Told:
+    def describe(share: float) -> RemedyText:
         changed = wider.changed(share)
         return wider.say(changed), _changes(tried.methods[number], changed)
 
-    best = _if_enough(tried, offer(1.0), lambda _: told(1.0))
+    best = _if_enough(tried, offer(1.0), lambda _: describe(1.0))
     if best is None:
         return None
     low, high = 0.0, 1.0
     for _ in range(HALVINGS):
         middle = 0.5 * (low + high)
-        here = _if_enough(tried, offer(middle), lambda _, share=middle: told(share))  # type: ignore[misc]
+        here = _if_enough(tried, offer(middle), lambda _, share=middle: describe(share))  # type: ignore[misc]
         low, high, best = (low, middle, here) if here is not None else (middle, high, best)
     return best
 
 
 def _remedies(tried: Attempt) -> Iterator[Relaxation]:
     """Yield single cuts of a usual size, of kinds that are not asked for, beside what is there."""
-    asked = [correction.kind_of(limits) for limits in tried.methods]
+    present = [correction.kind_of(limits) for limits in tried.methods]
     for kind in correction.KINDS.values():
-        if kind in asked or kind.remedy is None or not _may_help(tried, kind):
+        if kind in present or kind.remedy is None or not _may_help(tried, kind):
             continue
         offer = tried.offer_with(kind.remedy, coarse=True)
         if offer is None:
@@ -197,13 +199,17 @@ def _remedies(tried: Attempt) -> Iterator[Relaxation]:
         first = len(tried.offer.cuts)
         both = correction.joined([tried.offer, offer])
 
-        def told(plan: Plan, kind: Kind[Any] = kind, offer: Offer = offer, first: int = first) -> Told:
-            made = [cut for cut, depth in zip(offer.cuts, plan.depths_mm[first:], strict=True) if depth > 0.0]
-            return _remedy(tried, kind, made[0]) if made else ("other depths", ())
+        def describe(
+            plan: Plan, kind: Kind[Any] = kind, offer: Offer = offer, first: int = first
+        ) -> RemedyText:
+            chosen = [
+                cut for cut, depth in zip(offer.cuts, plan.depths_mm[first:], strict=True) if depth > 0.0
+            ]
+            return _remedy(tried, kind, chosen[0]) if chosen else ("other depths", ())
 
-        found = _if_enough(tried, both, told)
-        if found is not None:
-            yield found
+        relaxed = _if_enough(tried, both, describe)
+        if relaxed is not None:
+            yield relaxed
 
 
 def _may_help(tried: Attempt, kind: Kind[Any]) -> bool:
@@ -220,7 +226,7 @@ def _may_help(tried: Attempt, kind: Kind[Any]) -> bool:
     return least_share(tried.residual, tried.tolerance, tried.offer) - moved <= 1.0
 
 
-def _remedy(tried: Attempt, kind: Kind[Any], cut: Cut) -> Told:
+def _remedy(tried: Attempt, kind: Kind[Any], cut: Cut) -> RemedyText:
     names = [correction.kind_of(limits).name for limits in tried.asked]
     keys = kind.remedy_keys(cut).items()
     changes = [Change(f"correction.{kind.name}.{key}", None, value) for key, value in keys]

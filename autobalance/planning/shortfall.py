@@ -14,7 +14,7 @@ from autobalance.rigid_rotor.unbalance import Unbalance
 from autobalance.types import Array
 
 ROUNDED = 0.05
-"""Share of the permissible value that rounding an angle that is told may be worth."""
+"""Share of the permissible value that rounding a printed angle may be worth."""
 ENOUGH = 0.5
 """Share of the permissible value that metal added in one place may leave; else it is named in two."""
 

@@ -55,7 +55,7 @@ def check_budgets(
 
 
 def check_budget(
-    claims: Claims, key: str, causes: UncertaintyBudget, found: Budget, size_g_mm: float
+    claims: Claims, key: str, causes: UncertaintyBudget, budget: Budget, size_g_mm: float
 ) -> Budget:
     """Check every share of an uncertainty and their sum; return the budget that the report claims."""
     parts = [claims.at(key, claims.get(key, dict))]
@@ -63,22 +63,22 @@ def check_budget(
     columns = []
     for place, part in enumerate(parts):
         shares = part.get("uncertainty_shares_g_mm", dict)
-        for cause, share in found.shares.items():
+        for cause, share in budget.shares.items():
             value = (share.resultant_g_mm, *share.planes_g_mm)[place]
             part.near(f"uncertainty_shares_g_mm.{cause}", value, size_g_mm, MOMENT_ROUNDING)
-        if set(shares) != set(found.shares):
+        if set(shares) != set(budget.shares):
             raise ClaimError(
                 f"{part.name}: {part.path('uncertainty_shares_g_mm')} lists {', '.join(shares)}; "
-                f"expected {', '.join(found.shares)}"
+                f"expected {', '.join(budget.shares)}"
             )
-        numbers = [float(part.get(f"uncertainty_shares_g_mm.{cause}", float)) for cause in found.shares]
+        numbers = [float(part.get(f"uncertainty_shares_g_mm.{cause}", float)) for cause in budget.shares]
         part.near("uncertainty_g_mm", math.hypot(*numbers), math.hypot(*numbers))
         columns.append(numbers)
-    claims.same(f"{key}.uncertainty_unstated", list(found.unstated))
+    claims.same(f"{key}.uncertainty_unstated", list(budget.unstated))
     try:
         claimed = {
             cause: Share(row[0], tuple(row[1:]))
-            for cause, row in zip(found.shares, zip(*columns, strict=True), strict=True)
+            for cause, row in zip(budget.shares, zip(*columns, strict=True), strict=True)
         }
     except ValueError as error:
         raise ClaimError(f"{claims.name}: {key}.uncertainty_shares_g_mm: {error}") from None

@@ -92,9 +92,9 @@ def _innermost(fault: ValidationError) -> ValidationError:
 
 
 def _found_and_expected(fault: ValidationError) -> str:
-    rule, found = fault.validator_value, reprlib.repr(fault.instance)
+    rule, value = fault.validator_value, reprlib.repr(fault.instance)
     if fault.validator == "type":
         types = [rule] if isinstance(rule, str) else rule
-        return f"of the wrong type: {found}; expected {' or '.join(types)}"
+        return f"of the wrong type: {value}; expected {' or '.join(types)}"
     listed = ", ".join(map(str, rule)) if isinstance(rule, list) else str(rule)
-    return f"{found}; expected {EXPECTED.get(str(fault.validator), '{}').format(listed)}"
+    return f"{value}; expected {EXPECTED.get(str(fault.validator), '{}').format(listed)}"

@@ -59,7 +59,7 @@ def check_report(
     independent : bool
         Measure the solid a second way too, and require both to agree.
     as_report : callable or None
-        Writes a record down as reports are; None: what only a record tells is not checked.
+        Writes a record down as reports are; None: what only a record holds is not checked.
     schema : mapping or None
         JSON Schema of reports; None: keys that nothing else asks for may be missing.
 
@@ -92,9 +92,9 @@ def check_claims(
         from autobalance.verification.by_schema import refuse_by_schema
 
         refuse_by_schema(claims.name, claims.values, schema)
-    found = Held(claims, folder, independent, as_report, files or Files())
+    proofs = Held(claims, folder, independent, as_report, files or Files())
     try:
-        checked = _checked(found)
+        checked = _checked(proofs)
     except AutobalanceError:
         raise
     except (ValueError, ArithmeticError) as error:  # what is claimed cannot be: planes out of order, say
@@ -122,8 +122,8 @@ def _checked(held: Held) -> Checked:
     )
     check_limits_of_job(claims, held.folder, held.files)
     claims.against(INPUT)
-    given = solids.check_input(claims, held.folder, job, anatomy, held.files)
-    hidden = solids.hidden_part(claims, job, anatomy, given, left.soup)
+    crank_before = solids.check_input(claims, held.folder, job, anatomy, held.files)
+    hidden = solids.hidden_part(claims, job, anatomy, crank_before, left.soup)
     claims.against(JOB)
     tolerance = rotor_claims.check_tolerance(claims, job, anatomy, crank)
     loads = rotor_claims.check_loads(claims, job, anatomy, crank)
@@ -134,7 +134,14 @@ def _checked(held: Held) -> Checked:
     rotor_claims.check_unbalance(claims, "initial", initial, tolerance, size)
     claims.against(BOTH)
     if left.is_cut:
-        change = Change(given.source, left.source, left.moments - given.bare, given.anatomy, job, held.files)
+        change = Change(
+            crank_before.source,
+            left.source,
+            left.moments - crank_before.bare,
+            crank_before.anatomy,
+            job,
+            held.files,
+        )
         check_corrections(claims, change)
     else:
         claims.same("corrections", [])
@@ -146,13 +153,13 @@ def _checked(held: Held) -> Checked:
     rotor_claims.check_after(claims, job, anatomy, crank, after)
     rotor_claims.check_inertia(claims, crank, after)
     rotor_claims.check_assembly(claims, job, tolerance, residual, size)
-    causes = budget_claims.causes_of(claims, job, anatomy, crank, tolerance, given)
+    causes = budget_claims.causes_of(claims, job, anatomy, crank, tolerance, crank_before)
     rates = budget_claims.depth_rates(claims)
     doubts = causes.with_depth_rates(crank, []), causes.with_depth_rates(left.moments, rates)
     budget = budget_claims.check_budgets(claims, causes, doubts, size)
     ends = Ends(initial, residual, crank, after, doubts, hidden)
     claims.against(RECORD)
-    _check_as_recorded(held, job, given, left, tolerance, ends)
+    _check_as_recorded(held, job, crank_before, left, tolerance, ends)
     claims.against(BOTH)
     check_course(claims, ends, left.is_cut)
     _check_overbalance(claims, job, tolerance)
@@ -168,12 +175,12 @@ def _checked(held: Held) -> Checked:
 
 
 def _check_as_recorded(
-    held: Held, job: Job, given: Given, left: Left, tolerance: Tolerance, ends: Ends
+    held: Held, job: Job, crank_before: Given, left: Left, tolerance: Tolerance, ends: Ends
 ) -> None:
     """Write down what was found as a run does, and check all that follows from job and files."""
     if held.as_report is None:
         return
-    claims, crank = held.claims, given.crank
+    claims, crank = held.claims, crank_before.crank
     result = ended(claims, ends, left if left.is_cut else None)
     factor = float(claims.get("balance_factor.target", float))
     webs = held.files.once(("counterweights", id(crank)), lambda: run.counterweights_of(crank))
@@ -182,20 +189,20 @@ def _check_as_recorded(
     if job.cycle is not None and job.cycle.measured:
         claims.ledger.why_not["loads_with_gas"] = "the measured pressure is not kept with the report"
     else:
-        record = _with_gas_loads(record, job, given, left, ends)
+        record = _with_gas_loads(record, job, crank_before, left, ends)
     check_like(held, record)
 
 
-def _with_gas_loads(record: Record, job: Job, given: Given, left: Left, ends: Ends) -> Record:
+def _with_gas_loads(record: Record, job: Job, crank_before: Given, left: Left, ends: Ends) -> Record:
     """Return a record with loads with gas, where the engine can have them."""
     if job.cycle is None or record.balanced is None:
         return record
     density = job.crankshaft.density_g_mm3
     try:
-        before = gas_loads(job, given.anatomy, given.source.solid, density, ends.before)
+        before = gas_loads(job, crank_before.anatomy, crank_before.source.solid, density, ends.before)
     except AutobalanceError:
         return record
-    after = gas_loads(job, given.anatomy, left.source.solid, density, ends.after)
+    after = gas_loads(job, crank_before.anatomy, left.source.solid, density, ends.after)
     return replace(record, balanced=replace(record.balanced, loads_with_gas=LoadsWithGas.of(before, after)))
 
 

@@ -97,11 +97,11 @@ def check_like(held: Held, record: Record) -> None:
     """Check what follows from job and files against a record that was made of them anew."""
     if held.as_report is None:
         return
-    claims, found = held.claims, held.as_report(record)
+    claims, expected = held.claims, held.as_report(record)
     for key, rounding in AS_RECORDED.items():
-        if key in found and key not in claims.ledger.why_not:
-            scale = max((abs(each) for each in _every_number(found[key])), default=0.0)
-            claims.alike({key: found[key]}, rounding, scale if key == "forces" else 0.0)
+        if key in expected and key not in claims.ledger.why_not:
+            scale = max((abs(each) for each in _every_number(expected[key])), default=0.0)
+            claims.alike({key: expected[key]}, rounding, scale if key == "forces" else 0.0)
 
 
 def _every_number(value: Any) -> list[float]:
@@ -132,10 +132,12 @@ def check_course(claims: Claims, ends: Ends, is_cut: bool) -> None:
     depths = [abs(float(part.get("depth_mm", float))) for part in parts]
     moved = sum(float(np.linalg.norm(part.array("unbalance_change_g_mm", (2,)))) for part in parts)
     for number, step in enumerate(steps, 1):
-        made = step.get("depths_mm", list)
-        if [_every_number(each) for each in made] != [[each] for each in made]:
+        depths_listed = step.get("depths_mm", list)
+        if [_every_number(each) for each in depths_listed] != [[each] for each in depths_listed]:
             raise FormatError(f"{step.name}: {step.path('depths_mm')} is not a list of numbers")
-        if len(made) == len(depths) and np.allclose(made, depths, rtol=ROUNDING, atol=ROUNDING):
+        if len(depths_listed) == len(depths) and np.allclose(
+            depths_listed, depths, rtol=ROUNDING, atol=ROUNDING
+        ):
             step.near("measured_g_mm", ends.residual.magnitude_g_mm, moved)
             step.hold("depths_mm")
             if number == 1:

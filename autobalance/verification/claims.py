@@ -121,8 +121,8 @@ class Claims:
         if array.shape != shape or not _holds_numbers(
             value
         ):  # numpy reads "1.5", true and null as numbers too
-            needed = " x ".join(map(str, shape)) + " numbers" if shape else "a number"
-            raise FormatError(f"{self.name}: {self.path(path)} is not {needed}")
+            expected = " x ".join(map(str, shape)) + " numbers" if shape else "a number"
+            raise FormatError(f"{self.name}: {self.path(path)} is not {expected}")
         return array
 
     def entries(self, path: str, count: int | None = None) -> list[Claims]:
@@ -172,15 +172,15 @@ class Claims:
                 path, measured, rounding * scale
             )  # most values by far; the rest is for lists and faults
             return
-        found = np.asarray(measured, dtype=np.float64)
+        measurement = np.asarray(measured, dtype=np.float64)
         if value is None:
-            raise ClaimError(f"{self.name}: {self.path(path)} is null, but {_text(found)} was found")
-        claimed = self._as_array(path, value, found.shape)
-        if not np.all(np.abs(claimed - found) <= rounding * scale):  # also refuses NaN
+            raise ClaimError(f"{self.name}: {self.path(path)} is null, but {_text(measurement)} was found")
+        claimed = self._as_array(path, value, measurement.shape)
+        if not np.all(np.abs(claimed - measurement) <= rounding * scale):  # also refuses NaN
             raise ClaimError(
-                f"{self.name}: {self.path(path)} is {_text(claimed)}, but {_text(found)} was found"
+                f"{self.name}: {self.path(path)} is {_text(claimed)}, but {_text(measurement)} was found"
             )
-        self.hold(path, found.tolist(), rounding * scale)
+        self.hold(path, measurement.tolist(), rounding * scale)
 
     def near_angle(self, path: str, measured_deg: float, within_deg: float) -> None:
         """Check an angle in [0, 360) against a measurement, around the turn."""
@@ -191,14 +191,14 @@ class Claims:
             )
         self.near(path, near_turn(measured_deg, claimed), within_deg, 1.0)
 
-    def alike(self, found: Mapping[str, Any], rounding: float = ROUNDING, scale: float = 0.0) -> None:
+    def alike(self, measured: Mapping[str, Any], rounding: float = ROUNDING, scale: float = 0.0) -> None:
         """Check all values of an object that were not checked before; keys that are not there are faults.
 
         Numbers may differ by ``rounding`` of the greatest in the same object or list, at least of ``scale``.
         """
-        numbers = [abs(each) for value in found.values() for each in _numbers(value)]
+        numbers = [abs(each) for value in measured.values() for each in _numbers(value)]
         size = max([scale, *numbers])
-        for key, value in found.items():
+        for key, value in measured.items():
             if not self.ledger.knows(self.path(key)):
                 self._alike(key, value, rounding, size, scale)
 

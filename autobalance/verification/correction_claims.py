@@ -29,22 +29,22 @@ from autobalance.verification.shared_out import GRAINS, SHARE, Found, shared_out
 from autobalance.verification.solids import Files
 
 TOLD = ("face", "web", "radius_mm", "angle_deg", "z_mm")
-"""What a machinist is told of every correction, beside what is measured of it."""
+"""What the machinist reads of every correction, beside what is measured of it."""
 LENGTH_SHARE = 2e-4
 ROUGH_SHARE = 5e-3
 """Of the metal of a cut in a scanned face, crumbs of the rough face beside it are up to this share."""
 UNIT_LENGTH = 1e-6
 LENGTH_MM = 2e-3
 ANGLE_DEG = 0.05
-OTHER_KIND = "the metal of this kind of correction cannot be told apart"
+OTHER_KIND = "the metal of this kind of correction cannot be distinguished"
 TORN = "its metal is thin and hangs together with the file's rounding: its amount and effect were checked"
-THIN = "its metal is thinner than what the files tell of places: only the sum of all was checked"
+THIN = "its metal is thinner than the files resolve places: only the sum of all was checked"
 TOUCHING = "its metal touches that of another correction: only their sum was checked"
 
 
 @dataclass(frozen=True, eq=False)
 class Change:
-    """A crank before and after, and what it takes to tell its cuts apart.
+    """A crank before and after, and what it takes to separate its cuts.
 
     ``whole`` is the change of the crank's moments, without what is pressed in.
     """
@@ -107,12 +107,12 @@ def check_corrections(claims: Claims, change: Change, first_number: int | None =
     for part in parts:
         check_within_limits(part, change.limits(part.get("kind", str)))
     files, key = change.files, (id(change.before), id(change.after))
-    gone = files.once(("gone", *key), lambda: _gone(change))
+    metal = files.once(("gone", *key), lambda: _gone(change))
     crank = files.once(("before", *key), lambda: _before(change))
     _check_faces(claims, crank)
-    shared = shared_out(gone, parts, traces, crank, change.near_mm)
-    for part, trace, found in zip(parts, traces, shared, strict=True):
-        _check_one(part, trace, found, change, crank)
+    shared = shared_out(metal, parts, traces, crank, change.near_mm)
+    for part, trace, pieces in zip(parts, traces, shared, strict=True):
+        _check_one(part, trace, pieces, change, crank)
         _check_label(part)
 
 
@@ -290,30 +290,30 @@ def _check_one(
     )
     if is_torn:
         part.ledger.why_not[part.place] = TORN
-        found: dict[str, Any] = {}
+        measured: dict[str, Any] = {}
     else:
-        found = dict(trace.read(metal))
+        measured = dict(trace.read(metal))
     volume = metal.moments.scaled(sign)
-    found["removed_volume_mm3"] = -volume.mass_g
+    measured["removed_volume_mm3"] = -volume.mass_g
     weighed, keys = volume.scaled(change.density_g_mm3), kind.pressed_in
     if keys is None or not is_torn:
         if keys is not None:
-            weighed = weighed + Moments.point(found[keys[0]], np.asarray(found[keys[1]]))
+            weighed = weighed + Moments.point(measured[keys[0]], np.asarray(measured[keys[1]]))
         centre = weighed.centre_mm
-        found |= {
+        measured |= {
             "removed_mass_g": -weighed.mass_g,
             "unbalance_change_g_mm": weighed.first_g_mm[:2],
             "radius_mm": math.hypot(centre[0], centre[1]),
         }
     if not kind.needs_faces:
-        found["face"] = None
+        measured["face"] = None
     scan = change.anatomy.scan
-    _compare(part, found, metal, 0.0 if scan is None else scan.roughness_mm)
+    _compare(part, measured, metal, 0.0 if scan is None else scan.roughness_mm)
 
 
-def _check_implied(part: Claims, found: Mapping[str, Any]) -> None:
+def _check_implied(part: Claims, implied: Mapping[str, Any]) -> None:
     """Compare what a report lists of a correction with what follows without looking at its metal."""
-    for key, value in found.items():
+    for key, value in implied.items():
         if value is None or isinstance(value, str | int) or key == "outline":
             part.same(key, value)
         else:
@@ -321,10 +321,10 @@ def _check_implied(part: Claims, found: Mapping[str, Any]) -> None:
             part.near(key, value, max(size, 1.0))
 
 
-def _compare(part: Claims, found: Mapping[str, Any], metal: Metal, rough_mm: float) -> None:
+def _compare(part: Claims, measured: Mapping[str, Any], metal: Metal, rough_mm: float) -> None:
     """Compare what a report lists of a correction with what was read, as exactly as its unit allows.
 
-    Where metal of a scanned face begins is told to its roughness.
+    Where metal of a scanned face begins is known to its roughness.
     """
     skin_mm3 = metal.area_mm2 * metal.near_mm
     share = SHARE if rough_mm == 0.0 else ROUGH_SHARE
@@ -332,7 +332,7 @@ def _compare(part: Claims, found: Mapping[str, Any], metal: Metal, rough_mm: flo
     crumbs_mm = 0.0 if rough_mm == 0.0 else rough_mm + ROUGH_SHARE * reach  # of a centre
     volume_mm3 = sum(piece.volume_mm3 for piece in metal.pieces)
     thin = min(1.0, skin_mm3 / volume_mm3) if volume_mm3 > 0.0 else 0.0  # 1: a layer of a few roundings
-    for key, value in found.items():
+    for key, value in measured.items():
         if isinstance(value, Reading):
             size = float(np.linalg.norm(value.value))
             part.near(key, value.value, 2.0 * share * size + value.within + 1e-3, 1.0)

@@ -13,8 +13,8 @@ PLANNED = "found by the planner on the surfaces around each place; the files do 
 NOT_CHECKED: Mapping[str, str] = {
     "job": "what was asked is taken as it stands; what follows from it was checked",
     "job_set": "what was asked is taken as it stands",
-    "autobalance": "which versions ran cannot be told from the files",
-    "seconds": "how long a run took cannot be told from the files",
+    "autobalance": "which versions ran does not follow from the files",
+    "seconds": "how long a run took does not follow from the files",
     "warnings": "words for people",
     "notes": "words for people",
     "reason": "words for people, from plans that were tried",
@@ -47,12 +47,12 @@ class NotChecked:
 
 def not_checked(values: Mapping[str, Any], ledger: Ledger) -> tuple[NotChecked, ...]:
     """Return what of a report's values nobody found true, each group once; files not read come last."""
-    found: dict[str, str] = {}
+    reasons: dict[str, str] = {}
     for place in _leaves("", values):
         if not ledger.knows(place):
             key, why = _reason(place, ledger)
-            found.setdefault(key, why)
-    return tuple(NotChecked(key, why) for key, why in {**found, **ledger.unread}.items())
+            reasons.setdefault(key, why)
+    return tuple(NotChecked(key, why) for key, why in {**reasons, **ledger.unread}.items())
 
 
 def _reason(place: str, ledger: Ledger) -> tuple[str, str]:

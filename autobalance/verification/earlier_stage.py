@@ -63,12 +63,12 @@ class EarlierStage:
     @property
     def earlier_cuts(self) -> tuple[EarlierCut, ...]:
         """The cuts that count where cuts are limited in number: a hole that was deepened once."""
-        found: list[EarlierCut] = []
+        cuts_found: list[EarlierCut] = []
         for each in self.cuts:
             cut = EarlierCut(str(each["kind"]), each.get("web"), np.array(each["position_mm"], dtype=float))
-            if not any(other.kind == cut.kind and other.is_at(cut.position_mm) for other in found):
-                found.append(cut)
-        return tuple(found)
+            if not any(other.kind == cut.kind and other.is_at(cut.position_mm) for other in cuts_found):
+                cuts_found.append(cut)
+        return tuple(cuts_found)
 
     def unbalance(self, key: str) -> Unbalance:
         """Return ``initial`` or ``residual`` as the report has it."""
@@ -123,13 +123,13 @@ def left_solid(path: Path, claims: Claims, job: Job) -> tuple[Path, Source]:
     crankshaft = job.crankshaft
     entry = claims.get("outputs.solid", object)
     if entry is None:
-        solid, wanted = input_path(claims, path.parent), claims.get("input.sha256", str)
+        solid, digest = input_path(claims, path.parent), claims.get("input.sha256", str)
         first = claims.get("command", str) == "balance" or bool(claims.values.get("input_is_untouched"))
     else:
-        solid, wanted, first = path.parent / Path(str(entry["file"])).name, entry["sha256"], False
+        solid, digest, first = path.parent / Path(str(entry["file"])).name, entry["sha256"], False
     if not solid.is_file():
         raise FileError(f"{path.name}: its solid {solid} is not there; it must be beside the report")
-    if hashlib.sha256(solid.read_bytes()).hexdigest() != wanted:
+    if hashlib.sha256(solid.read_bytes()).hexdigest() != digest:
         raise ClaimError(f"{path.name}: {solid} is not the solid of this report: its sha256 differs")
     body = crankshaft.body if first else "all"
     return solid, read(solid, crankshaft.unit, body, pressed_up=first and not crankshaft.crankpin_in_file)

@@ -19,14 +19,14 @@ KEY = "job.correction"
 DEEPER_MM = 2e-3
 """A depth may pass its limit by what a file's rounding moves a face."""
 THINNER_MM = 5e-3
-"""Walls are told to hundredths of a millimetre, limits are kept exactly."""
+"""Walls are printed to hundredths of a millimetre, limits are kept exactly."""
 BESIDE_DEG = 0.05
 
 
 def check_limits_of_job(claims: Claims, folder: Path, files: Files) -> None:
     """Check that the correction's limits are those of the job file, where that is there.
 
-    A job that was changed after its run says nothing of the report: then a warning tells where they differ.
+    A job that was changed after its run proves nothing of the report: then a warning says where they differ.
 
     Raises
     ------
@@ -41,20 +41,20 @@ def check_limits_of_job(claims: Claims, folder: Path, files: Files) -> None:
         claims.ledger.why_not[KEY] = "its job file is not there; only the cuts were held against these limits"
         return
     try:
-        found = files.once(("limits", str(path), repr(settings)), lambda: _limits_in(path, settings))
+        in_file = files.once(("limits", str(path), repr(settings)), lambda: _limits_in(path, settings))
     except AutobalanceError:
         claims.ledger.why_not[KEY] = f"{path.name} can not be read as the job that ran"
         return
-    differs = _first_difference(found, job.get("correction"), KEY)
+    differs = _first_difference(in_file, job.get("correction"), KEY)
     if differs is None:
         claims.hold(KEY)
         return
-    said = f"{differs} in {path}"
+    difference = f"{differs} in {path}"
     report = folder / claims.name
     if report.is_file() and path.stat().st_mtime <= report.stat().st_mtime:
-        raise ClaimError(f"{claims.name}: {said}")
+        raise ClaimError(f"{claims.name}: {difference}")
     claims.ledger.why_not[KEY] = f"{path.name} was changed after the run"
-    claims.warnings.append(f"{path.name} was changed after the run: {said}")
+    claims.warnings.append(f"{path.name} was changed after the run: {difference}")
 
 
 def _limits_in(path: Path, settings: Any) -> Any:
@@ -62,12 +62,12 @@ def _limits_in(path: Path, settings: Any) -> Any:
     return json.loads(json.dumps(describe(load(path, tuple(map(str, settings))))["correction"]))
 
 
-def _first_difference(found: Any, told: Any, place: str) -> str | None:
+def _first_difference(in_file: Any, reported: Any, place: str) -> str | None:
     """Return where a report's echo is not what stands in the job, in words."""
-    if not (isinstance(found, dict) and isinstance(told, dict)):
-        return None if found == told else f"{place} is {told!r}, but it is {found!r}"
-    keys = [*found, *(key for key in told if key not in found)]
-    every = (_first_difference(found.get(key), told.get(key), f"{place}.{key}") for key in keys)
+    if not (isinstance(in_file, dict) and isinstance(reported, dict)):
+        return None if in_file == reported else f"{place} is {reported!r}, but it is {in_file!r}"
+    keys = [*in_file, *(key for key in reported if key not in in_file)]
+    every = (_first_difference(in_file.get(key), reported.get(key), f"{place}.{key}") for key in keys)
     return next((each for each in every if each is not None), None)
 
 

@@ -93,16 +93,16 @@ def _datums(claims: Claims) -> Datums | None:
     """Return what a report says can be touched; None where it says nothing of it."""
     if claims.get("crank.datums", object) is None:
         return None
-    told = claims.at("crank.datums", claims.get("crank.datums", dict))
-    keys = [Keyway(end=_end(part), **_lengths(part, *KEYWAY)) for part in told.entries("keyways")]
+    part_of = claims.at("crank.datums", claims.get("crank.datums", dict))
+    keys = [Keyway(end=_end(part), **_lengths(part, *KEYWAY)) for part in part_of.entries("keyways")]
     flanges = []
-    for part in told.entries("flanges"):
+    for part in part_of.entries("flanges"):
         height = part.values.get("face_z_mm")
         holes = tuple(FlangeHole(**_lengths(hole, *FLANGE_HOLE)) for hole in part.entries("holes"))
         face_z = None if height is None else float(part.get("face_z_mm", float))
         flanges.append(Flange(_end(part), float(part.get("diameter_mm", float)), face_z, holes))
     faces = []
-    for part in told.entries("faces"):
+    for part in part_of.entries("faces"):
         of: Any = _one_of(part, "of", ("flange", "web", "end"))
         faces.append(MachinedFace(of, part.get("name", str), float(part.get("z_mm", float))))
     return Datums(tuple(keys), tuple(flanges), tuple(faces))

@@ -50,9 +50,9 @@ def check_recut(held: Held) -> Checked:
     before = _report_before(claims, folder)
     tolerance = _tolerance(claims, job, before)
     claims.against(INPUT)
-    given = _old_solid(held, job, anatomy)
-    old = given.crank.moments
-    size = solids.size_of(given.source, old)
+    crank_before = _old_solid(held, job, anatomy)
+    old = crank_before.crank.moments
+    size = solids.size_of(crank_before.source, old)
     new, hidden, left, again = old, Moments.zero(), None, None
     is_cut = claims.get("outputs.solid", object) is not None
     claims.against(CORRECTED)
@@ -60,10 +60,12 @@ def check_recut(held: Held) -> Checked:
         left = solids.measured_files(claims, folder, job, anatomy.file_to_rotor, held.files)
         if held.independent:
             again = solids.measured_again(claims, left.source, job, anatomy.file_to_rotor)
-        hidden = solids.hidden_part(claims, job, anatomy, given, left.soup)
+        hidden = solids.hidden_part(claims, job, anatomy, crank_before, left.soup)
         new = left.moments + hidden
         claims.against(BOTH)
-        change = Change(given.source, left.source, left.moments - given.bare, anatomy, job, held.files)
+        change = Change(
+            crank_before.source, left.source, left.moments - crank_before.bare, anatomy, job, held.files
+        )
         check_corrections(claims, change, _first_number(before))
     else:
         claims.hold("outputs.solid")
@@ -85,7 +87,7 @@ def check_recut(held: Held) -> Checked:
     ends = Ends(reading, residual, old, new, (None, budget), hidden)
     factor = float(claims.get("balance_factor.target", float))
     claims.against(RECORD)
-    check_like(held, run.record_of(job, given.crank, factor, tolerance, ended(claims, ends, left)))
+    check_like(held, run.record_of(job, crank_before.crank, factor, tolerance, ended(claims, ends, left)))
     claims.against(BOTH)
     check_course(claims, ends, is_cut)
     claims.against(FILES)
@@ -167,11 +169,11 @@ def _factors(claims: Claims, job: Job, anatomy: Anatomy, reading: Unbalance, res
         part.near("mass_g", load.parts.bob_weight_g(target), load.parts.bob_weight_g(target))
         part.near("fit_g", fit, load.parts.bob_weight_g(target))
     for key, unbalance in (("initial", reading), ("final", residual)):
-        found = balance_factor(unbalance.resultant_g_mm - target * factor_direction_g_mm(loads), loads)
-        if found is None:
+        factor = balance_factor(unbalance.resultant_g_mm - target * factor_direction_g_mm(loads), loads)
+        if factor is None:
             claims.same(f"balance_factor.{key}", None)
         else:
-            claims.near(f"balance_factor.{key}", found, 10.0)
+            claims.near(f"balance_factor.{key}", factor, 10.0)
 
 
 def _stage(claims: Claims, residual: Unbalance, size_g_mm: float, before: Mapping[str, Any]) -> None:
@@ -190,8 +192,8 @@ def _stage(claims: Claims, residual: Unbalance, size_g_mm: float, before: Mappin
     last.near("predicted.unbalance_g_mm", residual.resultant_g_mm, size_g_mm, rounding)
     last.near("reading.unbalance_g_mm", _read(claims).resultant_g_mm, size_g_mm, rounding)
     for key, whole in (("predicted", "residual"), ("reading", "initial")):
-        told = {name: claims.get(whole, dict).get(name) for name in last.get(key, dict)}
-        last.at(key, last.get(key, dict)).alike(told, scale=0.01 * size_g_mm)
+        before_values = {name: claims.get(whole, dict).get(name) for name in last.get(key, dict)}
+        last.at(key, last.get(key, dict)).alike(before_values, scale=0.01 * size_g_mm)
     listed = before.get("stages") or [{"stage": 1, "serial": None, "outcome": before["outcome"]}]
     if len(stages) != len(listed) + 1:
         raise ClaimError(f"{claims.name}: stages has {len(stages)} entries; expected {len(listed) + 1}")
@@ -199,8 +201,8 @@ def _stage(claims: Claims, residual: Unbalance, size_g_mm: float, before: Mappin
         for key, value in each.items():
             if key != "report":
                 part.same(key, value)
-    told = {name: before["residual"].get(name) for name in last.get("expected", dict)}
-    last.at("expected", last.get("expected", dict)).alike(told, scale=0.01 * size_g_mm)
+    before_values = {name: before["residual"].get(name) for name in last.get("expected", dict)}
+    last.at("expected", last.get("expected", dict)).alike(before_values, scale=0.01 * size_g_mm)
 
 
 def _budget(claims: Claims, tolerance: Tolerance) -> Budget:

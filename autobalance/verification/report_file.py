@@ -73,9 +73,9 @@ def _not_a_number(word: str) -> float:
 
 
 def _each_once(pairs: Sequence[tuple[str, Any]]) -> dict[str, Any]:
-    found: dict[str, Any] = {}
+    entries: dict[str, Any] = {}
     for key, value in pairs:
-        if key in found:
+        if key in entries:
             raise ValueError(f"it has the key {key!r} twice in one object")
-        found[key] = value
-    return found
+        entries[key] = value
+    return entries

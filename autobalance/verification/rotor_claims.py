@@ -56,18 +56,18 @@ def check_loads(claims: Claims, job: Job, anatomy: Anatomy, crank: Moments) -> M
 
 
 def check_unbalance(
-    claims: Claims, key: str, found: Unbalance, tolerance: Tolerance, size_g_mm: float
+    claims: Claims, key: str, unbalance: Unbalance, tolerance: Tolerance, size_g_mm: float
 ) -> None:
     """Check an unbalance in all its forms: resultant, angle, moment, planes."""
-    claims.near(f"{key}.unbalance_g_mm", found.resultant_g_mm, size_g_mm, MOMENT_ROUNDING)
-    claims.near(f"{key}.magnitude_g_mm", found.magnitude_g_mm, size_g_mm, MOMENT_ROUNDING)
+    claims.near(f"{key}.unbalance_g_mm", unbalance.resultant_g_mm, size_g_mm, MOMENT_ROUNDING)
+    claims.near(f"{key}.magnitude_g_mm", unbalance.magnitude_g_mm, size_g_mm, MOMENT_ROUNDING)
     claimed = claims.array(f"{key}.unbalance_g_mm", (2,))
     angle = math.degrees(math.atan2(claimed[1], claimed[0]))
     claims.near_angle(f"{key}.angle_deg", angle, 360.0 * ROUNDING)
     places = [plane.z_mm for plane in tolerance.planes]
     span = (max(places) - min(places)) if places else 1.0
-    claims.near(f"{key}.moment_g_mm2", found.moment_g_mm2, size_g_mm * max(span, 1.0), MOMENT_ROUNDING)
-    vectors: Sequence[Array] = list(found.in_planes(places[0], places[1])) if places else []
+    claims.near(f"{key}.moment_g_mm2", unbalance.moment_g_mm2, size_g_mm * max(span, 1.0), MOMENT_ROUNDING)
+    vectors: Sequence[Array] = list(unbalance.in_planes(places[0], places[1])) if places else []
     for name, part, vector in zip("AB", claims.entries(f"{key}.planes", len(vectors)), vectors, strict=False):
         part.same("name", name)
         part.near("unbalance_g_mm", vector, size_g_mm, MOMENT_ROUNDING)
@@ -110,8 +110,8 @@ def check_assembly(
     """Check the sums of the parts that are put on, in their order."""
     if not job.assembly:
         return
-    found = staged_assembly(job, tolerance, residual)
-    for part, stage in zip(claims.entries("assembly", len(found)), found, strict=True):
+    stages = staged_assembly(job, tolerance, residual)
+    for part, stage in zip(claims.entries("assembly", len(stages)), stages, strict=True):
         total = np.array([stage.sum_g_mm.real, stage.sum_g_mm.imag])
         part.near("sum.unbalance_g_mm", total, size_g_mm, MOMENT_ROUNDING)
         part.near("permissible_g_mm", stage.permissible_g_mm, stage.permissible_g_mm)

@@ -26,7 +26,7 @@ def _pieces(metal: Solid, near_mm: float) -> list[Solid]:
 
 @dataclass(frozen=True, eq=False)
 class Found:
-    """What was found of a correction: its metal piece by piece, None where it cannot be told from another's.
+    """A correction's metal, piece by piece; None where it cannot be separated from another's.
 
     ``is_torn`` where it hangs together with so wide flaps of the file's rounding that all of it is as thin as
     they; ``skin`` is what went or came there where all of that is as thin as rounding.
@@ -38,7 +38,7 @@ class Found:
 
 
 def shared_out(
-    gone: tuple[Solid, Solid],
+    metal_gone: tuple[Solid, Solid],
     parts: Sequence[Claims],
     traces: Sequence[Trace | None],
     crank: Before,
@@ -48,7 +48,7 @@ def shared_out(
 
     Parameters
     ----------
-    gone : (Solid, Solid)
+    metal_gone : (Solid, Solid)
         The metal that went, and that came, rotor frame.
     parts, traces : sequences, one a correction
         What is listed of it, and what it must have left behind.
@@ -63,7 +63,7 @@ def shared_out(
     skins = [Solid.nothing()] * len(parts)
     for came in (False, True):
         candidates = [k for k, each in enumerate(adds) if each == came]
-        metal, mixed = gone[int(came)], []
+        metal, mixed = metal_gone[int(came)], []
         for piece in _pieces(metal, near_mm) if candidates else []:
             owners = [k for k in candidates if _holds(rooms[k], piece)]
             if len(owners) == 1 and not any(
@@ -87,16 +87,16 @@ def shared_out(
     touched: set[int] = set()
     for i, j in itertools.combinations(range(len(mine)), 2):
         touched |= _told_apart(parts, mine, i, j, near_mm)
-    found = [None if trace is None or k in touched else tuple(mine[k]) for k, trace in enumerate(traces)]
-    return [Found(pieces, k in torn, skins[k]) for k, pieces in enumerate(found)]
+    pieces_of = [None if trace is None or k in touched else tuple(mine[k]) for k, trace in enumerate(traces)]
+    return [Found(pieces, k in torn, skins[k]) for k, pieces in enumerate(pieces_of)]
 
 
-def _is_short(part: Claims, found: Sequence[Solid]) -> bool:
+def _is_short(part: Claims, pieces: Sequence[Solid]) -> bool:
     """Return whether less was found of a correction than is listed, or nothing."""
-    if not found:
+    if not pieces:
         return True
     listed: float = abs(part.get("removed_volume_mm3", float))
-    return listed - sum(piece.volume_mm3 for piece in found) > SHARE * listed
+    return listed - sum(piece.volume_mm3 for piece in pieces) > SHARE * listed
 
 
 NOTHING = 1e-9

@@ -45,8 +45,8 @@ class Files:
         """Return what ``work`` returns, or returned for the same key before."""
         if key not in self._known:
             self._known[key] = work()
-        found: T = self._known[key]
-        return found
+        value: T = self._known[key]
+        return value
 
     def read(
         self,
@@ -148,8 +148,8 @@ def measured_solid(claims: Claims, folder: Path, job: Job, anatomy: Anatomy) -> 
     """
     files = Files()
     left = measured_files(claims, folder, job, anatomy.file_to_rotor, files)
-    given = check_input(claims, folder, job, anatomy, files)
-    hidden = hidden_part(claims, job, anatomy, given, left.soup)
+    crank_before = check_input(claims, folder, job, anatomy, files)
+    hidden = hidden_part(claims, job, anatomy, crank_before, left.soup)
     return left.moments + hidden + pressed_in(claims)
 
 
@@ -175,22 +175,22 @@ def measured_again(claims: Claims, source: Source, job: Job, frame: Array) -> fl
     """
     density = job.crankshaft.density_g_mm3
     one, other = source.moments(density, frame), slice_moments(source.solid.mesh, density, frame)
-    needed, way = ROUNDING, "tetrahedra"
+    bound, way = ROUNDING, "tetrahedra"
     refuse_overlap_exactly(source.solid)
     if source.exact is not None:
         hidden = estimate_chordal_error(source.solid.mesh, density, frame)
         other, way = other + hidden.missing, "true surfaces"
         far_mm2 = float((source.solid.mesh.moved(frame).vertices ** 2).sum(axis=1).max())
         mean_mm2 = float(np.trace(one.second_g_mm2)) / one.mass_g
-        needed += FACET_BARS * hidden.mass_bar_g / one.mass_g * far_mm2 / mean_mm2
-    found = agreement(one, other)
-    if not found <= needed:
+        bound += FACET_BARS * hidden.mass_bar_g / one.mass_g * far_mm2 / mean_mm2
+    difference = agreement(one, other)
+    if not difference <= bound:
         raise ClaimError(
-            f"{claims.name}: moments from {way} and from slices differ by {found:.3g} of their size; "
-            f"expected {needed:.3g}"
+            f"{claims.name}: moments from {way} and from slices differ by {difference:.3g} of their size; "
+            f"expected {bound:.3g}"
         )
-    claims.note(f"moments from {way} and from slices", 0.0, found, needed)
-    return found
+    claims.note(f"moments from {way} and from slices", 0.0, difference, bound)
+    return difference
 
 
 def size_of(source: Source, crank: Moments) -> float:
@@ -270,14 +270,14 @@ def check_input(claims: Claims, folder: Path, job: Job, anatomy: Anatomy, files:
     else:
         claims.ledger.why_not["input.file"] = f"it was found as {path}"
     hints = crankshaft.overrides
-    found = files.once(
+    anatomy_found = files.once(
         ("recognised", id(source), repr(hints)), lambda: measured_crank.recognised(source, hints)
     )
-    return check_crank(claims, job, source, found, anatomy.file_to_rotor, files)
+    return check_crank(claims, job, source, anatomy_found, anatomy.file_to_rotor, files)
 
 
 def check_crank(
-    claims: Claims, job: Job, source: Source, found: Anatomy, frame: Array, files: Files
+    claims: Claims, job: Job, source: Source, anatomy_found: Anatomy, frame: Array, files: Files
 ) -> Given:
     """Check the mass properties of a crank before correction, as it was recognised; return it.
 
@@ -285,7 +285,9 @@ def check_crank(
     """
     density = job.crankshaft.density_g_mm3
     key = ("crank", id(source), density, job.balance.margin, job.balance.facet_correction)
-    crank = files.once(key, lambda: measured_crank.measured_source(source, found, density, job.balance))
+    crank = files.once(
+        key, lambda: measured_crank.measured_source(source, anatomy_found, density, job.balance)
+    )
     bare = source.moments(density, frame)
     added = Moments.zero()
     if crank.facets is not None:
@@ -317,13 +319,15 @@ def hidden_part(claims: Claims, job: Job, anatomy: Anatomy, given_in: Given, sou
     before = correction.part(facets.missing)
     left = correction.left(facets, anatomy)
     after = before if soup is None or left is None else left(soup)
-    for name, found in (("before", before), ("after", after)):
+    for name, moments in (("before", before), ("after", after)):
         size = facets.gross_mass_g * source.solid.mesh.diagonal_mm
-        claims.near(f"{key}.{name}.mass_g", found.mass_g, facets.gross_mass_g)
-        claims.near(f"{key}.{name}.unbalance_g_mm", found.first_g_mm[:2], size)
+        claims.near(f"{key}.{name}.mass_g", moments.mass_g, facets.gross_mass_g)
+        claims.near(f"{key}.{name}.unbalance_g_mm", moments.first_g_mm[:2], size)
         reach = size * source.solid.mesh.diagonal_mm
-        claims.near(f"{key}.{name}.moment_g_mm2", found.second_g_mm2[:2, 2], reach)
-        claims.near(f"{key}.{name}.polar_inertia_kg_mm2", found.polar_inertia_g_mm2 / 1000.0, reach / 1000.0)
+        claims.near(f"{key}.{name}.moment_g_mm2", moments.second_g_mm2[:2, 2], reach)
+        claims.near(
+            f"{key}.{name}.polar_inertia_kg_mm2", moments.polar_inertia_g_mm2 / 1000.0, reach / 1000.0
+        )
     return after
 
 

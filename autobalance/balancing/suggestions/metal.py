@@ -52,7 +52,7 @@ def suggested_metal(
         Whether turning the rims is asked, too.
     """
     webs = [_CounterweightWeb.of(solid, web, towards, aim) for web, towards in aim.webs()]
-    found: list[Suggestion] = []
+    suggestions: list[Suggestion] = []
     refused: list[Refused] = []
     ways: tuple[tuple[str, Callable[[], Suggestion]], ...] = (
         ("hole", lambda: _bored(webs, aim, density_g_mm3, 0.0)),
@@ -63,10 +63,10 @@ def suggested_metal(
         try:
             if not webs:
                 raise CorrectionError("no web carries a counterweight that counts")
-            found.append(way())
+            suggestions.append(way())
         except CorrectionError as error:
             refused.append(Refused(kind, str(error)))
-    return found, refused
+    return suggestions, refused
 
 
 @dataclass(frozen=True, eq=False)
@@ -197,14 +197,14 @@ def _bored(webs: Sequence[_CounterweightWeb], aim: Aim, density: float, heavy: f
 
 
 def _seats(webs: Sequence[_CounterweightWeb], diameter_mm: float, side: float) -> list[_Seat]:
-    found = []
+    seats = []
     for web in webs:
         places = web.places(diameter_mm, side)
         if places:
             low, high = web.column(places[0], diameter_mm)
             if high - low > FLOOR_MM:
-                found.append(_Seat(web, tuple(places), diameter_mm, side, high - low - FLOOR_MM))
-    return found
+                seats.append(_Seat(web, tuple(places), diameter_mm, side, high - low - FLOOR_MM))
+    return seats
 
 
 Seats = dict[float, list[_Seat]]
@@ -227,17 +227,17 @@ def _depths(seats: Seats, aim: Aim, missing: Missing, effect_g_mm3: float) -> di
     sign = 1.0 if effect_g_mm3 > 0.0 else -1.0
     verb = "added" if sign < 0.0 else "taken away"
     product, inertia = sign * missing.product_g_mm, missing.inertia_g_mm2
-    needed = {-1.0: max(product, 0.0), 1.0: max(-product, 0.0)}
+    needs = {-1.0: max(product, 0.0), 1.0: max(-product, 0.0)}
     if inertia is not None:
         if not (seats[-1.0] and seats[1.0]):
             raise _NoRoomError("there is no room for bores on both sides of the axis; expected both")
         j = {side: _mean_square_over_arm(seats[side]) for side in (-1.0, 1.0)}
         away = (sign * inertia + product * j[1.0]) / (j[-1.0] + j[1.0])
-        needed = {-1.0: away, 1.0: away - product}
-        if min(needed.values()) < -1e-9 * max(map(abs, needed.values())):
+        needs = {-1.0: away, 1.0: away - product}
+        if min(needs.values()) < -1e-9 * max(map(abs, needs.values())):
             raise CorrectionError(f"metal would have to be {verb}")
     depths = {}
-    for side, amount in needed.items():
+    for side, amount in needs.items():
         if amount <= 0.0:
             continue
         mine = seats[side]
@@ -294,12 +294,12 @@ def _more(
         grams = [(each, each.mass_per_mm(effect)) for each in seats[side]]
         product = sum(-side * mass * each.arm_mm * _share(each, aim) for each, mass in grams)
         rows.append((product, sum(mass * each.square_mm2 for each, mass in grams)))
-    matrix, wanted = np.array(rows).T, np.array([missing.product_g_mm, missing.inertia_g_mm2 or 0.0])
+    matrix, target = np.array(rows).T, np.array([missing.product_g_mm, missing.inertia_g_mm2 or 0.0])
     if missing.inertia_g_mm2 is None or len(sides) == 1:
         keep = 0 if missing.inertia_g_mm2 is None or aim.direction is not None else 1
-        matrix, wanted = matrix[keep : keep + 1], wanted[keep : keep + 1]
-    found = np.linalg.lstsq(matrix, wanted, rcond=None)[0]
-    return {side: float(each) for side, each in zip(sides, found, strict=True)}
+        matrix, target = matrix[keep : keep + 1], target[keep : keep + 1]
+    amounts = np.linalg.lstsq(matrix, target, rcond=None)[0]
+    return {side: float(each) for side, each in zip(sides, amounts, strict=True)}
 
 
 def _cut(

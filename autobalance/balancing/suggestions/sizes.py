@@ -47,15 +47,15 @@ def suggested_sizes(design: Design, aim: Aim) -> tuple[list[Suggestion], list[Re
         With the drawn crank's own moments as its start.
     """
     here = _measured(design)
-    found: list[Suggestion] = []
+    suggestions: list[Suggestion] = []
     refused: list[Refused] = []
     for keys in _sets(design, aim):
         kind = "_and_".join(NAMES[key].replace(" ", "_") for key in keys)
         try:
-            found.append(_tried(design, aim, keys, kind, here))
+            suggestions.append(_tried(design, aim, keys, kind, here))
         except AutobalanceError as error:
             refused.append(Refused(kind, str(error)))
-    return found, refused
+    return suggestions, refused
 
 
 def _sets(design: Design, aim: Aim) -> list[tuple[str, ...]]:
@@ -143,16 +143,16 @@ class _Levers:
         scale = np.maximum(np.abs(base), np.abs(change))[rows] + 1e-9
 
         def left(x: Array) -> Array:
-            found: Array = (self._closed(x)[rows] - base[rows] - change[rows]) / scale
-            return found
+            residuals: Array = (self._closed(x)[rows] - base[rows] - change[rows]) / scale
+            return residuals
 
         inside = np.clip(start, low + 1e-6 * (high - low), high - 1e-6 * (high - low))
-        found = least_squares(
+        solution = least_squares(
             left, inside, bounds=(low, high), x_scale=high - low, xtol=1e-15, ftol=1e-15, gtol=1e-15
         )
-        if float(np.abs(found.fun).max()) > REACHED:
-            raise JobError(self._short(found.x, rows, base, change))
-        return tuple(round(float(each), DIGITS) for each in found.x)
+        if float(np.abs(solution.fun).max()) > REACHED:
+            raise JobError(self._short(solution.x, rows, base, change))
+        return tuple(round(float(each), DIGITS) for each in solution.x)
 
     def _short(self, values: Array, rows: list[int], base: Array, change: Array) -> str:
         got = self._closed(values) - base

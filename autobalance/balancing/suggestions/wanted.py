@@ -103,7 +103,7 @@ class Aim:
     per_factor_g_mm: float
 
     @classmethod
-    def of(cls, wanted: Wanted, start: Moments, anatomy: Anatomy, engine: EngineParts | None) -> Aim:
+    def of(cls, target: Wanted, start: Moments, anatomy: Anatomy, engine: EngineParts | None) -> Aim:
         """Return the aim for a crank with an engine's weights, if any are known.
 
         Raises
@@ -114,9 +114,9 @@ class Aim:
         loads = () if engine is None else throw_loads(anatomy, engine)
         attached = Moments.zero() if engine is None else attached_moments(engine.attached)
         factor = None if engine is None else crank_factor(start, loads, attached)
-        if wanted.balance_factor is not None and engine is None:
+        if target.balance_factor is not None and engine is None:
             raise JobError("suggest.balance_factor needs the weights on the throws, [engine]")
-        if wanted.balance_factor is not None and factor is None:
+        if target.balance_factor is not None and factor is None:
             raise JobError(
                 "suggest.balance_factor: the throws cancel each other out, so the crank has no balance factor"
             )
@@ -125,9 +125,9 @@ class Aim:
         else:
             along = sum((throw.direction for throw in anatomy.throws), np.zeros(2))
             if float(np.linalg.norm(along)) < LEAST_DIRECTION * len(anatomy.throws):
-                return cls(wanted, start, anatomy, loads, attached, None, 0.0)
+                return cls(target, start, anatomy, loads, attached, None, 0.0)
         size = float(np.linalg.norm(along))
-        return cls(wanted, start, anatomy, loads, attached, along / size, 0.0 if factor is None else size)
+        return cls(target, start, anatomy, loads, attached, along / size, 0.0 if factor is None else size)
 
     def factor(self, moments: Moments) -> float | None:
         """Return the balance factor of a crank with these moments; None where there is none."""
@@ -148,8 +148,8 @@ class Aim:
             product = (self.wanted.balance_factor - factor) * self.per_factor_g_mm
         else:
             product = self.product_g_mm(self.start.first_g_mm[:2] - moments.first_g_mm[:2])
-        wanted = self.wanted.inertia_g_mm2
-        return Missing(product, None if wanted is None else wanted - moments.polar_inertia_g_mm2)
+        target = self.wanted.inertia_g_mm2
+        return Missing(product, None if target is None else target - moments.polar_inertia_g_mm2)
 
     def reached(self, moments: Moments, slack: float = REACHED) -> bool:
         """Whether moments are near to what is wanted; ``slack`` 1: as near as trials go."""
@@ -168,10 +168,10 @@ class Aim:
 
     def webs(self) -> list[tuple[Web, Array]]:
         """Return those of them that count towards the factor; all where there is none."""
-        found = self.counterweights()
+        webs = self.counterweights()
         if self.direction is None:
-            return found
-        return [(web, towards) for web, towards in found if float(towards @ self.direction) > ALONG]
+            return webs
+        return [(web, towards) for web, towards in webs if float(towards @ self.direction) > ALONG]
 
 
 @dataclass(frozen=True)

@@ -1,7 +1,7 @@
 """Triangles over a plane region: from which on do they share more than an area with it."""
 
 # Needed by a crank whose equal faces got depths of 9.1, 14.2 and 18.3 mm, the last through its main journal:
-# a summit over a wall lies on a section's outline, where rounding told whether it was inside.
+# a summit over a wall lies on a section's outline, where rounding decided whether it was inside.
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from autobalance.types import Array, Indices
 CUT_MOST = 1000
 """Triangles on the outline of a region that are cut to it to know the area they share with it."""
 CELLS_LEAST, CELLS_MOST = 64, 1024
-"""Of the grid on which triangles are told apart: about as small as they are."""
+"""Of the grid on which triangles are distinguished: about as small as they are."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -30,7 +30,7 @@ class Cover:
     def area_over(self, area_mm2: float) -> int | None:
         """Return how many of the triangles, from the first, share more than an area with the region.
 
-        Only those near its outline must be cut to it; of many small ones, corners and middle tell.
+        Only those near its outline must be cut to it; of many small ones, corners and middle are enough.
         """
         if self.region.is_empty or not len(self.corners):
             return None
@@ -52,7 +52,7 @@ class Cover:
         return int(met[count - 1]) + 1 if count <= len(met) else None
 
     def held(self) -> NDArray[np.bool_]:
-        """Tell of each triangle whether it lies inside for sure."""
+        """Return of each triangle whether it lies inside for sure."""
         if self.region.is_empty or not len(self.corners):
             return np.zeros(len(self.corners), dtype=bool)
         return Raster.of(self.region.polygons).holds(*_boxes(self.corners))

@@ -11,7 +11,7 @@ from numpy.polynomial import chebyshev
 from autobalance.types import Array
 
 NODES = (5, 9)
-"""Samples of a piece, and how many where that is too few: every other one alone must tell those between."""
+"""Samples of a piece, and how many where that is too few: every other one must predict those between."""
 CLOSE = 1e-5
 """By how much these may be off, as a share of the greatest: all together are far nearer."""
 SPLITS = 3
@@ -22,7 +22,7 @@ SPLITS = 3
 class _Rule:
     """A number of samples at Chebyshev's places, from −1 to 1; every other one is a smaller rule's too.
 
-    ``fit`` makes coefficients of samples; ``check`` tells the samples between every other one from these.
+    ``fit`` makes coefficients of samples; ``check`` predicts the samples between every other one from these.
     """
 
     places: Array
@@ -89,8 +89,8 @@ class DepthCurve:
         for rule in _RULES:
             depths = [start, *(middle + half * float(place) for place in rule.places[1:-1]), end]
             sampled |= {depth: self._sample(depth) for depth in depths if depth not in sampled}
-            found = np.stack([sampled[depth] for depth in depths])
-            off = np.abs(rule.check @ found[::2] - found[1::2])
+            exact = np.stack([sampled[depth] for depth in depths])
+            off = np.abs(rule.check @ exact[::2] - exact[1::2])
             if is_close := bool((off <= CLOSE * self._scale).all()):
                 break
         if splits and not is_close:
@@ -100,7 +100,7 @@ class DepthCurve:
             self._add(start, middle, splits - 1)
             self._add(middle, end, splits - 1)
             return
-        value = rule.fit @ found
+        value = rule.fit @ exact
         integral: Array = half * chebyshev.chebint(value, lbnd=-1.0).astype(np.float64)
         if self._pieces:
             integral[0] += self._pieces[-1].integral.sum(axis=0)  # all the polynomials are 1 at 1

@@ -100,7 +100,7 @@ class _Search:
     def depth_beside_mm(self, deepest_mm: float, wall_mm: float) -> float | None:
         """Return the depth of the next surface behind metal that is cut, down to a depth, beside the face.
 
-        Where metal widens under the face, its sections tell, each of what lies below it.
+        Where metal widens under the face, its sections show it, each what lies below it.
         """
         layer = self.layer
         rows = self._within_room(self._backward(deepest_mm + wall_mm))
@@ -116,9 +116,9 @@ class _Search:
         for number, depth in enumerate(depths.tolist()):
             shadow = shadow + layer.kept(depth)
             some = rows[group == number]
-            found = self._first_behind(shadow, some)
-            if found is not None:
-                return self._depth_mm(some[found])
+            behind = self._first_behind(shadow, some)
+            if behind is not None:
+                return self._depth_mm(some[behind])
         return None
 
     def _backward(self, deepest_mm: float) -> Indices:
@@ -177,7 +177,7 @@ class _Search:
     def merge_mm(self, deepest_mm: float) -> float | None:
         """Return the greatest depth at which no other raised part is one with the section.
 
-        Parts of a section meet where the surface has a saddle, so sections just under saddles tell at which,
+        Parts of a section meet where the surface has a saddle, so sections just under saddles show at which,
         and one just above it confirms that. Parts that the tool's room keeps apart may meet elsewhere; then
         the interval is halved.
         """

@@ -97,7 +97,7 @@ class Layer:
         return np.flatnonzero(self.leans <= BACKWARD * self.areas)
 
     def is_thick(self, rows: Indices) -> NDArray[np.bool_]:
-        """Tell of some triangles which are no slivers lower than rounding, which face nowhere."""
+        """Return which of some triangles are no slivers lower than rounding, which face nowhere."""
         thick: NDArray[np.bool_] = self.areas.take(rows) > self.grain_mm * longest_sides(self.corners(rows))
         return thick
 

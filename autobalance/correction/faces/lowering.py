@@ -18,15 +18,15 @@ NARROWER = (1.0, 0.5, 0.2, 0.1, 0.04)
 
 
 def lowering(layer: FaceLayer, depth_mm: float, to_rotor: Array, within: Shape | None) -> Lowering:
-    """Return the tool that lowers a face; what stands on the face is for the exact solid to tell.
+    """Return the tool that lowers a face; what stands on the face, the exact solid knows.
 
     Raises
     ------
     CorrectionError
         If other metal stands so near that the tool has no room between.
     """
-    taken = layer.taken(depth_mm)
-    low, high = taken.bounds
+    metal = layer.taken(depth_mm)
+    low, high = metal.bounds
     low, high = (low - BESIDE_MM).tolist(), (high + BESIDE_MM).tolist()
     bottom, seed = layer.height_mm - depth_mm, layer.outline.inner_point()
     spared = layer.spared(depth_mm) & Region.rectangle(low, high)
@@ -36,12 +36,12 @@ def lowering(layer: FaceLayer, depth_mm: float, to_rotor: Array, within: Shape |
         face_mm=layer.height_mm,
         low_mm=bottom,
         seed=(float(seed[0]), float(seed[1])),
-        spared=clear_of(spared, taken, (bottom - 1.0, layer.height_mm + 1.0)),
+        spared=clear_of(spared, metal, (bottom - 1.0, layer.height_mm + 1.0)),
         within=within,
     )
 
 
-def clear_of(spared: Region, taken: Region, heights_mm: tuple[float, float]) -> tuple[Shape, ...]:
+def clear_of(spared: Region, metal: Region, heights_mm: tuple[float, float]) -> tuple[Shape, ...]:
     """Return prisms around metal to spare, whose walls run through air, well clear of its own surface.
 
     Slivers are left out: those lie between the facets of what stands on the face and the tool's outline.
@@ -51,7 +51,7 @@ def clear_of(spared: Region, taken: Region, heights_mm: tuple[float, float]) -> 
         return ()
     for share in NARROWER:
         grown = spared.grown(share * BESIDE_MM).simplified(0.25 * share * BESIDE_MM)
-        if (grown & taken).is_empty:
+        if (grown & metal).is_empty:
             return tuple(_prism(piece, heights_mm) for piece in grown.pieces())
     raise CorrectionError(
         f"other metal is nearer to the face than {NARROWER[-1] * BESIDE_MM:g} mm; no tool fits between them"

@@ -215,7 +215,7 @@ def _snapped(heavy: Array, anatomy: Anatomy, face: Face) -> Array:
 def half_plane_worth(mesh: Mesh, anatomy: Anatomy, face: Face, direction: Array) -> tuple[float, float, bool]:
     """Return first moment and area, as seen along z, of the part of a face on the side of ``direction`` (2,).
 
-    Triangles count whole, by their centroid; the third value tells whether the face reaches over to the other
+    Triangles count whole, by their centroid; the third value is whether the face reaches over to the other
     side by more than a stray.
     """
     frame = anatomy.file_to_rotor

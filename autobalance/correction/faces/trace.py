@@ -143,7 +143,7 @@ class FaceTrace:
         """Return the sector as the metal between two heights shows it.
 
         Nothing where the metal ends before the sector does, or is too thin to show an edge. Where only one of
-        its edges shows and is another than listed, that one is told.
+        its edges shows and is another than listed, that one is reported.
         """
         if abs(heights_mm[0] - heights_mm[1]) < EDGE_MM:
             return {}
@@ -233,16 +233,16 @@ def _edge_deg(
     facets = _radial_facets(layer, side, metal.near_mm)
     if listed_deg is not None and _area_at(*facets, listed_deg) >= EDGE_MM2:
         return listed_deg
-    found = {float(angle): _area_at(*facets, angle) for angle in facets[0]}
-    found = {
+    area_at = {float(angle): _area_at(*facets, angle) for angle in facets[0]}
+    area_at = {
         angle: area
-        for angle, area in found.items()
+        for angle, area in area_at.items()
         if area >= EDGE_MM2 and (other_deg is None or _apart_deg(angle, other_deg) > EDGE_DEG)
     }
-    if found:
+    if area_at:
         own = _radial_facets(metal.crank.corners, side, metal.near_mm)
-        found = {angle: area for angle, area in found.items() if _area_at(*own, angle) < EDGE_MM2}
-    return max(found, key=found.__getitem__, default=None)
+        area_at = {angle: area for angle, area in area_at.items() if _area_at(*own, angle) < EDGE_MM2}
+    return max(area_at, key=area_at.__getitem__, default=None)
 
 
 def _area_at(angles: Array, areas: Array, angle: float) -> float:

@@ -79,10 +79,10 @@ def under_face(
     """Return what lies under a face; the same as before where it was looked at before, as deep."""
     seen = _SEEN.setdefault(mesh, {})
     key = (face, (to_face @ anatomy.file_to_rotor).tobytes(), down_to_mm, grain_mm)
-    found = seen.get(key)
-    if found is None:
-        found = UnderFace.of(mesh, anatomy, face, to_face, down_to_mm, grain_mm)
+    known = seen.get(key)
+    if known is None:
+        known = UnderFace.of(mesh, anatomy, face, to_face, down_to_mm, grain_mm)
         for oldest in list(seen)[: max(0, len(seen) - KEPT + 1)]:
             seen.pop(oldest, None)  # another thread may have done it
-        seen[key] = found
-    return found
+        seen[key] = known
+    return known

@@ -59,11 +59,11 @@ class HoleCut(WalledCut):
         return self.hole.exact_body(depth_mm)
 
 
-def direction_at(wanted: Towards) -> Callable[[float], Array]:
-    """Return the direction wanted at a z, whichever way it is told."""
-    if callable(wanted):
-        return wanted
-    fixed = np.asarray(wanted, dtype=np.float64)
+def direction_at(target: Towards) -> Callable[[float], Array]:
+    """Return the target direction as a function of z, whichever way it is given."""
+    if callable(target):
+        return target
+    fixed = np.asarray(target, dtype=np.float64)
     return lambda _: fixed
 
 

@@ -125,9 +125,9 @@ def _cap(surface: Surface, rim: Indices, bore: Bore) -> Array:
 
 def _places(surface: Surface, rim: Indices) -> tuple[Array, Array]:
     """Return the starts and ends (k, 3) of a rim's edges."""
-    wanted, number = np.unique(rim, return_inverse=True)
+    rims, number = np.unique(rim, return_inverse=True)
     flat = surface.vertex.reshape(-1)
     order = np.argsort(flat, kind="stable")
-    first = order[np.searchsorted(flat[order], wanted)]
+    first = order[np.searchsorted(flat[order], rims)]
     corner = surface.corners.reshape(-1, 3)[first][number.reshape(-1, 2)]
     return corner[:, 0], corner[:, 1]

@@ -67,13 +67,13 @@ class Site:
         return out - (radius_mm / math.tan(half_point_rad) if self.least_radius_mm else 0.0)
 
 
-def site_angles(sectors_deg: Sectors, wanted: Array, effort: int = 0) -> Array:
+def site_angles(sectors_deg: Sectors, target: Array, effort: int = 0) -> Array:
     """Return the angles [rad] tried on a web: a grid about the direction wanted, in the sectors.
 
     The grid does not depend on the sectors: a wider one has every place of a narrower one, and more. More
     effort takes a finer grid, and so do sectors that hold next to nothing of a coarse one.
     """
-    towards = math.degrees(math.atan2(float(wanted[1]), float(wanted[0])))
+    towards = math.degrees(math.atan2(float(target[1]), float(target[0])))
     inside: list[float] = []
     for step in GRIDS_DEG[effort:]:
         grid = (towards + step * k for k in range(round(360.0 / step)))
@@ -198,7 +198,7 @@ def _rim(near: Surface, web: Web, angle: float) -> _Rim | None:
 
 
 def _outline(near: Surface, angle: float) -> Callable[[float], float]:
-    """Return what tells how far the metal reaches out at an angle, for a z [mm]; 0 where there is none."""
+    """Return a function of how far the metal reaches out at an angle, for a z [mm]; 0 where there is none."""
     r_hat = np.array([math.cos(angle), math.sin(angle), 0.0])
     tangent = np.array([-r_hat[1], r_hat[0], 0.0])
     corners = near.corners[near.beside_plane(r_hat, tangent)]

@@ -49,7 +49,7 @@ class PressedIn(WalledCut, ABC):
         return self.slug if depth_mm > 0.0 else Moments.zero()
 
     def details(self, diameter_mm: float, axis: Axis, **own: Any) -> dict[str, Any]:
-        """Return what the report tells of any slug, and what only this one has."""
+        """Return what the report lists of any slug, and what only this one has."""
         slug, limits = self.slug, self.limits
         return {
             "direction": limits.direction,

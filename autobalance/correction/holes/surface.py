@@ -21,7 +21,7 @@ from autobalance.types import Array, Indices
 CONTINUATION_RAD = math.radians(40.0)
 """A surface that turns further away from the drill than this is another surface (a 45° chamfer is)."""
 BLOCK = 256
-"""Triangles of a block: neighbours in the mesh's order, so that one box tells of all that a line misses."""
+"""Triangles of a block: neighbours in the mesh's order, so that one box rules out all that a line misses."""
 SAMPLES = 2000
 BESIDE_MM = 1e-3
 """A line meets no triangle that stays further away from it than this; ample for rounding."""
@@ -63,7 +63,7 @@ class Surface:
     """Triangles of the crank's boundary in the rotor frame.
 
     ``corners`` (m, 3, 3) and ``centre`` (m, 3), ``reach`` (m,) the distance of the farthest corner from it;
-    ``vertex`` (m, 3) tells which corners are one point.
+    ``vertex`` (m, 3) is which corners are one point.
     """
 
     corners: Array
@@ -220,7 +220,7 @@ class Surface:
 
 
 def _facing(corners: Array, axis: Axis) -> NDArray[np.bool_]:
-    """Tell which triangles (m, 3, 3) face a drill along an axis within `CONTINUATION_RAD`."""
+    """Return which triangles (m, 3, 3) face a drill along an axis within `CONTINUATION_RAD`."""
     ux, uy, uz = (corners[:, 1] - corners[:, 0]).T
     vx, vy, vz = (corners[:, 2] - corners[:, 0]).T
     x, y, z = uy * vz - uz * vy, uz * vx - ux * vz, ux * vy - uy * vx
@@ -256,7 +256,7 @@ def edge_pairs(vertex: Indices) -> tuple[Indices, Indices]:
 
 
 def _connected(vertex: Indices, start: int) -> NDArray[np.bool_]:
-    """Tell which triangles hang together with triangle ``start`` through shared edges."""
+    """Return which triangles hang together with triangle ``start`` through shared edges."""
     label = components(np.stack(edge_pairs(vertex), axis=1), len(vertex))
     same: NDArray[np.bool_] = label == label[start]
     return same

@@ -65,17 +65,17 @@ class HoleTrace:
 
     def _tool(self, axis: Axis) -> dict[str, Any]:
         """Return what follows of the tool's body: its volume, and where a deepened hole was entered first."""
-        found: dict[str, Any] = {"entry_mm": None}
+        values: dict[str, Any] = {"entry_mm": None}
         if self.item.get("deepened_from_mm") is not None:
-            found["entry_mm"] = axis.entry_mm - stated_number(self.item, "deepened_from_mm") * axis.inward
+            values["entry_mm"] = axis.entry_mm - stated_number(self.item, "deepened_from_mm") * axis.inward
         if not self.takes_metal:
-            return found | {"entry_lift_mm": 0.0, "tool_volume_mm3": 0.0}
+            return values | {"entry_lift_mm": 0.0, "tool_volume_mm3": 0.0}
         if "entry_lift_mm" not in self.item:
-            return found
+            return values
         radius, depth = 0.5 * stated_size(self.item, "diameter_mm"), stated_size(self.item, "depth_mm")
         lift = stated_number(self.item, "entry_lift_mm")
         point = radius * math.cos(self.half_point_rad) / math.sin(self.half_point_rad)
-        return found | {"tool_volume_mm3": math.pi * radius**2 * (depth + lift + point / 3.0)}
+        return values | {"tool_volume_mm3": math.pi * radius**2 * (depth + lift + point / 3.0)}
 
     def room(self, crank: Before) -> Solid:
         """All around the axis, down to the tip; its mouth may be higher than the entry."""
@@ -142,12 +142,14 @@ class DrillTrace(HoleTrace):
 
     def read(self, metal: Metal) -> Mapping[str, Any]:
         """Also the point, and what one more millimetre takes."""
-        found = dict(super().read(metal))
-        radius, point = 0.5 * found["diameter_mm"], found["point_mm"]
+        values = dict(super().read(metal))
+        radius, point = 0.5 * values["diameter_mm"], values["point_mm"]
         half = math.atan2(radius, point)
-        hole = Hole(Axis(found["position_mm"], found["inward"]), radius, half, 0.0, Moments.zero(), 0.0, 0.0)
-        rate = hole.rate(found["depth_mm"]).scaled(-metal.density_g_mm3)
-        return {**found, "point_angle_deg": 2.0 * math.degrees(half), **rates(rate)}
+        hole = Hole(
+            Axis(values["position_mm"], values["inward"]), radius, half, 0.0, Moments.zero(), 0.0, 0.0
+        )
+        rate = hole.rate(values["depth_mm"]).scaled(-metal.density_g_mm3)
+        return {**values, "point_angle_deg": 2.0 * math.degrees(half), **rates(rate)}
 
 
 @dataclass(frozen=True)
@@ -183,22 +185,22 @@ class SlugTrace(HoleTrace):
         """Read the bore off the metal; the slug from its size."""
         inward, length = stated_unit(self.item, "inward"), stated_number(self.item, "length_mm")
         density = stated_number(self.item, "density_kg_m3") * G_PER_MM3_PER_KG_M3
-        found: dict[str, Any] = {}
+        values: dict[str, Any] = {}
         entry, depth = stated_vector(self.item, "position_mm"), stated_number(self.item, "depth_mm")
         radius = 0.5 * stated_number(self.item, "diameter_mm")
         if self.takes_metal:
-            found |= super().read(metal)
-            del found["point_mm"]
-            entry, depth, radius = found["position_mm"], found["depth_mm"], 0.5 * found["diameter_mm"]
+            values |= super().read(metal)
+            del values["point_mm"]
+            entry, depth, radius = values["position_mm"], values["depth_mm"], 0.5 * values["diameter_mm"]
         centre = entry + (depth - 0.5 * length) * inward
         mass = math.pi * radius**2 * length * density
-        found |= {"slug_mass_g": mass, "slug_centre_mm": centre}
-        found["centrifugal_load_N"] = mass * math.hypot(*centre[:2]) * 1e-6 * metal.service_speed_rad_s**2
-        found["point_angle_deg"] = 2.0 * math.degrees(FLAT_RAD)
+        values |= {"slug_mass_g": mass, "slug_centre_mm": centre}
+        values["centrifugal_load_N"] = mass * math.hypot(*centre[:2]) * 1e-6 * metal.service_speed_rad_s**2
+        values["point_angle_deg"] = 2.0 * math.degrees(FLAT_RAD)
         if not self.takes_metal:
             web = web_at(metal.crank.anatomy, float(centre[2]))
-            return {**found, "web": web, **rates(Moments.zero())}
+            return {**values, "web": web, **rates(Moments.zero())}
         turn = np.outer(inward, mass * centre)
         sunk = Moments(0.0, mass * inward, turn + turn.T)
         hole = Hole(Axis(entry, inward), radius, FLAT_RAD, 0.0, Moments.zero(), 0.0, 0.0)
-        return {**found, **rates(sunk - hole.rate(depth).scaled(metal.density_g_mm3))}
+        return {**values, **rates(sunk - hole.rate(depth).scaled(metal.density_g_mm3))}

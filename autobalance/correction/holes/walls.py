@@ -80,7 +80,7 @@ def greatest_depth_mm(others: Array, radius_mm: float, room: HoleLimits) -> floa
 def _deciding(others: Array, a: float, room: HoleLimits, front_mm: float) -> tuple[float, Array]:
     """Return the depth that single corners allow, and the triangles (k, 3, 3) that may allow less.
 
-    The boxes around the triangles tell that of all others: few of a fine mesh are left.
+    The boxes around the triangles show that of all others: few of a fine mesh are left.
     """
     (low_x, high_x), (low_y, high_y), (low, high) = (
         (np.minimum(np.minimum(p, q), r), np.maximum(np.maximum(p, q), r))

@@ -104,10 +104,10 @@ def pockets(free: Region, towards_rad: float, cutter_mm: float, sectors_deg: Sec
             if reach is None:
                 continue
             for inner in (reach[0], max(reach[0], reach[1] - NARROW_CUTTERS * cutter_mm)):
-                found = _fitted(Pocket(inner, reach[1], start, end, corner), free)
-                if found is not None and (key := (found.inner_mm, found.outer_mm, start, end)) not in seen:
+                pocket = _fitted(Pocket(inner, reach[1], start, end, corner), free)
+                if pocket is not None and (key := (pocket.inner_mm, pocket.outer_mm, start, end)) not in seen:
                     seen.add(key)
-                    yield found
+                    yield pocket
 
 
 def _common_reach(free: Region, start_rad: float, end_rad: float) -> tuple[float, float] | None:
@@ -126,15 +126,15 @@ def _crossings(region: Region, angle_rad: float) -> list[float]:
     """Return where a ray from the axis crosses an outline, outward; 0 first where it starts inside."""
     along = np.array([math.cos(angle_rad), math.sin(angle_rad)])
     across = np.array([-along[1], along[0]])
-    found: list[float] = []
+    crossings: list[float] = []
     for outline in region.polygons:
         u, v = outline @ along, outline @ across
         u1, v1 = np.roll(u, -1), np.roll(v, -1)
         rows = (v < 0.0) != (v1 < 0.0)
         at = u[rows] - v[rows] * (u1[rows] - u[rows]) / (v1[rows] - v[rows])
-        found += at[at > 0.0].tolist()
-    found.sort()
-    return [0.0, *found] if len(found) % 2 else found
+        crossings += at[at > 0.0].tolist()
+    crossings.sort()
+    return [0.0, *crossings] if len(crossings) % 2 else crossings
 
 
 def _fitted(pocket: Pocket, free: Region) -> Pocket | None:

@@ -41,8 +41,8 @@ class PocketTrace:
     def implied(self, crank: Before, limits: Limits | None) -> Mapping[str, Any]:
         """Return the cutter of the job."""
         del crank
-        found = {"direction": "axial", "cutter_mm": getattr(limits, "cutter_mm", self.item.get("cutter_mm"))}
-        return found | where_listed(self.item, {"tool_volume_mm3": self._tool_volume_mm3()})
+        values = {"direction": "axial", "cutter_mm": getattr(limits, "cutter_mm", self.item.get("cutter_mm"))}
+        return values | where_listed(self.item, {"tool_volume_mm3": self._tool_volume_mm3()})
 
     def _tool_volume_mm3(self) -> float:
         """Return the volume of the pocket as listed, with the tool's start over the cheek."""

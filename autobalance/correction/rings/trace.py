@@ -170,7 +170,7 @@ def _ring_rates(metal: Metal, radius_mm: float, turned: Moments) -> dict[str, An
 
     Flaps may hang on the metal where the old rim hardly stood out. So the metal in two thin rings over the
     new radius counts too: flaps have no volume. With m(δ) the moments of what lies within δ of the radius,
-    (4 m(δ) − m(2δ)) / 2δ is dm/dδ to second order; m(δ)/δ, to first, tells how far to trust it. The surface
+    (4 m(δ) − m(2δ)) / 2δ is dm/dδ to second order; m(δ)/δ, to first, shows how far to trust it. The surface
     is believed as far as the rings confirm it: where the rim hardly stands out, some is rounded away.
     """
     exact = rates(turned.scaled(-metal.density_g_mm3))
@@ -182,16 +182,16 @@ def _ring_rates(metal: Metal, radius_mm: float, turned: Moments) -> dict[str, An
     )
     rate = (thin.scaled(4.0) - thick).scaled(0.5 / RING_MM)
     doubt = rate - thin.scaled(1.0 / RING_MM)
-    found, off = (rates(each.scaled(-metal.density_g_mm3)) for each in (rate, doubt))
+    measured, off = (rates(each.scaled(-metal.density_g_mm3)) for each in (rate, doubt))
     rounding = 4.0 * metal.near_mm / RING_MM * metal.density_g_mm3 * thin.mass_g / RING_MM * radius_mm
     reach = {"unbalance_per_mm_g_mm": 1.0, "moment_per_mm_g_mm2": max(abs(low), abs(high))}
     clean = abs(turned.mass_g - rate.mass_g) <= CLEAN * rate.mass_g
-    told: dict[str, Any] = {}
-    for key, value in found.items():
+    readings: dict[str, Any] = {}
+    for key, value in measured.items():
         within = float(np.linalg.norm(off[key])) + rounding * reach[key]
         apart = float(np.linalg.norm(exact[key] - value))
-        told[key] = Reading(exact[key], apart) if clean and apart <= within else Reading(value, within)
-    return told
+        readings[key] = Reading(exact[key], apart) if clean and apart <= within else Reading(value, within)
+    return readings
 
 
 def _within(metal: Metal, radius_mm: float, low_mm: float, high_mm: float) -> Moments:
