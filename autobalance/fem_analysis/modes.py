@@ -193,7 +193,8 @@ class SliceMotions:
         return np.stack(columns, axis=1)
 
     def _mean(self, values: Array) -> Array:
-        return self._sum(values) / np.maximum(self._sum(np.ones((len(values), 1))), 1e-300)
+        """Return the mean motion of each slice; 0 of one that holds corners alone, which weigh below nothing."""
+        return _over(self._sum(values), self._sum(np.ones_like(values)))
 
 
 def _over(moment: Array, arm: Array) -> Array:

@@ -20,6 +20,7 @@ from autobalance.solid.cad.kernel import (
     explored,
     fused,
     is_valid,
+    kernel_failures,
     require_kernel,
     unified,
 )
@@ -121,13 +122,14 @@ def faceted_solid(mesh: Mesh) -> ExactSolid:
     for number, corners in enumerate((mesh.triangles + 1).tolist(), 1):
         raw.SetTriangle(number, Poly_Triangle(*corners))
     maker = BRepBuilderAPI_MakeShapeOnMesh(raw)
-    maker.Build()
-    shell, builder = TopoDS_Shell(), BRep_Builder()
-    builder.MakeShell(shell)
-    for face in explored(maker.Shape(), "FACE"):
-        builder.Add(shell, face)
-    shell.Closed(True)
-    return ExactSolid.of(unified(BRepBuilderAPI_MakeSolid(shell).Solid()))
+    with kernel_failures("faces of these triangles"):  # of needles, where a coarse crank was cut: no plane
+        maker.Build()
+        shell, builder = TopoDS_Shell(), BRep_Builder()
+        builder.MakeShell(shell)
+        for face in explored(maker.Shape(), "FACE"):
+            builder.Add(shell, face)
+        shell.Closed(True)
+        return ExactSolid.of(unified(BRepBuilderAPI_MakeSolid(shell).Solid()))
 
 
 def sector_body(inner_mm: Array, arc: bool, far_mm: float, z_mm: tuple[float, float]) -> Any:
