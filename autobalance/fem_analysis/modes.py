@@ -193,7 +193,7 @@ class SliceMotions:
         return np.stack(columns, axis=1)
 
     def _mean(self, values: Array) -> Array:
-        """Return the mean motion of each slice; 0 of one that holds corners alone, which weigh below nothing."""
+        """Return the mean motion of each slice; 0 of one of corners alone, whose nodes weigh less than 0."""
         return _over(self._sum(values), self._sum(np.ones_like(values)))
 
 
