@@ -59,6 +59,7 @@ if TYPE_CHECKING:
     from autobalance.api.schema import schema as schema
     from autobalance.api.shafts import shafts as shafts
     from autobalance.api.sheet import sheet as sheet
+    from autobalance.api.strength import strength as strength
     from autobalance.api.study import study as study
     from autobalance.api.torsion import torsion as torsion
     from autobalance.api.verify import verify as verify

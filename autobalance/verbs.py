@@ -17,6 +17,7 @@ VERBS: dict[str, str] = {
     "verify": "read a corrected solid from disk again and check every number its report claims",
     "forces": "inertia forces of the job's engine: orders, bearing loads, what each balance factor does",
     "cycle": "the working cycle: gas pressure, loads of pins and bearings, torque, speed",
+    "strength": "stress and safety of crankpin and journal fillets over the cycle, before and after cuts",
     "shafts": "balance shafts: what would cancel the first and second order, and what the job's shafts leave",
     "parts": "roll up the weights of the job: rotating, reciprocating, bob-weights, with their uncertainty",
     "rod": "measure a connecting rod: eyes, mass, end weights, inertia, and the couple that two masses miss",

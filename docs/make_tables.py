@@ -25,7 +25,7 @@ from autobalance.job.toml.keys import FILLED, REQUIRED, Key  # noqa: E402
 from autobalance.job.toml.text import toml_value  # noqa: E402
 
 DOCS = ROOT / "docs"
-PAGES = (DOCS / "job-file.md", DOCS / "cycle.md", DOCS / "other-files.md", DOCS / "nc.md")
+PAGES = tuple(DOCS / f"{name}.md" for name in ("job-file", "cycle", "other-files", "nc", "strength"))
 BLOCK = re.compile(r"<!-- keys of ([a-z -]+?) -->\n.*?<!-- end -->", re.DOTALL)
 OF_WORDS = ("share",)
 """Units that are words of the meaning."""

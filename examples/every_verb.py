@@ -22,6 +22,7 @@ PARTS = {
 CORRECTIONS = {"method": "shoulder"}
 BALANCE = {"factor": 0.5, "grade": 6.3, "speed_rpm": 9000}
 CRANKSHAFT = {"density_kg_m3": 7850.0, "unit": "mm"}
+STRENGTH = {"pin_fillet_mm": 2.0, "material": {"tensile_MPa": 900.0}}
 CYCLE = {"bore_mm": 76.8, "compression_ratio": 12.0, "heat_J": 600.0}
 DRY = {"kind": "dry", "diameter_mm": 20.0, "mu": 0.1}
 FILM = {"at": "A", "g_mm": 35.0, "angle_deg": 191.0}
@@ -119,12 +120,13 @@ def balanced(crank: ab.Crank, folder: Path) -> bool:
     print(ab.recut(report, READING).text())
     print(ab.nc(report, TOOL).text())
     print(ab.sheet(report, only=("pdf",)).text())
-    with_cycle = ab.Job.from_dict({**tables, "cycle": CYCLE})
+    with_cycle = ab.Job.from_dict({**tables, "cycle": CYCLE, "strength": STRENGTH})
     spread = {**PARTS, "rotating_g": {"big_end": {"g": 134.04, "pm": 0.5}}}
     for found in (
         ab.compare(job, crank=crank),
         ab.forces(job, crank=result.crank),
         ab.cycle(with_cycle, crank=result.crank),
+        ab.strength(with_cycle, crank=result.crank),
         ab.shafts(job, crank=result.crank),
         ab.parts(job, crank=result.crank),
         ab.torsion(job, crank=result.crank),

@@ -34,6 +34,7 @@ WRITTEN: Mapping[str, str] = {
     "sheet": "answers.SheetReport",
     "study": "study.StudyReport",
     "torsion": "torsion.TorsionReport",
+    "strength": "strength.StrengthReport",
     "verify": "answers.VerifyReport",
 }
 """Name → module of ``report.records`` and record of what a verb writes with ``--json``."""

@@ -41,6 +41,7 @@ if TYPE_CHECKING:
     from autobalance.job.model.assembly import AssemblyEntry
     from autobalance.job.model.cycle import Cycle
     from autobalance.job.model.mounts import Mounts
+    from autobalance.job.model.strength import Strength
     from autobalance.job.model.torsion import CrankTorsion
     from autobalance.signal.drive_sources import Drive
 
@@ -77,6 +78,7 @@ class Job:
     assembly: tuple[AssemblyEntry, ...] = ()
     drive: Drive | None = None
     mounts: Mounts | None = None
+    strength: Strength | None = None
     filled: Mapping[str, Any] = field(default_factory=dict)
 
     @classmethod
@@ -261,6 +263,7 @@ def _job(raw: Mapping[str, Any], values: Values, path: Path, settings: tuple[str
         "assembly": lambda: _assembly(values, path.parent),
         "drive": lambda: _drive(values),
         "mounts": lambda: _mounts(values),
+        "strength": lambda: _strength(values),
     }
     for name, maker in makers.items():
         with faults.gathered():
@@ -324,6 +327,14 @@ def _mounts(values: Values) -> Mounts | None:
     return mounts_of(values.get("mounts"), values.get("mount") or [], top)
 
 
+def _strength(values: Values) -> Strength | None:
+    if values.get("strength") is None:
+        return None
+    from autobalance.job.strength import strength_of
+
+    return strength_of(values["strength"])
+
+
 def _filled(job: Job, values: Values) -> Values:
     """Return the tables as the report has them: in the job file's own words, defaults filled in."""
     return {
@@ -335,7 +346,7 @@ def _filled(job: Job, values: Values) -> Values:
         **({} if job.torsion is None else job.torsion.filled),
         **({"study": plain(values["study"])} if "study" in job.raw else {}),
         **({} if job.drive is None else {"drive": plain(values["drive"])}),
-        **{key: plain(values[key]) for key in ("mounts", "mount") if key in job.raw},
+        **{key: plain(values[key]) for key in ("mounts", "mount", "strength") if key in job.raw},
         **({"job": plain(values["job"])} if "job" in job.raw else {}),
         **({"shop": located(plain(values["shop"]), job.path.parent)} if "shop" in job.raw else {}),
         **({"assembly": [dict(each.values) for each in job.assembly]} if job.assembly else {}),

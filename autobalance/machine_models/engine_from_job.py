@@ -94,7 +94,7 @@ def with_solid(job: Job, anatomy: Anatomy, solid: Solid, density_g_mm3: float, c
 
     What the crank's moments have besides the solid (slugs pressed in) is shared by the outermost mains.
     """
-    beside = _beside_the_rods(job, anatomy)
+    beside = beside_the_rods(job, anatomy)
     mains = mains_z_mm(anatomy)
     if len(mains) < 2:
         return with_moments(job, anatomy, crank)
@@ -119,7 +119,7 @@ def with_solid(job: Job, anatomy: Anatomy, solid: Solid, density_g_mm3: float, c
     return in_its_sense(job, engine)
 
 
-def _beside_the_rods(job: Job, anatomy: Anatomy) -> list[tuple[Moments, float]]:
+def beside_the_rods(job: Job, anatomy: Anatomy) -> list[tuple[Moments, float]]:
     """Crankpin parts and attached rotors, each with its place on the axis."""
     masses = [(attached_moments((part,)), part.z_mm) for part in job.engine.attached]
     for throw, load in zip(anatomy.throws, throw_loads(anatomy, job.engine), strict=True):
@@ -130,7 +130,7 @@ def _beside_the_rods(job: Job, anatomy: Anatomy) -> list[tuple[Moments, float]]:
 
 def with_moments(job: Job, anatomy: Anatomy, crank: Moments, *, rod_needed: bool = True) -> Engine:
     """Return the engine with a crank of which only its moments are known, as two pieces at its ends."""
-    moments = sum((part for part, _ in _beside_the_rods(job, anatomy)), crank)
+    moments = sum((part for part, _ in beside_the_rods(job, anatomy)), crank)
     mains = mains_z_mm(anatomy)
     low, high = (mains[0], mains[-1]) if len(mains) > 1 else (0.0, 1.0)
     a, b = Unbalance.of(moments).in_planes(low, high)
@@ -143,7 +143,7 @@ def with_moments(job: Job, anatomy: Anatomy, crank: Moments, *, rod_needed: bool
 
 
 def _polar(job: Job, anatomy: Anatomy, crank: Moments) -> float:
-    beside = _beside_the_rods(job, anatomy)
+    beside = beside_the_rods(job, anatomy)
     return crank.polar_inertia_g_mm2 + sum(part.polar_inertia_g_mm2 for part, _ in beside)
 
 

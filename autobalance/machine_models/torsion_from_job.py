@@ -204,7 +204,7 @@ def _shapes(solid: Solid, anatomy: Anatomy, throw: Throw) -> tuple[ThrowShape, T
     bore = _bore_mm(solid, pin)
     sides = []
     for web, above in zip(webs, (False, True), strict=True):
-        journal = _journal_beside(anatomy, throw, above)
+        journal = journal_beside(anatomy, throw, above)
         sides.append(
             ThrowShape(
                 pin.diameter_mm if journal is None else journal.diameter_mm,
@@ -217,7 +217,7 @@ def _shapes(solid: Solid, anatomy: Anatomy, throw: Throw) -> tuple[ThrowShape, T
                 *_web_mm(solid, web, throw),
             )
         )
-    lone = [_journal_beside(anatomy, throw, above) is None for above in (False, True)]
+    lone = [journal_beside(anatomy, throw, above) is None for above in (False, True)]
     if lone[0] != lone[1]:  # at the end of a crank: the other side's journal is as good a measure
         good = sides[1] if lone[0] else sides[0]
         keep = {"web_thickness_mm", "web_breadth_mm"}
@@ -237,11 +237,11 @@ def webs_beside(anatomy: Anatomy, throw: Throw) -> tuple[Web, Web]:
     below = [web for web in anatomy.webs if 0.5 * (web.z_min_mm + web.z_max_mm) < z]
     above = [web for web in anatomy.webs if 0.5 * (web.z_min_mm + web.z_max_mm) > z]
     if not below or not above:
-        raise JobError(f"torsion needs a web on both sides of throw {throw.number}; one was not found")
+        raise JobError(f"throw {throw.number} has no web on one side; its stiffness and strength need both")
     return below[-1], above[0]
 
 
-def _journal_beside(anatomy: Anatomy, throw: Throw, above: bool) -> MainJournal | None:
+def journal_beside(anatomy: Anatomy, throw: Throw, above: bool) -> MainJournal | None:
     """Return the main journal next to a throw on one side; None where another throw comes first."""
     z = float(throw.crankpin.centre_mm[2])
     sign = 1.0 if above else -1.0

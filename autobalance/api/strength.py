@@ -1,0 +1,166 @@
+"""``ab.strength``: stress and safety of a crank's fillets over the cycle, before and after its cuts."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from autobalance import job as jobs
+from autobalance.api.common_parameters import documented
+from autobalance.api.engine_case import job_set, request
+from autobalance.api.options import positive
+from autobalance.api.progress import telling
+from autobalance.api.result import Plots, VerbResult
+from autobalance.errors import UsageError
+from autobalance.job import Job, JobSource
+from autobalance.runtime import Progress
+from autobalance.units import RAD_S_PER_RPM
+
+if TYPE_CHECKING:
+    from autobalance.api.crank import Crank
+    from autobalance.engine.cycle.analysis import CycleAnalysis
+    from autobalance.machine_models.fillets_from_job import Fillet
+    from autobalance.machine_models.measured import Crank as MeasuredCrank
+
+
+@dataclass(frozen=True)
+class _Asked:
+    """A job with its crank, that before its cuts where a report has it, and the speed."""
+
+    job: Job
+    crank: MeasuredCrank
+    before: MeasuredCrank | None
+    report: str | None
+    speed_rpm: float
+    warnings: tuple[str, ...]
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class StrengthResult(VerbResult):
+    """Stress and safety of every fillet; ``fillets`` has them over the angles of ``analysis``."""
+
+    analysis: CycleAnalysis
+    fillets: tuple[Fillet, ...]
+
+    def text(self, units: str = "metric") -> str:
+        """Return the fillets as lines for people; always metric."""
+        from autobalance.report.engine.strength_text import strength_text
+
+        return strength_text(self.report)
+
+    def plots(self) -> Plots:
+        """Return the stress of the least safe fillet over the cycle, and the safety of all."""
+        from autobalance.report.engine.strength_plots import strength_plots
+
+        return strength_plots(self.analysis, self.fillets, self.report)
+
+
+@documented
+def strength(
+    source: JobSource,
+    *,
+    speed_rpm: float | None = None,
+    crank: Crank | None = None,
+    settings: Sequence[str] = (),
+    progress: Progress | None = None,
+) -> StrengthResult:
+    """Compute stress and safety of the fillets of a crank over the working cycle.
+
+    Parameters
+    ----------
+    source : Job, path or mapping
+        Job with [strength] and [cycle], or a report of balance or recut on such a job, whose crank is told
+        before and after its cuts.
+    speed_rpm : float or None
+        Crank speed [rpm]; None: the job's balance.speed_rpm.
+
+    Returns
+    -------
+    StrengthResult
+
+    Raises
+    ------
+    UsageError
+        If the speed is impossible.
+    JobError
+        If a table is missing or says something impossible.
+    AutobalanceError
+        For anything wrong with the crank, the trace or the report.
+    """
+    from autobalance.machine_models.fillets_from_job import fillets
+    from autobalance.report.records.strength import FilletState, StrengthReport
+
+    asked = _asked(source, speed_rpm, crank, settings, progress)
+    analysis, found = _cycle(asked, asked.crank), None
+    after = fillets(asked.job, asked.crank, analysis)
+    if asked.before is not None:
+        found = FilletState.of(fillets(asked.job, asked.before, _cycle(asked, asked.before)))
+    state = FilletState.of(after)
+    content = StrengthReport(
+        **job_set(asked.job),
+        input=jobs.describe(asked.job),
+        report=asked.report,
+        speed_rpm=asked.speed_rpm,
+        fillets=state.fillets,
+        least=state.least,
+        before=found,
+        warnings=asked.warnings,
+    )
+    return StrengthResult(content, analysis, tuple(after))
+
+
+def _asked(
+    source: JobSource,
+    speed_rpm: float | None,
+    crank: Crank | None,
+    settings: Sequence[str],
+    progress: Progress | None,
+) -> _Asked:
+    from autobalance.machine_models.fillets_from_job import checked_strength
+    from autobalance.machine_models.firing_from_job import check_cycle
+
+    if isinstance(source, str | Path) and Path(source).suffix.lower() == ".json":
+        if settings or crank is not None:
+            raise UsageError("a report has its own job and crank; expected neither --set nor another crank")
+        return _of_report(Path(source), speed_rpm, progress)
+    job = jobs.given(source, settings)
+    check_cycle(job)
+    checked_strength(job)
+    found = request(job, crank, speed_rpm, progress)
+    return _Asked(found.job, found.crank, None, None, found.speed_rpm, found.warnings)
+
+
+def _of_report(path: Path, speed_rpm: float | None, progress: Progress | None) -> _Asked:
+    """Return the job of a report with its crank before and after the cuts."""
+    from autobalance.machine_models.fillets_from_job import checked_strength
+    from autobalance.machine_models.firing_from_job import check_cycle
+    from autobalance.machine_models.measured import Crank as MeasuredCrank
+    from autobalance.verification import solids
+    from autobalance.verification.claims import Claims
+    from autobalance.verification.earlier_stage import earlier_stage
+
+    if speed_rpm is not None:
+        positive("--speed-rpm", speed_rpm)
+    telling(progress)("reading the crank")
+    left = earlier_stage(path)
+    check_cycle(left.job)
+    checked_strength(left.job)
+    density, frame = left.job.crankshaft.density_g_mm3, left.anatomy.file_to_rotor
+    source = solids.source_before(Claims(path.name, left.values), path.parent, left.job, solids.Files())
+    before = MeasuredCrank(source, left.anatomy, density, source.moments(density, frame), None)
+    moments = left.source.moments(density, frame) + left.pressed_in
+    after = MeasuredCrank(left.source, left.anatomy, density, moments, None)
+    rpm = float(left.values["job"]["balance"]["speed_rpm"]) if speed_rpm is None else speed_rpm
+    return _Asked(left.job, after, before, path.name, rpm, ())
+
+
+def _cycle(asked: _Asked, crank: MeasuredCrank) -> CycleAnalysis:
+    from autobalance.engine.cycle.analysis import CycleAnalysis
+    from autobalance.machine_models.engine_from_job import as_measured
+    from autobalance.machine_models.firing_from_job import firing_engine
+
+    speed = asked.speed_rpm * RAD_S_PER_RPM
+    firing = firing_engine(asked.job, crank.anatomy, speed, lambda: as_measured(asked.job, crank))
+    return CycleAnalysis(firing, speed)

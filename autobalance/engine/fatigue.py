@@ -1,0 +1,94 @@
+"""Safety against fatigue of a place where bending and torsion change over a cycle."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+
+from autobalance.types import Array
+
+SHEAR_SHARE = 1.0 / math.sqrt(3.0)
+"""Strength in torsion over that in bending, of ductile metal (von Mises)."""
+
+
+@dataclass(frozen=True)
+class FatigueMetal:
+    """Strengths of the crank's metal [MPa]; ``yield_MPa`` None: not known."""
+
+    tensile_MPa: float
+    fatigue_MPa: float
+    yield_MPa: float | None = None
+
+
+@dataclass(frozen=True)
+class Fatigue:
+    """What a cycle of stress comes to.
+
+    Attributes
+    ----------
+    bending_mean_MPa, bending_alternating_MPa : float
+        Middle and half of the range.
+    torsion_mean_MPa, torsion_alternating_MPa : float
+    equivalent_alternating_MPa : float
+        √(σ_a² + 3 τ_a²) of the half ranges, whenever they are reached [1]_.
+    greatest_MPa : float
+        Greatest √(σ² + 3 τ²) at any angle.
+    gough_pollard : float or None
+        Least, over the cycle, of 1/√((σ_d/σ_f)² + (τ_d/τ_f)²): σ_d, τ_d how far each is from its middle,
+        τ_f = σ_f/√3 [2]_. None without any stress.
+    goodman : float or None
+        Least, over the cycle, of 1/(√(σ_d² + 3 τ_d²)/σ_f + √(σ_m² + 3 τ_m²)/R_m); of a mean bending that
+        presses nothing is counted [3]_.
+    yielding : float or None
+        Yield over the greatest stress.
+    at : int
+        Where in the cycle the two are least: number of the angle.
+
+    References
+    ----------
+    .. [1] IACS UR M53, Sec. 5.2.
+    .. [2] Gough and Pollard, Proc. Inst. Mech. Eng. 131 (1935) 3: the ellipse of ductile metals.
+    .. [3] Goodman, Mechanics applied to engineering, 1899.
+    """
+
+    bending_mean_MPa: float
+    bending_alternating_MPa: float
+    torsion_mean_MPa: float
+    torsion_alternating_MPa: float
+    equivalent_alternating_MPa: float
+    greatest_MPa: float
+    gough_pollard: float | None
+    goodman: float | None
+    yielding: float | None
+    at: int
+
+    @classmethod
+    def of(cls, bending_MPa: Array, torsion_MPa: Array, metal: FatigueMetal) -> Fatigue:
+        """Return what local stresses (n,), (n,) [MPa] over a cycle come to."""
+        mean_s, half_s = _range(bending_MPa)
+        mean_t, half_t = _range(torsion_MPa)
+        apart = np.hypot(bending_MPa - mean_s, (torsion_MPa - mean_t) / SHEAR_SHARE)
+        at = int(np.argmax(apart))
+        swing = float(apart[at]) / metal.fatigue_MPa
+        steady = math.hypot(max(mean_s, 0.0), mean_t / SHEAR_SHARE) / metal.tensile_MPa
+        greatest = float(np.hypot(bending_MPa, torsion_MPa / SHEAR_SHARE).max())
+        return cls(
+            bending_mean_MPa=mean_s,
+            bending_alternating_MPa=half_s,
+            torsion_mean_MPa=mean_t,
+            torsion_alternating_MPa=half_t,
+            equivalent_alternating_MPa=math.hypot(half_s, half_t / SHEAR_SHARE),
+            greatest_MPa=greatest,
+            gough_pollard=1.0 / swing if swing else None,
+            goodman=1.0 / (swing + steady) if swing + steady else None,
+            yielding=metal.yield_MPa / greatest if metal.yield_MPa and greatest else None,
+            at=at,
+        )
+
+
+def _range(values: Array) -> tuple[float, float]:
+    """Return the middle and the half of a range."""
+    low, high = float(values.min()), float(values.max())
+    return 0.5 * (low + high), 0.5 * (high - low)

@@ -1,0 +1,26 @@
+"""What a job says of the strength of its crank's fillets."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+
+@dataclass(frozen=True)
+class FilletFactorPair:
+    """Factors of a fillet that the job gives in place of computed ones: local over nominal stress."""
+
+    bending: float
+    torsion: float
+
+
+@dataclass(frozen=True)
+class Strength:
+    """Fillets [mm], the metal's strengths [MPa], and factors where they are given."""
+
+    pin_fillet_mm: float
+    journal_fillet_mm: float
+    recess_mm: float
+    tensile_MPa: float
+    yield_MPa: float | None
+    fatigue_MPa: float | None
+    factor: FilletFactorPair | None

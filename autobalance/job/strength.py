@@ -1,0 +1,72 @@
+"""The table [strength] of a job: fillets of crankpins and journals, and what their metal bears."""
+
+from __future__ import annotations
+
+from typing import Literal
+
+from autobalance.errors import JobError
+from autobalance.job.model.strength import FilletFactorPair, Strength
+from autobalance.job.toml.keys import Key, Values
+from autobalance.ranges import NOT_NEGATIVE, POSITIVE, Rule
+
+AT_LEAST_ONE = Rule("must be ≥ 1", least=1.0)
+MATERIAL = (
+    Key("tensile_MPa", float, "tensile strength", POSITIVE),
+    Key("yield_MPa", float, "yield strength", POSITIVE, None),
+    Key(
+        "fatigue_MPa",
+        float | Literal["none"],
+        "alternating bending that the fillet bears for ever",
+        POSITIVE,
+        "none",
+        usual='`"none"`: by tensile strength and size, IACS UR M53',
+    ),
+)
+FACTORS = (
+    Key("bending", float, "of bending, local over nominal stress", AT_LEAST_ONE),
+    Key("torsion", float, "of torsion", AT_LEAST_ONE),
+)
+STRENGTH = Key(
+    "strength",
+    says="fillets of crankpins and journals, and what their metal bears",
+    default=None,
+    verbs="strength",
+    keys=(
+        Key("pin_fillet_mm", float, "radius of the crankpins' fillets", POSITIVE),
+        Key("journal_fillet_mm", float, "radius of the main journals' fillets", POSITIVE, None,
+            usual="`pin_fillet_mm`"),
+        Key("recess_mm", float, "depth of the fillets' undercut into the web", NOT_NEGATIVE, 0.0),
+        Key("material", says="strengths of the crank's metal", keys=MATERIAL),
+        Key("factor", Literal["iacs"], "stress concentration: IACS UR M53, or a table of given ones",
+            default="iacs", keys=FACTORS),
+    ),
+)  # fmt: skip
+
+
+def strength_of(values: Values) -> Strength:
+    """Return what the values of the table say.
+
+    Raises
+    ------
+    JobError
+        If the metal yields or tires above its tensile strength.
+    """
+    metal, given = values["material"], values["factor"]
+    tensile = metal["tensile_MPa"]
+    fatigue = None if metal["fatigue_MPa"] == "none" else metal["fatigue_MPa"]
+    for name, value in (("yield_MPa", metal["yield_MPa"]), ("fatigue_MPa", fatigue)):
+        if value is not None and value > tensile:
+            raise JobError(
+                f"strength.material.{name} is {value:g}, above tensile_MPa = {tensile:g}; expected less"
+            )
+    pin = values["pin_fillet_mm"]
+    journal = values["journal_fillet_mm"]
+    return Strength(
+        pin,
+        pin if journal is None else journal,
+        values["recess_mm"],
+        tensile,
+        metal["yield_MPa"],
+        fatigue,
+        None if given == "iacs" else FilletFactorPair(given["bending"], given["torsion"]),
+    )

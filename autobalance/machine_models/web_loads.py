@@ -1,0 +1,198 @@
+"""What bends, presses and twists each web and pin of a crank over the cycle, by statics."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+from itertools import pairwise
+
+import numpy as np
+
+from autobalance.crank.anatomy import Anatomy
+from autobalance.engine.cycle.analysis import CycleAnalysis
+from autobalance.engine.cycle.firing_engine import as_complex
+from autobalance.job import Job
+from autobalance.machine_models.engine_from_job import beside_the_rods, mains_z_mm
+from autobalance.machine_models.torsion_from_job import webs_beside
+from autobalance.rigid_rotor.moments import Moments
+from autobalance.rigid_rotor.unbalance import Unbalance
+from autobalance.solid.csg.solid import Solid
+from autobalance.types import Array, Complex
+from autobalance.units import N_M_PER_N_MM, N_PER_G_MM_S2
+
+
+@dataclass(frozen=True, eq=False)
+class WebLoads:
+    """Loads of one web over the crank angle.
+
+    Attributes
+    ----------
+    throw : int
+        Number of the throw whose crankpin the web carries.
+    web : int
+        Number of the web.
+    is_above : bool
+        Whether it stands above the crankpin (greater z).
+    z_mm : float
+        Middle of the web, where its loads are taken [mm].
+    bending_n_m : (n,) float
+        Moment in the plane of the throw; positive where the crankpin is pressed towards the axis [N·m].
+    radial_n : (n,) float
+        Force along the web; positive where it is pressed [N].
+    pin_torque_n_m, journal_torque_n_m : (n,) float
+        About the crankpin's own axis, and of the main journal beside the web [N·m].
+    """
+
+    throw: int
+    web: int
+    is_above: bool
+    z_mm: float
+    bending_n_m: Array
+    radial_n: Array
+    pin_torque_n_m: Array
+    journal_torque_n_m: Array
+
+
+@dataclass(frozen=True, eq=False)
+class _Bay:
+    """The crank between two mains with all that loads these: rods and metal; overhangs belong to the ends.
+
+    Attributes
+    ----------
+    low_mm, high_mm : float
+        Places of the mains [mm].
+    rods : sequence of (float, (n,) complex)
+        Place and load of each rod, as the crank sees it, x + iy [N].
+    pieces : sequence of (float, Moments)
+        Place and moments of what is no metal of the crank.
+    solid : Solid
+        Its metal (rotor frame).
+    density_g_mm3 : float
+    pull : complex
+        Ω² and what makes newtons of it.
+    is_mirrored : bool
+        Whether the engine turns clockwise, computed as its mirror image.
+    """
+
+    low_mm: float
+    high_mm: float
+    rods: Sequence[tuple[float, Complex]]
+    pieces: Sequence[tuple[float, Moments]]
+    solid: Solid
+    density_g_mm3: float
+    pull: float
+    is_mirrored: bool
+
+    def at(self, z_mm: float) -> tuple[Complex, Complex]:
+        """Return the sum of the forces below a section (n,) [N], and their moment about it (n,) [N·mm].
+
+        The main below it pushes back with the share of every load of the bay that the lever gives it.
+        """
+        whole = self._metal(self.solid, self.pieces)
+        below = self._metal(self.solid.below(z_mm), [(z, each) for z, each in self.pieces if z < z_mm])
+        force = self.pull * below[0] + sum(load for z, load in self.rods if z < z_mm)
+        of_metal = self.pull * (z_mm * below[0] - below[1])
+        moment = of_metal + sum((z_mm - z) * load for z, load in self.rods if z < z_mm)
+        share = self.high_mm * whole[0] - whole[1]
+        at_low = self.pull * share + sum((self.high_mm - z) * load for z, load in self.rods)
+        at_low = at_low / (self.high_mm - self.low_mm)
+        return np.asarray(force - at_low), np.asarray(moment - (z_mm - self.low_mm) * at_low)
+
+    def _metal(self, solid: Solid, pieces: Sequence[tuple[float, Moments]]) -> tuple[complex, complex]:
+        """Return unbalance and its moment about z = 0 as complex numbers."""
+        moments = sum((each for _, each in pieces), solid.moments(self.density_g_mm3))
+        found = Unbalance.of(moments)
+        both = complex(*found.resultant_g_mm), complex(*found.moment_g_mm2)
+        return (both[0].conjugate(), both[1].conjugate()) if self.is_mirrored else both
+
+
+def web_loads(
+    cycle: CycleAnalysis, job: Job, anatomy: Anatomy, solid: Solid, density_g_mm3: float
+) -> list[WebLoads]:
+    """Return the loads of the webs on both sides of each throw.
+
+    The crank is hinged at its mains, as the loads of ``cycle`` have it: a bay between two mains carries its
+    rods and its own metal, which turns at constant speed. Torque goes out beyond the last main (greatest z).
+
+    Parameters
+    ----------
+    cycle : CycleAnalysis
+        At the speed that counts.
+    job : Job
+    anatomy : Anatomy
+    solid : Solid
+        Of the crank (file coordinates).
+    density_g_mm3 : float
+
+    Raises
+    ------
+    JobError
+        If a throw has no web on a side.
+    """
+    back = np.exp(-1j * cycle.grid.angle_rad)
+    rods_of = [
+        (cylinder.z_mm, as_complex(load) * back)
+        for cylinder, load in zip(cycle.firing.engine.cylinders, cycle.loads.crankpin_n, strict=True)
+    ]
+    metal = solid.moved(anatomy.file_to_rotor)
+    pull = cycle.speed_rad_s**2 * N_PER_G_MM_S2
+    bays = _bays(job, anatomy, rods_of, metal, density_g_mm3, pull)
+    found: list[WebLoads] = []
+    before = np.zeros(cycle.grid.angle_rad.size)
+    for throw, place, load in zip(anatomy.throws, cycle.firing.throws, cycle.crankpins_n, strict=True):
+        turned = np.exp(-1j * place.angle_rad)
+        own = as_complex(load) * back * turned  # along the throw, and across it
+        radius = throw.crank_radius_mm
+        after = before + radius * own.imag
+        bay = next((each for each in bays if place.z_mm <= each.high_mm), bays[-1])
+        rods = [rods_of[number] for number in place.cylinders]
+        at_pin = (bay.at(place.z_mm)[0] - sum(each for z, each in rods if z < place.z_mm)) * turned
+        pin_torque = before - radius * at_pin.imag
+        for web, is_above in zip(webs_beside(anatomy, throw), (False, True), strict=True):
+            z = 0.5 * (web.z_min_mm + web.z_max_mm)
+            force, moment = (each * turned for each in bay.at(z))
+            found.append(
+                WebLoads(
+                    throw.number,
+                    web.number,
+                    is_above,
+                    z,
+                    N_M_PER_N_MM * moment.real,
+                    -force.real if is_above else force.real,
+                    N_M_PER_N_MM * pin_torque,
+                    N_M_PER_N_MM * (after if is_above else before),
+                )
+            )
+        before = after
+    return found
+
+
+def _bays(
+    job: Job,
+    anatomy: Anatomy,
+    rods: Sequence[tuple[float, Complex]],
+    solid: Solid,
+    density_g_mm3: float,
+    pull: float,
+) -> list[_Bay]:
+    mains = mains_z_mm(anatomy)
+    beside = [(z, part) for part, z in beside_the_rods(job, anatomy)]
+    bays = []
+    for low, high in pairwise(mains):
+        first, last = low == mains[0], high == mains[-1]
+        from_mm, to_mm = -math.inf if first else low, math.inf if last else high
+        piece = solid if first else solid.above(low)
+        bays.append(
+            _Bay(
+                low,
+                high,
+                [each for each in rods if from_mm < each[0] <= to_mm],
+                [each for each in beside if from_mm < each[0] <= to_mm],
+                piece if last else piece.below(high),
+                density_g_mm3,
+                pull,
+                job.engine.clockwise,
+            )
+        )
+    return bays

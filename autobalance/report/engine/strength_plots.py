@@ -1,0 +1,50 @@
+"""Plots of the strength of fillets: stress over the cycle, and safety by fillet."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+import numpy as np
+
+from autobalance.engine.cycle.analysis import CycleAnalysis
+from autobalance.machine_models.fillets_from_job import Fillet
+from autobalance.units import RAD_S_PER_RPM
+
+Plots = dict[str, Mapping[str, bytes]]
+
+
+def strength_plots(found: CycleAnalysis, fillets: Sequence[Fillet], report: Mapping[str, Any]) -> Plots:
+    """Return the stress of the least safe fillet over the cycle, and the safety of all."""
+    from autobalance.report import plots
+
+    known = [each for each in fillets if each.fatigue.gough_pollard is not None]
+    if not known:
+        return {}
+    least = min(known, key=lambda each: each.fatigue.gough_pollard or 0.0)
+    bending = least.cost * (least.factors.bending * least.bending_MPa - least.factors.shear * least.shear_MPa)
+    torsion = least.cost * least.factors.torsion * least.torsion_MPa
+    curves = {
+        "bending": found.grid.even(bending),
+        "torsion": found.grid.even(torsion),
+        "von Mises": found.grid.even(np.sqrt(bending**2 + 3.0 * torsion**2)),
+    }
+    at = f"at {found.speed_rad_s / RAD_S_PER_RPM:g} rpm"
+    title = f"Stress in the {least.place} fillet of web {least.web} {at}"
+    span = 180 * found.firing.strokes
+    made: Plots = {
+        "fillet-stress": plots.over_angle(title, "local stress [MPa]", found.grid.even_rad, curves, span)
+    }
+    for place in ("crankpin", "journal"):
+        rows = [row for row in report["fillets"] if row["place"] == place]
+        if rows:
+            names = [f"web {row['web']}" for row in rows]
+            heights = {
+                "Gough and Pollard": [row["safety"]["gough_pollard"] or 0.0 for row in rows],
+                "Goodman": [row["safety"]["goodman"] or 0.0 for row in rows],
+            }
+            labels = (f"{place} fillet", "safety")
+            made[f"{place}-safety"] = plots.named_bars(
+                f"Safety of the {place} fillets {at}", labels, names, heights
+            )
+    return made

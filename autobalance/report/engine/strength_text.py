@@ -1,0 +1,62 @@
+"""Strength of fillets as lines to read, from its JSON values."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+from autobalance.report.engine.cycle_text import number
+from autobalance.report.tables import table
+
+Values = Mapping[str, Any]
+
+
+def strength_text(report: Values) -> str:
+    """Return the summary of ``strength``: every fillet, the least safe one, and what the cuts changed."""
+    blocks = [f"{report['report'] or report['input']['file']}: fillets at {report['speed_rpm']:g} rpm"]
+    if report["before"] is not None:
+        blocks += ["Before the cuts\n" + _fillets(report["before"]["fillets"]), "After the cuts"]
+        blocks[-1] += "\n" + _fillets(report["fillets"])
+    else:
+        blocks.append(_fillets(report["fillets"]))
+    blocks.append(_least(report))
+    outside = dict.fromkeys(text for row in report["fillets"] for text in row["outside_of_range"])
+    blocks += [f"Outside of the range of the factors: {text}" for text in outside]
+    return "\n\n".join(blocks)
+
+
+def _fillets(rows: Sequence[Values]) -> str:
+    lines: list[Sequence[str]] = [
+        ("Throw", "web", "fillet", "bending", "torsion", "factors", "equivalent", "bears", "Gough-Pollard",
+         "Goodman", "least at"),
+    ]  # fmt: skip
+    for row in rows:
+        stress, factors, safety = row["stress"], row["factors"], row["safety"]
+        lines.append(
+            (
+                f"{row['throw']}",
+                f"{row['web']}",
+                row["place"],
+                f"{stress['bending_mean_MPa']:.0f} ± {stress['bending_alternating_MPa']:.0f} MPa",
+                f"{stress['torsion_mean_MPa']:.0f} ± {stress['torsion_alternating_MPa']:.0f} MPa",
+                f"{factors['bending']:.2f}, {factors['torsion']:.2f}",
+                f"{stress['equivalent_alternating_MPa']:.0f} MPa",
+                f"{row['fatigue_strength_MPa']:.0f} MPa",
+                number(safety["gough_pollard"], ".2f"),
+                number(safety["goodman"], ".2f"),
+                f"{row['at_deg']:.0f}°",
+            )
+        )
+    return table(lines)
+
+
+def _least(report: Values) -> str:
+    least = report["least"]
+    if least is None:
+        return "Nothing stresses the fillets"
+    text = (
+        f"Least safety {least['gough_pollard']:.2f} (Gough and Pollard), {least['goodman']:.2f} (Goodman):"
+        f" {least['place']} fillet of web {least['web']}"
+    )
+    before = None if report["before"] is None else report["before"]["least"]
+    return text if before is None else f"{text}; before the cuts {before['gough_pollard']:.2f}"

@@ -1,0 +1,181 @@
+"""The report of `strength`."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Literal, Self
+
+from autobalance.machine_models.fillets_from_job import Fillet, Place
+from autobalance.records import (
+    ABSENT,
+    Absent,
+    Degrees,
+    NotNegative,
+    Ordinal,
+    Pair,
+    Positive,
+    record,
+)
+from autobalance.report.records.head import Head, JobEcho
+from autobalance.types import Array
+
+
+@record
+class NominalStress:
+    """Least and greatest nominal stress of a cycle: of the web's section, of the pin's in torsion."""
+
+    bending_MPa: Pair
+    shear_MPa: Pair
+    torsion_MPa: Pair
+
+    @classmethod
+    def of(cls, fillet: Fillet) -> Self:
+        """Return that of a fillet."""
+        return cls(
+            bending_MPa=_ends(fillet.bending_MPa),
+            shear_MPa=_ends(fillet.shear_MPa),
+            torsion_MPa=_ends(fillet.torsion_MPa),
+        )
+
+
+@record
+class Factors:
+    """Local over nominal stress; of shear 0 where none is counted."""
+
+    bending: Positive
+    shear: NotNegative
+    torsion: Positive
+
+
+@record
+class FilletStress:
+    """Local stress of a cycle: middle and half of its range, von Mises' equivalents."""
+
+    bending_mean_MPa: float
+    bending_alternating_MPa: NotNegative
+    torsion_mean_MPa: float
+    torsion_alternating_MPa: NotNegative
+    equivalent_alternating_MPa: NotNegative
+    greatest_MPa: NotNegative
+
+
+@record
+class FilletSafety:
+    """Safeties, least over the cycle; null without stress, or where the yield strength is not known."""
+
+    gough_pollard: float | None
+    goodman: float | None
+    iacs: float | None
+    yielding: float | None
+
+
+@record
+class FilletRow:
+    """One fillet: what the cycle does to it, and how safe it is."""
+
+    throw: Ordinal
+    web: Ordinal
+    place: Place
+    nominal: NominalStress
+    factors: Factors
+    outside_of_range: Sequence[str]
+    cost_of_cuts: Positive
+    stress: FilletStress
+    fatigue_strength_MPa: Positive
+    safety: FilletSafety
+    at_rad: Degrees
+
+    @classmethod
+    def of(cls, fillet: Fillet) -> Self:
+        """Return that of a fillet."""
+        found = fillet.fatigue
+        swing = found.equivalent_alternating_MPa
+        return cls(
+            throw=fillet.throw,
+            web=fillet.web,
+            place=fillet.place,
+            nominal=NominalStress.of(fillet),
+            factors=Factors(
+                bending=fillet.factors.bending,
+                shear=fillet.factors.shear,
+                torsion=fillet.factors.torsion,
+            ),
+            outside_of_range=fillet.outside,
+            cost_of_cuts=fillet.cost,
+            stress=FilletStress(
+                bending_mean_MPa=found.bending_mean_MPa,
+                bending_alternating_MPa=found.bending_alternating_MPa,
+                torsion_mean_MPa=found.torsion_mean_MPa,
+                torsion_alternating_MPa=found.torsion_alternating_MPa,
+                equivalent_alternating_MPa=swing,
+                greatest_MPa=found.greatest_MPa,
+            ),
+            fatigue_strength_MPa=fillet.fatigue_MPa,
+            safety=FilletSafety(
+                gough_pollard=found.gough_pollard,
+                goodman=found.goodman,
+                iacs=fillet.fatigue_MPa / swing if swing else None,
+                yielding=found.yielding,
+            ),
+            at_rad=fillet.at_rad,
+        )
+
+
+@record
+class LeastSafety:
+    """The fillet of the least safety, by Gough and Pollard."""
+
+    throw: Ordinal
+    web: Ordinal
+    place: Place
+    gough_pollard: float
+    goodman: float
+
+    @classmethod
+    def of(cls, fillets: Sequence[Fillet]) -> Self | None:
+        """Return the least of some fillets; None where nothing stresses them."""
+        known = [each for each in fillets if each.fatigue.gough_pollard is not None]
+        if not known:
+            return None
+        least = min(known, key=lambda each: each.fatigue.gough_pollard or 0.0)
+        assert least.fatigue.gough_pollard is not None
+        assert least.fatigue.goodman is not None
+        return cls(
+            throw=least.throw,
+            web=least.web,
+            place=least.place,
+            gough_pollard=least.fatigue.gough_pollard,
+            goodman=least.fatigue.goodman,
+        )
+
+
+@record
+class FilletState:
+    """All fillets of a crank, as it was or is."""
+
+    fillets: Sequence[FilletRow]
+    least: LeastSafety | None
+
+    @classmethod
+    def of(cls, fillets: Sequence[Fillet]) -> Self:
+        """Return that of a crank."""
+        return cls(fillets=[FilletRow.of(each) for each in fillets], least=LeastSafety.of(fillets))
+
+
+@record
+class StrengthReport(Head):
+    """Stress and safety of the fillets of crankpins and main journals over the cycle."""
+
+    command: Literal["strength"] = "strength"
+    job_set: Sequence[str] | Absent = ABSENT
+    input: JobEcho
+    report: str | None
+    speed_rpm: Positive
+    fillets: Sequence[FilletRow]
+    least: LeastSafety | None
+    before: FilletState | None
+    warnings: Sequence[str]
+
+
+def _ends(values: Array) -> tuple[float, float]:
+    return float(values.min()), float(values.max())

@@ -1,0 +1,275 @@
+"""Stress of fillets against sections cut by hand, closed forms and published numbers."""
+
+from __future__ import annotations
+
+import json
+import math
+from functools import lru_cache
+from itertools import pairwise
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+import autobalance as ab
+from autobalance.api.strength import StrengthResult
+from autobalance.command.main import main
+from autobalance.crank.parametric.design import PRESETS
+from autobalance.crank.parametric.generate import crank_solid
+from autobalance.engine.fatigue import Fatigue, FatigueMetal
+from autobalance.engine.fillet_factors import FilletShape, fatigue_strength_MPa
+from autobalance.errors import AutobalanceError, JobError
+from autobalance.machine_models.torsion_from_job import sides_of_throws
+from autobalance.solid.csg.solid import Region
+
+STEEL = {"tensile_MPa": 800.0, "yield_MPa": 550.0}
+BALANCE = {"factor": 0.5, "grade": 6.3, "speed_rpm": 6000}
+FILLETS = {"pin_fillet_mm": 2.0, "material": STEEL}
+
+
+def job(speed: float = 6000.0, **tables: Any) -> ab.Job:
+    return ab.Job.from_dict(
+        {
+            "engine": {
+                "rod_length_mm": 104.0,
+                "rotating_g": {"big_end": 134.0},
+                "reciprocating_g": {"piston": 260.0},
+            },
+            "balance": {**BALANCE, "speed_rpm": speed},
+            "correction": {"method": "drill"},
+            "cycle": {"bore_mm": 76.8, "compression_ratio": 12.0, "heat_J": 600.0},
+            "strength": FILLETS,
+            **tables,
+        }
+    )
+
+
+@lru_cache(maxsize=2)
+def single(name: str = "single") -> ab.Crank:
+    mesh = crank_solid(PRESETS[name], 48).mesh
+    return ab.crank_from_mesh(mesh.vertices, mesh.triangles, density_kg_m3=7850)
+
+
+def test_bending_is_what_the_main_bearing_and_the_metal_do_below_the_web() -> None:
+    """Reactions of `cycle`, and the centrifugal force of the metal summed section by section."""
+    found = ab.strength(job(), crank=single())
+    cycle, solid = found.analysis, single().measured.source.solid.moved(single().file_to_rotor)
+    omega = 6000.0 * math.pi / 30.0
+    main_z, web = float(single().main_journals[0].centre_mm[2]), single().webs[0]
+    z_web = 0.5 * (web.z_min_mm + web.z_max_mm)
+    low = float(solid.bounds[0, 2])
+    nodes, weights = np.polynomial.legendre.leggauss(3)
+    moment = 0.0
+    for start, stop in pairwise(np.linspace(low, z_web, 81)):
+        for node, weight in zip(nodes, weights, strict=True):
+            z = float(0.5 * (start + stop) + 0.5 * (stop - start) * node)
+            pull = 7.85e-3 * _first_moment_mm3(solid.section(z)) * omega**2 * 1e-6
+            moment += 0.5 * (stop - start) * weight * pull * (z_web - z)
+    turned = cycle.loads.main_in_crank_frame_n()[0][:, 0]
+    wanted = moment - turned * (z_web - main_z)
+    fillet = found.fillets[0]
+    assert (fillet.throw, fillet.web, fillet.place) == (1, 1, "crankpin")
+    assert fillet.bending_MPa * _modulus_mm3() == pytest.approx(wanted, abs=2e-3 * np.abs(wanted).max())
+    assert found.report["fillets"][0]["nominal"]["bending_MPa"][1] == fillet.bending_MPa.max()
+
+
+def _first_moment_mm3(region: Region) -> float:
+    """Return ∫ x dA by the shoelace formula over the outlines."""
+    total = 0.0
+    for line in region.polygons:
+        x, y = line.T
+        after_x, after_y = np.roll(x, -1), np.roll(y, -1)
+        total += float(((x + after_x) * (x * after_y - after_x * y)).sum()) / 6.0
+    return total
+
+
+def _modulus_mm3() -> float:
+    side = sides_of_throws(single().measured)[0][0]
+    return side.web_breadth_mm * side.web_thickness_mm**2 / 6.0
+
+
+def test_torque_of_the_last_journal_is_the_engines() -> None:
+    found = ab.strength(job(), crank=single())
+    first, last = (each for each in found.fillets if each.place == "journal")
+    diameter = single().main_journals[-1].diameter_mm
+    polar = math.pi / 16.0 * diameter**3
+    total = found.analysis.gas_n_m + found.analysis.inertia_n_m
+    assert first.torsion_MPa == pytest.approx(0.0, abs=1e-9)
+    assert last.torsion_MPa * polar * 1e-3 == pytest.approx(total, rel=1e-9, abs=1e-9 * np.abs(total).max())
+
+
+def test_the_crankpin_is_twisted_by_the_first_main_on_the_lever_of_the_throw() -> None:
+    """But for its oil hole, which pulls a little across."""
+    found = ab.strength(job(), crank=single())
+    pin = next(each for each in found.fillets if each.place == "crankpin")
+    across = found.analysis.loads.main_in_crank_frame_n()[0][:, 1]  # of the crank on main 1
+    throw = single().throws[0]
+    polar = math.pi / 16.0 * throw.crankpin.diameter_mm**3
+    wanted = throw.crank_radius_mm * across / polar
+    assert pin.torsion_MPa == pytest.approx(wanted, rel=1e-6, abs=3e-3 * np.abs(wanted).max())
+
+
+def test_torques_of_several_throws_add_up_towards_the_last_main() -> None:
+    mesh = crank_solid(PRESETS["inline-4"], 24).mesh
+    four = ab.crank_from_mesh(mesh.vertices, mesh.triangles, density_kg_m3=7850)
+    cycle = {"bore_mm": 84.0, "compression_ratio": 10.0, "heat_J": 1200.0, "firing_order": [1, 3, 4, 2]}
+    engine = {"rod_length_mm": 140.0, "rotating_g": {"a": 400.0}, "reciprocating_g": {"b": 600.0}}
+    found = ab.strength(job(cycle=cycle, engine=engine), crank=four)
+    journals = [each for each in found.fillets if each.place == "journal"]
+    total = found.analysis.gas_n_m + found.analysis.inertia_n_m
+    polar = math.pi / 16.0 * four.main_journals[-1].diameter_mm ** 3 * 1e-3
+    assert journals[-1].torsion_MPa * polar == pytest.approx(total, abs=1e-9 * np.abs(total).max())
+    for before, after in zip(journals[1::2], journals[2::2], strict=False):  # both sides of a main
+        assert before.torsion_MPa == pytest.approx(after.torsion_MPa, abs=1e-9)
+
+
+def test_factors_of_a_crank_worked_out_by_hand() -> None:
+    """IACS UR M53 Sec. 3 term by term: D = 200, DG = 200, E = 150, W = 80, B = 300, RH = RG = 12."""
+    shape = FilletShape(200, 0, 200, 0, 150, 80, 300, 12, 12)
+    s, w, b, r = 0.25, 0.4, 1.5, 0.06
+    assert shape.ratios(12.0) == pytest.approx({"s": s, "w": w, "b": b, "r": r, "d_journal": 0, "d_pin": 0})
+    overlap = -0.0634994 + 0.75 * 1.5574906 - 0.5625 * 0.5442667  # f(s, w), sums of powers of 0.4
+    by_hand = 2.6914 * overlap * 2.1790 * 0.4**0.7171 * 1.003875 * 0.2081 * 0.06**-0.5231 * 0.9993 * 0.9978
+    assert shape.crankpin.bending == pytest.approx(by_hand, rel=1e-6)
+    torsion = 0.8 * 0.06 ** (-0.3220 + 0.1015 * 0.75) * 1.055575 * 0.4**-0.145
+    assert shape.crankpin.torsion == pytest.approx(torsion, rel=1e-6)
+    assert shape.journal.torsion == shape.crankpin.torsion  # of equal diameters and fillets
+
+
+def test_no_factor_counts_less_than_half_a_diameter_apart() -> None:
+    far, at_limit = (FilletShape(100, 0, 100, 0, radius, 50, 160, 6, 6) for radius in (190, 150))
+    assert far.crankpin == at_limit.crankpin
+    assert far.journal == at_limit.journal
+
+
+def test_a_recess_never_makes_a_fillet_better() -> None:
+    plain = FilletShape(100, 0, 100, 0, 160, 50, 160, 6, 6)  # s = −0.6: 1.8 + 3.2 s is below 0
+    assert plain.s == pytest.approx(-0.6)
+    within = FilletShape(100, 0, 100, 0, 90, 50, 160, 6, 6, 2.0, 2.0)
+    flush = FilletShape(100, 0, 100, 0, 90, 50, 160, 6, 6)
+    assert within.crankpin.bending / flush.crankpin.bending == pytest.approx(1 + 0.04 * (1.8 + 3.2 * 0.1))
+
+
+def test_ranges_are_told() -> None:
+    assert FilletShape(100, 0, 100, 0, 90, 50, 160, 6, 6).outside(6.0) == ()
+    said = FilletShape(100, 0, 100, 0, 90, 10, 160, 1, 6).outside(1.0)
+    assert [text.split(" is ")[0] for text in said] == [
+        "web thickness over the crankpin",
+        "fillet over the crankpin",
+    ]
+
+
+def test_fatigue_of_stress_in_step_and_out_of_step() -> None:
+    """Bending and torsion of a sine each: in step they add up, a quarter apart the greater counts."""
+    angle = np.linspace(0.0, 2.0 * math.pi, 721)
+    metal = FatigueMetal(1000.0, 300.0, 700.0)
+    bending = 40.0 + 90.0 * np.sin(angle)
+    in_step = Fatigue.of(bending, 60.0 * np.sin(angle), metal)
+    assert in_step.gough_pollard is not None
+    assert in_step.gough_pollard == pytest.approx(300.0 / math.hypot(90.0, math.sqrt(3.0) * 60.0))
+    assert in_step.goodman == pytest.approx(1.0 / (1.0 / in_step.gough_pollard + 40.0 / 1000.0))
+    apart = Fatigue.of(bending, 60.0 * np.cos(angle), metal)
+    assert apart.gough_pollard == pytest.approx(300.0 / (math.sqrt(3.0) * 60.0))
+    assert apart.equivalent_alternating_MPa == pytest.approx(in_step.equivalent_alternating_MPa)
+    pressed = Fatigue.of(bending - 200.0, 0.0 * angle, metal)  # mean compression is no help and no harm
+    assert pressed.goodman == pressed.gough_pollard == pytest.approx(300.0 / 90.0)
+    assert pressed.yielding == pytest.approx(700.0 / 250.0)
+
+
+def test_clockwise_engines_are_as_safe() -> None:
+    mesh = crank_solid(PRESETS["single"], 48).mesh
+    mirrored = ab.crank_from_mesh(
+        np.array(mesh.vertices) * [1, -1, 1], np.array(mesh.triangles)[:, ::-1], density_kg_m3=7850
+    )
+    engine = {**job().raw["engine"], "turns": "cw"}
+    here, there = ab.strength(job(), crank=single()), ab.strength(job(engine=engine), crank=mirrored)
+    for one, other in zip(here.report["fillets"], there.report["fillets"], strict=True):
+        assert one["safety"] == pytest.approx(other["safety"], rel=1e-6)
+        assert one["nominal"]["torsion_MPa"] == pytest.approx(other["nominal"]["torsion_MPa"], rel=1e-6)
+
+
+def test_given_factors_and_strength_are_taken() -> None:
+    given = {
+        **FILLETS,
+        "factor": {"bending": 3.0, "torsion": 2.0},
+        "material": {**STEEL, "fatigue_MPa": 250.0},
+    }
+    (row, *_) = ab.strength(job(strength=given), crank=single()).report["fillets"]
+    assert row["factors"] == {"bending": 3.0, "shear": 0.0, "torsion": 2.0}
+    assert row["fatigue_strength_MPa"] == 250.0
+    low, high = row["nominal"]["bending_MPa"]
+    assert row["stress"]["bending_alternating_MPa"] == pytest.approx(3.0 * 0.5 * (high - low))
+    assert row["outside_of_range"] == []
+
+
+def test_no_fatigue_strength_is_by_size_and_metal() -> None:
+    said = ab.strength(
+        job(strength={**FILLETS, "material": {**STEEL, "fatigue_MPa": "none"}}), crank=single()
+    )
+    (row, *_) = said.report["fillets"]
+    pin = single().throws[0].crankpin.diameter_mm
+    assert row["fatigue_strength_MPa"] == pytest.approx(fatigue_strength_MPa(800.0, pin, 2.0))
+
+
+@pytest.mark.parametrize(
+    ("change", "said"),
+    [
+        ({"pin_fillet_mm": 0.0}, "strength.pin_fillet_mm is 0; must be > 0"),
+        ({"material": {}}, "strength.material.tensile_MPa is missing"),
+        (
+            {"material": {**STEEL, "yield_MPa": 900.0}},
+            "strength.material.yield_MPa is 900, above tensile_MPa",
+        ),
+        ({"factor": "peterson"}, "strength.factor is 'peterson'"),
+        ({"factor": {"bending": 0.5, "torsion": 1.5}}, "strength.factor.bending is 0.5; must be ≥ 1"),
+        ({"fillet_mm": 2.0}, "strength.fillet_mm is an unknown key"),
+    ],
+)
+def test_impossible_tables_are_refused(change: dict[str, Any], said: str) -> None:
+    with pytest.raises(JobError) as caught:
+        job(strength={**FILLETS, **change})
+    assert said in caught.value.lines[0]
+
+
+def test_a_fillet_larger_than_its_web_is_refused() -> None:
+    with pytest.raises(JobError, match=r"strength.pin_fillet_mm is 40; web 1 is 13\.78 mm thick"):
+        ab.strength(job(strength={**FILLETS, "pin_fillet_mm": 40.0}), crank=single())
+
+
+def test_a_job_without_the_table_is_refused() -> None:
+    values = {key: table for key, table in job().raw.items() if key != "strength"}
+    with pytest.raises(JobError, match=r"\[strength\] is missing; it needs pin_fillet_mm"):
+        ab.strength(ab.Job.from_dict(values), crank=single())
+
+
+def balanced(folder: Path) -> Path:
+
+    single().write(folder / "crank.stl")
+    text = json.loads(json.dumps(job().raw))
+    text["crankshaft"] = {"file": str(folder / "crank.stl"), "unit": "mm", "density_kg_m3": 7850.0}
+    made = ab.balance(ab.Job.from_dict(text))
+    made.write(folder / "out", only=("json",))
+    return folder / "out" / "report.json"
+
+
+def test_a_report_is_told_before_and_after_its_cuts(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """Before: as the crank's own job says; after: as the corrected solid's own moments say."""
+    report = balanced(tmp_path)
+    found = ab.strength(report)
+    alone = ab.strength(job(), crank=single())
+    for told, own in zip(found.report["before"]["fillets"], alone.report["fillets"], strict=True):
+        assert told["safety"] == pytest.approx(own["safety"], rel=1e-4)
+    rows = zip(found.report["before"]["fillets"], found.report["fillets"], strict=True)
+    assert any(a["nominal"]["bending_MPa"] != pytest.approx(b["nominal"]["bending_MPa"]) for a, b in rows)
+    assert main(["strength", str(report)]) == 0
+    assert "Before the cuts" in capsys.readouterr().out
+    with pytest.raises(AutobalanceError, match="neither --set nor another crank"):
+        ab.strength(report, crank=single())
+
+
+def test_plots_show_stress_and_safety() -> None:
+    made: StrengthResult = ab.strength(job(), crank=single())
+    assert set(made.plots()) == {"fillet-stress", "crankpin-safety", "journal-safety"}
