@@ -26,7 +26,6 @@ NOT_CHECKED: Mapping[str, str] = {
     "corrections[].deepened_from_mm": PLANNED,
     "corrections[].cutter_mm": PLANNED,
     "corrections[].corner_radius_mm": PLANNED,
-    "corrections[].outline_to_rotor": "axes of the outline; what was cut was checked",
     "corrections[].sector_deg": "the metal does not show where the sector ends",
     "serial": "it is on the part, not in the files",
     "machine_reading": "the machine's reading is believed",

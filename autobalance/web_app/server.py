@@ -35,6 +35,7 @@ MODULES = (
     "job",
     "limits",
     "machine",
+    "nc",
     "open",
     "parts",
     "picking",
@@ -219,7 +220,8 @@ class Pages:
         if verb == "cut":
             values, wrong = self._dragged(values)
         else:
-            wrong = self._wrong_reading(values) if verb == "recut" else self._wrong_job(values)
+            look = {"recut": self._wrong_reading, "nc": self._wrong_machine}.get(verb, self._wrong_job)
+            wrong = look(values)
         return refused(wrong, 400) if wrong else JSONResponse({"id": self._runs.start(verb, values)}, 202)
 
     def _wrong_job(self, values: dict[str, Any]) -> str:
@@ -240,6 +242,15 @@ class Pages:
         """Return what is wrong with a reading on the result of a run, if anything is."""
         if set(values) - {"run", "reading", "trust_reading"} or not isinstance(values.get("reading"), dict):
             return 'the body must be {"verb": "recut", "run": ..., "reading": {...}}'
+        return self._wrong_result(values)
+
+    def _wrong_machine(self, values: dict[str, Any]) -> str:
+        """Return what is wrong with a machine file for the result of a run, if anything is."""
+        if set(values) - {"run", "machine"} or not isinstance(values.get("machine"), str):
+            return 'the body must be {"verb": "nc", "run": ..., "machine": "text of a machine file"}'
+        return self._wrong_result(values)
+
+    def _wrong_result(self, values: dict[str, Any]) -> str:
         told = self._runs.told(str(values.get("run")))
         if told is None or told["state"] != "done" or told["verb"] not in ("balance", "recut"):
             return "run must be a run of balance or recut that is done"

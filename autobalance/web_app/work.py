@@ -143,6 +143,18 @@ def _recut(asked: Asked, place: Place, tell: Progress) -> int:
     return _written(result, place, tell)
 
 
+def _nc(asked: Asked, place: Place, tell: Progress) -> int:
+    """Write the NC programs of a result on a machine whose file was pasted into the page."""
+    import autobalance as ab
+    from autobalance.job.toml.document import toml_of
+
+    report = place.results.parent / asked["run"] / REPORT
+    result = ab.nc(report, toml_of(asked["machine"], "machine file"), progress=tell)
+    result.write(place.results)
+    _report(place, result)
+    return result.exit_code
+
+
 def _written(result: BalanceResult, place: Place, tell: Progress) -> int:
     """Write what the command writes, and what the page shows of it."""
     from autobalance.web_app.meshes import result_view
@@ -273,6 +285,7 @@ VERBS: dict[str, Callable[[Asked, Place, Progress], int]] = {
     "inspect": _inspect,
     "balance": _balance,
     "recut": _recut,
+    "nc": _nc,
     "cut": _cut,
     "compare": _compare,
     "forces": _forces,

@@ -35,6 +35,8 @@ LEAN = 1.0
 BESIDE_MM = 0.1
 WHOLE_FACE = 0.98
 """Share of a face that is cut where all of it is."""
+AXES = 1e-6
+"""How far the axes of an outline may be off those of its face."""
 DRAWN = 1e-3
 """Share by which the area inside an outline may differ from that of the face: its corners are thinned."""
 EDGE_MM2 = 0.1
@@ -60,6 +62,27 @@ def _hanging_together(
 
 BESIDE_DEG = 1e-3
 """How far a room reaches beyond its sector: walls of both in one plane would be merged into slanting ones."""
+
+
+def axes_of_outline(item: Item, normal: Array) -> Array:
+    """Return the axes (4, 4) of an outline on an oblique face: a rotation whose z axis is the face's normal.
+
+    Raises
+    ------
+    FormatError
+        If they are anything else.
+    """
+    try:
+        axes = np.array(item["outline_to_rotor"], dtype=np.float64)
+        turn = axes[:3, :3]
+        is_rotation = axes.shape == (4, 4) and np.allclose(turn @ turn.T, np.eye(3), atol=AXES)
+        fits = is_rotation and np.linalg.det(turn) > 0.0 and np.allclose(axes[:3, 2], normal, atol=AXES)
+        fits = fits and np.allclose(axes[:3, 3], 0.0) and np.allclose(axes[3], [0.0, 0.0, 0.0, 1.0])
+    except (LookupError, TypeError, ValueError):
+        fits = False
+    if not fits:
+        raise FormatError("outline_to_rotor of a correction is no rotation of z to the normal of its face")
+    return axes
 
 
 @dataclass(frozen=True)
@@ -100,7 +123,14 @@ class FaceTrace:
         if not abs(drawn - area) <= DRAWN * area + EDGE_MM2:
             raise FormatError(f"outline of a correction holds {drawn:.6g} mm²; its face has {area:.6g} mm²")
         depth = abs(stated_number(self.item, "depth_mm"))
-        return {"side": side_of(face.normal), "tool_volume_mm3": depth * drawn, "outline": loops}
+        found: dict[str, Any] = {
+            "side": side_of(face.normal),
+            "tool_volume_mm3": depth * drawn,
+            "outline": loops,
+        }
+        if found["side"] is None:
+            found["outline_to_rotor"] = axes_of_outline(self.item, face.normal)
+        return found
 
     def _stated_face(self, crank: Before) -> Face:
         """Return the face that it is said to be on."""

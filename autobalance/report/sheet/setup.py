@@ -101,13 +101,22 @@ def _datums(report: Report, u: DisplayUnits) -> str:
 def _sides(items: Sequence[Mapping[str, Any]]) -> list[str]:
     """Return which end is up for which cuts, and where their depths begin."""
     texts = {
-        "from +z": "+z end up, tool along the axis",
-        "from -z": "-z end up, tool along the axis (seen from above, ccw now counts clockwise)",
-        "from the rim": "crank lying in V-blocks or on centres, tool square to the axis",
+        "from +z": ("T", "+z end up, tool along the axis"),
+        "from -z": ("B", "-z end up, tool along the axis (seen from above, ccw now counts clockwise)"),
+        "from the rim": ("R", "crank lying in V-blocks or on centres, tool square to the axis"),
+        TURNED: ("L", "crank between centres in the lathe"),
     }
     found = []
-    for side, text in texts.items():
-        numbers = [int(item["number"]) for item in items if side_of(item) == side]
-        if numbers:
-            found.append(f"Set-up for {len(numbers)} cut{'s' * (len(numbers) > 1)} {side}: {text}.")
+    for side, (letter, text) in texts.items():
+        count = sum(_side(item) == side for item in items)
+        if count:
+            found.append(f"Set-up {letter} for {count} cut{'s' * (count > 1)} {side}: {text}.")
     return found + kinds.datums(items)
+
+
+TURNED = "round the rim"
+
+
+def _side(item: Mapping[str, Any]) -> str:
+    """Return from where a cut is made, rims turned all round included."""
+    return side_of(item) or (TURNED if "new_radius_mm" in item else "")

@@ -8,6 +8,7 @@ import * as correct from "/static/correct.js";
 import * as drag from "/static/drag.js";
 import * as limits from "/static/limits.js";
 import * as machine from "/static/machine.js";
+import * as nc from "/static/nc.js";
 import * as open from "/static/open.js";
 import * as parts from "/static/parts.js";
 import * as runs from "/static/runs.js";
@@ -55,7 +56,7 @@ view.onpick = (hit) => { if (current === "open") open.pickedInModel(hit); else i
 async function begin() {
   limits.setUp((await askJson("/api/kinds")).kinds, changed);
   for (const each of [open, parts, correct, see, drag]) each.setUp(view);
-  for (const each of [board, machine]) each.setUp();
+  for (const each of [board, machine, nc]) each.setUp();
   for (const id of ["unit", "density", "crankpin-in-file"]) $(id).addEventListener("input", changed);
   await project();
   const told = (await askJson("/api/runs")).runs;
