@@ -23,9 +23,15 @@ from autobalance.api.result_files import (
     staging_for,
     with_outputs,
 )
-from autobalance.balancing.measured_crank import measure_crank, measured_source, work_on_faces
+from autobalance.balancing.measured_crank import (
+    measure_crank,
+    measured_again,
+    measured_source,
+    work_on_faces,
+)
 from autobalance.errors import FileError, JobError
 from autobalance.job import Job, JobSource
+from autobalance.job.model.crank_readings import CrankReadings
 from autobalance.machine_models.measured import Crank as MeasuredCrank
 from autobalance.report.bundle import choice_of
 from autobalance.report.material import Choice
@@ -237,11 +243,8 @@ def run(job: Job, given: Crank | None, tell: Notify, watch: Stopwatch) -> Balanc
         measured = measure_crank(job.crankshaft, watch, job.balance, work_on_faces(job))
     else:
         job = with_crank(job, given)
-        found = given.measured
         with watch.stage("measure"):
-            measured = measured_source(
-                found.source, found.anatomy, found.density_g_mm3, job.balance, work_on_faces(job)
-            )
+            measured = measured_again(given.measured, job)
     from autobalance.balancing.run import balanced_record
 
     record = balanced_record(job, measured, watch, tell)
@@ -261,7 +264,7 @@ def with_crank(job: Job, crank: Crank) -> Job:
         If the job says another density, or another thing of the crankpin.
     """
     own, given = job.crankshaft, crank.crankshaft
-    density, found = own.density_g_mm3, crank.measured.density_g_mm3
+    density, found = own.density_g_mm3, given.density_g_mm3
     if density > 0.0 and abs(density - found) > SAME_DENSITY * found:
         raise JobError(
             f"{job.path.name}: crankshaft.density_kg_m3 is {density * 1e6:g}, the crank given has"
@@ -269,7 +272,18 @@ def with_crank(job: Job, crank: Crank) -> Job:
         )
     overrides = replace(given.overrides, crankpin_in_file=own.overrides.crankpin_in_file)
     off = own.density_pm_g_mm3 if given.density_pm_g_mm3 is None else given.density_pm_g_mm3
-    return replace(job, crankshaft=replace(given, overrides=overrides, density_pm_g_mm3=off))
+    accuracy = own.scan_accuracy_mm if given.scan_accuracy_mm is None else given.scan_accuracy_mm
+    readings = given.readings if given.readings.any else own.readings
+    return replace(
+        job,
+        crankshaft=replace(
+            given,
+            overrides=overrides,
+            density_pm_g_mm3=off,
+            scan_accuracy_mm=accuracy,
+            readings=readings,
+        ),
+    )
 
 
 def _unbalance(values: Mapping[str, Any]) -> Entry:
@@ -313,8 +327,10 @@ def corrected_crank(result: BalanceResult) -> Crank:
     else:
         name = written_name(str(source.format)).removesuffix("-ascii")
         after = source_of_bytes(measured.data, name, before.crankshaft.unit, "all")
-    crank = measured_source(after, before.measured.anatomy, before.measured.density_g_mm3)
-    return Crank(crank, replace(before.crankshaft, file=None))
+    was = before.measured
+    crank = measured_source(after, was.anatomy, was.density_g_mm3, calibration=was.calibration)
+    own = replace(before.crankshaft, file=None, readings=CrankReadings(), density_g_mm3=was.density_g_mm3)
+    return Crank(crank, own)
 
 
 @dataclass(frozen=True, eq=False)

@@ -120,6 +120,7 @@ def inspect(
             measured.volume_mm3,
             measured.anatomy,
             facet_entry(measured.facets, measured.correction),
+            measured.calibration,
         ),
         initial=Unbalance.of(measured.moments),
         surfaces=surfaces_entry(measured),

@@ -37,6 +37,7 @@ from autobalance.engine.balance_factor import balance_factor, bob_weight_moments
 from autobalance.errors import CorrectionError, JobError
 from autobalance.job import Job
 from autobalance.job.files.reading import MachineReading, ReadPlane
+from autobalance.job.model.crank_readings import CrankReadings
 from autobalance.machine_models import rotor_from_job
 from autobalance.report.balance.stage_values import StageNotes, stage_values
 from autobalance.rigid_rotor.unbalance import Unbalance
@@ -261,10 +262,14 @@ def _bob_weight(throw: Any, grams: float) -> Unbalance:
 
 
 def _job(job: Job, reading: MachineReading) -> Job:
-    """Return the job with the reading's [correction] in place of its own."""
-    if reading.correction is None:
-        return job
-    return jobs.parse({**job.raw, "correction": reading.correction}, job.path)
+    """Return the job with the reading's [correction] in place of its own.
+
+    What a shop measured of the bare crank says nothing of the one that was cut since.
+    """
+    own = replace(job.crankshaft, readings=CrankReadings())
+    if reading.correction is not None:
+        job = jobs.parse({**job.raw, "correction": reading.correction}, job.path)
+    return replace(job, crankshaft=own)
 
 
 def earlier_reading(earlier: EarlierStage) -> JudgedReading:

@@ -60,12 +60,10 @@ def _of_job(job: Job, crank: Crank | None, tell: Notify) -> Plan:
     if crank is None:
         return planned(job, tell)
     from autobalance.api.balance import with_crank
-    from autobalance.balancing.measured_crank import measured_source, work_on_faces
+    from autobalance.balancing.measured_crank import measured_again
 
-    job, found = with_crank(job, crank), crank.measured
-    faces = work_on_faces(job)
-    measured = measured_source(found.source, found.anatomy, found.density_g_mm3, job.balance, faces)
-    return planned(job, tell, measured)
+    job = with_crank(job, crank)
+    return planned(job, tell, measured_again(crank.measured, job))
 
 
 def _of_report(path: Path, tell: Notify, settings: Sequence[str]) -> StudiedPlan:

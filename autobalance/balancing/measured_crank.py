@@ -15,6 +15,7 @@ from autobalance.job import Balance, Crankshaft, Job
 from autobalance.machine_models.crank_size import refuse_density, refuse_size
 from autobalance.machine_models.facet_correction import NOT_ASKED, FacetCorrection
 from autobalance.machine_models.measured import Crank, holds_crankpins
+from autobalance.machine_models.scan_calibration import Calibration, Scanned, calibration_of
 from autobalance.rigid_rotor.moments import Moments
 from autobalance.runtime import Stopwatch
 from autobalance.solid.chordal_error.estimate import ChordalError, chordal_error_of
@@ -72,7 +73,7 @@ def recognise_and_measure(
         raise RecognitionError(f"{crankshaft.file}: {error}") from None
     density = crankshaft.density_g_mm3
     moments = source.moments(density).moved(anatomy.file_to_rotor)
-    return measured_source(source, anatomy, density, asks, with_faces, moments)
+    return measured_source(source, anatomy, density, asks, with_faces, moments, crankshaft)
 
 
 def measured_source(
@@ -82,10 +83,13 @@ def measured_source(
     asks: Balance | None = None,
     with_faces: bool = False,
     moments: Moments | None = None,
+    read_as: Crankshaft | None = None,
+    calibration: Calibration | None = None,
 ) -> Crank:
     """Measure a crank that was read and recognised, as exactly as ``asks``.
 
-    ``moments`` (rotor frame) are the solid's where they are known already.
+    ``moments`` (rotor frame) are the solid's where they are known already; ``read_as`` has what a shop
+    measured of the crank. Of a crank that was cut since, ``calibration`` has what was found before.
     """
     faces = find_faces(source.solid.mesh, anatomy, source.surfaces) if with_faces else ()
     moments_found = source.moments(density_g_mm3, anatomy.file_to_rotor) if moments is None else moments
@@ -94,7 +98,55 @@ def measured_source(
     if facets is not None and asks is not None:
         correction = FacetCorrection.of(facets, asks.facet_correction)
         moments_found = moments_found + correction.part(facets.missing)
-    return Crank(source, anatomy, density_g_mm3, moments_found, facets, correction, faces)
+    crank = Crank(source, anatomy, density_g_mm3, moments_found, facets, correction, faces)
+    if calibration is not None:
+        return replace(crank, moments=crank.moments + calibration.added, calibration=calibration)
+    return crank if read_as is None or not read_as.readings.any else _calibrated(crank, read_as)
+
+
+def _calibrated(crank: Crank, read_as: Crankshaft) -> Crank:
+    """Return a crank whose moments agree with what was measured of it, as far as that is asked for."""
+    density, pm = crank.density_g_mm3, read_as.density_pm_g_mm3 or 0.0
+    hides = None if crank.correction.unbalance else crank.facets
+    scanned = Scanned(
+        crank.source.solid.mesh,
+        crank.anatomy,
+        density,
+        crank.moments,
+        hides,
+        read_as.scan_accuracy_mm,
+        pm / density,
+    )
+    calibration = calibration_of(scanned, read_as.readings)
+    if calibration is None:
+        return crank
+    denser = calibration.density_g_mm3 / density
+    facets = crank.facets
+    if facets is not None and denser != 1.0:
+        facets = facets_of(crank.source, calibration.density_g_mm3, crank.anatomy)
+    return replace(
+        crank,
+        density_g_mm3=calibration.density_g_mm3,
+        moments=crank.moments.scaled(denser) + calibration.added,
+        facets=facets,
+        calibration=calibration,
+    )
+
+
+def measured_again(crank: Crank, job: Job) -> Crank:
+    """Measure a crank that is there already as a job asks, which has taken its [crankshaft] over."""
+    own = job.crankshaft
+    known = None if own.readings.any else crank.calibration
+    density = crank.density_g_mm3 if known is not None else own.density_g_mm3
+    return measured_source(
+        crank.source,
+        crank.anatomy,
+        density,
+        job.balance,
+        work_on_faces(job),
+        read_as=own,
+        calibration=known,
+    )
 
 
 def recognised(source: Source, hints: Overrides) -> Anatomy:

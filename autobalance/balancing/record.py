@@ -17,6 +17,7 @@ if TYPE_CHECKING:  # ``inspect`` needs none of the planning and balancing that t
     from autobalance.dynamics.staged_assembly import AssemblyStage
     from autobalance.engine.force_summary import ShakingForce
     from autobalance.machine_models.gas_loads import LoadsWithGas
+    from autobalance.machine_models.scan_calibration import Calibration
     from autobalance.rigid_rotor.moments import Moments
     from autobalance.rigid_rotor.tolerance import Tolerance
     from autobalance.rigid_rotor.unbalance import Unbalance
@@ -72,6 +73,7 @@ class MeasuredCrank:
     volume_mm3: float
     anatomy: Anatomy
     facet_error: ChordalErrorEntry | None = None
+    calibration: Calibration | None = None
 
 
 @dataclass(frozen=True)

@@ -26,7 +26,7 @@ from autobalance.balancing.record import (
     Record,
 )
 from autobalance.balancing.rotor import Rotor
-from autobalance.balancing.scan_uncertainty import scan_share
+from autobalance.balancing.scan_share import scan_share
 from autobalance.correction import Limits, finishing
 from autobalance.correction.faces.cut import FaceCut
 from autobalance.crank.anatomy import Anatomy, Face
@@ -189,8 +189,7 @@ def compare_job(job: Job, progress: Notify, crank_read: Crank | None = None) -> 
     if crank_read is None:
         crank = measured_crank.measure_crank(job.crankshaft, watch, job.balance, work_on_faces(every))
     else:
-        read_as = crank_read.source, crank_read.anatomy, crank_read.density_g_mm3
-        crank = measured_crank.measured_source(*read_as, job.balance, work_on_faces(every))
+        crank = measured_crank.measured_again(crank_read, every)
     rotor_from_job.check_engine(job, crank.anatomy)
     odd = (*crank.warnings(job.crankshaft.file), *oddities(job, crank))
     factor = rotor_from_job.target_factor(job, crank.anatomy, crank.moments)
@@ -226,6 +225,7 @@ def rotor_of(job: Job, crank: Crank, tolerance: Tolerance, factor: float) -> Rot
             crank.facets,
             spacing,
             scan_share(crank, job.crankshaft.scan_accuracy_mm, tolerance.places_mm),
+            crank.is_calibrated,
         )
     return Rotor(
         solid=crank.source.solid,
@@ -238,7 +238,7 @@ def rotor_of(job: Job, crank: Crank, tolerance: Tolerance, factor: float) -> Rot
         factor=factor,
         budget=None if causes is None else causes.budget,
         exact=crank.source.exact,
-        hidden=None if crank.facets is None else crank.correction.left(crank.facets, crank.anatomy),
+        hidden=crank.hidden,
     )
 
 
@@ -256,7 +256,11 @@ def record_of(
         command="balance",
         input=input_file(job.crankshaft.file, crank),
         crank=MeasuredCrank(
-            crank.moments, crank.volume_mm3, crank.anatomy, _facet_entry(crank, tolerance, result)
+            crank.moments,
+            crank.volume_mm3,
+            crank.anatomy,
+            _facet_entry(crank, tolerance, result),
+            crank.calibration,
         ),
         initial=result.initial,
         surfaces=measured_crank.surfaces_entry(crank),
@@ -298,7 +302,7 @@ def _facet_entry(crank: Crank, tolerance: Tolerance, result: Result) -> ChordalE
     faceted = None if crank.source.exact is not None else crank.facets
     if faceted is not None and result.doubt is not None and "facets" in result.doubt.shares:
         finer = chordal_correction.needed(faceted, tolerance, result.doubt.shares["facets"])
-    after = None if result.measured is None else result.measured.added
+    after = None if result.measured is None else result.measured.added - crank.calibrated
     return chordal_correction.facet_entry(crank.facets, crank.correction, finer, after)
 
 

@@ -52,6 +52,8 @@ class UncertaintyBudget:
         Between two numbers that the file can distinguish, at the far end of the crank.
     scan : Share or None
         What noise, the scanner and the fitted axis leave uncertain, of a scanned crank.
+    calibrated : bool
+        Whether ``crank`` has what its facets hide, by a scale or a micrometer.
     """
 
     job: Job
@@ -62,6 +64,7 @@ class UncertaintyBudget:
     facets: ChordalError
     spacing_mm: float
     scan: Share | None = None
+    calibrated: bool = False
 
     def budget(self, bare: Moments, corrections: Sequence[Correction] = ()) -> Budget:
         """Return how far the unbalance may be off once ``bare`` is what the crank is, rotor frame."""
@@ -80,7 +83,7 @@ class UncertaintyBudget:
                 "facets": facets_share(
                     self._carried(self.facets.missing),
                     along_the_axis(bar, bar * mean, bar * mean_square),
-                    corrected=corrected.unbalance,
+                    corrected=corrected.unbalance or self.calibrated,
                     places=places,
                 ),
                 "rounding": rounding_share(self.crank, self.spacing_mm, places),

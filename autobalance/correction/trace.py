@@ -55,6 +55,11 @@ class Before:
         """Corners (k, 3, 3) of its facets, rotor frame."""
         return self.mesh.moved(self.anatomy.file_to_rotor).corners
 
+    @property
+    def facet_mm2(self) -> float:
+        """Area that nearly all facets are smaller than."""
+        return 0.5 * float(np.quantile(self.mesh.doubled_areas, 0.99))
+
 
 THIN, THIN_MM = 8.0, 1e-4
 """Times how exactly places are known, and length beside that, within which heights are one."""

@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 import copy
+import math
 from typing import Any
 
 from autobalance.crank.anatomy import PinHint
 from autobalance.job.read import Job
+from autobalance.job.scan_keys import described_readings
 from autobalance.units import G_PER_MM3_PER_KG_M3
 
 
@@ -28,10 +30,11 @@ def _crankshaft(job: Job) -> dict[str, Any]:
         "file": raw.get("file", None if crank.file is None else str(crank.file)),
         "unit": crank.unit,
         **{
-            key: None if density is None else float(raw.get(key, density / G_PER_MM3_PER_KG_M3))
+            key: None if density is None else _as_said(raw.get(key), density / G_PER_MM3_PER_KG_M3)
             for key, density in densities.items()
         },
         **({} if crank.scan_accuracy_mm is None else {"scan_accuracy_mm": crank.scan_accuracy_mm}),
+        **described_readings(crank.readings),
         "crankpin_in_file": crank.crankpin_in_file,
         "axis_point_mm": _listed(hints.axis_point_mm),
         "axis_direction": _listed(hints.axis_direction),
@@ -39,6 +42,11 @@ def _crankshaft(job: Job) -> dict[str, Any]:
         "main_journals": None if hints.main_journals is None else [_pin(pin) for pin in hints.main_journals],
         "body": crank.body,
     }
+
+
+def _as_said(said: float | None, now: float) -> float:
+    """Return a number in the job's own digits, where it is still the one that the job says."""
+    return float(said) if said is not None and math.isclose(said, now, rel_tol=1e-12) else now
 
 
 def _pin(pin: PinHint) -> dict[str, Any]:

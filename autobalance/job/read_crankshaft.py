@@ -13,6 +13,7 @@ from autobalance.crank.anatomy import Overrides, PinHint
 from autobalance.errors import JobError
 from autobalance.job.density import density_keys
 from autobalance.job.model import Crankshaft, LengthUnit
+from autobalance.job.scan_keys import SCAN, readings_of
 from autobalance.job.toml.convert import convert
 from autobalance.job.toml.keys import FILLED, Key, Values, read
 from autobalance.ranges import COUNTED, NOT_NEGATIVE, POSITIVE
@@ -59,15 +60,7 @@ CRANKSHAFT = Key(
             None,
             usual="not stated",
         ),
-        Key(
-            "scan_accuracy_mm",
-            float,
-            "of the scanner, over its whole volume, 95 %: how far its skin and scale may be off; "
-            "see [scan.md](scan.md)",
-            POSITIVE,
-            None,
-            usual="the roughness measured stands in",
-        ),
+        *SCAN,
         Key(
             "crankpin_in_file",
             bool,
@@ -157,6 +150,7 @@ def crankshaft_of(values: Values, folder: Path) -> Crankshaft:
         None if file is None else _body(values["body"], file),
         None if off is None else off * G_PER_MM3_PER_KG_M3,
         values["scan_accuracy_mm"],
+        readings_of(values),
     )
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -11,10 +12,12 @@ from autobalance.crank.anatomy import Anatomy, Face
 from autobalance.crank.recognition.alignment import misalignment_warning
 from autobalance.machine_models.crank_size import odd_size
 from autobalance.machine_models.facet_correction import NOT_ASKED, FacetCorrection
+from autobalance.machine_models.scan_calibration import Calibration
 from autobalance.rigid_rotor.moments import Moments
 from autobalance.solid.chordal_error.estimate import ChordalError
 from autobalance.solid.csg.solid import Solid
 from autobalance.solid.formats.read import Source
+from autobalance.types import Floats
 
 FILLED = 0.05
 """Share of the box around a crankpin that even a hollow one fills."""
@@ -31,12 +34,32 @@ class Crank:
     facets: ChordalError | None
     correction: FacetCorrection = NOT_ASKED
     faces: tuple[Face, ...] = ()
+    calibration: Calibration | None = None
 
     @property
     def volume_mm3(self) -> float:
         """Volume [mm³], what the facets hide added where the moments have it."""
         added = Moments.zero() if self.facets is None else self.correction.part(self.facets.missing)
-        return self.source.volume_mm3 + added.mass_g / self.density_g_mm3
+        return self.source.volume_mm3 + (added + self.calibrated).mass_g / self.density_g_mm3
+
+    @property
+    def calibrated(self) -> Moments:
+        """What a calibration added to the moments; nothing without one."""
+        return Moments.zero() if self.calibration is None else self.calibration.added
+
+    @property
+    def is_calibrated(self) -> bool:
+        """Whether its moments were made to agree with what was measured of it."""
+        return self.calibration is not None and self.calibration.by != "none"
+
+    @property
+    def hidden(self) -> Callable[[Floats], Moments] | None:
+        """How to find what a cut crank has beside its loose triangles; None: nothing is added to them."""
+        own = None if self.facets is None else self.correction.left(self.facets, self.anatomy)
+        if self.calibration is None or not self.is_calibrated:
+            return own
+        even = self.calibration.added
+        return lambda soup: even if own is None else even + own(soup)
 
     @property
     def holds_crankpins(self) -> bool:
@@ -47,7 +70,8 @@ class Crank:
         """Return what a user should know of the file and the crank in it, one line each."""
         misaligned = misalignment_warning(self.anatomy)
         odd = (odd_size(self.source), misaligned)
-        texts = [*self.source.repairs, *(text for text in odd if text is not None)]
+        read = () if self.calibration is None else self.calibration.contradictions
+        texts = [*self.source.repairs, *(text for text in odd if text is not None), *read]
         return tuple(text if file is None else f"{file}: {text}" for text in texts)
 
 

@@ -6,7 +6,7 @@ import math
 
 import numpy as np
 
-from autobalance.balancing.scan_uncertainty import scan_share
+from autobalance.balancing.scan_share import scan_share
 from autobalance.balancing.uncertainty_budget import UncertaintyBudget, spacing_mm
 from autobalance.crank.anatomy import Anatomy
 from autobalance.errors import ClaimError
@@ -30,7 +30,9 @@ def causes_of(
     measured = given_in.crank
     places = tolerance.places_mm
     scan = scan_share(measured, job.crankshaft.scan_accuracy_mm, places)
-    return UncertaintyBudget(job, anatomy, crank, tolerance, factor, facets or nothing, spacing, scan)
+    return UncertaintyBudget(
+        job, anatomy, crank, tolerance, factor, facets or nothing, spacing, scan, measured.is_calibrated
+    )
 
 
 def depth_rates(claims: Claims) -> list[Moments]:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -17,6 +18,7 @@ from autobalance.errors import ClaimError, FormatError, JobError
 from autobalance.job import Job
 from autobalance.rigid_rotor.moments import Moments
 from autobalance.types import Array
+from autobalance.units import G_PER_MM3_PER_KG_M3
 from autobalance.verification.claims import ROUNDING, Claims
 
 RIGID = 1e-9
@@ -29,9 +31,27 @@ def claimed_job(claims: Claims) -> Job:
     file = raw.pop("file", "job")
     try:
         job = jobs.parse(raw, Path(str(file)), crank_given=True)
-        return _with_claimed_external(claims, job)
+        return _with_claimed_density(claims, _with_claimed_external(claims, job))
     except JobError as error:
         raise FormatError(f"{claims.name}: job: {error}") from None
+
+
+def _with_claimed_density(claims: Claims, job: Job) -> Job:
+    """Return a job with the density that its report says was calibrated; the crank shows if it is so."""
+    calibration = claims.get("crank", dict).get("calibration")
+    if calibration is None or job.crankshaft.readings.calibrate != "density":
+        return job
+    density = float(claims.get("crank.calibration.density_kg_m3", float)) * G_PER_MM3_PER_KG_M3
+    if not 0.0 < density < math.inf:
+        raise FormatError(f"{claims.name}: crank.calibration.density_kg_m3 must be > 0")
+    return replace(job, crankshaft=replace(job.crankshaft, density_g_mm3=density))
+
+
+def density_before(claims: Claims, job: Job) -> float:
+    """Return the density that a job says, before anything was calibrated [g/mm³]."""
+    if job.crankshaft.readings.calibrate != "density":
+        return job.crankshaft.density_g_mm3
+    return float(claims.get("job.crankshaft.density_kg_m3", float)) * G_PER_MM3_PER_KG_M3
 
 
 def _with_claimed_external(claims: Claims, job: Job) -> Job:

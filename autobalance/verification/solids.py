@@ -26,7 +26,9 @@ from autobalance.solid.mesh.measure import soup_moments
 from autobalance.solid.slicing.independent import agreement, slice_moments
 from autobalance.solid.soundness.validate import refuse_overlap_exactly
 from autobalance.types import Array, Floats
+from autobalance.units import G_PER_MM3_PER_KG_M3
 from autobalance.verification.claims import ROUNDING, Claims
+from autobalance.verification.premises import density_before
 
 FACET_BARS = 3.0
 """Error bars of what facets hide by which true surfaces may differ from slices of facets laid over them."""
@@ -283,15 +285,28 @@ def check_crank(
 
     They are taken in the report's own frame, which was found again where it could be.
     """
-    density = job.crankshaft.density_g_mm3
-    key = ("crank", id(source), density, job.balance.margin, job.balance.facet_correction)
-    crank = files.once(
-        key, lambda: measured_crank.measured_source(source, anatomy_found, density, job.balance)
+    given_density, own = density_before(claims, job), job.crankshaft
+    key = (
+        "crank",
+        id(source),
+        given_density,
+        repr(own.readings),
+        job.balance.margin,
+        job.balance.facet_correction,
     )
+    crank = files.once(
+        key,
+        lambda: measured_crank.measured_source(
+            source, anatomy_found, given_density, job.balance, read_as=own
+        ),
+    )
+    density = crank.density_g_mm3
+    if abs(density - own.density_g_mm3) > ROUNDING * density:
+        claims.near("crank.calibration.density_kg_m3", density / G_PER_MM3_PER_KG_M3, density)
     bare = source.moments(density, frame)
-    added = Moments.zero()
+    added = crank.calibrated
     if crank.facets is not None:
-        added = crank.correction.part(crank.facets.missing)
+        added = added + crank.correction.part(crank.facets.missing)
     check_properties(claims, "crank", bare + added, source.volume_mm3 + added.mass_g / density)
     return Given(crank, bare)
 
@@ -307,15 +322,16 @@ def check_source(claims: Claims, source: Source) -> None:
 
 def hidden_part(claims: Claims, job: Job, anatomy: Anatomy, given_in: Given, soup: Floats | None) -> Moments:
     """Check and return what is added for the facets of the corrected solid, loose triangles ``soup``."""
+    even = given_in.crank.calibrated
     if claims.get("crank", dict).get("facet_error") is None or not job.balance.facet_correction:
-        return Moments.zero()
+        return even
     key = "crank.facet_error.added"
     source, facets = given_in.source, given_in.facets
     correction = None if facets is None else FacetCorrection.of(facets, True)
     claims.same("crank.facet_error.correction", None if correction is None else correction.verdict)
     if facets is None or correction is None or not correction.mass:
         claims.same(key, None)
-        return Moments.zero()
+        return even
     before = correction.part(facets.missing)
     left = correction.left(facets, anatomy)
     after = before if soup is None or left is None else left(soup)
@@ -328,7 +344,7 @@ def hidden_part(claims: Claims, job: Job, anatomy: Anatomy, given_in: Given, sou
         claims.near(
             f"{key}.{name}.polar_inertia_kg_mm2", moments.polar_inertia_g_mm2 / 1000.0, reach / 1000.0
         )
-    return after
+    return after + even
 
 
 # --- the other files ----------------------------------------------------------------------------------------

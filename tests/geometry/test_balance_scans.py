@@ -8,10 +8,10 @@ import numpy as np
 import pytest
 
 import autobalance as ab
-from autobalance.balancing.scan_uncertainty import scan_uncertainty
 from autobalance.crank.anatomy import Overrides
 from autobalance.crank.faces import find_faces
 from autobalance.crank.recognition.recognise import recognise
+from autobalance.machine_models.scan_uncertainty import scan_uncertainty
 from autobalance.solid.chordal_error.of_scans import chordal_error_of_scan
 from autobalance.solid.csg.solid import Solid
 from autobalance.solid.formats.write import Written

@@ -45,6 +45,8 @@ EDGE_MM = 0.05
 """Depth from which edges are read: rounding leaves walls as high as those of a thinner layer."""
 EDGE_DEG = 0.05
 """By how much an edge may lie beside its listed angle."""
+OWN_FACETS = 2.0
+"""Edges that are not listed are seen in the metal of a scan when they have so many facets' area more."""
 
 
 def _hanging_together(
@@ -263,11 +265,14 @@ def _edge_deg(
     facets = _radial_facets(layer, side, metal.near_mm)
     if listed_deg is not None and _area_at(*facets, listed_deg) >= EDGE_MM2:
         return listed_deg
+    least = EDGE_MM2
+    if metal.crank.anatomy.scan is not None:  # pieces of a rough surface's own facets lie any way
+        least += OWN_FACETS * metal.crank.facet_mm2
     area_at = {float(angle): _area_at(*facets, angle) for angle in facets[0]}
     area_at = {
         angle: area
         for angle, area in area_at.items()
-        if area >= EDGE_MM2 and (other_deg is None or _apart_deg(angle, other_deg) > EDGE_DEG)
+        if area >= least and (other_deg is None or _apart_deg(angle, other_deg) > EDGE_DEG)
     }
     if area_at:
         own = _radial_facets(metal.crank.corners, side, metal.near_mm)

@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import Any, Literal
 
 from autobalance.crank.anatomy import Overrides
+from autobalance.job.model.crank_readings import CrankReadings
 from autobalance.rigid_rotor.margin import Margin
 from autobalance.rigid_rotor.tolerance import Judge
 
@@ -24,7 +25,7 @@ class Crankshaft:
     ``file`` is None where the crank is given as an object; ``unit`` is None where the format carries its
     own; ``body`` picks one of several solids, from 1, or by its name where the format has names;
     ``density_pm_g_mm3`` is by how much the density may be off, None where the job does not say;
-    ``scan_accuracy_mm`` is the scanner's, likewise.
+    ``scan_accuracy_mm`` is the scanner's, likewise; ``readings`` are what a shop measured of it.
     """
 
     file: Path | None
@@ -34,6 +35,7 @@ class Crankshaft:
     body: int | str | None
     density_pm_g_mm3: float | None = None
     scan_accuracy_mm: float | None = None
+    readings: CrankReadings = field(default_factory=CrankReadings)
 
     @property
     def crankpin_in_file(self) -> bool:

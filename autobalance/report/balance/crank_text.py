@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
+from autobalance.report.balance.scan_text import scan_lines
 from autobalance.report.balance.suggestion_text import suggestions_text
 from autobalance.report.balance.text import Values
 from autobalance.report.display_units import DisplayUnits, fixed
@@ -153,21 +154,8 @@ def _anatomy(report: Values, units: DisplayUnits) -> str:
         rows.append((f"  web {web['number']}", units.of_length(middle), "", width, note))
     off = units.of_length(crank["journal_misalignment_mm"])
     return "\n".join(
-        [table(rows), f"  main journals within {off} of the common axis", *_roughness(crank, units)]
+        [table(rows), f"  main journals within {off} of the common axis", *scan_lines(crank, units)]
     )
-
-
-def _roughness(crank: Values, units: DisplayUnits) -> list[str]:
-    """Say how rough a scanned surface is, how sure the axis, and which journal runs out most."""
-    if "roughness_mm" not in crank:
-        return []
-    axis = crank["axis_uncertainty"]
-    worst = max(crank["main_journals"], key=lambda journal: journal["journal_run_out_mm"])
-    return [
-        f"  scanned: rough by {units.of_length(crank['roughness_mm'])}; axis to"
-        f" ±{units.of_length(axis['offset_mm'])} and ±{axis['angle_deg']:.4f}° (standard errors)",
-        f"  main journal {worst['number']} runs out by {units.of_length(worst['journal_run_out_mm'])}",
-    ]
 
 
 def _counterweight_note(web: Values, units: DisplayUnits) -> str:

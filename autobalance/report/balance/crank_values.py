@@ -14,10 +14,11 @@ from autobalance.balancing.record import (
 from autobalance.crank.anatomy import Anatomy, Face, MainJournal, Pin, Throw, Web
 from autobalance.crank.scan import ScanFit, ScannedCylinder
 from autobalance.crank.sections import Section
+from autobalance.machine_models.scan_calibration import Calibration
 from autobalance.report.balance.datum_values import datum_values
 from autobalance.rigid_rotor.moments import Moments
 from autobalance.types import Array
-from autobalance.units import wrapped_deg
+from autobalance.units import G_PER_MM3_PER_KG_M3, wrapped_deg
 
 if TYPE_CHECKING:
     from autobalance.report.records import crank as crank_records
@@ -108,7 +109,22 @@ def crank_values(crank: MeasuredCrank) -> crank_records.Crank:
             "offset_mm": anatomy.scan.axis_offset_mm,
             "angle_deg": anatomy.scan.axis_angle_deg,
         }
+    if crank.calibration is not None:
+        values["calibration"] = _calibration(crank.calibration)
     return values
+
+
+def _calibration(calibration: Calibration) -> crank_records.Calibration:
+    return {
+        "by": calibration.by,
+        "skin_mm": calibration.skin_mm,
+        "skin_pm_mm": calibration.skin_pm_mm,
+        "scale": calibration.scale,
+        "scale_pm": calibration.scale_pm,
+        "density_kg_m3": calibration.density_g_mm3 / G_PER_MM3_PER_KG_M3,
+        "mass_difference_g": calibration.mass_difference_g,
+        "contradictions": list(calibration.contradictions),
+    }
 
 
 def _journal(pin: MainJournal, scan: ScanFit | None) -> crank_records.Journal:

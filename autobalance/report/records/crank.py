@@ -198,6 +198,19 @@ class AxisUncertainty(TypedDict):
     angle_deg: NotNegative
 
 
+class Calibration(TypedDict):
+    """What a scale and a micrometer say of the scan; of "none" nothing was calibrated by it."""
+
+    by: Literal["skin", "density", "none"]
+    skin_mm: Annotated[float, "how far the scanned surface lies outside the crank's"]
+    skin_pm_mm: NotNegative
+    scale: Annotated[Positive, "of the scan: its lengths over the crank's"]
+    scale_pm: NotNegative
+    density_kg_m3: Positive
+    mass_difference_g: Annotated[float | None, "of the scan as it came less the scale's; null: not weighed"]
+    contradictions: list[str]
+
+
 class Crank(MassProperties):
     """The crank as measured and recognised; of a scanned one also how rough it is, and how sure."""
 
@@ -209,3 +222,4 @@ class Crank(MassProperties):
     datums: Datums | None
     roughness_mm: NotRequired[Annotated[NotNegative, "root mean square"]]
     axis_uncertainty: NotRequired[AxisUncertainty]
+    calibration: NotRequired[Calibration]

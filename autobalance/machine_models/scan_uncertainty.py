@@ -9,8 +9,8 @@ import numpy as np
 
 from autobalance.crank.anatomy import Anatomy
 from autobalance.crank.scan import ScanFit
-from autobalance.machine_models.measured import Crank
 from autobalance.rigid_rotor.moments import Moments
+from autobalance.rigid_rotor.unbalance import Unbalance
 from autobalance.rigid_rotor.uncertainty import Places, Share, root_sum
 from autobalance.solid.mesh.mesh import Mesh
 from autobalance.solid.roughness.estimate import smoothed_normals
@@ -31,22 +31,6 @@ class ScanUncertainty:
     share: Share
 
 
-def scan_share(crank: Crank, accuracy_mm: float | None, places: Places) -> Share | None:
-    """Return what a scan leaves uncertain of a measured crank's unbalance; None where it is drawn."""
-    if crank.anatomy.scan is None:
-        return None
-    uncertainty = scan_uncertainty(
-        crank.source.solid.mesh,
-        crank.anatomy,
-        crank.anatomy.scan,
-        crank.moments,
-        crank.density_g_mm3,
-        accuracy_mm,
-        places,
-    )
-    return uncertainty.share
-
-
 def scan_uncertainty(
     mesh: Mesh,
     anatomy: Anatomy,
@@ -55,6 +39,7 @@ def scan_uncertainty(
     density_g_mm3: float,
     accuracy_mm: float | None,
     places: Places = None,
+    skin_and_scale: Array | None = None,
 ) -> ScanUncertainty:
     """Return what a scan leaves uncertain of the crank's mass and unbalance.
 
@@ -73,28 +58,54 @@ def scan_uncertainty(
         stands in.
     places : (float, float), optional
         Where planes A and B stand [mm].
+    skin_and_scale : (2, 2) float, optional
+        Covariance of the scanner's skin [mm] and scale, where they were calibrated; None: what the accuracy
+        leaves open of them.
     """
     placed = mesh.moved(anatomy.file_to_rotor)
     surface = _Surface.of(placed)
-    skin = fit.roughness_mm if accuracy_mm is None else accuracy_mm
     levers = _levers(surface, places) * density_g_mm3
     noise = _noise_covariance(surface, fit, levers)
-    mass_noise = ONE * math.sqrt(max(float(noise[0, 0]), 0.0))
-    skinned = skin * (levers @ surface.area)
-    stretch = skin / mesh.diagonal_mm
+    if skin_and_scale is None:
+        skin_and_scale = systematic(
+            fit.roughness_mm if accuracy_mm is None else accuracy_mm, mesh.diagonal_mm
+        )
+    acting = np.stack([levers @ surface.area, _stretched(crank, places)], axis=1)
+    even = noise[:1, :1] + acting[:1] @ skin_and_scale @ acting[:1].T
     vectors = [_lengths(noise, number) for number in range(1, len(noise), 2)]
+    evenly = [
+        ONE * math.sqrt(max(float(np.trace(rows @ skin_and_scale @ rows.T)), 0.0))
+        for rows in (acting[number : number + 2] for number in range(1, len(acting), 2))
+    ]
     shares = [
         Share(vectors[0], tuple(vectors[1:])),
-        Share(
-            float(np.hypot(*skinned[1:3])),
-            tuple(float(np.hypot(*skinned[k : k + 2])) for k in range(3, len(skinned), 2)),
-        ),
-        _of_moments(crank.scaled(4.0 * stretch), places),
+        Share(evenly[0], tuple(evenly[1:])),
         _of_axis(crank, fit, places),
         _of_moments(crank.scaled(ONE * math.radians(fit.angle_pm_deg[0])), places),
     ]
-    mass = math.hypot(mass_noise, float(skinned[0]), 3.0 * stretch * crank.mass_g)
+    mass = ONE * math.sqrt(max(float(even[0, 0]), 0.0))
     return ScanUncertainty(mass, root_sum(shares, places))
+
+
+def systematic(accuracy_mm: float, diagonal_mm: float) -> Array:
+    """Return the covariance (2, 2) of skin [mm] and scale that a scanner's accuracy (95 %) leaves open."""
+    return np.diag([(accuracy_mm / ONE) ** 2, (accuracy_mm / diagonal_mm / ONE) ** 2])
+
+
+def mass_noise_g(mesh: Mesh, fit: ScanFit, density_g_mm3: float) -> float:
+    """Return within what 95 % of the masses are that noise alone makes of one crank [g]."""
+    surface = _Surface.of(mesh)
+    noise = _noise_covariance(surface, fit, np.full((1, len(surface.area)), density_g_mm3))
+    return ONE * math.sqrt(max(float(noise[0, 0]), 0.0))
+
+
+def _stretched(crank: Moments, places: Places) -> Array:
+    """Return what a scale that is off by 1 does to mass, resultant and planes (1 + 2 [+ 4])."""
+    changes = [3.0 * crank.mass_g, *(4.0 * crank.first_g_mm[:2])]
+    if places is not None:
+        for vector in Unbalance.of(crank).in_planes(*places):
+            changes += [4.0 * part for part in vector]
+    return np.array(changes)
 
 
 @dataclass(frozen=True, eq=False)

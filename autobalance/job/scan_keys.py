@@ -1,0 +1,74 @@
+"""Keys of ``[crankshaft]`` for a crank that was scanned: the scanner, a scale, a micrometer."""
+
+from __future__ import annotations
+
+from autobalance.errors import JobError
+from autobalance.job.model.crank_readings import Calibrate, CrankReadings
+from autobalance.job.toml.keys import Key, Values
+from autobalance.ranges import NOT_NEGATIVE, POSITIVE
+
+SCAN = (
+    Key(
+        "scan_accuracy_mm",
+        float,
+        "of the scanner, over its whole volume, 95 %: how far its skin and scale may be off; "
+        "see [scan.md](scan.md)",
+        POSITIVE,
+        None,
+        usual="the roughness measured stands in",
+    ),
+    Key("weighed_g", float, "the bare crank on a scale", POSITIVE, None, usual="not weighed"),
+    Key("weighed_pm_g", float, "by how much the scale may be off", NOT_NEGATIVE, 0.0),
+    Key(
+        "calibrate",
+        Calibrate,
+        'what makes up for a mass that differs from `weighed_g`: `"skin"`, an even offset of the surface; '
+        '`"density"`; `"none"`, the difference is only reported',
+        default="none",
+    ),
+    Key(
+        "micrometer_mm",
+        None,
+        "diameters measured with a micrometer: with `calibrate`, skin and scale of the scan follow from them",
+        default=None,
+        keys=(
+            Key("main_journal", float, "of the main journals", POSITIVE, None, typed="mm"),
+            Key("crankpin", float, "of the crankpins", POSITIVE, None, typed="mm"),
+        ),
+    ),
+    Key("micrometer_pm_mm", float, "by how much the micrometer may be off", NOT_NEGATIVE, 0.0),
+)
+
+
+def readings_of(values: Values) -> CrankReadings:
+    """Return what was measured of the crank by the values of ``[crankshaft]``.
+
+    Raises
+    ------
+    JobError
+        If something is to be calibrated by what was not measured.
+    """
+    micrometer = {name: size for name, size in (values["micrometer_mm"] or {}).items() if size is not None}
+    weighed, calibrate = values["weighed_g"], values["calibrate"]
+    if calibrate == "density" and weighed is None:
+        raise JobError('crankshaft.calibrate is "density"; expected weighed_g beside it')
+    if calibrate == "skin" and weighed is None and not micrometer:
+        raise JobError('crankshaft.calibrate is "skin"; expected weighed_g or micrometer_mm beside it')
+    if weighed is None and values["weighed_pm_g"] > 0.0:
+        raise JobError("crankshaft.weighed_pm_g stands alone; expected weighed_g beside it")
+    if not micrometer and values["micrometer_pm_mm"] > 0.0:
+        raise JobError("crankshaft.micrometer_pm_mm stands alone; expected micrometer_mm beside it")
+    return CrankReadings(weighed, values["weighed_pm_g"], calibrate, micrometer, values["micrometer_pm_mm"])
+
+
+def described_readings(readings: CrankReadings) -> Values:
+    """Return the keys that give the same readings; nothing where nothing was measured."""
+    if not readings.any:
+        return {}
+    keys: Values = {"calibrate": readings.calibrate}
+    if readings.weighed_g is not None:
+        keys |= {"weighed_g": readings.weighed_g, "weighed_pm_g": readings.weighed_pm_g}
+    if readings.micrometer_mm:
+        keys["micrometer_mm"] = dict(readings.micrometer_mm)
+        keys["micrometer_pm_mm"] = readings.micrometer_pm_mm
+    return keys
