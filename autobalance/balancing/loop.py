@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
 from typing import Literal
 
@@ -16,6 +16,7 @@ from autobalance.correction import Limits
 from autobalance.correction.contract import Correction, Cut, Prefer
 from autobalance.correction.kind import Offer
 from autobalance.correction.overlap import Overlap, taken_in_turn
+from autobalance.correction.setup_order import setup_order
 from autobalance.planning.depths import AIM, Plan
 from autobalance.planning.drop_negligible_cuts import worthwhile
 from autobalance.planning.milp import least_share
@@ -162,13 +163,13 @@ def balance(
     if not chosen.plan.depths_mm.any():
         return run.left_alone(chosen.plan)
 
-    steps: list[Step] = []
+    passes: list[tuple[Plan, Pass]] = []
     plan, best = chosen.plan, None
     drift = Unbalance(np.zeros(2), np.zeros(2))
     for number in range(1, PASSES + 1):
         progress(f"cutting, pass {number}")
         done = cut_and_measure(rotor, tolerance, chosen.offer.cuts, plan.depths_mm, measure)
-        steps.append(_step(number, plan, done))
+        passes.append((plan, done))
         better = best is None or done.share < best.share
         best = done if best is None or better else best
         if done.share <= max(AIM, plan.share * (1.0 + AIM)) or not better:
@@ -180,8 +181,8 @@ def balance(
     assert best is not None
     does_harm = best.share > 1.0 and not is_harmless(initial, best.residual, tolerance, MEASURED_WORSE)
     if best.share >= tolerance.used_share(initial) or does_harm:
-        return run.left_alone(plan, steps)
-    return run.corrected(plan, best, steps)
+        return run.left_alone(plan, _steps(passes, range(len(chosen.offer.cuts))))
+    return run.corrected(plan, best, passes)
 
 
 @dataclass(frozen=True, eq=False)
@@ -209,10 +210,14 @@ class _Run:
         untouched = left_as_it_is(self.rotor, "above_tolerance", reason, steps)
         return replace(untouched, notes=self.chosen.notes, relaxations=remedies)
 
-    def corrected(self, plan: Plan, best: Pass, steps: Sequence[Step]) -> Result:
-        """Return the end of a run that cut the crank."""
+    def corrected(self, plan: Plan, best: Pass, passes: Sequence[tuple[Plan, Pass]]) -> Result:
+        """Return the end of a run that cut the crank, its cuts in the order in which they are made."""
         rotor, offer = self.rotor, self.chosen.offer
-        corrections = _in_turn(rotor, offer, best)
+        listed, overlaps = _in_turn(rotor, offer, best)
+        made = _made(offer.cuts, best.depths_mm)
+        order = setup_order(listed, [cut for cut, _ in made], overlaps)
+        corrections = tuple(listed[k] for k in order)
+        places = np.flatnonzero(best.depths_mm > 0.0)[order]
         refuse_sum(rotor, best.measured, corrections)
         doubt = rotor.doubt(best.measured.moments, corrections)
         within = self.tolerance.is_met_by(best.residual, doubt)
@@ -229,13 +234,13 @@ class _Run:
             initial_moments=rotor.moments,
             final_moments=best.moments,
             corrections=corrections,
-            steps=tuple(steps),
+            steps=_steps(passes, places),
             solid=best.solid,
             measured=best.measured,
-            tools=tuple(tool.moved(rotor.anatomy.rotor_to_file) for tool in best.tools),
+            tools=tuple(best.tools[k].moved(rotor.anatomy.rotor_to_file) for k in order),
             initial_doubt=self.initial_doubt,
             doubt=doubt,
-            made=_made(offer.cuts, best.depths_mm),
+            made=tuple(made[k] for k in order),
             notes=self.chosen.notes + unused,
             relaxations=remedies,
         )
@@ -265,9 +270,20 @@ class _Run:
         return explain_shortfall(shortfall, [each.text for each in remedies], bound), every
 
 
-def _step(number: int, plan: Plan, done: Pass) -> Step:
-    depths = tuple(float(depth) for depth in plan.depths_mm if depth > 0.0)
-    return Step(number, depths, plan.predicted.magnitude_g_mm, done.residual.magnitude_g_mm)
+def _steps(passes: Sequence[tuple[Plan, Pass]], first: Iterable[int]) -> tuple[Step, ...]:
+    """Return what each pass did, its depths by the places ``first`` of the cuts, then those of all others."""
+    order = list(
+        dict.fromkeys([*map(int, first), *(k for plan, _ in passes for k in range(len(plan.depths_mm)))])
+    )
+    return tuple(
+        Step(
+            number,
+            tuple(float(depth) for depth in plan.depths_mm[order] if depth > 0.0),
+            plan.predicted.magnitude_g_mm,
+            done.residual.magnitude_g_mm,
+        )
+        for number, (plan, done) in enumerate(passes, 1)
+    )
 
 
 def left_as_it_is(rotor: Rotor, outcome: Outcome, reason: str | None, steps: Sequence[Step] = ()) -> Result:
@@ -304,8 +320,8 @@ def _corrections(
     return tuple(corrections)
 
 
-def _in_turn(rotor: Rotor, offer: Offer, done: Pass) -> tuple[Correction, ...]:
-    """Return the corrections of a pass, what two cuts want as the first one's."""
+def _in_turn(rotor: Rotor, offer: Offer, done: Pass) -> tuple[tuple[Correction, ...], list[Overlap]]:
+    """Return the corrections of a pass, what two cuts want as the first one's, and which two these are."""
     measured_cuts = done.measured.taken  # nothing, where triangles were measured
     corrections = _corrections(offer.cuts, done.depths_mm, measured_cuts)
     chosen = np.flatnonzero(done.depths_mm > 0.0).tolist()
@@ -316,9 +332,9 @@ def _in_turn(rotor: Rotor, offer: Offer, done: Pass) -> tuple[Correction, ...]:
         if pair.first in place and pair.second in place
     ]
     if not both or (measured_cuts and all(measured_cuts)):  # those were measured in turn already
-        return corrections
+        return corrections, both
     cuts = [(offer.cuts[k], float(done.depths_mm[k])) for k in chosen]
-    return taken_in_turn(rotor.solid, rotor.anatomy, rotor.density_g_mm3, cuts, corrections, both)
+    return taken_in_turn(rotor.solid, rotor.anatomy, rotor.density_g_mm3, cuts, corrections, both), both
 
 
 def planned(
@@ -333,7 +349,10 @@ def planned(
     """
     now = rotor.moments + rotor.loads
     best = best_offer(rotor, tolerance, methods, Unbalance.of(now), prefer)
-    return _corrections(best.offer.cuts, best.plan.depths_mm), best.plan.predicted
+    cuts, depths = best.offer.cuts, best.plan.depths_mm
+    holes = _corrections(cuts, depths)
+    order = setup_order(holes, [cut for cut, _ in _made(cuts, depths)])
+    return tuple(holes[k] for k in order), best.plan.predicted
 
 
 def cut_and_measure(

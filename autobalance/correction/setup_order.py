@@ -1,0 +1,60 @@
+"""The order in which corrections are made: set-up by set-up (side, then tool), web by web, by angle."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+
+from autobalance.correction.contract import Correction, Cut, setting_of
+from autobalance.correction.overlap import Overlap
+from autobalance.correction.registry import KINDS
+from autobalance.units import wrapped_deg
+
+AXIAL = 0.9
+"""Component along the crank axis from which a tool comes from an end and not from the side."""
+ANGLE_DIGITS = 6
+"""Angles that differ by less than rounding are one."""
+ROUND_THE_RIM, FROM_BELOW, FROM_ABOVE, FROM_THE_SIDE = range(4)
+
+
+def side_rank(correction: Correction) -> int:
+    """Return from where a tool comes: all around (a lathe's work), −z, +z, or square to the axis."""
+    kind = KINDS[correction.kind]
+    if kind.is_round_the_rim:
+        return ROUND_THE_RIM
+    along = 0.0 if correction.axis is None else float(correction.axis[2])
+    if kind.adds_metal:
+        along = -along
+    if abs(along) < AXIAL:
+        return FROM_THE_SIDE
+    return FROM_ABOVE if along < 0.0 else FROM_BELOW
+
+
+def setup_order(
+    corrections: Sequence[Correction], cuts: Sequence[Cut], overlaps: Sequence[Overlap] = ()
+) -> list[int]:
+    """Return the places of corrections (of ``cuts``, one each) in the order in which they are made.
+
+    Of two that want the same metal the one that took it stays before the other.
+    """
+    key = [_key(*each) for each in zip(corrections, cuts, strict=True)]
+    left = sorted(range(len(key)), key=key.__getitem__)
+    before = {(pair.first, pair.second) for pair in overlaps}
+    order: list[int] = []
+    while left:
+        free = (k for k in left if not any((other, k) in before for other in left))
+        order.append(next(free, left[0]))
+        left.remove(order[-1])
+    return order
+
+
+def _key(correction: Correction, cut: Cut) -> tuple[int, str, float, str, int, float]:
+    angle = wrapped_deg(math.degrees(math.atan2(correction.position_mm[1], correction.position_mm[0])))
+    return (
+        side_rank(correction),
+        correction.kind,
+        float(correction.details.get("diameter_mm", 0.0)),
+        setting_of(cut),
+        correction.web or 0,
+        round(angle, ANGLE_DIGITS) % 360.0,
+    )
