@@ -10,6 +10,13 @@ SMALLEST = 1e-9
 
 
 @dataclass(frozen=True)
+class TypedIn:
+    """The unit with which a number may be typed, where the name of its key does not end in one."""
+
+    unit: str
+
+
+@dataclass(frozen=True)
 class Rule:
     """What a number must be, beyond a number.
 

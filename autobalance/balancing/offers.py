@@ -127,11 +127,12 @@ def _why(task: Task, group: Sequence[int], plan_rank: tuple[int, int, float]) ->
     alone = choose(task.residual, task.tolerance, part.offer, prefer=task.prefer)
     different, cuts, metal = rank(part, alone)
     name = setting_of(task.cuts[group[0]])
+    name += " mm" if name[-1:].isdigit() and "No." not in name else ""
     if not is_enough(alone, part.offer):
-        return f"{name} mm is not used: alone it leaves {alone.share:.3g} times the permissible value"
+        return f"{name} is not used: alone it leaves {alone.share:.3g} times the permissible value"
     ours = f"the plan: {plan_rank[0]}, {plan_rank[1]} and {plan_rank[2]:.1f} g"
     theirs = f"{different} different cuts, {cuts} cuts in all, {metal:.1f} g"
-    return f"{name} mm is not used: alone it takes {theirs} ({ours})"
+    return f"{name} is not used: alone it takes {theirs} ({ours})"
 
 
 def workpiece(rotor: Rotor, tolerance: Tolerance, initial: Unbalance, look: float = 1.0) -> Workpiece:

@@ -12,7 +12,7 @@ from autobalance.correction.faces.patches import heavy_vector
 from autobalance.correction.holes.bores import fitting_mm, old_sites
 from autobalance.correction.holes.cut import HoleCut, HoleSearch, Towards, direction_at
 from autobalance.correction.holes.drill_limits import ZONES, DrillLimits
-from autobalance.correction.holes.drill_sizes import SERIES_MM, likely_sizes_mm
+from autobalance.correction.holes.drill_sizes import likely_sizes_mm
 from autobalance.correction.holes.drill_words import no_place, why_none
 from autobalance.correction.holes.hole import Hole, hole_shape, keep_apart
 from autobalance.correction.holes.sites import Places, Site, in_sectors, make_holes, reach_of
@@ -50,7 +50,8 @@ class DrillCut(HoleCut):
     @property
     def setting(self) -> str:
         """The drill."""
-        return f"drill {self.diameter_mm:g}"
+        name = self.limits.drill_name(self.diameter_mm)
+        return f"drill {name or format(self.diameter_mm, 'g')}"
 
     @property
     def label(self) -> str:
@@ -81,6 +82,7 @@ class DrillCut(HoleCut):
             entry_lift_mm=hole.lift_mm,
             direction=self.limits.direction,
             diameter_mm=self.diameter_mm,
+            drill=self.limits.drill_name(self.diameter_mm),
             point_angle_deg=self.limits.point_angle_deg,
             point_mm=hole.point_mm,
             deepened_from_mm=self.site.sunk_mm or None,
@@ -116,8 +118,9 @@ class Drill(Kind[DrillLimits]):
             work.anatomy,
             work.density_g_mm3,
             lambda z_mm: heavy_vector(work.heavy_at, z_mm),
-            replace(limits, diameters_mm=likely_sizes_mm(work, limits, effort)),
+            limits,
             effort,
+            likely_sizes_mm(work, limits, effort),
         )
         drill_cuts = [
             cut
@@ -163,7 +166,7 @@ class Drill(Kind[DrillLimits]):
 
     def label(self, item: Item) -> str:
         """Return the tool in short."""
-        return f"drill ⌀{item['diameter_mm']:g}"
+        return f"drill {item['drill']}" if item.get("drill") else f"drill ⌀{item['diameter_mm']:g}"
 
     def instruction(self, item: Item, figures: Figures) -> str:
         """Return what to drill, where."""
@@ -174,6 +177,8 @@ class Drill(Kind[DrillLimits]):
             else f"radius {figures.mm(math.hypot(*item['position_mm'][:2]))}"
         )
         diameter = figures.mm(item["diameter_mm"], figures.diameter_digits)
+        if item.get("drill"):
+            diameter += f" ({item['drill']})"
         point = f"point {item.get('point_angle_deg', 0):g}°"
         return f"Drill dia {diameter}, {item.get('direction', '')}, {where}, {height}, {point}"
 
@@ -205,6 +210,7 @@ def cuts(
     target: Towards,
     limits: DrillLimits,
     effort: int = 0,
+    tried_mm: Sequence[float] | None = None,
 ) -> list[DrillCut]:
     """Set up every hole that may be drilled, each diameter and place by itself.
 
@@ -216,13 +222,15 @@ def cuts(
         A direction that one of the places tried lies in, or what returns it for a z [mm].
     effort : int
         How fine a grid of angles is tried.
+    tried_mm : sequence of float or None
+        Diameters to set up, of those at hand; None: all of them.
 
     Raises
     ------
     CorrectionError
         If no drill fits anywhere: larger than the counterweight, no wall left, no metal in the sectors.
     """
-    diameters = SERIES_MM if limits.diameters_mm is None else limits.diameters_mm
+    diameters = limits.at_hand_mm if tried_mm is None else tried_mm
     refuse_wide("drill", diameters, limits.min_wall_mm, anatomy, limits.direction)
     oblique = math.radians(limits.max_obliquity_deg)
     places = Places(limits.direction, limits.sectors_deg, direction_at(target), effort, limits.zone, oblique)
@@ -237,7 +245,7 @@ def cuts(
         seen |= bool(sites)
         drill_cuts += [_cut(*each, limits, density_g_mm3) for each in search.holes(sites, group, room)]
     if limits.deepen:
-        drill_cuts += _deepened(search, density_g_mm3, replace(limits, diameters_mm=diameters))
+        drill_cuts += _deepened(search, density_g_mm3, limits)
     cuts = [cut for cut in drill_cuts if cut is not None]
     if not cuts:
         raise CorrectionError(why_none(limits, diameters, seen, anatomy))
@@ -256,7 +264,7 @@ def _deepened(search: HoleSearch, density_g_mm3: float, limits: DrillLimits) -> 
         (replace(site, least_radius_mm=least_radius_mm(anatomy, web, limits.zone)), 0.5 * diameter)
         for web in anatomy.webs
         for site, radius in old_sites(search.surface, web, limits.direction, limits.min_wall_mm)
-        for diameter in fitting_mm(limits.diameters_mm or (), radius)
+        for diameter in fitting_mm(limits.at_hand_mm, radius)
         if in_sectors(site.angle_rad, limits.sectors_deg)
         and in_zone(anatomy, web, site.angle_rad, limits.zone)
     ]

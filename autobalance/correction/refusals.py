@@ -31,6 +31,8 @@ def refuse_out_of_range(kind: str, limits: Any) -> None:
     for name, rule in ranges_of(type(limits)).items():
         value = getattr(limits, name)
         for number in value if isinstance(value, tuple) else (value,):
+            if isinstance(number, str):  # a word in a number's place
+                continue
             if number is not None and not (rule.holds(number) and math.isfinite(number)):
                 verb = "holds" if isinstance(value, tuple) else "is"
                 raise CorrectionError(f"{kind}.{name} {verb} {number:g}; {rule.text}")
@@ -52,7 +54,7 @@ def ranges_of(limits: type[Any]) -> Mapping[str, Rule]:
 _RANGES: dict[type[Any], Mapping[str, Rule]] = {}
 
 
-def refuse_sizes(kind: str, key: str, one: str, sizes_mm: Sequence[float]) -> None:
+def refuse_sizes(kind: str, key: str, one: str, sizes_mm: Sequence[object]) -> None:
     """Refuse a list of sizes that is empty; ``one`` is what at least one is needed of."""
     if not sizes_mm:
         raise CorrectionError(f"{kind}.{key} is empty; expected at least one {one}")

@@ -18,8 +18,9 @@ from autobalance.correction import KINDS, Limits
 from autobalance.correction.contract import Prefer
 from autobalance.correction.faces.patches import FaceLimits
 from autobalance.errors import CorrectionError, JobError
+from autobalance.job.header import SHOP
 from autobalance.job.toml.keys import Key, Values, read
-from autobalance.ranges import ANY, NOT_NEGATIVE, Rule
+from autobalance.ranges import ANY, NOT_NEGATIVE, Rule, TypedIn
 
 FACE_KEYS = ("faces", "sector_deg", "max_depth_mm", "same_depth", "min_wall_mm")
 """Keys of the top level, which the kinds share whose limits have ``faces``."""
@@ -113,7 +114,9 @@ def _keys_of(limits: type[Limits]) -> tuple[Key, ...]:
 
 def _key(each: Field[Any], hints: Mapping[str, Any], says: str, usual: str) -> Key:
     hint = hints[each.name]
-    marks = [mark for mark in getattr(hint, "__metadata__", ()) if isinstance(mark, Rule)]
+    every = getattr(hint, "__metadata__", ())
+    marks = [mark for mark in every if isinstance(mark, Rule)]
+    typed = next((mark.unit for mark in every if isinstance(mark, TypedIn)), "")
     hint = getattr(hint, "__origin__", hint) if hasattr(hint, "__metadata__") else hint
     lists = any(get_origin(arm) is tuple and Ellipsis in get_args(arm) for arm in (hint, *get_args(hint)))
     instead = "leave it out, or name one"
@@ -129,6 +132,7 @@ def _key(each: Field[Any], hints: Mapping[str, Any], says: str, usual: str) -> K
         None if each.default is MISSING else each.default,
         usual=usual,
         not_empty=instead if lists else "",
+        typed=typed,
     )
 
 
@@ -145,10 +149,13 @@ def _attributes(text: str) -> Iterator[tuple[str, str]]:
             yield name, meaning
 
 
-def correction_of(values: Values, raw: Mapping[str, Any]) -> tuple[tuple[str, ...], tuple[Limits, ...]]:
+def correction_of(
+    values: Values, raw: Mapping[str, Any], drills: Any = None
+) -> tuple[tuple[str, ...], tuple[Limits, ...]]:
     """Return the methods that the values of ``[correction]`` name and the limits of each.
 
-    ``raw`` is the table: what a kind's own table does not say, the top level does.
+    ``raw`` is the table: what a kind's own table does not say, the top level does. ``drills`` are those of
+    the shop, which count where a job names none.
 
     Raises
     ------
@@ -162,8 +169,8 @@ def correction_of(values: Values, raw: Mapping[str, Any]) -> tuple[tuple[str, ..
             raise JobError(f"correction.method names {name!r} twice")
     for name in KINDS:  # a table of another method than the one asked for is checked all the same
         if name in raw and name not in methods:
-            _limits(values, raw, name)
-    return methods, tuple(_limits(values, raw, name) for name in methods)
+            _limits(values, raw, name, drills)
+    return methods, tuple(_limits(values, raw, name, drills) for name in methods)
 
 
 def limits_of_every_kind(raw: Mapping[str, Any]) -> dict[str, Limits]:
@@ -175,16 +182,26 @@ def limits_of_every_kind(raw: Mapping[str, Any]) -> dict[str, Limits]:
         If a value of a table is wrong.
     """
     table = raw.get("correction", {})
-    values = read({"correction": table}, (correction_key(),))["correction"]
-    return {name: _limits(values, table, name) for name in KINDS}
+    tables = {key: raw[key] for key in ("correction", "shop") if key in raw}
+    values = read({"correction": {}, **tables}, (correction_key(), SHOP))
+    drills = drills_of_shop(values)
+    return {name: _limits(values["correction"], table, name, drills) for name in KINDS}
 
 
-def _limits(values: Values, raw: Mapping[str, Any], name: str) -> Limits:
+def drills_of_shop(values: Values) -> Any:
+    """Return the drills that ``[shop]`` has, as ``[correction.drill] series`` says them; None: not said."""
+    shop = values.get("shop")
+    return None if shop is None else shop["drills"]
+
+
+def _limits(values: Values, raw: Mapping[str, Any], name: str, drills: Any = None) -> Limits:
     """Return the limits of a method: its own table, over the top level's keys where it works on faces."""
     kind = KINDS[name].limits
     own = {key: values[name][key] for key in raw.get(name, {})}
     of_faces = any(each.name == "faces" for each in fields(kind))
     shared = {key: values[key] for key in FACE_KEYS if key in raw} if of_faces else {}
+    if drills is not None and any(each.name == "series" for each in fields(kind)):
+        own = own if own.get("diameters_mm") or own.get("series") else {**own, "series": drills}
     _refuse_empty_sector("correction.sector_deg", shared.get("sector_deg"))
     _refuse_empty_sector(f"correction.{name}.sector_deg", own.get("sector_deg"))
     try:

@@ -25,6 +25,7 @@ NOT_CHECKED: Mapping[str, str] = {
     "corrections[].depth_left_mm": PLANNED,
     "corrections[].deepened_from_mm": PLANNED,
     "corrections[].cutter_mm": PLANNED,
+    "corrections[].drill": "what the shop calls the drill; its diameter was checked",
     "corrections[].corner_radius_mm": PLANNED,
     "corrections[].sector_deg": "the metal does not show where the sector ends",
     "serial": "it is on the part, not in the files",

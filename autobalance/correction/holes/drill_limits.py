@@ -8,6 +8,7 @@ from typing import Annotated
 
 from autobalance.correction.contract import Limits
 from autobalance.correction.cut import on_step
+from autobalance.correction.holes.drill_series import Series, drill_name, sizes_mm
 from autobalance.correction.holes.surface import CONTINUATION_RAD
 from autobalance.correction.holes.zones import Zone
 from autobalance.correction.refusals import (
@@ -20,8 +21,9 @@ from autobalance.correction.refusals import (
     refuse_sizes,
 )
 from autobalance.errors import CorrectionError
-from autobalance.ranges import COUNTED, NOT_NEGATIVE, POSITIVE, Rule
+from autobalance.ranges import COUNTED, NOT_NEGATIVE, POSITIVE, Rule, TypedIn
 
+SERIES: tuple[Series, ...] = ("mm", "inch", "letter", "number")
 POINT = Rule("must be 30 to 180", least=30.0, most=180.0)
 MOST_OBLIQUITY_DEG = math.degrees(CONTINUATION_RAD)
 ZONES: tuple[Zone, ...] = ("counterweights", "web", "anywhere")
@@ -37,7 +39,11 @@ class DrillLimits(Limits):
     direction : "radial" or "axial"
         Into the rim, towards the axis; or into the web, along the axis.
     diameters_mm : tuple of float or None
-        Drills at hand; None: the program picks from the whole and half millimetres 4 to 25.
+        Drills at hand, all of which are tried; None: the program picks from ``series``.
+    series : "mm", "inch", "letter" or "number", or tuple of these and diameters, or None
+        Drills of the shop, of which the program picks what suits: "mm" (whole and half millimetres 4 to 25),
+        "inch" (fractions 1/8 to 1), "letter" (A to Z), "number" (60 to 1), or a list of these and of
+        diameters; None: the shop's drills, else "mm".
     max_drills : int
         Different drills in one plan, at most.
     point_angle_deg : float
@@ -66,6 +72,7 @@ class DrillLimits(Limits):
 
     direction: Direction = "radial"
     diameters_mm: Annotated[tuple[float, ...] | None, POSITIVE] = None
+    series: Annotated[Series | tuple[Series | float, ...] | None, POSITIVE, TypedIn("mm")] = None
     max_drills: Annotated[int, COUNTED] = 2
     point_angle_deg: Annotated[float, POINT] = 118.0
     min_depth_mm: Annotated[float, NOT_NEGATIVE] = 2.0
@@ -87,6 +94,7 @@ class DrillLimits(Limits):
             raise CorrectionError(f"drill.zone is {self.zone!r}; must be one of {expected}")
         if self.diameters_mm is not None:
             refuse_sizes("drill", "diameters_mm", "diameter", self.diameters_mm)
+        self._refuse_series()
         refuse_sectors("drill", self.sectors_deg)
         refuse_out_of_range("drill", self)
         if not self.min_depth_mm <= self.max_depth_mm < math.inf:
@@ -101,3 +109,28 @@ class DrillLimits(Limits):
                 f"drill.depth_step_mm = {step:g} leaves no depth between min_depth_mm = "
                 f"{self.min_depth_mm:g} and max_depth_mm = {self.max_depth_mm:g}"
             )
+
+    def _refuse_series(self) -> None:
+        if self.series is None:
+            return
+        if self.diameters_mm is not None:
+            raise CorrectionError(
+                "drill.series and drill.diameters_mm both name the drills; leave one of them out"
+            )
+        parts = (self.series,) if isinstance(self.series, str) else self.series
+        refuse_sizes("drill", "series", "drill or series", parts)
+        for part in parts:
+            if isinstance(part, str) and part not in SERIES:
+                expected = ", ".join(map(repr, SERIES))
+                raise CorrectionError(f"drill.series is {part!r}; must be one of {expected}, or a diameter")
+
+    @property
+    def at_hand_mm(self) -> tuple[float, ...]:
+        """Return the diameters of all drills at hand, thinnest first."""
+        if self.diameters_mm is not None:
+            return tuple(sorted(set(self.diameters_mm)))
+        return sizes_mm(self.series or "mm")
+
+    def drill_name(self, diameter_mm: float) -> str | None:
+        """Return what the shop calls a drill; None: its diameter in millimetres is its name."""
+        return drill_name(self.series, diameter_mm)

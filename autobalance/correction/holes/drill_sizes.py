@@ -10,8 +10,6 @@ import numpy as np
 from autobalance.correction.kind import Workpiece
 from autobalance.correction.refusals import Direction
 
-SERIES_MM = tuple(0.5 * half for half in range(8, 51))
-"""Whole and half millimetres from 4 to 25."""
 HOLES_A_WEB = (1.0, 2.0, 4.0)
 """Holes on each web for which a size is tried: the fewest cuts are the simplest plan."""
 MORE_HOLES = (1.0, 1.5, 2.0, 3.0, 4.0, 6.0)
@@ -25,6 +23,8 @@ RIM_SHARE = 0.85
 class _Limits(Protocol):
     @property
     def diameters_mm(self) -> tuple[float, ...] | None: ...
+    @property
+    def at_hand_mm(self) -> tuple[float, ...]: ...
     @property
     def direction(self) -> Direction: ...
     @property
@@ -41,11 +41,12 @@ def likely_sizes_mm(work: Workpiece, limits: _Limits, effort: int) -> tuple[floa
     """
     if limits.diameters_mm is not None:
         return limits.diameters_mm
-    widest = SERIES_MM[-1]
+    at_hand = limits.at_hand_mm
+    widest = at_hand[-1]
     if limits.direction == "radial" and work.anatomy.webs:
         thickest = max(web.z_max_mm - web.z_min_mm for web in work.anatomy.webs)
         widest = thickest - 2.0 * limits.min_wall_mm
-    fitting = [size for size in SERIES_MM if size <= widest + 1e-3] or [SERIES_MM[0]]
+    fitting = [size for size in at_hand if size <= widest + 1e-3] or [at_hand[0]]
     reach = [web.outline.rim_radius_mm for web in work.anatomy.webs if web.outline is not None]
     radius = RIM_SHARE * (max(reach) if reach else 0.25 * work.solid.mesh.diagonal_mm)
     need = max(float(np.linalg.norm(vector)) for _, vector in work.heavy_at)

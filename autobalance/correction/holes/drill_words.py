@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from autobalance.correction.holes.drill_limits import DrillLimits
-from autobalance.correction.holes.drill_sizes import SERIES_MM
 from autobalance.crank.anatomy import Anatomy
 
 
@@ -33,8 +32,8 @@ def why_none(limits: DrillLimits, diameters_mm: Sequence[float], seen: bool, ana
             f"max_obliquity_deg = {limits.max_obliquity_deg:g}{wider}"
         )
     sizes = ", ".join(f"{diameter:g}" for diameter in diameters_mm)
-    if tuple(diameters_mm) == SERIES_MM:
-        sizes = f"{SERIES_MM[0]:g} to {SERIES_MM[-1]:g}"
+    if limits.diameters_mm is None:
+        sizes = f"{min(diameters_mm):g} to {max(diameters_mm):g}"
     return (
         f"no hole of {sizes} mm fits into any counterweight with min_wall_mm = {limits.min_wall_mm:g} and "
         f"min_depth_mm = {limits.min_depth_mm:g}; choose a smaller drill, wall or depth{wider}"

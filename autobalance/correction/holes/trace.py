@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -54,7 +54,7 @@ class HoleTrace:
     def implied(self, crank: Before, limits: Limits | None) -> Mapping[str, Any]:
         """Return which way it goes, into which web, and what size the job has for it."""
         axis, size = self._axis, stated_size(self.item, "diameter_mm")
-        sizes = () if not self.takes_metal else getattr(limits, "diameters_mm", None) or ()
+        sizes = () if not self.takes_metal else _sizes_mm(limits)
         return {
             "direction": "axial" if abs(float(axis.inward[2])) > 0.5 else "radial",
             "diameter_mm": min(sizes, key=lambda each: abs(each - size), default=size),
@@ -110,6 +110,13 @@ class HoleTrace:
             "web": web_at(metal.crank.anatomy, float(position[2])),
             "point_mm": tip - shoulder,
         }
+
+
+def _sizes_mm(limits: Limits | None) -> Sequence[float]:
+    """Return the diameters that a job names; none where the program picks."""
+    if getattr(limits, "series", None) is not None:
+        return tuple(getattr(limits, "at_hand_mm", ()))
+    return getattr(limits, "diameters_mm", None) or ()
 
 
 WIDER = 1.1
