@@ -92,9 +92,10 @@ def write_theory() -> None:
 
 
 def setup(_: Sphinx) -> None:
-    """Write the generated pages, and bring the notebook in."""
+    """Write the generated pages, and bring the notebooks in."""
     GENERATED.mkdir(exist_ok=True)
     write_commands()
     write_functions()
     write_theory()
-    shutil.copyfile(ROOT / "examples" / "balance_in_python.ipynb", GENERATED / "balance_in_python.ipynb")
+    for notebook in (ROOT / "examples").glob("*.ipynb"):
+        shutil.copyfile(notebook, GENERATED / notebook.name)

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any, Literal
 
 from autobalance import job as jobs
 from autobalance.api.common_parameters import documented
-from autobalance.api.entry import Entry, entries
+from autobalance.api.entry import Entries, Entry, entries
 from autobalance.api.progress import telling
 from autobalance.api.result import VerbResult
 from autobalance.api.result_files import (
@@ -91,12 +91,12 @@ class BalanceResult(VerbResult):
         return Entry(self.report["tolerance"])
 
     @property
-    def corrections(self) -> tuple[Entry, ...]:
+    def corrections(self) -> Entries:
         """The cuts: keys as ``corrections`` of the report."""
         return entries(self.report["corrections"])
 
     @property
-    def steps(self) -> tuple[Entry, ...]:
+    def steps(self) -> Entries:
         """What each pass planned, predicted and measured."""
         return entries(self.report["steps"])
 
@@ -141,6 +141,17 @@ class BalanceResult(VerbResult):
             f"permitted {worst.permissible_g_mm:.4g} g·mm, {cuts} correction{'s' * (cuts != 1)}, "
             f"measured on {self.measured_on}>"
         )
+
+    def show(self) -> Any:
+        """Return the app's view of what was cut for a notebook; a picture without anywidget."""
+        from autobalance.api.views import view
+
+        return view(self, self.crank.measured)
+
+    def _repr_html_(self) -> str:
+        from autobalance.report import notebook
+
+        return notebook.balance(self.report)
 
     def text(self, units: str = "metric") -> str:
         """Return the summary that the command prints."""

@@ -7,7 +7,8 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from autobalance.api.result import Plots, VerbResult
+from autobalance.api.result import VerbResult
+from autobalance.report.plot_files import Plots
 
 if TYPE_CHECKING:
     from autobalance.bearings.analysis import Analysis
@@ -29,7 +30,7 @@ class BearingResult(VerbResult):
         """Return the film's pressure, its orbit and the moment over the speed, as far as there are any."""
         from autobalance.report.bearing.plots import bearing_plots
 
-        return bearing_plots(self.analysis)
+        return Plots(bearing_plots(self.analysis))
 
     def __repr__(self) -> str:
         moment, film = self.report["friction"]["moment_N_m"], self.report["film"] or {}

@@ -11,8 +11,9 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from autobalance.api.common_parameters import documented
-from autobalance.api.result import Plots, VerbResult
+from autobalance.api.result import VerbResult
 from autobalance.errors import JobError
+from autobalance.report.plot_files import Plots
 from autobalance.report.records.bench import (
     BenchComparison,
     BenchReading,
@@ -57,7 +58,7 @@ class BenchResult(VerbResult):
         """Return speed and torque over time."""
         from autobalance.report.rotor.bench_plots import bench_plots
 
-        return bench_plots(self.report, self.traces)
+        return Plots(bench_plots(self.report, self.traces))
 
     def series(self) -> bytes:
         """Return all runs over time as CSV, one after the other; the time runs on."""

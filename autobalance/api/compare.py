@@ -9,7 +9,7 @@ from autobalance import job as jobs
 from autobalance.api.balance import with_crank
 from autobalance.api.common_parameters import documented
 from autobalance.api.engine_case import job_set
-from autobalance.api.entry import Entry, entries
+from autobalance.api.entry import Entries, entries
 from autobalance.api.progress import telling
 from autobalance.api.result import VerbResult
 from autobalance.balancing.run import compare_job
@@ -27,7 +27,7 @@ class CompareResult(VerbResult):
     """One row for each kind and mix; those within tolerance are ranked, and one is recommended."""
 
     @property
-    def rows(self) -> tuple[Entry, ...]:
+    def rows(self) -> Entries:
         """The rows, with the keys of the report."""
         return entries(self.report["rows"])
 

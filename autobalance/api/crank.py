@@ -221,20 +221,30 @@ class Crank:
             f" {self.unbalance.magnitude_g_mm:.6g} g·mm at {self.unbalance.angle_deg:.4g}°>"
         )
 
+    def show(self) -> Any:
+        """Return the app's view of the crank for a notebook; a still picture without anywidget."""
+        from autobalance.api.views import view
+
+        return view(self, self.measured)
+
     def _repr_html_(self) -> str:
+        from autobalance.report.notebook import box, facts, picture, row
+        from autobalance.report.pictures.anatomy import crank_picture
+
+        measured = self.measured
+        centre = ", ".join(f"{value:.3f}" for value in self.centre_of_mass_mm.round(3) + 0.0)
         rows = {
-            "mass [g]": f"{self.mass_g:.6g}",
-            "centre of mass [mm]": ", ".join(f"{value:.4g}" for value in self.centre_of_mass_mm),
-            "polar inertia [kg·mm²]": f"{self.polar_inertia_kg_mm2:.6g}",
+            "mass": f"{self.mass_g:.6g} g",
+            "centre of mass": f"{centre} mm",
+            "polar inertia": f"{self.polar_inertia_kg_mm2:.6g} kg·mm²",
             "throws": str(len(self.throws)),
             "main journals": str(len(self.main_journals)),
-            "unbalance [g·mm]": f"{self.unbalance.magnitude_g_mm:.6g} at {self.unbalance.angle_deg:.4g}°",
+            "unbalance": f"{self.unbalance.magnitude_g_mm:.6g} g·mm at {self.unbalance.angle_deg:.4g}°",
         }
-        cells = "".join(
-            f"<tr><th style='text-align:left'>{name}</th><td>{value}</td></tr>"
-            for name, value in rows.items()
+        drawn = crank_picture(measured.source.solid.mesh, measured.anatomy, measured.faces, 900, 420)
+        return box(
+            row(facts(rows.items()), picture(drawn, "the crank from two sides, its journals in colours"))
         )
-        return f"<table>{cells}</table>"
 
 
 def read_crank(

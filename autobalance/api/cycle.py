@@ -10,9 +10,10 @@ from typing import TYPE_CHECKING, Any
 from autobalance import job as jobs
 from autobalance.api.common_parameters import documented
 from autobalance.api.engine_case import Request, job_set, request
-from autobalance.api.result import Plots, Values, VerbResult
+from autobalance.api.result import Values, VerbResult
 from autobalance.errors import UsageError
 from autobalance.job import Job, JobSource
+from autobalance.report.plot_files import Plots
 from autobalance.runtime import Progress
 from autobalance.units import RAD_S_PER_RPM
 
@@ -43,7 +44,7 @@ class CycleResult(VerbResult):
         """Return pressure, indicator diagrams, torque, orders, polar loads and speed."""
         from autobalance.report.engine.cycle_plots import cycle_plots
 
-        return cycle_plots(self.analysis, self.factors, self.films, self.report["sweep"])
+        return Plots(cycle_plots(self.analysis, self.factors, self.films, self.report["sweep"]))
 
     def files(self) -> Mapping[str, bytes]:
         """Return the series by angle as a CSV file."""

@@ -13,8 +13,9 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from autobalance.api.common_parameters import documented
-from autobalance.api.result import Plots, VerbResult
+from autobalance.api.result import VerbResult
 from autobalance.report.files import Staging
+from autobalance.report.plot_files import Plots
 from autobalance.runtime import Progress, no_progress
 from autobalance.version import __version__
 
@@ -48,7 +49,7 @@ class DesignResult(VerbResult):
 
     def plots(self) -> Plots:
         """Return the front."""
-        return {"front": self.drawn}
+        return Plots({"front": self.drawn})
 
     def files(self) -> Mapping[str, bytes]:
         """Return each design's files and the front."""

@@ -12,8 +12,9 @@ import numpy as np
 from autobalance import job as jobs
 from autobalance.api.crank import Crank
 from autobalance.api.engine_case import request
-from autobalance.api.result import Plots, VerbResult
+from autobalance.api.result import VerbResult
 from autobalance.job.files.engine_bench import EngineBench, Variant, read_engine_bench
+from autobalance.report.plot_files import Plots
 from autobalance.report.records.bench import (
     BenchVariant,
     BesideFirst,
@@ -47,7 +48,7 @@ class EngineBenchResult(VerbResult):
         """Return torque over the cycle, bearing loads and acceleration over the speed, and the run-up."""
         from autobalance.report.engine.engine_bench_plots import engine_bench_plots
 
-        return engine_bench_plots(self.report, self.curves)
+        return Plots(engine_bench_plots(self.report, self.curves))
 
     def series(self) -> bytes:
         """Return the torque of every variant over the cycle at the last speed as CSV."""

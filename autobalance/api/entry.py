@@ -1,9 +1,16 @@
-"""Values of a report, read by attribute or by key."""
+"""Values of a report, read by attribute or by key, and its lists as tables."""
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
-from typing import Any
+from collections.abc import Iterable, Iterator, Mapping
+from typing import TYPE_CHECKING, Any, Self
+
+import numpy as np
+
+from autobalance.errors import FormatError, UsageError
+
+if TYPE_CHECKING:
+    from autobalance.types import Array
 
 
 class Entry(Mapping[str, Any]):
@@ -50,9 +57,72 @@ class Entry(Mapping[str, Any]):
 def _viewed(value: Any) -> Any:
     if isinstance(value, Mapping):
         return Entry(value)
-    return tuple(_viewed(item) for item in value) if isinstance(value, list) else value
+    if not isinstance(value, list):
+        return value
+    if value and all(isinstance(item, Mapping) for item in value):
+        return Entries(value)
+    return tuple(_viewed(item) for item in value)
 
 
-def entries(values: list[dict[str, Any]]) -> tuple[Entry, ...]:
+class Entries(tuple[Entry, ...]):
+    """A list of a report's tables: a tuple that is a table in a notebook, columns of numbers, a data frame.
+
+    Examples
+    --------
+    >>> cuts = Entries([{"web": 1, "depth_mm": 2.5}, {"web": 2, "depth_mm": 1.5}])
+    >>> cuts[1].web, cuts.column("depth_mm")
+    (2, array([2.5, 1.5]))
+    """
+
+    __slots__ = ()
+
+    def __new__(cls, values: Iterable[Mapping[str, Any]] = ()) -> Self:
+        """Take the tables."""
+        return super().__new__(cls, (each if isinstance(each, Entry) else Entry(each) for each in values))
+
+    def __getnewargs__(self) -> tuple[tuple[Entry, ...]]:
+        """Pickle the tables."""
+        return (tuple(self),)
+
+    def column(self, key: str) -> Array:
+        """Return the values of a key, one for each table, NaN where there is none: an array (n, ...).
+
+        Raises
+        ------
+        UsageError
+            If no table has the key, or a value is no number.
+        """
+        if not any(key in each for each in self):
+            known = (
+                ", ".join(dict.fromkeys(name for each in self for name in each)) or "none, the list is empty"
+            )
+            raise UsageError(f"there is no {key!r} in this list; its keys: {known}")
+        values = [each.get(key) for each in self]
+        try:
+            return np.array([np.nan if value is None else value for value in values], dtype=np.float64)
+        except (TypeError, ValueError):
+            raise UsageError(f"{key} is not a number everywhere; expected a key of numbers") from None
+
+    def to_pandas(self) -> Any:
+        """Return a pandas DataFrame, a row for each table.
+
+        Raises
+        ------
+        FormatError
+            If pandas is not installed.
+        """
+        try:
+            import pandas
+        except ImportError:
+            raise FormatError("a data frame needs pandas: pip install pandas") from None
+        return pandas.DataFrame([dict(each) for each in self])
+
+    def _repr_html_(self) -> str:
+        from autobalance.report.notebook import box, records
+
+        return box(records(self))
+
+
+def entries(values: list[dict[str, Any]]) -> Entries:
     """Return the rows of a table of a report."""
-    return tuple(Entry(value) for value in values)
+    return Entries(values)

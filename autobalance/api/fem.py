@@ -7,8 +7,9 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from autobalance.api.common_parameters import documented
-from autobalance.api.result import Plots, VerbResult
+from autobalance.api.result import VerbResult
 from autobalance.errors import UsageError
+from autobalance.report.plot_files import Plots
 from autobalance.report.records.fem import (
     FemDisplacement,
     FemFile,
@@ -44,7 +45,7 @@ class FemResult(VerbResult):
         """Return how the answer settles from mesh to mesh."""
         from autobalance.report.fem.plots import fem_plots
 
-        return fem_plots(self.report)
+        return Plots(fem_plots(self.report))
 
 
 @documented

@@ -11,7 +11,7 @@ import numpy as np
 from autobalance.api.common_parameters import documented
 from autobalance.api.engine_case import Request, job_keys, request
 from autobalance.api.options import place_mm
-from autobalance.api.result import Plots, VerbResult
+from autobalance.api.result import VerbResult
 from autobalance.engine.dead_centres import dead_centres, first_order_counterweight
 from autobalance.engine.factor_advice import advise
 from autobalance.engine.force_summary import shaking_force, turn_loads, turn_support
@@ -20,6 +20,7 @@ from autobalance.errors import JobError, UsageError
 from autobalance.job import JobSource
 from autobalance.machine_models import engine_from_job, rotor_from_job
 from autobalance.records import ABSENT
+from autobalance.report.plot_files import Drawn, Plots
 from autobalance.report.records.forces import (
     EngineState,
     Factors,
@@ -50,7 +51,7 @@ class ForcesResult(VerbResult):
     def plots(self) -> Plots:
         """Return forces over the angle, polar plots and orders."""
         made = _plots(self.found, self.engines, self.engines["as the file is"], list(self.factors))
-        return {**made, **_mount_plots(self.report["mounts"])} if "mounts" in self.report else made
+        return Plots({**made, **_mount_plots(self.report["mounts"])} if "mounts" in self.report else made)
 
 
 BEYOND = (-0.5, 1.5)
@@ -200,7 +201,7 @@ def _loads(
     return InertiaLoads.of(engine, loads, mains_z_mm, support)
 
 
-def _mount_plots(mounts: dict[str, Any]) -> Plots:
+def _mount_plots(mounts: dict[str, Any]) -> Drawn:
     """Draw the velocity of each named place, or of the centre, over the speed by factor."""
     from autobalance.report import plots
 
@@ -221,7 +222,7 @@ def _mount_plots(mounts: dict[str, Any]) -> Plots:
     return made
 
 
-def _plots(found: Request, engines: dict[str, Engine], engine: Engine, factors: list[float]) -> Plots:
+def _plots(found: Request, engines: dict[str, Engine], engine: Engine, factors: list[float]) -> Drawn:
     from autobalance.report import plots
 
     speed = found.speed_rad_s

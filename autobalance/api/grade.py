@@ -10,10 +10,11 @@ from typing import Any
 import numpy as np
 
 from autobalance.api.options import place_mm, positive
-from autobalance.api.result import Plots, VerbResult
+from autobalance.api.result import VerbResult
 from autobalance.engine.grade import GRADES, listed_grade, neighbours, specific_unbalance_mm
 from autobalance.errors import UsageError
 from autobalance.job.toml.typed_units import unbalance_unit
+from autobalance.report.plot_files import Drawn, Plots
 from autobalance.report.records.grade import GradeReport
 from autobalance.rigid_rotor.tolerance import (
     TolerancePlane,
@@ -40,7 +41,7 @@ class GradeResult(VerbResult):
 
     def plots(self) -> Plots:
         """Return e_per and U_per over the speed."""
-        return _plots(self.report)
+        return Plots(_plots(self.report))
 
 
 @dataclass(frozen=True)
@@ -110,7 +111,7 @@ def grade(
         raise UsageError(str(error)) from None
 
 
-def _plots(values: dict[str, Any]) -> Plots:
+def _plots(values: dict[str, Any]) -> Drawn:
     """Draw e_per, and U_per where the rotor is known, for the grade and its neighbours over the speed."""
     from autobalance.report import plots
 

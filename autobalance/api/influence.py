@@ -9,8 +9,9 @@ from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 
-from autobalance.api.result import Plots, VerbResult
+from autobalance.api.result import VerbResult
 from autobalance.errors import JobError
+from autobalance.report.plot_files import Plots
 from autobalance.report.records.influence import (
     InfluenceReport,
     PlaneCorrection,
@@ -59,7 +60,7 @@ class InfluenceResult(VerbResult):
         """Return a polar plot of the readings before and after."""
         from autobalance.report.shop.machine_plots import readings_plot
 
-        return readings_plot(self.report)
+        return Plots(readings_plot(self.report))
 
 
 def influence(trials: str | Path | Mapping[str, Any]) -> InfluenceResult:

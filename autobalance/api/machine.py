@@ -10,8 +10,9 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from autobalance.api.result import Plots, VerbResult
+from autobalance.api.result import VerbResult
 from autobalance.errors import JobError
+from autobalance.report.plot_files import Plots
 from autobalance.report.records.machine import (
     LeftUnbalance,
     MachineCorrection,
@@ -51,7 +52,7 @@ class MachineResult(VerbResult):
         """Return a polar plot of the readings of all runs."""
         from autobalance.report.shop.machine_plots import runs_plot
 
-        return runs_plot(self.report)
+        return Plots(runs_plot(self.report))
 
     def files(self) -> Mapping[str, bytes]:
         """Return ``reading.toml``, the first reading in the machine's own way of counting."""

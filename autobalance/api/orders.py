@@ -8,8 +8,9 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from autobalance.api.common_parameters import documented
-from autobalance.api.result import Plots, Values, VerbResult
+from autobalance.api.result import Values, VerbResult
 from autobalance.errors import FileError, FormatError, system_reason
+from autobalance.report.plot_files import Plots
 from autobalance.runtime import no_progress
 from autobalance.units import RAD_S_PER_RPM
 
@@ -46,7 +47,9 @@ class OrdersResult(VerbResult):
         """Return spectrum, waterfall, order map, cuts, and the envelope and circles that were asked for."""
         from autobalance.report.orders.plots import orders_plots
 
-        return {} if self.analysis is None else orders_plots(self.analysis, self.report, self.predicted)
+        return Plots(
+            {} if self.analysis is None else orders_plots(self.analysis, self.report, self.predicted)
+        )
 
     def files(self) -> Mapping[str, bytes]:
         """Return ``orders.html``, a page with the record to zoom into, and ``psd.csv``."""

@@ -9,13 +9,14 @@ from typing import TYPE_CHECKING, Any
 from autobalance import job as jobs
 from autobalance.api.common_parameters import documented
 from autobalance.api.engine_case import job_keys, request
-from autobalance.api.result import Plots, VerbResult
+from autobalance.api.result import VerbResult
 from autobalance.balancing import plausibility
 from autobalance.engine.conrod import ConnectingRod
 from autobalance.engine.parts import sum_of_parts
 from autobalance.errors import JobError
 from autobalance.job import Job, JobSource
 from autobalance.job.model import ThrowParts, Weight
+from autobalance.report.plot_files import Drawn, Plots
 from autobalance.report.records.forces import PartsReport, PartWeight, RodEnds, RolledUp, ThrowWeights
 from autobalance.runtime import Progress
 
@@ -36,7 +37,7 @@ class PartsResult(VerbResult):
 
     def plots(self) -> Plots:
         """Return bars of the weights on each throw."""
-        return _plots(self.report["throws"])
+        return Plots(_plots(self.report["throws"]))
 
 
 @documented
@@ -78,7 +79,7 @@ def parts(job: JobSource, crank: Crank | None = None, *, progress: Progress | No
     )
 
 
-def _plots(throws: list[dict[str, Any]]) -> Plots:
+def _plots(throws: list[dict[str, Any]]) -> Drawn:
     from autobalance.report import plots
 
     roles = {

@@ -2,24 +2,21 @@
 
 from __future__ import annotations
 
-import html
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
 from typing import Any
 
-from autobalance.errors import FileError, FormatError
+from autobalance.api.entry import Entries
+from autobalance.errors import FileError, FormatError, UsageError
 from autobalance.report.encoding import encoded
 from autobalance.report.files import Staging
+from autobalance.report.notebook import box, plot, row, text
+from autobalance.report.plot_files import Plots
 from autobalance.version import SCHEMA_VERSION, __version__
 
 Values = dict[str, Any]
-Plots = Mapping[str, Mapping[str, bytes]]
-"""Name of a plot → ending (``svg``, ``png``) → bytes of its file."""
-
-SHOWN = 12
-"""Rows of a result's table in a notebook at most."""
 
 
 def report_head(command: str) -> Values:
@@ -58,8 +55,8 @@ class VerbResult:
         return "\n".join(f"{key}: {value}" for key, value in scalars(self.report))
 
     def plots(self) -> Plots:
-        """Return the plots as files; the extra ``plots`` draws them."""
-        return {}
+        """Return the plots as files that draw themselves in a notebook; the extra ``plots`` draws them."""
+        return Plots({})
 
     def files(self) -> Mapping[str, bytes]:
         """Return further files by name, such as a series; those of ``write``."""
@@ -110,12 +107,39 @@ class VerbResult:
         shown = ", ".join(f"{key}={value}" for key, value in scalars(self.report)[:4])
         return f"<autobalance {self.report.get('command', 'result')}: {shown}>"
 
+    def table(self, key: str) -> Entries:
+        """Return a list of the report's tables by its key, with dots within tables (``summary.throws``).
+
+        It is a table in a notebook, and has ``to_pandas()`` and ``column(key)``.
+
+        Raises
+        ------
+        UsageError
+            If the report has no such list.
+        """
+        value: Any = self.report
+        for name in key.split("."):
+            value = value.get(name) if isinstance(value, Mapping) else None
+        if not (isinstance(value, list) and all(isinstance(each, Mapping) for each in value)):
+            known = ", ".join(_lists("", self.report)) or "none"
+            raise UsageError(f"the report has no list {key!r}; its lists: {known}")
+        return Entries(value)
+
     def _repr_html_(self) -> str:
-        rows = "".join(
-            f"<tr><th style='text-align:left'>{html.escape(key)}</th><td>{html.escape(str(value))}</td></tr>"
-            for key, value in scalars(self.report)[:SHOWN]
-        )
-        return f"<table>{rows}</table>"
+        try:
+            first = next(iter(self.plots().values()), None)
+        except FormatError:  # the extra that draws is not installed
+            first = None
+        return box(row(text(self.text()), "" if first is None else plot(first._repr_svg_())))
+
+
+def _lists(place: str, values: Mapping[str, Any]) -> Iterator[str]:
+    """Yield the places of lists of tables."""
+    for key, value in values.items():
+        if isinstance(value, Mapping):
+            yield from _lists(f"{place}{key}.", value)
+        elif isinstance(value, list) and value and all(isinstance(each, Mapping) for each in value):
+            yield f"{place}{key}"
 
 
 SKIPPED = {"schema_version", "autobalance", "command", "input", "job"}

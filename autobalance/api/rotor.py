@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from autobalance.api.crank import Crank, read_crank
-from autobalance.api.result import Plots, VerbResult
+from autobalance.api.result import VerbResult
 from autobalance.dynamics.balancing_procedures import advice
 from autobalance.dynamics.critical_speeds import CriticalSpeed, critical_speeds
 from autobalance.dynamics.modal_balancing import modal_correction
@@ -22,6 +22,7 @@ from autobalance.dynamics.unbalance_response import sag, unbalance_response
 from autobalance.dynamics.whirl_modes import WhirlMode, modes_at, refined
 from autobalance.errors import JobError, UsageError
 from autobalance.job.files.rotor import RotorRequest, read_rotor
+from autobalance.report.plot_files import Plots
 from autobalance.report.records.rotor import (
     AddedUnbalance,
     BalancingAdvice,
@@ -65,7 +66,7 @@ class RotorResult(VerbResult):
         """Return Campbell diagram, shapes, response and, where they were asked for, map and run-up."""
         from autobalance.report.rotor.rotor_plots import rotor_plots
 
-        return rotor_plots(self.report)
+        return Plots(rotor_plots(self.report))
 
 
 def rotor(

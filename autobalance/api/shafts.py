@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 from autobalance.api.common_parameters import documented
 from autobalance.api.engine_case import job_keys, request
 from autobalance.api.options import place_mm
-from autobalance.api.result import Plots, VerbResult
+from autobalance.api.result import VerbResult
 from autobalance.engine.balance_factor import LEAST_DIRECTION
 from autobalance.engine.complete_balance import BoltOnWeight
 from autobalance.engine.force_summary import HIGHEST_ORDER
@@ -28,6 +28,7 @@ from autobalance.job import JobSource
 from autobalance.job.model import BalanceShaftEntry
 from autobalance.machine_models import engine_from_job
 from autobalance.machine_models.engine_from_job import moment_reference_mm, shaft_ends_mm
+from autobalance.report.plot_files import Drawn, Plots
 from autobalance.report.records.forces import (
     CoupleOfShaft,
     ForceOrder,
@@ -60,7 +61,7 @@ class ShaftsResult(VerbResult):
     def plots(self) -> Plots:
         """Return bars of the orders."""
         rpm, shafts = self.report["speed_rpm"], bool(self.report["shafts"])
-        return _plots(list(self.orders), list(self.left), rpm, has_shafts=shafts)
+        return Plots(_plots(list(self.orders), list(self.left), rpm, has_shafts=shafts))
 
 
 @documented
@@ -182,7 +183,7 @@ def _proposal(what: str, shafts: list[BalanceShaft], *, clockwise: bool = False)
     return Proposal(what=what, shafts=[Shaft.of(each) for each in shafts])
 
 
-def _plots(orders: list[Order], left: list[Order], rpm: float, *, has_shafts: bool) -> Plots:
+def _plots(orders: list[Order], left: list[Order], rpm: float, *, has_shafts: bool) -> Drawn:
     from autobalance.report import plots
 
     whole = [order.order for order in orders if order.order % 1.0 == 0.0]

@@ -10,8 +10,9 @@ from typing import TYPE_CHECKING, Any
 
 from autobalance.api.common_parameters import documented
 from autobalance.api.progress import telling
-from autobalance.api.result import Plots, VerbResult
+from autobalance.api.result import VerbResult
 from autobalance.errors import UsageError
+from autobalance.report.plot_files import Plots
 from autobalance.runtime import Progress, no_progress
 from autobalance.types import Array
 
@@ -55,7 +56,7 @@ class StudyResult(VerbResult):
         """Return a histogram of what is used of the permissible value, and a tornado of the causes."""
         from autobalance.report.study.plots import study_plots
 
-        return study_plots(self.report, self.shares)
+        return Plots(study_plots(self.report, self.shares))
 
     def files(self) -> Mapping[str, bytes]:
         """Return the series."""

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 from autobalance import job as jobs
 from autobalance.api.common_parameters import documented
 from autobalance.api.engine_case import job_set, request
-from autobalance.api.result import Plots, Values, VerbResult
+from autobalance.api.result import Values, VerbResult
 from autobalance.dynamics.torsion_chain import TorsionChain
 from autobalance.errors import UsageError
 from autobalance.job import Job
@@ -25,6 +25,7 @@ from autobalance.machine_models.torsion_excited import ExcitedTrain
 from autobalance.machine_models.torsion_from_job import CrankChain, crank_chain
 from autobalance.machine_models.torsion_strains import critical_orders, order_responses
 from autobalance.machine_models.torsion_trains import named_train
+from autobalance.report.plot_files import Plots
 from autobalance.report.records.torsion import (
     CriticalFigures,
     DamperFigures,
@@ -46,6 +47,7 @@ if TYPE_CHECKING:
 
 POISSON = 0.3
 """Of the crank's metal, where finite elements need it."""
+MODES_SHOWN = 6
 USUAL_ORDERS = tuple(0.5 * n for n in range(1, 25))
 """Of which critical speeds are told where nothing says what excites a crank."""
 
@@ -53,6 +55,11 @@ USUAL_ORDERS = tuple(0.5 * n for n in range(1, 25))
 @dataclass(frozen=True, eq=False, repr=False)
 class TorsionResult(VerbResult):
     """What ``torsion`` found."""
+
+    def __repr__(self) -> str:
+        modes = [f"{hz:.5g}" for hz in self.report["natural_frequencies_hz"]]
+        shown = ", ".join(modes[:MODES_SHOWN]) + (", ..." if len(modes) > MODES_SHOWN else "")
+        return f"<autobalance torsion: natural frequencies {shown or 'none'} Hz>"
 
     def text(self, units: str = "metric") -> str:
         """Return the result as lines for people; always metric."""
@@ -64,7 +71,7 @@ class TorsionResult(VerbResult):
         """Return mode shapes and the response over the speed."""
         from autobalance.report.rotor.torsion_plots import torsion_plots
 
-        return torsion_plots(self.report)
+        return Plots(torsion_plots(self.report))
 
 
 @documented

@@ -23,9 +23,9 @@ MOST_TURNS = 120
 """Turns after which an orbit that still changes is reported as not periodic."""
 HOPELESS = 1e6
 """Force in units of η Ω R L³/c² that breaks any film within half a degree: what follows is not worked out."""
-ACCURACY = 1e-6
+ACCURACY = 5e-7
 """Of the eccentricity ratio in one step of the integration."""
-FINER = 0.05
+FINER = 0.1
 """Of that, where a path is closed by Newton's method."""
 CLOSING_STEPS = 12
 TRIED = 1e-4

@@ -81,6 +81,13 @@ class Job:
     strength: Strength | None = None
     filled: Mapping[str, Any] = field(default_factory=dict)
 
+    def __repr__(self) -> str:
+        balance = self.balance
+        factor = "the factor as it is" if balance.factor is None else f"factor {balance.factor:g}"
+        crank = "a crank of no file" if self.crankshaft.file is None else self.crankshaft.file.name
+        grade = f"G {balance.grade_mm_s:g} at {balance.service_speed_rad_s / RAD_S_PER_RPM:g} rpm"
+        return f"<autobalance job {self.path.name}: {crank}, {factor}, {grade}>"
+
     @classmethod
     def from_dict(cls, values: Mapping[str, Any], folder: str | Path = ".") -> Job:
         """Return the job that a mapping says, with the structure of the TOML file.

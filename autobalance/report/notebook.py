@@ -1,0 +1,106 @@
+"""What results show of themselves in a notebook: verdict, numbers, a picture; HTML with its style."""
+
+from __future__ import annotations
+
+from base64 import b64encode
+from collections.abc import Iterable, Mapping, Sequence
+from functools import cache
+from html import escape
+from importlib.resources import files
+from typing import Any
+
+from autobalance.report.pictures import polar
+from autobalance.wording import number, outcome_words, verdict
+
+ROWS = 60
+"""Of a table of records; what comes after is counted."""
+LINES = 28
+"""Of what a command prints."""
+CUT_COLUMNS = (
+    *("number", "kind", "web", "side", "angle_deg", "radius_mm", "depth_mm", "diameter_mm"),
+    *("removed_mass_g",),
+)
+
+
+def box(*parts: str) -> str:
+    """Return parts with their style, which holds in this box only."""
+    return f'<div class="autobalance"><style>{_style()}</style>{"".join(parts)}</div>'
+
+
+@cache
+def _style() -> str:
+    return files("autobalance.report").joinpath("assets/notebook.css").read_text(encoding="utf-8")
+
+
+def row(*parts: str) -> str:
+    """Return parts side by side where there is width."""
+    return f'<div class="row">{"".join(f"<div>{part}</div>" for part in parts if part)}</div>'
+
+
+def facts(values: Iterable[tuple[str, str]]) -> str:
+    """Return names with their values, one a row."""
+    rows = "".join(f"<tr><th>{escape(name)}</th><td>{escape(value)}</td></tr>" for name, value in values)
+    return f"<table>{rows}</table>"
+
+
+def text(words: str) -> str:
+    """Return what a command prints, its first lines."""
+    lines = words.splitlines()
+    rest = [f"… and {len(lines) - LINES} lines more: print(result.text())"] if len(lines) > LINES else []
+    return f"<pre>{escape(chr(10).join(lines[:LINES] + rest))}</pre>"
+
+
+def plot(svg: str) -> str:
+    """Return a drawn plot."""
+    return f'<div class="plot">{svg[max(svg.find("<svg"), 0) :]}</div>'
+
+
+def picture(png: bytes, said: str) -> str:
+    """Return a picture; ``said`` is what it shows, in words."""
+    return f'<img alt="{escape(said)}" src="data:image/png;base64,{b64encode(png).decode()}">'
+
+
+def records(rows: Sequence[Mapping[str, Any]], columns: Sequence[str] | None = None) -> str:
+    """Return records as a table of the keys that hold plain values in any of them."""
+    if columns is None:
+        columns = list(dict.fromkeys(key for each in rows for key, value in each.items() if _is_plain(value)))
+    else:
+        columns = [key for key in columns if any(each.get(key) is not None for each in rows)]
+    if not rows:
+        return '<p class="soft">none</p>'
+    head = "".join(f"<th>{escape(key)}</th>" for key in columns)
+    body = "".join(
+        f"<tr>{''.join(f'<td>{escape(_text(each.get(key)))}</td>' for key in columns)}</tr>"
+        for each in rows[:ROWS]
+    )
+    rest = f'<p class="soft">and {len(rows) - ROWS} more</p>' if len(rows) > ROWS else ""
+    return f"<table><thead><tr>{head}</tr></thead><tbody>{body}</tbody></table>{rest}"
+
+
+def _is_plain(value: Any) -> bool:
+    return value is None or isinstance(value, str | int | float)
+
+
+def _text(value: Any) -> str:
+    if value is None:
+        return ""
+    return f"{value:.6g}" if isinstance(value, float) else str(value)
+
+
+def balance(report: Mapping[str, Any]) -> str:
+    """Return a run's verdict, what it left of the unbalance, and its cuts."""
+    good = report["outcome"] != "above_tolerance"
+    judged = [polar.figure("Resultant", report["initial"], report["residual"], report["tolerance"])]
+    for place, plane in enumerate(report["tolerance"]["planes"]):
+        ends = report["initial"]["planes"][place], report["residual"]["planes"][place]
+        judged.append(polar.figure(f"Plane {escape(plane['name'])}", *ends, plane))
+    cuts = report["corrections"]
+    removed_g = sum(each["removed_mass_g"] for each in cuts)
+    title = f"{len(cuts)} cut{'s' * (len(cuts) != 1)}, {number(removed_g)} g removed"
+    style = "good" if good else "bad"
+    return box(
+        f'<h3 class="{style}">{outcome_words(report)}</h3><p>{escape(verdict(report))}</p>',
+        f"<p>{escape(report['reason'])}</p>" if report["reason"] else "",
+        row(*judged),
+        f"<h4>{title}</h4>{records(cuts, CUT_COLUMNS)}" if cuts else "",
+    )
