@@ -12,9 +12,10 @@ from autobalance.api.common_parameters import documented
 from autobalance.api.engine_case import job_set, request
 from autobalance.api.options import positive
 from autobalance.api.progress import telling
-from autobalance.api.result import Plots, VerbResult
+from autobalance.api.result import VerbResult
 from autobalance.errors import UsageError
 from autobalance.job import Job, JobSource
+from autobalance.report.plot_files import Plots
 from autobalance.runtime import Progress
 from autobalance.units import RAD_S_PER_RPM
 
@@ -54,7 +55,7 @@ class StrengthResult(VerbResult):
         """Return the stress of the least safe fillet over the cycle, and the safety of all."""
         from autobalance.report.engine.strength_plots import strength_plots
 
-        return strength_plots(self.analysis, self.fillets, self.report)
+        return Plots(strength_plots(self.analysis, self.fillets, self.report))
 
 
 @documented
