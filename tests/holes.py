@@ -14,7 +14,7 @@ from autobalance.correction.holes.drill_limits import DrillLimits
 from autobalance.correction.holes.hole import Hole, keep_apart
 from autobalance.correction.holes.sites import Site
 from autobalance.correction.holes.surface import Axis
-from autobalance.correction.kind import Offer
+from autobalance.correction.kind import Candidates
 from autobalance.rigid_rotor.moments import Moments
 from autobalance.rigid_rotor.tolerance import Judge, Tolerance
 from autobalance.rigid_rotor.unbalance import Unbalance
@@ -33,7 +33,7 @@ def holes(
     step_mm: float = 0.0,
     max_holes: int = 6,
     max_depth_mm: float = 25.0,
-) -> Offer:
+) -> Candidates:
     """Radial holes into round webs, evenly all around."""
     cuts: list[DrillCut] = []
     counts: list[Count] = []
@@ -50,7 +50,7 @@ def holes(
             cuts.append(DrillCut(hole, site, STEEL, limits, 2.0, max_depth_mm, step_mm, "max_depth_mm"))
         counts.append(Count(tuple(members), max_holes, f"max_holes = {max_holes} in web {web}"))
     apart = keep_apart([cut.hole for cut in cuts], [cut.max_depth_mm for cut in cuts], 3.0)
-    return Offer(tuple(cuts), apart=apart, counts=tuple(counts))
+    return Candidates(tuple(cuts), apart=apart, counts=tuple(counts))
 
 
 def tolerance(permissible: float, judge: Judge = "dynamic", half_mm: float = 60.0) -> Tolerance:
@@ -69,18 +69,18 @@ def at_planes(a: complex, b: complex, half_mm: float = 40.0) -> Unbalance:
     return Unbalance.of_planes(planes, -half_mm, half_mm)
 
 
-def mass_g(offer: Offer, depths_mm: Array) -> float:
-    return sum(-c.effect(float(d)).mass_g for c, d in zip(offer.cuts, depths_mm, strict=True) if d > 0.0)
+def mass_g(candidates: Candidates, depths_mm: Array) -> float:
+    return sum(-c.effect(float(d)).mass_g for c, d in zip(candidates.cuts, depths_mm, strict=True) if d > 0.0)
 
 
-def assert_rules_are_kept(offer: Offer, depths_mm: Array) -> None:
-    for cut, depth in zip(offer.cuts, depths_mm, strict=True):
+def assert_rules_are_kept(candidates: Candidates, depths_mm: Array) -> None:
+    for cut, depth in zip(candidates.cuts, depths_mm, strict=True):
         assert depth == 0.0 or cut.least_depth_mm - 1e-9 <= depth <= cut.max_depth_mm + 1e-9
         if cut.depth_step_mm:
             assert depth / cut.depth_step_mm == pytest.approx(round(depth / cut.depth_step_mm), abs=1e-6)
-    for rule in offer.counts:
+    for rule in candidates.counts:
         assert sum(depths_mm[k] > 0.0 for k in rule.members) <= rule.most
-    for pair in offer.apart:
+    for pair in candidates.apart:
         both = min(depths_mm[pair.first], depths_mm[pair.second])
         if both > 0.0:
             assert max(depths_mm[pair.first], depths_mm[pair.second]) <= pair.most_mm + 1e-6

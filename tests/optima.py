@@ -14,42 +14,42 @@ from pathlib import Path
 
 import numpy as np
 
-from autobalance.correction.kind import Offer
+from autobalance.correction.kind import Candidates
 from autobalance.planning.depths import AIM, plan_depths
 from autobalance.rigid_rotor.tolerance import Tolerance
 from autobalance.rigid_rotor.unbalance import Unbalance
 from tests.holes import at_planes, holes, tolerance
 
 STORED = Path(__file__).with_name("optima.json")
-Case = tuple[Unbalance, Tolerance, Offer, int]
+Case = tuple[Unbalance, Tolerance, Candidates, int]
 """What to correct, what is judged, the cuts at hand and how many of them are tried at most."""
 
 
 def static_case(seed: int) -> Case:
     """Return a resultant and one web."""
     rng = np.random.default_rng(seed)
-    offer = holes([12.0], [0.0], places=10, max_holes=4, max_depth_mm=9.0)
+    candidates = holes([12.0], [0.0], places=10, max_holes=4, max_depth_mm=9.0)
     angle, size = rng.uniform(0.0, 2.0 * math.pi), rng.uniform(600.0, 1250.0)
     residual = Unbalance(size * np.array([math.cos(angle), math.sin(angle)]), np.zeros(2))
-    return residual, tolerance(50.0, "static"), offer, 4
+    return residual, tolerance(50.0, "static"), candidates, 4
 
 
 def two_plane_case(seed: int) -> Case:
     """Return unbalance in two planes and two webs."""
     rng = np.random.default_rng(seed)
-    offer = holes([12.0], [-40.0, 40.0], places=8, max_holes=2, max_depth_mm=16.0)
+    candidates = holes([12.0], [-40.0, 40.0], places=8, max_holes=2, max_depth_mm=16.0)
     angle, size = rng.uniform(0.0, 2.0 * math.pi, 2), rng.uniform(500.0, 900.0, 2)
     a, b = (s * complex(math.cos(t), math.sin(t)) for s, t in zip(size, angle, strict=True))
-    return at_planes(a, b), tolerance(50.0), offer, 4
+    return at_planes(a, b), tolerance(50.0), candidates, 4
 
 
 def few_case(seed: int) -> Case:
     """Return unbalance that few holes correct, some in planes opposed."""
     rng = np.random.default_rng(seed)
-    offer = holes([10.0], [-40.0, 40.0], places=7, max_holes=2)
+    candidates = holes([10.0], [-40.0, 40.0], places=7, max_holes=2)
     size, angle = rng.uniform(100.0, 300.0, 2), rng.uniform(0.0, 2.0 * math.pi, 2)
     a, b = (cmath.rect(s, t) for s, t in zip(size, angle, strict=True))
-    return at_planes(a, b), tolerance(30.0), offer, 4
+    return at_planes(a, b), tolerance(30.0), candidates, 4
 
 
 CASES: dict[str, Callable[[int], Case]] = {
@@ -66,17 +66,17 @@ def stored_optimum_g(case: str, seed: int) -> float:
     return math.inf if value is None else float(value)
 
 
-def slow_optimum_g(residual: Unbalance, judge: Tolerance, offer: Offer, most: int) -> float:
+def slow_optimum_g(residual: Unbalance, judge: Tolerance, candidates: Candidates, most: int) -> float:
     """Try every set of up to ``most`` cuts that keep apart at any depth; the best exact plan's metal [g]."""
-    near = {(pair.first, pair.second) for pair in offer.apart}
+    near = {(pair.first, pair.second) for pair in candidates.apart}
     best = math.inf
     for size in range(1, most + 1):
-        for few in itertools.combinations(range(len(offer.cuts)), size):
+        for few in itertools.combinations(range(len(candidates.cuts)), size):
             if any(pair in near for pair in itertools.combinations(few, 2)):
                 continue
-            if any(len(set(rule.members) & set(few)) > rule.most for rule in offer.counts):
+            if any(len(set(rule.members) & set(few)) > rule.most for rule in candidates.counts):
                 continue
-            cuts = [offer.cuts[k] for k in few]
+            cuts = [candidates.cuts[k] for k in few]
             bounds = np.array([c.least_depth_mm for c in cuts]), np.array([c.max_depth_mm for c in cuts])
             plan = plan_depths(
                 residual, judge, cuts, bounds_mm=bounds, start_mm=0.5 * (bounds[0] + bounds[1])

@@ -271,7 +271,7 @@ def test_a_right_angled_twin_is_told_to_take_half(job: Path, capsys: pytest.Capt
 
 def test_shafts_that_are_proposed_cancel_what_is_left(job: Path, capsys: pytest.CaptureFixture[str]) -> None:
     report = printed(capsys, "shafts", job)
-    offers = {offer["what"]: offer["shafts"] for offer in report["proposals"]}
+    offers = {candidates["what"]: candidates["shafts"] for candidates in report["proposals"]}
     second = offers["all of the second order"]
     needed = harmonic_coefficient(2, 26.9 / 104.0) * 261.5 * 26.9
     assert [shaft["product_g_mm"] for shaft in second] == pytest.approx([needed / 8, needed / 8], rel=1e-4)

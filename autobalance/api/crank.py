@@ -117,17 +117,17 @@ class Crank:
         back = self.measured.anatomy.rotor_to_file
         return tuple(
             CrankFace(
-                offer.face.id,
-                offer.face.kind,
-                offer.face.web,
-                float(offer.face.area_mm2),
-                offer.face.normal,
-                offer.face.centroid_mm,
-                back[:3, :3] @ offer.face.centroid_mm + back[:3, 3],
-                offer.unbalance_per_mm_g_mm,
-                offer.max_depth_mm,
+                candidates.face.id,
+                candidates.face.kind,
+                candidates.face.web,
+                float(candidates.face.area_mm2),
+                candidates.face.normal,
+                candidates.face.centroid_mm,
+                back[:3, :3] @ candidates.face.centroid_mm + back[:3, 3],
+                candidates.unbalance_per_mm_g_mm,
+                candidates.max_depth_mm,
             )
-            for offer in offered_faces(self.with_faces().measured)
+            for candidates in offered_faces(self.with_faces().measured)
         )
 
     @property

@@ -143,7 +143,7 @@ def inspect(
     if suggest is not None:
         tell("trying what would do it")
         values["suggestions"] = _suggestions(measured, _job_of(source, settings), suggest)
-    return InspectResult(values, crank, tuple(offer.face for offer in faces))
+    return InspectResult(values, crank, tuple(candidates.face for candidates in faces))
 
 
 def _job_of(source: Crank | Job | str | Path, settings: Sequence[str]) -> Job | None:

@@ -13,7 +13,7 @@ from autobalance.balancing.offers import Offers, workpiece
 from autobalance.balancing.rotor import Rotor
 from autobalance.correction import Limits
 from autobalance.correction.contract import Correction, Prefer, setting_of
-from autobalance.correction.kind import Offer, Workpiece
+from autobalance.correction.kind import Candidates, Workpiece
 from autobalance.crank.anatomy import Anatomy
 from autobalance.errors import CorrectionError
 from autobalance.planning.milp import greatest_multiple
@@ -132,12 +132,12 @@ def compare(
 
 def _once() -> Offers:
     """Return what asks each kind for the same cuts only once; good for one rotor and tolerance."""
-    known: dict[tuple[int, int, float], Offer] = {}
+    known: dict[tuple[int, int, float], Candidates] = {}
 
-    def offers(work: Workpiece, limits: Limits, effort: int) -> Offer:
-        key = (id(limits), effort, work.look)
+    def offers(work: Workpiece, limits: Limits, search_level: int) -> Candidates:
+        key = (id(limits), search_level, work.look)
         if key not in known:
-            known[key] = correction.offer(work, limits, effort)
+            known[key] = correction.offer(work, limits, search_level)
         return known[key]
 
     return offers
@@ -249,12 +249,12 @@ def _capacity(
     is_met = tolerance.used_share(result.residual) <= 1.0
     coarse, fine = _efforts(chosen, coarse=True), _efforts(chosen, coarse=False)
     multiple = 0.0
-    for efforts in (coarse, fine) if is_met and coarse != fine else (coarse,):
+    for search_levels in (coarse, fine) if is_met and coarse != fine else (coarse,):
         parts = []
-        for limits, least in zip(chosen, efforts, strict=True):
-            for effort in dict.fromkeys((least, correction.efforts(limits) - 1)):
+        for limits, least in zip(chosen, search_levels, strict=True):
+            for search_level in dict.fromkeys((least, correction.search_levels(limits) - 1)):
                 try:
-                    parts.append(offers(work, limits, effort))
+                    parts.append(offers(work, limits, search_level))
                     break
                 except CorrectionError:
                     continue
@@ -267,8 +267,8 @@ def _capacity(
 
 
 def _efforts(chosen: Sequence[Limits], *, coarse: bool) -> list[int]:
-    """Return the effort for each kind: the greatest, or the least where places lie on a grid."""
+    """Return the search level for each kind: the greatest, or the least where places lie on a grid."""
     return [
-        0 if coarse and correction.kind_of(limits).has_axis else correction.efforts(limits) - 1
+        0 if coarse and correction.kind_of(limits).has_axis else correction.search_levels(limits) - 1
         for limits in chosen
     ]

@@ -19,5 +19,10 @@ def offered_faces(crank: Crank) -> tuple[FaceOffer, ...]:
         for face in (*faces, *rims)
     ]
     return tuple(
-        sorted(offers, key=lambda offer: -float(offer.unbalance_per_mm_g_mm @ offer.unbalance_per_mm_g_mm))
+        sorted(
+            offers,
+            key=lambda candidates: (
+                -float(candidates.unbalance_per_mm_g_mm @ candidates.unbalance_per_mm_g_mm)
+            ),
+        )
     )

@@ -14,7 +14,7 @@ from autobalance.balancing.offers import BestOffer, Offers, best_offer, why_not_
 from autobalance.balancing.rotor import Rotor
 from autobalance.correction import Limits
 from autobalance.correction.contract import Correction, Cut, Prefer
-from autobalance.correction.kind import Offer
+from autobalance.correction.kind import Candidates
 from autobalance.correction.overlap import Overlap, taken_in_turn
 from autobalance.correction.setup_order import setup_order
 from autobalance.planning.depths import AIM, Plan
@@ -139,7 +139,7 @@ def balance(
         Compute what would suffice when the limits fall short, and what drills that are not used would have
         done; that takes a few more plans.
     offers : callable
-        Takes a workpiece, limits and an effort, and returns the cuts at hand.
+        Takes a workpiece, limits and a search level, and returns the candidates.
     cut_anyway : bool
         Cut a crank that is within tolerance too: what is known of it is not certain enough.
 
@@ -168,20 +168,20 @@ def balance(
     drift = Unbalance(np.zeros(2), np.zeros(2))
     for number in range(1, PASSES + 1):
         progress(f"cutting, pass {number}")
-        done = cut_and_measure(rotor, tolerance, chosen.offer.cuts, plan.depths_mm, measure)
+        done = cut_and_measure(rotor, tolerance, chosen.candidates.cuts, plan.depths_mm, measure)
         passes.append((plan, done))
         better = best is None or done.share < best.share
         best = done if best is None or better else best
         if done.share <= max(AIM, plan.share * (1.0 + AIM)) or not better:
             break
         drift = drift + (done.residual - plan.predicted)
-        again = choose(initial + drift, tolerance, chosen.offer, prefer=prefer, start_mm=plan.depths_mm)
-        plan = harmless(initial + drift, tolerance, chosen.offer, again)
-        plan = worthwhile(initial + drift, tolerance, chosen.offer, plan)
+        again = choose(initial + drift, tolerance, chosen.candidates, prefer=prefer, start_mm=plan.depths_mm)
+        plan = harmless(initial + drift, tolerance, chosen.candidates, again)
+        plan = worthwhile(initial + drift, tolerance, chosen.candidates, plan)
     assert best is not None
     does_harm = best.share > 1.0 and not is_harmless(initial, best.residual, tolerance, MEASURED_WORSE)
     if best.share >= tolerance.used_share(initial) or does_harm:
-        return run.left_alone(plan, _steps(passes, range(len(chosen.offer.cuts))))
+        return run.left_alone(plan, _steps(passes, range(len(chosen.candidates.cuts))))
     return run.corrected(plan, best, passes)
 
 
@@ -212,9 +212,9 @@ class _Run:
 
     def corrected(self, plan: Plan, best: Pass, passes: Sequence[tuple[Plan, Pass]]) -> Result:
         """Return the end of a run that cut the crank, its cuts in the order in which they are made."""
-        rotor, offer = self.rotor, self.chosen.offer
-        listed, overlaps = _in_turn(rotor, offer, best)
-        made = _made(offer.cuts, best.depths_mm)
+        rotor, candidates = self.rotor, self.chosen.candidates
+        listed, overlaps = _in_turn(rotor, candidates, best)
+        made = _made(candidates.cuts, best.depths_mm)
         order = setup_order(listed, [cut for cut, _ in made], overlaps)
         corrections = tuple(listed[k] for k in order)
         places = np.flatnonzero(best.depths_mm > 0.0)[order]
@@ -225,7 +225,9 @@ class _Run:
         remedies: tuple[Relaxation, ...] = ()
         if not within and reason is None:
             reason, remedies = self._why(plan, best.residual)
-        unused = why_not_used(offer, plan, self.initial, self.tolerance, self.prefer) if self.advise else ()
+        unused = (
+            why_not_used(candidates, plan, self.initial, self.tolerance, self.prefer) if self.advise else ()
+        )
         return Result(
             outcome="within_tolerance" if within else "above_tolerance",
             reason=reason,
@@ -247,20 +249,22 @@ class _Run:
 
     def _why(self, plan: Plan, residual: Unbalance) -> tuple[str, tuple[Relaxation, ...]]:
         """Return why the tolerance is not reached, and all that would do it."""
-        rotor, offer = self.rotor, self.chosen.offer
+        rotor, candidates = self.rotor, self.chosen.candidates
         remedies: list[Relaxation] = []
         if self.advise:
             self.progress("looking for what would suffice")
             work = workpiece(rotor, self.tolerance, self.initial)
-            attempt = Attempt(work, self.chosen.methods, self.methods, offer, self.initial, self.tolerance)
+            attempt = Attempt(
+                work, self.chosen.methods, self.methods, candidates, self.initial, self.tolerance
+            )
             remedies = relaxations(attempt)
-        bound = least_share(self.initial, self.tolerance, offer)
+        bound = least_share(self.initial, self.tolerance, candidates)
         shortfall = Shortfall(
             residual,
             self.tolerance,
             Unbalance.of(rotor.loads_per_factor),
             rotor.factor,
-            offer.cuts,
+            candidates.cuts,
             plan.depths_mm,
             plan.binding,
             _web_places_mm(rotor),
@@ -320,20 +324,22 @@ def _corrections(
     return tuple(corrections)
 
 
-def _in_turn(rotor: Rotor, offer: Offer, done: Pass) -> tuple[tuple[Correction, ...], list[Overlap]]:
+def _in_turn(
+    rotor: Rotor, candidates: Candidates, done: Pass
+) -> tuple[tuple[Correction, ...], list[Overlap]]:
     """Return the corrections of a pass, what two cuts want as the first one's, and which two these are."""
     measured_cuts = done.measured.taken  # nothing, where triangles were measured
-    corrections = _corrections(offer.cuts, done.depths_mm, measured_cuts)
+    corrections = _corrections(candidates.cuts, done.depths_mm, measured_cuts)
     chosen = np.flatnonzero(done.depths_mm > 0.0).tolist()
     place = {k: n for n, k in enumerate(chosen)}
     both = [
         Overlap(place[pair.first], place[pair.second])
-        for pair in offer.overlaps
+        for pair in candidates.overlaps
         if pair.first in place and pair.second in place
     ]
     if not both or (measured_cuts and all(measured_cuts)):  # those were measured in turn already
         return corrections, both
-    cuts = [(offer.cuts[k], float(done.depths_mm[k])) for k in chosen]
+    cuts = [(candidates.cuts[k], float(done.depths_mm[k])) for k in chosen]
     return taken_in_turn(rotor.solid, rotor.anatomy, rotor.density_g_mm3, cuts, corrections, both), both
 
 
@@ -349,7 +355,7 @@ def planned(
     """
     now = rotor.moments + rotor.loads
     best = best_offer(rotor, tolerance, methods, Unbalance.of(now), prefer)
-    cuts, depths = best.offer.cuts, best.plan.depths_mm
+    cuts, depths = best.candidates.cuts, best.plan.depths_mm
     holes = _corrections(cuts, depths)
     order = setup_order(holes, [cut for cut, _ in _made(cuts, depths)])
     return tuple(holes[k] for k in order), best.plan.predicted

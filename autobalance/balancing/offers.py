@@ -1,4 +1,4 @@
-"""What the kinds of correction of a job offer on a rotor: ever more of it, until a plan is good enough."""
+"""Candidates of a job's kinds of correction on a rotor: ever more, until a plan is good enough."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from autobalance import correction
 from autobalance.balancing.rotor import Rotor
 from autobalance.correction import Limits
 from autobalance.correction.contract import Prefer, setting_of
-from autobalance.correction.kind import Offer, Workpiece
+from autobalance.correction.kind import Candidates, Workpiece
 from autobalance.crank.anatomy import Anatomy
 from autobalance.errors import CorrectionError
 from autobalance.planning.depths import AIM, Plan
@@ -22,7 +22,7 @@ from autobalance.rigid_rotor.tolerance import Tolerance
 from autobalance.rigid_rotor.unbalance import Unbalance
 from autobalance.types import Array
 
-Offers = Callable[[Workpiece, Limits, int], Offer]
+Offers = Callable[[Workpiece, Limits, int], Candidates]
 
 LOOKS = 8
 """How often to look for metal four times deeper."""
@@ -34,7 +34,7 @@ EXPLAINED = 6
 class BestOffer:
     """The cuts at hand, a plan of them, the methods that have a place, and notes on those that have none."""
 
-    offer: Offer
+    candidates: Candidates
     plan: Plan
     methods: tuple[Limits, ...]
     notes: tuple[str, ...]
@@ -50,7 +50,7 @@ def best_offer(
 ) -> BestOffer:
     """Return the first set of cuts whose plan is good enough, else the one that comes nearest.
 
-    A kind that has no place at its greatest effort is left out, with a note.
+    A kind that has no place at its last search level is left out, with a note.
 
     Raises
     ------
@@ -59,39 +59,41 @@ def best_offer(
     """
     best: BestOffer | None = None
     errors: dict[int, CorrectionError] = {}
-    for effort in range(max(correction.efforts(limits) for limits in methods)):
+    for search_level in range(max(correction.search_levels(limits) for limits in methods)):
         look = 1.0
         for _ in range(LOOKS):
             work = workpiece(rotor, tolerance, initial, look)
             errors, parts, placed = {}, [], []
             for number, limits in enumerate(methods):
                 try:
-                    parts.append(offers(work, limits, min(effort, correction.efforts(limits) - 1)))
+                    parts.append(
+                        offers(work, limits, min(search_level, correction.search_levels(limits) - 1))
+                    )
                     placed.append(limits)
                 except CorrectionError as error:
                     errors[number] = error
             if not parts:
                 break
-            offer = correction.joined(parts)
+            candidates = correction.joined(parts)
             nothing = [m for m, part in zip(placed, parts, strict=True) if not part.cuts and len(methods) > 1]
-            plan = choose(initial, tolerance, offer, prefer=prefer)
+            plan = choose(initial, tolerance, candidates, prefer=prefer)
             if best is None or plan.share < best.plan.share * (1.0 - AIM):
                 best = BestOffer(
-                    offer, plan, tuple(placed), (*_left_out(methods, errors, nothing), *offer.notes)
+                    candidates, plan, tuple(placed), (*_left_out(methods, errors, nothing), *candidates.notes)
                 )
             at_end = [
                 cut.limit_is_reach and depth >= cut.max_depth_mm - 1e-9
-                for cut, depth in zip(offer.cuts, plan.depths_mm, strict=True)
+                for cut, depth in zip(candidates.cuts, plan.depths_mm, strict=True)
             ]
-            if is_enough(plan, offer) or not any(at_end):
+            if is_enough(plan, candidates) or not any(at_end):
                 break
             look *= 4.0
-        if best is not None and is_enough(best.plan, best.offer):
+        if best is not None and is_enough(best.plan, best.candidates):
             break
     if best is None:
         raise next(iter(errors.values()))
-    plan = harmless(initial, tolerance, best.offer, best.plan)
-    return replace(best, plan=worthwhile(initial, tolerance, best.offer, plan))
+    plan = harmless(initial, tolerance, best.candidates, best.plan)
+    return replace(best, plan=worthwhile(initial, tolerance, best.candidates, plan))
 
 
 def _left_out(
@@ -106,16 +108,16 @@ def _left_out(
 
 
 def why_not_used(
-    offer: Offer, plan: Plan, initial: Unbalance, tolerance: Tolerance, prefer: Prefer
+    candidates: Candidates, plan: Plan, initial: Unbalance, tolerance: Tolerance, prefer: Prefer
 ) -> tuple[str, ...]:
     """Return why drills that were offered and fit are not used: what each would have done alone."""
     if not plan.depths_mm.any():
         return ()
-    task = Task(initial, tolerance, offer, prefer, AIM, *usual(offer))
+    task = Task(initial, tolerance, candidates, prefer, AIM, *usual(candidates))
     plan_rank = rank(task, plan)
     unused = [
         group
-        for rule in offer.varieties
+        for rule in candidates.varieties
         for group in rule.groups
         if group and not plan.depths_mm[list(group)].any()
     ]
@@ -124,11 +126,11 @@ def why_not_used(
 
 def _why(task: Task, group: Sequence[int], plan_rank: tuple[int, int, float]) -> str:
     part = part_of(task, group)
-    alone = choose(task.residual, task.tolerance, part.offer, prefer=task.prefer)
+    alone = choose(task.residual, task.tolerance, part.candidates, prefer=task.prefer)
     different, cuts, metal = rank(part, alone)
     name = setting_of(task.cuts[group[0]])
     name += " mm" if name[-1:].isdigit() and "No." not in name else ""
-    if not is_enough(alone, part.offer):
+    if not is_enough(alone, part.candidates):
         return f"{name} is not used: alone it leaves {alone.share:.3g} times the permissible value"
     ours = f"the plan: {plan_rank[0]}, {plan_rank[1]} and {plan_rank[2]:.1f} g"
     theirs = f"{different} different cuts, {cuts} cuts in all, {metal:.1f} g"

@@ -7,14 +7,13 @@ from typing import TypeVar
 from autobalance.correction import add, drill, mill, shoulder, slug, turn
 from autobalance.correction.apart import between_kinds
 from autobalance.correction.contract import Apart, Count, Cut, Limits, SharedDepth, Variety
-from autobalance.correction.kind import Offer, Workpiece
+from autobalance.correction.kind import Candidates, Workpiece
 from autobalance.correction.overlap import Overlap
 from autobalance.correction.registry import KINDS, face_depths_mm, finishing, kind_of, mixes, register
 
 __all__ = [
     "KINDS",
     "Limits",
-    "efforts",
     "face_depths_mm",
     "finishing",
     "joined",
@@ -22,6 +21,7 @@ __all__ = [
     "mixes",
     "offer",
     "register",
+    "search_levels",
 ]
 
 register(shoulder.KIND)
@@ -32,18 +32,18 @@ register(add.KIND)
 register(mill.KIND)
 
 
-def efforts(limits: Limits) -> int:
-    """Return how many ever wider offers the kind of these limits can make."""
-    return kind_of(limits).efforts
+def search_levels(limits: Limits) -> int:
+    """Return the number of search levels of the kind of these limits."""
+    return kind_of(limits).search_levels
 
 
-def offer(work: Workpiece, limits: Limits, effort: int) -> Offer:
+def offer(work: Workpiece, limits: Limits, search_level: int) -> Candidates:
     """Return the cuts that the kind of these limits offers on a workpiece."""
-    return kind_of(limits).offer(work, limits, effort)
+    return kind_of(limits).offer(work, limits, search_level)
 
 
-def joined(offers: Sequence[Offer]) -> Offer:
-    """Return the offers of several kinds as one, with rules that keep them out of each other's way."""
+def joined(parts: Sequence[Candidates]) -> Candidates:
+    """Return the candidates of several kinds as one, with rules that keep them out of each other's way."""
     cuts: list[Cut] = []
     kinds: list[int] = []
     shared: list[SharedDepth] = []
@@ -51,7 +51,7 @@ def joined(offers: Sequence[Offer]) -> Offer:
     counts: list[Count] = []
     varieties: list[Variety] = []
     overlaps: list[Overlap] = []
-    for number, part in enumerate(offers):
+    for number, part in enumerate(parts):
         shift = len(cuts)
         shared += [_shifted(pair, shift) for pair in part.shared]
         apart += [_shifted(pair, shift) for pair in part.apart]
@@ -64,9 +64,9 @@ def joined(offers: Sequence[Offer]) -> Offer:
         cuts += part.cuts
         kinds += [number] * len(part.cuts)
     apart += between_kinds(cuts, kinds)
-    same_depth = len(offers) == 1 and offers[0].same_depth
-    notes = tuple(dict.fromkeys(note for part in offers for note in part.notes))
-    return Offer(
+    same_depth = len(parts) == 1 and parts[0].same_depth
+    notes = tuple(dict.fromkeys(note for part in parts for note in part.notes))
+    return Candidates(
         tuple(cuts),
         tuple(shared),
         same_depth,

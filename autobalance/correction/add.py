@@ -12,6 +12,7 @@ import numpy as np
 
 from autobalance.correction.apart import TOUCHING_MM, keep_apart
 from autobalance.correction.contract import Apart, Correction, Figures, Item
+from autobalance.correction.envelope import Envelope, drawn_out
 from autobalance.correction.faces.curve import DepthCurve
 from autobalance.correction.faces.cut import FaceCut, face_heights, patches_of
 from autobalance.correction.faces.layer import moments_scale, numbers_of, plane_moments
@@ -24,11 +25,10 @@ from autobalance.correction.faces.patches import (
     strip_along,
 )
 from autobalance.correction.faces.trace import FaceTrace
-from autobalance.correction.kind import Kind, Offer, Workpiece
+from autobalance.correction.kind import Candidates, Kind, Workpiece
 from autobalance.correction.outline import outline_shape
 from autobalance.correction.refusals import refuse_out_of_range
 from autobalance.correction.relaxing import Relaxing, deeper, thinner
-from autobalance.correction.room import Room, drawn_out
 from autobalance.correction.trace import Trace
 from autobalance.crank.anatomy import Anatomy, Face, Pin
 from autobalance.errors import CorrectionError
@@ -118,7 +118,7 @@ class AddCut(FaceCut):
         return f"metal on face {self.face.id}"
 
     @cached_property
-    def room(self) -> Room:
+    def envelope(self) -> Envelope:
         """The body that grows on the face."""
         return drawn_out(self.gain.shadow(), self.height_mm, 1.0, self.to_rotor)
 
@@ -274,7 +274,7 @@ def _clear_of_each_other(add_cuts: Sequence[AddCut], limits: AddLimits) -> tuple
     clearance = DEFAULT_CLEARANCE_MM if limits.min_wall_mm is None else limits.min_wall_mm
     ids = [cut.face.id for cut in add_cuts]
     return keep_apart(
-        [cut.room for cut in add_cuts],
+        [cut.envelope for cut in add_cuts],
         np.array([cut.max_depth_mm for cut in add_cuts]),
         np.full(len(add_cuts), max(clearance, TOUCHING_MM)),
         np.array([ids.index(each) for each in ids]),
@@ -289,15 +289,15 @@ class Add(Kind[AddLimits]):
     noun = "Added metal"
     datum = "the face as it is, outward along its normal"
     limits = AddLimits
-    efforts = 3
+    search_levels = 3
     needs_faces = True
     adds_metal = True
 
-    def offer(self, work: Workpiece, limits: AddLimits, effort: int) -> Offer:
+    def offer(self, work: Workpiece, limits: AddLimits, search_level: int) -> Candidates:
         """Return the faces that metal may be added on: on the light side, unless the job picks them."""
         light = [(z, -vector) for z, vector in work.heavy_at]
-        add_cuts = cuts(work, patches_of(work, limits, light, effort), limits)
-        return Offer(
+        add_cuts = cuts(work, patches_of(work, limits, light, search_level), limits)
+        return Candidates(
             tuple(add_cuts), same_depth=limits.same_depth, apart=_clear_of_each_other(add_cuts, limits)
         )
 

@@ -12,8 +12,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from autobalance.correction.contract import Apart, Cut
+from autobalance.correction.envelope import Envelope
 from autobalance.correction.holes.walls import segments_distance_mm
-from autobalance.correction.room import Room
 from autobalance.types import Array, Indices
 
 NEAR_MM = 1e-9
@@ -43,18 +43,18 @@ def between_kinds(cuts: Sequence[Cut], kinds: Sequence[int]) -> tuple[Apart, ...
         return ()
     most = np.array([cut.max_depth_mm for cut in cuts])
     walls = np.array([max(cut.clearance_mm, TOUCHING_MM) for cut in cuts])
-    return keep_apart([cut.room for cut in cuts], most, walls, np.asarray(kinds))
+    return keep_apart([cut.envelope for cut in cuts], most, walls, np.asarray(kinds))
 
 
 def keep_apart(
-    rooms: Sequence[Room], most_mm: Array, wall_mm: Array, groups: NDArray[np.int_] | None = None
+    envelopes: Sequence[Envelope], most_mm: Array, wall_mm: Array, groups: NDArray[np.int_] | None = None
 ) -> tuple[Apart, ...]:
     """Return the pairs of rooms that come nearer than the greater of their walls.
 
     Only rooms of different groups are compared, where there are ``groups``.
     """
-    pieces = _Pieces.of(rooms, most_mm)
-    one, other = _near_rooms(pieces, len(rooms), wall_mm, groups)
+    pieces = _Pieces.of(envelopes, most_mm)
+    one, other = _near_rooms(pieces, len(envelopes), wall_mm, groups)
     a, b = _near_pieces(pieces, one, other, wall_mm)
     if not len(a):
         return ()
@@ -64,12 +64,12 @@ def keep_apart(
     for rows, far_enough, steps in ((bars, _bars_are_apart, BAR_STEPS), (~bars, _hulls_are_apart, STEPS)):
         if rows.any():
             depth[rows] = _clear_depths(pieces, a[rows], b[rows], need[rows], far_enough, steps)
-    pair = pieces.owner[a] * len(rooms) + pieces.owner[b]
+    pair = pieces.owner[a] * len(envelopes) + pieces.owner[b]
     pairs, place = np.unique(pair, return_inverse=True)
     least = np.full(len(pairs), np.inf)
     np.minimum.at(least, place, depth)
     return tuple(
-        Apart(*divmod(int(number), len(rooms)), float(most))
+        Apart(*divmod(int(number), len(envelopes)), float(most))
         for number, most in zip(pairs, least, strict=True)
         if most < np.inf
     )
@@ -89,15 +89,15 @@ class _Pieces:
     high: Array
 
     @classmethod
-    def of(cls, rooms: Sequence[Room], most_mm: Array) -> _Pieces:
-        counts = [len(room.start_mm) for room in rooms]
-        corners = max(room.start_mm.shape[1] for room in rooms)
-        owner = np.repeat(np.arange(len(rooms)), counts)
-        start = np.concatenate([_padded(room.start_mm, corners) for room in rooms])
-        motion = np.concatenate([_padded(room.motion, corners) for room in rooms])
-        radius, most = np.concatenate([room.radius_mm for room in rooms]), most_mm[owner]
+    def of(cls, envelopes: Sequence[Envelope], most_mm: Array) -> _Pieces:
+        counts = [len(envelope.start_mm) for envelope in envelopes]
+        corners = max(envelope.start_mm.shape[1] for envelope in envelopes)
+        owner = np.repeat(np.arange(len(envelopes)), counts)
+        start = np.concatenate([_padded(envelope.start_mm, corners) for envelope in envelopes])
+        motion = np.concatenate([_padded(envelope.motion, corners) for envelope in envelopes])
+        radius, most = np.concatenate([envelope.radius_mm for envelope in envelopes]), most_mm[owner]
         every = np.concatenate([start, start + most[:, None, None] * motion], axis=1)
-        is_bar = np.repeat([room.start_mm.shape[1] == BAR_CORNERS for room in rooms], counts)
+        is_bar = np.repeat([envelope.start_mm.shape[1] == BAR_CORNERS for envelope in envelopes], counts)
         low, high = every.min(axis=1) - radius[:, None], every.max(axis=1) + radius[:, None]
         return cls(owner, start, motion, radius, most, is_bar, low, high)
 

@@ -8,7 +8,7 @@ from typing import Any, Literal, Protocol
 
 import numpy as np
 
-from autobalance.correction.room import Room
+from autobalance.correction.envelope import Envelope
 from autobalance.rigid_rotor.moments import Moments
 from autobalance.solid.csg.solid import Solid
 from autobalance.solid.csg.tool import Tool
@@ -61,13 +61,13 @@ class Cut(Protocol):
         ...
 
     @property
-    def room(self) -> Room:
+    def envelope(self) -> Envelope:
         """What metal the cut takes, adds or replaces, at any depth; other kinds' cuts keep clear of it."""
         ...
 
     @property
     def clearance_mm(self) -> float:
-        """Metal that the cut wants between its room and that of another kind's cut [mm]."""
+        """Metal that the cut wants between its envelope and that of another kind's cut [mm]."""
         ...
 
     def effect(self, depth_mm: float) -> Moments:

@@ -19,7 +19,7 @@ from autobalance.correction.holes.sites import Places, Site, in_sectors, make_ho
 from autobalance.correction.holes.trace import DrillTrace
 from autobalance.correction.holes.walls import HoleLimits, wall_left_mm
 from autobalance.correction.holes.zones import in_zone, least_radius_mm
-from autobalance.correction.kind import Kind, Offer, Workpiece
+from autobalance.correction.kind import Candidates, Kind, Workpiece
 from autobalance.correction.machining import Operation, hole_operation
 from autobalance.correction.refusals import (
     refuse_wide,
@@ -107,11 +107,11 @@ class Drill(Kind[DrillLimits]):
     noun = "Drilled hole"
     datum = "the surface on the hole's axis, without the point"
     limits = DrillLimits
-    efforts = 2
+    search_levels = 2
     has_axis = True
     finishes = True
 
-    def offer(self, work: Workpiece, limits: DrillLimits, effort: int) -> Offer:
+    def offer(self, work: Workpiece, limits: DrillLimits, search_level: int) -> Candidates:
         """Return the holes that a job's limits allow, which keep a spacing and are limited in number."""
         every = cuts(
             work.solid,
@@ -119,8 +119,8 @@ class Drill(Kind[DrillLimits]):
             work.density_g_mm3,
             lambda z_mm: heavy_vector(work.heavy_at, z_mm),
             limits,
-            effort,
-            likely_sizes_mm(work, limits, effort),
+            search_level,
+            likely_sizes_mm(work, limits, search_level),
         )
         drill_cuts = [
             cut
@@ -145,7 +145,7 @@ class Drill(Kind[DrillLimits]):
             tuple(k for k, cut in enumerate(drill_cuts) if cut.hole.radius_mm == radius) for radius in radii
         )
         few = Variety(drills, limits.max_drills, f"max_drills = {limits.max_drills}")
-        return Offer(
+        return Candidates(
             tuple(drill_cuts),
             apart=apart,
             counts=tuple(counts),
@@ -209,7 +209,7 @@ def cuts(
     density_g_mm3: float,
     target: Towards,
     limits: DrillLimits,
-    effort: int = 0,
+    search_level: int = 0,
     tried_mm: Sequence[float] | None = None,
 ) -> list[DrillCut]:
     """Set up every hole that may be drilled, each diameter and place by itself.
@@ -220,7 +220,7 @@ def cuts(
         The crank in file coordinates.
     target : (2,) float or callable
         A direction that one of the places tried lies in, or what returns it for a z [mm].
-    effort : int
+    search_level : int
         How fine a grid of angles is tried.
     tried_mm : sequence of float or None
         Diameters to set up, of those at hand; None: all of them.
@@ -233,7 +233,9 @@ def cuts(
     diameters = limits.at_hand_mm if tried_mm is None else tried_mm
     refuse_wide("drill", diameters, limits.min_wall_mm, anatomy, limits.direction)
     oblique = math.radians(limits.max_obliquity_deg)
-    places = Places(limits.direction, limits.sectors_deg, direction_at(target), effort, limits.zone, oblique)
+    places = Places(
+        limits.direction, limits.sectors_deg, direction_at(target), search_level, limits.zone, oblique
+    )
     search = HoleSearch.on(solid, anatomy, places)
     half_point = math.radians(0.5 * limits.point_angle_deg)
     room = HoleLimits(limits.min_wall_mm, half_point, limits.min_depth_mm, limits.max_depth_mm)

@@ -84,8 +84,8 @@ class Workpiece:
 
 
 @dataclass(frozen=True, eq=False)
-class Offer:
-    """Cuts that a kind offers on a workpiece, what they have to share, and notes for the user."""
+class Candidates:
+    """Candidate cuts of a kind on a workpiece, what they have to share, and notes for the user."""
 
     cuts: tuple[Cut, ...]
     shared: tuple[SharedDepth, ...] = ()
@@ -116,8 +116,8 @@ class Kind(ABC, Generic[L]):
         From where its depths count, for the machinist.
     limits : type
         A frozen dataclass derived from `Limits`, each field with a default.
-    efforts : int
-        How many ever wider offers it can make.
+    search_levels : int
+        Number of search levels, from few candidates to all.
     needs_faces : bool
         Whether its cuts begin at planar faces, which have to be found first.
     adds_metal : bool
@@ -141,7 +141,7 @@ class Kind(ABC, Generic[L]):
     noun: ClassVar[str]
     datum: ClassVar[str]
     limits: ClassVar[type[Limits]]
-    efforts: ClassVar[int] = 1
+    search_levels: ClassVar[int] = 1
     needs_faces: ClassVar[bool] = False
     adds_metal: ClassVar[bool] = False
     has_axis: ClassVar[bool] = False
@@ -154,7 +154,7 @@ class Kind(ABC, Generic[L]):
     # --- cuts -------------------------------------------------------------------------------------------
 
     @abstractmethod
-    def offer(self, work: Workpiece, limits: L, effort: int) -> Offer:
+    def offer(self, work: Workpiece, limits: L, search_level: int) -> Candidates:
         """Return the cuts that limits allow on a workpiece, and the rules they keep among themselves.
 
         Raises

@@ -17,8 +17,9 @@ import numpy as np
 from autobalance.correction.apart import keep_apart
 from autobalance.correction.contract import Correction, Figures, Item, Limits
 from autobalance.correction.cut import WalledCut, listed, on_step
+from autobalance.correction.envelope import Envelope, blocks, sector_corners
 from autobalance.correction.faces.patches import face_region, heavy_direction
-from autobalance.correction.kind import Kind, Offer, Workpiece
+from autobalance.correction.kind import Candidates, Kind, Workpiece
 from autobalance.correction.machining import SEGMENTS, AreaOperation, Operation
 from autobalance.correction.pockets.pocket import CLEAR_MM, Pocket, lies_in, pockets
 from autobalance.correction.pockets.trace import PocketTrace
@@ -29,7 +30,6 @@ from autobalance.correction.refusals import (
     refuse_sectors,
 )
 from autobalance.correction.relaxing import Relaxing, deeper, thinner
-from autobalance.correction.room import Room, blocks, sector_corners
 from autobalance.correction.trace import Trace, stated_number, stated_vector
 from autobalance.crank.anatomy import Face
 from autobalance.errors import CorrectionError, FormatError
@@ -131,7 +131,7 @@ class MillCut(WalledCut):
         return self.cheek.limit
 
     @cached_property
-    def room(self) -> Room:
+    def envelope(self) -> Envelope:
         """Blocks around the pocket."""
         pocket = self.pocket
         count = math.ceil((pocket.end_rad - pocket.start_rad) / ROOM_RAD)
@@ -281,7 +281,7 @@ class Mill(Kind[MillLimits]):
     needs_faces = True
     mixed_with = ("drill",)
 
-    def offer(self, work: Workpiece, limits: MillLimits, effort: int) -> Offer:
+    def offer(self, work: Workpiece, limits: MillLimits, search_level: int) -> Candidates:
         """Return the pockets that a job's limits allow, and which of them come too near to each other."""
         pockets_cut = list(self._cuts(work, limits))
         if not pockets_cut:
@@ -292,7 +292,9 @@ class Mill(Kind[MillLimits]):
             )
         depths = np.array([cut.max_depth_mm for cut in pockets_cut])
         walls = np.full(len(pockets_cut), limits.min_wall_mm)
-        return Offer(tuple(pockets_cut), apart=keep_apart([cut.room for cut in pockets_cut], depths, walls))
+        return Candidates(
+            tuple(pockets_cut), apart=keep_apart([cut.envelope for cut in pockets_cut], depths, walls)
+        )
 
     def _cuts(self, work: Workpiece, limits: MillLimits) -> Iterator[MillCut]:
         step = limits.depth_step_mm

@@ -54,8 +54,8 @@ def _faults(kind: Kind[Any]) -> Iterator[str]:
     for each in fields(limits):
         if each.default is MISSING and each.default_factory is MISSING:
             yield f"{limits.__name__}.{each.name} has no default; expected one: method alone is enough"
-    if kind.efforts < 1:
-        yield f"efforts is {kind.efforts}; expected 1 or more"
+    if kind.search_levels < 1:
+        yield f"search_levels is {kind.search_levels}; expected 1 or more"
     if kind.remedy is not None and not isinstance(kind.remedy, limits):
         yield f"its remedy is {kind.remedy!r}; expected {limits.__name__}"
 

@@ -16,6 +16,7 @@ from functools import cached_property
 from typing import Any
 
 from autobalance.correction.contract import Correction, Figures, Item, SharedDepth
+from autobalance.correction.envelope import Envelope, drawn_out
 from autobalance.correction.faces.beside_pins import clear_of_pins
 from autobalance.correction.faces.curve import DepthCurve
 from autobalance.correction.faces.cut import FaceCut, face_heights, part_name, patches_of
@@ -32,12 +33,11 @@ from autobalance.correction.faces.patches import (
 )
 from autobalance.correction.faces.trace import FaceTrace
 from autobalance.correction.faces.under_face import under_face
-from autobalance.correction.kind import Kind, Offer, Workpiece
+from autobalance.correction.kind import Candidates, Kind, Workpiece
 from autobalance.correction.machining import Operation, face_operation
 from autobalance.correction.outline import loops_area_mm2, outline_shape, region_outline
 from autobalance.correction.overlap import overlaps
 from autobalance.correction.relaxing import Relaxing, deeper, thinner
-from autobalance.correction.room import Room, drawn_out
 from autobalance.correction.trace import Trace
 from autobalance.crank.anatomy import Anatomy, Face, Web
 from autobalance.solid.csg.shape import Shape
@@ -106,7 +106,7 @@ class ShoulderCut(FaceCut):
         return self.layer.curve(self.max_depth_mm, self.height_mm - self.heights_mm)
 
     @cached_property
-    def room(self) -> Room:
+    def envelope(self) -> Envelope:
         """What hangs together with the face down to its greatest depth, drawn out from the face."""
         self.effect(self.max_depth_mm)  # has looked at sections down to here
         return drawn_out(self.layer.taken(self.max_depth_mm), self.height_mm, -1.0, self.to_rotor)
@@ -301,20 +301,20 @@ class Shoulder(Kind[ShoulderLimits]):
     noun = "Shoulder"
     datum = "the face as it is, along its normal"
     limits = ShoulderLimits
-    efforts = 3
+    search_levels = 3
     needs_faces = True
     mixed_with = ("drill",)
 
-    def offer(self, work: Workpiece, limits: ShoulderLimits, effort: int) -> Offer:
-        """Return the cuts that a job's limits allow; more of them with more ``effort`` (from 0)."""
-        patches = patches_of(work, limits, work.heavy_at, effort)
+    def offer(self, work: Workpiece, limits: ShoulderLimits, search_level: int) -> Candidates:
+        """Return the cuts that a job's limits allow; more of them with more ``search_level`` (from 0)."""
+        patches = patches_of(work, limits, work.heavy_at, search_level)
         worth = sum(_worth_g_mm_per_mm(patch, work) for patch in patches)
         reach = work.look * LOOK_AHEAD * work.need_g_mm / worth if worth > 0.0 else math.inf
         reach = min(reach, work.solid.mesh.diagonal_mm)
         shoulder_cuts = cuts(work.solid, work.anatomy, patches, work.density_g_mm3, limits, reach)
         shared = tuple(shared_depths(shoulder_cuts, work.anatomy, limits))
         apart, both = overlaps(shoulder_cuts, _beside_each_other(shoulder_cuts))
-        return Offer(tuple(shoulder_cuts), shared, limits.same_depth, apart, overlaps=both)
+        return Candidates(tuple(shoulder_cuts), shared, limits.same_depth, apart, overlaps=both)
 
     def relaxing(self, limits: ShoulderLimits) -> Sequence[Relaxing]:
         """Return more depth, and a thinner wall behind the face."""

@@ -19,7 +19,7 @@ from autobalance.correction.holes.slug_limits import SlugLimits
 from autobalance.correction.holes.surface import Surface
 from autobalance.correction.holes.trace import SlugTrace
 from autobalance.correction.holes.walls import HoleLimits, wall_left_mm
-from autobalance.correction.kind import Kind, Offer, Workpiece
+from autobalance.correction.kind import Candidates, Kind, Workpiece
 from autobalance.correction.machining import Operation, hole_operation
 from autobalance.correction.refusals import (
     refuse_wide,
@@ -126,7 +126,7 @@ class Slug(Kind[SlugLimits]):
     noun = "Slug"
     datum = "the surface on the bore's axis"
     limits = SlugLimits
-    efforts = 2
+    search_levels = 2
     has_axis = True
     mixed_with = ("drill",)
     remedy = SlugLimits(
@@ -134,7 +134,7 @@ class Slug(Kind[SlugLimits]):
     )
     pressed_in = ("slug_mass_g", "slug_centre_mm")
 
-    def offer(self, work: Workpiece, limits: SlugLimits, effort: int) -> Offer:
+    def offer(self, work: Workpiece, limits: SlugLimits, search_level: int) -> Candidates:
         """Return the slugs that a job's limits allow."""
         filled: list[FillCut] = []
         if limits.fill:
@@ -145,7 +145,7 @@ class Slug(Kind[SlugLimits]):
                 if not work.is_taken(self.name, each.hole.axis.entry_mm)
             ]
         try:
-            slug_cuts = cuts(work, lambda z_mm: -heavy_vector(work.heavy_at, z_mm), limits, effort)
+            slug_cuts = cuts(work, lambda z_mm: -heavy_vector(work.heavy_at, z_mm), limits, search_level)
         except CorrectionError:
             if not filled:
                 raise
@@ -162,7 +162,7 @@ class Slug(Kind[SlugLimits]):
         every: list[Cut] = [*slug_cuts, *filled]
         left = max(0, limits.max_slugs - work.made_earlier(self.name))
         rule = Count(tuple(range(len(every))), left, f"max_slugs = {limits.max_slugs}")
-        return Offer(tuple(every), apart=(*apart, *one_each), counts=(rule,))
+        return Candidates(tuple(every), apart=(*apart, *one_each), counts=(rule,))
 
     def relaxing(self, limits: SlugLimits) -> Sequence[Relaxing]:
         """Return more slugs."""
@@ -229,11 +229,11 @@ class Slug(Kind[SlugLimits]):
 KIND = Slug()
 
 
-def cuts(work: Workpiece, target: Towards, limits: SlugLimits, effort: int = 0) -> list[SlugCut]:
+def cuts(work: Workpiece, target: Towards, limits: SlugLimits, search_level: int = 0) -> list[SlugCut]:
     """Set up every slug that may be pressed in, each diameter, length and place by itself.
 
     ``target`` is a direction (2,) that one of the places tried lies in, or what returns it for a z [mm];
-    more ``effort`` takes a finer grid of angles.
+    more ``search_level`` takes a finer grid of angles.
 
     Raises
     ------
@@ -241,7 +241,7 @@ def cuts(work: Workpiece, target: Towards, limits: SlugLimits, effort: int = 0) 
         If no slug fits anywhere.
     """
     refuse_wide("slug", limits.diameters_mm, limits.min_wall_mm, work.anatomy, limits.direction)
-    places = Places(limits.direction, limits.sectors_deg, direction_at(target), effort)
+    places = Places(limits.direction, limits.sectors_deg, direction_at(target), search_level)
     search = HoleSearch.on(work.solid, work.anatomy, places)
     lengths = sorted(set(limits.lengths_mm))
     slug_cuts: list[SlugCut] = []

@@ -13,12 +13,12 @@ import numpy as np
 
 from autobalance.correction.contract import Correction, Figures, Item, Limits
 from autobalance.correction.cut import EmptyPlace, listed
-from autobalance.correction.kind import Kind, Offer, Workpiece
+from autobalance.correction.envelope import Envelope, blocks, sector_corners
+from autobalance.correction.kind import Candidates, Kind, Workpiece
 from autobalance.correction.machining import Operation, rim_operation
 from autobalance.correction.refusals import STEP, refuse_out_of_range
 from autobalance.correction.relaxing import Relaxing, WiderLimits
 from autobalance.correction.rings.trace import RingTrace, faceted_ring, far_mm, slab_of, tool_volume_mm3
-from autobalance.correction.room import Room, blocks, sector_corners
 from autobalance.correction.trace import Trace
 from autobalance.crank.anatomy import Anatomy, Face
 from autobalance.errors import CorrectionError
@@ -92,7 +92,7 @@ class TurnCut(EmptyPlace):
         return "rim of web " + ", ".join(str(number) for number in self.webs)
 
     @cached_property
-    def room(self) -> Room:
+    def envelope(self) -> Envelope:
         """The rings between the old rim and the new, where they hold metal."""
         angles: Array = np.arange(float(ROOM_SECTORS)) * (2.0 * math.pi / ROOM_SECTORS)
         rim = np.full(ROOM_SECTORS, self.rim_mm)
@@ -108,7 +108,7 @@ class TurnCut(EmptyPlace):
         for slab in self.slabs:
             low, high = (np.concatenate([flat, np.full((len(flat), 4, 1), z)], axis=2) for z in slab)
             rings.append(blocks(low, high, inner, inner))
-        return functools.reduce(Room.joined, rings)
+        return functools.reduce(Envelope.joined, rings)
 
     def effect(self, depth_mm: float) -> Moments:
         """Return the change of the crank's moments, measured on the metal beyond the least radius."""
@@ -241,9 +241,9 @@ class Turn(Kind[TurnLimits]):
     is_round_the_rim = True
     mixed_with = ("drill",)
 
-    def offer(self, work: Workpiece, limits: TurnLimits, effort: int) -> Offer:
+    def offer(self, work: Workpiece, limits: TurnLimits, search_level: int) -> Candidates:
         """Return the rims that a job's limits allow to turn."""
-        return Offer(tuple(cuts(work.solid, work.anatomy, work.density_g_mm3, limits)))
+        return Candidates(tuple(cuts(work.solid, work.anatomy, work.density_g_mm3, limits)))
 
     def relaxing(self, limits: TurnLimits) -> Sequence[Relaxing]:
         """Return a smaller radius to turn to."""

@@ -111,7 +111,7 @@ def _keeps_shared(task: Task, groups: Groups, depths: Sequence[float] | Array) -
     depth = {k: float(d) for group, d in zip(groups.members, depths, strict=True) for k in group}
     return all(
         depth.get(pair.first, 0.0) + depth.get(pair.second, 0.0) <= pair.most_mm + 1e-9
-        for pair in task.offer.shared
+        for pair in task.candidates.shared
         if pair.first in depth and pair.second in depth
     )
 

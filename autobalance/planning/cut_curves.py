@@ -9,7 +9,7 @@ from itertools import product
 import numpy as np
 from numpy.typing import NDArray
 
-from autobalance.correction.kind import Offer
+from autobalance.correction.kind import Candidates
 from autobalance.planning.depths import independent_rows, resultant_and_moment
 from autobalance.rigid_rotor.tolerance import Tolerance
 from autobalance.rigid_rotor.unbalance import Unbalance
@@ -25,7 +25,7 @@ class CutCurves:
 
     Attributes
     ----------
-    offer : Offer
+    candidates : Candidates
     depth_mm : (n, 3) float
     effect : (n, d, 3) float
         d = 2 or 4: the judged vectors side by side, in units of the aim.
@@ -35,24 +35,24 @@ class CutCurves:
         What the effects shall add up to.
     """
 
-    offer: Offer
+    candidates: Candidates
     depth_mm: Array
     effect: Array
     weight: Array
     wanted: Array
 
     @classmethod
-    def of(cls, residual: Unbalance, tolerance: Tolerance, offer: Offer, aim: float) -> CutCurves:
+    def of(cls, residual: Unbalance, tolerance: Tolerance, candidates: Candidates, aim: float) -> CutCurves:
         """Look up all cuts."""
         rows = independent_rows(tolerance) / aim
-        depth = np.array([np.linspace(cut.least_depth_mm, cut.max_depth_mm, 3) for cut in offer.cuts])
+        depth = np.array([np.linspace(cut.least_depth_mm, cut.max_depth_mm, 3) for cut in candidates.cuts])
         changes = [
-            [cut.effect(float(d)) for d in three] for cut, three in zip(offer.cuts, depth, strict=True)
+            [cut.effect(float(d)) for d in three] for cut, three in zip(candidates.cuts, depth, strict=True)
         ]
         effect = np.array([[resultant_and_moment(change) for change in three] for three in changes]) @ rows.T
         weight = np.array([[abs(change.mass_g) for change in three] for three in changes])
         now = residual.components
-        return cls(offer, depth, np.moveaxis(effect, 2, 1), weight, -rows @ now)
+        return cls(candidates, depth, np.moveaxis(effect, 2, 1), weight, -rows @ now)
 
     @cached_property
     def least(self) -> Array:
@@ -102,7 +102,7 @@ class CutCurves:
         """
         most = np.full((len(self.weight), len(self.weight)), np.inf)
         least, span = self.depth_mm[:, 0], np.maximum(self.depth_mm[:, 2] - self.depth_mm[:, 0], 1e-9)
-        for pair in self.offer.apart:
+        for pair in self.candidates.apart:
             for i, j in ((pair.first, pair.second), (pair.second, pair.first)):
                 never = pair.most_mm < max(least[i], least[j])
                 most[i, j] = min(most[i, j], -1.0 if never else (pair.most_mm - least[i]) / span[i])
@@ -119,7 +119,7 @@ class CutCurves:
         for a, b in product(range(first.shape[1]), range(last.shape[1])):
             good &= ~self.never_both[first[:, a], last[:, b]]
         sets = np.hstack([first, last])
-        for rule in self.offer.counts:
+        for rule in self.candidates.counts:
             if rule.most < sets.shape[1]:
                 inside = np.zeros(len(self.weight), dtype=np.int64)
                 inside[list(rule.members)] = 1
@@ -134,7 +134,7 @@ class CutCurves:
     def _groups(self) -> list[tuple[Indices, int]]:
         """Of each rule of variety, the group of each cut (n,), −1 for none, and how many may be used."""
         groups = []
-        for rule in self.offer.varieties:
+        for rule in self.candidates.varieties:
             number = np.full(len(self.weight), -1, dtype=np.int64)
             for n, group in enumerate(rule.groups):
                 number[list(group)] = n

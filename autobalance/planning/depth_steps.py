@@ -31,7 +31,7 @@ def settled(task: Task, depths: Array) -> Plan:
         task.tolerance,
         part.cuts,
         start_mm=depths[cut_now],
-        shared=part.offer.shared,
+        shared=part.candidates.shared,
         aim=task.aim,
         bounds_mm=bounds_of(task, cut_now),
         cost=task.cost,
@@ -47,7 +47,7 @@ def bounds_of(task: Task, chosen: Sequence[int]) -> tuple[Array, Array]:
     least = np.array([task.cuts[k].least_depth_mm for k in chosen])
     most = np.array([task.cuts[k].max_depth_mm for k in chosen])
     place = {k: n for n, k in enumerate(chosen)}
-    for pair in task.offer.apart:
+    for pair in task.candidates.apart:
         if pair.first in place and pair.second in place:
             for k in (place[pair.first], place[pair.second]):
                 most[k] = max(min(most[k], pair.most_mm), least[k])
@@ -62,7 +62,7 @@ def finished(task: Task, plan: Plan) -> Plan:
         for cut, d in zip(task.cuts, rounded.depths_mm, strict=True)
         if d >= cut.max_depth_mm - 1e-6 and cut.max_depth_mm > cut.least_depth_mm
     ]
-    for rule in task.offer.counts:
+    for rule in task.candidates.counts:
         if sum(rounded.depths_mm[k] > 0.0 for k in rule.members) >= rule.most:
             limits.append(rule.limit)
     binding = tuple(dict.fromkeys(limits)) if rounded.share > max(task.aim, 1.0) else ()

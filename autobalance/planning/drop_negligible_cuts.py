@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 
 from autobalance.correction.contract import Cut
-from autobalance.correction.kind import Offer
+from autobalance.correction.kind import Candidates
 from autobalance.planning.depths import AIM, Plan, judged_plan
 from autobalance.rigid_rotor.tolerance import Tolerance
 from autobalance.rigid_rotor.unbalance import Unbalance
@@ -17,7 +17,7 @@ IDLE = 1e-3
 than its facets stand back loses the tips of their edges alone: too little to be found in the file again."""
 
 
-def worthwhile(residual: Unbalance, tolerance: Tolerance, offer: Offer, plan: Plan) -> Plan:
+def worthwhile(residual: Unbalance, tolerance: Tolerance, candidates: Candidates, plan: Plan) -> Plan:
     """Return a plan without the cuts that alone change nothing that counts; as it is where it needs them.
 
     Where a job asks for one depth for all cuts, all of them stay.
@@ -27,10 +27,10 @@ def worthwhile(residual: Unbalance, tolerance: Tolerance, offer: Offer, plan: Pl
         return depth > 0.0 and tolerance.used_share(Unbalance.of(cut.effect(depth))) < IDLE
 
     depths = plan.depths_mm.tolist()
-    idle = np.array([is_idle(*each) for each in zip(offer.cuts, depths, strict=True)], dtype=bool)
-    if offer.same_depth or not idle.any():
+    idle = np.array([is_idle(*each) for each in zip(candidates.cuts, depths, strict=True)], dtype=bool)
+    if candidates.same_depth or not idle.any():
         return plan
-    without = judged_plan(residual, tolerance, offer.cuts, np.where(idle, 0.0, plan.depths_mm))
+    without = judged_plan(residual, tolerance, candidates.cuts, np.where(idle, 0.0, plan.depths_mm))
     if without.share > plan.share + AIM or without.share > 1.0 >= plan.share:
         return plan
     return replace(without, binding=plan.binding)

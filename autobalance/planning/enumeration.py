@@ -20,7 +20,7 @@ from itertools import permutations
 import numpy as np
 from numpy.typing import NDArray
 
-from autobalance.correction.kind import Offer
+from autobalance.correction.kind import Candidates
 from autobalance.planning.cut_curves import CutCurves, least_of, length, parabola, slopes_of
 from autobalance.planning.depths import independent_rows, resultant_and_moment
 from autobalance.planning.ties import in_order
@@ -47,7 +47,11 @@ CLIPS = 3
 
 
 def lightest_set(
-    residual: Unbalance, tolerance: Tolerance, offer: Offer, aim: float, serves: Callable[[Array], bool]
+    residual: Unbalance,
+    tolerance: Tolerance,
+    candidates: Candidates,
+    aim: float,
+    serves: Callable[[Array], bool],
 ) -> tuple[Array | None, float]:
     """Return the depths of the lightest few cuts that were found, and the least weight of what was not seen.
 
@@ -56,7 +60,7 @@ def lightest_set(
     residual : Unbalance
         With no cut made, as judged.
     tolerance : Tolerance
-    offer : Offer
+    candidates : Candidates
         Cuts with a least depth; shared depths are not heeded.
     aim : float
         Share of the permissible value to reach.
@@ -71,13 +75,13 @@ def lightest_set(
         What cuts weigh at least that were not looked at [g]; what was is lightest to about 0.5 %, since the
         aim leaves some slack that the search leaves out.
     """
-    fewest = math.ceil(_count_at_least(residual, tolerance, offer))
+    fewest = math.ceil(_count_at_least(residual, tolerance, candidates))
     if fewest > MOST_CUTS:
         return None, 0.0
-    field = CutCurves.of(residual, tolerance, offer, aim)
+    field = CutCurves.of(residual, tolerance, candidates, aim)
     least = float(field.weight[:, 0].min())
     lowest = max(_price(field, None).bound, least)
-    possible = _possible(offer)
+    possible = _possible(candidates)
     if possible > MOST_CUTS and lowest >= least * (MOST_CUTS + 1):
         return None, lowest
     sizes: dict[int, _Sets] = {}
@@ -105,19 +109,19 @@ def lightest_set(
     return chosen, unseen
 
 
-def _count_at_least(residual: Unbalance, tolerance: Tolerance, offer: Offer) -> float:
+def _count_at_least(residual: Unbalance, tolerance: Tolerance, candidates: Candidates) -> float:
     """Return how many cuts it takes at least to come within the permissible values, not a whole number."""
     rows = independent_rows(tolerance)
     now = residual.components
     need = float(length(rows @ now)) - 0.5 * len(rows)
-    deepest = np.array([rows @ resultant_and_moment(cut.effect(cut.max_depth_mm)) for cut in offer.cuts])
+    deepest = np.array([rows @ resultant_and_moment(cut.effect(cut.max_depth_mm)) for cut in candidates.cuts])
     return need / max(float(length(deepest).max(initial=0.0)), 1e-12)
 
 
-def _possible(offer: Offer) -> int:
+def _possible(candidates: Candidates) -> int:
     """Return how many cuts the counts allow at most."""
-    free, total = set(range(len(offer.cuts))), 0
-    for rule in offer.counts:
+    free, total = set(range(len(candidates.cuts))), 0
+    for rule in candidates.counts:
         total += min(rule.most, len(free.intersection(rule.members)))
         free.difference_update(rule.members)
     return total + len(free)

@@ -74,13 +74,13 @@ class _Alike:
         possible = (at >= -1e-9) & (at <= 1.0 + 1e-9)
         effects[~possible] = np.nan
         whole = np.full((len(task.cuts), len(task.cuts)), np.inf)
-        for pair in task.offer.apart:
+        for pair in task.candidates.apart:
             whole[pair.first, pair.second] = whole[pair.second, pair.first] = min(
                 pair.most_mm, whole[pair.first, pair.second]
             )
         place = np.array(members)
         rules = []
-        for rule in task.offer.counts:
+        for rule in task.candidates.counts:
             inside = np.isin(place, list(rule.members))
             if inside.any():
                 rules.append((inside, rule.most))

@@ -15,7 +15,7 @@ from itertools import combinations
 import numpy as np
 
 from autobalance.correction.contract import setting_of
-from autobalance.correction.kind import Offer
+from autobalance.correction.kind import Candidates
 from autobalance.planning.common_depths import Groups, common_depths
 from autobalance.planning.depths import Plan, plan_depths
 from autobalance.planning.equal_cut_search import alike_everywhere, alike_on_each_web
@@ -35,14 +35,14 @@ NEARLY = 2.0
 Rank = tuple[int, int, float]
 
 
-def has_steps(offer: Offer) -> bool:
+def has_steps(candidates: Candidates) -> bool:
     """Return whether depths come in steps of the machine, or one depth a cut."""
-    return any(cut.depth_step_mm > 0.0 or cut.least_depth_mm == cut.max_depth_mm for cut in offer.cuts)
+    return any(cut.depth_step_mm > 0.0 or cut.least_depth_mm == cut.max_depth_mm for cut in candidates.cuts)
 
 
 def enough_share(task: Task) -> float:
     """Return the share of the permissible value down to which less residual is worth no other cut."""
-    return max(task.aim * (1.0 + 1e-6), WHOLE_CUTS_SHARE if has_steps(task.offer) else 0.0)
+    return max(task.aim * (1.0 + 1e-6), WHOLE_CUTS_SHARE if has_steps(task.candidates) else 0.0)
 
 
 def rank(task: Task, plan: Plan) -> Rank:
@@ -62,7 +62,7 @@ def simplest(task: Task, plans: Iterable[Plan], search: bool = True) -> Plan:
     least = min(candidates, key=lambda plan: key(plan.share))
     enough = enough_share(task)
     good = [plan for plan in candidates if plan.share <= enough]
-    if search and is_discrete(task.offer):
+    if search and is_discrete(task.candidates):
         good += [*alike_everywhere(task, enough), *alike_on_each_web(task, enough)]
     elif search and least.share <= NEARLY * enough:  # else a few of its cuts leave more yet
         good += _fewest_of_any_depth(task, least, enough)
@@ -73,17 +73,17 @@ def simplest(task: Task, plans: Iterable[Plan], search: bool = True) -> Plan:
 
 
 def _keeps_rules(task: Task, plan: Plan) -> bool:
-    depths, offer = plan.depths_mm, task.offer
+    depths, candidates = plan.depths_mm, task.candidates
     return (
-        all(sum(depths[k] > 0.0 for k in rule.members) <= rule.most for rule in offer.counts)
+        all(sum(depths[k] > 0.0 for k in rule.members) <= rule.most for rule in candidates.counts)
         and all(
             sum(any(depths[k] > 0.0 for k in group) for group in rule.groups) <= rule.most
-            for rule in offer.varieties
+            for rule in candidates.varieties
         )
         and all(
             min(depths[pair.first], depths[pair.second]) <= 0.0
             or max(depths[pair.first], depths[pair.second]) <= pair.most_mm + 1e-6
-            for pair in offer.apart
+            for pair in candidates.apart
         )
     )
 
@@ -131,7 +131,7 @@ def _of_these(task: Task, few: Sequence[int], alike: bool) -> Plan | None:
     place = {k: n for n, k in enumerate(few)}
     shared = [
         replace(pair, first=place[pair.first], second=place[pair.second])
-        for pair in task.offer.shared
+        for pair in task.candidates.shared
         if pair.first in place and pair.second in place
     ]
     if alike and shared and not math.isfinite(min(pair.most_mm for pair in shared)):
@@ -140,7 +140,7 @@ def _of_these(task: Task, few: Sequence[int], alike: bool) -> Plan | None:
         task.residual,
         task.tolerance,
         [task.cuts[k] for k in few],
-        same_depth=alike or task.offer.same_depth,
+        same_depth=alike or task.candidates.same_depth,
         shared=shared,
         aim=task.aim,
         start_mm=_start(task, few),

@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from autobalance.correction.kind import Offer
+from autobalance.correction.kind import Candidates
 from autobalance.planning.depths import AIM
 from autobalance.planning.dual_simplex import least_cost
 from autobalance.planning.milp_model import POINTS, SIDES, MilpModel, breakpoints, effects_at
@@ -93,14 +93,14 @@ def _slack(task: Task, relaxed: MilpModel, bound: float) -> float:
     return min(max(share, floor), GAP[1]) * relaxed.places / len(relaxed.tables)
 
 
-def least_share(residual: Unbalance, tolerance: Tolerance, offer: Offer) -> float:
+def least_share(residual: Unbalance, tolerance: Tolerance, candidates: Candidates) -> float:
     """Return a share of the permissible value that no plan within the rules gets below (to about 1 %).
 
     Whole numbers are let go of here, so that a plan may well not reach it; but none is better.
     """
-    if not offer.cuts:
+    if not candidates.cuts:
         return tolerance.used_share(residual)
-    rules = _unpriced(residual, tolerance, offer)
+    rules = _unpriced(residual, tolerance, candidates)
     rules.cost[rules.excess] = 1.0
     excess = _least_cost(rules)
     return 0.0 if excess <= 1e-6 else math.cos(math.pi / SIDES) * AIM * (0.5 + excess)
@@ -123,14 +123,16 @@ def _least_cost(rules: MilpModel) -> float:
     return float(relaxed_solution(rules).fun or 0.0)
 
 
-def greatest_multiple(residual: Unbalance, tolerance: Tolerance, offer: Offer, most: float) -> float:
+def greatest_multiple(
+    residual: Unbalance, tolerance: Tolerance, candidates: Candidates, most: float
+) -> float:
     """Return how many times an unbalance the cuts can correct, up to ``most`` (whole numbers are let go of).
 
     The programme's own rows with the multiple in the place of the excess: residual · multiple + effects ≤ 1.
     """
-    if not offer.cuts:
+    if not candidates.cuts:
         return 0.0
-    rules = _unpriced(residual, tolerance, offer)
+    rules = _unpriced(residual, tolerance, candidates)
     judged = np.flatnonzero(rules.matrix[:, [rules.excess]].toarray())
     equal = np.flatnonzero(rules.upper_rows == rules.lower_rows)
     matrix = rules.matrix.tolil()
@@ -144,9 +146,9 @@ def greatest_multiple(residual: Unbalance, tolerance: Tolerance, offer: Offer, m
     return float(-relaxed_solution(rules).fun)
 
 
-def _unpriced(residual: Unbalance, tolerance: Tolerance, offer: Offer) -> MilpModel:
+def _unpriced(residual: Unbalance, tolerance: Tolerance, candidates: Candidates) -> MilpModel:
     """Return the rules over all cuts, finer than for choosing, in which nothing costs anything yet."""
-    task = Task(residual, tolerance, offer, "least_metal", AIM, *usual(offer))
+    task = Task(residual, tolerance, candidates, "least_metal", AIM, *usual(candidates))
     tables = breakpoints(task, 2 * POINTS - 1)
     rules = MilpModel(task, tables, effects_at(task, tables), 0)
     rules.cost[:] = 0.0

@@ -34,7 +34,7 @@ def breakpoints(task: Task, count: int = POINTS) -> list[Array]:
     An even point makes way for an end nearer than half a space.
     """
     ends: list[set[float]] = [set() for _ in task.cuts]
-    for pair in task.offer.apart:
+    for pair in task.candidates.apart:
         for k in (pair.first, pair.second):
             if task.cuts[k].least_depth_mm < pair.most_mm < task.cuts[k].max_depth_mm:
                 ends[k].add(pair.most_mm)
@@ -84,7 +84,7 @@ class MilpModel:
         self.first = np.concatenate([[0], np.cumsum(sizes)]).astype(int)
         self.switch = int(self.first[-1])
         self.kinds = self.switch + count
-        varieties = [rule for rule in task.offer.varieties if sum(map(bool, rule.groups)) > rule.most]
+        varieties = [rule for rule in task.candidates.varieties if sum(map(bool, rule.groups)) > rule.most]
         self.excess = self.kinds + sum(len(rule.groups) for rule in varieties)
         self.change = self.excess + 1
         self.left = self.change + 1
@@ -97,9 +97,9 @@ class MilpModel:
         self._weights_follow_switches(task.cuts)
         self._residual_rows(task, effects)
         self._apart_rows(task)
-        for pair in task.offer.shared:
+        for pair in task.candidates.shared:
             self._add_depths([(pair.first, 1.0), (pair.second, 1.0)], -math.inf, pair.most_mm)
-        for rule in task.offer.counts:
+        for rule in task.candidates.counts:
             self._add(
                 [self.switch + k for k in rule.members], [1.0] * len(rule.members), -math.inf, rule.most
             )
@@ -199,13 +199,13 @@ class MilpModel:
             here += len(rule.groups)
 
     def _apart_rows(self, task: Task) -> None:
-        never = [pair for pair in task.offer.apart if is_never(pair, task.cuts)]
+        never = [pair for pair in task.candidates.apart if is_never(pair, task.cuts)]
         for clique in cliques_of(never, len(task.cuts)):
             self._add([self.switch + k for k in clique], [1.0] * len(clique), -math.inf, 1.0)
         site = sites_of(never, len(task.cuts))
         self.places = max(site) + 1
         most: dict[tuple[int, int], dict[tuple[int, int], float]] = {}
-        for pair in task.offer.apart:
+        for pair in task.candidates.apart:
             for k, other in ((pair.first, pair.second), (pair.second, pair.first)):
                 most.setdefault((site[k], site[other]), {})[k, other] = pair.most_mm
         for (here, there), pairs in most.items():

@@ -12,22 +12,22 @@ from dataclasses import replace
 import numpy as np
 
 from autobalance.correction.contract import Cut
-from autobalance.correction.kind import Offer
+from autobalance.correction.kind import Candidates
 from autobalance.planning.depths import SAME_MM, Plan, judged_plan
 from autobalance.rigid_rotor.tolerance import Tolerance
 from autobalance.rigid_rotor.unbalance import Unbalance
 from autobalance.types import Array
 
 
-def nominal_plan(residual: Unbalance, tolerance: Tolerance, offer: Offer, plan: Plan) -> Plan:
+def nominal_plan(residual: Unbalance, tolerance: Tolerance, candidates: Candidates, plan: Plan) -> Plan:
     """Return a plan with nominal depths, and what these leave; itself where it has them already."""
-    depths = nominal_depths(offer, plan.depths_mm)
+    depths = nominal_depths(candidates, plan.depths_mm)
     if np.array_equal(depths, plan.depths_mm):
         return plan
-    return replace(judged_plan(residual, tolerance, offer.cuts, depths), binding=plan.binding)
+    return replace(judged_plan(residual, tolerance, candidates.cuts, depths), binding=plan.binding)
 
 
-def nominal_depths(offer: Offer, depths_mm: Array) -> Array:
+def nominal_depths(candidates: Candidates, depths_mm: Array) -> Array:
     """Return depths (n,) each of which is the limit, step or common value that it is within `SAME_MM` of.
 
     Depths of one value are one, the least of the limits that they stand for, so that none is exceeded; two
@@ -35,12 +35,12 @@ def nominal_depths(offer: Offer, depths_mm: Array) -> Array:
     """
     depths = np.where(depths_mm <= SAME_MM, 0.0, depths_mm)
     chosen = np.flatnonzero(depths).tolist()
-    ends = _neighbours_ends(offer, chosen)
-    marks = {k: _marks(offer.cuts[k], float(depths[k]), ends.get(k, ())) for k in chosen}
+    ends = _neighbours_ends(candidates, chosen)
+    marks = {k: _marks(candidates.cuts[k], float(depths[k]), ends.get(k, ())) for k in chosen}
     for group in _of_one_value(depths, chosen):
         stood_for = [mark for k in group for mark in marks[k]]
         depths[group] = min(stood_for, default=float(depths[group[0]]))
-    for pair in offer.shared:
+    for pair in candidates.shared:
         both = float(depths[pair.first] + depths[pair.second])
         if both != pair.most_mm and abs(both - pair.most_mm) <= SAME_MM and depths[pair.first] > 0.0:
             kept, other = (pair.second, pair.first) if marks.get(pair.second) else (pair.first, pair.second)
@@ -49,11 +49,11 @@ def nominal_depths(offer: Offer, depths_mm: Array) -> Array:
     return depths
 
 
-def _neighbours_ends(offer: Offer, cut_now: Sequence[int]) -> dict[int, list[float]]:
+def _neighbours_ends(candidates: Candidates, cut_now: Sequence[int]) -> dict[int, list[float]]:
     """Return at which depths cuts that are made end each other."""
     ends: dict[int, list[float]] = {}
     chosen = frozenset(cut_now)
-    for pair in offer.apart:
+    for pair in candidates.apart:
         if pair.first in chosen and pair.second in chosen:
             ends.setdefault(pair.first, []).append(pair.most_mm)
             ends.setdefault(pair.second, []).append(pair.most_mm)

@@ -6,7 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from autobalance.correction.kind import Offer
+from autobalance.correction.kind import Candidates
 from autobalance.planning.depths import Plan, judged_plan
 from autobalance.planning.whole_cuts import choose
 from autobalance.rigid_rotor.tolerance import Tolerance
@@ -27,7 +27,7 @@ def is_harmless(before: Unbalance, after: Unbalance, tolerance: Tolerance, slack
     )
 
 
-def harmless(residual: Unbalance, tolerance: Tolerance, offer: Offer, plan: Plan) -> Plan:
+def harmless(residual: Unbalance, tolerance: Tolerance, candidates: Candidates, plan: Plan) -> Plan:
     """Return a plan that falls short, changed so that it makes nothing worse; others as they are.
 
     The worst judged value is brought as far down as can be while each other stays at most what it was: the
@@ -36,13 +36,13 @@ def harmless(residual: Unbalance, tolerance: Tolerance, offer: Offer, plan: Plan
     """
     if plan.share <= 1.0 or is_harmless(residual, plan.predicted, tolerance):
         return plan
-    nothing = np.zeros(len(offer.cuts))
-    best = judged_plan(residual, tolerance, offer.cuts, nothing)
+    nothing = np.zeros(len(candidates.cuts))
+    best = judged_plan(residual, tolerance, candidates.cuts, nothing)
     low, high = max(plan.share, 1.0), best.share
     for _ in range(HALVINGS):
         share = (low * high) ** 0.5
         lenient = _at_most(tolerance, residual, share)
-        here = choose(residual, lenient, offer, prefer="least_metal", aim=AIM)
+        here = choose(residual, lenient, candidates, prefer="least_metal", aim=AIM)
         if here.share <= 1.0:
             best, high = _on(tolerance, here, plan.binding), share
         else:

@@ -11,7 +11,7 @@ import numpy as np
 from autobalance import correction
 from autobalance.correction import Limits
 from autobalance.correction.contract import Cut
-from autobalance.correction.kind import Kind, Offer, Workpiece
+from autobalance.correction.kind import Candidates, Kind, Workpiece
 from autobalance.correction.relaxing import MoreCuts, Relaxing, WiderLimits
 from autobalance.errors import CorrectionError
 from autobalance.planning.depths import Plan, judged_rows
@@ -69,36 +69,39 @@ class Attempt:
     work: Workpiece
     methods: tuple[Limits, ...]
     asked: tuple[Limits, ...]
-    offer: Offer
+    candidates: Candidates
     residual: Unbalance
     tolerance: Tolerance
 
-    def plan(self, offer: Offer) -> Plan:
+    def plan(self, candidates: Candidates) -> Plan:
         """Return the plan with other cuts."""
-        return choose(self.residual, self.tolerance, offer)
+        return choose(self.residual, self.tolerance, candidates)
 
-    def may_do(self, offer: Offer) -> bool:
+    def may_do(self, candidates: Candidates) -> bool:
         """Return whether it is not yet certain that other cuts fall short too."""
-        return bool(offer.cuts) and least_share(self.residual, self.tolerance, offer) <= 1.0
+        return bool(candidates.cuts) and least_share(self.residual, self.tolerance, candidates) <= 1.0
 
-    def offer_with(self, *methods: Limits, coarse: bool = False) -> Offer | None:
-        """Return what other limits offer at their greatest effort (or least: ``coarse``); None: nothing.
+    def offer_with(self, *methods: Limits, coarse: bool = False) -> Candidates | None:
+        """Return other limits' candidates at their last search level (or first: ``coarse``); None: nothing.
 
         As in planning itself, metal is looked for ever deeper while cuts end only where it was looked.
         """
-        last = [0 if coarse else correction.efforts(limits) - 1 for limits in methods]
+        last = [0 if coarse else correction.search_levels(limits) - 1 for limits in methods]
         work = self.work
         try:
             for _ in range(LOOKS):
-                offer = correction.joined(
-                    [correction.offer(work, m, effort) for m, effort in zip(methods, last, strict=True)]
+                candidates = correction.joined(
+                    [
+                        correction.offer(work, m, search_level)
+                        for m, search_level in zip(methods, last, strict=True)
+                    ]
                 )
-                if not any(cut.limit_is_reach for cut in offer.cuts) or self.may_do(offer):
+                if not any(cut.limit_is_reach for cut in candidates.cuts) or self.may_do(candidates):
                     break
                 work = replace(work, look=4.0 * work.look)
         except CorrectionError:
             return None
-        return offer
+        return candidates
 
 
 def relaxations(tried: Attempt) -> list[Relaxation]:
@@ -132,29 +135,29 @@ def _relaxed(tried: Attempt, number: int, way: Relaxing) -> Relaxation | None:
 
 
 def _if_enough(
-    tried: Attempt, offer: Offer | None, describe: Callable[[Plan], RemedyText]
+    tried: Attempt, candidates: Candidates | None, describe: Callable[[Plan], RemedyText]
 ) -> Relaxation | None:
-    if offer is None or not tried.may_do(offer):
+    if candidates is None or not tried.may_do(candidates):
         return None
-    plan = tried.plan(offer)
+    plan = tried.plan(candidates)
     if plan.share > 1.0:
         return None
-    cuts = zip(offer.cuts, plan.depths_mm, strict=True)
+    cuts = zip(candidates.cuts, plan.depths_mm, strict=True)
     metal = sum(abs(cut.effect(float(depth)).mass_g) for cut, depth in cuts if depth > 0.0)
     return Relaxation(*describe(plan), plan.share, float(metal))
 
 
 def _more(tried: Attempt, limits: Limits, more: MoreCuts) -> Relaxation | None:
     """Try more cuts, on each web or on all: the least number that suffices."""
-    if not tried.offer.counts:
+    if not tried.candidates.counts:
         return None
 
-    def offer(count: int) -> Offer:
+    def offer(count: int) -> Candidates:
         counts = [
             replace(rule, most=rule.most + count) if rule.limit.startswith(more.key) else rule
-            for rule in tried.offer.counts
+            for rule in tried.candidates.counts
         ]
-        return replace(tried.offer, counts=tuple(counts))
+        return replace(tried.candidates, counts=tuple(counts))
 
     enough = [count for count in range(1, MORE + 1) if tried.may_do(offer(count))]
     least = next((count for count in enough if tried.plan(offer(count)).share <= 1.0), None)
@@ -167,7 +170,7 @@ def _more(tried: Attempt, limits: Limits, more: MoreCuts) -> Relaxation | None:
 def _wider(tried: Attempt, number: int, wider: WiderLimits) -> Relaxation | None:
     """Find the least share 0..1 of a change of one method's limits that suffices."""
 
-    def offer(share: float) -> Offer | None:
+    def offer(share: float) -> Candidates | None:
         methods = list(tried.methods)
         methods[number] = replace(methods[number], **wider.changed(share))
         return tried.offer_with(*methods)
@@ -193,17 +196,17 @@ def _remedies(tried: Attempt) -> Iterator[Relaxation]:
     for kind in correction.KINDS.values():
         if kind in present or kind.remedy is None or not _may_help(tried, kind):
             continue
-        offer = tried.offer_with(kind.remedy, coarse=True)
-        if offer is None:
+        candidates = tried.offer_with(kind.remedy, coarse=True)
+        if candidates is None:
             continue
-        first = len(tried.offer.cuts)
-        both = correction.joined([tried.offer, offer])
+        first = len(tried.candidates.cuts)
+        both = correction.joined([tried.candidates, candidates])
 
         def describe(
-            plan: Plan, kind: Kind[Any] = kind, offer: Offer = offer, first: int = first
+            plan: Plan, kind: Kind[Any] = kind, candidates: Candidates = candidates, first: int = first
         ) -> RemedyText:
             chosen = [
-                cut for cut, depth in zip(offer.cuts, plan.depths_mm[first:], strict=True) if depth > 0.0
+                cut for cut, depth in zip(candidates.cuts, plan.depths_mm[first:], strict=True) if depth > 0.0
             ]
             return _remedy(tried, kind, chosen[0]) if chosen else ("other depths", ())
 
@@ -223,7 +226,7 @@ def _may_help(tried: Attempt, kind: Kind[Any]) -> bool:
     rows = judged_rows(tried.tolerance)
     levers = np.abs(rows[::2, 0, None] + rows[::2, 2, None] * np.array([z - reach, z + reach]))
     moved = kind.remedy_most_g_mm(tried.work) * float(levers.max())
-    return least_share(tried.residual, tried.tolerance, tried.offer) - moved <= 1.0
+    return least_share(tried.residual, tried.tolerance, tried.candidates) - moved <= 1.0
 
 
 def _remedy(tried: Attempt, kind: Kind[Any], cut: Cut) -> RemedyText:

@@ -13,7 +13,7 @@ from dataclasses import replace
 import numpy as np
 
 from autobalance.correction.contract import Prefer
-from autobalance.correction.kind import Offer
+from autobalance.correction.kind import Candidates
 from autobalance.planning.common_depths import Groups, common_depths
 from autobalance.planning.depth_steps import finished, rounding_share, settled
 from autobalance.planning.depths import AIM, Plan, judged_plan, plan_depths
@@ -46,7 +46,7 @@ UNSEEN = 0.03
 def choose(
     residual: Unbalance,
     tolerance: Tolerance,
-    offer: Offer,
+    candidates: Candidates,
     *,
     prefer: Prefer = "least_metal",
     start_mm: Array | None = None,
@@ -59,7 +59,7 @@ def choose(
     residual : Unbalance
         With no cut made, as judged.
     tolerance : Tolerance
-    offer : Offer
+    candidates : Candidates
         The cuts at hand and their rules.
     prefer : Prefer
         What to spare among plans that reach the aim.
@@ -74,32 +74,32 @@ def choose(
         With nominal depths: each the limit, step or common value that it stands for.
     """
     return nominal_plan(
-        residual, tolerance, offer, _chosen_plan(residual, tolerance, offer, prefer, start_mm, aim)
+        residual, tolerance, candidates, _chosen_plan(residual, tolerance, candidates, prefer, start_mm, aim)
     )
 
 
 def _chosen_plan(
     residual: Unbalance,
     tolerance: Tolerance,
-    offer: Offer,
+    candidates: Candidates,
     prefer: Prefer,
     start_mm: Array | None,
     aim: float,
 ) -> Plan:
     """Return what ``choose`` does, with depths as the solvers leave them."""
-    if prefer == "simple" and offer.cuts:
-        return _simplest(Task(residual, tolerance, offer, prefer, aim, *usual(offer)), start_mm)
-    if not offer.cuts or (not is_discrete(offer) and prefer == "least_metal"):
+    if prefer == "simple" and candidates.cuts:
+        return _simplest(Task(residual, tolerance, candidates, prefer, aim, *usual(candidates)), start_mm)
+    if not candidates.cuts or (not is_discrete(candidates) and prefer == "least_metal"):
         return plan_depths(
             residual,
             tolerance,
-            offer.cuts,
+            candidates.cuts,
             start_mm=start_mm,
-            same_depth=offer.same_depth,
-            shared=offer.shared,
+            same_depth=candidates.same_depth,
+            shared=candidates.shared,
             aim=aim,
         )
-    task = Task(residual, tolerance, offer, prefer, aim, *usual(offer))
+    task = Task(residual, tolerance, candidates, prefer, aim, *usual(candidates))
     if start_mm is not None and start_mm.any():
         kept = finished(task, settled(task, start_mm))
         if kept.share <= max(aim, rounding_share(task, start_mm)):
@@ -121,19 +121,19 @@ def _simplest(task: Task, start_mm: Array | None) -> Plan:
         kept = common_depths(task, groups, max(enough_share(task), rounding_share(task, start_mm)))
         if kept is not None:
             return kept
-    light = choose(task.residual, task.tolerance, task.offer, aim=task.aim)
+    light = choose(task.residual, task.tolerance, task.candidates, aim=task.aim)
     plan = simplest(task, [light], search=light.share <= HOPELESS)
     is_simple = plan.share <= enough_share(task) and rank(task, plan)[0] <= FEW_DIFFERENT
-    if not is_discrete(task.offer) or plan.share > HOPELESS or is_simple:
+    if not is_discrete(task.candidates) or plan.share > HOPELESS or is_simple:
         return plan
     sparing = replace(task, prefer="fewest_holes", aim=FEW_AIM)
     few = finished(sparing, _chosen(sparing, 0, FEW[:1], rounds=1, nodes=FEW_NODES))
     return simplest(task, [plan, few], search=False)
 
 
-def is_enough(plan: Plan, offer: Offer) -> bool:
+def is_enough(plan: Plan, candidates: Candidates) -> bool:
     """Return whether a plan leaves so little that looking for other cuts is not worth it."""
-    return plan.share <= (WHOLE_CUTS_SHARE if has_steps(offer) else AIM * (1.0 + 1e-6))
+    return plan.share <= (WHOLE_CUTS_SHARE if has_steps(candidates) else AIM * (1.0 + 1e-6))
 
 
 def _first(task: Task) -> Plan:
@@ -149,8 +149,12 @@ def _first(task: Task) -> Plan:
 
 def _few(task: Task) -> tuple[Plan | None, float]:
     """Return the plan of the lightest few cuts, if any, and what others weigh at least."""
-    offer = task.offer
-    if task.prefer != "least_metal" or offer.shared or any(cut.least_depth_mm <= 0.0 for cut in task.cuts):
+    candidates = task.candidates
+    if (
+        task.prefer != "least_metal"
+        or candidates.shared
+        or any(cut.least_depth_mm <= 0.0 for cut in task.cuts)
+    ):
         return None, 0.0
     enough = task.aim * (1.0 + 1e-6)
 
@@ -158,7 +162,7 @@ def _few(task: Task) -> tuple[Plan | None, float]:
         here = judged_plan(task.residual, task.tolerance, task.cuts, depths)
         return here.share <= enough or settled(task, depths).share <= enough
 
-    depths, unseen_g = lightest_set(task.residual, task.tolerance, offer, task.aim, serves)
+    depths, unseen_g = lightest_set(task.residual, task.tolerance, candidates, task.aim, serves)
     return (None if depths is None else settled(task, depths)), unseen_g
 
 

@@ -48,8 +48,8 @@ def work(solid: Solid, anatomy: Anatomy, face: Face) -> Workpiece:
 def test_planned_effect_is_what_the_solid_gains(faces: str | tuple[str], placement: Array) -> None:
     solid, anatomy = make_crank([0.0], placement=placement)
     face = web_face(solid, anatomy, 1, 0)
-    offer = add.KIND.offer(work(solid, anatomy, face), AddLimits(faces=faces), 0)  # type: ignore[arg-type]
-    (cut,) = offer.cuts
+    candidates = add.KIND.offer(work(solid, anatomy, face), AddLimits(faces=faces), 0)  # type: ignore[arg-type]
+    (cut,) = candidates.cuts
     assert cut.adds_metal
     assert cut.max_depth_mm == 10.0
     for height in (0.5, 10.0):
@@ -139,9 +139,9 @@ def test_pads_keep_clear_of_each_other() -> None:
     heavy = np.array([1.0, 0.0])
     both = Workpiece(solid, anatomy, faces, STEEL, ((-50.0, heavy), (50.0, heavy)))
     limits = AddLimits(faces=("w2", "w3"), max_depth_mm=100.0, min_wall_mm=3.0)
-    offer = add.KIND.offer(both, limits, 0)
-    (pair,) = offer.apart
-    assert all(cut.max_depth_mm > 0.5 * gap for cut in offer.cuts)
+    candidates = add.KIND.offer(both, limits, 0)
+    (pair,) = candidates.apart
+    assert all(cut.max_depth_mm > 0.5 * gap for cut in candidates.cuts)
     assert 0.4 * (gap - 3.0) < pair.most_mm <= 0.5 * (gap - 3.0)
 
 

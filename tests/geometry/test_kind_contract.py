@@ -15,9 +15,9 @@ import pytest
 from autobalance.correction import KINDS, joined, offer
 from autobalance.correction.apart import keep_apart
 from autobalance.correction.contract import Cut
-from autobalance.correction.kind import Offer, Workpiece
+from autobalance.correction.envelope import Envelope
+from autobalance.correction.kind import Candidates, Workpiece
 from autobalance.correction.relaxing import Otherwise, WiderLimits
-from autobalance.correction.room import Room
 from autobalance.crank.anatomy import Overrides
 from autobalance.crank.faces import find_faces
 from autobalance.crank.parametric.design import PRESETS
@@ -49,7 +49,7 @@ GRAIN_MM = 0.02
 class Bench:
     source: Source
     work: Workpiece
-    offers: dict[str, Offer]
+    offers: dict[str, Candidates]
 
     def samples(self, name: str) -> list[Cut]:
         """The first, the middle and the last cut of a kind."""
@@ -151,8 +151,8 @@ def with_either_tool(bench: Bench, name: str) -> tuple[Moments, Moments]:
 def test_the_room_encloses_what_is_taken(bench: Bench, name: str) -> None:
     for cut in bench.samples(name):
         corners = bench.metal(cut, cut.max_depth_mm).mesh.vertices
-        points = [Room(at[None, None], np.zeros((1, 1, 3)), np.zeros(1)) for at in corners[::7]]
-        rooms = [cut.room, *points]
+        points = [Envelope(at[None, None], np.zeros((1, 1, 3)), np.zeros(1)) for at in corners[::7]]
+        rooms = [cut.envelope, *points]
         most = np.array([cut.max_depth_mm, *np.zeros(len(points))])
         near = keep_apart(rooms, most, np.full(len(rooms), GRAIN_MM), np.minimum(np.arange(len(rooms)), 1))
         assert len(near) == len(points)

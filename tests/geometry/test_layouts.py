@@ -18,7 +18,7 @@ from autobalance.correction.faces.cut import part_name
 from autobalance.correction.holes.drill_limits import DrillLimits
 from autobalance.correction.holes.slug_limits import SlugLimits
 from autobalance.correction.holes.surface import Axis
-from autobalance.correction.kind import Offer, Workpiece
+from autobalance.correction.kind import Candidates, Workpiece
 from autobalance.correction.shoulder import ShoulderLimits
 from autobalance.correction.turn import TurnLimits
 from autobalance.crank.anatomy import Anatomy, Face
@@ -199,25 +199,25 @@ def test_mixes(methods: list[Limits]) -> None:
     assert all(len(of_web) == 1 for of_web in kinds.values())
 
 
-def offer_of(rotor: Rotor, limits: Limits) -> Offer:
+def offer_of(rotor: Rotor, limits: Limits) -> Candidates:
     some = (0.0, np.array([-1.0, 0.0])), (1.0, np.array([-1.0, 0.0]))
     work = Workpiece(rotor.solid, rotor.anatomy, rotor.faces, STEEL, some)
     return correction.offer(work, limits, 0)
 
 
-def some_feasible_unbalance(offer: Offer, rng: np.random.Generator) -> Unbalance:
+def some_feasible_unbalance(candidates: Candidates, rng: np.random.Generator) -> Unbalance:
     """Return what some of the cuts at hand, at depths of their own, would take away exactly."""
-    free = set(range(len(offer.cuts)))
+    free = set(range(len(candidates.cuts)))
     total = Unbalance(np.zeros(2), np.zeros(2))
     for _ in range(int(rng.integers(4, 9))):
         if not free:
             break
         k = int(rng.choice(sorted(free)))
-        cut = offer.cuts[k]
+        cut = candidates.cuts[k]
         depth = rng.uniform(cut.least_depth_mm, cut.max_depth_mm)
         total = total - Unbalance.of(cut.effect(float(depth)))
-        near = {pair.second for pair in offer.apart if pair.first == k}
-        near |= {pair.first for pair in offer.apart if pair.second == k}
+        near = {pair.second for pair in candidates.apart if pair.first == k}
+        near |= {pair.first for pair in candidates.apart if pair.second == k}
         free -= near | {k}
     return total
 

@@ -13,7 +13,7 @@ from autobalance.balancing.measuring import as_file
 from autobalance.balancing.offers import Offers, heavy_vectors
 from autobalance.balancing.rotor import Rotor
 from autobalance.correction import Limits
-from autobalance.correction.kind import Offer, Workpiece
+from autobalance.correction.kind import Candidates, Workpiece
 from autobalance.correction.shoulder import ShoulderLimits
 from autobalance.crank.anatomy import Anatomy, Face, MainJournal, Pin, Throw, Web
 from autobalance.planning.depths import AIM
@@ -216,8 +216,8 @@ def test_unequal_depths_correct_a_couple() -> None:
 def test_a_second_pass_takes_out_what_the_first_left() -> None:
     """A prediction that is 1 % off costs a pass, not the result."""
 
-    def misjudged(work: Workpiece, limits: Limits, effort: int) -> Offer:
-        real = correction.offer(work, limits, effort)
+    def misjudged(work: Workpiece, limits: Limits, search_level: int) -> Candidates:
+        real = correction.offer(work, limits, search_level)
         for cut in real.cuts:
             effect, rate = cut.effect, cut.rate
             object.__setattr__(cut, "correction", copy(cut).correction)
@@ -233,8 +233,8 @@ def test_a_second_pass_takes_out_what_the_first_left() -> None:
 
 
 def test_the_end_is_never_worse_than_the_beginning() -> None:
-    def backwards(work: Workpiece, limits: Limits, effort: int) -> Offer:
-        real = correction.offer(work, limits, effort)
+    def backwards(work: Workpiece, limits: Limits, search_level: int) -> Candidates:
+        real = correction.offer(work, limits, search_level)
         for cut in real.cuts:
             effect, rate = cut.effect, cut.rate
             object.__setattr__(cut, "effect", lambda d, effect=effect: effect(d).scaled(-1.0))

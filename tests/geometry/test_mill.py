@@ -129,14 +129,14 @@ def test_a_cutter_comes_along_the_axis_only_where_nothing_stands() -> None:
 def test_pockets_keep_to_their_sectors_and_apart() -> None:
     solid, anatomy = make_crank([0.0], Shape(web_width=24.0, segments=48))
     limits = MillLimits(cutter_mm=8.0, sectors_deg=((120.0, 200.0),))
-    offer = mill.KIND.offer(work(solid, anatomy), limits, 0)
-    angles = [cut.correction(1.0).details["angle_deg"] for cut in offer.cuts]
+    candidates = mill.KIND.offer(work(solid, anatomy), limits, 0)
+    angles = [cut.correction(1.0).details["angle_deg"] for cut in candidates.cuts]
     assert 120.0 <= min(angles) <= max(angles) <= 200.0
-    never = {(pair.first, pair.second) for pair in offer.apart}
-    free = [(i, j) for j in range(len(offer.cuts)) for i in range(j) if (i, j) not in never]
+    never = {(pair.first, pair.second) for pair in candidates.apart}
+    free = [(i, j) for j in range(len(candidates.cuts)) for i in range(j) if (i, j) not in never]
     assert never
     for i, j in free[:: max(1, len(free) // 40)]:
-        one, two = (cut.tool(cut.max_depth_mm) for cut in (offer.cuts[i], offer.cuts[j]))
+        one, two = (cut.tool(cut.max_depth_mm) for cut in (candidates.cuts[i], candidates.cuts[j]))
         assert one.gap_mm(two, 5.0) >= limits.min_wall_mm
 
 

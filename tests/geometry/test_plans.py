@@ -65,7 +65,7 @@ def test_a_wider_sector_is_never_worse() -> None:
     for sectors in (((0.0, 360.0),), ((120.0, 250.0),), ((150.0, 190.0),)):
         limits = DrillLimits(diameters_mm=(8.0,), sectors_deg=sectors)
         found = best_offer(made, tolerance, [limits], initial, "simple")
-        task = Task(initial, tolerance, found.offer, "simple", 0.01, *usual(found.offer))
+        task = Task(initial, tolerance, found.candidates, "simple", 0.01, *usual(found.candidates))
         enough = found.plan.share <= 0.25
         ranks.append((0.0 if enough else found.plan.share, rank(task, found.plan)[:2] if enough else ()))
     assert ranks[0] <= ranks[1] <= ranks[2]
@@ -81,7 +81,7 @@ def test_slugs_that_fit_into_a_narrow_sector_fit_into_a_wide_one() -> None:
         found = best_offer(made, tolerance, [limits], initial, "simple")
         shares.append(found.plan.share)
     assert shares[1] <= shares[0]
-    made_cuts = zip(found.offer.cuts, found.plan.depths_mm.tolist(), strict=True)
+    made_cuts = zip(found.candidates.cuts, found.plan.depths_mm.tolist(), strict=True)
     webs = [cut.correction(depth).web for cut, depth in made_cuts if depth > 0.0]
     assert max(webs.count(web) for web in set(webs)) > 1  # several on one web
 

@@ -12,7 +12,7 @@ from autobalance.balancing.loop import Result, balance
 from autobalance.correction import Limits
 from autobalance.correction.holes.drill_limits import DrillLimits
 from autobalance.correction.holes.slug_limits import SlugLimits
-from autobalance.correction.kind import Offer, Workpiece
+from autobalance.correction.kind import Candidates, Workpiece
 from autobalance.correction.shoulder import ShoulderLimits
 from autobalance.correction.slug import Slug
 from autobalance.correction.turn import TurnLimits
@@ -130,7 +130,7 @@ def test_what_is_corrected_is_within_capacity() -> None:
     result = balance(rotor, judge, [limits], advise=False)
     assert result.outcome == "within_tolerance"
 
-    def offers(work: Workpiece, limits: Limits, effort: int) -> Offer:
-        return correction.offer(work, limits, effort) if effort else Offer(())
+    def offers(work: Workpiece, limits: Limits, search_level: int) -> Candidates:
+        return correction.offer(work, limits, search_level) if search_level else Candidates(())
 
     assert comparison._capacity(rotor, judge, [limits], result, offers) > 1.0

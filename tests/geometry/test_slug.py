@@ -87,10 +87,12 @@ def test_no_slug_moves_more_than_the_remedy_is_said_to_at_most() -> None:
 
 def test_offer_limits_the_number_and_keeps_slugs_apart() -> None:
     solid, anatomy = make_crank([0.0], Shape(web_width=24.0))
-    offer = slug.KIND.offer(work(solid, anatomy), SlugLimits(diameters_mm=(14.0,), lengths_mm=(8.0, 12.0)), 0)
-    assert offer.counts[0].most == 4
-    assert offer.counts[0].members == tuple(range(len(offer.cuts)))
-    never = {(pair.first, pair.second) for pair in offer.apart if pair.most_mm < 0.0}
+    candidates = slug.KIND.offer(
+        work(solid, anatomy), SlugLimits(diameters_mm=(14.0,), lengths_mm=(8.0, 12.0)), 0
+    )
+    assert candidates.counts[0].most == 4
+    assert candidates.counts[0].members == tuple(range(len(candidates.cuts)))
+    never = {(pair.first, pair.second) for pair in candidates.apart if pair.most_mm < 0.0}
     assert (0, 1) in never  # two lengths at one place
 
 
@@ -122,8 +124,8 @@ def test_a_hole_that_is_there_is_filled(direction: Literal["radial", "axial"]) -
     drilled = drill.cuts(whole, anatomy, STEEL, LIGHT, holes)[3]
     solid = whole - drilled.tool(12.0).moved(anatomy.rotor_to_file)
     limits = SlugLimits(direction, (8.0,), (9.0, 10.0, 12.5), fill=True)
-    offer = slug.KIND.offer(work(solid, anatomy, 1000.0), limits, 0)
-    fills = [cut for cut in offer.cuts if cut.pressed_in(1.0).mass_g == cut.effect(1.0).mass_g]
+    candidates = slug.KIND.offer(work(solid, anatomy, 1000.0), limits, 0)
+    fills = [cut for cut in candidates.cuts if cut.pressed_in(1.0).mass_g == cut.effect(1.0).mass_g]
     assert [cut.max_depth_mm for cut in fills] == [9.0, 10.0]  # 12.5 would stand out
     for cut in fills:
         effect = cut.effect(cut.max_depth_mm)
@@ -136,8 +138,8 @@ def test_a_hole_that_is_there_is_filled(direction: Literal["radial", "axial"]) -
         assert made.details["fills_a_hole"]
         assert made.rate is not None
         assert made.rate.mass_g == 0.0  # nothing is cut
-    last = len(offer.cuts) - 1
-    assert any((p.first, p.second) == (last - 1, last) and p.most_mm < 0.0 for p in offer.apart)
+    last = len(candidates.cuts) - 1
+    assert any((p.first, p.second) == (last - 1, last) and p.most_mm < 0.0 for p in candidates.apart)
     assert not [
         c for c in slug.KIND.offer(work(solid, anatomy), replace(limits, fill=False), 0).cuts if c in fills
     ]

@@ -50,7 +50,7 @@ def from_away_deg(anatomy: Anatomy, cut: HoleCut) -> float:
 
 def drilled(made: GeneratedCrank, anatomy: Anatomy, **limits: object) -> list[DrillCut]:
     asked = replace(DrillLimits(diameters_mm=(10.0,), max_obliquity_deg=40.0), **limits)  # type: ignore[arg-type]
-    return drill.cuts(made.solid, anatomy, STEEL, TOWARDS, asked, effort=0)
+    return drill.cuts(made.solid, anatomy, STEEL, TOWARDS, asked, search_level=0)
 
 
 def test_holes_keep_to_the_arc_that_the_counterweight_spans() -> None:
@@ -122,7 +122,7 @@ def test_axial_holes_keep_their_wall_to_fillets(kind: str) -> None:
         sizes = SlugLimits(diameters_mm=(6.0, 12.0, 14.0), lengths_mm=(5.0,), min_wall_mm=wall)
         heavy = ((-30.0, TOWARDS), (30.0, TOWARDS))
         work = Workpiece(made.solid, anatomy, (), STEEL, heavy)
-        cuts += slug.cuts(work, TOWARDS, sizes, effort=1)
+        cuts += slug.cuts(work, TOWARDS, sizes, search_level=1)
     points = fillet_points(made, anatomy)
     assert cuts
     nearest = math.inf

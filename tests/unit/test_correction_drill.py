@@ -65,19 +65,21 @@ def test_depths_fall_on_the_machines_steps() -> None:
 
 
 def test_places_lie_in_the_sectors_on_one_grid() -> None:
-    """A wider sector has every place of a narrower one, at each effort; a narrow one takes a finer grid."""
+    """A wider sector has all places of a narrower one at each level; a narrow one has a finer grid."""
     wanted = np.array([math.cos(0.3), math.sin(0.3)])
 
-    def degrees(*sectors: tuple[float, float], effort: int = 0) -> set[float]:
-        return {round(float(a) % 360.0, 6) for a in np.degrees(site_angles(sectors, wanted, effort))}
+    def degrees(*sectors: tuple[float, float], search_level: int = 0) -> set[float]:
+        return {round(float(a) % 360.0, 6) for a in np.degrees(site_angles(sectors, wanted, search_level))}
 
-    for effort, count in ((0, 24), (1, 72), (2, 144)):
-        wide = degrees((0.0, 360.0), effort=effort)
+    for search_level, count in ((0, 24), (1, 72), (2, 144)):
+        wide = degrees((0.0, 360.0), search_level=search_level)
         assert len(wide) == count
         assert round(math.degrees(0.3), 6) in wide
-        assert degrees((300.0, 60.0), effort=effort) < wide
-        assert degrees((300.0, 60.0), (90.0, 150.0), effort=effort) < wide
-        assert degrees((0.0, 360.0), effort=effort) <= degrees((0.0, 360.0), effort=effort + 1)
+        assert degrees((300.0, 60.0), search_level=search_level) < wide
+        assert degrees((300.0, 60.0), (90.0, 150.0), search_level=search_level) < wide
+        assert degrees((0.0, 360.0), search_level=search_level) <= degrees(
+            (0.0, 360.0), search_level=search_level + 1
+        )
     narrow = degrees((49.0, 50.0))
     assert len(narrow) >= 3
     assert all(49.0 <= angle <= 50.0 for angle in narrow)

@@ -10,7 +10,7 @@ import pytest
 
 from autobalance.correction.contract import Apart, Count
 from autobalance.correction.drill import DrillCut
-from autobalance.correction.kind import Offer
+from autobalance.correction.kind import Candidates
 from autobalance.planning.depths import AIM, judged_plan, plan_depths
 from autobalance.planning.enumeration import lightest_set
 from autobalance.planning.whole_cuts import choose
@@ -28,12 +28,12 @@ from tests.holes import (
 from tests.optima import CASES, stored_optimum_g
 
 
-def settles(residual: Unbalance, judge: Tolerance, offer: Offer) -> Callable[[Array], bool]:
+def settles(residual: Unbalance, judge: Tolerance, candidates: Candidates) -> Callable[[Array], bool]:
     """Whether the made cuts reach the aim at any depths."""
 
     def serves(depths_mm: Array) -> bool:
         made = np.flatnonzero(depths_mm)
-        cuts = [offer.cuts[k] for k in made]
+        cuts = [candidates.cuts[k] for k in made]
         bounds = np.array([c.least_depth_mm for c in cuts]), np.array([c.max_depth_mm for c in cuts])
         plan = plan_depths(residual, judge, cuts, start_mm=depths_mm[made], bounds_mm=bounds)
         return plan.share <= AIM * (1.0 + 1e-6)
@@ -44,22 +44,22 @@ def settles(residual: Unbalance, judge: Tolerance, offer: Offer) -> Callable[[Ar
 @pytest.mark.parametrize("seed", [0, 2, 3])
 def test_the_lightest_of_all_sets_is_found(seed: int) -> None:
     """Every set of up to four of 14 holes, unbalances that few holes correct, some in planes opposed."""
-    residual, judge, offer, _ = CASES["few"](seed)
-    depths, unseen_g = lightest_set(residual, judge, offer, AIM, settles(residual, judge, offer))
+    residual, judge, candidates, _ = CASES["few"](seed)
+    depths, unseen_g = lightest_set(residual, judge, candidates, AIM, settles(residual, judge, candidates))
     optimum_g = stored_optimum_g("few", seed)
     assert math.isfinite(optimum_g)
     assert depths is not None
     assert unseen_g >= optimum_g
-    assert_rules_are_kept(offer, depths)
-    assert mass_g(offer, depths) == pytest.approx(optimum_g, rel=0.01)
+    assert_rules_are_kept(candidates, depths)
+    assert mass_g(candidates, depths) == pytest.approx(optimum_g, rel=0.01)
 
 
 def test_a_single_hole_is_found_where_one_was_left_out() -> None:
-    offer = holes([10.0], EIGHT_WEBS_Z_MM)
+    candidates = holes([10.0], EIGHT_WEBS_Z_MM)
     chosen = 53
-    residual = Unbalance.of(offer.cuts[chosen].effect(2.3)).scaled(-1.0)
+    residual = Unbalance.of(candidates.cuts[chosen].effect(2.3)).scaled(-1.0)
     judge = tolerance(20.0, half_mm=170.0)
-    plan = choose(residual, judge, offer)
+    plan = choose(residual, judge, candidates)
     assert np.flatnonzero(plan.depths_mm).tolist() == [chosen]
     assert plan.depths_mm[chosen] == pytest.approx(2.3, abs=0.02)
 
@@ -67,11 +67,11 @@ def test_a_single_hole_is_found_where_one_was_left_out() -> None:
 @pytest.mark.parametrize("quarter", range(4))
 def test_a_turn_by_a_quarter_turns_the_plan(quarter: int) -> None:
     """The places look the same after it; the integer programme needed up to twice the metal here."""
-    offer = holes([10.0], EIGHT_WEBS_Z_MM)
+    candidates = holes([10.0], EIGHT_WEBS_Z_MM)
     a = cmath.rect(150.0, math.radians(41.4 + 90.0 * quarter))
-    plan = choose(at_planes(a, a, 150.0), tolerance(144.0, half_mm=170.0), offer)
+    plan = choose(at_planes(a, a, 150.0), tolerance(144.0, half_mm=170.0), candidates)
     assert plan.share <= AIM * (1.0 + 1e-6)
-    assert mass_g(offer, plan.depths_mm) == pytest.approx(6.60, rel=0.005)
+    assert mass_g(candidates, plan.depths_mm) == pytest.approx(6.60, rel=0.005)
 
 
 def test_neighbours_and_counts_are_heeded() -> None:
@@ -82,14 +82,14 @@ def test_neighbours_and_counts_are_heeded() -> None:
     best, _ = lightest_set(residual, judge, free, AIM, settles(residual, judge, free))
     assert best is not None
     first, second = np.flatnonzero(best).tolist()
-    for offer in (
-        Offer(free.cuts, apart=(*free.apart, Apart(first, second, -1.0)), counts=free.counts),
-        Offer(free.cuts, apart=free.apart, counts=(*free.counts, Count((first, second), 1, "one"))),
+    for candidates in (
+        Candidates(free.cuts, apart=(*free.apart, Apart(first, second, -1.0)), counts=free.counts),
+        Candidates(free.cuts, apart=free.apart, counts=(*free.counts, Count((first, second), 1, "one"))),
     ):
-        other, _ = lightest_set(residual, judge, offer, AIM, settles(residual, judge, offer))
+        other, _ = lightest_set(residual, judge, candidates, AIM, settles(residual, judge, candidates))
         assert other is not None
         assert not (other[first] > 0.0 and other[second] > 0.0)
-        assert mass_g(offer, other) > 1.01 * mass_g(offer, best)
+        assert mass_g(candidates, other) > 1.01 * mass_g(candidates, best)
 
 
 def test_depth_ends_where_a_neighbour_is() -> None:
@@ -97,51 +97,51 @@ def test_depth_ends_where_a_neighbour_is() -> None:
     free = holes([10.0], [0.0], places=2)
     judge = tolerance(20.0, "static")
     for wanted_mm, most_mm in ((6.0, 6.5), (7.0, 6.5)):
-        offer = Offer(free.cuts, apart=(Apart(0, 1, most_mm),))
+        candidates = Candidates(free.cuts, apart=(Apart(0, 1, most_mm),))
         residual = Unbalance.of(
-            offer.cuts[0].effect(wanted_mm + 4.0) + offer.cuts[1].effect(wanted_mm)
+            candidates.cuts[0].effect(wanted_mm + 4.0) + candidates.cuts[1].effect(wanted_mm)
         ).scaled(-1.0)
-        depths, _ = lightest_set(residual, judge, offer, AIM, lambda _: True)
+        depths, _ = lightest_set(residual, judge, candidates, AIM, lambda _: True)
         assert depths is not None
-        assert_rules_are_kept(offer, depths)
+        assert_rules_are_kept(candidates, depths)
 
 
 def test_many_holes_are_left_to_the_programme() -> None:
-    offer = holes([10.0], EIGHT_WEBS_Z_MM)
+    candidates = holes([10.0], EIGHT_WEBS_Z_MM)
     residual = at_planes(4000.0 + 0.0j, 4000.0 + 0.0j, 150.0)
-    depths, unseen_g = lightest_set(residual, tolerance(144.0), offer, AIM, lambda _: True)
+    depths, unseen_g = lightest_set(residual, tolerance(144.0), candidates, AIM, lambda _: True)
     assert depths is None
-    assert unseen_g < mass_g(offer, choose(residual, tolerance(144.0), offer).depths_mm)
+    assert unseen_g < mass_g(candidates, choose(residual, tolerance(144.0), candidates).depths_mm)
 
 
 def test_what_nothing_reaches_is_no_plan() -> None:
-    offer = holes([10.0], [-40.0, 40.0], places=4, max_holes=1, max_depth_mm=2.5)
+    candidates = holes([10.0], [-40.0, 40.0], places=4, max_holes=1, max_depth_mm=2.5)
     residual = at_planes(240.0 + 0.0j, 240.0 + 0.0j)
     judge = tolerance(20.0)
-    depths, unseen_g = lightest_set(residual, judge, offer, AIM, settles(residual, judge, offer))
+    depths, unseen_g = lightest_set(residual, judge, candidates, AIM, settles(residual, judge, candidates))
     assert depths is None
     assert math.isinf(unseen_g)
-    assert choose(residual, judge, offer).share > 1.0
+    assert choose(residual, judge, candidates).share > 1.0
 
 
 def test_estimated_depths_are_exact_for_radial_holes() -> None:
-    offer = holes([10.0], EIGHT_WEBS_Z_MM)
+    candidates = holes([10.0], EIGHT_WEBS_Z_MM)
     residual = at_planes(200.0 + 30.0j, -80.0 + 150.0j, 150.0)
     judge = tolerance(144.0, half_mm=170.0)
     shares: list[float] = []
 
     def serves(depths_mm: Array) -> bool:
-        shares.append(judged_plan(residual, judge, offer.cuts, depths_mm).share)
+        shares.append(judged_plan(residual, judge, candidates.cuts, depths_mm).share)
         return True
 
-    lightest_set(residual, judge, offer, AIM, serves)
+    lightest_set(residual, judge, candidates, AIM, serves)
     assert shares[-1] <= AIM
 
 
 def test_cuts_of_one_depth_only() -> None:
     """Slugs of a given length, say: made or not, without a depth to choose."""
     free = holes([10.0], [-40.0, 40.0], places=8)
-    fixed = Offer(
+    fixed = Candidates(
         tuple(
             replace(cut, least_depth_mm=5.0, max_depth_mm=5.0)
             for cut in free.cuts

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from autobalance.correction.contract import Prefer
-from autobalance.correction.kind import Offer
+from autobalance.correction.kind import Candidates
 from autobalance.planning.depths import AIM
 from autobalance.planning.milp import _unpriced, greatest_multiple, least_share
 from autobalance.planning.whole_cuts import choose
@@ -22,52 +22,52 @@ from tests.optima import CASES, stored_optimum_g
 @pytest.mark.parametrize("step_mm", [0.0, 0.1])
 def test_random_unbalance_is_met_within_the_rules(seed: int, step_mm: float) -> None:
     rng = np.random.default_rng(seed)
-    offer = holes([8.0, 10.0], [-60.0, -20.0, 20.0, 60.0], step_mm=step_mm)
+    candidates = holes([8.0, 10.0], [-60.0, -20.0, 20.0, 60.0], step_mm=step_mm)
     a, b = (complex(*v) for v in rng.normal(size=(2, 2)) * 600.0)
-    plan = choose(at_planes(a, b), tolerance(100.0), offer)
+    plan = choose(at_planes(a, b), tolerance(100.0), candidates)
     assert plan.share <= (0.25 if step_mm else AIM * (1.0 + 1e-6))
-    assert_rules_are_kept(offer, plan.depths_mm)
-    again = choose(at_planes(a, b), tolerance(100.0), offer)
+    assert_rules_are_kept(candidates, plan.depths_mm)
+    again = choose(at_planes(a, b), tolerance(100.0), candidates)
     assert (again.depths_mm == plan.depths_mm).all()
 
 
 @pytest.mark.parametrize("seed", range(4))
 def test_metal_is_within_a_hundredth_of_the_optimum_of_a_slow_search(seed: int) -> None:
-    residual, judge, offer, _ = CASES["static"](seed)
-    plan = choose(residual, judge, offer)
+    residual, judge, candidates, _ = CASES["static"](seed)
+    plan = choose(residual, judge, candidates)
     optimum_g = stored_optimum_g("static", seed)
-    assert_rules_are_kept(offer, plan.depths_mm)
+    assert_rules_are_kept(candidates, plan.depths_mm)
     assert (plan.share <= AIM * (1.0 + 1e-6)) == math.isfinite(optimum_g)
-    assert mass_g(offer, plan.depths_mm) <= 1.01 * optimum_g
+    assert mass_g(candidates, plan.depths_mm) <= 1.01 * optimum_g
 
 
 @pytest.mark.parametrize("seed", range(2))
 def test_metal_in_two_planes_is_within_a_hundredth_of_a_slow_search(seed: int) -> None:
-    residual, judge, offer, _ = CASES["two planes"](seed)
-    plan = choose(residual, judge, offer)
+    residual, judge, candidates, _ = CASES["two planes"](seed)
+    plan = choose(residual, judge, candidates)
     optimum_g = stored_optimum_g("two planes", seed)
-    assert_rules_are_kept(offer, plan.depths_mm)
+    assert_rules_are_kept(candidates, plan.depths_mm)
     assert math.isfinite(optimum_g)
     assert plan.share <= AIM * (1.0 + 1e-6)
-    assert mass_g(offer, plan.depths_mm) <= 1.01 * optimum_g
+    assert mass_g(candidates, plan.depths_mm) <= 1.01 * optimum_g
 
 
 def test_fewest_holes_drills_deep_instead_of_often() -> None:
-    offer = holes([8.0, 12.0], [-40.0, 40.0])
+    candidates = holes([8.0, 12.0], [-40.0, 40.0])
     residual = at_planes(900.0 + 0.0j, 900.0 + 0.0j)
-    light = choose(residual, tolerance(100.0), offer)
-    few = choose(residual, tolerance(100.0), offer, prefer="fewest_holes")
+    light = choose(residual, tolerance(100.0), candidates)
+    few = choose(residual, tolerance(100.0), candidates, prefer="fewest_holes")
     assert np.count_nonzero(few.depths_mm) == 2
     assert np.count_nonzero(light.depths_mm) > 2
-    assert mass_g(offer, light.depths_mm) < mass_g(offer, few.depths_mm)
+    assert mass_g(candidates, light.depths_mm) < mass_g(candidates, few.depths_mm)
 
 
 def test_four_threads_plan_alike_and_leave_standard_output_alone(capfd: pytest.CaptureFixture[str]) -> None:
-    offer, residual = holes([10.0], [-40.0, 40.0], places=8), at_planes(500.0 + 0.0j, 300.0 + 200.0j)
+    candidates, residual = holes([10.0], [-40.0, 40.0], places=8), at_planes(500.0 + 0.0j, 300.0 + 200.0j)
 
     def planned(_: int) -> list[float]:
         depths: list[float] = choose(
-            residual, tolerance(100.0), offer, prefer="fewest_holes"
+            residual, tolerance(100.0), candidates, prefer="fewest_holes"
         ).depths_mm.tolist()
         return depths
 
@@ -79,58 +79,60 @@ def test_four_threads_plan_alike_and_leave_standard_output_alone(capfd: pytest.C
     assert capfd.readouterr().out.endswith("still here")
 
 
-def inertia(offer: Offer, depths_mm: Array) -> float:
+def inertia(candidates: Candidates, depths_mm: Array) -> float:
     return sum(
-        -c.effect(float(d)).polar_inertia_g_mm2 for c, d in zip(offer.cuts, depths_mm, strict=True) if d > 0.0
+        -c.effect(float(d)).polar_inertia_g_mm2
+        for c, d in zip(candidates.cuts, depths_mm, strict=True)
+        if d > 0.0
     )
 
 
 def test_inertia_can_be_spared_or_spent() -> None:
-    offer = holes([10.0], [-40.0, 40.0], max_holes=5)
+    candidates = holes([10.0], [-40.0, 40.0], max_holes=5)
     residual = at_planes(500.0 + 0.0j, 300.0 + 200.0j)
-    least = choose(residual, tolerance(100.0), offer, prefer="least_inertia_change")
-    most = choose(residual, tolerance(100.0), offer, prefer="most_inertia_removed")
-    light = choose(residual, tolerance(100.0), offer)
+    least = choose(residual, tolerance(100.0), candidates, prefer="least_inertia_change")
+    most = choose(residual, tolerance(100.0), candidates, prefer="most_inertia_removed")
+    light = choose(residual, tolerance(100.0), candidates)
     for plan in (least, most, light):
         assert plan.share <= AIM * (1.0 + 1e-6)
-        assert_rules_are_kept(offer, plan.depths_mm)
-    assert inertia(offer, least.depths_mm) <= 1.01 * inertia(offer, light.depths_mm)
-    assert inertia(offer, most.depths_mm) > 2.0 * inertia(offer, light.depths_mm)
+        assert_rules_are_kept(candidates, plan.depths_mm)
+    assert inertia(candidates, least.depths_mm) <= 1.01 * inertia(candidates, light.depths_mm)
+    assert inertia(candidates, most.depths_mm) > 2.0 * inertia(candidates, light.depths_mm)
 
 
 def test_what_holes_cannot_reach_is_left_least_and_the_limits_are_named() -> None:
-    offer = holes([8.0], [-40.0, 40.0], max_holes=1, max_depth_mm=5.0)
-    plan = choose(at_planes(2000.0 + 0.0j, 2000.0 + 0.0j), tolerance(100.0), offer)
+    candidates = holes([8.0], [-40.0, 40.0], max_holes=1, max_depth_mm=5.0)
+    plan = choose(at_planes(2000.0 + 0.0j, 2000.0 + 0.0j), tolerance(100.0), candidates)
     assert plan.share > 1.0
     assert set(plan.binding) == {"max_depth_mm", "max_holes = 1 in web 1", "max_holes = 1 in web 2"}
     assert plan.depths_mm.max() == 5.0
-    most = -float(offer.cuts[0].effect(5.0).first_g_mm[0])
+    most = -float(candidates.cuts[0].effect(5.0).first_g_mm[0])
     assert plan.predicted.resultant_g_mm == pytest.approx([4000.0 - 2.0 * most, 0.0], abs=1e-6)
 
 
 def test_an_earlier_choice_is_kept() -> None:
-    offer = holes([10.0], [-40.0, 40.0], step_mm=0.1)
-    first = choose(at_planes(700.0 + 0.0j, 300.0 + 0.0j), tolerance(100.0), offer)
+    candidates = holes([10.0], [-40.0, 40.0], step_mm=0.1)
+    first = choose(at_planes(700.0 + 0.0j, 300.0 + 0.0j), tolerance(100.0), candidates)
     moved = at_planes(701.0 + 1.0j, 300.0 - 1.0j)
-    second = choose(moved, tolerance(100.0), offer, start_mm=first.depths_mm)
+    second = choose(moved, tolerance(100.0), candidates, start_mm=first.depths_mm)
     assert ((first.depths_mm > 0.0) == (second.depths_mm > 0.0)).all()
 
 
 @pytest.mark.parametrize("prefer", get_args(Prefer))
 def test_nothing_to_cut_leaves_the_unbalance_as_it_is(prefer: Prefer) -> None:
     residual = at_planes(100.0 + 0.0j, 0.0j)
-    plan = choose(residual, tolerance(50.0), Offer(()), prefer=prefer)
+    plan = choose(residual, tolerance(50.0), Candidates(()), prefer=prefer)
     assert len(plan.depths_mm) == 0
     assert plan.share == tolerance(50.0).used_share(residual) > 1.0
 
 
 def test_a_hundred_holes_are_rounded_to_steps() -> None:
-    offer = holes([8.0], EIGHT_WEBS_Z_MM, max_holes=12, step_mm=0.5, max_depth_mm=9.0)
+    candidates = holes([8.0], EIGHT_WEBS_Z_MM, max_holes=12, step_mm=0.5, max_depth_mm=9.0)
     residual, judge = at_planes(900.0 + 0.0j, 300.0j, 150.0), tolerance(144.0, half_mm=170.0)
-    plan = choose(residual, judge, offer, prefer="most_inertia_removed")
+    plan = choose(residual, judge, candidates, prefer="most_inertia_removed")
     assert np.count_nonzero(plan.depths_mm) == 96
     assert plan.share <= 0.5
-    assert_rules_are_kept(offer, plan.depths_mm)
+    assert_rules_are_kept(candidates, plan.depths_mm)
 
 
 @pytest.mark.timing
@@ -142,7 +144,7 @@ def test_planning_time(diameters_mm: list[float], worst_s: float) -> None:
     The processor's time, the better of two where the first is too long: it may have loaded a library, or met
     other work on the machine. ``benchmarks/planning.py`` has the figures.
     """
-    offer = holes(diameters_mm, EIGHT_WEBS_Z_MM, step_mm=0.1)
+    candidates = holes(diameters_mm, EIGHT_WEBS_Z_MM, step_mm=0.1)
     judge = tolerance(144.0, half_mm=170.0)
     rng = np.random.default_rng(7)
     for size in (150.0, 400.0, 1500.0, 4000.0):
@@ -152,10 +154,10 @@ def test_planning_time(diameters_mm: list[float], worst_s: float) -> None:
             taken: list[float] = []
             while not taken or (min(taken) >= worst_s and len(taken) < 2):
                 start = time.process_time()
-                plan = choose(residual, judge, offer)
+                plan = choose(residual, judge, candidates)
                 taken.append(time.process_time() - start)
             assert plan.share <= 1.0
-            assert_rules_are_kept(offer, plan.depths_mm)
+            assert_rules_are_kept(candidates, plan.depths_mm)
             assert min(taken) < worst_s
 
 
@@ -171,14 +173,14 @@ def test_more_drills_are_no_handicap() -> None:
 
 
 def test_the_greatest_multiple_is_where_the_bound_meets_the_permissible_value() -> None:
-    offer = holes([8.0, 10.0], [-40.0, 40.0], max_holes=3)
+    candidates = holes([8.0, 10.0], [-40.0, 40.0], max_holes=3)
     residual, judge = at_planes(300.0 + 50.0j, 200.0 - 80.0j), tolerance(20.0)
-    most = greatest_multiple(residual, judge, offer, 64.0)
+    most = greatest_multiple(residual, judge, candidates, 64.0)
     assert 1.0 < most < 64.0
-    assert least_share(residual.scaled(0.999 * most), judge, offer) <= 1.0
-    assert least_share(residual.scaled(1.001 * most), judge, offer) > 1.0
-    assert greatest_multiple(residual.scaled(0.01), judge, offer, 64.0) == 64.0
-    assert greatest_multiple(residual, judge, Offer(()), 64.0) == 0.0
+    assert least_share(residual.scaled(0.999 * most), judge, candidates) <= 1.0
+    assert least_share(residual.scaled(1.001 * most), judge, candidates) > 1.0
+    assert greatest_multiple(residual.scaled(0.01), judge, candidates, 64.0) == 64.0
+    assert greatest_multiple(residual, judge, Candidates(()), 64.0) == 0.0
 
 
 def test_the_programme_is_numbered_as_every_scipy_takes_it() -> None:

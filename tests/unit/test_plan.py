@@ -9,8 +9,8 @@ import pytest
 from scipy.optimize import linprog
 
 from autobalance.correction.contract import Correction, SharedDepth
-from autobalance.correction.kind import Offer
-from autobalance.correction.room import Room
+from autobalance.correction.envelope import Envelope
+from autobalance.correction.kind import Candidates
 from autobalance.planning import depths as planner
 from autobalance.planning.depths import AIM, plan_depths
 from autobalance.planning.drop_negligible_cuts import worthwhile
@@ -42,7 +42,7 @@ class Column:
     clearance_mm: float = 0.0
 
     @property
-    def room(self) -> Room:
+    def envelope(self) -> Envelope:
         raise NotImplementedError
 
     def effect(self, depth_mm: float) -> Moments:
@@ -261,15 +261,15 @@ def test_a_plan_that_falls_short_makes_nothing_worse() -> None:
         planes_z_mm=(-60.0, 60.0),
         judge="dynamic",
     )
-    offer = Offer((Column(20.0, 0.0, -40.0), Column(-20.0, 0.0, 55.0, max_depth_mm=1.0)))
+    candidates = Candidates((Column(20.0, 0.0, -40.0), Column(-20.0, 0.0, 55.0, max_depth_mm=1.0)))
     left = Unbalance.of_planes(np.array([[220.0, 0.0], [-20.0, 0.0]]), -60.0, 60.0)
-    greedy = choose(left, judge, offer)
+    greedy = choose(left, judge, candidates)
     assert not is_harmless(left, greedy.predicted, judge)
-    plan = harmless(left, judge, offer, greedy)
+    plan = harmless(left, judge, candidates, greedy)
     assert is_harmless(left, plan.predicted, judge)
     assert 1.0 < plan.share < judge.used_share(left)
-    fits = choose(left.scaled(0.01), judge, offer)
-    assert harmless(left.scaled(0.01), judge, offer, fits) is fits
+    fits = choose(left.scaled(0.01), judge, candidates)
+    assert harmless(left.scaled(0.01), judge, candidates, fits) is fits
 
 
 def test_one_common_depth_is_the_linear_programmes() -> None:
@@ -296,11 +296,11 @@ def test_cuts_that_change_nothing_that_counts_are_left_out() -> None:
     cuts = (Column(10.0, 0.0, 0.0), Column(0.0, 1.0, -40.0), Column(0.0, 1.0, 40.0))
     residual = Unbalance(np.array([50.0, 0.0]), np.zeros(2))
     given = planner.judged_plan(residual, tolerance(), cuts, np.array([5.0, 0.004, 0.006]))
-    left = worthwhile(residual, tolerance(), Offer(cuts), given)
+    left = worthwhile(residual, tolerance(), Candidates(cuts), given)
     assert left.depths_mm.tolist() == [5.0, 0.0, 0.006]
     assert left.share == pytest.approx(0.006 / 5.0)
-    assert worthwhile(residual, tolerance(), Offer(cuts, same_depth=True), given) is given
+    assert worthwhile(residual, tolerance(), Candidates(cuts, same_depth=True), given) is given
     needed = Unbalance(np.array([50.0, 10.003]), np.zeros(2))
     tight = planner.judged_plan(needed, tolerance("static"), cuts, np.array([5.0, 0.004, 0.0]))
     assert tight.share < 1.0
-    assert worthwhile(needed, tolerance("static"), Offer(cuts), tight) is tight
+    assert worthwhile(needed, tolerance("static"), Candidates(cuts), tight) is tight

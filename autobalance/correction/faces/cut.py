@@ -81,12 +81,12 @@ class FaceCut(EmptyPlace):
 
 
 def patches_of(
-    work: Workpiece, limits: FaceLimits, heavy_at: Sequence[tuple[float, Array]], effort: int
+    work: Workpiece, limits: FaceLimits, heavy_at: Sequence[tuple[float, Array]], search_level: int
 ) -> list[Patch]:
     """Return the faces, and where on them, that a job picks, or that lie on the side given."""
     mesh = work.solid.mesh
     if limits.faces == "auto":
-        return auto_patches(mesh, work.anatomy, work.faces, heavy_at, limits, effort)
+        return auto_patches(mesh, work.anatomy, work.faces, heavy_at, limits, search_level)
     return chosen_patches(limits, mesh, work.anatomy, work.faces)
 
 

@@ -111,7 +111,7 @@ def auto_patches(
     faces: Sequence[Face],
     heavy_at: Sequence[tuple[float, Array]],
     limits: FaceLimits,
-    effort: int,
+    search_level: int,
 ) -> list[Patch]:
     """Return the web faces that suit, each kept to the side that is too heavy, beyond the crank axis.
 
@@ -123,7 +123,7 @@ def auto_patches(
         Heavy direction at two places along the axis; between them it is interpolated.
     limits : FaceLimits
         ``sector_deg`` takes the place of the heavy side.
-    effort : int
+    search_level : int
         0: of each web the face whose metal stands farthest out, among those worth at least ``WORTHWHILE`` of
         the web's best; 1: every face of some worth; 2: the same, each in two halves with their own depths,
         left and right of the heavy direction.
@@ -146,7 +146,7 @@ def auto_patches(
         angle = math.degrees(math.atan2(heavy[1], heavy[0]))
         if limits.sector_deg is None and spans:
             patches = [_patch(face, (angle - 90.0, angle + 90.0), reach)]
-        if effort >= 2 and limits.sector_deg is None:
+        if search_level >= 2 and limits.sector_deg is None:
             halves = (angle - 90.0, angle), (angle, angle + 90.0)
             patches = [_patch(face, half, reach) for half in halves]
         if worth > 0.0 and area > 0.0:
@@ -154,8 +154,8 @@ def auto_patches(
     if not offers:
         return []
     best = max(worth for _, worth, _, _ in offers)
-    offers = [offer for offer in offers if offer[1] >= SOME_WORTH * best]
-    if effort == 0:
+    offers = [each for each in offers if each[1] >= SOME_WORTH * best]
+    if search_level == 0:
         offers = _farthest_out_of_each_web(offers)
     return [patch for *_, patches in offers for patch in patches]
 
@@ -174,13 +174,13 @@ def _farthest_out_of_each_web(
     offers: Sequence[tuple[Face, float, float, list[Patch]]],
 ) -> list[tuple[Face, float, float, list[Patch]]]:
     chosen = []
-    for web in sorted({offer[0].web for offer in offers if offer[0].web is not None}):
-        of_web = [offer for offer in offers if offer[0].web == web]
-        most = max(offer[1] for offer in of_web)
+    for web in sorted({each[0].web for each in offers if each[0].web is not None}):
+        of_web = [each for each in offers if each[0].web == web]
+        most = max(each[1] for each in of_web)
         chosen.append(
             max(
-                (offer for offer in of_web if offer[1] >= WORTHWHILE * most),
-                key=lambda offer: round(offer[2], 9),  # of equals the first
+                (each for each in of_web if each[1] >= WORTHWHILE * most),
+                key=lambda each: round(each[2], 9),  # of equals the first
             )
         )
     return chosen

@@ -9,11 +9,11 @@ from dataclasses import dataclass
 import numpy as np
 
 from autobalance.correction.cut import WalledCut
+from autobalance.correction.envelope import Envelope
 from autobalance.correction.holes.hole import Hole
 from autobalance.correction.holes.sites import Places, Site, find_sites, make_holes, reach_of
 from autobalance.correction.holes.surface import Surface
 from autobalance.correction.holes.walls import HoleLimits
-from autobalance.correction.room import Room
 from autobalance.crank.anatomy import Anatomy
 from autobalance.solid.csg.solid import Solid
 from autobalance.solid.csg.tool import Tool
@@ -46,9 +46,9 @@ class HoleCut(WalledCut):
         return f"in web {self.web} at {wrapped_deg(math.degrees(self.site.angle_rad)):.4g}°"
 
     @property
-    def room(self) -> Room:
+    def envelope(self) -> Envelope:
         """What the hole takes."""
-        return self.hole.room
+        return self.hole.envelope
 
     def tool(self, depth_mm: float) -> Solid:
         """Return the tool's body, rotor frame."""

@@ -33,7 +33,7 @@ class _Limits(Protocol):
     def max_depth_mm(self) -> float: ...
 
 
-def likely_sizes_mm(work: Workpiece, limits: _Limits, effort: int) -> tuple[float, ...]:
+def likely_sizes_mm(work: Workpiece, limits: _Limits, search_level: int) -> tuple[float, ...]:
     """Return the drills to set up: those that a job names, else of the series those near what is needed.
 
     One, two or four holes of a size on each web that is heavy, 1.5 diameters deep, make up the unbalance; and
@@ -52,7 +52,7 @@ def likely_sizes_mm(work: Workpiece, limits: _Limits, effort: int) -> tuple[floa
     need = max(float(np.linalg.norm(vector)) for _, vector in work.heavy_at)
     volume = need / (work.density_g_mm3 * radius)
     sizes = {fitting[-1]}
-    for holes in MORE_HOLES if effort else HOLES_A_WEB:
+    for holes in MORE_HOLES if search_level else HOLES_A_WEB:
         exact = (4.0 * volume / (math.pi * SLENDER * holes)) ** (1.0 / 3.0)
         sizes.add(min(fitting, key=lambda size: abs(size - exact)))
     return tuple(sorted(sizes))

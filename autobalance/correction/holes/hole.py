@@ -11,9 +11,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from autobalance.correction.contract import Apart, Item
+from autobalance.correction.envelope import Envelope, bar
 from autobalance.correction.holes.surface import Axis
 from autobalance.correction.holes.walls import segments_distance_mm
-from autobalance.correction.room import Room, bar
 from autobalance.rigid_rotor.moments import Moments
 from autobalance.solid.csg.shape import Placed, Shape, equal_area
 from autobalance.solid.csg.solid import Solid
@@ -50,7 +50,7 @@ class Hole:
         return self.radius_mm * math.cos(self.half_point_rad) / math.sin(self.half_point_rad)
 
     @property
-    def room(self) -> Room:
+    def envelope(self) -> Envelope:
         """What the hole takes, its point as a cylinder."""
         entry, inward = self.axis.entry_mm, self.axis.inward
         return bar(entry, entry + self.point_mm * inward, inward, self.radius_mm)

@@ -26,7 +26,7 @@ from autobalance.solid.csg.solid import Solid, union
 from autobalance.types import Array
 
 GRIDS_DEG = (15.0, 5.0, 2.5, 1.25, 0.625, 0.3125, 0.078125)
-"""Steps between the places tried on a web, by effort; each grid holds the one before it."""
+"""Steps between the places tried on a web, by search level; each grid holds the one before it."""
 LEAST_PLACES = 3
 """Places that sectors hold at least, if need be of a finer grid."""
 ON_EDGE_DEG = 1e-9
@@ -67,15 +67,15 @@ class Site:
         return out - (radius_mm / math.tan(half_point_rad) if self.least_radius_mm else 0.0)
 
 
-def site_angles(sectors_deg: Sectors, target: Array, effort: int = 0) -> Array:
+def site_angles(sectors_deg: Sectors, target: Array, search_level: int = 0) -> Array:
     """Return the angles [rad] tried on a web: a grid about the direction wanted, in the sectors.
 
-    The grid does not depend on the sectors: a wider one has every place of a narrower one, and more. More
-    effort takes a finer grid, and so do sectors that hold next to nothing of a coarse one.
+    The grid does not depend on the sectors: a wider one has every place of a narrower one, and more. A higher
+    search level takes a finer grid, and so do sectors that hold next to nothing of a coarse one.
     """
     towards = math.degrees(math.atan2(float(target[1]), float(target[0])))
     inside: list[float] = []
-    for step in GRIDS_DEG[effort:]:
+    for step in GRIDS_DEG[search_level:]:
         grid = (towards + step * k for k in range(round(360.0 / step)))
         inside = [angle for degrees in grid if in_sectors(angle := math.radians(degrees), sectors_deg)]
         if len(inside) >= LEAST_PLACES:
@@ -102,7 +102,7 @@ class Places:
     sectors_deg : tuple of (float, float)
     wanted : callable
         Takes z [mm] and returns the direction (2,) in which a hole would serve best there.
-    effort : int
+    search_level : int
         How fine a grid of angles is tried.
     zone : "counterweights", "web" or "anywhere"
     most_oblique_rad : float
@@ -112,14 +112,14 @@ class Places:
     direction: Direction
     sectors_deg: Sectors
     wanted: Callable[[float], Array]
-    effort: int = 0
+    search_level: int = 0
     zone: Zone = "anywhere"
     most_oblique_rad: float = CONTINUATION_RAD
 
     def angles(self, anatomy: Anatomy, web: Web) -> list[float]:
         """Return the angles to be tried on a web."""
         middle = 0.5 * (web.z_min_mm + web.z_max_mm)
-        angles: list[float] = site_angles(self.sectors_deg, self.wanted(middle), self.effort).tolist()
+        angles: list[float] = site_angles(self.sectors_deg, self.wanted(middle), self.search_level).tolist()
         return [angle for angle in angles if in_zone(anatomy, web, angle, self.zone)]
 
 

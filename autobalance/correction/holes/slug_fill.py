@@ -9,12 +9,12 @@ from typing import TYPE_CHECKING, Any
 
 from autobalance.correction.contract import Correction
 from autobalance.correction.cut import WalledCut
+from autobalance.correction.envelope import Envelope, bar
 from autobalance.correction.holes.bores import BlindHole, blind_holes, fitting_mm
 from autobalance.correction.holes.hole import Hole
 from autobalance.correction.holes.sites import in_sectors
 from autobalance.correction.holes.surface import Axis, Surface
 from autobalance.correction.kind import Workpiece
-from autobalance.correction.room import Room, bar
 from autobalance.rigid_rotor.moments import Moments
 from autobalance.solid.csg.solid import Solid
 from autobalance.units import G_PER_MM3_PER_KG_M3
@@ -111,7 +111,7 @@ class FillCut(PressedIn):
         return self.filling(round_, self.hole.shoulder_mm)
 
     @property
-    def room(self) -> Room:
+    def envelope(self) -> Envelope:
         """What the slug fills, whatever the depth."""
         axis, end = self.hole.axis, self.hole.shoulder_mm
         top, bottom = (axis.entry_mm + tau * axis.inward for tau in (end - self.length_mm, end))

@@ -1,6 +1,6 @@
-"""The room that cuts take.
+"""The envelopes of cuts.
 
-A cut's room is a set of convex pieces: hulls of a few corners, grown by a radius, each corner moving in a
+A cut's envelope is a set of convex pieces: hulls of a few corners, grown by a radius, each corner moving in a
 straight line with the depth. A hole is one bar, a pocket a few blocks, a lowered face the prisms under its
 triangles.
 """
@@ -15,11 +15,11 @@ from autobalance.solid.csg.solid import Region
 from autobalance.types import Array
 
 OUTLINE_MM = 0.1
-"""By how much an outline may be simplified outwards for its room."""
+"""By how much an outline may be simplified outwards for its envelope."""
 
 
 @dataclass(frozen=True, eq=False)
-class Room:
+class Envelope:
     """Convex pieces that enclose the metal that a cut takes, adds or replaces (rotor frame).
 
     At depth d a piece is what lies within ``radius_mm`` (n,) of the hull of its corners
@@ -34,37 +34,37 @@ class Room:
         """Return the pieces' corners (n, k, 3) at a depth."""
         return self.start_mm + depth_mm * self.motion
 
-    def joined(self, other: Room) -> Room:
+    def joined(self, other: Envelope) -> Envelope:
         """Return the pieces of both."""
-        return Room(*(np.concatenate(pair) for pair in zip(self._parts, other._parts, strict=True)))
+        return Envelope(*(np.concatenate(pair) for pair in zip(self._parts, other._parts, strict=True)))
 
     @property
     def _parts(self) -> tuple[Array, Array, Array]:
         return self.start_mm, self.motion, self.radius_mm
 
 
-def bar(start_mm: Array, end_mm: Array, per_mm: Array, radius_mm: float) -> Room:
-    """Return the room of a round bar between two points, of which the second moves with the depth."""
-    return Room(
+def bar(start_mm: Array, end_mm: Array, per_mm: Array, radius_mm: float) -> Envelope:
+    """Return the envelope of a round bar between two points, of which the second moves with the depth."""
+    return Envelope(
         np.stack([start_mm, end_mm])[None], np.stack([0.0 * per_mm, per_mm])[None], np.array([radius_mm])
     )
 
 
-def drawn_out(region: Region, height_mm: float, per_mm: float, to_rotor: Array) -> Room:
-    """Return the room over a plane region at a height, whose one end moves along z by ``per_mm`` a depth."""
+def drawn_out(region: Region, height_mm: float, per_mm: float, to_rotor: Array) -> Envelope:
+    """Return the envelope over a plane region at a height, whose one end moves in z by ``per_mm`` a depth."""
     wider = region.grown(OUTLINE_MM).simplified(0.5 * OUTLINE_MM)
     base = wider.triangles()
     level = np.full((len(base), 3, 1), height_mm)
     foot = np.concatenate([base, level], axis=2) @ to_rotor[:3, :3].T + to_rotor[:3, 3]
     moving = np.broadcast_to(per_mm * to_rotor[:3, 2], foot.shape)
     start = np.concatenate([foot, foot], axis=1)
-    return Room(start, np.concatenate([0.0 * moving, moving], axis=1), np.zeros(len(base)))
+    return Envelope(start, np.concatenate([0.0 * moving, moving], axis=1), np.zeros(len(base)))
 
 
-def blocks(low: Array, high: Array, low_motion: Array, high_motion: Array) -> Room:
-    """Return the room of blocks between two sets of corners (n, k, 3), which may move with the depth."""
+def blocks(low: Array, high: Array, low_motion: Array, high_motion: Array) -> Envelope:
+    """Return the envelope of blocks between two sets of corners (n, k, 3), which may move with the depth."""
     corners, motion = np.concatenate([low, high], axis=1), np.concatenate([low_motion, high_motion], axis=1)
-    return Room(corners, motion, np.zeros(len(low)))
+    return Envelope(corners, motion, np.zeros(len(low)))
 
 
 def sector_corners(inner_mm: Array, outer_mm: Array, start_rad: Array, end_rad: Array) -> Array:
